@@ -1,0 +1,63 @@
+"""What a solve returns, whoever solved it."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Status(enum.Enum):
+    """Outcome of a solve. docs/algorithm.md states the numbers that must support each."""
+
+    SOLVED = "solved"
+    SOLVED_INACCURATE = "solved, inaccurate"
+    PRIMAL_INFEASIBLE = "primal infeasible"
+    DUAL_INFEASIBLE = "dual infeasible (unbounded if feasible)"
+    MAX_ITERATIONS = "iteration limit reached"
+    MAX_TIME = "time limit reached"
+    NUMERICAL_LIMIT = "no further progress in this arithmetic"
+    INTERRUPTED = "interrupted"
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """Residual ratios recomputed on the original data (1 means exactly at tolerance 1).
+
+    `radius` is the certified radius of an infeasibility claim: no (primal or dual) feasible
+    point has an infinity norm below it; NaN for every other status.
+    """
+
+    primal_residual: float
+    dual_residual: float
+    gap: float
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """A primal-dual point of min ½xᵀPx + cᵀx, Ax = b, Gx + s = h, s ∈ K, with its evidence.
+
+    Shapes: x (n,), y (p,), z (m,), s (m,). Times are wall-clock seconds.
+    For an infeasibility status (y, z) or x is the certificate, not a solution.
+    """
+
+    status: Status
+    x: Array
+    y: Array
+    z: Array
+    s: Array
+    objective: float
+    dual_objective: float
+    iterations: int
+    refinements: int
+    setup_s: float
+    solve_s: float
+    certificate: Certificate
+    message: str
+    nnz_kkt: int
+    nnz_l: int
