@@ -1,0 +1,342 @@
+"""The conic problem in standard form: its data, checked once, when it is built."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import sparse
+
+from orbsoc.convexity import first_nonconvexity
+
+Array = NDArray[np.float64]
+Matrix = Any
+"""A SciPy sparse matrix or array of any format, or anything `numpy.asarray` makes two-dimensional."""
+
+INDEX_LIMIT = int(np.iinfo(np.int32).max)
+SYMMETRY_TOLERANCE = 1e-12
+"""Largest |P − Pᵀ| over largest |P| taken for rounding (and averaged away)."""
+
+
+class ProblemError(ValueError):
+    """The data of a problem are not a problem; the message names the argument and its value."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cones:
+    """K = R₊ˡ × Q^q₁ × … × Q^q_k with Q^q = {(t, u): ‖u‖₂ ≤ t}, in the order of the rows of G.
+
+    Raises ProblemError if l < 0 or a cone is smaller than 1.
+    """
+
+    l: int = 0
+    q: Sequence[int] = ()
+
+    def __post_init__(self) -> None:
+        try:
+            object.__setattr__(self, "l", operator.index(self.l))
+            object.__setattr__(self, "q", tuple(map(operator.index, self.q)))
+        except TypeError as error:
+            raise ProblemError(f"`cones` must hold integers, not l = {self.l!r}, q = {self.q!r}") from error
+        if self.l < 0:
+            raise ProblemError(f"`cones.l` is {self.l}; it must be 0 or more")
+        if self.q and min(self.q) < 1:
+            k = next(k for k, size in enumerate(self.q) if size < 1)
+            raise ProblemError(f"`cones.q[{k}]` is {self.q[k]}; a second-order cone has size 1 or more")
+
+    @property
+    def m(self) -> int:
+        """Rows of G that the cones need."""
+        return self.l + sum(self.q)
+
+    def second_order(self) -> Iterator[slice]:
+        """The rows of each second-order cone, in order."""
+        start = self.l
+        for size in self.q:
+            yield slice(start, start + size)
+            start += size
+
+
+@dataclass(frozen=True, slots=True, init=False, eq=False)
+class Problem:
+    """min ½xᵀPx + cᵀx subject to Ax = b, Gx + s = h, s ∈ K.
+
+    Shapes: P (n, n) symmetric positive semidefinite, c (n,), A (p, n), b (p,), G (m, n), h (m,),
+    K = `cones` of m rows, its R₊ rows first. Absent matrices become empty ones. `h = +inf` on an R₊ row means
+    that the row does not constrain. Matrices come in any SciPy format or as dense arrays and are held as CSC
+    with sorted, unique 32-bit indices; what already is so is kept without a copy, and must not be changed.
+
+    Raises ProblemError for wrong shapes, NaN or infinite data, cones that do not add up, P not symmetric or
+    not positive semidefinite, and sizes beyond 32-bit indices.
+
+    >>> Problem(c=[1.0, 2.0], G=[[-1.0, 0.0], [0.0, -1.0]], h=[0.0, 0.0], cones=Cones(l=2))
+    Problem(n=2, p=0, m=2, l=2, q=(), nnz: P 0, A 0, G 2)
+    """
+
+    P: sparse.csc_array
+    c: Array
+    A: sparse.csc_array
+    b: Array
+    G: sparse.csc_array
+    h: Array
+    cones: Cones
+
+    def __init__(
+        self,
+        *,
+        P: Matrix | None = None,
+        c: ArrayLike,
+        A: Matrix | None = None,
+        b: ArrayLike | None = None,
+        G: Matrix | None = None,
+        h: ArrayLike | None = None,
+        cones: Cones | None = None,
+    ) -> None:
+        cost = _vector("c", c)
+        n = cost.shape[0]
+        if n == 0:
+            raise ProblemError("`c` is empty; a problem needs at least one variable")
+        _finite_vector("c", cost)
+        quadratic = _empty(n, n) if P is None else _symmetric(_matrix("P", P, n))
+        equalities, b_ = _rows("A", A, "b", b, n)
+        _finite_vector("b", b_)
+        inequalities, h_ = _rows("G", G, "h", h, n)
+        m = h_.shape[0]
+        if cones is None:
+            if m:
+                raise ProblemError(
+                    f"`cones` is missing, but G has {m} rows; Cones(l={m}) makes each an inequality"
+                )
+            cones = Cones()
+        if cones.m != m:
+            raise ProblemError(
+                f"`cones` add up to {cones.m} rows (l = {cones.l}, q = {_short(cones.q)}), but G has {m} rows"
+            )
+        _check_h(h_, cones.l)
+        for name, value in zip(
+            ("P", "c", "A", "b", "G", "h", "cones"),
+            (quadratic, cost, equalities, b_, inequalities, h_, cones),
+            strict=True,
+        ):
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def from_upper(cls, P: Matrix, **arguments: Any) -> Problem:
+        """The problem whose quadratic cost is given by the upper triangle (with diagonal) of P.
+
+        Raises ProblemError if an entry lies below the diagonal; other arguments are those of `Problem`.
+        """
+        upper = _matrix("P", P, np.shape(P)[1] if np.ndim(P) == 2 else 0)
+        columns = _column_of_entry(upper)
+        below = np.flatnonzero(upper.indices > columns)
+        if below.size:
+            k = below[0]
+            raise ProblemError(
+                f"`P[{upper.indices[k]}, {columns[k]}]` lies below the diagonal;"
+                " from_upper takes the upper triangle only"
+            )
+        return cls(P=upper + sparse.triu(upper, 1).T, **arguments)
+
+    @property
+    def n(self) -> int:
+        """Number of variables."""
+        return self.c.shape[0]
+
+    @property
+    def p(self) -> int:
+        """Number of equality rows."""
+        return self.b.shape[0]
+
+    @property
+    def m(self) -> int:
+        """Number of cone rows."""
+        return self.h.shape[0]
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the problem to a JSON file of schema `orbsoc.problem/1` (see orbsoc.problem_file)."""
+        from orbsoc.problem_file import write_problem
+
+        write_problem(self, path)
+
+    @staticmethod
+    def load(path: str | PathLike[str]) -> Problem:
+        """Read a JSON file of schema `orbsoc.problem/1`; every number comes back exactly.
+
+        Raises ProblemError naming the field that is missing or damaged, OSError if there is no such file.
+        """
+        from orbsoc.problem_file import read_problem
+
+        return read_problem(path)
+
+    def __repr__(self) -> str:
+        return (
+            f"Problem(n={self.n}, p={self.p}, m={self.m}, l={self.cones.l}, q={_short(self.cones.q)}, "
+            f"nnz: P {self.P.nnz}, A {self.A.nnz}, G {self.G.nnz})"
+        )
+
+
+def _short(sizes: Sequence[int]) -> str:
+    if len(sizes) <= 8:
+        return str(tuple(sizes))
+    return f"({', '.join(map(str, sizes[:6]))}, … {len(sizes)} cones)"
+
+
+def _vector(name: str, value: ArrayLike) -> Array:
+    array = np.asarray(value)
+    if array.ndim != 1:
+        raise ProblemError(f"`{name}` has shape {array.shape}; it must be one-dimensional")
+    if array.dtype.kind not in "fiub" and array.size:
+        raise ProblemError(f"`{name}` has entries of type {array.dtype}; they must be real numbers")
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def _all_finite(values: Array) -> bool:
+    """Whether no entry is NaN or infinite; the dot product answers at once unless it overflows."""
+    return math.isfinite(np.dot(values, values)) or bool(np.isfinite(values).all())
+
+
+def _finite_vector(name: str, values: Array) -> None:
+    if not _all_finite(values):
+        k = int(np.flatnonzero(~np.isfinite(values))[0])
+        raise ProblemError(f"`{name}[{k}]` is {values[k]}; it must be finite")
+
+
+def _check_h(h: Array, l: int) -> None:
+    if _all_finite(h):
+        return
+    allowed = np.isfinite(h)
+    allowed[:l] |= h[:l] == np.inf
+    if not allowed.all():
+        k = int(np.flatnonzero(~allowed)[0])
+        rule = (
+            "finite, or +inf for no constraint"
+            if k < l
+            else "finite, because the row is in a second-order cone"
+        )
+        raise ProblemError(f"`h[{k}]` is {h[k]}; it must be {rule}")
+
+
+def _rows(
+    matrix_name: str, matrix: Matrix | None, name: str, vector: ArrayLike | None, n: int
+) -> tuple[sparse.csc_array, Array]:
+    """A block of rows and its right-hand side, both given or both absent."""
+    if matrix is None:
+        side = np.zeros(0) if vector is None else _vector(name, vector)
+        if side.size:
+            raise ProblemError(f"`{name}` has {side.size} entries, but {matrix_name} is missing")
+        return _empty(0, n), side
+    block = _matrix(matrix_name, matrix, n)
+    rows: int = block.shape[0]
+    if vector is None:
+        if rows:
+            raise ProblemError(f"`{name}` is missing, but {matrix_name} has {rows} rows")
+        return block, np.zeros(0)
+    side = _vector(name, vector)
+    if side.size != rows:
+        raise ProblemError(f"`{name}` has {side.size} entries, but {matrix_name} has {rows} rows")
+    return block, side
+
+
+def _empty(rows: int, columns: int) -> sparse.csc_array:
+    return sparse.csc_array((rows, columns))
+
+
+def _matrix(name: str, value: Matrix, n: int) -> sparse.csc_array:
+    """`value` as canonical CSC float64 with 32-bit indices, n columns wide, finite."""
+    dtype = value.dtype if sparse.issparse(value) else (value := np.asarray(value)).dtype
+    if value.ndim != 2:
+        raise ProblemError(f"`{name}` has shape {value.shape}; it must be two-dimensional")
+    if dtype.kind not in "fiub" and value.size:
+        raise ProblemError(f"`{name}` has entries of type {dtype}; they must be real numbers")
+    if value.shape[1] != n:
+        raise ProblemError(f"`{name}` has {value.shape[1]} columns, but c has {n} entries")
+    if name == "P" and value.shape[0] != n:
+        raise ProblemError(f"`P` has {value.shape[0]} rows, but c has {n} entries")
+    if max(value.shape) > INDEX_LIMIT or (sparse.issparse(value) and value.nnz > INDEX_LIMIT):
+        raise ProblemError(
+            f"`{name}` has shape {value.shape}; sizes and entries are limited to {INDEX_LIMIT}"
+        )
+    matrix = value
+    if type(matrix) is not sparse.csc_array or dtype != np.float64:
+        matrix = sparse.csc_array(value, dtype=np.float64)
+    matrix = _canonical(name, matrix)
+    if not _all_finite(matrix.data):
+        k = int(np.flatnonzero(~np.isfinite(matrix.data))[0])
+        column = _column_of_entry(matrix)[k]
+        raise ProblemError(f"`{name}[{matrix.indices[k]}, {column}]` is {matrix.data[k]}; it must be finite")
+    return matrix
+
+
+def _canonical(name: str, matrix: sparse.csc_array) -> sparse.csc_array:
+    """Sorted, unique, in-range, contiguous 32-bit indices; the argument itself if it has them already."""
+    indptr, indices, data = matrix.indptr, matrix.indices, matrix.data
+    nnz = int(indptr[-1])
+    if indptr[0] != 0 or np.any(indptr[1:] < indptr[:-1]) or min(indices.size, data.size) < nnz:
+        raise ProblemError(f"`{name}` is not a CSC matrix: its column pointers do not ascend from 0 to nnz")
+    if nnz and (indices[:nnz].min() < 0 or indices[:nnz].max() >= matrix.shape[0]):
+        worst = indices[:nnz].min() if indices[:nnz].min() < 0 else indices[:nnz].max()
+        raise ProblemError(f"`{name}` has an entry in row {worst}, but only {matrix.shape[0]} rows")
+    if (
+        indices.dtype != np.int32
+        or indptr.dtype != np.int32
+        or indices.size != nnz
+        or data.size != nnz
+        or not (data.flags.c_contiguous and indices.flags.c_contiguous and indptr.flags.c_contiguous)
+    ):
+        matrix = sparse.csc_array(
+            (
+                np.ascontiguousarray(data[:nnz]),
+                np.ascontiguousarray(indices[:nnz], dtype=np.int32),
+                np.ascontiguousarray(indptr, dtype=np.int32),
+            ),
+            shape=matrix.shape,
+        )
+    if not matrix.has_canonical_format:
+        matrix = matrix.copy()
+        matrix.sum_duplicates()
+    return matrix
+
+
+def _column_of_entry(matrix: sparse.csc_array) -> NDArray[np.int64]:
+    return np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
+
+
+def _symmetric(P: sparse.csc_array) -> sparse.csc_array:
+    """P if symmetric (up to rounding, then averaged) and positive semidefinite; otherwise the reason why not."""
+    rows, columns = P.indices, _column_of_entry(P)
+    if not np.array_equal(rows, columns):
+        upper, lower = rows < columns, rows > columns
+        used = P.data != 0.0
+        if (upper & used).any() != (lower & used).any():
+            raise ProblemError(
+                "`P` has entries on one side of its diagonal only; P takes the full symmetric matrix,"
+                " Problem.from_upper the upper triangle"
+            )
+        order = np.argsort(rows * np.int64(P.shape[0]) + columns, kind="stable")
+        mirrored = np.array_equal(rows[order], columns) and np.array_equal(columns[order], rows)
+        if not (mirrored and np.array_equal(P.data[order], P.data)):
+            P = _averaged(P)
+    found = first_nonconvexity(P)
+    if found is not None:
+        raise ProblemError(f"`P` is not positive semidefinite: {found}")
+    return P
+
+
+def _averaged(P: sparse.csc_array) -> sparse.csc_array:
+    difference = sparse.coo_array(P - P.T)
+    if difference.nnz:
+        k = int(np.argmax(np.abs(difference.data)))
+        if abs(difference.data[k]) > SYMMETRY_TOLERANCE * np.abs(P.data).max():
+            i, j = int(difference.row[k]), int(difference.col[k])
+            raise ProblemError(
+                f"`P` is not symmetric: P[{i}, {j}] is {P[i, j]}, but P[{j}, {i}] is {P[j, i]}"
+            )
+    average = sparse.csc_array((P + P.T) * 0.5)
+    average.sum_duplicates()
+    return average
