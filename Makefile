@@ -1,0 +1,85 @@
+# orbsoc: `make demo` sets up and runs the main job, `make test` sets up and checks everything.
+# Needs Python >= 3.11, a Rust toolchain and a C compiler; scripts/require_tools.sh names what is missing.
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
+
+# Everything the wheel is made of. Stamps live in $(VENV), so that removing it starts afresh.
+SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md LICENSE rust-toolchain.toml \
+           $(shell find rust python hw_model -type f -not -path '*/__pycache__/*' \
+                   -not -path 'rust/*/tests/*' -not -path 'rust/*/benches/*')
+READY     := $(VENV)/build-tools.stamp
+RUNTIME   := $(VENV)/runtime.stamp
+TESTING   := $(VENV)/test.stamp
+BENCHING  := $(VENV)/bench.stamp
+WHEEL     := $(VENV)/wheel.stamp
+INSTALLED := $(VENV)/installed.stamp
+FILE_LIST := $(VENV)/sources.list
+
+export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help demo test lint bench lock clean FORCE
+
+help: ## list the targets
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
+
+demo: $(INSTALLED) ## plan the insertion rec1 on the emulated computer, into out/demo
+	$(BIN)/orbsoc plan scenarios/rec1.toml --out out/demo --deadline-ms 50
+
+test: $(INSTALLED) $(TESTING) ## Rust tests, then Python tests against the installed wheel
+	cargo test --workspace --exclude orbsoc-py --locked
+	$(BIN)/pytest
+
+lint: $(INSTALLED) $(TESTING) ## formats, clippy, rustdoc, ruff, mypy, stubs against the built extension
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets --locked -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked --quiet
+	$(BIN)/ruff format --check
+	$(BIN)/ruff check
+	$(BIN)/mypy
+	$(BIN)/stubtest orbsoc._core
+
+bench: $(INSTALLED) $(BENCHING) ## time the solver beside its peers (ECOS is GPL: this target only)
+	$(BIN)/python -m benchmarks
+
+lock: ## renew requirements/*.txt from pyproject.toml
+	$(PYTHON) scripts/lock_requirements.py
+
+clean: ## remove everything that was built, the environment included
+	rm -rf $(VENV) target dist out .pytest_cache .mypy_cache .ruff_cache .hypothesis
+
+$(READY): requirements/build.txt
+	@scripts/require_tools.sh $(PYTHON)
+	$(PYTHON) -m venv $(VENV)
+	$(PIP) install -r $<
+	@touch $@
+
+$(RUNTIME): requirements/runtime.txt $(READY)
+	$(PIP) install -r $<
+	@touch $@
+
+$(TESTING): requirements/test.txt $(RUNTIME)
+	$(PIP) install -r $<
+	@touch $@
+
+$(BENCHING): requirements/bench.txt $(RUNTIME)
+	$(PIP) install -r $<
+	@touch $@
+
+# Changes only when a source appears or disappears: no file's date tells of a deletion.
+$(FILE_LIST): FORCE | $(READY)
+	@printf '%s\n' $(SOURCES) | sort | cmp -s - $@ || printf '%s\n' $(SOURCES) | sort > $@
+
+$(WHEEL): $(SOURCES) $(FILE_LIST) $(READY)
+	@scripts/require_tools.sh $(BIN)/python
+	rm -rf dist
+	$(BIN)/maturin build --release --locked --interpreter $(BIN)/python --out dist
+	@touch $@
+
+$(INSTALLED): $(WHEEL) $(RUNTIME)
+	$(PIP) install --no-deps --force-reinstall dist/orbsoc-*.whl
+	@touch $@
