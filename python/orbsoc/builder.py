@@ -8,11 +8,10 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import sparse
-
+from orbsoc import csc
+from orbsoc.csc import Array, Csc
 from orbsoc.problem import Cones, Problem, ProblemError
 
-Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Block = Any
 """A (rows, k) array, or a SciPy sparse matrix of that shape."""
@@ -182,10 +181,9 @@ class ConicBuilder:
             )
         return np.asarray(solution.x[self._variables[name].index])
 
-    def _assemble(self, entries: tuple[Index, Index, Array], rows: int) -> sparse.csc_array:
+    def _assemble(self, entries: tuple[Index, Index, Array], rows: int) -> Csc:
         where_rows, where_columns, values = entries
-        coordinates = (where_rows.astype(np.int32), where_columns.astype(np.int32))
-        return sparse.coo_array((values, coordinates), shape=(rows, self._n)).tocsc()
+        return csc.from_entries(values, where_rows, where_columns, (rows, self._n))
 
     def _index(self, where: str, columns: Columns) -> Index:
         if isinstance(columns, Variable):
@@ -221,16 +219,14 @@ class ConicBuilder:
         self, where: str, term: int, index: Index, block: Block, rows: int
     ) -> tuple[Index, Index, Array]:
         """Coordinates and values of block · x[index]."""
-        is_sparse = sparse.issparse(block)
-        matrix = block if is_sparse else np.asarray(block, dtype=np.float64)
+        matrix = block if csc.is_sparse(block) else np.asarray(block, dtype=np.float64)
         if matrix.shape != (rows, index.size):
             raise BuilderError(
                 f"{where}: the block of term {term} has shape {matrix.shape}; "
                 f"{rows} rows and {index.size} columns need {(rows, index.size)}"
             )
-        if is_sparse:
-            coordinates = sparse.coo_array(matrix)
-            where_rows, positions = coordinates.coords
-            return where_rows.astype(np.intp), index[positions], coordinates.data.astype(np.float64)
+        if csc.is_sparse(matrix):
+            values, where_rows, positions = csc.entries(matrix)
+            return where_rows, index[positions], values
         where_rows, positions = np.nonzero(matrix)
         return where_rows, index[positions], matrix[where_rows, positions]

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-from scipy import sparse
-from scipy.sparse import linalg as sparse_linalg
+from orbsoc import csc
+from orbsoc.csc import Csc
+from scipy.sparse import linalg
+
+_linalg: Any = linalg  # published without types
 
 SHIFT = 1e-8
 """Negative curvature below this fraction of the diagonal passes: it is what rounding in P = MᵀM can produce."""
@@ -13,7 +18,7 @@ DENSE_LIMIT = 200
 """Up to this order a dense Cholesky is faster than the sparse elimination."""
 
 
-def first_nonconvexity(P: sparse.csc_array) -> str | None:
+def first_nonconvexity(P: Csc) -> str | None:
     """None if P (symmetric, canonical CSC, finite) is positive semidefinite, otherwise what shows that it is not.
 
     The coupled part of P is scaled to a unit diagonal, which keeps the signs of its eigenvalues, shifted by
@@ -25,7 +30,7 @@ def first_nonconvexity(P: sparse.csc_array) -> str | None:
         k = int(negative[0])
         return f"P[{k}, {k}] is {diagonal[k]}"
     rows = P.indices
-    columns = np.repeat(np.arange(P.shape[1]), np.diff(P.indptr))
+    columns = csc.column_of_entry(P)
     off = (rows != columns) & (P.data != 0.0)
     if not off.any():
         return None
@@ -40,28 +45,30 @@ def first_nonconvexity(P: sparse.csc_array) -> str | None:
     coupled = np.unique(rows)
     position = np.empty(P.shape[0], dtype=np.intp)
     position[coupled] = np.arange(coupled.size)
-    correlation = sparse.csc_array(
-        (values / bound, (position[rows], position[columns])), shape=(coupled.size, coupled.size)
+    # Sized [coupled]: the correlation matrix of P, its unit diagonal shifted.
+    order = coupled.size
+    unit = np.arange(order)
+    shifted = csc.from_entries(
+        np.concatenate([values / bound, np.full(order, 1.0 + SHIFT)]),
+        np.concatenate([position[rows], unit]),
+        np.concatenate([position[columns], unit]),
+        (order, order),
     )
-    return None if _positive_definite(correlation) else "it has a direction of negative curvature"
+    return None if _has_positive_pivots(shifted) else "it has a direction of negative curvature"
 
 
-def _positive_definite(correlation: sparse.csc_array) -> bool:
-    """Whether I(1 + SHIFT) + `correlation` has only positive pivots."""
-    order = correlation.shape[0]
-    if order <= DENSE_LIMIT:
-        dense = correlation.toarray()
-        dense[np.diag_indices(order)] = 1.0 + SHIFT
+def _has_positive_pivots(matrix: Csc) -> bool:
+    """Whether a symmetric matrix eliminates with positive pivots only, which is positive definiteness."""
+    if matrix.shape[0] <= DENSE_LIMIT:
         try:
-            np.linalg.cholesky(dense)
+            np.linalg.cholesky(matrix.toarray())
         except np.linalg.LinAlgError:
             return False
         return True
-    shifted = sparse.csc_array(correlation + (1.0 + SHIFT) * sparse.eye_array(order, format="csc"))
     try:
         # Diagonal pivots in a symmetric order make this LDLᵀ: U carries the pivots on its diagonal.
-        factors = sparse_linalg.splu(
-            shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        factors = _linalg.splu(
+            matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
         )
     except RuntimeError:  # an exactly singular pivot
         return False

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import operator
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -10,22 +9,16 @@ from os import PathLike
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy import sparse
-
+from numpy.typing import ArrayLike
+from orbsoc import csc
 from orbsoc.convexity import first_nonconvexity
+from orbsoc.csc import Array, Csc, Matrix
+from orbsoc.errors import ProblemError
 
-Array = NDArray[np.float64]
-Matrix = Any
-"""A SciPy sparse matrix or array of any format, or anything `numpy.asarray` makes two-dimensional."""
+__all__ = ["Cones", "Problem", "ProblemError"]
 
-INDEX_LIMIT = int(np.iinfo(np.int32).max)
 SYMMETRY_TOLERANCE = 1e-12
 """Largest |P − Pᵀ| over largest |P| taken for rounding (and averaged away)."""
-
-
-class ProblemError(ValueError):
-    """The data of a problem are not a problem; the message names the argument and its value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,11 +72,11 @@ class Problem:
     Problem(n=2, p=0, m=2, l=2, q=(), nnz: P 0, A 0, G 2)
     """
 
-    P: sparse.csc_array
+    P: Csc
     c: Array
-    A: sparse.csc_array
+    A: Csc
     b: Array
-    G: sparse.csc_array
+    G: Csc
     h: Array
     cones: Cones
 
@@ -103,7 +96,7 @@ class Problem:
         if n == 0:
             raise ProblemError("`c` is empty; a problem needs at least one variable")
         _finite_vector("c", cost)
-        quadratic = _empty(n, n) if P is None else _symmetric(_matrix("P", P, n))
+        quadratic = csc.empty(n, n) if P is None else _symmetric(_square(P, n))
         equalities, b_ = _rows("A", A, "b", b, n)
         _finite_vector("b", b_)
         inequalities, h_ = _rows("G", G, "h", h, n)
@@ -132,8 +125,8 @@ class Problem:
 
         Raises ProblemError if an entry lies below the diagonal; other arguments are those of `Problem`.
         """
-        upper = _matrix("P", P, np.shape(P)[1] if np.ndim(P) == 2 else 0)
-        columns = _column_of_entry(upper)
+        upper = _square(P, np.shape(P)[1] if np.ndim(P) == 2 else 0)
+        columns = csc.column_of_entry(upper)
         below = np.flatnonzero(upper.indices > columns)
         if below.size:
             k = below[0]
@@ -141,7 +134,7 @@ class Problem:
                 f"`P[{upper.indices[k]}, {columns[k]}]` lies below the diagonal;"
                 " from_upper takes the upper triangle only"
             )
-        return cls(P=upper + sparse.triu(upper, 1).T, **arguments)
+        return cls(P=csc.mirrored(upper), **arguments)
 
     @property
     def n(self) -> int:
@@ -196,19 +189,14 @@ def _vector(name: str, value: ArrayLike) -> Array:
     return np.ascontiguousarray(array, dtype=np.float64)
 
 
-def _all_finite(values: Array) -> bool:
-    """Whether no entry is NaN or infinite; the dot product answers at once unless it overflows."""
-    return math.isfinite(np.dot(values, values)) or bool(np.isfinite(values).all())
-
-
 def _finite_vector(name: str, values: Array) -> None:
-    if not _all_finite(values):
+    if not csc.all_finite(values):
         k = int(np.flatnonzero(~np.isfinite(values))[0])
         raise ProblemError(f"`{name}[{k}]` is {values[k]}; it must be finite")
 
 
 def _check_h(h: Array, l: int) -> None:
-    if _all_finite(h):
+    if csc.all_finite(h):
         return
     allowed = np.isfinite(h)
     allowed[:l] |= h[:l] == np.inf
@@ -224,15 +212,15 @@ def _check_h(h: Array, l: int) -> None:
 
 def _rows(
     matrix_name: str, matrix: Matrix | None, name: str, vector: ArrayLike | None, n: int
-) -> tuple[sparse.csc_array, Array]:
+) -> tuple[Csc, Array]:
     """A block of rows and its right-hand side, both given or both absent."""
     if matrix is None:
         side = np.zeros(0) if vector is None else _vector(name, vector)
         if side.size:
             raise ProblemError(f"`{name}` has {side.size} entries, but {matrix_name} is missing")
-        return _empty(0, n), side
-    block = _matrix(matrix_name, matrix, n)
-    rows: int = block.shape[0]
+        return csc.empty(0, n), side
+    block = csc.canonical(matrix_name, matrix, n)
+    rows = block.shape[0]
     if vector is None:
         if rows:
             raise ProblemError(f"`{name}` is missing, but {matrix_name} has {rows} rows")
@@ -243,73 +231,16 @@ def _rows(
     return block, side
 
 
-def _empty(rows: int, columns: int) -> sparse.csc_array:
-    return sparse.csc_array((rows, columns))
-
-
-def _matrix(name: str, value: Matrix, n: int) -> sparse.csc_array:
-    """`value` as canonical CSC float64 with 32-bit indices, n columns wide, finite."""
-    dtype = value.dtype if sparse.issparse(value) else (value := np.asarray(value)).dtype
-    if value.ndim != 2:
-        raise ProblemError(f"`{name}` has shape {value.shape}; it must be two-dimensional")
-    if dtype.kind not in "fiub" and value.size:
-        raise ProblemError(f"`{name}` has entries of type {dtype}; they must be real numbers")
-    if value.shape[1] != n:
-        raise ProblemError(f"`{name}` has {value.shape[1]} columns, but c has {n} entries")
-    if name == "P" and value.shape[0] != n:
-        raise ProblemError(f"`P` has {value.shape[0]} rows, but c has {n} entries")
-    if max(value.shape) > INDEX_LIMIT or (sparse.issparse(value) and value.nnz > INDEX_LIMIT):
-        raise ProblemError(
-            f"`{name}` has shape {value.shape}; sizes and entries are limited to {INDEX_LIMIT}"
-        )
-    matrix = value
-    if type(matrix) is not sparse.csc_array or dtype != np.float64:
-        matrix = sparse.csc_array(value, dtype=np.float64)
-    matrix = _canonical(name, matrix)
-    if not _all_finite(matrix.data):
-        k = int(np.flatnonzero(~np.isfinite(matrix.data))[0])
-        column = _column_of_entry(matrix)[k]
-        raise ProblemError(f"`{name}[{matrix.indices[k]}, {column}]` is {matrix.data[k]}; it must be finite")
+def _square(P: Matrix, n: int) -> Csc:
+    matrix = csc.canonical("P", P, n)
+    if matrix.shape[0] != n:
+        raise ProblemError(f"`P` has {matrix.shape[0]} rows, but c has {n} entries")
     return matrix
 
 
-def _canonical(name: str, matrix: sparse.csc_array) -> sparse.csc_array:
-    """Sorted, unique, in-range, contiguous 32-bit indices; the argument itself if it has them already."""
-    indptr, indices, data = matrix.indptr, matrix.indices, matrix.data
-    nnz = int(indptr[-1])
-    if indptr[0] != 0 or np.any(indptr[1:] < indptr[:-1]) or min(indices.size, data.size) < nnz:
-        raise ProblemError(f"`{name}` is not a CSC matrix: its column pointers do not ascend from 0 to nnz")
-    if nnz and (indices[:nnz].min() < 0 or indices[:nnz].max() >= matrix.shape[0]):
-        worst = indices[:nnz].min() if indices[:nnz].min() < 0 else indices[:nnz].max()
-        raise ProblemError(f"`{name}` has an entry in row {worst}, but only {matrix.shape[0]} rows")
-    if (
-        indices.dtype != np.int32
-        or indptr.dtype != np.int32
-        or indices.size != nnz
-        or data.size != nnz
-        or not (data.flags.c_contiguous and indices.flags.c_contiguous and indptr.flags.c_contiguous)
-    ):
-        matrix = sparse.csc_array(
-            (
-                np.ascontiguousarray(data[:nnz]),
-                np.ascontiguousarray(indices[:nnz], dtype=np.int32),
-                np.ascontiguousarray(indptr, dtype=np.int32),
-            ),
-            shape=matrix.shape,
-        )
-    if not matrix.has_canonical_format:
-        matrix = matrix.copy()
-        matrix.sum_duplicates()
-    return matrix
-
-
-def _column_of_entry(matrix: sparse.csc_array) -> NDArray[np.int64]:
-    return np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
-
-
-def _symmetric(P: sparse.csc_array) -> sparse.csc_array:
+def _symmetric(P: Csc) -> Csc:
     """P if symmetric (up to rounding, then averaged) and positive semidefinite; otherwise the reason why not."""
-    rows, columns = P.indices, _column_of_entry(P)
+    rows, columns = P.indices, csc.column_of_entry(P)
     if not np.array_equal(rows, columns):
         upper, lower = rows < columns, rows > columns
         used = P.data != 0.0
@@ -321,22 +252,23 @@ def _symmetric(P: sparse.csc_array) -> sparse.csc_array:
         order = np.argsort(rows * np.int64(P.shape[0]) + columns, kind="stable")
         mirrored = np.array_equal(rows[order], columns) and np.array_equal(columns[order], rows)
         if not (mirrored and np.array_equal(P.data[order], P.data)):
-            P = _averaged(P)
+            return _convex(_averaged(P))
+    return _convex(P)
+
+
+def _convex(P: Csc) -> Csc:
     found = first_nonconvexity(P)
     if found is not None:
         raise ProblemError(f"`P` is not positive semidefinite: {found}")
     return P
 
 
-def _averaged(P: sparse.csc_array) -> sparse.csc_array:
-    difference = sparse.coo_array(P - P.T)
-    if difference.nnz:
-        k = int(np.argmax(np.abs(difference.data)))
-        if abs(difference.data[k]) > SYMMETRY_TOLERANCE * np.abs(P.data).max():
-            i, j = int(difference.row[k]), int(difference.col[k])
-            raise ProblemError(
-                f"`P` is not symmetric: P[{i}, {j}] is {P[i, j]}, but P[{j}, {i}] is {P[j, i]}"
-            )
-    average = sparse.csc_array((P + P.T) * 0.5)
-    average.sum_duplicates()
-    return average
+def _averaged(P: Csc) -> Csc:
+    """(P + Pᵀ)/2 where the two differ by rounding; raises ProblemError naming the worst pair where by more."""
+    values, rows, columns = csc.entries(csc.difference(P, P.T))
+    worst = int(np.argmax(np.abs(values))) if values.size else None
+    if worst is not None and abs(values[worst]) > SYMMETRY_TOLERANCE * np.abs(P.data).max():
+        i, j = int(rows[worst]), int(columns[worst])
+        pair = csc.entry(P, i, j), csc.entry(P, j, i)
+        raise ProblemError(f"`P` is not symmetric: P[{i}, {j}] is {pair[0]}, but P[{j}, {i}] is {pair[1]}")
+    return csc.symmetric_part(P)

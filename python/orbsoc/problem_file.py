@@ -17,11 +17,12 @@ import json
 import math
 from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
+from orbsoc import csc
+from orbsoc.csc import Csc
 
 if TYPE_CHECKING:
     from orbsoc.problem import Problem
@@ -46,7 +47,7 @@ def read_problem(path: str | PathLike[str]) -> Problem:
 
     try:
         document = json.loads(Path(path).read_text(encoding="utf-8"), parse_constant=_refuse_constant)
-        if not isinstance(document, dict):
+        if not _is_object(document):
             raise _FieldError("the document", "must be one JSON object")
         fields = _Fields(document)
         fields.check_names()
@@ -94,11 +95,11 @@ class _Fields:
     def vector(self, name: str, size: int) -> NDArray[np.float64]:
         return _numbers(name, self._document.get(name, []), size)
 
-    def matrix(self, name: str, rows: int, columns: int) -> sparse.csc_array | None:
+    def matrix(self, name: str, rows: int, columns: int) -> Csc:
         value = self._document.get(name)
         if value is None:
-            return sparse.csc_array((rows, columns))
-        if not isinstance(value, dict) or set(value) != {"indptr", "indices", "data"}:
+            return csc.empty(rows, columns)
+        if not _is_object(value) or set(value) != {"indptr", "indices", "data"}:
             raise _FieldError(name, "must be an object with indptr, indices and data")
         indptr = _integers(f"{name}.indptr", value["indptr"], columns + 1)
         nnz = int(indptr[-1])
@@ -108,15 +109,15 @@ class _Fields:
         if nnz and (indices.min() < 0 or indices.max() >= rows):
             raise _FieldError(f"{name}.indices", f"must lie in 0 … {rows - 1}")
         data = _numbers(f"{name}.data", value["data"], nnz)
-        return sparse.csc_array((data, indices, indptr), shape=(rows, columns))
+        return csc.from_parts(data, indices, indptr, (rows, columns))
 
     def cones(self) -> tuple[int, list[int]]:
         value = self._document.get("cones", {"l": 0, "q": []})
-        if not isinstance(value, dict) or set(value) != {"l", "q"}:
+        if not _is_object(value) or set(value) != {"l", "q"}:
             raise _FieldError("cones", "must be an object with l and q")
         if type(value["l"]) is not int:
             raise _FieldError("cones.l", f"is {_shown(value['l'])}; it must be an integer")
-        if not isinstance(value["q"], list) or not all(type(size) is int for size in value["q"]):
+        if not _is_list(value["q"]) or not all(type(size) is int for size in value["q"]):
             raise _FieldError("cones.q", f"is {_shown(value['q'])}; it must be a list of integers")
         return value["l"], value["q"]
 
@@ -146,10 +147,18 @@ def _numbers(name: str, value: Any, size: int) -> NDArray[np.float64]:
 
 
 def _check_list(name: str, value: Any, size: int) -> None:
-    if not isinstance(value, list):
+    if not _is_list(value):
         raise _FieldError(name, f"is {_shown(value)}; it must be a list")
     if len(value) != size:
         raise _FieldError(name, f"has {len(value)} entries; {size} are needed")
+
+
+def _is_object(value: Any) -> TypeGuard[dict[str, Any]]:
+    return isinstance(value, dict)
+
+
+def _is_list(value: Any) -> TypeGuard[list[Any]]:
+    return isinstance(value, list)
 
 
 def _shown(value: Any) -> str:
@@ -167,7 +176,7 @@ def _encode_numbers(values: NDArray[np.float64]) -> list[float | str]:
     return [x if math.isfinite(x) else str(x) for x in values.tolist()]
 
 
-def _encode_matrix(matrix: sparse.csc_array) -> dict[str, list[Any]]:
+def _encode_matrix(matrix: Csc) -> dict[str, Any]:
     return {
         "indptr": matrix.indptr.tolist(),
         "indices": matrix.indices.tolist(),

@@ -1,0 +1,172 @@
+"""The matrices of a problem: SciPy's `csc_array` with sorted, unique 32-bit indices, behind a typed face."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from orbsoc.errors import ProblemError
+from scipy import sparse as _scipy_sparse
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int32]
+Matrix = Any
+"""A SciPy sparse matrix or array of any format, or anything `numpy.asarray` makes two-dimensional."""
+
+INDEX_LIMIT = int(np.iinfo(np.int32).max)
+
+_sparse: Any = _scipy_sparse  # published without types
+
+
+class Csc(Protocol):
+    """The part of `scipy.sparse.csc_array` that this package uses."""
+
+    @property
+    def data(self) -> Array: ...
+    @property
+    def indices(self) -> Indices: ...
+    @property
+    def indptr(self) -> Indices: ...
+    @property
+    def shape(self) -> tuple[int, int]: ...
+    @property
+    def nnz(self) -> int: ...
+    @property
+    def T(self) -> Csc: ...
+    def __matmul__(self, vector: Array, /) -> Array: ...
+    def toarray(self) -> Array: ...
+    def diagonal(self) -> Array: ...
+
+
+def empty(rows: int, columns: int) -> Csc:
+    """A matrix without entries."""
+    return _sparse.csc_array((rows, columns))
+
+
+def from_parts(data: Array, indices: NDArray[Any], indptr: NDArray[Any], shape: tuple[int, int]) -> Csc:
+    """The matrix of compressed columns as they are, not checked."""
+    return _sparse.csc_array((data, indices, indptr), shape=shape)
+
+
+def from_entries(values: Array, rows: NDArray[Any], columns: NDArray[Any], shape: tuple[int, int]) -> Csc:
+    """The matrix of coordinate entries; entries at the same place are added."""
+    coordinates = (rows.astype(np.int32), columns.astype(np.int32))
+    return _sparse.coo_array((values, coordinates), shape=shape).tocsc()
+
+
+def entries(matrix: Matrix) -> tuple[Array, NDArray[np.intp], NDArray[np.intp]]:
+    """Values, rows and columns of the stored entries of a sparse matrix of any format."""
+    coordinates = _sparse.coo_array(matrix)
+    rows, columns = coordinates.coords
+    return coordinates.data.astype(np.float64), rows.astype(np.intp), columns.astype(np.intp)
+
+
+def is_sparse(value: Matrix) -> bool:
+    """Whether `value` is a SciPy sparse matrix or array."""
+    return bool(_sparse.issparse(value))
+
+
+def upper(matrix: Csc) -> Csc:
+    """The upper triangle, diagonal included."""
+    return _sparse.csc_array(_sparse.triu(matrix))
+
+
+def mirrored(matrix: Csc) -> Csc:
+    """The full symmetric matrix of an upper triangle."""
+    return _sparse.csc_array(matrix + _sparse.triu(matrix, 1).T)
+
+
+def symmetric_part(matrix: Csc) -> Csc:
+    """(M + Mᵀ)/2."""
+    both: Any = matrix
+    return _canonical("M", _sparse.csc_array((both + both.T) * 0.5))
+
+
+def difference(left: Csc, right: Csc) -> Csc:
+    """left − right."""
+    return _sparse.csc_array(left) - _sparse.csc_array(right)
+
+
+def entry(matrix: Csc, row: int, column: int) -> float:
+    """One entry of a matrix, stored or not."""
+    here = slice(matrix.indptr[column], matrix.indptr[column + 1])
+    return float(matrix.data[here][matrix.indices[here] == row].sum())
+
+
+def stacked(top: Csc, bottom: Csc) -> Csc:
+    """`top` above `bottom`."""
+    return _sparse.csc_array(_sparse.vstack([top, bottom]))
+
+
+def selected_rows(matrix: Csc, keep: NDArray[np.bool_]) -> Csc:
+    """The rows of `matrix` where `keep` is true."""
+    return matrix if keep.all() else _sparse.csc_array(_sparse.csr_array(matrix)[keep])
+
+
+def column_of_entry(matrix: Csc) -> NDArray[np.int64]:
+    """The column of each stored entry."""
+    return np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
+
+
+def all_finite(values: Array) -> bool:
+    """Whether no entry is NaN or infinite; the dot product answers at once unless it overflows."""
+    return math.isfinite(np.dot(values, values)) or bool(np.isfinite(values).all())
+
+
+def canonical(name: str, value: Matrix, n: int) -> Csc:
+    """`value` as a finite float64 matrix of n columns; kept without a copy if it is canonical already.
+
+    Raises ProblemError naming the argument `name` for a wrong shape or type, NaN or infinity, or indices that are out
+    of range or beyond 32 bits.
+    """
+    matrix: Any = value if is_sparse(value) else np.asarray(value)
+    if matrix.ndim != 2:
+        raise ProblemError(f"`{name}` has shape {matrix.shape}; it must be two-dimensional")
+    if matrix.dtype.kind not in "fiub" and matrix.size:
+        raise ProblemError(f"`{name}` has entries of type {matrix.dtype}; they must be real numbers")
+    if matrix.shape[1] != n:
+        raise ProblemError(f"`{name}` has {matrix.shape[1]} columns, but c has {n} entries")
+    if max(matrix.shape) > INDEX_LIMIT or (is_sparse(matrix) and matrix.nnz > INDEX_LIMIT):
+        raise ProblemError(
+            f"`{name}` has shape {matrix.shape}; sizes and entries are limited to {INDEX_LIMIT}"
+        )
+    if type(matrix) is not _sparse.csc_array or matrix.dtype != np.float64:
+        matrix = _sparse.csc_array(matrix, dtype=np.float64)
+    out = _canonical(name, matrix)
+    if not all_finite(out.data):
+        k = int(np.flatnonzero(~np.isfinite(out.data))[0])
+        place = f"{name}[{out.indices[k]}, {column_of_entry(out)[k]}]"
+        raise ProblemError(f"`{place}` is {out.data[k]}; it must be finite")
+    return out
+
+
+def _canonical(name: str, matrix: Any) -> Csc:
+    """Sorted, unique, in-range, contiguous 32-bit indices; the argument itself if it has them already."""
+    indptr, indices, data = matrix.indptr, matrix.indices, matrix.data
+    nnz = int(indptr[-1])
+    if indptr[0] != 0 or np.any(indptr[1:] < indptr[:-1]) or min(indices.size, data.size) < nnz:
+        raise ProblemError(f"`{name}` is not a CSC matrix: its column pointers do not ascend from 0 to nnz")
+    used = indices[:nnz]
+    if nnz and (used.min() < 0 or used.max() >= matrix.shape[0]):
+        worst = used.min() if used.min() < 0 else used.max()
+        raise ProblemError(f"`{name}` has an entry in row {worst}, but only {matrix.shape[0]} rows")
+    arrays = (data, indices, indptr)
+    if (
+        indices.dtype != np.int32
+        or indptr.dtype != np.int32
+        or indices.size != nnz
+        or data.size != nnz
+        or not all(array.flags.c_contiguous for array in arrays)
+    ):
+        matrix = from_parts(
+            np.ascontiguousarray(data[:nnz]),
+            np.ascontiguousarray(used, dtype=np.int32),
+            np.ascontiguousarray(indptr, dtype=np.int32),
+            matrix.shape,
+        )
+    if not matrix.has_canonical_format:
+        matrix = matrix.copy()
+        matrix.sum_duplicates()
+    return matrix

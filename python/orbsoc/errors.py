@@ -1,0 +1,7 @@
+"""What raises when the input is not a problem (a solve that fails is a status, never an exception)."""
+
+from __future__ import annotations
+
+
+class ProblemError(ValueError):
+    """The data of a problem are not a problem; the message names the argument and its value."""

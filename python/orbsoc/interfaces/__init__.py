@@ -1,0 +1,1 @@
+"""Other solvers and modelling languages, behind the shapes of this package."""
