@@ -1,0 +1,1 @@
+"""Python plays the processing system: it schedules the stages of the solver on an emulated PS+PL computer."""

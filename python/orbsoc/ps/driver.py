@@ -1,0 +1,205 @@
+"""The PS: walks the step lists of the method, and launches each stage through the register file.
+
+The walk is the same few lines as the loop in Rust, over the same lists. The PS compares words, branches, moves
+data and answers interrupts; it computes nothing, and it never asks the engine for a whole solve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Protocol
+
+from orbsoc.ps.events import Kind, PsRecord
+from orbsoc.ps.registers import (
+    ERROR_OF_FAULT,
+    WORD_BITS,
+    WORD_MASK,
+    Control,
+    Fault,
+    LaunchTimeout,
+    LostInterrupt,
+    LostWrite,
+    Module,
+    ReadBeforeValid,
+    Register,
+    RegisterFile,
+    Status,
+    UnacknowledgedInterrupt,
+    WrongSegment,
+)
+from orbsoc.ps.segments import Method, Segment, Step
+
+POLL_BUDGET = 1000
+"""Polls of the interrupt line before a launch counts as lost. Polls, not seconds: the emulation has no clock."""
+
+
+class StageRunner(Protocol):
+    """What the PS asks of an engine."""
+
+    def run(self, stage: str) -> int:
+        """Run one stage; NEXT, REPEAT or DONE."""
+        ...
+
+
+class Driver:
+    """One solve on the PS.
+
+    `port` is the PL's register file, in reset; `words` gives the size of each buffer in words. Every
+    disagreement between the two sides raises a `ProtocolError` that names the stage.
+    """
+
+    def __init__(
+        self,
+        method: Method,
+        engine: StageRunner,
+        port: RegisterFile,
+        *,
+        words: Mapping[str, int],
+        record: PsRecord,
+        poll_budget: int = POLL_BUDGET,
+    ) -> None:
+        self._method = method
+        self._engine = engine
+        self._port = port
+        self._words = words
+        self._record = record
+        self._poll_budget = poll_budget
+        self._segments = {segment.stage: segment for segment in method.segments}
+        self._flag_words = -(-len(method.buffers) // WORD_BITS)
+        self._sequence = 0
+        self._valid = 0
+        self._held_by_ps = 0
+        self._held_by_pl = 0
+
+    def run(self) -> None:
+        """Load the problem, start up, and iterate until a stage says DONE."""
+        self._publish(self._method.segments[0])
+        outcome = self._walk(self._method.startup)
+        while outcome != self._method.done:
+            outcome = self._walk(self._method.iteration)
+        self._require_rest()
+
+    def _walk(self, steps: Iterable[Step]) -> int | None:
+        """Run the steps in order, as the Rust loop does; stop at DONE."""
+        outcome = None
+        for stage, *until in steps:
+            if until:
+                while (outcome := self._stage(until[0])) == self._method.repeat:
+                    self._stage(stage)
+            else:
+                outcome = self._stage(stage)
+            if outcome == self._method.done:
+                break
+        return outcome
+
+    def _stage(self, stage: str) -> int:
+        """Run one stage where it belongs; its outcome."""
+        segment = self._segments[stage]
+        if segment.module is not Module.PS:
+            return self._launch(segment)
+        self._require_valid(segment, segment.reads)
+        self._fetch(segment)
+        outcome = self._engine.run(stage)
+        self._record.add(Kind.RUN, stage, self._sequence + 1)
+        self._publish(segment)
+        return outcome
+
+    def _launch(self, segment: Segment) -> int:
+        """Start a segment on the PL, take its interrupt, check its flags, acknowledge."""
+        self._deliver(segment)
+        self._write_frame(segment, Control.START)
+        self._record.add(Kind.LAUNCH, segment.stage, self._sequence)
+        self._await_interrupt(segment)
+        outcome = self._confirm(segment).outcome
+        self._held_by_pl |= segment.writes
+        self._held_by_ps &= ~segment.writes
+        self._write(Register.IRQ_ACK, self._sequence)
+        return outcome
+
+    def _publish(self, segment: Segment) -> None:
+        """Tell the PL which buffers a stage of the PS wrote and made stale."""
+        self._held_by_ps |= segment.writes
+        self._held_by_pl &= ~segment.writes
+        self._write_frame(segment, Control.PUBLISH)
+        self._confirm(segment)
+
+    def _write_frame(self, segment: Segment, command: Control) -> None:
+        self._sequence = (self._sequence + 1) & WORD_MASK
+        self._write(Register.MODULE, segment.module)
+        self._write(Register.SEGMENT, segment.number)
+        self._write(Register.SEQUENCE, self._sequence)
+        self._write(Register.CONTROL, command)
+
+    def _await_interrupt(self, segment: Segment) -> None:
+        for polls in range(self._poll_budget):
+            if self._port.interrupt:
+                self._record.add(Kind.INTERRUPT, segment.stage, polls)
+                return
+            self._port.tick()
+        status = self._read_status(segment)
+        where = f"stage {segment.stage!r}, launch {self._sequence}"
+        if status.done:
+            raise LostInterrupt(f"{where}: finished, but no interrupt within {self._poll_budget} polls")
+        state = "still busy" if status.busy else "never started"
+        raise LaunchTimeout(f"{where}: {state} after {self._poll_budget} polls")
+
+    def _confirm(self, segment: Segment) -> Status:
+        """Check that the PL carried out this command and no other, and take over its data-valid flags."""
+        status = self._read_status(segment)
+        where = f"stage {segment.stage!r}, launch {self._sequence}"
+        if status.busy or status.armed or status.sequence != self._sequence & 0xFF:
+            raise LostWrite(f"{where}: the PL is at launch {status.sequence} (modulo 256), {status}")
+        if status.segment != segment.number:
+            raise WrongSegment(f"{where}: segment {status.segment} ran, not {segment.number}")
+        self._valid = sum(
+            self._read(Register.DATA_VALID + 4 * word) << (WORD_BITS * word)
+            for word in range(self._flag_words)
+        )
+        self._require_valid(segment, segment.writes)
+        return status
+
+    def _require_valid(self, segment: Segment, buffers: int) -> None:
+        invalid = self._method.names(buffers & ~self._valid)
+        if invalid:
+            raise ReadBeforeValid(
+                f"stage {segment.stage!r}: data-valid flag is down for {', '.join(invalid)}"
+            )
+
+    def _require_rest(self) -> None:
+        """At the end of a run nothing may be running, half announced or unacknowledged."""
+        status = self._read_status(None)
+        if status.done or self._port.interrupt:
+            raise UnacknowledgedInterrupt(f"the run ended with launch {status.sequence} unacknowledged")
+        if status.busy or status.armed:
+            raise LostWrite(f"the run ended, but the PL is not at rest: {status}")
+
+    def _fetch(self, segment: Segment) -> None:
+        """Move to the PS what the stage reads and only the PL holds."""
+        self._move(Kind.TO_PS, segment.reads & ~self._held_by_ps)
+        self._held_by_ps |= segment.reads
+
+    def _deliver(self, segment: Segment) -> None:
+        """Move to the PL what the segment reads and only the PS holds."""
+        self._move(Kind.TO_PL, segment.reads & ~self._held_by_pl)
+        self._held_by_pl |= segment.reads
+
+    def _move(self, kind: Kind, buffers: int) -> None:
+        for name in self._method.names(buffers):
+            self._record.add(kind, name, self._words[name])
+
+    def _read_status(self, segment: Segment | None) -> Status:
+        status = Status.decode(self._read(Register.STATUS))
+        if status.fault is not Fault.NONE:
+            where = f"stage {segment.stage!r}, launch {self._sequence}" if segment else "end of the run"
+            raise ERROR_OF_FAULT[status.fault](f"{where}: the PL reports {status.fault.name}")
+        return status
+
+    def _write(self, register: Register, value: int) -> None:
+        self._record.add(Kind.WRITE, register.name, int(value))
+        self._port.write(register, int(value))
+
+    def _read(self, address: int) -> int:
+        value = self._port.read(address)
+        name = Register.DATA_VALID if address >= Register.DATA_VALID else Register(address)
+        self._record.add(Kind.READ, name.name, value)
+        return value

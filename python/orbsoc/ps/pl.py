@@ -1,0 +1,175 @@
+"""The PL as the PS sees it: register file, operation control, data-valid flags and interrupt line.
+
+The operation control runs one segment at a time; its numbers come from `Engine.run(stage)`. It accepts the
+writes of a frame in their one order only, so that a write that is lost, doubled or overtaken leaves a fault.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Callable
+
+from orbsoc.ps.registers import WORD_BITS, WORD_MASK, Control, Fault, Module, Register, Status
+from orbsoc.ps.segments import Method, Segment
+
+
+class _State(enum.Enum):
+    """Where the operation control is in a frame."""
+
+    IDLE = enum.auto()
+    HAVE_MODULE = enum.auto()
+    HAVE_SEGMENT = enum.auto()
+    HAVE_SEQUENCE = enum.auto()
+    BUSY = enum.auto()
+    DONE = enum.auto()
+    FAULT = enum.auto()
+
+
+_ARMED = frozenset({_State.HAVE_MODULE, _State.HAVE_SEGMENT, _State.HAVE_SEQUENCE})
+_FRAME = {
+    _State.IDLE: Register.MODULE,
+    _State.HAVE_MODULE: Register.SEGMENT,
+    _State.HAVE_SEGMENT: Register.SEQUENCE,
+    _State.HAVE_SEQUENCE: Register.CONTROL,
+}
+_NEXT = {
+    Register.MODULE: _State.HAVE_MODULE,
+    Register.SEGMENT: _State.HAVE_SEGMENT,
+    Register.SEQUENCE: _State.HAVE_SEQUENCE,
+}
+
+
+class ProgrammableLogic:
+    """A fresh PL: flags down, launch counter 0.
+
+    `execute` runs a stage and returns its outcome; a segment takes `busy_ticks` ≥ 1 polls of the PS.
+    """
+
+    def __init__(self, method: Method, execute: Callable[[str], int], *, busy_ticks: int = 1) -> None:
+        if busy_ticks < 1:
+            raise ValueError(f"busy_ticks = {busy_ticks} must be at least 1")
+        self._segments = method.segments
+        self._words = -(-len(method.buffers) // WORD_BITS)
+        self._execute = execute
+        self._busy_ticks = busy_ticks
+        self._state = _State.IDLE
+        self._frame = dict.fromkeys((Register.MODULE, Register.SEGMENT, Register.SEQUENCE), 0)
+        self._valid = 0
+        self._outcome = 0
+        self._completed = (0, 0)
+        self._fault = Fault.NONE
+        self._ticks_left = 0
+
+    @property
+    def interrupt(self) -> bool:
+        """Up from the end of a segment, or a fault, until it is acknowledged, or for ever."""
+        return self._state in (_State.DONE, _State.FAULT)
+
+    def read(self, address: int) -> int:
+        """STATUS or a DATA_VALID word; anything else is a fault, and reads 0."""
+        if address == Register.STATUS:
+            return self._status().encode()
+        word, offset = divmod(address - Register.DATA_VALID, WORD_BITS // 8)
+        if offset or not 0 <= word < self._words:
+            self._stop(Fault.INVALID_ACCESS)
+            return 0
+        return self._valid >> (word * WORD_BITS) & WORD_MASK
+
+    def write(self, address: int, value: int) -> None:
+        """Take one write; the first that is out of turn stops the PL with its fault."""
+        if self._state is _State.FAULT:
+            return
+        fault = self._refusal(address)
+        if fault is not Fault.NONE:
+            self._stop(fault)
+        elif address == Register.IRQ_ACK:
+            self._acknowledge(value)
+        elif address == Register.CONTROL:
+            self._command(value)
+        else:
+            register = Register(address)
+            self._frame[register] = value
+            self._state = _NEXT[register]
+
+    def tick(self) -> None:
+        """Let the running segment advance; at its end the flags move and the interrupt goes up."""
+        if self._state is not _State.BUSY:
+            return
+        self._ticks_left -= 1
+        if self._ticks_left == 0:
+            segment = self._announced()
+            self._outcome = self._execute(segment.stage)
+            self._complete(segment)
+            self._state = _State.DONE
+
+    def _refusal(self, address: int) -> Fault:
+        """The fault of a write to `address` in the present state, if any."""
+        if address not in (*_FRAME.values(), Register.IRQ_ACK):
+            return Fault.INVALID_ACCESS
+        if self._state is _State.BUSY:
+            return Fault.LAUNCH_WHILE_BUSY
+        if address == Register.IRQ_ACK:
+            return Fault.NONE if self._state is _State.DONE else Fault.SPURIOUS_ACKNOWLEDGE
+        if self._state is _State.DONE:
+            return Fault.UNACKNOWLEDGED_INTERRUPT
+        return Fault.NONE if address == _FRAME[self._state] else Fault.WRITE_OUT_OF_ORDER
+
+    def _acknowledge(self, sequence: int) -> None:
+        if sequence != self._frame[Register.SEQUENCE]:
+            self._stop(Fault.SPURIOUS_ACKNOWLEDGE)
+        else:
+            self._state = _State.IDLE
+
+    def _command(self, value: int) -> None:
+        fault = self._frame_fault(value)
+        if fault is not Fault.NONE:
+            self._stop(fault)
+            return
+        segment = self._announced()
+        self._valid &= ~segment.writes
+        if value == Control.START:
+            self._ticks_left = self._busy_ticks
+            self._state = _State.BUSY
+        else:
+            self._complete(segment)
+            self._state = _State.IDLE
+
+    def _frame_fault(self, value: int) -> Fault:
+        """What is wrong with a complete frame, if anything."""
+        if value not in (Control.START, Control.PUBLISH):
+            return Fault.INVALID_ACCESS
+        if self._frame[Register.SEQUENCE] != (self._completed[1] + 1) & WORD_MASK:
+            return Fault.WRONG_SEQUENCE
+        if self._frame[Register.SEGMENT] >= len(self._segments):
+            return Fault.WRONG_SEGMENT
+        segment = self._announced()
+        runs_on_ps = value == Control.PUBLISH
+        if segment.module != self._frame[Register.MODULE] or (segment.module is Module.PS) != runs_on_ps:
+            return Fault.WRONG_SEGMENT
+        if segment.reads & ~self._valid:
+            return Fault.READ_BEFORE_VALID
+        return Fault.NONE
+
+    def _announced(self) -> Segment:
+        return self._segments[self._frame[Register.SEGMENT]]
+
+    def _complete(self, segment: Segment) -> None:
+        self._valid = (self._valid | segment.writes) & ~(segment.stales & ~segment.writes)
+        self._completed = (segment.number, self._frame[Register.SEQUENCE])
+
+    def _stop(self, fault: Fault) -> None:
+        if self._state is not _State.FAULT:
+            self._fault = fault
+            self._state = _State.FAULT
+
+    def _status(self) -> Status:
+        segment, sequence = self._completed
+        return Status(
+            busy=self._state is _State.BUSY,
+            done=self._state is _State.DONE,
+            armed=self._state in _ARMED,
+            outcome=self._outcome,
+            fault=self._fault,
+            segment=segment,
+            sequence=sequence & 0xFF,
+        )
