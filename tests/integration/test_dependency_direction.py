@@ -1,0 +1,227 @@
+"""Who may use whom: the dependency rules of the architecture, read off the sources.
+
+Python: imports by `ast`, wherever in a file they stand. Rust: `crate::` and `super::` paths of the code, unit
+tests and comments left out, and the manifests of the workspace.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = {"orbsoc": ROOT / "python" / "orbsoc", "hw_model": ROOT / "hw_model"}
+CRATE = ROOT / "rust" / "orbsoc" / "src"
+
+# ---- Python ----
+
+DATA = {"orbsoc.problem", "orbsoc.settings", "orbsoc.solution", "orbsoc.errors"}
+MISSIONS_MAY_USE = DATA | {
+    "orbsoc.builder", "orbsoc.collocation", "orbsoc.missions", "orbsoc.orbit", "orbsoc.scp", "orbsoc.solver",
+}  # fmt: skip
+TOP = {"orbsoc.cli", "orbsoc.report", "orbsoc.__main__"}
+PYTHON_FILES = sorted(path for folder in PACKAGES.values() for path in folder.rglob("*.py"))
+
+
+def module_of(path: Path) -> str:
+    """Dotted name of a file of one of the packages."""
+    package = next(name for name, folder in PACKAGES.items() if path.is_relative_to(folder))
+    parts = path.relative_to(PACKAGES[package]).with_suffix("").parts
+    return ".".join((package, *parts)).removesuffix(".__init__")
+
+
+def imports_of(source: str, module: str, *, is_package: bool = False) -> set[str]:
+    """Absolute names of everything a module imports from this repository; `from a import b` gives a.b."""
+    package = module.split(".") if is_package else module.split(".")[:-1]
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) - node.level + 1] if node.level else []
+            origin = ".".join((*base, *(node.module or "").split("."))).strip(".")
+            found |= {f"{origin}.{alias.name}" for alias in node.names}
+        elif isinstance(node, ast.Call) and ast.unparse(node.func) in (
+            "import_module",
+            "importlib.import_module",
+        ):
+            found |= {arg.value for arg in node.args[:1] if isinstance(arg, ast.Constant)}
+    return {name for name in found if name.split(".")[0] in PACKAGES}
+
+
+def within(name: str, modules: set[str]) -> bool:
+    """Whether `name` is one of the modules or lies in one."""
+    return any(name == module or name.startswith(f"{module}.") for module in modules)
+
+
+def violations(module: str, imported: set[str]) -> set[str]:
+    """The imports that a module may not have."""
+    bad: set[str] = set()
+    if within(module, {"orbsoc.missions"}):
+        bad |= {name for name in imported if not within(name, MISSIONS_MAY_USE)}
+    if within(module, {"hw_model"}):
+        bad |= {name for name in imported if not within(name, {"hw_model"})}
+    if within(module, {"orbsoc.orbit", "orbsoc.collocation"}):
+        bad |= {name for name in imported if not within(name, {"orbsoc.orbit", "orbsoc.collocation"})}
+    if within(module, {"orbsoc.ps", "orbsoc.solver", "orbsoc.builder", "orbsoc.scp", *DATA}):
+        bad |= {name for name in imported if within(name, {"orbsoc.missions", "orbsoc.orbit"})}
+    if not within(module, TOP):
+        bad |= {name for name in imported if within(name, TOP)}
+    return bad
+
+
+@pytest.mark.parametrize("path", PYTHON_FILES, ids=module_of)
+def test_python_imports_point_the_allowed_way(path: Path) -> None:
+    module = module_of(path)
+    imported = imports_of(path.read_text(encoding="utf-8"), module, is_package=path.name == "__init__.py")
+    assert violations(module, imported) == set()
+
+
+@pytest.mark.parametrize(
+    ("module", "source", "found"),
+    [
+        ("orbsoc.missions.a.plan", "from orbsoc import _core", {"orbsoc._core"}),
+        (
+            "orbsoc.missions.a.plan",
+            "from ...ps.scheduler import PsScheduler",
+            {"orbsoc.ps.scheduler.PsScheduler"},
+        ),
+        ("orbsoc.missions.a.plan", "def f():\n    import hw_model", {"hw_model"}),
+        ("orbsoc.missions.a.plan", "from orbsoc.builder import ConicBuilder\nfrom .model import Burn", set()),
+        (
+            "orbsoc.ps.scheduler",
+            "from orbsoc.missions import scenario_file",
+            {"orbsoc.missions.scenario_file"},
+        ),
+        ("orbsoc.solver", "from orbsoc import cli", {"orbsoc.cli"}),
+        ("hw_model.trace", "import orbsoc.problem", {"orbsoc.problem"}),
+        ("hw_model.report", "import_module('orbsoc.missions')", {"orbsoc.missions"}),
+        ("orbsoc.cli", "import hw_model, orbsoc.missions, orbsoc.report", set()),
+    ],
+)
+def test_the_python_check_finds_what_it_must(module: str, source: str, found: set[str]) -> None:
+    assert violations(module, imports_of(source, module)) == found
+
+
+# ---- Rust ----
+
+PATTERN = {"cones", "csc", "error", "kkt", "structure", "symbolic"}
+"""Sizes and index lists of one sparsity pattern: no numbers of the iteration in them."""
+
+RUST_MAY_USE = {
+    "real": {"real"},
+    "kernels": {"kernels", "real"} | PATTERN - {"csc", "error"},
+    "cones": PATTERN,
+    "symbolic": PATTERN,
+    "kkt": PATTERN,
+    "structure": PATTERN | {"problem"},
+    "stage": {"workspace"},
+    "workspace": {"kernels", "ps", "structure"},
+}
+"""Modules with a closed list; the engine and what stands above it may use them all."""
+
+HARDWARE_WORDS = re.compile(
+    r"\b(?:\w*(?:register|partition(?!_point)|cycles|microcode)\w*|(?:irq|axi)(?:_\w+)?)\b", re.IGNORECASE
+)
+COUNTING = CRATE / "real" / "counted.rs"
+"""Measures critical paths in the latencies it is given, and may call them cycles."""
+RUST_FILES = sorted(CRATE.rglob("*.rs"))
+
+
+def code_of(source: str) -> str:
+    """A Rust source without unit tests and comments."""
+    body = source.split("#[cfg(test)]")[0]
+    return re.sub(r"//[^\n]*|/\*.*?\*/", "", body, flags=re.DOTALL)
+
+
+def rust_module_of(path: Path) -> str:
+    """First path element below the crate: a kernel's is `kernels`."""
+    return path.relative_to(CRATE).with_suffix("").parts[0]
+
+
+def used_by(source: str, module: str, *, nested: bool) -> set[str]:
+    """Modules of the crate named by `crate::…`, and by `super::…` where that is the crate."""
+    roots = r"(?:crate|super)" if not nested else r"crate"
+    found: set[str] = set()
+    for group, name in re.findall(rf"\b{roots}::(?:\{{([^;]*?)\}}\s*;|(\w+))", code_of(source)):
+        flat = re.sub(r"::\{[^{}]*\}", "", group)
+        found |= (
+            {item.strip().split("::")[0] for item in flat.split(",") if item.strip()} if group else {name}
+        )
+    return found - {module}
+
+
+@pytest.mark.parametrize("path", RUST_FILES, ids=lambda path: str(path.relative_to(CRATE)))
+def test_rust_modules_point_the_allowed_way(path: Path) -> None:
+    module = rust_module_of(path)
+    used = used_by(path.read_text(encoding="utf-8"), module, nested=path.parent != CRATE)
+    assert used - RUST_MAY_USE.get(module, used) == set()
+
+
+@pytest.mark.parametrize(
+    "path", [p for p in RUST_FILES if p != COUNTING], ids=lambda path: str(path.relative_to(CRATE))
+)
+def test_the_solver_knows_nothing_of_registers_and_partitions(path: Path) -> None:
+    assert HARDWARE_WORDS.findall(code_of(path.read_text(encoding="utf-8"))) == []
+
+
+@pytest.mark.parametrize("path", sorted((CRATE / "kernels").glob("*.rs")), ids=lambda path: path.name)
+def test_kernels_use_no_crate_that_computes_for_them(path: Path) -> None:
+    assert re.findall(r"\b(?:faer|pulp|nalgebra|pyo3)::", code_of(path.read_text(encoding="utf-8"))) == []
+
+
+@pytest.mark.parametrize(
+    ("source", "module", "nested", "used"),
+    [
+        ("use crate::real::Real;", "kernels", True, {"real"}),
+        (
+            "use crate::{engine::Engine, real::{Mask, Real}, stage};",
+            "kernels",
+            True,
+            {"engine", "real", "stage"},
+        ),
+        ("fn f(x: &crate::workspace::Buffer) {}", "kernels", True, {"workspace"}),
+        ("use super::reduce::dot;", "kernels", True, set()),
+        ("use super::engine::Engine;", "stage", False, {"engine"}),
+        (
+            "// use crate::engine\n/* crate::stage */\n#[cfg(test)]\nuse crate::engine;",
+            "kernels",
+            True,
+            set(),
+        ),
+    ],
+)
+def test_the_rust_check_finds_what_it_must(source: str, module: str, nested: bool, used: set[str]) -> None:
+    assert used_by(source, module, nested=nested) == used
+
+
+def test_the_words_of_the_hardware_are_found() -> None:
+    code = "let irq_ack = 1; struct RegisterFile; MaxIterations; rows.partition_point(f); n_cycles"
+    assert HARDWARE_WORDS.findall(code) == ["irq_ack", "RegisterFile", "n_cycles"]
+
+
+def test_every_layer_has_sources_to_check() -> None:
+    modules = {module_of(path) for path in PYTHON_FILES}
+    assert {"orbsoc.builder", "orbsoc.ps.driver", "orbsoc.missions", "hw_model.trace"} <= modules
+    assert set(RUST_MAY_USE) <= {rust_module_of(path) for path in RUST_FILES}
+
+
+def test_crates_depend_downwards_only() -> None:
+    dependencies = {
+        path.parent.name: set(tomllib.loads(path.read_text())["dependencies"])
+        for path in ROOT.glob("rust/*/Cargo.toml")
+    }
+    assert {"orbsoc", "orbsoc-py"} <= set(dependencies)
+    allowed = {
+        "orbsoc": set(),
+        "orbsoc-hw": {"orbsoc"},
+        "orbsoc-py": {"orbsoc", "orbsoc-hw"},
+        "orbsoc-bench": {"orbsoc"},
+    }
+    for name, found in dependencies.items():
+        assert {crate for crate in found if crate.startswith("orbsoc")} <= allowed[name], name
+        assert name == "orbsoc-py" or not {"pyo3", "numpy"} & found, name

@@ -1,0 +1,136 @@
+"""The wheel: what is in it, and that it works in a clean environment, from another folder.
+
+The wheel is the one `make` built (dist/); without one it is built here. The environment gets the pinned runtime
+requirements and the wheel, nothing else, and is used with the repository out of sight.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tarfile
+import venv
+import zipfile
+from pathlib import Path, PurePosixPath
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+DATA_SUFFIXES = {".toml", ".j2", ".html", ".css", ".typed", ".pyi", ".json"}
+
+
+def maturin(*arguments: str, out: Path) -> None:
+    """Run the maturin beside this interpreter."""
+    tool = Path(sys.executable).with_name("maturin")
+    interpreter = ["--interpreter", sys.executable] if arguments[0] == "build" else []
+    subprocess.run([tool, *arguments, *interpreter, "--out", out], cwd=ROOT, check=True)
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    built = sorted((ROOT / "dist").glob("orbsoc-*.whl"))
+    if not built:
+        out = tmp_path_factory.mktemp("wheel")
+        maturin("build", "--release", "--locked", out=out)
+        built = sorted(out.glob("orbsoc-*.whl"))
+    assert len(built) == 1, built
+    return built[0]
+
+
+@pytest.fixture(scope="module")
+def sdist(tmp_path_factory: pytest.TempPathFactory) -> set[PurePosixPath]:
+    """Names in a fresh source distribution, below its one folder."""
+    out = tmp_path_factory.mktemp("sdist")
+    maturin("sdist", out=out)
+    with tarfile.open(next(out.glob("*.tar.gz"))) as archive:
+        return {PurePosixPath(*PurePosixPath(name).parts[1:]) for name in archive.getnames()}
+
+
+def names_in(wheel: Path) -> set[PurePosixPath]:
+    with zipfile.ZipFile(wheel) as archive:
+        return {PurePosixPath(name) for name in archive.namelist()}
+
+
+def package_files() -> set[PurePosixPath]:
+    """What both packages are made of, as paths inside a wheel."""
+    found: set[PurePosixPath] = set()
+    for base, package in ((ROOT / "python", "orbsoc"), (ROOT, "hw_model")):
+        for path in (base / package).rglob("*"):
+            if path.suffix in DATA_SUFFIXES | {".py"}:
+                found.add(PurePosixPath(path.relative_to(base).as_posix()))
+    return found
+
+
+def test_the_wheel_holds_both_packages_with_their_data_and_nothing_else(wheel: Path) -> None:
+    names = names_in(wheel)
+    extension = {name for name in names if name.suffix == ".so"}
+    metadata = {name for name in names if name.parts[0].endswith(".dist-info")}
+    assert [name.parent for name in extension] == [PurePosixPath("orbsoc")]
+    assert names - extension - metadata == package_files()
+    assert PurePosixPath("hw_model/platforms/zu9eg.toml") in names
+    assert PurePosixPath("hw_model/partitions/paper.toml") in names
+    assert PurePosixPath("orbsoc/py.typed") in names
+    assert PurePosixPath("orbsoc/_core.pyi") in names
+
+
+def test_the_source_distribution_holds_what_a_build_needs(sdist: set[PurePosixPath]) -> None:
+    here = {PurePosixPath("python") / p if p.parts[0] == "orbsoc" else p for p in package_files()}
+    rust = {PurePosixPath(p.relative_to(ROOT).as_posix()) for p in ROOT.glob("rust/*/src/**/*.rs")}
+    manifests = {PurePosixPath(name) for name in ("pyproject.toml", "Cargo.toml", "Cargo.lock", "LICENSE")}
+    assert here | rust | manifests <= sdist
+    assert not [name for name in sdist if name.suffix in (".pyc", ".so") or name.parts[0] in ("tests", "rtl")]
+
+
+@pytest.fixture(scope="module")
+def clean(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """bin/ of an environment with the pinned requirements and the wheel."""
+    folder = tmp_path_factory.mktemp("clean")
+    venv.create(folder, with_pip=True)
+    pip = [folder / "bin" / "python", "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
+    subprocess.run([*pip, "-r", ROOT / "requirements" / "runtime.txt"], check=True, cwd=folder)
+    subprocess.run([*pip, "--no-deps", wheel], check=True, cwd=folder)
+    return folder / "bin"
+
+
+def run(command: list[str | Path], folder: Path) -> str:
+    """Standard output of a command in another folder, with no variable that leads back here."""
+    environment = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_the_pinned_requirements_are_complete(clean: Path, tmp_path: Path) -> None:
+    assert "No broken requirements found." in run([clean / "python", "-m", "pip", "check"], tmp_path)
+
+
+SOLVE = """
+import hw_model, orbsoc
+# min x0 + 2 x1 on x0 + x1 = 1, x >= 0, and ||(x0, x1)|| <= 3: x = (1, 0)
+problem = orbsoc.Problem(
+    c=[1.0, 2.0], A=[[1.0, 1.0]], b=[1.0],
+    G=[[-1.0, 0.0], [0.0, -1.0], [0.0, 0.0], [-1.0, 0.0], [0.0, -1.0]], h=[0.0, 0.0, 3.0, 0.0, 0.0],
+    cones=orbsoc.Cones(l=2, q=[3]),
+)
+solution = orbsoc.solve(problem)
+assert solution.status is orbsoc.Status.SOLVED, solution
+assert abs(solution.objective - 1.0) < 1e-7, solution.objective
+ps = orbsoc.PsScheduler()
+assert ps(problem).objective == solution.objective
+report = hw_model.speedup(ps.trace, "zu9eg", "paper")
+print(orbsoc.__file__, hw_model.__file__)
+"""
+
+
+def test_an_installed_wheel_solves_and_models_from_another_folder(clean: Path, tmp_path: Path) -> None:
+    places = run([clean / "python", "-c", SOLVE], tmp_path).split()
+    assert [Path(place).is_relative_to(clean.parent) for place in places] == [True, True]
+
+
+@pytest.mark.parametrize("command", [["orbsoc"], ["python", "-m", "orbsoc"]])
+def test_the_command_line_answers_from_another_folder(
+    command: list[str], clean: Path, tmp_path: Path
+) -> None:
+    text = run([clean / command[0], *command[1:], "--help"], tmp_path)
+    assert "plan" in text
