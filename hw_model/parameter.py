@@ -1,0 +1,55 @@
+"""One number of a platform, with where it comes from."""
+
+from __future__ import annotations
+
+from typing import Annotated, Generic, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Tag = Literal["sourced", "measured", "assumed"]
+End = Literal["slow", "nominal", "fast"]
+Number = TypeVar("Number", int, float)
+
+PsClock = Annotated[float, Field(gt=0.0, le=5000.0, strict=True, allow_inf_nan=False)]
+PlClock = Annotated[float, Field(gt=0.0, le=1000.0, strict=True, allow_inf_nan=False)]
+Duration = Annotated[float, Field(ge=0.0, strict=True, allow_inf_nan=False)]
+Rate = Annotated[float, Field(gt=0.0, strict=True, allow_inf_nan=False)]
+Fraction01 = Annotated[float, Field(gt=0.0, le=1.0, strict=True, allow_inf_nan=False)]
+Exponent = Annotated[float, Field(ge=1.0, le=64.0, strict=True, allow_inf_nan=False)]
+Count = Annotated[int, Field(ge=0, strict=True)]
+Units = Annotated[int, Field(ge=1, le=1024, strict=True)]
+
+
+class Parameter(BaseModel, Generic[Number]):
+    """A value whose unit is in its key, tagged with its provenance.
+
+    `sourced`: printed by the named source; `measured`: by our own RTL or benchmark; `assumed`:
+    chosen by us, and `source` says why. `low` and `high`, given together, are the ends of a band:
+    a report evaluates them and prints its results as bands.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    value: Number
+    tag: Tag
+    source: Annotated[str, Field(min_length=1)]
+    low: Number | None = None
+    high: Number | None = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Parameter[Number]:
+        if self.low is None and self.high is None:
+            return self
+        if self.low is None or self.high is None or not self.low <= self.value <= self.high:
+            raise ValueError(
+                f"low = {self.low}, value = {self.value}, high = {self.high}: "
+                "a band needs both ends, and low ≤ value ≤ high"
+            )
+        return self
+
+    def at(self, end: End, *, more_is_faster: bool) -> Parameter[Number]:
+        """This parameter moved to one end of its band (itself when it has none)."""
+        if end == "nominal" or self.low is None or self.high is None:
+            return self
+        value = self.high if (end == "fast") == more_is_faster else self.low
+        return self.model_copy(update={"value": value})

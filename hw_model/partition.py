@@ -1,0 +1,69 @@
+"""Which of the six PL modules run on the PL. A partition never changes a number that the solver computes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from .data_file import Table, is_table, read, shipped
+from .errors import PartitionError, describe
+from .vocabulary import PL_MODULES, Module, PlModule, Side
+
+
+class Partition(BaseModel):
+    """A side for each of the six modules. Stages of class `ps` stay on the PS, always."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: str
+    description: str = ""
+    modules: dict[PlModule, Side]
+
+    def side(self, module: Module) -> Side:
+        """Where the stages of `module` run."""
+        return "ps" if module == "ps" else self.modules[module]
+
+    @property
+    def uses_pl(self) -> bool:
+        """Whether any module runs on the PL."""
+        return "pl" in self.modules.values()
+
+
+def partition_names() -> list[str]:
+    """Names of the partitions that ship."""
+    return shipped("partitions")
+
+
+def load_partition(name_or_path: str | Path) -> Partition:
+    """A shipped partition by name ("paper"), or one from a TOML file (a path, or a name ending in .toml).
+
+    Raises PartitionError naming the key, its value and what is allowed.
+    """
+    raw, where = read("partition", "partitions", name_or_path, PartitionError)
+    return parse_partition(raw, where)
+
+
+def parse_partition(raw: Table, where: str = "partition") -> Partition:
+    """A partition from plain data with the keys of a partition file."""
+    modules = raw.get("modules")
+    if is_table(modules):
+        _check_modules(modules, where)
+    try:
+        return Partition.model_validate(raw)
+    except ValidationError as error:
+        raise PartitionError(f"{where}: {describe(error, Partition)}") from error
+
+
+def _check_modules(modules: Table, where: str) -> None:
+    allowed = ", ".join(PL_MODULES)
+    for name, side in modules.items():
+        if name == "ps":
+            raise PartitionError(
+                f"{where}: `modules.ps` = {side!r}: the PS's own tasks cannot be moved; a partition places {allowed}"
+            )
+        if name not in PL_MODULES:
+            raise PartitionError(f"{where}: `modules.{name}` = {side!r}: no such module; allowed: {allowed}")
+    missing = [name for name in PL_MODULES if name not in modules]
+    if missing:
+        raise PartitionError(f'{where}: `modules` lacks {", ".join(missing)}: each needs "ps" or "pl"')

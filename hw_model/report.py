@@ -1,0 +1,242 @@
+"""The answer to "how fast, and why": a modelled run compared with a baseline, its assumptions first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from .errors import HwModelError
+from .prices import Prices
+from .rows import (
+    CopyRow,
+    IterationRow,
+    ModuleRow,
+    SolveRow,
+    StageRow,
+    copy_rows,
+    iteration_rows,
+    module_rows,
+    solve_rows,
+    stage_rows,
+)
+from .timeline import as_partition, as_platform, lay_out
+from .trace import parse_trace
+from .vocabulary import CAUSES, Cause, Datapath, Side
+from .walk import Action, walk
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from .parameter import End
+    from .partition import Partition
+    from .platform import Assumption, Platform
+    from .trace import Trace
+
+Verdict = Literal["PASS", "FAIL", "MARGINAL"]
+SCHEMA = "orbsoc.hardware-report/1"
+PICOS_PER_MS = 10**9
+
+NOT_MODELLED = (
+    "PL cycles are an estimate between bounds: banks, ports, crossbar and instruction fetch are left out.",
+    "One PS core works at a time, and the PS waits while the PL computes.",
+    "No cache maintenance, no contention for memory, no operating system, no jitter.",
+    "Only what the trace records: building the problem and the outer loop on the PS are not in it.",
+    "Whether the buffers and the engine fit into the device is not checked.",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Band:
+    """A result at the nominal parameters, and its ends over the bands of the assumed ones."""
+
+    low: float
+    nominal: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True)
+class Deadline:
+    """PASS: met even at the slow end; FAIL: missed even at the fast end; MARGINAL: the band straddles it.
+
+    Margins are deadline minus makespan, negative when it is missed.
+    """
+
+    deadline_ms: float
+    verdict: Verdict
+    margin_ms: float
+    slow_end_margin_ms: float
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """A modelled run of one trace; every number in it is modelled, none measured."""
+
+    device: str
+    description: str
+    core: str
+    partition: str
+    modules_on_pl: tuple[str, ...]
+    baseline: str
+    datapath: Datapath
+    lanes: int
+    pl_clock_mhz: float
+    makespan_ms: Band
+    baseline_ms: Band
+    speedup: Band
+    """Baseline makespan over this one's, both at the same parameters."""
+    makespan_picos: int
+    cycles: dict[Side, int]
+    """Computing cycles of each side, in its own clock."""
+    causes_picos: dict[Cause, int]
+    modules: tuple[ModuleRow, ...]
+    stages: tuple[StageRow, ...]
+    iterations: tuple[IterationRow, ...]
+    solves: tuple[SolveRow, ...]
+    copies: tuple[CopyRow, ...]
+    interrupts: int
+    launches: int
+    deadline: Deadline | None
+    assumptions: tuple[Assumption, ...]
+
+    @property
+    def headline(self) -> str:
+        """One sentence that says how this partition does against the baseline."""
+        times = f"{_ms(self.makespan_ms)} against {_ms(self.baseline_ms)}"
+        what = f"modelled: {self.partition} on {self.device}"
+        if self.partition == self.baseline:
+            return f"{what} takes {_ms(self.makespan_ms)} on one {self.core}"
+        ratio = f"{self.speedup.nominal:.2f}× ({self.speedup.low:.2f}–{self.speedup.high:.2f}×)"
+        if self.speedup.high < 1.0:
+            return f"{what} is SLOWER than {self.baseline}: speedup {ratio}, {times}"
+        if self.speedup.low > 1.0:
+            return f"{what} is faster than {self.baseline}: speedup {ratio}, {times}"
+        leaning = "slower" if self.speedup.nominal < 1.0 else "faster"
+        return f"{what} may be faster or slower than {self.baseline}, nominally {leaning}: speedup {ratio}, {times}"
+
+    @property
+    def deadline_line(self) -> str:
+        """One sentence on the deadline; empty when none was given."""
+        if self.deadline is None:
+            return ""
+        found = self.deadline
+        return (
+            f"modelled deadline verdict: {found.verdict}: {_ms(self.makespan_ms)} against {found.deadline_ms:g} ms, "
+            f"margin {found.margin_ms:+.3f} ms nominally, {found.slow_end_margin_ms:+.3f} ms at the slow end"
+        )
+
+    @property
+    def slower_modules(self) -> tuple[ModuleRow, ...]:
+        """Modules on the PL that take longer there, copies and interrupts included, than in the baseline."""
+        return tuple(row for row in self.modules if row.side == "pl" and row.picos > row.baseline_picos)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as JSON-able plain data."""
+        plain = asdict(self)
+        return {
+            "schema": SCHEMA,
+            "headline": self.headline,
+            "deadline_line": self.deadline_line,
+            "slower_modules": [row.module for row in self.slower_modules],
+            "not_modelled": list(NOT_MODELLED),
+            **plain,
+        }
+
+    def to_markdown(self) -> str:
+        """The report as Markdown: verdict, assumptions, then times."""
+        from .markdown import render
+
+        return render(self)
+
+
+def speedup(
+    trace: Mapping[str, Any] | Trace,
+    platform: Platform | str | Path,
+    partition: Partition | str | Path,
+    deadline_ms: float | None = None,
+    baseline: Partition | str | Path = "all_ps",
+) -> Report:
+    """Compare `partition` with `baseline` on the same `platform` and trace (objects, names or paths).
+
+    Bands come from the parameters that have `low` and `high`: PS and fabric (PL and link) are taken to
+    their slow and fast ends independently. `deadline_ms` is for the whole trace.
+    Raises TraceError, PlatformError, PartitionError, or HwModelError for an impossible deadline.
+    """
+    if deadline_ms is not None and not (math.isfinite(deadline_ms) and deadline_ms > 0.0):
+        raise HwModelError(f"`deadline_ms` = {deadline_ms!r}: must be a positive number of milliseconds")
+    checked, machine = parse_trace(trace), as_platform(platform)
+    split, base = as_partition(partition), as_partition(baseline)
+    actions, base_actions = walk(checked, split), walk(checked, base)
+    prices = Prices(checked, machine)
+    timeline = lay_out(actions, prices, split.name)
+    before = lay_out(base_actions, prices, base.name)
+    if not before.makespan_picos or not timeline.makespan_picos:
+        raise HwModelError("the trace takes no time at all: its solves run no operations")
+    times, base_times, ratios = _bands(checked, machine, actions, base_actions)
+    kinds = [action.work.kind for action in actions]
+    cycles: dict[Side, int] = {"ps": 0, "pl": 0}
+    for segment in timeline.segments:
+        cycles[segment.side] += segment.cycles
+    causes = timeline.totals("cause")
+    pl_used = split.uses_pl or base.uses_pl
+    return Report(
+        device=machine.name,
+        description=machine.description,
+        core=machine.ps.core,
+        partition=split.name,
+        modules_on_pl=tuple(name for name, side in split.modules.items() if side == "pl"),
+        baseline=base.name,
+        datapath=checked.datapath,
+        lanes=machine.pl.lanes.value,
+        pl_clock_mhz=machine.pl.clock_mhz.value,
+        makespan_ms=times,
+        baseline_ms=base_times,
+        speedup=ratios,
+        makespan_picos=timeline.makespan_picos,
+        cycles=cycles,
+        causes_picos={cause: causes.get((cause,), 0) for cause in CAUSES},
+        modules=tuple(module_rows(actions, timeline, split, before)),
+        stages=tuple(stage_rows(actions, prices)),
+        iterations=tuple(iteration_rows(timeline)),
+        solves=tuple(solve_rows(timeline, prices)),
+        copies=tuple(copy_rows(actions, prices)),
+        interrupts=kinds.count("interrupt"),
+        launches=kinds.count("launch"),
+        deadline=None if deadline_ms is None else _judge(deadline_ms, times),
+        assumptions=tuple(machine.assumptions(checked.datapath, pl_used=pl_used)),
+    )
+
+
+def _bands(
+    trace: Trace, machine: Platform, actions: list[Action], base_actions: list[Action]
+) -> tuple[Band, Band, Band]:
+    """Makespans (ms) of run and baseline, and their ratio, over the corners of the assumed bands.
+
+    Every makespan is monotonic in every banded parameter, so its extremes are at corners. So are the
+    ratio's against an all-PS baseline: it falls as the PS gets faster, and rises as the fabric does.
+    """
+    ends: tuple[End, End] = ("slow", "fast")
+    corners = [machine] + [machine.corner(ps, fabric) for ps in ends for fabric in ends]
+    run = [Prices(trace, corner).total_picos(actions) / PICOS_PER_MS for corner in corners]
+    base = [Prices(trace, corner).total_picos(base_actions) / PICOS_PER_MS for corner in corners]
+    ratio = [b / r for b, r in zip(base, run, strict=True)]
+    return _band(run), _band(base), _band(ratio)
+
+
+def _band(values: list[float]) -> Band:
+    return Band(min(values), values[0], max(values))
+
+
+def _judge(deadline_ms: float, times: Band) -> Deadline:
+    if times.high <= deadline_ms:
+        verdict: Verdict = "PASS"
+    elif times.low > deadline_ms:
+        verdict = "FAIL"
+    else:
+        verdict = "MARGINAL"
+    return Deadline(deadline_ms, verdict, deadline_ms - times.nominal, deadline_ms - times.high)
+
+
+def _ms(band: Band) -> str:
+    return f"{band.nominal:.3f} ms ({band.low:.3f}–{band.high:.3f})"

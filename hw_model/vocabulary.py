@@ -1,0 +1,57 @@
+"""The words that traces, partitions and platforms share, and how time is counted.
+
+Time is an integer number of picoseconds (`_picos`), so that sums are exact and "the causes add up to
+the makespan" is an equality. "ps" always means the processing system, never picoseconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from itertools import pairwise
+from typing import Final, Literal
+
+Side = Literal["ps", "pl"]
+PlModule = Literal[
+    "matrix_update", "matrix_scaling", "factorization", "linear_solve", "cone_ops", "line_search"
+]
+Module = Literal[
+    "ps", "matrix_update", "matrix_scaling", "factorization", "linear_solve", "cone_ops", "line_search"
+]
+Datapath = Literal["f64", "f32"]
+Opcode = Literal[
+    "move", "neg", "abs", "mul", "add", "sub", "mul_add", "mul_sub", "div", "sqrt", "min", "max",
+    "compare", "and", "select",
+]  # fmt: skip
+Cause = Literal["ps", "issue", "dependency", "divider", "drain", "link", "interrupt"]
+
+PL_MODULES: Final[tuple[PlModule, ...]] = (
+    "matrix_update", "matrix_scaling", "factorization", "linear_solve", "cone_ops", "line_search",
+)  # fmt: skip
+MODULES: Final[tuple[Module, ...]] = ("ps", *PL_MODULES)
+OPCODES: Final[tuple[Opcode, ...]] = (
+    "move", "neg", "abs", "mul", "add", "sub", "mul_add", "mul_sub", "div", "sqrt", "min", "max",
+    "compare", "and", "select",
+)  # fmt: skip
+CAUSES: Final[tuple[Cause, ...]] = ("ps", "issue", "dependency", "divider", "drain", "link", "interrupt")
+WORD_BYTES: Final[dict[Datapath, int]] = {"f64": 8, "f32": 4}
+
+
+def picos_of_cycles(parts: Sequence[int], clock_mhz: float) -> list[int]:
+    """Durations of consecutive parts, each given in whole clock cycles, in picoseconds.
+
+    The end of each part is rounded, not its length, so the parts add up to the rounded total
+    whatever the clock: 3 cycles at 150 MHz are 20 000 ps as one part and 6667 + 6666 + 6667 as three.
+    """
+    picos_per_cycle = Fraction(10**6) / Fraction(clock_mhz)
+    ends = [0]
+    cycles = 0
+    for part in parts:
+        cycles += part
+        ends.append(int(cycles * picos_per_cycle + Fraction(1, 2)))
+    return [end - start for start, end in pairwise(ends)]
+
+
+def picos_of_ns(duration_ns: float) -> int:
+    """A duration in nanoseconds, rounded to a whole number of picoseconds."""
+    return round(duration_ns * 1000.0)
