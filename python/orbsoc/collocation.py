@@ -79,7 +79,7 @@ def interpolation_matrix(points: ArrayLike, at: ArrayLike) -> Array:
     gaps = t[:, None] - x[None, :]
     hits = gaps == 0.0
     terms = barycentric_weights(x) / np.where(hits, 1.0, gaps)
-    matrix = terms / terms.sum(axis=1, keepdims=True)
+    matrix: Array = terms / terms.sum(axis=1, keepdims=True)
     on_point = hits.any(axis=1)
     matrix[on_point] = hits[on_point]
     return matrix

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -78,7 +78,8 @@ def propagate_burn(
 
     if times[-1] == 0.0:
         return np.tile(np.asarray(state_si, dtype=np.float64), (times.size, 1))
-    result: Any = solve_ivp(
+    integrate: Any = cast(Any, solve_ivp)  # published without types
+    result = integrate(
         rate,
         (0.0, times[-1] / units.time_s),
         units.state_from_si(np.asarray(state_si, dtype=np.float64)),
