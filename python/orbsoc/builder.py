@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
 from orbsoc import csc
 from orbsoc.csc import Array, Csc
 from orbsoc.problem import Cones, Problem, ProblemError

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from scipy.sparse import linalg
+
 from orbsoc import csc
 from orbsoc.csc import Csc
-from scipy.sparse import linalg
 
 _linalg: Any = linalg  # published without types
 
@@ -16,6 +17,9 @@ SHIFT = 1e-8
 
 DENSE_LIMIT = 200
 """Up to this order a dense Cholesky is faster than the sparse elimination."""
+
+EIGENVALUE_LIMIT = 500
+"""Up to this order the reason names the smallest eigenvalue."""
 
 
 def first_nonconvexity(P: Csc) -> str | None:
@@ -54,7 +58,12 @@ def first_nonconvexity(P: Csc) -> str | None:
         np.concatenate([position[columns], unit]),
         (order, order),
     )
-    return None if _has_positive_pivots(shifted) else "it has a direction of negative curvature"
+    if _has_positive_pivots(shifted):
+        return None
+    if order > EIGENVALUE_LIMIT:
+        return "it has a direction of negative curvature"
+    smallest = float(np.linalg.eigvalsh(shifted.toarray())[0]) - SHIFT
+    return f"scaled to a unit diagonal, its smallest eigenvalue is {smallest:.3g}"
 
 
 def _has_positive_pivots(matrix: Csc) -> bool:

@@ -7,8 +7,9 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from orbsoc.errors import ProblemError
 from scipy import sparse as _scipy_sparse
+
+from orbsoc.errors import ProblemError
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
@@ -40,20 +41,25 @@ class Csc(Protocol):
     def diagonal(self) -> Array: ...
 
 
+def _csc(*arguments: Any, **options: Any) -> Csc:
+    out: Csc = _sparse.csc_array(*arguments, **options)
+    return out
+
+
 def empty(rows: int, columns: int) -> Csc:
     """A matrix without entries."""
-    return _sparse.csc_array((rows, columns))
+    return _csc((rows, columns))
 
 
 def from_parts(data: Array, indices: NDArray[Any], indptr: NDArray[Any], shape: tuple[int, int]) -> Csc:
     """The matrix of compressed columns as they are, not checked."""
-    return _sparse.csc_array((data, indices, indptr), shape=shape)
+    return _csc((data, indices, indptr), shape=shape)
 
 
 def from_entries(values: Array, rows: NDArray[Any], columns: NDArray[Any], shape: tuple[int, int]) -> Csc:
     """The matrix of coordinate entries; entries at the same place are added."""
     coordinates = (rows.astype(np.int32), columns.astype(np.int32))
-    return _sparse.coo_array((values, coordinates), shape=shape).tocsc()
+    return _csc(_sparse.coo_array((values, coordinates), shape=shape))
 
 
 def entries(matrix: Matrix) -> tuple[Array, NDArray[np.intp], NDArray[np.intp]]:
@@ -70,12 +76,12 @@ def is_sparse(value: Matrix) -> bool:
 
 def upper(matrix: Csc) -> Csc:
     """The upper triangle, diagonal included."""
-    return _sparse.csc_array(_sparse.triu(matrix))
+    return _csc(_sparse.triu(matrix))
 
 
 def mirrored(matrix: Csc) -> Csc:
     """The full symmetric matrix of an upper triangle."""
-    return _sparse.csc_array(matrix + _sparse.triu(matrix, 1).T)
+    return _csc(matrix + _sparse.triu(matrix, 1).T)
 
 
 def symmetric_part(matrix: Csc) -> Csc:
@@ -86,7 +92,8 @@ def symmetric_part(matrix: Csc) -> Csc:
 
 def difference(left: Csc, right: Csc) -> Csc:
     """left − right."""
-    return _sparse.csc_array(left) - _sparse.csc_array(right)
+    minuend: Any = left
+    return _csc(minuend - right)
 
 
 def entry(matrix: Csc, row: int, column: int) -> float:
@@ -97,7 +104,7 @@ def entry(matrix: Csc, row: int, column: int) -> float:
 
 def stacked(top: Csc, bottom: Csc) -> Csc:
     """`top` above `bottom`."""
-    return _sparse.csc_array(_sparse.vstack([top, bottom]))
+    return _csc(_sparse.vstack([top, bottom]))
 
 
 def selected_rows(matrix: Csc, keep: NDArray[np.bool_]) -> Csc:
@@ -169,4 +176,5 @@ def _canonical(name: str, matrix: Any) -> Csc:
     if not matrix.has_canonical_format:
         matrix = matrix.copy()
         matrix.sum_duplicates()
-    return matrix
+    out: Csc = matrix
+    return out

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+
 from orbsoc import csc
 from orbsoc.convexity import first_nonconvexity
 from orbsoc.csc import Array, Csc, Matrix
@@ -92,7 +93,7 @@ class Problem:
         cones: Cones | None = None,
     ) -> None:
         cost = _vector("c", c)
-        n = cost.shape[0]
+        n = cost.size
         if n == 0:
             raise ProblemError("`c` is empty; a problem needs at least one variable")
         _finite_vector("c", cost)
@@ -100,7 +101,7 @@ class Problem:
         equalities, b_ = _rows("A", A, "b", b, n)
         _finite_vector("b", b_)
         inequalities, h_ = _rows("G", G, "h", h, n)
-        m = h_.shape[0]
+        m = h_.size
         if cones is None:
             if m:
                 raise ProblemError(
@@ -139,17 +140,17 @@ class Problem:
     @property
     def n(self) -> int:
         """Number of variables."""
-        return self.c.shape[0]
+        return self.c.size
 
     @property
     def p(self) -> int:
         """Number of equality rows."""
-        return self.b.shape[0]
+        return self.b.size
 
     @property
     def m(self) -> int:
         """Number of cone rows."""
-        return self.h.shape[0]
+        return self.h.size
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the problem to a JSON file of schema `orbsoc.problem/1` (see orbsoc.problem_file)."""

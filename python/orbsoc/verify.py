@@ -12,6 +12,7 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
 from orbsoc.csc import Array
 from orbsoc.problem import Cones, Problem, ProblemError
 from orbsoc.solution import Certificate, Status

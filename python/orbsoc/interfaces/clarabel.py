@@ -15,6 +15,7 @@ from typing import Any
 import clarabel as _clarabel
 import numpy as np
 from numpy.typing import NDArray
+
 from orbsoc import csc
 from orbsoc.csc import Array, Csc
 from orbsoc.problem import Cones, Problem
