@@ -115,10 +115,12 @@ class Trace(_Record):
     schema_: Literal["orbsoc.trace/1"] = Field(alias="schema")
     datapath: Datapath
     patterns: tuple[Pattern, ...]
-    solves: Annotated[tuple[Solve, ...], Field(min_length=1)]
+    solves: tuple[Solve, ...]
 
     @model_validator(mode="after")
     def _events_exist(self) -> Trace:
+        if not self.solves:
+            raise ValueError("solves is empty: a trace holds at least one")
         for s, solve in enumerate(self.solves):
             if solve.pattern >= len(self.patterns):
                 raise ValueError(

@@ -1,0 +1,49 @@
+"""The walk is the PS of the emulation, move for move and access for access."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import pytest
+
+from hw_model.trace import parse_trace
+from hw_model.vocabulary import PL_MODULES
+from hw_model.walk import walk
+from orbsoc.ps.events import Kind
+from tests.core.ps_fake import STAGES, WORDS, FakeEngine, prepare
+from tests.hw_model.synthetic import stage
+from tests.hw_model.test_walk import copies, trace_of
+from tests.hw_model.tiny import partition
+
+
+def _trace_of_fake(engine: FakeEngine) -> dict[str, Any]:
+    stages = {
+        name: stage(info.module, " ".join(info.reads), " ".join(info.writes), 1)
+        for name, info in STAGES.items()
+    }
+    trace = trace_of(stages, engine.ran)
+    trace["patterns"][0]["buffers"] = dict(WORDS)
+    return trace
+
+
+@pytest.mark.parametrize("iterations", [1, 4])
+@pytest.mark.parametrize("refinements", [0, 2])
+def test_the_walk_is_what_the_emulated_ps_does(iterations: int, refinements: int) -> None:
+    """Same moves in the same order, as many register accesses and interrupts as the driver's own record."""
+    run = prepare(FakeEngine(iterations, refinements))
+    run.driver.run()
+    actions = walk(parse_trace(_trace_of_fake(run.engine)), partition(*PL_MODULES))
+    moved = [
+        (event.name, "pl" if event.kind is Kind.TO_PL else "ps")
+        for event in run.record
+        if event.kind in (Kind.TO_PL, Kind.TO_PS)
+    ]
+    needed = [(buffer, side) for stage_name, buffer, side in copies(actions) if stage_name != "(result)"]
+    # Within one stage the driver moves in the order of the buffers, the walk in that of the reads.
+    assert sorted(moved) == sorted(needed)
+    kinds = Counter(action.work.kind for action in actions)
+    counts = run.record.counts()
+    assert counts[Kind.INTERRUPT] == kinds["interrupt"]
+    assert counts[Kind.WRITE] == 4 * (kinds["launch"] + kinds["publish"]) + kinds["flags"]
+    assert counts[Kind.READ] == 2 * (kinds["flags"] + kinds["publish"]) + kinds["rest"]
