@@ -18,6 +18,12 @@ class Settings:
     max_iterations: int = 100
     max_time_s: float = float("inf")
     verbose: bool = False
+    static_regularization: float = 1e-8
+    dynamic_regularization: float = 1e-7
+    refinement_tol: float = 1e-13
+    refinement_max: int = 10
+    step_fraction: float = 0.99
+    ruiz_passes: int = 10
 
     def __post_init__(self) -> None:
         for name in ("tol", "tol_inaccurate", "max_time_s"):

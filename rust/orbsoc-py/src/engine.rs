@@ -1,0 +1,203 @@
+//! The engine as a Python object.
+
+use crate::convert::{problem, refuse, settings};
+use core::ops::ControlFlow;
+use numpy::{IntoPyArray, PyArray1};
+use orbsoc::{Buffer, Outcome, Progress, Solution, Stage};
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::time::{Duration, Instant};
+
+pub const NEXT: u8 = 0;
+pub const REPEAT: u8 = 1;
+pub const DONE: u8 = 2;
+
+/// How often a running solve looks for Ctrl-C; shorter iterations are grouped.
+const SIGNAL_INTERVAL: Duration = Duration::from_millis(1);
+
+#[pyclass(module = "orbsoc._core", frozen, get_all)]
+pub struct RawSolution {
+    status: &'static str,
+    x: Py<PyArray1<f64>>,
+    y: Py<PyArray1<f64>>,
+    z: Py<PyArray1<f64>>,
+    s: Py<PyArray1<f64>>,
+    objective: f64,
+    dual_objective: f64,
+    iterations: u32,
+    refinements: u32,
+    primal_residual: f64,
+    dual_residual: f64,
+    gap: f64,
+    radius: f64,
+    message: String,
+    setup_s: f64,
+    solve_s: f64,
+    nnz_kkt: usize,
+    nnz_l: usize,
+}
+
+#[pyclass(module = "orbsoc._core")]
+pub struct Engine {
+    inner: orbsoc::Engine<f64>,
+    setup: Duration,
+}
+
+#[pymethods]
+impl Engine {
+    #[new]
+    fn new(py: Python<'_>, problem_: &Bound<'_, PyAny>, settings_: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let (problem, settings) = (problem(problem_)?, settings(settings_)?);
+        py.detach(|| {
+            let start = Instant::now();
+            let inner = orbsoc::Engine::new(&problem, &settings).map_err(refuse)?;
+            Ok(Self { inner, setup: start.elapsed() })
+        })
+    }
+
+    fn update(&mut self, py: Python<'_>, problem_: &Bound<'_, PyAny>) -> PyResult<()> {
+        let problem = problem(problem_)?;
+        py.detach(|| {
+            let start = Instant::now();
+            self.inner.update(&problem).map_err(refuse)?;
+            self.setup = start.elapsed();
+            Ok(())
+        })
+    }
+
+    /// Solve with the GIL released; `callback(progress)` returning true stops the solve.
+    #[pyo3(signature = (callback=None))]
+    fn solve(&mut self, py: Python<'_>, callback: Option<Py<PyAny>>) -> PyResult<RawSolution> {
+        let mut raised: Option<PyErr> = None;
+        let inner = &mut self.inner;
+        let (solution, elapsed) = py.detach(|| {
+            let start = Instant::now();
+            let mut looked = start;
+            let solution = inner.solve_observed(|progress| {
+                if callback.is_none() && looked.elapsed() < SIGNAL_INTERVAL {
+                    return ControlFlow::Continue(());
+                }
+                looked = Instant::now();
+                Python::attach(|py| match watch(py, progress, callback.as_ref()) {
+                    Ok(flow) => flow,
+                    Err(error) => {
+                        raised = Some(error);
+                        ControlFlow::Break(())
+                    }
+                })
+            });
+            (solution, start.elapsed())
+        });
+        match raised {
+            Some(error) => Err(error),
+            None => Ok(self.raw(py, solution, elapsed)),
+        }
+    }
+
+    /// Run one stage: NEXT, REPEAT or DONE.
+    fn run(&mut self, stage: &str) -> PyResult<u8> {
+        Ok(match self.inner.run(stage_of(stage)?) {
+            Outcome::Next => NEXT,
+            Outcome::Repeat => REPEAT,
+            Outcome::Done(_) => DONE,
+        })
+    }
+
+    /// Stop at the next statistics.
+    fn interrupt(&mut self) {
+        self.inner.interrupt();
+    }
+
+    /// The solution of a walk that ended; `solve_s` is what the caller measured.
+    #[pyo3(signature = (solve_s=0.0))]
+    fn finish(&self, py: Python<'_>, solve_s: f64) -> RawSolution {
+        self.raw(py, self.inner.conclude(), Duration::try_from_secs_f64(solve_s).unwrap_or_default())
+    }
+
+    #[getter]
+    fn iteration(&self) -> u32 {
+        self.inner.iteration()
+    }
+
+    fn progress<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        progress_dict(py, &self.inner.progress())
+    }
+
+    fn events(&self) -> Vec<(&'static str, u32)> {
+        self.inner.events().iter().map(|e| (e.stage.name(), e.iteration)).collect()
+    }
+
+    fn buffer<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let buffer = Buffer::ALL.iter().find(|b| b.name() == name);
+        let buffer = buffer.ok_or_else(|| PyKeyError::new_err(format!("no buffer named {name:?}")))?;
+        Ok(PyArray1::from_slice(py, self.inner.buffer(*buffer)))
+    }
+
+    fn buffer_words<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let words = PyDict::new(py);
+        for &buffer in Buffer::ALL {
+            words.set_item(buffer.name(), self.inner.buffer(buffer).len())?;
+        }
+        Ok(words)
+    }
+}
+
+impl Engine {
+    fn raw(&self, py: Python<'_>, solution: Solution, elapsed: Duration) -> RawSolution {
+        let (nnz_kkt, nnz_l) = self.inner.kkt_sizes();
+        let array = |v: Vec<f64>| v.into_pyarray(py).unbind();
+        RawSolution {
+            status: solution.status.name(),
+            x: array(solution.x),
+            y: array(solution.y),
+            z: array(solution.z),
+            s: array(solution.s),
+            objective: solution.objective,
+            dual_objective: solution.dual_objective,
+            iterations: solution.iterations,
+            refinements: solution.refinements,
+            primal_residual: solution.certificate.primal_residual,
+            dual_residual: solution.certificate.dual_residual,
+            gap: solution.certificate.gap,
+            radius: solution.certificate.radius,
+            message: solution.message,
+            setup_s: self.setup.as_secs_f64(),
+            solve_s: elapsed.as_secs_f64(),
+            nnz_kkt,
+            nnz_l,
+        }
+    }
+}
+
+/// Ctrl-C ends the solve quietly: its status says so. An exception of the callback's goes up.
+fn watch(py: Python<'_>, progress: &Progress, callback: Option<&Py<PyAny>>) -> PyResult<ControlFlow<()>> {
+    if py.check_signals().is_err() {
+        return Ok(ControlFlow::Break(()));
+    }
+    if let Some(callback) = callback {
+        if callback.call1(py, (progress_dict(py, progress)?,))?.is_truthy(py)? {
+            return Ok(ControlFlow::Break(()));
+        }
+    }
+    Ok(ControlFlow::Continue(()))
+}
+
+fn progress_dict<'py>(py: Python<'py>, at: &Progress) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    out.set_item("iteration", at.iteration)?;
+    out.set_item("objective", at.objective)?;
+    out.set_item("dual_objective", at.dual_objective)?;
+    out.set_item("primal_residual", at.primal_residual)?;
+    out.set_item("dual_residual", at.dual_residual)?;
+    out.set_item("gap", at.gap)?;
+    out.set_item("mu", at.mu)?;
+    out.set_item("step", at.step)?;
+    out.set_item("refinements", at.refinements)?;
+    Ok(out)
+}
+
+fn stage_of(name: &str) -> PyResult<Stage> {
+    let stage = Stage::ALL.iter().find(|s| s.name() == name);
+    stage.copied().ok_or_else(|| PyKeyError::new_err(format!("no stage named {name:?}")))
+}

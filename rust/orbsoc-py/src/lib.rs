@@ -1,0 +1,27 @@
+//! `orbsoc._core`: conversions between Python objects and the solver, and nothing else.
+#![allow(missing_docs)] // documented where users meet it: python/orbsoc/_core.pyi
+
+mod convert;
+mod engine;
+mod method;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _core {
+    #[pymodule_export]
+    use super::engine::{Engine, RawSolution};
+    #[pymodule_export]
+    use super::method::{closing, iteration, operation_counts, stages, startup, StageInfo};
+    #[pymodule_export]
+    use super::convert::CoreError;
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("NEXT", super::engine::NEXT)?;
+        module.add("REPEAT", super::engine::REPEAT)?;
+        module.add("DONE", super::engine::DONE)?;
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

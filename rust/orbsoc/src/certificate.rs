@@ -1,0 +1,274 @@
+//! The evidence for a status, recomputed on the user's own data after the fact. Nothing here is shared
+//! with the iteration: other vectors (nalgebra's), other products, always double precision.
+
+use crate::control::RADIUS_CLAIMED;
+use crate::csc::Csc;
+use crate::engine::Engine;
+use crate::problem::Problem;
+use crate::real::Decide;
+use crate::solution::{Certificate, Solution, Status};
+use crate::stage::Stop;
+use nalgebra::{DVector, DVectorView};
+
+/// Residuals of a point on the user's data.
+struct Evidence {
+    certificate: Certificate,
+    /// Worst ratio by the referee's formula, s recomputed as h − Gx.
+    referee: f64,
+    objective: f64,
+    dual_objective: f64,
+}
+
+/// A point in the user's scaling and row order.
+struct Candidate {
+    x: DVector<f64>,
+    y: DVector<f64>,
+    z: DVector<f64>,
+    s: DVector<f64>,
+}
+
+fn product(matrix: &Csc, x: &DVector<f64>) -> DVector<f64> {
+    let mut out = DVector::zeros(matrix.nrows());
+    matrix.triplets().for_each(|(i, j, v)| out[i] += v * x[j]);
+    out
+}
+
+fn transposed_product(matrix: &Csc, y: &DVector<f64>) -> DVector<f64> {
+    let mut out = DVector::zeros(matrix.ncols());
+    matrix.triplets().for_each(|(i, j, v)| out[j] += v * y[i]);
+    out
+}
+
+fn symmetric_product(upper: &Csc, x: &DVector<f64>) -> DVector<f64> {
+    let strictly_lower = upper.triplets().filter(|&(i, j, _)| i != j);
+    let mut out = product(upper, x);
+    strictly_lower.for_each(|(i, j, v)| out[j] += v * x[i]);
+    out
+}
+
+fn norm(x: &DVector<f64>) -> f64 {
+    if x.iter().all(|v| v.is_finite()) {
+        x.amax()
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// Exact projection of `v` onto K, and the largest entry of what it moved.
+fn project(problem: &Problem, v: &mut DVector<f64>) -> f64 {
+    let mut moved: f64 = 0.0;
+    let l = problem.cones.l;
+    for v in v.iter_mut().take(l) {
+        moved = moved.max(-*v);
+        *v = v.max(0.0);
+    }
+    let mut start = l;
+    for &dim in &problem.cones.q {
+        let (head, tail) = (v[start], v.rows(start + 1, dim - 1).norm());
+        if tail > head {
+            let (new_head, factor) =
+                if tail <= -head { (0.0, 0.0) } else { (f64::midpoint(head, tail), f64::midpoint(head, tail) / tail) };
+            moved = moved.max((new_head - head).abs()).max((1.0 - factor) * v.rows(start + 1, dim - 1).amax());
+            v[start] = new_head;
+            v.rows_mut(start + 1, dim - 1).scale_mut(factor);
+        }
+        start += dim;
+    }
+    moved
+}
+
+/// Absent rows take part in nothing: zero where h is +∞.
+fn present(problem: &Problem, mut v: DVector<f64>) -> DVector<f64> {
+    for (v, h) in v.iter_mut().zip(&problem.h) {
+        if !h.is_finite() {
+            *v = 0.0;
+        }
+    }
+    v
+}
+
+fn examine(problem: &Problem, at: &Candidate) -> Evidence {
+    let (c, b) = (DVectorView::from(&problem.c[..]), DVectorView::from(&problem.b[..]));
+    let h = present(problem, DVector::from_column_slice(&problem.h));
+    let slack = present(problem, at.s.clone());
+    let px = symmetric_product(&problem.p, &at.x);
+    let ax = product(&problem.a, &at.x);
+    let gx = present(problem, product(&problem.g, &at.x));
+    let (aty, gtz) = (transposed_product(&problem.a, &at.y), transposed_product(&problem.g, &at.z));
+    let (norm_b, norm_h, norm_c) = (norm(&b.into_owned()), norm(&h), norm(&c.into_owned()));
+
+    let equality = norm(&(&ax - b));
+    let conic = norm(&(&gx + &slack - &h));
+    let dual = norm(&(&px + c + &aty + &gtz));
+    let outside = |v: &DVector<f64>| project(problem, &mut v.clone());
+    let primal_ratio = (equality / (1.0 + norm(&ax).max(norm_b)))
+        .max(conic / (1.0 + norm(&gx).max(norm_h)))
+        .max(outside(&slack) / (1.0 + norm(&slack)));
+    let dual_ratio = (dual / (1.0 + norm(&px).max(norm(&aty)).max(norm(&gtz)).max(norm_c)))
+        .max(outside(&at.z) / (1.0 + norm(&at.z)));
+    let half_curvature = 0.5 * at.x.dot(&px);
+    let objective = half_curvature + c.dot(&at.x);
+    let dual_objective = -half_curvature - b.dot(&at.y) - h.dot(&at.z);
+    let gap = (objective - dual_objective).abs() / (1.0 + objective.abs().min(dual_objective.abs()));
+    let referee_primal = equality.max(outside(&(&h - &gx))) / (1.0 + norm_b.max(norm_h));
+    let referee_dual = dual.max(outside(&at.z)) / (1.0 + norm_c);
+    let certificate =
+        Certificate { primal_residual: primal_ratio, dual_residual: dual_ratio, gap, radius: f64::NAN };
+    let referee = Certificate { primal_residual: referee_primal, dual_residual: referee_dual, ..certificate };
+    Evidence { referee: referee.worst(), certificate, objective, dual_objective }
+}
+
+/// Certified radius of a claim of primal infeasibility over the data's scale; z is projected onto K.
+fn primal_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
+    at.z = present(problem, at.z.clone());
+    project(problem, &mut at.z);
+    let h = present(problem, DVector::from_column_slice(&problem.h));
+    let support = DVectorView::from(&problem.b[..]).dot(&at.y) + h.dot(&at.z);
+    let sum = transposed_product(&problem.a, &at.y) + transposed_product(&problem.g, &at.z);
+    let scale = problem.b.iter().chain(h.iter()).fold(1.0, |top: f64, v| top.max(v.abs()));
+    radius(support, sum.lp_norm(1), scale)
+}
+
+/// Certified radius of a claim of dual infeasibility over the data's scale.
+fn dual_radius(problem: &Problem, at: &Candidate) -> (f64, f64) {
+    let cost = DVectorView::from(&problem.c[..]).dot(&at.x);
+    let recession = -present(problem, product(&problem.g, &at.x));
+    let mut inside = recession.clone();
+    project(problem, &mut inside);
+    let distance = symmetric_product(&problem.p, &at.x).lp_norm(1)
+        + product(&problem.a, &at.x).lp_norm(1)
+        + (recession - inside).lp_norm(1);
+    let scale = problem.c.iter().fold(1.0, |top: f64, v| top.max(v.abs()));
+    radius(cost, distance, scale)
+}
+
+fn radius(value: f64, size: f64, scale: f64) -> (f64, f64) {
+    if value < 0.0 && size.is_finite() {
+        let radius = if size > 0.0 { -value / size } else { f64::INFINITY };
+        (radius, radius / scale)
+    } else {
+        (0.0, 0.0)
+    }
+}
+
+impl<T: Decide> Engine<T> {
+    /// The outcome of the walk that ended, with the status that its numbers support.
+    pub fn conclude(&self) -> Solution {
+        let stop = self.stop.unwrap_or(Stop::Interrupted);
+        let problem = &self.problem;
+        let best = self.candidate(&self.work.answer, true);
+        let evidence = examine(problem, &best);
+        let tol = self.settings.tol;
+        let ratio = evidence.certificate.worst();
+        let solved = ratio <= tol && evidence.referee <= 100.0 * tol;
+        if stop == Stop::Converged && solved || !claims_certificate(stop) && solved {
+            let message = format!("verified: worst residual ratio {ratio:.1e} on the original data");
+            return self.assemble(Status::Solved, best, &evidence, message);
+        }
+        if let Some(solution) = self.infeasible() {
+            return solution;
+        }
+        if solved {
+            let message = format!("verified: worst residual ratio {ratio:.1e} on the original data");
+            return self.assemble(Status::Solved, best, &evidence, message);
+        }
+        let failed = failing_line(&evidence, tol);
+        if ratio <= self.settings.tol_inaccurate && evidence.referee <= self.settings.tol_inaccurate {
+            let message = format!("meets tol_inaccurate only: {failed}");
+            return self.assemble(Status::SolvedInaccurate, best, &evidence, message);
+        }
+        let (status, advice) = match stop {
+            Stop::MaxIterations => (Status::MaxIterations, "raise max_iterations or look at the scaling of the data"),
+            Stop::MaxTime => (Status::MaxTime, "raise max_time_s"),
+            Stop::Interrupted => (Status::Interrupted, "stopped from outside"),
+            _ => (Status::NumericalLimit, "no further progress; rescale the data or accept a larger tol"),
+        };
+        self.assemble(status, best, &evidence, format!("best iterate returned: {failed}; {advice}"))
+    }
+
+    /// A certificate of infeasibility that the original data support.
+    fn infeasible(&self) -> Option<Solution> {
+        let problem = &self.problem;
+        let (farkas, ray) = self.work.witness.split_at(self.structure.unknowns());
+        if self.control.primal_radius > 0.0 {
+            let mut at = self.candidate(farkas, false);
+            let (radius, relative) = primal_radius(problem, &mut at);
+            if relative >= RADIUS_CLAIMED {
+                at.x.fill(f64::NAN);
+                let message = format!("no feasible x has ‖x‖∞ < {radius:.3e}");
+                return Some(self.claim(Status::PrimalInfeasible, at, radius, message));
+            }
+        }
+        if self.control.dual_radius > 0.0 {
+            let mut at = self.candidate(ray, false);
+            let (radius, relative) = dual_radius(problem, &at);
+            if relative >= RADIUS_CLAIMED {
+                at.y.fill(f64::NAN);
+                at.z.fill(f64::NAN);
+                let message =
+                    format!("dual infeasible (unbounded if feasible): no dual point has norm below {radius:.3e}");
+                return Some(self.claim(Status::DualInfeasible, at, radius, message));
+            }
+        }
+        None
+    }
+
+    /// Read (x, y, z) and perhaps s from words in the user's scaling, into the user's rows.
+    fn candidate(&self, words: &[T], with_slack: bool) -> Candidate {
+        let (structure, problem) = (&self.structure, &self.problem);
+        let (n, p) = (structure.n, structure.p);
+        let take = |from: usize, len: usize| {
+            DVector::from_iterator(len, words[from..from + len].iter().map(|w| w.value()))
+        };
+        let mut z = DVector::zeros(problem.m());
+        let mut s = DVector::from_element(problem.m(), if with_slack { f64::INFINITY } else { f64::NAN });
+        for (k, &row) in structure.reduced.row_origin.iter().enumerate() {
+            z[row] = words[n + p + k].value();
+            if with_slack {
+                s[row] = words[n + p + structure.m + k].value();
+            }
+        }
+        Candidate { x: take(0, n), y: take(n, p), z, s }
+    }
+
+    fn claim(&self, status: Status, at: Candidate, radius: f64, message: String) -> Solution {
+        let none = f64::NAN;
+        let certificate = Certificate { primal_residual: none, dual_residual: none, gap: none, radius };
+        let infinite = if status == Status::PrimalInfeasible { f64::INFINITY } else { f64::NEG_INFINITY };
+        let evidence =
+            Evidence { certificate, referee: none, objective: infinite, dual_objective: infinite };
+        self.assemble(status, at, &evidence, message)
+    }
+
+    fn assemble(&self, status: Status, at: Candidate, evidence: &Evidence, message: String) -> Solution {
+        Solution {
+            status,
+            x: at.x.as_slice().to_vec(),
+            y: at.y.as_slice().to_vec(),
+            z: at.z.as_slice().to_vec(),
+            s: at.s.as_slice().to_vec(),
+            objective: evidence.objective,
+            dual_objective: evidence.dual_objective,
+            iterations: self.control.iteration,
+            refinements: self.control.refinements,
+            certificate: evidence.certificate,
+            message,
+        }
+    }
+}
+
+fn claims_certificate(stop: Stop) -> bool {
+    matches!(stop, Stop::PrimalCertificate | Stop::DualCertificate)
+}
+
+fn failing_line(evidence: &Evidence, tol: f64) -> String {
+    let c = &evidence.certificate;
+    let lines = [("primal residual", c.primal_residual), ("dual residual", c.dual_residual), ("gap", c.gap)];
+    let failing: Vec<String> =
+        lines.iter().filter(|(_, v)| !(*v <= tol)).map(|(name, v)| format!("{name} {v:.1e}")).collect();
+    if failing.is_empty() {
+        format!("referee's residual {:.1e} (tol {tol:.0e})", evidence.referee)
+    } else {
+        format!("{} (tol {tol:.0e})", failing.join(", "))
+    }
+}

@@ -1,0 +1,298 @@
+//! From a stage's name to its kernels: which buffers each call gets. Arithmetic only; decisions are
+//! in `control.rs`.
+
+use crate::kernels::{cone_ops, factorization, line_search, linear_solve, matrix_scaling, matrix_update};
+use crate::ps;
+use crate::real::Real;
+use crate::settings::Settings;
+use crate::stage::Stage;
+use crate::structure::Structure;
+use crate::workspace::Workspace;
+
+/// Words of the parameter buffer.
+pub(crate) mod parameter {
+    pub const STATIC_REGULARIZATION: usize = 0;
+    pub const DYNAMIC_REGULARIZATION: usize = 1;
+    pub const STEP_FRACTION: usize = 2;
+}
+
+/// Run a stage's arithmetic.
+#[inline(always)]
+pub(crate) fn execute<T: Real>(
+    structure: &Structure,
+    settings: &Settings,
+    work: &mut Workspace<T>,
+    stage: Stage,
+) {
+    match stage {
+        Stage::Equilibrate | Stage::Unscale => matrix_scaling(structure, settings, work, stage),
+        Stage::LoadKkt | Stage::IdentityBlocks | Stage::ScalingBlocks => matrix_update(structure, work, stage),
+        Stage::Factorize => factorize(structure, work),
+        Stage::StartPrimalRhs
+        | Stage::StartDualRhs
+        | Stage::StartPrimal
+        | Stage::StartDual
+        | Stage::ConstantRhs
+        | Stage::StoreConstant
+        | Stage::StoreStep => transfer(structure, work, stage),
+        Stage::SolveKkt | Stage::RefineKkt => solve(structure, work, stage),
+        Stage::StartShift
+        | Stage::NtScaling
+        | Stage::PredictorRhs
+        | Stage::Direction
+        | Stage::CorrectorRhs
+        | Stage::SlackStep => cone_operations(structure, work, stage),
+        Stage::StepLength => step_length(structure, work),
+        Stage::Statistics
+        | Stage::CheckSolve
+        | Stage::EmbeddingPivot
+        | Stage::TauStep
+        | Stage::Centering
+        | Stage::ConeProduct
+        | Stage::Advance => processing_system(structure, work, stage),
+    }
+}
+
+#[inline(always)]
+fn matrix_scaling<T: Real>(structure: &Structure, settings: &Settings, w: &mut Workspace<T>, stage: Stage) {
+    if stage == Stage::Equilibrate {
+        w.p.copy_from_slice(&w.raw_p);
+        w.a.copy_from_slice(&w.raw_a);
+        w.g.copy_from_slice(&w.raw_g);
+        w.q.copy_from_slice(&w.raw_q);
+        let mut data = matrix_scaling::Data { p: &mut w.p, a: &mut w.a, g: &mut w.g, q: &mut w.q };
+        let norms = &mut w.scratch[..structure.unknowns()];
+        matrix_scaling::equilibrate(
+            structure,
+            settings.ruiz_passes,
+            &mut data,
+            norms,
+            &mut w.scale,
+            &mut w.scale_inverse,
+            &mut w.cost_scale,
+        );
+        return;
+    }
+    let unknowns = structure.unknowns();
+    let (scales, one) = ((&w.scale[..], &w.scale_inverse[..], &w.cost_scale[..]), T::one());
+    let undo = |point: &[T], slack: &[T], tau: T, to: (&mut [T], &mut [T])| {
+        matrix_scaling::undo(structure, scales.0, scales.1, scales.2, (point, slack, tau), to);
+    };
+    let (point, slack_tau) = w.best.split_at(unknowns);
+    let (slack, tau) = slack_tau.split_at(structure.m);
+    undo(point, slack, tau[0], w.answer.split_at_mut(unknowns));
+    let (farkas, ray) = w.witness.split_at_mut(unknowns);
+    undo(&w.farkas, &[], one, (farkas, &mut []));
+    undo(&w.ray[..unknowns], &[], one, (ray, &mut []));
+}
+
+#[inline(always)]
+fn matrix_update<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
+    let (kkt, cones) = (&structure.kkt, &structure.cones);
+    match stage {
+        Stage::LoadKkt => matrix_update::load_data(kkt, &w.p, &w.a, &w.g, &mut w.kkt_values),
+        Stage::IdentityBlocks => matrix_update::identity_blocks(kkt, cones, &mut w.kkt_values),
+        _ => matrix_update::scaling_blocks(kkt, cones, &w.w, &w.cone, &mut w.kkt_values),
+    }
+}
+
+#[inline(always)]
+fn factorize<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
+    let regularization = factorization::Regularization {
+        shift: w.parameters[parameter::STATIC_REGULARIZATION],
+        floor: w.parameters[parameter::DYNAMIC_REGULARIZATION],
+    };
+    factorization::factorize(
+        &structure.kkt.symbolic,
+        &structure.kkt.positive,
+        regularization,
+        &w.kkt_values,
+        &mut w.scratch,
+        &mut w.factor_y,
+        &mut w.factor_l,
+        &mut w.pivot_inverse,
+    );
+}
+
+#[inline(always)]
+fn transfer<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
+    let (n, unknowns) = (structure.n, structure.unknowns());
+    let position = &structure.kkt.position[..unknowns];
+    match stage {
+        Stage::StartPrimalRhs | Stage::StartDualRhs | Stage::ConstantRhs => {
+            // With a linear cost, x and s come from (0, b, h) and y and z from (−c, 0, 0); with a
+            // quadratic one all of them come from (−c, b, h).
+            let linear = structure.cost.nnz() == 0;
+            let with_cost = stage != Stage::StartPrimalRhs || !linear;
+            let with_rows = stage != Stage::StartDualRhs || !linear;
+            w.kkt_rhs.fill(T::zero());
+            for (i, (&to, &q)) in position.iter().zip(&w.q).enumerate() {
+                if i < n && with_cost {
+                    w.kkt_rhs[to as usize] = -q;
+                } else if i >= n && with_rows {
+                    w.kkt_rhs[to as usize] = q;
+                }
+            }
+        }
+        Stage::StartPrimal => {
+            linear_solve::unload(&position[..n], &w.kkt_solution, &mut w.point[..n]);
+            for (slack, &from) in w.slack.iter_mut().zip(&position[n + structure.p..]) {
+                *slack = -w.kkt_solution[from as usize];
+            }
+        }
+        Stage::StartDual => linear_solve::unload(&position[n..], &w.kkt_solution, &mut w.point[n..]),
+        Stage::StoreConstant => linear_solve::unload(position, &w.kkt_solution, &mut w.constant),
+        _ => linear_solve::unload(position, &w.kkt_solution, &mut w.step),
+    }
+}
+
+#[inline(always)]
+fn solve<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
+    let kkt = &structure.kkt;
+    if stage == Stage::SolveKkt {
+        linear_solve::substitute(
+            &kkt.symbolic,
+            &w.factor_l,
+            &w.pivot_inverse,
+            &w.kkt_rhs,
+            &mut w.scratch,
+            &mut w.kkt_solution,
+        );
+    } else {
+        linear_solve::substitute_in_place(
+            &kkt.symbolic,
+            &w.factor_l,
+            &w.pivot_inverse,
+            &mut w.scratch,
+            &mut w.kkt_error,
+        );
+        linear_solve::accumulate(&w.kkt_error, &mut w.kkt_solution);
+    }
+    linear_solve::residual(kkt, &w.kkt_values, &w.kkt_rhs, &w.kkt_solution, &mut w.kkt_error);
+}
+
+#[inline(always)]
+fn cone_operations<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
+    let cones = &structure.cones;
+    let rows = structure.n + structure.p;
+    let position = &structure.kkt.position[..structure.unknowns()];
+    match stage {
+        Stage::StartShift => {
+            cone_ops::shift_into_cone(cones, &mut w.slack);
+            cone_ops::shift_into_cone(cones, &mut w.point[rows..]);
+            w.homogenizer.fill(T::one());
+        }
+        Stage::NtScaling => cone_ops::nt_scaling(
+            cones,
+            &w.slack,
+            &w.point[rows..],
+            &mut w.w,
+            &mut w.lambda,
+            &mut w.lambda_inverse,
+            &mut w.cone,
+        ),
+        Stage::PredictorRhs => {
+            w.quotient.copy_from_slice(&w.lambda);
+            w.kkt_rhs.fill(T::zero());
+            for (&to, &residual) in position[..rows].iter().zip(&w.residual) {
+                w.kkt_rhs[to as usize] = -residual;
+            }
+            for ((&to, &residual), &s) in position[rows..].iter().zip(&w.residual[rows..]).zip(&w.slack) {
+                w.kkt_rhs[to as usize] = s - residual;
+            }
+        }
+        Stage::Direction => {
+            cone_ops::add_scaled(w.tau_step[0], &w.constant, &mut w.step);
+            cone_ops::scale(cones, &w.w, &w.cone, &w.step[rows..], &mut w.scaled_z);
+            cone_ops::negative_sum(&w.quotient, &w.scaled_z, &mut w.scaled_s);
+        }
+        Stage::CorrectorRhs => {
+            let damping = w.centering[ps::centering::DAMPING];
+            cone_ops::divide(cones, &w.lambda, &w.lambda_inverse, &w.cone, &w.complement, &mut w.quotient);
+            let lifted = &mut w.scratch[..structure.m];
+            cone_ops::scale(cones, &w.w, &w.cone, &w.quotient, lifted);
+            w.kkt_rhs.fill(T::zero());
+            for (&to, &residual) in position[..rows].iter().zip(&w.residual) {
+                w.kkt_rhs[to as usize] = -(damping * residual);
+            }
+            for ((&to, &residual), &g) in position[rows..].iter().zip(&w.residual[rows..]).zip(lifted.iter()) {
+                w.kkt_rhs[to as usize] = g.sub_mul(damping, residual);
+            }
+        }
+        _ => cone_ops::scale(cones, &w.w, &w.cone, &w.scaled_s, &mut w.slack_step),
+    }
+}
+
+#[inline(always)]
+fn step_length<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
+    let (lambda, lambda_inverse, cone) = (&w.lambda[..], &w.lambda_inverse[..], &w.cone[..]);
+    let cones = &structure.cones;
+    let mut inverse = (-w.tau_step[0] / w.homogenizer[0]).max(-w.tau_step[1] / w.homogenizer[1]);
+    for delta in [&w.scaled_s, &w.scaled_z] {
+        let here = line_search::inverse_step(cones, lambda, lambda_inverse, cone, delta, &mut w.scratch);
+        inverse = inverse.max(here);
+    }
+    w.step_length[0] = T::one() / inverse.max(T::constant(1e-6));
+}
+
+#[inline(always)]
+fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
+    match stage {
+        Stage::Statistics => {
+            let at = ps::Iterate {
+                p: &w.p,
+                a: &w.a,
+                g: &w.g,
+                q: &w.q,
+                norms: &w.norms,
+                scale_inverse: &w.scale_inverse,
+                cost_scale: &w.cost_scale,
+                point: &w.point,
+                slack: &w.slack,
+                homogenizer: &w.homogenizer,
+            };
+            let products = &mut w.scratch[..2 * structure.n + structure.p + structure.m];
+            ps::statistics(
+                structure,
+                &at,
+                products,
+                &mut w.residual,
+                &mut w.cost_product,
+                &mut w.embedding,
+                &mut w.centering,
+                &mut w.statistics,
+            );
+        }
+        Stage::CheckSolve => ps::refinement_norms(&w.kkt_error, &w.kkt_rhs, &mut w.refinement),
+        Stage::EmbeddingPivot => {
+            ps::embedding_pivot(&w.q, &w.constant, &w.cost_product, &w.homogenizer, &mut w.embedding);
+        }
+        Stage::TauStep => ps::tau_step(
+            &w.q,
+            &w.step,
+            &w.cost_product,
+            &w.homogenizer,
+            &w.embedding,
+            &w.centering,
+            &mut w.tau_step,
+        ),
+        Stage::Centering => {
+            let mu = w.statistics[ps::stat::MU];
+            ps::centering(w.step_length[0], mu, &w.homogenizer, &w.tau_step, &mut w.centering);
+        }
+        Stage::ConeProduct => ps::cone_product(
+            &structure.cones,
+            &w.lambda,
+            &w.scaled_s,
+            &w.scaled_z,
+            &w.centering,
+            &mut w.complement,
+        ),
+        _ => {
+            let alpha = ps::step_taken(w.step_length[0], w.parameters[parameter::STEP_FRACTION]);
+            ps::advance(alpha, &w.step, &mut w.point);
+            ps::advance(alpha, &w.slack_step, &mut w.slack);
+            ps::advance(alpha, &w.tau_step, &mut w.homogenizer);
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! PL module *matrix factorization*: numeric LDLᵀ on the elimination walk resolved at set-up.
+//!
+//! Left-looking over supernodes. With y the unscaled column (y = L·d), every entry receives
+//! `l_ij ← k_ij − Σ_k l_ik·y_jk` in ascending k, whatever the supernodes are; then `d_j` is
+//! regularised and the column divided by it.
+
+use crate::real::Real;
+use crate::symbolic::{Supernode, Symbolic, Update};
+
+/// Regularisation of the pivots, whose signs are known from the pattern.
+#[derive(Clone, Copy)]
+pub struct Regularization<T> {
+    /// Added to every diagonal entry with its sign.
+    pub shift: T,
+    /// Pivots below this, in the direction of their sign, are replaced by it.
+    pub floor: T,
+}
+
+/// Factor `values` (permuted upper triangle). `positive` holds the pivots' signs.
+/// Outputs: unscaled columns `y` and scaled columns `l` as panels, reciprocal pivots, scratch.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)] // three inputs, three outputs, pattern, scratch
+pub fn factorize<T: Real>(
+    symbolic: &Symbolic,
+    positive: &[bool],
+    regularization: Regularization<T>,
+    values: &[T],
+    scratch: &mut [T],
+    y: &mut [T],
+    l: &mut [T],
+    pivot_inverse: &mut [T],
+) {
+    y.fill(T::zero());
+    for (&to, &value) in symbolic.load.iter().zip(values) {
+        y[to as usize] = value;
+    }
+    for node in &symbolic.supernodes {
+        let (done, panel) = y.split_at_mut(node.panel);
+        let panel = &mut panel[..node.width * node.height];
+        for update in &symbolic.updates[node.updates.0..node.updates.1] {
+            let source = &symbolic.supernodes[update.source];
+            apply_update(symbolic, node, source, *update, done, l, scratch, panel);
+        }
+        let l = &mut l[node.panel..node.panel + node.width * node.height];
+        factor_panel(node, positive, regularization, panel, l, pivot_inverse);
+    }
+}
+
+/// Subtract a finished supernode's contribution from a later one.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)]
+fn apply_update<T: Real>(
+    symbolic: &Symbolic,
+    node: &Supernode,
+    source: &Supernode,
+    update: Update,
+    y: &[T],
+    l: &[T],
+    scratch: &mut [T],
+    panel: &mut [T],
+) {
+    let rows = symbolic.rows_of(source);
+    let (height, words) = (source.height, source.width * source.height);
+    let (y, l) = (&y[source.panel..source.panel + words], &l[source.panel..source.panel + words]);
+    for row in update.lo..update.hi {
+        let column = rows[row] as usize - node.first;
+        let target = &mut panel[column * node.height..(column + 1) * node.height];
+        let landing = &symbolic.relative[update.relative + row - update.lo..][..height - row];
+        if source.width == 1 {
+            for (&to, &l) in landing.iter().zip(&l[row..]) {
+                target[to as usize] = target[to as usize].sub_mul(l, y[row]);
+            }
+            continue;
+        }
+        let scratch = &mut scratch[..landing.len()];
+        for (word, &from) in scratch.iter_mut().zip(landing) {
+            *word = target[from as usize];
+        }
+        subtract_columns(source.width, height, row, l, y, scratch);
+        for (&word, &to) in scratch.iter().zip(landing) {
+            target[to as usize] = word;
+        }
+    }
+}
+
+/// `out −= Σ_{k < columns} l[row.., k]·y[row, k]`, ascending in k, four columns a pass.
+#[inline(always)]
+fn subtract_columns<T: Real>(columns: usize, height: usize, row: usize, l: &[T], y: &[T], out: &mut [T]) {
+    let len = out.len();
+    let column = |k: usize| &l[k * height + row..][..len];
+    let mut k = 0;
+    while k + 4 <= columns {
+        let factor: [T; 4] = core::array::from_fn(|i| y[(k + i) * height + row]);
+        let (l0, l1, l2, l3) = (column(k), column(k + 1), column(k + 2), column(k + 3));
+        for i in 0..len {
+            let word = out[i].sub_mul(l0[i], factor[0]).sub_mul(l1[i], factor[1]);
+            out[i] = word.sub_mul(l2[i], factor[2]).sub_mul(l3[i], factor[3]);
+        }
+        k += 4;
+    }
+    while k < columns {
+        let factor = y[k * height + row];
+        for (word, &l) in out.iter_mut().zip(column(k)) {
+            *word = word.sub_mul(l, factor);
+        }
+        k += 1;
+    }
+}
+
+/// Factor a supernode whose contributions from earlier ones are in.
+#[inline(always)]
+fn factor_panel<T: Real>(
+    node: &Supernode,
+    positive: &[bool],
+    regularization: Regularization<T>,
+    panel: &mut [T],
+    l: &mut [T],
+    pivot_inverse: &mut [T],
+) {
+    for c in 0..node.width {
+        let (earlier, current) = panel.split_at_mut(c * node.height);
+        let current = &mut current[c..node.height];
+        subtract_columns(c, node.height, c, l, earlier, current);
+        let j = node.first + c;
+        let pivot = regularized(current[0], positive[j], regularization);
+        let inverse = T::one() / pivot;
+        pivot_inverse[j] = inverse;
+        for (l, &y) in l[c * node.height + c + 1..(c + 1) * node.height].iter_mut().zip(&current[1..]) {
+            *l = y * inverse;
+        }
+    }
+}
+
+/// The pivot with static and dynamic regularisation, by its known sign.
+#[inline(always)]
+fn regularized<T: Real>(pivot: T, positive: bool, by: Regularization<T>) -> T {
+    if positive {
+        let pivot = pivot + by.shift;
+        T::select(pivot.lt(by.floor), by.floor, pivot)
+    } else {
+        let (pivot, ceiling) = (pivot - by.shift, -by.floor);
+        T::select(ceiling.lt(pivot), ceiling, pivot)
+    }
+}

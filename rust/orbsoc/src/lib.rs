@@ -1,0 +1,61 @@
+//! **orbsoc** solves
+//!
+//! ```text
+//! min ½xᵀPx + cᵀx   s.t.   Ax = b,   Gx + s = h,   s ∈ R₊ˡ × Q^{q₁} × … × Q^{q_k}
+//! ```
+//!
+//! by a primal–dual interior-point method on the homogeneous embedding, with Nesterov–Todd scaling,
+//! Mehrotra's predictor–corrector, and one LDLᵀ factorisation of the quasi-definite KKT matrix per
+//! iteration on a static elimination walk.
+//!
+//! The method in one page is [`stage`]: two constant lists of stages and a dataflow table.
+//! [`Engine::run`] is the only door to the arithmetic; [`Engine::solve`] walks the lists, and so may
+//! anybody else, with the same bits. The arithmetic is one source for every datapath ([`real`]).
+//!
+//! | to read about | see |
+//! |---|---|
+//! | the user's problem, what comes back | [`Problem`], [`Solution`], [`Settings`] |
+//! | order, elimination tree, KKT pattern | `symbolic`, `kkt` |
+//! | the six modules' kernels | `kernels::{matrix_update, matrix_scaling, factorization, linear_solve, cone_ops, line_search}` |
+//! | statistics and decisions | `ps`, `control` |
+//! | the evidence for a status | `certificate` |
+
+mod certificate;
+mod cones;
+mod control;
+mod csc;
+mod engine;
+mod error;
+mod execute;
+mod kernels;
+mod kkt;
+mod problem;
+mod ps;
+pub mod real;
+mod settings;
+mod solution;
+pub mod stage;
+mod structure;
+mod symbolic;
+mod trace;
+mod workspace;
+
+pub use cones::Cones;
+pub use csc::Csc;
+pub use engine::{operation_counts, Engine, Progress};
+pub use error::Error;
+pub use problem::Problem;
+pub use real::{Decide, Real};
+pub use settings::Settings;
+pub use solution::{Certificate, Solution, Status};
+pub use stage::{Module, Outcome, Stage, Step, Stop, CLOSING, ITERATION, STARTUP};
+pub use trace::Event;
+pub use workspace::Buffer;
+
+/// Solve a problem in double precision.
+///
+/// # Errors
+/// As [`Engine::new`]; not converging is a [`Status`].
+pub fn solve(problem: &Problem, settings: &Settings) -> Result<Solution, Error> {
+    Ok(Engine::<f64>::new(problem, settings)?.solve())
+}

@@ -1,0 +1,160 @@
+//! The problem in standard form, as the user states it.
+
+use crate::cones::Cones;
+use crate::csc::Csc;
+use crate::error::Error;
+
+/// min ½xᵀPx + cᵀx  s.t.  Ax = b,  Gx + s = h,  s ∈ K.
+///
+/// ```
+/// use orbsoc::{Cones, Csc, Problem, Settings, solve, Status};
+/// // The smallest circle around the origin: min t with ‖(3, 4)‖ ≤ t.
+/// let g = Csc::from_dense(&[&[-1.0], &[0.0], &[0.0]], 1);
+/// let problem = Problem::new(
+///     None, vec![1.0], None, vec![], Some(g), vec![0.0, 3.0, 4.0], Cones { l: 0, q: vec![3] },
+/// )?;
+/// let solution = solve(&problem, &Settings::default())?;
+/// assert_eq!(solution.status, Status::Solved);
+/// assert!((solution.x[0] - 5.0).abs() < 1e-7);
+/// # Ok::<(), orbsoc::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Problem {
+    /// Upper triangle of the symmetric positive semidefinite n × n cost matrix.
+    pub(crate) p: Csc,
+    pub(crate) c: Vec<f64>,
+    pub(crate) a: Csc,
+    pub(crate) b: Vec<f64>,
+    pub(crate) g: Csc,
+    pub(crate) h: Vec<f64>,
+    pub(crate) cones: Cones,
+}
+
+impl Problem {
+    /// Check the data and take them. `p_upper` holds the upper triangle of P; absent matrices
+    /// have no rows (P: is zero).
+    ///
+    /// # Errors
+    /// Sizes that do not fit, NaN or infinity where none may stand (+∞ in `h` on a nonnegative
+    /// row is allowed and means that the row is absent), cones of dimension 0, no variables.
+    pub fn new(
+        p_upper: Option<Csc>,
+        c: Vec<f64>,
+        a: Option<Csc>,
+        b: Vec<f64>,
+        g: Option<Csc>,
+        h: Vec<f64>,
+        cones: Cones,
+    ) -> Result<Self, Error> {
+        let n = c.len();
+        if n == 0 {
+            return Err(Error::Empty);
+        }
+        let p = p_upper.unwrap_or_else(|| Csc::zeros(n, n));
+        let a = a.unwrap_or_else(|| Csc::zeros(0, n));
+        let g = g.unwrap_or_else(|| Csc::zeros(0, n));
+        fit("P", p.nrows().max(p.ncols()), n, "`c` has")?;
+        fit("A", a.ncols(), n, "`c` has")?;
+        fit("G", g.ncols(), n, "`c` has")?;
+        fit("b", b.len(), a.nrows(), "the number of rows of A is")?;
+        fit("h", h.len(), g.nrows(), "the number of rows of G is")?;
+        if let Some(index) = cones.q.iter().position(|&q| q == 0) {
+            return Err(Error::EmptyCone { index });
+        }
+        fit("cones", cones.dim(), g.nrows(), "the number of rows of G is")?;
+        if let Some((i, j, _)) = p.triplets().find(|&(i, j, _)| i > j) {
+            return Err(Error::Sparse {
+                argument: "P",
+                detail: format!("entry ({i}, {j}) lies below the diagonal; give the upper triangle"),
+            });
+        }
+        finite("c", &c)?;
+        finite("b", &b)?;
+        let absent = |i: usize, v: f64| i < cones.l && v == f64::INFINITY;
+        if let Some((index, &value)) =
+            h.iter().enumerate().find(|&(i, &v)| !v.is_finite() && !absent(i, v))
+        {
+            return Err(Error::Value { argument: "h", index, value });
+        }
+        for (what, size) in [("P", p.nnz()), ("A", a.nnz()), ("G", g.nnz()), ("x, y, z", n + b.len() + h.len())] {
+            if size > u32::MAX as usize / 4 {
+                return Err(Error::TooLarge { what, size });
+            }
+        }
+        Ok(Self { p, c, a, b, g, h, cones })
+    }
+
+    /// Number of variables.
+    pub fn n(&self) -> usize {
+        self.c.len()
+    }
+
+    /// Number of equality rows.
+    pub fn p(&self) -> usize {
+        self.b.len()
+    }
+
+    /// Number of cone rows.
+    pub fn m(&self) -> usize {
+        self.h.len()
+    }
+
+    /// The cones of the rows of G.
+    pub fn cones(&self) -> &Cones {
+        &self.cones
+    }
+}
+
+fn fit(argument: &'static str, found: usize, expected: usize, reason: &'static str) -> Result<(), Error> {
+    if found == expected {
+        Ok(())
+    } else {
+        Err(Error::Dimension { argument, found, expected, reason })
+    }
+}
+
+fn finite(argument: &'static str, values: &[f64]) -> Result<(), Error> {
+    match values.iter().enumerate().find(|(_, v)| !v.is_finite()) {
+        Some((index, &value)) => Err(Error::Value { argument, index, value }),
+        None => Ok(()),
+    }
+}
+
+/// The problem without absent rows and with one-dimensional cones as nonnegative rows.
+#[derive(Clone, Debug)]
+pub(crate) struct Reduced {
+    pub g: Csc,
+    /// For each entry of the reduced G, its position among the entries of the user's G.
+    pub g_origin: Vec<usize>,
+    /// For each reduced row, the user's row.
+    pub row_origin: Vec<usize>,
+    pub l: usize,
+    pub q: Vec<usize>,
+}
+
+impl Reduced {
+    pub fn new(problem: &Problem) -> Self {
+        let cones = &problem.cones;
+        let mut row_origin: Vec<usize> = (0..cones.l).filter(|&i| problem.h[i] < f64::INFINITY).collect();
+        let mut soc_rows = Vec::new();
+        let mut q = Vec::new();
+        let mut start = cones.l;
+        for &dim in &cones.q {
+            if dim == 1 {
+                row_origin.push(start);
+            } else {
+                soc_rows.extend(start..start + dim);
+                q.push(dim);
+            }
+            start += dim;
+        }
+        let l = row_origin.len();
+        row_origin.extend(soc_rows);
+        let mut new_row = vec![None; problem.m()];
+        for (new, &old) in row_origin.iter().enumerate() {
+            new_row[old] = Some(new);
+        }
+        let (g, g_origin) = problem.g.map_rows(row_origin.len(), &new_row);
+        Self { g, g_origin, row_origin, l, q }
+    }
+}

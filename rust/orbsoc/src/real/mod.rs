@@ -1,0 +1,89 @@
+//! Scalars the kernels are generic over. **The datapath is a type**: one kernel source runs on
+//! `f64`, on `f32`, and on [`Counted`], which carries no number and counts the operations.
+//!
+//! The bits of a result are defined by the operations a kernel asks for and nothing else: every
+//! operation below rounds once, `c ± a·b` rounds twice, and nothing here is ever fused.
+
+mod counted;
+mod single;
+
+pub use counted::{count, Counted, Latency, OperationCounts, Tally};
+
+use core::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A scalar of the datapath.
+///
+/// Comparisons yield an opaque [`Real::Mask`] which only [`Real::select`] and [`Real::and`]
+/// consume, so a kernel cannot branch on data: the compiler enforces it.
+pub trait Real:
+    Copy
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// Outcome of a comparison.
+    type Mask: Copy;
+
+    /// A literal or an input word.
+    fn constant(value: f64) -> Self;
+    /// Square root, correctly rounded.
+    fn sqrt(self) -> Self;
+    /// Magnitude: clears the sign bit.
+    fn abs(self) -> Self;
+    /// `self < other`; false when either is NaN.
+    fn lt(self, other: Self) -> Self::Mask;
+    /// Both masks.
+    fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// `if mask { yes } else { no }`, without a branch.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+
+    /// `self + a·b`, two roundings.
+    #[inline(always)]
+    fn add_mul(self, a: Self, b: Self) -> Self {
+        self + a * b
+    }
+
+    /// `self − a·b`, two roundings.
+    #[inline(always)]
+    fn sub_mul(self, a: Self, b: Self) -> Self {
+        self - a * b
+    }
+
+    /// `select(self < other, other, self)`; a NaN in `other` is dropped.
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self::select(self.lt(other), other, self)
+    }
+
+    /// `select(other < self, other, self)`; a NaN in `other` is dropped.
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self::select(other.lt(self), other, self)
+    }
+
+    /// The additive identity.
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::constant(0.0)
+    }
+
+    /// The multiplicative identity.
+    #[inline(always)]
+    fn one() -> Self {
+        Self::constant(1.0)
+    }
+}
+
+/// A scalar whose value control flow may look at. Only PS code asks for it; recording
+/// datapaths do not implement it.
+pub trait Decide: Real {
+    /// The value, widened to double precision exactly.
+    fn value(self) -> f64;
+    /// Unit roundoff times two: the spacing of numbers at one.
+    fn epsilon() -> f64;
+}

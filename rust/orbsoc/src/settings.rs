@@ -1,0 +1,87 @@
+//! What a solve may spend and how exact it must be.
+
+use crate::error::Error;
+
+/// Settings of a solve. Each default was chosen by measurement; see `docs/decisions/`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Relative tolerance of `Solved`.
+    pub tol: f64,
+    /// Relative tolerance of `SolvedInaccurate`.
+    pub tol_inaccurate: f64,
+    /// Iteration limit.
+    pub max_iterations: u32,
+    /// Wall-clock limit in seconds, looked at once per iteration.
+    pub max_time_s: f64,
+    /// Regularisation added with the pivot's known sign to every diagonal entry of the scaled
+    /// KKT matrix; refinement removes its effect.
+    pub static_regularization: f64,
+    /// Pivots smaller than this, or of the wrong sign, are replaced by it.
+    pub dynamic_regularization: f64,
+    /// Refinement stops at this residual relative to the right-hand side.
+    pub refinement_tol: f64,
+    /// Most refinement steps per linear solve.
+    pub refinement_max: u32,
+    /// Share of the step to the cone's boundary that is taken.
+    pub step_fraction: f64,
+    /// Passes of Ruiz equilibration.
+    pub ruiz_passes: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            tol: 1e-8,
+            tol_inaccurate: 1e-5,
+            max_iterations: 100,
+            max_time_s: f64::INFINITY,
+            static_regularization: 1e-8,
+            dynamic_regularization: 1e-7,
+            refinement_tol: 1e-13,
+            refinement_max: 10,
+            step_fraction: 0.99,
+            ruiz_passes: 10,
+        }
+    }
+}
+
+impl Settings {
+    /// Defaults for single precision, where 1e-8 is below the arithmetic's resolution.
+    pub fn single_precision() -> Self {
+        Self {
+            tol: 1e-4,
+            tol_inaccurate: 1e-2,
+            static_regularization: 1e-5,
+            dynamic_regularization: 1e-4,
+            refinement_tol: 1e-6,
+            ..Self::default()
+        }
+    }
+
+    /// # Errors
+    /// [`Error::Setting`] naming the first setting outside its range.
+    pub fn validate(&self) -> Result<(), Error> {
+        let positive = |name, value: f64| {
+            if value > 0.0 {
+                Ok(())
+            } else {
+                Err(Error::Setting { name, value, allowed: "a positive number" })
+            }
+        };
+        positive("tol", self.tol)?;
+        positive("tol_inaccurate", self.tol_inaccurate)?;
+        positive("max_time_s", self.max_time_s)?;
+        positive("max_iterations", f64::from(self.max_iterations))?;
+        positive("static_regularization", self.static_regularization)?;
+        positive("dynamic_regularization", self.dynamic_regularization)?;
+        positive("refinement_tol", self.refinement_tol)?;
+        if !(self.step_fraction > 0.0 && self.step_fraction < 1.0) {
+            return Err(Error::Setting {
+                name: "step_fraction",
+                value: self.step_fraction,
+                allowed: "between 0 and 1, both excluded",
+            });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,99 @@
+//! What a solve returns.
+
+use core::fmt;
+
+/// Outcome of a solve, supported by numbers recomputed on the original data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Status {
+    /// Residuals and gap meet the tolerance.
+    Solved,
+    /// They meet the reduced tolerance only.
+    SolvedInaccurate,
+    /// (y, z) is a Farkas certificate.
+    PrimalInfeasible,
+    /// x is a certificate: unbounded if feasible.
+    DualInfeasible,
+    /// The iteration limit; the best iterate comes along.
+    MaxIterations,
+    /// The time limit; the best iterate comes along.
+    MaxTime,
+    /// No further progress in this arithmetic; the best iterate comes along.
+    NumericalLimit,
+    /// Stopped from outside; the best iterate comes along.
+    Interrupted,
+}
+
+impl Status {
+    /// The public name, as in other languages and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Solved => "SOLVED",
+            Self::SolvedInaccurate => "SOLVED_INACCURATE",
+            Self::PrimalInfeasible => "PRIMAL_INFEASIBLE",
+            Self::DualInfeasible => "DUAL_INFEASIBLE",
+            Self::MaxIterations => "MAX_ITERATIONS",
+            Self::MaxTime => "MAX_TIME",
+            Self::NumericalLimit => "NUMERICAL_LIMIT",
+            Self::Interrupted => "INTERRUPTED",
+        }
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// Ratios of the status table, recomputed on the user's data after the fact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Certificate {
+    /// Larger of the equality and cone residual ratios, and how far s is outside K.
+    pub primal_residual: f64,
+    /// Dual residual ratio, and how far z is outside K.
+    pub dual_residual: f64,
+    /// |p − d| / (1 + min(|p|, |d|)).
+    pub gap: f64,
+    /// Certified radius of an infeasibility claim; NaN otherwise.
+    pub radius: f64,
+}
+
+impl Certificate {
+    /// The worst of the three ratios; NaN and infinity count as infinitely bad.
+    pub fn worst(&self) -> f64 {
+        let worst = self.primal_residual.max(self.dual_residual).max(self.gap);
+        let finite = self.primal_residual + self.dual_residual + self.gap;
+        if finite.is_finite() {
+            worst
+        } else {
+            f64::INFINITY
+        }
+    }
+}
+
+/// A primal–dual point with its evidence.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// Outcome.
+    pub status: Status,
+    /// Variables (n), or the certificate of dual infeasibility.
+    pub x: Vec<f64>,
+    /// Multipliers of Ax = b (p), or part of the certificate of primal infeasibility.
+    pub y: Vec<f64>,
+    /// Multipliers of the cone rows (m).
+    pub z: Vec<f64>,
+    /// Slacks (m); +∞ on absent rows.
+    pub s: Vec<f64>,
+    /// ½xᵀPx + cᵀx.
+    pub objective: f64,
+    /// −½xᵀPx − bᵀy − hᵀz.
+    pub dual_objective: f64,
+    /// Interior-point iterations.
+    pub iterations: u32,
+    /// Refinement steps over the whole solve.
+    pub refinements: u32,
+    /// Recomputed evidence.
+    pub certificate: Certificate,
+    /// One sentence: what the status rests on, and which line failed if one did.
+    pub message: String,
+}

@@ -1,0 +1,326 @@
+//! The iteration as data. Two constant lists and a closing one are the method; whoever walks them,
+//! in Rust or on an emulated processing system, runs the same solve.
+
+use crate::workspace::Buffer;
+
+/// Where a stage runs: the processing system, or one of the six modules of programmable logic.
+/// To the solver these are names; what they cost is someone else's business.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[allow(missing_docs)]
+pub enum Module {
+    Ps,
+    MatrixUpdate,
+    MatrixScaling,
+    Factorization,
+    LinearSolve,
+    ConeOps,
+    LineSearch,
+}
+
+impl Module {
+    /// The name in traces and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ps => "ps",
+            Self::MatrixUpdate => "matrix_update",
+            Self::MatrixScaling => "matrix_scaling",
+            Self::Factorization => "factorization",
+            Self::LinearSolve => "linear_solve",
+            Self::ConeOps => "cone_ops",
+            Self::LineSearch => "line_search",
+        }
+    }
+}
+
+/// One entry of a schedule.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// Run a stage once.
+    Run(Stage),
+    /// Run `until`; while it answers [`Outcome::Repeat`], run `stage` and ask again.
+    Repeat {
+        /// What is repeated.
+        stage: Stage,
+        /// What decides.
+        until: Stage,
+    },
+}
+
+/// What running a stage asks of the loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Go on.
+    Next,
+    /// Run the repeated stage once more.
+    Repeat,
+    /// Leave the iteration.
+    Done(Stop),
+}
+
+/// Why the iteration ended. The status is decided afterwards, on the original data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Stop {
+    Converged,
+    PrimalCertificate,
+    DualCertificate,
+    MaxIterations,
+    MaxTime,
+    Stalled,
+    Interrupted,
+}
+
+macro_rules! stages {
+    ($($(#[$doc:meta])* $stage:ident $label:literal $module:ident
+        reads [$($read:ident)*] writes [$($write:ident)*] stales [$($stale:ident)*];)*) => {
+        /// A unit of work with declared inputs and outputs.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum Stage { $($(#[$doc])* $stage,)* }
+
+        impl Stage {
+            /// All of them.
+            pub const ALL: &'static [Self] = &[$(Self::$stage,)*];
+
+            /// The name in traces and schedules.
+            pub fn name(self) -> &'static str {
+                match self { $(Self::$stage => $label,)* }
+            }
+
+            /// Where it runs.
+            pub fn module(self) -> Module {
+                match self { $(Self::$stage => Module::$module,)* }
+            }
+
+            /// Buffers whose words it uses.
+            pub fn reads(self) -> &'static [Buffer] {
+                match self { $(Self::$stage => &[$(Buffer::$read,)*],)* }
+            }
+
+            /// Buffers whose words it makes; a buffer also listed under `reads` is updated.
+            pub fn writes(self) -> &'static [Buffer] {
+                match self { $(Self::$stage => &[$(Buffer::$write,)*],)* }
+            }
+
+            /// Buffers that no longer fit what it wrote, until they are written again. A buffer also
+            /// listed under `writes` is left unfinished: only a stage that updates it may read it.
+            pub fn stales(self) -> &'static [Buffer] {
+                match self { $(Self::$stage => &[$(Buffer::$stale,)*],)* }
+            }
+        }
+    };
+}
+
+stages! {
+    /// Ruiz equilibration of the problem data.
+    Equilibrate "equilibrate" MatrixScaling
+        reads [RawP RawA RawG RawQ]
+        writes [P A G Q Scale ScaleInverse CostScale]
+        stales [KktValues FactorY FactorL PivotInverse];
+    /// Problem data into the KKT matrix.
+    LoadKkt "load_kkt" MatrixUpdate reads [P A G] writes [KktValues]
+        stales [KktValues FactorY FactorL PivotInverse];
+    /// −I as scaling blocks, for the starting point.
+    IdentityBlocks "identity_blocks" MatrixUpdate
+        reads [KktValues] writes [KktValues] stales [FactorY FactorL PivotInverse];
+    /// −W² as scaling blocks.
+    ScalingBlocks "scaling_blocks" MatrixUpdate
+        reads [KktValues W Cone] writes [KktValues] stales [FactorY FactorL PivotInverse];
+    /// K + regularisation = LDLᵀ.
+    Factorize "factorize" Factorization
+        reads [Parameters KktValues] writes [FactorY FactorL PivotInverse]
+        stales [KktSolution KktError Constant];
+    /// (0 or −c, b, h): the starting x and s.
+    StartPrimalRhs "start_primal_rhs" LinearSolve reads [Q] writes [KktRhs] stales [KktSolution KktError];
+    /// (−c, 0 or b, 0 or h): the starting y and z.
+    StartDualRhs "start_dual_rhs" LinearSolve reads [Q] writes [KktRhs] stales [KktSolution KktError];
+    /// x and s = −z of the starting solve.
+    StartPrimal "start_primal" LinearSolve reads [KktSolution] writes [Point Slack]
+        stales [Point KktRhs Residual];
+    /// y and z of the starting solve.
+    StartDual "start_dual" LinearSolve reads [Point KktSolution] writes [Point]
+        stales [KktRhs Residual];
+    /// Shift s and z into the cone; τ = κ = 1.
+    StartShift "start_shift" ConeOps reads [Point Slack] writes [Point Slack Homogenizer] stales [Residual];
+    /// Residuals, gap, μ; decides termination, and keeps the best iterate and certificates.
+    Statistics "statistics" Ps
+        reads [P A G Q Norms ScaleInverse CostScale Point Slack Homogenizer]
+        writes [Residual CostProduct Embedding Centering Statistics Best Farkas Ray] stales [Embedding];
+    /// Nesterov–Todd scaling at the iterate.
+    NtScaling "nt_scaling" ConeOps
+        reads [Point Slack] writes [W Lambda LambdaInverse Cone] stales [KktValues FactorY FactorL PivotInverse];
+    /// Right-hand side (−c, b, h).
+    ConstantRhs "constant_rhs" LinearSolve reads [Q] writes [KktRhs] stales [KktSolution KktError];
+    /// Substitute through the factors; leave the refinement residual.
+    SolveKkt "solve_kkt" LinearSolve
+        reads [KktValues FactorL PivotInverse KktRhs] writes [KktSolution KktError] stales [];
+    /// One refinement step; leave the refinement residual.
+    RefineKkt "refine_kkt" LinearSolve
+        reads [KktValues FactorL PivotInverse KktRhs KktSolution KktError]
+        writes [KktSolution KktError] stales [];
+    /// Norms of the refinement residual; decides on one more step.
+    CheckSolve "check_solve" Ps
+        reads [KktRhs KktError KktSolution KktPrevious] writes [Refinement KktSolution KktPrevious] stales [];
+    /// Keep the solution for (−c, b, h).
+    StoreConstant "store_constant" LinearSolve reads [KktSolution] writes [Constant] stales [KktRhs];
+    /// Pivot of the embedding's scalar equation.
+    EmbeddingPivot "embedding_pivot" Ps
+        reads [Q Constant CostProduct Homogenizer Embedding] writes [Embedding] stales [];
+    /// Right-hand side of the predictor.
+    PredictorRhs "predictor_rhs" ConeOps
+        reads [Residual Slack Lambda] writes [KktRhs Quotient] stales [KktSolution KktError Step];
+    /// The solution in natural order.
+    StoreStep "store_step" LinearSolve reads [KktSolution] writes [Step]
+        stales [KktRhs TauStep ScaledZ ScaledS];
+    /// dτ and dκ.
+    TauStep "tau_step" Ps
+        reads [Q Step CostProduct Homogenizer Embedding Centering] writes [TauStep] stales [];
+    /// The direction with dτ, and W dz, W⁻¹ds.
+    Direction "direction" ConeOps
+        reads [Step Constant TauStep W Cone Quotient] writes [Step ScaledZ ScaledS] stales [StepLength SlackStep];
+    /// The largest step that stays in the cone.
+    StepLength "step_length" LineSearch
+        reads [Homogenizer TauStep Lambda LambdaInverse Cone ScaledS ScaledZ] writes [StepLength] stales [Centering];
+    /// σ = (1 − α)³.
+    Centering "centering" Ps
+        reads [StepLength Statistics Homogenizer TauStep] writes [Centering] stales [];
+    /// λ∘λ + (W⁻¹ds)∘(W dz) − σμe.
+    ConeProduct "cone_product" Ps
+        reads [Lambda ScaledS ScaledZ Centering] writes [Complement] stales [];
+    /// Right-hand side of the corrector.
+    CorrectorRhs "corrector_rhs" ConeOps
+        reads [Residual Centering Lambda LambdaInverse W Cone Complement]
+        writes [KktRhs Quotient] stales [KktSolution KktError Step];
+    /// ds = W(W⁻¹ds).
+    SlackStep "slack_step" ConeOps reads [W Cone ScaledS] writes [SlackStep] stales [];
+    /// Take the step.
+    Advance "advance" Ps
+        reads [Parameters StepLength Step SlackStep TauStep Point Slack Homogenizer]
+        writes [Point Slack Homogenizer]
+        stales [Residual CostProduct Statistics W Lambda LambdaInverse Cone];
+    /// Iterate and certificates in the user's scaling.
+    Unscale "unscale" MatrixScaling
+        reads [Scale ScaleInverse CostScale Best Farkas Ray] writes [Answer Witness] stales [];
+}
+
+use Stage::{
+    Advance, Centering, CheckSolve, ConeProduct, ConstantRhs, CorrectorRhs, Direction, EmbeddingPivot,
+    Equilibrate, Factorize, IdentityBlocks, LoadKkt, NtScaling, PredictorRhs, RefineKkt, ScalingBlocks,
+    SlackStep, SolveKkt, StartDual, StartDualRhs, StartPrimal, StartPrimalRhs, StartShift, Statistics,
+    StepLength, StoreConstant, StoreStep, TauStep, Unscale,
+};
+use Step::{Repeat, Run};
+
+const REFINE: Step = Repeat { stage: RefineKkt, until: CheckSolve };
+
+/// From problem data to a point inside the cone. Run once.
+pub const STARTUP: &[Step] = &[
+    Run(Equilibrate),
+    Run(LoadKkt),
+    Run(IdentityBlocks),
+    Run(Factorize),
+    Run(StartPrimalRhs),
+    Run(SolveKkt),
+    REFINE,
+    Run(StartPrimal),
+    Run(StartDualRhs),
+    Run(SolveKkt),
+    REFINE,
+    Run(StartDual),
+    Run(StartShift),
+];
+
+/// One predictor–corrector iteration. Run until a stage answers [`Outcome::Done`].
+pub const ITERATION: &[Step] = &[
+    Run(Statistics),
+    Run(NtScaling),
+    Run(ScalingBlocks),
+    Run(Factorize),
+    Run(ConstantRhs),
+    Run(SolveKkt),
+    REFINE,
+    Run(StoreConstant),
+    Run(EmbeddingPivot),
+    Run(PredictorRhs),
+    Run(SolveKkt),
+    REFINE,
+    Run(StoreStep),
+    Run(TauStep),
+    Run(Direction),
+    Run(StepLength),
+    Run(Centering),
+    Run(ConeProduct),
+    Run(CorrectorRhs),
+    Run(SolveKkt),
+    REFINE,
+    Run(StoreStep),
+    Run(TauStep),
+    Run(Direction),
+    Run(SlackStep),
+    Run(StepLength),
+    Run(Advance),
+];
+
+/// Back to the user's scaling. Run once, after the iteration.
+pub const CLOSING: &[Step] = &[Run(Unscale)];
+
+/// Buffers that hold inputs, or words that a stage looks at only after it wrote them itself.
+const GIVEN: &[Buffer] = &[
+    Buffer::RawP,
+    Buffer::RawA,
+    Buffer::RawG,
+    Buffer::RawQ,
+    Buffer::Norms,
+    Buffer::Parameters,
+    Buffer::KktPrevious,
+];
+
+/// A stage that would read words nobody made, or made before something they depend on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ScheduleError {
+    /// The stage.
+    pub stage: Stage,
+    /// What it would read.
+    pub buffer: Buffer,
+    /// True: written once, but stale since; false: never written.
+    pub stale: bool,
+}
+
+impl core::fmt::Display for ScheduleError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let why = if self.stale { "is stale there" } else { "was never written" };
+        write!(f, "stage `{}` reads buffer `{}`, which {why}", self.stage.name(), self.buffer.name())
+    }
+}
+
+impl std::error::Error for ScheduleError {}
+
+/// Check a schedule against the dataflow table: every word read was written and is not stale. The
+/// iteration is walked twice, so that what it leaves behind must suit its own beginning.
+/// A stage may read a stale buffer that it also writes: it updates it in place.
+///
+/// # Errors
+/// The first offending read.
+pub fn check_schedule(startup: &[Step], iteration: &[Step], closing: &[Step]) -> Result<(), ScheduleError> {
+    let mut fresh: Vec<Option<bool>> = Buffer::ALL.iter().map(|b| GIVEN.contains(b).then_some(true)).collect();
+    let order = [startup, iteration, iteration, closing].concat();
+    let stages = order.into_iter().flat_map(|step| match step {
+        Run(stage) => [Some(stage), None],
+        Repeat { stage, until } => [Some(until), Some(stage)],
+    });
+    for stage in stages.flatten() {
+        for &buffer in stage.reads() {
+            let state = fresh[buffer as usize];
+            let allowed = state == Some(true) || (state.is_some() && stage.writes().contains(&buffer));
+            if !allowed {
+                return Err(ScheduleError { stage, buffer, stale: state.is_some() });
+            }
+        }
+        for &buffer in stage.writes() {
+            fresh[buffer as usize] = Some(true);
+        }
+        for &buffer in stage.stales() {
+            fresh[buffer as usize] = fresh[buffer as usize].map(|_| false);
+        }
+    }
+    Ok(())
+}

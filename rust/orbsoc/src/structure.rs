@@ -1,0 +1,88 @@
+//! Everything about a problem that its sparsity pattern decides: sizes, cones, KKT, elimination walk.
+
+use crate::cones::{ConeLayout, Soc};
+use crate::csc::Csc;
+use crate::error::Error;
+use crate::kkt::{Kkt, SOC_DENSE_MAX};
+use crate::problem::{Problem, Reduced};
+use crate::symbolic::index;
+
+/// Positions of a sparse matrix's entries, column by column.
+#[derive(Clone, Debug)]
+pub(crate) struct Pattern {
+    colptr: Vec<u32>,
+    rowidx: Vec<u32>,
+}
+
+impl Pattern {
+    fn new(matrix: &Csc) -> Self {
+        Self {
+            colptr: matrix.colptr().iter().map(|&k| index(k)).collect(),
+            rowidx: matrix.rowidx().iter().map(|&k| index(k)).collect(),
+        }
+    }
+
+    pub fn nnz(&self) -> usize {
+        self.rowidx.len()
+    }
+
+    /// Range of column `j`'s entries.
+    #[inline(always)]
+    pub fn column(&self, j: usize) -> core::ops::Range<usize> {
+        self.colptr[j] as usize..self.colptr[j + 1] as usize
+    }
+
+    /// Row indices of the entries in `range`.
+    #[inline(always)]
+    pub fn rows(&self, range: core::ops::Range<usize>) -> &[u32] {
+        &self.rowidx[range]
+    }
+}
+
+/// The pattern's consequences, computed once.
+#[derive(Clone, Debug)]
+pub(crate) struct Structure {
+    pub n: usize,
+    /// Equality rows.
+    pub p: usize,
+    /// Cone rows, absent ones gone.
+    pub m: usize,
+    pub cones: ConeLayout,
+    pub cost: Pattern,
+    pub equality: Pattern,
+    pub conic: Pattern,
+    pub kkt: Kkt,
+    pub reduced: Reduced,
+}
+
+impl Structure {
+    pub fn new(problem: &Problem) -> Result<Self, Error> {
+        let reduced = Reduced::new(problem);
+        let m = reduced.row_origin.len();
+        let mut cones = ConeLayout { l: reduced.l, soc: Vec::with_capacity(reduced.q.len()) };
+        let (mut start, mut extra) = (reduced.l, m);
+        for &dim in &reduced.q {
+            let expansion = (dim > SOC_DENSE_MAX).then_some(extra);
+            extra += if expansion.is_some() { 2 } else { 0 };
+            cones.soc.push(Soc { start, dim, expansion });
+            start += dim;
+        }
+        let kkt = Kkt::new(&problem.p, &problem.a, &reduced.g, &cones)?;
+        Ok(Self {
+            n: problem.n(),
+            p: problem.p(),
+            m,
+            cost: Pattern::new(&problem.p),
+            equality: Pattern::new(&problem.a),
+            conic: Pattern::new(&reduced.g),
+            cones,
+            kkt,
+            reduced,
+        })
+    }
+
+    /// Length of (x, y, z).
+    pub fn unknowns(&self) -> usize {
+        self.n + self.p + self.m
+    }
+}

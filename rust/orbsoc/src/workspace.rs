@@ -1,0 +1,153 @@
+//! Every buffer of a solve, allocated once. A buffer is the unit of dataflow: stages declare which
+//! they read and write, and the emulated computer moves them whole.
+
+use crate::kernels::cone_ops::SCALARS;
+use crate::ps::{centering, embedding, stat};
+use crate::structure::Structure;
+
+macro_rules! buffers {
+    ($($(#[$doc:meta])* $name:ident $field:ident $label:literal = $words:expr;)*) => {
+        /// A named buffer.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum Buffer { $($(#[$doc])* $name,)* }
+
+        impl Buffer {
+            /// All of them.
+            pub const ALL: &'static [Self] = &[$(Self::$name,)*];
+
+            /// The name in traces.
+            pub fn name(self) -> &'static str {
+                match self { $(Self::$name => $label,)* }
+            }
+        }
+
+        #[derive(Clone, Debug)]
+        pub(crate) struct Workspace<T> {
+            $(pub $field: Vec<T>,)*
+            /// Kernel-local words: never carry anything from one stage to the next.
+            pub scratch: Vec<T>,
+        }
+
+        impl<T: Copy> Workspace<T> {
+            pub fn new(structure: &Structure, zero: T) -> Self {
+                let scratch = scratch_words(structure);
+                Self {
+                    $($field: vec![zero; ($words)(structure)],)*
+                    scratch: vec![zero; scratch],
+                }
+            }
+
+            pub fn get(&self, buffer: Buffer) -> &[T] {
+                match buffer { $(Buffer::$name => &self.$field,)* }
+            }
+
+            pub fn get_mut(&mut self, buffer: Buffer) -> &mut [T] {
+                match buffer { $(Buffer::$name => &mut self.$field,)* }
+            }
+        }
+    };
+}
+
+fn scratch_words(s: &Structure) -> usize {
+    let products = 2 * s.n + s.p + s.m;
+    products.max(s.unknowns()).max(s.kkt.symbolic.max_height)
+}
+
+buffers! {
+    /// Entries of P's upper triangle, as given.
+    RawP raw_p "raw_p" = |s: &Structure| s.cost.nnz();
+    /// Entries of A, as given.
+    RawA raw_a "raw_a" = |s: &Structure| s.equality.nnz();
+    /// Entries of G, as given.
+    RawG raw_g "raw_g" = |s: &Structure| s.conic.nnz();
+    /// (c, b, h), as given.
+    RawQ raw_q "raw_q" = Structure::unknowns;
+    /// ‖b‖∞, ‖h‖∞, ‖c‖∞ as given.
+    Norms norms "norms" = |_: &Structure| 3;
+    /// Static and dynamic regularisation, step fraction.
+    Parameters parameters "parameters" = |_: &Structure| 3;
+    /// Scaled P.
+    P p "p" = |s: &Structure| s.cost.nnz();
+    /// Scaled A.
+    A a "a" = |s: &Structure| s.equality.nnz();
+    /// Scaled G.
+    G g "g" = |s: &Structure| s.conic.nnz();
+    /// Scaled (c, b, h).
+    Q q "q" = Structure::unknowns;
+    /// (D, E, F).
+    Scale scale "scale" = Structure::unknowns;
+    /// Reciprocals of (D, E, F).
+    ScaleInverse scale_inverse "scale_inverse" = Structure::unknowns;
+    /// γ, 1/γ.
+    CostScale cost_scale "cost_scale" = |_: &Structure| 2;
+    /// (x, y, z).
+    Point point "point" = Structure::unknowns;
+    /// s.
+    Slack slack "slack" = |s: &Structure| s.m;
+    /// τ, κ.
+    Homogenizer homogenizer "homogenizer" = |_: &Structure| 2;
+    /// Residuals of (x, y, z) in the embedding.
+    Residual residual "residual" = Structure::unknowns;
+    /// Px.
+    CostProduct cost_product "cost_product" = |s: &Structure| s.n;
+    /// Scalars of the embedding's last equation.
+    Embedding embedding "embedding" = |_: &Structure| embedding::WORDS;
+    /// 1 − σ, σμ, τ's complementarity.
+    Centering centering "centering" = |_: &Structure| centering::WORDS;
+    /// What termination compares.
+    Statistics statistics "statistics" = |_: &Structure| stat::WORDS;
+    /// Scaling point.
+    W w "w" = |s: &Structure| s.m;
+    /// λ = Wz.
+    Lambda lambda "lambda" = |s: &Structure| s.m;
+    /// 1/λ on nonnegative rows.
+    LambdaInverse lambda_inverse "lambda_inverse" = |s: &Structure| s.cones.l;
+    /// Scalars of each second-order cone's scaling.
+    Cone cone "cone" = |s: &Structure| s.cones.soc.len() * SCALARS;
+    /// Permuted upper triangle of the KKT matrix, unregularised.
+    KktValues kkt_values "kkt_values" = |s: &Structure| s.kkt.nnz();
+    /// Unscaled columns L·D.
+    FactorY factor_y "factor_y" = |s: &Structure| s.kkt.symbolic.panel_words;
+    /// Columns of L.
+    FactorL factor_l "factor_l" = |s: &Structure| s.kkt.symbolic.panel_words;
+    /// 1/D.
+    PivotInverse pivot_inverse "pivot_inverse" = |s: &Structure| s.kkt.dim;
+    /// Right-hand side in permuted order.
+    KktRhs kkt_rhs "kkt_rhs" = |s: &Structure| s.kkt.dim;
+    /// Solution in permuted order.
+    KktSolution kkt_solution "kkt_solution" = |s: &Structure| s.kkt.dim;
+    /// Solution before the last refinement.
+    KktPrevious kkt_previous "kkt_previous" = |s: &Structure| s.kkt.dim;
+    /// Right-hand side minus K times solution.
+    KktError kkt_error "kkt_error" = |s: &Structure| s.kkt.dim;
+    /// Norms of error and right-hand side.
+    Refinement refinement "refinement" = |_: &Structure| 2;
+    /// Solution for (−c, b, h).
+    Constant constant "constant" = Structure::unknowns;
+    /// Direction of (x, y, z).
+    Step step "step" = Structure::unknowns;
+    /// dτ, dκ.
+    TauStep tau_step "tau_step" = |_: &Structure| 2;
+    /// W dz.
+    ScaledZ scaled_z "scaled_z" = |s: &Structure| s.m;
+    /// W⁻¹ ds.
+    ScaledS scaled_s "scaled_s" = |s: &Structure| s.m;
+    /// ds.
+    SlackStep slack_step "slack_step" = |s: &Structure| s.m;
+    /// Right-hand side of the scaled complementarity.
+    Complement complement "complement" = |s: &Structure| s.m;
+    /// λ \ complement.
+    Quotient quotient "quotient" = |s: &Structure| s.m;
+    /// Largest step to the boundary.
+    StepLength step_length "step_length" = |_: &Structure| 1;
+    /// Best iterate so far: point, slack, τ.
+    Best best "best" = |s: &Structure| s.unknowns() + s.m + 1;
+    /// Point with the largest radius of primal infeasibility.
+    Farkas farkas "farkas" = Structure::unknowns;
+    /// Point and slack with the largest radius of dual infeasibility.
+    Ray ray "ray" = |s: &Structure| s.unknowns() + s.m;
+    /// Best iterate in the user's scaling: point, slack.
+    Answer answer "answer" = |s: &Structure| s.unknowns() + s.m;
+    /// Certificates in the user's scaling: primal infeasibility's point, dual infeasibility's point.
+    Witness witness "witness" = |s: &Structure| 2 * s.unknowns();
+}

@@ -1,0 +1,36 @@
+//! The stage lists are a legal walk over the dataflow table, and the table rejects illegal ones.
+
+use orbsoc::stage::check_schedule;
+use orbsoc::{Buffer, Stage, Step, CLOSING, ITERATION, STARTUP};
+
+#[test]
+fn the_methods_lists_read_only_fresh_words() {
+    check_schedule(STARTUP, ITERATION, CLOSING).unwrap();
+}
+
+#[test]
+fn leaving_out_any_single_stage_is_rejected() {
+    // Without `advance` every word read is fresh, the walk just goes nowhere; `start_shift` updates
+    // in place the point that `start_dual` would have finished.
+    let legal = [Stage::Advance, Stage::StartDual];
+    for list in [STARTUP, ITERATION] {
+        for k in 0..list.len() {
+            let Step::Run(stage) = list[k] else { continue };
+            let mut shorter = list.to_vec();
+            shorter.remove(k);
+            let result = if list == STARTUP {
+                check_schedule(&shorter, ITERATION, CLOSING)
+            } else {
+                check_schedule(STARTUP, &shorter, CLOSING)
+            };
+            assert!(result.is_err() != legal.contains(&stage), "leaving out {} at {k} passes", stage.name());
+        }
+    }
+}
+
+#[test]
+fn a_rejected_schedule_names_stage_and_buffer() {
+    let error = check_schedule(&[Step::Run(Stage::Factorize)], &[], &[]).unwrap_err();
+    assert_eq!((error.stage, error.buffer, error.stale), (Stage::Factorize, Buffer::KktValues, false));
+    assert_eq!(error.to_string(), "stage `factorize` reads buffer `kkt_values`, which was never written");
+}
