@@ -81,6 +81,15 @@ class MinTime:
         return Subproblem(builder.build(), read)
 
 
+GAIN = 10.0
+"""Scale of the unknowns GAIN · (S − Ŝ) of `MaxEnergyFixedPerigee`.
+
+The largest S_H is flat in the thrust directions: at S_H ≈ 1 a relative gap of 1e-10 leaves them 1e-4 rad apart
+between two solvers, and the interpolated thrust as far from unit length. Measured from the reference the cost tends
+to 0, its gap becomes absolute, and the scale sharpens it: |ΔL|/μ on rec1 and rec2 went from 5e-9 to 5e-10.
+"""
+
+
 @dataclass(frozen=True, slots=True)
 class MaxEnergyFixedPerigee:
     """Problem B (eqs. 10, 19): the largest S_H with the perigee radius and direction given; S_L ≥ 0.
@@ -97,22 +106,29 @@ class MaxEnergyFixedPerigee:
     def __call__(self, reference: Iterate) -> Subproblem[Iterate]:
         builder = ConicBuilder()
         variables = add_burn(builder, self.burn, reference.trajectory, free_duration=False)
-        scales = builder.variable("scales", 2)
-        builder.nonnegative([(scales, -np.eye(2))], np.zeros(2))
-        builder.cost(scales, [-1.0, 0.0])
+        gains = builder.variable("gains", 2)
+        reached = np.array([reference.momentum_scale, reference.laplace_scale])
+        builder.nonnegative([(gains, -np.eye(2) / GAIN)], reached)
+        builder.cost(gains, [-1.0, 0.0])
 
         blocks, rhs = _terminal_rows(self.target, LinearVectors.about(reference.trajectory.end))
         by_scales = np.zeros((5, 2))
         by_scales[2, 0], by_scales[3, 1] = -self.target.momentum, -self.target.eccentricity
-        slack = Slack.add(builder, TERMINAL_ROWS, self.slack_weight)
-        builder.equality([(variables.end, blocks), (scales, by_scales), *slack.terms()], rhs)
+        slack = Slack.add(builder, TERMINAL_ROWS, GAIN * self.slack_weight)
+        builder.equality(
+            [(variables.end, blocks), (gains, by_scales / GAIN), *slack.terms()], rhs - by_scales @ reached
+        )
 
-        s_h, p = reference.momentum_scale, self.target.momentum**2
-        perigee_row = [[2.0 * s_h * p, -self.perigee_radius * self.target.eccentricity]]
-        builder.equality([(scales, perigee_row)], [self.perigee_radius + s_h**2 * p])
+        p = self.target.momentum**2
+        perigee_row = np.array(
+            [2.0 * reached[0] * p, -self.perigee_radius * self.target.eccentricity], ndmin=2
+        )
+        perigee_rhs = self.perigee_radius + reached[0] ** 2 * p
+        builder.equality([(gains, perigee_row / GAIN)], perigee_rhs - perigee_row @ reached)
 
         def read(solution: Solution) -> Step[Iterate]:
-            return _step(builder, solution, reference, slack, self.figures, scales="scales")
+            s_h, s_l = reached + builder.value(solution, "gains") / GAIN
+            return _step(builder, solution, reference, slack, self.figures, scales=(float(s_h), float(s_l)))
 
         return Subproblem(builder.build(), read)
 
@@ -248,16 +264,13 @@ def _step(
     figures: Figures,
     *,
     free_duration: bool = False,
-    scales: str | None = None,
+    scales: tuple[float, float] = (1.0, 1.0),
 ) -> Step[Iterate]:
     """The next iterate, how far it moved, and its total slack."""
     trajectory = read_burn(builder, solution, reference.trajectory, free_duration=free_duration)
-    s_h, s_l = (reference.momentum_scale, reference.laplace_scale)
-    if scales is not None:
-        s_h, s_l = (float(value) for value in builder.value(solution, scales))
     violations = slack.read(builder, solution) if slack else ()
     return Step(
-        iterate=Iterate(trajectory, s_h, s_l, violations),
+        iterate=Iterate(trajectory, *scales, violations),
         change=trajectory.change_from(reference.trajectory),
         slack=sum(abs(value) for _, value in violations),
         figures=figures(trajectory),
