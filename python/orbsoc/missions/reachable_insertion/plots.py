@@ -1,0 +1,214 @@
+"""Figures of a plan, after figures 5–7 of Li et al. 2025: velocity, position and attitude over the burn.
+
+Every figure overlays the collocation nodes on the independently propagated curve, and shows their difference
+below, because the two curves are one to the eye. Matplotlib is imported when a figure is drawn, with the Agg
+canvas and without pyplot: no global state, no display.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.orbit import EARTH, CanonicalUnits, pitch_yaw
+
+from .plan import Plan
+from .verify import Verification
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73")
+"""Okabe–Ito blue, vermilion and green: distinct to colour-blind eyes and in print."""
+STYLE: Any = {
+    "font.size": 10.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#d9d9d9",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "lines.linewidth": 1.8,
+    "legend.frameon": False,
+    "figure.titlesize": 11,
+}
+DOTS_PER_INCH = 160
+
+
+@dataclass(frozen=True, slots=True)
+class FigureFile:
+    """A figure that was written: its file name, and a caption that says what it shows."""
+
+    name: str
+    caption: str
+
+
+def draw_figures(plan: Plan, folder: Path) -> tuple[FigureFile, ...]:
+    """Write the figures of a plan that was flown into `folder`; empty when there is nothing to show."""
+    found = plan.verification
+    if found is None:
+        return ()
+    import matplotlib as mpl
+
+    with mpl.rc_context(STYLE):
+        return (
+            _velocity(plan, found, folder),
+            _position(plan, found, folder),
+            _attitude(plan, found, folder),
+        )
+
+
+def _velocity(plan: Plan, found: Verification, folder: Path) -> FigureFile:
+    nodes = CanonicalUnits.of(EARTH).state_to_si(plan.trajectory.states)[:, 3:] / 1e3
+    curve = found.flight.propagated[:, 3:] / 1e3
+    error = (found.flight.planned - found.flight.propagated)[:, 3:]
+    figure = _components_figure(plan, found, nodes, curve, error, ("$v_x$", "$v_y$", "$v_z$"), "km/s", "m/s")
+    return _save(
+        figure,
+        folder,
+        "velocity.png",
+        "Velocity over the burn (the paper's figure 5a): collocation nodes on the independently propagated"
+        " curves, launch-inertial axes (x downrange, y up, z right), and their difference.",
+    )
+
+
+def _position(plan: Plan, found: Verification, folder: Path) -> FigureFile:
+    nodes = CanonicalUnits.of(EARTH).state_to_si(plan.trajectory.states)[:, :3] / 1e3
+    curve = found.flight.propagated[:, :3] / 1e3
+    error = (found.flight.planned - found.flight.propagated)[:, :3]
+    figure = _components_figure(plan, found, nodes, curve, error, ("$x$", "$y$", "$z$"), "km", "m")
+    return _save(
+        figure,
+        folder,
+        "position.png",
+        "Position over the burn (the paper's figure 5b): collocation nodes on the independently propagated"
+        " curves, Earth-centred launch-inertial axes, and their difference.",
+    )
+
+
+def _components_figure(
+    plan: Plan,
+    found: Verification,
+    nodes: Array,
+    curve: Array,
+    error: Array,
+    names: Sequence[str],
+    unit: str,
+    error_unit: str,
+) -> Figure:
+    """Three stacked panels, one per component, and the difference of planned and propagated below."""
+    figure, axes = _panels(heights=(1.0, 1.0, 1.0, 0.8), size=(7.2, 7.4))
+    node_times = _node_times(plan)
+    for k, (name, colour) in enumerate(zip(names, COLOURS, strict=True)):
+        axes[k].plot(found.flight.times_s, curve[:, k], color=colour, label="propagated (DOP853)")
+        _dots(axes[k], node_times, nodes[:, k], colour, "collocation nodes")
+        axes[k].set_ylabel(f"{name} ({unit})")
+        axes[3].plot(found.flight.times_s, error[:, k], color=colour, linewidth=1.2, label=name)
+    _legend_above(axes[0])
+    axes[3].set_ylabel(f"planned −\npropagated ({error_unit})")
+    axes[3].ticklabel_format(axis="y", style="sci", scilimits=(-2, 3), useMathText=True)
+    _legend_above(axes[3])
+    _finish(axes, plan)
+    return figure
+
+
+def _attitude(plan: Plan, found: Verification, folder: Path) -> FigureFile:
+    figure, axes = _panels(heights=(1.0, 1.0, 0.7), size=(7.2, 6.2))
+    node_times = _node_times(plan)
+    flown, nodal = pitch_yaw(found.flight.direction), pitch_yaw(plan.trajectory.controls)
+    for k, (name, colour) in enumerate(zip(("pitch", "yaw"), COLOURS, strict=False)):
+        curve, dots = np.rad2deg(flown[k]), np.rad2deg(nodal[k])
+        axes[k].plot(found.flight.times_s, curve, color=colour, label="commanded and flown")
+        _dots(axes[k], node_times, dots, colour, "collocation nodes")
+        axes[k].set_ylabel(f"{name} (°)")
+        axes[k].margins(y=0.12)
+    _legend_above(axes[0])
+    axes[2].plot(found.flight.times_s, found.flight.raw_norm - 1.0, color="#444444", linewidth=1.2)
+    limit = plan.scenario.verification.thrust_excess
+    if found.thrust_excess > 0.1 * limit:
+        axes[2].axhline(limit, color=COLOURS[1], linewidth=1.0, linestyle="--")
+        axes[2].annotate(
+            "limit", (0.0, limit), xytext=(2, -3), textcoords="offset points", va="top", color=COLOURS[1]
+        )
+    axes[2].set_ylabel("‖u‖ − 1\nbefore normalising")
+    axes[2].ticklabel_format(axis="y", style="sci", scilimits=(-2, 3), useMathText=True)
+    _finish(axes, plan)
+    number = 6 if plan.scenario.problem == "min_time" else 7
+    return _save(
+        figure,
+        folder,
+        "attitude.png",
+        f"Thrust attitude over the burn (the paper's figure {number}): pitch and yaw of eq. 21 at the nodes and"
+        " as commanded between them; below, how far the interpolated thrust is from unit length before it is"
+        " normalised.",
+    )
+
+
+def _panels(heights: Sequence[float], size: tuple[float, float]) -> tuple[Figure, list[Axes]]:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, layout="constrained")
+    axes = figure.subplots(len(heights), 1, sharex=True, gridspec_kw={"height_ratios": heights})
+    return figure, list(axes)
+
+
+def _dots(axes: Axes, times: Array, values: Array, colour: str, label: str) -> None:
+    axes.plot(
+        times,
+        values,
+        linestyle="none",
+        marker="o",
+        markersize=5.5,
+        markerfacecolor="white",
+        markeredgecolor=colour,
+        markeredgewidth=1.4,
+        label=label,
+        clip_on=False,
+        zorder=3,
+    )
+
+
+def _legend_above(axes: Axes) -> None:
+    """A one-line legend over the panel's right end, where it hides no curve."""
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.1, handlelength=1.5)
+
+
+def _finish(axes: Sequence[Axes], plan: Plan) -> None:
+    for panel in axes:
+        panel.yaxis.set_major_locator(_few_ticks())
+    axes[-1].set_xlabel("time since ignition (s)")
+    axes[-1].set_xlim(0.0, plan.time_of_flight_s)
+    figure = axes[0].get_figure(root=True)
+    assert figure is not None
+    figure.align_ylabels(axes)
+    figure.suptitle(_title(plan), x=0.01, ha="left", fontweight="bold")
+
+
+def _few_ticks() -> Any:
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(nbins=5, min_n_ticks=3)
+
+
+def _node_times(plan: Plan) -> Array:
+    return plan.trajectory.elapsed() * CanonicalUnits.of(EARTH).time_s
+
+
+def _title(plan: Plan) -> str:
+    what = "shortest burn" if plan.scenario.problem == "min_time" else "largest orbit"
+    if plan.scenario.problem == "max_energy" and plan.scenario.target.perigee_direction == "free":
+        what += ", perigee direction free"
+    return f"{plan.scenario.name}: {what}, {plan.trajectory.grid.size} nodes"
+
+
+def _save(figure: Figure, folder: Path, name: str, caption: str) -> FigureFile:
+    figure.savefig(folder / name, dpi=DOTS_PER_INCH, metadata={"Software": "orbsoc"})
+    return FigureFile(name, caption)

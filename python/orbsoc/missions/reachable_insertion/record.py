@@ -1,0 +1,181 @@
+"""A plan as plain data: the document behind `plan.json`, and the attitude programme behind `attitude.csv`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.orbit import EARTH, CanonicalUnits, Elements, pitch_yaw
+from orbsoc.scp import Iteration, Rules
+
+from .paper import compare
+from .plan import Plan, PlanStatus
+from .verdict import verdict, violations
+
+Array = NDArray[np.float64]
+
+
+def plan_document(plan: Plan) -> dict[str, Any]:
+    """Everything about the plan that JSON can hold; angles in degrees, lengths as the key says, null for absent.
+
+    `orbit`, `propagated_orbit` and `terminal_error` are null unless the sequence converged to a feasible point.
+    Versions, hardware and files are the caller's to add.
+    """
+    found = plan.verification
+    document: dict[str, Any] = {
+        "mission": plan.scenario.mission,
+        "name": plan.scenario.name,
+        "problem": plan.scenario.problem,
+        "perigee_direction": plan.scenario.target.perigee_direction,
+        "status": plan.status.value,
+        "exit_reason": plan.exit_reason.name,
+        "message": plan.message,
+        "verdict": verdict(plan),
+        "time_of_flight_s": plan.time_of_flight_s,
+        "propellant_kg": plan.scenario.vehicle.mass_flow_kg_s * plan.time_of_flight_s,
+        "orbit": found and orbit_document(found.planned_orbit),
+        "propagated_orbit": found and orbit_document(found.propagated_orbit),
+        "terminal_error": found
+        and {"angular_momentum_rel": found.angular_momentum_rel, "laplace_rel": found.laplace_rel},
+        "verification": found
+        and {
+            "verified": found.verified,
+            "failures": list(found.failures),
+            "plane_error_rad": found.plane_rad,
+            "perigee_error_m": None if np.isnan(found.perigee_error_m) else found.perigee_error_m,
+            "thrust_excess": found.thrust_excess,
+            "thrust_deficit": found.thrust_deficit,
+            "lowest_altitude_km": found.flight.lowest_altitude_m / 1e3,
+            "samples": found.flight.times_s.size,
+        },
+        "violations": [
+            {"row": v.row.value, "value_canonical": v.value, "words": v.words} for v in violations(plan)
+        ],
+        "scp_iterations": len(plan.iterations),
+        "nodes": plan.trajectory.grid.size,
+        "stages": [
+            {
+                "nodes": stage.nodes,
+                "note": stage.note,
+                "exit_reason": stage.outcome.reason.name,
+                "iterations": len(stage.outcome.iterations),
+            }
+            for stage in plan.stages
+        ],
+        "subproblems": [subproblem_document(row) for row in plan.iterations],
+        "paper": [asdict(row) for row in compare(plan)],
+        "trajectory": None if found is None else trajectory_document(plan),
+        "settings": asdict(Rules(max_iterations=plan.scenario.method.max_iterations)),
+        "constants": EARTH.to_dict(),
+        "scenario": plan.scenario.model_dump(mode="json"),
+    }
+    return document
+
+
+def orbit_document(orbit: Elements) -> dict[str, float]:
+    """Osculating elements in ECI, in the units of reports."""
+    return {
+        "a_km": orbit.sma_m / 1e3,
+        "e": orbit.ecc,
+        "inc_deg": float(np.rad2deg(orbit.inc_rad)),
+        "raan_deg": float(np.rad2deg(orbit.raan_rad)),
+        "argp_deg": float(np.rad2deg(orbit.argp_rad)),
+        "true_anomaly_deg": float(np.rad2deg(orbit.true_anomaly_rad)),
+        "perigee_height_km": orbit.perigee_height_m() / 1e3,
+        "apogee_height_km": orbit.apogee_height_m() / 1e3,
+    }
+
+
+def subproblem_document(row: Iteration) -> dict[str, Any]:
+    """One iteration of the sequence; times are wall-clock, measured on this machine."""
+    problem, solution = row.problem, row.solution
+    return {
+        "iterations": solution.iterations,
+        "status": solution.status.name,
+        "n": problem.n,
+        "p": problem.p,
+        "m": problem.m,
+        "nnz_kkt": solution.nnz_kkt,
+        "nnz_l": solution.nnz_l,
+        "setup_us": 1e6 * solution.setup_s,
+        "solve_us": 1e6 * solution.solve_s,
+        "refinements": solution.refinements,
+        "tolerance": row.tolerance,
+        "change": _finite(row.change),
+        "slack": _finite(row.slack),
+        **{name: _finite(value) for name, value in row.figures.items()},
+    }
+
+
+def trajectory_document(plan: Plan) -> dict[str, Any]:
+    """The collocated solution at its nodes and at cut-off, SI, launch-inertial axes."""
+    units = CanonicalUnits.of(EARTH)
+    trajectory = plan.trajectory
+    states = units.state_to_si(trajectory.states)
+    end = units.state_to_si(trajectory.end)
+    return {
+        "axes": "launch_inertial",
+        "time_s": (trajectory.elapsed() * units.time_s).tolist(),
+        "position_m": states[:, :3].tolist(),
+        "velocity_m_s": states[:, 3:].tolist(),
+        "thrust_direction": trajectory.controls.tolist(),
+        "end_position_m": end[:3].tolist(),
+        "end_velocity_m_s": end[3:].tolist(),
+    }
+
+
+ATTITUDE_COLUMNS = ("t_s", "pitch_deg", "yaw_deg", "ux", "uy", "uz")
+
+
+def attitude_programme(plan: Plan) -> Array | None:
+    """Rows (K, 6) of `ATTITUDE_COLUMNS`, uniform in time, launch-inertial axes; None when there is no plan to fly.
+
+    The directions are the ones the verification flew: the interpolant of the nodal thrust, normalised.
+    """
+    if plan.verification is None or plan.status is not PlanStatus.VERIFIED:
+        return None
+    flight = plan.verification.flight
+    pitch, yaw = pitch_yaw(flight.direction)
+    return np.column_stack([flight.times_s, np.rad2deg(pitch), np.rad2deg(yaw), flight.direction])
+
+
+def attitude_csv(plan: Plan) -> str | None:
+    """`attitude.csv`: a header of `ATTITUDE_COLUMNS` and one line per time; None when there is no plan to fly."""
+    rows = attitude_programme(plan)
+    if rows is None:
+        return None
+    lines = [",".join(ATTITUDE_COLUMNS), *(",".join(f"{value:.12g}" for value in row) for row in rows)]
+    return "\n".join(lines) + "\n"
+
+
+def iteration_cells(row: Iteration) -> Mapping[str, str]:
+    """One row of the live iteration table, by column title."""
+    figures = row.figures
+
+    def number(name: str, form: str) -> str:
+        return format(figures[name], form) if name in figures else "–"
+
+    return {
+        "#": str(row.number),
+        "nodes": number("nodes", ".0f"),
+        "burn s": number("time_of_flight_s", ".6f"),
+        "perigee km": number("perigee_height_km", ".3f"),
+        "apogee km": number("apogee_height_km", ".3f"),
+        "change": _scientific(row.change),
+        "slack": _scientific(row.slack),
+        "tolerance": f"{row.tolerance:.0e}",
+        "solver": f"{row.solution.status.name.lower()} in {row.solution.iterations}",
+        "solve ms": f"{1e3 * row.solution.solve_s:.2f}",
+    }
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _scientific(value: float) -> str:
+    return f"{value:.1e}" if np.isfinite(value) else "–"
