@@ -1,0 +1,99 @@
+"""Output folders that are complete or absent: written beside their place, then moved there in one step."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+MANIFEST = "plan.json"
+"""The file that makes a folder ours: it names its schema and every file beside it."""
+SCHEMA = "orbsoc.plan/1"
+
+
+class OutputFolderError(ValueError):
+    """The output folder cannot be written, or holds files that are not ours to replace."""
+
+
+def check_replaceable(folder: Path) -> None:
+    """Raise OutputFolderError unless `folder` is absent, empty, or an earlier output with nothing added to it."""
+    if not folder.exists() and not folder.is_symlink():
+        return
+    if folder.is_symlink() or not folder.is_dir():
+        raise OutputFolderError(f"--out = {folder}: exists and is not a folder; give another path")
+    present = {entry.name for entry in folder.iterdir()}
+    foreign = sorted(present - _files_of(folder))
+    if foreign:
+        raise OutputFolderError(
+            f"--out = {folder}: holds {foreign[0]}, which orbsoc did not write; give a new or empty folder, or"
+            " an earlier output folder"
+        )
+
+
+@contextmanager
+def written_at_once(folder: Path) -> Iterator[Path]:
+    """A temporary sibling of `folder` to write into; it takes the place of `folder` when the block ends well.
+
+    On any exception, Ctrl-C included, the sibling is removed and `folder` is what it was. Raises
+    OutputFolderError when the place cannot be written or holds foreign files.
+    """
+    folder = folder.absolute()
+    check_replaceable(folder)
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        temporary = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", suffix=".incomplete", dir=folder.parent))
+    except OSError as error:
+        raise OutputFolderError(f"--out = {folder}: cannot be written: {error.strerror}") from error
+    try:
+        yield temporary
+        temporary.chmod(0o777 & ~_umask())
+        check_replaceable(folder)
+        _move_into_place(temporary, folder)
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+
+
+def write_manifest(folder: Path, document: dict[str, Any]) -> None:
+    """Write `plan.json` with its schema and the list of all files of the folder. Call it last."""
+    names = sorted({entry.name for entry in folder.iterdir()} | {MANIFEST})
+    text = json.dumps({"schema": SCHEMA, "files": names, **document}, indent=2, allow_nan=False)
+    (folder / MANIFEST).write_text(text + "\n", encoding="utf-8")
+
+
+def _files_of(folder: Path) -> set[str]:
+    """File names an earlier output lists; empty when the folder is not one."""
+    try:
+        document = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return set()
+    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
+        return set()
+    files = document.get("files", [])
+    return {name for name in files if isinstance(name, str)} if isinstance(files, list) else set()
+
+
+def _move_into_place(temporary: Path, folder: Path) -> None:
+    """Rename; an earlier output steps aside first, and comes back if the rename fails."""
+    if not folder.exists():
+        temporary.rename(folder)
+        return
+    aside = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", suffix=".replaced", dir=folder.parent))
+    aside.rmdir()
+    folder.rename(aside)
+    try:
+        temporary.rename(folder)
+    except BaseException:
+        aside.rename(folder)
+        raise
+    shutil.rmtree(aside, ignore_errors=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
