@@ -91,10 +91,10 @@ def estimate(stage: Stage, pl: Pl, datapath: Datapath, name: str = "stage") -> E
     """L1 estimate of `stage`; stalls are divided between dependency and divider as their p-th powers."""
     floor = bounds(stage, pl, datapath, name)
     power = pl.overlap_exponent.value
-    # Relative to the largest, so that no power overflows and one resource alone gives exactly itself.
+    # Relative to the largest: no power overflows, and as that share is exactly 1, never below the bound.
     top = max(floor.cycles, 1)
     shares = [(part / top) ** power for part in (floor.issue, floor.dependency, floor.divider)]
-    busy = max(floor.cycles, round(top * sum(shares) ** (1.0 / power)))
+    busy = round(top * sum(shares) ** (1.0 / power))
     stalls = busy - floor.issue
     waiting = shares[1] + shares[2]
     divider = round(stalls * shares[2] / waiting) if waiting > 0.0 else 0

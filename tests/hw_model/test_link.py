@@ -30,9 +30,8 @@ def _errors() -> list[float]:
 
 def test_registers_and_dma_meet_the_measurements() -> None:
     errors = [abs(error) for error in _errors()]
-    assert median(errors) <= 0.05
-    assert max(errors) <= 0.20
-    assert max(errors) <= 0.055  # what it is today
+    assert median(errors) <= 0.03
+    assert max(errors) <= 0.05
 
 
 def test_a_small_buffer_goes_by_registers_a_large_one_by_dma() -> None:
