@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import SupportsFloat
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,13 +32,13 @@ class ZooCase:
 
     @property
     def solvable(self) -> bool:
-        return self.expected == {Status.SOLVED}
+        return self.expected == frozenset({Status.SOLVED})
 
 
 def solvable(
     name: str,
     problem: Problem,
-    objective: float | None = None,
+    objective: SupportsFloat | None = None,
     *,
     scaled: bool = False,
     clarabel_fails: str | None = None,

@@ -11,7 +11,9 @@ from tests.zoo.case import Array, ZooCase, ball, infeasible, lp, socp, solvable,
 def _linear_on_ball(q: int) -> ZooCase:
     """min cᵀx on the unit ball, one cone of size q: −‖c‖."""
     c = np.random.default_rng(q).normal(size=q - 1)
-    return solvable(f"socp_ball_of_size_{q}", socp(c, [ball(np.zeros(q - 1), 1.0)]), -np.linalg.norm(c))
+    return solvable(
+        f"socp_ball_of_size_{q}", socp(c, [ball(np.zeros(q - 1), 1.0)]), -float(np.linalg.norm(c))
+    )
 
 
 def ball_of_size_2() -> ZooCase:
@@ -197,7 +199,8 @@ def soft_landing() -> ZooCase:
     A, b = np.zeros((4 * steps + 8, n)), np.zeros(4 * steps + 8)
     A[:4, :4] = np.eye(4)
     b[:4] = [4.0, 2.0, -0.5, 0.5]
-    c, cones = np.zeros(n), []
+    c = np.zeros(n)
+    cones: list[tuple[Array, Array]] = []
     before = 0
     for k in range(steps):
         u, t, after = 4 + 7 * k, 6 + 7 * k, 7 + 7 * k

@@ -1,0 +1,21 @@
+"""What the core tests share: one fixed seed for generated data, and the solver under test."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from hypothesis import settings
+
+from orbsoc.solution import Solution
+
+settings.register_profile("fixed", derandomize=True, deadline=None)
+settings.load_profile("fixed")
+
+
+@pytest.fixture(scope="session")
+def solve() -> Callable[..., Solution]:
+    """`orbsoc.solver.solve`, imported when first asked for: the rest of these tests need no extension module."""
+    from orbsoc.solver import solve
+
+    return solve
