@@ -1,6 +1,7 @@
 """A small engine and its dataflow table, for tests of the PS that need no Rust.
 
-The method: load → scale, then iterations of factor, solve (refined while the residual asks for it) and check.
+The method: scale, load half of the matrix, start; then iterations that finish the matrix, factorize, solve (refined
+while the residual asks for it), step and check; then unscale.
 Its numbers are integers that depend on the order of all stages run, so a wrong schedule gives a wrong result.
 """
 
@@ -28,8 +29,9 @@ class Stage:
 
 STAGES = {
     "scale": Stage("matrix_scaling", reads=("data",), writes=("scaled",)),
+    "load": Stage("matrix_update", reads=("scaled",), writes=("kkt",), stales=("kkt", "factor")),
     "start": Stage("ps", reads=("scaled", "settings"), writes=("point",)),
-    "update": Stage("matrix_update", reads=("scaled", "point"), writes=("kkt",), stales=("factor",)),
+    "update": Stage("matrix_update", reads=("kkt", "point"), writes=("kkt",), stales=("factor",)),
     "factorize": Stage("factorization", reads=("kkt",), writes=("factor",), stales=("direction",)),
     "solve": Stage("linear_solve", reads=("factor", "point"), writes=("direction",)),
     "residual": Stage("ps", reads=("kkt", "direction"), writes=("error",)),
@@ -37,12 +39,16 @@ STAGES = {
     "search": Stage("line_search", reads=("point", "direction"), writes=("step",)),
     "advance": Stage("cone_ops", reads=("step", "direction", "point"), writes=("point",), stales=("kkt",)),
     "check": Stage("ps", reads=("point", "settings"), writes=("statistics",)),
+    "unscale": Stage("matrix_scaling", reads=("point", "scaled"), writes=("answer",)),
 }
-STARTUP = (("scale",), ("start",))
+STARTUP = (("scale",), ("load",), ("start",))
 ITERATION = (
     ("update",), ("factorize",), ("solve",), ("refine", "residual"), ("search",), ("advance",), ("check",),
 )  # fmt: skip
-METHOD = Method.from_tables(startup=STARTUP, iteration=ITERATION, stages=STAGES, repeat=REPEAT, done=DONE)
+CLOSING = (("unscale",),)
+METHOD = Method.from_tables(
+    startup=STARTUP, iteration=ITERATION, closing=CLOSING, stages=STAGES, repeat=REPEAT, done=DONE
+)
 WORDS = {name: 10 + position for position, name in enumerate(METHOD.buffers)}
 
 
@@ -67,9 +73,10 @@ class FakeEngine:
 
     def solve(self) -> None:
         """The whole solve: the loop as Rust has it."""
-        outcome = _walk(self, STARTUP)
-        while outcome != DONE:
-            outcome = _walk(self, ITERATION)
+        _walk(self, STARTUP)
+        while _walk(self, ITERATION) != DONE:
+            pass
+        _walk(self, CLOSING)
 
 
 def _walk(engine: FakeEngine, steps: tuple[tuple[str, ...], ...]) -> int:

@@ -36,15 +36,15 @@ def test_the_scheduled_run_is_the_plain_loop(iterations: int, refinements: int, 
     assert run.engine.state == plain.state
 
 
-def test_a_stage_may_end_the_run_anywhere_in_a_list() -> None:
-    class EndsInStartUp(FakeEngine):
+def test_done_ends_the_iteration_where_it_is_and_the_closing_stages_still_run() -> None:
+    class DoneAfterFactorize(FakeEngine):
         def run(self, stage: str) -> int:
-            super().run(stage)
-            return DONE
+            outcome = super().run(stage)
+            return DONE if stage == "factorize" else outcome
 
-    run = prepare(EndsInStartUp())
+    run = prepare(DoneAfterFactorize())
     run.driver.run()
-    assert run.engine.ran == ["scale"]
+    assert run.engine.ran == ["scale", "load", "start", "update", "factorize", "unscale"]
 
 
 def test_each_launch_costs_five_writes_and_each_published_stage_four() -> None:
@@ -115,7 +115,7 @@ def test_a_schedule_that_reads_a_stale_buffer_is_refused_on_the_pl() -> None:
     run = prepare(method=method)
     with pytest.raises(ReadBeforeValid, match="stage 'solve'"):
         run.driver.run()
-    assert run.engine.ran == ["scale", "start", "update"]
+    assert run.engine.ran == ["scale", "load", "start", "update"]
 
 
 def test_a_schedule_that_reads_a_stale_buffer_is_refused_on_the_ps() -> None:

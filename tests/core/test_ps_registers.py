@@ -99,7 +99,7 @@ def test_stale_buffers_lose_their_flag_when_the_stage_ends() -> None:
     pl, _ = fresh()
     load(pl)
     sequence = 1
-    for stage in ("scale", "start", "update", "factorize", "solve", "factorize"):
+    for stage in ("scale", "load", "start", "update", "factorize", "solve", "factorize"):
         sequence += 1
         if MODULE[stage] is Module.PS:
             frame(pl, stage, sequence, Control.PUBLISH)
@@ -109,6 +109,35 @@ def test_stale_buffers_lose_their_flag_when_the_stage_ends() -> None:
         pl.write(Register.IRQ_ACK, sequence)
         assert ("direction" in valid(pl)) == (stage == "solve")
     assert status(pl).fault is Fault.NONE
+
+
+def test_a_buffer_left_unfinished_may_be_updated_but_not_read() -> None:
+    pl, _ = fresh()
+    load(pl)
+    for sequence, stage in ((2, "scale"), (3, "load")):
+        frame(pl, stage, sequence, Control.START)
+        pl.tick()
+        pl.write(Register.IRQ_ACK, sequence)
+    assert "kkt" not in valid(pl)
+    frame(pl, "start", 4, Control.PUBLISH)
+    frame(pl, "update", 5, Control.START)
+    pl.tick()
+    assert "kkt" in valid(pl)
+    assert status(pl).fault is Fault.NONE
+
+
+@pytest.mark.parametrize("stage", ["update", "factorize"])
+def test_a_buffer_never_written_may_be_neither_updated_nor_read(stage: str) -> None:
+    pl, engine = fresh()
+    load(pl)
+    frame(pl, "scale", 2, Control.START)
+    pl.tick()
+    pl.write(Register.IRQ_ACK, 2)
+    frame(pl, "start", 3, Control.PUBLISH)
+    frame(pl, stage, 4, Control.START)
+    pl.tick()
+    assert status(pl).fault is Fault.READ_BEFORE_VALID
+    assert engine.ran == ["scale"]
 
 
 @pytest.mark.parametrize("busy", [Register.MODULE, Register.CONTROL, Register.IRQ_ACK])

@@ -68,15 +68,17 @@ class Driver:
         self._flag_words = -(-len(method.buffers) // WORD_BITS)
         self._sequence = 0
         self._valid = 0
+        self._written = 0
         self._held_by_ps = 0
         self._held_by_pl = 0
 
     def run(self) -> None:
-        """Load the problem, start up, and iterate until a stage says DONE."""
+        """Load the problem, start up, iterate until a stage says DONE, close."""
         self._publish(self._method.segments[0])
-        outcome = self._walk(self._method.startup)
-        while outcome != self._method.done:
-            outcome = self._walk(self._method.iteration)
+        self._walk(self._method.startup)
+        while self._walk(self._method.iteration) != self._method.done:
+            pass
+        self._walk(self._method.closing)
         self._require_rest()
 
     def _walk(self, steps: Iterable[Step]) -> int | None:
@@ -97,7 +99,7 @@ class Driver:
         segment = self._segments[stage]
         if segment.module is not Module.PS:
             return self._launch(segment)
-        self._require_valid(segment, segment.reads)
+        self._require(segment, segment.unreadable(self._valid, self._written))
         self._fetch(segment)
         outcome = self._engine.run(stage)
         self._record.add(Kind.RUN, stage, self._sequence + 1)
@@ -155,15 +157,15 @@ class Driver:
             self._read(Register.DATA_VALID + 4 * word) << (WORD_BITS * word)
             for word in range(self._flag_words)
         )
-        self._require_valid(segment, segment.writes)
+        self._written |= segment.writes
+        self._require(segment, segment.writes & ~segment.stales & ~self._valid)
         return status
 
-    def _require_valid(self, segment: Segment, buffers: int) -> None:
-        invalid = self._method.names(buffers & ~self._valid)
+    def _require(self, segment: Segment, invalid: int) -> None:
+        """Raise if there is any buffer in `invalid`."""
         if invalid:
-            raise ReadBeforeValid(
-                f"stage {segment.stage!r}: data-valid flag is down for {', '.join(invalid)}"
-            )
+            names = ", ".join(self._method.names(invalid))
+            raise ReadBeforeValid(f"stage {segment.stage!r}: data-valid flag is down for {names}")
 
     def _require_rest(self) -> None:
         """At the end of a run nothing may be running, half announced or unacknowledged."""

@@ -55,6 +55,7 @@ class ProgrammableLogic:
         self._state = _State.IDLE
         self._frame = dict.fromkeys((Register.MODULE, Register.SEGMENT, Register.SEQUENCE), 0)
         self._valid = 0
+        self._written = 0
         self._outcome = 0
         self._completed = (0, 0)
         self._fault = Fault.NONE
@@ -146,7 +147,7 @@ class ProgrammableLogic:
         runs_on_ps = value == Control.PUBLISH
         if segment.module != self._frame[Register.MODULE] or (segment.module is Module.PS) != runs_on_ps:
             return Fault.WRONG_SEGMENT
-        if segment.reads & ~self._valid:
+        if segment.unreadable(self._valid, self._written):
             return Fault.READ_BEFORE_VALID
         return Fault.NONE
 
@@ -154,7 +155,8 @@ class ProgrammableLogic:
         return self._segments[self._frame[Register.SEGMENT]]
 
     def _complete(self, segment: Segment) -> None:
-        self._valid = (self._valid | segment.writes) & ~(segment.stales & ~segment.writes)
+        self._valid = segment.valid_after(self._valid)
+        self._written |= segment.writes
         self._completed = (segment.number, self._frame[Register.SEQUENCE])
 
     def _stop(self, fault: Fault) -> None:

@@ -33,7 +33,10 @@ class StageInfo(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """A stage as the registers know it; `reads`, `writes` and `stales` are bit masks over the buffers."""
+    """A stage as the registers know it; `reads`, `writes` and `stales` are bit masks over the buffers.
+
+    A buffer both read and written is updated in place. One both written and made stale is left unfinished.
+    """
 
     number: int
     stage: str
@@ -42,6 +45,14 @@ class Segment:
     writes: int
     stales: int
 
+    def unreadable(self, valid: int, written: int) -> int:
+        """The buffers that this stage would read and must not: neither valid, nor updated from an older content."""
+        return self.reads & ~(valid | self.writes & written)
+
+    def valid_after(self, valid: int) -> int:
+        """The data-valid flags when the stage has ended."""
+        return (valid | self.writes) & ~self.stales
+
 
 @dataclass(frozen=True, slots=True)
 class Method:
@@ -49,6 +60,7 @@ class Method:
 
     startup: tuple[Step, ...]
     iteration: tuple[Step, ...]
+    closing: tuple[Step, ...]
     repeat: int
     done: int
     buffers: tuple[str, ...]
@@ -61,6 +73,7 @@ class Method:
         return cls.from_tables(
             startup=core.startup(),
             iteration=core.iteration(),
+            closing=core.closing(),
             stages=core.stages(),
             repeat=core.REPEAT,
             done=core.DONE,
@@ -72,6 +85,7 @@ class Method:
         *,
         startup: Iterable[Sequence[str]],
         iteration: Iterable[Sequence[str]],
+        closing: Iterable[Sequence[str]] = (),
         stages: Mapping[str, StageInfo],
         repeat: int,
         done: int,
@@ -80,8 +94,8 @@ class Method:
 
         Raises ValueError if a list names a stage that the table lacks, or a stage an unknown module.
         """
-        first, again = tuple(map(tuple, startup)), tuple(map(tuple, iteration))
-        unknown = [name for step in (*first, *again) for name in step if name not in stages]
+        first, again, last = (tuple(map(tuple, steps)) for steps in (startup, iteration, closing))
+        unknown = [name for step in (*first, *again, *last) for name in step if name not in stages]
         if unknown:
             raise ValueError(f"stage {unknown[0]!r} is in a step list, but not in the dataflow table")
         buffers = tuple(dict.fromkeys(b for info in stages.values() for b in _touched(info)))
@@ -96,7 +110,7 @@ class Method:
             module = _module(stage, info.module)
             masks = (mask(info.reads), mask(info.writes), mask(info.stales))
             segments.append(Segment(number, stage, module, *masks))
-        return cls(first, again, repeat, done, buffers, tuple(segments))
+        return cls(first, again, last, repeat, done, buffers, tuple(segments))
 
     def names(self, mask: int) -> list[str]:
         """The buffers of a bit mask."""

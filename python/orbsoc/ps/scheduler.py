@@ -1,0 +1,94 @@
+"""`PsScheduler`: the solver as the emulated computer runs it, with the call shape of `orbsoc.solve`."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any
+
+from orbsoc import _core
+from orbsoc.problem import Problem
+from orbsoc.ps.driver import Driver
+from orbsoc.ps.events import PsRecord
+from orbsoc.ps.pl import ProgrammableLogic
+from orbsoc.ps.segments import Method
+from orbsoc.settings import Settings
+from orbsoc.solution import Solution
+from orbsoc.solver import engine, resolve, solution_of
+from orbsoc.trace import Latencies, TraceRecorder
+
+
+class PsScheduler:
+    """Python plays the PS: a callable that solves stage by stage through the register file of an emulated PL.
+
+    The answer has the bits of `orbsoc.solve`. `settings` and `overrides` (fields of `Settings`) are the default of
+    every call; a call's own come before them. `verbose` has no effect here. `latencies` (preset → operation →
+    cycles) replaces hw_model's presets in the trace.
+
+    >>> from orbsoc import Cones, Problem
+    >>> ps = PsScheduler(tol=1e-9)
+    >>> ps(Problem(c=[1.0], G=[[-1.0]], h=[-2.0], cones=Cones(l=1))).status.name
+    'SOLVED'
+    >>> len(ps.trace["solves"])
+    1
+    """
+
+    def __init__(
+        self, settings: Settings | None = None, *, latencies: Latencies | None = None, **overrides: Any
+    ) -> None:
+        self._settings = resolve(settings, overrides)
+        self._recorder = TraceRecorder(_core, latencies)
+        self._method = Method.from_core(_core)
+        self.record = PsRecord()
+        """What the PS did in the last solve."""
+
+    @property
+    def trace(self) -> dict[str, Any]:
+        """All solves since this scheduler was made, as hw_model reads them ("orbsoc.trace/1")."""
+        return self._recorder.as_dict()
+
+    def __call__(self, problem: Problem, settings: Settings | None = None, /, **overrides: Any) -> Solution:
+        """Solve on a fresh engine and a fresh PL, and add the solve to the trace.
+
+        Not converging is a status, and Ctrl-C ends the solve with `Status.INTERRUPTED`, as with `orbsoc.solve`.
+        Raises `ProtocolError` if PS and PL disagree, and what `orbsoc.solve` raises for wrong data or settings.
+        """
+        chosen = resolve(settings or self._settings, overrides)
+        native = engine(problem, chosen)
+        self.record = PsRecord()
+        pl = ProgrammableLogic(self._method, native.run)
+        driver = Driver(self._method, native, pl, words=native.buffer_words(), record=self.record)
+        started = time.perf_counter()
+        with _ctrl_c_stops(native):
+            driver.run()
+        solution = solution_of(native.finish(time.perf_counter() - started))
+        self._recorder.add(problem, chosen, native, solution)
+        return solution
+
+
+@contextmanager
+def _ctrl_c_stops(native: _core.Engine) -> Iterator[None]:
+    """Let Ctrl-C end the solve at its next statistics; a handler of the user's own keeps its say.
+
+    An exception between two register accesses would leave the PL in mid-launch, so none is let through here.
+    """
+    previous = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(previous):
+        yield
+        return
+
+    def stop(signum: int, frame: FrameType | None) -> None:
+        try:
+            previous(signum, frame)
+        except KeyboardInterrupt:
+            native.interrupt()
+
+    signal.signal(signal.SIGINT, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, previous)
