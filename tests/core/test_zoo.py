@@ -145,3 +145,37 @@ def test_the_update_that_rescales_columns_keeps_pattern_and_value() -> None:
     before, after = by_name["lie_before_columns_are_rescaled"], by_name["lie_after_columns_are_rescaled"]
     assert before.problem.A.indices.tobytes() == after.problem.A.indices.tobytes()
     assert relative(reference_objective(after), reference_objective(before)) <= 1e-7
+
+
+def test_an_update_that_rescales_columns_is_solved_like_fresh_data() -> None:
+    """Known lie: the equilibration of the first data kept for the second."""
+    from orbsoc.solver import Solver
+
+    by_name = {case.name: case for case in BASES}
+    before, after = by_name["lie_before_columns_are_rescaled"], by_name["lie_after_columns_are_rescaled"]
+    solver = Solver(before.problem)
+    assert solver.solve().status is Status.SOLVED
+    solver.update(c=after.problem.c, A=after.problem.A, G=after.problem.G)
+    updated, fresh = solver.solve(), Solver(after.problem).solve()
+    assert updated.status is Status.SOLVED
+    assert verify(after.problem, updated).worst <= 1e-7
+    assert updated.x.tobytes() == fresh.x.tobytes()
+
+
+def test_no_iterate_of_the_previous_solve_is_returned_for_updated_data() -> None:
+    """Known lie: a best iterate remembered from the solve before; stopped early, only the new one may come back."""
+    from orbsoc.solver import Solver
+
+    problem = next(case.problem for case in BASES if case.name == "known_socp_sizes")
+    b = problem.b + 1e3
+    for limit in (1, 2, 3):
+        solver = Solver(problem, max_iterations=limit)
+        solver.solve()
+        solver.update(b=b)
+        fresh = Solver(
+            Problem(c=problem.c, A=problem.A, b=b, G=problem.G, h=problem.h, cones=problem.cones),
+            max_iterations=limit,
+        )
+        updated = solver.solve()
+        assert updated.status is not Status.SOLVED
+        assert updated.x.tobytes() == fresh.solve().x.tobytes()

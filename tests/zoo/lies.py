@@ -45,7 +45,7 @@ def powell_20_with_100() -> ZooCase:
 
 def _transport_costs() -> tuple[Array, Array, Array]:
     rng = np.random.default_rng(31)
-    A: Array = np.vstack([np.kron(np.eye(3), np.ones(4)), np.kron(np.ones(3), np.eye(4))])
+    A = np.vstack([np.kron(np.eye(3), np.ones(4)), np.kron(np.ones(3), np.eye(4))]).astype(np.float64)
     flow = rng.uniform(0.0, 2.0, 12) * (rng.random(12) < 0.5)
     return A, A @ flow, rng.uniform(1.0, 5.0, 12)
 
