@@ -93,6 +93,14 @@ def test_one_number_serves_as_right_hand_side_of_all_rows() -> None:
     assert b.build().b.tolist() == [4.0, 4.0, 4.0]
 
 
+def test_costs_of_a_column_named_twice_add_up() -> None:
+    b = ConicBuilder()
+    b.variable("x", 2)
+    b.cost([1, 1, 0], [1.0, 2.0, 4.0])
+    b.cost([1], 8.0)
+    assert b.build().c.tolist() == [4.0, 11.0]
+
+
 def test_rows_without_size_make_one_cone_and_with_size_several() -> None:
     b = ConicBuilder()
     x = b.variable("x", 6)
