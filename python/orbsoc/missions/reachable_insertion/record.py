@@ -105,9 +105,9 @@ def subproblem_document(row: Iteration) -> dict[str, Any]:
         "solve_us": 1e6 * solution.solve_s,
         "refinements": solution.refinements,
         "tolerance": row.tolerance,
-        "change": _finite(row.change),
-        "slack": _finite(row.slack),
-        **{name: _finite(value) for name, value in row.figures.items()},
+        "change": _number(row.change),
+        "slack": _number(row.slack),
+        **{name: _number(value) for name, value in row.figures.items()},
     }
 
 
@@ -173,8 +173,9 @@ def iteration_cells(row: Iteration) -> Mapping[str, str]:
     }
 
 
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
+def _number(value: float) -> float | None:
+    """The value as JSON can hold it: an int stays one, NaN and infinity become null."""
+    return value if np.isfinite(value) else None
 
 
 def _scientific(value: float) -> str:

@@ -1,0 +1,257 @@
+"""The command `orbsoc`: reads arguments, runs, prints; every answer comes from the packages below it.
+
+Exit codes: 0 done, 1 the plan or a check failed (its reason is printed), 2 bad input, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import enum
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from orbsoc.missions.reachable_insertion import Plan, Scenario
+    from orbsoc.missions.reachable_insertion.agreement import Agreement
+    from orbsoc.ps import PsScheduler
+    from orbsoc.report import Run
+    from orbsoc.scp import Solve
+
+app = typer.Typer(
+    help="Can this spacecraft re-plan its orbit on this chip, before this deadline?",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+
+
+class ProblemChoice(enum.StrEnum):
+    """Problems of a scenario."""
+
+    MIN_TIME = "min_time"
+    MAX_ENERGY = "max_energy"
+
+
+class DirectionChoice(enum.StrEnum):
+    """Whether the perigee direction is the target's or free."""
+
+    FIXED = "fixed"
+    FREE = "free"
+
+
+class CheckChoice(enum.StrEnum):
+    """Solvers that can answer independently."""
+
+    CLARABEL = "clarabel"
+
+
+class SchemaChoice(enum.StrEnum):
+    """Files that have a JSON Schema."""
+
+    SCENARIO = "scenario"
+
+
+@dataclass(frozen=True, slots=True)
+class Hardware:
+    """Which computer to price the plan on, and the deadline to judge it by."""
+
+    device: str
+    partition: str
+    deadline_ms: float | None
+
+
+@app.callback()
+def main() -> None:
+    """Can this spacecraft re-plan its orbit on this chip, before this deadline?"""
+
+
+@app.command()
+def plan(
+    scenario: Annotated[Path, typer.Argument(help="scenario file, TOML", metavar="SCENARIO.toml")],
+    problem: Annotated[ProblemChoice | None, typer.Option(help="override the scenario's problem")] = None,
+    perigee_direction: Annotated[
+        DirectionChoice | None, typer.Option(help="override the scenario's target.perigee_direction")
+    ] = None,
+    nodes: Annotated[int | None, typer.Option(help="override the scenario's method.nodes")] = None,
+    device: Annotated[str, typer.Option(help="platform of the cycle budget: name or TOML file")] = "zu9eg",
+    partition: Annotated[str, typer.Option(help="what runs on the PL: name or TOML file")] = "paper",
+    deadline_ms: Annotated[
+        float | None, typer.Option(help="judge the modelled time of the whole plan against this")
+    ] = None,
+    check: Annotated[CheckChoice | None, typer.Option(help="plan again with another solver, compare")] = None,
+    ps: Annotated[bool, typer.Option("--ps", help="plan on the emulated PS+PL computer")] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="output folder; out/NAME-PROBLEM by default", metavar="DIR")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print plan.json on standard output")] = False,
+) -> None:
+    """Plan one mission, verify it by propagation, and price the computer that would have planned it."""
+    from rich.console import Console
+
+    from orbsoc.orbit import PropagationError
+
+    console = Console(stderr=as_json)
+    try:
+        chosen = _scenario(scenario, problem, perigee_direction, nodes)
+        folder = out if out is not None else Path("out") / f"{scenario.stem}-{chosen.problem}"
+        hardware = Hardware(device, partition, deadline_ms)
+        run, document = _plan_and_write(chosen, folder, hardware, check, ps, console)
+    except KeyboardInterrupt:
+        _stop(INTERRUPTED, "interrupted; nothing was written", as_json)
+    except PropagationError as error:
+        _stop(FAILED, f"no plan: the burn cannot be flown: {error}", as_json)
+    except _bad_input() as error:
+        _stop(BAD_INPUT, str(error), as_json)
+    if as_json:
+        typer.echo(json.dumps(document, allow_nan=False))
+    _print_summary(console, document, folder)
+    raise typer.Exit(0 if _succeeded(run) else FAILED)
+
+
+@app.command()
+def schema(what: Annotated[SchemaChoice, typer.Argument(help="which file")]) -> None:
+    """Print the JSON Schema of a file that orbsoc reads."""
+    from orbsoc.missions.reachable_insertion import Scenario
+
+    models = {SchemaChoice.SCENARIO: Scenario}
+    typer.echo(json.dumps(models[what].model_json_schema(), indent=2))
+
+
+def _bad_input() -> tuple[type[Exception], ...]:
+    """Errors that say what to change in the arguments or files."""
+    from hw_model import HwModelError
+    from orbsoc.missions.scenario_file import ScenarioError
+    from orbsoc.output_folder import OutputFolderError
+
+    return (ScenarioError, OutputFolderError, HwModelError, OSError)
+
+
+def _plan_and_write(
+    scenario: Scenario,
+    folder: Path,
+    hardware: Hardware,
+    check: CheckChoice | None,
+    ps: bool,
+    console: Console,
+) -> tuple[Run, dict[str, Any]]:
+    """Plan, check, price, write; raises what `_bad_input` lists before or instead of writing anything."""
+    from orbsoc.cycle_budget import cycle_budget
+    from orbsoc.report import Run, run_document, write_run
+
+    _check_before_planning(folder, hardware)
+    scheduler = _scheduler() if ps else None
+    found = _planned(scenario, scheduler, console)
+    compared = _checked(found, check)
+    budget = cycle_budget(
+        found.iterations,
+        device=hardware.device,
+        partition=hardware.partition,
+        deadline_ms=hardware.deadline_ms,
+        scheduled=scheduler,
+    )
+    solver = "orbsoc on the emulated PS+PL computer" if ps else "orbsoc"
+    run = Run(found, solver, budget, compared)
+    document = run_document(run)
+    write_run(folder, run, document)
+    return run, document
+
+
+def _scenario(
+    path: Path, problem: ProblemChoice | None, direction: DirectionChoice | None, nodes: int | None
+) -> Scenario:
+    from orbsoc.missions.reachable_insertion import load_scenario
+
+    return load_scenario(path).with_changes(
+        problem=None if problem is None else problem.value,
+        perigee_direction=None if direction is None else direction.value,
+        nodes=nodes,
+    )
+
+
+def _check_before_planning(folder: Path, hardware: Hardware) -> None:
+    """Refuse now what would otherwise be refused after the work is done."""
+    from hw_model import HwModelError
+    from orbsoc.cycle_budget import check_names
+    from orbsoc.output_folder import check_replaceable
+
+    check_replaceable(folder)
+    check_names(hardware.device, hardware.partition)
+    deadline_ms = hardware.deadline_ms
+    if deadline_ms is not None and not 0.0 < deadline_ms < float("inf"):
+        raise HwModelError(f"--deadline-ms = {deadline_ms}: must be a positive number of milliseconds")
+
+
+def _scheduler() -> PsScheduler:
+    from orbsoc.ps import PsScheduler
+
+    return PsScheduler()
+
+
+def _planned(scenario: Scenario, solve: Solve | None, console: Console) -> Plan:
+    """The plan, with its iterations shown as they happen; raises KeyboardInterrupt when it was interrupted."""
+    from orbsoc.missions.reachable_insertion import PlanStatus, plan
+    from orbsoc.missions.reachable_insertion.record import iteration_cells
+    from orbsoc.progress import IterationTable
+
+    with IterationTable(console, iteration_cells) as table:
+        found = plan(scenario, solve=solve, callback=table)
+    if found.status is PlanStatus.INTERRUPTED:
+        raise KeyboardInterrupt
+    return found
+
+
+def _checked(found: Plan, check: CheckChoice | None) -> Agreement | None:
+    """The comparison with the same plan made by Clarabel, when asked for."""
+    if check is None:
+        return None
+    from orbsoc.interfaces.clarabel import solve
+    from orbsoc.missions.reachable_insertion import PlanStatus, plan
+    from orbsoc.missions.reachable_insertion.agreement import agreement
+
+    theirs = plan(found.scenario, solve=solve)
+    if theirs.status is PlanStatus.INTERRUPTED:
+        raise KeyboardInterrupt
+    return agreement(found, theirs)
+
+
+def _succeeded(run: Run) -> bool:
+    from orbsoc.missions.reachable_insertion import PlanStatus
+
+    same_bits = run.budget is None or run.budget.same_bits
+    agrees = run.check is None or run.check.agrees
+    return run.plan.status is PlanStatus.VERIFIED and agrees and same_bits
+
+
+def _print_summary(console: Console, document: dict[str, Any], folder: Path) -> None:
+    """The verdict last, where the eye is; plain text, one fact per line."""
+    lines = [""]
+    hardware, check = document["hardware"], document["check"]
+    if check:
+        lines.append(
+            f"{check['solver']}: {'agrees' if check['agrees'] else 'DOES NOT AGREE'}; {check['words']}"
+        )
+    if hardware:
+        lines.append(hardware["headline"])
+        if hardware["deadline"]:
+            lines.append(hardware["deadline"])
+        if not hardware["same_bits"]:
+            lines.append("the scheduled solves DO NOT return the bits of the native ones")
+    lines += [document["verdict"], f"written to {folder}"]
+    for line in lines:
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
+
+
+def _stop(code: int, words: str, as_json: bool) -> NoReturn:
+    """Say why on standard error (and as JSON where that is read), and leave."""
+    if as_json:
+        typer.echo(json.dumps({"error": words, "exit_code": code}))
+    typer.echo(f"orbsoc: {words}" if code == INTERRUPTED else f"orbsoc: error: {words}", err=True)
+    raise typer.Exit(code)
