@@ -120,7 +120,6 @@ RUST_MAY_USE = {
     "kkt": PATTERN,
     "structure": PATTERN | {"problem"},
     "stage": {"workspace"},
-    "workspace": {"kernels", "ps", "structure"},
 }
 """Modules with a closed list; the engine and what stands above it may use them all."""
 
