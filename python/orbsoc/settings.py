@@ -19,7 +19,8 @@ class Settings:
     max_time_s: float = float("inf")
     verbose: bool = False
     static_regularization: float = 1e-8
-    dynamic_regularization: float = 1e-7
+    pivot_floor: float = 1e-13
+    dynamic_regularization: float = 2e-7
     refinement_tol: float = 1e-13
     refinement_max: int = 10
     step_fraction: float = 0.99

@@ -78,6 +78,7 @@ pub fn settings(object: &Bound<'_, PyAny>) -> PyResult<Settings> {
         max_iterations,
         max_time_s,
         static_regularization,
+        pivot_floor,
         dynamic_regularization,
         refinement_tol,
         refinement_max,

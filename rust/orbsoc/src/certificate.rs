@@ -161,12 +161,13 @@ impl<T: Decide> Engine<T> {
         let tol = self.settings.tol;
         let ratio = evidence.certificate.worst();
         let solved = ratio <= tol && evidence.referee <= 100.0 * tol;
-        if stop == Stop::Converged && solved || !claims_certificate(stop) && solved {
-            let message = format!("verified: worst residual ratio {ratio:.1e} on the original data");
-            return self.assemble(Status::Solved, best, &evidence, message);
-        }
-        if let Some(solution) = self.infeasible() {
-            return solution;
+        // A certificate counts when the solve ended on it or could enlarge it no further; a limit
+        // that cut the solve short proves nothing.
+        let by_certificate = matches!(stop, Stop::PrimalCertificate | Stop::DualCertificate);
+        if by_certificate || (stop == Stop::Stalled && !solved) {
+            if let Some(solution) = self.infeasible() {
+                return solution;
+            }
         }
         if solved {
             let message = format!("verified: worst residual ratio {ratio:.1e} on the original data");
@@ -255,10 +256,6 @@ impl<T: Decide> Engine<T> {
             message,
         }
     }
-}
-
-fn claims_certificate(stop: Stop) -> bool {
-    matches!(stop, Stop::PrimalCertificate | Stop::DualCertificate)
 }
 
 fn failing_line(evidence: &Evidence, tol: f64) -> String {

@@ -12,6 +12,8 @@ use std::time::{Duration, Instant};
 pub(crate) const RADIUS_CLAIMED: f64 = 50.0;
 /// … and from here on iterating further is pointless.
 const RADIUS_CONCLUSIVE: f64 = 1e6;
+/// κ/τ from which the embedding leans towards infeasibility.
+const EMBEDDING_RATIO: f64 = 1e3;
 /// Iterations without a better iterate or a larger radius before a solve counts as stalled.
 const PATIENCE: u32 = 12;
 /// Consecutive steps shorter than `SHORT_STEP` before a solve counts as stalled.
@@ -60,30 +62,34 @@ impl Control {
             self.best = strict;
             w.keep_best();
         }
-        if primal > self.primal_radius {
+        // The embedding of a solvable problem ends with τ ≫ κ, whatever radius it passes by: a radius
+        // that is not conclusive counts only where the embedding, too, says "infeasible".
+        let leaning = w.homogenizer[0].value() * EMBEDDING_RATIO < w.homogenizer[1].value();
+        let counts = |radius: f64| leaning || radius >= RADIUS_CONCLUSIVE;
+        if counts(primal) && primal > self.primal_radius {
             self.primal_radius = primal;
             self.idle = 0;
             w.farkas.copy_from_slice(&w.point);
         }
-        if dual > self.dual_radius {
+        if counts(dual) && dual > self.dual_radius {
             self.dual_radius = dual;
             self.idle = 0;
             let unknowns = w.point.len();
             w.ray[..unknowns].copy_from_slice(&w.point);
             w.ray[unknowns..].copy_from_slice(&w.slack);
         }
-        match self.reason(settings, strict, primal, dual) {
+        match self.reason(settings, strict) {
             Some(stop) => Outcome::Done(stop),
             None => Outcome::Next,
         }
     }
 
-    fn reason(&self, settings: &Settings, strict: f64, primal: f64, dual: f64) -> Option<Stop> {
+    fn reason(&self, settings: &Settings, strict: f64) -> Option<Stop> {
         if strict <= settings.tol {
             Some(Stop::Converged)
-        } else if primal >= RADIUS_CONCLUSIVE {
+        } else if self.primal_radius >= RADIUS_CONCLUSIVE {
             Some(Stop::PrimalCertificate)
-        } else if dual >= RADIUS_CONCLUSIVE {
+        } else if self.dual_radius >= RADIUS_CONCLUSIVE {
             Some(Stop::DualCertificate)
         } else if self.interrupted {
             Some(Stop::Interrupted)

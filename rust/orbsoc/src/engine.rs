@@ -123,6 +123,7 @@ impl<T: Real> Engine<T> {
         work.norms[1] = T::constant(largest(&mut h()));
         work.norms[2] = T::constant(largest(&mut problem.c.iter().copied()));
         work.parameters[parameter::STATIC_REGULARIZATION] = T::constant(self.settings.static_regularization);
+        work.parameters[parameter::PIVOT_FLOOR] = T::constant(self.settings.pivot_floor);
         work.parameters[parameter::DYNAMIC_REGULARIZATION] = T::constant(self.settings.dynamic_regularization);
         work.parameters[parameter::STEP_FRACTION] = T::constant(self.settings.step_fraction);
         self.reset();

@@ -12,8 +12,10 @@ use crate::workspace::Workspace;
 /// Words of the parameter buffer.
 pub(crate) mod parameter {
     pub const STATIC_REGULARIZATION: usize = 0;
-    pub const DYNAMIC_REGULARIZATION: usize = 1;
-    pub const STEP_FRACTION: usize = 2;
+    pub const PIVOT_FLOOR: usize = 1;
+    pub const DYNAMIC_REGULARIZATION: usize = 2;
+    pub const STEP_FRACTION: usize = 3;
+    pub const WORDS: usize = 4;
 }
 
 /// Run a stage's arithmetic.
@@ -100,7 +102,8 @@ fn matrix_update<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: St
 fn factorize<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
     let regularization = factorization::Regularization {
         shift: w.parameters[parameter::STATIC_REGULARIZATION],
-        floor: w.parameters[parameter::DYNAMIC_REGULARIZATION],
+        floor: w.parameters[parameter::PIVOT_FLOOR],
+        replacement: w.parameters[parameter::DYNAMIC_REGULARIZATION],
     };
     factorization::factorize(
         &structure.kkt.symbolic,
@@ -180,7 +183,7 @@ fn cone_operations<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: 
         Stage::StartShift => {
             cone_ops::shift_into_cone(cones, &mut w.slack);
             cone_ops::shift_into_cone(cones, &mut w.point[rows..]);
-            w.homogenizer.fill(T::one());
+            w.homogenizer.copy_from_slice(&[T::one(), T::one(), T::zero()]);
         }
         Stage::NtScaling => cone_ops::nt_scaling(
             cones,
@@ -292,7 +295,8 @@ fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage
             let alpha = ps::step_taken(w.step_length[0], w.parameters[parameter::STEP_FRACTION]);
             ps::advance(alpha, &w.step, &mut w.point);
             ps::advance(alpha, &w.slack_step, &mut w.slack);
-            ps::advance(alpha, &w.tau_step, &mut w.homogenizer);
+            ps::advance(alpha, &w.tau_step, &mut w.homogenizer[..2]);
+            w.homogenizer[ps::STEPPED] = T::one();
         }
     }
 }

@@ -48,7 +48,9 @@ pub(crate) mod centering {
     pub const TARGET: usize = 1;
     /// Right-hand side of τ dκ + κ dτ = −(·).
     pub const COMPLEMENT: usize = 2;
-    pub const WORDS: usize = 3;
+    /// Weight of the second-order correction.
+    pub const CORRECTION: usize = 3;
+    pub const WORDS: usize = 4;
 }
 
 /// What the statistics stage reads.
@@ -134,6 +136,7 @@ pub(crate) fn statistics<T: Real>(
     center[centering::DAMPING] = one;
     center[centering::TARGET] = T::zero();
     center[centering::COMPLEMENT] = kappa * tau;
+    center[centering::CORRECTION] = one;
 
     let (norm_b, norm_h, norm_c) = (at.norms[0], at.norms[1], at.norms[2]);
     let gamma_inv = at.cost_scale[1];
@@ -243,6 +246,9 @@ pub(crate) fn tau_step<T: Real>(
     out[1] = -(complement.add_mul(homogenizer[1], d_tau) * tau_inv);
 }
 
+/// The homogenizer's word that is 0 before the first step was taken and 1 from then on.
+pub(crate) const STEPPED: usize = 2;
+
 /// σ = (1 − α)³ from the predictor's step, and what follows from it for the corrector.
 #[inline(always)]
 pub(crate) fn centering<T: Real>(
@@ -252,16 +258,20 @@ pub(crate) fn centering<T: Real>(
     tau_step: &[T],
     center: &mut [T],
 ) {
-    let short = T::one() - step_length.min(T::one());
+    let affine = step_length.min(T::one());
+    let short = T::one() - affine;
     let sigma = (short * short) * short;
     let target = sigma * mu;
     center[centering::DAMPING] = T::one() - sigma;
     center[centering::TARGET] = target;
+    // The starting point may be badly centred: there, the correction is damped by the affine step.
+    let weight = affine.max(homogenizer[STEPPED]);
+    center[centering::CORRECTION] = weight;
     center[centering::COMPLEMENT] =
-        (homogenizer[0] * homogenizer[1]).add_mul(tau_step[0], tau_step[1]) - target;
+        (homogenizer[0] * homogenizer[1]).add_mul(weight * tau_step[0], tau_step[1]) - target;
 }
 
-/// `out = λ∘λ + ds∘dz − σμ·e`, the corrector's complementarity in the scaled space.
+/// `out = λ∘λ + ω·ds∘dz − σμ·e`, the corrector's complementarity in the scaled space.
 #[inline(always)]
 pub(crate) fn cone_product<T: Real>(
     cones: &ConeLayout,
@@ -271,18 +281,19 @@ pub(crate) fn cone_product<T: Real>(
     center: &[T],
     out: &mut [T],
 ) {
-    let target = center[centering::TARGET];
+    let (target, weight) = (center[centering::TARGET], center[centering::CORRECTION]);
     for i in 0..cones.l {
-        out[i] = (lambda[i] * lambda[i]).add_mul(scaled_s[i], scaled_z[i]) - target;
+        out[i] = (lambda[i] * lambda[i]).add_mul(weight * scaled_s[i], scaled_z[i]) - target;
     }
     for soc in &cones.soc {
         let rows = soc.rows();
         let (l, ds, dz) = (&lambda[rows.clone()], &scaled_s[rows.clone()], &scaled_z[rows.clone()]);
         let out = &mut out[rows];
-        out[0] = (dot(l, l) + dot(ds, dz)) - target;
+        out[0] = dot(l, l).add_mul(weight, dot(ds, dz)) - target;
         let twice = l[0] + l[0];
         for i in 1..l.len() {
-            out[i] = (twice * l[i]).add_mul(ds[0], dz[i]).add_mul(dz[0], ds[i]);
+            let mixed = (ds[0] * dz[i]).add_mul(dz[0], ds[i]);
+            out[i] = (twice * l[i]).add_mul(weight, mixed);
         }
     }
 }

@@ -16,7 +16,9 @@ pub struct Settings {
     /// Regularisation added with the pivot's known sign to every diagonal entry of the scaled
     /// KKT matrix; refinement removes its effect.
     pub static_regularization: f64,
-    /// Pivots smaller than this, or of the wrong sign, are replaced by it.
+    /// Pivots smaller than this, or of the wrong sign, are replaced by `dynamic_regularization`.
+    pub pivot_floor: f64,
+    /// What such pivots become, with their known sign.
     pub dynamic_regularization: f64,
     /// Refinement stops at this residual relative to the right-hand side.
     pub refinement_tol: f64,
@@ -36,7 +38,8 @@ impl Default for Settings {
             max_iterations: 100,
             max_time_s: f64::INFINITY,
             static_regularization: 1e-8,
-            dynamic_regularization: 1e-7,
+            pivot_floor: 1e-13,
+            dynamic_regularization: 2e-7,
             refinement_tol: 1e-13,
             refinement_max: 10,
             step_fraction: 0.99,
@@ -52,6 +55,7 @@ impl Settings {
             tol: 1e-4,
             tol_inaccurate: 1e-2,
             static_regularization: 1e-5,
+            pivot_floor: 1e-7,
             dynamic_regularization: 1e-4,
             refinement_tol: 1e-6,
             ..Self::default()
@@ -73,6 +77,7 @@ impl Settings {
         positive("max_time_s", self.max_time_s)?;
         positive("max_iterations", f64::from(self.max_iterations))?;
         positive("static_regularization", self.static_regularization)?;
+        positive("pivot_floor", self.pivot_floor)?;
         positive("dynamic_regularization", self.dynamic_regularization)?;
         positive("refinement_tol", self.refinement_tol)?;
         if !(self.step_fraction > 0.0 && self.step_fraction < 1.0) {

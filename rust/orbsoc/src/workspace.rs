@@ -1,6 +1,7 @@
 //! Every buffer of a solve, allocated once. A buffer is the unit of dataflow: stages declare which
 //! they read and write, and the emulated computer moves them whole.
 
+use crate::execute::parameter;
 use crate::kernels::cone_ops::SCALARS;
 use crate::ps::{centering, embedding, stat};
 use crate::structure::Structure;
@@ -64,8 +65,8 @@ buffers! {
     RawQ raw_q "raw_q" = Structure::unknowns;
     /// ‖b‖∞, ‖h‖∞, ‖c‖∞ as given.
     Norms norms "norms" = |_: &Structure| 3;
-    /// Static and dynamic regularisation, step fraction.
-    Parameters parameters "parameters" = |_: &Structure| 3;
+    /// Static regularisation, pivot floor, dynamic regularisation, step fraction.
+    Parameters parameters "parameters" = |_: &Structure| parameter::WORDS;
     /// Scaled P.
     P p "p" = |s: &Structure| s.cost.nnz();
     /// Scaled A.
@@ -84,15 +85,15 @@ buffers! {
     Point point "point" = Structure::unknowns;
     /// s.
     Slack slack "slack" = |s: &Structure| s.m;
-    /// τ, κ.
-    Homogenizer homogenizer "homogenizer" = |_: &Structure| 2;
+    /// τ, κ, and whether a step was taken.
+    Homogenizer homogenizer "homogenizer" = |_: &Structure| 3;
     /// Residuals of (x, y, z) in the embedding.
     Residual residual "residual" = Structure::unknowns;
     /// Px.
     CostProduct cost_product "cost_product" = |s: &Structure| s.n;
     /// Scalars of the embedding's last equation.
     Embedding embedding "embedding" = |_: &Structure| embedding::WORDS;
-    /// 1 − σ, σμ, τ's complementarity.
+    /// 1 − σ, σμ, τ's complementarity, weight of the correction.
     Centering centering "centering" = |_: &Structure| centering::WORDS;
     /// What termination compares.
     Statistics statistics "statistics" = |_: &Structure| stat::WORDS;

@@ -12,8 +12,10 @@ use crate::symbolic::{Supernode, Symbolic, Update};
 pub struct Regularization<T> {
     /// Added to every diagonal entry with its sign.
     pub shift: T,
-    /// Pivots below this, in the direction of their sign, are replaced by it.
+    /// Pivots below this, in the direction of their sign, …
     pub floor: T,
+    /// … become this.
+    pub replacement: T,
 }
 
 /// Factor `values` (permuted upper triangle). `positive` holds the pivots' signs.
@@ -136,9 +138,9 @@ fn factor_panel<T: Real>(
 fn regularized<T: Real>(pivot: T, positive: bool, by: Regularization<T>) -> T {
     if positive {
         let pivot = pivot + by.shift;
-        T::select(pivot.lt(by.floor), by.floor, pivot)
+        T::select(pivot.lt(by.floor), by.replacement, pivot)
     } else {
         let (pivot, ceiling) = (pivot - by.shift, -by.floor);
-        T::select(ceiling.lt(pivot), ceiling, pivot)
+        T::select(ceiling.lt(pivot), -by.replacement, pivot)
     }
 }
