@@ -33,7 +33,9 @@ def write(name: str, wanted: list[str], base: Path | None = None) -> Path:
     already = set(base.read_text().split()) if base else set()
     pins = [pin for pin in resolve(wanted, base) if pin not in already]
     include = [f"-r {base.name}"] if base else []
-    path.write_text("\n".join(["# Written by `make lock`; edit pyproject.toml instead.", *include, *pins, ""]))
+    path.write_text(
+        "\n".join(["# Written by `make lock`; edit pyproject.toml instead.", *include, *pins, ""])
+    )
     return path
 
 
