@@ -17,11 +17,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from .errors import TraceError
+from .vocabulary import OPCODES, Datapath, Opcode
 
 if TYPE_CHECKING:
     from .platform import Latencies, Pl
     from .trace import Stage
-    from .vocabulary import Datapath
+
+_ARITHMETIC: tuple[Opcode, ...] = ("mul", "add", "sub", "mul_add", "mul_sub", "div", "sqrt")
 
 Bottleneck = Literal["issue", "dependency", "divider"]
 
@@ -68,7 +70,10 @@ class Estimate:
 
 
 def bounds(stage: Stage, pl: Pl, datapath: Datapath, name: str = "stage") -> Bounds:
-    """L0 bounds of `stage`. Raises TraceError if it has no critical path for the platform's latency preset."""
+    """L0 bounds of `stage`.
+
+    Raises TraceError if it has no critical path for the platform's latency preset, or an impossible one.
+    """
     chain = stage.critical_path.get(pl.latency_preset)
     if chain is None:
         known = ", ".join(stage.critical_path) or "none"
@@ -77,12 +82,19 @@ def bounds(stage: Stage, pl: Pl, datapath: Datapath, name: str = "stage") -> Bou
             f"(the platform's latency preset); it has: {known}"
         )
     units = pl.latencies.f64 if datapath == "f64" else pl.latencies.f32
+    latencies = _latencies(units)
+    serial = sum(count * latencies[code] for code, count in stage.operations.items())
+    if chain > serial:
+        raise TraceError(
+            f"`stages.{name}.critical_path.{pl.latency_preset}` = {chain}: longer than its "
+            f"{sum(stage.operations.values())} operations one after another ({serial} cycles)"
+        )
     divisions, roots = stage.count("div"), stage.count("sqrt")
     on_lanes = sum(stage.operations.values()) - divisions - roots
     busy = divisions * units.div_interval_cycles.value + roots * units.sqrt_interval_cycles.value
     return Bounds(
         issue=-(-on_lanes // pl.lanes.value),
-        dependency=max(chain, _slowest(stage, units)),
+        dependency=max([chain, *(latencies[code] for code in _ARITHMETIC if stage.operations[code])]),
         divider=-(-busy // pl.dividers.value),
     )
 
@@ -103,10 +115,9 @@ def estimate(stage: Stage, pl: Pl, datapath: Datapath, name: str = "stage") -> E
     return Estimate(floor, floor.issue, stalls - divider, divider, drain)
 
 
-def _slowest(stage: Stage, units: Latencies) -> int:
-    """Latency of the slowest arithmetic operation present: a chain is at least that long."""
-    latencies = {
-        "mul": units.mul_cycles, "add": units.add_cycles, "sub": units.add_cycles,
-        "div": units.div_cycles, "sqrt": units.sqrt_cycles,
-    }  # fmt: skip
-    return max((unit.value for code, unit in latencies.items() if stage.operations[code]), default=0)
+def _latencies(units: Latencies) -> dict[str, int]:
+    """Cycles of each operation. Copies, signs, comparisons and selections take at most as long as an addition."""
+    add, mul = units.add_cycles.value, units.mul_cycles.value
+    both = mul + add
+    found = dict.fromkeys(OPCODES, add) | {"mul": mul, "mul_add": both, "mul_sub": both}
+    return {**found, "div": units.div_cycles.value, "sqrt": units.sqrt_cycles.value}

@@ -43,6 +43,7 @@ NOT_MODELLED = (
     "One PS core works at a time, and the PS waits while the PL computes.",
     "No cache maintenance, no contention for memory, no operating system, no jitter.",
     "Only what the trace records: building the problem and the outer loop on the PS are not in it.",
+    "Copies inside a stage are free unless the trace counts them as moves.",
     "Whether the buffers and the engine fit into the device is not checked.",
 )
 

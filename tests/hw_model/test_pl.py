@@ -48,7 +48,13 @@ def test_the_bottleneck_is_named(tmp_path: Path, counts: dict[str, int], chain: 
 
 def test_a_chain_is_at_least_its_slowest_operation(tmp_path: Path) -> None:
     platform = tiny_platform(tmp_path)
-    for counts, latency in (({"div": 1}, 32), ({"mul": 1}, 7), ({"sub": 1}, 6), ({"select": 1}, 0)):
+    for counts, latency in (
+        ({"div": 1}, 32),
+        ({"mul": 1}, 7),
+        ({"mul_sub": 1}, 13),
+        ({"sub": 1}, 6),
+        ({"select": 1}, 0),
+    ):
         assert (
             pl.bounds(made(stage("cone_ops", "", "", 0, **counts)), platform.pl, "f64").dependency == latency
         )
@@ -106,6 +112,19 @@ def test_more_of_a_resource_is_never_slower(raw, platform, key, fewer, more) -> 
     small, large = cycles(fewer), cycles(fewer + more)
     assert large[0] <= small[0]
     assert large[1] <= small[1]
+
+
+def test_a_chain_longer_than_all_operations_is_refused(tmp_path: Path) -> None:
+    platform = tiny_platform(tmp_path)
+    counts = {"mul": 2, "sub": 1, "mul_add": 1, "div": 1, "neg": 3}
+    longest = 2 * 7 + 6 + 13 + 32 + 3 * 6
+    assert (
+        pl.bounds(made(stage("cone_ops", "", "", longest, **counts)), platform.pl, "f64").dependency
+        == longest
+    )
+    says = r"`stages\.s\.critical_path\.orbsoc_rtl` = 84: longer than its 8 operations one after another \(83 cycles\)"
+    with pytest.raises(TraceError, match=says):
+        pl.bounds(made(stage("cone_ops", "", "", longest + 1, **counts)), platform.pl, "f64", "s")
 
 
 def test_a_missing_critical_path_names_stage_and_preset() -> None:

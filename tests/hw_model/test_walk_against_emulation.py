@@ -10,6 +10,8 @@ import pytest
 from hw_model.trace import parse_trace
 from hw_model.vocabulary import PL_MODULES
 from hw_model.walk import walk
+from orbsoc import Cones, Problem
+from orbsoc.ps import PsScheduler
 from orbsoc.ps.events import Kind
 from tests.core.ps_fake import STAGES, WORDS, FakeEngine, prepare
 from tests.hw_model.synthetic import stage
@@ -47,3 +49,25 @@ def test_the_walk_is_what_the_emulated_ps_does(iterations: int, refinements: int
     assert counts[Kind.INTERRUPT] == kinds["interrupt"]
     assert counts[Kind.WRITE] == 4 * (kinds["launch"] + kinds["publish"]) + kinds["flags"]
     assert counts[Kind.READ] == 2 * (kinds["flags"] + kinds["publish"]) + kinds["rest"]
+
+
+def test_the_walk_is_what_the_emulated_ps_does_with_the_real_solver() -> None:
+    problem = Problem(
+        c=[1.0, 0.0], A=[[1.0, 1.0]], b=[2.0], G=[[-1.0, 0.0], [0.0, -1.0]], h=[0.0, 0.0], cones=Cones(q=[2])
+    )
+    ps = PsScheduler()
+    assert ps(problem).status.name == "SOLVED"
+    trace = parse_trace(ps.trace)
+    actions = walk(trace, partition(*PL_MODULES))
+    needed = Counter((buffer, side) for name, buffer, side in copies(actions) if name != "(result)")
+    moved = Counter(
+        (event.name, "pl" if event.kind is Kind.TO_PL else "ps")
+        for event in ps.record
+        if event.kind in (Kind.TO_PL, Kind.TO_PS) and event.value
+    )
+    assert moved == needed
+    kinds, counts = Counter(action.work.kind for action in actions), ps.record.counts()
+    flag_words = -(-len(trace.patterns[0].buffers) // 32)
+    assert counts[Kind.INTERRUPT] == kinds["interrupt"]
+    assert counts[Kind.WRITE] == 4 * (kinds["launch"] + kinds["publish"]) + kinds["flags"]
+    assert counts[Kind.READ] == (1 + flag_words) * (kinds["flags"] + kinds["publish"]) + kinds["rest"]
