@@ -6,6 +6,7 @@ computer; `orbsoc.missions` plans; the command `orbsoc` does all of it.
 
 from orbsoc.builder import ConicBuilder
 from orbsoc.problem import Cones, Problem, ProblemError
+from orbsoc.ps import PsScheduler
 from orbsoc.settings import Settings
 from orbsoc.solution import Certificate, Solution, Status
 from orbsoc.solver import Solver, solve
@@ -19,6 +20,7 @@ __all__ = [
     "ConicBuilder",
     "Problem",
     "ProblemError",
+    "PsScheduler",
     "Settings",
     "Solution",
     "Solver",

@@ -49,7 +49,9 @@ def operation_latencies(datapath: str = "f64") -> dict[str, dict[str, int]]:
     out = {}
     for name in LATENCY_PRESETS:
         units = preset("latency", name)[datapath]
-        add, mul, div, sqrt = (int(units[f"{unit}_cycles"]["value"]) for unit in ("add", "mul", "div", "sqrt"))
+        add, mul, div, sqrt = (
+            int(units[f"{unit}_cycles"]["value"]) for unit in ("add", "mul", "div", "sqrt")
+        )
         both = mul + add
         arithmetic = {"mul": mul, "add": add, "sub": add, "mul_add": both, "mul_sub": both, "div": div}
         out[name] = {**one_cycle, **arithmetic, "sqrt": sqrt}
