@@ -40,10 +40,10 @@ class ExitReason(enum.Enum):
 class Rules:
     """When to stop, and how exactly to solve subproblems on the way. Steps and slack in the mission's units.
 
-    Converged: change < `step_tol` and slack < `slack_tol` in a subproblem solved at `tight_tol`. Infeasible:
-    change < `step_tol` with slack ≥ `infeasible_slack`. Subproblems are solved at `loose_tol` until a change
-    falls below `tighten_below`. A subproblem that its solver left short of its tolerance is used all the same
-    while its verified residuals are ≤ `usable_residual`.
+    Converged: change < `step_tol` and slack < `slack_tol` in a subproblem asked for at `tight_tol` and solved, or
+    short of it with verified residuals ≤ `final_residual`. Infeasible: the same with slack ≥ `infeasible_slack`.
+    Subproblems are solved at `loose_tol` until a change falls below `tighten_below`; one that its solver left
+    short of its tolerance still shows the way while its verified residuals are ≤ `usable_residual`.
     """
 
     step_tol: float = 1e-7
@@ -53,7 +53,8 @@ class Rules:
     loose_tol: float = 1e-8
     tight_tol: float = 1e-10
     tighten_below: float = 1e-4
-    usable_residual: float = 1e-7
+    usable_residual: float = 1e-5
+    final_residual: float = 1e-8
 
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:
@@ -141,7 +142,8 @@ def sequential_convex(
         if step is None:
             return ended(*_failure(number, solution))
         reference = step.iterate
-        if step.change < rules.step_tol and tolerance <= rules.tight_tol:
+        settled = step.change < rules.step_tol and tolerance <= rules.tight_tol
+        if settled and _within(solution, rules.final_residual):
             if step.slack < rules.slack_tol:
                 return ended(
                     ExitReason.CONVERGED,
@@ -165,13 +167,19 @@ def sequential_convex(
 
 def _usable(solution: Solution, rules: Rules) -> bool:
     """Whether to move to this solution: solved, or close enough by its residuals on the original data."""
+    stopped_short = (Status.SOLVED_INACCURATE, Status.NUMERICAL_LIMIT, Status.MAX_ITERATIONS)
+    if solution.status is not Status.SOLVED and solution.status not in stopped_short:
+        return False
+    return _within(solution, rules.usable_residual)
+
+
+def _within(solution: Solution, limit: float) -> bool:
+    """Whether a solution is called solved, or its residuals on the original data are within `limit`."""
     if solution.status is Status.SOLVED:
         return True
-    if solution.status not in (Status.SOLVED_INACCURATE, Status.NUMERICAL_LIMIT, Status.MAX_ITERATIONS):
-        return False
     evidence = solution.certificate
     residuals = (evidence.primal_residual, evidence.dual_residual, evidence.gap)
-    return all(residual <= rules.usable_residual for residual in residuals)
+    return all(residual <= limit for residual in residuals)
 
 
 def _row(

@@ -134,9 +134,17 @@ def test_a_subproblem_without_a_usable_point_ends_the_loop_and_keeps_the_last_re
 
 
 def test_a_point_short_of_its_tolerance_is_used_while_its_residuals_are_small() -> None:
-    nearly = answer(2.0, Status.NUMERICAL_LIMIT, residual=5e-10)
-    outcome = sequential_convex(2.0, follow(), solve=Scripted(nearly, nearly))
+    rough = answer(2.0, Status.SOLVED_INACCURATE, residual=9e-6)
+    nearly = answer(2.0, Status.NUMERICAL_LIMIT, residual=5e-9)
+    outcome = sequential_convex(2.0, follow(), solve=Scripted(rough, nearly))
     assert outcome.reason is ExitReason.CONVERGED
+    assert len(outcome.iterations) == 2
+
+
+def test_a_rough_point_shows_the_way_but_is_not_converged() -> None:
+    rough = answer(2.0, Status.SOLVED_INACCURATE, residual=9e-6)
+    outcome = sequential_convex(2.0, follow(), solve=Scripted(*[rough] * 5), rules=Rules(max_iterations=5))
+    assert outcome.reason is ExitReason.MAX_ITERATIONS
 
 
 def test_ctrl_c_in_the_solver_is_an_outcome_with_what_was_reached() -> None:
