@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from orbsoc.collocation import interpolation_matrix, legendre_gauss
 
 # Abramowitz & Stegun, table 25.4: positive abscissas and weights.

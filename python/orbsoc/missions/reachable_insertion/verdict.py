@@ -80,7 +80,10 @@ def _objection(plan: Plan) -> str:
 def _infeasible(plan: Plan) -> str:
     found = violations(plan)
     worst = found[0].words if found else "no row stands out"
+    longest_s = plan.scenario.vehicle.longest_burn_s
     burn = f"a burn of {plan.time_of_flight_s:.3f} s" if plan.scenario.problem == "max_energy" else "a burn"
+    if plan.scenario.problem == "min_time" and plan.time_of_flight_s > 0.999 * longest_s:
+        burn += f", even one of all the propellant ({longest_s:.3f} s),"
     return (
         f"INFEASIBLE: {burn} that meets all terminal conditions was not found. The closest one leaves {worst}."
         f" The steps converged there with a total violation of {sum(abs(v.value) for v in found):.1e}"
