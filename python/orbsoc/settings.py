@@ -21,7 +21,8 @@ class Settings:
     static_regularization: float = 1e-8
     pivot_floor: float = 1e-13
     dynamic_regularization: float = 2e-7
-    refinement_tol: float = 1e-13
+    refinement_tol: float = 1e-12
+    refinement_share: float = 1e-3
     refinement_max: int = 10
     step_fraction: float = 0.99
     ruiz_passes: int = 10

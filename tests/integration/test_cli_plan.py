@@ -1,0 +1,343 @@
+"""`orbsoc plan` and `orbsoc schema`, as a user and as another program meet them."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import re
+import select
+import signal
+import subprocess
+import sys
+import time
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+import orbsoc.interfaces.clarabel
+import orbsoc.solver
+from orbsoc.cli import app
+from orbsoc.settings import Settings
+
+ROOT = Path(__file__).resolve().parents[2]
+SCENARIOS = ROOT / "scenarios"
+REC1 = SCENARIOS / "rec1.toml"
+COMMAND = [sys.executable, "-m", "orbsoc"]
+
+
+def invoke(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture(scope="module")
+def rec1(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
+    folder = tmp_path_factory.mktemp("cli") / "rec1"
+    arguments = ("--out", folder, "--deadline-ms", "50", "--check", "clarabel")
+    return folder, invoke("plan", REC1, *arguments)
+
+
+def test_plan_writes_a_complete_folder_and_exits_0(rec1: tuple[Path, Result]) -> None:
+    folder, result = rec1
+    assert result.exit_code == 0, result.output
+    expected = [
+        "attitude.csv", "attitude.png", "hardware.json", "plan.json", "position.png", "report.html",
+        "velocity.png",
+    ]  # fmt: skip
+    assert sorted(path.name for path in folder.iterdir()) == expected
+    document = json.loads((folder / "plan.json").read_text())
+    assert document["schema"] == "orbsoc.plan/1"
+    assert document["files"] == expected
+    assert document["status"] == "verified"
+    assert document["time_of_flight_s"] == pytest.approx(56.570006, abs=1e-6)
+
+
+def test_plan_prints_iterations_check_budget_verdict_and_folder_as_plain_lines(
+    rec1: tuple[Path, Result],
+) -> None:
+    folder, result = rec1
+    lines = result.stdout.strip().splitlines()
+    iterations = [line for line in lines if line.startswith("#=")]
+    assert len(iterations) == json.loads((folder / "plan.json").read_text())["scp_iterations"]
+    assert re.search(r"burn s=56\.570006 .*tolerance=1e-10 ", iterations[-1])
+    assert any(line.startswith("clarabel: agrees; burn time differs by") for line in lines)
+    assert any(line.startswith("modelled: paper on zu9eg") for line in lines)
+    assert any(line.startswith("modelled deadline verdict:") for line in lines)
+    assert lines[-2].startswith("VERIFIED: ")
+    assert lines[-1] == f"written to {folder}"
+    assert "\x1b" not in result.stdout
+
+
+def test_hardware_is_modelled_says_so_and_summarises_hardware_json(rec1: tuple[Path, Result]) -> None:
+    folder, _ = rec1
+    summary = json.loads((folder / "plan.json").read_text())["hardware"]
+    full = json.loads((folder / "hardware.json").read_text())
+    assert summary["provenance"] == "modelled"
+    assert summary.keys() >= {"device", "partition", "cycles", "time_ms", "speedup", "verdict"}
+    assert summary["time_ms"] == full["makespan_ms"]["nominal"]
+    assert summary["cycles"] == full["cycles"]
+    assert summary["verdict"] in ("PASS", "FAIL", "MARGINAL")
+    assert full["same_bits"] is True
+    document = json.loads((folder / "plan.json").read_text())
+    assert len(full["solves"]) == len(document["subproblems"])
+    assert [row["iterations"] for row in full["solves"]] == [
+        row["iterations"] for row in document["subproblems"]
+    ]
+
+
+class Page(HTMLParser):
+    """Text, images and references of a page; raises when elements do not nest."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.text = ""
+        self.sources: list[str] = []
+        self.headings: list[str] = []
+        self.feed(text)
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in ("meta", "img", "br"):
+            self.open.append(tag)
+        self.sources += [value or "" for name, value in attrs if name in ("src", "href")]
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] == "h2":
+            self.headings.append(data)
+        self.text += data
+
+
+def test_report_is_self_contained_and_puts_the_verdict_first(rec1: tuple[Path, Result]) -> None:
+    folder, _ = rec1
+    source = (folder / "report.html").read_text(encoding="utf-8")
+    page = Page(source)
+    assert len(page.sources) == 3
+    assert all(reference.startswith("data:image/png;base64,") for reference in page.sources)
+    assert "<script" not in source
+    assert "url(" not in source
+    assert page.headings == [
+        "Plan", "Verification", "Convergence", "Paper and ours", "Cycle budget", "Assumptions",
+    ]  # fmt: skip
+    assert page.text.index("VERIFIED: the shortest burn") < page.text.index("planned")
+    document = json.loads((folder / "plan.json").read_text())
+    for words in (document["verdict"], document["check"]["words"], document["paper"][0]["reason"]):
+        assert words in page.text
+    assert "modelled" in page.text
+    assert "None" not in page.text
+
+
+def test_infeasible_scenario_exits_1_with_words_a_report_and_no_attitude(tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    result = invoke("plan", SCENARIOS / "paper004_insertion.toml", "--problem", "max_energy", "--out", folder)
+    assert result.exit_code == 1
+    assert "INFEASIBLE: a burn of 63.000 s" in result.stdout
+    assert "orbit plane tilted by 0.0304°" in result.stdout
+    assert sorted(path.name for path in folder.iterdir()) == ["hardware.json", "plan.json", "report.html"]
+    page = Page((folder / "report.html").read_text(encoding="utf-8"))
+    assert "What could not be met" in page.headings
+    assert "misprint" in page.text
+
+
+def test_json_is_one_object_on_stdout_and_progress_goes_to_stderr(tmp_path: Path) -> None:
+    result = invoke("plan", REC1, "--problem", "max_energy", "--json", "--out", tmp_path / "out")
+    assert result.exit_code == 0
+    printed = json.loads(result.stdout)
+    written = json.loads((tmp_path / "out" / "plan.json").read_text())
+    assert printed == {key: value for key, value in written.items() if key not in ("schema", "files")}
+    assert "VERIFIED" in result.stderr
+
+
+def test_emulated_computer_writes_the_same_plan(rec1: tuple[Path, Result], tmp_path: Path) -> None:
+    result = invoke("plan", REC1, "--ps", "--out", tmp_path / "ps")
+    assert result.exit_code == 0, result.output
+    native, scheduled = (
+        json.loads((folder / "plan.json").read_text()) for folder in (rec1[0], tmp_path / "ps")
+    )
+    assert scheduled["solver"] == "orbsoc on the emulated PS+PL computer"
+    assert scheduled["trajectory"] == native["trajectory"]
+    assert scheduled["hardware"]["same_bits"] is True
+    assert scheduled["hardware"]["time_ms"] == native["hardware"]["time_ms"]
+
+
+def test_overrides_reach_the_plan(tmp_path: Path) -> None:
+    result = invoke(
+        "plan", REC1, "--problem", "max_energy", "--perigee-direction", "free", "--nodes", "9",
+        "--device", "xc7z045", "--partition", "factor_only", "--json", "--out", tmp_path / "out",
+    )  # fmt: skip
+    document = json.loads(result.stdout)
+    assert document["nodes"] == 9
+    assert document["orbit"]["apogee_height_km"] == pytest.approx(349.28, abs=0.05)
+    assert document["hardware"]["device"] == "xc7z045"
+    assert document["hardware"]["partition"] == "factor_only"
+
+
+def test_default_output_folder_is_named_after_scenario_and_problem(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert invoke("plan", REC1).exit_code == 0
+    assert (tmp_path / "out" / "rec1-min_time" / "report.html").exists()
+
+
+BAD_ARGUMENTS = {
+    "missing file": (["absent.toml"], r"absent\.toml: file: no such file"),
+    "one node": ([REC1, "--nodes", "1"], r"method\.nodes = 1: .*greater than or equal to 2"),
+    "unknown device": ([REC1, "--device", "moon"], r"'moon' is not known; known: .*zu9eg"),
+    "unknown partition": ([REC1, "--partition", "none"], r"'none' is not known; known: .*paper"),
+    "negative deadline": ([REC1, "--deadline-ms", "-1"], r"--deadline-ms = -1\.0: must be a positive number"),
+    "NaN deadline": ([REC1, "--deadline-ms", "nan"], r"--deadline-ms = nan: must be a positive number"),
+    "unknown problem": ([REC1, "--problem", "fastest"], r"min_time"),
+    "unknown check": ([REC1, "--check", "ecos"], r"clarabel"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_ARGUMENTS)
+def test_bad_input_exits_2_names_it_and_writes_nothing(tmp_path: Path, case: str) -> None:
+    arguments, words = BAD_ARGUMENTS[case]
+    result = invoke("plan", *arguments, "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert re.search(words, result.stderr), result.stderr
+    assert "Traceback" not in result.output
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key"),
+    [
+        ("thrust_n = 271239.0", "thrust_kn = 271.239", "vehicle.thrust_kn"),
+        ("thrust_n = 271239.0", "thrust_n = 0.0", "vehicle.thrust_n"),
+        ("dry_mass_kg = 0.0", "dry_mass_kg = 84000.0", "burn.duration_s"),
+        ("[burn]", "[burn", "not TOML"),
+    ],
+)
+def test_bad_scenario_exits_2_and_is_an_object_with_json(
+    tmp_path: Path, old: str, new: str, key: str
+) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_text(REC1.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
+    result = invoke("plan", path, "--json", "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    printed = json.loads(result.stdout)
+    assert printed["exit_code"] == 2
+    assert key in printed["error"]
+    assert not (tmp_path / "out").exists()
+
+
+def test_folder_with_foreign_files_is_refused_before_planning(tmp_path: Path) -> None:
+    (tmp_path / "thesis.tex").write_text("years of work")
+    result = invoke("plan", REC1, "--out", tmp_path)
+    assert result.exit_code == 2
+    assert "thesis.tex, which orbsoc did not write" in result.stderr
+    assert "#=1" not in result.output
+    assert (tmp_path / "thesis.tex").read_text() == "years of work"
+
+
+def test_check_that_disagrees_exits_1_and_says_by_how_much(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The second solver is given to understand that 1e-3 is good enough."""
+    exact = orbsoc.interfaces.clarabel.solve
+    monkeypatch.setattr(
+        orbsoc.interfaces.clarabel,
+        "solve",
+        lambda problem, _settings=None: exact(problem, Settings(tol=1e-3, tol_inaccurate=1e-2)),
+    )
+    result = invoke("plan", REC1, "--check", "clarabel", "--out", tmp_path / "out")
+    assert result.exit_code == 1
+    assert "clarabel: DOES NOT AGREE; " in result.stdout
+
+
+@pytest.mark.parametrize("call", [1, 3])
+def test_ctrl_c_inside_a_solve_exits_130_and_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: int
+) -> None:
+    calls = 0
+
+    def interrupted(problem: orbsoc.Problem, settings: Settings | None = None) -> orbsoc.Solution:
+        nonlocal calls
+        calls += 1
+        if calls == call:
+            raise KeyboardInterrupt
+        return original(problem, settings)
+
+    original = orbsoc.solver.solve
+    monkeypatch.setattr(orbsoc.solver, "solve", interrupted)
+    result = invoke("plan", REC1, "--out", tmp_path / "out")
+    assert result.exit_code == 130
+    assert "interrupted; nothing was written" in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_sigint_while_planning_exits_130_and_leaves_nothing(tmp_path: Path) -> None:
+    """A real signal to a real process, on a grid fine enough that planning is still going on."""
+    scenario = tmp_path / "fine.toml"
+    scenario.write_text(
+        (SCENARIOS / "paper004_insertion_zf196.toml")
+        .read_text(encoding="utf-8")
+        .replace("nodes = 12", "nodes = 90\nmax_nodes = 90"),
+        encoding="utf-8",
+    )
+    process = subprocess.Popen(
+        [*COMMAND, "plan", str(scenario), "--out", str(tmp_path / "out")],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline().startswith("#=1")
+    process.send_signal(signal.SIGINT)
+    _, stderr = process.communicate(timeout=60)
+    assert process.returncode == 130, stderr
+    assert "interrupted; nothing was written" in stderr
+    assert "Traceback" not in stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["fine.toml"]
+
+
+def test_terminal_gets_a_live_table(tmp_path: Path) -> None:
+    leader, follower = pty.openpty()
+    process = subprocess.Popen(
+        [*COMMAND, "plan", str(REC1), "--out", str(tmp_path / "out")],
+        stdout=follower,
+        stderr=follower,
+        env={**os.environ, "TERM": "xterm-256color", "COLUMNS": "140"},
+    )
+    os.close(follower)
+    shown, deadline = b"", time.monotonic() + 60
+    while time.monotonic() < deadline:
+        ready, _, _ = select.select([leader], [], [], 0.2)
+        try:
+            chunk = os.read(leader, 65536) if ready else b""
+        except OSError:  # Linux: the other end is closed
+            break
+        if ready and not chunk:
+            break
+        shown += chunk
+    os.close(leader)
+    assert process.wait(timeout=60) == 0
+    text = shown.decode()
+    assert "\x1b[" in text  # redrawn in place
+    assert "#=1" not in text
+    assert re.search(r"#\s+nodes\s+burn s\s+perigee km", re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", text))
+
+
+def test_module_and_command_are_the_same_program() -> None:
+    shown = subprocess.run([*COMMAND, "--help"], capture_output=True, text=True, check=True)
+    assert shown.stdout.startswith("Usage: orbsoc [OPTIONS] COMMAND")
+    assert "plan" in shown.stdout
+
+
+def test_schema_of_a_scenario_accepts_what_it_describes() -> None:
+    result = invoke("schema", "scenario")
+    assert result.exit_code == 0
+    schema = json.loads(result.stdout)
+    assert schema["additionalProperties"] is False
+    assert set(schema["required"]) == {
+        "mission", "name", "problem", "vehicle", "launch_site", "initial", "target", "burn",
+    }  # fmt: skip
+    assert schema["$defs"]["Vehicle"]["properties"]["thrust_n"]["exclusiveMinimum"] == 0.0
