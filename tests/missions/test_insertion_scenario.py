@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +12,7 @@ import numpy as np
 import pytest
 
 import orbsoc
+import orbsoc.missions
 from orbsoc.missions.reachable_insertion import PlanStatus, ScenarioError, load_scenario, plan
 from orbsoc.missions.reachable_insertion.verdict import verdict
 from orbsoc.orbit import eci_from_launch_inertial, rotate_state
@@ -206,6 +209,16 @@ def test_eci_input_is_the_same_scenario_as_launch_inertial_input(tmp_path: Path)
     np.testing.assert_allclose(turned.launch_inertial(turned.initial), given.initial.vector(), rtol=1e-12)
     found = plan(turned, solve=orbsoc.solve)
     assert found.time_of_flight_s == pytest.approx(56.570006, abs=1e-6)
+
+
+def test_missions_are_attributes_that_load_themselves() -> None:
+    code = (
+        "import orbsoc.missions, sys; before = 'pydantic' in sys.modules;"
+        "plan = orbsoc.missions.reachable_insertion.plan; sys.exit(before or not callable(plan))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+    with pytest.raises(AttributeError, match="missions: reachable_insertion"):
+        _ = orbsoc.missions.reachable_moon
 
 
 def test_current_plane_is_that_of_the_papers_table_2() -> None:
