@@ -103,10 +103,12 @@ def test_buffers_move_once_to_the_side_that_reads_them() -> None:
         (Kind.TO_PS, "kkt"),
         (Kind.TO_PS, "direction"),
         (Kind.TO_PS, "point"),
+        (Kind.TO_PS, "answer"),  # what the last stage wrote
     ]
     moved = run.record.words_moved()
     assert moved[Kind.TO_PL] == WORDS["data"] + WORDS["point"]
-    assert moved[Kind.TO_PS] == WORDS["scaled"] + 2 * (WORDS["kkt"] + WORDS["direction"] + WORDS["point"])
+    each_time = WORDS["kkt"] + WORDS["direction"] + WORDS["point"]
+    assert moved[Kind.TO_PS] == WORDS["scaled"] + 2 * each_time + WORDS["answer"]
 
 
 def test_a_schedule_that_reads_a_stale_buffer_is_refused_on_the_pl() -> None:

@@ -66,6 +66,7 @@ class Driver:
         self._poll_budget = poll_budget
         self._segments = {segment.stage: segment for segment in method.segments}
         self._flag_words = -(-len(method.buffers) // WORD_BITS)
+        self._last = method.segments[0]
         self._sequence = 0
         self._valid = 0
         self._written = 0
@@ -73,13 +74,14 @@ class Driver:
         self._held_by_pl = 0
 
     def run(self) -> None:
-        """Load the problem, start up, iterate until a stage says DONE, close."""
+        """Load the problem, start up, iterate until a stage says DONE, close, and fetch what the last stage wrote."""
         self._publish(self._method.segments[0])
         self._walk(self._method.startup)
         while self._walk(self._method.iteration) != self._method.done:
             pass
         self._walk(self._method.closing)
         self._require_rest()
+        self._move(Kind.TO_PS, self._last.writes & ~self._held_by_ps)
 
     def _walk(self, steps: Iterable[Step]) -> int | None:
         """Run the steps in order, as the Rust loop does; stop at DONE."""
@@ -96,7 +98,7 @@ class Driver:
 
     def _stage(self, stage: str) -> int:
         """Run one stage where it belongs; its outcome."""
-        segment = self._segments[stage]
+        segment = self._last = self._segments[stage]
         if segment.module is not Module.PS:
             return self._launch(segment)
         self._require(segment, segment.unreadable(self._valid, self._written))
