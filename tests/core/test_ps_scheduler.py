@@ -176,5 +176,18 @@ def test_what_is_loaded_before_the_first_stage_is_the_problem_and_the_parameters
     loaded = set(method.names(method.segments[0].writes))
     written = {name for info in _core.stages().values() for name in info.writes}
     assert {"raw_p", "raw_a", "raw_g", "raw_q", "norms", "parameters"} <= loaded - written
-    made = {"p", "a", "g", "q", "scale", "kkt_values", "factor_l", "kkt_rhs", "kkt_solution", "point", "slack", "w"}
+    made = {
+        "p",
+        "a",
+        "g",
+        "q",
+        "scale",
+        "kkt_values",
+        "factor_l",
+        "kkt_rhs",
+        "kkt_solution",
+        "point",
+        "slack",
+        "w",
+    }
     assert made <= written - loaded
