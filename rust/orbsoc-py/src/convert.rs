@@ -81,6 +81,7 @@ pub fn settings(object: &Bound<'_, PyAny>) -> PyResult<Settings> {
         pivot_floor,
         dynamic_regularization,
         refinement_tol,
+        refinement_share,
         refinement_max,
         step_fraction,
         ruiz_passes

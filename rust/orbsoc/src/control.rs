@@ -106,14 +106,14 @@ impl Control {
 
     /// After a solve or a refinement step: refine (once more), or go on with the better solution.
     pub fn judge_refinement<T: Decide>(&mut self, settings: &Settings, w: &mut Workspace<T>) -> Outcome {
-        let (error, rhs) = (w.refinement[0].value(), w.refinement[1].value());
+        let (error, allowed) = (w.refinement[0].value(), w.refinement[1].value());
         let refined = self.refined;
         if refined > 0 && (error.is_nan() || error > self.previous_error) {
             w.kkt_solution.copy_from_slice(&w.kkt_previous);
             self.refined = 0;
             return Outcome::Next;
         }
-        let enough = error <= settings.refinement_tol * rhs
+        let enough = error <= allowed
             || (refined > 0 && error > 0.25 * self.previous_error)
             || error.is_nan();
         if enough || refined >= settings.refinement_max {

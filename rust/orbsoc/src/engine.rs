@@ -10,6 +10,7 @@ use crate::settings::Settings;
 use crate::solution::Solution;
 use crate::stage::{Outcome, Stage, Step, Stop, CLOSING, ITERATION, STARTUP};
 use crate::structure::Structure;
+use crate::symbolic::Panels;
 use crate::trace::Event;
 use crate::workspace::{Buffer, Workspace};
 use core::ops::ControlFlow;
@@ -62,8 +63,12 @@ impl<T: Real> Engine<T> {
     /// # Errors
     /// A setting outside its range, or a pattern too large.
     pub fn new(problem: &Problem, settings: &Settings) -> Result<Self, Error> {
+        Self::with_panels(problem, settings, Panels::Relaxed)
+    }
+
+    fn with_panels(problem: &Problem, settings: &Settings, panels: Panels) -> Result<Self, Error> {
         settings.validate()?;
-        let structure = Structure::new(problem)?;
+        let structure = Structure::new(problem, panels)?;
         let work = Workspace::new(&structure, T::zero());
         let mut engine = Self {
             events: Vec::with_capacity(most_events(settings)),
@@ -125,6 +130,9 @@ impl<T: Real> Engine<T> {
         work.parameters[parameter::STATIC_REGULARIZATION] = T::constant(self.settings.static_regularization);
         work.parameters[parameter::PIVOT_FLOOR] = T::constant(self.settings.pivot_floor);
         work.parameters[parameter::DYNAMIC_REGULARIZATION] = T::constant(self.settings.dynamic_regularization);
+        work.parameters[parameter::REFINEMENT_TOL] = T::constant(self.settings.refinement_tol);
+        work.parameters[parameter::REFINEMENT_SHARE] = T::constant(self.settings.refinement_share);
+        work.parameters[parameter::RESIDUAL_FLOOR] = T::constant(0.01 * self.settings.tol);
         work.parameters[parameter::STEP_FRACTION] = T::constant(self.settings.step_fraction);
         self.reset();
     }
@@ -134,18 +142,15 @@ impl<T: Real> Engine<T> {
         self.stop = None;
         self.events.clear();
         // A word that a previous solve left behind must never be taken for one of this solve.
-        for buffer in [Buffer::Best, Buffer::Farkas, Buffer::Ray] {
+        for buffer in [Buffer::Best, Buffer::Farkas, Buffer::Ray, Buffer::RefinementGoal] {
             self.work.get_mut(buffer).fill(T::zero());
         }
     }
 
     /// Run a stage's arithmetic without deciding anything.
     pub(crate) fn execute(&mut self, stage: Stage) {
-        let (structure, settings, work) = (&self.structure, &self.settings, &mut self.work);
-        self.simd.dispatch(
-            #[inline(always)]
-            || execute(structure, settings, work, stage),
-        );
+        let Self { structure, settings, work, .. } = self;
+        self.simd.dispatch(StageRun { structure, settings, work, stage });
     }
 
     /// The words of a buffer as they stand.
@@ -260,6 +265,23 @@ impl<T: Decide> Engine<T> {
     }
 }
 
+/// A stage's arithmetic, to be compiled once for each instruction set and chosen at run time.
+struct StageRun<'a, T> {
+    structure: &'a Structure,
+    settings: &'a Settings,
+    work: &'a mut Workspace<T>,
+    stage: Stage,
+}
+
+impl<T: Real> pulp::WithSimd for StageRun<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        execute(self.structure, self.settings, self.work, self.stage);
+    }
+}
+
 /// More stage runs than any solve with these settings makes.
 fn most_events(settings: &Settings) -> usize {
     let per_repeat = 2 * settings.refinement_max as usize + 1;
@@ -278,9 +300,11 @@ pub fn operation_counts(
     settings: &Settings,
     latency: Latency,
 ) -> Result<Vec<(Stage, Tally)>, Error> {
-    let mut engine = Engine::<Counted>::new(problem, settings)?;
-    Ok(Stage::ALL
-        .iter()
-        .map(|&stage| (stage, count(latency, || engine.execute(stage))))
-        .collect())
+    let mut engine = Engine::<Counted>::with_panels(problem, settings, Panels::Exact)?;
+    let inputs_ready = Workspace::new(&engine.structure, Counted::zero());
+    let mut tally = |stage| {
+        engine.work.clone_from(&inputs_ready);
+        (stage, count(latency, || engine.execute(stage)))
+    };
+    Ok(Stage::ALL.iter().map(|&stage| tally(stage)).collect())
 }

@@ -15,7 +15,10 @@ pub(crate) mod parameter {
     pub const PIVOT_FLOOR: usize = 1;
     pub const DYNAMIC_REGULARIZATION: usize = 2;
     pub const STEP_FRACTION: usize = 3;
-    pub const WORDS: usize = 4;
+    pub const REFINEMENT_TOL: usize = 4;
+    pub const REFINEMENT_SHARE: usize = 5;
+    pub const RESIDUAL_FLOOR: usize = 6;
+    pub const WORDS: usize = 7;
 }
 
 /// Run a stage's arithmetic.
@@ -265,8 +268,14 @@ fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage
                 &mut w.centering,
                 &mut w.statistics,
             );
+            let (share, floor) = (parameter::REFINEMENT_SHARE, parameter::RESIDUAL_FLOOR);
+            w.refinement_goal[0] =
+                ps::refinement_goal(&w.residual, w.parameters[share], w.parameters[floor]);
         }
-        Stage::CheckSolve => ps::refinement_norms(&w.kkt_error, &w.kkt_rhs, &mut w.refinement),
+        Stage::CheckSolve => {
+            let relative = w.parameters[parameter::REFINEMENT_TOL];
+            ps::refinement_norms(&w.kkt_error, &w.kkt_rhs, relative, w.refinement_goal[0], &mut w.refinement);
+        },
         Stage::EmbeddingPivot => {
             ps::embedding_pivot(&w.q, &w.constant, &w.cost_product, &w.homogenizer, &mut w.embedding);
         }

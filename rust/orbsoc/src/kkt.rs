@@ -10,7 +10,7 @@
 use crate::cones::{ConeLayout, Soc};
 use crate::csc::Csc;
 use crate::error::Error;
-use crate::symbolic::{fill_reducing_order, index, permute, Symbolic, Upper};
+use crate::symbolic::{fill_reducing_order, index, permute, Panels, Symbolic, Upper};
 
 /// Blocks of second-order cones up to this dimension are stored densely.
 pub(crate) const SOC_DENSE_MAX: usize = 4;
@@ -37,7 +37,7 @@ pub(crate) struct Kkt {
 }
 
 impl Kkt {
-    pub fn new(p: &Csc, a: &Csc, g: &Csc, cones: &ConeLayout) -> Result<Self, Error> {
+    pub fn new(p: &Csc, a: &Csc, g: &Csc, cones: &ConeLayout, panels: Panels) -> Result<Self, Error> {
         let (n, me, m) = (p.ncols(), a.nrows(), g.nrows());
         let expanded = cones.soc.iter().filter(|c| c.expansion.is_some()).count();
         let dim = n + me + m + 2 * expanded;
@@ -63,7 +63,7 @@ impl Kkt {
         let (natural, natural_place) = Upper::from_positions(dim, &entries);
         let order = fill_reducing_order(&natural)?;
         let (permuted, permuted_place) = permute(&natural, &order);
-        let symbolic = Symbolic::new(&permuted)?;
+        let symbolic = Symbolic::new(&permuted, panels)?;
 
         let go = |k: &usize| index(permuted_place[natural_place[*k]]);
         let mut position = vec![0; dim];

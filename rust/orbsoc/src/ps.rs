@@ -298,11 +298,18 @@ pub(crate) fn cone_product<T: Real>(
     }
 }
 
-/// (‖error‖∞, ‖rhs‖∞) of the linear system just solved.
+/// How large an error of a linear solve may be: a share of the residual that the step is to reduce,
+/// which the error adds to. No residual smaller than `floor` is worth an effort.
 #[inline(always)]
-pub(crate) fn refinement_norms<T: Real>(error: &[T], rhs: &[T], out: &mut [T]) {
+pub(crate) fn refinement_goal<T: Real>(residual: &[T], share: T, floor: T) -> T {
+    share * max_abs(residual).max(floor)
+}
+
+/// ‖error‖∞ of the linear system just solved, and what it may be.
+#[inline(always)]
+pub(crate) fn refinement_norms<T: Real>(error: &[T], rhs: &[T], relative: T, goal: T, out: &mut [T]) {
     out[0] = max_abs(error) + finite_witness(error);
-    out[1] = max_abs(rhs);
+    out[1] = goal.max(relative * max_abs(rhs));
 }
 
 /// The length of the step taken: all of it, or `fraction` of the way to the boundary.

@@ -20,8 +20,10 @@ pub struct Settings {
     pub pivot_floor: f64,
     /// What such pivots become, with their known sign.
     pub dynamic_regularization: f64,
-    /// Refinement stops at this residual relative to the right-hand side.
+    /// Refinement stops at this error relative to the right-hand side, …
     pub refinement_tol: f64,
+    /// … or at this share of the residual that the step is to reduce.
+    pub refinement_share: f64,
     /// Most refinement steps per linear solve.
     pub refinement_max: u32,
     /// Share of the step to the cone's boundary that is taken.
@@ -40,7 +42,8 @@ impl Default for Settings {
             static_regularization: 1e-8,
             pivot_floor: 1e-13,
             dynamic_regularization: 2e-7,
-            refinement_tol: 1e-13,
+            refinement_tol: 1e-12,
+            refinement_share: 1e-3,
             refinement_max: 10,
             step_fraction: 0.99,
             ruiz_passes: 10,
@@ -80,6 +83,7 @@ impl Settings {
         positive("pivot_floor", self.pivot_floor)?;
         positive("dynamic_regularization", self.dynamic_regularization)?;
         positive("refinement_tol", self.refinement_tol)?;
+        positive("refinement_share", self.refinement_share)?;
         if !(self.step_fraction > 0.0 && self.step_fraction < 1.0) {
             return Err(Error::Setting {
                 name: "step_fraction",

@@ -143,8 +143,9 @@ stages! {
     StartShift "start_shift" ConeOps reads [Point Slack] writes [Point Slack Homogenizer] stales [Residual];
     /// Residuals, gap, μ; decides termination, and keeps the best iterate and certificates.
     Statistics "statistics" Ps
-        reads [P A G Q Norms ScaleInverse CostScale Point Slack Homogenizer]
-        writes [Residual CostProduct Embedding Centering Statistics Best Farkas Ray] stales [Embedding];
+        reads [Parameters P A G Q Norms ScaleInverse CostScale Point Slack Homogenizer]
+        writes [Residual CostProduct Embedding Centering Statistics RefinementGoal Best Farkas Ray]
+        stales [Embedding];
     /// Nesterov–Todd scaling at the iterate.
     NtScaling "nt_scaling" ConeOps
         reads [Point Slack] writes [W Lambda LambdaInverse Cone] stales [KktValues FactorY FactorL PivotInverse];
@@ -159,7 +160,8 @@ stages! {
         writes [KktSolution KktError] stales [];
     /// Norms of the refinement residual; decides on one more step.
     CheckSolve "check_solve" Ps
-        reads [KktRhs KktError KktSolution KktPrevious] writes [Refinement KktSolution KktPrevious] stales [];
+        reads [Parameters RefinementGoal KktRhs KktError KktSolution KktPrevious]
+        writes [Refinement KktSolution KktPrevious] stales [];
     /// Keep the solution for (−c, b, h).
     StoreConstant "store_constant" LinearSolve reads [KktSolution] writes [Constant] stales [KktRhs];
     /// Pivot of the embedding's scalar equation.
@@ -272,6 +274,7 @@ const GIVEN: &[Buffer] = &[
     Buffer::Norms,
     Buffer::Parameters,
     Buffer::KktPrevious,
+    Buffer::RefinementGoal,
 ];
 
 /// A stage that would read words nobody made, or made before something they depend on.

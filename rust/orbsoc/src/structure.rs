@@ -5,7 +5,7 @@ use crate::csc::Csc;
 use crate::error::Error;
 use crate::kkt::{Kkt, SOC_DENSE_MAX};
 use crate::problem::{Problem, Reduced};
-use crate::symbolic::index;
+use crate::symbolic::{index, Panels};
 
 /// Positions of a sparse matrix's entries, column by column.
 #[derive(Clone, Debug)]
@@ -56,7 +56,7 @@ pub(crate) struct Structure {
 }
 
 impl Structure {
-    pub fn new(problem: &Problem) -> Result<Self, Error> {
+    pub fn new(problem: &Problem, panels: Panels) -> Result<Self, Error> {
         let reduced = Reduced::new(problem);
         let m = reduced.row_origin.len();
         let mut cones = ConeLayout { l: reduced.l, soc: Vec::with_capacity(reduced.q.len()) };
@@ -67,7 +67,7 @@ impl Structure {
             cones.soc.push(Soc { start, dim, expansion });
             start += dim;
         }
-        let kkt = Kkt::new(&problem.p, &problem.a, &reduced.g, &cones)?;
+        let kkt = Kkt::new(&problem.p, &problem.a, &reduced.g, &cones, panels)?;
         Ok(Self {
             n: problem.n(),
             p: problem.p(),

@@ -167,46 +167,38 @@ fn postorder(parent: &[isize]) -> Vec<usize> {
 
 impl Symbolic {
     /// Analyse a matrix that is already in its final order.
-    pub fn new(upper: &Upper) -> Result<Self, Error> {
+    pub fn new(upper: &Upper, panels: Panels) -> Result<Self, Error> {
         let (colptr, rowidx) = columns_of_l(upper)?;
         let mut out = Self::default();
-        let owner = out.find_supernodes(&colptr, &rowidx);
+        let owner = out.find_supernodes(&colptr, &rowidx, panels);
         out.resolve_updates(&owner);
         out.locate_entries(upper, &owner);
         Ok(out)
     }
 
-    /// Fundamental supernodes: column j joins j − 1 when it is its parent and has its structure.
-    fn find_supernodes(&mut self, colptr: &[usize], rowidx: &[usize]) -> Vec<usize> {
+    /// Lay out the panels of the supernodes; returns the supernode that owns each column.
+    fn find_supernodes(&mut self, colptr: &[usize], rowidx: &[usize], panels: Panels) -> Vec<usize> {
         let dim = colptr.len() - 1;
-        let column = |j: usize| &rowidx[colptr[j]..colptr[j + 1]];
-        let mut owner = vec![0; dim];
         for j in 0..dim {
-            let below = column(j).len() - 1;
+            let below = colptr[j + 1] - colptr[j] - 1;
             self.nnz_l += below;
             self.multiply_subtracts += below * (below + 1) / 2;
-            let joins = j > 0 && column(j - 1).get(1) == Some(&j) && column(j - 1).len() == below + 2;
-            if joins {
-                if let Some(last) = self.supernodes.last_mut() {
-                    last.width += 1;
-                }
-            } else {
-                self.supernodes.push(Supernode {
-                    first: j,
-                    width: 1,
-                    rows: self.rows.len(),
-                    height: below + 1,
-                    panel: 0,
-                    updates: (0, 0),
-                });
-                self.rows.extend(column(j).iter().map(|&i| index(i)));
-            }
-            owner[j] = self.supernodes.len() - 1;
         }
-        for node in &mut self.supernodes {
-            node.panel = self.panel_words;
-            self.panel_words += node.width * node.height;
-            self.max_height = self.max_height.max(node.height);
+        let mut owner = vec![0; dim];
+        for run in runs_of_columns(colptr, rowidx, panels) {
+            let height = run.width + run.below.len();
+            owner[run.first..run.first + run.width].fill(self.supernodes.len());
+            self.supernodes.push(Supernode {
+                first: run.first,
+                width: run.width,
+                rows: self.rows.len(),
+                height,
+                panel: self.panel_words,
+                updates: (0, 0),
+            });
+            self.rows.extend((run.first..run.first + run.width).chain(run.below).map(index));
+            self.panel_words += run.width * height;
+            self.max_height = self.max_height.max(height);
         }
         owner
     }
@@ -260,6 +252,78 @@ impl Symbolic {
             }
         }
     }
+}
+
+/// How columns of L are gathered into panels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Panels {
+    /// Only columns of equal structure: not one operation on a stored zero.
+    Exact,
+    /// Also columns of similar structure, with stored zeros: more operations, on longer vectors.
+    /// The bits are the same: subtracting 0·y changes nothing.
+    Relaxed,
+}
+
+/// Adjacent columns that share a panel.
+struct Run {
+    first: usize,
+    width: usize,
+    /// Rows below its own columns.
+    below: Vec<usize>,
+    /// Entries of L among them.
+    entries: usize,
+}
+
+impl Run {
+    /// Take `next` in: it follows directly, and its rows contain all of this run's below it.
+    fn join(&mut self, next: Self) {
+        self.width += next.width;
+        self.entries += next.entries;
+        self.below = next.below;
+    }
+
+    /// Whether `next` is the parent of this run's last column, and joining is cheap enough.
+    fn suits(&self, next: &Self, panels: Panels) -> bool {
+        let follows = self.first + self.width == next.first;
+        let parent = self.below.first() == Some(&next.first);
+        if !follows || !parent {
+            return false;
+        }
+        let width = self.width + next.width;
+        let words = width * (width + 1) / 2 + width * next.below.len();
+        let zeros = words - self.entries - next.entries;
+        match panels {
+            Panels::Exact => zeros == 0,
+            Panels::Relaxed => {
+                let allowed = match width {
+                    0..=4 => 0.5,
+                    5..=16 => 0.3,
+                    17..=48 => 0.1,
+                    _ => 0.05,
+                };
+                zeros as f64 <= allowed * words as f64
+            }
+        }
+    }
+}
+
+/// Columns gathered from left to right; a new one may take in the runs before it that it ends.
+fn runs_of_columns(colptr: &[usize], rowidx: &[usize], panels: Panels) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    for j in 0..colptr.len() - 1 {
+        let below = rowidx[colptr[j] + 1..colptr[j + 1]].to_vec();
+        let mut run = Run { first: j, width: 1, entries: below.len() + 1, below };
+        while let Some(mut before) = runs.pop() {
+            if !before.suits(&run, panels) {
+                runs.push(before);
+                break;
+            }
+            before.join(run);
+            run = before;
+        }
+        runs.push(run);
+    }
+    runs
 }
 
 /// Row indices of each column of L, diagonal first, ascending.

@@ -65,7 +65,7 @@ buffers! {
     RawQ raw_q "raw_q" = Structure::unknowns;
     /// ‖b‖∞, ‖h‖∞, ‖c‖∞ as given.
     Norms norms "norms" = |_: &Structure| 3;
-    /// Static regularisation, pivot floor, dynamic regularisation, step fraction.
+    /// Settings in the order of `execute::parameter`.
     Parameters parameters "parameters" = |_: &Structure| parameter::WORDS;
     /// Scaled P.
     P p "p" = |s: &Structure| s.cost.nnz();
@@ -121,7 +121,9 @@ buffers! {
     KktPrevious kkt_previous "kkt_previous" = |s: &Structure| s.kkt.dim;
     /// Right-hand side minus K times solution.
     KktError kkt_error "kkt_error" = |s: &Structure| s.kkt.dim;
-    /// Norms of error and right-hand side.
+    /// Largest error of a linear solve that is small enough for this iteration.
+    RefinementGoal refinement_goal "refinement_goal" = |_: &Structure| 1;
+    /// Norm of the error, and what it may be.
     Refinement refinement "refinement" = |_: &Structure| 2;
     /// Solution for (−c, b, h).
     Constant constant "constant" = Structure::unknowns;
