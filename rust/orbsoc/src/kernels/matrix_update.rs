@@ -76,32 +76,34 @@ fn dense_block<T: Real>(eta_sq: T, w: &[T], block: &[u32], values: &mut [T]) {
     }
 }
 
-/// −η²(D + uuᵀ − vvᵀ) as a bordered block: −η²[D v u; vᵀ 1 0; uᵀ 0 −1].
+/// −η²(D + uuᵀ − vvᵀ) as a bordered block whose two extra unknowns are scaled by u₀:
+/// −η²[D, u₀v, u₀u; u₀vᵀ, u₀², 0; u₀uᵀ, 0, −u₀²]. So scaled, an error in an extra row moves the
+/// cone's rows by no more than its own size, and u₀² = ω − d, u₀u = (u₀², 2w₀w₁) and
+/// u₀v = (0, √(2 + 1/ω)·w₁) take one division and one root.
 #[inline(always)]
 fn expanded_block<T: Real>(eta_sq: T, w: &[T], block: &[u32], values: &mut [T]) {
     let dim = w.len();
-    let (one, two) = (T::one(), T::constant(2.0));
+    let (head, tail) = (w[0], &w[1..]);
     let minus = -eta_sq;
-    let omega = (w[0] * w[0]).add_mul(one, dot(&w[1..], &w[1..]));
-    let inverse = one / omega;
+    let omega = dot(tail, tail).add_mul(head, head);
+    let inverse = T::one() / omega;
     let d = T::constant(0.5) * inverse;
-    let u0 = (omega - d).sqrt();
-    let u1 = (two * w[0]) / u0;
-    let v1 = ((two * (two + inverse)) / (two * omega - inverse)).sqrt();
+    let pivot = eta_sq * (omega - d);
+    let by_v = minus * (T::constant(2.0) + inverse).sqrt();
+    let by_u = minus * (head + head);
     let (diagonal, rest) = block.split_at(dim);
-    let (v, rest) = rest.split_at(dim);
+    let (v, u) = rest.split_at(dim);
     values[diagonal[0] as usize] = minus * d;
     for &to in &diagonal[1..] {
         values[to as usize] = minus;
     }
-    let (scaled_v, scaled_u) = (minus * v1, minus * u1);
-    for (&to, &wi) in v.iter().zip(&w[1..]) {
-        values[to as usize] = scaled_v * wi;
+    for (&to, &wi) in v.iter().zip(tail) {
+        values[to as usize] = by_v * wi;
     }
-    values[v[dim - 1] as usize] = minus;
-    values[rest[0] as usize] = minus * u0;
-    for (&to, &wi) in rest[1..].iter().zip(&w[1..]) {
-        values[to as usize] = scaled_u * wi;
+    values[v[dim - 1] as usize] = -pivot;
+    values[u[0] as usize] = -pivot;
+    for (&to, &wi) in u[1..].iter().zip(tail) {
+        values[to as usize] = by_u * wi;
     }
-    values[rest[dim] as usize] = eta_sq;
+    values[u[dim] as usize] = pivot;
 }
