@@ -25,7 +25,7 @@ class Settings:
     refinement_share: float = 1e-3
     refinement_max: int = 10
     step_fraction: float = 0.99
-    ruiz_passes: int = 10
+    ruiz_passes: int = 4
 
     def __post_init__(self) -> None:
         for name in ("tol", "tol_inaccurate", "max_time_s"):

@@ -46,7 +46,7 @@ impl Default for Settings {
             refinement_share: 1e-3,
             refinement_max: 10,
             step_fraction: 0.99,
-            ruiz_passes: 10,
+            ruiz_passes: 4,
         }
     }
 }
