@@ -119,5 +119,6 @@ def _latencies(units: Latencies) -> dict[str, int]:
     """Cycles of each operation. Copies, signs, comparisons and selections take at most as long as an addition."""
     add, mul = units.add_cycles.value, units.mul_cycles.value
     both = mul + add
-    found = dict.fromkeys(OPCODES, add) | {"mul": mul, "mul_add": both, "mul_sub": both}
-    return {**found, "div": units.div_cycles.value, "sqrt": units.sqrt_cycles.value}
+    found: dict[str, int] = dict.fromkeys(OPCODES, add)
+    found |= {"mul": mul, "mul_add": both, "mul_sub": both}
+    return found | {"div": units.div_cycles.value, "sqrt": units.sqrt_cycles.value}

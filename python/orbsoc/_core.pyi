@@ -5,8 +5,25 @@ from typing import Any, Final, final
 
 from numpy import float64
 from numpy.typing import NDArray
+
 from orbsoc.problem import Problem
 from orbsoc.settings import Settings
+
+__all__ = [
+    "DONE",
+    "NEXT",
+    "REPEAT",
+    "CoreError",
+    "Engine",
+    "RawSolution",
+    "StageInfo",
+    "__version__",
+    "closing",
+    "iteration",
+    "operation_counts",
+    "stages",
+    "startup",
+]
 
 NEXT: Final[int]
 REPEAT: Final[int]

@@ -8,8 +8,8 @@ from typing import Any
 
 from orbsoc import _core
 from orbsoc.errors import ProblemError
-from orbsoc.problem import Problem
 from orbsoc.iteration_table import print_table
+from orbsoc.problem import Problem
 from orbsoc.settings import Settings
 from orbsoc.solution import Certificate, Solution, Status
 
