@@ -87,4 +87,3 @@ pub fn settings(object: &Bound<'_, PyAny>) -> PyResult<Settings> {
         ruiz_passes
     ))
 }
-

@@ -10,11 +10,11 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _core {
     #[pymodule_export]
+    use super::convert::CoreError;
+    #[pymodule_export]
     use super::engine::{Engine, RawSolution};
     #[pymodule_export]
     use super::method::{closing, iteration, operation_counts, stages, startup, StageInfo};
-    #[pymodule_export]
-    use super::convert::CoreError;
     use pyo3::prelude::*;
 
     #[pymodule_init]

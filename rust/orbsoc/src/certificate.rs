@@ -66,9 +66,13 @@ fn project(problem: &Problem, v: &mut DVector<f64>) -> f64 {
     for &dim in &problem.cones.q {
         let (head, tail) = (v[start], v.rows(start + 1, dim - 1).norm());
         if tail > head {
-            let (new_head, factor) =
-                if tail <= -head { (0.0, 0.0) } else { (f64::midpoint(head, tail), f64::midpoint(head, tail) / tail) };
-            moved = moved.max((new_head - head).abs()).max((1.0 - factor) * v.rows(start + 1, dim - 1).amax());
+            let (new_head, factor) = if tail <= -head {
+                (0.0, 0.0)
+            } else {
+                (f64::midpoint(head, tail), f64::midpoint(head, tail) / tail)
+            };
+            moved =
+                moved.max((new_head - head).abs()).max((1.0 - factor) * v.rows(start + 1, dim - 1).amax());
             v[start] = new_head;
             v.rows_mut(start + 1, dim - 1).scale_mut(factor);
         }
@@ -179,7 +183,9 @@ impl<T: Decide> Engine<T> {
             return self.assemble(Status::SolvedInaccurate, best, &evidence, message);
         }
         let (status, advice) = match stop {
-            Stop::MaxIterations => (Status::MaxIterations, "raise max_iterations or look at the scaling of the data"),
+            Stop::MaxIterations => {
+                (Status::MaxIterations, "raise max_iterations or look at the scaling of the data")
+            }
             Stop::MaxTime => (Status::MaxTime, "raise max_time_s"),
             Stop::Interrupted => (Status::Interrupted, "stopped from outside"),
             _ => (Status::NumericalLimit, "no further progress; rescale the data or accept a larger tol"),
@@ -206,8 +212,9 @@ impl<T: Decide> Engine<T> {
             if relative >= RADIUS_CLAIMED {
                 at.y.fill(f64::NAN);
                 at.z.fill(f64::NAN);
-                let message =
-                    format!("dual infeasible (unbounded if feasible): no dual point has norm below {radius:.3e}");
+                let message = format!(
+                    "dual infeasible (unbounded if feasible): no dual point has norm below {radius:.3e}"
+                );
                 return Some(self.claim(Status::DualInfeasible, at, radius, message));
             }
         }
@@ -236,8 +243,7 @@ impl<T: Decide> Engine<T> {
         let none = f64::NAN;
         let certificate = Certificate { primal_residual: none, dual_residual: none, gap: none, radius };
         let infinite = if status == Status::PrimalInfeasible { f64::INFINITY } else { f64::NEG_INFINITY };
-        let evidence =
-            Evidence { certificate, referee: none, objective: infinite, dual_objective: infinite };
+        let evidence = Evidence { certificate, referee: none, objective: infinite, dual_objective: infinite };
         self.assemble(status, at, &evidence, message)
     }
 

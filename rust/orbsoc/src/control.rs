@@ -113,9 +113,8 @@ impl Control {
             self.refined = 0;
             return Outcome::Next;
         }
-        let enough = error <= allowed
-            || (refined > 0 && error > 0.25 * self.previous_error)
-            || error.is_nan();
+        let enough =
+            error <= allowed || (refined > 0 && error > 0.25 * self.previous_error) || error.is_nan();
         if enough || refined >= settings.refinement_max {
             self.refined = 0;
             return Outcome::Next;

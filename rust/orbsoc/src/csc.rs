@@ -27,7 +27,11 @@ impl Csc {
     ) -> Result<Self, Error> {
         let fail = |detail: String| Err(Error::Sparse { argument, detail });
         if colptr.len() != ncols + 1 {
-            return fail(format!("column pointer has {} entries, but {ncols} columns need {}", colptr.len(), ncols + 1));
+            return fail(format!(
+                "column pointer has {} entries, but {ncols} columns need {}",
+                colptr.len(),
+                ncols + 1
+            ));
         }
         if rowidx.len() != values.len() {
             return fail(format!("{} row indices, but {} values", rowidx.len(), values.len()));

@@ -123,13 +123,15 @@ impl<T: Real> Engine<T> {
         let (c, bh) = work.raw_q.split_at_mut(n);
         fill(c, &mut problem.c.iter().copied());
         fill(bh, &mut problem.b.iter().copied().chain(h()));
-        let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |top: f64, v| top.max(v.abs()));
+        let largest =
+            |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |top: f64, v| top.max(v.abs()));
         work.norms[0] = T::constant(largest(&mut problem.b.iter().copied()));
         work.norms[1] = T::constant(largest(&mut h()));
         work.norms[2] = T::constant(largest(&mut problem.c.iter().copied()));
         work.parameters[parameter::STATIC_REGULARIZATION] = T::constant(self.settings.static_regularization);
         work.parameters[parameter::PIVOT_FLOOR] = T::constant(self.settings.pivot_floor);
-        work.parameters[parameter::DYNAMIC_REGULARIZATION] = T::constant(self.settings.dynamic_regularization);
+        work.parameters[parameter::DYNAMIC_REGULARIZATION] =
+            T::constant(self.settings.dynamic_regularization);
         work.parameters[parameter::REFINEMENT_TOL] = T::constant(self.settings.refinement_tol);
         work.parameters[parameter::REFINEMENT_SHARE] = T::constant(self.settings.refinement_share);
         work.parameters[parameter::RESIDUAL_FLOOR] = T::constant(0.01 * self.settings.tol);

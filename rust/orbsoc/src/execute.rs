@@ -31,7 +31,9 @@ pub(crate) fn execute<T: Real>(
 ) {
     match stage {
         Stage::Equilibrate | Stage::Unscale => matrix_scaling(structure, settings, work, stage),
-        Stage::LoadKkt | Stage::IdentityBlocks | Stage::ScalingBlocks => matrix_update(structure, work, stage),
+        Stage::LoadKkt | Stage::IdentityBlocks | Stage::ScalingBlocks => {
+            matrix_update(structure, work, stage)
+        }
         Stage::Factorize => factorize(structure, work),
         Stage::StartPrimalRhs
         | Stage::StartDualRhs
@@ -221,7 +223,8 @@ fn cone_operations<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: 
             for (&to, &residual) in position[..rows].iter().zip(&w.residual) {
                 w.kkt_rhs[to as usize] = -(damping * residual);
             }
-            for ((&to, &residual), &g) in position[rows..].iter().zip(&w.residual[rows..]).zip(lifted.iter()) {
+            for ((&to, &residual), &g) in position[rows..].iter().zip(&w.residual[rows..]).zip(lifted.iter())
+            {
                 w.kkt_rhs[to as usize] = g.sub_mul(damping, residual);
             }
         }
@@ -269,13 +272,12 @@ fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage
                 &mut w.statistics,
             );
             let (share, floor) = (parameter::REFINEMENT_SHARE, parameter::RESIDUAL_FLOOR);
-            w.refinement_goal[0] =
-                ps::refinement_goal(&w.residual, w.parameters[share], w.parameters[floor]);
+            w.refinement_goal[0] = ps::refinement_goal(&w.residual, w.parameters[share], w.parameters[floor]);
         }
         Stage::CheckSolve => {
             let relative = w.parameters[parameter::REFINEMENT_TOL];
             ps::refinement_norms(&w.kkt_error, &w.kkt_rhs, relative, w.refinement_goal[0], &mut w.refinement);
-        },
+        }
         Stage::EmbeddingPivot => {
             ps::embedding_pivot(&w.q, &w.constant, &w.cost_product, &w.homogenizer, &mut w.embedding);
         }

@@ -71,12 +71,12 @@ impl Problem {
         finite("c", &c)?;
         finite("b", &b)?;
         let absent = |i: usize, v: f64| i < cones.l && v == f64::INFINITY;
-        if let Some((index, &value)) =
-            h.iter().enumerate().find(|&(i, &v)| !v.is_finite() && !absent(i, v))
-        {
+        if let Some((index, &value)) = h.iter().enumerate().find(|&(i, &v)| !v.is_finite() && !absent(i, v)) {
             return Err(Error::Value { argument: "h", index, value });
         }
-        for (what, size) in [("P", p.nnz()), ("A", a.nnz()), ("G", g.nnz()), ("x, y, z", n + b.len() + h.len())] {
+        for (what, size) in
+            [("P", p.nnz()), ("A", a.nnz()), ("G", g.nnz()), ("x, y, z", n + b.len() + h.len())]
+        {
             if size > u32::MAX as usize / 4 {
                 return Err(Error::TooLarge { what, size });
             }

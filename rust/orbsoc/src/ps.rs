@@ -4,9 +4,7 @@
 //! in the solve's own arithmetic, whoever schedules; decisions about them are in [`crate::control`].
 
 use crate::cones::ConeLayout;
-use crate::kernels::reduce::{
-    dot, dot_indexed, finite_witness, max_abs, max_abs_weighted, sum_abs_weighted,
-};
+use crate::kernels::reduce::{dot, dot_indexed, finite_witness, max_abs, max_abs_weighted, sum_abs_weighted};
 use crate::real::Real;
 use crate::structure::{Pattern, Structure};
 
@@ -148,8 +146,7 @@ pub(crate) fn statistics<T: Real>(
     let dual = size_x / (one + dual_size);
     let objective = (half * curvature).add_mul(cost, tau_inv) * gamma_inv;
     let dual_objective = -((half * curvature).add_mul(support, tau_inv) * gamma_inv);
-    let gap =
-        (objective - dual_objective).abs() / (one + objective.abs().min(dual_objective.abs()));
+    let gap = (objective - dual_objective).abs() / (one + objective.abs().min(dual_objective.abs()));
     let referee_primal = size_y.max(size_z) / (one + norm_b.max(norm_h));
     let referee_dual = size_x / (one + norm_c);
     let primal = equality.max(conic).max(referee_primal);
@@ -162,14 +159,12 @@ pub(crate) fn statistics<T: Real>(
     stats[stat::DUAL_OBJECTIVE] = dual_objective;
     stats[stat::MU] = mu;
     let tiny = T::constant(1e-30);
-    let radius = |value: T, size: T, scale: T| {
-        (-value).max(T::zero()) / (size.max(tiny) * one.max(scale))
-    };
+    let radius = |value: T, size: T, scale: T| (-value).max(T::zero()) / (size.max(tiny) * one.max(scale));
     stats[stat::PRIMAL_RADIUS] = radius(support, farkas, norm_b.max(norm_h));
     let ray = (ray_rows + ray_cone).add_mul(ray_cost, gamma_inv);
     stats[stat::DUAL_RADIUS] = radius(cost * gamma_inv, ray, norm_c);
-    stats[stat::WITNESS] = finite_witness(at.point)
-        + (finite_witness(at.slack) + finite_witness(at.homogenizer));
+    stats[stat::WITNESS] =
+        finite_witness(at.point) + (finite_witness(at.slack) + finite_witness(at.homogenizer));
 }
 
 /// `out = P x`, P symmetric and given by its upper triangle.
@@ -251,13 +246,7 @@ pub(crate) const STEPPED: usize = 2;
 
 /// σ = (1 − α)³ from the predictor's step, and what follows from it for the corrector.
 #[inline(always)]
-pub(crate) fn centering<T: Real>(
-    step_length: T,
-    mu: T,
-    homogenizer: &[T],
-    tau_step: &[T],
-    center: &mut [T],
-) {
+pub(crate) fn centering<T: Real>(step_length: T, mu: T, homogenizer: &[T], tau_step: &[T], center: &mut [T]) {
     let affine = step_length.min(T::one());
     let short = T::one() - affine;
     let sigma = (short * short) * short;

@@ -304,7 +304,8 @@ impl std::error::Error for ScheduleError {}
 /// # Errors
 /// The first offending read.
 pub fn check_schedule(startup: &[Step], iteration: &[Step], closing: &[Step]) -> Result<(), ScheduleError> {
-    let mut fresh: Vec<Option<bool>> = Buffer::ALL.iter().map(|b| GIVEN.contains(b).then_some(true)).collect();
+    let mut fresh: Vec<Option<bool>> =
+        Buffer::ALL.iter().map(|b| GIVEN.contains(b).then_some(true)).collect();
     let order = [startup, iteration, iteration, closing].concat();
     let stages = order.into_iter().flat_map(|step| match step {
         Run(stage) => [Some(stage), None],

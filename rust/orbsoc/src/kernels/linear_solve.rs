@@ -86,8 +86,7 @@ fn backward<T: Real>(symbolic: &Symbolic, l: &[T], scratch: &mut [T], x: &mut [T
         let top = &mut x[node.first..node.first + width];
         let mut c = 0;
         while c + 4 <= width {
-            let columns: [&[T]; 4] =
-                core::array::from_fn(|i| &l[(c + i) * height + width..][..known.len()]);
+            let columns: [&[T]; 4] = core::array::from_fn(|i| &l[(c + i) * height + width..][..known.len()]);
             let mut sums: [T; 4] = core::array::from_fn(|i| top[c + i]);
             for k in (0..known.len()).rev() {
                 for (sum, column) in sums.iter_mut().zip(&columns) {

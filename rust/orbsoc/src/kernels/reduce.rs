@@ -73,45 +73,25 @@ pub fn max_abs<T: Real>(x: &[T]) -> T {
 #[inline(always)]
 pub fn max_abs_weighted<T: Real>(weight: &[T], x: &[T]) -> T {
     let x = &x[..weight.len()];
-    reduce(
-        weight.len(),
-        |k| (weight[k] * x[k]).abs(),
-        |top, k| top.max((weight[k] * x[k]).abs()),
-        Real::max,
-    )
+    reduce(weight.len(), |k| (weight[k] * x[k]).abs(), |top, k| top.max((weight[k] * x[k]).abs()), Real::max)
 }
 
 /// Σ |weight_k·x_k|.
 #[inline(always)]
 pub fn sum_abs_weighted<T: Real>(weight: &[T], x: &[T]) -> T {
     let x = &x[..weight.len()];
-    reduce(
-        weight.len(),
-        |k| (weight[k] * x[k]).abs(),
-        |sum, k| sum + (weight[k] * x[k]).abs(),
-        |a, b| a + b,
-    )
+    reduce(weight.len(), |k| (weight[k] * x[k]).abs(), |sum, k| sum + (weight[k] * x[k]).abs(), |a, b| a + b)
 }
 
 /// max −x_k·y_k over k, with zero among the candidates.
 #[inline(always)]
 pub fn max_negative_product<T: Real>(x: &[T], y: &[T]) -> T {
     let y = &y[..x.len()];
-    reduce(
-        x.len(),
-        |k| T::zero().max(-(x[k] * y[k])),
-        |top, k| top.max(-(x[k] * y[k])),
-        Real::max,
-    )
+    reduce(x.len(), |k| T::zero().max(-(x[k] * y[k])), |top, k| top.max(-(x[k] * y[k])), Real::max)
 }
 
 /// Σ 0·x_k: zero when every entry is finite, NaN otherwise.
 #[inline(always)]
 pub fn finite_witness<T: Real>(x: &[T]) -> T {
-    reduce(
-        x.len(),
-        |k| x[k] * T::zero(),
-        |sum, k| sum.add_mul(x[k], T::zero()),
-        |a, b| a + b,
-    )
+    reduce(x.len(), |k| x[k] * T::zero(), |sum, k| sum.add_mul(x[k], T::zero()), |a, b| a + b)
 }
