@@ -68,6 +68,7 @@ impl Engine {
 
     /// Solve with the GIL released; `callback(progress)` returning true stops the solve.
     #[pyo3(signature = (callback=None))]
+    #[allow(clippy::needless_pass_by_value)] // what the binding hands over is owned
     fn solve(&mut self, py: Python<'_>, callback: Option<Py<PyAny>>) -> PyResult<RawSolution> {
         let mut raised: Option<PyErr> = None;
         let inner = &mut self.inner;

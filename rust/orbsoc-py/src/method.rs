@@ -84,7 +84,7 @@ pub fn operation_counts<'py>(
         entry.set_item("critical_path", PyDict::new(py))?;
         out.set_item(stage.name(), entry)?;
     }
-    let unit = [("".to_owned(), None)];
+    let unit = [(String::new(), None)];
     let presets = latencies.into_iter().map(|(name, cycles)| (name, Some(cycles)));
     for (name, cycles) in unit.into_iter().chain(presets) {
         let latency = cycles.as_ref().map_or(Ok(Latency::UNIT), |cycles| latency(&name, cycles))?;

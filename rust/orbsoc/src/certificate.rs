@@ -175,12 +175,12 @@ impl<T: Decide> Engine<T> {
         }
         if solved {
             let message = format!("verified: worst residual ratio {ratio:.1e} on the original data");
-            return self.assemble(Status::Solved, best, &evidence, message);
+            return self.assemble(Status::Solved, &best, &evidence, message);
         }
         let failed = failing_line(&evidence, tol);
         if ratio <= self.settings.tol_inaccurate && evidence.referee <= self.settings.tol_inaccurate {
             let message = format!("meets tol_inaccurate only: {failed}");
-            return self.assemble(Status::SolvedInaccurate, best, &evidence, message);
+            return self.assemble(Status::SolvedInaccurate, &best, &evidence, message);
         }
         let (status, advice) = match stop {
             Stop::MaxIterations => {
@@ -190,7 +190,7 @@ impl<T: Decide> Engine<T> {
             Stop::Interrupted => (Status::Interrupted, "stopped from outside"),
             _ => (Status::NumericalLimit, "no further progress; rescale the data or accept a larger tol"),
         };
-        self.assemble(status, best, &evidence, format!("best iterate returned: {failed}; {advice}"))
+        self.assemble(status, &best, &evidence, format!("best iterate returned: {failed}; {advice}"))
     }
 
     /// A certificate of infeasibility that the original data support.
@@ -203,7 +203,7 @@ impl<T: Decide> Engine<T> {
             if relative >= RADIUS_CLAIMED {
                 at.x.fill(f64::NAN);
                 let message = format!("no feasible x has ‖x‖∞ < {radius:.3e}");
-                return Some(self.claim(Status::PrimalInfeasible, at, radius, message));
+                return Some(self.claim(Status::PrimalInfeasible, &at, radius, message));
             }
         }
         if self.control.dual_radius > 0.0 {
@@ -215,7 +215,7 @@ impl<T: Decide> Engine<T> {
                 let message = format!(
                     "dual infeasible (unbounded if feasible): no dual point has norm below {radius:.3e}"
                 );
-                return Some(self.claim(Status::DualInfeasible, at, radius, message));
+                return Some(self.claim(Status::DualInfeasible, &at, radius, message));
             }
         }
         None
@@ -239,7 +239,7 @@ impl<T: Decide> Engine<T> {
         Candidate { x: take(0, n), y: take(n, p), z, s }
     }
 
-    fn claim(&self, status: Status, at: Candidate, radius: f64, message: String) -> Solution {
+    fn claim(&self, status: Status, at: &Candidate, radius: f64, message: String) -> Solution {
         let none = f64::NAN;
         let certificate = Certificate { primal_residual: none, dual_residual: none, gap: none, radius };
         let infinite = if status == Status::PrimalInfeasible { f64::INFINITY } else { f64::NEG_INFINITY };
@@ -247,7 +247,7 @@ impl<T: Decide> Engine<T> {
         self.assemble(status, at, &evidence, message)
     }
 
-    fn assemble(&self, status: Status, at: Candidate, evidence: &Evidence, message: String) -> Solution {
+    fn assemble(&self, status: Status, at: &Candidate, evidence: &Evidence, message: String) -> Solution {
         Solution {
             status,
             x: at.x.as_slice().to_vec(),
@@ -267,8 +267,11 @@ impl<T: Decide> Engine<T> {
 fn failing_line(evidence: &Evidence, tol: f64) -> String {
     let c = &evidence.certificate;
     let lines = [("primal residual", c.primal_residual), ("dual residual", c.dual_residual), ("gap", c.gap)];
-    let failing: Vec<String> =
-        lines.iter().filter(|(_, v)| !(*v <= tol)).map(|(name, v)| format!("{name} {v:.1e}")).collect();
+    let failing: Vec<String> = lines
+        .iter()
+        .filter(|(_, v)| v.is_nan() || *v > tol)
+        .map(|(name, v)| format!("{name} {v:.1e}"))
+        .collect();
     if failing.is_empty() {
         format!("referee's residual {:.1e} (tol {tol:.0e})", evidence.referee)
     } else {

@@ -32,7 +32,7 @@ pub(crate) fn execute<T: Real>(
     match stage {
         Stage::Equilibrate | Stage::Unscale => matrix_scaling(structure, settings, work, stage),
         Stage::LoadKkt | Stage::IdentityBlocks | Stage::ScalingBlocks => {
-            matrix_update(structure, work, stage)
+            matrix_update(structure, work, stage);
         }
         Stage::Factorize => factorize(structure, work),
         Stage::StartPrimalRhs

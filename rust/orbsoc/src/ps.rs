@@ -67,6 +67,7 @@ pub(crate) struct Iterate<'a, T> {
 
 /// Residuals of the embedding, and the numbers that termination compares.
 #[inline(always)]
+#[allow(clippy::too_many_arguments)] // structure and iterate in, scratch, five buffers out
 pub(crate) fn statistics<T: Real>(
     structure: &Structure,
     at: &Iterate<T>,
