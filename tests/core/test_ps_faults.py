@@ -6,7 +6,10 @@ from collections.abc import Callable
 
 import pytest
 
-from orbsoc.ps.events import Kind
+from orbsoc import _core
+from orbsoc.problem import Cones, Problem
+from orbsoc.ps.driver import Driver
+from orbsoc.ps.events import Kind, PsRecord
 from orbsoc.ps.pl import ProgrammableLogic
 from orbsoc.ps.registers import (
     Control,
@@ -21,6 +24,8 @@ from orbsoc.ps.registers import (
     WrongSegment,
     WrongSequence,
 )
+from orbsoc.ps.segments import Method
+from orbsoc.settings import Settings
 from tests.core.ps_fake import METHOD, FakeEngine, prepare
 
 Write = tuple[int, int]
@@ -173,3 +178,28 @@ def test_a_frame_that_comes_twice_as_a_whole_raises(launch: int) -> None:
 def test_the_error_names_the_stage_and_the_launch() -> None:
     hit = WRITES.index(("CONTROL", Control.START))
     assert "stage 'scale', launch 2" in str(error_of(hit, drop))
+
+
+def solve_behind(hit: int, perturb: Perturbation) -> PsRecord:
+    """One iteration of the real solver behind a faulty bus."""
+    problem = Problem(
+        c=[1.0, 2.0], A=[[1.0, 1.0]], b=[1.0], G=[[-1.0, 0.0], [0.0, -1.0]], h=[0, 0], cones=Cones(l=2)
+    )
+    method, engine = Method.from_core(_core), _core.Engine(problem, Settings(max_iterations=1))
+    bus = FaultyRegisters(ProgrammableLogic(method, engine.run), hit, perturb)
+    record = PsRecord()
+    Driver(method, engine, bus, words=engine.buffer_words(), record=record, poll_budget=3).run()
+    return record
+
+
+@pytest.mark.parametrize(
+    "faulty",
+    [lambda: drop, lambda: repeat, lambda: overtaken_by(1), lambda: overtaken_by(2)],
+    ids=["dropped", "repeated", "overtaken by the next", "overtaken by the next two"],
+)
+def test_any_write_of_the_real_solver_perturbed_raises(faulty: Callable[[], Perturbation]) -> None:
+    writes = len(solve_behind(0, untouched).of(Kind.WRITE))
+    assert writes > 100
+    for hit in range(writes):
+        with pytest.raises(ProtocolError):
+            solve_behind(hit, faulty())
