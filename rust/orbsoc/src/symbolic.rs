@@ -296,8 +296,8 @@ impl Run {
             Panels::Exact => zeros == 0,
             Panels::Relaxed => {
                 let allowed = match width {
-                    0..=4 => 0.5,
-                    5..=16 => 0.3,
+                    0..=4 => 0.3,
+                    5..=16 => 0.2,
                     17..=48 => 0.1,
                     _ => 0.05,
                 };

@@ -184,3 +184,83 @@ pub fn shift_into_cone<T: Real>(cones: &ConeLayout, v: &mut [T]) {
         v[soc.start] = v[soc.start] + shift;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::oracle::{inside, jordan, layout, margin, norm, pairs, rows, seeded, Pair};
+    use proptest::collection::vec;
+    use proptest::prelude::*;
+
+    pub(super) struct Scaling<T> {
+        pub w: Vec<T>,
+        pub lambda: Vec<T>,
+        pub lambda_inverse: Vec<T>,
+        pub cone: Vec<T>,
+    }
+
+    fn scaling<T: Real>(cones: &ConeLayout, s: &[T], z: &[T]) -> Scaling<T> {
+        let zeros = |len| vec![T::zero(); len];
+        let mut at = Scaling {
+            w: zeros(s.len()),
+            lambda: zeros(s.len()),
+            lambda_inverse: zeros(cones.l),
+            cone: zeros(cones.soc.len() * SCALARS),
+        };
+        nt_scaling(cones, s, z, &mut at.w, &mut at.lambda, &mut at.lambda_inverse, &mut at.cone);
+        at
+    }
+
+    fn scaled(cones: &ConeLayout, at: &Scaling<f64>, x: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; x.len()];
+        scale(cones, &at.w, &at.cone, x, &mut out);
+        out
+    }
+
+    /// W⁻¹x by its own formula: (w₀x₀ − ζ)/η and (x₁ + (−x₀ + ζ/(1 + w₀))w₁)/η with ζ = w₁ᵀx₁.
+    fn unscaled(cones: &ConeLayout, at: &Scaling<f64>, x: &[f64]) -> Vec<f64> {
+        let mut out: Vec<f64> = x.iter().zip(&at.w).map(|(x, w)| x / w).collect();
+        for (soc, scalars) in cones.soc.iter().zip(at.cone.chunks(SCALARS)) {
+            let (w, x, out) = (&at.w[soc.rows()], &x[soc.rows()], &mut out[soc.rows()]);
+            let zeta = crate::oracle::dot(&w[1..], &x[1..]);
+            out[0] = (w[0] * x[0] - zeta) * scalars[ETA_INV];
+            for i in 1..x.len() {
+                out[i] = (x[i] + (zeta / (1.0 + w[0]) - x[0]) * w[i]) * scalars[ETA_INV];
+            }
+        }
+        out
+    }
+
+    /// Per cone: the rows, how far s and z are inside relative to their heads, and ‖W‖.
+    fn per_cone(pair: &Pair, at: &Scaling<f64>) -> Vec<(core::ops::Range<usize>, f64, f64)> {
+        let relative = |v: &[f64]| (v[0] - norm(&v[1..])) / v[0];
+        let orthant = (0..pair.cones.l).map(|i| (i..i + 1, 1.0, at.w[i]));
+        let soc = pair.cones.soc.iter().zip(at.cone.chunks(SCALARS)).map(|(soc, scalars)| {
+            let near = relative(&pair.s[soc.rows()]).min(relative(&pair.z[soc.rows()]));
+            let w = &at.w[soc.rows()];
+            (soc.rows(), near, scalars[ETA] * (w[0] + norm(&w[1..])))
+        });
+        orthant.chain(soc).collect()
+    }
+
+    proptest! {
+        #![proptest_config(seeded(256))]
+
+        /// The bounds: s and z are given with relative error ε, which res(·) magnifies by 1/margin.
+        #[test]
+        fn scaled_z_and_unscaled_s_are_lambda(pair in pairs(-6.0)) {
+            let at = scaling(&pair.cones, &pair.s, &pair.z);
+            let (wz, ws) = (scaled(&pair.cones, &at, &pair.z), unscaled(&pair.cones, &at, &pair.s));
+            for (rows, near, w) in per_cone(&pair, &at) {
+                let error = |v: &[f64]| {
+                    rows.clone().map(|i| (v[i] - at.lambda[i]).abs()).fold(0.0, f64::max)
+                };
+                let inverse = w / (at.w[rows.start] * at.w[rows.start]).max(1e-300);
+                prop_assert!(error(&wz) <= 64.0 * f64::EPSILON / near * w * norm(&pair.z[rows.clone()]));
+                let _ = inverse;
+                let size = norm(&at.lambda[rows.clone()]) + norm(&pair.s[rows.clone()]) / w;
+                prop_assert!(error(&ws) <= 64.0 * f64::EPSILON / near * size.max(norm(&ws[rows.clone()])));
+            }
+        }
+    }
+}

@@ -4,6 +4,7 @@
 //! `l_ij ← k_ij − Σ_k l_ik·y_jk` in ascending k, whatever the supernodes are; then `d_j` is
 //! regularised and the column divided by it.
 
+use super::panel::subtract_columns;
 use crate::real::Real;
 use crate::symbolic::{Supernode, Symbolic, Update};
 
@@ -78,34 +79,10 @@ fn apply_update<T: Real>(
         for (word, &from) in scratch.iter_mut().zip(landing) {
             *word = target[from as usize];
         }
-        subtract_columns(source.width, height, row, l, y, scratch);
+        subtract_columns(source.width, height, row, l, |k| y[k * height + row], scratch);
         for (&word, &to) in scratch.iter().zip(landing) {
             target[to as usize] = word;
         }
-    }
-}
-
-/// `out −= Σ_{k < columns} l[row.., k]·y[row, k]`, ascending in k, four columns a pass.
-#[inline(always)]
-fn subtract_columns<T: Real>(columns: usize, height: usize, row: usize, l: &[T], y: &[T], out: &mut [T]) {
-    let len = out.len();
-    let column = |k: usize| &l[k * height + row..][..len];
-    let mut k = 0;
-    while k + 4 <= columns {
-        let factor: [T; 4] = core::array::from_fn(|i| y[(k + i) * height + row]);
-        let (l0, l1, l2, l3) = (column(k), column(k + 1), column(k + 2), column(k + 3));
-        for i in 0..len {
-            let word = out[i].sub_mul(l0[i], factor[0]).sub_mul(l1[i], factor[1]);
-            out[i] = word.sub_mul(l2[i], factor[2]).sub_mul(l3[i], factor[3]);
-        }
-        k += 4;
-    }
-    while k < columns {
-        let factor = y[k * height + row];
-        for (word, &l) in out.iter_mut().zip(column(k)) {
-            *word = word.sub_mul(l, factor);
-        }
-        k += 1;
     }
 }
 
@@ -122,7 +99,7 @@ fn factor_panel<T: Real>(
     for c in 0..node.width {
         let (earlier, current) = panel.split_at_mut(c * node.height);
         let current = &mut current[c..node.height];
-        subtract_columns(c, node.height, c, l, earlier, current);
+        subtract_columns(c, node.height, c, l, |k| earlier[k * node.height + c], current);
         let j = node.first + c;
         let pivot = regularized(current[0], positive[j], regularization);
         let inverse = T::one() / pivot;

@@ -1,5 +1,6 @@
 //! PL module *linear solve*: permuted substitution through L, D, Lᵀ and the refinement residual.
 
+use super::panel::{solve_transposed, subtract_columns};
 use crate::kkt::Kkt;
 use crate::real::Real;
 use crate::symbolic::Symbolic;
@@ -60,12 +61,8 @@ fn forward<T: Real>(symbolic: &Symbolic, l: &[T], scratch: &mut [T], x: &mut [T]
         for (word, &i) in scratch.iter_mut().zip(below) {
             *word = x[i as usize];
         }
-        for c in 0..width {
-            let known = x[node.first + c];
-            for (word, &l) in scratch.iter_mut().zip(&l[c * height + width..]) {
-                *word = word.sub_mul(l, known);
-            }
-        }
+        let known = &x[node.first..node.first + width];
+        subtract_columns(width, height, width, l, |k| known[k], scratch);
         for (&word, &i) in scratch.iter().zip(below) {
             x[i as usize] = word;
         }
@@ -83,30 +80,7 @@ fn backward<T: Real>(symbolic: &Symbolic, l: &[T], scratch: &mut [T], x: &mut [T
         for (word, &i) in known.iter_mut().zip(below) {
             *word = x[i as usize];
         }
-        let top = &mut x[node.first..node.first + width];
-        let mut c = 0;
-        while c + 4 <= width {
-            let columns: [&[T]; 4] = core::array::from_fn(|i| &l[(c + i) * height + width..][..known.len()]);
-            let mut sums: [T; 4] = core::array::from_fn(|i| top[c + i]);
-            for k in (0..known.len()).rev() {
-                for (sum, column) in sums.iter_mut().zip(&columns) {
-                    *sum = sum.sub_mul(column[k], known[k]);
-                }
-            }
-            top[c..c + 4].copy_from_slice(&sums);
-            c += 4;
-        }
-        for c in c..width {
-            let column = &l[c * height + width..][..known.len()];
-            for (&l, &known) in column.iter().zip(known.iter()).rev() {
-                top[c] = top[c].sub_mul(l, known);
-            }
-        }
-        for c in (1..width).rev() {
-            for k in 0..c {
-                top[k] = top[k].sub_mul(l[k * height + c], top[c]);
-            }
-        }
+        solve_transposed(height, l, known, &mut x[node.first..node.first + width]);
     }
 }
 
