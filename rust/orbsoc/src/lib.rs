@@ -29,6 +29,8 @@ mod error;
 mod execute;
 mod kernels;
 mod kkt;
+#[cfg(test)]
+mod oracle;
 mod problem;
 mod ps;
 pub mod real;

@@ -188,57 +188,65 @@ pub fn shift_into_cone<T: Real>(cones: &ConeLayout, v: &mut [T]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::oracle::{inside, jordan, layout, margin, norm, pairs, rows, seeded, Pair};
+    use crate::oracle::{jordan, layout, margin, norm, pairs, seeded, Pair};
+    use core::ops::Range;
     use proptest::collection::vec;
     use proptest::prelude::*;
 
-    pub(super) struct Scaling<T> {
-        pub w: Vec<T>,
-        pub lambda: Vec<T>,
-        pub lambda_inverse: Vec<T>,
-        pub cone: Vec<T>,
+    struct Scaling {
+        w: Vec<f64>,
+        lambda: Vec<f64>,
+        lambda_inverse: Vec<f64>,
+        cone: Vec<f64>,
     }
 
-    fn scaling<T: Real>(cones: &ConeLayout, s: &[T], z: &[T]) -> Scaling<T> {
-        let zeros = |len| vec![T::zero(); len];
-        let mut at = Scaling {
-            w: zeros(s.len()),
-            lambda: zeros(s.len()),
-            lambda_inverse: zeros(cones.l),
-            cone: zeros(cones.soc.len() * SCALARS),
-        };
-        nt_scaling(cones, s, z, &mut at.w, &mut at.lambda, &mut at.lambda_inverse, &mut at.cone);
-        at
+    fn scaling(pair: &Pair) -> Scaling {
+        let (cones, m) = (&pair.cones, pair.s.len());
+        let (mut w, mut lambda, mut lambda_inverse) = (vec![0.0; m], vec![0.0; m], vec![0.0; cones.l]);
+        let mut cone = vec![0.0; cones.soc.len() * SCALARS];
+        nt_scaling(cones, &pair.s, &pair.z, &mut w, &mut lambda, &mut lambda_inverse, &mut cone);
+        Scaling { w, lambda, lambda_inverse, cone }
     }
 
-    fn scaled(cones: &ConeLayout, at: &Scaling<f64>, x: &[f64]) -> Vec<f64> {
+    fn scaled(cones: &ConeLayout, at: &Scaling, x: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; x.len()];
         scale(cones, &at.w, &at.cone, x, &mut out);
         out
     }
 
     /// W⁻¹x by its own formula: (w₀x₀ − ζ)/η and (x₁ + (−x₀ + ζ/(1 + w₀))w₁)/η with ζ = w₁ᵀx₁.
-    fn unscaled(cones: &ConeLayout, at: &Scaling<f64>, x: &[f64]) -> Vec<f64> {
+    fn unscaled(cones: &ConeLayout, at: &Scaling, x: &[f64]) -> Vec<f64> {
         let mut out: Vec<f64> = x.iter().zip(&at.w).map(|(x, w)| x / w).collect();
         for (soc, scalars) in cones.soc.iter().zip(at.cone.chunks(SCALARS)) {
             let (w, x, out) = (&at.w[soc.rows()], &x[soc.rows()], &mut out[soc.rows()]);
             let zeta = crate::oracle::dot(&w[1..], &x[1..]);
-            out[0] = (w[0] * x[0] - zeta) * scalars[ETA_INV];
+            out[0] = (w[0] * x[0] - zeta) / scalars[ETA];
             for i in 1..x.len() {
-                out[i] = (x[i] + (zeta / (1.0 + w[0]) - x[0]) * w[i]) * scalars[ETA_INV];
+                out[i] = (x[i] + (zeta / (1.0 + w[0]) - x[0]) * w[i]) / scalars[ETA];
             }
         }
         out
     }
 
-    /// Per cone: the rows, how far s and z are inside relative to their heads, and ‖W‖.
-    fn per_cone(pair: &Pair, at: &Scaling<f64>) -> Vec<(core::ops::Range<usize>, f64, f64)> {
+    struct Block {
+        rows: Range<usize>,
+        /// Rounding of s and z, magnified by res(·): ε over their smaller relative margin.
+        rounding: f64,
+        /// ‖W‖ and ‖W⁻¹‖.
+        norms: (f64, f64),
+    }
+
+    fn blocks(pair: &Pair, at: &Scaling) -> Vec<Block> {
         let relative = |v: &[f64]| (v[0] - norm(&v[1..])) / v[0];
-        let orthant = (0..pair.cones.l).map(|i| (i..i + 1, 1.0, at.w[i]));
+        let orthant = (0..pair.cones.l).map(|i| Block {
+            rows: i..i + 1,
+            rounding: f64::EPSILON,
+            norms: (at.w[i], 1.0 / at.w[i]),
+        });
         let soc = pair.cones.soc.iter().zip(at.cone.chunks(SCALARS)).map(|(soc, scalars)| {
             let near = relative(&pair.s[soc.rows()]).min(relative(&pair.z[soc.rows()]));
-            let w = &at.w[soc.rows()];
-            (soc.rows(), near, scalars[ETA] * (w[0] + norm(&w[1..])))
+            let (w, eta) = (at.w[soc.start] + norm(&at.w[soc.rows()][1..]), scalars[ETA]);
+            Block { rows: soc.rows(), rounding: f64::EPSILON / near, norms: (eta * w, w / eta) }
         });
         orthant.chain(soc).collect()
     }
@@ -246,21 +254,95 @@ mod tests {
     proptest! {
         #![proptest_config(seeded(256))]
 
-        /// The bounds: s and z are given with relative error ε, which res(·) magnifies by 1/margin.
         #[test]
         fn scaled_z_and_unscaled_s_are_lambda(pair in pairs(-6.0)) {
-            let at = scaling(&pair.cones, &pair.s, &pair.z);
-            let (wz, ws) = (scaled(&pair.cones, &at, &pair.z), unscaled(&pair.cones, &at, &pair.s));
-            for (rows, near, w) in per_cone(&pair, &at) {
-                let error = |v: &[f64]| {
-                    rows.clone().map(|i| (v[i] - at.lambda[i]).abs()).fold(0.0, f64::max)
-                };
-                let inverse = w / (at.w[rows.start] * at.w[rows.start]).max(1e-300);
-                prop_assert!(error(&wz) <= 64.0 * f64::EPSILON / near * w * norm(&pair.z[rows.clone()]));
-                let _ = inverse;
-                let size = norm(&at.lambda[rows.clone()]) + norm(&pair.s[rows.clone()]) / w;
-                prop_assert!(error(&ws) <= 64.0 * f64::EPSILON / near * size.max(norm(&ws[rows.clone()])));
+            let at = scaling(&pair);
+            let (from_z, from_s) = (scaled(&pair.cones, &at, &pair.z), unscaled(&pair.cones, &at, &pair.s));
+            for Block { rows, rounding, norms } in blocks(&pair, &at) {
+                let size = (norms.0 * norm(&pair.z[rows.clone()]), norms.1 * norm(&pair.s[rows.clone()]));
+                for i in rows {
+                    prop_assert!((from_z[i] - at.lambda[i]).abs() <= 16.0 * rounding * size.0);
+                    prop_assert!((from_s[i] - at.lambda[i]).abs() <= 16.0 * rounding * size.1);
+                }
             }
         }
+
+        #[test]
+        fn the_scaling_points_are_on_the_unit_hyperboloid(pair in pairs(-6.0)) {
+            let at = scaling(&pair);
+            for (soc, scalars) in pair.cones.soc.iter().zip(at.cone.chunks(SCALARS)) {
+                let (w, lambda) = (&at.w[soc.rows()], &at.lambda[soc.rows()]);
+                let unit = (w[0] - norm(&w[1..])) * (w[0] + norm(&w[1..]));
+                prop_assert!(w[0] >= 1.0 && (unit - 1.0).abs() <= 16.0 * f64::EPSILON * w[0] * w[0]);
+                let close = |word: usize, value: f64| (scalars[word] / value - 1.0).abs() <= 1e-9;
+                prop_assert!(close(ETA_INV, 1.0 / scalars[ETA]));
+                prop_assert!(close(ETA_SQ, scalars[ETA] * scalars[ETA]));
+                prop_assert!(close(GAMMA, lambda[0] * scalars[LAMBDA_ROOT_INV]));
+                prop_assert!(close(LAMBDA_RES_INV, scalars[LAMBDA_ROOT_INV] * scalars[LAMBDA_ROOT_INV]));
+                prop_assert!(close(LAMBDA_HEAD_INV, 1.0 / lambda[0]));
+                prop_assert!(close(INV_ONE_PLUS_W0, 1.0 / (1.0 + w[0])));
+                prop_assert!(close(INV_ONE_PLUS_GAMMA, 1.0 / (1.0 + scalars[GAMMA])));
+                // res(λ)² = res(s)·res(z), the invariant that makes λ central when s and z are.
+                let res = |v: &[f64]| (v[0] - norm(&v[1..])) * (v[0] + norm(&v[1..]));
+                let both = res(&pair.s[soc.rows()]) * res(&pair.z[soc.rows()]);
+                prop_assert!((both * scalars[LAMBDA_RES_INV] * scalars[LAMBDA_RES_INV] - 1.0).abs() <= 1e-8);
+            }
+        }
+
+        #[test]
+        fn division_undoes_the_jordan_product(
+            (pair, d) in pairs(-4.0).prop_flat_map(|pair| {
+                let m = pair.s.len();
+                (Just(pair), vec(-1.0..1.0f64, m))
+            })
+        ) {
+            let at = scaling(&pair);
+            let mut quotient = vec![0.0; d.len()];
+            divide(&pair.cones, &at.lambda, &at.lambda_inverse, &at.cone, &d, &mut quotient);
+            let product = jordan(&pair.cones, &at.lambda, &quotient);
+            for Block { rows, rounding, .. } in blocks(&pair, &at) {
+                let size = norm(&at.lambda[rows.clone()]) * norm(&quotient[rows.clone()]);
+                for i in rows {
+                    prop_assert!((product[i] - d[i]).abs() <= 16.0 * rounding * size);
+                }
+            }
+        }
+
+        #[test]
+        fn shifting_moves_along_the_identity_just_far_enough(
+            (cones, v) in (0usize..=4, vec(1usize..=16, 0..=3)).prop_flat_map(|(l, dims)| {
+                let m = l + dims.iter().sum::<usize>();
+                (Just(layout(l, &dims)), vec(-10.0..10.0f64, m))
+            })
+        ) {
+            let mut shifted = v.clone();
+            shift_into_cone(&cones, &mut shifted);
+            let heads: Vec<usize> = (0..cones.l).chain(cones.soc.iter().map(|soc| soc.start)).collect();
+            let step = heads.first().map_or(0.0, |&i| shifted[i] - v[i]);
+            for i in 0..v.len() {
+                let expected = if heads.contains(&i) { v[i] + step } else { v[i] };
+                prop_assert!((shifted[i] - expected).abs() <= 1e-14 * (1.0 + expected.abs()));
+            }
+            if !heads.is_empty() {
+                let single = |i: usize| {
+                    let soc = cones.soc.iter().find(|soc| soc.start == i);
+                    soc.map_or(v[i], |soc| v[i] - norm(&v[soc.rows()][1..]))
+                };
+                let mean = heads.iter().map(|&i| single(i).max(0.0)).sum::<f64>() / heads.len() as f64;
+                let target = f64::max(1.0, 0.1 * mean);
+                let before = margin(&cones, &v);
+                let expected = before.max(target);
+                prop_assert!((margin(&cones, &shifted) - expected).abs() <= 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn sums_of_directions_are_entrywise() {
+        let mut out = [0.0; 3];
+        negative_sum(&[1.0, -2.0, 4.0], &[0.5, 0.25, -8.0], &mut out);
+        assert_eq!(out.map(f64::to_bits), [-1.5, 1.75, 4.0].map(f64::to_bits));
+        add_scaled(2.0, &[1.0, 1.0, -1.0], &mut out);
+        assert_eq!(out.map(f64::to_bits), [0.5, 3.75, 2.0].map(f64::to_bits));
     }
 }
