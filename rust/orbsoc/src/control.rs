@@ -1,6 +1,7 @@
 //! The decisions of a solve: when to stop, when to refine, what to keep. Decisions compare words that
 //! a stage computed and copy buffers; they do no arithmetic on iterates.
 
+use crate::kernels::linear_solve::refinement;
 use crate::ps::stat;
 use crate::real::Decide;
 use crate::settings::Settings;
@@ -34,7 +35,6 @@ pub(crate) struct Control {
     idle: u32,
     short_steps: u32,
     refined: u32,
-    previous_error: f64,
     deadline: Option<Instant>,
 }
 
@@ -104,25 +104,17 @@ impl Control {
         }
     }
 
-    /// After a solve or a refinement step: refine (once more), or go on with the better solution.
-    pub fn judge_refinement<T: Decide>(&mut self, settings: &Settings, w: &mut Workspace<T>) -> Outcome {
-        let (error, allowed) = (w.refinement[0].value(), w.refinement[1].value());
-        let refined = self.refined;
-        if refined > 0 && (error.is_nan() || error > self.previous_error) {
-            w.kkt_solution.copy_from_slice(&w.kkt_previous);
+    /// After a solve or a refinement step: refine (once more), or go on.
+    pub fn judge_refinement<T: Decide>(&mut self, settings: &Settings, w: &Workspace<T>) -> Outcome {
+        let word = |k: usize| w.refinement[k].value();
+        let error = word(refinement::ERROR);
+        let worthwhile = error.is_finite() && (self.refined == 0 || error <= word(refinement::WORTHWHILE));
+        if error <= word(refinement::ALLOWED) || !worthwhile || self.refined >= settings.refinement_max {
             self.refined = 0;
             return Outcome::Next;
         }
-        let enough =
-            error <= allowed || (refined > 0 && error > 0.25 * self.previous_error) || error.is_nan();
-        if enough || refined >= settings.refinement_max {
-            self.refined = 0;
-            return Outcome::Next;
-        }
-        self.previous_error = error;
         self.refined += 1;
         self.refinements += 1;
-        w.kkt_previous.copy_from_slice(&w.kkt_solution);
         Outcome::Repeat
     }
 

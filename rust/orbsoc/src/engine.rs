@@ -188,7 +188,7 @@ impl<T: Decide> Engine<T> {
         self.execute(stage);
         let outcome = match stage {
             Stage::Statistics => self.control.judge(&self.settings, &mut self.work),
-            Stage::CheckSolve => self.control.judge_refinement(&self.settings, &mut self.work),
+            Stage::CheckSolve => self.control.judge_refinement(&self.settings, &self.work),
             Stage::Advance => {
                 let taken = self.step_taken();
                 self.control.note_step(taken);

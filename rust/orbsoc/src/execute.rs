@@ -157,26 +157,29 @@ fn transfer<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) 
 #[inline(always)]
 fn solve<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
     let kkt = &structure.kkt;
-    if stage == Stage::SolveKkt {
-        linear_solve::substitute(
-            &kkt.symbolic,
-            &w.factor_l,
-            &w.pivot_inverse,
+    if stage == Stage::RefineKkt {
+        linear_solve::refine(
+            kkt,
+            (&w.kkt_values, &w.factor_l, &w.pivot_inverse),
             &w.kkt_rhs,
             &mut w.scratch,
             &mut w.kkt_solution,
-        );
-    } else {
-        linear_solve::substitute_in_place(
-            &kkt.symbolic,
-            &w.factor_l,
-            &w.pivot_inverse,
-            &mut w.scratch,
             &mut w.kkt_error,
+            &mut w.refinement,
         );
-        linear_solve::accumulate(&w.kkt_error, &mut w.kkt_solution);
+        return;
     }
+    linear_solve::substitute(
+        &kkt.symbolic,
+        &w.factor_l,
+        &w.pivot_inverse,
+        &w.kkt_rhs,
+        &mut w.scratch,
+        &mut w.kkt_solution,
+    );
     linear_solve::residual(kkt, &w.kkt_values, &w.kkt_rhs, &w.kkt_solution, &mut w.kkt_error);
+    let relative = w.parameters[parameter::REFINEMENT_TOL];
+    linear_solve::assess(&w.kkt_error, &w.kkt_rhs, relative, w.refinement_goal[0], &mut w.refinement);
 }
 
 #[inline(always)]
@@ -274,10 +277,7 @@ fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage
             let (share, floor) = (parameter::REFINEMENT_SHARE, parameter::RESIDUAL_FLOOR);
             w.refinement_goal[0] = ps::refinement_goal(&w.residual, w.parameters[share], w.parameters[floor]);
         }
-        Stage::CheckSolve => {
-            let relative = w.parameters[parameter::REFINEMENT_TOL];
-            ps::refinement_norms(&w.kkt_error, &w.kkt_rhs, relative, w.refinement_goal[0], &mut w.refinement);
-        }
+        Stage::CheckSolve => {} // a decision, in control.rs
         Stage::EmbeddingPivot => {
             ps::embedding_pivot(&w.q, &w.constant, &w.cost_product, &w.homogenizer, &mut w.embedding);
         }

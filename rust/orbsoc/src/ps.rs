@@ -295,13 +295,6 @@ pub(crate) fn refinement_goal<T: Real>(residual: &[T], share: T, floor: T) -> T 
     share * max_abs(residual).max(floor)
 }
 
-/// ‖error‖∞ of the linear system just solved, and what it may be.
-#[inline(always)]
-pub(crate) fn refinement_norms<T: Real>(error: &[T], rhs: &[T], relative: T, goal: T, out: &mut [T]) {
-    out[0] = max_abs(error) + finite_witness(error);
-    out[1] = goal.max(relative * max_abs(rhs));
-}
-
 /// The length of the step taken: all of it, or `fraction` of the way to the boundary.
 #[inline(always)]
 pub(crate) fn step_taken<T: Real>(largest: T, fraction: T) -> T {

@@ -128,11 +128,11 @@ stages! {
     /// K + regularisation = LDLᵀ.
     Factorize "factorize" Factorization
         reads [Parameters KktValues] writes [FactorY FactorL PivotInverse]
-        stales [KktSolution KktError Constant];
+        stales [KktSolution KktError Refinement Constant];
     /// (0 or −c, b, h): the starting x and s.
-    StartPrimalRhs "start_primal_rhs" LinearSolve reads [Q] writes [KktRhs] stales [KktSolution KktError];
+    StartPrimalRhs "start_primal_rhs" LinearSolve reads [Q] writes [KktRhs] stales [KktSolution KktError Refinement];
     /// (−c, 0 or b, 0 or h): the starting y and z.
-    StartDualRhs "start_dual_rhs" LinearSolve reads [Q] writes [KktRhs] stales [KktSolution KktError];
+    StartDualRhs "start_dual_rhs" LinearSolve reads [Q] writes [KktRhs] stales [KktSolution KktError Refinement];
     /// x and s = −z of the starting solve.
     StartPrimal "start_primal" LinearSolve reads [KktSolution] writes [Point Slack]
         stales [Point KktRhs Residual];
@@ -150,18 +150,17 @@ stages! {
     NtScaling "nt_scaling" ConeOps
         reads [Point Slack] writes [W Lambda LambdaInverse Cone] stales [KktValues FactorY FactorL PivotInverse];
     /// Right-hand side (−c, b, h).
-    ConstantRhs "constant_rhs" LinearSolve reads [Q] writes [KktRhs] stales [KktSolution KktError];
-    /// Substitute through the factors; leave the refinement residual.
+    ConstantRhs "constant_rhs" LinearSolve reads [Q] writes [KktRhs] stales [KktSolution KktError Refinement];
+    /// Substitute through the factors; leave the refinement residual and its norm.
     SolveKkt "solve_kkt" LinearSolve
-        reads [KktValues FactorL PivotInverse KktRhs] writes [KktSolution KktError] stales [];
-    /// One refinement step; leave the refinement residual.
+        reads [Parameters RefinementGoal KktValues FactorL PivotInverse KktRhs]
+        writes [KktSolution KktError Refinement] stales [];
+    /// One refinement step, kept where it made the residual smaller.
     RefineKkt "refine_kkt" LinearSolve
-        reads [KktValues FactorL PivotInverse KktRhs KktSolution KktError]
-        writes [KktSolution KktError] stales [];
-    /// Norms of the refinement residual; decides on one more step.
-    CheckSolve "check_solve" Ps
-        reads [Parameters RefinementGoal KktRhs KktError KktSolution KktPrevious]
-        writes [Refinement KktSolution KktPrevious] stales [];
+        reads [KktValues FactorL PivotInverse KktRhs KktSolution KktError Refinement]
+        writes [KktSolution KktError Refinement] stales [];
+    /// Decides on one more refinement step.
+    CheckSolve "check_solve" Ps reads [Refinement] writes [] stales [];
     /// Keep the solution for (−c, b, h).
     StoreConstant "store_constant" LinearSolve reads [KktSolution] writes [Constant] stales [KktRhs];
     /// Pivot of the embedding's scalar equation.
@@ -169,7 +168,7 @@ stages! {
         reads [Q Constant CostProduct Homogenizer Embedding] writes [Embedding] stales [];
     /// Right-hand side of the predictor.
     PredictorRhs "predictor_rhs" ConeOps
-        reads [Residual Slack Lambda] writes [KktRhs Quotient] stales [KktSolution KktError Step];
+        reads [Residual Slack Lambda] writes [KktRhs Quotient] stales [KktSolution KktError Refinement Step];
     /// The solution in natural order.
     StoreStep "store_step" LinearSolve reads [KktSolution] writes [Step]
         stales [KktRhs TauStep ScaledZ ScaledS];
@@ -191,7 +190,7 @@ stages! {
     /// Right-hand side of the corrector.
     CorrectorRhs "corrector_rhs" ConeOps
         reads [Residual Centering Lambda LambdaInverse W Cone Complement]
-        writes [KktRhs Quotient] stales [KktSolution KktError Step];
+        writes [KktRhs Quotient] stales [KktSolution KktError Refinement Step];
     /// ds = W(W⁻¹ds).
     SlackStep "slack_step" ConeOps reads [W Cone ScaledS] writes [SlackStep] stales [];
     /// Take the step.
@@ -273,7 +272,6 @@ const GIVEN: &[Buffer] = &[
     Buffer::RawQ,
     Buffer::Norms,
     Buffer::Parameters,
-    Buffer::KktPrevious,
     Buffer::RefinementGoal,
 ];
 

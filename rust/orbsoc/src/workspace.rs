@@ -3,6 +3,7 @@
 
 use crate::execute::parameter;
 use crate::kernels::cone_ops::SCALARS;
+use crate::kernels::linear_solve::refinement;
 use crate::ps::{centering, embedding, stat};
 use crate::structure::Structure;
 
@@ -51,7 +52,8 @@ macro_rules! buffers {
 
 fn scratch_words(s: &Structure) -> usize {
     let products = 2 * s.n + s.p + s.m;
-    products.max(s.unknowns()).max(s.kkt.symbolic.max_height)
+    let refinement = 2 * s.kkt.dim + s.kkt.symbolic.max_height;
+    products.max(s.unknowns()).max(refinement)
 }
 
 buffers! {
@@ -117,14 +119,12 @@ buffers! {
     KktRhs kkt_rhs "kkt_rhs" = |s: &Structure| s.kkt.dim;
     /// Solution in permuted order.
     KktSolution kkt_solution "kkt_solution" = |s: &Structure| s.kkt.dim;
-    /// Solution before the last refinement.
-    KktPrevious kkt_previous "kkt_previous" = |s: &Structure| s.kkt.dim;
     /// Right-hand side minus K times solution.
     KktError kkt_error "kkt_error" = |s: &Structure| s.kkt.dim;
     /// Largest error of a linear solve that is small enough for this iteration.
     RefinementGoal refinement_goal "refinement_goal" = |_: &Structure| 1;
-    /// Norm of the error, and what it may be.
-    Refinement refinement "refinement" = |_: &Structure| 2;
+    /// Norm of the error, what it may be, and what it must fall below to go on refining.
+    Refinement refinement "refinement" = |_: &Structure| refinement::WORDS;
     /// Solution for (−c, b, h).
     Constant constant "constant" = Structure::unknowns;
     /// Direction of (x, y, z).

@@ -1,6 +1,7 @@
 //! PL module *linear solve*: permuted substitution through L, D, Lᵀ and the refinement residual.
 
 use super::panel::{solve_transposed, subtract_columns};
+use super::reduce::{finite_witness, max_abs};
 use crate::kkt::Kkt;
 use crate::real::Real;
 use crate::symbolic::Symbolic;
@@ -16,23 +17,11 @@ pub fn substitute<T: Real>(
     out: &mut [T],
 ) {
     out.copy_from_slice(rhs);
-    substitute_in_place(symbolic, l, pivot_inverse, scratch, out);
-}
-
-/// `x ← (LDLᵀ)⁻¹ x`.
-#[inline(always)]
-pub fn substitute_in_place<T: Real>(
-    symbolic: &Symbolic,
-    l: &[T],
-    pivot_inverse: &[T],
-    scratch: &mut [T],
-    x: &mut [T],
-) {
-    forward(symbolic, l, scratch, x);
-    for (word, &inverse) in x.iter_mut().zip(pivot_inverse) {
+    forward(symbolic, l, scratch, out);
+    for (word, &inverse) in out.iter_mut().zip(pivot_inverse) {
         *word = *word * inverse;
     }
-    backward(symbolic, l, scratch, x);
+    backward(symbolic, l, scratch, out);
 }
 
 /// `x ← L⁻¹ x` in column form: each unknown, once known, is subtracted from all rows below it.
@@ -103,12 +92,56 @@ pub fn residual<T: Real>(kkt: &Kkt, values: &[T], rhs: &[T], x: &[T], error: &mu
     }
 }
 
-/// `x += correction`.
+/// Words of the refinement buffer.
+pub mod refinement {
+    /// ‖error‖∞; not finite when the error is not.
+    pub const ERROR: usize = 0;
+    /// An error this small is small enough.
+    pub const ALLOWED: usize = 1;
+    /// A step that leaves a larger error than this is the last.
+    pub const WORTHWHILE: usize = 2;
+    pub const WORDS: usize = 3;
+}
+
+/// Norm of the error after a solve, and what it may be: a share of the right-hand side, or `goal`.
 #[inline(always)]
-pub fn accumulate<T: Real>(correction: &[T], x: &mut [T]) {
-    for (x, &correction) in x.iter_mut().zip(correction) {
-        *x = *x + correction;
+pub fn assess<T: Real>(error: &[T], rhs: &[T], relative: T, goal: T, out: &mut [T]) {
+    out[refinement::ERROR] = error_norm(error);
+    out[refinement::ALLOWED] = goal.max(relative * max_abs(rhs));
+    out[refinement::WORTHWHILE] = out[refinement::ERROR];
+}
+
+#[inline(always)]
+fn error_norm<T: Real>(error: &[T]) -> T {
+    max_abs(error) + finite_witness(error)
+}
+
+/// One refinement step. The new solution and error replace the old where their norm is smaller, and
+/// not where it is not a number.
+#[inline(always)]
+pub fn refine<T: Real>(
+    kkt: &Kkt,
+    (values, l, pivot_inverse): (&[T], &[T], &[T]),
+    rhs: &[T],
+    scratch: &mut [T],
+    x: &mut [T],
+    error: &mut [T],
+    state: &mut [T],
+) {
+    let (candidate, rest) = scratch.split_at_mut(kkt.dim);
+    let (new_error, scratch) = rest.split_at_mut(kkt.dim);
+    substitute(&kkt.symbolic, l, pivot_inverse, error, scratch, candidate);
+    for (word, &x) in candidate.iter_mut().zip(x.iter()) {
+        *word = x + *word;
     }
+    residual(kkt, values, rhs, candidate, new_error);
+    let (old, new) = (state[refinement::ERROR], error_norm(new_error));
+    let better = new.lt(old);
+    for (kept, &new) in x.iter_mut().zip(candidate.iter()).chain(error.iter_mut().zip(new_error.iter())) {
+        *kept = T::select(better, new, *kept);
+    }
+    state[refinement::ERROR] = T::select(better, new, old);
+    state[refinement::WORTHWHILE] = T::constant(0.25) * old;
 }
 
 /// Unknowns in natural order from the permuted solution; expansion rows are left behind.
