@@ -1,0 +1,75 @@
+"""Performance profiles: the share of problems that a solver solves within a factor of the fastest on each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.measure import Measurement
+
+Array = NDArray[np.float64]
+
+COLOURS = {"orbsoc": "#c1121f", "Clarabel": "#1d3557", "ECOS": "#2a9d8f", "QOCO": "#e09f3e"}
+
+
+def factors(measurements: Sequence[Measurement], *, kind: str = "solve") -> dict[str, Array]:
+    """For each solver, its time over the best time on each problem; infinite where its time does not count.
+
+    `kind` is "solve" or "total". Problems that nobody solves are left out. Source: Dolan & Moré 2002.
+    """
+    times: dict[str, dict[str, float]] = {}
+    for m in measurements:
+        spread = m.solve if kind == "solve" else m.total
+        times.setdefault(m.solver, {})[m.instance.name] = spread.median if m.counts else np.inf
+    names = list(dict.fromkeys(m.instance.name for m in measurements))
+    table = np.array([[times[solver].get(name, np.inf) for name in names] for solver in times])
+    best = table.min(axis=0)
+    kept = np.isfinite(best)
+    return {solver: np.sort(table[k, kept] / best[kept]) for k, solver in enumerate(times)}
+
+
+def profile_figure(
+    measurements: Sequence[Measurement], header: Mapping[str, str], title: str, path: Path
+) -> None:
+    """Two panels, solve alone and set-up with solve, written to `path`."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    plt: Any = pyplot
+    figure, panels = plt.subplots(1, 2, figsize=(9.0, 3.9), sharey=True, layout="constrained")
+    for axes, kind, name in zip(panels, ("solve", "total"), ("solve", "set-up and solve"), strict=True):
+        curves = factors(measurements, kind=kind)
+        finite = [f[np.isfinite(f)].max() for f in curves.values() if np.isfinite(f).any()]
+        reach = 1.08 * max([1.5, *finite])
+        for solver, found in curves.items():
+            share = np.arange(1, found.size + 1) / found.size
+            solved = np.isfinite(found)
+            steps = np.concatenate([[1.0], found[solved], [reach]])
+            heights = np.concatenate([[0.0], share[solved], [share[solved][-1] if solved.any() else 0.0]])
+            ours = solver == "orbsoc"
+            axes.step(
+                steps, heights, where="post", label=solver, color=COLOURS.get(solver), lw=2.4 if ours else 1.5
+            )
+        axes.set(
+            xscale="log",
+            xlim=(1.0, reach),
+            ylim=(0.0, 1.02),
+            title=name,
+            xlabel="time over the fastest solver's",
+        )
+        ticks = [t for t in (1, 1.5, 2, 3, 5, 7, 10, 20, 50) if t <= reach]
+        axes.set_xticks(ticks, [f"{t:g}×" for t in ticks])
+        axes.minorticks_off()
+        axes.grid(alpha=0.3)
+    panels[0].set_ylabel("share of problems")
+    panels[1].legend(loc="lower right", framealpha=0.9)
+    count = len({m.instance.name for m in measurements})
+    figure.suptitle(f"{title}: {count} problems, {header['machine']}, {header['date']}", fontsize=11)
+    figure.savefig(path, dpi=150)
+    plt.close(figure)

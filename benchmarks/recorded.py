@@ -1,0 +1,45 @@
+"""Mission 004's own subproblems, recorded while the mission is planned."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import orbsoc
+from orbsoc.missions.reachable_insertion import load_scenario, plan
+from orbsoc.missions.reachable_insertion.scenario import ProblemName
+from orbsoc.problem import Problem
+from orbsoc.settings import Settings
+from orbsoc.solution import Solution
+
+SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
+NAMES = ("rec1", "rec2", "paper004_insertion", "paper004_insertion_zf196")
+PROBLEMS: tuple[tuple[ProblemName, str], ...] = (("min_time", "A"), ("max_energy", "B"))
+
+
+def mission004() -> Iterator[tuple[str, str, Problem]]:
+    """Name, group and problem of every subproblem of problems A and B on all four scenarios, in order.
+
+    The sequence is planned by `orbsoc.solve`; whatever solver one plans with, its subproblems differ by no more
+    than the tolerance of the subproblems before.
+    """
+    for scenario_name in NAMES:
+        scenario = load_scenario(SCENARIOS / f"{scenario_name}.toml")
+        for problem_name, letter in PROBLEMS:
+            recorder = _Recorder()
+            plan(scenario, solve=recorder, problem=problem_name)
+            for k, problem in enumerate(recorder.problems):
+                nodes = len(problem.cones.q)  # one cone ‖u‖ ≤ 1 at each
+                yield f"{scenario_name}-{letter}-{k}", f"{letter}, N = {nodes}", problem
+
+
+class _Recorder:
+    """`orbsoc.solve`, remembering what it was asked."""
+
+    def __init__(self) -> None:
+        self.problems: list[Problem] = []
+
+    def __call__(self, problem: Problem, settings: Settings | None = None, /, **overrides: Any) -> Solution:
+        self.problems.append(problem)
+        return orbsoc.solve(problem, settings, **overrides)
