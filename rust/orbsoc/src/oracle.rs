@@ -122,7 +122,10 @@ pub fn pairs(nearest: f64) -> impl Strategy<Value = Pair> {
         let point = || {
             let cones = dims.iter().map(|&dim| inside(dim, nearest)).collect::<Vec<_>>();
             (vec(-3.0..3.0f64, l), cones).prop_map(|(rows, cones)| {
-                rows.into_iter().map(|e| 10f64.powf(e)).chain(cones.into_iter().flatten()).collect::<Vec<f64>>()
+                rows.into_iter()
+                    .map(|e| 10f64.powf(e))
+                    .chain(cones.into_iter().flatten())
+                    .collect::<Vec<f64>>()
             })
         };
         (point(), point()).prop_map(move |(s, z)| Pair { cones: cones.clone(), s, z })
