@@ -2,9 +2,10 @@
 
 use crate::cones::{ConeLayout, Soc};
 use crate::csc::Csc;
+use crate::kernels::cone_ops;
 use crate::kkt::SOC_DENSE_MAX;
 use crate::stage::{Step, ITERATION, STARTUP};
-use crate::{Cones, Decide, Engine, Outcome, Problem};
+use crate::{Cones, Decide, Engine, Outcome, Problem, Real};
 use nalgebra::DMatrix;
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -64,10 +65,6 @@ pub fn layout(l: usize, dims: &[usize]) -> ConeLayout {
         start += dim;
     }
     ConeLayout { l, soc }
-}
-
-pub fn rows(cones: &ConeLayout) -> usize {
-    cones.l + cones.soc.iter().map(|soc| soc.dim).sum::<usize>()
 }
 
 pub fn norm(v: &[f64]) -> f64 {
@@ -130,6 +127,22 @@ pub fn pairs(nearest: f64) -> impl Strategy<Value = Pair> {
         };
         (point(), point()).prop_map(move |(s, z)| Pair { cones: cones.clone(), s, z })
     })
+}
+
+/// Nesterov–Todd scaling at (s, z), as the kernel makes it.
+pub struct Scaling<T> {
+    pub w: Vec<T>,
+    pub lambda: Vec<T>,
+    pub lambda_inverse: Vec<T>,
+    pub cone: Vec<T>,
+}
+
+pub fn scaling<T: Real>(cones: &ConeLayout, s: &[T], z: &[T]) -> Scaling<T> {
+    let zeros = |len| vec![T::zero(); len];
+    let (mut w, mut lambda, mut lambda_inverse) = (zeros(s.len()), zeros(s.len()), zeros(cones.l));
+    let mut cone = zeros(cones.soc.len() * cone_ops::SCALARS);
+    cone_ops::nt_scaling(cones, s, z, &mut w, &mut lambda, &mut lambda_inverse, &mut cone);
+    Scaling { w, lambda, lambda_inverse, cone }
 }
 
 /// A strictly feasible, bounded problem with every kind of block: P, A, rows, cones of sizes 3 and 6.

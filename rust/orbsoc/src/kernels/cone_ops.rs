@@ -188,38 +188,23 @@ pub fn shift_into_cone<T: Real>(cones: &ConeLayout, v: &mut [T]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::oracle::{jordan, layout, margin, norm, pairs, seeded, Pair};
+    use crate::oracle::{self, jordan, layout, margin, norm, pairs, scaling, seeded, Pair, Scaling};
     use core::ops::Range;
     use proptest::collection::vec;
     use proptest::prelude::*;
 
-    struct Scaling {
-        w: Vec<f64>,
-        lambda: Vec<f64>,
-        lambda_inverse: Vec<f64>,
-        cone: Vec<f64>,
-    }
-
-    fn scaling(pair: &Pair) -> Scaling {
-        let (cones, m) = (&pair.cones, pair.s.len());
-        let (mut w, mut lambda, mut lambda_inverse) = (vec![0.0; m], vec![0.0; m], vec![0.0; cones.l]);
-        let mut cone = vec![0.0; cones.soc.len() * SCALARS];
-        nt_scaling(cones, &pair.s, &pair.z, &mut w, &mut lambda, &mut lambda_inverse, &mut cone);
-        Scaling { w, lambda, lambda_inverse, cone }
-    }
-
-    fn scaled(cones: &ConeLayout, at: &Scaling, x: &[f64]) -> Vec<f64> {
+    fn scaled(cones: &ConeLayout, at: &Scaling<f64>, x: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; x.len()];
         scale(cones, &at.w, &at.cone, x, &mut out);
         out
     }
 
     /// W⁻¹x by its own formula: (w₀x₀ − ζ)/η and (x₁ + (−x₀ + ζ/(1 + w₀))w₁)/η with ζ = w₁ᵀx₁.
-    fn unscaled(cones: &ConeLayout, at: &Scaling, x: &[f64]) -> Vec<f64> {
+    fn unscaled(cones: &ConeLayout, at: &Scaling<f64>, x: &[f64]) -> Vec<f64> {
         let mut out: Vec<f64> = x.iter().zip(&at.w).map(|(x, w)| x / w).collect();
         for (soc, scalars) in cones.soc.iter().zip(at.cone.chunks(SCALARS)) {
             let (w, x, out) = (&at.w[soc.rows()], &x[soc.rows()], &mut out[soc.rows()]);
-            let zeta = crate::oracle::dot(&w[1..], &x[1..]);
+            let zeta = oracle::dot(&w[1..], &x[1..]);
             out[0] = (w[0] * x[0] - zeta) / scalars[ETA];
             for i in 1..x.len() {
                 out[i] = (x[i] + (zeta / (1.0 + w[0]) - x[0]) * w[i]) / scalars[ETA];
@@ -236,7 +221,7 @@ mod tests {
         norms: (f64, f64),
     }
 
-    fn blocks(pair: &Pair, at: &Scaling) -> Vec<Block> {
+    fn blocks(pair: &Pair, at: &Scaling<f64>) -> Vec<Block> {
         let relative = |v: &[f64]| (v[0] - norm(&v[1..])) / v[0];
         let orthant = (0..pair.cones.l).map(|i| Block {
             rows: i..i + 1,
@@ -256,7 +241,7 @@ mod tests {
 
         #[test]
         fn scaled_z_and_unscaled_s_are_lambda(pair in pairs(-6.0)) {
-            let at = scaling(&pair);
+            let at = scaling(&pair.cones, &pair.s, &pair.z);
             let (from_z, from_s) = (scaled(&pair.cones, &at, &pair.z), unscaled(&pair.cones, &at, &pair.s));
             for Block { rows, rounding, norms } in blocks(&pair, &at) {
                 let size = (norms.0 * norm(&pair.z[rows.clone()]), norms.1 * norm(&pair.s[rows.clone()]));
@@ -269,7 +254,7 @@ mod tests {
 
         #[test]
         fn the_scaling_points_are_on_the_unit_hyperboloid(pair in pairs(-6.0)) {
-            let at = scaling(&pair);
+            let at = scaling(&pair.cones, &pair.s, &pair.z);
             for (soc, scalars) in pair.cones.soc.iter().zip(at.cone.chunks(SCALARS)) {
                 let (w, lambda) = (&at.w[soc.rows()], &at.lambda[soc.rows()]);
                 let unit = (w[0] - norm(&w[1..])) * (w[0] + norm(&w[1..]));
@@ -296,7 +281,7 @@ mod tests {
                 (Just(pair), vec(-1.0..1.0f64, m))
             })
         ) {
-            let at = scaling(&pair);
+            let at = scaling(&pair.cones, &pair.s, &pair.z);
             let mut quotient = vec![0.0; d.len()];
             divide(&pair.cones, &at.lambda, &at.lambda_inverse, &at.cone, &d, &mut quotient);
             let product = jordan(&pair.cones, &at.lambda, &quotient);
