@@ -95,3 +95,116 @@ pub fn max_negative_product<T: Real>(x: &[T], y: &[T]) -> T {
 pub fn finite_witness<T: Real>(x: &[T]) -> T {
     reduce(x.len(), |k| x[k] * T::zero(), |sum, k| sum.add_mul(x[k], T::zero()), |a, b| a + b)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::oracle::Numbers;
+
+    const SIZES: core::ops::RangeInclusive<usize> = 0..=64;
+
+    /// The association of the file's first paragraph, written down a second time.
+    fn tree(terms: &[f64]) -> f64 {
+        match terms.len() {
+            0 => 0.0,
+            1..WAYS => terms.iter().copied().reduce(|a, b| a + b).unwrap(),
+            _ => {
+                let mut sums: Vec<f64> = (0..WAYS)
+                    .map(|way| terms[way..].iter().step_by(WAYS).copied().reduce(|a, b| a + b).unwrap())
+                    .collect();
+                for half in [4, 2, 1] {
+                    for k in 0..half {
+                        sums[k] += sums[k + half];
+                    }
+                }
+                sums[0]
+            }
+        }
+    }
+
+    /// Products of binary32 words are exact in binary64, and so is, to 2⁻²⁹ of the bound, their sum.
+    #[test]
+    #[allow(clippy::cast_possible_truncation)] // makes binary32 words
+    fn dots_are_the_exact_sum_within_the_bound_of_their_longest_path() {
+        let mut numbers = Numbers(3);
+        for len in SIZES.chain([300, 1001]) {
+            let mut list = || numbers.list(len).into_iter().map(|v| v as f32).collect::<Vec<_>>();
+            let (a, b) = (list(), list());
+            let exact: f64 = a.iter().zip(&b).map(|(&a, &b)| f64::from(a) * f64::from(b)).sum();
+            let size: f64 = a.iter().zip(&b).map(|(&a, &b)| (f64::from(a) * f64::from(b)).abs()).sum();
+            let path = if len < WAYS { len } else { len.div_ceil(WAYS) + 3 };
+            let unit_roundoff = f64::from(f32::EPSILON) / 2.0;
+            let bound = 1.01 * (path + 1) as f64 * unit_roundoff * size;
+            assert!((f64::from(dot(&a, &b)) - exact).abs() <= bound, "{len} terms");
+        }
+    }
+
+    #[test]
+    fn sums_of_whole_numbers_are_exact() {
+        for len in SIZES {
+            let a: Vec<f64> = (0..len).map(|k| (k % 7) as f64 - 3.0).collect();
+            let b: Vec<f64> = (0..len).map(|k| (k % 5) as f64 + 1.0).collect();
+            let exact: f64 = a.iter().zip(&b).map(|(a, b)| a * b).sum();
+            assert_eq!(dot(&a, &b), exact);
+            let absolute: f64 = a.iter().zip(&b).map(|(a, b)| (a * b).abs()).sum();
+            assert_eq!(sum_abs_weighted(&a, &b), absolute);
+        }
+    }
+
+    #[test]
+    fn the_order_of_summation_depends_on_the_length_alone() {
+        let mut numbers = Numbers(5);
+        for len in SIZES.chain([300]) {
+            let (a, b) = (numbers.list(len), numbers.list(len));
+            let terms: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a * b).collect();
+            let expected = tree(&terms).to_bits();
+            // Wherever the words lie in memory, gathered or not, on whatever instruction set.
+            for offset in 0..4 {
+                let pad = |v: &[f64]| [vec![9.0; offset], v.to_vec()].concat();
+                let (a, b) = (pad(&a), pad(&b));
+                assert_eq!(dot(&a[offset..], &b[offset..]).to_bits(), expected);
+            }
+            let reversed: Vec<f64> = b.iter().rev().copied().collect();
+            let index: Vec<u32> = (0..len).rev().map(crate::symbolic::index).collect();
+            assert_eq!(dot_indexed(&a, &index, &reversed).to_bits(), expected);
+            assert_eq!(pulp::Arch::new().dispatch(|| dot(&a, &b)).to_bits(), expected);
+            assert_eq!(norm2(&a).to_bits(), dot(&a, &a).sqrt().to_bits());
+        }
+    }
+
+    #[test]
+    fn maxima_are_the_largest_term_wherever_it_stands() {
+        let mut numbers = Numbers(7);
+        for len in SIZES.skip(1) {
+            for at in 0..len {
+                let mut a = numbers.list(len);
+                a[at] = -2.0;
+                assert_eq!(max_abs(&a), 2.0);
+                assert_eq!(max_abs_weighted(&vec![-3.0; len], &a), 6.0);
+                assert_eq!(max_negative_product(&a, &vec![4.0; len]), 8.0);
+            }
+            assert_eq!(max_negative_product(&vec![1.0; len], &vec![1.0; len]), 0.0);
+        }
+        assert_eq!((max_abs::<f64>(&[]), max_negative_product::<f64>(&[], &[])), (0.0, 0.0));
+    }
+
+    #[test]
+    fn a_maximum_drops_nan_and_the_finite_witness_does_not() {
+        for len in SIZES.skip(1) {
+            for at in 0..len {
+                let mut a = vec![1.0; len];
+                a[at] = f64::NAN;
+                // Dropped wherever it is not an accumulator's first term.
+                let kept = at == 0 || (len >= WAYS && at < WAYS);
+                if !kept {
+                    assert_eq!(max_abs(&a), 1.0, "entry {at} of {len}");
+                }
+                assert!(finite_witness(&a).is_nan());
+                a[at] = f64::NEG_INFINITY;
+                assert!(finite_witness(&a).is_nan());
+                a[at] = -1e300;
+                assert_eq!(finite_witness(&a), 0.0);
+            }
+        }
+    }
+}

@@ -187,3 +187,100 @@ impl Real for Counted {
         Self { ready: operation!(self.ready.max(other.ready), min) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unit(kernel: impl FnOnce()) -> Tally {
+        count(Latency::UNIT, kernel)
+    }
+
+    #[test]
+    fn every_operation_is_counted_as_itself() {
+        let (a, b) = (Counted::constant(1.0), Counted::constant(2.0));
+        let tally = unit(|| {
+            let _ = (-a, a.abs(), a * b, a + b, a - b, a.add_mul(a, b), a.sub_mul(a, b));
+            let _ = (a / b, a.sqrt(), Real::min(a, b), Real::max(a, b));
+            let (less, more) = (a.lt(b), b.lt(a));
+            let _ = Counted::select(Counted::and(less, more), a, b);
+        });
+        let each_once = OperationCounts {
+            neg: 1,
+            abs: 1,
+            mul: 1,
+            add: 1,
+            sub: 1,
+            add_mul: 1,
+            sub_mul: 1,
+            div: 1,
+            sqrt: 1,
+            min: 1,
+            max: 1,
+            compare: 2,
+            and: 1,
+            select: 1,
+        };
+        assert_eq!(tally.operations, each_once);
+        assert_eq!(tally.critical_path, 3, "compare, and, select");
+    }
+
+    #[test]
+    fn a_chain_is_as_long_as_its_operations() {
+        let tally = unit(|| {
+            (0..100).fold(Counted::zero(), |sum, _| sum + Counted::one());
+        });
+        assert_eq!((tally.operations.add, tally.critical_path), (100, 100));
+    }
+
+    #[test]
+    fn independent_operations_are_as_long_as_the_longest() {
+        let latency = Latency { mul: 5, div: 20, ..Latency::UNIT };
+        let tally = count(latency, || {
+            let one = Counted::one();
+            for _ in 0..100 {
+                let _ = one * one;
+            }
+            let _ = one / one;
+        });
+        assert_eq!((tally.operations.mul, tally.operations.div, tally.critical_path), (100, 1, 20));
+    }
+
+    #[test]
+    fn a_path_takes_the_later_operand_and_the_operations_latency() {
+        // (a·b) is ready at 5, its root at 5 + 9; adding a fresh word to it ends at 14 + 3.
+        let latency = Latency { mul: 5, sqrt: 9, add: 3, ..Latency::UNIT };
+        let (a, b) = (Counted::one(), Counted::one());
+        let tally = count(latency, || {
+            let _ = a + (a * b).sqrt();
+        });
+        assert_eq!(tally.critical_path, 17);
+    }
+
+    #[test]
+    fn a_tree_is_shorter_than_a_chain() {
+        let words = [Counted::one(); 64];
+        let tally = unit(|| {
+            crate::kernels::reduce::dot(&words, &words);
+        });
+        // Eight accumulators take eight terms each; the tree joins them in three levels.
+        assert_eq!((tally.operations.mul, tally.operations.add_mul, tally.operations.add), (8, 56, 7));
+        assert_eq!(tally.critical_path, 8 + 3);
+    }
+
+    #[test]
+    fn counting_nests_and_ends() {
+        let a = Counted::one();
+        let mut inner = None;
+        let outer = unit(|| {
+            let _ = a + a;
+            inner = Some(unit(|| {
+                let _ = a * a;
+            }));
+            let _ = a + a;
+        });
+        let _ = a / a;
+        assert_eq!((outer.operations.add, outer.operations.mul, outer.operations.div), (2, 0, 0));
+        assert_eq!(inner.map(|tally| tally.operations.mul), Some(1));
+    }
+}

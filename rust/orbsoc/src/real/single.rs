@@ -56,3 +56,61 @@ macro_rules! ieee {
 
 ieee!(f64);
 ieee!(f32);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn contract<T: Decide>() {
+        let c = T::constant;
+        let value = |x: T| x.value();
+        assert_eq!(value(c(2.0).max(c(3.0))), 3.0);
+        assert_eq!(value(c(2.0).min(c(3.0))), 2.0);
+        assert_eq!(value(T::select(c(1.0).lt(c(2.0)), c(5.0), c(6.0))), 5.0);
+        assert_eq!(value(T::select(c(2.0).lt(c(2.0)), c(5.0), c(6.0))), 6.0);
+        let (yes, no) = (c(0.0).lt(c(1.0)), c(1.0).lt(c(0.0)));
+        let both = |a, b| value(T::select(T::and(a, b), T::one(), T::zero()));
+        assert_eq!([both(yes, yes), both(yes, no), both(no, yes), both(no, no)], [1.0, 0.0, 0.0, 0.0]);
+        // Sign operations act on the bit, zero's included.
+        assert_eq!(value(c(-0.0).abs()).to_bits(), 0.0f64.to_bits());
+        assert_eq!(value(-c(0.0)).to_bits(), (-0.0f64).to_bits());
+    }
+
+    #[test]
+    fn both_precisions_keep_the_contract() {
+        contract::<f64>();
+        contract::<f32>();
+        assert_eq!((f64::epsilon(), f32::epsilon()), (2f64.powi(-52), 2f64.powi(-23)));
+    }
+
+    #[test]
+    fn max_and_min_drop_a_nan_on_the_right_and_keep_one_on_the_left() {
+        let (nan, one) = (f64::NAN, 1.0);
+        assert_eq!((Real::max(one, nan), Real::min(one, nan)), (1.0, 1.0));
+        assert!(Real::max(nan, one).is_nan() && Real::min(nan, one).is_nan());
+    }
+
+    #[test]
+    fn equal_operands_yield_the_left_one() {
+        let (plus, minus) = (0.0f64, -0.0f64);
+        assert_eq!(Real::max(plus, minus).to_bits(), plus.to_bits());
+        assert_eq!(Real::max(minus, plus).to_bits(), minus.to_bits());
+    }
+
+    #[test]
+    fn products_are_added_with_two_roundings() {
+        // (1 + 2⁻³⁰)² = 1 + 2⁻²⁹ + 2⁻⁶⁰: the last term is lost before the addition, not after it.
+        let a = 1.0 + 2f64.powi(-30);
+        let square = 1.0 + 2f64.powi(-29);
+        assert_eq!((-square).add_mul(a, a), 0.0);
+        assert_eq!(square.sub_mul(a, a), 0.0);
+        assert_eq!(a.mul_add(a, -square), 2f64.powi(-60));
+    }
+
+    #[test]
+    fn single_precision_rounds_input_words_once() {
+        assert_eq!(<f32 as Real>::constant(0.1), 0.1f32);
+        assert_eq!(<f32 as Real>::constant(1e300), f32::INFINITY);
+        assert_eq!(<f32 as Real>::constant(1e-30), 1e-30f32);
+    }
+}
