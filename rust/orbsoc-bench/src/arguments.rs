@@ -1,0 +1,78 @@
+//! The command line.
+
+use crate::Failure;
+use std::path::PathBuf;
+
+pub const HELP: &str = "\
+orbsoc-bench FOLDER|FILE … [--repeats N] [--tol T] [--stages] [--label TEXT] [--out FILE.csv]
+    Times every problem file (orbsoc.problem/1): a fresh engine each time, problems interleaved, medians.
+    --repeats N    times that each problem is solved (30)
+    --tol T        tolerance (1e-8)
+    --stages       time every stage, too
+    --label TEXT   what is measured, for the header of the file
+    --out FILE     write the results as CSV
+orbsoc-bench --compare BEFORE.csv AFTER.csv
+    Ratio after/before for each problem, and for each stage when both files have stages.
+";
+
+pub struct Arguments {
+    pub command: Command,
+}
+
+pub enum Command {
+    Help,
+    Compare { before: PathBuf, after: PathBuf },
+    Measure(Plan),
+}
+
+/// What to measure and where to write it.
+pub struct Plan {
+    pub paths: Vec<PathBuf>,
+    pub repeats: usize,
+    pub tol: f64,
+    pub stages: bool,
+    pub label: String,
+    pub out: Option<PathBuf>,
+}
+
+impl Arguments {
+    pub fn parse(words: impl Iterator<Item = String>) -> Result<Self, Failure> {
+        let mut words = words;
+        let mut plan = Plan {
+            paths: Vec::new(),
+            repeats: 30,
+            tol: 1e-8,
+            stages: false,
+            label: String::new(),
+            out: None,
+        };
+        while let Some(word) = words.next() {
+            let mut value = || words.next().ok_or(format!("{word} needs a value; see --help"));
+            match word.as_str() {
+                "--help" | "-h" => return Ok(Self { command: Command::Help }),
+                "--compare" => {
+                    let (before, after) = (value()?.into(), value()?.into());
+                    return Ok(Self { command: Command::Compare { before, after } });
+                }
+                "--repeats" => plan.repeats = positive(&word, &value()?)?,
+                "--tol" => plan.tol = positive(&word, &value()?)?,
+                "--label" => plan.label = value()?,
+                "--out" => plan.out = Some(value()?.into()),
+                "--stages" => plan.stages = true,
+                _ if word.starts_with('-') => return Err(format!("unknown option {word}; see --help")),
+                _ => plan.paths.push(word.into()),
+            }
+        }
+        if plan.paths.is_empty() {
+            return Err("no problems: give a folder or a file of orbsoc.problem/1; see --help".into());
+        }
+        Ok(Self { command: Command::Measure(plan) })
+    }
+}
+
+fn positive<N: std::str::FromStr + PartialOrd + Default>(option: &str, text: &str) -> Result<N, Failure> {
+    text.parse()
+        .ok()
+        .filter(|number| *number > N::default())
+        .ok_or(format!("{option} is {text:?}; it must be a positive number"))
+}

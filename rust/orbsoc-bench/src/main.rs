@@ -1,0 +1,84 @@
+//! `orbsoc-bench`: native times of set-up, solve and every stage, on folders of `orbsoc.problem/1` files.
+//!
+//! ```text
+//! python -m benchmarks.families --out out/problems mission004
+//! orbsoc-bench out/problems/mission004 --stages --out before.csv
+//! orbsoc-bench out/problems/mission004 --stages --out after.csv      # at another commit
+//! orbsoc-bench --compare before.csv after.csv
+//! ```
+
+mod arguments;
+mod compare;
+mod measure;
+mod problem_file;
+mod results;
+mod stages;
+
+use arguments::{Arguments, Command, HELP};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// What went wrong, in words for the person at the terminal.
+type Failure = String;
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("orbsoc-bench: {failure}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run() -> Result<(), Failure> {
+    match Arguments::parse(std::env::args().skip(1))?.command {
+        Command::Help => print!("{HELP}"),
+        Command::Compare { before, after } => {
+            print!("{}", compare::report(&results::read(&before)?, &results::read(&after)?)?);
+        }
+        Command::Measure(plan) => {
+            let problems = load(&plan.paths)?;
+            let measured = measure::measure(&problems, &plan)?;
+            print!("{}", results::table(&measured));
+            if plan.stages {
+                print!("\n{}", stages::table(&measured));
+            }
+            if let Some(path) = &plan.out {
+                results::write(path, &measured, &plan)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The problems of all files and folders given, by name in alphabetical order.
+fn load(paths: &[PathBuf]) -> Result<Vec<(String, orbsoc::Problem)>, Failure> {
+    let mut files = Vec::new();
+    for path in paths {
+        if path.is_dir() {
+            let entries = path.read_dir().map_err(|e| format!("{}: {e}", path.display()))?;
+            let mut found: Vec<_> = entries
+                .filter_map(|entry| entry.ok().map(|e| e.path()))
+                .filter(|file| file.extension().is_some_and(|end| end == "json"))
+                .collect();
+            if found.is_empty() {
+                return Err(format!("{}: no .json files in this folder", path.display()));
+            }
+            found.sort();
+            files.append(&mut found);
+        } else {
+            files.push(path.clone());
+        }
+    }
+    files.iter().map(|file| Ok((name(file), problem_file::read(file)?))).collect()
+}
+
+/// Folder and file without its ending: the same file name may occur in several folders.
+fn name(file: &Path) -> String {
+    let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    match file.parent().filter(|folder| folder.file_name().is_some()) {
+        Some(folder) => format!("{}/{}", stem(folder), stem(file)),
+        None => stem(file),
+    }
+}
