@@ -1,13 +1,16 @@
 //! The evidence for a status, recomputed on the user's own data after the fact. Nothing here is shared
 //! with the iteration: other vectors (nalgebra's), other products, always double precision.
 
-use crate::control::RADIUS_CLAIMED;
+use crate::control::{Control, RADIUS_CLAIMED};
 use crate::csc::Csc;
-use crate::engine::Engine;
+use crate::datapath::Datapath;
 use crate::problem::Problem;
 use crate::real::Decide;
+use crate::settings::Settings;
 use crate::solution::{Certificate, Solution, Status};
 use crate::stage::Stop;
+use crate::structure::Structure;
+use crate::workspace::Buffer;
 use nalgebra::{DVector, DVectorView};
 
 /// Residuals of a point on the user's data.
@@ -155,12 +158,32 @@ fn radius(value: f64, size: f64, scale: f64) -> (f64, f64) {
     }
 }
 
-impl<T: Decide> Engine<T> {
-    /// The outcome of the walk that ended, with the status that its numbers support.
+/// A walk that has ended: one problem's words in the user's scaling, and how it went.
+pub(crate) struct Walked<'a> {
+    structure: &'a Structure,
+    settings: &'a Settings,
+    problem: &'a Problem,
+    control: &'a Control,
+    answer: Vec<f64>,
+    witness: Vec<f64>,
+}
+
+impl<'a> Walked<'a> {
+    pub fn new<T: Decide>(
+        path: &'a Datapath<T>,
+        lane: usize,
+        problem: &'a Problem,
+        control: &'a Control,
+    ) -> Self {
+        let (answer, witness) = (path.lane(Buffer::Answer, lane), path.lane(Buffer::Witness, lane));
+        Self { structure: &path.structure, settings: &path.settings, problem, control, answer, witness }
+    }
+
+    /// The outcome, with the status that the numbers support.
     pub fn conclude(&self) -> Solution {
-        let stop = self.stop.unwrap_or(Stop::Interrupted);
-        let problem = &self.problem;
-        let best = self.candidate(&self.work.answer, true);
+        let stop = self.control.stop.unwrap_or(Stop::Interrupted);
+        let problem = self.problem;
+        let best = self.candidate(&self.answer, true);
         let evidence = examine(problem, &best);
         let tol = self.settings.tol;
         let ratio = evidence.certificate.worst();
@@ -195,8 +218,8 @@ impl<T: Decide> Engine<T> {
 
     /// A certificate of infeasibility that the original data support.
     fn infeasible(&self) -> Option<Solution> {
-        let problem = &self.problem;
-        let (farkas, ray) = self.work.witness.split_at(self.structure.unknowns());
+        let problem = self.problem;
+        let (farkas, ray) = self.witness.split_at(self.structure.unknowns());
         if self.control.primal_radius > 0.0 {
             let mut at = self.candidate(farkas, false);
             let (radius, relative) = primal_radius(problem, &mut at);
@@ -222,18 +245,16 @@ impl<T: Decide> Engine<T> {
     }
 
     /// Read (x, y, z) and perhaps s from words in the user's scaling, into the user's rows.
-    fn candidate(&self, words: &[T], with_slack: bool) -> Candidate {
-        let (structure, problem) = (&self.structure, &self.problem);
+    fn candidate(&self, words: &[f64], with_slack: bool) -> Candidate {
+        let (structure, problem) = (self.structure, self.problem);
         let (n, p) = (structure.n, structure.p);
-        let take = |from: usize, len: usize| {
-            DVector::from_iterator(len, words[from..from + len].iter().map(|w| w.value()))
-        };
+        let take = |from: usize, len: usize| DVector::from_column_slice(&words[from..from + len]);
         let mut z = DVector::zeros(problem.m());
         let mut s = DVector::from_element(problem.m(), if with_slack { f64::INFINITY } else { f64::NAN });
         for (k, &row) in structure.reduced.row_origin.iter().enumerate() {
-            z[row] = words[n + p + k].value();
+            z[row] = words[n + p + k];
             if with_slack {
-                s[row] = words[n + p + structure.m + k].value();
+                s[row] = words[n + p + structure.m + k];
             }
         }
         Candidate { x: take(0, n), y: take(n, p), z, s }

@@ -5,7 +5,7 @@ use crate::kernels::linear_solve::refinement;
 use crate::ps::stat;
 use crate::real::Decide;
 use crate::settings::Settings;
-use crate::stage::{Outcome, Stop};
+use crate::stage::{Outcome, Stage, Stop};
 use crate::workspace::Workspace;
 use std::time::{Duration, Instant};
 
@@ -32,6 +32,10 @@ pub(crate) struct Control {
     pub best: f64,
     pub primal_radius: f64,
     pub dual_radius: f64,
+    /// Why the iteration ended, once it has.
+    pub stop: Option<Stop>,
+    /// Length of the last step; 0 before the first.
+    pub step: f64,
     idle: u32,
     short_steps: u32,
     refined: u32,
@@ -46,9 +50,32 @@ impl Control {
         Self { best: f64::INFINITY, deadline, ..Self::default() }
     }
 
+    /// What a stage that has run asks of the loop, for the problem in one lane.
+    pub fn decide<T: Decide>(
+        &mut self,
+        lane: usize,
+        stage: Stage,
+        settings: &Settings,
+        work: &mut Workspace<T>,
+    ) -> Outcome {
+        let outcome = match stage {
+            Stage::Statistics => self.judge(lane, settings, work),
+            Stage::CheckSolve => self.judge_refinement(lane, settings, work),
+            Stage::Advance => {
+                self.note_step(work.step_length[1].lane(lane));
+                Outcome::Next
+            }
+            _ => Outcome::Next,
+        };
+        if let Outcome::Done(stop) = outcome {
+            self.stop = Some(stop);
+        }
+        outcome
+    }
+
     /// After the statistics: keep what is better than anything before, and stop or go on.
-    pub fn judge<T: Decide>(&mut self, settings: &Settings, w: &mut Workspace<T>) -> Outcome {
-        let word = |k: usize| w.statistics[k].value();
+    fn judge<T: Decide>(&mut self, lane: usize, settings: &Settings, w: &mut Workspace<T>) -> Outcome {
+        let word = |k: usize| w.statistics[k].lane(lane);
         let (strict, primal, dual) = (word(stat::STRICT), word(stat::PRIMAL_RADIUS), word(stat::DUAL_RADIUS));
         if word(stat::WITNESS) != 0.0 || strict.is_nan() {
             return Outcome::Done(Stop::Stalled);
@@ -60,23 +87,22 @@ impl Control {
                 self.idle = 0;
             }
             self.best = strict;
-            w.keep_best();
+            let tau = w.homogenizer[..1].iter();
+            copy_lane(lane, w.point.iter().chain(&w.slack).chain(tau), &mut w.best);
         }
         // The embedding of a solvable problem ends with τ ≫ κ, whatever radius it passes by: a radius
         // that is not conclusive counts only where the embedding, too, says "infeasible".
-        let leaning = w.homogenizer[0].value() * EMBEDDING_RATIO < w.homogenizer[1].value();
-        let counts = |radius: f64| leaning || radius >= RADIUS_CONCLUSIVE;
+        let (tau, kappa) = (w.homogenizer[0].lane(lane), w.homogenizer[1].lane(lane));
+        let counts = |radius: f64| tau * EMBEDDING_RATIO < kappa || radius >= RADIUS_CONCLUSIVE;
         if counts(primal) && primal > self.primal_radius {
             self.primal_radius = primal;
             self.idle = 0;
-            w.farkas.copy_from_slice(&w.point);
+            copy_lane(lane, w.point.iter(), &mut w.farkas);
         }
         if counts(dual) && dual > self.dual_radius {
             self.dual_radius = dual;
             self.idle = 0;
-            let unknowns = w.point.len();
-            w.ray[..unknowns].copy_from_slice(&w.point);
-            w.ray[unknowns..].copy_from_slice(&w.slack);
+            copy_lane(lane, w.point.iter().chain(&w.slack), &mut w.ray);
         }
         match self.reason(settings, strict) {
             Some(stop) => Outcome::Done(stop),
@@ -105,11 +131,19 @@ impl Control {
     }
 
     /// After a solve or a refinement step: refine (once more), or go on.
-    pub fn judge_refinement<T: Decide>(&mut self, settings: &Settings, w: &Workspace<T>) -> Outcome {
-        let word = |k: usize| w.refinement[k].value();
+    fn judge_refinement<T: Decide>(
+        &mut self,
+        lane: usize,
+        settings: &Settings,
+        w: &mut Workspace<T>,
+    ) -> Outcome {
+        let word = |k: usize| w.refinement[k].lane(lane);
         let error = word(refinement::ERROR);
         let worthwhile = error.is_finite() && (self.refined == 0 || error <= word(refinement::WORTHWHILE));
-        if error <= word(refinement::ALLOWED) || !worthwhile || self.refined >= settings.refinement_max {
+        let enough = error <= word(refinement::ALLOWED) || !worthwhile;
+        if enough || self.refined >= settings.refinement_max || word(refinement::ACTIVE) == 0.0 {
+            // Whatever other lanes still refine leaves this one alone.
+            w.refinement[refinement::ACTIVE].set_lane(lane, 0.0);
             self.refined = 0;
             return Outcome::Next;
         }
@@ -118,18 +152,16 @@ impl Control {
         Outcome::Repeat
     }
 
-    /// After a step of length `taken`.
-    pub fn note_step(&mut self, taken: f64) {
+    fn note_step(&mut self, taken: f64) {
         self.iteration += 1;
+        self.step = taken;
         self.short_steps = if taken < SHORT_STEP { self.short_steps + 1 } else { 0 };
     }
 }
 
-impl<T: Copy> Workspace<T> {
-    fn keep_best(&mut self) {
-        let (unknowns, rows) = (self.point.len(), self.slack.len());
-        self.best[..unknowns].copy_from_slice(&self.point);
-        self.best[unknowns..unknowns + rows].copy_from_slice(&self.slack);
-        self.best[unknowns + rows] = self.homogenizer[0];
+/// Copy one lane's words.
+fn copy_lane<'a, T: Decide>(lane: usize, from: impl Iterator<Item = &'a T>, to: &mut [T]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        to.set_lane(lane, from.lane(lane));
     }
 }

@@ -1,6 +1,7 @@
 //! Sparse matrices in compressed-column form, double precision: the user's data.
 
 use crate::error::Error;
+use crate::problem::finite;
 
 /// An `nrows × ncols` matrix; row indices ascend strictly within each column.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -106,6 +107,20 @@ impl Csc {
     /// Values, column by column.
     pub fn values(&self) -> &[f64] {
         &self.values
+    }
+
+    /// Replace the stored values.
+    ///
+    /// # Errors
+    /// [`Error::Dimension`] for another number of them, [`Error::Value`] for one that is not finite.
+    pub(crate) fn set_values(&mut self, argument: &'static str, values: &[f64]) -> Result<(), Error> {
+        if values.len() != self.nnz() {
+            let (found, expected) = (values.len(), self.nnz());
+            return Err(Error::Dimension { argument, found, expected, reason: "its pattern has" });
+        }
+        finite(argument, values)?;
+        self.values.copy_from_slice(values);
+        Ok(())
     }
 
     /// Same shape and same stored positions.

@@ -1,19 +1,21 @@
 //! One solve's state, and the only door to the kernels: [`Engine::run`].
 
+use crate::certificate::Walked;
 use crate::control::Control;
+use crate::datapath::Datapath;
 use crate::error::Error;
-use crate::execute::{execute, parameter};
 use crate::problem::Problem;
-use crate::ps::{self, stat};
+use crate::ps::stat;
 use crate::real::{count, Counted, Decide, Latency, Real, Tally};
 use crate::settings::Settings;
 use crate::solution::Solution;
-use crate::stage::{Outcome, Stage, Step, Stop, CLOSING, ITERATION, STARTUP};
+use crate::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP};
 use crate::structure::Structure;
 use crate::symbolic::Panels;
 use crate::trace::Event;
 use crate::workspace::{Buffer, Workspace};
 use core::ops::ControlFlow;
+use std::sync::Arc;
 
 /// A problem's pattern, its buffers in arithmetic `T`, and where the solve stands.
 ///
@@ -31,14 +33,10 @@ use core::ops::ControlFlow;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Engine<T> {
-    pub(crate) structure: Structure,
-    pub(crate) settings: Settings,
-    pub(crate) problem: Problem,
-    pub(crate) work: Workspace<T>,
-    pub(crate) control: Control,
-    pub(crate) stop: Option<Stop>,
+    pub(crate) path: Datapath<T>,
+    problem: Problem,
+    control: Control,
     events: Vec<Event>,
-    simd: pulp::Arch,
 }
 
 /// Where a solve stands, for whoever watches it.
@@ -57,7 +55,7 @@ pub struct Progress {
     pub refinements: u32,
 }
 
-impl<T: Real> Engine<T> {
+impl<T: Decide> Engine<T> {
     /// Analyse the pattern, allocate, load the data.
     ///
     /// # Errors
@@ -66,21 +64,15 @@ impl<T: Real> Engine<T> {
         Self::with_panels(problem, settings, Panels::Relaxed)
     }
 
-    fn with_panels(problem: &Problem, settings: &Settings, panels: Panels) -> Result<Self, Error> {
-        settings.validate()?;
-        let structure = Structure::new(problem, panels)?;
-        let work = Workspace::new(&structure, T::zero());
+    pub(crate) fn with_panels(problem: &Problem, settings: &Settings, panels: Panels) -> Result<Self, Error> {
+        let path = Datapath::new(Arc::new(Structure::new(problem, panels)?), settings)?;
         let mut engine = Self {
             events: Vec::with_capacity(most_events(settings)),
-            structure,
-            settings: settings.clone(),
+            path,
             problem: problem.clone(),
-            work,
             control: Control::new(settings),
-            stop: None,
-            simd: pulp::Arch::new(),
         };
-        engine.load();
+        engine.path.load(0, problem);
         Ok(engine)
     }
 
@@ -89,75 +81,22 @@ impl<T: Real> Engine<T> {
     /// # Errors
     /// [`Error::PatternChanged`] naming the matrix, or cones or absent rows that differ.
     pub fn update(&mut self, problem: &Problem) -> Result<(), Error> {
-        let changed = |argument| Err(Error::PatternChanged { argument });
-        let old = &self.problem;
-        if !old.p.same_pattern(&problem.p) {
-            return changed("P");
-        } else if !old.a.same_pattern(&problem.a) {
-            return changed("A");
-        } else if !old.g.same_pattern(&problem.g) {
-            return changed("G");
-        } else if old.cones != problem.cones {
-            return changed("cones");
-        }
-        let absent = |p: &Problem| p.h.iter().map(|h| h.is_finite()).collect::<Vec<_>>();
-        if absent(old) != absent(problem) {
-            return changed("h");
-        }
-        self.problem = problem.clone();
-        self.load();
+        self.problem.same_pattern(problem)?;
+        self.problem.clone_from(problem);
+        self.path.load(0, problem);
+        self.reset();
         Ok(())
     }
 
-    /// Words of the problem and the settings into their buffers; forget the last solve.
-    fn load(&mut self) {
-        let (problem, work, n) = (&self.problem, &mut self.work, self.structure.n);
-        let reduced = &self.structure.reduced;
-        let fill = |to: &mut [T], from: &mut dyn Iterator<Item = f64>| {
-            to.iter_mut().zip(from).for_each(|(word, value)| *word = T::constant(value));
-        };
-        fill(&mut work.raw_p, &mut problem.p.values().iter().copied());
-        fill(&mut work.raw_a, &mut problem.a.values().iter().copied());
-        fill(&mut work.raw_g, &mut reduced.g_origin.iter().map(|&k| problem.g.values()[k]));
-        let h = || reduced.row_origin.iter().map(|&i| problem.h[i]);
-        let (c, bh) = work.raw_q.split_at_mut(n);
-        fill(c, &mut problem.c.iter().copied());
-        fill(bh, &mut problem.b.iter().copied().chain(h()));
-        let largest =
-            |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |top: f64, v| top.max(v.abs()));
-        work.norms[0] = T::constant(largest(&mut problem.b.iter().copied()));
-        work.norms[1] = T::constant(largest(&mut h()));
-        work.norms[2] = T::constant(largest(&mut problem.c.iter().copied()));
-        work.parameters[parameter::STATIC_REGULARIZATION] = T::constant(self.settings.static_regularization);
-        work.parameters[parameter::PIVOT_FLOOR] = T::constant(self.settings.pivot_floor);
-        work.parameters[parameter::DYNAMIC_REGULARIZATION] =
-            T::constant(self.settings.dynamic_regularization);
-        work.parameters[parameter::REFINEMENT_TOL] = T::constant(self.settings.refinement_tol);
-        work.parameters[parameter::REFINEMENT_SHARE] = T::constant(self.settings.refinement_share);
-        work.parameters[parameter::RESIDUAL_FLOOR] = T::constant(0.01 * self.settings.tol);
-        work.parameters[parameter::STEP_FRACTION] = T::constant(self.settings.step_fraction);
-        self.reset();
-    }
-
     fn reset(&mut self) {
-        self.control = Control::new(&self.settings);
-        self.stop = None;
+        self.control = Control::new(&self.path.settings);
         self.events.clear();
-        // A word that a previous solve left behind must never be taken for one of this solve.
-        for buffer in [Buffer::Best, Buffer::Farkas, Buffer::Ray, Buffer::RefinementGoal] {
-            self.work.get_mut(buffer).fill(T::zero());
-        }
-    }
-
-    /// Run a stage's arithmetic without deciding anything.
-    pub(crate) fn execute(&mut self, stage: Stage) {
-        let Self { structure, settings, work, .. } = self;
-        self.simd.dispatch(StageRun { structure, settings, work, stage });
+        self.path.reset(0);
     }
 
     /// The words of a buffer as they stand.
     pub fn buffer(&self, buffer: Buffer) -> &[T] {
-        self.work.get(buffer)
+        self.path.work.get(buffer)
     }
 
     /// What ran since the engine was made, updated or solved anew.
@@ -172,34 +111,18 @@ impl<T: Real> Engine<T> {
 
     /// Entries of the KKT matrix's upper triangle, and of L below the diagonal.
     pub fn kkt_sizes(&self) -> (usize, usize) {
-        (self.structure.kkt.nnz(), self.structure.kkt.symbolic.nnz_l)
+        (self.path.structure.kkt.nnz(), self.path.structure.kkt.symbolic.nnz_l)
     }
 
     /// Multiply–subtracts of one factorisation, from the column counts of L.
     pub fn factorization_multiply_subtracts(&self) -> usize {
-        self.structure.kkt.symbolic.multiply_subtracts
+        self.path.structure.kkt.symbolic.multiply_subtracts
     }
-}
-
-impl<T: Decide> Engine<T> {
     /// Run one stage and say how to go on.
     pub fn run(&mut self, stage: Stage) -> Outcome {
         self.events.push(Event { stage, iteration: self.control.iteration });
-        self.execute(stage);
-        let outcome = match stage {
-            Stage::Statistics => self.control.judge(&self.settings, &mut self.work),
-            Stage::CheckSolve => self.control.judge_refinement(&self.settings, &self.work),
-            Stage::Advance => {
-                let taken = self.step_taken();
-                self.control.note_step(taken);
-                Outcome::Next
-            }
-            _ => Outcome::Next,
-        };
-        if let Outcome::Done(stop) = outcome {
-            self.stop = Some(stop);
-        }
-        outcome
+        self.path.execute(stage);
+        self.control.decide(0, stage, &self.path.settings, &mut self.path.work)
     }
 
     /// Walk the lists from start to end.
@@ -248,7 +171,7 @@ impl<T: Decide> Engine<T> {
 
     /// The last statistics in the user's units.
     pub fn progress(&self) -> Progress {
-        let word = |k: usize| self.work.statistics[k].value();
+        let word = |k: usize| self.path.work.statistics[k].value();
         Progress {
             iteration: self.control.iteration,
             objective: word(stat::OBJECTIVE),
@@ -257,30 +180,14 @@ impl<T: Decide> Engine<T> {
             dual_residual: word(stat::DUAL),
             gap: word(stat::GAP),
             mu: word(stat::MU),
-            step: if self.control.iteration == 0 { 0.0 } else { self.step_taken() },
+            step: self.control.step,
             refinements: self.control.refinements,
         }
     }
 
-    fn step_taken(&self) -> f64 {
-        ps::step_taken(self.work.step_length[0], self.work.parameters[parameter::STEP_FRACTION]).value()
-    }
-}
-
-/// A stage's arithmetic, to be compiled once for each instruction set and chosen at run time.
-struct StageRun<'a, T> {
-    structure: &'a Structure,
-    settings: &'a Settings,
-    work: &'a mut Workspace<T>,
-    stage: Stage,
-}
-
-impl<T: Real> pulp::WithSimd for StageRun<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        execute(self.structure, self.settings, self.work, self.stage);
+    /// The outcome of the walk that ended, with the status that its numbers support.
+    pub fn conclude(&self) -> Solution {
+        Walked::new(&self.path, 0, &self.problem, &self.control).conclude()
     }
 }
 
@@ -302,11 +209,12 @@ pub fn operation_counts(
     settings: &Settings,
     latency: Latency,
 ) -> Result<Vec<(Stage, Tally)>, Error> {
-    let mut engine = Engine::<Counted>::with_panels(problem, settings, Panels::Exact)?;
-    let inputs_ready = Workspace::new(&engine.structure, Counted::zero());
+    let structure = Arc::new(Structure::new(problem, Panels::Exact)?);
+    let mut path = Datapath::<Counted>::new(structure, settings)?;
+    let inputs_ready = Workspace::new(&path.structure, Counted::zero());
     let mut tally = |stage| {
-        engine.work.clone_from(&inputs_ready);
-        (stage, count(latency, || engine.execute(stage)))
+        path.work.clone_from(&inputs_ready);
+        (stage, count(latency, || path.execute(stage)))
     };
     Ok(Stage::ALL.iter().map(|&stage| tally(stage)).collect())
 }

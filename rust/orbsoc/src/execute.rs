@@ -304,6 +304,7 @@ fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage
         ),
         _ => {
             let alpha = ps::step_taken(w.step_length[0], w.parameters[parameter::STEP_FRACTION]);
+            w.step_length[1] = alpha;
             ps::advance(alpha, &w.step, &mut w.point);
             ps::advance(alpha, &w.slack_step, &mut w.slack);
             ps::advance(alpha, &w.tau_step, &mut w.homogenizer[..2]);

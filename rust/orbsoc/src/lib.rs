@@ -20,10 +20,12 @@
 //! | statistics and decisions | `ps`, `control` |
 //! | the evidence for a status | `certificate` |
 
+mod batch;
 mod certificate;
 mod cones;
 mod control;
 mod csc;
+mod datapath;
 mod engine;
 mod error;
 mod execute;
@@ -42,6 +44,7 @@ mod symbolic;
 mod trace;
 mod workspace;
 
+pub use batch::solve_batch;
 pub use cones::Cones;
 pub use csc::Csc;
 pub use engine::{operation_counts, Engine, Progress};

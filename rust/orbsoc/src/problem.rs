@@ -70,10 +70,7 @@ impl Problem {
         }
         finite("c", &c)?;
         finite("b", &b)?;
-        let absent = |i: usize, v: f64| i < cones.l && v == f64::INFINITY;
-        if let Some((index, &value)) = h.iter().enumerate().find(|&(i, &v)| !v.is_finite() && !absent(i, v)) {
-            return Err(Error::Value { argument: "h", index, value });
-        }
+        finite_or_absent(&h, cones.l)?;
         for (what, size) in
             [("P", p.nnz()), ("A", a.nnz()), ("G", g.nnz()), ("x, y, z", n + b.len() + h.len())]
         {
@@ -82,6 +79,73 @@ impl Problem {
             }
         }
         Ok(Self { p, c, a, b, g, h, cones })
+    }
+
+    /// Replace c.
+    ///
+    /// # Errors
+    /// Another length, or a number that is not finite.
+    pub fn set_c(&mut self, c: &[f64]) -> Result<(), Error> {
+        finite("c", c)?;
+        replace("c", &mut self.c, c)
+    }
+
+    /// Replace b.
+    ///
+    /// # Errors
+    /// Another length, or a number that is not finite.
+    pub fn set_b(&mut self, b: &[f64]) -> Result<(), Error> {
+        finite("b", b)?;
+        replace("b", &mut self.b, b)
+    }
+
+    /// Replace h.
+    ///
+    /// # Errors
+    /// Another length, NaN, −∞, or +∞ on a row of a second-order cone.
+    pub fn set_h(&mut self, h: &[f64]) -> Result<(), Error> {
+        finite_or_absent(h, self.cones.l)?;
+        replace("h", &mut self.h, h)
+    }
+
+    /// Replace the entries of P's upper triangle, in the order of its columns.
+    ///
+    /// # Errors
+    /// Another number of entries, or one that is not finite.
+    pub fn set_p_values(&mut self, values: &[f64]) -> Result<(), Error> {
+        self.p.set_values("P", values)
+    }
+
+    /// Replace the entries of A, in the order of its columns.
+    ///
+    /// # Errors
+    /// Another number of entries, or one that is not finite.
+    pub fn set_a_values(&mut self, values: &[f64]) -> Result<(), Error> {
+        self.a.set_values("A", values)
+    }
+
+    /// Replace the entries of G, in the order of its columns.
+    ///
+    /// # Errors
+    /// Another number of entries, or one that is not finite.
+    pub fn set_g_values(&mut self, values: &[f64]) -> Result<(), Error> {
+        self.g.set_values("G", values)
+    }
+
+    /// Check that `other` differs in its numbers only.
+    pub(crate) fn same_pattern(&self, other: &Self) -> Result<(), Error> {
+        let absent = |p: &Self| p.h.iter().map(|h| h.is_finite()).collect::<Vec<_>>();
+        let parts = [
+            ("P", self.p.same_pattern(&other.p)),
+            ("A", self.a.same_pattern(&other.a)),
+            ("G", self.g.same_pattern(&other.g)),
+            ("cones", self.cones == other.cones),
+            ("h", absent(self) == absent(other)),
+        ];
+        match parts.iter().find(|(_, same)| !same) {
+            Some(&(argument, _)) => Err(Error::PatternChanged { argument }),
+            None => Ok(()),
+        }
     }
 
     /// Number of variables.
@@ -113,7 +177,22 @@ fn fit(argument: &'static str, found: usize, expected: usize, reason: &'static s
     }
 }
 
-fn finite(argument: &'static str, values: &[f64]) -> Result<(), Error> {
+/// +∞ on a nonnegative row of h says that the row is absent.
+fn finite_or_absent(h: &[f64], l: usize) -> Result<(), Error> {
+    let absent = |i: usize, v: f64| i < l && v == f64::INFINITY;
+    match h.iter().enumerate().find(|&(i, &v)| !v.is_finite() && !absent(i, v)) {
+        Some((index, &value)) => Err(Error::Value { argument: "h", index, value }),
+        None => Ok(()),
+    }
+}
+
+fn replace(argument: &'static str, old: &mut [f64], new: &[f64]) -> Result<(), Error> {
+    fit(argument, new.len(), old.len(), "the problem needs")?;
+    old.copy_from_slice(new);
+    Ok(())
+}
+
+pub(crate) fn finite(argument: &'static str, values: &[f64]) -> Result<(), Error> {
     match values.iter().enumerate().find(|(_, v)| !v.is_finite()) {
         Some((index, &value)) => Err(Error::Value { argument, index, value }),
         None => Ok(()),

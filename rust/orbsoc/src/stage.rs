@@ -160,7 +160,7 @@ stages! {
         reads [KktValues FactorL PivotInverse KktRhs KktSolution KktError Refinement]
         writes [KktSolution KktError Refinement] stales [];
     /// Decides on one more refinement step.
-    CheckSolve "check_solve" Ps reads [Refinement] writes [] stales [];
+    CheckSolve "check_solve" Ps reads [Refinement] writes [Refinement] stales [];
     /// Keep the solution for (−c, b, h).
     StoreConstant "store_constant" LinearSolve reads [KktSolution] writes [Constant] stales [KktRhs];
     /// Pivot of the embedding's scalar equation.
@@ -196,7 +196,7 @@ stages! {
     /// Take the step.
     Advance "advance" Ps
         reads [Parameters StepLength Step SlackStep TauStep Point Slack Homogenizer]
-        writes [Point Slack Homogenizer]
+        writes [StepLength Point Slack Homogenizer]
         stales [Residual CostProduct Statistics W Lambda LambdaInverse Cone];
     /// Iterate and certificates in the user's scaling.
     Unscale "unscale" MatrixScaling

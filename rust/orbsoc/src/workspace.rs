@@ -123,7 +123,7 @@ buffers! {
     KktError kkt_error "kkt_error" = |s: &Structure| s.kkt.dim;
     /// Largest error of a linear solve that is small enough for this iteration.
     RefinementGoal refinement_goal "refinement_goal" = |_: &Structure| 1;
-    /// Norm of the error, what it may be, and what it must fall below to go on refining.
+    /// Norm of the error, what it may be, what it must fall below to go on refining, and whether it goes on.
     Refinement refinement "refinement" = |_: &Structure| refinement::WORDS;
     /// Solution for (−c, b, h).
     Constant constant "constant" = Structure::unknowns;
@@ -141,8 +141,8 @@ buffers! {
     Complement complement "complement" = |s: &Structure| s.m;
     /// λ \ complement.
     Quotient quotient "quotient" = |s: &Structure| s.m;
-    /// Largest step to the boundary.
-    StepLength step_length "step_length" = |_: &Structure| 1;
+    /// Largest step to the boundary, and the step that was taken.
+    StepLength step_length "step_length" = |_: &Structure| 2;
     /// Best iterate so far: point, slack, τ.
     Best best "best" = |s: &Structure| s.unknowns() + s.m + 1;
     /// Point with the largest radius of primal infeasibility.

@@ -100,7 +100,9 @@ pub mod refinement {
     pub const ALLOWED: usize = 1;
     /// A step that leaves a larger error than this is the last.
     pub const WORTHWHILE: usize = 2;
-    pub const WORDS: usize = 3;
+    /// Zero once this problem's refinement has ended.
+    pub const ACTIVE: usize = 3;
+    pub const WORDS: usize = 4;
 }
 
 /// Norm of the error after a solve, and what it may be: a share of the right-hand side, or `goal`.
@@ -109,6 +111,7 @@ pub fn assess<T: Real>(error: &[T], rhs: &[T], relative: T, goal: T, out: &mut [
     out[refinement::ERROR] = error_norm(error);
     out[refinement::ALLOWED] = goal.max(relative * max_abs(rhs));
     out[refinement::WORTHWHILE] = out[refinement::ERROR];
+    out[refinement::ACTIVE] = T::one();
 }
 
 #[inline(always)]
@@ -136,7 +139,7 @@ pub fn refine<T: Real>(
     }
     residual(kkt, values, rhs, candidate, new_error);
     let (old, new) = (state[refinement::ERROR], error_norm(new_error));
-    let better = new.lt(old);
+    let better = T::and(new.lt(old), T::zero().lt(state[refinement::ACTIVE]));
     for (kept, &new) in x.iter_mut().zip(candidate.iter()).chain(error.iter_mut().zip(new_error.iter())) {
         *kept = T::select(better, new, *kept);
     }

@@ -1,13 +1,15 @@
 //! Scalars the kernels are generic over. **The datapath is a type**: one kernel source runs on
-//! `f64`, on `f32`, and on [`Counted`], which carries no number and counts the operations.
+//! `f64`, on `f32`, on [`Lanes`], N problems at once, and on [`Counted`], which carries no number and counts the operations.
 //!
 //! The bits of a result are defined by the operations a kernel asks for and nothing else: every
 //! operation below rounds once, `c ± a·b` rounds twice, and nothing here is ever fused.
 
 mod counted;
+mod lanes;
 mod single;
 
 pub use counted::{count, Counted, Latency, OperationCounts, Tally};
+pub use lanes::Lanes;
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -82,8 +84,17 @@ pub trait Real:
 /// A scalar whose value control flow may look at. Only PS code asks for it; recording
 /// datapaths do not implement it.
 pub trait Decide: Real {
-    /// The value, widened to double precision exactly.
-    fn value(self) -> f64;
+    /// Problems side by side in one word.
+    const LANES: usize;
+    /// The value of one of them, widened to double precision exactly.
+    fn lane(self, lane: usize) -> f64;
+    /// Replace the value of one of them.
+    fn set_lane(&mut self, lane: usize, value: f64);
+    /// The value of the first.
+    #[inline(always)]
+    fn value(self) -> f64 {
+        self.lane(0)
+    }
     /// Unit roundoff times two: the spacing of numbers at one.
     fn epsilon() -> f64;
 }

@@ -43,9 +43,16 @@ macro_rules! ieee {
         }
 
         impl Decide for $t {
+            const LANES: usize = 1;
+
             #[inline(always)]
-            fn value(self) -> f64 {
+            fn lane(self, _: usize) -> f64 {
                 f64::from(self)
+            }
+            #[inline(always)]
+            #[allow(clippy::cast_possible_truncation)] // what is set came from a word of this type
+            fn set_lane(&mut self, _: usize, value: f64) {
+                *self = value as $t;
             }
             fn epsilon() -> f64 {
                 f64::from(<$t>::EPSILON)

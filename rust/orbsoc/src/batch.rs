@@ -1,0 +1,244 @@
+//! Many problems of one sparsity pattern: N at a time in SIMD lanes, on several threads.
+//!
+//! Lanes run the same stages in step. A lane whose problem has ended takes the next one, which a
+//! second set of lanes has already brought to its starting point, so one hard problem does not hold
+//! the others. Every problem's bits are those of its own single solve, wherever it ran.
+
+use crate::certificate::Walked;
+use crate::control::Control;
+use crate::datapath::Datapath;
+use crate::error::Error;
+use crate::problem::Problem;
+use crate::real::{Decide, Lanes};
+use crate::settings::Settings;
+use crate::solution::Solution;
+use crate::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP};
+use crate::structure::Structure;
+use crate::symbolic::Panels;
+use crate::workspace::Buffer;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+
+/// Problems side by side in one register set.
+const WIDTH: usize = 8;
+
+/// Solve `count` problems of the pattern of `base` on `threads` threads. `write(k, problem)` puts
+/// problem k's numbers into a copy of `base`; it must leave the pattern alone.
+///
+/// ```
+/// use orbsoc::{solve_batch, Cones, Csc, Problem, Settings};
+/// let g = Csc::from_dense(&[&[-1.0]], 1);
+/// let base = Problem::new(None, vec![1.0], None, vec![], Some(g), vec![0.0], Cones { l: 1, q: vec![] })?;
+/// let at_least = |k: usize, problem: &mut Problem| problem.set_h(&[-(k as f64)]);
+/// let solutions = solve_batch(&base, 20, at_least, &Settings::default(), 1)?;
+/// assert!(solutions.iter().enumerate().all(|(k, s)| (s.x[0] - k as f64).abs() < 1e-7));
+/// # Ok::<(), orbsoc::Error>(())
+/// ```
+///
+/// # Errors
+/// As [`crate::Engine::new`], and [`Error::PatternChanged`] when `write` changed more than numbers.
+pub fn solve_batch(
+    base: &Problem,
+    count: usize,
+    write: impl Fn(usize, &mut Problem) -> Result<(), Error> + Sync,
+    settings: &Settings,
+    threads: usize,
+) -> Result<Vec<Solution>, Error> {
+    let structure = Arc::new(Structure::new(base, Panels::Relaxed)?);
+    let next = AtomicUsize::new(0);
+    let solved = Mutex::new(vec![None; count]);
+    let worker = || -> Result<(), Error> {
+        let mut crew = Crew::<Lanes<WIDTH>>::new(&structure, settings)?;
+        let take = |problem: &mut Problem| {
+            let k = next.fetch_add(1, Ordering::Relaxed);
+            if k >= count {
+                return Ok(None);
+            }
+            problem.clone_from(base);
+            write(k, problem)?;
+            base.same_pattern(problem)?;
+            Ok(Some(k))
+        };
+        crew.work(base, take, |k, solution| {
+            if let Ok(mut solved) = solved.lock() {
+                solved[k] = Some(solution);
+            }
+        })
+    };
+    if threads <= 1 {
+        worker()?;
+    } else {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.map_err(|e| Error::Symbolic(format!("no thread pool: {e}")))?;
+        pool.broadcast(|_| worker()).into_iter().collect::<Result<(), Error>>()?;
+    }
+    let solved = solved.into_inner().unwrap_or_default();
+    Ok(solved.into_iter().flatten().collect())
+}
+
+/// A problem in a lane.
+struct Seat {
+    index: usize,
+    problem: Problem,
+    control: Control,
+}
+
+/// One thread's lanes: a set that iterates, and a set that prepares what comes next.
+struct Crew<T> {
+    running: Datapath<T>,
+    fresh: Datapath<T>,
+    seats: Vec<Option<Seat>>,
+    ready: Vec<Option<Seat>>,
+    /// Buffers that a started problem brings into the iteration.
+    carried: Vec<Buffer>,
+}
+
+impl<T: Decide> Crew<T> {
+    fn new(structure: &Arc<Structure>, settings: &Settings) -> Result<Self, Error> {
+        let nobody = || (0..T::LANES).map(|_| None).collect();
+        Ok(Self {
+            running: Datapath::new(structure.clone(), settings)?,
+            fresh: Datapath::new(structure.clone(), settings)?,
+            seats: nobody(),
+            ready: nobody(),
+            carried: carried_into_iteration(),
+        })
+    }
+
+    /// Solve what `take` hands out until it has no more; give each solution to `done`.
+    fn work(
+        &mut self,
+        base: &Problem,
+        mut take: impl FnMut(&mut Problem) -> Result<Option<usize>, Error>,
+        mut done: impl FnMut(usize, Solution),
+    ) -> Result<(), Error> {
+        loop {
+            self.fill_seats(base, &mut take)?;
+            if self.seats.iter().all(Option::is_none) {
+                return Ok(());
+            }
+            self.iterate(&mut done);
+        }
+    }
+
+    /// Put started problems into empty lanes; start more when none is ready.
+    fn fill_seats(
+        &mut self,
+        base: &Problem,
+        take: &mut impl FnMut(&mut Problem) -> Result<Option<usize>, Error>,
+    ) -> Result<(), Error> {
+        for lane in 0..T::LANES {
+            if self.seats[lane].is_some() {
+                continue;
+            }
+            if self.ready.iter().all(Option::is_none) {
+                self.start_more(base, take)?;
+            }
+            let Some(from) = self.ready.iter().position(Option::is_some) else {
+                return Ok(());
+            };
+            for &buffer in &self.carried {
+                let words = self.fresh.work.get(buffer);
+                for (to, word) in self.running.work.get_mut(buffer).iter_mut().zip(words) {
+                    to.set_lane(lane, word.lane(from));
+                }
+            }
+            self.running.reset(lane);
+            self.seats[lane] = self.ready[from].take();
+        }
+        Ok(())
+    }
+
+    /// Bring the next problems to their starting points, a lane each.
+    fn start_more(
+        &mut self,
+        base: &Problem,
+        take: &mut impl FnMut(&mut Problem) -> Result<Option<usize>, Error>,
+    ) -> Result<(), Error> {
+        for lane in 0..T::LANES {
+            let mut problem = base.clone();
+            let Some(index) = take(&mut problem)? else { break };
+            self.fresh.load(lane, &problem);
+            let control = Control::new(&self.fresh.settings);
+            self.ready[lane] = Some(Seat { index, problem, control });
+        }
+        if self.ready.iter().any(Option::is_some) {
+            for step in STARTUP {
+                perform(&mut self.fresh, &mut self.ready, *step);
+            }
+        }
+        Ok(())
+    }
+
+    /// One iteration of all lanes; lanes whose problem ended hand it over and are empty.
+    fn iterate(&mut self, done: &mut impl FnMut(usize, Solution)) {
+        for step in ITERATION {
+            perform(&mut self.running, &mut self.seats, *step);
+            if *step == Step::Run(Stage::Statistics) {
+                self.hand_over(done);
+                if self.seats.iter().all(Option::is_none) {
+                    return;
+                }
+            }
+        }
+    }
+
+    fn hand_over(&mut self, done: &mut impl FnMut(usize, Solution)) {
+        let ended = |seat: &Option<Seat>| seat.as_ref().is_some_and(|s| s.control.stop.is_some());
+        if !self.seats.iter().any(ended) {
+            return;
+        }
+        for step in CLOSING {
+            perform(&mut self.running, &mut self.seats, *step);
+        }
+        for (lane, seat) in self.seats.iter_mut().enumerate() {
+            if let Some(seat) = seat.take_if(|s| s.control.stop.is_some()) {
+                done(seat.index, Walked::new(&self.running, lane, &seat.problem, &seat.control).conclude());
+            }
+        }
+    }
+}
+
+/// Run one step for all lanes; a repeated stage runs as long as any lane asks for it.
+fn perform<T: Decide>(path: &mut Datapath<T>, seats: &mut [Option<Seat>], step: Step) {
+    let mut run = |stage: Stage| {
+        path.execute(stage);
+        let mut again = false;
+        for (lane, seat) in seats.iter_mut().enumerate() {
+            if let Some(seat) = seat.as_mut().filter(|s| s.control.stop.is_none()) {
+                let outcome = seat.control.decide(lane, stage, &path.settings, &mut path.work);
+                again |= outcome == Outcome::Repeat;
+            }
+        }
+        again
+    };
+    match step {
+        Step::Run(stage) => {
+            run(stage);
+        }
+        Step::Repeat { stage, until } => {
+            while run(until) {
+                run(stage);
+            }
+        }
+    }
+}
+
+/// Buffers that the iteration or the closing reads before it writes them.
+fn carried_into_iteration() -> Vec<Buffer> {
+    let mut written: Vec<Buffer> = Vec::new();
+    let mut carried: Vec<Buffer> = Vec::new();
+    let stages = ITERATION.iter().chain(CLOSING).flat_map(|step| match *step {
+        Step::Run(stage) => [Some(stage), None],
+        Step::Repeat { stage, until } => [Some(until), Some(stage)],
+    });
+    for stage in stages.flatten() {
+        for &buffer in stage.reads() {
+            if !written.contains(&buffer) && !carried.contains(&buffer) {
+                carried.push(buffer);
+            }
+        }
+        written.extend(stage.writes());
+    }
+    carried
+}

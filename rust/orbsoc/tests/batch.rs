@@ -1,0 +1,113 @@
+//! A batch returns, for every problem, the bits of its own single solve, whoever its neighbours are.
+
+use orbsoc::{solve, solve_batch, Cones, Csc, Error, Problem, Settings, Solution, Status};
+
+/// Deterministic numbers in (−1, 1).
+fn numbers(seed: usize, count: usize) -> Vec<f64> {
+    let mut state = 0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(seed as u64 + 1);
+    let mut next = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    };
+    (0..count).map(|_| next()).collect()
+}
+
+/// min cᵀx in a ball, a few half-spaces and an equality: solvable, infeasible or badly scaled by `k`.
+fn base() -> Problem {
+    let (n, l, dim) = (6, 4, 7);
+    let rows = numbers(1, (l + 1) * n);
+    let mut g: Vec<Vec<f64>> = rows[..l * n].chunks(n).map(<[f64]>::to_vec).collect();
+    g.push(vec![0.0; n]);
+    g.extend((0..n).map(|i| (0..n).map(|j| if i == j { -1.0 } else { 0.0 }).collect()));
+    let g: Vec<&[f64]> = g.iter().map(Vec::as_slice).collect();
+    let mut h = vec![1.0; l];
+    h.push(3.0);
+    h.extend(vec![0.0; dim - 1]);
+    let p: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| if i == j { 0.1 } else { 0.0 }).collect()).collect();
+    let p: Vec<&[f64]> = p.iter().map(Vec::as_slice).collect();
+    Problem::new(
+        Some(Csc::from_dense(&p, n)),
+        numbers(2, n),
+        Some(Csc::from_dense(&[&rows[l * n..]], n)),
+        vec![0.1],
+        Some(Csc::from_dense(&g, n)),
+        h,
+        Cones { l, q: vec![dim] },
+    )
+    .unwrap()
+}
+
+fn write(k: usize, problem: &mut Problem) -> Result<(), Error> {
+    let scale = 10_f64.powi(i32::try_from(k % 7).unwrap() - 3);
+    let c: Vec<f64> = numbers(k + 10, 6).iter().map(|v| v * scale).collect();
+    problem.set_c(&c)?;
+    // Every fifth ball is out of the half-spaces' and the plane's reach: infeasible.
+    let b = if k % 5 == 4 { 1e3 } else { 0.3 * numbers(k + 99, 1)[0] };
+    problem.set_b(&[b])
+}
+
+fn single(k: usize, settings: &Settings) -> Solution {
+    let mut problem = base();
+    write(k, &mut problem).unwrap();
+    solve(&problem, settings).unwrap()
+}
+
+fn bits(values: &[f64]) -> Vec<u64> {
+    values.iter().map(|v| v.to_bits()).collect()
+}
+
+fn assert_same(k: usize, a: &Solution, b: &Solution) {
+    assert_eq!(a.status, b.status, "problem {k}");
+    assert_eq!((a.iterations, a.refinements), (b.iterations, b.refinements), "problem {k}");
+    for (name, a, b) in [("x", &a.x, &b.x), ("y", &a.y, &b.y), ("z", &a.z, &b.z), ("s", &a.s, &b.s)] {
+        assert_eq!(bits(a), bits(b), "problem {k}: {name}");
+    }
+    assert_eq!(a.message, b.message, "problem {k}");
+}
+
+#[test]
+fn every_lane_equals_its_own_single_solve_on_any_number_of_threads() {
+    let settings = Settings::default();
+    let singles: Vec<Solution> = (0..61).map(|k| single(k, &settings)).collect();
+    assert!(singles.iter().any(|s| s.status == Status::PrimalInfeasible));
+    assert!(singles.iter().filter(|s| s.status == Status::Solved).count() > 30);
+    let spread: Vec<u32> = singles.iter().map(|s| s.iterations).collect();
+    assert!(spread.iter().min() != spread.iter().max(), "lanes must end at different iterations");
+    for threads in [1, 2, 3] {
+        let batch = solve_batch(&base(), 61, write, &settings, threads).unwrap();
+        assert_eq!(batch.len(), 61);
+        for (k, (a, b)) in singles.iter().zip(&batch).enumerate() {
+            assert_same(k, a, b);
+        }
+    }
+}
+
+#[test]
+fn limits_hold_for_each_problem_apart() {
+    let settings = Settings { max_iterations: 5, ..Settings::default() };
+    for (k, solution) in solve_batch(&base(), 19, write, &settings, 1).unwrap().iter().enumerate() {
+        assert!(solution.iterations <= 5);
+        assert_same(k, &single(k, &settings), solution);
+    }
+}
+
+#[test]
+fn batches_smaller_than_a_register_and_empty_ones_work() {
+    let settings = Settings::default();
+    for count in 0..4 {
+        let batch = solve_batch(&base(), count, write, &settings, 2).unwrap();
+        assert_eq!(batch.len(), count);
+        for (k, solution) in batch.iter().enumerate() {
+            assert_same(k, &single(k, &settings), solution);
+        }
+    }
+}
+
+#[test]
+fn a_wrong_length_is_an_error_that_names_it() {
+    let wrong = |_: usize, problem: &mut Problem| problem.set_c(&[1.0]);
+    let error = solve_batch(&base(), 3, wrong, &Settings::default(), 1).unwrap_err();
+    assert_eq!(error.to_string(), "`c` has 1 entries, but the problem needs 6");
+}
