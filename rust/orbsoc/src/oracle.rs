@@ -3,7 +3,7 @@
 use crate::cones::{ConeLayout, Soc};
 use crate::csc::Csc;
 use crate::kernels::cone_ops;
-use crate::kkt::SOC_DENSE_MAX;
+use crate::kkt::{Kkt, SOC_DENSE_MAX};
 use crate::stage::{Step, ITERATION, STARTUP};
 use crate::{Cones, Decide, Engine, Outcome, Problem, Real};
 use nalgebra::DMatrix;
@@ -145,6 +145,21 @@ pub fn scaling<T: Real>(cones: &ConeLayout, s: &[T], z: &[T]) -> Scaling<T> {
     Scaling { w, lambda, lambda_inverse, cone }
 }
 
+/// A KKT matrix's values, dense, in natural order (x, y, z, expansion rows).
+pub fn dense(kkt: &Kkt, values: &[f64]) -> DMatrix<f64> {
+    let mut natural = vec![0; kkt.dim];
+    kkt.position.iter().enumerate().for_each(|(old, &new)| natural[new as usize] = old);
+    let mut out = DMatrix::zeros(kkt.dim, kkt.dim);
+    for j in 0..kkt.dim {
+        for k in kkt.colptr[j] as usize..kkt.colptr[j + 1] as usize {
+            let (i, j) = (natural[kkt.rowidx[k] as usize], natural[j]);
+            out[(i, j)] = values[k];
+            out[(j, i)] = values[k];
+        }
+    }
+    out
+}
+
 /// A strictly feasible, bounded problem with every kind of block: P, A, rows, cones of sizes 3 and 6.
 pub fn mixed_problem(seed: u64) -> Problem {
     let (n, p, cones) = (8, 2, Cones { l: 5, q: vec![3, 6] });
@@ -161,7 +176,9 @@ pub fn mixed_problem(seed: u64) -> Problem {
     };
     let mut h = times(&g, &x);
     let heads = [0, 1, 2, 3, 4, 5, 8];
-    heads.iter().for_each(|&i| h[i] += 1.0);
+    for i in heads {
+        h[i] += 1.0;
+    }
     let (b, c) = (times(&a, &x), numbers.list(n));
     Problem::new(Some(cost), c, Some(a), b, Some(g), h, cones).expect("sizes fit")
 }
