@@ -44,7 +44,7 @@ lint: $(INSTALLED) $(TESTING) ## formats, clippy, rustdoc, ruff, mypy, stubs aga
 	$(BIN)/stubtest orbsoc._core
 
 bench: $(INSTALLED) $(BENCHING) ## time the solver beside its peers (ECOS is GPL: this target only)
-	$(BIN)/python -m benchmarks
+	$(BIN)/python -m benchmarks.run --family mission004 --repeats 30 --out out/bench --readme README.md
 
 lock: ## renew requirements/*.txt from pyproject.toml
 	$(PYTHON) scripts/lock_requirements.py

@@ -57,4 +57,7 @@ def _cpu_flags() -> set[str]:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
         return set()
-    return next((set(line.split()) for line in lines if line.startswith("flags")), set())
+    for line in lines:
+        if line.startswith("flags"):
+            return set(line.split())
+    return set()

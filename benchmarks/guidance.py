@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm
+from scipy import linalg as _linalg
 
 from orbsoc.builder import ConicBuilder, Variable
 from orbsoc.problem import Problem
 
 Array = NDArray[np.float64]
+
+linalg: Any = _linalg  # published without types
 
 
 def powered_descent(nodes: int, seed: int) -> Problem:
@@ -75,7 +79,7 @@ def rendezvous(nodes: int, seed: int) -> Problem:
     lengths in km, time in radians of the target's orbit, so that speeds are in km · mean motion.
     """
     random = np.random.default_rng(2000 * nodes + seed)
-    transition = expm(_clohessy_wiltshire() * (2.0 * np.pi / nodes))
+    transition: Array = linalg.expm(_clohessy_wiltshire() * (2.0 * np.pi / nodes))
     start = np.array([-8.0, 1.0, 2.0, 0.0, 0.0, 0.0]) + 0.3 * random.standard_normal(6)
     b = ConicBuilder()
     x = b.variable("x", (nodes + 1, 6))
@@ -106,7 +110,7 @@ def quadrotor(nodes: int, seed: int) -> Problem:
     motion, control = _hovering()
     stacked = np.zeros((16, 16))
     stacked[:12, :12], stacked[:12, 12:] = motion, control
-    discrete = expm(0.1 * stacked)[:12]
+    discrete: Array = linalg.expm(0.1 * stacked)[:12]
     b = ConicBuilder()
     x, u = b.variable("x", (nodes + 1, 12)), b.variable("u", (nodes, 4))
     start = np.concatenate([random.uniform(-3.0, 3.0, 3), random.uniform(-0.5, 0.5, 3), np.zeros(6)])

@@ -22,11 +22,11 @@ from benchmarks.tables import (
     circumstances_line,
     comparison_table,
     group_table,
-    requirements,
     residual_table,
     to_csv,
     to_json,
 )
+from benchmarks.verdict import verdict
 
 NOISY = 0.25
 """Interquartile range over median above which a run should be repeated on a quieter machine."""
@@ -96,8 +96,6 @@ def _run_family(name: str, found: Sequence[Solver], chosen: argparse.Namespace) 
         (chosen.out / f"{name}.{ending}").write_text(text, encoding="utf-8")
     profile_figure(measurements, header, name, chosen.out / f"{name}.png")
     sys.stdout.write(f"# {name}\n\n{section}\n\n")
-    for line in requirements(measurements):
-        _say(f"does not hold: {line}")
     noisy = [m for m in measurements if m.solve.relative > NOISY]
     if noisy:
         _say(
@@ -114,6 +112,8 @@ def markdown(header: Mapping[str, str], measurements: Sequence[Measurement]) -> 
             group_table(measurements),
             comparison_table(measurements),
             residual_table(measurements),
+            "Required, and what comes out:",
+            verdict(measurements),
         ]
     )
 

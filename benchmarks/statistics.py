@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-from scipy import sparse
+from scipy import sparse as _sparse
 
 from orbsoc.builder import ConicBuilder
 from orbsoc.problem import Cones, Problem
+
+sparse: Any = _sparse  # published without types
 
 
 def portfolio(assets: int, seed: int) -> Problem:

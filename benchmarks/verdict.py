@@ -1,0 +1,99 @@
+"""What is required of our solver beside its peers, and whether it holds: sentences with numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from benchmarks.measure import COUNTS_BELOW, Measurement
+from benchmarks.tables import OURS, by_problem
+
+REFERENCE = "Clarabel"
+"""Whose iterations ours are compared with."""
+MOST_ITERATIONS = 1.15
+"""Ours may take this many times the reference's iterations, in the mean."""
+LISTED = 6
+"""Exceptions named at most; the files have them all."""
+
+
+def verdict(measurements: Sequence[Measurement]) -> str:
+    """A Markdown list: solved and verified, iterations, time, residual. Each line begins with whether it holds."""
+    problems = [
+        ({m.solver: m for m in rows if m.solver != OURS and m.counts}, mine)
+        for rows in by_problem(measurements).values()
+        for mine in rows
+        if mine.solver == OURS
+    ]
+    lines = [
+        _solved([mine for _, mine in problems]),
+        _iterations(problems),
+        _time(problems),
+        _residual(problems),
+    ]
+    return "\n".join(f"- {line}" for line in lines if line)
+
+
+_Compared = tuple[dict[str, Measurement], Measurement]
+"""The peers whose answers count on one problem, by name, and ours."""
+
+
+def _solved(ours: Sequence[Measurement]) -> str:
+    failed = [f"{m.instance.name} ({m.failure})" for m in ours if not m.counts]
+    return f"{_holds(not failed)} solved and verified at {COUNTS_BELOW:g}: {len(ours) - len(failed)} of {len(ours)}{_but(failed)}"
+
+
+def _iterations(problems: Sequence[_Compared]) -> str:
+    pairs = [
+        (mine.iterations, peers[REFERENCE].iterations)
+        for peers, mine in problems
+        if mine.counts and REFERENCE in peers
+    ]
+    if not pairs:
+        return ""
+    mine, reference = (float(np.mean(column)) for column in zip(*pairs, strict=True))
+    return (
+        f"{_holds(mine <= MOST_ITERATIONS * reference)} mean iterations at most {MOST_ITERATIONS:g} × {REFERENCE}'s: "
+        f"{mine:.2f} against {reference:.2f}, {mine / reference:.2f} ×"
+    )
+
+
+def _time(problems: Sequence[_Compared]) -> str:
+    pairs = [(mine, peer) for peers, mine in problems if mine.counts for peer in peers.values()]
+    slower = [
+        f"{mine.instance.name} ({mine.solve.median:.0f} µs, {peer.solver} {peer.solve.median:.0f} µs)"
+        for mine, peer in pairs
+        if not mine.solve.median < peer.solve.median
+    ]
+    if not pairs:
+        return ""
+    return f"{_holds(not slower)} solve time below each peer's, problem by problem: {len(pairs) - len(slower)} of {len(pairs)} pairs{_but(slower)}"
+
+
+def _residual(problems: Sequence[_Compared]) -> str:
+    compared = [
+        (mine.verification.worst, max(peer.verification.worst for peer in peers.values()))
+        for peers, mine in problems
+        if mine.counts and peers
+    ]
+    if not compared:
+        return ""
+    ours, theirs = (max(column) for column in zip(*compared, strict=True))
+    larger = [a / b for a, b in compared if a > b]
+    more = (
+        f"; problem by problem, larger on {len(larger)} of {len(compared)}, by up to {max(larger):.1f} ×"
+        if larger
+        else ""
+    )
+    return f"{_holds(ours <= theirs)} verified residual no worse than the peers': worst {ours:.1e}, worst of the peers {theirs:.1e}{more}"
+
+
+def _holds(holds: bool) -> str:
+    return "holds:" if holds else "**does not hold**:"
+
+
+def _but(exceptions: Sequence[str]) -> str:
+    if not exceptions:
+        return ""
+    more = f" and {len(exceptions) - LISTED} more" if len(exceptions) > LISTED else ""
+    return f"; not {', '.join(exceptions[:LISTED])}{more}"
