@@ -29,6 +29,8 @@ mod datapath;
 mod engine;
 mod error;
 mod execute;
+#[cfg(test)]
+mod factor_tests;
 mod kernels;
 mod kkt;
 #[cfg(test)]

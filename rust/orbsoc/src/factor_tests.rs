@@ -1,0 +1,360 @@
+//! LDLᵀ and substitution against a textbook factorisation, faer's, and the definition, on random sparse
+//! quasi-definite matrices of every size from 0 to 64.
+
+use crate::kernels::factorization::{factorize, Regularization};
+use crate::kernels::linear_solve::substitute;
+use crate::oracle::Numbers;
+use crate::real::{count, Counted, Latency, OperationCounts};
+use crate::symbolic::{fill_reducing_order, permute, Panels, Symbolic, Upper};
+use crate::{Decide, Real};
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::sparse::linalg::cholesky::simplicial;
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use nalgebra::{DMatrix, DVector};
+
+const REGULARIZATION: Regularization<f64> = Regularization { shift: 1e-8, floor: 1e-13, replacement: 2e-7 };
+
+/// A matrix in its final order.
+struct Matrix {
+    upper: Upper,
+    values: Vec<f64>,
+    positive: Vec<bool>,
+}
+
+impl Matrix {
+    fn dim(&self) -> usize {
+        self.positive.len()
+    }
+
+    fn dense(&self) -> DMatrix<f64> {
+        let mut out = DMatrix::zeros(self.dim(), self.dim());
+        for j in 0..self.dim() {
+            for k in self.upper.colptr[j]..self.upper.colptr[j + 1] {
+                out[(self.upper.rowidx[k], j)] = self.values[k];
+                out[(j, self.upper.rowidx[k])] = self.values[k];
+            }
+        }
+        out
+    }
+
+    fn sign(&self, j: usize) -> f64 {
+        if self.positive[j] {
+            1.0
+        } else {
+            -1.0
+        }
+    }
+
+    /// With the static regularisation on the diagonal.
+    fn regularized(&self) -> DMatrix<f64> {
+        let mut out = self.dense();
+        (0..self.dim()).for_each(|j| out[(j, j)] += self.sign(j) * REGULARIZATION.shift);
+        out
+    }
+}
+
+/// [H, Bᵀ; B, −R] with diagonally dominant H and R, in a fill-reducing order. `exact` numbers are
+/// small integers, so that zeros turn up within the pattern.
+fn quasi_definite(dim: usize, density: f64, exact: bool, seed: u64) -> Matrix {
+    let mut numbers = Numbers(seed);
+    let positive: Vec<bool> = (0..dim).map(|_| numbers.unit() < 0.6).collect();
+    let mut dominance = vec![0.1; dim];
+    let (mut entries, mut values) = (Vec::new(), Vec::new());
+    for j in 0..dim {
+        for i in 0..j {
+            if numbers.unit() < density {
+                let value = if exact { (3.0 * numbers.signed()).round() } else { numbers.signed() };
+                entries.push((i, j));
+                values.push(value);
+                if positive[i] == positive[j] {
+                    dominance[i] += value.abs();
+                    dominance[j] += value.abs();
+                }
+            }
+        }
+    }
+    for j in 0..dim {
+        entries.push((j, j));
+        let size = if exact { dominance[j].ceil() } else { dominance[j] + numbers.unit() };
+        values.push(if positive[j] { size } else { -size });
+    }
+    ordered(dim, &entries, &values, &positive)
+}
+
+fn ordered(dim: usize, entries: &[(usize, usize)], values: &[f64], positive: &[bool]) -> Matrix {
+    let (natural, place) = Upper::from_positions(dim, entries);
+    let order = fill_reducing_order(&natural).unwrap();
+    let (upper, permuted_place) = permute(&natural, &order);
+    let mut permuted = vec![0.0; values.len()];
+    values.iter().zip(&place).for_each(|(&value, &to)| permuted[permuted_place[to]] = value);
+    Matrix { upper, values: permuted, positive: order.iter().map(|&old| positive[old]).collect() }
+}
+
+struct Factor<T> {
+    symbolic: Symbolic,
+    l: Vec<T>,
+    pivot_inverse: Vec<T>,
+}
+
+fn factor<T: Real>(matrix: &Matrix, by: Regularization<T>, panels: Panels) -> Factor<T> {
+    let symbolic = Symbolic::new(&matrix.upper, panels).unwrap();
+    let words = |len| vec![T::zero(); len];
+    let values: Vec<T> = matrix.values.iter().map(|&v| T::constant(v)).collect();
+    let (mut y, mut l) = (words(symbolic.panel_words), words(symbolic.panel_words));
+    let (mut scratch, mut pivot_inverse) = (words(symbolic.max_height), words(matrix.dim()));
+    factorize(&symbolic, &matrix.positive, by, &values, &mut scratch, &mut y, &mut l, &mut pivot_inverse);
+    Factor { symbolic, l, pivot_inverse }
+}
+
+impl<T: Decide> Factor<T> {
+    fn l(&self) -> DMatrix<f64> {
+        let dim = self.pivot_inverse.len();
+        let mut out = DMatrix::identity(dim, dim);
+        for node in &self.symbolic.supernodes {
+            let rows = self.symbolic.rows_of(node);
+            for c in 0..node.width {
+                for (k, &row) in rows.iter().enumerate().skip(c + 1) {
+                    out[(row as usize, node.first + c)] = self.l[node.panel + c * node.height + k].value();
+                }
+            }
+        }
+        out
+    }
+
+    fn d(&self) -> DVector<f64> {
+        DVector::from_iterator(self.pivot_inverse.len(), self.pivot_inverse.iter().map(|v| 1.0 / v.value()))
+    }
+}
+
+impl<T: Real> Factor<T> {
+    fn solve(&self, rhs: &[T]) -> Vec<T> {
+        let mut out = vec![T::zero(); rhs.len()];
+        let mut scratch = vec![T::zero(); self.symbolic.max_height];
+        substitute(&self.symbolic, &self.l, &self.pivot_inverse, rhs, &mut scratch, &mut out);
+        out
+    }
+}
+
+/// Dense LDLᵀ, column by column, as textbooks have it.
+fn textbook(k: &DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
+    let dim = k.nrows();
+    let (mut l, mut d) = (DMatrix::identity(dim, dim), DVector::zeros(dim));
+    for j in 0..dim {
+        d[j] = k[(j, j)] - (0..j).map(|k| l[(j, k)] * l[(j, k)] * d[k]).sum::<f64>();
+        for i in j + 1..dim {
+            let sum: f64 = (0..j).map(|k| l[(i, k)] * l[(j, k)] * d[k]).sum();
+            l[(i, j)] = (k[(i, j)] - sum) / d[j];
+        }
+    }
+    (l, d)
+}
+
+fn faers(matrix: &Matrix) -> (DMatrix<f64>, DVector<f64>) {
+    let dim = matrix.dim();
+    let pattern =
+        SymbolicSparseColMatRef::new_checked(dim, dim, &matrix.upper.colptr, None, &matrix.upper.rowidx);
+    let (mut parent, mut counts) = (vec![0isize; dim], vec![0usize; dim]);
+    let nnz = matrix.upper.nnz();
+    let mut memory = MemBuffer::new(simplicial::prefactorize_symbolic_cholesky_scratch::<usize>(dim, nnz));
+    let stack = MemStack::new(&mut memory);
+    let tree = simplicial::prefactorize_symbolic_cholesky(&mut parent, &mut counts, pattern, stack);
+    let mut memory = MemBuffer::new(simplicial::factorize_simplicial_symbolic_cholesky_scratch::<usize>(dim));
+    let stack = MemStack::new(&mut memory);
+    let symbolic = simplicial::factorize_simplicial_symbolic_cholesky(pattern, tree, &counts, stack).unwrap();
+    let mut values = matrix.values.clone();
+    for j in 0..dim {
+        values[matrix.upper.colptr[j + 1] - 1] += matrix.sign(j) * REGULARIZATION.shift;
+    }
+    let mut words = vec![0.0; symbolic.len_val()];
+    let scratch = simplicial::factorize_simplicial_numeric_ldlt_scratch::<usize, f64>(dim);
+    let mut memory = MemBuffer::new(scratch);
+    simplicial::factorize_simplicial_numeric_ldlt(
+        &mut words,
+        SparseColMatRef::new(pattern, &values),
+        faer::linalg::cholesky::ldlt::factor::LdltRegularization::default(),
+        &symbolic,
+        MemStack::new(&mut memory),
+    )
+    .unwrap();
+    let (mut l, mut d) = (DMatrix::identity(dim, dim), DVector::zeros(dim));
+    for j in 0..dim {
+        let entries = symbolic.col_ptr()[j]..symbolic.col_ptr()[j + 1];
+        d[j] = words[entries.start];
+        for k in entries.skip(1) {
+            l[(symbolic.row_idx()[k], j)] = words[k];
+        }
+    }
+    (l, d)
+}
+
+fn matrices() -> impl Iterator<Item = Matrix> {
+    let sizes = (0..=64).flat_map(|dim| [0.05, 0.2, 0.7].map(|density| (dim, density)));
+    sizes
+        .chain([(200, 0.01), (300, 0.02)])
+        .enumerate()
+        .map(|(seed, (dim, density))| quasi_definite(dim, density, false, seed as u64))
+}
+
+/// |LDLᵀ − K| ≤ γ |L||D||L|ᵀ entrywise, the bound that any order of the operations obeys.
+fn assert_factors<T: Decide>(matrix: &Matrix, by: Regularization<T>) {
+    let at = factor(matrix, by, Panels::Relaxed);
+    let (l, d) = (at.l(), at.d());
+    let error = &l * DMatrix::from_diagonal(&d) * l.transpose() - matrix.regularized();
+    let size = l.abs() * DMatrix::from_diagonal(&d.abs()) * l.abs().transpose();
+    let gamma = (matrix.dim() + 4) as f64 * T::epsilon();
+    for (error, size) in error.iter().zip(size.iter()) {
+        assert!(error.abs() <= gamma * size, "{error} in a matrix of size {}", matrix.dim());
+    }
+}
+
+#[test]
+fn factors_multiply_back_to_the_regularised_matrix_in_both_precisions() {
+    let c = f32::constant;
+    for matrix in matrices() {
+        assert_factors::<f64>(&matrix, REGULARIZATION);
+        let single = Regularization { shift: c(1e-8), floor: c(1e-13), replacement: c(2e-7) };
+        assert_factors::<f32>(&matrix, single);
+    }
+}
+
+#[test]
+fn factors_are_the_textbooks_and_faers() {
+    for matrix in matrices() {
+        let at = factor(&matrix, REGULARIZATION, Panels::Relaxed);
+        for (l, d) in [textbook(&matrix.regularized()), faers(&matrix)] {
+            // Quasi-definite with dominance 0.1: entries of size up to 1e2, pivots at least 0.1.
+            let scale = l.amax().max(1.0);
+            assert!((at.l() - &l).amax() <= 1e-11 * scale, "L of size {}", matrix.dim());
+            for (found, expected) in at.d().iter().zip(d.iter()) {
+                assert!((found / expected - 1.0).abs() <= 1e-11, "pivot of size {}", matrix.dim());
+            }
+        }
+    }
+}
+
+#[test]
+fn substitution_solves_with_the_factors() {
+    for matrix in matrices() {
+        let at = factor(&matrix, REGULARIZATION, Panels::Relaxed);
+        let rhs = Numbers(9).list(matrix.dim());
+        let x = DVector::from_vec(at.solve(&rhs));
+        let error = matrix.regularized() * &x - DVector::from_vec(rhs);
+        // Backward stable up to the factors' growth: γ |L||D||L|ᵀ|x|.
+        let l = at.l().abs();
+        let bound = &l * DMatrix::from_diagonal(&at.d().abs()) * l.transpose() * x.abs();
+        for (error, bound) in error.iter().zip(bound.iter()) {
+            assert!(error.abs() <= 4.0 * (matrix.dim() + 1) as f64 * f64::EPSILON * bound);
+        }
+    }
+}
+
+/// Equal numbers are equal words but for the sign of zero: −0 − (−0·y) is +0, so a stored zero can
+/// turn a −0 that it meets. Small integers make zeros of both signs within the pattern.
+#[test]
+fn exact_and_relaxed_panels_give_the_same_words_but_for_the_sign_of_zero() {
+    let mut joined = 0;
+    for seed in 0..200 {
+        let matrix = quasi_definite(1 + seed % 64, 0.1, seed % 2 == 0, seed as u64);
+        let exact = factor(&matrix, REGULARIZATION, Panels::Exact);
+        let relaxed = factor(&matrix, REGULARIZATION, Panels::Relaxed);
+        joined += exact.symbolic.supernodes.len() - relaxed.symbolic.supernodes.len();
+        assert_eq!(exact.pivot_inverse, relaxed.pivot_inverse);
+        assert_eq!(exact.l(), relaxed.l());
+        let whole = |v: &f64| (2.0 * v).round();
+        let rhs: Vec<f64> = Numbers(seed as u64).list(matrix.dim()).iter().map(whole).collect();
+        assert_eq!(exact.solve(&rhs), relaxed.solve(&rhs));
+    }
+    assert!(joined > 100, "relaxing joined {joined} supernodes only");
+}
+
+/// Below the diagonal, by eliminating the pattern with no cleverness at all.
+fn column_counts(upper: &Upper) -> Vec<usize> {
+    let dim = upper.dim();
+    let mut filled = vec![vec![false; dim]; dim];
+    for (j, row) in filled.iter_mut().enumerate() {
+        upper.rowidx[upper.colptr[j]..upper.colptr[j + 1]].iter().for_each(|&i| row[i] = true);
+    }
+    for k in 0..dim {
+        for i in k + 1..dim {
+            for j in k + 1..i {
+                filled[i][j] |= filled[i][k] && filled[j][k];
+            }
+        }
+    }
+    (0..dim).map(|k| (k + 1..dim).filter(|&i| filled[i][k]).count()).collect()
+}
+
+/// What a factorisation asks for, from the column counts c of L: Σc(c+1)/2 multiply–subtracts, Σc
+/// products by the reciprocal pivot, one division and the regularisation for each pivot.
+#[test]
+fn operations_are_the_closed_forms_of_the_column_counts() {
+    for matrix in matrices().step_by(5) {
+        let below = column_counts(&matrix.upper);
+        let (nnz, updates): (usize, usize) =
+            below.iter().fold((0, 0), |(n, u), c| (n + c, u + c * (c + 1) / 2));
+        let positive = matrix.positive.iter().filter(|p| **p).count() as u64;
+        let dim = matrix.dim() as u64;
+        let expected = OperationCounts {
+            sub_mul: updates as u64,
+            mul: nnz as u64,
+            div: dim,
+            add: positive,
+            sub: dim - positive,
+            // −floor and −replacement.
+            neg: 2 * (dim - positive),
+            compare: dim,
+            select: dim,
+            ..OperationCounts::default()
+        };
+        let c = Counted::constant;
+        let by = Regularization { shift: c(0.0), floor: c(0.0), replacement: c(0.0) };
+        let symbolic = Symbolic::new(&matrix.upper, Panels::Exact).unwrap();
+        assert_eq!((symbolic.nnz_l, symbolic.multiply_subtracts), (nnz, updates));
+        let tally = count(Latency::UNIT, || {
+            factor(&matrix, by, Panels::Exact);
+        });
+        assert_eq!(tally.operations, expected, "size {}", matrix.dim());
+
+        let at = factor(&matrix, by, Panels::Exact);
+        let rhs = vec![Counted::zero(); matrix.dim()];
+        let tally = count(Latency::UNIT, || {
+            at.solve(&rhs);
+        });
+        let expected = OperationCounts { sub_mul: 2 * nnz as u64, mul: dim, ..OperationCounts::default() };
+        assert_eq!(tally.operations, expected, "size {}", matrix.dim());
+    }
+}
+
+#[test]
+fn the_order_is_a_permutation_that_puts_children_before_parents() {
+    for matrix in matrices() {
+        let order = fill_reducing_order(&matrix.upper).unwrap();
+        let mut sorted = order.clone();
+        sorted.sort_unstable();
+        assert_eq!(sorted, (0..matrix.dim()).collect::<Vec<_>>());
+        let symbolic = Symbolic::new(&matrix.upper, Panels::Relaxed).unwrap();
+        let covered: Vec<usize> =
+            symbolic.supernodes.iter().flat_map(|node| node.first..node.first + node.width).collect();
+        assert_eq!(covered, sorted, "every column belongs to one supernode");
+        for node in &symbolic.supernodes {
+            assert!(symbolic.rows_of(node).windows(2).all(|rows| rows[0] < rows[1]));
+        }
+    }
+}
+
+#[test]
+fn pivots_of_the_wrong_sign_or_too_small_become_the_replacement() {
+    let entries: Vec<(usize, usize)> = (0..6).map(|j| (j, j)).collect();
+    let values = [0.0, -5.0, 1e-7, 0.0, 5.0, -1e-7];
+    let signs = [true, true, true, false, false, false];
+    let by = Regularization { shift: 1e-8, floor: 1e-6, replacement: 2e-5 };
+    let matrix = ordered(6, &entries, &values, &signs);
+    let mut found: Vec<f64> = factor(&matrix, by, Panels::Exact).d().iter().copied().collect();
+    found.sort_by(f64::total_cmp);
+    let expected = [-2e-5, -2e-5, -2e-5, 2e-5, 2e-5, 2e-5];
+    assert!(found.iter().zip(expected).all(|(f, e)| (f / e - 1.0).abs() < 1e-15), "{found:?}");
+    // Just above the floor, a pivot is only shifted.
+    let matrix = ordered(2, &entries[..2], &[1.5e-6, -1.5e-6], &[true, false]);
+    let d = factor(&matrix, by, Panels::Exact).d();
+    assert!(d.iter().all(|d| (d.abs() / 1.51e-6 - 1.0).abs() < 1e-14), "{d}");
+}
