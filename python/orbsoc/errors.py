@@ -5,3 +5,7 @@ from __future__ import annotations
 
 class ProblemError(ValueError):
     """The data of a problem are not a problem; the message names the argument and its value."""
+
+
+class FileError(ValueError):
+    """A file of ours does not hold what its schema says; the message names the file, the field and its value."""

@@ -3,6 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from numbers import Integral, Real
+from typing import Any
+
+COUNT_LIMIT = 2**31 - 1
+"""Largest count that the core holds."""
+
+_KINDS: dict[str, tuple[type, Any, str]] = {
+    "bool": (bool, bool, "True or False"),
+    "int": (Integral, int, "an integer"),
+    "float": (Real, float, "a number"),
+}
+"""Of a field's annotation: what is taken, what it becomes, and how an error calls it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,12 +40,27 @@ class Settings:
     ruiz_passes: int = 4
 
     def __post_init__(self) -> None:
+        for field in fields(self):
+            object.__setattr__(self, field.name, _typed(field.name, field.type, getattr(self, field.name)))
         for name in ("tol", "tol_inaccurate", "max_time_s"):
             value = getattr(self, name)
             if not value > 0.0:
                 raise ValueError(f"settings: {name} = {value!r} must be a positive number")
-        if self.max_iterations < 1:
-            raise ValueError(f"settings: max_iterations = {self.max_iterations!r} must be at least 1")
+        for name, least in (("max_iterations", 1), ("refinement_max", 0), ("ruiz_passes", 0)):
+            value = getattr(self, name)
+            if not least <= value <= COUNT_LIMIT:
+                raise ValueError(
+                    f"settings: {name} = {value!r} must be at least {least}, at most {COUNT_LIMIT}"
+                )
 
     def __str__(self) -> str:
         return "\n".join(f"{f.name:<18} {getattr(self, f.name)}" for f in fields(self))
+
+
+def _typed(name: str, annotation: Any, value: Any) -> bool | int | float:
+    """The value as its field's type; TypeError names the field."""
+    taken, made, words = _KINDS[annotation]
+    if not isinstance(value, taken) or (isinstance(value, bool) and taken is not bool):
+        raise TypeError(f"settings: {name} = {value!r} must be {words}")
+    out: bool | int | float = made(value)
+    return out

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
+from os import PathLike
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,3 +62,19 @@ class Solution:
     message: str
     nnz_kkt: int
     nnz_l: int
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the solution to a JSON file of schema `orbsoc.solution/1` (see orbsoc.solution_file)."""
+        from orbsoc.solution_file import write_solution
+
+        write_solution(self, path)
+
+    @staticmethod
+    def load(path: str | PathLike[str]) -> Solution:
+        """Read a JSON file of schema `orbsoc.solution/1`; every number comes back exactly.
+
+        Raises FileError naming the field that is missing or damaged, OSError if there is no such file.
+        """
+        from orbsoc.solution_file import read_solution
+
+        return read_solution(path)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from os import PathLike
 from typing import Any
 
 from orbsoc import _core
@@ -22,19 +23,22 @@ def solve(
     settings: Settings | None = None,
     *,
     callback: Callback | None = None,
+    bundle: str | PathLike[str] | None = None,
     **overrides: Any,
 ) -> Solution:
     """Solve a conic problem in double precision.
 
     Keyword settings override `settings`: `solve(problem, tol=1e-10)`. Not converging is a status. Ctrl-C ends
     the solve within one iteration (or a millisecond) with `Status.INTERRUPTED` and the best iterate.
-    Raises TypeError for an unknown setting, ProblemError or ValueError for data that cannot be solved.
+    `bundle` is where to write what repeats the solve (see orbsoc.bundle) if it does not end with SOLVED.
+    Raises TypeError for an unknown setting, ProblemError or ValueError for data that cannot be solved, OSError
+    if the bundle cannot be written.
 
     >>> import orbsoc
     >>> solve(orbsoc.Problem(c=[1.0], G=[[-1.0]], h=[-2.0], cones=orbsoc.Cones(l=1))).status.name
     'SOLVED'
     """
-    return Solver(problem, settings, **overrides).solve(callback=callback)
+    return Solver(problem, settings, **overrides).solve(callback=callback, bundle=bundle)
 
 
 class Solver:
@@ -63,10 +67,25 @@ class Solver:
             raise ProblemError(str(error)) from None
         self.problem = problem
 
-    def solve(self, *, callback: Callback | None = None) -> Solution:
-        """Solve the current data from a cold start."""
+    def solve(
+        self, *, callback: Callback | None = None, bundle: str | PathLike[str] | None = None
+    ) -> Solution:
+        """Solve the current data from a cold start; `callback` and `bundle` are those of `orbsoc.solve`."""
         watcher = print_table(callback) if self.settings.verbose else callback
+        if bundle is not None:
+            return self._solve_recorded(watcher, bundle)
         return solution_of(self._engine.solve(watcher))
+
+    def _solve_recorded(self, callback: Callback | None, place: str | PathLike[str]) -> Solution:
+        from orbsoc.bundle import Bundle, check_place, recording, versions, write_bundle
+
+        check_place(place)
+        history: list[Mapping[str, float]] = []
+        solution = solution_of(self._engine.solve(recording(history, callback)))
+        if solution.status is not Status.SOLVED:
+            found = Bundle(self.problem, self.settings, solution, tuple(history), versions())
+            write_bundle(found, place)
+        return solution
 
 
 def resolve(settings: Settings | None, overrides: Mapping[str, Any]) -> Settings:
