@@ -28,6 +28,7 @@ from benchmarks.tables import (
 )
 from benchmarks.verdict import verdict
 
+MORE = "Rules of measurement, settings of the peers and other families: [docs/benchmarks.md](docs/benchmarks.md)."
 NOISY = 0.25
 """Interquartile range over median above which a run should be repeated on a quieter machine."""
 
@@ -48,7 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         insert(chosen.docs, text)
     if chosen.readme:
-        insert(chosen.readme, sections[names[0]])
+        insert(chosen.readme, f"{sections[names[0]]}\n\n{MORE}")
     return 0
 
 

@@ -113,7 +113,7 @@ def _settings_notes(measurements: Sequence[Measurement]) -> list[str]:
         for variant in dict.fromkeys(m.variant for m in rows if m.variant):
             count = sum(m.variant == variant for m in rows)
             notes.append(
-                f"† {solver} with `{variant}` on {count} of {len(rows)} problems, which its defaults fail."
+                f"† {solver} with `{variant}` on {count} of {len(rows)} problems, where its defaults fail."
             )
     return ["", *notes] if notes else []
 
