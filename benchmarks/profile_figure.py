@@ -53,8 +53,9 @@ def profile_figure(
             steps = np.concatenate([[1.0], found[solved], [reach]])
             heights = np.concatenate([[0.0], share[solved], [share[solved][-1] if solved.any() else 0.0]])
             ours = solver == "orbsoc"
+            label = solver if solved.any() else f"{solver} (none verified)"
             axes.step(
-                steps, heights, where="post", label=solver, color=COLOURS.get(solver), lw=2.4 if ours else 1.5
+                steps, heights, where="post", label=label, color=COLOURS.get(solver), lw=2.4 if ours else 1.5
             )
         axes.set(
             xscale="log",
