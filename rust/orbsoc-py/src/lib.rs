@@ -1,6 +1,7 @@
 //! `orbsoc._core`: conversions between Python objects and the solver, and nothing else.
 #![allow(missing_docs)] // documented where users meet it: python/orbsoc/_core.pyi
 
+mod batch;
 mod convert;
 mod engine;
 mod method;
@@ -9,6 +10,8 @@ use pyo3::prelude::*;
 
 #[pymodule]
 mod _core {
+    #[pymodule_export]
+    use super::batch::{solve_batch, RawBatch};
     #[pymodule_export]
     use super::convert::CoreError;
     #[pymodule_export]

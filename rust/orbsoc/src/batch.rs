@@ -1,4 +1,4 @@
-//! Many problems of one sparsity pattern: N at a time in SIMD lanes, on several threads.
+//! Many problems of one sparsity pattern: eight at a time in SIMD lanes, on several threads.
 //!
 //! Lanes run the same stages in step. A lane whose problem has ended takes the next one, which a
 //! second set of lanes has already brought to its starting point, so one hard problem does not hold
@@ -18,9 +18,6 @@ use crate::symbolic::Panels;
 use crate::workspace::Buffer;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
-
-/// Problems side by side in one register set.
-const WIDTH: usize = 8;
 
 /// Solve `count` problems of the pattern of `base` on `threads` threads. `write(k, problem)` puts
 /// problem k's numbers into a copy of `base`; it must leave the pattern alone.
@@ -48,7 +45,6 @@ pub fn solve_batch(
     let next = AtomicUsize::new(0);
     let solved = Mutex::new(vec![None; count]);
     let worker = || -> Result<(), Error> {
-        let mut crew = Crew::<Lanes<WIDTH>>::new(&structure, settings)?;
         let take = |problem: &mut Problem| {
             let k = next.fetch_add(1, Ordering::Relaxed);
             if k >= count {
@@ -59,11 +55,18 @@ pub fn solve_batch(
             base.same_pattern(problem)?;
             Ok(Some(k))
         };
-        crew.work(base, take, |k, solution| {
+        let done = |k: usize, solution| {
             if let Ok(mut solved) = solved.lock() {
                 solved[k] = Some(solution);
             }
-        })
+        };
+        match pulp::Arch::new() {
+            #[cfg(target_arch = "x86_64")]
+            pulp::Arch::V3(_) => {
+                Crew::<Lanes<pulp::x86::V3_512b>>::new(&structure, settings)?.work(base, take, done)
+            }
+            _ => Crew::<Lanes<pulp::Scalar512b>>::new(&structure, settings)?.work(base, take, done),
+        }
     };
     if threads <= 1 {
         worker()?;

@@ -62,7 +62,7 @@ impl Control {
             Stage::Statistics => self.judge(lane, settings, work),
             Stage::CheckSolve => self.judge_refinement(lane, settings, work),
             Stage::Advance => {
-                self.note_step(work.step_length[1].lane(lane));
+                self.note_step(work.step_taken[0].lane(lane));
                 Outcome::Next
             }
             _ => Outcome::Next,
@@ -141,9 +141,9 @@ impl Control {
         let error = word(refinement::ERROR);
         let worthwhile = error.is_finite() && (self.refined == 0 || error <= word(refinement::WORTHWHILE));
         let enough = error <= word(refinement::ALLOWED) || !worthwhile;
-        if enough || self.refined >= settings.refinement_max || word(refinement::ACTIVE) == 0.0 {
+        if enough || self.refined >= settings.refinement_max || w.refinement_active[0].lane(lane) == 0.0 {
             // Whatever other lanes still refine leaves this one alone.
-            w.refinement[refinement::ACTIVE].set_lane(lane, 0.0);
+            w.refinement_active[0].set_lane(lane, 0.0);
             self.refined = 0;
             return Outcome::Next;
         }

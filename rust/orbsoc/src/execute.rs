@@ -81,16 +81,14 @@ fn matrix_scaling<T: Real>(structure: &Structure, settings: &Settings, w: &mut W
         return;
     }
     let unknowns = structure.unknowns();
-    let (scales, one) = ((&w.scale[..], &w.scale_inverse[..], &w.cost_scale[..]), T::one());
-    let undo = |point: &[T], slack: &[T], tau: T, to: (&mut [T], &mut [T])| {
-        matrix_scaling::undo(structure, scales.0, scales.1, scales.2, (point, slack, tau), to);
-    };
+    let scales = (&w.scale[..], &w.scale_inverse[..], &w.cost_scale[..]);
+    let one = T::one();
     let (point, slack_tau) = w.best.split_at(unknowns);
     let (slack, tau) = slack_tau.split_at(structure.m);
-    undo(point, slack, tau[0], w.answer.split_at_mut(unknowns));
+    matrix_scaling::undo(structure, scales, (point, slack, tau[0]), w.answer.split_at_mut(unknowns));
     let (farkas, ray) = w.witness.split_at_mut(unknowns);
-    undo(&w.farkas, &[], one, (farkas, &mut []));
-    undo(&w.ray[..unknowns], &[], one, (ray, &mut []));
+    matrix_scaling::undo(structure, scales, (&w.farkas, &[], one), (farkas, &mut []));
+    matrix_scaling::undo(structure, scales, (&w.ray[..unknowns], &[], one), (ray, &mut []));
 }
 
 #[inline(always)]
@@ -166,6 +164,7 @@ fn solve<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
             &mut w.kkt_solution,
             &mut w.kkt_error,
             &mut w.refinement,
+            w.refinement_active[0],
         );
         return;
     }
@@ -180,6 +179,7 @@ fn solve<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
     linear_solve::residual(kkt, &w.kkt_values, &w.kkt_rhs, &w.kkt_solution, &mut w.kkt_error);
     let relative = w.parameters[parameter::REFINEMENT_TOL];
     linear_solve::assess(&w.kkt_error, &w.kkt_rhs, relative, w.refinement_goal[0], &mut w.refinement);
+    w.refinement_active[0] = T::one();
 }
 
 #[inline(always)]
@@ -304,7 +304,7 @@ fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage
         ),
         _ => {
             let alpha = ps::step_taken(w.step_length[0], w.parameters[parameter::STEP_FRACTION]);
-            w.step_length[1] = alpha;
+            w.step_taken[0] = alpha;
             ps::advance(alpha, &w.step, &mut w.point);
             ps::advance(alpha, &w.slack_step, &mut w.slack);
             ps::advance(alpha, &w.tau_step, &mut w.homogenizer[..2]);

@@ -159,13 +159,17 @@ pub(crate) fn statistics<T: Real>(
     stats[stat::OBJECTIVE] = objective;
     stats[stat::DUAL_OBJECTIVE] = dual_objective;
     stats[stat::MU] = mu;
-    let tiny = T::constant(1e-30);
-    let radius = |value: T, size: T, scale: T| (-value).max(T::zero()) / (size.max(tiny) * one.max(scale));
     stats[stat::PRIMAL_RADIUS] = radius(support, farkas, norm_b.max(norm_h));
     let ray = (ray_rows + ray_cone).add_mul(ray_cost, gamma_inv);
     stats[stat::DUAL_RADIUS] = radius(cost * gamma_inv, ray, norm_c);
     stats[stat::WITNESS] =
         finite_witness(at.point) + (finite_witness(at.slack) + finite_witness(at.homogenizer));
+}
+
+/// Radius that a certificate of this value and residual size proves, over the data's scale.
+#[inline(always)]
+fn radius<T: Real>(value: T, size: T, scale: T) -> T {
+    (-value).max(T::zero()) / (size.max(T::constant(1e-30)) * T::one().max(scale))
 }
 
 /// `out = P x`, P symmetric and given by its upper triangle.

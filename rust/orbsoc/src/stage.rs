@@ -154,13 +154,13 @@ stages! {
     /// Substitute through the factors; leave the refinement residual and its norm.
     SolveKkt "solve_kkt" LinearSolve
         reads [Parameters RefinementGoal KktValues FactorL PivotInverse KktRhs]
-        writes [KktSolution KktError Refinement] stales [];
+        writes [KktSolution KktError Refinement RefinementActive] stales [];
     /// One refinement step, kept where it made the residual smaller.
     RefineKkt "refine_kkt" LinearSolve
-        reads [KktValues FactorL PivotInverse KktRhs KktSolution KktError Refinement]
+        reads [KktValues FactorL PivotInverse KktRhs KktSolution KktError Refinement RefinementActive]
         writes [KktSolution KktError Refinement] stales [];
     /// Decides on one more refinement step.
-    CheckSolve "check_solve" Ps reads [Refinement] writes [Refinement] stales [];
+    CheckSolve "check_solve" Ps reads [Refinement RefinementActive] writes [RefinementActive] stales [];
     /// Keep the solution for (−c, b, h).
     StoreConstant "store_constant" LinearSolve reads [KktSolution] writes [Constant] stales [KktRhs];
     /// Pivot of the embedding's scalar equation.
@@ -196,7 +196,7 @@ stages! {
     /// Take the step.
     Advance "advance" Ps
         reads [Parameters StepLength Step SlackStep TauStep Point Slack Homogenizer]
-        writes [StepLength Point Slack Homogenizer]
+        writes [StepTaken Point Slack Homogenizer]
         stales [Residual CostProduct Statistics W Lambda LambdaInverse Cone];
     /// Iterate and certificates in the user's scaling.
     Unscale "unscale" MatrixScaling

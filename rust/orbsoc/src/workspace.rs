@@ -123,8 +123,10 @@ buffers! {
     KktError kkt_error "kkt_error" = |s: &Structure| s.kkt.dim;
     /// Largest error of a linear solve that is small enough for this iteration.
     RefinementGoal refinement_goal "refinement_goal" = |_: &Structure| 1;
-    /// Norm of the error, what it may be, what it must fall below to go on refining, and whether it goes on.
+    /// Norm of the error, what it may be and what it must fall below to go on refining.
     Refinement refinement "refinement" = |_: &Structure| refinement::WORDS;
+    /// Zero once a problem's refinement has ended: other lanes' does not move it.
+    RefinementActive refinement_active "refinement_active" = |_: &Structure| 1;
     /// Solution for (−c, b, h).
     Constant constant "constant" = Structure::unknowns;
     /// Direction of (x, y, z).
@@ -141,8 +143,10 @@ buffers! {
     Complement complement "complement" = |s: &Structure| s.m;
     /// λ \ complement.
     Quotient quotient "quotient" = |s: &Structure| s.m;
-    /// Largest step to the boundary, and the step that was taken.
-    StepLength step_length "step_length" = |_: &Structure| 2;
+    /// Largest step to the boundary.
+    StepLength step_length "step_length" = |_: &Structure| 1;
+    /// The step that was taken.
+    StepTaken step_taken "step_taken" = |_: &Structure| 1;
     /// Best iterate so far: point, slack, τ.
     Best best "best" = |s: &Structure| s.unknowns() + s.m + 1;
     /// Point with the largest radius of primal infeasibility.

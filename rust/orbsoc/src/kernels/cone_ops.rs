@@ -4,7 +4,7 @@
 //! W⁻¹s = Wz = λ, and res(v) = (v₀ − ‖v₁‖)(v₀ + ‖v₁‖), factored to avoid cancellation.
 
 use super::reduce::{dot, norm2};
-use crate::cones::{ConeLayout, Soc};
+use crate::cones::ConeLayout;
 use crate::real::Real;
 
 /// Words kept per second-order cone, and which is which.
@@ -156,6 +156,12 @@ pub fn add_scaled<T: Real>(step: T, other: &[T], direction: &mut [T]) {
     }
 }
 
+/// v₀ − ‖v₁‖, negative outside the second-order cone.
+#[inline(always)]
+fn distance_to_boundary<T: Real>(v: &[T]) -> T {
+    v[0] - norm2(&v[1..])
+}
+
 /// Shift `v` along the cone's identity until its distance to the boundary is at least 1 and at
 /// least a tenth of the mean positive distance.
 #[inline(always)]
@@ -163,7 +169,6 @@ pub fn shift_into_cone<T: Real>(cones: &ConeLayout, v: &mut [T]) {
     if cones.degree() == 0 {
         return;
     }
-    let margin = |v: &[T], soc: &Soc| v[soc.start] - norm2(&v[soc.rows()][1..]);
     let large = T::constant(f64::from(f32::MAX));
     let (mut least, mut positive) = (large, T::zero());
     for &v in &v[..cones.l] {
@@ -171,7 +176,7 @@ pub fn shift_into_cone<T: Real>(cones: &ConeLayout, v: &mut [T]) {
         positive = positive + v.max(T::zero());
     }
     for soc in &cones.soc {
-        let margin = margin(v, soc);
+        let margin = distance_to_boundary(&v[soc.rows()]);
         least = least.min(margin);
         positive = positive + margin.max(T::zero());
     }

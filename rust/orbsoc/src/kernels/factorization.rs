@@ -79,7 +79,15 @@ fn apply_update<T: Real>(
         for (word, &from) in scratch.iter_mut().zip(landing) {
             *word = target[from as usize];
         }
-        subtract_columns(source.width, height, row, l, |k| y[k * height + row], scratch);
+        subtract_columns(
+            source.width,
+            height,
+            row,
+            l,
+            #[inline(always)]
+            |k| y[k * height + row],
+            scratch,
+        );
         for (&word, &to) in scratch.iter().zip(landing) {
             target[to as usize] = word;
         }
@@ -99,7 +107,15 @@ fn factor_panel<T: Real>(
     for c in 0..node.width {
         let (earlier, current) = panel.split_at_mut(c * node.height);
         let current = &mut current[c..node.height];
-        subtract_columns(c, node.height, c, l, |k| earlier[k * node.height + c], current);
+        subtract_columns(
+            c,
+            node.height,
+            c,
+            l,
+            #[inline(always)]
+            |k| earlier[k * node.height + c],
+            current,
+        );
         let j = node.first + c;
         let pivot = regularized(current[0], positive[j], regularization);
         let inverse = T::one() / pivot;

@@ -51,7 +51,15 @@ fn forward<T: Real>(symbolic: &Symbolic, l: &[T], scratch: &mut [T], x: &mut [T]
             *word = x[i as usize];
         }
         let known = &x[node.first..node.first + width];
-        subtract_columns(width, height, width, l, |k| known[k], scratch);
+        subtract_columns(
+            width,
+            height,
+            width,
+            l,
+            #[inline(always)]
+            |k| known[k],
+            scratch,
+        );
         for (&word, &i) in scratch.iter().zip(below) {
             x[i as usize] = word;
         }
@@ -100,9 +108,7 @@ pub mod refinement {
     pub const ALLOWED: usize = 1;
     /// A step that leaves a larger error than this is the last.
     pub const WORTHWHILE: usize = 2;
-    /// Zero once this problem's refinement has ended.
-    pub const ACTIVE: usize = 3;
-    pub const WORDS: usize = 4;
+    pub const WORDS: usize = 3;
 }
 
 /// Norm of the error after a solve, and what it may be: a share of the right-hand side, or `goal`.
@@ -111,7 +117,6 @@ pub fn assess<T: Real>(error: &[T], rhs: &[T], relative: T, goal: T, out: &mut [
     out[refinement::ERROR] = error_norm(error);
     out[refinement::ALLOWED] = goal.max(relative * max_abs(rhs));
     out[refinement::WORTHWHILE] = out[refinement::ERROR];
-    out[refinement::ACTIVE] = T::one();
 }
 
 #[inline(always)]
@@ -119,8 +124,8 @@ fn error_norm<T: Real>(error: &[T]) -> T {
     max_abs(error) + finite_witness(error)
 }
 
-/// One refinement step. The new solution and error replace the old where their norm is smaller, and
-/// not where it is not a number.
+/// One refinement step of a problem that is `active` (not zero). The new solution and error replace the
+/// old where their norm is smaller, and not where it is not a number.
 #[inline(always)]
 pub fn refine<T: Real>(
     kkt: &Kkt,
@@ -130,6 +135,7 @@ pub fn refine<T: Real>(
     x: &mut [T],
     error: &mut [T],
     state: &mut [T],
+    active: T,
 ) {
     let (candidate, rest) = scratch.split_at_mut(kkt.dim);
     let (new_error, scratch) = rest.split_at_mut(kkt.dim);
@@ -139,7 +145,7 @@ pub fn refine<T: Real>(
     }
     residual(kkt, values, rhs, candidate, new_error);
     let (old, new) = (state[refinement::ERROR], error_norm(new_error));
-    let better = T::and(new.lt(old), T::zero().lt(state[refinement::ACTIVE]));
+    let better = T::and(new.lt(old), T::zero().lt(active));
     for (kept, &new) in x.iter_mut().zip(candidate.iter()).chain(error.iter_mut().zip(new_error.iter())) {
         *kept = T::select(better, new, *kept);
     }

@@ -94,9 +94,7 @@ fn multiply<T: Real>(n: usize, pattern: &Pattern, factors: &[T], row0: usize, va
 #[inline(always)]
 pub fn undo<T: Real>(
     structure: &Structure,
-    scale: &[T],
-    scale_inverse: &[T],
-    cost_scale: &[T],
+    (scale, scale_inverse, cost_scale): (&[T], &[T], &[T]),
     (point, slack, tau): (&[T], &[T], T),
     (out_point, out_slack): (&mut [T], &mut [T]),
 ) {
@@ -250,7 +248,8 @@ mod tests {
             let scaled_slack: Vec<f64> = (0..m).map(|k| slack[k] * at.scale[n + p + k] * tau).collect();
             let (mut out, mut out_slack) = (vec![0.0; n + p + m], vec![0.0; m]);
             let from = (&scaled_point[..], &scaled_slack[..], tau);
-            undo(&at.structure, &at.scale, &at.inverse, &at.cost, from, (&mut out, &mut out_slack));
+            let scales = (&at.scale[..], &at.inverse[..], &at.cost[..]);
+            undo(&at.structure, scales, from, (&mut out, &mut out_slack));
             for (found, expected) in out.iter().chain(&out_slack).zip(point.iter().chain(&slack)) {
                 prop_assert!((found - expected).abs() <= 1e-14 * expected.abs());
             }

@@ -18,7 +18,7 @@ pub fn subtract_columns<T: Real>(
     let column = |k: usize| &l[k * height + row..][..len];
     let mut k = 0;
     while k + 4 <= columns {
-        let f: [T; 4] = core::array::from_fn(|i| factor(k + i));
+        let f: [T; 4] = [factor(k), factor(k + 1), factor(k + 2), factor(k + 3)];
         let (l0, l1, l2, l3) = (column(k), column(k + 1), column(k + 2), column(k + 3));
         for i in 0..len {
             let word = out[i].sub_mul(l0[i], f[0]).sub_mul(l1[i], f[1]);
@@ -55,8 +55,10 @@ pub fn solve_transposed<T: Real>(height: usize, l: &[T], below: &[T], top: &mut 
 #[inline(always)]
 fn solve_group<T: Real, const C: usize>(height: usize, first: usize, l: &[T], below: &[T], top: &mut [T]) {
     let width = top.len();
-    let columns: [&[T]; C] = core::array::from_fn(|i| &l[(first + i) * height..][..height]);
-    let mut sums: [T; C] = core::array::from_fn(|i| top[first + i]);
+    let column = |i: usize| &l[(first + i) * height..][..height];
+    let columns: [&[T]; C] = core::array::from_fn(column);
+    let mut sums = [T::zero(); C];
+    sums.copy_from_slice(&top[first..first + C]);
     let tails: [&[T]; C] = core::array::from_fn(|i| &columns[i][width..][..below.len()]);
     for r in (0..below.len()).rev() {
         for i in 0..C {

@@ -24,7 +24,8 @@ fn reduce<T: Real>(
         }
         return sum;
     }
-    let mut sums: [T; WAYS] = core::array::from_fn(&first);
+    let mut sums: [T; WAYS] =
+        [first(0), first(1), first(2), first(3), first(4), first(5), first(6), first(7)];
     let whole = len - len % WAYS;
     for base in (WAYS..whole).step_by(WAYS) {
         for (way, sum) in sums.iter_mut().enumerate() {
@@ -42,7 +43,15 @@ fn reduce<T: Real>(
 #[inline(always)]
 pub fn dot<T: Real>(a: &[T], b: &[T]) -> T {
     let b = &b[..a.len()];
-    reduce(a.len(), |k| a[k] * b[k], |sum, k| sum.add_mul(a[k], b[k]), |x, y| x + y)
+    reduce(
+        a.len(),
+        #[inline(always)]
+        |k| a[k] * b[k],
+        #[inline(always)]
+        |sum, k| sum.add_mul(a[k], b[k]),
+        #[inline(always)]
+        |x, y| x + y,
+    )
 }
 
 /// Σ values[k]·x[index[k]].
@@ -51,8 +60,11 @@ pub fn dot_indexed<T: Real>(values: &[T], index: &[u32], x: &[T]) -> T {
     let index = &index[..values.len()];
     reduce(
         values.len(),
+        #[inline(always)]
         |k| values[k] * x[index[k] as usize],
+        #[inline(always)]
         |sum, k| sum.add_mul(values[k], x[index[k] as usize]),
+        #[inline(always)]
         |x, y| x + y,
     )
 }
@@ -66,34 +78,71 @@ pub fn norm2<T: Real>(x: &[T]) -> T {
 /// max |x_k|; zero for no terms.
 #[inline(always)]
 pub fn max_abs<T: Real>(x: &[T]) -> T {
-    reduce(x.len(), |k| x[k].abs(), |top, k| top.max(x[k].abs()), Real::max)
+    reduce(
+        x.len(),
+        #[inline(always)]
+        |k| x[k].abs(),
+        #[inline(always)]
+        |top, k| top.max(x[k].abs()),
+        Real::max,
+    )
 }
 
 /// max |weight_k·x_k|.
 #[inline(always)]
 pub fn max_abs_weighted<T: Real>(weight: &[T], x: &[T]) -> T {
     let x = &x[..weight.len()];
-    reduce(weight.len(), |k| (weight[k] * x[k]).abs(), |top, k| top.max((weight[k] * x[k]).abs()), Real::max)
+    reduce(
+        weight.len(),
+        #[inline(always)]
+        |k| (weight[k] * x[k]).abs(),
+        #[inline(always)]
+        |top, k| top.max((weight[k] * x[k]).abs()),
+        Real::max,
+    )
 }
 
 /// Σ |weight_k·x_k|.
 #[inline(always)]
 pub fn sum_abs_weighted<T: Real>(weight: &[T], x: &[T]) -> T {
     let x = &x[..weight.len()];
-    reduce(weight.len(), |k| (weight[k] * x[k]).abs(), |sum, k| sum + (weight[k] * x[k]).abs(), |a, b| a + b)
+    reduce(
+        weight.len(),
+        #[inline(always)]
+        |k| (weight[k] * x[k]).abs(),
+        #[inline(always)]
+        |sum, k| sum + (weight[k] * x[k]).abs(),
+        #[inline(always)]
+        |a, b| a + b,
+    )
 }
 
 /// max −x_k·y_k over k, with zero among the candidates.
 #[inline(always)]
 pub fn max_negative_product<T: Real>(x: &[T], y: &[T]) -> T {
     let y = &y[..x.len()];
-    reduce(x.len(), |k| T::zero().max(-(x[k] * y[k])), |top, k| top.max(-(x[k] * y[k])), Real::max)
+    reduce(
+        x.len(),
+        #[inline(always)]
+        |k| T::zero().max(-(x[k] * y[k])),
+        #[inline(always)]
+        |top, k| top.max(-(x[k] * y[k])),
+        Real::max,
+    )
 }
 
 /// Σ 0·x_k: zero when every entry is finite, NaN otherwise.
 #[inline(always)]
 pub fn finite_witness<T: Real>(x: &[T]) -> T {
-    reduce(x.len(), |k| x[k] * T::zero(), |sum, k| sum.add_mul(x[k], T::zero()), |a, b| a + b)
+    reduce(
+        x.len(),
+        #[inline(always)]
+        |k| x[k] * T::zero(),
+        #[inline(always)]
+        |sum, k| sum.add_mul(x[k], T::zero()),
+        #[inline(always)]
+        |a, b| a + b,
+    )
 }
 
 #[cfg(test)]

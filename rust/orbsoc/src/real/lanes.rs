@@ -1,116 +1,115 @@
-//! N problems of one sparsity pattern side by side: every operation acts on N words.
+//! Eight problems of one sparsity pattern side by side: every operation acts on one word of each.
 //!
-//! The compiler turns the loops below into vector instructions once they are inlined into the SIMD
-//! dispatch. No lane ever looks at another, so each has the bits of its own single solve.
+//! The words are a SIMD register (or two) of the instruction set `S`. No lane ever looks at another,
+//! so each has the bits of its own single solve. Plain arrays would do in principle, but the compiler
+//! shuffles them across kernels' unrolled loops instead of keeping a lane in its place.
 
 use super::{Decide, Real};
 use core::ops::{Add, Div, Mul, Neg, Sub};
+use pulp::{bytemuck, Scalar512b, Simd};
 
-/// One word of each of `N` problems.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(C, align(32))]
-pub struct Lanes<const N: usize>([f64; N]);
+/// An instruction set with eight double-precision lanes.
+pub trait EightLanes: Simd {
+    /// Proof that this machine has it. Only asked for where it does.
+    fn token() -> Self;
+}
 
-/// One comparison outcome of each of `N` problems.
+impl EightLanes for Scalar512b {
+    #[inline(always)]
+    fn token() -> Self {
+        Self
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl EightLanes for pulp::x86::V3_512b {
+    #[inline(always)]
+    fn token() -> Self {
+        match pulp::x86::V3::try_new() {
+            Some(simd) => Self(simd),
+            None => unreachable!("lanes of an instruction set that this machine lacks"),
+        }
+    }
+}
+
+/// One word of each of eight problems.
+#[derive(Clone, Copy, Debug)]
+pub struct Lanes<S: Simd> {
+    simd: S,
+    words: S::f64s,
+}
+
+/// One comparison outcome of each of eight problems.
 #[derive(Clone, Copy)]
-pub struct LanesMask<const N: usize>([bool; N]);
+pub struct LanesMask<S: Simd>(S::m64s);
 
 macro_rules! lanewise {
-    ($trait:ident, $method:ident, $op:tt) => {
-        impl<const N: usize> $trait for Lanes<N> {
+    ($trait:ident, $method:ident, $op:ident) => {
+        impl<S: Simd> $trait for Lanes<S> {
             type Output = Self;
             #[inline(always)]
-            fn $method(mut self, other: Self) -> Self {
-                for i in 0..N {
-                    self.0[i] $op other.0[i];
-                }
-                self
+            fn $method(self, other: Self) -> Self {
+                Self { words: self.simd.$op(self.words, other.words), ..self }
             }
         }
     };
 }
 
-lanewise!(Add, add, +=);
-lanewise!(Sub, sub, -=);
-lanewise!(Mul, mul, *=);
-lanewise!(Div, div, /=);
+lanewise!(Add, add, add_f64s);
+lanewise!(Sub, sub, sub_f64s);
+lanewise!(Mul, mul, mul_f64s);
+lanewise!(Div, div, div_f64s);
 
-impl<const N: usize> Neg for Lanes<N> {
+impl<S: Simd> Neg for Lanes<S> {
     type Output = Self;
     #[inline(always)]
-    fn neg(mut self) -> Self {
-        for i in 0..N {
-            self.0[i] = -self.0[i];
-        }
-        self
+    fn neg(self) -> Self {
+        Self { words: self.simd.neg_f64s(self.words), ..self }
     }
 }
 
-impl<const N: usize> Real for Lanes<N> {
-    type Mask = LanesMask<N>;
+impl<S: EightLanes> Real for Lanes<S> {
+    type Mask = LanesMask<S>;
 
     #[inline(always)]
     fn constant(value: f64) -> Self {
-        Self([value; N])
+        let simd = S::token();
+        Self { simd, words: simd.splat_f64s(value) }
     }
     #[inline(always)]
-    fn sqrt(mut self) -> Self {
-        for i in 0..N {
-            self.0[i] = self.0[i].sqrt();
-        }
-        self
+    fn sqrt(self) -> Self {
+        Self { words: self.simd.sqrt_f64s(self.words), ..self }
     }
     #[inline(always)]
-    fn abs(mut self) -> Self {
-        for i in 0..N {
-            self.0[i] = self.0[i].abs();
-        }
-        self
+    fn abs(self) -> Self {
+        Self { words: self.simd.abs_f64s(self.words), ..self }
     }
     #[inline(always)]
-    fn lt(self, other: Self) -> LanesMask<N> {
-        LanesMask(core::array::from_fn(|i| self.0[i] < other.0[i]))
+    fn lt(self, other: Self) -> LanesMask<S> {
+        LanesMask(self.simd.less_than_f64s(self.words, other.words))
     }
     #[inline(always)]
-    fn and(mut a: LanesMask<N>, b: LanesMask<N>) -> LanesMask<N> {
-        for i in 0..N {
-            a.0[i] &= b.0[i];
-        }
-        a
+    fn and(a: LanesMask<S>, b: LanesMask<S>) -> LanesMask<S> {
+        LanesMask(S::token().and_m64s(a.0, b.0))
     }
     #[inline(always)]
-    fn select(mask: LanesMask<N>, mut yes: Self, no: Self) -> Self {
-        for i in 0..N {
-            yes.0[i] = if mask.0[i] { yes.0[i] } else { no.0[i] };
-        }
-        yes
-    }
-    #[inline(always)]
-    fn sub_mul(mut self, a: Self, b: Self) -> Self {
-        for i in 0..N {
-            self.0[i] -= a.0[i] * b.0[i];
-        }
-        self
-    }
-    #[inline(always)]
-    fn add_mul(mut self, a: Self, b: Self) -> Self {
-        for i in 0..N {
-            self.0[i] += a.0[i] * b.0[i];
-        }
-        self
+    fn select(mask: LanesMask<S>, yes: Self, no: Self) -> Self {
+        Self { words: yes.simd.select_f64s(mask.0, yes.words, no.words), ..yes }
     }
 }
 
-impl<const N: usize> Decide for Lanes<N> {
-    const LANES: usize = N;
+impl<S: EightLanes> Decide for Lanes<S> {
+    const LANES: usize = 8;
 
     #[inline(always)]
     fn lane(self, lane: usize) -> f64 {
-        self.0[lane]
+        let words: &[f64] = bytemuck::cast_slice(core::slice::from_ref(&self.words));
+        words[lane]
     }
     #[inline(always)]
     fn set_lane(&mut self, lane: usize, value: f64) {
-        self.0[lane] = value;
+        let words: &mut [f64] = bytemuck::cast_slice_mut(core::slice::from_mut(&mut self.words));
+        words[lane] = value;
     }
     fn epsilon() -> f64 {
         f64::EPSILON

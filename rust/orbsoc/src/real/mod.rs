@@ -1,5 +1,5 @@
 //! Scalars the kernels are generic over. **The datapath is a type**: one kernel source runs on
-//! `f64`, on `f32`, on [`Lanes`], N problems at once, and on [`Counted`], which carries no number and counts the operations.
+//! `f64`, on `f32`, on [`Lanes`], eight problems at once, and on [`Counted`], which carries no number and counts the operations.
 //!
 //! The bits of a result are defined by the operations a kernel asks for and nothing else: every
 //! operation below rounds once, `c ± a·b` rounds twice, and nothing here is ever fused.
@@ -9,7 +9,7 @@ mod lanes;
 mod single;
 
 pub use counted::{count, Counted, Latency, OperationCounts, Tally};
-pub use lanes::Lanes;
+pub use lanes::{EightLanes, Lanes};
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 

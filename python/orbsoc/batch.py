@@ -1,0 +1,119 @@
+"""Many problems of one sparsity pattern, side by side in SIMD lanes and on threads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from orbsoc import _core, csc
+from orbsoc.errors import ProblemError
+from orbsoc.problem import Problem
+from orbsoc.settings import Settings
+from orbsoc.solution import Array, Certificate, Status
+from orbsoc.solver import resolve
+
+
+@dataclass(frozen=True, slots=True)
+class BatchSolution:
+    """What `solve_batch` returns, one row a problem; each row has the bits of that problem's own `solve`.
+
+    Shapes: x (B, n), y (B, p), z (B, m), s (B, m); `status` (B,) holds `Status` members, `message` is a list.
+    `solve_s` is the wall-clock time of the whole batch, set-up and verification included.
+    """
+
+    status: NDArray[np.object_]
+    x: Array
+    y: Array
+    z: Array
+    s: Array
+    objective: Array
+    dual_objective: Array
+    iterations: NDArray[np.uint32]
+    refinements: NDArray[np.uint32]
+    primal_residual: Array
+    dual_residual: Array
+    gap: Array
+    radius: Array
+    message: list[str]
+    solve_s: float
+
+    def __len__(self) -> int:
+        return len(self.message)
+
+    def certificates(self) -> Iterator[Certificate]:
+        """The evidence of each problem, in order."""
+        columns = (self.primal_residual, self.dual_residual, self.gap, self.radius)
+        for row in zip(*columns, strict=True):
+            yield Certificate(*map(float, row))
+
+
+def solve_batch(
+    problem: Problem,
+    *,
+    c: ArrayLike | None = None,
+    b: ArrayLike | None = None,
+    h: ArrayLike | None = None,
+    A: ArrayLike | None = None,
+    G: ArrayLike | None = None,
+    P: ArrayLike | None = None,
+    settings: Settings | None = None,
+    threads: int = 1,
+    **overrides: Any,
+) -> BatchSolution:
+    """Solve B problems that share the sparsity pattern and cones of `problem`.
+
+    Vectors come as (B, length), matrices as values (B, nnz) in the CSC order of `problem`; what is absent is
+    shared. At least one must be given. +inf in `h` must stand on the same rows in every problem.
+    Raises ProblemError for shapes that do not fit, numbers that are not finite, or `threads` < 1.
+
+    >>> import numpy as np, orbsoc
+    >>> base = orbsoc.Problem(c=[1.0], G=[[-1.0]], h=[0.0], cones=orbsoc.Cones(l=1))
+    >>> solve_batch(base, h=-np.arange(1.0, 4.0)[:, None]).x[:, 0].round(6)
+    array([1., 2., 3.])
+    """
+    if threads < 1:
+        raise ProblemError(f"`threads` is {threads}; it must be at least 1")
+    widths = {"c": problem.n, "b": problem.p, "h": problem.m}
+    widths |= {"A": problem.A.nnz, "G": problem.G.nnz, "P": problem.P.nnz}
+    given = {"c": c, "b": b, "h": h, "A": A, "G": G, "P": P}
+    rows = {name: _rows(name, value, widths[name]) for name, value in given.items() if value is not None}
+    counts = {name: len(value) for name, value in rows.items()}
+    if not counts:
+        raise ProblemError("solve_batch needs at least one of c, b, h, A, G, P with one row a problem")
+    if len(set(counts.values())) > 1:
+        listed = ", ".join(f"`{name}` has {count}" for name, count in counts.items())
+        raise ProblemError(f"the batch's arrays have different numbers of rows: {listed}")
+    if "P" in rows:
+        rows["P"] = _upper_values(problem, rows["P"])
+    arrays = {name.lower(): value for name, value in rows.items()}
+    try:
+        raw = _core.solve_batch(
+            problem, resolve(settings, overrides), next(iter(counts.values())), threads, **arrays
+        )
+    except _core.CoreError as error:
+        raise ProblemError(str(error)) from None
+    status = np.empty(len(raw.status), dtype=object)
+    status[:] = [Status[name] for name in raw.status]
+    fields = BatchSolution.__dataclass_fields__
+    return BatchSolution(status=status, **{name: getattr(raw, name) for name in fields if name != "status"})
+
+
+def _rows(name: str, value: ArrayLike, width: int) -> Array:
+    array = np.ascontiguousarray(value, dtype=np.float64)
+    if array.ndim != 2 or array.shape[1] != width:
+        raise ProblemError(f"`{name}` has shape {array.shape}; it must be (B, {width}), one row a problem")
+    return array
+
+
+def _upper_values(problem: Problem, values: Array) -> Array:
+    """Entries on and above the diagonal; raises ProblemError where the entries below do not mirror them."""
+    rows, columns = problem.P.indices, csc.column_of_entry(problem.P)
+    mirrored = np.lexsort((columns, rows))
+    if not np.array_equal(values[:, mirrored], values):
+        k = int(np.flatnonzero((values[:, mirrored] != values).any(axis=1))[0])
+        raise ProblemError(f"`P[{k}]` is not symmetric")
+    return np.ascontiguousarray(values[:, rows <= columns])
