@@ -295,33 +295,51 @@ impl core::fmt::Display for ScheduleError {
 
 impl std::error::Error for ScheduleError {}
 
+/// Buffers of which other stages make only a part stale; an update in place makes them whole again.
+const PARTLY_STALE: &[Buffer] = &[Buffer::KktValues];
+
+/// What a schedule has made of a buffer so far.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Words {
+    Absent,
+    Fresh,
+    /// A stage that updates them may read them.
+    Unfinished,
+    Stale,
+}
+
 /// Check a schedule against the dataflow table: every word read was written and is not stale. The
 /// iteration is walked twice, so that what it leaves behind must suit its own beginning.
-/// A stage may read a stale buffer that it also writes: it updates it in place.
+/// A stage may read an unfinished buffer that it also writes: it updates it in place.
 ///
 /// # Errors
 /// The first offending read.
 pub fn check_schedule(startup: &[Step], iteration: &[Step], closing: &[Step]) -> Result<(), ScheduleError> {
-    let mut fresh: Vec<Option<bool>> =
-        Buffer::ALL.iter().map(|b| GIVEN.contains(b).then_some(true)).collect();
+    let given = |buffer| if GIVEN.contains(buffer) { Words::Fresh } else { Words::Absent };
+    let mut words: Vec<Words> = Buffer::ALL.iter().map(given).collect();
     let order = [startup, iteration, iteration, closing].concat();
     let stages = order.into_iter().flat_map(|step| match step {
         Run(stage) => [Some(stage), None],
         Repeat { stage, until } => [Some(until), Some(stage)],
     });
     for stage in stages.flatten() {
+        let writes = |buffer| stage.writes().contains(&buffer);
         for &buffer in stage.reads() {
-            let state = fresh[buffer as usize];
-            let allowed = state == Some(true) || (state.is_some() && stage.writes().contains(&buffer));
-            if !allowed {
-                return Err(ScheduleError { stage, buffer, stale: state.is_some() });
+            let state = words[buffer as usize];
+            if state != Words::Fresh && !(state == Words::Unfinished && writes(buffer)) {
+                return Err(ScheduleError { stage, buffer, stale: state != Words::Absent });
             }
         }
         for &buffer in stage.writes() {
-            fresh[buffer as usize] = Some(true);
+            words[buffer as usize] = Words::Fresh;
         }
         for &buffer in stage.stales() {
-            fresh[buffer as usize] = fresh[buffer as usize].map(|_| false);
+            let unfinished = writes(buffer) || PARTLY_STALE.contains(&buffer);
+            words[buffer as usize] = match words[buffer as usize] {
+                Words::Absent => Words::Absent,
+                _ if unfinished => Words::Unfinished,
+                _ => Words::Stale,
+            };
         }
     }
     Ok(())
