@@ -10,9 +10,9 @@ pub struct Cones {
 }
 
 impl Cones {
-    /// Rows in all.
+    /// Rows in all; `usize::MAX` when there are more than that.
     pub fn dim(&self) -> usize {
-        self.l + self.q.iter().sum::<usize>()
+        self.q.iter().fold(self.l, |rows, &q| rows.saturating_add(q))
     }
 }
 

@@ -27,11 +27,10 @@ impl Csc {
         values: Vec<f64>,
     ) -> Result<Self, Error> {
         let fail = |detail: String| Err(Error::Sparse { argument, detail });
-        if colptr.len() != ncols + 1 {
+        if colptr.len().checked_sub(1) != Some(ncols) {
             return fail(format!(
-                "column pointer has {} entries, but {ncols} columns need {}",
-                colptr.len(),
-                ncols + 1
+                "column pointer has {} entries, but {ncols} columns need one more",
+                colptr.len()
             ));
         }
         if rowidx.len() != values.len() {
@@ -116,7 +115,13 @@ impl Csc {
     pub(crate) fn set_values(&mut self, argument: &'static str, values: &[f64]) -> Result<(), Error> {
         if values.len() != self.nnz() {
             let (found, expected) = (values.len(), self.nnz());
-            return Err(Error::Dimension { argument, found, expected, reason: "its pattern has" });
+            return Err(Error::Dimension {
+                argument,
+                found,
+                unit: "values",
+                expected,
+                reason: "its pattern has",
+            });
         }
         finite(argument, values)?;
         self.values.copy_from_slice(values);
@@ -142,7 +147,13 @@ impl Csc {
     pub fn upper_triangle(&self, argument: &'static str) -> Result<Self, Error> {
         if self.nrows != self.ncols {
             let (found, expected) = (self.nrows, self.ncols);
-            return Err(Error::Dimension { argument, found, expected, reason: "its number of columns is" });
+            return Err(Error::Dimension {
+                argument,
+                found,
+                unit: "rows",
+                expected,
+                reason: "its number of columns is",
+            });
         }
         let mut out = Self::zeros(self.nrows, self.ncols);
         for j in 0..self.ncols {
@@ -175,5 +186,68 @@ impl Csc {
             out.colptr[j + 1] = out.rowidx.len();
         }
         (out, origin)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::oracle::Numbers;
+
+    fn dense(matrix: &Csc) -> Vec<Vec<f64>> {
+        let mut out = vec![vec![0.0; matrix.ncols()]; matrix.nrows()];
+        matrix.triplets().for_each(|(i, j, v)| out[i][j] = v);
+        out
+    }
+
+    #[test]
+    fn dense_rows_come_back_for_every_shape() {
+        let mut numbers = Numbers(13);
+        for (rows, columns) in (0..=8).flat_map(|rows| (0..=8).map(move |columns| (rows, columns))) {
+            let matrix = numbers.sparse(rows, columns, 0.5);
+            let rebuilt = dense(&matrix);
+            let again = Csc::from_dense(&rebuilt.iter().map(Vec::as_slice).collect::<Vec<_>>(), columns);
+            assert_eq!(again, matrix);
+            // What `from_dense` makes passes the checks that given arrays must pass.
+            let arrays = (matrix.colptr().to_vec(), matrix.rowidx().to_vec(), matrix.values().to_vec());
+            assert_eq!(Csc::new("M", (rows, columns), arrays.0, arrays.1, arrays.2), Ok(matrix));
+        }
+    }
+
+    #[test]
+    fn the_upper_triangle_drops_what_lies_below_the_diagonal() {
+        let matrix = Numbers(17).sparse(7, 7, 0.6);
+        let (whole, upper) = (dense(&matrix), dense(&matrix.upper_triangle("P").unwrap()));
+        for (i, j) in (0..7).flat_map(|i| (0..7).map(move |j| (i, j))) {
+            assert_eq!(upper[i][j], if i <= j { whole[i][j] } else { 0.0 });
+        }
+    }
+
+    #[test]
+    fn mapped_rows_stay_sorted_and_know_where_they_came_from() {
+        let matrix = Numbers(19).sparse(6, 5, 0.7);
+        let new_row = [Some(3), None, Some(0), Some(2), None, Some(1)];
+        let (mapped, origin) = matrix.map_rows(4, &new_row);
+        let (old, new) = (dense(&matrix), dense(&mapped));
+        for (i, to) in new_row.iter().enumerate() {
+            if let Some(to) = to {
+                assert_eq!(new[*to], old[i]);
+            }
+        }
+        assert!((0..5).all(|j| {
+            let rows = &mapped.rowidx()[mapped.colptr()[j]..mapped.colptr()[j + 1]];
+            rows.windows(2).all(|pair| pair[0] < pair[1])
+        }));
+        let values: Vec<f64> = origin.iter().map(|&k| matrix.values()[k]).collect();
+        assert_eq!(values, mapped.values());
+    }
+
+    #[test]
+    fn patterns_differ_by_shape_and_by_position_not_by_value() {
+        let with = |corner: f64, value: f64| Csc::from_dense(&[&[value, 0.0], &[corner, 1.0]], 2);
+        assert!(with(2.0, 1.0).same_pattern(&with(3.0, 4.0)));
+        assert!(!with(2.0, 1.0).same_pattern(&with(0.0, 1.0)));
+        assert!(!Csc::zeros(2, 3).same_pattern(&Csc::zeros(3, 3)));
+        assert!(!Csc::zeros(2, 3).same_pattern(&Csc::zeros(2, 2)));
     }
 }

@@ -14,6 +14,8 @@ pub enum Error {
         argument: &'static str,
         /// What it has.
         found: usize,
+        /// … of these: entries, rows, columns.
+        unit: &'static str,
         /// What it must have.
         expected: usize,
         /// Where the expectation comes from.
@@ -69,8 +71,8 @@ impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Empty => write!(f, "the problem has no variables: `c` is empty"),
-            Self::Dimension { argument, found, expected, reason } => {
-                write!(f, "`{argument}` has {found} entries, but {reason} {expected}")
+            Self::Dimension { argument, found, unit, expected, reason } => {
+                write!(f, "`{argument}` has {found} {unit}, but {reason} {expected}")
             }
             Self::Sparse { argument, detail } => write!(f, "`{argument}`: {detail}"),
             Self::Value { argument, index, value } => {

@@ -53,15 +53,16 @@ impl Problem {
         let p = p_upper.unwrap_or_else(|| Csc::zeros(n, n));
         let a = a.unwrap_or_else(|| Csc::zeros(0, n));
         let g = g.unwrap_or_else(|| Csc::zeros(0, n));
-        fit("P", p.nrows().max(p.ncols()), n, "`c` has")?;
-        fit("A", a.ncols(), n, "`c` has")?;
-        fit("G", g.ncols(), n, "`c` has")?;
-        fit("b", b.len(), a.nrows(), "the number of rows of A is")?;
-        fit("h", h.len(), g.nrows(), "the number of rows of G is")?;
+        fit("P", (p.nrows(), "rows"), n, "`c` has")?;
+        fit("P", (p.ncols(), "columns"), n, "`c` has")?;
+        fit("A", (a.ncols(), "columns"), n, "`c` has")?;
+        fit("G", (g.ncols(), "columns"), n, "`c` has")?;
+        fit("b", (b.len(), "entries"), a.nrows(), "the number of rows of A is")?;
+        fit("h", (h.len(), "entries"), g.nrows(), "the number of rows of G is")?;
         if let Some(index) = cones.q.iter().position(|&q| q == 0) {
             return Err(Error::EmptyCone { index });
         }
-        fit("cones", cones.dim(), g.nrows(), "the number of rows of G is")?;
+        fit("cones", (cones.dim(), "rows"), g.nrows(), "the number of rows of G is")?;
         if let Some((i, j, _)) = p.triplets().find(|&(i, j, _)| i > j) {
             return Err(Error::Sparse {
                 argument: "P",
@@ -74,9 +75,7 @@ impl Problem {
         for (what, size) in
             [("P", p.nnz()), ("A", a.nnz()), ("G", g.nnz()), ("x, y, z", n + b.len() + h.len())]
         {
-            if size > u32::MAX as usize / 4 {
-                return Err(Error::TooLarge { what, size });
-            }
+            addressable(what, size)?;
         }
         Ok(Self { p, c, a, b, g, h, cones })
     }
@@ -169,11 +168,25 @@ impl Problem {
     }
 }
 
-fn fit(argument: &'static str, found: usize, expected: usize, reason: &'static str) -> Result<(), Error> {
+/// Four arrays of this size must fit 32-bit indices together.
+fn addressable(what: &'static str, size: usize) -> Result<(), Error> {
+    if size > u32::MAX as usize / 4 {
+        Err(Error::TooLarge { what, size })
+    } else {
+        Ok(())
+    }
+}
+
+fn fit(
+    argument: &'static str,
+    (found, unit): (usize, &'static str),
+    expected: usize,
+    reason: &'static str,
+) -> Result<(), Error> {
     if found == expected {
         Ok(())
     } else {
-        Err(Error::Dimension { argument, found, expected, reason })
+        Err(Error::Dimension { argument, found, unit, expected, reason })
     }
 }
 
@@ -187,7 +200,7 @@ fn finite_or_absent(h: &[f64], l: usize) -> Result<(), Error> {
 }
 
 fn replace(argument: &'static str, old: &mut [f64], new: &[f64]) -> Result<(), Error> {
-    fit(argument, new.len(), old.len(), "the problem needs")?;
+    fit(argument, (new.len(), "entries"), old.len(), "the problem needs")?;
     old.copy_from_slice(new);
     Ok(())
 }
@@ -235,5 +248,62 @@ impl Reduced {
         }
         let (g, g_origin) = problem.g.map_rows(row_origin.len(), &new_row);
         Self { g, g_origin, row_origin, l, q }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rows 1 and 4 are absent, cones 0 and 2 have dimension one.
+    fn reducible() -> Problem {
+        let g: Vec<[f64; 2]> = (0..10).map(|i| [f64::from(i), if i % 2 == 0 { 0.0 } else { 1.0 }]).collect();
+        let g = Csc::from_dense(&g.iter().map(|row| &row[..]).collect::<Vec<_>>(), 2);
+        let mut h: Vec<f64> = (0..10).map(f64::from).collect();
+        (h[1], h[4]) = (f64::INFINITY, f64::INFINITY);
+        let cones = Cones { l: 5, q: vec![1, 3, 1] };
+        Problem::new(None, vec![1.0, 1.0], None, vec![], Some(g), h, cones).unwrap()
+    }
+
+    #[test]
+    fn absent_rows_go_and_cones_of_one_become_nonnegative_rows() {
+        let reduced = Reduced::new(&reducible());
+        assert_eq!((reduced.l, &reduced.q[..]), (5, &[3][..]));
+        assert_eq!(reduced.row_origin, [0, 2, 3, 5, 9, 6, 7, 8]);
+    }
+
+    #[test]
+    fn reduced_entries_are_the_users_by_row_and_by_position() {
+        let problem = reducible();
+        let reduced = Reduced::new(&problem);
+        let given: Vec<(usize, usize, f64)> = problem.g.triplets().collect();
+        assert_eq!(reduced.g.nnz(), given.iter().filter(|(i, ..)| ![1, 4].contains(i)).count());
+        for ((i, j, value), &origin) in reduced.g.triplets().zip(&reduced.g_origin) {
+            assert_eq!((reduced.row_origin[i], j, value), given[origin]);
+        }
+    }
+
+    #[test]
+    fn sizes_beyond_32_bit_indices_are_refused() {
+        let limit = u32::MAX as usize / 4;
+        assert_eq!(addressable("A", limit), Ok(()));
+        let error = addressable("A", limit + 1).unwrap_err();
+        assert_eq!(error.to_string(), "A has 1073741824 entries, more than 32-bit indices can address");
+    }
+
+    #[test]
+    fn replaced_numbers_are_checked_like_given_ones() {
+        let mut problem = reducible();
+        assert_eq!(problem.set_c(&[2.0, 3.0]), Ok(()));
+        assert_eq!(problem.c, [2.0, 3.0]);
+        let short = problem.set_c(&[2.0]).unwrap_err();
+        assert_eq!(short.to_string(), "`c` has 1 entries, but the problem needs 2");
+        assert!(matches!(problem.set_c(&[2.0, f64::NAN]), Err(Error::Value { argument: "c", index: 1, .. })));
+        assert!(matches!(
+            problem.set_h(&[f64::INFINITY; 10]),
+            Err(Error::Value { argument: "h", index: 5, .. })
+        ));
+        assert!(problem.set_b(&[1.0]).is_err() && problem.set_b(&[]).is_ok());
+        assert_eq!(problem.c, [2.0, 3.0], "refused numbers leave the old ones");
     }
 }

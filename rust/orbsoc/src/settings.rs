@@ -78,12 +78,22 @@ impl Settings {
         positive("tol", self.tol)?;
         positive("tol_inaccurate", self.tol_inaccurate)?;
         positive("max_time_s", self.max_time_s)?;
-        positive("max_iterations", f64::from(self.max_iterations))?;
         positive("static_regularization", self.static_regularization)?;
         positive("pivot_floor", self.pivot_floor)?;
         positive("dynamic_regularization", self.dynamic_regularization)?;
         positive("refinement_tol", self.refinement_tol)?;
         positive("refinement_share", self.refinement_share)?;
+        // Events are allocated in advance, for as many iterations and refinements as there may be.
+        let within = |name, value: u32, range: core::ops::RangeInclusive<u32>, allowed| {
+            if range.contains(&value) {
+                Ok(())
+            } else {
+                Err(Error::Setting { name, value: f64::from(value), allowed })
+            }
+        };
+        within("max_iterations", self.max_iterations, 1..=100_000, "1 to 100000")?;
+        within("refinement_max", self.refinement_max, 0..=100, "0 to 100")?;
+        within("ruiz_passes", self.ruiz_passes, 0..=100, "0 to 100")?;
         if !(self.step_fraction > 0.0 && self.step_fraction < 1.0) {
             return Err(Error::Setting {
                 name: "step_fraction",
