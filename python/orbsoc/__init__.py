@@ -2,7 +2,13 @@
 
 `orbsoc.solve(problem)` solves a conic problem; `orbsoc.PsScheduler` runs the same solve on the emulated PS+PL
 computer; `orbsoc.missions` plans; the command `orbsoc` does all of it.
+
+`orbsoc.CVXPY` and `orbsoc.missions` are imported when they are first named; the former needs CVXPY
+(`pip install 'orbsoc[cvxpy]'`) and raises ImportError without it.
 """
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from orbsoc.builder import ConicBuilder
 from orbsoc.problem import Cones, Problem, ProblemError
@@ -11,6 +17,10 @@ from orbsoc.settings import Settings
 from orbsoc.solution import Certificate, Solution, Status
 from orbsoc.solver import Solver, solve
 from orbsoc.verify import verify
+
+if TYPE_CHECKING:
+    from orbsoc import missions as missions
+    from orbsoc.interfaces.cvxpy import CVXPY as CVXPY
 
 __version__ = "0.1.0"
 
@@ -28,3 +38,11 @@ __all__ = [
     "solve",
     "verify",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "CVXPY":
+        return import_module("orbsoc.interfaces.cvxpy").CVXPY
+    if name == "missions":
+        return import_module("orbsoc.missions")
+    raise AttributeError(f"module 'orbsoc' has no attribute {name!r}")

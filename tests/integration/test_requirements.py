@@ -10,10 +10,12 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 MANIFEST = tomllib.loads((ROOT / "pyproject.toml").read_text())
+EXTRAS = MANIFEST["project"]["optional-dependencies"]
 WANTED = {
     "build": MANIFEST["build-system"]["requires"],
     "runtime": MANIFEST["project"]["dependencies"],
-    **MANIFEST["project"]["optional-dependencies"],
+    "test": EXTRAS["test"] + EXTRAS["cvxpy"],  # the interface to CVXPY is tested
+    "bench": EXTRAS["bench"],
 }
 
 
@@ -38,6 +40,10 @@ def test_everything_wanted_is_pinned(lock: str) -> None:
 
 def test_every_lock_belongs_to_something_wanted() -> None:
     assert {path.stem for path in (ROOT / "requirements").glob("*.txt")} == set(WANTED)
+
+
+def test_no_extra_is_forgotten() -> None:
+    assert set(EXTRAS) == {"cvxpy", "test", "bench"}
 
 
 def test_the_gpl_peer_is_in_the_benchmark_lock_only() -> None:
