@@ -43,7 +43,7 @@ impl<T: Real> Datapath<T> {
 
 /// Buffers that decisions write: a word that a previous solve left there must never be taken for one
 /// of this solve.
-const KEPT: [Buffer; 4] = [Buffer::Best, Buffer::Farkas, Buffer::Ray, Buffer::RefinementGoal];
+const KEPT: [Buffer; 3] = [Buffer::Best, Buffer::Farkas, Buffer::Ray];
 
 impl<T: Decide> Datapath<T> {
     /// Forget the last solve of a lane.

@@ -1,6 +1,7 @@
 //! From a stage's name to its kernels: which buffers each call gets. Arithmetic only; decisions are
 //! in `control.rs`.
 
+use crate::kernels::reduce::max_abs;
 use crate::kernels::{cone_ops, factorization, line_search, linear_solve, matrix_scaling, matrix_update};
 use crate::ps;
 use crate::real::Real;
@@ -131,6 +132,10 @@ fn transfer<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) 
             let linear = structure.cost.nnz() == 0;
             let with_cost = stage != Stage::StartPrimalRhs || !linear;
             let with_rows = stage != Stage::StartDualRhs || !linear;
+            if stage == Stage::StartPrimalRhs {
+                // The starting point needs no accuracy, only a place inside the cone.
+                w.refinement_goal[0] = T::constant(1e-6) * max_abs(&w.q);
+            }
             w.kkt_rhs.fill(T::zero());
             for (i, (&to, &q)) in position.iter().zip(&w.q).enumerate() {
                 if i < n && with_cost {

@@ -130,7 +130,7 @@ stages! {
         reads [Parameters KktValues] writes [FactorY FactorL PivotInverse]
         stales [KktSolution KktError Refinement Constant];
     /// (0 or −c, b, h): the starting x and s.
-    StartPrimalRhs "start_primal_rhs" LinearSolve reads [Q] writes [KktRhs] stales [KktSolution KktError Refinement];
+    StartPrimalRhs "start_primal_rhs" LinearSolve reads [Q] writes [KktRhs RefinementGoal] stales [KktSolution KktError Refinement];
     /// (−c, 0 or b, 0 or h): the starting y and z.
     StartDualRhs "start_dual_rhs" LinearSolve reads [Q] writes [KktRhs] stales [KktSolution KktError Refinement];
     /// x and s = −z of the starting solve.
@@ -265,15 +265,8 @@ pub const ITERATION: &[Step] = &[
 pub const CLOSING: &[Step] = &[Run(Unscale)];
 
 /// Buffers that hold inputs, or words that a stage looks at only after it wrote them itself.
-const GIVEN: &[Buffer] = &[
-    Buffer::RawP,
-    Buffer::RawA,
-    Buffer::RawG,
-    Buffer::RawQ,
-    Buffer::Norms,
-    Buffer::Parameters,
-    Buffer::RefinementGoal,
-];
+const GIVEN: &[Buffer] =
+    &[Buffer::RawP, Buffer::RawA, Buffer::RawG, Buffer::RawQ, Buffer::Norms, Buffer::Parameters];
 
 /// A stage that would read words nobody made, or made before something they depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,7 +4,7 @@
 //! `l_ij ← k_ij − Σ_k l_ik·y_jk` in ascending k, whatever the supernodes are; then `d_j` is
 //! regularised and the column divided by it.
 
-use super::panel::subtract_columns;
+use super::panel::{subtract_columns, subtract_scattered};
 use crate::real::Real;
 use crate::symbolic::{Supernode, Symbolic, Update};
 
@@ -69,28 +69,17 @@ fn apply_update<T: Real>(
         let column = rows[row] as usize - node.first;
         let target = &mut panel[column * node.height..(column + 1) * node.height];
         let landing = &symbolic.relative[update.relative + row - update.lo..][..height - row];
-        if source.width == 1 {
-            for (&to, &l) in landing.iter().zip(&l[row..]) {
-                target[to as usize] = target[to as usize].sub_mul(l, y[row]);
-            }
-            continue;
-        }
-        let scratch = &mut scratch[..landing.len()];
-        for (word, &from) in scratch.iter_mut().zip(landing) {
-            *word = target[from as usize];
-        }
-        subtract_columns(
+        subtract_scattered(
             source.width,
             height,
             row,
             l,
             #[inline(always)]
             |k| y[k * height + row],
+            landing,
             scratch,
+            target,
         );
-        for (&word, &to) in scratch.iter().zip(landing) {
-            target[to as usize] = word;
-        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! PL module *linear solve*: permuted substitution through L, D, Lᵀ and the refinement residual.
 
-use super::panel::{solve_transposed, subtract_columns};
+use super::panel::{solve_transposed, subtract_scattered};
 use super::reduce::{finite_witness, max_abs};
 use crate::kkt::Kkt;
 use crate::real::Real;
@@ -39,30 +39,19 @@ fn forward<T: Real>(symbolic: &Symbolic, l: &[T], scratch: &mut [T], x: &mut [T]
                 *word = word.sub_mul(l, known[c - 1]);
             }
         }
-        if width == 1 {
-            let known = x[node.first];
-            for (&i, &l) in below.iter().zip(&l[1..]) {
-                x[i as usize] = x[i as usize].sub_mul(l, known);
-            }
-            continue;
-        }
-        let scratch = &mut scratch[..below.len()];
-        for (word, &i) in scratch.iter_mut().zip(below) {
-            *word = x[i as usize];
-        }
-        let known = &x[node.first..node.first + width];
-        subtract_columns(
+        let (known, scratch) = scratch.split_at_mut(width);
+        known.copy_from_slice(top);
+        subtract_scattered(
             width,
             height,
             width,
             l,
             #[inline(always)]
             |k| known[k],
+            below,
             scratch,
+            x,
         );
-        for (&word, &i) in scratch.iter().zip(below) {
-            x[i as usize] = word;
-        }
     }
 }
 
@@ -127,6 +116,7 @@ fn error_norm<T: Real>(error: &[T]) -> T {
 /// One refinement step of a problem that is `active` (not zero). The new solution and error replace the
 /// old where their norm is smaller, and not where it is not a number.
 #[inline(always)]
+#[allow(clippy::too_many_arguments)] // the system, its solution, its error, and their state
 pub fn refine<T: Real>(
     kkt: &Kkt,
     (values, l, pivot_inverse): (&[T], &[T], &[T]),

@@ -34,6 +34,56 @@ pub fn subtract_columns<T: Real>(
     }
 }
 
+/// As [`subtract_columns`] into the words of `target` at `landing`. Few columns go word by word; for
+/// more, gathering the words into a vector pays.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)] // a panel's five, the target, where, and scratch
+pub fn subtract_scattered<T: Real>(
+    columns: usize,
+    height: usize,
+    row: usize,
+    l: &[T],
+    factor: impl Fn(usize) -> T,
+    landing: &[u32],
+    scratch: &mut [T],
+    target: &mut [T],
+) {
+    let len = landing.len();
+    let column = |k: usize| &l[k * height + row..][..len];
+    match columns {
+        1 => {
+            let (l0, f0) = (column(0), factor(0));
+            for (&to, &l0) in landing.iter().zip(l0) {
+                target[to as usize] = target[to as usize].sub_mul(l0, f0);
+            }
+        }
+        2 => {
+            let (l0, l1, f0, f1) = (column(0), column(1), factor(0), factor(1));
+            for ((&to, &l0), &l1) in landing.iter().zip(l0).zip(l1) {
+                target[to as usize] = target[to as usize].sub_mul(l0, f0).sub_mul(l1, f1);
+            }
+        }
+        3 => {
+            let (l0, l1, l2) = (column(0), column(1), column(2));
+            let (f0, f1, f2) = (factor(0), factor(1), factor(2));
+            for (((&to, &l0), &l1), &l2) in landing.iter().zip(l0).zip(l1).zip(l2) {
+                let word = target[to as usize].sub_mul(l0, f0).sub_mul(l1, f1);
+                target[to as usize] = word.sub_mul(l2, f2);
+            }
+        }
+        _ => {
+            let scratch = &mut scratch[..len];
+            for (word, &from) in scratch.iter_mut().zip(landing) {
+                *word = target[from as usize];
+            }
+            subtract_columns(columns, height, row, l, factor, scratch);
+            for (&word, &to) in scratch.iter().zip(landing) {
+                target[to as usize] = word;
+            }
+        }
+    }
+}
+
 /// `top ← L_top⁻ᵀ (top − L_belowᵀ below)` for a panel of `top.len()` columns: each unknown subtracts
 /// the known ones from the last row up.
 #[inline(always)]
