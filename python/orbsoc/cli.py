@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
+from orbsoc.commands import solve as solve_command
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -71,6 +73,9 @@ class Hardware:
 @app.callback()
 def main() -> None:
     """Can this spacecraft re-plan its orbit on this chip, before this deadline?"""
+
+
+app.command()(solve_command.solve)
 
 
 @app.command()

@@ -148,3 +148,12 @@ def test_a_damaged_bundle_is_refused_by_field(
     with pytest.raises(FileError, match=re.escape(message)) as caught:
         read_bundle(path)
     assert str(caught.value).startswith(str(path))
+
+
+def test_ctrl_c_inside_a_callback_is_a_status_too(tmp_path: Path) -> None:
+    def interrupt(_: object) -> None:
+        raise KeyboardInterrupt
+
+    solution = orbsoc.solve(LP, callback=interrupt, bundle=tmp_path / "b.json")
+    assert solution.status is orbsoc.Status.INTERRUPTED
+    assert len(read_bundle(tmp_path / "b.json").history) == 1

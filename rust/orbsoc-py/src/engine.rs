@@ -4,7 +4,7 @@ use crate::convert::{problem, refuse, settings};
 use core::ops::ControlFlow;
 use numpy::{IntoPyArray, PyArray1};
 use orbsoc::{Buffer, Outcome, Progress, Solution, Stage};
-use pyo3::exceptions::PyKeyError;
+use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::time::{Duration, Instant};
@@ -171,14 +171,20 @@ impl Engine {
     }
 }
 
-/// Ctrl-C ends the solve quietly: its status says so. An exception of the callback's goes up.
+/// Ctrl-C ends the solve quietly, in the callback too: its status says so. Other exceptions of the callback go up.
 fn watch(py: Python<'_>, progress: &Progress, callback: Option<&Py<PyAny>>) -> PyResult<ControlFlow<()>> {
     if py.check_signals().is_err() {
         return Ok(ControlFlow::Break(()));
     }
     if let Some(callback) = callback {
-        if callback.call1(py, (progress_dict(py, progress)?,))?.is_truthy(py)? {
-            return Ok(ControlFlow::Break(()));
+        let stop = callback.call1(py, (progress_dict(py, progress)?,)).and_then(|wish| wish.is_truthy(py));
+        match stop {
+            Ok(false) => {}
+            Ok(true) => return Ok(ControlFlow::Break(())),
+            Err(error) if error.is_instance_of::<PyKeyboardInterrupt>(py) => {
+                return Ok(ControlFlow::Break(()))
+            }
+            Err(error) => return Err(error),
         }
     }
     Ok(ControlFlow::Continue(()))

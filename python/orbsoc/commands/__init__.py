@@ -1,0 +1,1 @@
+"""The commands of `orbsoc`, one module each; orbsoc.cli registers them."""

@@ -1,0 +1,142 @@
+"""`orbsoc solve`: a conic problem, or a failure bundle, from a file; its verdict in words, its solution in a file.
+
+Exit codes: 0 solved, 1 not solved (the verdict says why), 2 bad input, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+
+import typer
+
+if TYPE_CHECKING:
+    from orbsoc.problem import Problem
+    from orbsoc.settings import Settings
+    from orbsoc.solution import Solution
+
+NOT_SOLVED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+SOLUTION = "solution.json"
+
+
+def solve(
+    problem: Annotated[
+        Path,
+        typer.Argument(help="problem or failure bundle, JSON", metavar="PROBLEM.json", show_default=False),
+    ],
+    out: Annotated[
+        Path | None, typer.Option(help="folder for solution.json; out/NAME by default", metavar="DIR")
+    ] = None,
+    tol: Annotated[float | None, typer.Option(help="relative tolerance of residuals and gap")] = None,
+    tol_inaccurate: Annotated[
+        float | None, typer.Option(help="tolerance of an answer called inaccurate")
+    ] = None,
+    max_iterations: Annotated[int | None, typer.Option(help="iteration limit")] = None,
+    max_time_s: Annotated[float | None, typer.Option(help="time limit, seconds")] = None,
+    bundle: Annotated[
+        Path | None, typer.Option(help="where to write a failure bundle if not solved", metavar="FILE")
+    ] = None,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", help="show each iteration, on standard error")
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="print solution.json on standard output")] = False,
+) -> None:
+    """Solve a conic problem, verify the answer on its data, and write solution.json."""
+    from orbsoc.bundle import check_place
+    from orbsoc.json_fields import write_json
+    from orbsoc.solution_file import encode_solution
+    from orbsoc.solver import resolve
+    from orbsoc.solver import solve as run
+    from orbsoc.verify import verify
+
+    changes = {"tol": tol, "tol_inaccurate": tol_inaccurate}
+    changes |= {"max_iterations": max_iterations, "max_time_s": max_time_s, "verbose": verbose or None}
+    folder = out if out is not None else Path("out") / problem.stem
+    try:
+        stated, base = _read(problem)
+        settings = resolve(base, {name: value for name, value in changes.items() if value is not None})
+        if bundle is not None:
+            check_place(bundle)
+        folder.mkdir(parents=True, exist_ok=True)
+        solution = run(stated, settings, bundle=bundle)
+        document = encode_solution(solution, None if _is_claim(solution) else verify(stated, solution))
+        write_json(document, folder / SOLUTION)
+    except KeyboardInterrupt:
+        _stop(INTERRUPTED, "interrupted; nothing was written", as_json)
+    except OSError as error:
+        words = f"{error.filename}: {error.strerror}" if error.filename else str(error)
+        _stop(BAD_INPUT, words, as_json)
+    except ValueError as error:
+        _stop(BAD_INPUT, str(error), as_json)
+    if as_json:
+        typer.echo(json.dumps(document, allow_nan=False))
+    for line in _summary(stated, settings, solution, folder):
+        typer.echo(line, err=as_json)
+    raise typer.Exit(_exit_code(solution))
+
+
+def _read(path: Path) -> tuple[Problem, Settings]:
+    """The problem of a problem file with the default settings, or both of a failure bundle."""
+    from orbsoc import bundle, problem_file
+    from orbsoc.errors import FileError, ProblemError
+    from orbsoc.json_fields import FieldError, Fields, read_json, shown
+    from orbsoc.settings import Settings
+
+    try:
+        document = read_json(path)
+        schema = Fields(document).document.get("schema")
+        if schema == bundle.SCHEMA:
+            found = bundle.decode_bundle(document)
+            return found.problem, found.settings
+        if schema == problem_file.SCHEMA:
+            return problem_file.decode_problem(document), Settings()
+        known = f"{problem_file.SCHEMA!r} and {bundle.SCHEMA!r}"
+        raise FieldError("schema", f"is {shown(schema)}; this command reads {known}")
+    except (FieldError, ProblemError) as error:
+        raise FileError(f"{path}: {error}") from error
+
+
+def _is_claim(solution: Solution) -> bool:
+    """Whether x, or y and z, prove that there is no solution."""
+    from orbsoc.solution import Status
+
+    return solution.status in (Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE)
+
+
+def _summary(problem: Problem, settings: Settings, solution: Solution, folder: Path) -> list[str]:
+    """What was solved, how, how well by the referee's formula, and the verdict last, where the eye is."""
+    from orbsoc.verify import check_certificate, verify
+
+    spent = (
+        f"{solution.iterations} iterations, set-up {solution.setup_s:.3g} s, solve {solution.solve_s:.3g} s"
+    )
+    lines = [repr(problem), f"tolerance {settings.tol:g}; {spent}"]
+    if _is_claim(solution):
+        evidence = check_certificate(problem, solution)
+        lines.append(f"verified on the data of the file: certified radius {evidence.radius:.4g}")
+    else:
+        verification = verify(problem, solution)
+        lines.append(f"objective {solution.objective:.10g}, dual objective {solution.dual_objective:.10g}")
+        residuals = (
+            f"primal {verification.pres:.1e}, dual {verification.dres:.1e}, gap {verification.gap:.1e}"
+        )
+        lines.append(f"verified on the data of the file: {residuals}")
+    lines.append(f"written to {folder / SOLUTION}")
+    lines.append(f"{solution.status.name}: {solution.message}")
+    return lines
+
+
+def _exit_code(solution: Solution) -> int:
+    from orbsoc.solution import Status
+
+    codes: dict[Any, int] = {Status.SOLVED: 0, Status.INTERRUPTED: INTERRUPTED}
+    return codes.get(solution.status, NOT_SOLVED)
+
+
+def _stop(code: int, words: str, as_json: bool) -> NoReturn:
+    """Say why on standard error (and as JSON where that is read), and leave."""
+    if as_json:
+        typer.echo(json.dumps({"error": words, "exit_code": code}))
+    typer.echo(f"orbsoc: {words}" if code == INTERRUPTED else f"orbsoc: error: {words}", err=True)
+    raise typer.Exit(code)
