@@ -10,6 +10,7 @@ computer; `orbsoc.missions` plans; the command `orbsoc` does all of it.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from orbsoc.batch import BatchSolution, solve_batch
 from orbsoc.builder import ConicBuilder
 from orbsoc.problem import Cones, Problem, ProblemError
 from orbsoc.ps import PsScheduler
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 __all__ = [
+    "BatchSolution",
     "Certificate",
     "Cones",
     "ConicBuilder",
@@ -36,6 +38,7 @@ __all__ = [
     "Solver",
     "Status",
     "solve",
+    "solve_batch",
     "verify",
 ]
 

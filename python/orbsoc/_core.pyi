@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any, Final, final
 
-from numpy import float64
+from numpy import float64, uint32
 from numpy.typing import NDArray
 
 from orbsoc.problem import Problem
@@ -15,12 +15,14 @@ __all__ = [
     "REPEAT",
     "CoreError",
     "Engine",
+    "RawBatch",
     "RawSolution",
     "StageInfo",
     "__version__",
     "closing",
     "iteration",
     "operation_counts",
+    "solve_batch",
     "stages",
     "startup",
 ]
@@ -106,3 +108,50 @@ def stages() -> dict[str, StageInfo]: ...
 def operation_counts(
     problem_: Problem, settings_: Settings, latencies: Mapping[str, Mapping[str, int]]
 ) -> dict[str, dict[str, Any]]: ...
+
+@final
+class RawBatch:
+    @property
+    def status(self) -> list[str]: ...
+    @property
+    def message(self) -> list[str]: ...
+    @property
+    def x(self) -> NDArray[float64]: ...
+    @property
+    def y(self) -> NDArray[float64]: ...
+    @property
+    def z(self) -> NDArray[float64]: ...
+    @property
+    def s(self) -> NDArray[float64]: ...
+    @property
+    def objective(self) -> NDArray[float64]: ...
+    @property
+    def dual_objective(self) -> NDArray[float64]: ...
+    @property
+    def iterations(self) -> NDArray[uint32]: ...
+    @property
+    def refinements(self) -> NDArray[uint32]: ...
+    @property
+    def primal_residual(self) -> NDArray[float64]: ...
+    @property
+    def dual_residual(self) -> NDArray[float64]: ...
+    @property
+    def gap(self) -> NDArray[float64]: ...
+    @property
+    def radius(self) -> NDArray[float64]: ...
+    @property
+    def solve_s(self) -> float: ...
+
+def solve_batch(
+    problem_: Problem,
+    settings_: Settings,
+    count: int,
+    threads: int,
+    *,
+    p: NDArray[float64] | None = None,
+    c: NDArray[float64] | None = None,
+    a: NDArray[float64] | None = None,
+    b: NDArray[float64] | None = None,
+    g: NDArray[float64] | None = None,
+    h: NDArray[float64] | None = None,
+) -> RawBatch: ...

@@ -1,0 +1,106 @@
+"""A batch gives every problem the answer, and the bits, of its own solve."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+import orbsoc
+from orbsoc.problem import Cones, Problem, ProblemError
+
+BASE = Problem(
+    P=np.diag([1.0, 0.5, 0.25]),
+    c=[1.0, -2.0, 0.5],
+    A=[[1.0, 1.0, 1.0]],
+    b=[0.2],
+    G=np.vstack([np.eye(3), np.zeros((1, 3)), -np.eye(3)]),
+    h=[1.0, 1.0, 1.0, 2.0, 0.0, 0.0, 0.0],
+    cones=Cones(l=3, q=[4]),
+)
+
+
+def drawn(count: int, seed: int = 0) -> dict[str, np.ndarray]:
+    """Random costs, right-hand sides and matrix values, some of them infeasible."""
+    rng = np.random.default_rng(seed)
+    b = rng.uniform(-1.0, 1.0, (count, 1))
+    b[::7] = 50.0
+    return {
+        "c": rng.normal(size=(count, 3)) * 10.0 ** rng.integers(-3, 4, (count, 1)),
+        "b": b,
+        "h": BASE.h + np.pad(rng.uniform(0.0, 1.0, (count, 4)), ((0, 0), (0, 3))),
+        "A": BASE.A.data * rng.uniform(0.5, 2.0, (count, BASE.A.nnz)),
+        "G": BASE.G.data * rng.uniform(0.5, 2.0, (count, 1)),
+        "P": BASE.P.data * rng.uniform(0.0, 2.0, (count, 1)),
+    }
+
+
+def own_problem(data: dict[str, np.ndarray], k: int) -> Problem:
+    def matrix(name: str) -> sparse.csc_array:
+        pattern = getattr(BASE, name)
+        values = data[name][k] if name in data else pattern.data
+        return sparse.csc_array((values, pattern.indices, pattern.indptr), shape=pattern.shape)
+
+    vectors = {name: data[name][k] if name in data else getattr(BASE, name) for name in "cbh"}
+    return Problem(P=matrix("P"), A=matrix("A"), G=matrix("G"), **vectors, cones=BASE.cones)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("names", ["c", "bh", "AG", "cbhAGP"])
+def test_every_row_has_the_bits_of_its_own_solve(names: str, threads: int) -> None:
+    data = {name: value for name, value in drawn(37).items() if name in names}
+    batch = orbsoc.solve_batch(BASE, **data, threads=threads)
+    assert len(batch) == 37
+    for k in range(37):
+        single = orbsoc.solve(own_problem(data, k))
+        assert batch.status[k] is single.status
+        assert batch.iterations[k] == single.iterations
+        assert batch.message[k] == single.message
+        for name in ("x", "y", "z", "s"):
+            np.testing.assert_array_equal(getattr(batch, name)[k], getattr(single, name), strict=True)
+        assert batch.objective[k] == single.objective
+
+
+def test_infeasible_neighbours_are_found_and_harm_nobody() -> None:
+    batch = orbsoc.solve_batch(BASE, **drawn(29))
+    names = [status.name for status in batch.status]
+    assert names.count("PRIMAL_INFEASIBLE") == len(range(0, 29, 7))
+    assert names.count("SOLVED") == 29 - len(range(0, 29, 7))
+
+
+def test_shapes_and_certificates_come_back_per_problem() -> None:
+    batch = orbsoc.solve_batch(BASE, c=drawn(5)["c"])
+    assert (batch.x.shape, batch.y.shape, batch.z.shape, batch.s.shape) == ((5, 3), (5, 1), (5, 7), (5, 7))
+    certificates = list(batch.certificates())
+    assert len(certificates) == 5
+    assert max(c.primal_residual for c in certificates) <= 1e-8
+    assert batch.solve_s > 0.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({}, "at least one of c, b, h, A, G, P"),
+        ({"c": np.zeros(3)}, r"`c` has shape \(3,\); it must be \(B, 3\)"),
+        ({"c": np.zeros((2, 4))}, r"`c` has shape \(2, 4\); it must be \(B, 3\)"),
+        ({"c": np.zeros((2, 3)), "b": np.zeros((3, 1))}, "`c` has 2, `b` has 3"),
+        ({"c": np.full((2, 3), np.nan)}, "`c` has NaN at entry 0"),
+        ({"h": np.full((2, 7), np.inf)}, "`h` has inf at entry 3"),
+        ({"c": np.zeros((1, 3)), "threads": 0}, "`threads` is 0"),
+    ],
+)
+def test_misuse_names_the_argument(arguments: dict[str, np.ndarray], message: str) -> None:
+    with pytest.raises(ProblemError, match=message):
+        orbsoc.solve_batch(BASE, **arguments)
+
+
+def test_an_asymmetric_cost_matrix_is_refused() -> None:
+    base = Problem(P=[[2.0, 1.0], [1.0, 2.0]], c=[1.0, 1.0])
+    with pytest.raises(ProblemError, match=r"`P\[1\]` is not symmetric"):
+        orbsoc.solve_batch(base, P=[[2.0, 1.0, 1.0, 2.0], [2.0, 0.5, 1.0, 2.0]])
+
+
+def test_a_batch_of_none_is_empty() -> None:
+    batch = orbsoc.solve_batch(BASE, c=np.zeros((0, 3)))
+    assert len(batch) == 0
+    assert batch.x.shape == (0, 3)
