@@ -48,7 +48,7 @@ pub fn nt_scaling<T: Real>(
     }
 }
 
-/// One second-order cone: three divisions and eight roots.
+/// One second-order cone: three divisions and ten roots, three of either residual's.
 #[inline(always)]
 fn nt_scaling_soc<T: Real>(s: &[T], z: &[T], w: &mut [T], lambda: &mut [T], scalars: &mut [T]) {
     let one = T::one();
