@@ -121,13 +121,21 @@ def all_finite(values: Array) -> bool:
     return bool(np.isfinite(values).all())
 
 
+def as_array(name: str, value: Any) -> NDArray[Any]:
+    """`value` as NumPy takes it; raises ProblemError naming the argument `name` for a ragged list."""
+    try:
+        return np.asarray(value)
+    except ValueError as error:
+        raise ProblemError(f"`{name}` is not an array of numbers: {error}") from error
+
+
 def canonical(name: str, value: Matrix, n: int) -> Csc:
     """`value` as a finite float64 matrix of n columns; kept without a copy if it is canonical already.
 
     Raises ProblemError naming the argument `name` for a wrong shape or type, NaN or infinity, or indices that are out
     of range or beyond 32 bits.
     """
-    matrix: Any = value if is_sparse(value) else np.asarray(value)
+    matrix: Any = value if is_sparse(value) else as_array(name, value)
     if matrix.ndim != 2:
         raise ProblemError(f"`{name}` has shape {matrix.shape}; it must be two-dimensional")
     if matrix.dtype.kind not in "fiub" and matrix.size:

@@ -182,7 +182,7 @@ def _short(sizes: Sequence[int]) -> str:
 
 
 def _vector(name: str, value: ArrayLike) -> Array:
-    array = np.asarray(value)
+    array = csc.as_array(name, value)
     if array.ndim != 1:
         raise ProblemError(f"`{name}` has shape {array.shape}; it must be one-dimensional")
     if array.dtype.kind not in "fiub" and array.size:

@@ -91,15 +91,22 @@ class Solver:
 def resolve(settings: Settings | None, overrides: Mapping[str, Any]) -> Settings:
     """The settings with overrides; TypeError names an unknown one."""
     base = Settings() if settings is None else settings
+    _check_type("settings", base, Settings)
     return replace(base, **overrides) if overrides else base
 
 
 def engine(problem: Problem, settings: Settings) -> _core.Engine:
     """A native engine; what the core refuses becomes a ProblemError."""
+    _check_type("problem", problem, Problem)
     try:
         return _core.Engine(problem, settings)
     except _core.CoreError as error:
         raise ProblemError(str(error)) from None
+
+
+def _check_type(name: str, value: object, wanted: type) -> None:
+    if not isinstance(value, wanted):
+        raise TypeError(f"`{name}` is a {type(value).__name__}; it must be an orbsoc.{wanted.__name__}")
 
 
 def solution_of(raw: _core.RawSolution) -> Solution:

@@ -212,7 +212,7 @@ def project_dual(problem: Problem, z: Array) -> Array:
 
 
 def _project_second_order(v: Array) -> Array:
-    head, tail_norm = float(v[0]), float(np.linalg.norm(v[1:]))
+    head, tail_norm = np.float64(v[0]), np.float64(np.linalg.norm(v[1:]))  # by which 0 divides to NaN
     if tail_norm <= head:
         return v
     if tail_norm <= -head:

@@ -45,6 +45,8 @@ MALFORMED: list[tuple[dict[str, Any], str]] = [
     ({"c": [1.0, -INF]}, "`c[1]` is -inf; it must be finite"),
     ({"c": ["a", "b"]}, "`c` has entries of type <U1; they must be real numbers"),
     ({"c": [1.0 + 1.0j, 0.0]}, "`c` has entries of type complex128; they must be real numbers"),
+    ({"c": [1.0, [2.0]]}, "`c` is not an array of numbers: setting an array element with a sequence"),
+    ({"G": [[1.0, 0.0], [1.0]]}, "`G` is not an array of numbers: setting an array element with a sequence"),
     ({"A": np.ones((1, 3))}, "`A` has 3 columns, but c has 2 entries"),
     ({"A": np.ones(2)}, "`A` has shape (2,); it must be two-dimensional"),
     ({"A": [[1.0, NAN]]}, "`A[0, 1]` is nan; it must be finite"),

@@ -122,6 +122,11 @@ def test_a_point_that_is_not_finite_supports_nothing(name: str, poison: float) -
         assert not evidence.supports(status, 1e-8)
 
 
+def test_a_cone_of_one_row_that_is_not_a_number_is_infinitely_far() -> None:
+    problem = Problem(c=[1.0], G=[[-1.0]], h=[0.0], cones=Cones(q=[1]))
+    assert verify(problem, point(problem, [0.0], z=[np.nan])).dres == INF
+
+
 def test_rows_that_do_not_constrain_take_no_part_but_must_have_no_multiplier() -> None:
     problem = Problem(c=[1.0, 0.0], G=-np.eye(2), h=[0.0, INF], cones=Cones(l=2))
     best = point(problem, [0.0, -1e6], z=[1.0, 0.0])

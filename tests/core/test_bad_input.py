@@ -1,0 +1,241 @@
+"""Awkward but legal data are solved rightly; what is not a problem never reaches the core.
+
+Refusals at the door are in test_problem.py. Here is what passes it: rows of zeros, free columns, absent blocks, cones
+of one row, odd memory layouts, and thousands of solves in one process.
+"""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import resource
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import sparse as scipy_sparse
+
+import orbsoc
+from orbsoc import Cones, Problem, Settings, Status
+
+sparse: Any = scipy_sparse  # published without types
+
+INF = float("inf")
+X_ABOVE_ONE: dict[str, Any] = {"G": [[-1.0, 0.0]], "h": [-1.0], "cones": Cones(l=1)}
+
+LEGAL: list[tuple[str, dict[str, Any], Status, float | None]] = [
+    ("nothing but a zero cost", {"c": [0.0, 0.0]}, Status.SOLVED, 0.0),
+    ("nothing but a cost", {"c": [1.0, 0.0]}, Status.DUAL_INFEASIBLE, None),
+    ("a quadratic cost alone", {"P": np.eye(2), "c": [1.0, -2.0]}, Status.SOLVED, -2.5),
+    ("a free column without cost", {"c": [1.0, 0.0], **X_ABOVE_ONE}, Status.SOLVED, 1.0),
+    ("a free column with a cost", {"c": [1.0, 1e-3], **X_ABOVE_ONE}, Status.DUAL_INFEASIBLE, None),
+    ("an equality 0 = 0", {"c": [1.0, 0.0], "A": np.zeros((1, 2)), "b": [0.0], **X_ABOVE_ONE}, Status.SOLVED, 1.0),
+    (
+        "an equality 0 = 1e-3",
+        {"c": [1.0, 0.0], "A": np.zeros((1, 2)), "b": [1e-3], **X_ABOVE_ONE},
+        Status.PRIMAL_INFEASIBLE,
+        None,
+    ),
+    (
+        "a row 0 ≤ 1",
+        {"c": [1.0, 0.0], "G": [[-1.0, 0.0], [0.0, 0.0]], "h": [-1.0, 1.0], "cones": Cones(l=2)},
+        Status.SOLVED,
+        1.0,
+    ),
+    (
+        "a row 0 ≤ 0",
+        {"c": [1.0, 0.0], "G": [[-1.0, 0.0], [0.0, 0.0]], "h": [-1.0, 0.0], "cones": Cones(l=2)},
+        Status.SOLVED,
+        1.0,
+    ),
+    (
+        "a row 0 ≤ −1",
+        {"c": [1.0, 0.0], "G": [[-1.0, 0.0], [0.0, 0.0]], "h": [-1.0, -1.0], "cones": Cones(l=2)},
+        Status.PRIMAL_INFEASIBLE,
+        None,
+    ),
+    (
+        "a cone without variables that holds",
+        {"c": [1.0], "G": [[-1.0], [0.0], [0.0]], "h": [0.0, 2.0, 1.0], "cones": Cones(l=1, q=[2])},
+        Status.SOLVED,
+        0.0,
+    ),
+    (
+        "a cone without variables that fails",
+        {"c": [1.0], "G": [[-1.0], [0.0], [0.0]], "h": [0.0, 1.0, 2.0], "cones": Cones(l=1, q=[2])},
+        Status.PRIMAL_INFEASIBLE,
+        None,
+    ),
+    ("a cone of one row", {"c": [1.0], "G": [[-1.0]], "h": [-3.0], "cones": Cones(q=[1])}, Status.SOLVED, 3.0),
+    (
+        "rows that do not constrain",
+        {"P": [[1.0]], "c": [1.0], "G": [[-1.0], [1.0]], "h": [INF, INF], "cones": Cones(l=2)},
+        Status.SOLVED,
+        -0.5,
+    ),
+    (
+        "the same equality twice",
+        {"c": [1.0, 0.0], "A": [[0.0, 1.0], [0.0, 1.0]], "b": [4.0, 4.0], **X_ABOVE_ONE},
+        Status.SOLVED,
+        1.0,
+    ),
+    (
+        "two equalities that disagree",
+        {"c": [1.0, 0.0], "A": [[0.0, 1.0], [0.0, 1.0]], "b": [4.0, 5.0], **X_ABOVE_ONE},
+        Status.PRIMAL_INFEASIBLE,
+        None,
+    ),
+    ("more equalities than variables", {"c": [1.0], "A": [[1.0], [2.0], [3.0]], "b": [2.0, 4.0, 6.0]}, Status.SOLVED, 2.0),
+    ("explicit zeros only", {"c": [0.0], "A": sparse.csc_array(([0.0], ([0], [0])), shape=(1, 1)), "b": [0.0]}, Status.SOLVED, 0.0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("arguments", "status", "objective"), [row[1:] for row in LEGAL], ids=[row[0] for row in LEGAL])  # fmt: skip
+def test_awkward_but_legal_data_are_solved_rightly(
+    arguments: dict[str, Any], status: Status, objective: float | None
+) -> None:
+    solution = orbsoc.solve(Problem(**arguments))
+    assert solution.status is status, solution.message
+    if objective is not None:
+        assert solution.objective == pytest.approx(objective, abs=1e-7)
+
+
+def layouts() -> dict[str, Callable[[Any], Any]]:
+    """The same matrix in other memory."""
+
+    def read_only(matrix: Any) -> Any:
+        out = sparse.csc_array(matrix)
+        for array in (out.data, out.indices, out.indptr):
+            array.setflags(write=False)
+        return out
+
+    def wide_indices(matrix: Any) -> Any:
+        out = sparse.csc_array(matrix)
+        out.indices, out.indptr = out.indices.astype(np.int64), out.indptr.astype(np.int64)
+        return out
+
+    def halved_duplicates(matrix: Any) -> Any:
+        once = sparse.coo_array(matrix)
+        rows, columns = (np.tile(index, 2)[::-1] for index in once.coords)
+        return sparse.coo_array((np.tile(once.data / 2, 2)[::-1], (rows, columns)), shape=once.shape)
+
+    return {
+        "read-only": read_only,
+        "int64 indices": wide_indices,
+        "duplicates, unsorted": halved_duplicates,
+        "Fortran order": np.asfortranarray,
+        "a strided view": lambda matrix: np.repeat(np.repeat(matrix, 2, axis=0), 3, axis=1)[::2, ::3],
+        "single precision": lambda matrix: np.asarray(matrix, dtype=np.float32),
+    }
+
+
+@pytest.mark.parametrize("layout", layouts().values(), ids=layouts())
+def test_memory_layout_changes_no_bit(layout: Callable[[Any], Any]) -> None:
+    P, A = np.array([[2.0, 0.5], [0.5, 1.0]]), np.array([[1.0, -1.0]])
+    G, h = np.array([[0.0, 0.0], [-1.0, 0.0], [0.0, -2.0]]), np.array([2.0, 0.25, -0.5])
+    kwargs: dict[str, Any] = {"c": [1.0, 1.0], "b": [0.5], "h": h, "cones": Cones(q=[3])}
+    plain = orbsoc.solve(Problem(P=P, A=A, G=G, **kwargs))
+    again = orbsoc.solve(Problem(P=layout(P), A=layout(A), G=layout(G), **kwargs))
+    assert plain.status is again.status is Status.SOLVED
+    assert all(getattr(plain, name).tobytes() == getattr(again, name).tobytes() for name in "xyzs")
+
+
+def test_read_only_vectors_are_solved() -> None:
+    c, h = np.array([1.0]), np.array([-2.0])
+    for array in (c, h):
+        array.setflags(write=False)
+    assert orbsoc.solve(Problem(c=c, G=[[-1.0]], h=h, cones=Cones(l=1))).x == pytest.approx([2.0])
+
+
+@pytest.mark.parametrize(
+    ("overrides", "error", "message"),
+    [
+        ({"tol": "small"}, TypeError, "tol = 'small' must be a number"),
+        ({"tol": None}, TypeError, "tol = None must be a number"),
+        ({"tol": True}, TypeError, "tol = True must be a number"),
+        ({"tol": float("nan")}, ValueError, "tol = nan must be a positive number"),
+        ({"max_iterations": 2.5}, TypeError, "max_iterations = 2.5 must be an integer"),
+        ({"max_iterations": 10**20}, ValueError, "max_iterations = 100000000000000000000 must be at least 1"),
+        ({"ruiz_passes": -1}, ValueError, "ruiz_passes = -1 must be at least 0"),
+        ({"refinement_max": -1}, ValueError, "refinement_max = -1 must be at least 0"),
+        ({"verbose": "yes"}, TypeError, "verbose = 'yes' must be True or False"),
+        ({"step_fraction": 1.5}, ValueError, "step_fraction"),
+        ({"static_regularization": float("nan")}, ValueError, "static_regularization"),
+        ({"tolerance": 1e-8}, TypeError, "tolerance"),
+    ],
+)
+def test_a_wrong_setting_is_refused_by_name(
+    overrides: dict[str, Any], error: type[Exception], message: str
+) -> None:
+    with pytest.raises(error, match=message):
+        orbsoc.solve(Problem(c=[0.0]), **overrides)
+
+
+def test_numpy_numbers_are_settings() -> None:
+    assert Settings(tol=np.float32(0.5), max_iterations=np.int64(7)) == Settings(tol=0.5, max_iterations=7)
+
+
+def test_what_is_no_problem_or_no_settings_is_a_type_error() -> None:
+    with pytest.raises(TypeError, match=r"`problem` is a dict; it must be an orbsoc\.Problem"):
+        orbsoc.solve({"c": [1.0]})
+    with pytest.raises(TypeError, match=r"`settings` is a float; it must be an orbsoc\.Settings"):
+        orbsoc.solve(Problem(c=[0.0]), 1e-8)
+
+
+def test_an_exception_of_a_callback_comes_out_and_the_solver_stays_usable() -> None:
+    problem = Problem(c=[1.0], G=[[-1.0]], h=[-2.0], cones=Cones(l=1))
+    solver = orbsoc.Solver(problem)
+
+    def fail(_: object) -> None:
+        raise ZeroDivisionError("mine")
+
+    with pytest.raises(ZeroDivisionError, match="mine"):
+        solver.solve(callback=fail)
+    assert solver.solve().x.tobytes() == orbsoc.solve(problem).x.tobytes()
+
+
+def test_a_solution_belongs_to_its_holder() -> None:
+    """Writing into a returned vector changes no later solve and no other copy."""
+    solver = orbsoc.Solver(Problem(c=[1.0], G=[[-1.0]], h=[-2.0], cones=Cones(l=1)))
+    first = solver.solve()
+    kept = pickle.loads(pickle.dumps(first)).x, copy.deepcopy(first).x
+    first.x[:] = 77.0
+    second = solver.solve()
+    assert second.x.tobytes() == kept[0].tobytes() == kept[1].tobytes()
+
+
+def test_threads_that_share_nothing_get_the_same_bits() -> None:
+    rng = np.random.default_rng(0)
+    G = rng.normal(size=(60, 20))
+    problem = Problem(c=-G.T @ np.ones(60), G=G, h=np.ones(60), cones=Cones(l=20, q=[20, 20]))
+    expected = orbsoc.solve(problem).x.tobytes()
+    found: list[bytes] = []
+    threads = [
+        threading.Thread(target=lambda: found.append(orbsoc.solve(problem).x.tobytes())) for _ in range(8)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert found == [expected] * 8
+
+
+def test_thousands_of_solves_keep_no_memory() -> None:
+    """Each engine here holds over 300 kB: kept ones would show by hundreds of MB."""
+    rng = np.random.default_rng(1)
+    G = rng.normal(size=(120, 40))
+    problem = Problem(c=-G.T @ np.ones(120), G=G, h=np.ones(120), cones=Cones(l=120))
+
+    def churn(times: int) -> None:
+        for _ in range(times):
+            solver = orbsoc.Solver(problem, max_iterations=1)
+            solver.update(c=problem.c)
+            solver.solve()
+
+    churn(50)
+    before_kb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    churn(1000)
+    grown_kb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before_kb
+    assert grown_kb < 20_000
