@@ -41,7 +41,7 @@ pub fn solve_batch(
     settings: &Settings,
     threads: usize,
 ) -> Result<Vec<Solution>, Error> {
-    let structure = Arc::new(Structure::new(base, Panels::Relaxed)?);
+    let structure = Arc::new(Structure::new(base, Panels::Exact)?);
     let next = AtomicUsize::new(0);
     let solved = Mutex::new(vec![None; count]);
     let worker = || -> Result<(), Error> {
