@@ -40,8 +40,10 @@ class Settings:
     ruiz_passes: int = 4
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            object.__setattr__(self, field.name, _typed(field.name, field.type, getattr(self, field.name)))
+        for name, kind in self.__annotations__.items():
+            value = getattr(self, name)
+            if type(value).__name__ != kind:
+                object.__setattr__(self, name, _typed(name, kind, value))
         for name in ("tol", "tol_inaccurate", "max_time_s"):
             value = getattr(self, name)
             if not value > 0.0:

@@ -17,6 +17,8 @@ from orbsoc.solution import Certificate, Solution, Status
 Callback = Callable[[Mapping[str, float]], object]
 """Sees each iteration's statistics (keys of `orbsoc.iteration_table.COLUMNS`); a true return value stops the solve."""
 
+DEFAULTS = Settings()
+
 
 def solve(
     problem: Problem,
@@ -90,7 +92,7 @@ class Solver:
 
 def resolve(settings: Settings | None, overrides: Mapping[str, Any]) -> Settings:
     """The settings with overrides; TypeError names an unknown one."""
-    base = Settings() if settings is None else settings
+    base = DEFAULTS if settings is None else settings
     _check_type("settings", base, Settings)
     return replace(base, **overrides) if overrides else base
 
