@@ -25,6 +25,8 @@ mod certificate;
 mod cones;
 mod control;
 mod csc;
+#[cfg(test)]
+mod dataflow_tests;
 mod datapath;
 mod engine;
 mod error;
@@ -41,6 +43,8 @@ pub mod real;
 mod settings;
 mod solution;
 pub mod stage;
+#[cfg(test)]
+mod stage_tests;
 mod structure;
 mod symbolic;
 mod trace;

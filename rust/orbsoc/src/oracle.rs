@@ -192,7 +192,7 @@ pub fn walk<T: Decide>(engine: &mut Engine<T>, iterations: usize) {
 }
 
 /// One step, with the repetitions that it asks for.
-pub fn perform<T: Decide>(engine: &mut Engine<T>, step: Step) -> Outcome {
+fn perform<T: Decide>(engine: &mut Engine<T>, step: Step) -> Outcome {
     match step {
         Step::Run(stage) => engine.run(stage),
         Step::Repeat { stage, until } => loop {
@@ -202,20 +202,4 @@ pub fn perform<T: Decide>(engine: &mut Engine<T>, step: Step) -> Outcome {
             };
         },
     }
-}
-
-/// The KKT matrix as it stands in an engine, dense, in natural order (x, y, z, expansion rows).
-pub fn natural_kkt<T: Decide>(engine: &Engine<T>) -> DMatrix<f64> {
-    let kkt = &engine.path.structure.kkt;
-    let mut natural = vec![0; kkt.dim];
-    kkt.position.iter().enumerate().for_each(|(old, &new)| natural[new as usize] = old);
-    let mut out = DMatrix::zeros(kkt.dim, kkt.dim);
-    for j in 0..kkt.dim {
-        for k in kkt.colptr[j] as usize..kkt.colptr[j + 1] as usize {
-            let (i, j) = (natural[kkt.rowidx[k] as usize], natural[j]);
-            out[(i, j)] = engine.path.work.kkt_values[k].value();
-            out[(j, i)] = out[(i, j)];
-        }
-    }
-    out
 }
