@@ -49,6 +49,7 @@ fn symmetric_product(upper: &Csc, x: &DVector<f64>) -> DVector<f64> {
     out
 }
 
+/// ‖x‖∞; infinite when x is not finite, zero when it is empty.
 fn norm(x: &DVector<f64>) -> f64 {
     if x.iter().all(|v| v.is_finite()) {
         x.amax()
@@ -125,10 +126,14 @@ fn examine(problem: &Problem, at: &Candidate) -> Evidence {
     Evidence { referee: referee.worst(), certificate, objective, dual_objective }
 }
 
-/// Certified radius of a claim of primal infeasibility over the data's scale; z is projected onto K.
+/// Certified radius of a claim of primal infeasibility, also over the data's scale; z is projected onto K,
+/// and the certificate scaled to size one: its own size means nothing and may overflow.
 fn primal_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
     at.z = present(problem, at.z.clone());
     project(problem, &mut at.z);
+    let size = norm(&at.y).max(norm(&at.z));
+    at.y.unscale_mut(size);
+    at.z.unscale_mut(size);
     let h = present(problem, DVector::from_column_slice(&problem.h));
     let support = DVectorView::from(&problem.b[..]).dot(&at.y) + h.dot(&at.z);
     let sum = transposed_product(&problem.a, &at.y) + transposed_product(&problem.g, &at.z);
@@ -136,8 +141,9 @@ fn primal_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
     radius(support, sum.lp_norm(1), scale)
 }
 
-/// Certified radius of a claim of dual infeasibility over the data's scale.
-fn dual_radius(problem: &Problem, at: &Candidate) -> (f64, f64) {
+/// Certified radius of a claim of dual infeasibility, also over the data's scale; x is scaled to size one.
+fn dual_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
+    at.x.unscale_mut(norm(&at.x));
     let cost = DVectorView::from(&problem.c[..]).dot(&at.x);
     let recession = -present(problem, product(&problem.g, &at.x));
     let mut inside = recession.clone();
@@ -150,7 +156,7 @@ fn dual_radius(problem: &Problem, at: &Candidate) -> (f64, f64) {
 }
 
 fn radius(value: f64, size: f64, scale: f64) -> (f64, f64) {
-    if value < 0.0 && size.is_finite() {
+    if value < 0.0 && value.is_finite() && size.is_finite() {
         let radius = if size > 0.0 { -value / size } else { f64::INFINITY };
         (radius, radius / scale)
     } else {
@@ -190,8 +196,12 @@ impl<'a> Walked<'a> {
         let solved = ratio <= tol && evidence.referee <= 100.0 * tol;
         // A certificate counts when the solve ended on it or could enlarge it no further; a limit
         // that cut the solve short proves nothing.
+        let usable = ratio <= self.settings.tol_inaccurate
+            && evidence.referee <= self.settings.tol_inaccurate
+            && stop != Stop::Interrupted;
         let by_certificate = matches!(stop, Stop::PrimalCertificate | Stop::DualCertificate);
-        if by_certificate || (stop == Stop::Stalled && !solved) {
+        // A nearly solved problem is not infeasible, however far out its solution lies.
+        if by_certificate || (stop == Stop::Stalled && !solved && !usable) {
             if let Some(solution) = self.infeasible() {
                 return solution;
             }
@@ -201,7 +211,7 @@ impl<'a> Walked<'a> {
             return self.assemble(Status::Solved, &best, &evidence, message);
         }
         let failed = failing_line(&evidence, tol);
-        if ratio <= self.settings.tol_inaccurate && evidence.referee <= self.settings.tol_inaccurate {
+        if usable {
             let message = format!("meets tol_inaccurate only: {failed}");
             return self.assemble(Status::SolvedInaccurate, &best, &evidence, message);
         }
@@ -231,7 +241,7 @@ impl<'a> Walked<'a> {
         }
         if self.control.dual_radius > 0.0 {
             let mut at = self.candidate(ray, false);
-            let (radius, relative) = dual_radius(problem, &at);
+            let (radius, relative) = dual_radius(problem, &mut at);
             if relative >= RADIUS_CLAIMED {
                 at.y.fill(f64::NAN);
                 at.z.fill(f64::NAN);

@@ -12,7 +12,10 @@ use std::time::{Duration, Instant};
 /// A certified radius this many times the data's scale is claimed (at the end of a solve) …
 pub(crate) const RADIUS_CLAIMED: f64 = 50.0;
 /// … and from here on iterating further is pointless.
-const RADIUS_CONCLUSIVE: f64 = 1e6;
+const RADIUS_CONCLUSIVE: f64 = 1e8;
+/// A solve that meets the tolerance, but not this share of it, takes one iteration more: near the end
+/// an iteration gains two digits, and an answer at the very edge of its claim is a poor one.
+const AIM: f64 = 0.2;
 /// κ/τ from which the embedding leans towards infeasibility.
 const EMBEDDING_RATIO: f64 = 1e3;
 /// Iterations without a better iterate or a larger radius before a solve counts as stalled.
@@ -36,6 +39,8 @@ pub(crate) struct Control {
     pub stop: Option<Stop>,
     /// Length of the last step; 0 before the first.
     pub step: f64,
+    /// The best iterate meets the tolerance.
+    met: bool,
     idle: u32,
     short_steps: u32,
     refined: u32,
@@ -91,27 +96,28 @@ impl Control {
             copy_lane(lane, w.point.iter().chain(&w.slack).chain(tau), &mut w.best);
         }
         // The embedding of a solvable problem ends with τ ≫ κ, whatever radius it passes by: a radius
-        // that is not conclusive counts only where the embedding, too, says "infeasible".
+        // counts only where the embedding, too, says "infeasible".
         let (tau, kappa) = (w.homogenizer[0].lane(lane), w.homogenizer[1].lane(lane));
-        let counts = |radius: f64| tau * EMBEDDING_RATIO < kappa || radius >= RADIUS_CONCLUSIVE;
-        if counts(primal) && primal > self.primal_radius {
+        let leaning = tau * EMBEDDING_RATIO < kappa;
+        if leaning && primal > self.primal_radius {
             self.primal_radius = primal;
             self.idle = 0;
             copy_lane(lane, w.point.iter(), &mut w.farkas);
         }
-        if counts(dual) && dual > self.dual_radius {
+        if leaning && dual > self.dual_radius {
             self.dual_radius = dual;
             self.idle = 0;
             copy_lane(lane, w.point.iter().chain(&w.slack), &mut w.ray);
         }
-        match self.reason(settings, strict) {
+        match self.reason(settings) {
             Some(stop) => Outcome::Done(stop),
             None => Outcome::Next,
         }
     }
 
-    fn reason(&self, settings: &Settings, strict: f64) -> Option<Stop> {
-        if strict <= settings.tol {
+    fn reason(&mut self, settings: &Settings) -> Option<Stop> {
+        let met_before = core::mem::replace(&mut self.met, self.best <= settings.tol);
+        if self.best <= AIM * settings.tol || met_before {
             Some(Stop::Converged)
         } else if self.primal_radius >= RADIUS_CONCLUSIVE {
             Some(Stop::PrimalCertificate)
