@@ -4,9 +4,10 @@ use crate::convert::{problem, refuse, settings};
 use core::ops::ControlFlow;
 use numpy::{IntoPyArray, PyArray1};
 use orbsoc::{Buffer, Outcome, Progress, Solution, Stage};
-use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt};
+use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 pub const NEXT: u8 = 0;
@@ -38,8 +39,11 @@ pub struct RawSolution {
     nnz_l: usize,
 }
 
-#[pyclass(module = "orbsoc._core")]
-pub struct Engine {
+/// One solve at a time: a second thread, or the solve's own callback, is told so.
+#[pyclass(module = "orbsoc._core", frozen)]
+pub struct Engine(Mutex<State>);
+
+struct State {
     inner: orbsoc::Engine<f64>,
     setup: Duration,
 }
@@ -52,16 +56,17 @@ impl Engine {
         py.detach(|| {
             let start = Instant::now();
             let inner = orbsoc::Engine::new(&problem, &settings).map_err(refuse)?;
-            Ok(Self { inner, setup: start.elapsed() })
+            Ok(Self(Mutex::new(State { inner, setup: start.elapsed() })))
         })
     }
 
-    fn update(&mut self, py: Python<'_>, problem_: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn update(&self, py: Python<'_>, problem_: &Bound<'_, PyAny>) -> PyResult<()> {
         let problem = problem(problem_)?;
+        let state = &mut *self.state()?;
         py.detach(|| {
             let start = Instant::now();
-            self.inner.update(&problem).map_err(refuse)?;
-            self.setup = start.elapsed();
+            state.inner.update(&problem).map_err(refuse)?;
+            state.setup = start.elapsed();
             Ok(())
         })
     }
@@ -69,9 +74,10 @@ impl Engine {
     /// Solve with the GIL released; `callback(progress)` returning true stops the solve.
     #[pyo3(signature = (callback=None))]
     #[allow(clippy::needless_pass_by_value)] // what the binding hands over is owned
-    fn solve(&mut self, py: Python<'_>, callback: Option<Py<PyAny>>) -> PyResult<RawSolution> {
+    fn solve(&self, py: Python<'_>, callback: Option<Py<PyAny>>) -> PyResult<RawSolution> {
         let mut raised: Option<PyErr> = None;
-        let inner = &mut self.inner;
+        let state = &mut *self.state()?;
+        let inner = &mut state.inner;
         let (solution, elapsed) = py.detach(|| {
             let start = Instant::now();
             let mut looked = start;
@@ -92,13 +98,13 @@ impl Engine {
         });
         match raised {
             Some(error) => Err(error),
-            None => Ok(self.raw(py, solution, elapsed)),
+            None => Ok(state.raw(py, solution, elapsed)),
         }
     }
 
     /// Run one stage: NEXT, REPEAT or DONE.
-    fn run(&mut self, stage: &str) -> PyResult<u8> {
-        Ok(match self.inner.run(stage_of(stage)?) {
+    fn run(&self, stage: &str) -> PyResult<u8> {
+        Ok(match self.state()?.inner.run(stage_of(stage)?) {
             Outcome::Next => NEXT,
             Outcome::Repeat => REPEAT,
             Outcome::Done(_) => DONE,
@@ -106,45 +112,59 @@ impl Engine {
     }
 
     /// Stop at the next statistics.
-    fn interrupt(&mut self) {
-        self.inner.interrupt();
+    fn interrupt(&self) -> PyResult<()> {
+        self.state()?.inner.interrupt();
+        Ok(())
     }
 
     /// The solution of a walk that ended; `solve_s` is what the caller measured.
     #[pyo3(signature = (solve_s=0.0))]
-    fn finish(&self, py: Python<'_>, solve_s: f64) -> RawSolution {
-        self.raw(py, self.inner.conclude(), Duration::try_from_secs_f64(solve_s).unwrap_or_default())
+    fn finish(&self, py: Python<'_>, solve_s: f64) -> PyResult<RawSolution> {
+        let state = self.state()?;
+        let elapsed = Duration::try_from_secs_f64(solve_s).unwrap_or_default();
+        Ok(state.raw(py, state.inner.conclude(), elapsed))
     }
 
     #[getter]
-    fn iteration(&self) -> u32 {
-        self.inner.iteration()
+    fn iteration(&self) -> PyResult<u32> {
+        Ok(self.state()?.inner.iteration())
     }
 
     fn progress<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        progress_dict(py, &self.inner.progress())
+        progress_dict(py, &self.state()?.inner.progress())
     }
 
-    fn events(&self) -> Vec<(&'static str, u32)> {
-        self.inner.events().iter().map(|e| (e.stage.name(), e.iteration)).collect()
+    fn events(&self) -> PyResult<Vec<(&'static str, u32)>> {
+        Ok(self.state()?.inner.events().iter().map(|e| (e.stage.name(), e.iteration)).collect())
     }
 
     fn buffer<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let buffer = Buffer::ALL.iter().find(|b| b.name() == name);
         let buffer = buffer.ok_or_else(|| PyKeyError::new_err(format!("no buffer named {name:?}")))?;
-        Ok(PyArray1::from_slice(py, self.inner.buffer(*buffer)))
+        Ok(PyArray1::from_slice(py, self.state()?.inner.buffer(*buffer)))
     }
 
     fn buffer_words<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let words = PyDict::new(py);
+        let (state, words) = (self.state()?, PyDict::new(py));
         for &buffer in Buffer::ALL {
-            words.set_item(buffer.name(), self.inner.buffer(buffer).len())?;
+            words.set_item(buffer.name(), state.inner.buffer(buffer).len())?;
         }
         Ok(words)
     }
 }
 
 impl Engine {
+    fn state(&self) -> PyResult<MutexGuard<'_, State>> {
+        self.0.try_lock().map_err(|_| {
+            PyRuntimeError::new_err(
+                "this solver is already solving, in another thread or in the caller of this callback; \
+                 use one Solver for each thread",
+            )
+        })
+    }
+}
+
+impl State {
     fn raw(&self, py: Python<'_>, solution: Solution, elapsed: Duration) -> RawSolution {
         let (nnz_kkt, nnz_l) = self.inner.kkt_sizes();
         let array = |v: Vec<f64>| v.into_pyarray(py).unbind();
