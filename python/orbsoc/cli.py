@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import enum
 import json
+import traceback
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
@@ -115,6 +116,9 @@ def plan(
         _stop(FAILED, f"no plan: the burn cannot be flown: {error}", as_json)
     except _bad_input() as error:
         _stop(BAD_INPUT, str(error), as_json)
+    except Exception as error:  # a defect, whatever it is: its trace for us, one sentence for the caller
+        traceback.print_exc()
+        _stop(FAILED, f"a defect of orbsoc, please report it: {type(error).__name__}: {error}", as_json)
     if as_json:
         typer.echo(json.dumps(document, allow_nan=False))
     _print_summary(console, document, folder)

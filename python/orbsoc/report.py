@@ -90,6 +90,8 @@ def render(
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["number"] = _number
+    environment.filters["difference"] = _difference
     environment.filters["scientific"] = _scientific
     environment.filters["sentence"] = _sentence
     images = [
@@ -103,6 +105,18 @@ def render(
     return template.render(
         plan=document, images=images, hardware=hardware, attitude_columns=", ".join(ATTITUDE_COLUMNS)
     )
+
+
+def _number(value: float | None, form: str, *, per: float = 1.0) -> str:
+    """`value` / `per` in a printf form; a dash for what the document leaves out (null)."""
+    if value is None:
+        return "–"
+    return form % (value if per == 1.0 else value / per)
+
+
+def _difference(value: float | None, other: float | None) -> float | None:
+    """value − other; None when either is missing."""
+    return None if value is None or other is None else value - other
 
 
 def _scientific(value: float | None) -> str:

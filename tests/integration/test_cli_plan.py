@@ -18,8 +18,10 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import orbsoc.interfaces.clarabel
+import orbsoc.report
 import orbsoc.solver
 from orbsoc.cli import app
+from orbsoc.report import render
 from orbsoc.settings import Settings
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -142,6 +144,77 @@ def test_infeasible_scenario_exits_1_with_words_a_report_and_no_attitude(tmp_pat
     page = Page((folder / "report.html").read_text(encoding="utf-8"))
     assert "What could not be met" in page.headings
     assert "misprint" in page.text
+
+
+TARGET_POSITION = "position_m = [3409639.2, 5613637.7, 195876.2]"
+TARGET_VELOCITY = "velocity_m_s = [6605.7957, -4060.5966, 626.9973]"
+OUT_OF_REACH = {
+    "other side of the Earth": {TARGET_POSITION: "position_m = [3409639.2, -5613637.7, 195876.2]"},
+    "beyond escape speed": {TARGET_VELOCITY: "velocity_m_s = [16605.7957, -4060.5966, 626.9973]"},
+    "circular": {
+        TARGET_POSITION: "position_m = [6578137.0, 0.0, 0.0]",
+        TARGET_VELOCITY: "velocity_m_s = [0.0, 7784.2613, 0.0]",
+    },
+}
+
+
+@pytest.mark.parametrize("problem", ["min_time", "max_energy"])
+@pytest.mark.parametrize("case", OUT_OF_REACH)
+def test_target_out_of_reach_ends_in_words_a_report_and_one_object(
+    tmp_path: Path, case: str, problem: str
+) -> None:
+    text = REC1.read_text(encoding="utf-8")
+    for old, new in OUT_OF_REACH[case].items():
+        assert old in text
+        text = text.replace(old, new)
+    path = tmp_path / "far.toml"
+    path.write_text(text, encoding="utf-8")
+    result = invoke("plan", path, "--problem", problem, "--json", "--out", tmp_path / "out")
+    assert result.exit_code == 1, result.output
+    assert "Traceback" not in result.stderr
+    printed = json.loads(result.stdout)
+    assert printed["status"] in ("infeasible", "failed")
+    assert printed["verdict"].startswith(("INFEASIBLE: ", "NO ANSWER: "))
+    assert printed["verdict"] in result.stderr
+    page = Page((tmp_path / "out" / "report.html").read_text(encoding="utf-8"))
+    assert printed["verdict"] in page.text
+    assert "None" not in page.text
+
+
+def test_report_puts_a_dash_for_every_number_the_document_leaves_out(rec1: tuple[Path, Result]) -> None:
+    """A hyperbola has no apogee, an iteration that failed has no orbit: null in plan.json."""
+    folder, _ = rec1
+    document = json.loads((folder / "plan.json").read_text())
+    hardware = json.loads((folder / "hardware.json").read_text())
+    for orbit in (document["orbit"], document["propagated_orbit"]):
+        orbit.update(dict.fromkeys(orbit))
+    for table in ("verification", "terminal_error"):
+        document[table].update(dict.fromkeys(document[table]))
+    document["time_of_flight_s"] = document["propellant_kg"] = None
+    for key in ("time_of_flight_s", "perigee_height_km", "apogee_height_km", "change", "slack"):
+        document["subproblems"][-1][key] = None
+    for key in ("nodes", "time_of_flight_s", "perigee_height_km", "apogee_height_km"):
+        del document["subproblems"][0][key]
+    page = Page(render(document, (), hardware, folder))
+    assert "apogee height (km)–––" in page.text.replace("\n", "")
+    assert "None" not in page.text
+
+
+def test_a_defect_is_one_object_too_and_leaves_no_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> None:
+        raise RuntimeError("the chip is on fire")
+
+    monkeypatch.setattr(orbsoc.report, "render", broken)
+    result = invoke("plan", REC1, "--json", "--out", tmp_path / "out")
+    assert result.exit_code == 1
+    printed = json.loads(result.stdout)
+    assert printed["exit_code"] == 1
+    assert "a defect of orbsoc" in printed["error"]
+    assert "RuntimeError: the chip is on fire" in printed["error"]
+    assert "Traceback" in result.stderr
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_json_is_one_object_on_stdout_and_progress_goes_to_stderr(tmp_path: Path) -> None:

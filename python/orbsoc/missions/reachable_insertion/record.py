@@ -76,9 +76,9 @@ def plan_document(plan: Plan) -> dict[str, Any]:
     return document
 
 
-def orbit_document(orbit: Elements) -> dict[str, float]:
-    """Osculating elements in ECI, in the units of reports."""
-    return {
+def orbit_document(orbit: Elements) -> dict[str, float | None]:
+    """Osculating elements in ECI, in the units of reports; null for what the orbit does not have."""
+    found = {
         "a_km": orbit.sma_m / 1e3,
         "e": orbit.ecc,
         "inc_deg": float(np.rad2deg(orbit.inc_rad)),
@@ -88,6 +88,7 @@ def orbit_document(orbit: Elements) -> dict[str, float]:
         "perigee_height_km": orbit.perigee_height_m() / 1e3,
         "apogee_height_km": orbit.apogee_height_m() / 1e3,
     }
+    return {name: _number(value) for name, value in found.items()}
 
 
 def subproblem_document(row: Iteration) -> dict[str, Any]:
