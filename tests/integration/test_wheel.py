@@ -6,13 +6,16 @@ requirements and the wheel, nothing else, and is used with the repository out of
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
 import tarfile
 import venv
 import zipfile
+from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 import pytest
 
@@ -39,12 +42,33 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def sdist(tmp_path_factory: pytest.TempPathFactory) -> set[PurePosixPath]:
-    """Names in a fresh source distribution, below its one folder."""
+def sdist(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The one folder of a fresh source distribution, unpacked."""
     out = tmp_path_factory.mktemp("sdist")
     maturin("sdist", out=out)
     with tarfile.open(next(out.glob("*.tar.gz"))) as archive:
-        return {PurePosixPath(*PurePosixPath(name).parts[1:]) for name in archive.getnames()}
+        archive.extractall(out, filter="data")
+    return next(path for path in out.iterdir() if path.is_dir())
+
+
+def crates(folder: Path) -> dict[str, dict[str, Any]]:
+    """The workspace members of a source tree by name, as cargo reads them; fails if cargo cannot."""
+    command = ["cargo", "metadata", "--no-deps", "--format-version", "1"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return {package["name"]: package for package in json.loads(done.stdout)["packages"]}
+
+
+def extension_crates(members: Mapping[str, dict[str, Any]]) -> set[str]:
+    """The members that the extension is built from: orbsoc-py and what it depends on in the workspace."""
+    found: set[str] = set()
+    waiting = ["orbsoc-py"]
+    while waiting:
+        name = waiting.pop()
+        found.add(name)
+        needs = {need["name"] for need in members[name]["dependencies"] if "path" in need}
+        waiting += needs - found
+    return found
 
 
 def names_in(wheel: Path) -> set[PurePosixPath]:
@@ -74,12 +98,20 @@ def test_the_wheel_holds_both_packages_with_their_data_and_nothing_else(wheel: P
     assert PurePosixPath("orbsoc/_core.pyi") in names
 
 
-def test_the_source_distribution_holds_what_a_build_needs(sdist: set[PurePosixPath]) -> None:
+def test_the_source_distribution_holds_what_a_build_needs(sdist: Path) -> None:
+    names = {PurePosixPath(p.relative_to(sdist).as_posix()) for p in sdist.rglob("*") if p.is_file()}
     here = {PurePosixPath("python") / p if p.parts[0] == "orbsoc" else p for p in package_files()}
-    rust = {PurePosixPath(p.relative_to(ROOT).as_posix()) for p in ROOT.glob("rust/*/src/**/*.rs")}
+    members = crates(ROOT)
+    folders = [Path(members[name]["manifest_path"]).parent for name in extension_crates(members)]
+    sources = [path for folder in folders for path in (folder / "Cargo.toml", *folder.glob("src/**/*.rs"))]
+    rust = {PurePosixPath(path.relative_to(ROOT).as_posix()) for path in sources}
     manifests = {PurePosixPath(name) for name in ("pyproject.toml", "Cargo.toml", "Cargo.lock", "LICENSE")}
-    assert here | rust | manifests <= sdist
-    assert not [name for name in sdist if name.suffix in (".pyc", ".so") or name.parts[0] in ("tests", "rtl")]
+    assert here | rust | manifests <= names
+    assert not [name for name in names if name.suffix in (".pyc", ".so") or name.parts[0] in ("tests", "rtl")]
+
+
+def test_the_workspace_of_the_source_distribution_is_the_extension_alone(sdist: Path) -> None:
+    assert set(crates(sdist)) == extension_crates(crates(ROOT)) == {"orbsoc", "orbsoc-py"}
 
 
 @pytest.fixture(scope="module")
