@@ -7,7 +7,7 @@ from dataclasses import replace
 from os import PathLike
 from typing import Any
 
-from orbsoc import _core
+from orbsoc import _core, csc
 from orbsoc.errors import ProblemError
 from orbsoc.iteration_table import print_table
 from orbsoc.problem import Problem
@@ -61,6 +61,8 @@ class Solver:
         if unknown:
             raise TypeError(f"update() has no data named {unknown[0]!r}; known are P, c, A, b, G, h")
         old = self.problem
+        for name, value in data.items():
+            _check_shape(name, value, getattr(old, name).shape)
         merged: dict[str, Any] = {name: getattr(old, name) for name in "PcAbGh"} | data
         problem = Problem(**merged, cones=old.cones)
         try:
@@ -104,6 +106,18 @@ def engine(problem: Problem, settings: Settings) -> _core.Engine:
         return _core.Engine(problem, settings)
     except _core.CoreError as error:
         raise ProblemError(str(error)) from None
+
+
+def _check_shape(name: str, value: Any, wanted: tuple[int, ...]) -> None:
+    """ProblemError unless the new array has the old one's shape; what is no such array is left to `Problem`."""
+    if value is None:
+        return
+    shape = value.shape if csc.is_sparse(value) else csc.as_array(name, value).shape
+    if len(shape) != len(wanted) or shape == wanted:
+        return
+    if len(shape) == 1:
+        raise ProblemError(f"`{name}` has {shape[0]} entries, but the solver was set up for {wanted[0]}")
+    raise ProblemError(f"`{name}` has shape {shape}, but the solver was set up for {wanted}")
 
 
 def _check_type(name: str, value: object, wanted: type) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+import re
 import resource
 import threading
 from collections.abc import Callable
@@ -220,6 +221,26 @@ def test_threads_that_share_nothing_get_the_same_bits() -> None:
     for thread in threads:
         thread.join()
     assert found == [expected] * 8
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        ({"c": [1.0]}, "`c` has 1 entries, but the solver was set up for 2"),
+        ({"h": np.zeros(3)}, "`h` has 3 entries, but the solver was set up for 2"),
+        ({"b": [1.0]}, "`b` has 1 entries, but the solver was set up for 0"),
+        ({"G": np.eye(3)}, "`G` has shape (3, 3), but the solver was set up for (2, 2)"),
+        ({"P": sparse.eye_array(1)}, "`P` has shape (1, 1), but the solver was set up for (2, 2)"),
+        ({"c": [[1.0, 2.0]]}, "`c` has shape (1, 2); it must be one-dimensional"),
+    ],
+)
+def test_an_update_of_another_size_names_the_argument_and_both_sizes(
+    data: dict[str, Any], message: str
+) -> None:
+    solver = orbsoc.Solver(Problem(c=[1.0, 2.0], G=-np.eye(2), h=[0.0, 0.0], cones=Cones(l=2)))
+    with pytest.raises(orbsoc.ProblemError, match=f"^{re.escape(message)}$"):
+        solver.update(**data)
+    assert solver.solve().status is orbsoc.Status.SOLVED
 
 
 def test_thousands_of_solves_keep_no_memory() -> None:
