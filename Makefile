@@ -7,7 +7,7 @@ BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
 # Everything the wheel is made of. Stamps live in $(VENV), so that removing it starts afresh.
-SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md LICENSE rust-toolchain.toml \
+SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md LICENSE rust-toolchain.toml scripts/build_wheel.sh \
            $(shell find rust python hw_model -type f -not -path '*/__pycache__/*' -not -name '*.so' \
                    -not -path 'rust/*/tests/*' -not -path 'rust/*/benches/*')
 READY     := $(VENV)/build-tools.stamp
@@ -77,7 +77,7 @@ $(FILE_LIST): FORCE | $(READY)
 $(WHEEL): $(SOURCES) $(FILE_LIST) $(READY)
 	@scripts/require_tools.sh $(BIN)/python
 	rm -rf dist
-	$(BIN)/maturin build --release --locked --interpreter $(BIN)/python --out dist
+	scripts/build_wheel.sh $(BIN)/python dist
 	@touch $@
 
 $(INSTALLED): $(WHEEL) $(RUNTIME)
