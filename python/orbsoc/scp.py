@@ -118,8 +118,8 @@ def sequential_convex(
 ) -> Outcome[I]:
     """Iterate from `reference` until a rule stops the loop; `callback` sees every iteration as it ends.
 
-    Ctrl-C, in the loop or inside the solver, ends it with INTERRUPTED and what was reached so far. Errors of
-    `linearise` (bad data) propagate; a solver that does not converge is a reason, never an exception.
+    Ctrl-C, in the loop, in `callback` or inside the solver, ends it with INTERRUPTED and what was reached so far.
+    Errors of `linearise` (bad data) propagate; a solver that does not converge is a reason, never an exception.
     """
     rules = rules or Rules()
     iterations: list[Iteration] = []
@@ -128,35 +128,36 @@ def sequential_convex(
     def ended(reason: ExitReason, message: str) -> Outcome[I]:
         return Outcome(reason, reference, tuple(iterations), message)
 
-    for number in range(1, rules.max_iterations + 1):
-        try:
+    number = 0
+    try:
+        for number in range(1, rules.max_iterations + 1):
             subproblem = linearise(reference)
             solution = solve(subproblem.problem, Settings(tol=tolerance))
-        except KeyboardInterrupt:
-            return ended(ExitReason.INTERRUPTED, f"interrupted in iteration {number}")
-        step = subproblem.read(solution) if _usable(solution, rules) else None
-        row = _row(number, tolerance, subproblem.problem, solution, step)
-        iterations.append(row)
-        if callback is not None:
-            callback(row)
-        if step is None:
-            return ended(*_failure(number, solution))
-        reference = step.iterate
-        settled = step.change < rules.step_tol and tolerance <= rules.tight_tol
-        if settled and _within(solution, rules.final_residual):
-            if step.slack < rules.slack_tol:
-                return ended(
-                    ExitReason.CONVERGED,
-                    f"converged in {number} iterations: last change {step.change:.1e}, slack {step.slack:.1e}",
-                )
-            if step.slack >= rules.infeasible_slack:
-                return ended(
-                    ExitReason.INFEASIBLE,
-                    f"the steps converged in {number} iterations (last change {step.change:.1e}) at a point"
-                    f" that violates the constraints by {step.slack:.1e} in total",
-                )
-        if step.change < rules.tighten_below:
-            tolerance = rules.tight_tol
+            step = subproblem.read(solution) if _usable(solution, rules) else None
+            row = _row(number, tolerance, subproblem.problem, solution, step)
+            iterations.append(row)
+            if callback is not None:
+                callback(row)
+            if step is None:
+                return ended(*_failure(number, solution))
+            reference = step.iterate
+            settled = step.change < rules.step_tol and tolerance <= rules.tight_tol
+            if settled and _within(solution, rules.final_residual):
+                if step.slack < rules.slack_tol:
+                    return ended(
+                        ExitReason.CONVERGED,
+                        f"converged in {number} iterations: last change {step.change:.1e}, slack {step.slack:.1e}",
+                    )
+                if step.slack >= rules.infeasible_slack:
+                    return ended(
+                        ExitReason.INFEASIBLE,
+                        f"the steps converged in {number} iterations (last change {step.change:.1e}) at a point"
+                        f" that violates the constraints by {step.slack:.1e} in total",
+                    )
+            if step.change < rules.tighten_below:
+                tolerance = rules.tight_tol
+    except KeyboardInterrupt:
+        return ended(ExitReason.INTERRUPTED, f"interrupted in iteration {number}")
     last = iterations[-1]
     return ended(
         ExitReason.MAX_ITERATIONS,

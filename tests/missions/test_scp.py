@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import signal
+from typing import Any
+
 import numpy as np
 import pytest
 
+import orbsoc
 from orbsoc.builder import ConicBuilder
 from orbsoc.interfaces.clarabel import solve as clarabel
 from orbsoc.problem import Problem
-from orbsoc.scp import ExitReason, Iteration, Rules, Step, Subproblem, sequential_convex
+from orbsoc.ps.driver import Driver
+from orbsoc.scp import ExitReason, Iteration, Rules, Solve, Step, Subproblem, sequential_convex
 from orbsoc.settings import Settings
 from orbsoc.solution import Certificate, Solution, Status
 
@@ -66,12 +71,17 @@ def follow(slack: float = 0.0):
     return linearise
 
 
-def newton_on_square_root(target: float):
-    """Linearise x² = target about the reference: 2x̂x = x̂² + target. Converges quadratically to √target."""
+def newton_on_square_root(target: float, *, bounded: bool = False):
+    """Linearise x² = target about the reference: 2x̂x = x̂² + target. Converges quadratically to √target.
+
+    `bounded` adds 0 ≤ x ≤ 10, without which one linear solve is the whole interior-point method.
+    """
 
     def linearise(reference: float) -> Subproblem[float]:
         builder = ConicBuilder()
         x = builder.variable("x", 1)
+        if bounded:
+            builder.nonnegative([(x, [[-1.0], [1.0]])], [0.0, 10.0])
         builder.equality([(x, [[2.0 * reference]])], [reference**2 + target])
 
         def read(solution: Solution) -> Step[float]:
@@ -151,6 +161,47 @@ def test_ctrl_c_in_the_solver_is_an_outcome_with_what_was_reached() -> None:
     outcome = sequential_convex(0.0, follow(), solve=Scripted(answer(5.0), KeyboardInterrupt()))
     assert outcome.reason is ExitReason.INTERRUPTED
     assert outcome.iterate == 5.0
+    assert "iteration 2" in outcome.message
+
+
+def native(problem: Problem, settings: Settings | None = None, /) -> Solution:
+    """The Rust core, which Ctrl-C reaches in its first iteration."""
+    return orbsoc.solve(problem, settings, callback=lambda _: signal.raise_signal(signal.SIGINT))
+
+
+class InterruptedScheduler(orbsoc.PsScheduler):
+    """The emulated computer, which Ctrl-C reaches between its first two launches."""
+
+    def __call__(self, problem: Problem, settings: Settings | None = None, /, **overrides: Any) -> Solution:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(Driver, "run", self._signal_then_run)
+            return super().__call__(problem, settings, **overrides)
+
+    @staticmethod
+    def _signal_then_run(driver: Driver) -> None:
+        signal.raise_signal(signal.SIGINT)
+        run_driver(driver)
+
+
+run_driver = Driver.run
+
+
+@pytest.mark.parametrize("solve", [native, InterruptedScheduler()], ids=["orbsoc.solve", "PsScheduler"])
+def test_ctrl_c_inside_our_solvers_is_an_outcome(solve: Solve) -> None:
+    outcome = sequential_convex(3.0, newton_on_square_root(2.0, bounded=True), solve=solve)
+    assert outcome.reason is ExitReason.INTERRUPTED
+    assert outcome.iterate == 3.0
+    assert outcome.iterations[0].solution.status is Status.INTERRUPTED
+
+
+def test_ctrl_c_in_the_callback_is_an_outcome_with_what_was_reached() -> None:
+    def interrupted(row: Iteration) -> None:
+        if row.number == 2:
+            raise KeyboardInterrupt
+
+    outcome = sequential_convex(3.0, newton_on_square_root(2.0), solve=clarabel, callback=interrupted)
+    assert outcome.reason is ExitReason.INTERRUPTED
+    assert len(outcome.iterations) == 2
     assert "iteration 2" in outcome.message
 
 
