@@ -15,17 +15,17 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from orbsoc.commands import solve as solve_command
+from orbsoc.console_entry import ConsoleApp
+from orbsoc.interrupts import Interrupts
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from orbsoc.missions.reachable_insertion import Plan, Scenario
     from orbsoc.missions.reachable_insertion.agreement import Agreement
     from orbsoc.ps import PsScheduler
     from orbsoc.report import Run
     from orbsoc.scp import Solve
 
-app = typer.Typer(
+app = ConsoleApp(
     help="Can this spacecraft re-plan its orbit on this chip, before this deadline?",
     no_args_is_help=True,
     add_completion=False,
@@ -100,29 +100,22 @@ def plan(
     as_json: Annotated[bool, typer.Option("--json", help="print plan.json on standard output")] = False,
 ) -> None:
     """Plan one mission, verify it by propagation, and price the computer that would have planned it."""
-    from rich.console import Console
-
-    from orbsoc.orbit import PropagationError
-
-    console = Console(stderr=as_json)
-    try:
-        chosen = _scenario(scenario, problem, perigee_direction, nodes)
-        folder = out if out is not None else Path("out") / f"{scenario.stem}-{chosen.problem}"
-        hardware = Hardware(device, partition, deadline_ms)
-        run, document = _plan_and_write(chosen, folder, hardware, check, ps, console)
-    except KeyboardInterrupt:
-        _stop(INTERRUPTED, "interrupted; nothing was written", as_json)
-    except PropagationError as error:
-        _stop(FAILED, f"no plan: the burn cannot be flown: {error}", as_json)
-    except _bad_input() as error:
-        _stop(BAD_INPUT, str(error), as_json)
-    except Exception as error:  # a defect, whatever it is: its trace for us, one sentence for the caller
-        traceback.print_exc()
-        _stop(FAILED, f"a defect of orbsoc, please report it: {type(error).__name__}: {error}", as_json)
-    if as_json:
-        typer.echo(json.dumps(document, allow_nan=False))
-    _print_summary(console, document, folder)
-    raise typer.Exit(0 if _succeeded(run) else FAILED)
+    with Interrupts() as interrupts:
+        try:
+            chosen = _scenario(scenario, problem, perigee_direction, nodes)
+            folder = out if out is not None else Path("out") / f"{scenario.stem}-{chosen.problem}"
+            hardware = Hardware(device, partition, deadline_ms)
+            run, document = _plan_and_write(chosen, folder, hardware, check, ps, as_json, interrupts)
+        except KeyboardInterrupt:
+            _stop(INTERRUPTED, "interrupted; nothing was written", as_json)
+        except Exception as error:
+            if interrupts.received:  # something in between made another error of it
+                _stop(INTERRUPTED, "interrupted; nothing was written", as_json)
+            _stop(*_failure(error), as_json)
+        if as_json:
+            typer.echo(json.dumps(document, allow_nan=False))
+        _print_summary(document, folder, as_json)
+        raise typer.Exit(0 if _succeeded(run) else FAILED)
 
 
 @app.command()
@@ -134,13 +127,19 @@ def schema(what: Annotated[SchemaChoice, typer.Argument(help="which file")]) -> 
     typer.echo(json.dumps(models[what].model_json_schema(), indent=2))
 
 
-def _bad_input() -> tuple[type[Exception], ...]:
-    """Errors that say what to change in the arguments or files."""
+def _failure(error: Exception) -> tuple[int, str]:
+    """Exit code and words for what a run raised; the trace is printed when it is a defect of ours."""
     from hw_model import HwModelError
     from orbsoc.missions.scenario_file import ScenarioError
+    from orbsoc.orbit import PropagationError
     from orbsoc.output_folder import OutputFolderError
 
-    return (ScenarioError, OutputFolderError, HwModelError, OSError)
+    if isinstance(error, PropagationError):
+        return FAILED, f"no plan: the burn cannot be flown: {error}"
+    if isinstance(error, (ScenarioError, OutputFolderError, HwModelError, OSError)):
+        return BAD_INPUT, str(error)
+    traceback.print_exception(error)
+    return FAILED, f"a defect of orbsoc, please report it: {type(error).__name__}: {error}"
 
 
 def _plan_and_write(
@@ -149,16 +148,19 @@ def _plan_and_write(
     hardware: Hardware,
     check: CheckChoice | None,
     ps: bool,
-    console: Console,
+    as_json: bool,
+    interrupts: Interrupts,
 ) -> tuple[Run, dict[str, Any]]:
-    """Plan, check, price, write; raises what `_bad_input` lists before or instead of writing anything."""
+    """Plan, check, price, write; raises before or instead of writing anything, KeyboardInterrupt after any Ctrl-C."""
     from orbsoc.cycle_budget import cycle_budget
     from orbsoc.report import Run, run_document, write_run
 
     _check_before_planning(folder, hardware)
     scheduler = _scheduler() if ps else None
-    found = _planned(scenario, scheduler, console)
+    found = _planned(scenario, scheduler, as_json)
+    interrupts.check()
     compared = _checked(found, check)
+    interrupts.check()
     budget = cycle_budget(
         found.iterations,
         device=hardware.device,
@@ -166,10 +168,11 @@ def _plan_and_write(
         deadline_ms=hardware.deadline_ms,
         scheduled=scheduler,
     )
+    interrupts.check()
     solver = "orbsoc on the emulated PS+PL computer" if ps else "orbsoc"
     run = Run(found, solver, budget, compared)
     document = run_document(run)
-    write_run(folder, run, document)
+    write_run(folder, run, document, commit=interrupts.commit)
     return run, document
 
 
@@ -204,13 +207,15 @@ def _scheduler() -> PsScheduler:
     return PsScheduler()
 
 
-def _planned(scenario: Scenario, solve: Solve | None, console: Console) -> Plan:
+def _planned(scenario: Scenario, solve: Solve | None, as_json: bool) -> Plan:
     """The plan, with its iterations shown as they happen; raises KeyboardInterrupt when it was interrupted."""
+    from rich.console import Console
+
     from orbsoc.missions.reachable_insertion import PlanStatus, plan
     from orbsoc.missions.reachable_insertion.record import iteration_cells
     from orbsoc.progress import IterationTable
 
-    with IterationTable(console, iteration_cells) as table:
+    with IterationTable(Console(stderr=as_json), iteration_cells) as table:
         found = plan(scenario, solve=solve, callback=table)
     if found.status is PlanStatus.INTERRUPTED:
         raise KeyboardInterrupt
@@ -239,8 +244,11 @@ def _succeeded(run: Run) -> bool:
     return run.plan.status is PlanStatus.VERIFIED and agrees and same_bits
 
 
-def _print_summary(console: Console, document: dict[str, Any], folder: Path) -> None:
-    """The verdict last, where the eye is; plain text, one fact per line."""
+def _print_summary(document: dict[str, Any], folder: Path, as_json: bool) -> None:
+    """The verdict last, where the eye is; plain text, one fact per line, on standard error beside JSON."""
+    from rich.console import Console
+
+    console = Console(stderr=as_json)
     lines = [""]
     hardware, check = document["hardware"], document["check"]
     if check:

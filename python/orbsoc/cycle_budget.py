@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 import hw_model
 from orbsoc.ps import PsScheduler
 from orbsoc.scp import Iteration, Solve
 from orbsoc.settings import Settings
+from orbsoc.solution import Solution, Status
 from orbsoc.solver import solve
 
 
@@ -61,13 +60,24 @@ def cycle_budget(
 
     The trace is that of `scheduled`, the scheduler that made the plan, or comes from solving the same subproblems
     again on a new one. Either way each is solved by the other path too, and the bits are compared.
-    Raises `hw_model.HwModelError` for unknown names or an impossible deadline.
+    Raises `hw_model.HwModelError` for unknown names or an impossible deadline, KeyboardInterrupt when a solve was
+    interrupted: a truncated trace would be priced too low.
     """
     scheduler = scheduled or PsScheduler()
     other: Solve = solve if scheduled else scheduler
-    same_bits = all(
-        np.array_equal(other(row.problem, Settings(tol=row.tolerance)).x, row.solution.x, equal_nan=True)
-        for row in iterations
-    )
+    same_bits = True
+    for row in iterations:  # every one, even after a difference: the trace must hold the whole plan
+        again = other(row.problem, Settings(tol=row.tolerance))
+        if again.status is Status.INTERRUPTED:
+            raise KeyboardInterrupt
+        same_bits &= _same_bits(again, row.solution)
     report = hw_model.speedup(scheduler.trace, device, partition, deadline_ms=deadline_ms)
     return CycleBudget(report, same_bits)
+
+
+def _same_bits(one: Solution, other: Solution) -> bool:
+    """Whether status, iterations and every word of x, y, s and z are the same; −0 is not 0 here."""
+    ended_alike = (one.status, one.iterations) == (other.status, other.iterations)
+    return ended_alike and all(
+        getattr(one, name).tobytes() == getattr(other, name).tobytes() for name in ("x", "y", "s", "z")
+    )

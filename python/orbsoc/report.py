@@ -8,6 +8,7 @@ from __future__ import annotations
 import base64
 import json
 import platform
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
@@ -63,8 +64,13 @@ def versions() -> dict[str, str]:
     return found
 
 
-def write_run(folder: Path, run: Run, document: dict[str, Any]) -> None:
-    """Write everything into `folder`, complete or not at all; raises `orbsoc.output_folder.OutputFolderError`."""
+def write_run(
+    folder: Path, run: Run, document: dict[str, Any], *, commit: Callable[[], None] = lambda: None
+) -> None:
+    """Write everything into `folder`, complete or not at all; raises `orbsoc.output_folder.OutputFolderError`.
+
+    `commit` is called when all is written and about to move into place; what it raises keeps the folder as it was.
+    """
     with written_at_once(folder) as place:
         table = attitude_csv(run.plan)
         if table is not None:
@@ -77,6 +83,7 @@ def write_run(folder: Path, run: Run, document: dict[str, Any]) -> None:
         page = render(document, figures, hardware, place)
         (place / "report.html").write_text(page, encoding="utf-8")
         write_manifest(place, document)
+        commit()
 
 
 def render(

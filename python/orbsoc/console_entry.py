@@ -1,0 +1,52 @@
+"""The way in from a shell: whatever ends a command early ends it in words, and as one JSON object with `--json`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import Any
+
+import typer
+
+INTERRUPTED = 130
+
+
+class ConsoleApp(typer.Typer):
+    """A Typer application that also accounts for what ends outside a command's body.
+
+    That is Ctrl-C while modules are still loading (exit code 130), and arguments that do not parse (2).
+    """
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        try:
+            return super().__call__(*args, **kwargs)
+        except KeyboardInterrupt:
+            _say("interrupted", INTERRUPTED)
+            sys.exit(INTERRUPTED)
+        except SystemExit as end:
+            words = _unsaid(end)
+            if words is not None:
+                _say(words, end.code)
+            raise
+
+
+def _unsaid(end: SystemExit) -> str | None:
+    """Why a command ended that could not say so itself; None when it has spoken, or ended well.
+
+    Typer leaves the error that it has turned into an exit in the exit's context.
+    """
+    cause = end.__context__
+    if isinstance(cause, typer.Exit):  # of a command that has spoken, or stands for Ctrl-C
+        return "interrupted" if isinstance(cause.__cause__, KeyboardInterrupt) else None
+    if cause is None or not end.code:
+        return None
+    spoken = getattr(cause, "format_message", None)  # of the parser's own errors
+    return str(spoken() if spoken else cause)
+
+
+def _say(words: str, code: object) -> None:
+    """The object on standard output where that is read; the parser has told a person of its own errors."""
+    if "--json" in sys.argv[1:]:
+        typer.echo(json.dumps({"error": words, "exit_code": code}))
+    if code == INTERRUPTED:
+        typer.echo(f"orbsoc: {words}", err=True)

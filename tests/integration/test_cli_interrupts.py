@@ -1,0 +1,159 @@
+"""`orbsoc plan`, interrupted: 130 and no folder, or a complete one; and what ends before its body has begun."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner, Result
+
+import orbsoc.cycle_budget
+import orbsoc.output_folder
+import orbsoc.solver
+from orbsoc.cli import app
+from orbsoc.ps.driver import Driver
+from orbsoc.settings import Settings
+
+REC1 = Path(__file__).resolve().parents[2] / "scenarios" / "rec1.toml"
+COMMAND = [sys.executable, "-m", "orbsoc"]
+
+
+def invoke(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def signal_inside(
+    run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, call: int, *, heeded: bool
+) -> None:
+    """Let SIGINT arrive in the `call`-th scheduled solve: at its start, or `heeded` by nobody at its end."""
+    calls = 0
+
+    def interrupted(driver: Driver) -> None:
+        nonlocal calls
+        calls += 1
+        if calls == call and heeded:
+            signal.raise_signal(signal.SIGINT)
+        run(driver)
+        if calls == call and not heeded:
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(Driver, "run", interrupted)
+
+
+@pytest.mark.parametrize("heeded", [True, False])
+@pytest.mark.parametrize("call", [1, 4])
+def test_ctrl_c_while_the_budget_is_made_exits_130_and_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: int, heeded: bool
+) -> None:
+    """Scheduled solves serve the budget only: an interrupted one would shorten the modelled time."""
+    signal_inside(Driver.run, monkeypatch, call, heeded=heeded)
+    result = invoke("plan", REC1, "--json", "--out", tmp_path / "out")
+    assert result.exit_code == 130
+    assert json.loads(result.stdout)["exit_code"] == 130
+    assert "#=4" in result.stderr  # planning was over
+    assert "interrupted; nothing was written" in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("heeded", [True, False])
+def test_ctrl_c_while_planning_on_the_emulated_computer_exits_130_and_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, heeded: bool
+) -> None:
+    signal_inside(Driver.run, monkeypatch, 2, heeded=heeded)
+    result = invoke("plan", REC1, "--ps", "--out", tmp_path / "out")
+    assert result.exit_code == 130
+    assert "interrupted; nothing was written" in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("heeded", [True, False])
+def test_ctrl_c_while_the_emulated_plan_is_solved_again_exits_130_and_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, heeded: bool
+) -> None:
+    def interrupted(problem: orbsoc.Problem, settings: Settings) -> orbsoc.Solution:
+        if heeded:
+            return original(problem, settings, callback=lambda _: signal.raise_signal(signal.SIGINT))
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        return original(problem, settings)
+
+    original = orbsoc.solver.solve
+    monkeypatch.setattr(orbsoc.cycle_budget, "solve", interrupted)
+    result = invoke("plan", REC1, "--ps", "--out", tmp_path / "out")
+    assert result.exit_code == 130
+    assert "interrupted; nothing was written" in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_ctrl_c_after_the_folder_is_committed_changes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def moved(temporary: Path, folder: Path) -> None:
+        signal.raise_signal(signal.SIGINT)
+        move(temporary, folder)
+
+    move = orbsoc.output_folder._move_into_place
+    monkeypatch.setattr(orbsoc.output_folder, "_move_into_place", moved)
+    result = invoke("plan", REC1, "--out", tmp_path / "out")
+    assert result.exit_code == 0
+    assert (tmp_path / "out" / "plan.json").exists()
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+MOMENTS = [
+    "pydantic",
+    "orbsoc.missions.reachable_insertion.plan",
+    "hw_model.data_file",
+    "hw_model.timeline",
+    "matplotlib.figure",
+]
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_sigint_at_any_moment_exits_130_without_a_trace_or_a_folder(tmp_path: Path, moment: str) -> None:
+    """A real signal to a real process, sent when the interpreter reports that it has imported a module."""
+    program = [sys.executable, "-X", "importtime", "-m", "orbsoc"]
+    process = subprocess.Popen(
+        [*program, "plan", str(REC1), "--json", "--out", str(tmp_path / "out")],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stderr is not None
+    for line in process.stderr:
+        if line.rstrip().endswith(f" {moment}"):
+            process.send_signal(signal.SIGINT)
+            break
+    stdout, stderr = process.communicate(timeout=60)
+    assert process.returncode == 130, stderr
+    assert json.loads(stdout)["exit_code"] == 130
+    assert "orbsoc: interrupted" in stderr
+    assert "Traceback" not in stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([str(REC1), "--nodes", "many"], "'--nodes'"),
+        ([str(REC1), "--velocity", "7"], "--velocity"),
+        ([], "SCENARIO.toml"),
+    ],
+)
+def test_arguments_that_do_not_parse_are_an_object_with_json(
+    tmp_path: Path, arguments: list[str], words: str
+) -> None:
+    ended = subprocess.run(
+        [*COMMAND, "plan", *arguments, "--json"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert ended.returncode == 2
+    printed = json.loads(ended.stdout)
+    assert printed["exit_code"] == 2
+    assert words in printed["error"]
