@@ -1,7 +1,6 @@
 //! Sparse matrices in compressed-column form, double precision: the user's data.
 
 use crate::error::Error;
-use crate::problem::finite;
 
 /// An `nrows × ncols` matrix; row indices ascend strictly within each column.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -186,6 +185,14 @@ impl Csc {
             out.colptr[j + 1] = out.rowidx.len();
         }
         (out, origin)
+    }
+}
+
+/// Every number of an argument must be finite; the error names the first that is not.
+pub(crate) fn finite(argument: &'static str, values: &[f64]) -> Result<(), Error> {
+    match values.iter().enumerate().find(|(_, v)| !v.is_finite()) {
+        Some((index, &value)) => Err(Error::Value { argument, index, value }),
+        None => Ok(()),
     }
 }
 

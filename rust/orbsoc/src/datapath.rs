@@ -2,13 +2,13 @@
 //! engines and batches decide.
 
 use crate::error::Error;
-use crate::execute::{execute, parameter};
+use crate::execute::execute;
 use crate::problem::Problem;
 use crate::real::{Decide, Real};
 use crate::settings::Settings;
 use crate::stage::Stage;
 use crate::structure::Structure;
-use crate::workspace::{Buffer, Workspace};
+use crate::workspace::{parameter, Buffer, Workspace};
 use std::sync::Arc;
 
 #[derive(Clone, Debug)]

@@ -8,19 +8,7 @@ use crate::real::Real;
 use crate::settings::Settings;
 use crate::stage::Stage;
 use crate::structure::Structure;
-use crate::workspace::Workspace;
-
-/// Words of the parameter buffer.
-pub(crate) mod parameter {
-    pub const STATIC_REGULARIZATION: usize = 0;
-    pub const PIVOT_FLOOR: usize = 1;
-    pub const DYNAMIC_REGULARIZATION: usize = 2;
-    pub const STEP_FRACTION: usize = 3;
-    pub const REFINEMENT_TOL: usize = 4;
-    pub const REFINEMENT_SHARE: usize = 5;
-    pub const RESIDUAL_FLOOR: usize = 6;
-    pub const WORDS: usize = 7;
-}
+use crate::workspace::{parameter, Workspace};
 
 /// Run a stage's arithmetic.
 #[inline(always)]

@@ -1,7 +1,7 @@
 //! The problem in standard form, as the user states it.
 
 use crate::cones::Cones;
-use crate::csc::Csc;
+use crate::csc::{finite, Csc};
 use crate::error::Error;
 
 /// min ½xᵀPx + cᵀx  s.t.  Ax = b,  Gx + s = h,  s ∈ K.
@@ -203,13 +203,6 @@ fn replace(argument: &'static str, old: &mut [f64], new: &[f64]) -> Result<(), E
     fit(argument, (new.len(), "entries"), old.len(), "the problem needs")?;
     old.copy_from_slice(new);
     Ok(())
-}
-
-pub(crate) fn finite(argument: &'static str, values: &[f64]) -> Result<(), Error> {
-    match values.iter().enumerate().find(|(_, v)| !v.is_finite()) {
-        Some((index, &value)) => Err(Error::Value { argument, index, value }),
-        None => Ok(()),
-    }
 }
 
 /// The problem without absent rows and with one-dimensional cones as nonnegative rows.

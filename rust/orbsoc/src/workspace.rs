@@ -1,11 +1,22 @@
 //! Every buffer of a solve, allocated once. A buffer is the unit of dataflow: stages declare which
 //! they read and write, and the emulated computer moves them whole.
 
-use crate::execute::parameter;
 use crate::kernels::cone_ops::SCALARS;
 use crate::kernels::linear_solve::refinement;
 use crate::ps::{centering, embedding, stat};
 use crate::structure::Structure;
+
+/// Words of the parameter buffer.
+pub(crate) mod parameter {
+    pub const STATIC_REGULARIZATION: usize = 0;
+    pub const PIVOT_FLOOR: usize = 1;
+    pub const DYNAMIC_REGULARIZATION: usize = 2;
+    pub const STEP_FRACTION: usize = 3;
+    pub const REFINEMENT_TOL: usize = 4;
+    pub const REFINEMENT_SHARE: usize = 5;
+    pub const RESIDUAL_FLOOR: usize = 6;
+    pub const WORDS: usize = 7;
+}
 
 macro_rules! buffers {
     ($($(#[$doc:meta])* $name:ident $field:ident $label:literal = $words:expr;)*) => {
@@ -67,7 +78,7 @@ buffers! {
     RawQ raw_q "raw_q" = Structure::unknowns;
     /// ‖b‖∞, ‖h‖∞, ‖c‖∞ as given.
     Norms norms "norms" = |_: &Structure| 3;
-    /// Settings in the order of `execute::parameter`.
+    /// Settings in the order of `parameter`.
     Parameters parameters "parameters" = |_: &Structure| parameter::WORDS;
     /// Scaled P.
     P p "p" = |s: &Structure| s.cost.nnz();
