@@ -302,6 +302,21 @@ def test_bad_scenario_exits_2_and_is_an_object_with_json(
     assert not (tmp_path / "out").exists()
 
 
+def test_burn_that_cannot_be_integrated_exits_1_in_words_and_writes_nothing(tmp_path: Path) -> None:
+    """An allowed thrust on a vehicle as light as nothing: 1e209 m/s²."""
+    text = REC1.read_text(encoding="utf-8").replace("thrust_n = 271239.0", "thrust_n = 1e9")
+    text = text.replace("mass_kg = 84507.0", "mass_kg = 1e-200").replace("= 61.0", "= 1e-203")
+    path = tmp_path / "feather.toml"
+    path.write_text(text, encoding="utf-8")
+    result = invoke("plan", path, "--json", "--out", tmp_path / "out")
+    assert result.exit_code == 1
+    assert json.loads(result.stdout)["error"].startswith(
+        "no plan: the burn cannot be flown: propagation stopped"
+    )
+    assert "Traceback" not in result.stderr
+    assert not (tmp_path / "out").exists()
+
+
 def test_folder_with_foreign_files_is_refused_before_planning(tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("years of work")
     result = invoke("plan", REC1, "--out", tmp_path)

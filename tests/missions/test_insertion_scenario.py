@@ -97,6 +97,16 @@ BAD = {
         "dry_mass_kg = 80664.0",
         r"burn\.duration_s = 63: leaves 80664 kg, not more than vehicle\.dry_mass_kg = 80664; must be below 63 s",
     ),
+    "thrust of no launcher": (
+        THRUST,
+        "thrust_n = 1e300",
+        r"vehicle\.thrust_n = 1e\+300: .*less than or equal to 1000000000",
+    ),
+    "mass of no launcher": (
+        "mass_kg = 84507.0",
+        "mass_kg = 8.4507e9",
+        r"vehicle\.mass_kg = 8450700000\.0: .*less than or equal to 100000000",
+    ),
     "no burn": ("duration_s = 63.0", "duration_s = 0.0", r"burn\.duration_s = 0\.0: .*greater than 0"),
     "latitude": (
         "geocentric_latitude_deg = 19.6140",

@@ -8,6 +8,7 @@ import pytest
 from orbsoc.orbit import (
     EARTH,
     Elements,
+    PropagationError,
     Thruster,
     angular_momentum,
     elements_from_state,
@@ -64,3 +65,10 @@ def test_bad_times_are_refused(times: list[float]) -> None:
 def test_burning_more_than_the_mass_is_refused() -> None:
     with pytest.raises(ValueError, match="burnt itself up"):
         propagate_burn(STATE, BURNING, along_velocity, [84507.0 / 61.0])
+
+
+@pytest.mark.parametrize("times", [[10.0], [0.0, 10.0]])
+def test_a_burn_that_cannot_be_integrated_says_when_it_stopped(times: list[float]) -> None:
+    absurd = Thruster(mass_kg=1.0, thrust_n=1e300, mass_flow_kg_s=0.0)
+    with pytest.raises(PropagationError, match=r"stopped after t = 0 s: .*step size"):
+        propagate_burn(STATE, absurd, along_velocity, times)

@@ -79,16 +79,18 @@ def propagate_burn(
     if times[-1] == 0.0:
         return np.tile(np.asarray(state_si, dtype=np.float64), (times.size, 1))
     integrate: Any = cast(Any, solve_ivp)  # published without types
-    result = integrate(
-        rate,
-        (0.0, times[-1] / units.time_s),
-        units.state_from_si(np.asarray(state_si, dtype=np.float64)),
-        method="DOP853",
-        t_eval=times / units.time_s,
-        rtol=rtol,
-        atol=atol,
-    )
+    with np.errstate(over="ignore", invalid="ignore"):  # an overflow ends in a step of size 0, and so below
+        result = integrate(
+            rate,
+            (0.0, times[-1] / units.time_s),
+            units.state_from_si(np.asarray(state_si, dtype=np.float64)),
+            method="DOP853",
+            t_eval=times / units.time_s,
+            rtol=rtol,
+            atol=atol,
+        )
     if not result.success:
-        reached_s = result.t[-1] * units.time_s if result.t.size else 0.0
+        # SciPy hands out a list of times, an empty one if not even the first was reached.
+        reached_s = result.t[-1] * units.time_s if len(result.t) else 0.0
         raise PropagationError(f"propagation stopped after t = {reached_s:.6g} s: {result.message}")
     return units.state_to_si(result.y.T)

@@ -38,12 +38,18 @@ SPEED_RANGE_M_S = (1.0e2, 5.0e4)
 """Speeds a powered vehicle near the Earth can have; outside, the numbers are in another unit."""
 
 
+HIGHEST_MASS_KG = 1.0e8
+"""Twenty times the heaviest launcher flown (Starship, 5e6 kg); above, the number is in another unit."""
+HIGHEST_THRUST_N = 1.0e9
+"""Over ten times the strongest launcher flown (Starship, 7.4e7 N); above, the number is in another unit."""
+
+
 class Vehicle(Table):
     """Constant thrust and mass flow."""
 
-    mass_kg: Positive = Field(description="mass at ignition")
+    mass_kg: float = Field(gt=0.0, le=HIGHEST_MASS_KG, description="mass at ignition")
     dry_mass_kg: float = Field(ge=0.0, description="mass that must remain at cut-off")
-    thrust_n: Positive = Field(description="constant thrust")
+    thrust_n: float = Field(gt=0.0, le=HIGHEST_THRUST_N, description="constant thrust")
     mass_flow_kg_s: Positive = Field(description="constant propellant flow")
 
     def thruster(self) -> Thruster:
