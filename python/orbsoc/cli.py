@@ -1,6 +1,7 @@
 """The command `orbsoc`: reads arguments, runs, prints; every answer comes from the packages below it.
 
-Exit codes: 0 done, 1 the plan or a check failed (its reason is printed), 2 bad input, 130 interrupted.
+Exit codes: 0 done, 1 the plan or a check failed (its reason is printed), 2 bad input, 130 interrupted. A missed
+deadline is a finding about the computer, printed and written, and leaves the exit code as it is.
 """
 
 from __future__ import annotations
@@ -90,7 +91,11 @@ def plan(
     device: Annotated[str, typer.Option(help="platform of the cycle budget: name or TOML file")] = "zu9eg",
     partition: Annotated[str, typer.Option(help="what runs on the PL: name or TOML file")] = "paper",
     deadline_ms: Annotated[
-        float | None, typer.Option(help="judge the modelled time of the whole plan against this")
+        float | None,
+        typer.Option(
+            help="judge the modelled time of the conic solves of the plan against this;"
+            " a missed deadline does not change the exit code"
+        ),
     ] = None,
     check: Annotated[CheckChoice | None, typer.Option(help="plan again with another solver, compare")] = None,
     ps: Annotated[bool, typer.Option("--ps", help="plan on the emulated PS+PL computer")] = False,
@@ -99,7 +104,10 @@ def plan(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="print plan.json on standard output")] = False,
 ) -> None:
-    """Plan one mission, verify it by propagation, and price the computer that would have planned it."""
+    """Plan one mission, verify it by propagation, and price the computer that would have planned it.
+
+    Exit codes: 0 verified, 1 not verified or a check failed, 2 bad input, 130 interrupted.
+    """
     with Interrupts() as interrupts:
         try:
             chosen = _scenario(scenario, problem, perigee_direction, nodes)
@@ -153,6 +161,7 @@ def _plan_and_write(
 ) -> tuple[Run, dict[str, Any]]:
     """Plan, check, price, write; raises before or instead of writing anything, KeyboardInterrupt after any Ctrl-C."""
     from orbsoc.cycle_budget import cycle_budget
+    from orbsoc.missions.reachable_insertion import PlanStatus
     from orbsoc.report import Run, run_document, write_run
 
     _check_before_planning(folder, hardware)
@@ -166,6 +175,7 @@ def _plan_and_write(
         device=hardware.device,
         partition=hardware.partition,
         deadline_ms=hardware.deadline_ms,
+        verified=found.status is PlanStatus.VERIFIED,
         scheduled=scheduler,
     )
     interrupts.check()

@@ -13,33 +13,66 @@ from orbsoc.settings import Settings
 from orbsoc.solution import Solution, Status
 from orbsoc.solver import solve
 
+SCOPE = "the conic solves of the plan"
+"""What the time is modelled of: neither the problems' generation nor the rest of the outer loop."""
+
 
 @dataclass(frozen=True, slots=True)
 class CycleBudget:
-    """A modelled run of every subproblem of a plan. `same_bits`: scheduled and native solves agree bit for bit."""
+    """A modelled run of every subproblem of a plan. `same_bits`: scheduled and native solves agree bit for bit.
+
+    `deadline_ms` is what was asked; the report judges it only when there is a verified plan that took the time.
+    """
 
     report: hw_model.Report
     same_bits: bool
+    deadline_ms: float | None
+
+    @property
+    def headline(self) -> str:
+        """The model's headline, and what it is about."""
+        return f"{SCOPE}, {self.report.headline}"
+
+    @property
+    def deadline_line(self) -> str:
+        """One sentence on the deadline, or on why it is not judged; empty when none was given."""
+        if self.deadline_ms is None:
+            return ""
+        times, found = self.report.makespan_ms, self.report.deadline
+        took = f"{times.nominal:.3f} ms ({times.low:.3f}–{times.high:.3f})"
+        if found is None:
+            return (
+                f"no deadline verdict: there is no verified plan that could meet {self.deadline_ms:g} ms;"
+                f" {SCOPE} that was tried take a modelled {took}"
+            )
+        return (
+            f"modelled deadline verdict for {SCOPE}: {found.verdict}: {took} against {found.deadline_ms:g} ms,"
+            f" margin {found.margin_ms:+.3f} ms nominally, {found.slow_end_margin_ms:+.3f} ms at the slow end;"
+            " building the problems and the rest of the outer loop are not in it, nor is a check that the engine"
+            " fits into the device"
+        )
 
     def summary(self) -> dict[str, Any]:
         """The `hardware` entry of `plan.json`; every number is modelled at the nominal parameters."""
         report = self.report
         return {
             "provenance": "modelled",
+            "scope": SCOPE,
             "device": report.device,
             "partition": report.partition,
             "cycles": dict(report.cycles),
             "time_ms": report.makespan_ms.nominal,
             "speedup": report.speedup.nominal,
             "verdict": report.deadline.verdict if report.deadline else None,
-            "headline": report.headline,
-            "deadline": report.deadline_line or None,
+            "headline": self.headline,
+            "deadline": self.deadline_line or None,
             "same_bits": self.same_bits,
         }
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `hardware.json`."""
-        return {"same_bits": self.same_bits, **self.report.to_dict()}
+        words = {"headline": self.headline, "deadline_line": self.deadline_line}
+        return {"same_bits": self.same_bits, "scope": SCOPE, **self.report.to_dict(), **words}
 
 
 def check_names(device: str, partition: str) -> None:
@@ -54,12 +87,13 @@ def cycle_budget(
     device: str,
     partition: str,
     deadline_ms: float | None,
+    verified: bool,
     scheduled: PsScheduler | None = None,
 ) -> CycleBudget:
     """Price every subproblem of `iterations` on `device` under `partition`.
 
     The trace is that of `scheduled`, the scheduler that made the plan, or comes from solving the same subproblems
-    again on a new one. Either way each is solved by the other path too, and the bits are compared.
+    again on a new one. `deadline_ms` is judged only for a `verified` plan: no deadline is met without one. Either way each is solved by the other path too, and the bits are compared.
     Raises `hw_model.HwModelError` for unknown names or an impossible deadline, KeyboardInterrupt when a solve was
     interrupted: a truncated trace would be priced too low.
     """
@@ -71,8 +105,9 @@ def cycle_budget(
         if again.status is Status.INTERRUPTED:
             raise KeyboardInterrupt
         same_bits &= _same_bits(again, row.solution)
-    report = hw_model.speedup(scheduler.trace, device, partition, deadline_ms=deadline_ms)
-    return CycleBudget(report, same_bits)
+    judged_ms = deadline_ms if verified else None
+    report = hw_model.speedup(scheduler.trace, device, partition, deadline_ms=judged_ms)
+    return CycleBudget(report, same_bits, deadline_ms)
 
 
 def _same_bits(one: Solution, other: Solution) -> bool:

@@ -7,9 +7,7 @@ import json
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 from typer.testing import CliRunner, Result
@@ -29,10 +27,55 @@ def invoke(*arguments: str | Path) -> Result:
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
-def signal_inside(
-    run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, call: int, *, heeded: bool
+@pytest.mark.parametrize("call", [1, 3])
+def test_ctrl_c_inside_a_solve_exits_130_and_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: int
 ) -> None:
-    """Let SIGINT arrive in the `call`-th scheduled solve: at its start, or `heeded` by nobody at its end."""
+    calls = 0
+
+    def interrupted(problem: orbsoc.Problem, settings: Settings | None = None) -> orbsoc.Solution:
+        nonlocal calls
+        calls += 1
+        if calls == call:
+            raise KeyboardInterrupt
+        return original(problem, settings)
+
+    original = orbsoc.solver.solve
+    monkeypatch.setattr(orbsoc.solver, "solve", interrupted)
+    result = invoke("plan", REC1, "--out", tmp_path / "out")
+    assert result.exit_code == 130
+    assert "interrupted; nothing was written" in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_sigint_while_planning_exits_130_and_leaves_nothing(tmp_path: Path) -> None:
+    """A real signal to a real process, on a grid fine enough that planning is still going on."""
+    scenario = tmp_path / "fine.toml"
+    scenario.write_text(
+        (REC1.parent / "paper004_insertion_zf196.toml")
+        .read_text(encoding="utf-8")
+        .replace("nodes = 12", "nodes = 90\nmax_nodes = 90"),
+        encoding="utf-8",
+    )
+    process = subprocess.Popen(
+        [*COMMAND, "plan", str(scenario), "--out", str(tmp_path / "out")],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline().startswith("#=1")
+    process.send_signal(signal.SIGINT)
+    _, stderr = process.communicate(timeout=60)
+    assert process.returncode == 130, stderr
+    assert "interrupted; nothing was written" in stderr
+    assert "Traceback" not in stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["fine.toml"]
+
+
+def signal_inside(monkeypatch: pytest.MonkeyPatch, call: int, *, heeded: bool) -> None:
+    """Let SIGINT arrive in the `call`-th scheduled solve: at its start, or too late to be `heeded` by it."""
+    run = Driver.run
     calls = 0
 
     def interrupted(driver: Driver) -> None:
@@ -53,7 +96,7 @@ def test_ctrl_c_while_the_budget_is_made_exits_130_and_leaves_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: int, heeded: bool
 ) -> None:
     """Scheduled solves serve the budget only: an interrupted one would shorten the modelled time."""
-    signal_inside(Driver.run, monkeypatch, call, heeded=heeded)
+    signal_inside(monkeypatch, call, heeded=heeded)
     result = invoke("plan", REC1, "--json", "--out", tmp_path / "out")
     assert result.exit_code == 130
     assert json.loads(result.stdout)["exit_code"] == 130
@@ -66,7 +109,7 @@ def test_ctrl_c_while_the_budget_is_made_exits_130_and_leaves_nothing(
 def test_ctrl_c_while_planning_on_the_emulated_computer_exits_130_and_leaves_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, heeded: bool
 ) -> None:
-    signal_inside(Driver.run, monkeypatch, 2, heeded=heeded)
+    signal_inside(monkeypatch, 2, heeded=heeded)
     result = invoke("plan", REC1, "--ps", "--out", tmp_path / "out")
     assert result.exit_code == 130
     assert "interrupted; nothing was written" in result.stderr

@@ -22,7 +22,9 @@ def row(solution: Solution) -> Iteration:
     return Iteration(1, 1e-8, PROBLEM, solution, 0.0, 0.0, {})
 
 
-def budget(*solutions: Solution, deadline_ms: float | None = None, scheduled: bool = False) -> CycleBudget:
+def budget(
+    *solutions: Solution, deadline_ms: float | None = None, verified: bool = True, scheduled: bool = False
+) -> CycleBudget:
     scheduler = None
     if scheduled:
         scheduler = orbsoc.PsScheduler()
@@ -32,6 +34,7 @@ def budget(*solutions: Solution, deadline_ms: float | None = None, scheduled: bo
         device="zu9eg",
         partition="paper",
         deadline_ms=deadline_ms,
+        verified=verified,
         scheduled=scheduler,
     )
 
@@ -76,3 +79,29 @@ def test_an_interrupted_comparison_is_not_a_difference(
     monkeypatch.setattr(orbsoc.cycle_budget, "solve", lambda *_: replace(solved, status=Status.INTERRUPTED))
     with pytest.raises(KeyboardInterrupt):
         budget(solved, scheduled=True)
+
+
+@pytest.mark.parametrize(("deadline_ms", "verdict"), [(1e3, "PASS"), (1e-9, "FAIL")])
+def test_the_verdict_says_what_it_is_about(solved: Solution, deadline_ms: float, verdict: str) -> None:
+    found = budget(solved, deadline_ms=deadline_ms)
+    assert found.summary()["verdict"] == verdict
+    assert found.headline.startswith("the conic solves of the plan, modelled: paper on zu9eg")
+    assert found.deadline_line.startswith(
+        f"modelled deadline verdict for the conic solves of the plan: {verdict}: "
+    )
+    assert "the rest of the outer loop are not in it" in found.deadline_line
+    written = found.to_dict()
+    assert (written["headline"], written["deadline_line"]) == (found.headline, found.deadline_line)
+
+
+def test_without_a_verified_plan_no_deadline_is_met(solved: Solution) -> None:
+    found = budget(solved, deadline_ms=1e3, verified=False)
+    assert found.summary()["verdict"] is None
+    assert found.to_dict()["deadline"] is None
+    assert found.deadline_line.startswith("no deadline verdict: there is no verified plan")
+    assert "PASS" not in found.deadline_line
+
+
+def test_without_a_deadline_nothing_is_said_of_one(solved: Solution) -> None:
+    assert budget(solved).deadline_line == ""
+    assert budget(solved, verified=False).summary()["deadline"] is None
