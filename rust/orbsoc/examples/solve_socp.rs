@@ -7,7 +7,7 @@
 
 use orbsoc::{solve, Cones, Csc, Error, Problem, Settings, Status};
 
-fn main() -> Result<(), Error> {
+pub fn main() -> Result<(), Error> {
     // Variables (t, x₀, x₁): t is the distance of x from (3, 4).
     //
     //     min t   s.t.   x₀ ≥ 3/2,   ‖x − (3, 4)‖ ≤ t,   ‖x‖ ≤ 2
