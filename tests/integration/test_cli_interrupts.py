@@ -151,7 +151,6 @@ def test_ctrl_c_after_the_folder_is_committed_changes_nothing(
 
 
 MOMENTS = [
-    "pydantic",
     "orbsoc.missions.reachable_insertion.plan",
     "hw_model.data_file",
     "hw_model.timeline",
