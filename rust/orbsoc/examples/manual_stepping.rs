@@ -54,6 +54,7 @@ fn walk(engine: &mut Engine<f64>) {
 }
 
 /// Run the example.
+/// Walk by hand, then let the engine do it.
 pub fn main() -> Result<(), Error> {
     // The least-norm portfolio of three assets: min ½xᵀPx with Σx = 1, mean return ≥ 0.12, ‖x‖ ≤ 0.9.
     let cost = Csc::from_dense(&[&[0.04, 0.01, 0.0], &[0.0, 0.09, 0.02], &[0.0, 0.0, 0.16]], 3);

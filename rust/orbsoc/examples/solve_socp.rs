@@ -8,6 +8,7 @@
 use orbsoc::{solve, Cones, Csc, Error, Problem, Settings, Status};
 
 /// Run the example.
+/// Build, solve, print, check.
 pub fn main() -> Result<(), Error> {
     // Variables (t, x₀, x₁): t is the distance of x from (3, 4).
     //

@@ -24,6 +24,8 @@ mod batch;
 mod certificate;
 mod cones;
 mod control;
+#[cfg(test)]
+mod control_tests;
 mod csc;
 #[cfg(test)]
 mod dataflow_tests;
@@ -35,6 +37,8 @@ mod execute;
 mod factor_tests;
 mod kernels;
 mod kkt;
+#[cfg(test)]
+mod newton_tests;
 #[cfg(test)]
 mod oracle;
 mod problem;

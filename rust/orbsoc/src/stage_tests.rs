@@ -154,8 +154,10 @@ fn the_error_left_by_a_solve_is_that_of_the_unregularised_matrix() {
 #[test]
 fn refinement_removes_what_regularisation_left() {
     let (mut engine, error) = solved();
+    let before = engine.buffer(Buffer::Refinement)[refinement::ERROR];
     engine.path.execute(Stage::RefineKkt);
     let refined = true_error(&engine);
+    assert_eq!(engine.buffer(Buffer::Refinement)[refinement::WORTHWHILE], 0.25 * before);
     // The error falls by about shift/pivot, 1e-8 over 1e-2 or so here, until rounding.
     assert!(refined.amax() <= 1e-3 * error.amax() + 1e-14, "{:e} after {:e}", refined.amax(), error.amax());
 }
