@@ -1,0 +1,163 @@
+// IEEE 754 product, rounded to nearest even: result = a * b. Specials and NaN as in fp_add.
+// One operation per cycle, LATENCY >= 7 cycles.
+module fp_mul #(
+    parameter int EXP     = 11,
+    parameter int MAN     = 52,
+    parameter int LATENCY = 7
+) (
+    input  logic               clock,
+    input  logic               enable,
+    input  logic [EXP+MAN : 0] a,
+    input  logic [EXP+MAN : 0] b,
+    output logic [EXP+MAN : 0] result
+);
+  localparam int P = MAN + 1;
+  localparam int X = EXP + 2;  // signed exponents, with room for the sum of two
+  localparam int LZ = $clog2(P + 1);
+  localparam int DOWN = $clog2(P + 3);
+  localparam int TAIL = 3;
+  localparam logic [EXP-1:0] ONES = '1;
+  localparam logic signed [X-1:0] INFINITE = X'((1 << EXP) - 1);
+  localparam logic signed [X-1:0] BIAS = X'((1 << (EXP - 1)) - 1);
+
+  // 1: unpack; a special result travels as its significand times one, with exponent ONES.
+  logic nan, special;
+  logic [EXP-1:0] a_exp, b_exp, a_place, b_place;
+  always_comb begin
+    a_exp   = a[EXP+MAN-1:MAN];
+    b_exp   = b[EXP+MAN-1:MAN];
+    a_place = a_exp | EXP'(a_exp == '0);
+    b_place = b_exp | EXP'(b_exp == '0);
+    special = a_exp == ONES || b_exp == ONES;
+    // A NaN comes in, or zero times infinity.
+    nan     = (a_exp == ONES && a[MAN-1:0] != '0) || (b_exp == ONES && b[MAN-1:0] != '0) ||
+              (special && (a[EXP+MAN-1:0] == '0 || b[EXP+MAN-1:0] == '0));
+  end
+  logic sign_1, special_1, tiny_1, b_tiny_1;
+  logic signed [X-1:0] exp_1;
+  logic [P-1:0] a_1, b_1;
+  always_ff @(posedge clock) if (enable) begin
+    special_1 <= special;
+    b_tiny_1  <= b_exp == '0;
+    tiny_1    <= (a_exp == '0 || b_exp == '0) && !special;
+    b_1       <= special ? {1'b1, MAN'(0)} : {b_exp != '0, b[MAN-1:0]};
+    a_1       <= special ? {1'b1, nan, (P - 2)'(0)} : {a_exp != '0, a[MAN-1:0]};
+    exp_1     <= special ? INFINITE : X'(a_place) + X'(b_place) - BIAS;
+    sign_1    <= !nan && (a[EXP+MAN] ^ b[EXP+MAN]);
+  end
+
+  // 2, 3: multiply. Meanwhile: how far the product of a subnormal must move up, or a product that is to be
+  // subnormal down. (Of two subnormals, only the sticky bit remains, wherever they are moved.)
+  logic [LZ-1:0] zeros;
+  fp_leading_zeros #(
+      .WIDTH(P)
+  ) leading (
+      .value(b_tiny_1 ? b_1 : a_1),
+      .count(zeros)
+  );
+  logic sign_2, special_2;
+  logic signed [X-1:0] exp_2;
+  logic [LZ-1:0] zeros_2;
+  logic [P-1:0] a_2, b_2;
+  always_ff @(posedge clock) if (enable) begin
+    sign_2    <= sign_1;
+    special_2 <= special_1;
+    exp_2     <= exp_1;
+    zeros_2   <= tiny_1 ? zeros : '0;
+    a_2       <= a_1;
+    b_2       <= b_1;
+  end
+
+  logic signed [X-1:0] normal;  // exponent once the leading one is in place
+  logic signed [X-1:0] move;  // up, or down when negative
+  assign normal = exp_2 - X'(zeros_2);
+  assign move   = (normal >= 1) ? X'(zeros_2) : exp_2 - X'(1);
+  logic sign_3, special_3;
+  logic [EXP-1:0] exp_3;
+  logic [LZ-1:0] up_3;
+  logic [DOWN-1:0] down_3;
+  logic over_3;
+  logic [2*P-1:0] product_3;
+  always_ff @(posedge clock) if (enable) begin
+    sign_3    <= sign_2;
+    special_3 <= special_2;
+    over_3    <= normal > INFINITE;
+    exp_3     <= (normal >= 1) ? normal[EXP-1:0] : EXP'(1);
+    up_3      <= (move > 0) ? move[LZ-1:0] : '0;
+    down_3    <= (move >= 0) ? '0 : (move < -X'(P + 2)) ? DOWN'(P + 2) : DOWN'(-move);
+    product_3 <= a_2 * b_2;
+  end
+
+  // 4: move up.
+  logic sign_4, special_4, over_4;
+  logic [EXP-1:0] exp_4;
+  logic [DOWN-1:0] down_4;
+  logic [2*P-1:0] product_4;
+  always_ff @(posedge clock) if (enable) begin
+    sign_4    <= sign_3;
+    special_4 <= special_3;
+    over_4    <= over_3;
+    exp_4     <= exp_3;
+    down_4    <= down_3;
+    product_4 <= product_3 << up_3;
+  end
+
+  // 5: move down, keeping the top and one sticky bit.
+  logic [P+1:0] lowered;
+  logic lost;
+  fp_shift_sticky #(
+      .WIDTH(P + 2),
+      .BITS (DOWN)
+  ) lower (
+      .value  (product_4[2*P-1:P-2]),
+      .amount (down_4),
+      .shifted(lowered),
+      .lost   (lost)
+  );
+  logic sign_5, special_5, over_5;
+  logic [EXP-1:0] exp_5;
+  logic [P+2:0] man_5;
+  always_ff @(posedge clock) if (enable) begin
+    sign_5    <= sign_4;
+    special_5 <= special_4;
+    over_5    <= over_4;
+    exp_5     <= exp_4;
+    man_5     <= {lowered, lost || product_4[P-3:0] != '0};
+  end
+
+  // 6: the product of two significands is in [1, 4): at most one place to go.
+  logic sign_6, special_6;
+  logic [EXP:0] exp_6;
+  logic [P+TAIL-1:0] man_6;
+  always_ff @(posedge clock) if (enable) begin
+    sign_6    <= sign_5;
+    special_6 <= special_5;
+    exp_6     <= over_5 ? {1'b0, ONES} : {1'b0, exp_5} + (EXP + 1)'(man_5[P+2]);
+    man_6     <= (man_5[P+2]) ? man_5 : {man_5[P+1:0], 1'b0};
+  end
+
+  // 7: round and pack.
+  logic [EXP+MAN:0] result_7;
+  fp_round #(
+      .EXP (EXP),
+      .MAN (MAN),
+      .TAIL(TAIL)
+  ) round (
+      .clock  (clock),
+      .enable (enable),
+      .sign   (sign_6),
+      .special(special_6),
+      .exp    (exp_6),
+      .man    (man_6),
+      .result (result_7)
+  );
+  fp_delay #(
+      .WIDTH (EXP + MAN + 1),
+      .CYCLES(LATENCY - 7)
+  ) extra (
+      .clock(clock),
+      .enable(enable),
+      .in   (result_7),
+      .out  (result)
+  );
+endmodule
