@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .errors import HwModelError
+from .vocabulary import by_place
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -73,11 +74,8 @@ def module_figure(report: Report, path: str | Path | None = None) -> Figure:
     axes = figure.add_subplot()
     for place, row in enumerate(report.modules):
         axes.barh(place - 0.2, row.baseline_picos / 1e9, height=0.36, color=_BASELINE)
-        causes = row.causes_picos
-        pl = row.picos - causes["ps"] - causes["link"] - causes["interrupt"]
-        parts = {"PS": causes["ps"], "PL": pl, "link": causes["link"], "interrupt": causes["interrupt"]}
         start = 0.0
-        for name, picos in parts.items():
+        for name, picos in by_place(row.causes_picos).items():
             axes.barh(place + 0.2, picos / 1e9, height=0.36, left=start, color=_COLOURS[name])
             start += picos / 1e9
     names = [

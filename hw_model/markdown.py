@@ -7,8 +7,7 @@ from itertools import groupby
 from statistics import mean
 from typing import TYPE_CHECKING
 
-from .report import NOT_MODELLED
-from .vocabulary import CAUSES
+from .vocabulary import CAUSES, PL_CAUSES, by_place
 
 if TYPE_CHECKING:
     from .platform import Assumption
@@ -30,7 +29,7 @@ def render(report: Report) -> str:
         f"{', '.join(report.modules_on_pl) or 'nothing'}. Brackets hold the band over the assumed ranges.",
         "## Assumptions",
         _assumptions(report.assumptions),
-        "Not modelled:\n\n" + "\n".join(f"- {line}" for line in NOT_MODELLED),
+        "Not modelled:\n\n" + "\n".join(f"- {line}" for line in report.not_modelled),
         "## Modelled time by cause",
         _causes(report),
         "## Modelled time by module",
@@ -63,7 +62,7 @@ def _assumptions(rows: Iterable[Assumption]) -> str:
         [
             (
                 f"`{row.key}`",
-                f"{row.value:g}",
+                row.value if isinstance(row.value, str) else f"{row.value:g}",
                 "" if row.low is None or row.high is None else f"{row.low:g}–{row.high:g}",
                 row.tag,
                 row.source,
@@ -96,8 +95,9 @@ def _modules(report: Report) -> str:
     )
     rows: list[tuple[str, ...]] = []
     for row in report.modules:
-        link, interrupt = row.causes_picos["link"], row.causes_picos["interrupt"]
-        times = (row.picos - link - interrupt, link, interrupt, row.picos, row.baseline_picos)
+        parts = by_place(row.causes_picos)
+        computing = parts["PS"] + parts["PL"]
+        times = (computing, parts["link"], parts["interrupt"], row.picos, row.baseline_picos)
         rows.append(
             (row.module, row.side.upper(), f"{row.runs}", f"{row.cycles}", *(_us(time) for time in times))
         )
@@ -111,12 +111,10 @@ def _stages(report: Report) -> str:
         "on",
         "runs",
         "cycles",
+        "from",
         "L0 bound",
         "bottleneck",
-        "issue",
-        "dependency",
-        "divider",
-        "drain",
+        *PL_CAUSES,
     )
     several = len({row.pattern for row in report.stages}) > 1
     rows = [
@@ -126,16 +124,17 @@ def _stages(report: Report) -> str:
             row.side.upper(),
             f"{row.runs}",
             f"{row.cycles_each}",
+            row.origin,
             "" if row.lower_bound_each is None else f"{row.lower_bound_each}",
             row.bottleneck,
-            *(
-                f"{row.causes_each.get(cause, 0)}" if row.side == "pl" else ""
-                for cause in ("issue", "dependency", "divider", "drain")
-            ),
+            *(f"{row.causes_each.get(cause, 0)}" if row.side == "pl" else "" for cause in PL_CAUSES),
         )
         for row in report.stages
     ]
-    note = "Cycles are in the clock of the side; those of the PL are an `estimate` above the L0 bound."
+    note = (
+        "Cycles are in the clock of the side. Those of the PL come from an exact schedule, equal to the RTL, or are an "
+        "estimate above the L0 bound."
+    )
     return f"{_table(head, rows)}\n\n{note}"
 
 
@@ -178,9 +177,7 @@ def _iterations(report: Report) -> str:
 
 
 def _times(row: IterationRow) -> tuple[str, ...]:
-    causes = row.causes_picos
-    pl = row.picos - causes["ps"] - causes["link"] - causes["interrupt"]
-    return tuple(_us(time) for time in (causes["ps"], pl, causes["link"], causes["interrupt"], row.picos))
+    return tuple(_us(time) for time in (*by_place(row.causes_picos).values(), row.picos))
 
 
 def _transfers(report: Report) -> str:

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 Tag = Literal["sourced", "measured", "assumed"]
 End = Literal["slow", "nominal", "fast"]
-Number = TypeVar("Number", int, float)
+Number = TypeVar("Number", int, float, str)
 
 PsClock = Annotated[float, Field(gt=0.0, le=5000.0, strict=True, allow_inf_nan=False)]
 PlClock = Annotated[float, Field(gt=0.0, le=1000.0, strict=True, allow_inf_nan=False)]
@@ -18,6 +18,8 @@ Fraction01 = Annotated[float, Field(gt=0.0, le=1.0, strict=True, allow_inf_nan=F
 Exponent = Annotated[float, Field(ge=1.0, le=64.0, strict=True, allow_inf_nan=False)]
 Count = Annotated[int, Field(ge=0, strict=True)]
 Units = Annotated[int, Field(ge=1, le=1024, strict=True)]
+Completion = Annotated[str, Field(pattern="^(interrupt|polling)$")]
+Schedule = Annotated[str, Field(pattern="^(serial|overlapped)$")]
 
 
 class Parameter(BaseModel, Generic[Number]):

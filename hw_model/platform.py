@@ -10,11 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from .data_file import Table, is_table, read, shipped
 from .errors import PlatformError, describe
 from .parameter import (
+    Completion,
     Count,
     Duration,
     End,
@@ -24,6 +25,7 @@ from .parameter import (
     PlClock,
     PsClock,
     Rate,
+    Schedule,
     Tag,
     Units,
 )
@@ -49,9 +51,13 @@ class Section(BaseModel):
 
 
 class Ps(Section):
-    """Processor cores. One of them runs the solve; `flop_per_cycle` is sustained on sparse kernels."""
+    """Processor cores and their caches; `flop_per_cycle` is what one core sustains on sparse kernels.
 
-    more_is_faster: ClassVar[frozenset[str]] = frozenset({"clock_mhz", "flop_per_cycle"})
+    `build_flops_per_nonzero`: what generating a subproblem's matrices costs, per KKT nonzero. When a stage runs on
+    n cores (`runtime.cores_used`), `parallel_fraction` of it is divided by n, and `fork_join_us` is added.
+    """
+
+    more_is_faster: ClassVar[frozenset[str]] = frozenset({"clock_mhz", "flop_per_cycle", "parallel_fraction"})
 
     core: str
     cores: Parameter[Units]
@@ -61,6 +67,10 @@ class Ps(Section):
     sqrt_f64_cycles: Parameter[Units]
     div_f32_cycles: Parameter[Units]
     sqrt_f32_cycles: Parameter[Units]
+    build_flops_per_nonzero: Parameter[Duration]
+    cache_line_bytes: Parameter[Units]
+    parallel_fraction: Parameter[Fraction01]
+    fork_join_us: Parameter[Duration]
 
 
 class Latencies(Section):
@@ -98,7 +108,11 @@ class Pl(Section):
 
 
 class Link(Section):
-    """Registers, direct memory access and interrupts between PS and PL."""
+    """Registers, direct memory access and copies by a core between PS and PL.
+
+    The PS cleans its cache line by line before the PL reads by DMA, and invalidates it before it reads what DMA
+    wrote; both cost 0 on a coherent port.
+    """
 
     more_is_faster: ClassVar[frozenset[str]] = frozenset(
         {
@@ -113,20 +127,43 @@ class Link(Section):
     register_write_ns: Parameter[Duration]
     register_read_fixed_ns: Parameter[Duration]
     register_read_pl_cycles: Parameter[Duration]
+    core_write_ns_per_byte: Parameter[Duration]
+    core_write_pl_cycles_per_byte: Parameter[Duration]
+    core_read_ns_per_byte: Parameter[Duration]
+    core_read_pl_cycles_per_byte: Parameter[Duration]
     dma_fixed_us: Parameter[Duration]
     dma_to_pl_bytes_per_pl_cycle: Parameter[Rate]
     dma_to_ps_bytes_per_pl_cycle: Parameter[Rate]
     port_mb_s: Parameter[Rate]
     ddr_efficiency: Parameter[Fraction01]
-    interrupt_entry_us: Parameter[Duration]
+    cache_clean_ns_per_line: Parameter[Duration]
+    cache_invalidate_ns_per_line: Parameter[Duration]
     frame_register_writes: Parameter[Count]
     status_register_reads: Parameter[Count]
     flags_per_register: Parameter[Units]
     acknowledge_register_writes: Parameter[Count]
 
 
+class Runtime(Section):
+    """How the PS is programmed: operating system, cores that work on a stage, how it waits, run-to-run jitter.
+
+    `schedule`: "serial", one thing at a time as in the paper, or "overlapped": PS, PL and DMA work side by side
+    where the data allow it, and one core does nothing but control the PL. Jitter lengthens a piece of work by up to its bound, never by more: `_fraction` of its
+    own time, or `_us`; a draw is bound · Uᵏ with U uniform in [0, 1] and k = `jitter_exponent` (1: uniform).
+    """
+
+    completion: Parameter[Completion]
+    schedule: Parameter[Schedule]
+    interrupt_entry_us: Parameter[Duration]
+    cores_used: Parameter[Units]
+    ps_jitter_fraction: Parameter[Duration]
+    link_jitter_fraction: Parameter[Duration]
+    interrupt_jitter_us: Parameter[Duration]
+    jitter_exponent: Parameter[Exponent]
+
+
 class Resources(Section):
-    """What the PL of the device holds. Not used for time; a later budget compares against it."""
+    """What the PL of the device holds. It does not enter any time; the budget compares against it."""
 
     lut: Parameter[Count]
     ff: Parameter[Count]
@@ -139,7 +176,7 @@ class Assumption:
     """One parameter as a report echoes it; `used` says whether this run's times depend on it."""
 
     key: str
-    value: float | int
+    value: float | int | str
     low: float | int | None
     high: float | int | None
     tag: Tag
@@ -155,13 +192,30 @@ class Platform(Section):
     ps: Ps
     pl: Pl
     link: Link
+    runtime: Runtime
     resources: Resources
 
-    def corner(self, ps: End, fabric: End) -> Platform:
-        """This platform with the bands of the PS, and of PL and link together, at one end each."""
-        return self.model_copy(
-            update={"ps": self.ps.at(ps), "pl": self.pl.at(fabric), "link": self.link.at(fabric)}
-        )
+    @model_validator(mode="after")
+    def _enough_cores(self) -> Self:
+        used, there = self.runtime.cores_used.value, self.ps.cores.value
+        if used > there:
+            raise ValueError(f"`runtime.cores_used` = {used}: this PS has {there}")
+        if self.runtime.schedule.value == "overlapped" and used < 2:
+            raise ValueError(
+                '`runtime.cores_used` = 1: schedule "overlapped" needs 2, for one core controls the PL'
+            )
+        return self
+
+    def corner(self, ps: End, fabric: End, build: End = "nominal") -> Platform:
+        """This platform with three sets of bands at one end each.
+
+        They are the PS; all that the PL brings with it; and the size of the problems' generation, apart from the PS
+        because it slows run and baseline alike.
+        """
+        generation = self.ps.build_flops_per_nonzero.at(build, more_is_faster=False)
+        cores = self.ps.at(ps).model_copy(update={"build_flops_per_nonzero": generation})
+        fabric_side = {name: getattr(self, name).at(fabric) for name in ("pl", "link", "runtime")}
+        return self.model_copy(update={"ps": cores, **fabric_side})
 
     def with_value(self, key: str, value: float | int | str) -> Platform:
         """A copy in which `key`, e.g. "pl.lanes" or "pl.latency_preset", is `value`, exactly (no band).
@@ -185,20 +239,25 @@ class Platform(Section):
 
     def assumptions(self, datapath: Datapath | None = None, *, pl_used: bool = True) -> list[Assumption]:
         """Every parameter with its provenance; `used` for a run of `datapath` with or without PL."""
-        other = {"f64": "f32", "f32": "f64", None: ""}[datapath]
         rows: list[Assumption] = []
-        for section in (self.ps, self.pl, self.link, self.resources):
+        for section in (self.ps, self.pl, self.link, self.runtime, self.resources):
             for key, item in _walk(section, type(section).__name__.lower()):
-                used = _affects_time(key, other, pl_used=pl_used)
+                used = self._affects_time(key, datapath, pl_used=pl_used)
                 rows.append(Assumption(key, item.value, item.low, item.high, item.tag, item.source, used))
         return rows
 
-
-def _affects_time(key: str, other_datapath: str, *, pl_used: bool) -> bool:
-    section, _, name = key.partition(".")
-    if section == "resources" or name == "cores" or (other_datapath and other_datapath in name):
-        return False
-    return section == "ps" or pl_used
+    def _affects_time(self, key: str, datapath: Datapath | None, *, pl_used: bool) -> bool:
+        """Whether a report's times, worst case included, depend on a parameter."""
+        section, _, name = key.partition(".")
+        other = {"f64": "f32", "f32": "f64", None: "(none)"}[datapath]
+        if section == "resources" or name in ("cores", "jitter_exponent") or other in name:
+            return False
+        if name in ("parallel_fraction", "fork_join_us"):
+            return self.runtime.cores_used.value > 1
+        if name in ("interrupt_entry_us", "interrupt_jitter_us"):
+            return pl_used and self.runtime.completion.value == "interrupt"
+        always = section == "ps" and name != "cache_line_bytes"
+        return pl_used or always or name in ("cores_used", "ps_jitter_fraction")
 
 
 def parameters_of(section: Section) -> Iterator[tuple[str, Parameter[Any]]]:
@@ -229,7 +288,8 @@ def load_platform(name_or_path: str | Path) -> Platform:
     Raises PlatformError naming the key, its value and what is allowed.
     """
     raw, where = read("platform", "platforms", name_or_path, PlatformError)
-    for section in ("ps", "pl", "link"):
+    raw.setdefault("runtime", {"preset": "bare_metal"})
+    for section in ("ps", "pl", "link", "runtime"):
         given = raw.get(section)
         if is_table(given):
             try:

@@ -1,10 +1,12 @@
-"""Time of a stage on one core of the processing system, from its operation counts.
+"""Time of the PS's work, from operation counts.
 
-cycles = ⌈flops / flop_per_cycle + divisions · div_cycles + roots · sqrt_cycles⌉
+One core: cycles = ⌈flops / flop_per_cycle + divisions · div_cycles + roots · sqrt_cycles⌉. A multiply-add counts as
+two flops, every other operation but division and root as one: loads, stores and index arithmetic are inside
+`flop_per_cycle`, which is what sparse kernels sustain. Divisions and roots do not overlap with anything, because the
+pivots and scalings that need them are on the dependent chain.
 
-A multiply-add counts as two flops, every other operation but division and root as one: loads, stores and
-index arithmetic are inside `flop_per_cycle`, which is what sparse kernels sustain. Divisions and roots do
-not overlap with anything, because the pivots and scalings that need them are on the dependent chain.
+n cores: `parallel_fraction` of the stage is divided by n, and forking and joining added (Amdahl); the PS knows both
+times beforehand, and uses one core where that is faster.
 """
 
 from __future__ import annotations
@@ -15,8 +17,8 @@ from typing import TYPE_CHECKING
 from .vocabulary import OPCODES, Datapath, Opcode
 
 if TYPE_CHECKING:
-    from .platform import Ps
-    from .trace import Stage
+    from .platform import Platform, Ps
+    from .trace import Pattern, Stage
 
 _TWO_FLOPS: frozenset[Opcode] = frozenset({"mul_add", "mul_sub"})
 _NOT_STREAMING: frozenset[Opcode] = frozenset({"div", "sqrt"})
@@ -36,3 +38,24 @@ def stage_cycles(stage: Stage, ps: Ps, datapath: Datapath) -> int:
         div, sqrt = ps.div_f32_cycles.value, ps.sqrt_f32_cycles.value
     streaming = math.ceil(flops(stage) / ps.flop_per_cycle.value)
     return streaming + div * stage.count("div") + sqrt * stage.count("sqrt")
+
+
+def build_cycles(pattern: Pattern, ps: Ps) -> int:
+    """PS clock cycles of generating one problem of this pattern, on one core."""
+    return math.ceil(pattern.nnz_kkt * ps.build_flops_per_nonzero.value / ps.flop_per_cycle.value)
+
+
+def on_cores(cycles: int, platform: Platform, cores: int) -> int:
+    """Cycles of work that takes `cycles` on one core, when `cores` ≥ 1 may share it."""
+    ps = platform.ps
+    if cores == 1:
+        return cycles
+    fork_join = math.ceil(ps.fork_join_us.value * ps.clock_mhz.value)
+    shared = ps.parallel_fraction.value
+    return min(cycles, math.ceil(cycles * (1.0 - shared + shared / cores)) + fork_join)
+
+
+def computing_cores(platform: Platform, *, uses_pl: bool) -> int:
+    """Cores that share a stage: all in use, less one that only controls the PL when work overlaps."""
+    used, overlapped = platform.runtime.cores_used.value, platform.runtime.schedule.value == "overlapped"
+    return used - 1 if overlapped and uses_pl else used

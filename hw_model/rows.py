@@ -41,6 +41,8 @@ class StageRow:
     cycles_each: int
     lower_bound_each: int | None
     bottleneck: str
+    origin: str
+    """Of the PL's cycles: "schedule" (exact) or "estimate"; empty for the PS."""
     causes_each: dict[str, int]
 
 
@@ -87,9 +89,10 @@ class _Sum:
         self.causes: dict[Cause, int] = dict.fromkeys(CAUSES, 0)
 
     def add(self, segment: Segment) -> None:
-        self.picos += segment.duration_picos
         self.cycles[segment.side] += segment.cycles
-        self.causes[segment.cause] += segment.duration_picos
+        if segment.critical:
+            self.picos += segment.duration_picos
+            self.causes[segment.cause] += segment.duration_picos
 
 
 def module_rows(
@@ -137,23 +140,25 @@ def solve_rows(timeline: Timeline, prices: Prices) -> list[SolveRow]:
 
 
 def stage_rows(actions: list[Action], prices: Prices) -> list[StageRow]:
-    """A row for every stage that runs, in the order of its first run."""
-    runs = Counter(action.work for action in actions if action.work.kind == "compute")
+    """A row for every stage that runs, and for the generation of problems, in the order of their first run."""
+    runs = Counter(action.work for action in actions if action.work.kind in ("compute", "build"))
+    named = {action.work: (action.stage, action.module) for action in actions}
     rows: list[StageRow] = []
     for work, count in runs.items():
-        module = prices.trace.patterns[work.pattern].stages[work.what].module
+        stage, module = named[work]
         parts = prices.parts(work)
-        bound = prices.estimate(work).bounds if work.side == "pl" else None
+        found = prices.pl_cycles(work) if work.side == "pl" else None
         rows.append(
             StageRow(
                 pattern=work.pattern,
-                stage=work.what,
+                stage=stage,
                 module=module,
                 side=work.side,
                 runs=count,
                 cycles_each=sum(part.cycles for part in parts),
-                lower_bound_each=None if bound is None else bound.cycles,
-                bottleneck="" if bound is None else bound.bottleneck,
+                lower_bound_each=None if found is None else found.lower_bound,
+                bottleneck="" if found is None else found.bottleneck,
+                origin="" if found is None else found.origin,
                 causes_each={part.cause: part.cycles for part in parts},
             )
         )

@@ -1,19 +1,22 @@
-"""The run laid out in time: segments end to end from 0 to the makespan, each with one cause.
+"""The run laid out in time, each segment with one cause.
 
-One thing happens at a time, as in the paper's protocol: the PS waits while the PL computes. So the segments
-tile the run, and their causes add up to the makespan at every level: run, solve, iteration, module, stage.
+Serial, as in the paper's protocol, one thing happens at a time and the segments tile the run. Overlapped, those on
+the critical path do: each begins when the one before it ends. So their causes add up to the makespan at every level:
+run, solve, iteration, module, stage.
 """
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+from .order import Order, Resource, overlapped, serial
 from .partition import Partition, load_partition
 from .platform import Platform, load_platform
 from .prices import Prices
+from .stage_cycles import StageCycles, estimated
 from .trace import parse_trace
 from .vocabulary import Cause, Module, Side
 from .walk import Action, Kind, walk
@@ -23,7 +26,7 @@ if TYPE_CHECKING:
 
     from .trace import Trace
 
-Level = Literal["cause", "side", "module", "stage", "kind", "solve", "iteration"]
+Level = Literal["cause", "side", "resource", "module", "stage", "kind", "solve", "iteration"]
 
 
 class Segment(NamedTuple):
@@ -42,11 +45,14 @@ class Segment(NamedTuple):
     cause: Cause
     cycles: int
     detail: str
+    resource: Resource
+    critical: bool
+    """Whether the makespan counts it: always when serial."""
 
 
 @dataclass(frozen=True, slots=True)
 class Timeline:
-    """A modelled run: its segments in order, without gap or overlap."""
+    """A modelled run: its segments in program order; the critical ones are without gap or overlap."""
 
     platform: str
     partition: str
@@ -57,37 +63,71 @@ class Timeline:
         """Picoseconds per combination of `levels`, e.g. totals("module", "cause"). They sum to the makespan."""
         found: defaultdict[tuple[Any, ...], int] = defaultdict(int)
         for segment in self.segments:
-            found[tuple(getattr(segment, level) for level in levels)] += segment.duration_picos
+            if segment.critical:
+                found[tuple(getattr(segment, level) for level in levels)] += segment.duration_picos
+        return dict(found)
+
+    def busy(self) -> dict[Resource, int]:
+        """Picoseconds that each resource works, critical or not."""
+        found: defaultdict[Resource, int] = defaultdict(int)
+        for segment in self.segments:
+            found[segment.resource] += segment.duration_picos
         return dict(found)
 
 
 def simulate(
-    trace: Mapping[str, Any] | Trace, platform: Platform | str | Path, partition: Partition | str | Path
+    trace: Mapping[str, Any] | Trace,
+    platform: Platform | str | Path,
+    partition: Partition | str | Path,
+    cycles: StageCycles = estimated,
 ) -> Timeline:
     """The timeline of `trace` on `platform` under `partition` (objects, names or paths).
 
-    Raises TraceError, PlatformError or PartitionError.
+    `cycles`: where the cycles of a stage on the PL come from. Raises TraceError, PlatformError or PartitionError.
     """
     checked = parse_trace(trace)
     machine = as_platform(platform)
     split = as_partition(partition)
-    return lay_out(walk(checked, split), Prices(checked, machine), split.name)
+    prices = Prices(checked, machine, uses_pl=split.uses_pl, cycles=cycles)
+    return lay_out(walk(checked, split), prices, split.name)
+
+
+def order_of(actions: list[Action], prices: Prices) -> Order:
+    """The precedence that the platform's `runtime.schedule` asks for."""
+    if prices.platform.runtime.schedule.value == "overlapped":
+        return overlapped(actions, prices.trace, prices.by_dma)
+    return serial(actions)
 
 
 def lay_out(actions: list[Action], prices: Prices, partition: str) -> Timeline:
     """The timeline of `actions` at `prices`."""
+    order = order_of(actions, prices)
+    durations = [prices.duration_picos(action.work) for action in actions]
+    ends = order.ends(durations, max)
+    critical = set(order.critical(ends))
     segments: list[Segment] = []
-    now = 0
-    for work, module, stage, solve, iteration, event in actions:
+    for k, (work, module, stage, solve, iteration, event) in enumerate(actions):
         side: Side = work.side if work.kind == "compute" else "ps"
-        for cause, picos, cycles, detail in prices.parts(work):
+        now, resource = ends[k] - durations[k], order.resources[k]
+        for cause, picos, cycles, _, detail in prices.parts(work):
             segments.append(
                 Segment(
-                    now, picos, side, module, stage, solve, iteration, event, work.kind, cause, cycles, detail
+                    now, picos, side, module, stage, solve, iteration, event, work.kind, cause, cycles, detail,
+                    resource, k in critical,
                 )
-            )
+            )  # fmt: skip
             now += picos
-    return Timeline(prices.platform.name, partition, tuple(segments), now)
+    return Timeline(prices.platform.name, partition, tuple(segments), max(ends, default=0))
+
+
+def makespan_picos(actions: list[Action], prices: Prices, *, worst: bool = False) -> int:
+    """The makespan alone; with `worst`, that of the longest run there can be: every jitter at its bound."""
+    if prices.platform.runtime.schedule.value == "serial":
+        return prices.total_picos(Counter(action.work for action in actions), worst=worst)
+    durations = [
+        prices.duration_picos(action.work) + worst * prices.jitter_picos(action.work) for action in actions
+    ]
+    return max(order_of(actions, prices).ends(durations, max), default=0)
 
 
 def as_platform(platform: Platform | str | Path) -> Platform:

@@ -6,7 +6,7 @@ the makespan" is an equality. "ps" always means the processing system, never pic
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise
 from typing import Final, Literal
@@ -23,7 +23,10 @@ Opcode = Literal[
     "move", "neg", "abs", "mul", "add", "sub", "mul_add", "mul_sub", "div", "sqrt", "min", "max",
     "compare", "and", "select",
 ]  # fmt: skip
-Cause = Literal["ps", "issue", "dependency", "divider", "drain", "link", "interrupt"]
+PlCause = Literal["issue", "dependency", "bank", "divider", "write_port", "fetch", "drain"]
+Cause = Literal[
+    "ps", "issue", "dependency", "bank", "divider", "write_port", "fetch", "drain", "cache", "link", "interrupt",
+]  # fmt: skip
 
 PL_MODULES: Final[tuple[PlModule, ...]] = (
     "matrix_update", "matrix_scaling", "factorization", "linear_solve", "cone_ops", "line_search",
@@ -33,8 +36,21 @@ OPCODES: Final[tuple[Opcode, ...]] = (
     "move", "neg", "abs", "mul", "add", "sub", "mul_add", "mul_sub", "div", "sqrt", "min", "max",
     "compare", "and", "select",
 )  # fmt: skip
-CAUSES: Final[tuple[Cause, ...]] = ("ps", "issue", "dependency", "divider", "drain", "link", "interrupt")
+PL_CAUSES: Final[tuple[PlCause, ...]] = (
+    "issue", "dependency", "bank", "divider", "write_port", "fetch", "drain",
+)  # fmt: skip
+CAUSES: Final[tuple[Cause, ...]] = ("ps", *PL_CAUSES, "cache", "link", "interrupt")
 WORD_BYTES: Final[dict[Datapath, int]] = {"f64": 8, "f32": 4}
+
+
+def by_place(causes: Mapping[Cause, int]) -> dict[str, int]:
+    """Causes in four groups: PS, PL, link (with the cache maintenance that it needs) and interrupt."""
+    return {
+        "PS": causes["ps"],
+        "PL": sum(causes[cause] for cause in PL_CAUSES),
+        "link": causes["link"] + causes["cache"],
+        "interrupt": causes["interrupt"],
+    }
 
 
 def picos_of_cycles(parts: Sequence[int], clock_mhz: float) -> list[int]:

@@ -19,11 +19,12 @@ RESULT = "(result)"
 """Stage name of what ends a solve: the status read, and copies of what the last stage wrote on the PL."""
 
 PROBLEM = "(problem data)"
-"""Stage name of the frame that announces a solve's data to the PL."""
+"""Stage name of the generation of a solve's data, and of the frame that announces them to the PL."""
 
-Kind = Literal["compute", "copy", "launch", "interrupt", "flags", "publish", "rest"]
-"""`launch`: the frame that starts a segment; `flags`: status, data-valid flags and acknowledgement after it;
-`publish`: the frame, status and flags by which the PS announces what it wrote itself; `rest`: the status read that ends
+Kind = Literal["build", "compute", "copy", "launch", "interrupt", "flags", "publish", "rest"]
+"""`build`: the PS generates the problem of a solve; `launch`: the frame that starts a segment; `flags`: status, data-valid flags and acknowledgement after it;
+`interrupt`: the PS learns, in whichever
+way it waits, that the segment has ended; `publish`: the frame, status and flags by which the PS announces what it wrote itself; `rest`: the status read that ends
 a solve."""
 
 
@@ -53,7 +54,7 @@ class Action(NamedTuple):
 def walk(trace: Trace, partition: Partition) -> list[Action]:
     """Copies, launches, computations, interrupts and flag checks of every solve, in order.
 
-    Each solve starts with its data on the PS, and ends when the PS holds what the last stage wrote.
+    Each solve starts with the generation of its data on the PS, and ends when the PS holds what the last stage wrote.
     A partition that leaves the PL idle has no protocol: the PS computes and nothing else happens.
     """
     actions: list[Action] = []
@@ -62,6 +63,7 @@ def walk(trace: Trace, partition: Partition) -> list[Action]:
         residency = Residency(name for name, words in pattern.buffers.items() if words)
         outputs: tuple[str, ...] = ()
         iteration = solve.events[0][1] if solve.events else 0
+        actions.append(Action(Work("build", "ps", solve.pattern, ""), "ps", PROBLEM, s, iteration, -1))
         if partition.uses_pl:
             actions.append(Action(Work("publish", "ps", solve.pattern, ""), "ps", PROBLEM, s, iteration, -1))
         for e, (name, iteration) in enumerate(solve.events):

@@ -14,7 +14,7 @@ from orbsoc.solution import Solution, Status
 from orbsoc.solver import solve
 
 SCOPE = "the conic solves of the plan"
-"""What the time is modelled of: neither the problems' generation nor the rest of the outer loop."""
+"""What the time is modelled of: each problem's generation, as assumed, and its solve; not the rest of the outer loop."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +47,8 @@ class CycleBudget:
             )
         return (
             f"modelled deadline verdict for {SCOPE}: {found.verdict}: {took} against {found.deadline_ms:g} ms,"
-            f" margin {found.margin_ms:+.3f} ms nominally, {found.slow_end_margin_ms:+.3f} ms at the slow end;"
-            " building the problems and the rest of the outer loop are not in it, nor is a check that the engine"
-            " fits into the device"
+            f" margin {found.margin_ms:+.3f} ms nominally, {found.worst_case_margin_ms:+.3f} ms in the worst case;"
+            " the rest of the outer loop is not in it, nor is a check that the engine fits into the device"
         )
 
     def summary(self) -> dict[str, Any]:

@@ -69,6 +69,8 @@ class TraceRecorder:
         self._latencies = operation_latencies() if latencies is None else latencies
         self._position: dict[bytes, int] = {}
         self._patterns: list[dict[str, Any]] = []
+        self.problems: list[Problem] = []
+        """The first problem of each pattern, in the order of the trace: what schedules are made from."""
         self._solves: list[dict[str, Any]] = []
 
     def add(self, problem: Problem, settings: Settings, engine: Recorded, solution: Solution) -> None:
@@ -77,6 +79,7 @@ class TraceRecorder:
         if key not in self._position:
             self._patterns.append(self._pattern(problem, settings, engine, solution))
             self._position[key] = len(self._patterns) - 1
+            self.problems.append(problem)
         self._solves.append(
             {
                 "pattern": self._position[key],

@@ -68,7 +68,7 @@ def test_a_result_left_on_the_pl_is_brought_back(tmp_path: Path) -> None:
     trace["solves"][0]["events"] = [["factor", 0]]
     timeline = simulate(trace, tiny_platform(tmp_path), partition("factorization"))
     assert lines(timeline)[-2:] == [("(result)", "ps", "link", 200), ("(result)", "ps", "link", 800)]
-    assert timeline.segments[-1].detail == "copy w to the PS by registers"
+    assert timeline.segments[-1].detail == "copy w to the PS by core"
 
 
 def test_single_precision_halves_the_words_and_takes_its_own_latencies(tmp_path: Path) -> None:
@@ -133,7 +133,10 @@ def test_a_partition_moves_work_but_loses_none(trace, platform) -> None:  # type
 
 def test_nothing_of_the_pl_happens_when_all_is_on_the_ps() -> None:
     timeline = simulate(synthetic_trace(iterations=3), "zu9eg", "all_ps")
-    assert {(s.kind, s.cause, s.side) for s in timeline.segments} == {("compute", "ps", "ps")}
+    assert {(s.kind, s.cause, s.side) for s in timeline.segments} == {
+        ("build", "ps", "ps"),
+        ("compute", "ps", "ps"),
+    }
 
 
 def test_a_module_on_the_pl_interrupts_once_a_run() -> None:
@@ -143,3 +146,22 @@ def test_a_module_on_the_pl_interrupts_once_a_run() -> None:
     interrupts = [s for s in timeline.segments if s.kind == "interrupt"]
     assert len(launches) == len(interrupts) == 6  # start-up and five iterations
     assert {s.stage for s in interrupts} == {"factorize"}
+
+
+def test_cache_maintenance_and_cores_by_hand(tmp_path: Path) -> None:
+    platform = tiny_platform(tmp_path).with_value("link.cache_clean_ns_per_line", 3.0)
+    platform = platform.with_value("link.cache_invalidate_ns_per_line", 2.0)
+    timeline = simulate(tiny_trace(), platform, partition("factorization"))
+    # v: 800 bytes by DMA are 13 lines of 64; w goes by the core, past the cache.
+    assert [s.duration_picos for s in timeline.segments if s.cause == "cache"] == [13 * 3_000]
+    shared = simulate(tiny_trace(), platform.with_value("runtime.cores_used", 2), "all_ps")
+    # Half of a stage is shared by two cores, and forking and joining costs 10 ns where it pays.
+    assert [s.duration_picos // 1000 for s in shared.segments] == [20, 84, 36]
+
+
+def test_generating_a_problem_comes_first_on_either_side(tmp_path: Path) -> None:
+    platform = tiny_platform(tmp_path).with_value("ps.build_flops_per_nonzero", 10.0)
+    for split in ("all_ps", "paper"):
+        first = simulate(tiny_trace(), platform, split).segments[0]
+        # 5 nonzeros of 10 flops at half a flop per nanosecond.
+        assert (first.kind, first.cause, first.duration_picos) == ("build", "ps", 100_000)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -10,23 +11,37 @@ from hw_model.platform import Platform, load_platform
 from hw_model.vocabulary import PL_MODULES
 from tests.hw_model.synthetic import stage
 
-_PARAMETERS: dict[str, dict[str, float | int]] = {
+_PARAMETERS: dict[str, dict[str, float | int | str]] = {
     "ps": {
-        "cores": 1, "clock_mhz": 1000.0, "flop_per_cycle": 0.5, "div_f64_cycles": 30, "sqrt_f64_cycles": 20,
-        "div_f32_cycles": 15, "sqrt_f32_cycles": 10,
+        "cores": 2, "clock_mhz": 1000.0, "flop_per_cycle": 0.5, "div_f64_cycles": 30, "sqrt_f64_cycles": 20,
+        "div_f32_cycles": 15, "sqrt_f32_cycles": 10, "build_flops_per_nonzero": 0.0, "cache_line_bytes": 64,
+        "parallel_fraction": 0.5, "fork_join_us": 0.01,
     },
     "pl": {
         "clock_mhz": 100.0, "lanes": 2, "dividers": 1, "segment_overhead_cycles": 4, "overlap_exponent": 1.0,
     },
     "link": {
         "register_write_ns": 60.0, "register_read_fixed_ns": 100.0, "register_read_pl_cycles": 10.0,
+        "core_write_ns_per_byte": 15.0, "core_write_pl_cycles_per_byte": 0.0,
+        "core_read_ns_per_byte": 0.0, "core_read_pl_cycles_per_byte": 5.0,
         "dma_fixed_us": 2.0, "dma_to_pl_bytes_per_pl_cycle": 2.0, "dma_to_ps_bytes_per_pl_cycle": 1.0,
-        "port_mb_s": 1000.0, "ddr_efficiency": 0.5, "interrupt_entry_us": 1.0, "frame_register_writes": 4,
+        "port_mb_s": 1000.0, "ddr_efficiency": 0.5, "cache_clean_ns_per_line": 0.0,
+        "cache_invalidate_ns_per_line": 0.0, "frame_register_writes": 4,
         "status_register_reads": 1, "flags_per_register": 32, "acknowledge_register_writes": 1,
+    },
+    "runtime": {
+        "completion": "interrupt", "schedule": "serial", "interrupt_entry_us": 1.0, "cores_used": 1,
+        "ps_jitter_fraction": 0.5, "link_jitter_fraction": 0.25, "interrupt_jitter_us": 2.0, "jitter_exponent": 1.0,
     },
     "resources": {"lut": 1, "ff": 1, "dsp": 1, "bram36": 1},
 }  # fmt: skip
-_TEXTS = {"ps": 'core = "paper core"', "pl": 'latency_preset = "orbsoc_rtl"', "link": "", "resources": ""}
+_TEXTS = {
+    "ps": 'core = "paper core"',
+    "pl": 'latency_preset = "orbsoc_rtl"',
+    "link": "",
+    "runtime": "",
+    "resources": "",
+}
 
 
 def platform_toml(**changes: str) -> str:
@@ -35,7 +50,7 @@ def platform_toml(**changes: str) -> str:
     for section, parameters in _PARAMETERS.items():
         lines += [f"[{section}]", _TEXTS[section]]
         for key, value in parameters.items():
-            entry = f'{{ value = {value}, tag = "assumed", source = "round" }}'
+            entry = f'{{ value = {json.dumps(value)}, tag = "assumed", source = "round" }}'
             lines.append(f"{key} = {changes.pop(f'{section}_{key}', entry)}")
     assert not changes, changes
     return "\n".join(lines) + "\n"

@@ -89,7 +89,7 @@ def test_the_verdict_says_what_it_is_about(solved: Solution, deadline_ms: float,
     assert found.deadline_line.startswith(
         f"modelled deadline verdict for the conic solves of the plan: {verdict}: "
     )
-    assert "the rest of the outer loop are not in it" in found.deadline_line
+    assert "the rest of the outer loop is not in it" in found.deadline_line
     written = found.to_dict()
     assert (written["headline"], written["deadline_line"]) == (found.headline, found.deadline_line)
 

@@ -51,6 +51,11 @@ class PsScheduler:
         """All solves since this scheduler was made, as hw_model reads them ("orbsoc.trace/1")."""
         return self._recorder.as_dict()
 
+    @property
+    def patterns(self) -> tuple[Problem, ...]:
+        """One problem of each sparsity pattern of the trace, in the order of `trace["patterns"]`."""
+        return tuple(self._recorder.problems)
+
     def __call__(self, problem: Problem, settings: Settings | None = None, /, **overrides: Any) -> Solution:
         """Solve on a fresh engine and a fresh PL, and add the solve to the trace.
 
