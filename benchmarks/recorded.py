@@ -34,6 +34,17 @@ def mission004() -> Iterator[tuple[str, str, Problem]]:
                 yield f"{scenario_name}-{letter}-{k}", f"{letter}, N = {nodes}", problem
 
 
+def insertion(nodes: int, count: int) -> Iterator[tuple[str, str, Problem]]:
+    """Name, group and problem of the first `count` subproblems on `nodes` nodes, of problems A and B of rec1."""
+    scenario = load_scenario(SCENARIOS / "rec1.toml").with_changes(nodes=nodes)
+    for problem_name, letter in PROBLEMS:
+        recorder = _Recorder()
+        plan(scenario, solve=recorder, problem=problem_name)
+        same = [problem for problem in recorder.problems if len(problem.cones.q) == nodes]
+        for k, problem in enumerate(same[:count]):
+            yield f"insertion {letter}-{nodes}-{k}", f"insertion {letter}, {nodes} nodes", problem
+
+
 class _Recorder:
     """`orbsoc.solve`, remembering what it was asked."""
 
