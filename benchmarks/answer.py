@@ -18,6 +18,8 @@ class Answer:
     """A primal-dual point in orbsoc's signs, x (n,), y (p,), z (m,), and what the solver says of itself.
 
     Px + c + Aᵀy + Gᵀz = 0 with z ∈ K. Times are seconds on the solver's own clock, without Python's conversions.
+    `claim` is the status in orbsoc's words: SOLVED, PRIMAL_INFEASIBLE, DUAL_INFEASIBLE, or empty for no claim;
+    `message` is what the solver adds in words.
     """
 
     x: Array
@@ -27,6 +29,8 @@ class Answer:
     iterations: int
     setup_s: float
     solve_s: float
+    claim: str = ""
+    message: str = ""
 
 
 Solve = Callable[[Problem, float], Answer]
@@ -41,6 +45,16 @@ class Variant:
     solve: Solve
 
 
+def every_problem(_: Problem) -> bool:
+    """A solver of all conic problems with quadratic cost."""
+    return True
+
+
+def no_cones(problem: Problem) -> bool:
+    """A solver of linear and quadratic programmes."""
+    return not problem.cones.q
+
+
 @dataclass(frozen=True, slots=True)
 class Solver:
     """A solver of the comparison. Of its variants, the first whose answer verifies is the one that is timed."""
@@ -48,3 +62,9 @@ class Solver:
     name: str
     version: str
     variants: tuple[Variant, ...]
+    applies: Callable[[Problem], bool] = every_problem
+    """Whether it is made for this problem; where it is not, it does not take part."""
+    timed: Callable[[Problem], bool] = every_problem
+    """Whether to time it here: false where a solve takes so long that there is nothing to compare."""
+    sampled: bool = False
+    """Timed on the first problem of each group only: a solver shown for scale."""

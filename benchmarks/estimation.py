@@ -39,9 +39,7 @@ def robust_kalman(steps: int, seed: int) -> Problem:
     b.cost(excess, 2.0 * WEIGHT * KNEE)
     under = np.vstack([np.zeros((1, 2)), -np.eye(2)])
     for k in range(steps):
-        b.equality(
-            [(x.index[k + 1], np.eye(4)), (x.index[k], -motion), (w.index[k], -pushed)], np.zeros(4)
-        )
+        b.equality([(x.index[k + 1], np.eye(4)), (x.index[k], -motion), (w.index[k], -pushed)], np.zeros(4))
         b.equality([(x.index[k, :2], np.eye(2)), (v.index[k], np.eye(2))], measured[k])
         b.nonnegative([(excess.index[k : k + 1], -np.ones((1, 1)))], [0.0])
         sum_of = np.array([[-1.0, -1.0], [0.0, 0.0], [0.0, 0.0]])

@@ -5,21 +5,25 @@ from __future__ import annotations
 import gc
 import math
 import sys
+import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.answer import Answer, Solver, Variant
 from benchmarks.families import Instance
+from orbsoc.problem import Problem
 from orbsoc.verify import Verification, verify
 
 if sys.platform == "linux":
     import resource
 
-ATTEMPTS = 20
-"""Cold solves made at most until one ran undisturbed."""
+ATTEMPTS, ATTEMPTS_S = 20, 0.3
+"""Cold solves made at most until one ran undisturbed, and seconds after which none is begun."""
+FEWEST = 3
+"""Repetitions of a slow solver."""
 COUNTS_BELOW = 1e-7
 """A time counts only when max(pres, dres, gap) of `orbsoc.verify` is no larger: one formula for every solver."""
 
@@ -43,11 +47,15 @@ class Spread:
         return (self.q3 - self.q1) / self.median if self.median else 0.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class Measurement:
-    """One solver on one problem. Where `failure` is not empty the times do not count, and it says why."""
+    """One solver on one problem of size n / p / m. Where `failure` is not empty the times do not count, and it says why."""
 
-    instance: Instance
+    problem: str
+    group: str
+    n: int
+    p: int
+    m: int
     solver: str
     variant: str
     status: str
@@ -73,6 +81,13 @@ class _Runs:
     worst: Verification = field(default_factory=lambda: Verification(0.0, 0.0, 0.0))
     status: str = ""
 
+    @classmethod
+    def first(cls, answer: Answer, verification: Verification) -> _Runs:
+        """The answer that chose the variant. Its time stays only when there is no other: it warms the caches."""
+        runs = cls()
+        runs.add(answer, verification)
+        return runs
+
     def add(self, answer: Answer, verification: Verification) -> None:
         self.setup_s.append(answer.setup_s)
         self.solve_s.append(answer.solve_s)
@@ -88,21 +103,29 @@ def measure(
     *,
     repeats: int,
     tol: float,
+    patience_s: float = 1.0,
     progress: Callable[[str], None] = lambda line: None,
 ) -> list[Measurement]:
     """Time every solver on every problem `repeats` times, in the order A B C D, B C D A, … within each problem.
 
-    Before, each solver answers each problem once, untimed: this chooses its variant. A solve from which the
-    operating system took its core away is made again, whosesoever it is. Raises ValueError when repeats < 1.
+    Before, each solver answers each problem once: this chooses its variant. One whose answer does not verify has no
+    time, and is not asked again; one that takes longer than `patience_s` / repeats is asked less often, at least
+    `FEWEST` times. A solve from which the operating system took its core away is made again, whosesoever it is.
+    Raises ValueError when repeats < 1.
     """
     if repeats < 1:
         raise ValueError(f"repeats = {repeats} must be 1 or more")
-    variants = {
-        (i, s): _chosen(solver, instance, tol)
-        for i, instance in enumerate(instances)
-        for s, solver in enumerate(solvers)
-    }
-    runs: dict[tuple[int, int], _Runs] = {key: _Runs() for key in variants}
+    variants: dict[tuple[int, int], Variant] = {}
+    runs: dict[tuple[int, int], _Runs] = {}
+    visits: dict[tuple[int, int], int] = {}
+    for i, instance in enumerate(instances):
+        first = all(earlier.group != instance.group for earlier in instances[:i])
+        for s, solver in enumerate(solvers):
+            if _takes_part(solver, instance, first):
+                variants[i, s], answer = _chosen(solver, instance, tol)
+                runs[i, s] = _Runs.first(answer, verify(instance.problem, answer))
+                visits[i, s] = _visits(runs[i, s], repeats, patience_s)
+        progress(f"first answers, problem {i + 1} of {len(instances)}")
     collecting = gc.isenabled()
     gc.disable()
     try:
@@ -110,42 +133,70 @@ def measure(
             for i, instance in enumerate(instances):
                 for k in range(len(solvers)):
                     s = (k + repeat + i) % len(solvers)
-                    answer = _undisturbed(variants[i, s], instance, tol)
-                    runs[i, s].add(answer, verify(instance.problem, answer))
+                    if repeat < visits.get((i, s), 0):
+                        answer = undisturbed(variants[i, s], instance.problem, tol)
+                        runs[i, s].add(answer, verify(instance.problem, answer))
             gc.collect()
             progress(f"repetition {repeat + 1} of {repeats}")
     finally:
         if collecting:
             gc.enable()
     return [
-        _summary(instances[i], solvers[s].name, variants[i, s].label, found) for (i, s), found in runs.items()
+        _summary(instances[i], solvers[s].name, variants[i, s].label, runs[i, s]) for i, s in sorted(runs)
     ]
 
 
-def _undisturbed(variant: Variant, instance: Instance, tol: float) -> Answer:
-    """A cold solve without a forced context switch; the last of `ATTEMPTS` when there is none."""
-    for _ in range(ATTEMPTS - 1):
-        before = forced_switches()
-        answer = variant.solve(instance.problem, tol)
-        if forced_switches() == before:
+def _takes_part(solver: Solver, instance: Instance, first: bool) -> bool:
+    return (
+        solver.applies(instance.problem) and solver.timed(instance.problem) and (first or not solver.sampled)
+    )
+
+
+def _visits(runs: _Runs, repeats: int, patience_s: float) -> int:
+    """How often to repeat what took so long, and ended so, the first time."""
+    if not runs.worst.worst <= COUNTS_BELOW:
+        return 0
+    once = runs.setup_s[0] + runs.solve_s[0]
+    return min(repeats, max(FEWEST, int(patience_s / once)))
+
+
+def undisturbed(variant: Variant, problem: Problem, tol: float) -> Answer:
+    """A cold solve without a forced context switch.
+
+    Where several attempts bring none, the one that kept its core for the largest share of the time, with its times
+    scaled by that share: what a core did for others is nobody's solve time.
+    """
+    started = time.perf_counter()
+    best, best_share = None, 0.0
+    for _ in range(ATTEMPTS):
+        switches, wall, cpu = forced_switches(), time.perf_counter(), time.process_time()
+        answer = variant.solve(problem, tol)
+        if forced_switches() == switches:
             return answer
-    return variant.solve(instance.problem, tol)
+        share = min(1.0, (time.process_time() - cpu) / (time.perf_counter() - wall))
+        if best is None or share > best_share:
+            best, best_share = answer, share
+        if time.perf_counter() - started > ATTEMPTS_S:
+            break
+    assert best is not None  # ATTEMPTS ≥ 1
+    return replace(best, setup_s=best.setup_s * best_share, solve_s=best.solve_s * best_share)
 
 
 def forced_switches() -> int:
-    """How often this thread has lost its core against its will; always 0 where the system does not tell."""
+    """How often this process has lost a core against its will; always 0 where the system does not tell."""
     if sys.platform != "linux":
         return 0
-    return resource.getrusage(resource.RUSAGE_THREAD).ru_nivcsw
+    return resource.getrusage(resource.RUSAGE_SELF).ru_nivcsw
 
 
-def _chosen(solver: Solver, instance: Instance, tol: float) -> Variant:
-    """The first variant whose answer verifies; the first of all when none does."""
+def _chosen(solver: Solver, instance: Instance, tol: float) -> tuple[Variant, Answer]:
+    """The first variant whose answer verifies, with that answer; the first of all when none does."""
+    answers: list[Answer] = []
     for variant in solver.variants:
-        answer = variant.solve(instance.problem, tol)
-        if verify(instance.problem, answer).worst <= COUNTS_BELOW:
-            return variant
-    return solver.variants[0]
+        answers.append(variant.solve(instance.problem, tol))
+        if verify(instance.problem, answers[-1]).worst <= COUNTS_BELOW:
+            return variant, answers[-1]
+    return solver.variants[0], answers[0]
 
 
 def _summary(instance: Instance, solver: str, variant: str, runs: _Runs) -> Measurement:
@@ -159,16 +210,20 @@ def _summary(instance: Instance, solver: str, variant: str, runs: _Runs) -> Meas
         )
     elif len(runs.iterations) > 1:
         failure = f"iterations differ between cold solves: {sorted(runs.iterations)}"
-    totals = [a + b for a, b in zip(runs.setup_s, runs.solve_s, strict=True)]
+    timed = slice(1 if len(runs.solve_s) > 1 else 0, None)
+    setups, solves = runs.setup_s[timed], runs.solve_s[timed]
+    totals = [a + b for a, b in zip(setups, solves, strict=True)]
     return Measurement(
-        instance,
+        instance.name,
+        instance.group,
+        *(instance.problem.n, instance.problem.p, instance.problem.m),
         solver,
         variant,
         runs.status,
         max(runs.iterations),
         runs.worst,
-        Spread.of(runs.setup_s),
-        Spread.of(runs.solve_s),
+        Spread.of(setups),
+        Spread.of(solves),
         Spread.of(totals),
         failure,
     )

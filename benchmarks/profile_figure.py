@@ -24,8 +24,8 @@ def factors(measurements: Sequence[Measurement], *, kind: str = "solve") -> dict
     times: dict[str, dict[str, float]] = {}
     for m in measurements:
         spread = m.solve if kind == "solve" else m.total
-        times.setdefault(m.solver, {})[m.instance.name] = spread.median if m.counts else np.inf
-    names = list(dict.fromkeys(m.instance.name for m in measurements))
+        times.setdefault(m.solver, {})[m.problem] = spread.median if m.counts else np.inf
+    names = list(dict.fromkeys(m.problem for m in measurements))
     table = np.array([[times[solver].get(name, np.inf) for name in names] for solver in times])
     best = table.min(axis=0)
     kept = np.isfinite(best)
@@ -70,7 +70,7 @@ def profile_figure(
         axes.grid(alpha=0.3)
     panels[0].set_ylabel("share of problems")
     panels[1].legend(loc="lower right", framealpha=0.9)
-    count = len({m.instance.name for m in measurements})
+    count = len({m.problem for m in measurements})
     figure.suptitle(f"{title}: {count} problems, {header['machine']}, {header['date']}", fontsize=11)
     figure.savefig(path, dpi=150)
     plt.close(figure)

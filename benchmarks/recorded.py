@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 import orbsoc
 from orbsoc.missions.reachable_insertion import load_scenario, plan
-from orbsoc.missions.reachable_insertion.scenario import ProblemName
+from orbsoc.missions.reachable_insertion.scenario import ProblemName, Scenario
 from orbsoc.problem import Problem
 from orbsoc.settings import Settings
 from orbsoc.solution import Solution
@@ -43,6 +47,42 @@ def insertion(nodes: int, count: int) -> Iterator[tuple[str, str, Problem]]:
         same = [problem for problem in recorder.problems if len(problem.cones.q) == nodes]
         for k, problem in enumerate(same[:count]):
             yield f"insertion {letter}-{nodes}-{k}", f"insertion {letter}, {nodes} nodes", problem
+
+
+def first_insertions(nodes: int, count: int) -> list[Problem]:
+    """The first subproblem of problem A of rec1 from `count` places: up to 500 m and 5 m/s off, axis by axis."""
+    random = np.random.default_rng(nodes)
+    scenario = load_scenario(SCENARIOS / "rec1.toml").with_changes(nodes=nodes)
+    return [_first_problem(scenario, random.uniform(-1.0, 1.0, (2, 3))) for _ in range(count)]
+
+
+def _first_problem(scenario: Scenario, shift: NDArray[np.float64]) -> Problem:
+    place, motion = shift * np.array([[500.0], [5.0]])
+    initial = scenario.initial
+    moved = initial.model_copy(
+        update={
+            "position_m": tuple(np.asarray(initial.position_m) + place),
+            "velocity_m_s": tuple(np.asarray(initial.velocity_m_s) + motion),
+        }
+    )
+    asked = _FirstAsked()
+    with contextlib.suppress(_Enough):
+        plan(scenario.model_copy(update={"initial": moved}), solve=asked, problem="min_time")
+    return asked.problem
+
+
+class _Enough(Exception):
+    """The problem wanted has been asked for."""
+
+
+class _FirstAsked:
+    """Takes the place of a solver, keeps the first problem and ends the plan."""
+
+    problem: Problem
+
+    def __call__(self, problem: Problem, settings: Settings | None = None, /, **overrides: Any) -> Solution:
+        self.problem = problem
+        raise _Enough
 
 
 class _Recorder:

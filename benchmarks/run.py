@@ -16,15 +16,14 @@ from benchmarks.answer import Solver
 from benchmarks.circumstances import circumstances
 from benchmarks.families import FAMILIES, instances
 from benchmarks.measure import Measurement, measure
-from benchmarks.peers import solvers
+from benchmarks.peers import DEFAULT, solvers
 from benchmarks.profile_figure import profile_figure
+from benchmarks.records import to_csv, to_json
 from benchmarks.tables import (
     circumstances_line,
     comparison_table,
     group_table,
     residual_table,
-    to_csv,
-    to_json,
 )
 from benchmarks.verdict import verdict
 
@@ -63,7 +62,7 @@ def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--repeats", type=int, default=30)
     parser.add_argument("--tol", type=float, default=1e-8)
-    parser.add_argument("--solvers", default="orbsoc,clarabel,ecos,qoco", help="comma-separated")
+    parser.add_argument("--solvers", default=",".join(DEFAULT), help="comma-separated")
     parser.add_argument("--out", type=Path, default=Path("out/bench"))
     parser.add_argument(
         "--readme", type=Path, help="file whose benchmark block gets the first family's result"

@@ -105,9 +105,7 @@ def subproblem(reference: Reference) -> Problem:
             np.zeros(2 * STATES),
         )
     change = np.array([[1.0], [-1.0]])
-    b.nonnegative(
-        [(duration, change), (later, -np.ones((2, 1)))], [reference.duration, -reference.duration]
-    )
+    b.nonnegative([(duration, change), (later, -np.ones((2, 1)))], [reference.duration, -reference.duration])
     b.nonnegative([(later, np.ones((1, 1)))], [0.2 * reference.duration])
     for k in range(nodes):
         _limits(b, reference, k, x, u)
@@ -121,7 +119,9 @@ def _limits(b: ConicBuilder, reference: Reference, k: int, x: Variable, u: Varia
     """What state and thrust must obey at node k; the thrust's lower bound is linearised."""
     direction = reference.controls[k] / np.linalg.norm(reference.controls[k])
     b.nonnegative([(x.index[k, :1], -np.ones((1, 1)))], [-DRY_MASS])
-    every = sparse.coo_array((-direction, (np.zeros(CONTROLS, int), np.arange(CONTROLS))), shape=(1, CONTROLS))
+    every = sparse.coo_array(
+        (-direction, (np.zeros(CONTROLS, int), np.arange(CONTROLS))), shape=(1, CONTROLS)
+    )
     b.nonnegative([(u.index[k], every)], [-LEAST_THRUST])
     slope = np.array([[0.0, 0.0, np.tan(SLOPE_RAD)], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     b.second_order([(x.index[k, 1:4], -slope)], np.zeros(3))
@@ -225,4 +225,5 @@ def _pattern() -> NDArray[np.bool_]:
     random = np.random.default_rng(0)
     states, controls = random.uniform(0.5, 1.5, (2, STATES)), random.uniform(0.5, 1.5, (2, CONTROLS))
     [J] = linearised(Reference(states, controls, 1.0))[1]
-    return J != 0.0
+    pattern: NDArray[np.bool_] = J != 0.0
+    return pattern

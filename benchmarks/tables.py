@@ -1,68 +1,15 @@
-"""Measurements as CSV, as JSON, and as the Markdown tables of README and docs."""
+"""Measurements as the Markdown tables of README and docs."""
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from benchmarks.measure import Measurement, geometric_mean
 
 OURS = "orbsoc"
-
-
-def records(measurements: Iterable[Measurement]) -> list[dict[str, Any]]:
-    """One flat record for each solver on each problem; times in µs."""
-    return [
-        {
-            "problem": m.instance.name,
-            "group": m.instance.group,
-            "n": m.instance.problem.n,
-            "p": m.instance.problem.p,
-            "m": m.instance.problem.m,
-            "solver": m.solver,
-            "settings": m.variant or "default",
-            "status": m.status,
-            "counts": m.counts,
-            "failure": m.failure,
-            "iterations": m.iterations,
-            "pres": m.verification.pres,
-            "dres": m.verification.dres,
-            "gap": m.verification.gap,
-            **{
-                f"{name}_{part}_us": round(getattr(spread, part), 2)
-                for name, spread in (("setup", m.setup), ("solve", m.solve), ("total", m.total))
-                for part in ("median", "q1", "q3")
-            },
-        }
-        for m in measurements
-    ]
-
-
-def to_csv(header: Mapping[str, str], measurements: Sequence[Measurement]) -> str:
-    """CSV with the header as `# key: value` lines."""
-    out = io.StringIO()
-    out.writelines(f"# {key}: {value}\n" for key, value in header.items())
-    rows = records(measurements)
-    writer = csv.DictWriter(out, fieldnames=list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return out.getvalue()
-
-
-def to_json(header: Mapping[str, str], measurements: Sequence[Measurement]) -> str:
-    """Schema `orbsoc.bench/1`: header and records; a residual that is not finite is null."""
-    rows = [
-        {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
-        for row in records(measurements)
-    ]
-    document = {"schema": "orbsoc.bench/1", "header": dict(header), "measurements": rows}
-    return json.dumps(document, indent=1, allow_nan=False) + "\n"
 
 
 def circumstances_line(header: Mapping[str, str]) -> str:
@@ -125,9 +72,9 @@ def comparison_table(measurements: Sequence[Measurement]) -> str:
         "| its set-up and solve over ours | our iterations over its, ratio of means | ours faster on |",
         "|---|--:|--:|--:|--:|--:|",
     ]
-    ours = {m.instance.name: m for m in measurements if m.solver == OURS and m.counts}
+    ours = {m.problem: m for m in measurements if m.solver == OURS and m.counts}
     for peer, rows in by_solver(measurements).items():
-        pairs = [(ours[m.instance.name], m) for m in rows if m.counts and m.instance.name in ours]
+        pairs = [(ours[m.problem], m) for m in rows if m.counts and m.problem in ours]
         if peer == OURS or not pairs:
             continue
         ratios = [theirs.solve.median / mine.solve.median for mine, theirs in pairs]
@@ -152,7 +99,7 @@ def residual_table(measurements: Sequence[Measurement]) -> str:
 
 def by_group(measurements: Iterable[Measurement]) -> dict[str, list[Measurement]]:
     """Measurements by the group of their problem, in order of appearance."""
-    return _sorted_into(measurements, lambda m: m.instance.group)
+    return _sorted_into(measurements, lambda m: m.group)
 
 
 def by_solver(measurements: Iterable[Measurement]) -> dict[str, list[Measurement]]:
@@ -162,7 +109,7 @@ def by_solver(measurements: Iterable[Measurement]) -> dict[str, list[Measurement
 
 def by_problem(measurements: Iterable[Measurement]) -> dict[str, list[Measurement]]:
     """Measurements by problem, in order of appearance."""
-    return _sorted_into(measurements, lambda m: m.instance.name)
+    return _sorted_into(measurements, lambda m: m.problem)
 
 
 def _sorted_into(
@@ -179,9 +126,9 @@ def _median(values: Iterable[float]) -> float:
 
 
 def _label(group: str, members: Sequence[Measurement]) -> str:
-    p = members[0].instance.problem
-    count = len({m.instance.name for m in members})
-    return f"{group}: {count} of {p.n} / {p.p} / {p.m}"
+    first = members[0]
+    count = len({m.problem for m in members})
+    return f"{group}: {count} of {first.n} / {first.p} / {first.m}"
 
 
 def _why_no_time(rows: Sequence[Measurement]) -> str:

@@ -39,7 +39,7 @@ _Compared = tuple[dict[str, Measurement], Measurement]
 
 
 def _solved(ours: Sequence[Measurement]) -> str:
-    failed = [f"{m.instance.name} ({m.failure})" for m in ours if not m.counts]
+    failed = [f"{m.problem} ({m.failure})" for m in ours if not m.counts]
     return f"{_holds(not failed)} solved and verified at {COUNTS_BELOW:g}: {len(ours) - len(failed)} of {len(ours)}{_but(failed)}"
 
 
@@ -61,7 +61,7 @@ def _iterations(problems: Sequence[_Compared]) -> str:
 def _time(problems: Sequence[_Compared]) -> str:
     pairs = [(mine, peer) for peers, mine in problems if mine.counts for peer in peers.values()]
     slower = [
-        f"{mine.instance.name} ({mine.solve.median:.0f} µs, {peer.solver} {peer.solve.median:.0f} µs)"
+        f"{mine.problem} ({mine.solve.median:.0f} µs, {peer.solver} {peer.solve.median:.0f} µs)"
         for mine, peer in pairs
         if not mine.solve.median < peer.solve.median
     ]

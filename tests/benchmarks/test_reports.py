@@ -13,8 +13,9 @@ from benchmarks.answer import Answer, Solver, Variant
 from benchmarks.families import Instance
 from benchmarks.measure import Measurement, Spread, measure
 from benchmarks.profile_figure import factors
+from benchmarks.records import to_csv, to_json
 from benchmarks.run import insert
-from benchmarks.tables import comparison_table, group_table, to_csv, to_json
+from benchmarks.tables import comparison_table, group_table
 from benchmarks.verdict import verdict
 from orbsoc.problem import Cones, Problem
 

@@ -1,0 +1,116 @@
+"""A solver in a process of its own: what crashes or takes too long there ends there."""
+
+from __future__ import annotations
+
+import multiprocessing
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+
+from benchmarks.answer import Solver, Variant
+from benchmarks.judgement import DEFAULTS, LOOSE, TIGHT, Judged, judged, lost
+from benchmarks.peers import solvers
+from benchmarks.public_sets import Listed, load
+from orbsoc.problem import Problem
+
+START_S = 60.0
+"""Time that a process may take to begin."""
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    listed: Listed
+    tol: float
+
+
+def _serve(name: str, pipe: Connection) -> None:
+    """The process: says that it is there, then answers questions until the pipe closes."""
+    [solver], _ = solvers((name,))
+    pipe.send("ready")
+    while True:
+        try:
+            question: Question = pipe.recv()
+        except EOFError:
+            return
+        pipe.send(_answered(solver, question))
+
+
+def _answered(solver: Solver, question: Question) -> list[Judged]:
+    """The row of the solver's defaults; where they do not verify, the best of its other settings, too.
+
+    Empty where the solver is not made for the problem.
+    """
+    problem = load(Path(question.listed.path))
+    if not solver.applies(problem):
+        return []
+    default, *others = solver.variants
+    rows = [_row(solver, default, problem, question)]
+    if others and not rows[0].verified(TIGHT):
+        tried = [_row(solver, variant, problem, question) for variant in others]
+        rows.append(min(tried, key=lambda row: (not row.verified(LOOSE), row.residual)))
+    return rows
+
+
+def _row(solver: Solver, variant: Variant, problem: Problem, question: Question) -> Judged:
+    asked = question.listed
+    where = (asked.set, asked.name, asked.expected)
+    who = (solver.name, solver.version, variant.label or DEFAULTS)
+    try:
+        answer = variant.solve(problem, question.tol)
+    except Exception as error:
+        return lost(where=where, who=who, tol=question.tol, outcome=f"raises {type(error).__name__}")
+    return judged(problem, answer, where=where, who=who, tol=question.tol)
+
+
+class SolverProcess:
+    """One solver, asked one problem after the other, under a time limit for each."""
+
+    def __init__(self, name: str, solver: Solver) -> None:
+        self.name = name
+        self.solver = solver
+        self._process: BaseProcess | None = None
+        self._pipe: Connection | None = None
+
+    def ask(self, listed: Listed, tol: float, limit_s: float) -> list[Judged]:
+        """The rows, none where the solver does not take part. After a crash or the limit the next starts afresh."""
+        pipe = self._started()
+        pipe.send(Question(listed, tol))
+        outcome = "crashed"
+        try:
+            if pipe.poll(limit_s):
+                rows: list[Judged] = pipe.recv()
+                return rows
+            outcome = f"time limit of {limit_s:g} s"
+        except (EOFError, ConnectionError):
+            pass
+        self.close()
+        where = (listed.set, listed.name, listed.expected)
+        who = (self.solver.name, self.solver.version, DEFAULTS)
+        return [lost(where=where, who=who, tol=tol, outcome=outcome)]
+
+    def close(self) -> None:
+        """End the process, if there is one."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.join()
+            self._process = None
+        if self._pipe is not None:
+            self._pipe.close()
+            self._pipe = None
+
+    def _started(self) -> Connection:
+        if self._pipe is not None and self._process is not None and self._process.is_alive():
+            return self._pipe
+        self.close()
+        context = multiprocessing.get_context("spawn")
+        here, there = context.Pipe()
+        self._process = context.Process(target=_serve, args=(self.name, there), daemon=True)
+        self._process.start()
+        there.close()
+        self._pipe = here
+        if not here.poll(START_S):
+            self.close()
+            raise TimeoutError(f"the process of {self.name} did not begin within {START_S:.0f} s")
+        here.recv()
+        return here
