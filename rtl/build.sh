@@ -1,6 +1,8 @@
 #!/bin/sh
 # Build a Verilator model with its harness and print the path of the executable.
-# Usage: rtl/build.sh TOP [-GNAME=VALUE ...]     TOP: units (floating-point units) or engine (the PL)
+# Usage: rtl/build.sh units -GEXP=11 -GMAN=52 -GADD_CYCLES=6 -GMUL_CYCLES=7 -GDIV_CYCLES=32
+#        rtl/build.sh engine -GFP=64 -GLANES=4 -GDIVIDERS=1 -GBANKS=16 -GADDRESS_BITS=14 -GSEQUENCER=0
+# The engine needs all six (SEQUENCER: 0 flat, 1 compressed, 2 in order); its harness knows them too, as PL_LANES ....
 # The result is kept under $ORBSOC_RTL_CACHE (default ~/.cache/orbsoc/rtl) by the hash of sources, parameters and tool.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
@@ -21,9 +23,11 @@ if [ ! -x "$built" ]; then
   mkdir -p "$cache"
   work=$(mktemp -d "$cache/building.XXXXXX")
   trap 'rm -rf "$work"' EXIT
+  defines=$(printf '%s ' "$@" | sed 's/-G/-DPL_/g')
+  # Unused: a parameter file included for one of its numbers; bits of an address that a unit does not have.
   # shellcheck disable=SC2086  # the lists are meant to be split
-  if ! verilator --cc --exe --build -Wall -O3 --x-assign fast --x-initial fast --noassert -I"$here" "$@" --top-module "$top" \
-    -CFLAGS "-O2 -std=c++17 -I$here/harness" --Mdir "$work/model" -o "$work/$top" "$here"/fpu/*.sv $sources >"$work/log" 2>&1
+  if ! verilator --cc --exe --build -Wall -Wno-UNUSED -O3 --x-assign fast --x-initial fast --noassert -I"$here" "$@" --top-module "$top" \
+    -CFLAGS "-O2 -std=c++17 -I$here/harness $defines" --Mdir "$work/model" -o "$work/$top" "$here"/fpu/*.sv $sources >"$work/log" 2>&1
   then
     cat "$work/log" >&2
     exit 1

@@ -1,0 +1,204 @@
+// The PL: register file, sequencer, datapath, and the checks that watch them. docs/pl-machine.md describes it.
+// SEQUENCER: 0 flat microcode, 2 in order with fetch gaps. CHECKS = 0 leaves the checks out (synthesis).
+module engine #(
+    parameter int FP = 64,
+    parameter int LANES = 4,
+    parameter int DIVIDERS = 1,
+    parameter int BANKS = 16,
+    parameter int ADDRESS_BITS = 14,
+    parameter int CODE_BITS = 17,
+    parameter int SEQUENCER = 0,
+    parameter int CHECKS = 1,
+    parameter int W = FP,
+    parameter int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2)
+) (
+    input logic clock,
+    input logic reset,
+    // Registers.
+    input logic bus_write,
+    input logic bus_read,
+    input logic [15:0] bus_address,
+    input logic [31:0] bus_value,
+    output logic [31:0] bus_answer,
+    output logic irq,
+    // Storage, while nothing runs; a word read is there three cycles later.
+    input logic host_write,
+    input logic host_read,
+    input logic [ADDRESS_BITS-1:0] host_address,
+    input logic [W-1:0] host_word,
+    output logic [W-1:0] host_value,
+    // Microcode memory, while nothing runs, and whether fetch delivers (in-order sequencer).
+    input logic code_write,
+    input logic [CODE_BITS-1:0] code_address,
+    input logic [WIDTH-1:0] code_word,
+    input logic fetch_valid,
+    output logic fetch_wanted,
+    // Busy, the cycles it has been or was up, and the rules violated in this cycle.
+    output logic busy,
+    output logic [31:0] cycles,
+    output logic [7:0] violations
+);
+  `include "latency.svh"
+  `include "engine.svh"
+
+  localparam int EXP = FP == 64 ? 11 : 8;
+  localparam int MAN = FP == 64 ? 52 : 23;
+  localparam int ADD = FP == 64 ? F64_ADD_CYCLES : F32_ADD_CYCLES;
+  localparam int MUL = FP == 64 ? F64_MUL_CYCLES : F32_MUL_CYCLES;
+  localparam int DIV = FP == 64 ? F64_DIV_CYCLES : F32_DIV_CYCLES;
+  localparam int SQRT = FP == 64 ? F64_SQRT_CYCLES : F32_SQRT_CYCLES;
+  localparam int UNITS = LANES + DIVIDERS;
+  localparam int FLIGHTS = LANES * (3 + MUL + ADD) + DIVIDERS * 4;
+
+  // These four are how the engine is built; a file that says otherwise is wrong.
+  initial begin
+    if (READ_CYCLES != 3 || WRITE_CYCLES != 1 || STARTUP_CYCLES != 2 || FINISH_CYCLES != 1 || SQRT != DIV) begin
+      $display("engine.svh or latency.svh names a latency that this engine does not have");
+      $finish;
+    end
+  end
+
+  logic start, issue, empty, enable, was_busy, ended;
+  logic [CODE_BITS-1:0] start_address;
+  logic [WIDTH-1:0] word;
+  registers #(
+      .CODE_BITS(CODE_BITS)
+  ) control (
+      .clock(clock),
+      .reset(reset),
+      .write(bus_write),
+      .read(bus_read),
+      .address(bus_address),
+      .value(bus_value),
+      .answer(bus_answer),
+      .interrupt(irq),
+      .start(start),
+      .start_address(start_address),
+      .ended(ended)
+  );
+
+  logic [FLIGHTS-1:0] flight_valid;
+  logic [FLIGHTS*ADDRESS_BITS-1:0] flight_address;
+  generate
+    if (SEQUENCER == 2) begin : g_in_order
+      sequencer_in_order #(
+          .ADD(ADD),
+          .MUL(MUL),
+          .DIV(DIV),
+          .SIMPLE(SIMPLE_CYCLES),
+          .LANES(LANES),
+          .DIVIDERS(DIVIDERS),
+          .BANKS(BANKS),
+          .ADDRESS_BITS(ADDRESS_BITS),
+          .FLIGHTS(FLIGHTS),
+          .QUEUE_DEPTH(QUEUE_DEPTH),
+          .CODE_BITS(CODE_BITS)
+      ) sequencer (
+          .clock(clock),
+          .reset(reset),
+          .code_write(code_write),
+          .code_address(code_address),
+          .code_word(code_word),
+          .start(start),
+          .start_address(start_address),
+          .fetch_valid(fetch_valid),
+          .flight_valid(flight_valid),
+          .flight_address(flight_address),
+          .empty(empty),
+          .fetch_wanted(fetch_wanted),
+          .busy(busy),
+          .issue(issue),
+          .word(word)
+      );
+      assign enable = 1'b1;
+    end else begin : g_flat
+      sequencer_flat #(
+          .WIDTH(WIDTH),
+          .CODE_BITS(CODE_BITS)
+      ) sequencer (
+          .clock(clock),
+          .reset(reset),
+          .code_write(code_write),
+          .code_address(code_address),
+          .code_word(code_word),
+          .start(start),
+          .start_address(start_address),
+          .empty(empty),
+          .busy(busy),
+          .issue(issue),
+          .word(word)
+      );
+      assign enable = 1'b1;
+      assign fetch_wanted = 1'b0;
+    end
+  endgenerate
+
+  // The end of busy, and how long it was.
+  assign ended = was_busy && !busy;
+  always_ff @(posedge clock) begin
+    was_busy <= busy && !reset;
+    if (reset || start) cycles <= '0;
+    else if (busy) cycles <= cycles + 32'd1;
+  end
+
+  logic [UNITS-1:0] result_valid;
+  logic [UNITS*ADDRESS_BITS-1:0] result_address;
+  logic read_conflict, result_conflict, write_conflict, divider_busy;
+  datapath #(
+      .EXP(EXP),
+      .MAN(MAN),
+      .ADD(ADD),
+      .MUL(MUL),
+      .DIV(DIV),
+      .SIMPLE(SIMPLE_CYCLES),
+      .LANES(LANES),
+      .DIVIDERS(DIVIDERS),
+      .BANKS(BANKS),
+      .ADDRESS_BITS(ADDRESS_BITS)
+  ) path (
+      .clock(clock),
+      .reset(reset),
+      .enable(enable),
+      .fields(word[WIDTH-1:1]),
+      .host_read(host_read && !busy),
+      .host_write(host_write && !busy),
+      .host_address(host_address),
+      .host_word(host_word),
+      .host_value(host_value),
+      .flight_valid(flight_valid),
+      .flight_address(flight_address),
+      .result_valid(result_valid),
+      .result_address(result_address),
+      .empty(empty),
+      .read_conflict(read_conflict),
+      .result_conflict(result_conflict),
+      .write_conflict(write_conflict),
+      .divider_busy(divider_busy)
+  );
+
+  generate
+    if (CHECKS != 0) begin : g_checks
+      checks #(
+          .LANES(LANES),
+          .DIVIDERS(DIVIDERS),
+          .ADDRESS_BITS(ADDRESS_BITS)
+      ) watch (
+          .clock(clock),
+          .reset(reset),
+          .enable(enable),
+          .fields(word[WIDTH-1:1]),
+          .host_write(host_write && !busy),
+          .host_address(host_address),
+          .result_valid(result_valid),
+          .result_address(result_address),
+          .read_conflict(read_conflict),
+          .result_conflict(result_conflict),
+          .write_conflict(write_conflict),
+          .divider_busy(divider_busy),
+          .violations(violations)
+      );
+    end else begin : g_no_checks
+      assign violations = '0;
+    end
+  endgenerate
+endmodule

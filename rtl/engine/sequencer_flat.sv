@@ -1,0 +1,44 @@
+// Static sequencer: the words of a segment one after another, one a cycle, to the one whose last bit is set.
+// First busy cycle: address register; second: microcode memory; third: the first word is in the issue register.
+module sequencer_flat #(
+    parameter int WIDTH = 285,
+    parameter int CODE_BITS = 16
+) (
+    input logic clock,
+    input logic reset,
+    input logic code_write,
+    input logic [CODE_BITS-1:0] code_address,
+    input logic [WIDTH-1:0] code_word,
+    input logic start,
+    input logic [CODE_BITS-1:0] start_address,
+    input logic empty,
+    output logic busy,
+    output logic issue,
+    output logic [WIDTH-1:0] word
+);
+  logic [WIDTH-1:0] code[0:(1<<CODE_BITS)-1];
+  logic [WIDTH-1:0] fetched;
+  logic [CODE_BITS-1:0] next;
+  logic fetched_valid, ended;  // ended: the last word is, or was, in the issue register
+
+  always_ff @(posedge clock) begin
+    if (code_write) code[code_address] <= code_word;
+    fetched <= code[next];
+    next <= start ? start_address : next + CODE_BITS'(1);
+    word <= (busy && fetched_valid && !ended) ? fetched : '0;
+  end
+  always_ff @(posedge clock) begin
+    if (reset) begin
+      busy <= 1'b0;
+      fetched_valid <= 1'b0;
+      issue <= 1'b0;
+      ended <= 1'b0;
+    end else begin
+      if (start) busy <= 1'b1;
+      else if (ended && !issue && empty) busy <= 1'b0;
+      fetched_valid <= busy && !start;
+      issue <= busy && fetched_valid && !ended;
+      ended <= busy && !(ended && !issue && empty) && (ended || (fetched_valid && fetched[0]));
+    end
+  end
+endmodule

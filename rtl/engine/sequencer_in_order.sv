@@ -1,0 +1,201 @@
+// In-order sequencer: a queue of words that fetch fills, with gaps, and whose head waits until it has no hazard.
+// Busy words are the destinations on their way; result registers, write ports and dividers are reserved ahead.
+module sequencer_in_order #(
+    parameter int ADD = 6,
+    parameter int MUL = 7,
+    parameter int DIV = 32,
+    parameter int SIMPLE = 1,
+    parameter int LANES = 4,
+    parameter int DIVIDERS = 1,
+    parameter int BANKS = 16,
+    parameter int ADDRESS_BITS = 14,
+    parameter int FLIGHTS = 68,
+    parameter int QUEUE_DEPTH = 4,
+    parameter int CODE_BITS = 16,
+    parameter int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2)
+) (
+    input logic clock,
+    input logic reset,
+    input logic code_write,
+    input logic [CODE_BITS-1:0] code_address,
+    input logic [WIDTH-1:0] code_word,
+    input logic start,
+    input logic [CODE_BITS-1:0] start_address,
+    input logic fetch_valid,
+    input logic [FLIGHTS-1:0] flight_valid,
+    input logic [FLIGHTS*ADDRESS_BITS-1:0] flight_address,
+    input logic empty,
+    output logic fetch_wanted,  // from the third busy cycle on, as long as words remain to be fetched
+    output logic busy,
+    output logic issue,
+    output logic [WIDTH-1:0] word
+);
+  `include "engine/operations.svh"
+
+  localparam int A = ADDRESS_BITS;
+  localparam int PICK = $clog2(BANKS);
+  localparam int LINE = MUL + ADD;
+  localparam int AHEAD = DIV > LINE ? DIV : LINE;
+  localparam int COUNT = $clog2(QUEUE_DEPTH + 1);
+
+  logic [COUNT-1:0] waiting, behind;  // words in the queue, and those that stay
+
+  // Fetch: the memory's output register holds the next word of the segment.
+  logic [WIDTH-1:0] code[0:(1<<CODE_BITS)-1];
+  logic [WIDTH-1:0] fetched;
+  logic [CODE_BITS-1:0] next;
+  logic warm, fetched_valid, fetched_all, push, done;
+  assign push = fetch_wanted && fetch_valid && waiting < COUNT'(QUEUE_DEPTH);
+  assign fetch_wanted = busy && fetched_valid && !fetched_all;
+  logic advance;
+  assign advance = push || (busy && !warm);
+  always_ff @(posedge clock) begin
+    if (code_write) code[code_address] <= code_word;
+    if (advance) fetched <= code[next];
+    if (start) next <= start_address;
+    else if (advance) next <= next + CODE_BITS'(1);
+  end
+
+  // The queue; its head is the issue register.
+  logic [WIDTH-1:0] queue[0:QUEUE_DEPTH-1];
+  assign behind = waiting - COUNT'(issue);
+  generate
+    for (genvar i = 0; i < QUEUE_DEPTH; i++) begin : g_queue
+      always_ff @(posedge clock) begin
+        if (push && behind == COUNT'(i)) queue[i] <= fetched;
+        else if (issue) queue[i] <= queue[(i+1)%QUEUE_DEPTH];
+      end
+    end
+  endgenerate
+  assign done = fetched_all && waiting == '0 && empty;
+  always_ff @(posedge clock) begin
+    if (reset) begin
+      busy <= 1'b0;
+      warm <= 1'b0;
+      fetched_valid <= 1'b0;
+      fetched_all <= 1'b0;
+      waiting <= '0;
+    end else begin
+      if (start) busy <= 1'b1;
+      else if (done) busy <= 1'b0;
+      warm <= busy && !done;
+      fetched_valid <= warm && !done;
+      fetched_all <= busy && !done && (fetched_all || (push && fetched[0]));
+      waiting <= behind + COUNT'(push);
+    end
+  end
+
+  // Hazards of the head.
+  logic [WIDTH-1:0] head;
+  logic [LANES*LINE-1:0] result_taken;  // bit k - 1: taken k cycles after this one (all shifted by READ)
+  logic [BANKS*AHEAD-1:0] bank_taken;
+  logic [DIVIDERS*DIV-1:0] divider_taken;
+  logic hazard;
+  assign head = queue[0];
+  assign issue = busy && waiting != '0 && !hazard;
+  assign word = issue ? head : '0;
+
+  localparam int UNITS = LANES + DIVIDERS;
+  logic [4*LANES-1:0] op;
+  logic [2*DIVIDERS-1:0] divider_op;
+  logic [UNITS*4*A-1:0] address;
+  logic [UNITS*4-1:0] uses;
+  unpack #(
+      .LANES(LANES),
+      .DIVIDERS(DIVIDERS),
+      .ADDRESS_BITS(A)
+  ) head_by_unit (
+      .fields(head[WIDTH-1:1]),
+      .op(op),
+      .divider_op(divider_op),
+      .address(address),
+      .uses(uses)
+  );
+  // Of each unit: in how many cycles (bit k - 1 for k) its result is there; and the bank it goes to.
+  logic [UNITS*AHEAD-1:0] when;
+  logic [UNITS*BANKS-1:0] into;
+  generate
+    for (genvar l = 0; l < LANES; l++) begin : g_lane
+      logic product, sum, simple;
+      assign product = is_product(op[4*l+:4]);
+      assign sum = is_sum(op[4*l+:4]);
+      assign simple = op[4*l+:4] != OP_NOP && !product && !sum;
+      for (genvar k = 1; k <= AHEAD; k++) begin : g_when
+        assign when[l*AHEAD+k-1] = (k == LINE && product && sum) || (k == MUL && product && !sum) ||
+            (k == ADD && !product && sum) || (k == SIMPLE && simple);
+      end
+    end
+    for (genvar d = 0; d < DIVIDERS; d++) begin : g_divider
+      for (genvar k = 1; k <= AHEAD; k++) begin : g_when
+        assign when[(LANES+d)*AHEAD+k-1] = k == DIV && divider_op[2*d+:2] != DIVIDER_NOP;
+      end
+    end
+    for (genvar u = 0; u < UNITS; u++) begin : g_into
+      for (genvar b = 0; b < BANKS; b++) begin : g_bank
+        assign into[u*BANKS+b] = uses[4*u+3] && address[(4*u+3)*A+:PICK] == PICK'(b);
+      end
+    end
+  endgenerate
+
+  logic [UNITS*4-1:0] word_busy;
+  logic result_hazard, bank_hazard, divider_hazard;
+  always_comb begin
+    for (int i = 0; i < UNITS * 4; i++) begin
+      word_busy[i] = 1'b0;
+      for (int f = 0; f < FLIGHTS; f++) begin
+        if (flight_valid[f] && flight_address[f*A+:A] == address[i*A+:A]) word_busy[i] = uses[i];
+      end
+    end
+  end
+  always_comb begin
+    result_hazard  = 1'b0;
+    bank_hazard    = 1'b0;
+    divider_hazard = 1'b0;
+    for (int l = 0; l < LANES; l++) begin
+      if ((result_taken[l*LINE+:LINE] & when[l*AHEAD+:LINE]) != '0) result_hazard = 1'b1;
+    end
+    for (int u = 0; u < UNITS; u++) begin
+      for (int b = 0; b < BANKS; b++) begin
+        if (into[u*BANKS+b] && (bank_taken[b*AHEAD+:AHEAD] & when[u*AHEAD+:AHEAD]) != '0) bank_hazard = 1'b1;
+      end
+    end
+    for (int d = 0; d < DIVIDERS; d++) begin
+      if (divider_op[2*d+:2] != DIVIDER_NOP && divider_taken[d*DIV+:DIV] != '0) divider_hazard = 1'b1;
+    end
+  end
+  assign hazard = word_busy != '0 || result_hazard || bank_hazard || divider_hazard;
+
+  // Reservations: those of the head come in, and all move one cycle nearer.
+  logic [LANES*LINE-1:0] result_next;
+  logic [BANKS*AHEAD-1:0] bank_next;
+  logic [DIVIDERS*DIV-1:0] divider_next;
+  always_comb begin
+    result_next = result_taken;
+    bank_next = bank_taken;
+    divider_next = divider_taken;
+    if (issue) begin
+      for (int l = 0; l < LANES; l++) begin
+        result_next[l*LINE+:LINE] = result_next[l*LINE+:LINE] | when[l*AHEAD+:LINE];
+      end
+      for (int u = 0; u < UNITS; u++) begin
+        for (int b = 0; b < BANKS; b++) begin
+          if (into[u*BANKS+b]) bank_next[b*AHEAD+:AHEAD] = bank_next[b*AHEAD+:AHEAD] | when[u*AHEAD+:AHEAD];
+        end
+      end
+      for (int d = 0; d < DIVIDERS; d++) begin
+        if (divider_op[2*d+:2] != DIVIDER_NOP) divider_next[d*DIV+DIV-1] = 1'b1;
+      end
+    end
+  end
+  always_ff @(posedge clock) begin
+    if (reset) begin
+      result_taken  <= '0;
+      bank_taken    <= '0;
+      divider_taken <= '0;
+    end else begin
+      for (int l = 0; l < LANES; l++) result_taken[l*LINE+:LINE] <= result_next[l*LINE+:LINE] >> 1;
+      for (int b = 0; b < BANKS; b++) bank_taken[b*AHEAD+:AHEAD] <= bank_next[b*AHEAD+:AHEAD] >> 1;
+      for (int d = 0; d < DIVIDERS; d++) divider_taken[d*DIV+:DIV] <= divider_next[d*DIV+:DIV] >> 1;
+    end
+  end
+endmodule

@@ -1,0 +1,103 @@
+// Validation cases of docs/pl-machine.md: a configuration, microcode, and runs with memory and expected words.
+#pragma once
+#include <cstdint>
+#include <fstream>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+struct Run {
+  std::string name;
+  uint64_t start = 0, words = 0, cycles = 0;
+  uint64_t seed = 1, level = 0;
+  std::vector<std::pair<uint64_t, uint64_t>> memory, expect;  // word address, content
+};
+
+struct Case {
+  std::map<std::string, uint64_t> config;
+  std::string format;
+  std::vector<std::string> microcode;  // hexadecimal, most significant digit first
+  std::vector<Run> runs;
+};
+
+// Reads one token after the other; every error names the file's token at fault.
+class CaseReader {
+ public:
+  explicit CaseReader(const std::string &path) : file(path) {
+    if (!file) throw std::runtime_error("cannot open " + path);
+  }
+
+  Case read() {
+    Case c;
+    expect("orbsoc-pl-case");
+    expect("1");
+    expect("config");
+    for (const char *key : {"fp", "lanes", "dividers", "banks", "address_bits"}) c.config[key] = named(key);
+    expect("format");
+    c.format = token();
+    for (uint64_t n = named("microcode"); n > 0; --n) c.microcode.push_back(token());
+    std::string word;
+    while (file >> word) {
+      if (word != "run") throw std::runtime_error("expected 'run', found '" + word + "'");
+      c.runs.push_back(run());
+    }
+    if (c.runs.empty()) throw std::runtime_error("no run in the case");
+    return c;
+  }
+
+ private:
+  Run run() {
+    Run r;
+    r.name = token();
+    r.start = named("start");
+    r.words = named("words");
+    r.cycles = named("cycles");
+    std::string word = token();
+    if (word == "gaps") {
+      r.seed = named("seed");
+      r.level = named("level");
+      word = token();
+    }
+    if (word != "memory") throw std::runtime_error("expected 'memory', found '" + word + "'");
+    r.memory = words(number());
+    r.expect = words(named("expect"));
+    expect("end");
+    return r;
+  }
+  std::vector<std::pair<uint64_t, uint64_t>> words(uint64_t n) {
+    std::vector<std::pair<uint64_t, uint64_t>> list;
+    for (; n > 0; --n) {
+      const uint64_t address = number(16);
+      list.emplace_back(address, number(16));
+    }
+    return list;
+  }
+  std::string token() {
+    std::string word;
+    if (!(file >> word)) throw std::runtime_error("the case ends too early");
+    return word;
+  }
+  void expect(const std::string &wanted) {
+    const std::string word = token();
+    if (word != wanted) throw std::runtime_error("expected '" + wanted + "', found '" + word + "'");
+  }
+  uint64_t number(int base = 10) {
+    const std::string word = token();
+    size_t end = 0;
+    uint64_t value = 0;
+    try {
+      value = std::stoull(word, &end, base);
+    } catch (const std::exception &) {
+    }
+    if (end != word.size()) throw std::runtime_error("'" + word + "' is not a number of base " + std::to_string(base));
+    return value;
+  }
+  uint64_t named(const std::string &key) {
+    expect(key);
+    return number();
+  }
+
+  std::ifstream file;
+};

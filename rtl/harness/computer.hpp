@@ -1,0 +1,119 @@
+// The engine under Verilator with the ports of a computer around it: clock, registers, storage, microcode.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "Vengine.h"
+
+constexpr const char *RULES[] = {"read_conflict",  "read_pending", "write_pending",  "result_conflict",
+                                 "write_conflict", "divider_busy", "read_unwritten", "unknown_operation"};
+constexpr int RULE_COUNT = 8;
+
+enum Register : uint16_t { MODULE = 0x00, SEGMENT = 0x04, SEQUENCE = 0x08, CONTROL = 0x0c, STATUS = 0x10, IRQ_ACK = 0x14, TABLE = 0x1000 };
+
+// Hexadecimal digits into a port of any width.
+inline void set_port(IData &port, const std::string &hex) { port = IData(std::stoull(hex, nullptr, 16)); }
+inline void set_port(QData &port, const std::string &hex) { port = std::stoull(hex, nullptr, 16); }
+template <std::size_t N> void set_port(VlWide<N> &port, const std::string &hex) {
+  for (std::size_t i = 0; i < N; ++i) {
+    const std::size_t end = hex.size() > 8 * i ? hex.size() - 8 * i : 0, begin = end > 8 ? end - 8 : 0;
+    port[i] = end ? EData(std::stoul(hex.substr(begin, end - begin), nullptr, 16)) : 0;
+  }
+}
+
+class Computer {
+ public:
+  // Registers, flags and checks afresh; microcode stays, storage counts as unwritten.
+  void reset() {
+    dut.reset = 1;
+    clock();
+    clock();
+    dut.reset = 0;
+    violations.fill(0);
+    busy_cycles = 0;
+  }
+
+  void load_code(const std::vector<std::string> &words) {
+    dut.code_write = 1;
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      dut.code_address = IData(i);
+      set_port(dut.code_word, words[i]);
+      clock();
+    }
+    dut.code_write = 0;
+  }
+
+  void write_word(uint64_t address, uint64_t word) {
+    dut.host_write = 1;
+    dut.host_address = address;
+    dut.host_word = word;
+    clock();
+    dut.host_write = 0;
+  }
+  // Writes reach the storage a few cycles later; call between the last write and the first read or start.
+  void settle() { for (int i = 0; i < 4; ++i) clock(); }
+
+  uint64_t read_word(uint64_t address) {
+    dut.host_read = 1;
+    dut.host_address = address;
+    clock();
+    dut.host_read = 0;
+    clock();
+    clock();
+    return dut.host_value;
+  }
+
+  void write_register(uint16_t address, uint32_t value) {
+    dut.bus_write = 1;
+    dut.bus_address = address;
+    dut.bus_value = value;
+    clock();
+    dut.bus_write = 0;
+  }
+  uint32_t read_register(uint16_t address) {
+    dut.bus_read = 1;
+    dut.bus_address = address;
+    dut.eval();
+    const uint32_t answer = dut.bus_answer;
+    clock();
+    dut.bus_read = 0;
+    return answer;
+  }
+
+  bool interrupt() const { return dut.irq; }
+  uint32_t counted() const { return dut.cycles; }  // by the engine's own counter
+
+  // Fetch gaps: one step of a xorshift per cycle in which fetch is wanted.
+  void set_gaps(uint32_t seed, uint32_t gap_level) {
+    random = seed;
+    level = gap_level;
+  }
+
+  void clock() {
+    dut.clock = 0;
+    dut.fetch_valid = 1;
+    dut.eval();
+    if (dut.fetch_wanted) {
+      random ^= random << 13;
+      random ^= random >> 17;
+      random ^= random << 5;
+      dut.fetch_valid = (random & 255) >= level;
+      dut.eval();
+    }
+    if (dut.busy) ++busy_cycles;
+    if (dut.violations && !dut.reset) {
+      for (int i = 0; i < RULE_COUNT; ++i) violations[i] += dut.violations >> i & 1;
+    }
+    dut.clock = 1;
+    dut.eval();
+  }
+
+  std::array<uint64_t, RULE_COUNT> violations{};
+  uint64_t busy_cycles = 0;  // counted from outside
+
+ private:
+  Vengine dut;
+  uint32_t random = 1, level = 0;
+};

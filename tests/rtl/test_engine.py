@@ -1,0 +1,58 @@
+"""The engine in Verilator against the contract: random programs, static and in order, and the rules it asserts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.rtl.case_writer import Case, run_case
+from tests.rtl.machine import (
+    Machine,
+    busy_cycles,
+    encode,
+    evaluate,
+    in_order,
+    random_program,
+    schedule,
+)
+from tests.rtl.verilator import require_verilator
+
+SMALL = Machine(lanes=2, banks=8, address_bits=10)
+SINGLE = Machine(fp=32, lanes=1, banks=4, address_bits=10)
+WIDE = Machine(lanes=4, dividers=2, banks=16, address_bits=10)
+MACHINES = {"2 lanes, 8 banks": SMALL, "1 lane, 4 banks, f32": SINGLE, "4 lanes, 2 dividers, 16 banks": WIDE}
+ONE = 0x3FF0_0000_0000_0000
+
+
+@pytest.mark.parametrize("machine", MACHINES.values(), ids=MACHINES)
+def test_static_programs_run_in_the_scheduled_cycles_and_give_the_same_words(
+    machine: Machine, tmp_path: Path
+) -> None:
+    require_verilator()
+    case = Case(machine)
+    for seed in range(12):
+        ops, memory = random_program(machine, 400, seed)
+        slots = schedule(machine, ops)
+        words = max(slot.time for slot in slots) + 1
+        code = encode(machine, slots, words)
+        case.add(
+            f"random{seed}", code, busy_cycles(machine, slots, words), memory, evaluate(machine, ops, memory)
+        )
+    answers = run_case(case, tmp_path)
+    assert {name: answer for name, answer in answers.items() if not answer.good} == {}
+
+
+@pytest.mark.parametrize("machine", [SMALL, SINGLE], ids=["2 lanes", "1 lane, f32"])
+def test_in_order_programs_with_gaps_take_the_modelled_cycles(machine: Machine, tmp_path: Path) -> None:
+    require_verilator()
+    case = Case(machine, "in_order")
+    for seed, level in enumerate((0, 0, 32, 64, 128, 200)):
+        ops, memory = random_program(machine, 400, seed)
+        packed, cycles = in_order(machine, schedule(machine, ops), seed=seed + 1, level=level)
+        code = encode(machine, packed, max(slot.time for slot in packed) + 1)
+        case.add(
+            f"level{level}.{seed}", code, cycles, memory, evaluate(machine, ops, memory), (seed + 1, level)
+        )
+    answers = run_case(case, tmp_path)
+    assert {name: answer for name, answer in answers.items() if not answer.good} == {}
