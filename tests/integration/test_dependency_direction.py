@@ -21,7 +21,7 @@ CRATE = ROOT / "rust" / "orbsoc" / "src"
 
 DATA = {"orbsoc.problem", "orbsoc.settings", "orbsoc.solution", "orbsoc.errors"}
 MISSIONS_MAY_USE = DATA | {
-    "orbsoc.builder", "orbsoc.collocation", "orbsoc.missions", "orbsoc.orbit", "orbsoc.scp", "orbsoc.solver",
+    "orbsoc.batch", "orbsoc.builder", "orbsoc.collocation", "orbsoc.missions", "orbsoc.orbit", "orbsoc.scp", "orbsoc.solver",
 }  # fmt: skip
 TOP = {"orbsoc.cli", "orbsoc.report", "orbsoc.__main__"}
 PYTHON_FILES = sorted(path for folder in PACKAGES.values() for path in folder.rglob("*.py"))

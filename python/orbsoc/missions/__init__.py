@@ -11,7 +11,7 @@ from __future__ import annotations
 from importlib import import_module
 from types import ModuleType
 
-MISSIONS = ("reachable_insertion",)
+MISSIONS = ("reachable_domain", "reachable_insertion")
 
 __all__ = ["MISSIONS"]
 

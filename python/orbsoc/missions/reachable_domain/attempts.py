@@ -1,0 +1,279 @@
+"""One attempt at many points: the sequence, the flight, and what follows where the flight disagrees.
+
+A plan on N nodes is flown. Where it does not keep its promise, Newton's method on the indirect equations starts from
+its multipliers and the primer it finds is flown; where that fails too, the sequence is run again on a finer grid and
+both are tried once more. What is never flown to its promise is not counted as reached.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.collocation import legendre_gauss
+from orbsoc.missions.reachable_insertion.model import Burn
+from orbsoc.scp import Rules
+
+from .arcs import Arcs, Collocation
+from .commands import Commands, primer_commands
+from .extremum import Indirect, Unknowns, from_sequences
+from .flight import fly
+from .guess import resampled
+from .orbits import RADIUS_M, Flown
+from .primer import Extremals
+from .sequence import Ending, SolveMany, sequences
+from .terminal import LargestOrbit
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Index = NDArray[np.intp]
+
+PRIMER_NODES = (16, 24, 32, 48, 64)
+"""Nodes of the attitude programme of a polished plan, tried in this order."""
+NEWTON_STEPS = (12, 32)
+"""Gauss steps of an extremal; more where its steering swings so fast that the flight of its programme disagrees."""
+FLIGHT_STEPS = 12
+"""Gauss steps of a flight of the sequence's plan; twice as many for a polished one."""
+TIGHTENINGS = 6
+"""How often the bound on the altitude at the nodes may be raised for what happens between them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerances:
+    """What a flown plan must keep: see `orbits.Flown.kept`."""
+
+    sma_rel: float = 1e-6
+    plane_rad: float = 1e-6
+    bound_m: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tools:
+    """What attempts work with: the burn, grids, Newton, tolerances, and a solver of batches.
+
+    `lowest` is the smallest radius allowed on the way, canonical, −inf for none.
+    """
+
+    burn: Burn
+    duration: float
+    nodes: int
+    fine_nodes: int
+    lowest: float
+    rules: Rules
+    tolerances: Tolerances
+    solve: SolveMany
+
+    def collocation(self, nodes: int) -> Collocation:
+        return Collocation.of(self.burn, self.duration, nodes)
+
+    def indirect(self, steps: int) -> Indirect:
+        return Indirect(self.burn, self.duration, steps)
+
+    @property
+    def bounded(self) -> bool:
+        """Whether the altitude is bounded."""
+        return bool(np.isfinite(self.lowest))
+
+    def judge(
+        self, commands: Commands, aim: LargestOrbit, promised_sma: Array, *, pinned: bool, steps: int
+    ) -> Flown:
+        """Fly commands and compare."""
+        flights = fly(self.burn, self.duration, legendre_gauss(commands.nodes), commands.vectors, steps=steps)
+        return Flown.judge(
+            flights, promised_sma, aim.normal, aim.perigee, pinned=pinned, lowest_allowed=self.lowest
+        )
+
+    def kept(self, flown: Flown) -> Flags:
+        t = self.tolerances
+        return flown.kept(sma_rel=t.sma_rel, plane_rad=t.plane_rad, bound_m=t.bound_m)
+
+
+@dataclass(slots=True, eq=False)
+class Attempts:
+    """What attempts at B points arrived at.
+
+    `ending` (B,) holds `Ending` values of the last sequence, `verified` (B,) says whether the flown plan kept its
+    promise, `nodes` (B,) are those of the last sequence and `polished` (B,) whether Newton found the plan. `arcs` are
+    references on the coarse grid to continue from; `commands` (B,) holds programmes (N, 3) or None.
+    """
+
+    ending: NDArray[np.int8]
+    verified: Flags
+    polished: Flags
+    nodes: NDArray[np.int16]
+    arcs: Arcs
+    flown: Flown
+    commands: NDArray[np.object_]
+    sequence_iterations: NDArray[np.int32]
+    solver_iterations: NDArray[np.int32]
+    newton_steps: NDArray[np.int32]
+
+    @classmethod
+    def none(cls, start: Arcs, nodes: int) -> Attempts:
+        """Nothing found yet."""
+        count = len(start)
+        return cls(
+            ending=np.zeros(count, np.int8),
+            verified=np.zeros(count, bool),
+            polished=np.zeros(count, bool),
+            nodes=np.full(count, nodes, np.int16),
+            arcs=Arcs(start.positions.copy(), start.controls.copy(), start.ends.copy()),
+            flown=Flown.unknown(count),
+            commands=np.full(count, None, dtype=object),
+            sequence_iterations=np.zeros(count, np.int32),
+            solver_iterations=np.zeros(count, np.int32),
+            newton_steps=np.zeros(count, np.int32),
+        )
+
+    def __getitem__(self, which: Index) -> Attempts:
+        return Attempts(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
+
+    def put(self, which: Index, other: Attempts) -> None:
+        """Overwrite some points by other attempts at them, adding up what was spent."""
+        for name in self.__dataclass_fields__:
+            mine, theirs = getattr(self, name), getattr(other, name)
+            if isinstance(mine, (Arcs, Flown)):
+                mine.put(which, theirs)
+            elif name.endswith(("_iterations", "_steps")):
+                mine[which] += theirs
+            else:
+                mine[which] = theirs
+
+    def accept(self, which: Index, commands: Commands, flown: Flown, verified: Flags) -> None:
+        """Take flown programmes for the points `which`."""
+        self.flown.put(which, flown)
+        self.verified[which] = verified
+        for k, vectors in zip(which, commands.vectors, strict=True):
+            self.commands[k] = vectors
+
+
+def attempt(tools: Tools, aim: LargestOrbit, start: Arcs) -> Attempts:
+    """Try every point of `aim` from its arc of `start`, both on the coarse grid."""
+    out = _on_grid(tools, aim, start, tools.nodes)
+    coarse, nodes = tools.collocation(tools.nodes), tools.nodes
+    while nodes < tools.fine_nodes:
+        again = np.flatnonzero((out.ending == Ending.CONVERGED) & ~out.verified)
+        if not again.size:
+            break
+        nodes = min(2 * nodes, tools.fine_nodes)
+        grid = tools.collocation(nodes)
+        finer = _on_grid(tools, aim[again], resampled(coarse, out.arcs[again], grid), nodes)
+        finer.arcs = resampled(grid, finer.arcs, coarse)
+        better = finer.ending == Ending.CONVERGED
+        out.put(again[better], finer[np.flatnonzero(better)])
+        out.ending[again[~better]] = finer.ending[~better]
+    return out
+
+
+def attempt_on_fine_grid(tools: Tools, aim: LargestOrbit, start: Arcs) -> Attempts:
+    """Try every point of `aim` from its arc of `start` on the finest grid; the arcs returned are on the coarse one."""
+    out = _on_grid(tools, aim, start, tools.fine_nodes)
+    out.arcs = resampled(tools.collocation(tools.fine_nodes), out.arcs, tools.collocation(tools.nodes))
+    return out
+
+
+def _on_grid(tools: Tools, aim: LargestOrbit, start: Arcs, nodes: int) -> Attempts:
+    """Sequence, flight and polish on one grid; the arcs returned are on this grid."""
+    out = Attempts.none(start, nodes)
+    everyone = np.arange(len(aim))
+    _sequence(tools, aim, out, everyone, None)
+    if tools.bounded:
+        _raise_altitude(tools, aim, out)
+    return out
+
+
+def _sequence(tools: Tools, aim: LargestOrbit, out: Attempts, which: Index, lowest: Array | None) -> None:
+    """Run the sequence for the points `which`, fly what converged, polish what does not keep its promise."""
+    collocation = tools.collocation(int(out.nodes[which[0]]))
+    found = sequences(
+        collocation, aim[which], out.arcs[which], lowest=lowest, solve=tools.solve, rules=tools.rules
+    )
+    out.ending[which] = found.ending
+    out.sequence_iterations[which] += found.iterations
+    out.solver_iterations[which] += found.inner_iterations
+    out.verified[which] = False
+    reached = np.flatnonzero(found.ending == Ending.CONVERGED)
+    if not reached.size:
+        return
+    here = which[reached]
+    out.arcs.put(here, found.arcs[reached])
+    commands = Commands(found.arcs.controls[reached])
+    flown = tools.judge(commands, aim[here], _sma(found.arcs.ends[reached]), pinned=False, steps=FLIGHT_STEPS)
+    out.accept(here, commands, flown, tools.kept(flown))
+    if lowest is not None:
+        return
+    promise_kept = out.verified[here] | (
+        tools.bounded & tools.kept(replace(flown, altitude_short=0.0 * flown.sma))
+    )
+    bad = np.flatnonzero(~promise_kept)
+    if bad.size:
+        unknowns = from_sequences(collocation, aim[which], found, reached[bad])
+        polish(tools, aim, out, here[bad], unknowns)
+
+
+def polish(
+    tools: Tools, aim: LargestOrbit, out: Attempts, which: Index, start: Unknowns, *, pinned: bool = False
+) -> Unknowns:
+    """Newton from `start` for the points `which`, with finer steps where they are needed; take what converges and
+    flies to its promise. Returns the unknowns arrived at."""
+    unknowns = start[np.arange(len(which))]
+    left = np.arange(len(which))
+    for steps in NEWTON_STEPS:
+        found = tools.indirect(steps).solve(aim[which[left]], unknowns[left], pinned=pinned)
+        out.newton_steps[which[left]] += found.steps
+        there = np.flatnonzero(found.converged)
+        unknowns.put(left[there], found.unknowns[there])
+        if there.size:
+            points = which[left[there]]
+            extremals = tools.indirect(steps).flown(found.unknowns[there], steps=2 * steps)
+            _fly_primers(tools, aim[points], out, points, extremals, _sma(found.ends[there]), pinned=pinned)
+        left = left[~out.polished[which[left]]]
+        if not left.size:
+            break
+    return unknowns
+
+
+def _fly_primers(
+    tools: Tools,
+    aim: LargestOrbit,
+    out: Attempts,
+    points: Index,
+    extremals: Extremals,
+    promised_sma: Array,
+    *,
+    pinned: bool,
+) -> None:
+    """Command the primers of extremals on the fewest nodes that fly to the promise, and take those plans."""
+    left = np.arange(len(points))
+    for nodes in PRIMER_NODES:
+        commands = primer_commands(extremals, nodes).vectors[left]
+        steps = max(2 * FLIGHT_STEPS, extremals.scheme.steps)
+        flown = tools.judge(Commands(commands), aim[left], promised_sma[left], pinned=pinned, steps=steps)
+        good = tools.kept(flown)
+        done = points[left[good]]
+        out.polished[done] = True
+        out.accept(done, Commands(commands[good]), flown[good], good[good])
+        left = left[~good]
+        if not left.size:
+            return
+
+
+def _raise_altitude(tools: Tools, aim: LargestOrbit, out: Attempts) -> None:
+    """Bound the altitude at the nodes, where the flight passes too low, until it does not between them either."""
+    margin = np.zeros(len(aim))
+    for _ in range(TIGHTENINGS):
+        short = out.flown.altitude_short > tools.tolerances.bound_m / RADIUS_M
+        low = np.flatnonzero((out.ending == Ending.CONVERGED) & short)
+        if not low.size:
+            break
+        if _ > 0:
+            margin[low] += 1.05 * out.flown.altitude_short[low]
+        out.polished[low] = False
+        _sequence(tools, aim, out, low, tools.lowest + margin[low])
+
+
+def _sma(ends: Array) -> Array:
+    """Semi-major axes of end states (B, 6), canonical."""
+    return np.asarray(1.0 / (2.0 / np.linalg.norm(ends[:, :3], axis=1) - (ends[:, 3:] ** 2).sum(axis=1)))

@@ -1,0 +1,80 @@
+"""Why a point was not reached: the furthest tilt at its azimuth, found by its own sequence.
+
+The set of reachable planes at a perigee bound is asked for its edge in the direction of the point. Where the edge falls
+short of the point's tilt, that gap is the evidence; where it does not, the extreme trajectory is a better start.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .arcs import Arcs
+from .attempts import Tools
+from .guess import resampled, towards_planes
+from .sequence import Ending, sequences
+from .terminal import LargestTilt
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+START_TILT_RAD = float(np.deg2rad(10.0))
+"""Tilt of the plane that the cold start of an extreme steers to."""
+CLEAR_RAD = float(np.deg2rad(0.3))
+"""A gap that a finer grid does not close: the coarse grid's error of the tilt stays below 0.1 degrees."""
+
+
+@dataclass(slots=True, eq=False)
+class Extremes:
+    """The largest tilts (B,) found, NaN where the sequence failed, the arcs that reach them on the coarse grid, the
+    nodes (B,) of the grid that found them, and what was spent. `fine` has the arcs on the finest grid of the points
+    `fine_points`."""
+
+    tilt: Array
+    arcs: Arcs
+    nodes: NDArray[np.int16]
+    sequence_iterations: NDArray[np.int32]
+    solver_iterations: NDArray[np.int32]
+    fine_points: Index
+    fine: Arcs | None
+
+
+def largest_tilts(tools: Tools, aim: LargestTilt, *, tilt_in_doubt: Array | None = None) -> Extremes:
+    """The largest tilt of every azimuth and perigee bound of `aim`, on finer and finer grids.
+
+    With `tilt_in_doubt` (B,) the grid is refined only where the gap to these tilts is not clear.
+    """
+    nodes, grid = tools.nodes, tools.collocation(tools.nodes)
+    normal = aim.frame.tilted(np.full(len(aim), START_TILT_RAD), aim.azimuth)
+    arcs = towards_planes(grid, normal)
+    count = len(aim)
+    out = Extremes(
+        tilt=np.full(count, np.nan),
+        arcs=arcs,
+        nodes=np.full(count, nodes, np.int16),
+        sequence_iterations=np.zeros(count, np.int32),
+        solver_iterations=np.zeros(count, np.int32),
+        fine_points=np.empty(0, np.intp),
+        fine=None,
+    )
+    todo = np.arange(count)
+    while todo.size:
+        found = sequences(grid, aim[todo], arcs, solve=tools.solve, rules=tools.rules)
+        out.sequence_iterations[todo] += found.iterations
+        out.solver_iterations[todo] += found.inner_iterations
+        ok = found.ending == Ending.CONVERGED
+        done = todo[ok]
+        out.tilt[done] = aim[done].tilts(found.arcs.ends[ok])
+        out.nodes[done] = nodes
+        out.arcs.put(done, resampled(grid, found.arcs[ok], tools.collocation(tools.nodes)))
+        if nodes >= tools.fine_nodes:
+            out.fine_points, out.fine = done, found.arcs[np.flatnonzero(ok)]
+            break
+        unclear = ok if tilt_in_doubt is None else ok & (tilt_in_doubt[todo] - out.tilt[todo] < CLEAR_RAD)
+        todo = todo[unclear]
+        finer = tools.collocation(min(2 * nodes, tools.fine_nodes))
+        arcs = resampled(grid, found.arcs[np.flatnonzero(unclear)], finer)
+        grid, nodes = finer, finer.grid.size
+    return out

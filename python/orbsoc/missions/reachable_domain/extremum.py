@@ -1,0 +1,219 @@
+"""Newton's method on the indirect equations: what the convex sequence approaches, found to the last digits.
+
+Unknowns of a point are the initial primer (p₀, ṗ₀) and a multiplier ν of each terminal row; equations are
+λ(t_f) = ∇J + Σ ν ∇c with λ = (−ṗ, p), and c = 0 of the rows that are held. The perigee row is smooth in the form
+|H|²/(2ρ²) − 1/ρ − E ≥ 0 (the squared radial velocity at ρ is not positive ⇔ r_p ≥ ρ). It is held where it is pinned,
+and else where it has to be: a point that ends with a negative value or multiplier is solved again the other way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.collocation import differentiation_matrix, interpolation_matrix
+from orbsoc.missions.reachable_insertion.model import Burn
+
+from .arcs import Collocation
+from .conditions import PERIGEE, ROWS, conditions, curvature, held_rows
+from .primer import Extremals, extremals, sensitivity
+from .sequence import Sequences
+from .terminal import Aim
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Index = NDArray[np.intp]
+
+TOLERANCE = 1e-10
+"""Largest residual, canonical, of a converged point."""
+MAX_STEPS = 25
+HALVINGS = 5
+SWITCHES = 3
+"""How often the perigee row may change sides."""
+
+
+@dataclass(slots=True, eq=False)
+class Unknowns:
+    """Initial primers [p₀, ṗ₀] (B, 6), multipliers (B, 4), and which rows are held (B, 4)."""
+
+    primers: Array
+    multipliers: Array
+    held: Flags
+
+    def __getitem__(self, which: Index | Flags) -> Unknowns:
+        return Unknowns(self.primers[which], self.multipliers[which], self.held[which])
+
+    def put(self, which: Index | Flags, other: Unknowns) -> None:
+        self.primers[which] = other.primers
+        self.multipliers[which] = other.multipliers
+        self.held[which] = other.held
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Extrema:
+    """What Newton arrived at for B points: the unknowns, end states (B, 6), the largest residual (B,), its steps (B,)."""
+
+    unknowns: Unknowns
+    ends: Array
+    residual: Array
+    steps: NDArray[np.int32]
+
+    @property
+    def converged(self) -> Flags:
+        return self.residual <= TOLERANCE
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Indirect:
+    """One vehicle and burn time for which extremals are sought, with the number of Gauss steps of an extremal."""
+
+    burn: Burn
+    duration: float
+    steps: int = 12
+
+    def solve(self, aim: Aim, start: Unknowns, *, pinned: bool = False) -> Extrema:
+        """Newton from `start`; `pinned` holds the perigee at ρ instead of above it."""
+        count = len(aim)
+        found = Unknowns(start.primers.copy(), start.multipliers.copy(), start.held.copy())
+        if pinned:
+            found.held[:, PERIGEE] = True
+        ends, residual = np.full((count, 6), np.nan), np.full(count, np.inf)
+        steps = np.zeros(count, np.int32)
+        todo = np.arange(count)
+        for _ in range(SWITCHES):
+            part = found[todo]
+            ends[todo], residual[todo], taken = self._newton(aim[todo], part)
+            steps[todo] += taken
+            found.put(todo, part)
+            if pinned:
+                break
+            todo = todo[self._wrong_side(aim[todo], found[todo], ends[todo], residual[todo])]
+            if not todo.size:
+                break
+            found.held[todo, PERIGEE] ^= True
+            residual[todo] = np.inf
+        return Extrema(found, ends, residual, steps)
+
+    def flown(self, unknowns: Unknowns, *, steps: int | None = None) -> Extremals:
+        """The extremals themselves."""
+        return extremals(self.burn, self.duration, unknowns.primers, steps=steps or self.steps)
+
+    def _wrong_side(self, aim: Aim, at: Unknowns, ends: Array, residual: Array) -> Flags:
+        value = conditions(aim, ends).values[:, PERIGEE]
+        held = at.held[:, PERIGEE]
+        wrong = np.where(held, at.multipliers[:, PERIGEE] < -1e-9, value < -1e-9)
+        return np.asarray(wrong & (residual <= TOLERANCE))
+
+    def _newton(self, aim: Aim, at: Unknowns) -> tuple[Array, Array, NDArray[np.int32]]:
+        """Damped Newton, in place on `at`; end states, residuals and steps taken."""
+        count = len(aim)
+        flown = self.flown(at)
+        values = residuals(aim, flown.ends, at)
+        size = _size(values)
+        steps = np.zeros(count, np.int32)
+        ends = flown.ends[:, :6].copy()
+        live = np.flatnonzero((size > TOLERANCE) & np.isfinite(size))
+        for _ in range(MAX_STEPS):
+            if not live.size:
+                break
+            here = at[live]
+            flown = self.flown(here)
+            step = self._step(aim[live], here, flown)
+            steps[live] += 1
+            better = self._backtrack(aim[live], here, step, size[live])
+            at.put(live, better[0])
+            improved = better[2] < size[live]
+            size[live], ends[live] = better[2], better[1]
+            live = live[improved & (better[2] > TOLERANCE)]
+        return ends, size, steps
+
+    def _step(self, aim: Aim, at: Unknowns, flown: Extremals) -> Array:
+        """Newton's step (B, 10)."""
+        ends = flown.ends[:, :6]
+        by_start = sensitivity(self.burn, flown)
+        here = conditions(aim, ends)
+        bend = curvature(aim, ends, at.multipliers)
+        count = len(ends)
+        matrix = np.zeros((count, 6 + ROWS, 6 + ROWS))
+        matrix[:, :3, :6], matrix[:, 3:6, :6] = -by_start[:, 9:], by_start[:, 6:9]
+        matrix[:, :6, :6] -= bend @ by_start[:, :6]
+        matrix[:, :6, 6:] = -here.gradients.swapaxes(1, 2)
+        held = at.held[:, :, None]
+        matrix[:, 6:, :6] = np.where(held, here.gradients @ by_start[:, :6], 0.0)
+        k = np.arange(ROWS)
+        matrix[:, 6 + k, 6 + k] = np.where(at.held, 0.0, 1.0)
+        values = residuals(aim, flown.ends, at)
+        bad = ~np.isfinite(matrix).all(axis=(1, 2)) | ~np.isfinite(values).all(axis=1)
+        matrix[bad], values[bad] = np.eye(6 + ROWS), 0.0
+        try:
+            return np.asarray(-np.linalg.solve(matrix, values[:, :, None])[:, :, 0])
+        except np.linalg.LinAlgError:
+            return np.asarray(-(np.linalg.pinv(matrix) @ values[:, :, None])[:, :, 0])
+
+    def _backtrack(self, aim: Aim, at: Unknowns, step: Array, size: Array) -> tuple[Unknowns, Array, Array]:
+        """The longest of the halved steps that makes the residual smaller; the last one where none does."""
+        best = at[np.arange(len(size))]
+        ends, found = np.full((len(size), 6), np.nan), np.full(len(size), np.inf)
+        left = np.arange(len(size))
+        share = 1.0
+        for _ in range(HALVINGS):
+            here = at[left]
+            trial = Unknowns(
+                here.primers + share * step[left, :6], here.multipliers + share * step[left, 6:], here.held
+            )
+            flown = self.flown(trial)
+            trial_size = _size(residuals(aim[left], flown.ends, trial))
+            good = trial_size < size[left]
+            best.put(left[good], trial[good])
+            ends[left[good]], found[left[good]] = flown.ends[good, :6], trial_size[good]
+            left = left[~good]
+            if not left.size:
+                break
+            share *= 0.5
+        if left.size:
+            flown = self.flown(at[left])
+            ends[left], found[left] = flown.ends[:, :6], size[left]
+        return best, ends, found
+
+
+def residuals(aim: Aim, flown_ends: Array, at: Unknowns) -> Array:
+    """λ(t_f) − ∇J − Σ ν ∇c and the held rows' values (ν itself where a row is not held), (B, 10)."""
+    here = conditions(aim, flown_ends[:, :6])
+    costate = np.concatenate([-flown_ends[:, 9:], flown_ends[:, 6:9]], axis=1)
+    slope = here.objective + (at.multipliers[:, :, None] * here.gradients).sum(axis=1)
+    rows = np.where(at.held, here.values, at.multipliers)
+    return np.concatenate([costate - slope, rows], axis=1)
+
+
+def from_sequences(collocation: Collocation, aim: Aim, found: Sequences, which: Index) -> Unknowns:
+    """Unknowns read off the multipliers of the last convex subproblems of the points `which`."""
+    arcs, goal = found.arcs[which], aim[which]
+    linear = collocation.end_map(arcs)
+    rows = goal.rows(arcs.ends)
+    p = rows.equal.shape[1]
+    costate = -rows.cost - (found.equal_duals[which, :p, None] * rows.equal).sum(axis=1)
+    perigee = rows.cone if goal.has_cone else rows.bound
+    costate -= (found.perigee_duals[which, : perigee.shape[1], None] * perigee).sum(axis=1)
+    nodes = (costate[:, None] @ linear.by_control)[:, 0].reshape(arcs.controls.shape)
+    nodes = nodes / (0.5 * collocation.duration * collocation.grid.weights * collocation.thrust)[:, None]
+    here = conditions(goal, arcs.ends)
+    held = held_rows(goal)
+    held[:, PERIGEE] = here.values[:, PERIGEE] < 1e-6
+    weights = np.where(held[:, :, None], here.gradients, 0.0)
+    fitted = np.linalg.pinv(weights.swapaxes(1, 2), rcond=1e-12) @ (costate - here.objective)[:, :, None]
+    return Unknowns(_initial_primers(collocation, nodes), np.where(held, fitted[:, :, 0], 0.0), held)
+
+
+def _initial_primers(collocation: Collocation, nodes: Array) -> Array:
+    """[p, ṗ] at ignition from the polynomial through the primer at the nodes, (B, 6)."""
+    points = collocation.grid.nodes
+    value = interpolation_matrix(points, [-1.0])
+    slope = value @ differentiation_matrix(points) / (0.5 * collocation.duration)
+    return np.concatenate([(value @ nodes)[:, 0], (slope @ nodes)[:, 0]], axis=1)
+
+
+def _size(values: Array) -> Array:
+    largest = np.abs(values).max(axis=1)
+    return np.where(np.isfinite(largest), largest, np.inf)

@@ -1,0 +1,224 @@
+"""What a scenario file of the reachable domain may say, and the physics it must not contradict.
+
+Source of the quantities: Li et al. 2025, tables 1 and 2. The paper's axes are launch-inertial; ECI is also taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from os import PathLike
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from orbsoc.missions.reachable_insertion.model import Burn
+from orbsoc.missions.reachable_insertion.scenario import LaunchSite, State, Vehicle
+from orbsoc.missions.scenario_file import Complaint, Table, checked, read_toml
+from orbsoc.orbit import EARTH, CanonicalUnits, eci_from_launch_inertial, rotate_state
+
+Array = NDArray[np.float64]
+Positive = Annotated[float, Field(gt=0.0)]
+
+MOST_POINTS = 10_000_000
+"""Points of the largest grid that is taken; above, a step is in another unit."""
+
+
+class Span(Table):
+    """Values from `first` to `last`, both included, by `step`."""
+
+    first: float
+    last: float
+    step: Positive
+
+    def values(self) -> Array:
+        """The values, (K,)."""
+        return np.asarray(self.first + self.step * np.arange(self.count))
+
+    @property
+    def count(self) -> int:
+        """How many; 0 when `last` lies before `first`."""
+        return max(0, int(np.floor((self.last - self.first) / self.step * (1.0 + 1e-12) + 1e-9)) + 1)
+
+
+class Grid(Table):
+    """Planes and perigee heights to try: inclination × node × perigee height."""
+
+    inclination_deg: Span
+    raan_deg: Span
+    perigee_height_km: Span
+
+
+class Perigee(Table):
+    """What the perigee radius must do, and whether its direction is free (and reported) or given."""
+
+    condition: Literal["at_least", "equal"] = "at_least"
+    argp_deg: float | None = Field(default=None, ge=-360.0, le=360.0, description="absent: free")
+
+
+class BurnRules(Table):
+    """The burn: its duration, and how low it may pass."""
+
+    duration_s: Positive
+    minimum_altitude_km: float | None = Field(default=None, ge=0.0, le=1.0e4, description="absent: no bound")
+
+
+class Boundary(Table):
+    """Where the boundary curve is sought: azimuths about the current plane, and perigee heights."""
+
+    azimuths: int = Field(default=72, ge=4, le=3600)
+    perigee_height_km: Span
+
+
+class Method(Table):
+    """How to solve; the defaults are those of the acceptance tests."""
+
+    nodes: int = Field(default=12, ge=4, le=64, description="Legendre–Gauss nodes of the sequence")
+    fine_nodes: int = Field(default=48, ge=4, le=64, description="nodes near the boundary")
+    max_iterations: int = Field(default=30, ge=1, le=1000, description="of a sequence")
+    continuation: Literal["wavefront", "none"] = "wavefront"
+    planes_per_shard: int = Field(default=66, ge=1, le=100_000)
+
+
+class Verification(Table):
+    """When a flown plan counts: against its promise, its plane and its bounds."""
+
+    sma_rel: Positive = 1e-6
+    plane_rad: Positive = 1e-6
+    bound_m: Positive = Field(default=1.0, description="perigee radius and minimum altitude")
+
+
+class Scenario(Table):
+    """One reachable domain: vehicle, state, burn, what is asked of the perigee, where to look."""
+
+    mission: Literal["reachable_domain"]
+    name: str = Field(min_length=1)
+    axes: Literal["launch_inertial", "eci"]
+    vehicle: Vehicle
+    launch_site: LaunchSite | None = None
+    initial: State
+    burn: BurnRules
+    perigee: Perigee = Perigee()
+    grid: Grid
+    boundary: Boundary
+    method: Method = Method()
+    verification: Verification = Verification()
+
+    @model_validator(mode="after")
+    def _physics(self) -> Self:
+        for complaint in physical_complaints(self):
+            context = {"key": complaint.key, "value": complaint.value, "allowed": complaint.allowed}
+            raise PydanticCustomError("physics", "{key} = {value}: {allowed}", context)
+        return self
+
+    def initial_eci(self) -> Array:
+        """The initial state in ECI, [r_m, v_m_s]."""
+        if self.axes == "eci" or self.launch_site is None:
+            return self.initial.vector()
+        return rotate_state(eci_from_launch_inertial(self.launch_site.frame()), self.initial.vector())
+
+    def canonical_burn(self) -> Burn:
+        """The vehicle and its state in canonical units."""
+        vehicle = self.vehicle
+        return Burn.of(self.initial_eci(), vehicle.thruster(), vehicle.longest_burn_s, CanonicalUnits.of())
+
+    @property
+    def duration(self) -> float:
+        """Burn time, canonical."""
+        return self.burn.duration_s / CanonicalUnits.of().time_s
+
+    def with_changes(self, **tables: dict[str, Any]) -> Scenario:
+        """A checked copy with keys of some tables replaced: `with_changes(method={"nodes": 16})`."""
+        document = self.model_dump()
+        for table, changes in tables.items():
+            document[table] = {**document[table], **changes}
+        return checked(Scenario, document, source=self.name)
+
+
+def load_scenario(path: str | PathLike[str]) -> Scenario:
+    """Read and check a scenario file. Raises `orbsoc.missions.scenario_file.ScenarioError`."""
+    return checked(Scenario, read_toml(path), source=str(path))
+
+
+def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
+    """What contradicts physics or itself, most basic first."""
+    yield from _state_complaints(scenario)
+    vehicle, duration_s = scenario.vehicle, scenario.burn.duration_s
+    if vehicle.dry_mass_kg >= vehicle.mass_kg:
+        yield Complaint(
+            "vehicle.dry_mass_kg",
+            f"{vehicle.dry_mass_kg:g}",
+            f"leaves no propellant; must be below vehicle.mass_kg = {vehicle.mass_kg:g}",
+        )
+    elif duration_s >= vehicle.longest_burn_s:
+        yield Complaint(
+            "burn.duration_s",
+            f"{duration_s:g}",
+            f"burns more than there is; must be below {vehicle.longest_burn_s:.6g} s, when"
+            f" vehicle.dry_mass_kg = {vehicle.dry_mass_kg:g} is left",
+        )
+    yield from _grid_complaints(scenario)
+
+
+def _state_complaints(scenario: Scenario) -> Iterator[Complaint]:
+    if scenario.axes == "launch_inertial" and scenario.launch_site is None:
+        yield Complaint("launch_site", "", 'is missing, and axes = "launch_inertial" needs it')
+    x = scenario.initial.vector()
+    radius, speed = float(np.linalg.norm(x[:3])), float(np.linalg.norm(x[3:]))
+    if radius < EARTH.earth_radius_m:
+        yield Complaint(
+            "initial.position_m",
+            str(list(scenario.initial.position_m)),
+            f"lies {radius:.6g} m from the Earth's centre, below the ground; must be at least"
+            f" {EARTH.earth_radius_m:.0f} m (metres from the centre, not km, not height)",
+        )
+    if not 1.0e2 <= speed <= 5.0e4:
+        yield Complaint(
+            "initial.velocity_m_s",
+            str(list(scenario.initial.velocity_m_s)),
+            f"is a speed of {speed:.6g} m/s; must be within 100…50000 m/s (m/s, not km/s)",
+        )
+    elif np.linalg.norm(np.cross(x[:3], x[3:])) <= 1e-6 * radius * speed:
+        yield Complaint(
+            "initial.velocity_m_s",
+            str(list(scenario.initial.velocity_m_s)),
+            "must not be parallel to the position",
+        )
+
+
+def _grid_complaints(scenario: Scenario) -> Iterator[Complaint]:
+    grid = scenario.grid
+    spans = {
+        "grid.inclination_deg": grid.inclination_deg,
+        "grid.raan_deg": grid.raan_deg,
+        "grid.perigee_height_km": grid.perigee_height_km,
+        "boundary.perigee_height_km": scenario.boundary.perigee_height_km,
+    }
+    points = 1
+    for key, span in spans.items():
+        if span.count == 0:
+            yield Complaint(
+                f"{key}.last",
+                f"{span.last:g}",
+                f"makes the grid empty; must be at least first = {span.first:g}",
+            )
+        points *= span.count if key.startswith("grid") else 1
+    if points > MOST_POINTS:
+        yield Complaint("grid", f"{points} points", f"must have at most {MOST_POINTS} points")
+    low, high = grid.inclination_deg.first, grid.inclination_deg.values()[-1]
+    if low < 0.0 or high > 180.0:
+        yield Complaint("grid.inclination_deg", f"{low:g}…{high:g}", "must lie within 0…180")
+    width = grid.raan_deg.values()[-1] - grid.raan_deg.first
+    if width >= 360.0 - 1e-9:
+        yield Complaint(
+            "grid.raan_deg",
+            f"{grid.raan_deg.first:g}…{grid.raan_deg.last:g}",
+            f"spans {width:g} degrees and holds planes twice; must span less than 360 (it may pass through 360)",
+        )
+    for key in ("grid.perigee_height_km", "boundary.perigee_height_km"):
+        if spans[key].first <= 0.0:
+            yield Complaint(
+                f"{key}.first", f"{spans[key].first:g}", "lies at or below the surface; must be above 0"
+            )
