@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .drawing import GREEN, GREY, PALE, PLACES, RED, blank, finished, legend
 from .errors import HwModelError
 from .vocabulary import by_place
 
@@ -20,11 +21,7 @@ if TYPE_CHECKING:
 
     from .report import Band, Report
 
-# Colour-blind safe (Okabe and Ito).
-_COLOURS = {"PS": "#0072B2", "PL": "#009E73", "link": "#E69F00", "interrupt": "#D55E00"}
-_GAIN = {"faster": "#009E73", "band crosses 1": "#999999", "slower": "#D55E00"}
-_BASELINE = "#BBBBBB"
-_DPI = 150
+_GAIN = {"faster": GREEN, "band crosses 1": GREY, "slower": RED}
 
 
 def speedup_figure(reports: Sequence[Report], path: str | Path | None = None) -> Figure:
@@ -37,7 +34,7 @@ def speedup_figure(reports: Sequence[Report], path: str | Path | None = None) ->
     baselines = sorted({report.baseline for report in reports})
     if len(baselines) > 1:
         raise HwModelError(f"`reports` have different baselines: {', '.join(baselines)}")
-    figure = _figure(max(5.0, 1.6 + 0.95 * len(reports)), 3.9)
+    figure = blank(max(5.0, 1.6 + 0.95 * len(reports)), 4.2)
     axes = figure.add_subplot()
     devices = list(dict.fromkeys(report.device for report in reports))
     ordered = sorted(reports, key=lambda report: devices.index(report.device))
@@ -55,14 +52,19 @@ def speedup_figure(reports: Sequence[Report], path: str | Path | None = None) ->
             fontsize=9,
         )
     axes.axhline(1.0, color="black", linestyle="--", linewidth=0.8)
-    labels = [f"{report.partition}\n{report.device}\n{report.lanes} lanes" for report in ordered]
+    labels = [
+        "\n".join(
+            (report.device, f"{report.lanes} lanes", *f"{report.partition}".replace("+", "\n+ ").split("\n"))
+        )
+        for report in ordered
+    ]
     axes.set_xticks(places, labels, fontsize=8)
     axes.set_xlim(places[0] - 1.0, places[-1] + 1.0)
     axes.set_ylim(0.0, 1.15 * max(1.0, *(report.speedup.high for report in reports)))
     axes.set_ylabel(f"modelled speedup over {baselines[0]}")
     axes.set_title("Modelled speedup, with the band of the assumed parameters", fontsize=10)
-    _legend(figure, _GAIN)
-    return _finished(figure, path)
+    legend(figure, _GAIN)
+    return finished(figure, path)
 
 
 def module_figure(report: Report, path: str | Path | None = None) -> Figure:
@@ -70,13 +72,13 @@ def module_figure(report: Report, path: str | Path | None = None) -> Figure:
 
     Saves a PNG when `path` is given.
     """
-    figure = _figure(7.2, 1.6 + 0.62 * len(report.modules))
+    figure = blank(7.2, 1.6 + 0.62 * len(report.modules))
     axes = figure.add_subplot()
     for place, row in enumerate(report.modules):
-        axes.barh(place - 0.2, row.baseline_picos / 1e9, height=0.36, color=_BASELINE)
+        axes.barh(place - 0.2, row.baseline_picos / 1e9, height=0.36, color=PALE)
         start = 0.0
         for name, picos in by_place(row.causes_picos).items():
-            axes.barh(place + 0.2, picos / 1e9, height=0.36, left=start, color=_COLOURS[name])
+            axes.barh(place + 0.2, picos / 1e9, height=0.36, left=start, color=PLACES[name])
             start += picos / 1e9
     names = [
         "PS's own tasks" if row.module == "ps" else f"{row.module} ({row.side.upper()})"
@@ -90,37 +92,11 @@ def module_figure(report: Report, path: str | Path | None = None) -> Figure:
         f"{report.pl_clock_mhz:g} MHz",
         fontsize=10,
     )
-    _legend(figure, {f"{report.baseline} (baseline)": _BASELINE} | _COLOURS)
-    return _finished(figure, path)
+    legend(figure, {f"{report.baseline} (baseline)": PALE} | PLACES)
+    return finished(figure, path)
 
 
 def _gain(band: Band) -> str:
     if band.low > 1.0:
         return "faster"
     return "slower" if band.high < 1.0 else "band crosses 1"
-
-
-def _legend(figure: Figure, colours: dict[str, str]) -> None:
-    """One row under the axes, in the given order whatever was drawn."""
-    from matplotlib.patches import Patch
-
-    patches = [Patch(color=colour, label=name) for name, colour in colours.items()]
-    figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), fontsize=8, frameon=False)
-
-
-def _figure(width: float, height: float) -> Figure:
-    """An empty figure without any window system behind it."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
-
-
-def _finished(figure: Figure, path: str | Path | None) -> Figure:
-    for axes in figure.axes:
-        axes.spines[["top", "right"]].set_visible(False)
-    if path is not None:
-        figure.savefig(path, dpi=_DPI)
-    return figure

@@ -36,12 +36,36 @@ def partition_names() -> list[str]:
 
 
 def load_partition(name_or_path: str | Path) -> Partition:
-    """A shipped partition by name ("paper"), or one from a TOML file (a path, or a name ending in .toml).
+    """A shipped partition by name ("paper"), a TOML file, or modules on the PL joined by + ("factorization+cone_ops").
 
     Raises PartitionError naming the key, its value and what is allowed.
     """
+    named = str(name_or_path).split("+")
+    if len(named) > 1 or named[0] in PL_MODULES:
+        return on_pl(*named)
     raw, where = read("partition", "partitions", name_or_path, PartitionError)
     return parse_partition(raw, where)
+
+
+def on_pl(*modules: str) -> Partition:
+    """The partition with exactly these modules on the PL; PartitionError for one that does not exist."""
+    for name in modules:
+        if name not in PL_MODULES:
+            raise PartitionError(f"partition: no module {name!r}; allowed: {', '.join(PL_MODULES)}")
+    sides = {name: "pl" if name in modules else "ps" for name in PL_MODULES}
+    words = "+".join(name for name in PL_MODULES if name in modules)
+    return parse_partition({"name": words or "all_ps", "modules": sides})
+
+
+def all_partitions() -> list[Partition]:
+    """All 2⁶, the shipped ones under their names."""
+    known = [load_partition(name) for name in partition_names()]
+    names = {tuple(sorted(split.modules.items())): split for split in known}
+    subsets = (
+        [name for k, name in enumerate(PL_MODULES) if bits >> k & 1] for bits in range(2 ** len(PL_MODULES))
+    )
+    splits = [on_pl(*subset) for subset in subsets]
+    return [names.get(tuple(sorted(split.modules.items())), split) for split in splits]
 
 
 def parse_partition(raw: Table, where: str = "partition") -> Partition:

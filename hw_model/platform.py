@@ -5,7 +5,7 @@ A platform is a TOML file; `platforms/` holds those that ship, and presets.toml 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Self
@@ -92,7 +92,11 @@ class LatencyPreset(Section):
 
 
 class Pl(Section):
-    """The PL engine: `lanes` issue one operation a cycle each; divisions and roots go to `dividers`."""
+    """The PL engine: `lanes` issue one operation a cycle each; divisions and roots go to `dividers`.
+
+    `banks` of storage enter exact schedules and the budget, `microcode_compression` (flat bits over stored bits) the
+    budget alone.
+    """
 
     more_is_faster: ClassVar[frozenset[str]] = frozenset(
         {"clock_mhz", "lanes", "dividers", "overlap_exponent"}
@@ -101,6 +105,8 @@ class Pl(Section):
     clock_mhz: Parameter[PlClock]
     lanes: Parameter[Units]
     dividers: Parameter[Units]
+    banks: Parameter[Units]
+    microcode_compression: Parameter[Exponent]
     segment_overhead_cycles: Parameter[Count]
     overlap_exponent: Parameter[Exponent]
     latency_preset: str
@@ -162,6 +168,23 @@ class Runtime(Section):
     jitter_exponent: Parameter[Exponent]
 
 
+class Area(Section):
+    """What the engine takes of a PL, at the binary64 datapath; widths scale with the word (resources.py)."""
+
+    lut_fixed: Parameter[Count]
+    lut_per_lane: Parameter[Count]
+    lut_per_divider: Parameter[Count]
+    lut_per_lane_and_bank: Parameter[Count]
+    ff_fixed: Parameter[Count]
+    ff_per_lane: Parameter[Count]
+    ff_per_divider: Parameter[Count]
+    ff_per_bank: Parameter[Count]
+    lut_ceiling: Parameter[Fraction01]
+    ff_ceiling: Parameter[Fraction01]
+    dsp_ceiling: Parameter[Fraction01]
+    bram36_ceiling: Parameter[Fraction01]
+
+
 class Resources(Section):
     """What the PL of the device holds. It does not enter any time; the budget compares against it."""
 
@@ -193,6 +216,7 @@ class Platform(Section):
     pl: Pl
     link: Link
     runtime: Runtime
+    area: Area
     resources: Resources
 
     @model_validator(mode="after")
@@ -222,25 +246,36 @@ class Platform(Section):
 
         Raises PlatformError for an unknown key or an impossible value.
         """
+        return self.with_values({key: value})
+
+    def with_values(self, settings: Mapping[str, float | int | str]) -> Platform:
+        """A copy in which several parameters are set at once, as `with_value` sets one.
+
+        A runtime preset comes first, whatever the order: "runtime.preset" = "linux" replaces the whole section.
+        """
         raw = self.model_dump()
-        section, _, name = key.partition(".")
+        if "runtime.preset" in settings:
+            raw["runtime"] = preset("runtime", settings["runtime.preset"])
         allowed = [entry.key for entry in self.assumptions() if not entry.key.startswith("pl.latencies.")]
-        if key == "pl.latency_preset":
-            raw["pl"]["latency_preset"] = value
-        elif key in allowed:
-            was = raw[section][name]["value"]
-            raw[section][name] = {"value": value, "tag": "assumed", "source": f"set for this run (was {was})"}
-        else:
-            raise PlatformError(
-                f"`{key}` is not a parameter; allowed: {', '.join(allowed)}, pl.latency_preset"
-            )
+        for key, value in settings.items():
+            section, _, name = key.partition(".")
+            if key == "pl.latency_preset":
+                raw["pl"]["latency_preset"] = value
+            elif key in allowed:
+                was = raw[section][name]["value"]
+                source = f"set for this run (was {was})"
+                raw[section][name] = {"value": value, "tag": "assumed", "source": source}
+            elif key != "runtime.preset":
+                raise PlatformError(
+                    f"`{key}` is not a parameter; allowed: {', '.join(allowed)}, pl.latency_preset, runtime.preset"
+                )
         del raw["pl"]["latencies"]
         return _validated(raw, f"platform {self.name}")
 
     def assumptions(self, datapath: Datapath | None = None, *, pl_used: bool = True) -> list[Assumption]:
         """Every parameter with its provenance; `used` for a run of `datapath` with or without PL."""
         rows: list[Assumption] = []
-        for section in (self.ps, self.pl, self.link, self.runtime, self.resources):
+        for section in (self.ps, self.pl, self.link, self.runtime, self.area, self.resources):
             for key, item in _walk(section, type(section).__name__.lower()):
                 used = self._affects_time(key, datapath, pl_used=pl_used)
                 rows.append(Assumption(key, item.value, item.low, item.high, item.tag, item.source, used))
@@ -250,7 +285,7 @@ class Platform(Section):
         """Whether a report's times, worst case included, depend on a parameter."""
         section, _, name = key.partition(".")
         other = {"f64": "f32", "f32": "f64", None: "(none)"}[datapath]
-        if section == "resources" or name in ("cores", "jitter_exponent") or other in name:
+        if section in ("area", "resources") or name in _NOT_IN_TIME or other in name:
             return False
         if name in ("parallel_fraction", "fork_join_us"):
             return self.runtime.cores_used.value > 1
@@ -258,6 +293,9 @@ class Platform(Section):
             return pl_used and self.runtime.completion.value == "interrupt"
         always = section == "ps" and name != "cache_line_bytes"
         return pl_used or always or name in ("cores_used", "ps_jitter_fraction")
+
+
+_NOT_IN_TIME = frozenset({"cores", "jitter_exponent", "banks", "microcode_compression"})
 
 
 def parameters_of(section: Section) -> Iterator[tuple[str, Parameter[Any]]]:
@@ -288,8 +326,9 @@ def load_platform(name_or_path: str | Path) -> Platform:
     Raises PlatformError naming the key, its value and what is allowed.
     """
     raw, where = read("platform", "platforms", name_or_path, PlatformError)
-    raw.setdefault("runtime", {"preset": "bare_metal"})
-    for section in ("ps", "pl", "link", "runtime"):
+    for section, name in (("runtime", "bare_metal"), ("area", "orbsoc_rtl")):
+        raw.setdefault(section, {"preset": name})
+    for section in ("ps", "pl", "link", "runtime", "area"):
         given = raw.get(section)
         if is_table(given):
             try:

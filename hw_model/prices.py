@@ -69,8 +69,11 @@ class Prices:
 
     def total_picos(self, tally: Counter[Work], *, worst: bool = False) -> int:
         """Makespan of work done one piece after another; with `worst`, every jitter at its bound."""
-        total = sum(count * self.duration_picos(work) for work, count in tally.items())
-        return total + sum(count * self.jitter_picos(work) for work, count in tally.items()) * worst
+        total = 0
+        for work, count in tally.items():
+            for part in self.parts(work):
+                total += count * (part.picos + part.jitter_picos if worst else part.picos)
+        return total
 
     def pl_cycles(self, work: Work) -> PlCycles:
         """Cycles of a "compute" on the PL."""

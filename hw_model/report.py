@@ -237,17 +237,19 @@ def _bands(
     ratio's against an all-PS baseline: it falls as the PS gets faster, rises as the fabric does, and comes closer
     to 1 as the generation, which is the same in both, takes longer.
     """
-    ends: tuple[End, End] = ("slow", "fast")
-    corners = [
-        machine,
-        *(machine.corner(ps, fabric, build) for ps in ends for fabric in ends for build in ends),
-    ]
+    corners = corners_of(machine)
 
     def times_ms(prices: Prices, actions: list[Action]) -> list[float]:
         return [makespan_picos(actions, prices.on(corner)) / PICOS_PER_MS for corner in corners]
 
     ours, theirs = times_ms(*run), times_ms(*base)
     return _band(ours), _band(theirs), _band([b / r for b, r in zip(theirs, ours, strict=True)])
+
+
+def corners_of(machine: Platform) -> list[Platform]:
+    """The platform itself, then the ends of its three sets of bands in every combination."""
+    ends: tuple[End, End] = ("slow", "fast")
+    return [machine, *(machine.corner(ps, fabric, build) for ps in ends for fabric in ends for build in ends)]
 
 
 def _band(values: list[float]) -> Band:

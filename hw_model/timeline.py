@@ -19,7 +19,7 @@ from .prices import Prices
 from .stage_cycles import StageCycles, estimated
 from .trace import parse_trace
 from .vocabulary import Cause, Module, Side
-from .walk import Action, Kind, walk
+from .walk import Action, Kind, Work, walk
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -120,10 +120,20 @@ def lay_out(actions: list[Action], prices: Prices, partition: str) -> Timeline:
     return Timeline(prices.platform.name, partition, tuple(segments), max(ends, default=0))
 
 
-def makespan_picos(actions: list[Action], prices: Prices, *, worst: bool = False) -> int:
-    """The makespan alone; with `worst`, that of the longest run there can be: every jitter at its bound."""
+def tally_of(actions: list[Action]) -> Counter[Work]:
+    """How often each work occurs."""
+    return Counter(action.work for action in actions)
+
+
+def makespan_picos(
+    actions: list[Action], prices: Prices, *, worst: bool = False, tally: Counter[Work] | None = None
+) -> int:
+    """The makespan alone; with `worst`, that of the longest run there can be: every jitter at its bound.
+
+    `tally`: how often each work occurs in `actions`, for who prices one walk many times.
+    """
     if prices.platform.runtime.schedule.value == "serial":
-        return prices.total_picos(Counter(action.work for action in actions), worst=worst)
+        return prices.total_picos(tally or tally_of(actions), worst=worst)
     durations = [
         prices.duration_picos(action.work) + worst * prices.jitter_picos(action.work) for action in actions
     ]

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
+from orbsoc.commands import hw as hw_commands
 from orbsoc.commands import solve as solve_command
 from orbsoc.console_entry import ConsoleApp
 from orbsoc.interrupts import Interrupts
@@ -78,6 +79,7 @@ def main() -> None:
 
 
 app.command()(solve_command.solve)
+app.add_typer(hw_commands.app, name="hw")
 
 
 @app.command()

@@ -198,7 +198,9 @@ def test_the_latency_preset_is_echoed_and_felt() -> None:
 def test_assumptions_of_the_other_datapath_and_of_an_idle_pl_do_not_count_as_used() -> None:
     used = {row.key for row in speedup(TRACE, "zu9eg", "paper").assumptions if row.used}
     assert "ps.div_f64_cycles" in used
-    assert not {key for key in used if "f32" in key or key.startswith("resources") or key == "ps.cores"}
+    assert not {
+        key for key in used if "f32" in key or key.startswith(("resources", "area")) or key == "ps.cores"
+    }
     idle = {row.key for row in speedup(TRACE, "zu9eg", "all_ps").assumptions if row.used}
     assert {key for key in idle if not key.startswith("ps.")} == {
         "runtime.cores_used",
@@ -244,7 +246,7 @@ def test_the_report_is_plain_data() -> None:
     assert plain["schema"] == "orbsoc.hardware-report/1"
     assert plain["speedup"]["nominal"] == report.speedup.nominal
     assert plain["deadline"]["verdict"] in ("PASS", "FAIL", "MARGINAL")
-    assert len(plain["assumptions"]) == 58
+    assert len(plain["assumptions"]) == 72
     assert plain["headline"] == report.headline
     assert {row["module"] for row in plain["modules"]} == {"ps", *PL_MODULES}
 

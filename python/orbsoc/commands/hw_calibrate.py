@@ -1,0 +1,71 @@
+"""`orbsoc hw calibrate`: the PS's throughput from stage times that a user measured on his own core."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from orbsoc.commands import hw_options as options
+from orbsoc.commands.ending import spoken
+
+
+def calibrate(
+    workload: options.WorkloadArgument,
+    measured: Annotated[
+        Path, typer.Argument(help="CSV with the columns stage, runs, microseconds", metavar="MEASURED.csv")
+    ],
+    device: options.DeviceOption = "zu9eg",
+    settings: options.SetOption = None,
+    out: options.OutOption = None,
+    as_json: options.JsonOption = False,
+) -> None:
+    """Fit ps.flop_per_cycle to measured stage times and write the platform file that has it.
+
+    Set the clock that you measured at: --set ps.clock_mhz=1200.0.
+    """
+    with spoken(as_json):
+        from hw_model.calibrate import calibrate as fit
+        from hw_model.calibrate import read_measurements
+        from hw_model.platform_toml import to_toml
+        from orbsoc.workload import load_workload
+
+        machine = options.computer(device, settings)
+        rows = read_measurements(measured)
+        record = load_workload(workload)
+        found = fit(record.trace, machine, rows, f"calibrated with {measured.name} ({record.origin})")
+        was = machine.ps.flop_per_cycle
+        verdict = (
+            f"measured: {found.flop_per_cycle:.3f} flop/cycle ({found.low:.3f}–{found.high:.3f} over the modules);"
+            f" {machine.name} had {was.value:g} ({was.tag})"
+        )
+        document = {
+            "schema": "orbsoc.hardware-calibration/1",
+            "headline": verdict,
+            "workload": record.origin,
+            "flop_per_cycle": found.flop_per_cycle,
+            "low": found.low,
+            "high": found.high,
+            "modules": [asdict(row) | {"error": row.error} for row in found.modules],
+            "skipped_stages": list(found.skipped),
+            "assumptions": options.echoed(found.platform, record.trace.datapath),
+        }
+        folder = out or Path("out") / f"hw-calibrate-{record.name}"
+        name = f"{machine.name}-calibrated.toml"
+        options.write_all(
+            folder, {name: to_toml(found.platform), "calibration.json": options.as_json_text(document)}
+        )
+        lines = [
+            "module            flop/cycle  measured µs  modelled µs   error",
+            *(
+                f"{row.module:16s} {row.flop_per_cycle:11.3f} {row.measured_us:12.1f} {row.modelled_us:12.1f}"
+                f" {100 * row.error:+6.1f} %"
+                for row in found.modules
+            ),
+            *([f"left out, all division or root: {', '.join(found.skipped)}"] if found.skipped else []),
+            verdict,
+            f"use it with --device {folder / name}",
+        ]
+        options.say(lines, document, folder, as_json=as_json)

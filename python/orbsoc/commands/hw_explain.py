@@ -1,0 +1,68 @@
+"""`orbsoc hw explain`: why two configurations differ, cause by cause."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from orbsoc.commands import hw_options as options
+from orbsoc.commands.ending import spoken
+
+if TYPE_CHECKING:
+    from hw_model.explain import Configuration
+
+_FORM = "DEVICE:PARTITION[:KEY=VALUE,…]"
+
+
+def explain(
+    workload: options.WorkloadArgument,
+    a: Annotated[str, typer.Argument(help=f"{_FORM}, e.g. zu9eg:paper", metavar="A")],
+    b: Annotated[str, typer.Argument(help=f"{_FORM}, e.g. zu9eg:paper:pl.lanes=8", metavar="B")],
+    out: options.OutOption = None,
+    as_json: options.JsonOption = False,
+) -> None:
+    """Say what B takes more or less time for than A, cause by cause and module by module."""
+    with spoken(as_json):
+        from hw_model.difference_figure import difference_figure
+        from hw_model.explain import explain as compare
+        from orbsoc.workload import load_workload
+
+        one, other = _configuration(a), _configuration(b)
+        record = load_workload(workload)
+        found = compare(record.trace, one, other, options.stage_cycles(record))
+        datapath = record.trace.datapath
+        assumptions = {
+            side: options.echoed(chosen.platform, datapath) for side, chosen in (("a", one), ("b", other))
+        }
+        document = found.to_dict() | {"workload": record.origin, "assumptions": assumptions}
+        folder = out or Path("out") / f"hw-explain-{record.name}"
+        options.write_all(folder, {"explain.json": options.as_json_text(document)})
+        difference_figure(found, folder / "explain.png")
+        lines = [
+            *(f"differs: {key} = {mine} → {theirs}" for key, mine, theirs in found.parameters),
+            *(f"moved: {module}" for module in found.moved),
+            "cause         A ms      B ms    B − A ms",
+            *(
+                f"{cause:10s} {one_ms / 1e9:9.3f} {other_ms / 1e9:9.3f} {(other_ms - one_ms) / 1e9:+10.3f}"
+                for cause, (one_ms, other_ms) in found.by_cause.items()
+            ),
+            f"{'sum':10s} {found.a_picos / 1e9:9.3f} {found.b_picos / 1e9:9.3f}"
+            f" {(found.b_picos - found.a_picos) / 1e9:+10.3f}",
+            found.headline,
+        ]
+        options.say(lines, document, folder, as_json=as_json)
+
+
+def _configuration(text: str) -> Configuration:
+    """A computer and a partition from their short form. Raises HwModelError."""
+    from hw_model import HwModelError
+    from hw_model.explain import Configuration
+    from hw_model.partition import load_partition
+
+    parts = text.split(":", 2)
+    if len(parts) < 2:
+        raise HwModelError(f"configuration {text!r}: must be {_FORM}")
+    settings = parts[2].split(",") if len(parts) > 2 else []
+    return Configuration(text, options.computer(parts[0], settings), load_partition(parts[1]))

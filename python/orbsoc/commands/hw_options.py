@@ -1,0 +1,113 @@
+"""What the commands of `orbsoc hw` share: their arguments, the computer these describe, and the files they leave."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from hw_model import Platform
+    from hw_model.stage_cycles import StageCycles
+    from orbsoc.workload import Workload
+
+WorkloadArgument = Annotated[
+    Path,
+    typer.Argument(
+        help="SCENARIO.toml (planned once), PROBLEM.json (solved once) or a recorded TRACE.json",
+        metavar="WORKLOAD",
+        show_default=False,
+    ),
+]
+DeviceOption = Annotated[str, typer.Option(help="platform: name or TOML file")]
+PartitionOption = Annotated[
+    str, typer.Option(help="what runs on the PL: name, TOML file, or modules joined by +")
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", help="set a parameter for this run, e.g. pl.lanes=8; repeatable", metavar="KEY=VALUE"
+    ),
+]
+OutOption = Annotated[
+    Path | None, typer.Option(help="output folder; out/hw-COMMAND by default", metavar="DIR")
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="print the JSON document on standard output")]
+
+
+def computer(device: str, settings: Sequence[str] | None) -> Platform:
+    """The platform `device` with `--set` applied. Raises PlatformError naming key, value and what is allowed."""
+    from hw_model import load_platform
+
+    return load_platform(device).with_values(parsed_settings(settings))
+
+
+def parsed_settings(settings: Sequence[str] | None) -> dict[str, Any]:
+    """KEY=VALUE pairs; a value is a TOML value, or else text."""
+    from hw_model import PlatformError
+
+    found: dict[str, Any] = {}
+    for item in settings or ():
+        key, equals, text = item.partition("=")
+        if not equals or not key.strip():
+            raise PlatformError(f"--set {item!r}: must be KEY=VALUE, e.g. pl.lanes=8")
+        try:
+            value = tomllib.loads(f"value = {text}")["value"]
+        except tomllib.TOMLDecodeError:
+            value = text.strip()
+        found[key.strip()] = value
+    return found
+
+
+def stage_cycles(workload: Workload) -> StageCycles:
+    """Where the cycles of this workload's segments come from: the one place that chooses estimate or schedule."""
+    from hw_model.stage_cycles import estimated
+
+    del workload  # schedules will be made from its problems
+    return estimated
+
+
+def write_all(folder: Path, files: Mapping[str, str | bytes]) -> None:
+    """Write `files` into `folder`, each whole or not at all; a file of that name is replaced, others are left alone."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, content in files.items():
+        beside = folder / f".{name}.{os.getpid()}"
+        beside.write_bytes(content.encode() if isinstance(content, str) else content)
+        beside.replace(folder / name)
+
+
+def as_json_text(document: Mapping[str, Any]) -> str:
+    """A document as a file holds it."""
+    return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def as_csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Rows as CSV, the columns of all of them in order of appearance."""
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def echoed(platform: Platform, datapath: Any) -> list[dict[str, Any]]:
+    """Every parameter of a platform with its provenance, for a report."""
+    from dataclasses import asdict
+
+    return [asdict(row) for row in platform.assumptions(datapath)]
+
+
+def say(lines: Sequence[str], document: Mapping[str, Any], folder: Path, *, as_json: bool) -> None:
+    """The answer in words, last the folder; with `as_json` the document on standard output, the words beside it."""
+    if as_json:
+        typer.echo(json.dumps(document, allow_nan=False))
+    for line in (*lines, f"written to {folder}"):
+        typer.echo(line, err=as_json)

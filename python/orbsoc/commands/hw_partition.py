@@ -1,0 +1,159 @@
+"""`orbsoc hw partition`: every partition on every computer, and whether the paper's is worth its resources."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from orbsoc.commands import hw_options as options
+from orbsoc.commands.ending import spoken
+
+if TYPE_CHECKING:
+    from hw_model import Platform
+    from hw_model.split_verdict import Verdict
+    from hw_model.study import Point, Study
+    from orbsoc.workload import Workload
+
+
+def partition(
+    workload: options.WorkloadArgument,
+    devices: Annotated[str, typer.Option("--device", help="platforms, joined by commas, or all")] = "all",
+    lanes: Annotated[str, typer.Option(help="lane counts, joined by commas")] = "1,2,4,8,16",
+    clocks: Annotated[str, typer.Option(help="PL clocks in MHz, joined by commas")] = "100,150,200",
+    settings: options.SetOption = None,
+    out: options.OutOption = None,
+    as_json: options.JsonOption = False,
+) -> None:
+    """Price all 64 partitions × lanes × clocks × devices, and say which of them no other beats."""
+    with spoken(as_json):
+        from hw_model.split_verdict import verdicts
+        from hw_model.study import Study, pareto
+        from orbsoc.workload import load_workload
+
+        computers = _computers(devices, lanes, clocks, settings)
+        record = load_workload(workload)
+        study = Study(record.trace, options.stage_cycles(record))
+        points = _priced(study, computers)
+        front, found = pareto(points), verdicts(points)
+        document = _document(record, computers, points, front, found)
+        folder = out or Path("out") / f"hw-partition-{record.name}"
+        options.write_all(
+            folder,
+            {
+                "partition.json": options.as_json_text(document),
+                "partition.csv": options.as_csv_text([point.row() for point in points]),
+                "pareto.csv": options.as_csv_text([point.row() for point in front]),
+            },
+        )
+        _draw(record, computers, points, front, folder)
+        options.say(_words(record, points, front, found), document, folder, as_json=as_json)
+
+
+def _computers(devices: str, lanes: str, clocks: str, settings: list[str] | None) -> list[Platform]:
+    """Every platform, with every number of lanes at every clock."""
+    from hw_model import HwModelError, platform_names
+
+    names = platform_names() if devices == "all" else devices.split(",")
+    try:
+        counts, rates = [int(text) for text in lanes.split(",")], [float(text) for text in clocks.split(",")]
+    except ValueError as error:
+        raise HwModelError(
+            f"--lanes {lanes!r}, --clocks {clocks!r}: must be numbers joined by commas"
+        ) from error
+    return [
+        options.computer(name, settings).with_values({"pl.lanes": count, "pl.clock_mhz": rate})
+        for name in names
+        for rate in rates
+        for count in counts
+    ]
+
+
+def _priced(study: Study, computers: list[Platform]) -> list[Point]:
+    from hw_model.partition import all_partitions
+
+    splits = all_partitions()
+    return [point for machine in computers for point in study.points(machine, splits)]
+
+
+def _document(
+    record: Workload, computers: list[Platform], points: list[Point], front: list[Point], found: list[Verdict]
+) -> dict[str, Any]:
+    first = {machine.name: machine for machine in reversed(computers)}
+    return {
+        "schema": "orbsoc.hardware-partitions/1",
+        "provenance": "modelled",
+        "workload": record.origin,
+        "points": len(points),
+        "pareto": [point.row() for point in front],
+        "paper": [verdict.to_dict() for verdict in found],
+        "assumptions": {
+            name: options.echoed(machine, record.trace.datapath) for name, machine in sorted(first.items())
+        },
+    }
+
+
+def _words(record: Workload, points: list[Point], front: list[Point], found: list[Verdict]) -> list[str]:
+    fits = Counter(point.device for point in points if point.budget.fits)
+    count = Counter(point.device for point in points)
+    lines = [f"modelled: {record.origin}: {len(points)} configurations"]
+    for device in count:
+        best = next((point for point in front if point.device == device), None)
+        if best is None:
+            lines.append(f"{device}: none of {count[device]} fits")
+            continue
+        ratio = best.speedup
+        lines.append(
+            f"{device}: {fits[device]} of {count[device]} fit; fastest that fits: {best.partition}, {best.lanes} lanes at"
+            f" {best.pl_clock_mhz:g} MHz: {best.times_ms[0]:.3f} ms, speedup {ratio.nominal:.2f}×"
+            f" ({ratio.low:.2f}–{ratio.high:.2f}×)"
+        )
+    beaten = [verdict for verdict in found if not verdict.optimal]
+    for device in count:  # one of many computers of a device stands for it here; partition.json has them all
+        own = [verdict for verdict in found if verdict.point.device == device]
+        lines.append(own[len(own) // 2].words)
+    robust = sum(verdict.robust for verdict in beaten)
+    lines.append(
+        f"the paper's split is Pareto-optimal on {len(found) - len(beaten)} of {len(found)} computers;"
+        f" it is beaten on {len(beaten)}, on {robust} of them over the whole band"
+    )
+    return lines
+
+
+def _draw(
+    record: Workload, computers: list[Platform], points: list[Point], front: list[Point], folder: Path
+) -> None:
+    """pareto.png of all; speedup.png of the shipped partitions and the fastest; amdahl.png, roofline.png of one device."""
+    from hw_model.figure import speedup_figure
+    from hw_model.limits import limits, roofs
+    from hw_model.partition import load_partition
+    from hw_model.report import speedup
+    from hw_model.study_figures import amdahl_figure, pareto_figure, roofline_figure
+
+    pareto_figure(points, front, folder / "pareto.png")
+    cycles = options.stage_cycles(record)
+    paper = load_partition("paper")
+    rates = sorted({machine.pl.clock_mhz.value for machine in computers})
+    middle = [machine for machine in computers if machine.pl.clock_mhz.value == rates[len(rates) // 2]]
+    one = [machine for machine in middle if machine.name == computers[-1].name]
+    names = ("paper", "matrix_update+factorization+linear_solve", "factor_only")
+    known = {(point.device, point.lanes, point.pl_clock_mhz, point.partition): point for point in points}
+    curves = {
+        name: {
+            machine.pl.lanes.value: (
+                known[machine.name, machine.pl.lanes.value, machine.pl.clock_mhz.value, name].speedup,
+                limits(record.trace, machine, load_partition(name), cycles),
+            )
+            for machine in one
+        }
+        for name in names
+    }
+    title = f"{one[0].name}, PL at {one[0].pl.clock_mhz.value:g} MHz"
+    amdahl_figure(curves, title, folder / "amdahl.png")
+    typical = min(one, key=lambda machine: abs(machine.pl.lanes.value - 4))
+    roofline_figure(roofs(record.trace, typical, paper, cycles), typical, folder / "roofline.png")
+    shown = [machine for machine in middle if machine.pl.lanes.value == typical.pl.lanes.value]
+    reports = [speedup(record.trace, machine, name, cycles=cycles) for machine in shown for name in names]
+    speedup_figure(reports, folder / "speedup.png")

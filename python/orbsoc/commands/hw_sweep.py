@@ -1,0 +1,82 @@
+"""`orbsoc hw sweep`: a grid of configurations, priced from one record; the Pareto front as CSV and figure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from orbsoc.commands import hw_options as options
+from orbsoc.commands.ending import spoken
+
+if TYPE_CHECKING:
+    from hw_model.sweep import Sweep
+
+
+def sweep(
+    file: Annotated[
+        Path, typer.Argument(help="axes of the grid, TOML", metavar="SWEEP.toml", show_default=False)
+    ],
+    workload: Annotated[
+        Path | None,
+        typer.Argument(help="what to price; else the sweep file's `workload`", metavar="WORKLOAD"),
+    ] = None,
+    out: options.OutOption = None,
+    as_json: options.JsonOption = False,
+) -> None:
+    """Price every point of a grid and write all of them and the Pareto front of time against resources."""
+    with spoken(as_json):
+        from hw_model.study import Study, pareto
+        from hw_model.study_figures import pareto_figure
+        from hw_model.sweep import computers, load_sweep, run
+        from orbsoc.workload import load_workload
+
+        chosen = load_sweep(file)
+        record = load_workload(_workload(chosen, workload, file))
+        points = run(record.trace, chosen, Study(record.trace, options.stage_cycles(record)))
+        front = pareto(points)
+        first = {machine.name: machine for machine, _ in computers(chosen)}
+        document = {
+            "schema": "orbsoc.hardware-sweep/1",
+            "provenance": "modelled",
+            "workload": record.origin,
+            "points": len(points),
+            "axes": {"device": list(chosen.devices), "partition": list(chosen.partitions)}
+            | {key: list(values) for key, values in chosen.axes.items()},
+            "pareto": [point.row() for point in front],
+            "assumptions": {
+                name: options.echoed(machine, record.trace.datapath) for name, machine in first.items()
+            },
+        }
+        folder = out or Path("out") / f"hw-sweep-{file.stem}"
+        options.write_all(
+            folder,
+            {
+                "sweep.json": options.as_json_text(document),
+                "sweep.csv": options.as_csv_text([point.row() for point in points]),
+                "pareto.csv": options.as_csv_text([point.row() for point in front]),
+            },
+        )
+        pareto_figure(points, front, folder / "pareto.png")
+        fitting = sum(point.budget.fits for point in points)
+        lines = [
+            f"modelled: {record.origin}: {len(points)} points, {fitting} fit, {len(front)} on the Pareto front",
+            *(
+                f"{point.device} {point.partition} {point.lanes} lanes {point.pl_clock_mhz:g} MHz"
+                f"{''.join(f' {key}={value}' for key, value in point.settings.items())}: {point.times_ms[0]:.3f} ms,"
+                f" {point.budget.tightest.kind} at {100 * point.area_share:.0f} % of its ceiling"
+                for point in front
+            ),
+        ]
+        options.say(lines, document, folder, as_json=as_json)
+
+
+def _workload(chosen: Sweep, given: Path | None, file: Path) -> Path:
+    """The workload of the command line, or of the sweep file. Raises SweepError when neither names one."""
+    from hw_model.sweep import SweepError
+
+    place = given or chosen.workload
+    if place is None:
+        raise SweepError(f"sweep {file.name}: names no `workload`; name it there or on the command line")
+    return place

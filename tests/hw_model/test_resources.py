@@ -1,0 +1,73 @@
+"""The budget: shapes of multipliers and memories, monotonic in the engine, and nothing taken without a PL."""
+
+from __future__ import annotations
+
+import pytest
+
+from hw_model.partition import load_partition
+from hw_model.platform import load_platform
+from hw_model.resources import KINDS, bram18, budget, multiplier_dsp
+from hw_model.trace import parse_trace
+from tests.hw_model.synthetic import synthetic_trace
+
+TRACE = parse_trace(synthetic_trace(iterations=2))
+
+
+def test_a_multiplier_takes_what_synthesis_found() -> None:
+    assert [multiplier_dsp(bits) for bits in (53, 24, 17, 25, 18)] == [
+        12,
+        2,
+        1,
+        4,
+        2,
+    ]  # 12 at binary64: yosys, xc7
+
+
+@pytest.mark.parametrize(
+    ("rows", "bits", "halves"),
+    [(512, 36, 1), (512, 64, 2), (513, 36, 2), (1024, 64, 4), (16384, 1, 1), (1, 1, 1)],
+)
+def test_a_memory_takes_the_cheapest_shape(rows: int, bits: int, halves: int) -> None:
+    assert bram18(rows, bits) == halves
+
+
+def test_nothing_is_taken_when_nothing_is_on_the_pl() -> None:
+    found = budget(TRACE, load_platform("xc7z020"), load_partition("all_ps"))
+    assert [use.used for use in found.uses] == [0, 0, 0, 0]
+    assert found.fits
+
+
+@pytest.mark.parametrize("key", ["pl.lanes", "pl.dividers", "pl.banks"])
+def test_more_of_anything_takes_no_less(key: str) -> None:
+    split = load_partition("paper")
+    counts = [budget(TRACE, load_platform("zu9eg").with_value(key, n), split) for n in (1, 2, 4, 8)]
+    for kind in ("lut", "ff", "dsp"):
+        used = [found.of(kind).used for found in counts]
+        assert used == sorted(used)
+    assert counts[0].of("lut").used < counts[-1].of("lut").used
+
+
+def test_single_precision_takes_less_of_everything() -> None:
+    single = parse_trace(synthetic_trace(iterations=2, datapath="f32"))
+    wide, narrow = (
+        budget(trace, load_platform("zu9eg"), load_partition("paper")) for trace in (TRACE, single)
+    )
+    for kind in KINDS:
+        assert narrow.of(kind).used < wide.of(kind).used, kind
+    assert (wide.of("dsp").used, narrow.of("dsp").used) == (4 * 12, 4 * 2)
+
+
+def test_a_small_device_overflows_and_the_tightest_resource_is_named() -> None:
+    platform = load_platform("xc7z020").with_value("pl.lanes", 16)
+    found = budget(TRACE, platform, load_partition("paper"))
+    assert not found.fits
+    assert found.tightest.share / found.tightest.ceiling == max(use.share / use.ceiling for use in found.uses)
+    assert not found.tightest.fits
+    assert found.of("dsp").used == 192
+
+
+def test_fewer_modules_need_less_storage_and_microcode() -> None:
+    machine = load_platform("zu9eg")
+    whole, part = (budget(TRACE, machine, load_partition(name)) for name in ("paper", "factor_only"))
+    assert part.storage_words < whole.storage_words
+    assert part.microcode_words < whole.microcode_words

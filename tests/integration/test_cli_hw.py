@@ -1,0 +1,180 @@
+"""`orbsoc hw`, as a user and as another program meet it."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+import orbsoc
+from orbsoc.cli import app
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def workload(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A problem with cones, equalities and bounds, as a file."""
+    random = np.random.default_rng(5)
+    problem = orbsoc.Problem(
+        P=np.eye(8), c=random.normal(size=8), A=random.normal(size=(3, 8)), b=np.ones(3),
+        G=np.vstack([-np.eye(8), random.normal(size=(4, 8))]), h=np.r_[np.ones(8), 9.0, 0.0, 0.0, 0.0],
+        cones=orbsoc.Cones(l=8, q=[4]),
+    )  # fmt: skip
+    path = tmp_path_factory.mktemp("hw") / "small.json"
+    problem.save(path)
+    return path
+
+
+def invoke(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, ["hw", *map(str, arguments)])
+
+
+def test_partition_prices_all_and_judges_the_papers(workload: Path, tmp_path: Path) -> None:
+    result = invoke(
+        "partition",
+        workload,
+        "--device",
+        "zu9eg,xc7z020",
+        "--lanes",
+        "2,4",
+        "--clocks",
+        "150",
+        "--out",
+        tmp_path,
+    )
+    assert result.exit_code == 0, result.output
+    assert result.stdout.splitlines()[0].endswith("256 configurations")
+    assert "Pareto-optimal" in result.stdout
+    document = json.loads((tmp_path / "partition.json").read_text())
+    assert document["schema"] == "orbsoc.hardware-partitions/1"
+    assert len(document["paper"]) == 4
+    assert all(verdict["pareto_optimal"] == (verdict["better"] is None) for verdict in document["paper"])
+    with (tmp_path / "partition.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 256
+    assert {row["device"] for row in rows} == {"zu9eg", "xc7z020"}
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {
+        "partition.json",
+        "partition.csv",
+        "pareto.csv",
+        "pareto.png",
+        "amdahl.png",
+        "roofline.png",
+        "speedup.png",
+    }
+
+
+def test_sweep_takes_its_workload_from_its_file_or_the_command_line(workload: Path, tmp_path: Path) -> None:
+    file = tmp_path / "sweep.toml"
+    file.write_text("[axes]\n'pl.lanes' = [1, 2, 4]\n", encoding="utf-8")
+    assert invoke("sweep", file, "--out", tmp_path / "a").exit_code == 2
+    given = invoke("sweep", file, workload, "--out", tmp_path / "a", "--json")
+    assert given.exit_code == 0, given.output
+    file.write_text(
+        f"workload = {json.dumps(str(workload))}\n[axes]\n'pl.lanes' = [1, 2, 4]\n", encoding="utf-8"
+    )
+    named = invoke("sweep", file, "--out", tmp_path / "b", "--json")
+    assert json.loads(given.stdout) == json.loads(named.stdout)
+    assert json.loads(named.stdout)["points"] == 3
+    assert (tmp_path / "a" / "sweep.csv").read_text() == (tmp_path / "b" / "sweep.csv").read_text()
+
+
+def test_explain_adds_up_in_the_table_that_is_printed(workload: Path, tmp_path: Path) -> None:
+    result = invoke("explain", workload, "zu9eg:paper", "zu9eg:factor_only:pl.lanes=8", "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    assert "differs: pl.lanes = 4 → 8" in result.stdout
+    table = [line.split() for line in result.stdout.splitlines() if len(line.split()) == 4]
+    differences = {row[0]: float(row[3]) for row in table if row[0] not in ("cause", "written")}
+    total = differences.pop("sum")
+    assert sum(differences.values()) == pytest.approx(total, abs=0.001 * len(differences))
+
+
+def test_trace_writes_the_viewers_document_and_a_record_that_can_be_priced_again(
+    workload: Path, tmp_path: Path
+) -> None:
+    result = invoke(
+        "trace", workload, "--set", "pl.lanes=2", "--set", "runtime.completion=polling", "--out", tmp_path
+    )
+    assert result.exit_code == 0, result.output
+    document = json.loads((tmp_path / "trace.json").read_text())
+    assert document["otherData"]["parameters"]["pl.lanes"]["value"] == 2
+    again = invoke("trace", tmp_path / "recorded.json", "--set", "pl.lanes=2", "--set", "runtime.completion=polling",
+                   "--out", tmp_path / "again")  # fmt: skip
+    assert again.exit_code == 0, again.output
+    repeated = json.loads((tmp_path / "again" / "trace.json").read_text())
+    assert repeated["traceEvents"] == document["traceEvents"]
+
+
+def test_budget_exits_1_when_it_does_not_fit(workload: Path, tmp_path: Path) -> None:
+    fits = invoke("budget", workload, "--out", tmp_path)
+    assert (fits.exit_code, "FITS" in fits.stdout) == (0, True)
+    over = invoke(
+        "budget", workload, "--device", "xc7z020", "--set", "pl.lanes=64", "--out", tmp_path, "--json"
+    )
+    assert over.exit_code == 1
+    document = json.loads(over.stdout)
+    assert document["fits"] is False
+    assert "DOES NOT FIT" in document["headline"]
+    assert {row["tag"] for row in document["assumptions"]} <= {"sourced", "measured", "assumed"}
+
+
+def test_calibrate_writes_a_platform_that_the_other_commands_take(workload: Path, tmp_path: Path) -> None:
+    times = tmp_path / "times.csv"
+    times.write_text("stage,runs,microseconds\nfactorize,10,50.0\nstatistics,10,60.0\n", encoding="utf-8")
+    result = invoke("calibrate", workload, times, "--set", "ps.clock_mhz=1200.0", "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    document = json.loads((tmp_path / "calibration.json").read_text())
+    [row] = [row for row in document["assumptions"] if row["key"] == "ps.flop_per_cycle"]
+    assert (row["tag"], row["value"]) == ("measured", document["flop_per_cycle"])
+    used = invoke(
+        "budget", workload, "--device", tmp_path / "zu9eg-calibrated.toml", "--out", tmp_path, "--json"
+    )
+    assert row in json.loads(used.stdout)["assumptions"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("trace", "{w}", "--device", "zu8"), "platform 'zu8' is not known"),
+        (("trace", "{w}", "--partition", "half"), "partition 'half' is not known"),
+        (("trace", "{w}", "--set", "pl.lanes"), "must be KEY=VALUE"),
+        (("trace", "{w}", "--set", "pl.lanes=-1"), "`pl.lanes.value` = -1"),
+        (("trace", "{w}", "--set", "pl.lanez=1"), "`pl.lanez` is not a parameter"),
+        (("trace", "{w}", "--set", "link.register_write_ns=-1.0"), "`link.register_write_ns.value` = -1.0"),
+        (("explain", "{w}", "zu9eg", "zu9eg:paper"), "must be DEVICE:PARTITION"),
+        (("partition", "{w}", "--lanes", "two"), "must be numbers joined by commas"),
+        (("budget", "{w}.missing"), "No such file"),
+        (("budget", "{root}/pyproject.toml"), "`mission` = None: no such mission"),
+        (("budget", "{root}/tests/core/drawn.py"), "is not JSON"),
+    ],
+)
+def test_bad_input_exits_2_and_is_named(
+    workload: Path, tmp_path: Path, arguments: tuple[str, ...], says: str
+) -> None:
+    filled = [text.format(w=workload, root=ROOT) for text in arguments]
+    result = invoke(*filled, "--out", tmp_path, "--json")
+    assert result.exit_code == 2, result.output
+    document = json.loads(result.stdout)
+    assert document["exit_code"] == 2
+    assert says in document["error"]
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_trace_of_another_schema_version_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "trace.json"
+    path.write_text(json.dumps({"schema": "orbsoc.trace/2"}), encoding="utf-8")
+    result = invoke("budget", path, "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert "orbsoc.trace/1" in result.output
+
+
+def test_a_scenario_is_planned_once_and_priced(tmp_path: Path) -> None:
+    result = invoke("budget", ROOT / "scenarios" / "rec1.toml", "--out", tmp_path, "--json")
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["workload"].startswith("plan of rec1.toml (")
