@@ -64,6 +64,15 @@ impl<T: Decide> Engine<T> {
         Self::with_panels(problem, settings, Panels::Relaxed)
     }
 
+    /// As [`Engine::new`], on the walk that tapes record: no stored zeros in the factor, so that its buffers
+    /// are laid out as the tapes' are, and every word, the sign of a zero included, is theirs.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub fn exact(problem: &Problem, settings: &Settings) -> Result<Self, Error> {
+        Self::with_panels(problem, settings, Panels::Exact)
+    }
+
     pub(crate) fn with_panels(problem: &Problem, settings: &Settings, panels: Panels) -> Result<Self, Error> {
         let path = Datapath::new(Arc::new(Structure::new(problem, panels)?), settings)?;
         let mut engine = Self {

@@ -19,6 +19,7 @@
 //! | the six modules' kernels | `kernels::{matrix_update, matrix_scaling, factorization, linear_solve, cone_ops, line_search}` |
 //! | statistics and decisions | `ps`, `control` |
 //! | the evidence for a status | `certificate` |
+//! | the operation streams of a pattern | [`record_tapes`] |
 
 mod batch;
 mod certificate;
@@ -51,6 +52,9 @@ pub mod stage;
 mod stage_tests;
 mod structure;
 mod symbolic;
+mod tape;
+#[cfg(test)]
+mod tape_tests;
 mod trace;
 mod workspace;
 
@@ -64,6 +68,7 @@ pub use real::{Decide, Real};
 pub use settings::Settings;
 pub use solution::{Certificate, Solution, Status};
 pub use stage::{Module, Outcome, Stage, Step, Stop, CLOSING, ITERATION, STARTUP};
+pub use tape::{record_tapes, Recording, Store, Tape};
 pub use trace::Event;
 pub use workspace::Buffer;
 

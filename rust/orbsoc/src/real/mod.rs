@@ -1,5 +1,6 @@
 //! Scalars the kernels are generic over. **The datapath is a type**: one kernel source runs on
-//! `f64`, on `f32`, on [`Lanes`], eight problems at once, and on [`Counted`], which carries no number and counts the operations.
+//! `f64`, on `f32`, on [`Lanes`], eight problems at once, on [`Counted`], which carries no number and counts the operations,
+//! and on `Taped`, which records them.
 //!
 //! The bits of a result are defined by the operations a kernel asks for and nothing else: every
 //! operation below rounds once, `c ± a·b` rounds twice, and nothing here is ever fused.
@@ -7,9 +8,12 @@
 mod counted;
 mod lanes;
 mod single;
+mod taped;
 
 pub use counted::{count, Counted, Latency, OperationCounts, Tally};
 pub use lanes::{EightLanes, Lanes};
+pub(crate) use taped::{record, Taped};
+pub use taped::{Opcode, Operation, Value};
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
