@@ -1,0 +1,77 @@
+//! L0: cycles that no schedule can go below, and the resource that says so.
+
+use crate::configuration::Configuration;
+use crate::edges::Edges;
+use crate::graph::{Graph, Operand};
+use std::collections::HashSet;
+
+/// Lower bounds of a segment's busy cycles, one a resource.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bounds {
+    /// Every operation but divisions and roots takes a lane for a cycle.
+    pub issue: u32,
+    /// The longest chain of dependent operations.
+    pub dependency: u32,
+    /// Every division and root takes a divider for as long as it runs.
+    pub divider: u32,
+    /// Every result takes a write port, every word that is read a read port, for a cycle.
+    pub bank: u32,
+}
+
+impl Bounds {
+    /// Bounds of a graph on an engine, start and end of a segment included.
+    pub fn new(graph: &Graph, configuration: &Configuration) -> Self {
+        let timing = configuration.timing();
+        let around = timing.startup + timing.finish;
+        let on_dividers = || graph.nodes.iter().filter(|node| node.code.on_divider());
+        let busy: u32 = on_dividers().map(|node| timing.latency(node.code)).sum();
+        let lanes = graph.nodes.len() as u32 - on_dividers().count() as u32;
+        // What follows the last issue: its way to storage.
+        let after = |least: u32| if graph.nodes.is_empty() { 0 } else { least + timing.read + timing.write };
+        let tail = |count: u32| if count == 0 { 0 } else { count + after(timing.simple) };
+        Self {
+            issue: around + tail(lanes.div_ceil(configuration.lanes as u32)),
+            dependency: around + Edges::new(graph, configuration).longest(),
+            divider: around
+                + busy.div_ceil(configuration.dividers as u32)
+                + if busy > 0 { after(1) } else { 0 },
+            bank: around + tail(bank_cycles(graph, configuration)),
+        }
+    }
+
+    /// The largest.
+    pub fn cycles(&self) -> u32 {
+        self.issue.max(self.dependency).max(self.divider).max(self.bank)
+    }
+
+    /// Its name.
+    pub fn bottleneck(&self) -> &'static str {
+        let named = [
+            (self.issue, "issue"),
+            (self.dependency, "dependency"),
+            (self.divider, "divider"),
+            (self.bank, "bank"),
+        ];
+        named.into_iter().rev().max_by_key(|(cycles, _)| *cycles).map_or("issue", |(_, name)| name)
+    }
+}
+
+/// Cycles for which the busiest bank's port is taken, whatever the order.
+fn bank_cycles(graph: &Graph, configuration: &Configuration) -> u32 {
+    let mut homes = vec![0u32; configuration.banks];
+    let mut words: Vec<[HashSet<u32>; 3]> = vec![Default::default(); configuration.banks];
+    for node in &graph.nodes {
+        if let Some(home) = node.home {
+            homes[configuration.bank(home)] += 1;
+        }
+        for (replica, operand) in node.operands.iter().enumerate() {
+            // What commutes may read from either of two replicas.
+            if let (Some(Operand::Fixed(address)), false) = (operand, node.code.commutes() && replica < 2) {
+                words[configuration.bank(*address)][replica].insert(*address);
+            }
+        }
+    }
+    let written = (graph.nodes.len() as u32).div_ceil(configuration.banks as u32);
+    let read = words.iter().flatten().map(|set| set.len() as u32).max().unwrap_or(0);
+    homes.into_iter().max().unwrap_or(0).max(written).max(read)
+}

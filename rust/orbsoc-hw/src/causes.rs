@@ -1,0 +1,162 @@
+//! What cycles go to. Every cycle has one cause, and the causes sum to the makespan.
+
+use crate::configuration::Configuration;
+use crate::graph::Graph;
+use crate::reservation::Conflict;
+use crate::schedule::Place;
+
+/// Cycles by cause.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Causes {
+    /// An operation began.
+    pub issue: u32,
+    /// No operand was there in time.
+    pub dependency: u32,
+    /// A bank was already reading another word.
+    pub read_port: u32,
+    /// A bank was already going to be written.
+    pub write_port: u32,
+    /// No lane's result register was free.
+    pub result: u32,
+    /// A divider was busy, or its result awaited.
+    pub divider: u32,
+    /// The next word was not there.
+    pub fetch: u32,
+    /// Before the first word.
+    pub startup: u32,
+    /// After the last issue, until its result is in storage.
+    pub drain: u32,
+    /// After the last result.
+    pub finish: u32,
+}
+
+impl Causes {
+    /// Names and counts.
+    pub fn named(&self) -> [(&'static str, u32); 10] {
+        [
+            ("issue", self.issue),
+            ("dependency", self.dependency),
+            ("read_port", self.read_port),
+            ("write_port", self.write_port),
+            ("result", self.result),
+            ("divider", self.divider),
+            ("fetch", self.fetch),
+            ("startup", self.startup),
+            ("drain", self.drain),
+            ("finish", self.finish),
+        ]
+    }
+
+    /// All of them.
+    pub fn total(&self) -> u32 {
+        self.named().iter().map(|(_, cycles)| cycles).sum()
+    }
+
+    fn count(&mut self, why: Why) -> &mut u32 {
+        match why {
+            Why::Dependency => &mut self.dependency,
+            Why::Conflict(Conflict::ReadPort) => &mut self.read_port,
+            Why::Conflict(Conflict::WritePort) => &mut self.write_port,
+            Why::Conflict(Conflict::Result) => &mut self.result,
+            Why::Divider => &mut self.divider,
+        }
+    }
+}
+
+/// Why nothing began.
+#[derive(Clone, Copy)]
+enum Why {
+    Dependency,
+    Divider,
+    Conflict(Conflict),
+}
+
+/// What happened while operations were placed.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Accounts {
+    /// The first conflict that turned an operation away from a cycle.
+    refused: Vec<Option<Conflict>>,
+    /// Cycles in which an operation's last operand arrived, and whether from a divider.
+    arrived: Vec<Option<bool>>,
+    /// Where waits for a busy divider begin and end.
+    waits: Vec<i32>,
+}
+
+fn at<T: Clone + Default>(list: &mut Vec<T>, cycle: u32) -> &mut T {
+    if list.len() <= cycle as usize {
+        list.resize(cycle as usize + 1, T::default());
+    }
+    &mut list[cycle as usize]
+}
+
+impl Accounts {
+    pub fn refused(&mut self, cycle: u32, conflict: Conflict) {
+        at(&mut self.refused, cycle).get_or_insert(conflict);
+    }
+
+    pub fn arrived(&mut self, cycle: u32, from_divider: bool) {
+        let all = at(&mut self.arrived, cycle).get_or_insert(from_divider);
+        *all &= from_divider;
+    }
+
+    pub fn divider_wait(&mut self, from: u32, to: u32) {
+        *at(&mut self.waits, from) += 1;
+        *at(&mut self.waits, to) -= 1;
+    }
+
+    /// Causes of whole cycles, and of lanes within them, of a segment of `words` that ends after `end`.
+    pub fn settle(
+        mut self,
+        graph: &Graph,
+        places: &[Place],
+        words: u32,
+        end: u32,
+        configuration: &Configuration,
+    ) -> (Causes, Causes) {
+        let (timing, lanes) = (configuration.timing(), configuration.lanes as u32);
+        let mut began = vec![(0u32, false); words as usize];
+        for (node, place) in graph.nodes.iter().zip(places) {
+            let (on_lanes, any) = &mut began[place.cycle as usize];
+            *on_lanes += u32::from(!node.code.on_divider());
+            *any = true;
+        }
+        let whys = self.whys(words);
+        let around = Causes {
+            startup: timing.startup,
+            drain: end - words,
+            finish: timing.finish,
+            ..Causes::default()
+        };
+        let (mut causes, mut slots) = (around, Causes::default());
+        (slots.startup, slots.drain, slots.finish) =
+            (lanes * around.startup, lanes * around.drain, lanes * around.finish);
+        for ((on_lanes, any), why) in began.into_iter().zip(whys) {
+            slots.issue += on_lanes;
+            *slots.count(why) += lanes - on_lanes;
+            *(if any { &mut causes.issue } else { causes.count(why) }) += 1;
+        }
+        (causes, slots)
+    }
+
+    /// Why a lane was idle in each cycle, if one was.
+    fn whys(&mut self, words: u32) -> Vec<Why> {
+        let mut whys = vec![Why::Dependency; words as usize];
+        let mut waiting = 0;
+        for cycle in 0..words {
+            waiting += *at(&mut self.waits, cycle);
+            if waiting > 0 {
+                whys[cycle as usize] = Why::Divider;
+            }
+        }
+        let mut next_from_divider = false;
+        for cycle in (0..words).rev() {
+            next_from_divider = at(&mut self.arrived, cycle).unwrap_or(next_from_divider);
+            if let Some(conflict) = at(&mut self.refused, cycle) {
+                whys[cycle as usize] = Why::Conflict(*conflict);
+            } else if next_from_divider {
+                whys[cycle as usize] = Why::Divider;
+            }
+        }
+        whys
+    }
+}

@@ -1,0 +1,65 @@
+//! Who waits for whom, how long, and how long the way to the end is from everywhere.
+
+use crate::configuration::Configuration;
+use crate::graph::Graph;
+
+/// Whom a node waits for: until the result is in storage, or (`false`) only until the other one has begun.
+pub(crate) type Wait = (u32, bool);
+
+/// Predecessors of each node, and the longest way from its issue to the end.
+pub(crate) struct Edges {
+    first: Vec<u32>,
+    from: Vec<Wait>,
+    /// Cycles from a node's issue until the last result that depends on it is in storage.
+    pub path: Vec<u32>,
+}
+
+impl Edges {
+    pub fn new(graph: &Graph, configuration: &Configuration) -> Self {
+        let timing = configuration.timing();
+        let nodes = &graph.nodes;
+        let mut first = vec![0u32; nodes.len() + 1];
+        for (k, node) in nodes.iter().enumerate() {
+            first[k + 1] = node.sources().count() as u32;
+        }
+        for &(_, overwriter) in &graph.overwrites {
+            first[overwriter as usize + 1] += 1;
+        }
+        for k in 0..nodes.len() {
+            first[k + 1] += first[k];
+        }
+        let mut next = first.clone();
+        let mut from = vec![(0, false); first[nodes.len()] as usize];
+        let mut put = |to: usize, edge: Wait| {
+            from[next[to] as usize] = edge;
+            next[to] += 1;
+        };
+        for (k, node) in nodes.iter().enumerate() {
+            for source in node.sources() {
+                put(k, (source, true));
+            }
+        }
+        for &(reader, overwriter) in &graph.overwrites {
+            put(overwriter as usize, (reader, false));
+        }
+        let mut path: Vec<u32> = nodes.iter().map(|node| timing.distance(node.code) + 1).collect();
+        for k in (0..nodes.len()).rev() {
+            for &(source, result) in &from[first[k] as usize..first[k + 1] as usize] {
+                let cycles = if result { timing.distance(nodes[source as usize].code) } else { 0 };
+                let through = cycles + path[k];
+                path[source as usize] = path[source as usize].max(through);
+            }
+        }
+        Self { first, from, path }
+    }
+
+    /// Whom a node waits for.
+    pub fn into(&self, k: u32) -> &[Wait] {
+        &self.from[self.first[k as usize] as usize..self.first[k as usize + 1] as usize]
+    }
+
+    /// The longest way of all.
+    pub fn longest(&self) -> u32 {
+        self.path.iter().copied().max().unwrap_or(0)
+    }
+}

@@ -1,0 +1,83 @@
+//! What can be wrong with a configuration, or with a stream for it.
+
+use core::fmt;
+
+/// Misuse, or an engine too small; names the field and what is allowed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Error {
+    /// A field of the configuration that no engine can have.
+    Configuration {
+        /// The field.
+        field: &'static str,
+        /// Its value.
+        value: u64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// The storage has fewer words than the buffers, constants and temporaries need.
+    Storage {
+        /// The segment that needs most, or "buffers".
+        needed_by: &'static str,
+        /// Words that are needed at least.
+        needed: usize,
+        /// Words that the configuration has.
+        available: usize,
+    },
+    /// More microcode than its memory holds.
+    Microcode {
+        /// Words that are needed.
+        needed: usize,
+        /// Words that the configuration has.
+        available: usize,
+    },
+    /// A stage that has no segment: it belongs to the processing system.
+    NoSegment {
+        /// The stage.
+        stage: String,
+    },
+    /// Words of another pattern than the one recorded.
+    Pattern {
+        /// The buffer.
+        buffer: &'static str,
+        /// Words given.
+        found: usize,
+        /// Words recorded.
+        expected: usize,
+    },
+    /// A microcode word that no encoder writes.
+    Damaged {
+        /// Which word.
+        word: usize,
+        /// What is wrong with it.
+        detail: String,
+    },
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Configuration { field, value, allowed } => {
+                write!(f, "configuration `{field}` = {value}: allowed is {allowed}")
+            }
+            Self::Storage { needed_by, needed, available } => write!(
+                f,
+                "`address_bits`: {needed_by} needs {needed} words of storage or more, the engine has {available}"
+            ),
+            Self::Microcode { needed, available } => write!(
+                f,
+                "`microcode_words`: {needed} words are needed, the engine's memory holds {available}"
+            ),
+            Self::NoSegment { stage } => {
+                write!(f, "stage `{stage}` is none of the six PL modules': it has no segment")
+            }
+            Self::Pattern { buffer, found, expected } => write!(
+                f,
+                "buffer `{buffer}` has {found} words, but the recorded pattern has {expected}"
+            ),
+            Self::Damaged { word, detail } => write!(f, "microcode word {word}: {detail}"),
+        }
+    }
+}
+
+impl std::error::Error for Error {}

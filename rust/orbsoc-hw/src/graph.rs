@@ -1,0 +1,264 @@
+//! A tape as the engine's operations: what must come before what, and which results have a home.
+//!
+//! Results that no store needs are dropped. A result that a buffer's word keeps is computed into that word's home;
+//! a value that several words share, and a word or literal that another word takes over, costs a `move`. A word is
+//! overwritten only after its last reader: anti-dependencies are edges like any other, without latency.
+
+use crate::code::Code;
+use crate::layout::{is_live, Layout};
+use orbsoc::real::Value;
+use orbsoc::Tape;
+use std::collections::HashMap;
+
+/// An operand: a fixed word of storage, or the result of a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Operand {
+    /// The address of a buffer's word or of a literal.
+    Fixed(u32),
+    /// The node.
+    Node(u32),
+}
+
+/// One operation of the engine.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub struct Node {
+    pub code: Code,
+    /// a, b, c; absent where the operation does not read.
+    pub operands: [Option<Operand>; 3],
+    /// Where the result must be written; none: anywhere.
+    pub home: Option<u32>,
+}
+
+impl Node {
+    /// The nodes whose results it reads, once for each operand.
+    pub fn sources(&self) -> impl Iterator<Item = u32> + '_ {
+        self.operands.iter().flatten().filter_map(|operand| match operand {
+            Operand::Node(k) => Some(*k),
+            Operand::Fixed(_) => None,
+        })
+    }
+}
+
+/// The operations of a segment. Every edge goes from a lower node to a higher one.
+#[derive(Clone, Debug)]
+pub struct Graph {
+    /// In an order in which they could run one after the other.
+    pub nodes: Vec<Node>,
+    /// Anti-dependencies: reader, then overwriter.
+    pub overwrites: Vec<(u32, u32)>,
+    /// How often each result is read.
+    pub uses: Vec<u32>,
+}
+
+impl Graph {
+    /// Lower a tape onto a layout of its pattern.
+    pub fn new(tape: &Tape, layout: &Layout) -> Self {
+        let mut lowering = Lowering::new(tape, layout);
+        lowering.operations();
+        lowering.stores();
+        let mut graph = lowering.finish();
+        graph.inherit_homes();
+        graph.find_overwrites();
+        graph
+    }
+
+    /// The node that last writes each home.
+    fn writers(&self) -> HashMap<u32, u32> {
+        let homes = self.nodes.iter().enumerate();
+        homes.filter_map(|(k, node)| node.home.map(|home| (home, k as u32))).collect()
+    }
+
+    /// Readers of each fixed address that is overwritten.
+    fn readers(&self, writers: &HashMap<u32, u32>) -> HashMap<u32, Vec<u32>> {
+        let mut readers: HashMap<u32, Vec<u32>> = HashMap::new();
+        for (k, node) in self.nodes.iter().enumerate() {
+            for operand in node.operands.iter().flatten() {
+                if let Operand::Fixed(address) = operand {
+                    if writers.contains_key(address) {
+                        readers.entry(*address).or_default().push(k as u32);
+                    }
+                }
+            }
+        }
+        readers
+    }
+
+    /// Let the partial results of a chain of sums live where its end does: a word's old content that only the head of
+    /// the chain reads is free from there on.
+    fn inherit_homes(&mut self) {
+        let writers = self.writers();
+        let readers = self.readers(&writers);
+        for (&home, &last) in &writers {
+            let mut chain = vec![last];
+            while let Some(previous) = self.sole_accumulator(chain[chain.len() - 1]) {
+                chain.push(previous);
+            }
+            let head = chain[chain.len() - 1];
+            let old = readers.get(&home).map_or(&[][..], Vec::as_slice);
+            if old.iter().all(|&reader| reader == head) {
+                chain.iter().for_each(|&k| self.nodes[k as usize].home = Some(home));
+            }
+        }
+    }
+
+    /// The homeless node that only `k` reads, as the accumulator of a sum.
+    fn sole_accumulator(&self, k: u32) -> Option<u32> {
+        let node = &self.nodes[k as usize];
+        let accumulator = match node.operands[2] {
+            Some(Operand::Node(previous)) if node.code != Code::Select => previous,
+            _ => return None,
+        };
+        let previous = &self.nodes[accumulator as usize];
+        (self.uses[accumulator as usize] == 1 && previous.home.is_none()).then_some(accumulator)
+    }
+
+    fn find_overwrites(&mut self) {
+        let mut first: HashMap<u32, u32> = HashMap::new();
+        for (k, node) in self.nodes.iter().enumerate() {
+            if let Some(home) = node.home {
+                first.entry(home).or_insert(k as u32);
+            }
+        }
+        for (home, mut readers) in self.readers(&first) {
+            let writer = first[&home];
+            readers.dedup();
+            let before = readers.into_iter().filter(|&reader| reader != writer);
+            self.overwrites.extend(before.map(|reader| (reader, writer)));
+        }
+        self.overwrites.sort_unstable();
+    }
+}
+
+/// The translation of one tape.
+struct Lowering<'a> {
+    tape: &'a Tape,
+    layout: &'a Layout,
+    nodes: Vec<Node>,
+    /// Node of each live result.
+    node_of: Vec<Option<u32>>,
+    /// Words that are overwritten before one of their readers, as the tape has them in its mind, and the
+    /// temporary that keeps their content.
+    kept: HashMap<u32, u32>,
+}
+
+impl<'a> Lowering<'a> {
+    fn new(tape: &'a Tape, layout: &'a Layout) -> Self {
+        Self {
+            tape,
+            layout,
+            nodes: Vec::new(),
+            node_of: vec![None; tape.operations.len()],
+            kept: HashMap::new(),
+        }
+    }
+
+    /// Results that some live store needs.
+    fn live(&self) -> Vec<bool> {
+        let mut live = vec![false; self.tape.operations.len()];
+        let wake = |value: Value, live: &mut Vec<bool>| {
+            if let Value::Result(k) = value {
+                live[k as usize] = true;
+            }
+        };
+        for store in self.tape.stores.iter().filter(|store| is_live(store.buffer)) {
+            wake(store.value, &mut live);
+        }
+        for k in (0..live.len()).rev() {
+            if live[k] {
+                let operation = &self.tape.operations[k];
+                for value in [Some(operation.a), operation.b, operation.c].into_iter().flatten() {
+                    wake(value, &mut live);
+                }
+            }
+        }
+        live
+    }
+
+    fn address(&self, value: Value) -> Option<u32> {
+        match value {
+            Value::Word { buffer, index } => self.layout.home(buffer, index),
+            Value::Constant(k) => self.layout.constant(self.tape.constants[k as usize]),
+            Value::Result(_) => None,
+        }
+    }
+
+    fn operand(&self, value: Value) -> Operand {
+        match value {
+            Value::Result(k) => Operand::Node(self.node_of[k as usize].expect("operands come first")),
+            fixed => {
+                let address = self.address(fixed).expect("the layout has every word of its recording");
+                self.kept.get(&address).map_or(Operand::Fixed(address), |&k| Operand::Node(k))
+            }
+        }
+    }
+
+    fn push(&mut self, code: Code, operands: [Option<Operand>; 3], home: Option<u32>) -> u32 {
+        self.nodes.push(Node { code, operands, home });
+        self.nodes.len() as u32 - 1
+    }
+
+    /// Words that a store moves elsewhere although the segment overwrites them: read them first.
+    fn keep_moved_words(&mut self) {
+        let stores = || self.tape.stores.iter().filter(|store| is_live(store.buffer));
+        let overwritten: std::collections::HashSet<u32> =
+            stores().filter_map(|store| self.layout.home(store.buffer, store.index)).collect();
+        let moved: Vec<u32> = stores()
+            .filter(|store| matches!(store.value, Value::Word { .. }))
+            .filter_map(|store| self.address(store.value))
+            .filter(|address| overwritten.contains(address))
+            .collect();
+        for address in moved {
+            if !self.kept.contains_key(&address) {
+                let k = self.push(Code::Move, [Some(Operand::Fixed(address)), None, None], None);
+                self.kept.insert(address, k);
+            }
+        }
+    }
+
+    fn operations(&mut self) {
+        self.keep_moved_words();
+        let live = self.live();
+        for (k, operation) in self.tape.operations.iter().enumerate() {
+            if live[k] {
+                let operands =
+                    [Some(operation.a), operation.b, operation.c].map(|value| value.map(|v| self.operand(v)));
+                self.node_of[k] = Some(self.push(operation.opcode.into(), operands, None));
+            }
+        }
+    }
+
+    /// Homes for results, moves for the rest.
+    fn stores(&mut self) {
+        let mut last_reader: HashMap<u32, u32> = HashMap::new();
+        for (k, node) in self.nodes.iter().enumerate() {
+            for operand in node.operands.iter().flatten() {
+                if let Operand::Fixed(address) = operand {
+                    last_reader.insert(*address, k as u32);
+                }
+            }
+        }
+        let stores = self.tape.stores.iter().filter(|store| is_live(store.buffer));
+        for store in stores {
+            let home = self.layout.home(store.buffer, store.index).expect("live stores have homes");
+            if let Value::Result(k) = store.value {
+                let k = self.node_of[k as usize].expect("stored results are live");
+                let free = last_reader.get(&home).is_none_or(|&reader| reader <= k);
+                if free && self.nodes[k as usize].home.is_none() {
+                    self.nodes[k as usize].home = Some(home);
+                    continue;
+                }
+            }
+            let source = self.operand(store.value);
+            self.push(Code::Move, [Some(source), None, None], Some(home));
+        }
+    }
+
+    fn finish(self) -> Graph {
+        let mut uses = vec![0; self.nodes.len()];
+        for node in &self.nodes {
+            node.sources().for_each(|k| uses[k as usize] += 1);
+        }
+        Graph { nodes: self.nodes, overwrites: Vec::new(), uses }
+    }
+}

@@ -1,0 +1,43 @@
+//! From the operation stream of a sparsity pattern to the cycles of the programmable logic, exactly.
+//!
+//! ```text
+//! Tape ─ graph ─ schedule ─┬─ cycles, utilisation, causes        docs/pl-machine.md is the engine
+//!  layout ─────────────────┴─ microcode ─ machine (replay) ≡ RTL
+//! ```
+
+mod arithmetic;
+mod bounds;
+mod causes;
+mod code;
+mod configuration;
+mod edges;
+mod error;
+mod graph;
+mod in_order;
+mod layout;
+mod machine;
+mod microcode;
+mod program;
+mod reservation;
+mod rows;
+mod schedule;
+mod snapshots;
+mod timing;
+mod validation;
+
+pub use arithmetic::compute;
+pub use bounds::Bounds;
+pub use causes::Causes;
+pub use code::Code;
+pub use configuration::Configuration;
+pub use error::Error;
+pub use graph::{Graph, Node, Operand};
+pub use in_order::{run_in_order, Dynamic, Gaps};
+pub use layout::Layout;
+pub use machine::{Fault, Machine, Rule, Violation};
+pub use microcode::{decode, flat, Microcode};
+pub use program::{Program, Segment};
+pub use schedule::{schedule, Issue, Schedule};
+pub use snapshots::{snapshots, Snapshot};
+pub use timing::{Precision, Timing};
+pub use validation::{validation_case, Format};

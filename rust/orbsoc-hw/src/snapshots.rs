@@ -1,0 +1,77 @@
+//! Words of real solves: what every buffer holds before each stage.
+
+use orbsoc::{Buffer, Decide, Engine, Error, Outcome, Problem, Settings, Stage, Step};
+use orbsoc::{CLOSING, ITERATION, STARTUP};
+use std::collections::HashMap;
+
+/// The engine as it stands before a stage, and after it.
+#[derive(Clone, Debug)]
+#[allow(missing_docs)]
+pub struct Snapshot<T> {
+    pub before: Engine<T>,
+    pub after: Engine<T>,
+}
+
+impl<T: Decide> Snapshot<T> {
+    fn of(before: &Engine<T>, stage: Stage) -> Self {
+        let mut after = before.clone();
+        after.run(stage);
+        Self { before: before.clone(), after }
+    }
+
+    /// A buffer's words before the stage.
+    pub fn before(&self, buffer: Buffer) -> &[T] {
+        self.before.buffer(buffer)
+    }
+
+    /// A buffer's words after the stage.
+    pub fn after(&self, buffer: Buffer) -> &[T] {
+        self.after.buffer(buffer)
+    }
+}
+
+/// Solve a problem and keep the surroundings of the last run of every stage, on the walk that tapes record. A
+/// refinement that was never asked for is run from where it would have been.
+///
+/// # Errors
+/// As [`Engine::new`].
+pub fn snapshots<T: Decide>(
+    problem: &Problem,
+    settings: &Settings,
+) -> Result<HashMap<Stage, Snapshot<T>>, Error> {
+    let mut walk = Walk { engine: Engine::<T>::exact(problem, settings)?, last: HashMap::new() };
+    walk.steps(STARTUP);
+    while walk.steps(ITERATION) {}
+    walk.steps(CLOSING);
+    Ok(walk.last.into_iter().map(|(stage, before)| (stage, Snapshot::of(&before, stage))).collect())
+}
+
+struct Walk<T> {
+    engine: Engine<T>,
+    last: HashMap<Stage, Engine<T>>,
+}
+
+impl<T: Decide> Walk<T> {
+    /// Perform a list; false if a stage ended it.
+    fn steps(&mut self, steps: &[Step]) -> bool {
+        steps.iter().all(|step| !matches!(self.perform(*step), Outcome::Done(_)))
+    }
+
+    fn perform(&mut self, step: Step) -> Outcome {
+        match step {
+            Step::Run(stage) => self.run(stage),
+            Step::Repeat { stage, until } => loop {
+                self.last.insert(stage, self.engine.clone());
+                match self.run(until) {
+                    Outcome::Repeat => self.run(stage),
+                    other => return other,
+                };
+            },
+        }
+    }
+
+    fn run(&mut self, stage: Stage) -> Outcome {
+        self.last.insert(stage, self.engine.clone());
+        self.engine.run(stage)
+    }
+}
