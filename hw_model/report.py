@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
+from .binding import binding_resource
 from .errors import HwModelError
 from .prices import Prices
 from .rows import (
@@ -130,8 +131,15 @@ class Report:
         found = self.deadline
         return (
             f"modelled deadline verdict: {found.verdict}: {_ms(self.makespan_ms)} against {found.deadline_ms:g} ms, "
-            f"margin {found.margin_ms:+.3f} ms nominally, {found.worst_case_margin_ms:+.3f} ms in the worst case"
+            f"margin {found.margin_ms:+.3f} ms nominally, {found.worst_case_margin_ms:+.3f} ms in the worst case; "
+            f"binding is {self.binding}"
         )
+
+    @property
+    def binding(self) -> str:
+        """The resource that most of the time is spent on, and its share."""
+        _, share, words = binding_resource(self.causes_picos)
+        return f"{words} ({100 * share:.0f} % of the time)"
 
     @property
     def not_modelled(self) -> tuple[str, ...]:
@@ -151,6 +159,7 @@ class Report:
             "schema": SCHEMA,
             "headline": self.headline,
             "deadline_line": self.deadline_line,
+            "binding": self.binding,
             "slower_modules": [row.module for row in self.slower_modules],
             "not_modelled": list(self.not_modelled),
             **plain,

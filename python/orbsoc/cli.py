@@ -17,6 +17,7 @@ import typer
 
 from orbsoc.commands import hw as hw_commands
 from orbsoc.commands import solve as solve_command
+from orbsoc.commands.plan_cases import plan_cases
 from orbsoc.console_entry import ConsoleApp
 from orbsoc.interrupts import Interrupts
 
@@ -99,6 +100,12 @@ def plan(
             " a missed deadline does not change the exit code"
         ),
     ] = None,
+    cases: Annotated[
+        int | None,
+        typer.Option(help="plan this many dispersed cases instead, and judge the deadline over all of them"),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="of the dispersion")] = 0,
+    resume: Annotated[bool, typer.Option("--resume", help="keep the cases that the folder has")] = False,
     check: Annotated[CheckChoice | None, typer.Option(help="plan again with another solver, compare")] = None,
     ps: Annotated[bool, typer.Option("--ps", help="plan on the emulated PS+PL computer")] = False,
     out: Annotated[
@@ -110,6 +117,13 @@ def plan(
 
     Exit codes: 0 verified, 1 not verified or a check failed, 2 bad input, 130 interrupted.
     """
+    if cases is not None:
+        plan_cases(
+            lambda: _scenario(scenario, problem, perigee_direction, nodes),
+            out if out is not None else Path("out") / f"{scenario.stem}-cases",
+            count=cases, seed=seed, resume=resume, device=device, partition=partition, deadline_ms=deadline_ms,
+            as_json=as_json,
+        )  # fmt: skip
     with Interrupts() as interrupts:
         try:
             chosen = _scenario(scenario, problem, perigee_direction, nodes)

@@ -41,12 +41,21 @@ def stop(code: int, words: str, as_json: bool) -> NoReturn:
 def _judged(error: Exception) -> tuple[int, str]:
     """Exit code and words of an exception."""
     from hw_model import HwModelError
+    from orbsoc.deadline_cases import CaseError
     from orbsoc.errors import FileError, ProblemError
     from orbsoc.missions.scenario_file import ScenarioError
     from orbsoc.output_folder import OutputFolderError
     from orbsoc.workload import WorkloadError
 
-    bad_input = (HwModelError, FileError, ProblemError, ScenarioError, OutputFolderError, WorkloadError)
+    bad_input = (
+        HwModelError,
+        CaseError,
+        FileError,
+        ProblemError,
+        ScenarioError,
+        OutputFolderError,
+        WorkloadError,
+    )
     if isinstance(error, bad_input):
         return BAD_INPUT, str(error)
     if isinstance(error, OSError):

@@ -7,7 +7,18 @@
 
 from orbsoc.missions.scenario_file import ScenarioError
 
+from .dispersed import Dispersion, dispersed
 from .plan import Plan, PlanStatus, Stage, plan
 from .scenario import Scenario, load_scenario
 
-__all__ = ["Plan", "PlanStatus", "Scenario", "ScenarioError", "Stage", "load_scenario", "plan"]
+__all__ = [
+    "Dispersion",
+    "Plan",
+    "PlanStatus",
+    "Scenario",
+    "ScenarioError",
+    "Stage",
+    "dispersed",
+    "load_scenario",
+    "plan",
+]

@@ -1,0 +1,139 @@
+"""`orbsoc plan … --cases N`: the deadline verdict over dispersed cases of one scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import typer
+
+from orbsoc.commands import hw_options as options
+from orbsoc.commands.ending import FAILED, INTERRUPTED, spoken, stop
+
+if TYPE_CHECKING:
+    from orbsoc.deadline_cases import Case, DeadlineReport
+
+EVERY = 10
+"""Without a terminal, one line of progress for this many cases."""
+
+
+def plan_cases(
+    load: Callable[[], Any],
+    folder: Path,
+    *,
+    count: int,
+    seed: int,
+    resume: bool,
+    device: str,
+    partition: str,
+    deadline_ms: float | None,
+    as_json: bool,
+) -> NoReturn:
+    """Plan `count` dispersed cases of the scenario that `load` gives, price and judge them; leaves by typer.Exit.
+
+    Exit codes: 0 PASS or MARGINAL, 1 FAIL, 2 bad input, 130 interrupted (finished cases stay for --resume).
+    """
+    with spoken(as_json):
+        from hw_model import HwModelError
+        from hw_model.partition import load_partition
+        from hw_model.stage_cycles import estimated
+        from orbsoc.deadline_cases import check_deadline, judge, record_cases
+
+        scenario = load()
+        machine, split = options.computer(device, None), load_partition(partition)
+        if deadline_ms is None:
+            raise HwModelError("--cases judges a deadline: give --deadline-ms")
+        check_deadline(deadline_ms)
+        if count < 1:
+            raise HwModelError(f"--cases = {count}: must be at least 1")
+        try:
+            with Progress(count) as told:
+                cases = record_cases(scenario, count, seed, folder / "cases", resume=resume, progress=told)
+        except KeyboardInterrupt:
+            stop(
+                INTERRUPTED,
+                f"interrupted; finished cases are in {folder / 'cases'}, --resume goes on",
+                as_json,
+            )
+        report = judge(cases, machine, split, deadline_ms, estimated)
+        document = report.to_dict() | {
+            "scenario": scenario.model_dump(mode="json"),
+            "seed": seed,
+            "dispersion": _dispersion(),
+            "assumptions": options.echoed(machine, "f64"),
+        }
+        options.write_all(
+            folder,
+            {
+                "deadline.json": options.as_json_text(document),
+                "deadline.csv": options.as_csv_text([asdict(row) for row in report.cases]),
+            },
+        )
+        _draw(report, folder / "deadline.png")
+        options.say(_words(report), document, folder, as_json=as_json)
+        raise typer.Exit(FAILED if report.verdict == "FAIL" else 0)
+
+
+def _words(report: DeadlineReport) -> list[str]:
+    document = report.to_dict()
+    times, worst = document["time_ms"], document["worst_ms"]
+    lines = [
+        f"SCP iterations: {_tally(document['scp_iterations'])}",
+        f"IPM iterations of a whole plan: {_tally(document['ipm_iterations'])}",
+    ]
+    if times["min"] is not None:
+        lines.append("modelled ms     min      p50      p95      p99      max")
+        for name, row in (("nominal", times), ("worst case", worst)):
+            lines.append(
+                f"{name:11s}" + "".join(f"{row[key]:9.3f}" for key in ("min", "p50", "p95", "p99", "max"))
+            )
+    return [*lines, report.headline]
+
+
+def _tally(counts: dict[str, int]) -> str:
+    return ", ".join(f"{value} ({count}×)" for value, count in counts.items())
+
+
+def _dispersion() -> dict[str, Any]:
+    from orbsoc.missions.reachable_insertion import Dispersion
+
+    return {"tag": "assumed", "sigma": asdict(Dispersion()), "clip_sigma": 3.0}
+
+
+def _draw(report: DeadlineReport, path: Path) -> None:
+    from hw_model.deadline_figure import deadline_figure
+
+    planned = [case for case in report.cases if case.status == "verified"]
+    if planned:
+        title = f"Modelled: {report.partition} on {report.device}, {len(planned)} cases: {report.verdict}"
+        nominal, worst = [case.time_ms for case in planned], [case.worst_ms for case in planned]
+        deadline_figure(nominal, worst, report.deadline_ms, title, path)
+
+
+class Progress:
+    """A bar on a terminal, plain lines elsewhere, both on standard error; called with each finished case."""
+
+    def __init__(self, count: int) -> None:
+        from rich.console import Console
+        from rich.progress import Progress as Bar
+
+        self._count, self._done = count, 0
+        self._console = Console(stderr=True)
+        self._bar = Bar(console=self._console, disable=not self._console.is_terminal)
+        self._task = self._bar.add_task("cases", total=count)
+
+    def __enter__(self) -> Progress:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.stop()
+
+    def __call__(self, case: Case) -> None:
+        self._done += 1
+        self._bar.update(self._task, completed=self._done)
+        if not self._console.is_terminal and (self._done % EVERY == 0 or self._done == self._count):
+            line = f"case {self._done} of {self._count}: {case.status}, {sum(case.ipm_iterations)} iterations"
+            self._console.print(line, markup=False, highlight=False, soft_wrap=True)

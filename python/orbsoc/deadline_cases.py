@@ -1,0 +1,261 @@
+"""Does the computer make the deadline in every dispersed case? Cases are planned once, and priced as often as asked.
+
+A case is recorded in a file of its own (`cases/case-0007.json.gz`: status, iterations, trace) as soon as it is
+planned, so that an interrupted study goes on where it stopped, and another device needs no planning at all.
+"""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+import json
+import os
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    from hw_model import Partition, Platform
+    from hw_model.stage_cycles import StageCycles
+    from hw_model.vocabulary import Cause
+
+RECORD = "orbsoc.case/1"
+SCHEMA = "orbsoc.deadline/1"
+Verdict = Literal["PASS", "FAIL", "MARGINAL"]
+
+
+class CaseError(ValueError):
+    """A recorded case that is damaged or belongs to another study."""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One planned case and the trace of its solves."""
+
+    number: int
+    status: str
+    scp_iterations: int
+    ipm_iterations: tuple[int, ...]
+    """Of each subproblem."""
+    trace: dict[str, Any]
+
+    @property
+    def verified(self) -> bool:
+        """Whether there is a plan to fly."""
+        return self.status == "verified"
+
+
+@dataclass(frozen=True, slots=True)
+class PricedCase:
+    """A case on a computer: modelled times of all its conic solves, in ms."""
+
+    case: int
+    status: str
+    scp_iterations: int
+    ipm_iterations: int
+    time_ms: float
+    fast_ms: float
+    worst_ms: float
+    """Slow end of every band, every jitter at its bound."""
+
+
+@dataclass(frozen=True, slots=True)
+class DeadlineReport:
+    """The verdict over all cases. PASS: every one is met in its worst case; FAIL: one is missed at its fastest, or has
+    no plan; MARGINAL: in between."""
+
+    device: str
+    partition: str
+    deadline_ms: float
+    verdict: Verdict
+    margin_ms: float
+    """Deadline minus the longest worst case."""
+    nominal_margin_ms: float
+    binding_cause: str
+    binding_share: float
+    binding_words: str
+    cases: tuple[PricedCase, ...]
+
+    @property
+    def headline(self) -> str:
+        """One sentence: verdict, margin, binding resource."""
+        planned = [case for case in self.cases if case.status == "verified"]
+        lost = len(self.cases) - len(planned)
+        times = sorted(case.time_ms for case in planned)
+        spread = f"{times[0]:.3f}–{times[-1]:.3f} ms nominally" if times else "no time"
+        return (
+            f"modelled deadline verdict over {len(self.cases)} dispersed cases, {self.partition} on {self.device}:"
+            f" {self.verdict}: {spread}, worst case {max((case.worst_ms for case in planned), default=0.0):.3f} ms against"
+            f" {self.deadline_ms:g} ms, margin {self.margin_ms:+.3f} ms; {lost} without a verified plan;"
+            f" binding is {self.binding_words} ({100 * self.binding_share:.0f} % of the time)"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able data with the distributions."""
+        planned = [case for case in self.cases if case.status == "verified"]
+        return {
+            "schema": SCHEMA,
+            "provenance": "modelled",
+            "headline": self.headline,
+            "time_ms": _quantiles([case.time_ms for case in planned]),
+            "worst_ms": _quantiles([case.worst_ms for case in planned]),
+            "scp_iterations": _counted(case.scp_iterations for case in self.cases),
+            "ipm_iterations": _counted(case.ipm_iterations for case in self.cases),
+            **asdict(self),
+        }
+
+
+def study_key(scenario: Any, seed: int) -> str:
+    """What the records of one study share: scenario, dispersion, seed and versions."""
+    from orbsoc.bundle import versions
+    from orbsoc.missions.reachable_insertion import Dispersion
+
+    parts = [scenario.model_dump(mode="json"), asdict(Dispersion()), seed, versions()]
+    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def record_cases(
+    scenario: Any,
+    count: int,
+    seed: int,
+    folder: Path,
+    *,
+    resume: bool,
+    progress: Callable[[Case], None] | None = None,
+) -> list[Case]:
+    """Plan cases 0 to `count` − 1 on the emulated computer, each recorded in `folder` when it is done.
+
+    With `resume`, what is recorded there is not planned again; `progress` sees every case. Raises CaseError for
+    records of another study, KeyboardInterrupt when a solve was interrupted: what was recorded stays.
+    """
+    key = study_key(scenario, seed)
+    folder.mkdir(parents=True, exist_ok=True)
+    cases: list[Case] = []
+    for number in range(count):
+        place = folder / f"case-{number:04d}.json.gz"
+        case = _read(place, key) if resume and place.exists() else None
+        if case is None:
+            case = _plan(scenario, number, seed)
+            _write(case, key, place)
+        cases.append(case)
+        if progress is not None:
+            progress(case)
+    return cases
+
+
+def check_deadline(deadline_ms: float) -> None:
+    """Raise hw_model.HwModelError unless it is a positive number."""
+    from hw_model import HwModelError
+
+    if not 0.0 < deadline_ms < float("inf"):
+        raise HwModelError(f"--deadline-ms = {deadline_ms}: must be a positive number of milliseconds")
+
+
+def judge(
+    cases: Sequence[Case], platform: Platform, partition: Partition, deadline_ms: float, cycles: StageCycles
+) -> DeadlineReport:
+    """Price every case and judge them together. Raises hw_model.HwModelError for an impossible deadline."""
+    from hw_model.binding import binding_resource
+
+    check_deadline(deadline_ms)
+    causes: Counter[Cause] = Counter()
+    priced = tuple(_price(case, platform, partition, cycles, causes) for case in cases)
+    planned = [case for case in priced if case.status == "verified"]
+    worst = max((case.worst_ms for case in planned), default=0.0)
+    verdict: Verdict
+    if len(planned) < len(priced) or any(case.fast_ms > deadline_ms for case in planned):
+        verdict = "FAIL"
+    else:
+        verdict = "PASS" if worst <= deadline_ms else "MARGINAL"
+    cause, share, words = binding_resource(causes)
+    nominal = max((case.time_ms for case in planned), default=0.0)
+    return DeadlineReport(
+        platform.name, partition.name, deadline_ms, verdict, deadline_ms - worst, deadline_ms - nominal, cause, share,
+        words, priced,
+    )  # fmt: skip
+
+
+def _plan(scenario: Any, number: int, seed: int) -> Case:
+    from orbsoc.missions.reachable_insertion import dispersed, plan
+    from orbsoc.ps import PsScheduler
+
+    scheduler = PsScheduler()
+    found = plan(dispersed(scenario, number, seed), solve=scheduler)
+    if found.status.name == "INTERRUPTED":
+        raise KeyboardInterrupt
+    iterations = tuple(row.solution.iterations for row in found.iterations)
+    return Case(number, found.status.value, len(found.iterations), iterations, scheduler.trace)
+
+
+def _price(
+    case: Case, platform: Platform, partition: Partition, cycles: StageCycles, causes: Counter[Cause]
+) -> PricedCase:
+    """Times of one case; its nominal causes are added to `causes`."""
+    from hw_model import parse_trace
+    from hw_model.prices import Prices
+    from hw_model.timeline import makespan_picos, tally_of
+    from hw_model.walk import walk
+
+    times = [0, 0, 0]
+    if case.trace["solves"]:
+        trace = parse_trace(case.trace)
+        actions = walk(trace, partition)
+        tally = tally_of(actions)
+        nominal = Prices(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
+        fast, slow = (nominal.on(platform.corner(end, end, end)) for end in ("fast", "slow"))
+        times = [
+            makespan_picos(actions, prices, worst=prices is slow, tally=tally)
+            for prices in (nominal, fast, slow)
+        ]
+        for work, count in tally.items():
+            for part in nominal.parts(work):
+                causes[part.cause] += count * part.picos
+    time_ms, fast_ms, worst_ms = (picos / 1e9 for picos in times)
+    return PricedCase(
+        case.number, case.status, case.scp_iterations, sum(case.ipm_iterations), time_ms, fast_ms, worst_ms
+    )
+
+
+def _write(case: Case, key: str, place: Path) -> None:
+    text = json.dumps({"schema": RECORD, "study": key, **asdict(case)})
+    beside = place.with_name(f".{place.name}.{os.getpid()}")
+    beside.write_bytes(gzip.compress(text.encode(), mtime=0))
+    beside.replace(place)
+
+
+def _read(place: Path, key: str) -> Case:
+    try:
+        document = json.loads(gzip.decompress(place.read_bytes()))
+        study = document.pop("study")
+        if document.pop("schema") != RECORD:
+            raise CaseError(f"{place}: another schema; this version reads {RECORD!r}")
+        document["ipm_iterations"] = tuple(document["ipm_iterations"])
+        case = Case(**document)
+    except (OSError, EOFError, ValueError, KeyError, TypeError) as error:
+        if isinstance(error, CaseError):
+            raise
+        raise CaseError(
+            f"{place}: not a recorded case ({error}); delete it, or start again without --resume"
+        ) from error
+    if study != key:
+        raise CaseError(
+            f"{place}: recorded for another scenario, seed or version; start again without --resume"
+        )
+    return case
+
+
+def _quantiles(values: Sequence[float]) -> dict[str, float | None]:
+    """Minimum, median, 95 %, 99 % and maximum; the upper of two neighbours, so that each is a case's."""
+    ordered = sorted(values)
+    if not ordered:
+        return dict.fromkeys(("min", "p50", "p95", "p99", "max"))
+    shares = {"min": 0.0, "p50": 0.5, "p95": 0.95, "p99": 0.99, "max": 1.0}
+    last = len(ordered) - 1
+    return {name: ordered[min(last, -int(-share * last // 1))] for name, share in shares.items()}
+
+
+def _counted(values: Iterable[int]) -> dict[str, int]:
+    """How often each value occurs, ascending."""
+    return {str(value): count for value, count in sorted(Counter(values).items())}

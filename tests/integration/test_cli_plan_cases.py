@@ -1,0 +1,156 @@
+"""`orbsoc plan … --cases`: the verdict over dispersed cases, and going on where it stopped."""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+import orbsoc.deadline_cases as study
+from hw_model import load_partition, load_platform, speedup
+from hw_model.stage_cycles import estimated
+from orbsoc.cli import app
+from orbsoc.missions.reachable_insertion import load_scenario
+
+REC1 = Path(__file__).resolve().parents[2] / "scenarios" / "rec1.toml"
+ZU9EG, PAPER = load_platform("zu9eg"), load_partition("paper")
+
+
+def invoke(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, ["plan", str(REC1), *map(str, arguments)])
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[study.Case]]:
+    """Four cases, planned once for all tests."""
+    folder = tmp_path_factory.mktemp("recorded") / "cases"
+    return folder, study.record_cases(load_scenario(REC1), 4, 0, folder, resume=False)
+
+
+def test_the_study_writes_its_verdict_and_a_row_per_case(tmp_path: Path) -> None:
+    result = invoke("--cases", 3, "--deadline-ms", 1000, "--out", tmp_path, "--json")
+    assert result.exit_code == 0, result.output
+    document = json.loads(result.stdout)
+    assert document["verdict"] == "PASS"
+    assert "binding is " in document["headline"]
+    assert "modelled" in document["headline"]
+    assert document["margin_ms"] == pytest.approx(1000 - document["worst_ms"]["max"])
+    assert document["dispersion"]["tag"] == "assumed"
+    with (tmp_path / "deadline.csv").open() as file:
+        assert [row["case"] for row in csv.DictReader(file)] == ["0", "1", "2"]
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "cases",
+        "deadline.csv",
+        "deadline.json",
+        "deadline.png",
+    }
+    missed = invoke("--cases", 3, "--deadline-ms", 1, "--out", tmp_path, "--resume")
+    assert missed.exit_code == 1
+    assert "FAIL" in missed.stdout
+
+
+def test_a_priced_case_is_what_its_own_report_says(recorded: tuple[Path, list[study.Case]]) -> None:
+    cases = recorded[1]
+    found = study.judge(cases, ZU9EG, PAPER, 50.0, estimated)
+    for case, priced in zip(cases, found.cases, strict=True):
+        report = speedup(case.trace, ZU9EG, PAPER)
+        assert (priced.time_ms, priced.fast_ms) == (report.makespan_ms.nominal, report.makespan_ms.low)
+        assert priced.worst_ms == report.worst_case_ms
+        assert priced.ipm_iterations == sum(solve["iterations"] for solve in case.trace["solves"])
+
+
+def test_the_verdict_is_that_of_the_worst_case(recorded: tuple[Path, list[study.Case]]) -> None:
+    cases = recorded[1]
+
+    def verdict(deadline_ms: float, cases: list[study.Case] = cases) -> str:
+        return study.judge(cases, ZU9EG, PAPER, deadline_ms, estimated).verdict
+
+    rows = study.judge(cases, ZU9EG, PAPER, 50.0, estimated).cases
+    worst, fastest = max(row.worst_ms for row in rows), max(row.fast_ms for row in rows)
+    assert [verdict(time) for time in (worst, worst * 0.999, fastest, fastest * 0.999)] == [
+        "PASS", "MARGINAL", "MARGINAL", "FAIL",
+    ]  # fmt: skip
+    lost = [*cases[:-1], replace(cases[-1], status="infeasible")]
+    assert verdict(1e6, lost) == "FAIL"  # a case without a plan meets no deadline
+
+
+def test_a_study_goes_on_where_it_stopped(
+    recorded: tuple[Path, list[study.Case]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, cases = recorded
+    half = tmp_path / "cases"
+    half.mkdir()
+    for name in ("case-0000.json.gz", "case-0002.json.gz"):
+        (half / name).write_bytes((folder / name).read_bytes())
+    planned: list[int] = []
+    plan = study._plan
+
+    def counted(scenario: object, number: int, seed: int) -> study.Case:
+        planned.append(number)
+        return plan(scenario, number, seed)
+
+    monkeypatch.setattr(study, "_plan", counted)
+    resumed = study.record_cases(load_scenario(REC1), 4, 0, half, resume=True)
+    assert planned == [1, 3]
+    assert [case.ipm_iterations for case in resumed] == [case.ipm_iterations for case in cases]
+    assert [case.trace for case in resumed] == [json.loads(json.dumps(case.trace)) for case in cases]
+
+
+def test_what_was_planned_survives_an_interruption(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = study._plan
+
+    def stopped(scenario: object, number: int, seed: int) -> study.Case:
+        if number == 1:
+            raise KeyboardInterrupt
+        return plan(scenario, number, seed)
+
+    monkeypatch.setattr(study, "_plan", stopped)
+    result = invoke("--cases", 3, "--deadline-ms", 50, "--out", tmp_path)
+    assert result.exit_code == 130
+    assert "--resume goes on" in result.output
+    assert [path.name for path in (tmp_path / "cases").iterdir()] == ["case-0000.json.gz"]
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (b"not gzip", "not a recorded case"),
+        (gzip.compress(b"{}"), "not a recorded case"),
+        (gzip.compress(b'{"study": "x", "schema": "orbsoc.case/9"}'), "another schema"),
+        (
+            gzip.compress(
+                b'{"study": "x", "schema": "orbsoc.case/1", "number": 0, "status": "verified", "scp_iterations": 1,'
+                b' "ipm_iterations": [1], "trace": {}}'
+            ),
+            "recorded for another scenario, seed or version",
+        ),
+    ],
+)
+def test_a_foreign_or_damaged_record_is_refused_by_name(tmp_path: Path, content: bytes, says: str) -> None:
+    (tmp_path / "cases").mkdir()
+    (tmp_path / "cases" / "case-0000.json.gz").write_bytes(content)
+    result = invoke("--cases", 1, "--deadline-ms", 50, "--out", tmp_path, "--resume")
+    assert result.exit_code == 2
+    assert says in result.output
+    assert "case-0000.json.gz" in result.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("--cases", 0, "--deadline-ms", 50), "--cases = 0: must be at least 1"),
+        (("--cases", 1), "give --deadline-ms"),
+        (("--cases", 1, "--deadline-ms", -5), "--deadline-ms = -5.0: must be a positive number"),
+        (("--cases", 1, "--deadline-ms", 50, "--device", "zu1"), "platform 'zu1' is not known"),
+        (("--cases", 2, "--deadline-ms", 50, "--seed", -1), "seed = -1: must be 0 or more"),
+    ],
+)
+def test_bad_input_exits_2(tmp_path: Path, arguments: tuple[object, ...], says: str) -> None:
+    result = invoke(*map(str, arguments), "--out", tmp_path)
+    assert result.exit_code == 2, result.output
+    assert says in result.output
