@@ -68,15 +68,23 @@ class BatchTimes:
         return cls(**{**record, "loops": tuple(Loop(**loop) for loop in record["loops"])})
 
 
-def measure_batch(batch: Batch, solvers: Sequence[Solver], *, repeats: int, tol: float) -> BatchTimes:
-    """Medians over `repeats` interleaved rounds. Raises ValueError when the problems differ in their pattern."""
+def measure_batch(
+    batch: Batch, solvers: Sequence[Solver], *, repeats: int, tol: float, patience_s: float = 15.0
+) -> BatchTimes:
+    """Medians over `repeats` interleaved rounds, none begun after `patience_s`.
+
+    Raises ValueError when the problems differ in their pattern.
+    """
     problems = batch.generate()
     arrays = stacked(problems)
     able = [s for s in solvers if s.applies(problems[0]) and s.timed(problems[0]) and not s.sampled]
     fitting = {solver.name: _fitting(solver, problems[0], tol) for solver in able}
     loops = {name: _Looped(variant) for name, variant in fitting.items() if variant is not None}
     times: list[float] = []
+    started = time.perf_counter()
     for _ in range(repeats):
+        if times and time.perf_counter() - started > patience_s:
+            break
         seconds, solution = _timed_batch(problems[0], arrays, tol)
         times.append(seconds)
         for loop in loops.values():

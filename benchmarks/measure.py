@@ -20,7 +20,7 @@ from orbsoc.verify import Verification, verify
 if sys.platform == "linux":
     import resource
 
-ATTEMPTS, ATTEMPTS_S = 20, 0.3
+ATTEMPTS, ATTEMPTS_S = 20, 0.05
 """Cold solves made at most until one ran undisturbed, and seconds after which none is begun."""
 FEWEST = 3
 """Repetitions of a slow solver."""
