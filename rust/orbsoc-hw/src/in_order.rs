@@ -63,6 +63,7 @@ pub fn run_in_order(schedule: &Schedule, gaps: Gaps, configuration: &Configurati
         }
         fetched += usize::from(push);
         queue = queue + u32::from(push) - u32::from(go);
+        engine.pass(cycle);
         cycle += 1;
     }
     out.cycles = timing.startup + end.max(cycle) + timing.finish;
@@ -95,10 +96,12 @@ impl<'a> Scoreboard<'a> {
         (cycle + self.configuration.timing().latency(issue.code)) as usize % WINDOW
     }
 
-    fn free(&mut self, word: &[Issue], cycle: u32) -> bool {
-        // Reservations of the past are over; this cycle's slots come round again.
-        let past = (cycle as usize + WINDOW - 1) % WINDOW;
-        (self.results[past], self.writes[past]) = (0, 0);
+    /// A cycle is over, and its reservations with it: their places come round again.
+    fn pass(&mut self, cycle: u32) {
+        (self.results[cycle as usize % WINDOW], self.writes[cycle as usize % WINDOW]) = (0, 0);
+    }
+
+    fn free(&self, word: &[Issue], cycle: u32) -> bool {
         word.iter().all(|issue| {
             let reads = issue.operands.iter().zip(issue.code.reads());
             let words = reads.filter_map(|(&address, reads)| reads.then_some(address));
