@@ -6,3 +6,5 @@ localparam int WRITE_CYCLES = 1;    // result register to a bank's write registe
 localparam int STARTUP_CYCLES = 2;  // busy before the first word is in the issue register
 localparam int FINISH_CYCLES = 1;   // busy after the last write
 localparam int QUEUE_DEPTH = 4;     // instruction queue of the in-order sequencer
+localparam int SHORT_BITS = 6;      // compressed microcode: a step
+localparam int TEMPLATE_BITS = 6;   // compressed microcode: number of a template
