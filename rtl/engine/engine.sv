@@ -71,7 +71,7 @@ module engine #(
       .address(bus_address),
       .value(bus_value),
       .answer(bus_answer),
-      .interrupt(irq),
+      .irq(irq),
       .start(start),
       .start_address(start_address),
       .ended(ended)

@@ -14,7 +14,7 @@ module registers #(
     input logic [15:0] address,
     input logic [31:0] value,
     output logic [31:0] answer,
-    output logic interrupt,
+    output logic irq,
     output logic start,
     output logic [CODE_BITS-1:0] start_address,
     input logic ended  // the sequencer's last busy cycle
@@ -128,7 +128,7 @@ module registers #(
   assign command = write && address == CONTROL && state == HAVE_SEQUENCE && found == NONE;
   assign start = command && value == START;
   assign start_address = table_start[announced];
-  assign interrupt = state == DONE || state == FAULT;
+  assign irq = state == DONE || state == FAULT;
 
   always_ff @(posedge clock) begin
     if (reset) begin

@@ -35,6 +35,7 @@ LANE_OPS = (
 DIVIDER_OPS = ("nop", "div", "sqrt")
 READS_B = {"mul", "add_mul", "sub_mul", "min", "max", "compare", "and", "select", "div"}
 READS_C = {"add", "sub", "add_mul", "sub_mul", "select"}
+MIXTURE = [*LANE_OPS[1:], "add_mul", "sub_mul", "mul", "add"] * 3 + ["div", "sqrt"]
 SEQUENCERS = {"flat": 0, "compressed": 1, "in_order": 2}
 
 
@@ -299,7 +300,7 @@ def _may_issue(
 
 
 def random_program(
-    machine: Machine, count: int, seed: int, *, words: int = 96
+    machine: Machine, count: int, seed: int, *, words: int = 96, names: Sequence[str] = MIXTURE
 ) -> tuple[list[Op], dict[int, int]]:
     """Operations on `words` words of storage (every fourth a constant that stays), and their contents before."""
     draw = random.Random(seed)
@@ -317,7 +318,6 @@ def random_program(
     addresses = draw.sample(range(1 << machine.address_bits), words)
     memory = {address: content() for address in addresses}
     targets = [address for i, address in enumerate(addresses) if i % 4]
-    names = [*LANE_OPS[1:], "add_mul", "sub_mul", "mul", "add"] * 3 + ["div", "sqrt"]
 
     def operation() -> Op:
         name = draw.choice(names)

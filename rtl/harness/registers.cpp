@@ -1,0 +1,38 @@
+// The register file alone, driven by a script on standard input, one access or event a line and a clock:
+//   reset | write ADDRESS VALUE | read ADDRESS | end   (hexadecimal; end: the segment's last busy cycle)
+// After each line: the answer of a read (else 0), STATUS, the interrupt, and whether a segment was started with where.
+#include <cinttypes>
+#include <cstdio>
+#include <iostream>
+#include <string>
+
+#include "Vregisters.h"
+
+int main() {
+  Vregisters dut;
+  constexpr uint16_t STATUS = 0x10;
+  std::string line;
+  while (std::cin >> line) {
+    uint32_t address = 0, value = 0, answer = 0;
+    if (line == "write") std::cin >> std::hex >> address >> value;
+    if (line == "read") std::cin >> std::hex >> address;
+    dut.reset = line == "reset";
+    dut.write = line == "write";
+    dut.read = line == "read";
+    dut.ended = line == "end";
+    dut.address = uint16_t(address);
+    dut.value = value;
+    dut.clock = 0;
+    dut.eval();
+    if (dut.read) answer = dut.answer;
+    const bool start = dut.start;
+    const uint32_t first = start ? dut.start_address : 0;
+    dut.clock = 1;
+    dut.eval();
+    dut.reset = dut.write = dut.read = dut.ended = 0;
+    dut.address = STATUS;
+    dut.eval();
+    std::printf("%" PRIx32 " %" PRIx32 " %d %d %" PRIx32 "\n", answer, dut.answer, dut.irq, start, first);
+  }
+  return 0;
+}

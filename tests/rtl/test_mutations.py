@@ -1,0 +1,152 @@
+"""Engines and models that are wrong in one place (V5): each must be caught by the programs that the right one passes.
+
+A mutation of the RTL is a changed line in a copy of its sources; one of the model is a schedule made under a rule
+that is not the engine's. The programs are the random ones of test_engine.py.
+"""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from tests.rtl.case_writer import Answer, Case, run_case
+from tests.rtl.engine_sources import RTL
+from tests.rtl.machine import (
+    DIVIDER_OPS,
+    MIXTURE,
+    Machine,
+    Op,
+    Reservations,
+    Slot,
+    busy_cycles,
+    encode,
+    evaluate,
+    in_order,
+    random_program,
+    schedule,
+)
+from tests.rtl.verilator import require_verilator
+
+MACHINE = Machine(fp=32, lanes=1, banks=4, address_bits=10)
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """One replacement in one file of the RTL, seen with one sequencer."""
+
+    file: str
+    line: str
+    becomes: str
+    form: str = "flat"
+
+
+MUTATIONS = {
+    "adder one cycle longer": Mutation("latency.svh", "F32_ADD_CYCLES = 6", "F32_ADD_CYCLES = 7"),
+    "banks swapped at the write crossbar": Mutation(
+        "engine/write_crossbar.sv", "address[u*A+:PICK] == PICK'(b)", "address[u*A+:PICK] == PICK'(b ^ 1)"
+    ),
+    "busy words ignored": Mutation(
+        "engine/sequencer_in_order.sv", "word_busy[i] = uses[i]", "word_busy[i] = 1'b0", "in_order"
+    ),
+    "divider reserved a cycle short": Mutation(
+        "engine/sequencer_in_order.sv", "divider_next[d*DIV+DIV-1]", "divider_next[d*DIV+DIV-2]", "in_order"
+    ),
+}
+
+
+def mutated(mutation: Mutation, folder: Path) -> Path:
+    """A copy of the RTL with the mutation, which must apply exactly once."""
+    rtl = folder / "rtl"
+    shutil.copytree(RTL, rtl)
+    path = rtl / mutation.file
+    text = path.read_text()
+    assert text.count(mutation.line) == 1, mutation
+    path.write_text(text.replace(mutation.line, mutation.becomes))
+    return rtl
+
+
+def programs(form: str) -> Case:
+    case = Case(MACHINE, form)
+    for seed, names in enumerate([MIXTURE, MIXTURE, DIVIDER_OPS[1:], DIVIDER_OPS[1:]]):
+        ops, memory = random_program(MACHINE, 300, seed, names=names)
+        slots = schedule(MACHINE, ops)
+        if form == "in_order":
+            slots, cycles = in_order(MACHINE, slots, seed=1, level=0)
+        else:
+            cycles = busy_cycles(MACHINE, slots, 1 + max(slot.time for slot in slots))
+        code = encode(MACHINE, slots, 1 + max(slot.time for slot in slots))
+        gaps = (1, 0) if form == "in_order" else None
+        case.add(f"random{seed}", code, cycles, memory, evaluate(MACHINE, ops, memory), gaps)
+    return case
+
+
+@pytest.mark.parametrize("name", MUTATIONS)
+def test_a_mutation_of_the_rtl_is_caught(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    require_verilator()
+    monkeypatch.setenv("ORBSOC_RTL_CACHE", str(tmp_path / "cache"))
+    mutation = MUTATIONS[name]
+    answers = run_case(programs(mutation.form), tmp_path, mutated(mutation, tmp_path))
+    assert not all(answer.good for answer in answers.values())
+
+
+class WithoutReadPorts(Reservations):
+    """A scheduler that lets two operands of one replica meet at a bank."""
+
+    def place(self, op: Op) -> Slot:
+        self.rows.clear()
+        return super().place(op)
+
+
+class WithoutWritePorts(Reservations):
+    """A scheduler that lets two results meet at a bank."""
+
+    def place(self, op: Op) -> Slot:
+        self.writes.clear()
+        return super().place(op)
+
+
+class WithoutResults(Reservations):
+    """A scheduler that lets two results of a lane meet."""
+
+    def place(self, op: Op) -> Slot:
+        self.results.clear()
+        return super().place(op)
+
+
+class WithoutOverwriting(Reservations):
+    """A scheduler that forgets who still reads a word before it is overwritten."""
+
+    def place(self, op: Op) -> Slot:
+        self.read_last.clear()
+        return super().place(op)
+
+
+WRONG_SCHEDULERS = {
+    WithoutReadPorts: {"read_conflict"},
+    WithoutWritePorts: {"write_conflict"},
+    WithoutResults: {"result_conflict"},
+    WithoutOverwriting: set[str](),  # no rule sees a word overwritten too early: the words do
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG_SCHEDULERS, ids=lambda wrong: wrong.__name__)
+def test_a_wrong_reservation_of_the_scheduler_is_caught(wrong: type[Reservations], tmp_path: Path) -> None:
+    require_verilator()
+    machine = Machine(lanes=2, banks=8, address_bits=10)
+    case = Case(machine)
+    for seed in range(4):
+        ops, memory = random_program(machine, 300, seed)
+        taken = wrong(machine)
+        slots = [taken.place(op) for op in ops]
+        words = 1 + max(slot.time for slot in slots)
+        code = encode(machine, slots, words)
+        case.add(
+            f"random{seed}", code, busy_cycles(machine, slots, words), memory, evaluate(machine, ops, memory)
+        )
+    answers: dict[str, Answer] = run_case(case, tmp_path)
+    assert not any(answer.good for answer in answers.values())
+    for answer in answers.values():
+        assert WRONG_SCHEDULERS[wrong] <= set(answer.violated)
