@@ -1,5 +1,5 @@
 // The PL: register file, sequencer, datapath, and the checks that watch them. docs/pl-machine.md describes it.
-// SEQUENCER: 0 flat microcode, 2 in order with fetch gaps. CHECKS = 0 leaves the checks out (synthesis).
+// SEQUENCER: 0 flat microcode, 1 compressed, 2 in order with fetch gaps. CHECKS = 0 leaves the checks out (synthesis).
 module engine #(
     parameter int FP = 64,
     parameter int LANES = 4,
@@ -10,7 +10,8 @@ module engine #(
     parameter int SEQUENCER = 0,
     parameter int CHECKS = 1,
     parameter int W = FP,
-    parameter int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2)
+    parameter int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2),
+    parameter int CODE_WIDTH = SEQUENCER == 1 ? 32 * LANES : WIDTH
 ) (
     input logic clock,
     input logic reset,
@@ -27,10 +28,13 @@ module engine #(
     input logic [ADDRESS_BITS-1:0] host_address,
     input logic [W-1:0] host_word,
     output logic [W-1:0] host_value,
-    // Microcode memory, while nothing runs, and whether fetch delivers (in-order sequencer).
+    // Microcode memory and templates (compressed), while nothing runs, and whether fetch delivers (in order).
     input logic code_write,
     input logic [CODE_BITS-1:0] code_address,
-    input logic [WIDTH-1:0] code_word,
+    input logic [CODE_WIDTH-1:0] code_word,
+    input logic template_write,
+    input logic [7:0] template_address,
+    input logic [11:0] template_word,
     input logic fetch_valid,
     output logic fetch_wanted,
     // Busy, the cycles it has been or was up, and the rules violated in this cycle.
@@ -58,7 +62,7 @@ module engine #(
     end
   end
 
-  logic start, issue, empty, enable, was_busy, ended;
+  logic start, empty, enable, was_busy, ended;
   logic [CODE_BITS-1:0] start_address;
   logic [WIDTH-1:0] word;
   registers #(
@@ -107,10 +111,36 @@ module engine #(
           .empty(empty),
           .fetch_wanted(fetch_wanted),
           .busy(busy),
-          .issue(issue),
           .word(word)
       );
       assign enable = 1'b1;
+    end else if (SEQUENCER == 1) begin : g_compressed
+      logic frozen;
+      sequencer_compressed #(
+          .LANES(LANES),
+          .DIVIDERS(DIVIDERS),
+          .ADDRESS_BITS(ADDRESS_BITS),
+          .SHORT(SHORT_BITS),
+          .TEMPLATE(TEMPLATE_BITS),
+          .CODE_BITS(CODE_BITS)
+      ) sequencer (
+          .clock(clock),
+          .reset(reset),
+          .code_write(code_write),
+          .code_address(code_address),
+          .code_word(code_word),
+          .template_write(template_write),
+          .template_address(template_address[TEMPLATE_BITS-1:0]),
+          .template_word(template_word),
+          .start(start),
+          .start_address(start_address),
+          .empty(empty),
+          .busy(busy),
+          .frozen(frozen),
+          .word(word)
+      );
+      assign enable = !frozen;
+      assign fetch_wanted = 1'b0;
     end else begin : g_flat
       sequencer_flat #(
           .WIDTH(WIDTH),
@@ -125,7 +155,6 @@ module engine #(
           .start_address(start_address),
           .empty(empty),
           .busy(busy),
-          .issue(issue),
           .word(word)
       );
       assign enable = 1'b1;

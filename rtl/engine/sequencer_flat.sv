@@ -13,13 +13,12 @@ module sequencer_flat #(
     input logic [CODE_BITS-1:0] start_address,
     input logic empty,
     output logic busy,
-    output logic issue,
     output logic [WIDTH-1:0] word
 );
   logic [WIDTH-1:0] code[0:(1<<CODE_BITS)-1];
   logic [WIDTH-1:0] fetched;
   logic [CODE_BITS-1:0] next;
-  logic fetched_valid, ended;  // ended: the last word is, or was, in the issue register
+  logic fetched_valid, issue, ended;  // ended: the last word is, or was, in the issue register
 
   always_ff @(posedge clock) begin
     if (code_write) code[code_address] <= code_word;

@@ -27,7 +27,6 @@ module sequencer_in_order #(
     input logic empty,
     output logic fetch_wanted,  // from the third busy cycle on, as long as words remain to be fetched
     output logic busy,
-    output logic issue,
     output logic [WIDTH-1:0] word
 );
   `include "engine/operations.svh"
@@ -90,7 +89,7 @@ module sequencer_in_order #(
   logic [LANES*LINE-1:0] result_taken;  // bit k - 1: taken k cycles after this one (all shifted by READ)
   logic [BANKS*AHEAD-1:0] bank_taken;
   logic [DIVIDERS*DIV-1:0] divider_taken;
-  logic hazard;
+  logic hazard, issue;
   assign head = queue[0];
   assign issue = busy && waiting != '0 && !hazard;
   assign word = issue ? head : '0;

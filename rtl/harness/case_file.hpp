@@ -18,6 +18,7 @@ struct Run {
 struct Case {
   std::map<std::string, uint64_t> config;
   std::string format;
+  std::vector<std::string> templates;  // of compressed microcode
   std::vector<std::string> microcode;  // hexadecimal, most significant digit first
   std::vector<Run> runs;
 };
@@ -37,6 +38,8 @@ class CaseReader {
     for (const char *key : {"fp", "lanes", "dividers", "banks", "address_bits"}) c.config[key] = named(key);
     expect("format");
     c.format = token();
+    if (c.format == "compressed")
+      for (uint64_t n = named("templates"); n > 0; --n) c.templates.push_back(token());
     for (uint64_t n = named("microcode"); n > 0; --n) c.microcode.push_back(token());
     std::string word;
     while (file >> word) {

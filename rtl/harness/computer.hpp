@@ -45,6 +45,16 @@ class Computer {
     dut.code_write = 0;
   }
 
+  void load_templates(const std::vector<std::string> &templates) {
+    dut.template_write = 1;
+    for (std::size_t i = 0; i < templates.size(); ++i) {
+      dut.template_address = CData(i);
+      dut.template_word = SData(std::stoul(templates[i], nullptr, 16));
+      clock();
+    }
+    dut.template_write = 0;
+  }
+
   void write_word(uint64_t address, uint64_t word) {
     dut.host_write = 1;
     dut.host_address = address;

@@ -93,6 +93,7 @@ int main(int argc, char **argv) {
       const Case c = CaseReader(argv[i]).read();
       check_config(c);
       const auto computer = std::make_unique<Computer>();
+      computer->load_templates(c.templates);
       computer->load_code(c.microcode);
       for (const Run &run : c.runs) good = execute(*computer, run) && good;
     }

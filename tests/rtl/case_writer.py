@@ -22,6 +22,7 @@ class Case:
     machine: Machine
     form: str = "flat"
     code: list[int] = field(default_factory=list)
+    templates: list[int] = field(default_factory=list)
     runs: list[str] = field(default_factory=list)
 
     def add(
@@ -44,8 +45,11 @@ class Case:
     def text(self) -> str:
         m = self.machine
         config = f"config fp {m.fp} lanes {m.lanes} dividers {m.dividers} banks {m.banks} address_bits {m.address_bits}"
-        head = ["orbsoc-pl-case 1", config, f"format {self.form}", f"microcode {len(self.code)}"]
-        return "\n".join([*head, *(f"{word:x}" for word in self.code), *self.runs, ""])
+        lines = ["orbsoc-pl-case 1", config, f"format {self.form}"]
+        if self.form == "compressed":
+            lines += [f"templates {len(self.templates)}", *(f"{template:x}" for template in self.templates)]
+        lines += [f"microcode {len(self.code)}", *(f"{word:x}" for word in self.code)]
+        return "\n".join([*lines, *self.runs, ""])
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import random
 from pathlib import Path
 
 import pytest
 
 from tests.rtl.case_writer import Case, run_case
+from tests.rtl.compressed import Compressor
 from tests.rtl.machine import (
     Machine,
     busy_cycles,
@@ -56,3 +58,24 @@ def test_in_order_programs_with_gaps_take_the_modelled_cycles(machine: Machine, 
         )
     answers = run_case(case, tmp_path)
     assert {name: answer for name, answer in answers.items() if not answer.good} == {}
+
+
+@pytest.mark.parametrize("machine", [SINGLE, WIDE], ids=["1 lane, f32", "4 lanes, 2 dividers"])
+def test_compressed_programs_take_the_frozen_cycles_of_their_fetch(machine: Machine, tmp_path: Path) -> None:
+    require_verilator()
+    case = Case(machine, "compressed")
+    compressor = Compressor(machine, random.Random(1))
+    total = 0
+    for seed in range(8):
+        # Half of the programs on few words of storage, where addresses repeat and steps are short.
+        ops, memory = random_program(machine, 400, seed, words=96 if seed % 2 else 16)
+        slots = schedule(machine, ops)
+        words = max(slot.time for slot in slots) + 1
+        lines, frozen = compressor.segment(slots, words)
+        total += frozen
+        cycles = busy_cycles(machine, slots, words) + 1 + frozen
+        case.add(f"random{seed}", lines, cycles, memory, evaluate(machine, ops, memory))
+    case.templates = compressor.templates
+    answers = run_case(case, tmp_path)
+    assert {name: answer for name, answer in answers.items() if not answer.good} == {}
+    assert total > 0
