@@ -73,6 +73,12 @@ impl Microcode {
         some
     }
 
+    /// `count` words from `first` on.
+    pub fn range(&self, first: usize, count: usize) -> Self {
+        let data = self.data[first * self.limbs..(first + count) * self.limbs].to_vec();
+        Self { data, ..*self }
+    }
+
     /// Append another segment's words.
     pub fn append(&mut self, other: &Self) {
         self.data.extend_from_slice(&other.data);

@@ -1,6 +1,7 @@
 //! Every segment of a pattern on one engine.
 
 use crate::bounds::Bounds;
+use crate::compressed::Compressed;
 use crate::configuration::Configuration;
 use crate::error::Error;
 use crate::graph::Graph;
@@ -64,6 +65,15 @@ impl Program {
     pub fn segment(&self, stage: Stage) -> Result<&Segment, Error> {
         let found = self.segments.iter().find(|segment| segment.stage == stage);
         found.ok_or_else(|| Error::NoSegment { stage: stage.name().to_owned() })
+    }
+
+    /// Compressed microcode of all segments, in their order.
+    ///
+    /// # Errors
+    /// As [`Compressed::new`].
+    pub fn compressed(&self) -> Result<Compressed, Error> {
+        let schedules: Vec<&Schedule> = self.segments.iter().map(|segment| &segment.schedule).collect();
+        Compressed::new(&schedules, &self.configuration)
     }
 
     /// Flat microcode of all segments.

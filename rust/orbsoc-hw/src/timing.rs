@@ -35,6 +35,8 @@ pub struct Timing {
     pub startup: u32,
     pub finish: u32,
     pub queue_depth: u32,
+    pub short_bits: u32,
+    pub template_bits: u32,
 }
 
 const UNITS: &str = include_str!("../../../rtl/latency.svh");
@@ -62,6 +64,8 @@ impl Timing {
             startup: engine("STARTUP_CYCLES"),
             finish: engine("FINISH_CYCLES"),
             queue_depth: engine("QUEUE_DEPTH"),
+            short_bits: engine("SHORT_BITS"),
+            template_bits: engine("TEMPLATE_BITS"),
         }
     }
 

@@ -1,5 +1,6 @@
 //! The file in which a schedule meets the RTL; docs/pl-machine.md, "Validation cases".
 
+use crate::compressed::Compressed;
 use crate::configuration::Configuration;
 use crate::error::Error;
 use crate::in_order::{run_in_order, Gaps};
@@ -17,6 +18,7 @@ use std::collections::HashMap;
 #[allow(missing_docs)]
 pub enum Format {
     Flat,
+    Compressed,
     InOrder(Gaps),
 }
 
@@ -25,7 +27,6 @@ struct Run<'a> {
     segment: &'a Segment,
     memory: Vec<(u32, u64)>,
     expect: Vec<(u32, u64)>,
-    cycles: u32,
 }
 
 /// A case that runs every stage of a module on the words of a solve, or an error that says what differs: the machine
@@ -39,20 +40,62 @@ pub fn validation_case<T: Decide>(
     module: Module,
     format: Format,
 ) -> Result<String, Error> {
-    let mut microcode = Microcode::new(program.configuration.flat_bits(), 0);
+    let mut sequence = Sequence::new(program, format)?;
     let mut runs = Vec::new();
-    for segment in program.segments.iter().filter(|segment| segment.stage.module() == module) {
+    for (number, segment) in program.segments.iter().enumerate() {
+        if segment.stage.module() != module {
+            continue;
+        }
         let Some(snapshot) = snapshots.get(&segment.stage) else { continue };
-        let start = microcode.len();
         let words = flat(&segment.schedule, &program.configuration);
         let run = run(program, segment, snapshot, &words)?;
-        match format {
-            Format::Flat => microcode.append(&words),
-            Format::InOrder(_) => microcode.append(&without_empty_words(&words, segment)),
-        }
-        runs.push((start, microcode.len() - start, run));
+        runs.push((sequence.append(number, segment, &words), run));
     }
-    Ok(text(&program.configuration, format, &microcode, &runs))
+    Ok(text(&program.configuration, &sequence, &runs))
+}
+
+/// Microcode of the segments in a case, one after the other.
+struct Sequence {
+    configuration: Configuration,
+    format: Format,
+    compressed: Option<Compressed>,
+    microcode: Microcode,
+}
+
+/// Where a segment's microcode is, and its busy cycles.
+struct Entry {
+    start: usize,
+    words: usize,
+    cycles: u32,
+}
+
+impl Sequence {
+    fn new(program: &Program, format: Format) -> Result<Self, Error> {
+        let compressed = (format == Format::Compressed).then(|| program.compressed()).transpose()?;
+        let bits = compressed.as_ref().map_or(program.configuration.flat_bits(), |c| c.lines.bits());
+        let configuration = program.configuration;
+        Ok(Self { configuration, format, compressed, microcode: Microcode::new(bits, 0) })
+    }
+
+    fn append(&mut self, number: usize, segment: &Segment, words: &Microcode) -> Entry {
+        let start = self.microcode.len();
+        let cycles = match (self.format, &self.compressed) {
+            (Format::InOrder(gaps), _) => {
+                self.microcode.append(&without_empty_words(words, segment));
+                run_in_order(&segment.schedule, gaps, &self.configuration).cycles
+            }
+            (_, Some(compressed)) => {
+                let part = compressed.segments[number];
+                self.microcode.append(&compressed.lines.range(part.start, part.lines));
+                part.cycles
+            }
+            (_, None) => {
+                self.microcode.append(words);
+                segment.schedule.cycles
+            }
+        };
+        Entry { start, words: self.microcode.len() - start, cycles }
+    }
 }
 
 /// The words that issue something, the last one marked.
@@ -97,7 +140,7 @@ fn run<'a, T: Decide>(
         }
     }
     let written = (0..configuration.words() as u32).filter_map(|a| machine.word(a).map(|word| (a, word)));
-    Ok(Run { segment, memory, expect: written.collect(), cycles })
+    Ok(Run { segment, memory, expect: written.collect() })
 }
 
 fn word<T: Decide>(words: &[T], buffer: Buffer, index: u32) -> Result<f64, Error> {
@@ -124,17 +167,13 @@ fn is_nan(configuration: &Configuration, word: u64) -> bool {
     }
 }
 
-fn text(
-    configuration: &Configuration,
-    format: Format,
-    microcode: &Microcode,
-    runs: &[(usize, usize, Run<'_>)],
-) -> String {
+fn text(configuration: &Configuration, sequence: &Sequence, runs: &[(Entry, Run<'_>)]) -> String {
     let Configuration { precision, lanes, dividers, banks, address_bits, .. } = *configuration;
     let mut out = String::new();
     let fp = precision.bits();
-    let name = match format {
+    let name = match sequence.format {
         Format::Flat => "flat",
+        Format::Compressed => "compressed",
         Format::InOrder(_) => "in_order",
     };
     let mut line = |text: String| writeln!(out, "{text}").expect("writing to a string");
@@ -143,15 +182,16 @@ fn text(
         "config fp {fp} lanes {lanes} dividers {dividers} banks {banks} address_bits {address_bits}"
     ));
     line(format!("format {name}"));
+    if let Some(compressed) = &sequence.compressed {
+        line(format!("templates {}", compressed.templates().count()));
+        compressed.templates().for_each(&mut line);
+    }
+    let microcode = &sequence.microcode;
     line(format!("microcode {}", microcode.len()));
     (0..microcode.len()).for_each(|word| line(microcode.hex(word)));
-    for (start, words, run) in runs {
-        let cycles = match format {
-            Format::Flat => run.cycles,
-            Format::InOrder(gaps) => run_in_order(&run.segment.schedule, gaps, configuration).cycles,
-        };
+    for (Entry { start, words, cycles }, run) in runs {
         line(format!("run {} start {start} words {words} cycles {cycles}", run.segment.stage.name()));
-        if let Format::InOrder(gaps) = format {
+        if let Format::InOrder(gaps) = sequence.format {
             line(format!("gaps seed {} level {}", gaps.seed, gaps.level));
         }
         let digits = fp as usize / 4;

@@ -1,0 +1,183 @@
+//! Templates of the compressed microcode: an opcode, and how each of its fields is written.
+
+use crate::code::Code;
+use crate::schedule::Issue;
+use std::collections::HashMap;
+
+/// How a field is written; docs/pl-machine.md, "Compressed microcode".
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) enum Mode {
+    Kept,
+    Step,
+    Short,
+    Full,
+}
+
+/// An operation of a lane and the modes of a, b, c and dst.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) struct Template {
+    pub field: u8,
+    pub modes: [Mode; 4],
+}
+
+impl Template {
+    /// No operation.
+    pub const NONE: Self = Self { field: 0, modes: [Mode::Kept; 4] };
+
+    /// Every field in full: fits any operation of its code.
+    pub fn full(code: Code) -> Self {
+        let [a, b, c] = code.reads().map(|reads| if reads { Mode::Full } else { Mode::Kept });
+        Self { field: code.field(), modes: [a, b, c, Mode::Full] }
+    }
+
+    /// As a table's entry.
+    pub fn bits(self) -> u64 {
+        let modes = self.modes.iter().enumerate().map(|(k, &mode)| (mode as u64) << (4 + 2 * k));
+        u64::from(self.field) | modes.sum::<u64>()
+    }
+}
+
+/// Addresses and steps that a lane keeps.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Kept {
+    pub address: [u32; 4],
+    pub step: [u32; 4],
+}
+
+impl Kept {
+    /// The shortest way to write each field of an operation from here.
+    pub fn template(&self, issue: &Issue, format: &Format) -> Template {
+        let mut template = Template::full(issue.code);
+        for k in 0..4 {
+            if template.modes[k] == Mode::Full {
+                let modes = [Mode::Kept, Mode::Step, Mode::Short, Mode::Full];
+                let fits = |mode: &Mode| self.fits(issue, k, *mode, format);
+                template.modes[k] = modes.into_iter().find(fits).unwrap_or(Mode::Full);
+            }
+        }
+        template
+    }
+
+    /// Whether a used field can be written in a mode.
+    fn fits(&self, issue: &Issue, k: usize, mode: Mode, format: &Format) -> bool {
+        let wanted = field(issue, k);
+        match mode {
+            Mode::Kept if k == 3 => issue.code.reads()[2] && issue.operands[2] == wanted,
+            Mode::Kept => self.address[k] == wanted,
+            Mode::Step => format.sum(self.address[k], self.step[k]) == wanted,
+            Mode::Short => format.short(format.difference(wanted, self.address[k])).is_some(),
+            Mode::Full => true,
+        }
+    }
+
+    /// Whether all fields of an operation can be written by a template.
+    pub fn allows(&self, issue: &Issue, template: Template, format: &Format) -> bool {
+        let full = Template::full(issue.code);
+        template.field == full.field
+            && (0..4).all(|k| match full.modes[k] {
+                Mode::Full => self.fits(issue, k, template.modes[k], format),
+                unused => template.modes[k] == unused,
+            })
+    }
+
+    /// Write an operation: what it adds to the payload, field by field, as value and bits.
+    pub fn write(&mut self, issue: &Issue, template: Template, format: &Format) -> Vec<(u64, usize)> {
+        let mut payload = Vec::new();
+        let used = Template::full(issue.code).modes;
+        for k in (0..4).filter(|&k| used[k] == Mode::Full) {
+            let wanted = field(issue, k);
+            match template.modes[k] {
+                Mode::Kept | Mode::Step => {}
+                Mode::Short => {
+                    let step = format.difference(wanted, self.address[k]);
+                    payload.extend(format.short(step).map(|short| (short, format.short_bits)));
+                    self.step[k] = step;
+                }
+                Mode::Full => payload.push((u64::from(wanted), format.address_bits)),
+            }
+            self.address[k] = wanted;
+        }
+        payload
+    }
+}
+
+fn field(issue: &Issue, k: usize) -> u32 {
+    if k == 3 {
+        issue.destination
+    } else {
+        issue.operands[k]
+    }
+}
+
+/// Widths of the stream's parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Format {
+    pub lanes: usize,
+    pub dividers: usize,
+    pub address_bits: usize,
+    pub short_bits: usize,
+    pub template_bits: usize,
+}
+
+impl Format {
+    /// Bits of a line.
+    pub fn fetch(&self) -> usize {
+        32 * self.lanes
+    }
+
+    pub fn mask(&self) -> u32 {
+        (1 << self.address_bits) - 1
+    }
+
+    pub fn sum(&self, address: u32, step: u32) -> u32 {
+        address.wrapping_add(step) & self.mask()
+    }
+
+    fn difference(&self, to: u32, from: u32) -> u32 {
+        to.wrapping_sub(from) & self.mask()
+    }
+
+    /// A step as a short field, if it is short.
+    fn short(&self, step: u32) -> Option<u64> {
+        let (half, whole) = (1u32 << (self.short_bits - 1), 1u32 << self.address_bits);
+        let short = step < half || step >= whole - half;
+        short.then(|| u64::from(step) & ((1 << self.short_bits) - 1))
+    }
+
+    /// A short field as a step.
+    pub fn long(&self, short: u64) -> u32 {
+        let sign = 1u64 << (self.short_bits - 1);
+        ((short ^ sign).wrapping_sub(sign) as u32) & self.mask()
+    }
+}
+
+/// The templates worth a place in the table: one for anything of each code, then those that save most.
+pub(crate) fn choose(wishes: &HashMap<Template, u64>, format: &Format) -> Vec<Template> {
+    let cost = |template: &Template| {
+        let bits = |mode: &Mode| match mode {
+            Mode::Kept | Mode::Step => 0,
+            Mode::Short => format.short_bits as u64,
+            Mode::Full => format.address_bits as u64,
+        };
+        template.modes.iter().map(bits).sum::<u64>()
+    };
+    let mut table = vec![Template::NONE];
+    for code in Code::ALL.into_iter().filter(|code| !code.on_divider()) {
+        if wishes.keys().any(|wish| wish.field == code.field()) {
+            table.push(Template::full(code));
+        }
+    }
+    let saved = |wish: &Template| {
+        let full = table.iter().find(|template| template.field == wish.field).map_or(0, cost);
+        full - cost(wish)
+    };
+    let mut ranked: Vec<(u64, Template)> =
+        wishes.iter().map(|(wish, &times)| (times * saved(wish), *wish)).collect();
+    ranked.sort_unstable_by(|a, b| b.cmp(a));
+    let rest = ranked.into_iter().map(|(_, wish)| wish).filter(|wish| !table.contains(wish));
+    let room = (1usize << format.template_bits) - table.len();
+    let chosen: Vec<Template> = rest.take(room).collect();
+    table.extend(chosen);
+    table.resize(1 << format.template_bits, Template::NONE);
+    table
+}

@@ -1,0 +1,5 @@
+//! Schedules, microcode and machine together.
+
+mod laws;
+mod problem;
+mod refusals;

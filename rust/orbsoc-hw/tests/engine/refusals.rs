@@ -1,0 +1,93 @@
+//! Engines that cannot be, streams that do not fit, microcode that is broken.
+
+use crate::problem::problem;
+use orbsoc::{record_tapes, Module, Settings, Stage};
+use orbsoc_hw::{
+    decompress, flat, snapshots, validation_case, Configuration, Error, Fault, Format, Machine, Program, Rule,
+};
+
+fn small() -> Program {
+    let recording = record_tapes(&problem(1, 6, 2, 3, &[3]), &Settings::default()).unwrap();
+    let engine = Configuration { address_bits: 12, ..Configuration::default() };
+    Program::new(&recording, &engine).unwrap()
+}
+
+#[test]
+fn an_engine_too_small_is_refused_with_what_it_needs() {
+    let recording = record_tapes(&problem(1, 6, 2, 3, &[3]), &Settings::default()).unwrap();
+    let of = |engine| Program::new(&recording, &engine).unwrap_err();
+    let good = Configuration::default();
+    let tiny = of(Configuration { address_bits: 8, ..good });
+    assert!(matches!(tiny, Error::Storage { needed_by: "buffers", available: 256, .. }), "{tiny}");
+    let short = of(Configuration { microcode_words: 100, ..good });
+    assert!(matches!(short, Error::Microcode { available: 100, .. }), "{short}");
+    let none = of(Configuration { lanes: 0, ..good });
+    assert_eq!(none.to_string(), "configuration `lanes` = 0: allowed is 1 to 16");
+}
+
+#[test]
+fn a_stage_of_the_processing_system_has_no_segment() {
+    let error = small().segment(Stage::Statistics).unwrap_err();
+    assert_eq!(error, Error::NoSegment { stage: "statistics".to_owned() });
+    assert_eq!(small().segment(Stage::Factorize).unwrap().stage, Stage::Factorize);
+}
+
+#[test]
+fn words_of_another_pattern_are_refused() {
+    let other = snapshots::<f64>(&problem(1, 3, 1, 1, &[]), &Settings::default()).unwrap();
+    let error = validation_case(&small(), &other, Module::ConeOps, Format::Flat).unwrap_err();
+    assert!(matches!(error, Error::Pattern { .. }), "{error}");
+}
+
+/// Break a schedule in one place, and see which rule the machine finds broken.
+fn fault(change: impl FnOnce(&mut Vec<orbsoc_hw::Issue>, &Configuration)) -> Rule {
+    let program = small();
+    let mut schedule = program.segment(Stage::Factorize).unwrap().schedule.clone();
+    change(&mut schedule.issues, &program.configuration);
+    let mut machine = Machine::new(&program.configuration);
+    (0..program.layout.words()).for_each(|address| machine.load(address, 1.0f64.to_bits()));
+    match machine.run(&flat(&schedule, &program.configuration), 0) {
+        Err(Fault::Violation(violation)) => violation.rule,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_broken_rule_is_found_by_name() {
+    // A reader of a result, right behind it.
+    let early = fault(|issues, _| {
+        let (producer, reader) = (0..issues.len())
+            .flat_map(|k| (k + 1..issues.len()).map(move |j| (k, j)))
+            .find(|&(k, j)| {
+                let (k, j) = (issues[k], issues[j]);
+                j.code.reads()[0] && j.operands[0] == k.destination && j.cycle > k.cycle + 1
+            })
+            .expect("a dependent pair");
+        issues[reader].operands[0] = issues[producer].destination;
+        let free = issues[producer].cycle + 1;
+        issues.retain(|issue| issue.cycle != free);
+        let reader =
+            issues.iter().position(|i| i.operands[0] == issues[producer].destination && i.cycle > free);
+        issues[reader.expect("still there")].cycle = free;
+    });
+    assert!(matches!(early, Rule::ReadPending | Rule::ReadUnwritten), "{early:?}");
+    // Two lanes that read two words of one bank.
+    let ports = fault(|issues, engine| {
+        let two = issues.windows(2).position(|w| w[0].cycle == w[1].cycle && !w[1].code.on_divider());
+        let k = two.expect("two operations in one cycle");
+        issues[k].operands[0] = 0;
+        issues[k + 1].operands[0] = engine.banks as u32;
+    });
+    assert_eq!(ports, Rule::ReadConflict);
+    let nobody = fault(|issues, engine| issues[0].operands[0] = engine.words() as u32 - 1);
+    assert_eq!(nobody, Rule::ReadUnwritten);
+}
+
+#[test]
+fn a_stream_cut_short_is_damaged() {
+    let program = small();
+    let mut compressed = program.compressed().unwrap();
+    compressed.segments[4].lines = 1;
+    let error = decompress(&compressed, 4, &program.configuration).unwrap_err();
+    assert!(matches!(error, Error::Damaged { .. }), "{error}");
+}
