@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any, Final, final
 
-from numpy import float64, uint32
+from numpy import float64, uint8, uint32
 from numpy.typing import NDArray
 
 from orbsoc.problem import Problem
@@ -15,6 +15,8 @@ __all__ = [
     "REPEAT",
     "CoreError",
     "Engine",
+    "HardwareError",
+    "HardwareProgram",
     "RawBatch",
     "RawSolution",
     "StageInfo",
@@ -155,3 +157,28 @@ def solve_batch(
     g: NDArray[float64] | None = None,
     h: NDArray[float64] | None = None,
 ) -> RawBatch: ...
+
+class HardwareError(ValueError): ...
+
+@final
+class HardwareProgram:
+    """Schedules of a pattern on an engine. Use `orbsoc.pl_program`."""
+
+    def __new__(
+        cls,
+        problem_: Problem,
+        settings_: Settings,
+        *,
+        fp: int,
+        lanes: int,
+        dividers: int,
+        banks: int,
+        address_bits: int,
+        microcode_words: int,
+    ) -> HardwareProgram: ...
+    @property
+    def storage_words(self) -> tuple[int, int]: ...
+    def segments(self) -> dict[str, dict[str, Any]]: ...
+    def issues(self, stage: str) -> tuple[NDArray[uint32], NDArray[uint8]]: ...
+    def in_order(self, seed: int, level: int) -> dict[str, int]: ...
+    def case(self, module: str, format: str, *, seed: int = 1, level: int = 0) -> str: ...

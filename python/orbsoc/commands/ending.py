@@ -45,15 +45,19 @@ def _judged(error: Exception) -> tuple[int, str]:
     from orbsoc.errors import FileError, ProblemError
     from orbsoc.missions.scenario_file import ScenarioError
     from orbsoc.output_folder import OutputFolderError
+    from orbsoc.pl_program import EngineError
+    from orbsoc.rtl_validation import RtlError
     from orbsoc.workload import WorkloadError
 
     bad_input = (
         HwModelError,
         CaseError,
+        EngineError,
         FileError,
         ProblemError,
         ScenarioError,
         OutputFolderError,
+        RtlError,
         WorkloadError,
     )
     if isinstance(error, bad_input):

@@ -20,12 +20,11 @@ pub fn compute(precision: Precision, code: Code, [a, b, c]: [u64; 3]) -> u64 {
         Precision::F32 => single(x) < single(y),
     };
     match code {
-        Code::Move => a,
         Code::Neg => a ^ sign,
         Code::Abs => a & !sign,
         Code::Min if less(b, a) => b,
         Code::Max if less(a, b) => b,
-        Code::Min | Code::Max => a,
+        Code::Move | Code::Min | Code::Max => a,
         Code::Compare if less(a, b) => ones,
         Code::Compare => 0,
         Code::And => a & b,
@@ -35,7 +34,7 @@ pub fn compute(precision: Precision, code: Code, [a, b, c]: [u64; 3]) -> u64 {
     }
 }
 
-#[allow(clippy::cast_possible_truncation)] // a binary32 word is the low half
+/// A binary32 word is the low half.
 fn single(word: u64) -> f32 {
     f32::from_bits(word as u32)
 }

@@ -54,7 +54,9 @@ impl Compressed {
         }
         let table = choose(&wishes, &format);
         let mut this = Self { format, table, lines: Microcode::new(format.fetch(), 0), segments: Vec::new() };
-        schedules.iter().for_each(|schedule| this.append(schedule, configuration));
+        for schedule in schedules {
+            this.append(schedule, configuration);
+        }
         Ok(this)
     }
 
@@ -161,7 +163,7 @@ struct Stream {
 impl Stream {
     fn push(&mut self, value: u64, bits: usize) {
         for k in 0..bits {
-            if self.bits % 64 == 0 {
+            if self.bits.is_multiple_of(64) {
                 self.limbs.push(0);
             }
             self.limbs[self.bits / 64] |= (value >> k & 1) << (self.bits % 64);
@@ -250,9 +252,13 @@ impl<'a> Writer<'a> {
             for &lane in &changed {
                 self.stream.push(templates[lane] as u64, self.format.template_bits);
             }
-            divider_ops.iter().for_each(|&op| self.stream.push(op, 2));
+            for &op in &divider_ops {
+                self.stream.push(op, 2);
+            }
         }
-        payload.into_iter().for_each(|(value, bits)| self.stream.push(value, bits));
+        for (value, bits) in payload {
+            self.stream.push(value, bits);
+        }
         self.current = templates;
         self.items.push((self.stream.bits - from, 1));
     }

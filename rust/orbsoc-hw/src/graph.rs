@@ -97,7 +97,9 @@ impl Graph {
             let head = chain[chain.len() - 1];
             let old = readers.get(&home).map_or(&[][..], Vec::as_slice);
             if old.iter().all(|&reader| reader == head) {
-                chain.iter().for_each(|&k| self.nodes[k as usize].home = Some(home));
+                for k in chain {
+                    self.nodes[k as usize].home = Some(home);
+                }
             }
         }
     }

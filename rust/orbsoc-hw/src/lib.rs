@@ -4,6 +4,7 @@
 //! Tape ─ graph ─ schedule ─┬─ cycles, utilisation, causes        docs/pl-machine.md is the engine
 //!  layout ─────────────────┴─ microcode ─ machine (replay) ≡ RTL
 //! ```
+#![allow(clippy::cast_possible_truncation)] // cycles, nodes and addresses of a segment fit 32 bits
 
 mod arithmetic;
 mod bounds;
@@ -41,6 +42,6 @@ pub use machine::{Fault, Machine, Rule, Violation};
 pub use microcode::{decode, flat, Microcode};
 pub use program::{Program, Segment};
 pub use schedule::{schedule, Issue, Schedule};
-pub use snapshots::{snapshots, Snapshot};
+pub use snapshots::{snapshots, Snapshot, Snapshots};
 pub use timing::{Precision, Timing};
 pub use validation::{validation_case, Format};

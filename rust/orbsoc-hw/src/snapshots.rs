@@ -30,20 +30,29 @@ impl<T: Decide> Snapshot<T> {
     }
 }
 
+/// The snapshots of a solve.
+#[derive(Clone, Debug)]
+pub struct Snapshots<T>(HashMap<Stage, Snapshot<T>>);
+
+impl<T> Snapshots<T> {
+    /// That of a stage; none if the solve ended before it.
+    pub fn of(&self, stage: Stage) -> Option<&Snapshot<T>> {
+        self.0.get(&stage)
+    }
+}
+
 /// Solve a problem and keep the surroundings of the last run of every stage, on the walk that tapes record. A
 /// refinement that was never asked for is run from where it would have been.
 ///
 /// # Errors
 /// As [`Engine::new`].
-pub fn snapshots<T: Decide>(
-    problem: &Problem,
-    settings: &Settings,
-) -> Result<HashMap<Stage, Snapshot<T>>, Error> {
+pub fn snapshots<T: Decide>(problem: &Problem, settings: &Settings) -> Result<Snapshots<T>, Error> {
     let mut walk = Walk { engine: Engine::<T>::exact(problem, settings)?, last: HashMap::new() };
     walk.steps(STARTUP);
     while walk.steps(ITERATION) {}
     walk.steps(CLOSING);
-    Ok(walk.last.into_iter().map(|(stage, before)| (stage, Snapshot::of(&before, stage))).collect())
+    let both = walk.last.into_iter().map(|(stage, before)| (stage, Snapshot::of(&before, stage)));
+    Ok(Snapshots(both.collect()))
 }
 
 struct Walk<T> {

@@ -7,11 +7,10 @@ use crate::in_order::{run_in_order, Gaps};
 use crate::machine::{Fault, Machine};
 use crate::microcode::{flat, Microcode};
 use crate::program::{Program, Segment};
-use crate::snapshots::Snapshot;
+use crate::snapshots::{Snapshot, Snapshots};
 use crate::timing::Precision;
 use core::fmt::Write;
-use orbsoc::{Buffer, Decide, Module, Stage};
-use std::collections::HashMap;
+use orbsoc::{Buffer, Decide, Module};
 
 /// Which sequencer runs the microcode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,7 +35,7 @@ struct Run<'a> {
 /// [`Error::Damaged`] if the microcode breaks a rule or makes another word than the kernel.
 pub fn validation_case<T: Decide>(
     program: &Program,
-    snapshots: &HashMap<Stage, Snapshot<T>>,
+    snapshots: &Snapshots<T>,
     module: Module,
     format: Format,
 ) -> Result<String, Error> {
@@ -46,7 +45,7 @@ pub fn validation_case<T: Decide>(
         if segment.stage.module() != module {
             continue;
         }
-        let Some(snapshot) = snapshots.get(&segment.stage) else { continue };
+        let Some(snapshot) = snapshots.of(segment.stage) else { continue };
         let words = flat(&segment.schedule, &program.configuration);
         let run = run(program, segment, snapshot, &words)?;
         runs.push((sequence.append(number, segment, &words), run));
@@ -121,7 +120,9 @@ fn run<'a, T: Decide>(
     for (buffer, index, address) in program.layout.homes() {
         memory.push((address, bits(word(snapshot.before(buffer), buffer, index)?)));
     }
-    memory.iter().for_each(|&(address, word)| machine.load(address, word));
+    for &(address, word) in &memory {
+        machine.load(address, word);
+    }
     let cycles = machine.run(words, 0).map_err(|fault| match fault {
         Fault::Violation(violation) => damaged(format!("{name}: {violation}")),
         Fault::Damaged(error) => error,
@@ -151,7 +152,7 @@ fn word<T: Decide>(words: &[T], buffer: Buffer, index: u32) -> Result<f64, Error
     })
 }
 
-#[allow(clippy::cast_possible_truncation)] // words of a single-precision solve are binary32 numbers
+/// Words of a single-precision solve are binary32 numbers already.
 fn word_bits(precision: Precision, value: f64) -> u64 {
     match precision {
         Precision::F64 => value.to_bits(),
@@ -159,7 +160,6 @@ fn word_bits(precision: Precision, value: f64) -> u64 {
     }
 }
 
-#[allow(clippy::cast_possible_truncation)]
 fn is_nan(configuration: &Configuration, word: u64) -> bool {
     match configuration.precision {
         Precision::F64 => f64::from_bits(word).is_nan(),
@@ -197,7 +197,9 @@ fn text(configuration: &Configuration, sequence: &Sequence, runs: &[(Entry, Run<
         let digits = fp as usize / 4;
         for (title, list) in [("memory", &run.memory), ("expect", &run.expect)] {
             line(format!("{title} {}", list.len()));
-            list.iter().for_each(|(address, word)| line(format!("{address:x} {word:0digits$x}")));
+            for (address, word) in list {
+                line(format!("{address:x} {word:0digits$x}"));
+            }
         }
         line("end".to_owned());
     }

@@ -4,6 +4,7 @@
 mod batch;
 mod convert;
 mod engine;
+mod hardware;
 mod method;
 
 use pyo3::prelude::*;
@@ -16,6 +17,8 @@ mod _core {
     use super::convert::CoreError;
     #[pymodule_export]
     use super::engine::{Engine, RawSolution};
+    #[pymodule_export]
+    use super::hardware::{HardwareError, HardwareProgram};
     #[pymodule_export]
     use super::method::{closing, iteration, operation_counts, stages, startup, StageInfo};
     use pyo3::prelude::*;

@@ -1,4 +1,5 @@
 //! Schedules, microcode and machine together.
+#![allow(clippy::cast_possible_truncation)] // small engines
 
 mod laws;
 mod problem;

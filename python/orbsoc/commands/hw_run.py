@@ -1,0 +1,118 @@
+"""`orbsoc hw run`: one workload on one engine, scheduled exactly."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from orbsoc.commands import hw_options as options
+from orbsoc.commands.ending import BAD_INPUT, spoken, stop
+
+if TYPE_CHECKING:
+    from hw_model import Platform
+    from orbsoc.pl_program import Engine, PlProgram
+
+
+def run(
+    workload: options.WorkloadArgument,
+    device: options.DeviceOption = "zu9eg",
+    lanes: Annotated[int | None, typer.Option(help="lanes of the engine; the device's by default")] = None,
+    banks: Annotated[int | None, typer.Option(help="banks of storage; the device's by default")] = None,
+    fp: Annotated[int, typer.Option(help="word of the datapath: 64 or 32")] = 64,
+    settings: options.SetOption = None,
+    out: options.OutOption = None,
+    as_json: options.JsonOption = False,
+) -> None:
+    """Schedule every segment of a workload's pattern: cycles, utilisation, what the rest went to, microcode.
+
+    Exit codes: 0 done, 2 bad input.
+    """
+    with spoken(as_json):
+        from orbsoc.pl_figure import utilisation_figure
+        from orbsoc.pl_program import pl_program
+        from orbsoc.workload import load_workload
+
+        record = load_workload(workload)
+        if not record.problems:
+            stop(BAD_INPUT, f"{workload}: a trace holds no problem to schedule; name the scenario", as_json)
+        machine = options.computer(device, settings)
+        engine = _engine(machine, lanes, banks, fp)
+        programs = [pl_program(problem, None, engine) for problem in record.problems]
+        folder = out or Path("out") / f"hw-run-{record.name}"
+        document = {
+            "schema": "orbsoc.hw-run/1",
+            "workload": record.origin,
+            "device": machine.name,
+            "clock_mhz": machine.pl.clock_mhz.value,
+            "patterns": [program.document() for program in programs],
+        }
+        rows = [
+            {"pattern": p} | _row(program, name)
+            for p, program in enumerate(programs)
+            for name in program.segments
+        ]
+        files = {"run.json": options.as_json_text(document), "run.csv": options.as_csv_text(rows)}
+        options.write_all(folder, files)
+        utilisation_figure(programs[0], folder / "utilisation.png")
+        words = [line for program in programs for line in _table(program, machine)]
+        options.say(words, document, folder, as_json=as_json)
+
+
+def _engine(machine: Platform, lanes: int | None, banks: int | None, fp: int) -> Engine:
+    from orbsoc.pl_program import Engine, EngineError
+
+    word: Literal[64, 32]
+    if fp == 64:
+        word = 64
+    elif fp == 32:
+        word = 32
+    else:
+        raise EngineError(f"`fp` = {fp}: allowed is 64 or 32")
+    return Engine(
+        fp=word,
+        lanes=machine.pl.lanes.value if lanes is None else lanes,
+        dividers=machine.pl.dividers.value,
+        banks=machine.pl.banks.value if banks is None else banks,
+    )
+
+
+def _row(program: PlProgram, name: str) -> dict[str, object]:
+    """A segment as a row of CSV."""
+    segment = program.segments[name]
+    return {
+        "stage": segment.stage, "module": segment.module, "cycles": segment.cycles,
+        "lower_bound": segment.lower_bound, "bottleneck": segment.bottleneck, "operations": segment.operations,
+        "utilisation": segment.utilisation, "flat_bits": segment.flat_bits,
+        "compressed_bits": segment.compressed_bits, "compressed_cycles": segment.compressed_cycles,
+        **{f"cycles_{cause}": cycles for cause, cycles in segment.causes.items()},
+    }  # fmt: skip
+
+
+def _table(program: PlProgram, machine: Platform) -> list[str]:
+    """The program in words: modules, then segments, then what it takes to store."""
+    engine, segments = program.engine, list(program.segments.values())
+    flat, compressed = sum(s.flat_bits for s in segments), sum(s.compressed_bits for s in segments)
+    lines = [
+        f"modelled, equal to the RTL cycle for cycle: f{engine.fp}, {engine.lanes} lanes, {engine.dividers} divider(s),"
+        f" {engine.banks} banks, PL at {machine.pl.clock_mhz.value:g} MHz",
+        "module          segment            cycles      µs  bound by      of it  used  idle lanes: waiting for",
+    ]
+    for module in dict.fromkeys(segment.module for segment in segments):
+        for segment in (s for s in segments if s.module == module):
+            idle = {cause: n for cause, n in segment.lane_causes.items() if cause != "issue" and n}
+            most = sorted(idle, key=lambda cause: -idle[cause])[:2]
+            shares = [
+                f"{cause} {100 * idle[cause] / sum(segment.lane_causes.values()):.0f} %" for cause in most
+            ]
+            lines.append(
+                f"{module:15s} {segment.stage:16s} {segment.cycles:8d} {segment.cycles / machine.pl.clock_mhz.value:7.1f}"
+                f"  {segment.bottleneck:10s} {100 * segment.lower_bound / segment.cycles:5.0f} %"
+                f" {100 * segment.utilisation:4.0f} %  {', '.join(shares)}"
+            )
+    lines.append(
+        f"storage {program.home_words} words of buffers and literals, 2^{engine.address_bits} with temporaries;"
+        f" microcode {flat / 1e6:.2f} Mbit flat, {compressed / 1e6:.2f} Mbit compressed ({flat / compressed:.1f} times less)"
+    )
+    return lines

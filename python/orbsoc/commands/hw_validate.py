@@ -1,0 +1,95 @@
+"""`orbsoc hw validate`: the schedules' cycles and words against the RTL, regenerated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from orbsoc.commands import hw_options as options
+from orbsoc.commands.ending import FAILED, spoken
+
+if TYPE_CHECKING:
+    from orbsoc.problem import Problem
+    from orbsoc.rtl_validation import Outcome
+
+
+def validate(
+    quick: Annotated[
+        bool, typer.Option("--quick", help="the subset of continuous integration: a few minutes")
+    ] = False,
+    rtl: Annotated[
+        Path | None, typer.Option(help="folder of the RTL; that of the source tree by default", metavar="DIR")
+    ] = None,
+    out: options.OutOption = None,
+    as_json: options.JsonOption = False,
+) -> None:
+    """Run the same microcode on the RTL under Verilator, and compare cycles and every word of storage.
+
+    Exit codes: 0 all equal, 1 any difference, 2 no RTL or no Verilator.
+    """
+    with spoken(as_json):
+        from orbsoc.rtl_validation import all_points, problems, quick_points, rtl_folder, summary
+        from orbsoc.rtl_validation import validate as compare
+
+        folder = rtl_folder(rtl)
+        named = problems(_mission_004(folder.parent / "scenarios" / "rec1.toml"))
+        points = (quick_points if quick else all_points)(tuple(named))
+        outcomes: list[Outcome] = []
+        for done, found in enumerate(compare(folder, points, named), start=1):
+            outcomes += found
+            verdict = "equal" if all(outcome.good for outcome in found) else "DIFFERENT"
+            point = found[0].point if found else points[done - 1]
+            typer.echo(f"{done}/{len(points)} {_title(point)}: {verdict}", err=True)
+        equal = all(outcome.good for outcome in outcomes)
+        document = {
+            "schema": "orbsoc.rtl-validation/1",
+            "provenance": "measured: RTL under Verilator against its schedule",
+            "equal": equal,
+            "summary": summary(outcomes),
+            "outcomes": [asdict(outcome) for outcome in outcomes],
+        }
+        where = out or Path("out") / "hw-validate"
+        text = "\n".join(_table(document["summary"]))
+        files = {"validation.json": options.as_json_text(document), "validation.md": text + "\n"}
+        options.write_all(where, files)
+        verdict = (
+            f"measured: model and RTL are {'EQUAL' if equal else 'DIFFERENT'} in {len(outcomes)} segments"
+        )
+        options.say([*_table(document["summary"]), verdict], document, where, as_json=as_json)
+        raise typer.Exit(0 if equal else FAILED)
+
+
+def _mission_004(scenario: Path) -> Problem | None:
+    """The first subproblem of rec1, N = 12; none where the scenario is not at hand."""
+    if not scenario.is_file():
+        return None
+    from orbsoc.workload import load_workload
+
+    return load_workload(scenario).problems[0]
+
+
+def _title(point: Any) -> str:
+    engine = point.engine
+    gaps = f" level {point.level}" if point.format == "in_order" else ""
+    return (
+        f"{point.module} of {point.problem!r}, f{engine.fp}, {engine.lanes} lanes, {engine.banks} banks,"
+        f" {point.format}{gaps}"
+    )
+
+
+def _table(summary: dict[str, dict[str, Any]]) -> Sequence[str]:
+    """Markdown, one row a format."""
+    rows = [
+        f"| {form} | {found['points']} | {found['segments']} | {found['rtl_cycles']} |"
+        f" {100 * found['largest_cycle_error']:.3f} % | {found['different_words']} | {found['assertions']} |"
+        for form, found in summary.items()
+    ]
+    return [
+        "| sequencer | points | segments | RTL cycles | largest cycle error | words different | assertions |",
+        "|---|---|---|---|---|---|---|",
+        *rows,
+    ]

@@ -1,0 +1,142 @@
+"""The PL's share of a problem, scheduled exactly: cycles, causes and microcode of every segment on one engine.
+
+Schedules depend on the sparsity pattern and on the engine, never on numbers; they are kept by both. The engine and its
+microcode are described in docs/pl-machine.md; `orbsoc hw validate` runs the same schedules on the RTL.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections import OrderedDict
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from orbsoc import _core
+from orbsoc.problem import Problem
+from orbsoc.settings import Settings
+
+SCHEMA = "orbsoc.pl-cycles/1"
+_KEPT = 32
+_LEAST_ADDRESS_BITS, _MOST_ADDRESS_BITS = 10, 20
+
+
+class EngineError(ValueError):
+    """An engine that cannot exist, or that is too small for a problem; names the field, its value, what is allowed."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Engine:
+    """One PL engine. `address_bits`: words of storage as a power of two; None: the fewest that hold the problem."""
+
+    fp: Literal[64, 32] = 64
+    lanes: int = 4
+    dividers: int = 1
+    banks: int = 16
+    address_bits: int | None = None
+    microcode_words: int = 1 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """One stage on the engine. All in PL cycles unless the name says otherwise.
+
+    `lower_bound` is L0: no schedule is shorter, and `bottleneck` names the resource. `causes` sum to `cycles`,
+    `lane_causes` to `cycles` times lanes. `compressed_cycles` is the time with compressed microcode.
+    """
+
+    stage: str
+    module: str
+    cycles: int
+    lower_bound: int
+    bottleneck: str
+    operations: int
+    lane_operations: int
+    utilisation: float
+    words: int
+    flat_bits: int
+    compressed_bits: int
+    compressed_cycles: int
+    causes: dict[str, int]
+    lane_causes: dict[str, int]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlProgram:
+    """All segments of one sparsity pattern on one engine (whose `address_bits` are settled)."""
+
+    engine: Engine
+    segments: Mapping[str, Segment]
+    home_words: int
+    """Words of storage that buffers and literals take; temporaries come on top, up to `storage_words`."""
+    storage_words: int
+    core: _core.HardwareProgram
+
+    def document(self) -> dict[str, Any]:
+        """As JSON, schema orbsoc.pl-cycles/1."""
+        return {
+            "schema": SCHEMA,
+            "provenance": "modelled, equal to the RTL cycle for cycle",
+            "engine": asdict(self.engine),
+            "home_words": self.home_words,
+            "storage_words": self.storage_words,
+            "segments": {name: asdict(segment) for name, segment in self.segments.items()},
+        }
+
+
+_programs: OrderedDict[tuple[bytes, Settings, Engine], PlProgram] = OrderedDict()
+
+
+def pattern_digest(problem: Problem) -> bytes:
+    """What two problems of one sparsity pattern share: equal digests have equal schedules."""
+    digest = hashlib.sha256(repr((problem.cones.l, tuple(problem.cones.q))).encode())
+    for matrix in (problem.P, problem.A, problem.G):
+        digest.update(repr(matrix.shape).encode())
+        digest.update(matrix.indptr.tobytes())
+        digest.update(matrix.indices.tobytes())
+    digest.update(np.isfinite(problem.h).tobytes())  # rows with h = ∞ are absent
+    return digest.digest()
+
+
+def pl_program(problem: Problem, settings: Settings | None = None, engine: Engine | None = None) -> PlProgram:
+    """Schedule every stage of the PL modules; kept, so that asking again for the same pattern and engine is free.
+
+    Raises EngineError if the engine cannot exist or is too small.
+    """
+    settings, engine = settings or Settings(), engine or Engine()
+    key = (pattern_digest(problem), settings, engine)
+    found = _programs.get(key)
+    if found is None:
+        found = scheduled(problem, settings, engine)
+        _programs[key] = found
+        if len(_programs) > _KEPT:
+            _programs.popitem(last=False)
+    else:
+        _programs.move_to_end(key)
+    return found
+
+
+def scheduled(problem: Problem, settings: Settings, engine: Engine) -> PlProgram:
+    """As `pl_program`, made anew; its `core` writes validation cases on this very problem's numbers."""
+    if engine.address_bits is not None:
+        return _made(problem, settings, engine, engine.address_bits)
+    for bits in range(_LEAST_ADDRESS_BITS, _MOST_ADDRESS_BITS):
+        try:
+            return _made(problem, settings, engine, bits)
+        except EngineError as error:
+            if "`address_bits`" not in str(error):
+                raise
+    return _made(problem, settings, engine, _MOST_ADDRESS_BITS)
+
+
+def _made(problem: Problem, settings: Settings, engine: Engine, address_bits: int) -> PlProgram:
+    fields = asdict(engine) | {"address_bits": address_bits}
+    try:
+        core = _core.HardwareProgram(problem, settings, **fields)
+    except _core.HardwareError as error:
+        raise EngineError(str(error)) from error
+    segments = {name: Segment(name, **described) for name, described in core.segments().items()}
+    home, used = core.storage_words
+    return PlProgram(Engine(**fields), segments, home, used, core)

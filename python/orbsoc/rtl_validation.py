@@ -1,0 +1,214 @@
+"""Schedules against the RTL: the same microcode under Verilator, cycles and every word of storage compared.
+
+A case is a text file (docs/pl-machine.md, "Validation cases"); `rtl/build.sh` builds a harness for one engine, and
+the harness compares. Operands come from the RTL's storage alone, cycles from its own counter.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from scipy import sparse
+
+from orbsoc.pl_program import Engine, PlProgram, scheduled
+from orbsoc.problem import Cones, Problem
+from orbsoc.settings import Settings
+
+Format = Literal["flat", "compressed", "in_order"]
+SEQUENCERS: dict[Format, int] = {"flat": 0, "compressed": 1, "in_order": 2}
+MODULES = (
+    "matrix_update",
+    "matrix_scaling",
+    "factorization",
+    "linear_solve",
+    "cone_ops",
+    "line_search",
+)
+ADDRESS_BITS = 15
+_RUN = re.compile(r"^run (\w+) cycles (\d+) expected (\d+) different (\d+) asserted (\d+)$", re.MULTILINE)
+
+
+class RtlError(RuntimeError):
+    """The RTL cannot be built or run here; says what is missing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One module of one problem on one engine."""
+
+    problem: str
+    module: str
+    engine: Engine
+    format: Format = "flat"
+    level: int = 0
+    """Of fetch gaps, of 256; in_order only."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What the RTL did with one segment of a point."""
+
+    point: Point
+    segment: str
+    rtl_cycles: int
+    model_cycles: int
+    different_words: int
+    assertions: int
+
+    @property
+    def good(self) -> bool:
+        """Equal cycles, equal words, no assertion."""
+        return self.rtl_cycles == self.model_cycles and not self.different_words and not self.assertions
+
+
+def rtl_folder(given: Path | None) -> Path:
+    """The RTL's sources: `given`, or those of the source tree that this package runs from.
+
+    Raises RtlError if there are none, or no Verilator.
+    """
+    folder = given or Path(__file__).resolve().parents[2] / "rtl"
+    if not (folder / "build.sh").is_file():
+        raise RtlError(
+            f"{folder}: no RTL there; run from a source tree of orbsoc, or name its folder with --rtl"
+        )
+    if shutil.which("verilator") is None:
+        raise RtlError("Verilator is not installed; on Debian or Ubuntu: apt install verilator")
+    return folder
+
+
+def built(folder: Path, engine: Engine, form: Format) -> Path:
+    """The harness for one engine, from the cache of `rtl/build.sh`. Raises RtlError with its log."""
+    parameters = {
+        "FP": engine.fp, "LANES": engine.lanes, "DIVIDERS": engine.dividers, "BANKS": engine.banks,
+        "ADDRESS_BITS": engine.address_bits, "SEQUENCER": SEQUENCERS[form],
+    }  # fmt: skip
+    arguments = [f"-G{name}={value}" for name, value in parameters.items()]
+    done = subprocess.run(
+        ["sh", folder / "build.sh", "engine", *arguments], capture_output=True, text=True, check=False
+    )
+    if done.returncode != 0:
+        raise RtlError(f"the RTL does not build for {engine}: {done.stderr.strip()[-2000:]}")
+    return Path(done.stdout.strip())
+
+
+def run(folder: Path, point: Point, program: PlProgram) -> list[Outcome]:
+    """Build, run and compare one point. Raises RtlError if the harness breaks off."""
+    harness = built(folder, program.engine, point.format)
+    text = program.core.case(point.module, point.format, seed=point.level + 1, level=point.level)
+    with tempfile.TemporaryDirectory() as scratch:
+        case = Path(scratch) / "point.case"
+        case.write_text(text)
+        done = subprocess.run([harness, case], capture_output=True, text=True, check=False)
+    found = [
+        Outcome(point, match[1], *(int(match[k]) for k in (2, 3, 4, 5)))
+        for match in _RUN.finditer(done.stdout)
+    ]
+    if len(found) != text.count("\nrun "):
+        raise RtlError(f"{point}: the harness broke off: {(done.stdout + done.stderr).strip()[-2000:]}")
+    return found
+
+
+def problems(largest: Problem | None = None) -> dict[str, Problem]:
+    """Problems of five sizes, every kind of block in them; `largest` is mission 004's subproblem, if given."""
+    made = {
+        "1 variable, 2 rows": _drawn(1, 0, 2, []),
+        "6 variables, cones 3": _drawn(6, 2, 3, [3]),
+        "12 variables, cones 4 6": _drawn(12, 4, 6, [4, 6]),
+        "24 variables, cones 3 3 9": _drawn(24, 10, 12, [3, 3, 9]),
+    }
+    if largest is None:
+        return made | {"40 variables, cones 4 4 4 4": _drawn(40, 24, 10, [4, 4, 4, 4])}
+    return made | {"mission 004, N = 12": largest}
+
+
+def _drawn(n: int, p: int, l: int, q: list[int]) -> Problem:
+    """A bounded problem with a point inside its cones, from a seed of its sizes."""
+    random = np.random.default_rng([n, p, l, *q])
+    cones = Cones(l=l, q=q)
+    m = l + sum(q)
+    a = sparse.random_array((p, n), density=0.4, rng=random, data_sampler=random.standard_normal)
+    g = sparse.random_array((m, n), density=0.4, rng=random, data_sampler=random.standard_normal)
+    g = g + sparse.eye_array(m, n)
+    x, heads = random.standard_normal(n), np.zeros(m)
+    heads[[*range(l), *(l + np.cumsum([0, *q[:-1]]) if q else [])]] = 1.0
+    half = sparse.eye_array(n) * 0.5
+    return Problem(P=half, c=random.standard_normal(n), A=a, b=a @ x, G=g, h=g @ x + heads, cones=cones)
+
+
+def quick_points(names: Sequence[str]) -> list[Point]:
+    """The CI subset: every module, lane count, bank count, precision and format at least once."""
+    small, middle = names[1], names[2]
+    flat = [
+        Point(middle if k % 2 else small, module, Engine(lanes=lanes, banks=banks, address_bits=ADDRESS_BITS))
+        for k, (lanes, banks) in enumerate([(1, 4), (2, 8), (4, 16)])
+        for module in MODULES
+    ]
+    four = Engine(lanes=4, banks=16, address_bits=ADDRESS_BITS)
+    single = Engine(fp=32, lanes=2, banks=8, address_bits=ADDRESS_BITS)
+    return [
+        *flat,
+        *(Point(names[4], module, four) for module in ("factorization", "linear_solve")),
+        *(Point(middle, module, single) for module in MODULES),
+        *(Point(middle, module, four, "compressed") for module in MODULES),
+        *(Point(middle, "factorization", four, "in_order", level) for level in (0, 64)),
+    ]
+
+
+def all_points(names: Sequence[str]) -> list[Point]:
+    """V2: every module × problem × lanes 1, 2, 4 × banks 4, 8, 16; then V3, four levels of fetch gaps, and the
+    compressed format at 4 lanes and 16 banks."""
+    engines = [
+        Engine(lanes=lanes, banks=banks, address_bits=ADDRESS_BITS)
+        for lanes in (1, 2, 4)
+        for banks in (4, 8, 16)
+    ]
+    static = [Point(name, module, engine) for engine in engines for name in names for module in MODULES]
+    four = engines[-1]
+    dynamic = [
+        Point(name, module, four, "in_order", level)
+        for level in (0, 16, 64, 128, 192)
+        for name in names
+        for module in MODULES
+    ]
+    compressed = [Point(name, module, four, "compressed") for name in names for module in MODULES]
+    return [*static, *dynamic, *compressed]
+
+
+def validate(folder: Path, points: Sequence[Point], named: dict[str, Problem]) -> Iterator[list[Outcome]]:
+    """Run the points one by one; programs are scheduled once for all modules."""
+    programs: dict[tuple[str, Engine], PlProgram] = {}
+    for point in points:
+        key = (point.problem, point.engine)
+        if key not in programs:
+            programs[key] = scheduled(named[point.problem], Settings(), point.engine)
+        yield run(folder, point, programs[key])
+
+
+def summary(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """Counts and errors over all outcomes, by format."""
+    return {
+        form: _of_format([outcome for outcome in outcomes if outcome.point.format == form])
+        for form in SEQUENCERS
+        if any(outcome.point.format == form for outcome in outcomes)
+    }
+
+
+def _of_format(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    errors = [abs(o.model_cycles - o.rtl_cycles) / o.rtl_cycles for o in outcomes]
+    return {
+        "points": len({outcome.point for outcome in outcomes}),
+        "segments": len(outcomes),
+        "rtl_cycles": sum(outcome.rtl_cycles for outcome in outcomes),
+        "largest_cycle_error": max(errors),
+        "mean_cycle_error": float(np.mean(errors)),
+        "different_words": sum(outcome.different_words for outcome in outcomes),
+        "assertions": sum(outcome.assertions for outcome in outcomes),
+    }

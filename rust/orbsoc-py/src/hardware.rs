@@ -1,0 +1,164 @@
+//! Schedules of a pattern on an engine.
+
+use crate::convert::{problem, refuse, settings};
+use numpy::{IntoPyArray, PyArray1};
+use orbsoc::{Module, Problem, Settings, Stage};
+use orbsoc_hw::{
+    snapshots, validation_case, Causes, Compressed, Configuration, Format, Gaps, Precision, Program, Segment,
+};
+use pyo3::exceptions::{PyKeyError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+pyo3::create_exception!(_core, HardwareError, PyValueError, "An engine that cannot be, or is too small.");
+
+#[allow(clippy::needless_pass_by_value)] // the shape map_err wants
+fn unfit(error: orbsoc_hw::Error) -> PyErr {
+    HardwareError::new_err(error.to_string())
+}
+
+/// Every segment of a problem's pattern, scheduled on one engine.
+#[pyclass(module = "orbsoc._core", frozen)]
+pub struct HardwareProgram {
+    program: Program,
+    compressed: Compressed,
+    problem: Problem,
+    settings: Settings,
+}
+
+#[pymethods]
+impl HardwareProgram {
+    #[new]
+    #[pyo3(signature = (problem_, settings_, *, fp, lanes, dividers, banks, address_bits, microcode_words))]
+    #[allow(clippy::too_many_arguments)] // the fields of a configuration
+    fn new(
+        py: Python<'_>,
+        problem_: &Bound<'_, PyAny>,
+        settings_: &Bound<'_, PyAny>,
+        fp: u32,
+        lanes: usize,
+        dividers: usize,
+        banks: usize,
+        address_bits: u32,
+        microcode_words: usize,
+    ) -> PyResult<Self> {
+        let (problem, settings) = (problem(problem_)?, settings(settings_)?);
+        let precision = match fp {
+            64 => Precision::F64,
+            32 => Precision::F32,
+            other => {
+                return Err(HardwareError::new_err(format!(
+                    "configuration `fp` = {other}: allowed is 64 or 32"
+                )))
+            }
+        };
+        let engine = Configuration { precision, lanes, dividers, banks, address_bits, microcode_words };
+        py.detach(|| {
+            engine.validate().map_err(unfit)?;
+            let recording = orbsoc::record_tapes(&problem, &settings).map_err(refuse)?;
+            let program = Program::new(&recording, &engine).map_err(unfit)?;
+            let compressed = program.compressed().map_err(unfit)?;
+            Ok(Self { program, compressed, problem, settings })
+        })
+    }
+
+    /// Words of storage: those with a home, and the most that a segment uses.
+    #[getter]
+    fn storage_words(&self) -> (u32, u32) {
+        let most = self.program.segments.iter().map(|segment| segment.schedule.storage).max();
+        (self.program.layout.words(), most.unwrap_or(0))
+    }
+
+    /// One dictionary a segment.
+    fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let out = PyDict::new(py);
+        for (number, segment) in self.program.segments.iter().enumerate() {
+            out.set_item(segment.stage.name(), self.describe(py, number, segment)?)?;
+        }
+        Ok(out)
+    }
+
+    /// Cycle and unit of every operation of a segment; dividers count on from the lanes.
+    #[allow(clippy::type_complexity)]
+    fn issues<'py>(
+        &self,
+        py: Python<'py>,
+        stage: &str,
+    ) -> PyResult<(Bound<'py, PyArray1<u32>>, Bound<'py, PyArray1<u8>>)> {
+        let stage = Stage::ALL.iter().find(|known| known.name() == stage);
+        let stage = stage.ok_or_else(|| PyKeyError::new_err("no stage of that name"))?;
+        let issues = &self.program.segment(*stage).map_err(unfit)?.schedule.issues;
+        let lanes = u8::try_from(self.program.configuration.lanes)?;
+        let unit = |issue: &orbsoc_hw::Issue| issue.unit + if issue.code.on_divider() { lanes } else { 0 };
+        let cycles: Vec<u32> = issues.iter().map(|issue| issue.cycle).collect();
+        Ok((cycles.into_pyarray(py), issues.iter().map(unit).collect::<Vec<_>>().into_pyarray(py)))
+    }
+
+    /// Busy cycles of every segment on the in-order engine.
+    fn in_order<'py>(&self, py: Python<'py>, seed: u32, level: u32) -> PyResult<Bound<'py, PyDict>> {
+        let out = PyDict::new(py);
+        for segment in &self.program.segments {
+            let gaps = Gaps { seed, level };
+            let run = orbsoc_hw::run_in_order(&segment.schedule, gaps, &self.program.configuration);
+            out.set_item(segment.stage.name(), run.cycles)?;
+        }
+        Ok(out)
+    }
+
+    /// The text of a validation case: every stage of a module on the words of a solve.
+    #[pyo3(signature = (module, format, *, seed=1, level=0))]
+    fn case(&self, py: Python<'_>, module: &str, format: &str, seed: u32, level: u32) -> PyResult<String> {
+        let known = Stage::ALL.iter().map(|stage| stage.module()).find(|known| known.name() == module);
+        let module: Module = known.ok_or_else(|| PyKeyError::new_err("no module of that name"))?;
+        let format = match format {
+            "flat" => Format::Flat,
+            "compressed" => Format::Compressed,
+            "in_order" => Format::InOrder(Gaps { seed, level }),
+            _ => return Err(PyKeyError::new_err("no format of that name")),
+        };
+        py.detach(|| match self.program.configuration.precision {
+            Precision::F64 => {
+                let words = snapshots::<f64>(&self.problem, &self.settings).map_err(refuse)?;
+                validation_case(&self.program, &words, module, format).map_err(unfit)
+            }
+            Precision::F32 => {
+                let words = snapshots::<f32>(&self.problem, &self.settings).map_err(refuse)?;
+                validation_case(&self.program, &words, module, format).map_err(unfit)
+            }
+        })
+    }
+}
+
+impl HardwareProgram {
+    fn describe<'py>(
+        &self,
+        py: Python<'py>,
+        number: usize,
+        segment: &Segment,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (schedule, compressed) = (&segment.schedule, self.compressed.segments[number]);
+        let out = PyDict::new(py);
+        out.set_item("module", segment.stage.module().name())?;
+        out.set_item("cycles", schedule.cycles)?;
+        out.set_item("lower_bound", segment.bounds.cycles())?;
+        out.set_item("bottleneck", segment.bounds.bottleneck())?;
+        out.set_item("operations", schedule.issues.len())?;
+        out.set_item("lane_operations", schedule.lane_operations)?;
+        out.set_item("utilisation", schedule.utilisation(&self.program.configuration))?;
+        out.set_item("words", schedule.words)?;
+        out.set_item("flat_bits", u64::from(schedule.words) * self.program.configuration.flat_bits() as u64)?;
+        out.set_item("compressed_bits", compressed.bits)?;
+        out.set_item("compressed_cycles", compressed.cycles)?;
+        out.set_item("causes", causes(py, &schedule.causes)?)?;
+        out.set_item("lane_causes", causes(py, &schedule.slots)?)?;
+        Ok(out)
+    }
+}
+
+fn causes<'py>(py: Python<'py>, causes: &Causes) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    for (name, cycles) in causes.named() {
+        out.set_item(name, cycles)?;
+    }
+    Ok(out)
+}
