@@ -109,12 +109,14 @@ def test_the_source_distribution_holds_what_a_build_needs(sdist: Path) -> None:
     sources = [path for folder in folders for path in (folder / "Cargo.toml", *folder.glob("src/**/*.rs"))]
     rust = {PurePosixPath(path.relative_to(ROOT).as_posix()) for path in sources}
     manifests = {PurePosixPath(name) for name in ("pyproject.toml", "Cargo.toml", "Cargo.lock", "LICENSE")}
-    assert here | rust | manifests <= names
-    assert not [name for name in names if name.suffix in (".pyc", ".so") or name.parts[0] in ("tests", "rtl")]
+    parameters = {PurePosixPath("rtl") / path.name for path in (ROOT / "rtl").glob("*.svh")}
+    assert here | rust | manifests | parameters <= names
+    foreign = [name for name in names if name.suffix in (".pyc", ".so") or name.parts[0] in ("tests", "rtl")]
+    assert set(foreign) == parameters
 
 
 def test_the_workspace_of_the_source_distribution_is_the_extension_alone(sdist: Path) -> None:
-    assert set(crates(sdist)) == extension_crates(crates(ROOT)) == {"orbsoc", "orbsoc-py"}
+    assert set(crates(sdist)) == extension_crates(crates(ROOT)) == {"orbsoc", "orbsoc-hw", "orbsoc-py"}
 
 
 @pytest.fixture(scope="module")

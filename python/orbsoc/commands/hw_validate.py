@@ -45,21 +45,22 @@ def validate(
             point = found[0].point if found else points[done - 1]
             typer.echo(f"{done}/{len(points)} {_title(point)}: {verdict}", err=True)
         equal = all(outcome.good for outcome in outcomes)
+        counts = summary(outcomes)
         document = {
             "schema": "orbsoc.rtl-validation/1",
             "provenance": "measured: RTL under Verilator against its schedule",
             "equal": equal,
-            "summary": summary(outcomes),
+            "summary": counts,
             "outcomes": [asdict(outcome) for outcome in outcomes],
         }
         where = out or Path("out") / "hw-validate"
-        text = "\n".join(_table(document["summary"]))
+        text = "\n".join(_table(counts))
         files = {"validation.json": options.as_json_text(document), "validation.md": text + "\n"}
         options.write_all(where, files)
         verdict = (
             f"measured: model and RTL are {'EQUAL' if equal else 'DIFFERENT'} in {len(outcomes)} segments"
         )
-        options.say([*_table(document["summary"]), verdict], document, where, as_json=as_json)
+        options.say([*_table(counts), verdict], document, where, as_json=as_json)
         raise typer.Exit(0 if equal else FAILED)
 
 
