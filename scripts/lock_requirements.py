@@ -2,7 +2,7 @@
 
 Each lock is what pip resolves in an empty environment. `test` and `bench` are resolved under the runtime pins
 and list only what they add, so the GPL peer of the `bench` extra cannot reach the runtime or the test lock. The
-`cvxpy` extra is in the test lock: its interface is tested.
+`cvxpy` and `reach` extras are in the test lock: what they bring is tested.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def main() -> None:
     extras = manifest["project"]["optional-dependencies"]
     write("build", manifest["build-system"]["requires"])
     runtime = write("runtime", manifest["project"]["dependencies"])
-    write("test", extras["test"] + extras["cvxpy"], base=runtime)
+    write("test", extras["test"] + extras["cvxpy"] + extras["reach"], base=runtime)
     write("bench", extras["bench"], base=runtime)
 
 

@@ -3,8 +3,8 @@
 `orbsoc.solve(problem)` solves a conic problem; `orbsoc.PsScheduler` runs the same solve on the emulated PS+PL
 computer; `orbsoc.missions` plans; the command `orbsoc` does all of it.
 
-`orbsoc.CVXPY` and `orbsoc.missions` are imported when they are first named; the former needs CVXPY
-(`pip install 'orbsoc[cvxpy]'`) and raises ImportError without it.
+`orbsoc.CVXPY`, `orbsoc.missions` and `orbsoc.reach` are imported when they are first named; the first needs CVXPY
+(`pip install 'orbsoc[cvxpy]'`) and raises ImportError without it, the last what `pip install 'orbsoc[reach]'` brings.
 """
 
 from importlib import import_module
@@ -21,6 +21,7 @@ from orbsoc.verify import verify
 
 if TYPE_CHECKING:
     from orbsoc import missions as missions
+    from orbsoc import reach as reach
     from orbsoc.interfaces.cvxpy import CVXPY as CVXPY
 
 __version__ = "0.1.0"
@@ -46,6 +47,6 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name == "CVXPY":
         return import_module("orbsoc.interfaces.cvxpy").CVXPY
-    if name == "missions":
-        return import_module("orbsoc.missions")
+    if name in ("missions", "reach"):
+        return import_module(f"orbsoc.{name}")
     raise AttributeError(f"module 'orbsoc' has no attribute {name!r}")

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from orbsoc.commands import hw as hw_commands
+from orbsoc.commands import reach as reach_command
 from orbsoc.commands import solve as solve_command
 from orbsoc.commands.plan_cases import plan_cases
 from orbsoc.console_entry import ConsoleApp
@@ -81,6 +82,7 @@ def main() -> None:
 
 app.command()(solve_command.solve)
 app.add_typer(hw_commands.app, name="hw")
+app.command()(reach_command.reach)
 
 
 @app.command()

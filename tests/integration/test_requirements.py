@@ -14,7 +14,7 @@ EXTRAS = MANIFEST["project"]["optional-dependencies"]
 WANTED = {
     "build": MANIFEST["build-system"]["requires"],
     "runtime": MANIFEST["project"]["dependencies"],
-    "test": EXTRAS["test"] + EXTRAS["cvxpy"],  # the interface to CVXPY is tested
+    "test": EXTRAS["test"] + EXTRAS["cvxpy"] + EXTRAS["reach"],  # what these bring is tested
     "bench": EXTRAS["bench"],
 }
 
@@ -43,7 +43,7 @@ def test_every_lock_belongs_to_something_wanted() -> None:
 
 
 def test_no_extra_is_forgotten() -> None:
-    assert set(EXTRAS) == {"cvxpy", "test", "bench"}
+    assert set(EXTRAS) == {"cvxpy", "reach", "test", "bench"}
 
 
 def test_the_gpl_peer_is_in_the_benchmark_lock_only() -> None:

@@ -28,11 +28,12 @@ CLEAR_RAD = float(np.deg2rad(0.3))
 
 @dataclass(slots=True, eq=False)
 class Extremes:
-    """The largest tilts (B,) found, NaN where the sequence failed, the arcs that reach them on the coarse grid, the
+    """The largest tilts (B,) found, NaN where the sequence failed, their change (B,) from the grid before, the arcs that reach them on the coarse grid, the
     nodes (B,) of the grid that found them, and what was spent. `fine` has the arcs on the finest grid of the points
     `fine_points`."""
 
     tilt: Array
+    change: Array
     arcs: Arcs
     nodes: NDArray[np.int16]
     sequence_iterations: NDArray[np.int32]
@@ -52,6 +53,7 @@ def largest_tilts(tools: Tools, aim: LargestTilt, *, tilt_in_doubt: Array | None
     count = len(aim)
     out = Extremes(
         tilt=np.full(count, np.nan),
+        change=np.full(count, np.nan),
         arcs=arcs,
         nodes=np.full(count, nodes, np.int16),
         sequence_iterations=np.zeros(count, np.int32),
@@ -66,13 +68,18 @@ def largest_tilts(tools: Tools, aim: LargestTilt, *, tilt_in_doubt: Array | None
         out.solver_iterations[todo] += found.inner_iterations
         ok = found.ending == Ending.CONVERGED
         done = todo[ok]
-        out.tilt[done] = aim[done].tilts(found.arcs.ends[ok])
+        tilt = aim[done].tilts(found.arcs.ends[ok])
+        out.change[done] = np.abs(tilt - out.tilt[done])
+        out.tilt[done] = tilt
         out.nodes[done] = nodes
         out.arcs.put(done, resampled(grid, found.arcs[ok], tools.collocation(tools.nodes)))
         if nodes >= tools.fine_nodes:
             out.fine_points, out.fine = done, found.arcs[np.flatnonzero(ok)]
             break
-        unclear = ok if tilt_in_doubt is None else ok & (tilt_in_doubt[todo] - out.tilt[todo] < CLEAR_RAD)
+        # A sequence that goes to and fro on a coarse grid, as some do, is a start on a finer one all the same.
+        unclear = ok | (found.ending == Ending.MAX_ITERATIONS)
+        if tilt_in_doubt is not None:
+            unclear &= ~(tilt_in_doubt[todo] - out.tilt[todo] >= CLEAR_RAD)
         todo = todo[unclear]
         finer = tools.collocation(min(2 * nodes, tools.fine_nodes))
         arcs = resampled(grid, found.arcs[np.flatnonzero(unclear)], finer)

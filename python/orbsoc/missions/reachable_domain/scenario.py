@@ -68,7 +68,7 @@ class BurnRules(Table):
 class Boundary(Table):
     """Where the boundary curve is sought: azimuths about the current plane, and perigee heights."""
 
-    azimuths: int = Field(default=72, ge=4, le=3600)
+    azimuths: int = Field(default=144, ge=8, le=3600, multiple_of=2)
     perigee_height_km: Span
 
 

@@ -1,0 +1,163 @@
+"""`orbsoc reach`: the reachable domain of a scenario, into a folder that survives interruptions.
+
+Exit codes: 0 done, 1 some point's solver failed or the sweep could not go on, 2 bad input, 130 interrupted (what is
+finished stays; `--resume` goes on).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+
+import typer
+
+from orbsoc.interrupts import Interrupts
+
+if TYPE_CHECKING:
+    from orbsoc.missions.reachable_domain import Scenario
+    from orbsoc.sweep import Executor
+
+FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+EMBEDDED = "embedded"
+
+
+def reach(
+    scenario: Annotated[Path, typer.Argument(help="scenario file, TOML", metavar="SCENARIO.toml")],
+    resume: Annotated[bool, typer.Option("--resume", help="go on in a folder of this scenario")] = False,
+    threads: Annotated[
+        int | None, typer.Option(help="worker processes of this machine; all cores by default", min=1)
+    ] = None,
+    dask: Annotated[
+        str | None,
+        typer.Option(help=f"address of a Dask scheduler, tcp://HOST:PORT, or '{EMBEDDED}'", metavar="URL"),
+    ] = None,
+    device: Annotated[str, typer.Option(help="platform of the cost: name or TOML file")] = "zu9eg",
+    partition: Annotated[str, typer.Option(help="what runs on the PL: name or TOML file")] = "paper",
+    deadline_ms: Annotated[
+        float | None, typer.Option(help="say how many points the modelled computer does in this time")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="results folder; out/NAME by default", metavar="DIR")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print summary.json on standard output")] = False,
+) -> None:
+    """Solve every point of the grid and the edge of the domain, verify by propagation, and show what is within reach."""
+    folder = out if out is not None else Path("out") / scenario.stem
+    with Interrupts() as interrupts:
+        try:
+            executor = _executor(dask, threads)
+            chosen = _checked(scenario, device, partition, deadline_ms)
+            document = _solve_and_write(
+                chosen, folder, executor, resume, (device, partition, deadline_ms), as_json
+            )
+        except KeyboardInterrupt:
+            _stop(INTERRUPTED, f"interrupted; finished shards are in {folder}, --resume goes on", as_json)
+        except Exception as error:
+            if interrupts.received:
+                _stop(INTERRUPTED, f"interrupted; finished shards are in {folder}, --resume goes on", as_json)
+            _stop(*_failure(error), as_json)
+    if as_json:
+        typer.echo(json.dumps(document, allow_nan=False, default=float))
+    for line in _lines(document, folder):
+        typer.echo(line, err=as_json)
+    raise typer.Exit(FAILED if document["status"].get("solver failed") else 0)
+
+
+def _executor(dask: str | None, threads: int | None) -> Executor:
+    from orbsoc.sweep import DaskCluster, Processes
+
+    workers = threads or len(os.sched_getaffinity(0))
+    if dask is None:
+        return Processes(workers)
+    return DaskCluster(None if dask == EMBEDDED else dask, workers)
+
+
+def _checked(path: Path, device: str, partition: str, deadline_ms: float | None) -> Scenario:
+    """The scenario, once everything that can be refused at once has been looked at."""
+    from hw_model import HwModelError
+    from orbsoc.cycle_budget import check_names
+    from orbsoc.missions.reachable_domain import load_scenario
+
+    chosen = load_scenario(path)
+    check_names(device, partition)
+    if deadline_ms is not None and not 0.0 < deadline_ms < float("inf"):
+        raise HwModelError(f"--deadline-ms = {deadline_ms}: must be a positive number of milliseconds")
+    return chosen
+
+
+def _solve_and_write(
+    scenario: Scenario,
+    folder: Path,
+    executor: Executor,
+    resume: bool,
+    hardware: tuple[str, str, float | None],
+    as_json: bool,
+) -> dict[str, Any]:
+    from rich.console import Console
+
+    from orbsoc.commands.sweep_progress import SweepProgress
+    from orbsoc.reach import load
+    from orbsoc.reach.cost import domain_cost
+    from orbsoc.reach.outputs import write_outputs
+    from orbsoc.reach.run import solve_into
+
+    with SweepProgress(Console(stderr=as_json)) as progress:
+        reports = solve_into(folder, scenario, executor, progress, resume=resume)
+    found = load(folder)
+    device, partition, deadline_ms = hardware
+    cost = domain_cost(found, device=device, partition=partition, deadline_ms=deadline_ms)
+    fresh = sum(report.rows_done - report.rows_before for report in reports)
+    extra = {
+        "elapsed_s": sum(report.elapsed_s for report in reports) if fresh else None,
+        "rows_solved_in_this_run": fresh,
+        "hardware": {**cost.to_dict(), "words": cost.words},
+    }
+    return write_outputs(folder, found, extra)
+
+
+def _lines(document: dict[str, Any], folder: Path) -> list[str]:
+    """What a person wants to know, the verdict last."""
+    counts = ", ".join(f"{count} {name}" for name, count in document["status"].items())
+    worst = document["worst"]
+    lines = [
+        f"{row['limit']}: paper {row['paper_deg']:.2f}, ours {row['whole_deg']:.2f} deg; {row['reason']}"
+        for row in document["envelope"]
+    ]
+    lines.append(
+        f"every reached point flown: semi-major axis within {worst['sma_error_rel']:.1e}, plane within"
+        f" {worst['plane_error_rad']:.1e} rad, bounds within {max(worst['perigee_short_m'], worst['altitude_short_m']):.2f} m"
+    )
+    lines.append(document["hardware"]["words"])
+    if document["elapsed_s"] is not None:
+        lines.append(
+            f"{document['rows_solved_in_this_run']} rows solved in {document['elapsed_s']:.1f} s (measured)"
+        )
+    return [*lines, f"written to {folder}", f"{document['points']} points: {counts}"]
+
+
+def _failure(error: Exception) -> tuple[int, str]:
+    """Exit code and words for what a run raised."""
+    import traceback
+
+    from hw_model import HwModelError
+    from orbsoc.missions.scenario_file import ScenarioError
+    from orbsoc.sweep import StoreError, WorkersLost
+
+    if isinstance(error, WorkersLost):
+        return FAILED, str(error)
+    if isinstance(error, (ScenarioError, StoreError, HwModelError, OSError)):
+        return BAD_INPUT, str(error)
+    if isinstance(error, ModuleNotFoundError):
+        return BAD_INPUT, f"{error.name} is not installed; pip install 'orbsoc[reach]'"
+    traceback.print_exception(error)
+    return FAILED, f"a defect of orbsoc, please report it: {type(error).__name__}: {error}"
+
+
+def _stop(code: int, words: str, as_json: bool) -> NoReturn:
+    """Say why on standard error (and as JSON where that is read), and leave."""
+    if as_json:
+        typer.echo(json.dumps({"error": words, "exit_code": code}))
+    typer.echo(f"orbsoc: {words}" if code == INTERRUPTED else f"orbsoc: error: {words}", err=True)
+    raise typer.Exit(code)

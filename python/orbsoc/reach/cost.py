@@ -1,0 +1,131 @@
+"""What the sweep would cost on the emulated computer: the modelled time of its subproblems, scaled to the work counted.
+
+The cycle model prices every condensed subproblem of one sequence, as `orbsoc plan` prices a plan. Time is then
+a · subproblems + b · interior-point iterations, a and b fitted to those: every iteration of one pattern runs the same
+operations, apart from refinements. Every subproblem of the sweep is priced as one on 12 nodes; those on finer grids
+cost more. Generating the data, flights and Newton's polish are the PS's own and not priced.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+import hw_model
+from orbsoc.missions.reachable_domain.condensed import condense
+from orbsoc.missions.reachable_domain.domain import Domain
+from orbsoc.missions.reachable_domain.guess import towards_planes
+from orbsoc.missions.reachable_domain.terminal import LargestOrbit
+from orbsoc.orbit import EARTH
+from orbsoc.problem import Problem
+from orbsoc.ps import PsScheduler
+from orbsoc.solution import Status
+
+from .results import ReachableDomain
+
+MOST_RECORDED = 10
+"""Subproblems that are priced."""
+
+
+@dataclass(frozen=True, slots=True)
+class DomainCost:
+    """Modelled cost on one device under one partition: of a subproblem with k iterations `base_us` + k·`iteration_us`,
+    and of the whole domain. `points_per_s` counts every point of the table, held ones included; `largest_misfit` is the
+    worst relative error of the fit."""
+
+    device: str
+    partition: str
+    pl_clock_mhz: float
+    base_us: float
+    iteration_us: float
+    largest_misfit: float
+    domain_s: float
+    point_us: float
+    point_pl_cycles: float
+    points_per_s: float
+    deadline_ms: float | None
+    points_within_deadline: int | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, marked as what it is."""
+        return {"provenance": "modelled", **asdict(self)}
+
+    @property
+    def words(self) -> str:
+        """The cost in a sentence."""
+        text = (
+            f"modelled: {self.partition} on {self.device} solves the subproblems of {self.points_per_s:.0f} points per"
+            f" second, the whole domain in {self.domain_s:.1f} s ({self.point_us:.0f} us a point)"
+        )
+        if self.deadline_ms is not None:
+            text += f"; {self.points_within_deadline} points within {self.deadline_ms:g} ms"
+        return text
+
+
+def domain_cost(
+    found: ReachableDomain, *, device: str, partition: str, deadline_ms: float | None = None
+) -> DomainCost:
+    """Price the subproblems that the table counts. Raises `hw_model.HwModelError` for unknown names."""
+    recorded = _recorded(found.domain)
+    iterations, times_us, clock = [], [], 0.0
+    for problem in recorded:
+        scheduler = PsScheduler()
+        solution = scheduler(problem)
+        if solution.status is Status.INTERRUPTED:
+            raise KeyboardInterrupt
+        report = hw_model.speedup(scheduler.trace, device, partition)
+        iterations.append(solution.iterations)
+        times_us.append(1e3 * report.makespan_ms.nominal)
+        clock = report.pl_clock_mhz
+    base, each = _fit(iterations, times_us)
+    misfit = max(abs(base + each * k - t) / t for k, t in zip(iterations, times_us, strict=True))
+    subproblems = int(found.points["sequence_iterations"].sum())
+    inner = int(found.points["solver_iterations"].sum())
+    total_us = base * subproblems + each * inner
+    points = len(found.points["status"])
+    return DomainCost(
+        device=device,
+        partition=partition,
+        pl_clock_mhz=clock,
+        base_us=base,
+        iteration_us=each,
+        largest_misfit=misfit,
+        domain_s=total_us / 1e6,
+        point_us=total_us / points,
+        point_pl_cycles=total_us / points * clock,
+        points_per_s=1e6 * points / total_us,
+        deadline_ms=deadline_ms,
+        points_within_deadline=None if deadline_ms is None else int(1e3 * deadline_ms * points / total_us),
+    )
+
+
+def _fit(iterations: Sequence[int], times_us: Sequence[float]) -> tuple[float, float]:
+    """Base and slope of the least-squares line; all slope when every solve took as many iterations."""
+    count = np.array(iterations, np.float64)
+    if np.ptp(count) == 0.0:
+        return 0.0, float(np.mean(times_us) / count[0])
+    slope, base = np.polyfit(count, np.array(times_us), 1)
+    return float(base), float(slope)
+
+
+def _recorded(domain: Domain) -> list[Problem]:
+    """The subproblems of a cold sequence on a plane tilted a few degrees, from the guess to convergence."""
+    from orbsoc.solver import solve
+
+    normal = domain.frame.tilted(np.deg2rad([3.0]), np.array([0.5]))
+    height_km = domain.scenario.grid.perigee_height_km.first
+    aim = LargestOrbit(normal, np.array([1.0 + 1e3 * height_km / EARTH.earth_radius_m]))
+    collocation = domain.tools.collocation(domain.tools.nodes)
+    arcs, problems = towards_planes(collocation, normal), []
+    for _ in range(MOST_RECORDED):
+        linear = collocation.end_map(arcs)
+        problem = condense(linear, aim.rows(arcs.ends)).problem(0)
+        solution = solve(problem)
+        if solution.status is not Status.SOLVED:
+            break
+        problems.append(problem)
+        arcs = collocation.arcs(linear, solution.x.reshape(arcs.controls.shape))
+    return problems

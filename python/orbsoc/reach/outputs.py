@@ -1,0 +1,87 @@
+"""The files beside the shards: boundary, summary, figures, NetCDF, report. All rewritten whole from the shards."""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from orbsoc.report import versions
+
+from .band import write_band
+from .figures import FigureFile, draw_figures
+from .netcdf import write_netcdf
+from .results import ReachableDomain
+from .summary import summary
+
+SUMMARY, BOUNDARY_FILE, CUBE, REPORT, BAND = (
+    "summary.json",
+    "boundary.parquet",
+    "domain.nc",
+    "report.html",
+    "band.html",
+)
+SCHEMA = "orbsoc.reach/1"
+
+
+def write_outputs(folder: Path, domain: ReachableDomain, extra: Mapping[str, Any]) -> dict[str, Any]:
+    """Write everything but the shards into `folder`; returns the content of `summary.json`."""
+    import pyarrow as pa
+    import pyarrow.parquet as parquet
+
+    document = {"schema": SCHEMA, **summary(domain), **extra, "versions": versions()}
+    figures = draw_figures(domain, folder)
+    write_band(domain, folder / BAND)
+    write_netcdf(domain, folder / CUBE)
+    parquet.write_table(pa.table(dict(domain.boundary)), folder / BOUNDARY_FILE)
+    _replace(folder / REPORT, _page(document, figures, folder))
+    document["files"] = sorted(
+        [SUMMARY, BOUNDARY_FILE, CUBE, REPORT, BAND, *(figure.name for figure in figures)]
+    )
+    finite: dict[str, Any] = _finite(document)
+    _replace(folder / SUMMARY, json.dumps(finite, indent=2, allow_nan=False) + "\n")
+    return finite
+
+
+def _page(document: Mapping[str, Any], figures: tuple[FigureFile, ...], folder: Path) -> str:
+    environment = Environment(
+        loader=PackageLoader("orbsoc", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["digits"] = _digits
+    images = [
+        {
+            "caption": figure.caption,
+            "data": base64.b64encode((folder / figure.name).read_bytes()).decode("ascii"),
+        }
+        for figure in figures
+    ]
+    return environment.get_template("reach.html.j2").render(found=document, images=images, band=BAND)
+
+
+def _digits(value: float | None, form: str = "%.2f") -> str:
+    return "–" if value is None or not math.isfinite(value) else form % value
+
+
+def _finite(value: Any) -> Any:
+    """JSON has no NaN: null instead."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _replace(path: Path, text: str) -> None:
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    temporary.write_text(text, encoding="utf-8")
+    temporary.replace(path)

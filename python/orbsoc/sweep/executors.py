@@ -1,0 +1,156 @@
+"""Where tasks run: here, on processes of this machine, or on a Dask cluster. All yield results as they finish."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, Protocol
+
+from .store import Columns, StoreError, Task
+
+Work = Callable[[dict[str, Any]], Columns]
+"""A function of a task's payload at the top of a module, so that other processes can find it."""
+
+RETRIES = 2
+"""How often a task is done again whose worker was lost."""
+BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+class WorkersLost(RuntimeError):
+    """Workers died again and again; what is finished is kept."""
+
+
+class Executor(Protocol):
+    """Does tasks in any order."""
+
+    def results(self, work: Work, tasks: Sequence[Task]) -> Iterator[tuple[Task, Columns]]:
+        """Pairs of task and columns as they finish; errors of `work` propagate."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Inline:
+    """One after the other, in this process."""
+
+    def results(self, work: Work, tasks: Sequence[Task]) -> Iterator[tuple[Task, Columns]]:
+        for task in tasks:
+            yield task, work(task.payload)
+
+
+@dataclass(frozen=True, slots=True)
+class Processes:
+    """On `workers` processes of this machine, one thread of linear algebra each."""
+
+    workers: int
+
+    def results(self, work: Work, tasks: Sequence[Task]) -> Iterator[tuple[Task, Columns]]:
+        left, losses = list(tasks), 0
+        while left:
+            try:
+                for task, columns in self._once(work, left):
+                    left.remove(task)
+                    yield task, columns
+            except BrokenProcessPool as error:
+                losses += 1
+                if losses > RETRIES:
+                    raise WorkersLost(
+                        f"worker processes died {losses} times (out of memory?); finished shards are kept, resume with"
+                        " fewer workers"
+                    ) from error
+
+    def _once(self, work: Work, tasks: Sequence[Task]) -> Iterator[tuple[Task, Columns]]:
+        with _single_threaded_children():
+            pool = ProcessPoolExecutor(
+                min(self.workers, len(tasks)),
+                multiprocessing.get_context("spawn"),
+                initializer=_ignore_interrupts,
+            )
+            try:
+                futures: dict[Future[Columns], Task] = {}
+                waiting = iter(tasks)
+                for task in waiting:
+                    futures[pool.submit(work, task.payload)] = task
+                    if len(futures) == 2 * self.workers:
+                        break
+                while futures:
+                    done, _pending = wait(futures, return_when=FIRST_COMPLETED)
+                    for future in done:
+                        yield futures.pop(future), future.result()
+                        for task in waiting:
+                            futures[pool.submit(work, task.payload)] = task
+                            break
+            except BaseException:
+                pool.shutdown(wait=False, cancel_futures=True)
+                for child in multiprocessing.active_children():
+                    child.terminate()
+                raise
+            pool.shutdown()
+
+
+@dataclass(frozen=True, slots=True)
+class DaskCluster:
+    """On the workers of a Dask scheduler at `address`, or of an embedded cluster of `workers` processes for None."""
+
+    address: str | None
+    workers: int = 2
+    timeout_s: float = 10.0
+
+    def results(self, work: Work, tasks: Sequence[Task]) -> Iterator[tuple[Task, Columns]]:
+        try:
+            dask: Any = import_module("distributed")  # typed in parts only
+        except ImportError as error:
+            raise StoreError("Dask is not installed; pip install 'orbsoc[reach]'") from error
+
+        cluster: Any = None
+        with _single_threaded_children():
+            if self.address is None:
+                cluster = dask.LocalCluster(
+                    n_workers=self.workers, threads_per_worker=1, dashboard_address=None
+                )
+            try:
+                client = dask.Client(cluster or self.address, timeout=self.timeout_s)
+            except (OSError, TimeoutError, ValueError) as error:
+                raise StoreError(
+                    f"--dask = {self.address}: no scheduler answers within {self.timeout_s:g} s ({type(error).__name__})"
+                ) from error
+        try:
+            futures = {
+                client.submit(work, task.payload, pure=False, retries=RETRIES, key=task.place): task
+                for task in tasks
+            }
+            for future in dask.as_completed(futures):
+                columns = future.result()
+                task = futures.pop(future)
+                future.release()
+                yield task, columns
+        finally:
+            client.close()
+            if cluster is not None:
+                cluster.close()
+
+
+@contextmanager
+def _single_threaded_children() -> Iterator[None]:
+    """Processes started here use one thread each for linear algebra: there is one for every core."""
+    before = {name: os.environ.get(name) for name in BLAS_THREADS}
+    os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+def _ignore_interrupts() -> None:
+    """Ctrl-C reaches every process of a terminal; the parent decides."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,0 +1,195 @@
+"""`orbsoc reach` from a shell: files, resume, Ctrl-C and kill, bad input by name, and the product read back."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import orbsoc.reach
+from orbsoc.orbit import Elements
+from orbsoc.reach.ephemeris import fly_point, oem, opm
+from orbsoc.sweep import ShardStore
+from tests.missions.reach_cases import SCENARIOS, small_scenario
+
+ENVIRONMENT = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+
+
+def orbsoc_reach(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "orbsoc", "reach", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, env=ENVIRONMENT, timeout=600)
+
+
+@pytest.fixture(scope="module")
+def solved(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, str]:
+    """Scenario, results folder and standard output of one small sweep."""
+    place = tmp_path_factory.mktemp("reach")
+    scenario = small_scenario(place)
+    done = orbsoc_reach(scenario, "--out", place / "out", "--threads", "2", "--json", "--deadline-ms", "1000")
+    assert done.returncode == 0, done.stderr
+    return scenario, place / "out", done.stdout
+
+
+def test_the_run_writes_what_it_says(solved: tuple[Path, Path, str]) -> None:
+    _scenario, folder, stdout = solved
+    document = json.loads(stdout)
+    assert document == json.loads((folder / "summary.json").read_text())
+    assert document["points"] == 60
+    assert sum(document["status"].values()) == 60
+    assert document["status"]["reached"] >= 40
+    assert document["worst"]["sma_error_rel"] <= 1e-6
+    assert document["hardware"]["provenance"] == "modelled"
+    assert document["hardware"]["points_within_deadline"] > 0
+    assert {row["limit"] for row in document["envelope"]} >= {"lowest inclination", "highest node"}
+    for name in document["files"]:
+        assert (folder / name).stat().st_size > 0, name
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "of 60 points are reached" in page
+    assert not re.search(r'(?:src|href)="https?:', page)
+
+
+def test_the_exports_agree_with_the_table(solved: tuple[Path, Path, str]) -> None:
+    import pyarrow.parquet as parquet
+    import xarray
+
+    _scenario, folder, _stdout = solved
+    found = orbsoc.reach.load(folder)
+    with xarray.open_dataset(folder / "domain.nc", engine="h5netcdf") as cube:
+        np.testing.assert_array_equal(cube["a_km"].values.ravel(), found.points["a_km"])
+        reached = cube["status"].values.ravel() == 0
+    np.testing.assert_array_equal(reached, found.points["status"] == "reached")
+    edge = parquet.read_table(folder / "boundary.parquet")
+    np.testing.assert_array_equal(edge.column("tilt_deg").to_numpy(), found.boundary["tilt_deg"])
+
+
+def test_margins_agree_with_exact_ones_within_their_error(solved: tuple[Path, Path, str]) -> None:
+    found = orbsoc.reach.load(solved[1])
+    plane = np.deg2rad([27.3, 337.0])
+    inside = Elements(9.0e6, 0.27, plane[0], plane[1], 0.0, 0.0)
+    rough, exact = found.can_reach(inside), found.can_reach(inside, exact=True)
+    assert rough.verdict == exact.verdict == "within reach"
+    assert abs(rough.tilt_deg - exact.tilt_deg) <= rough.tilt_error_deg + exact.tilt_error_deg
+    assert abs(rough.sma_km - exact.sma_km) <= rough.sma_error_km + exact.sma_error_km
+    too_large = Elements(2.6e7, 0.74, plane[0], plane[1], 0.0, 0.0)
+    assert found.can_reach(too_large, exact=True).verdict == "beyond reach"
+    elsewhere = found.can_reach(Elements(7.0e6, 0.02, np.deg2rad(60.0), plane[1], 0.0, 0.0))
+    assert elsewhere.verdict == "beyond reach"
+    assert not elsewhere.inside_box
+    with pytest.raises(ValueError, match="below the surface"):
+        found.can_reach(Elements(6.0e6, 0.1, plane[0], plane[1], 0.0, 0.0))
+
+
+def test_messages_are_read_back_by_an_independent_reader(
+    solved: tuple[Path, Path, str], tmp_path: Path
+) -> None:
+    ndm_io = pytest.importorskip("ccsds_ndm.ndm_io", reason="the independent reader is not installed").NdmIo
+    found = orbsoc.reach.load(solved[1])
+    row = int(np.flatnonzero(found.points["status"] == "reached")[0])
+    point = (found.points[name][row] for name in ("inc_deg", "raan_deg", "perigee_bound_km"))
+    flown = fly_point(found, *map(float, point))
+    (tmp_path / "a.oem").write_text(oem(flown))
+    (tmp_path / "a.opm").write_text(opm(flown, 160000.0))
+    ephemeris = ndm_io().from_path(tmp_path / "a.oem")
+    states = ephemeris.body.segment[0].data.state_vector
+    assert len(states) == len(flown.times_s)
+    last = states[-1]
+    read = [float(getattr(last, name).value) for name in ("x", "y", "z", "x_dot", "y_dot", "z_dot")]
+    np.testing.assert_allclose(read, flown.states[-1] / 1e3, atol=1e-8)
+    orbit = ndm_io().from_path(tmp_path / "a.opm").body.segment.data
+    assert float(orbit.keplerian_elements.semi_major_axis.value) == pytest.approx(
+        found.points["a_km"][row], rel=1e-7
+    )
+    assert float(orbit.spacecraft_parameters.mass.value) == pytest.approx(88000.0)
+    with pytest.raises(ValueError, match="is not on the grid"):
+        fly_point(found, 1.0, 2.0, 3.0)
+
+
+def test_a_killed_sweep_resumes_to_the_same_table(solved: tuple[Path, Path, str], tmp_path: Path) -> None:
+    scenario, folder, _stdout = solved
+    out = tmp_path / "killed"
+    command = [sys.executable, "-m", "orbsoc", "reach", str(scenario), "--out", str(out), "--threads", "1"]
+    with subprocess.Popen(
+        command, env=ENVIRONMENT, start_new_session=True, stdout=subprocess.PIPE
+    ) as process:
+        deadline = time.monotonic() + 300.0
+        while not list(out.glob("points/shard=*/part.parquet")) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        os.killpg(process.pid, signal.SIGKILL)
+    before = {path: path.stat().st_mtime_ns for path in out.rglob("part.parquet")}
+    assert before
+    refused = orbsoc_reach(scenario, "--out", out)
+    assert refused.returncode == 2
+    assert "add --resume" in refused.stderr
+    done = orbsoc_reach(scenario, "--out", out, "--resume", "--threads", "2")
+    assert done.returncode == 0, done.stderr
+    assert {path: path.stat().st_mtime_ns for path in before} == before
+    one, two = ShardStore.load(folder), ShardStore.load(out)
+    for dataset in ("points", "boundary"):
+        mine, theirs = one.read(dataset), two.read(dataset)
+        assert list(mine) == list(theirs)
+        for name, values in mine.items():
+            for left, right in zip(values, theirs[name], strict=True):
+                np.testing.assert_array_equal(left, right, err_msg=name)
+
+
+def test_ctrl_c_keeps_the_finished_shards(tmp_path: Path) -> None:
+    scenario, out = small_scenario(tmp_path), tmp_path / "out"
+    command = [sys.executable, "-m", "orbsoc", "reach", str(scenario), "--out", str(out), "--threads", "1"]
+    with subprocess.Popen(command, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True) as process:
+        deadline = time.monotonic() + 300.0
+        while not list(out.glob("boundary/shard=*/part.parquet")) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        _output, words = process.communicate(timeout=120)
+    assert process.returncode == 130, words
+    assert "finished shards are in" in words
+    assert "Traceback" not in words
+    assert list(out.glob("boundary/shard=*/part.parquet"))
+
+
+BAD = {
+    "an empty grid": ("inclination_deg", "inclination_deg = { first = 30.0, last = 20.0, step = 1.0 }", "makes the grid empty"),
+    "a perigee below the surface": (
+        "perigee_height_km", "perigee_height_km = { first = -10.0, last = 20.0, step = 10.0 }", "at or below the surface",
+    ),
+    "planes twice around": ("raan_deg", "raan_deg = { first = 0.0, last = 360.0, step = 10.0 }", "holds planes twice"),
+    "no propellant": ("dry_mass_kg", "dry_mass_kg = 160000.0", "leaves no propellant"),
+    "a burn longer than the tank": ("duration_s", "duration_s = 3000.0", "burns more than there is"),
+    "a step of zero": ("raan_deg", "raan_deg = { first = 330.0, last = 340.0, step = 0.0 }", "greater than 0"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_scenarios_are_refused_and_nothing_is_written(tmp_path: Path, case: str) -> None:
+    key, line, words = BAD[case]
+    scenario = small_scenario(tmp_path, **{key: line})
+    done = orbsoc_reach(scenario, "--out", tmp_path / "out")
+    assert done.returncode == 2
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_insertion_is_not_a_reachable_domain(tmp_path: Path) -> None:
+    done = orbsoc_reach(SCENARIOS / "rec1.toml", "--out", tmp_path / "out")
+    assert done.returncode == 2
+    assert "mission = 'reachable_insertion'" in done.stderr
+
+
+def test_a_folder_of_another_scenario_is_left_alone(solved: tuple[Path, Path, str], tmp_path: Path) -> None:
+    _scenario, folder, _stdout = solved
+    shutil.copytree(folder, tmp_path / "copy")
+    other = small_scenario(tmp_path, thrust_n="thrust_n = 260000.0")
+    done = orbsoc_reach(other, "--out", tmp_path / "copy", "--resume")
+    assert done.returncode == 2
+    assert "another scenario" in done.stderr
+    assert (tmp_path / "copy" / "summary.json").read_text() == (folder / "summary.json").read_text()
