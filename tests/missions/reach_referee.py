@@ -22,7 +22,7 @@ SPEED = np.sqrt(MU / RADIUS)
 TIME = RADIUS / SPEED
 START = np.array([-4780421.0, 4388673.2, 1069366.2, -4944.1088, -4692.4264, -3389.3615])
 MASS, THRUST, FLOW, BURN_S = 160000.0, 270000.0, 60.0, 1200.0
-INTERVALS, DEGREE = 32, 4
+INTERVALS, DEGREE = 64, 4
 RECORD = Path(__file__).resolve().parent / "data" / "reach_referee.json"
 
 
@@ -76,7 +76,10 @@ class Referee:
         high += [np.inf, np.inf]
         energy = ca.sumsqr(v) / 2.0 - 1.0 / ca.norm_2(r)
         goal = ca.atan2(ca.dot(momentum, second), ca.dot(momentum, normal)) if tilt else energy
-        options = {"print_time": False, "ipopt": {"print_level": 0, "tol": 1e-10, "max_iter": 500, "sb": "yes"}}
+        options = {
+            "print_time": False,
+            "ipopt": {"print_level": 0, "tol": 1e-10, "max_iter": 500, "sb": "yes"},
+        }
         program = {"x": ca.veccat(x, u), "p": data, "f": -goal, "g": ca.vertcat(*rules)}
         self._solver = ca.nlpsol("referee", "ipopt", program, options)
         self._low, self._high = low, high
@@ -165,7 +168,9 @@ def drawn_points() -> list[tuple[float, float, float]]:
     tilt = np.where(np.arange(60) < 40, edge * np.sqrt(draw.uniform(0.0, 1.0, 60)), edge)
     tilt[40:] -= np.deg2rad(draw.uniform(0.03, 1.0, 20))
     inc, raan = np.rad2deg(inclination_and_node(found.frame.tilted(tilt, azimuth)))
-    return [(round(float(i), 3), round(float(o), 3), float(h)) for i, o, h in zip(inc, raan, height, strict=True)]
+    return [
+        (round(float(i), 3), round(float(o), 3), float(h)) for i, o, h in zip(inc, raan, height, strict=True)
+    ]
 
 
 def main() -> None:
