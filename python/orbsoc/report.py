@@ -7,10 +7,8 @@ from __future__ import annotations
 
 import base64
 import json
-import platform
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +20,7 @@ from orbsoc.missions.reachable_insertion.plan import Plan
 from orbsoc.missions.reachable_insertion.plots import FigureFile, draw_figures
 from orbsoc.missions.reachable_insertion.record import ATTITUDE_COLUMNS, attitude_csv, plan_document
 from orbsoc.output_folder import write_manifest, written_at_once
-
-PACKAGES = ("orbsoc", "numpy", "scipy", "clarabel", "matplotlib")
+from orbsoc.versions import versions
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,17 +48,6 @@ def run_document(run: Run) -> dict[str, Any]:
         },
         "versions": versions(),
     }
-
-
-def versions() -> dict[str, str]:
-    """Versions of Python and of what computes here; a package that runs from its sources says so."""
-    found = {"python": platform.python_version()}
-    for name in PACKAGES:
-        try:
-            found[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            found[name] = "from sources"
-    return found
 
 
 def write_run(

@@ -12,7 +12,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from orbsoc.report import versions
+from orbsoc.versions import versions
 
 from .band import write_band
 from .figures import FigureFile, draw_figures
