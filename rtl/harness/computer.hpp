@@ -35,23 +35,19 @@ class Computer {
     busy_cycles = 0;
   }
 
-  void load_code(const std::vector<std::string> &words) {
+  // One line of microcode; one template of compressed microcode.
+  void load_line(uint64_t address, const std::string &word) {
     dut.code_write = 1;
-    for (std::size_t i = 0; i < words.size(); ++i) {
-      dut.code_address = IData(i);
-      set_port(dut.code_word, words[i]);
-      clock();
-    }
+    dut.code_address = IData(address);
+    set_port(dut.code_word, word);
+    clock();
     dut.code_write = 0;
   }
-
-  void load_templates(const std::vector<std::string> &templates) {
+  void load_template(uint64_t number, const std::string &word) {
     dut.template_write = 1;
-    for (std::size_t i = 0; i < templates.size(); ++i) {
-      dut.template_address = CData(i);
-      dut.template_word = SData(std::stoul(templates[i], nullptr, 16));
-      clock();
-    }
+    dut.template_address = CData(number);
+    dut.template_word = SData(std::stoul(word, nullptr, 16));
+    clock();
     dut.template_write = 0;
   }
 

@@ -1,4 +1,4 @@
-// Runs validation cases (docs/pl-machine.md) on the engine: engine FILE ...
+// Runs validation cases (docs/pl-machine.md) on the engine: engine FILE ...      (engine - : a session, session.hpp)
 // Loads the microcode; per run sets the memory, starts the segment through the registers, waits for the interrupt,
 // and compares cycles and words. Exits 0 only if all is equal and no rule of a schedule was violated.
 #include <cinttypes>
@@ -7,6 +7,7 @@
 
 #include "case_file.hpp"
 #include "computer.hpp"
+#include "session.hpp"
 
 namespace {
 
@@ -87,14 +88,15 @@ bool execute(Computer &computer, const Run &run) {
 
 int main(int argc, char **argv) {
   bool good = argc > 1;
-  if (!good) std::fprintf(stderr, "usage: engine FILE ...\n");
+  if (!good) std::fprintf(stderr, "usage: engine FILE ... | engine -\n");
   try {
+    if (argc == 2 && std::string(argv[1]) == "-") return std::make_unique<Session>()->run(std::cin) ? 0 : 2;
     for (int i = 1; i < argc; ++i) {
       const Case c = CaseReader(argv[i]).read();
       check_config(c);
       const auto computer = std::make_unique<Computer>();
-      computer->load_templates(c.templates);
-      computer->load_code(c.microcode);
+      for (std::size_t k = 0; k < c.templates.size(); ++k) computer->load_template(k, c.templates[k]);
+      for (std::size_t k = 0; k < c.microcode.size(); ++k) computer->load_line(k, c.microcode[k]);
       for (const Run &run : c.runs) good = execute(*computer, run) && good;
     }
   } catch (const std::exception &error) {

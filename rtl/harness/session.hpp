@@ -1,0 +1,80 @@
+// The engine driven live over a pipe, so that any program can be its PS: `engine -`. One command a line, one answer
+// line each; numbers are hexadecimal but for counts.
+//   reset                    ok
+//   template INDEX WORD      ok
+//   code ADDRESS WORD        ok         a line of microcode
+//   set ADDRESS WORD         ok         a word of storage, while nothing runs
+//   get ADDRESS              WORD
+//   write REGISTER VALUE     ok
+//   read REGISTER            VALUE
+//   gaps SEED LEVEL          ok         fetch gaps (in order), decimal
+//   wait CYCLES              IRQ BUSY   clocks up to CYCLES (decimal) until the interrupt is up; whether it is, and how
+//                                       many cycles the segment was busy by the engine's own counter, decimal
+//   violations               N N N N N N N N   since the reset, in the order of the rules, decimal
+#pragma once
+#include <cinttypes>
+#include <cstdio>
+#include <iostream>
+#include <sstream>
+#include <string>
+
+#include "computer.hpp"
+
+class Session {
+ public:
+  // Until the end of the input; false at the first line that is no command.
+  bool run(std::istream &input) {
+    std::string line;
+    while (std::getline(input, line)) {
+      std::istringstream words(line);
+      std::string command;
+      words >> command;
+      if (!answer(command, words)) {
+        std::fprintf(stderr, "engine: no command '%s'\n", line.c_str());
+        return false;
+      }
+      std::fflush(stdout);
+    }
+    return true;
+  }
+
+ private:
+  bool answer(const std::string &command, std::istringstream &words) {
+    uint64_t first = 0;
+    std::string second = "0";
+    const bool decimal = command == "gaps" || command == "wait";
+    if (command != "reset" && command != "violations" && !(words >> (decimal ? std::dec : std::hex) >> first)) return false;
+    if (command != "reset" && command != "violations" && command != "get" && command != "read" && command != "wait" &&
+        !(words >> second))
+      return false;
+    if (command == "get") return print_hex(computer.read_word(first));
+    if (command == "read") return print_hex(computer.read_register(uint16_t(first)));
+    if (command == "wait") return wait(first);
+    if (command == "violations") return violations();
+    if (command == "reset") computer.reset();
+    else if (command == "template") computer.load_template(first, second);
+    else if (command == "code") computer.load_line(first, second);
+    else if (command == "set") computer.write_word(first, std::stoull(second, nullptr, 16));
+    else if (command == "write") computer.write_register(uint16_t(first), uint32_t(std::stoull(second, nullptr, 16)));
+    else if (command == "gaps") computer.set_gaps(uint32_t(first), uint32_t(std::stoul(second)));
+    else return false;
+    std::printf("ok\n");
+    return true;
+  }
+  static bool print_hex(uint64_t value) {
+    std::printf("%" PRIx64 "\n", value);
+    return true;
+  }
+  bool wait(uint64_t cycles) {
+    for (; cycles > 0 && !computer.interrupt(); --cycles) computer.clock();
+    std::printf("%d %" PRIu32 "\n", computer.interrupt(), computer.counted());
+    return true;
+  }
+  bool violations() {
+    for (int i = 0; i < RULE_COUNT; ++i) std::printf("%s%" PRIu64, i ? " " : "", computer.violations[std::size_t(i)]);
+    std::printf("\n");
+    return true;
+  }
+
+  Computer computer;
+};

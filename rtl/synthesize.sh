@@ -1,0 +1,34 @@
+#!/bin/sh
+# Synthesise one module for Xilinx 7-series with yosys (Debian: apt install yosys) and print its cells as JSON.
+# Usage: rtl/synthesize.sh MODULE [NAME=VALUE ...]      e.g. rtl/synthesize.sh engine FP=64 LANES=4 CHECKS=0 CODE_BITS=12
+# LUT counts LUTs used as logic and as shift registers or memory; BRAM36 counts a RAMB18 as half; no timing is implied.
+set -eu
+here=$(cd "$(dirname "$0")" && pwd)
+module=$1
+shift
+
+parameters=
+for pair in "$@"; do parameters="$parameters -chparam ${pair%%=*} ${pair#*=}"; done
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+if ! yosys -q -p "read_verilog -sv -I$here $here/fpu/*.sv $here/engine/*.sv; hierarchy -top $module $parameters;
+  synth_xilinx -family xc7 -flatten -top $module; tee -q -o $work/cells stat" >"$work/log" 2>&1
+then
+  tail -5 "$work/log" >&2
+  exit 1
+fi
+awk -v module="$module" -v given="$*" '
+  $1 ~ /^LUT[1-6]$/ { lut += $2 }
+  $1 ~ /^SRL/ { lut += $2; srl += $2 }
+  $1 ~ /^RAM(32M|64M)$/ { lut += 4 * $2; memory += 4 * $2 }
+  $1 ~ /^RAM(32X1D|64X1D)$/ { lut += 2 * $2; memory += 2 * $2 }
+  $1 == "RAM128X1D" { lut += 4 * $2; memory += 4 * $2 }
+  $1 ~ /^FD[CPRS]E/ { ff += $2 }
+  $1 == "DSP48E1" { dsp += $2 }
+  $1 == "RAMB36E1" { bram += $2 }
+  $1 == "RAMB18E1" { bram += $2 / 2 }
+  $1 == "CARRY4" { carry += $2 }
+  END {
+    printf "{\"module\": \"%s\", \"parameters\": \"%s\", \"lut\": %d, \"lut_shift\": %d, \"lut_memory\": %d, ", module, given, lut, srl, memory
+    printf "\"ff\": %d, \"dsp\": %d, \"bram36\": %.1f, \"carry4\": %d}\n", ff, dsp, bram, carry
+  }' "$work/cells"
