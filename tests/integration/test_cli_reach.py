@@ -129,8 +129,11 @@ def test_a_killed_sweep_resumes_to_the_same_table(solved: tuple[Path, Path, str]
     refused = orbsoc_reach(scenario, "--out", out)
     assert refused.returncode == 2
     assert "add --resume" in refused.stderr
-    done = orbsoc_reach(scenario, "--out", out, "--resume", "--threads", "2")
+    point = "24.3 335.25 100"
+    done = orbsoc_reach(scenario, "--out", out, "--resume", "--threads", "2", "--ephemeris", point)
     assert done.returncode == 0, done.stderr
+    assert (out / "point.oem").read_text().startswith("CCSDS_OEM_VERS = 3.0")
+    assert "SEMI_MAJOR_AXIS" in (out / "point.opm").read_text()
     assert {path: path.stat().st_mtime_ns for path in before} == before
     one, two = ShardStore.load(folder), ShardStore.load(out)
     for dataset in ("points", "boundary"):
@@ -176,6 +179,13 @@ def test_bad_scenarios_are_refused_and_nothing_is_written(tmp_path: Path, case: 
     assert done.returncode == 2
     assert words in done.stderr
     assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_wrong_point_is_refused_before_anything_is_solved(tmp_path: Path) -> None:
+    done = orbsoc_reach(small_scenario(tmp_path), "--out", tmp_path / "out", "--ephemeris", "24.3 335.25")
+    assert done.returncode == 2
+    assert "must be three numbers" in done.stderr
     assert not (tmp_path / "out").exists()
 
 

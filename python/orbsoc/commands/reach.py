@@ -38,6 +38,12 @@ def reach(
     deadline_ms: Annotated[
         float | None, typer.Option(help="say how many points the modelled computer does in this time")
     ] = None,
+    ephemeris: Annotated[
+        str | None,
+        typer.Option(
+            help="also write this grid point's burn and orbit as CCSDS messages: 'inclination node perigee', deg deg km"
+        ),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="results folder; out/NAME by default", metavar="DIR")
     ] = None,
@@ -49,9 +55,12 @@ def reach(
         try:
             executor = _executor(dask, threads)
             chosen = _checked(scenario, device, partition, deadline_ms)
+            point = None if ephemeris is None else _point(ephemeris)
             document = _solve_and_write(
                 chosen, folder, executor, resume, (device, partition, deadline_ms), as_json
             )
+            if point is not None:
+                _write_messages(folder, point)
         except KeyboardInterrupt:
             _stop(INTERRUPTED, f"interrupted; finished shards are in {folder}, --resume goes on", as_json)
         except Exception as error:
@@ -85,6 +94,34 @@ def _checked(path: Path, device: str, partition: str, deadline_ms: float | None)
     if deadline_ms is not None and not 0.0 < deadline_ms < float("inf"):
         raise HwModelError(f"--deadline-ms = {deadline_ms}: must be a positive number of milliseconds")
     return chosen
+
+
+def _point(text: str) -> tuple[float, float, float]:
+    """Inclination, node (deg) and perigee bound (km). Raises StoreError for anything but three numbers."""
+    from orbsoc.sweep import StoreError
+
+    try:
+        inc, raan, height = (float(word) for word in text.replace(",", " ").split())
+    except ValueError as error:
+        raise StoreError(
+            f"--ephemeris = {text!r}: must be three numbers: inclination (deg), node (deg), perigee bound (km)"
+        ) from error
+    return inc, raan, height
+
+
+def _write_messages(folder: Path, point: tuple[float, float, float]) -> None:
+    """Write point.oem and point.opm. Raises StoreError when the point has no plan."""
+    from orbsoc.reach import load
+    from orbsoc.reach.ephemeris import fly_point, oem, opm
+    from orbsoc.sweep import StoreError
+
+    found = load(folder)
+    try:
+        flown = fly_point(found, *point)
+    except ValueError as error:
+        raise StoreError(f"--ephemeris: {error}") from error
+    (folder / "point.oem").write_text(oem(flown), encoding="utf-8")
+    (folder / "point.opm").write_text(opm(flown, found.scenario.vehicle.mass_kg), encoding="utf-8")
 
 
 def _solve_and_write(

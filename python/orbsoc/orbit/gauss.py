@@ -87,11 +87,12 @@ def integrate(scheme: GaussSteps, position: Array, velocity: Array, force: Force
     """Advance B motions in d dimensions from (d, B) positions and velocities; columns that diverge become NaN."""
     stages, count = scheme.stages, position.size
     r, v = position, velocity
+    square = 0.5 * scheme.offsets[:, None, None] ** 2  # the first sweep starts from a parabola
     found = np.empty((scheme.steps * stages, *position.shape))
     for step in range(scheme.steps):
         window = slice(step * stages, (step + 1) * stages)
         drift = r + scheme.offsets[:, None, None] * v
-        nodes = drift
+        nodes = drift + square * force(window, drift)[:1]
         for _ in range(SWEEPS):
             acceleration = force(window, nodes)
             moved = drift + (scheme.double @ acceleration.reshape(stages, count)).reshape(drift.shape)

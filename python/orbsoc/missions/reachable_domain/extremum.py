@@ -28,8 +28,10 @@ Index = NDArray[np.intp]
 
 TOLERANCE = 1e-10
 """Largest residual, canonical, of a converged point."""
-MAX_STEPS = 25
-HALVINGS = 5
+MAX_STEPS = 20
+HALVINGS = 4
+STALLED, STALLS = 0.7, 3
+"""A point is given up after so many steps in a row that leave more than this share of the residual."""
 SWITCHES = 3
 """How often the perigee row may change sides."""
 
@@ -107,26 +109,26 @@ class Indirect:
         return np.asarray(wrong & (residual <= TOLERANCE))
 
     def _newton(self, aim: Aim, at: Unknowns) -> tuple[Array, Array, NDArray[np.int32]]:
-        """Damped Newton, in place on `at`; end states, residuals and steps taken."""
+        """Damped Newton, in place on `at`; end states, residuals and steps taken. Points that stall are left."""
         count = len(aim)
         flown = self.flown(at)
-        values = residuals(aim, flown.ends, at)
-        size = _size(values)
-        steps = np.zeros(count, np.int32)
+        size = _size(residuals(aim, flown.ends, at))
+        steps, stalls = np.zeros(count, np.int32), np.zeros(count, np.int32)
         ends = flown.ends[:, :6].copy()
         live = np.flatnonzero((size > TOLERANCE) & np.isfinite(size))
+        flown = flown[live]
         for _ in range(MAX_STEPS):
             if not live.size:
                 break
-            here = at[live]
-            flown = self.flown(here)
+            here, before = at[live], size[live]
             step = self._step(aim[live], here, flown)
             steps[live] += 1
-            better = self._backtrack(aim[live], here, step, size[live])
-            at.put(live, better[0])
-            improved = better[2] < size[live]
-            size[live], ends[live] = better[2], better[1]
-            live = live[improved & (better[2] > TOLERANCE)]
+            size[live] = self._backtrack(aim[live], here, flown, step, before)
+            at.put(live, here)
+            ends[live] = flown.ends[:, :6]
+            stalls[live] = np.where(size[live] > STALLED * before, stalls[live] + 1, 0)
+            going = (size[live] < before) & (size[live] > TOLERANCE) & (stalls[live] < STALLS)
+            live, flown = live[going], flown[np.flatnonzero(going)]
         return ends, size, steps
 
     def _step(self, aim: Aim, at: Unknowns, flown: Extremals) -> Array:
@@ -152,10 +154,10 @@ class Indirect:
         except np.linalg.LinAlgError:
             return np.asarray(-(np.linalg.pinv(matrix) @ values[:, :, None])[:, :, 0])
 
-    def _backtrack(self, aim: Aim, at: Unknowns, step: Array, size: Array) -> tuple[Unknowns, Array, Array]:
-        """The longest of the halved steps that makes the residual smaller; the last one where none does."""
-        best = at[np.arange(len(size))]
-        ends, found = np.full((len(size), 6), np.nan), np.full(len(size), np.inf)
+    def _backtrack(self, aim: Aim, at: Unknowns, flown: Extremals, step: Array, size: Array) -> Array:
+        """Move by the longest of the halved steps that makes the residual smaller, in place on `at` and `flown`, and
+        stay where none does; the residuals (B,)."""
+        found = size.copy()
         left = np.arange(len(size))
         share = 1.0
         for _ in range(HALVINGS):
@@ -163,19 +165,17 @@ class Indirect:
             trial = Unknowns(
                 here.primers + share * step[left, :6], here.multipliers + share * step[left, 6:], here.held
             )
-            flown = self.flown(trial)
-            trial_size = _size(residuals(aim[left], flown.ends, trial))
-            good = trial_size < size[left]
-            best.put(left[good], trial[good])
-            ends[left[good]], found[left[good]] = flown.ends[good, :6], trial_size[good]
-            left = left[~good]
+            there = self.flown(trial)
+            trial_size = _size(residuals(aim[left], there.ends, trial))
+            good = np.flatnonzero(trial_size < size[left])
+            at.put(left[good], trial[good])
+            flown.put(left[good], there[good])
+            found[left[good]] = trial_size[good]
+            left = np.delete(left, good)
             if not left.size:
                 break
             share *= 0.5
-        if left.size:
-            flown = self.flown(at[left])
-            ends[left], found[left] = flown.ends[:, :6], size[left]
-        return best, ends, found
+        return found
 
 
 def residuals(aim: Aim, flown_ends: Array, at: Unknowns) -> Array:

@@ -30,6 +30,14 @@ class Extremals:
     ends: Array
     nodes: Array
 
+    def __getitem__(self, which: NDArray[np.intp]) -> Extremals:
+        return Extremals(self.scheme, self.ends[which], self.nodes[:, :, which])
+
+    def put(self, which: NDArray[np.intp], other: Extremals) -> None:
+        """Overwrite some extremals, in place."""
+        self.ends[which] = other.ends
+        self.nodes[:, :, which] = other.nodes
+
     @property
     def lowest_radius(self) -> Array:
         """Smallest |r| on the way, (B,)."""
