@@ -23,7 +23,7 @@ export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint bench units lock clean FORCE
+.PHONY: help demo test lint bench results units lock clean FORCE
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -45,7 +45,11 @@ lint: $(INSTALLED) $(TESTING) ## formats, clippy, rustdoc, ruff, mypy, stubs aga
 	$(BIN)/stubtest orbsoc._core
 
 bench: $(INSTALLED) $(BENCHING) ## time the solver beside its peers (ECOS is GPL: this target only)
-	$(BIN)/python -m benchmarks.run --family mission004 --repeats 30 --out out/bench --readme README.md
+	$(BIN)/python -m benchmarks.run --family mission004 --solvers orbsoc,clarabel,ecos,qoco --repeats 30 \
+	    --out out/bench --readme README.md
+
+results: $(INSTALLED) $(BENCHING) ## measure all that is required beside the peers, into docs/results.md (20 min)
+	$(BIN)/python -m benchmarks.musts --out out/musts --page docs/results.md
 
 units: $(INSTALLED) $(TESTING) ## a million vectors per floating-point unit and format, in Verilator
 	ORBSOC_REQUIRE_RTL=1 ORBSOC_UNIT_VECTORS=1000000 $(BIN)/pytest tests/rtl/test_units.py

@@ -1,7 +1,7 @@
 """Time orbsoc beside its peers: `python -m benchmarks.run --family mission004 --repeats 30 --out out/bench`.
 
-Writes FAMILY.csv, FAMILY.json, FAMILY.md and FAMILY.png for each family. `--readme README.md` and
-`--docs docs/benchmarks.md` put the result between the markers of those files.
+Writes FAMILY.csv, FAMILY.json, FAMILY.md and FAMILY.png for each family. `--readme README.md` puts the first family's
+result between the markers of that file.
 """
 
 from __future__ import annotations
@@ -27,7 +27,10 @@ from benchmarks.tables import (
 )
 from benchmarks.verdict import verdict
 
-MORE = "Rules of measurement, settings of the peers and other families: [docs/benchmarks.md](docs/benchmarks.md)."
+MORE = (
+    "Other families, batches, warm starts and public sets: [docs/results.md](docs/results.md). Rules of measurement and "
+    "settings of the peers: [docs/benchmarks.md](docs/benchmarks.md)."
+)
 NOISY = 0.25
 """Interquartile range over median above which a run should be repeated on a quieter machine."""
 
@@ -42,11 +45,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     sections: dict[str, str] = {}
     for name in names:
         sections[name] = _run_family(name, found, chosen)
-    if chosen.docs:
-        text = "\n\n".join(
-            f"## {name}: {FAMILIES[name].about}\n\n{section}" for name, section in sections.items()
-        )
-        insert(chosen.docs, text)
     if chosen.readme:
         insert(chosen.readme, f"{sections[names[0]]}\n\n{MORE}")
     return 0
@@ -67,7 +65,6 @@ def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--readme", type=Path, help="file whose benchmark block gets the first family's result"
     )
-    parser.add_argument("--docs", type=Path, help="file whose benchmark block gets every family's result")
     chosen = parser.parse_args(arguments)
     chosen.family = chosen.family or ["mission004"]
     if chosen.repeats < 1:
