@@ -21,7 +21,7 @@ if sys.platform == "linux":
     import resource
 
 ATTEMPTS, ATTEMPTS_S = 20, 0.05
-"""Cold solves made at most until one ran undisturbed, and seconds after which none is begun."""
+"""Cold solves made at most until one ran undisturbed, and seconds after which no fourth is begun."""
 FEWEST = 3
 """Repetitions of a slow solver."""
 COUNTS_BELOW = 1e-7
@@ -168,7 +168,7 @@ def undisturbed(variant: Variant, problem: Problem, tol: float) -> Answer:
     """
     started = time.perf_counter()
     best, best_share = None, 0.0
-    for _ in range(ATTEMPTS):
+    for attempt in range(ATTEMPTS):
         switches, wall, cpu = forced_switches(), time.perf_counter(), time.process_time()
         answer = variant.solve(problem, tol)
         if forced_switches() == switches:
@@ -176,7 +176,7 @@ def undisturbed(variant: Variant, problem: Problem, tol: float) -> Answer:
         share = min(1.0, (time.process_time() - cpu) / (time.perf_counter() - wall))
         if best is None or share > best_share:
             best, best_share = answer, share
-        if time.perf_counter() - started > ATTEMPTS_S:
+        if attempt >= 2 and time.perf_counter() - started > ATTEMPTS_S:
             break
     assert best is not None  # ATTEMPTS ≥ 1
     return replace(best, setup_s=best.setup_s * best_share, solve_s=best.solve_s * best_share)

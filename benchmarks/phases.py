@@ -101,6 +101,7 @@ def measure_all(
         say(line)
     families: dict[str, list[Measurement]] = {}
     header = circumstances(found, repeats=effort.repeats, tol=tol)
+    header["effort"] = "quick" if effort.quick else "full"
     for name in names:
         families[name] = _family(folder, name, found, effort, tol, header, say)
     few, _ = solvers(BATCH_PEERS)

@@ -16,6 +16,7 @@ from benchmarks.requirements import CONIC, PEERS, QP, SCP
 from benchmarks.standing import REFERENCE, median_residual
 from benchmarks.tables import OURS, circumstances_line
 
+QUICK = "**A quick run**: two problems of each size, few repetitions, some batches only. For figures to quote, a full one."
 PROFILES = {
     "scp": ("SCP-type SOCPs", SCP),
     "qp": ("quadratic programmes", QP),
@@ -30,6 +31,7 @@ def page(results: Results, figures: Mapping[str, str]) -> str:
         "# Results",
         "Written by `python -m benchmarks.musts`; how it is measured: [benchmarks.md](benchmarks.md).",
         circumstances_line(results.header),
+        QUICK if results.header.get("effort") == "quick" else "",
         "## What is required, and what comes out",
         requirements.table(requirements.requirements(results)),
         *(f"![Performance profiles, {title}]({path})" for title, path in figures.items()),
@@ -51,7 +53,7 @@ def page(results: Results, figures: Mapping[str, str]) -> str:
         sections += ["## Warm starts", warm.table(results.warm)]
     if results.sets:
         sections += ["## Public sets", folder_report.report(results.sets)]
-    return "\n\n".join(section.strip() for section in sections) + "\n"
+    return "\n\n".join(section.strip() for section in sections if section.strip()) + "\n"
 
 
 def figures(results: Results, folder: Path) -> dict[str, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +12,20 @@ import pytest
 
 from benchmarks.answer import Answer, Solver, Variant
 from benchmarks.families import Instance
-from benchmarks.measure import Measurement, Spread, measure
+from benchmarks.measure import Measurement, Spread, measure, undisturbed
 from benchmarks.profile_figure import factors
 from benchmarks.records import to_csv, to_json
 from benchmarks.run import insert
 from benchmarks.tables import comparison_table, group_table
 from benchmarks.verdict import verdict
 from orbsoc.problem import Cones, Problem
+
+
+@pytest.fixture(autouse=True)
+def _a_quiet_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Times here are made up: no context switch may scale them."""
+    monkeypatch.setattr("benchmarks.measure.forced_switches", lambda: 0)
+
 
 PROBLEM = Problem(c=[1.0], G=[[-1.0]], h=[-2.0], cones=Cones(1))
 RIGHT = np.array([2.0]), np.zeros(0), np.array([1.0])
@@ -106,3 +114,12 @@ def test_a_block_is_replaced_and_a_file_without_one_refused(tmp_path: Path) -> N
     path.write_text("top\n")
     with pytest.raises(ValueError, match="benchmarks:begin"):
         insert(path, "new")
+
+
+def test_a_solve_that_never_keeps_its_core_counts_by_its_share_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    switches, wall, cpu = count(), count(step=4), count(step=1)
+    monkeypatch.setattr("benchmarks.measure.forced_switches", lambda: next(switches))
+    monkeypatch.setattr("benchmarks.measure.time.perf_counter", lambda: float(next(wall)))
+    monkeypatch.setattr("benchmarks.measure.time.process_time", lambda: float(next(cpu)))
+    [variant] = solver("s", ("", RIGHT, 8.0)).variants
+    assert undisturbed(variant, PROBLEM, 1e-8).solve_s == pytest.approx(2e-6)
