@@ -9,6 +9,7 @@ orbsoc-bench FOLDER|FILE … [--repeats N] [--tol T] [--stages] [--label TEXT] [
     --repeats N    times that each problem is solved (30)
     --tol T        tolerance (1e-8)
     --stages       time every stage, too
+    --batch N      solve N variants of each problem in SIMD lanes on one thread, too; time per problem
     --label TEXT   what is measured, for the header of the file
     --out FILE     write the results as CSV
 orbsoc-bench --compare BEFORE.csv AFTER.csv
@@ -31,6 +32,8 @@ pub struct Plan {
     pub repeats: usize,
     pub tol: f64,
     pub stages: bool,
+    /// Variants of each problem that are solved together; 0 for none.
+    pub batch: usize,
     pub label: String,
     pub out: Option<PathBuf>,
 }
@@ -43,6 +46,7 @@ impl Arguments {
             repeats: 30,
             tol: 1e-8,
             stages: false,
+            batch: 0,
             label: String::new(),
             out: None,
         };
@@ -55,6 +59,7 @@ impl Arguments {
                     return Ok(Self { command: Command::Compare { before, after } });
                 }
                 "--repeats" => plan.repeats = positive(&word, &value()?)?,
+                "--batch" => plan.batch = positive(&word, &value()?)?,
                 "--tol" => plan.tol = positive(&word, &value()?)?,
                 "--label" => plan.label = value()?,
                 "--out" => plan.out = Some(value()?.into()),

@@ -36,6 +36,8 @@ pub struct Measured {
     pub setup: Spread,
     pub solve: Spread,
     pub solution: Solution,
+    /// For each problem of a batch, when one was asked for.
+    pub batch: Option<Spread>,
     /// Empty unless stages were asked for.
     pub stages: Vec<StageTimes>,
 }
@@ -46,6 +48,7 @@ pub fn measure(problems: &[(String, Problem)], plan: &Plan) -> Result<Vec<Measur
     let mut setups = vec![Vec::with_capacity(plan.repeats); problems.len()];
     let mut solves = setups.clone();
     let mut solutions = Vec::new();
+    let mut batches = setups.clone();
     let mut clocks = vec![stages::Clocks::default(); problems.len()];
     for repeat in 0..plan.repeats {
         for (k, (name, problem)) in problems.iter().enumerate() {
@@ -59,6 +62,11 @@ pub fn measure(problems: &[(String, Problem)], plan: &Plan) -> Result<Vec<Measur
             if repeat == 0 {
                 solutions.push(solution);
             }
+            if plan.batch > 0 {
+                let start = Instant::now();
+                variants(problem, plan.batch, &settings).map_err(refuse)?;
+                batches[k].push(microseconds(start) / plan.batch as f64);
+            }
             if plan.stages {
                 clocks[k].time(Engine::new(problem, &settings).map_err(refuse)?);
             }
@@ -71,10 +79,29 @@ pub fn measure(problems: &[(String, Problem)], plan: &Plan) -> Result<Vec<Measur
             setup: Spread::of(&setups[k]),
             solve: Spread::of(&solves[k]),
             solution,
+            batch: (plan.batch > 0).then(|| Spread::of(&batches[k])),
             stages: clocks[k].summary(),
         });
     }
     Ok(measured)
+}
+
+/// Solve variants of a problem, whose c, b and h differ by up to a thousandth of each number.
+fn variants(base: &Problem, count: usize, settings: &Settings) -> Result<Vec<Solution>, orbsoc::Error> {
+    let vary = |k: usize, problem: &mut Problem| {
+        let mut state = k as u64;
+        let mut varied = |numbers: &[f64]| -> Vec<f64> {
+            let mut vary = |&x: &f64| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                x * (1.0 + 1e-3 * ((state >> 40) as f64 / f64::from(1 << 24)))
+            };
+            numbers.iter().map(&mut vary).collect()
+        };
+        problem.set_c(&varied(base.c()))?;
+        problem.set_b(&varied(base.b()))?;
+        problem.set_h(&varied(base.h()))
+    };
+    orbsoc::solve_batch(base, count, vary, settings, 1)
 }
 
 /// Since `start`.

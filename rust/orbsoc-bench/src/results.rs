@@ -25,15 +25,15 @@ pub type Lines = BTreeMap<(String, String), Line>;
 
 pub fn table(measured: &[Measured]) -> String {
     let mut out = format!(
-        "{:<44} {:<18} {:>5} {:>6} {:>10} {:>9} {:>19} {:>9}\n",
-        "problem", "status", "iter", "refine", "setup us", "solve us", "(quartiles)", "residual"
+        "{:<44} {:<18} {:>5} {:>6} {:>10} {:>9} {:>19} {:>9} {:>9}\n",
+        "problem", "status", "iter", "refine", "setup us", "solve us", "(quartiles)", "batch us", "residual"
     );
     for m in measured {
         let s = &m.solution;
         let quartiles = format!("({:.1}-{:.1})", m.solve.q1, m.solve.q3);
         let _ = writeln!(
             out,
-            "{:<44} {:<18} {:>5} {:>6} {:>10.1} {:>9.1} {:>19} {:>9.1e}",
+            "{:<44} {:<18} {:>5} {:>6} {:>10.1} {:>9.1} {:>19} {:>9} {:>9.1e}",
             m.problem,
             s.status.name(),
             s.iterations,
@@ -41,6 +41,7 @@ pub fn table(measured: &[Measured]) -> String {
             m.setup.median,
             m.solve.median,
             quartiles,
+            m.batch.map_or(String::new(), |batch| format!("{:.1}", batch.median)),
             s.certificate.worst()
         );
     }
@@ -79,6 +80,9 @@ pub fn write(path: &Path, measured: &[Measured], plan: &Plan) -> Result<(), Fail
         };
         line(SETUP, 1, m.setup);
         line(SOLVE, 1, m.solve);
+        if let Some(batch) = m.batch {
+            line("batch", 1, batch);
+        }
         for stage in &m.stages {
             line(stage.stage, stage.calls, stage.time);
         }

@@ -1,11 +1,10 @@
 //! Many problems of one sparsity pattern: eight at a time in SIMD lanes, on several threads.
 //!
-//! Lanes run the same stages in step. A lane whose problem has ended takes the next one, which a
-//! second set of lanes has already brought to its starting point, so one hard problem does not hold
-//! the others. Every problem's bits are those of its own single solve, wherever it ran.
+//! Lanes run the same stages in step. Once half of them have ended, they take the next problems, which a
+//! second set of lanes brings to their starting points, so one hard problem does not hold the others. Every problem's bits are those of its own single solve, wherever it ran.
 
 use crate::certificate::Walked;
-use crate::control::Control;
+use crate::control::{keep_best, Control};
 use crate::datapath::Datapath;
 use crate::error::Error;
 use crate::problem::Problem;
@@ -14,7 +13,7 @@ use crate::settings::Settings;
 use crate::solution::Solution;
 use crate::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP};
 use crate::structure::Structure;
-use crate::symbolic::Panels;
+use crate::supernode::Panels;
 use crate::workspace::Buffer;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
@@ -41,7 +40,7 @@ pub fn solve_batch(
     settings: &Settings,
     threads: usize,
 ) -> Result<Vec<Solution>, Error> {
-    let structure = Arc::new(Structure::new(base, Panels::Exact)?);
+    let structure = Arc::new(Structure::new(base, Panels::Relaxed)?);
     let next = AtomicUsize::new(0);
     let solved = Mutex::new(vec![None; count]);
     let worker = || -> Result<(), Error> {
@@ -50,7 +49,7 @@ pub fn solve_batch(
             if k >= count {
                 return Ok(None);
             }
-            problem.clone_from(base);
+            problem.copy_numbers(base);
             write(k, problem)?;
             base.same_pattern(problem)?;
             Ok(Some(k))
@@ -61,6 +60,10 @@ pub fn solve_batch(
             }
         };
         match pulp::Arch::new() {
+            #[cfg(target_arch = "x86_64")]
+            pulp::Arch::V4(_) => {
+                Crew::<Lanes<pulp::x86::V4>>::new(&structure, settings)?.work(base, take, done)
+            }
             #[cfg(target_arch = "x86_64")]
             pulp::Arch::V3(_) => {
                 Crew::<Lanes<pulp::x86::V3_512b>>::new(&structure, settings)?.work(base, take, done)
@@ -86,24 +89,24 @@ struct Seat {
     control: Control,
 }
 
-/// One thread's lanes: a set that iterates, and a set that prepares what comes next.
+/// One thread's lanes: a set that iterates, and a set in which the next problems are started.
 struct Crew<T> {
     running: Datapath<T>,
     fresh: Datapath<T>,
     seats: Vec<Option<Seat>>,
-    ready: Vec<Option<Seat>>,
+    /// Problems whose memory the next ones take.
+    spare: Vec<Problem>,
     /// Buffers that a started problem brings into the iteration.
     carried: Vec<Buffer>,
 }
 
 impl<T: Decide> Crew<T> {
     fn new(structure: &Arc<Structure>, settings: &Settings) -> Result<Self, Error> {
-        let nobody = || (0..T::LANES).map(|_| None).collect();
         Ok(Self {
             running: Datapath::new(structure.clone(), settings)?,
             fresh: Datapath::new(structure.clone(), settings)?,
-            seats: nobody(),
-            ready: nobody(),
+            seats: (0..T::LANES).map(|_| None).collect(),
+            spare: Vec::new(),
             carried: carried_into_iteration(),
         })
     }
@@ -116,7 +119,11 @@ impl<T: Decide> Crew<T> {
         mut done: impl FnMut(usize, Solution),
     ) -> Result<(), Error> {
         loop {
-            self.fill_seats(base, &mut take)?;
+            // Starting many problems costs hardly more than starting one: wait until half the lanes are free.
+            let busy = self.seats.iter().flatten().count();
+            if 2 * busy <= T::LANES {
+                self.fill_seats(base, &mut take)?;
+            }
             if self.seats.iter().all(Option::is_none) {
                 return Ok(());
             }
@@ -124,51 +131,34 @@ impl<T: Decide> Crew<T> {
         }
     }
 
-    /// Put started problems into empty lanes; start more when none is ready.
+    /// Bring the next problems to their starting points, and into the lanes that are free.
     fn fill_seats(
         &mut self,
         base: &Problem,
         take: &mut impl FnMut(&mut Problem) -> Result<Option<usize>, Error>,
     ) -> Result<(), Error> {
-        for lane in 0..T::LANES {
-            if self.seats[lane].is_some() {
-                continue;
-            }
-            if self.ready.iter().all(Option::is_none) {
-                self.start_more(base, take)?;
-            }
-            let Some(from) = self.ready.iter().position(Option::is_some) else {
-                return Ok(());
+        let mut arriving: Vec<Option<Seat>> = Vec::with_capacity(T::LANES);
+        for seat in &self.seats {
+            let mut problem = match seat {
+                Some(_) => None,
+                None => Some(self.spare.pop().unwrap_or_else(|| base.clone())),
             };
-            for &buffer in &self.carried {
-                let words = self.fresh.work.get(buffer);
-                for (to, word) in self.running.work.get_mut(buffer).iter_mut().zip(words) {
-                    to.set_lane(lane, word.lane(from));
-                }
-            }
-            self.running.reset(lane);
-            self.seats[lane] = self.ready[from].take();
-        }
-        Ok(())
-    }
-
-    /// Bring the next problems to their starting points, a lane each.
-    fn start_more(
-        &mut self,
-        base: &Problem,
-        take: &mut impl FnMut(&mut Problem) -> Result<Option<usize>, Error>,
-    ) -> Result<(), Error> {
-        for lane in 0..T::LANES {
-            let mut problem = base.clone();
-            let Some(index) = take(&mut problem)? else { break };
-            self.fresh.load(lane, &problem);
+            let taken = problem.as_mut().map(&mut *take).transpose()?.flatten();
             let control = Control::new(&self.fresh.settings);
-            self.ready[lane] = Some(Seat { index, problem, control });
+            arriving.push(taken.zip(problem).map(|(index, problem)| Seat { index, problem, control }));
         }
-        if self.ready.iter().any(Option::is_some) {
-            for step in STARTUP {
-                perform(&mut self.fresh, &mut self.ready, *step);
-            }
+        if arriving.iter().all(Option::is_none) {
+            return Ok(());
+        }
+        let problems: Vec<_> = arriving.iter().map(|seat| seat.as_ref().map(|seat| &seat.problem)).collect();
+        self.fresh.load(&problems);
+        for step in STARTUP {
+            perform(&mut self.fresh, &mut arriving, *step);
+        }
+        let lanes: Vec<bool> = arriving.iter().map(Option::is_some).collect();
+        self.running.take_lanes(&lanes, &mut self.fresh, &self.carried);
+        for (seat, arrived) in self.seats.iter_mut().zip(arriving) {
+            *seat = arrived.or_else(|| seat.take());
         }
         Ok(())
     }
@@ -197,6 +187,7 @@ impl<T: Decide> Crew<T> {
         for (lane, seat) in self.seats.iter_mut().enumerate() {
             if let Some(seat) = seat.take_if(|s| s.control.stop.is_some()) {
                 done(seat.index, Walked::new(&self.running, lane, &seat.problem, &seat.control).conclude());
+                self.spare.push(seat.problem);
             }
         }
     }
@@ -212,6 +203,9 @@ fn perform<T: Decide>(path: &mut Datapath<T>, seats: &mut [Option<Seat>], step: 
                 let outcome = seat.control.decide(lane, stage, &path.settings, &mut path.work);
                 again |= outcome == Outcome::Repeat;
             }
+        }
+        if stage == Stage::Statistics {
+            keep_best(seats.iter().map(|seat| seat.as_ref().map(|seat| &seat.control)), &mut path.work);
         }
         again
     };

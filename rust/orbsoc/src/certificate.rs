@@ -32,20 +32,29 @@ struct Candidate {
 
 fn product(matrix: &Csc, x: &DVector<f64>) -> DVector<f64> {
     let mut out = DVector::zeros(matrix.nrows());
-    matrix.triplets().for_each(|(i, j, v)| out[i] += v * x[j]);
+    let sums = out.as_mut_slice();
+    for ((rows, values), &x) in matrix.columns().zip(x.iter()) {
+        for (&i, &value) in rows.iter().zip(values) {
+            sums[i] += value * x;
+        }
+    }
     out
 }
 
 fn transposed_product(matrix: &Csc, y: &DVector<f64>) -> DVector<f64> {
-    let mut out = DVector::zeros(matrix.ncols());
-    matrix.triplets().for_each(|(i, j, v)| out[j] += v * y[i]);
-    out
+    let y = y.as_slice();
+    let dots = matrix.columns().map(|(rows, values)| rows.iter().zip(values).map(|(&i, v)| v * y[i]).sum());
+    DVector::from_iterator(matrix.ncols(), dots)
 }
 
 fn symmetric_product(upper: &Csc, x: &DVector<f64>) -> DVector<f64> {
-    let strictly_lower = upper.triplets().filter(|&(i, j, _)| i != j);
     let mut out = product(upper, x);
-    strictly_lower.for_each(|(i, j, v)| out[j] += v * x[i]);
+    let (sums, x) = (out.as_mut_slice(), x.as_slice());
+    for (j, (rows, values)) in upper.columns().enumerate() {
+        for (&i, &value) in rows.iter().zip(values).filter(|(&i, _)| i != j) {
+            sums[j] += value * x[i];
+        }
+    }
     out
 }
 

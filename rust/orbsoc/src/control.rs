@@ -39,6 +39,8 @@ pub(crate) struct Control {
     pub stop: Option<Stop>,
     /// Length of the last step; 0 before the first.
     pub step: f64,
+    /// The last statistics were the best so far: the iterate is to be kept.
+    improved: bool,
     /// The best iterate meets the tolerance.
     met: bool,
     idle: u32,
@@ -65,7 +67,14 @@ impl Control {
     ) -> Outcome {
         let outcome = match stage {
             Stage::Statistics => self.judge(lane, settings, work),
-            Stage::CheckSolve => self.judge_refinement(lane, settings, work),
+            Stage::CheckSolve => {
+                let active = &mut work.refinement_active[0];
+                self.judge_refinement(lane, settings, &work.refinement, active)
+            }
+            Stage::CheckPair => {
+                let active = &mut work.refinement_active[0];
+                self.judge_refinement(lane, settings, &work.pair_refinement, active)
+            }
             Stage::Advance => {
                 self.note_step(work.step_taken[0].lane(lane));
                 Outcome::Next
@@ -82,6 +91,7 @@ impl Control {
     fn judge<T: Decide>(&mut self, lane: usize, settings: &Settings, w: &mut Workspace<T>) -> Outcome {
         let word = |k: usize| w.statistics[k].lane(lane);
         let (strict, primal, dual) = (word(stat::STRICT), word(stat::PRIMAL_RADIUS), word(stat::DUAL_RADIUS));
+        self.improved = false;
         if word(stat::WITNESS) != 0.0 || strict.is_nan() {
             return Outcome::Done(Stop::Stalled);
         }
@@ -92,8 +102,7 @@ impl Control {
                 self.idle = 0;
             }
             self.best = strict;
-            let tau = w.homogenizer[..1].iter();
-            copy_lane(lane, w.point.iter().chain(&w.slack).chain(tau), &mut w.best);
+            self.improved = true;
         }
         // The embedding of a solvable problem ends with τ ≫ κ, whatever radius it passes by: a radius
         // counts only where the embedding, too, says "infeasible".
@@ -141,15 +150,17 @@ impl Control {
         &mut self,
         lane: usize,
         settings: &Settings,
-        w: &mut Workspace<T>,
+        words: &[T],
+        active: &mut T,
     ) -> Outcome {
-        let word = |k: usize| w.refinement[k].lane(lane);
-        let error = word(refinement::ERROR);
-        let worthwhile = error.is_finite() && (self.refined == 0 || error <= word(refinement::WORTHWHILE));
-        let enough = error <= word(refinement::ALLOWED) || !worthwhile;
-        if enough || self.refined >= settings.refinement_max || w.refinement_active[0].lane(lane) == 0.0 {
+        let enough = words.chunks_exact(refinement::WORDS).all(|words| {
+            let error = words[refinement::ERROR].lane(lane);
+            let worthwhile = self.refined == 0 || error <= words[refinement::WORTHWHILE].lane(lane);
+            error <= words[refinement::ALLOWED].lane(lane) || !error.is_finite() || !worthwhile
+        });
+        if enough || self.refined >= settings.refinement_max || active.lane(lane) == 0.0 {
             // Whatever other lanes still refine leaves this one alone.
-            w.refinement_active[0].set_lane(lane, 0.0);
+            active.set_lane(lane, 0.0);
             self.refined = 0;
             return Outcome::Next;
         }
@@ -162,6 +173,28 @@ impl Control {
         self.iteration += 1;
         self.step = taken;
         self.short_steps = if taken < SHORT_STEP { self.short_steps + 1 } else { 0 };
+    }
+}
+
+/// After the statistics: keep the iterates that are better than anything before in their lanes. Words of
+/// lanes without a problem mean nothing.
+pub(crate) fn keep_best<'a, T: Decide>(
+    lanes: impl Iterator<Item = Option<&'a Control>> + Clone,
+    w: &mut Workspace<T>,
+) {
+    if lanes.clone().flatten().all(|control| control.improved) {
+        let (point, rest) = w.best.split_at_mut(w.point.len());
+        let (slack, tau) = rest.split_at_mut(w.slack.len());
+        point.copy_from_slice(&w.point);
+        slack.copy_from_slice(&w.slack);
+        tau.copy_from_slice(&w.homogenizer[..1]);
+        return;
+    }
+    for (lane, control) in lanes.enumerate() {
+        if control.is_some_and(|control| control.improved) {
+            let tau = w.homogenizer[..1].iter();
+            copy_lane(lane, w.point.iter().chain(&w.slack).chain(tau), &mut w.best);
+        }
     }
 }
 

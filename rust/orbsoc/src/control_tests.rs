@@ -1,7 +1,7 @@
 //! When a walk stops, what it keeps, and what it may claim: decisions on made-up statistics.
 
 use crate::certificate::Walked;
-use crate::control::Control;
+use crate::control::{keep_best, Control};
 use crate::kernels::linear_solve::refinement;
 use crate::oracle::mixed_problem;
 use crate::ps::stat;
@@ -42,7 +42,9 @@ impl Desk {
         work.statistics[stat::DUAL_RADIUS] = at.dual;
         work.homogenizer.copy_from_slice(&[at.tau, at.kappa, 1.0]);
         work.point.fill(at.worst);
-        self.control.decide(0, Stage::Statistics, &self.settings, work)
+        let outcome = self.control.decide(0, Stage::Statistics, &self.settings, work);
+        keep_best(core::iter::once(Some(&self.control)), work);
+        outcome
     }
 
     fn step(&mut self, length: f64) {

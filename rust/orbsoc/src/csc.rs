@@ -102,6 +102,16 @@ impl Csc {
         &self.rowidx
     }
 
+    /// Take the values of a matrix of the same pattern.
+    pub(crate) fn copy_values(&mut self, from: &Self) {
+        self.values.copy_from_slice(&from.values);
+    }
+
+    /// Row indices and values, column by column.
+    pub(crate) fn columns(&self) -> impl Iterator<Item = (&[usize], &[f64])> {
+        self.colptr.windows(2).map(|ends| (&self.rowidx[ends[0]..ends[1]], &self.values[ends[0]..ends[1]]))
+    }
+
     /// Values, column by column.
     pub fn values(&self) -> &[f64] {
         &self.values

@@ -53,25 +53,56 @@ impl<T: Decide> Datapath<T> {
         }
     }
 
-    /// The problem's words into a lane's input buffers.
-    pub fn load(&mut self, lane: usize, problem: &Problem) {
+    /// Problems' words into the input buffers, each into its own lane.
+    pub fn load(&mut self, problems: &[Option<&Problem>]) {
         let (work, reduced) = (&mut self.work, &self.structure.reduced);
-        let fill = |to: &mut [T], from: &mut dyn Iterator<Item = f64>| {
-            to.iter_mut().zip(from).for_each(|(word, value)| word.set_lane(lane, value));
+        let lanes: Vec<(usize, &Problem)> =
+            problems.iter().enumerate().filter_map(|(lane, problem)| Some((lane, (*problem)?))).collect();
+        // Word by word, not lane by lane: the words of all lanes are next to one another.
+        let fill = |to: &mut [T], word_of: &dyn Fn(&Problem, usize) -> f64| {
+            for (k, word) in to.iter_mut().enumerate() {
+                for &(lane, problem) in &lanes {
+                    word.set_lane(lane, word_of(problem, k));
+                }
+            }
         };
-        fill(&mut work.raw_p, &mut problem.p.values().iter().copied());
-        fill(&mut work.raw_a, &mut problem.a.values().iter().copied());
-        fill(&mut work.raw_g, &mut reduced.g_origin.iter().map(|&k| problem.g.values()[k]));
-        let h = || reduced.row_origin.iter().map(|&i| problem.h[i]);
+        fill(&mut work.raw_p, &|problem, k| problem.p.values()[k]);
+        fill(&mut work.raw_a, &|problem, k| problem.a.values()[k]);
+        fill(&mut work.raw_g, &|problem, k| problem.g.values()[reduced.g_origin[k]]);
         let (c, bh) = work.raw_q.split_at_mut(self.structure.n);
-        fill(c, &mut problem.c.iter().copied());
-        fill(bh, &mut problem.b.iter().copied().chain(h()));
+        let (b, h) = bh.split_at_mut(self.structure.p);
+        fill(c, &|problem, k| problem.c[k]);
+        fill(b, &|problem, k| problem.b[k]);
+        fill(h, &|problem, k| problem.h[reduced.row_origin[k]]);
         let largest =
             |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |top: f64, v| top.max(v.abs()));
-        work.norms[0].set_lane(lane, largest(&mut problem.b.iter().copied()));
-        work.norms[1].set_lane(lane, largest(&mut h()));
-        work.norms[2].set_lane(lane, largest(&mut problem.c.iter().copied()));
-        self.reset(lane);
+        for &(lane, problem) in &lanes {
+            let h = &mut reduced.row_origin.iter().map(|&i| problem.h[i]);
+            work.norms[0].set_lane(lane, largest(&mut problem.b.iter().copied()));
+            work.norms[1].set_lane(lane, largest(h));
+            work.norms[2].set_lane(lane, largest(&mut problem.c.iter().copied()));
+        }
+        for (lane, _) in lanes {
+            self.reset(lane);
+        }
+    }
+
+    /// Take the words of some lanes of `buffers` from another datapath, whose own words are then free.
+    pub fn take_lanes(&mut self, lanes: &[bool], from: &mut Self, buffers: &[Buffer]) {
+        if lanes.iter().all(|&taken| taken) {
+            core::mem::swap(&mut self.work, &mut from.work);
+        } else {
+            let mut mask = T::zero();
+            lanes
+                .iter()
+                .enumerate()
+                .for_each(|(lane, &taken)| mask.set_lane(lane, f64::from(u8::from(taken))));
+            let merge = Merge { mask, from: &from.work, to: &mut self.work, buffers };
+            self.simd.dispatch(merge);
+        }
+        for lane in (0..lanes.len()).filter(|&lane| lanes[lane]) {
+            self.reset(lane);
+        }
     }
 
     /// One lane's words of a buffer.
@@ -94,5 +125,27 @@ impl<T: Real> pulp::WithSimd for StageRun<'_, T> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
         execute(self.structure, self.settings, self.work, self.stage);
+    }
+}
+
+/// Words of the lanes where `mask` is positive, from one workspace to another.
+struct Merge<'a, T> {
+    mask: T,
+    from: &'a Workspace<T>,
+    to: &'a mut Workspace<T>,
+    buffers: &'a [Buffer],
+}
+
+impl<T: Real> pulp::WithSimd for Merge<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let taken = T::zero().lt(self.mask);
+        for &buffer in self.buffers {
+            for (to, &from) in self.to.get_mut(buffer).iter_mut().zip(self.from.get(buffer)) {
+                *to = T::select(taken, from, *to);
+            }
+        }
     }
 }

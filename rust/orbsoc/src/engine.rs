@@ -1,7 +1,7 @@
 //! One solve's state, and the only door to the kernels: [`Engine::run`].
 
 use crate::certificate::Walked;
-use crate::control::Control;
+use crate::control::{keep_best, Control};
 use crate::datapath::Datapath;
 use crate::error::Error;
 use crate::problem::Problem;
@@ -11,7 +11,7 @@ use crate::settings::Settings;
 use crate::solution::Solution;
 use crate::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP};
 use crate::structure::Structure;
-use crate::symbolic::Panels;
+use crate::supernode::Panels;
 use crate::trace::Event;
 use crate::workspace::{Buffer, Workspace};
 use core::ops::ControlFlow;
@@ -81,7 +81,7 @@ impl<T: Decide> Engine<T> {
             problem: problem.clone(),
             control: Control::new(settings),
         };
-        engine.path.load(0, problem);
+        engine.path.load(&[Some(problem)]);
         Ok(engine)
     }
 
@@ -92,7 +92,7 @@ impl<T: Decide> Engine<T> {
     pub fn update(&mut self, problem: &Problem) -> Result<(), Error> {
         self.problem.same_pattern(problem)?;
         self.problem.clone_from(problem);
-        self.path.load(0, problem);
+        self.path.load(&[Some(problem)]);
         self.reset();
         Ok(())
     }
@@ -131,7 +131,11 @@ impl<T: Decide> Engine<T> {
     pub fn run(&mut self, stage: Stage) -> Outcome {
         self.events.push(Event { stage, iteration: self.control.iteration });
         self.path.execute(stage);
-        self.control.decide(0, stage, &self.path.settings, &mut self.path.work)
+        let outcome = self.control.decide(0, stage, &self.path.settings, &mut self.path.work);
+        if stage == Stage::Statistics {
+            keep_best(core::iter::once(Some(&self.control)), &mut self.path.work);
+        }
+        outcome
     }
 
     /// Walk the lists from start to end.

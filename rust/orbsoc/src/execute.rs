@@ -24,14 +24,11 @@ pub(crate) fn execute<T: Real>(
             matrix_update(structure, work, stage);
         }
         Stage::Factorize => factorize(structure, work),
-        Stage::StartPrimalRhs
-        | Stage::StartDualRhs
-        | Stage::StartPrimal
-        | Stage::StartDual
-        | Stage::ConstantRhs
-        | Stage::StoreConstant
-        | Stage::StoreStep => transfer(structure, work, stage),
+        Stage::StartRhs | Stage::StartPoint | Stage::StorePair | Stage::StoreStep => {
+            transfer(structure, work, stage);
+        }
         Stage::SolveKkt | Stage::RefineKkt => solve(structure, work, stage),
+        Stage::SolvePair | Stage::RefinePair => solve_pair(structure, work, stage),
         Stage::StartShift
         | Stage::NtScaling
         | Stage::PredictorRhs
@@ -41,6 +38,7 @@ pub(crate) fn execute<T: Real>(
         Stage::StepLength => step_length(structure, work),
         Stage::Statistics
         | Stage::CheckSolve
+        | Stage::CheckPair
         | Stage::EmbeddingPivot
         | Stage::TauStep
         | Stage::Centering
@@ -103,7 +101,6 @@ fn factorize<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
         regularization,
         &w.kkt_values,
         &mut w.scratch,
-        &mut w.factor_y,
         &mut w.factor_l,
         &mut w.pivot_inverse,
     );
@@ -111,68 +108,82 @@ fn factorize<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
 
 #[inline(always)]
 fn transfer<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
-    let (n, unknowns) = (structure.n, structure.unknowns());
-    let position = &structure.kkt.position[..unknowns];
+    let n = structure.n;
+    let position = &structure.kkt.position[..structure.unknowns()];
+    let solutions = w.pair_solution.as_chunks::<2>().0;
     match stage {
-        Stage::StartPrimalRhs | Stage::StartDualRhs | Stage::ConstantRhs => {
+        Stage::StartRhs => {
+            // The starting point needs no accuracy, only a place inside the cone.
+            w.refinement_goal[0] = T::constant(1e-6) * max_abs(&w.q);
             // With a linear cost, x and s come from (0, b, h) and y and z from (−c, 0, 0); with a
             // quadratic one all of them come from (−c, b, h).
-            let linear = structure.cost.nnz() == 0;
-            let with_cost = stage != Stage::StartPrimalRhs || !linear;
-            let with_rows = stage != Stage::StartDualRhs || !linear;
-            if stage == Stage::StartPrimalRhs {
-                // The starting point needs no accuracy, only a place inside the cone.
-                w.refinement_goal[0] = T::constant(1e-6) * max_abs(&w.q);
-            }
-            w.kkt_rhs.fill(T::zero());
+            let (linear, zero) = (structure.cost.nnz() == 0, T::zero());
+            let rhs = w.pair_rhs.as_chunks_mut::<2>().0;
+            rhs.fill([zero, zero]);
             for (i, (&to, &q)) in position.iter().zip(&w.q).enumerate() {
-                if i < n && with_cost {
-                    w.kkt_rhs[to as usize] = -q;
-                } else if i >= n && with_rows {
-                    w.kkt_rhs[to as usize] = q;
-                }
+                let q = if i < n { -q } else { q };
+                rhs[to as usize] = match (linear, i < n) {
+                    (false, _) => [q, q],
+                    (true, true) => [zero, q],
+                    (true, false) => [q, zero],
+                };
             }
         }
-        Stage::StartPrimal => {
-            linear_solve::unload(&position[..n], &w.kkt_solution, &mut w.point[..n]);
+        Stage::StartPoint => {
+            linear_solve::unload(&position[..n], solutions, 0, &mut w.point[..n]);
+            linear_solve::unload(&position[n..], solutions, 1, &mut w.point[n..]);
             for (slack, &from) in w.slack.iter_mut().zip(&position[n + structure.p..]) {
-                *slack = -w.kkt_solution[from as usize];
+                *slack = -solutions[from as usize][0];
             }
         }
-        Stage::StartDual => linear_solve::unload(&position[n..], &w.kkt_solution, &mut w.point[n..]),
-        Stage::StoreConstant => linear_solve::unload(position, &w.kkt_solution, &mut w.constant),
-        _ => linear_solve::unload(position, &w.kkt_solution, &mut w.step),
+        Stage::StorePair => {
+            linear_solve::unload(position, solutions, 0, &mut w.constant);
+            linear_solve::unload(position, solutions, 1, &mut w.step);
+        }
+        _ => linear_solve::unload(position, w.kkt_solution.as_chunks::<1>().0, 0, &mut w.step),
     }
 }
 
 #[inline(always)]
 fn solve<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
-    let kkt = &structure.kkt;
+    let system = linear_solve::System {
+        kkt: &structure.kkt,
+        values: &w.kkt_values,
+        l: &w.factor_l,
+        pivot_inverse: &w.pivot_inverse,
+    };
+    let rhs = w.kkt_rhs.as_chunks::<1>().0;
+    let scratch = w.scratch.as_chunks_mut().0;
+    let (x, error) = (w.kkt_solution.as_chunks_mut().0, w.kkt_error.as_chunks_mut().0);
     if stage == Stage::RefineKkt {
-        linear_solve::refine(
-            kkt,
-            (&w.kkt_values, &w.factor_l, &w.pivot_inverse),
-            &w.kkt_rhs,
-            &mut w.scratch,
-            &mut w.kkt_solution,
-            &mut w.kkt_error,
-            &mut w.refinement,
-            w.refinement_active[0],
-        );
-        return;
+        let active = w.refinement_active[0];
+        linear_solve::refine(system, rhs, scratch, x, error, &mut w.refinement, active);
+    } else {
+        let goal = (w.parameters[parameter::REFINEMENT_TOL], w.refinement_goal[0]);
+        linear_solve::solve(system, rhs, goal, scratch, x, error, &mut w.refinement);
+        w.refinement_active[0] = T::one();
     }
-    linear_solve::substitute(
-        &kkt.symbolic,
-        &w.factor_l,
-        &w.pivot_inverse,
-        &w.kkt_rhs,
-        &mut w.scratch,
-        &mut w.kkt_solution,
-    );
-    linear_solve::residual(kkt, &w.kkt_values, &w.kkt_rhs, &w.kkt_solution, &mut w.kkt_error);
-    let relative = w.parameters[parameter::REFINEMENT_TOL];
-    linear_solve::assess(&w.kkt_error, &w.kkt_rhs, relative, w.refinement_goal[0], &mut w.refinement);
-    w.refinement_active[0] = T::one();
+}
+
+#[inline(always)]
+fn solve_pair<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
+    let system = linear_solve::System {
+        kkt: &structure.kkt,
+        values: &w.kkt_values,
+        l: &w.factor_l,
+        pivot_inverse: &w.pivot_inverse,
+    };
+    let rhs = w.pair_rhs.as_chunks::<2>().0;
+    let scratch = w.scratch.as_chunks_mut().0;
+    let (x, error) = (w.pair_solution.as_chunks_mut().0, w.pair_error.as_chunks_mut().0);
+    if stage == Stage::RefinePair {
+        let active = w.refinement_active[0];
+        linear_solve::refine(system, rhs, scratch, x, error, &mut w.pair_refinement, active);
+    } else {
+        let goal = (w.parameters[parameter::REFINEMENT_TOL], w.refinement_goal[0]);
+        linear_solve::solve(system, rhs, goal, scratch, x, error, &mut w.pair_refinement);
+        w.refinement_active[0] = T::one();
+    }
 }
 
 #[inline(always)]
@@ -197,12 +208,18 @@ fn cone_operations<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: 
         ),
         Stage::PredictorRhs => {
             w.quotient.copy_from_slice(&w.lambda);
-            w.kkt_rhs.fill(T::zero());
-            for (&to, &residual) in position[..rows].iter().zip(&w.residual) {
-                w.kkt_rhs[to as usize] = -residual;
+            let rhs = w.pair_rhs.as_chunks_mut::<2>().0;
+            rhs.fill([T::zero(), T::zero()]);
+            let n = structure.n;
+            let words = position.iter().zip(&w.q).zip(&w.residual);
+            for ((&to, &q), &residual) in words.clone().take(n) {
+                rhs[to as usize] = [-q, -residual];
             }
-            for ((&to, &residual), &s) in position[rows..].iter().zip(&w.residual[rows..]).zip(&w.slack) {
-                w.kkt_rhs[to as usize] = s - residual;
+            for ((&to, &q), &residual) in words.clone().take(rows).skip(n) {
+                rhs[to as usize] = [q, -residual];
+            }
+            for (((&to, &q), &residual), &s) in words.skip(rows).zip(&w.slack) {
+                rhs[to as usize] = [q, s - residual];
             }
         }
         Stage::Direction => {
@@ -270,7 +287,7 @@ fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage
             let (share, floor) = (parameter::REFINEMENT_SHARE, parameter::RESIDUAL_FLOOR);
             w.refinement_goal[0] = ps::refinement_goal(&w.residual, w.parameters[share], w.parameters[floor]);
         }
-        Stage::CheckSolve => {} // a decision, in control.rs
+        Stage::CheckSolve | Stage::CheckPair => {} // a decision, in control.rs
         Stage::EmbeddingPivot => {
             ps::embedding_pivot(&w.q, &w.constant, &w.cost_product, &w.homogenizer, &mut w.embedding);
         }

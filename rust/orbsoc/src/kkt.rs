@@ -10,7 +10,10 @@
 use crate::cones::{ConeLayout, Soc};
 use crate::csc::Csc;
 use crate::error::Error;
-use crate::symbolic::{fill_reducing_order, index, permute, Panels, Symbolic, Upper};
+use crate::order::fill_reducing_order;
+use crate::supernode::Panels;
+use crate::symbolic::{index, Symbolic};
+use crate::upper::Upper;
 
 /// Blocks of second-order cones up to this dimension are stored densely.
 pub(crate) const SOC_DENSE_MAX: usize = 4;
@@ -62,7 +65,7 @@ impl Kkt {
 
         let (natural, natural_place) = Upper::from_positions(dim, &entries);
         let order = fill_reducing_order(&natural)?;
-        let (permuted, permuted_place) = permute(&natural, &order);
+        let (permuted, permuted_place) = natural.permuted(&order);
         let symbolic = Symbolic::new(&permuted, panels)?;
 
         let go = |k: &usize| index(permuted_place[natural_place[*k]]);

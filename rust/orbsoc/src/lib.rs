@@ -42,6 +42,7 @@ mod kkt;
 mod newton_tests;
 #[cfg(test)]
 mod oracle;
+mod order;
 mod problem;
 mod ps;
 pub mod real;
@@ -51,11 +52,13 @@ pub mod stage;
 #[cfg(test)]
 mod stage_tests;
 mod structure;
+mod supernode;
 mod symbolic;
 mod tape;
 #[cfg(test)]
 mod tape_tests;
 mod trace;
+mod upper;
 mod workspace;
 
 pub use batch::solve_batch;

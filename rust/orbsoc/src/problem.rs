@@ -80,6 +80,21 @@ impl Problem {
         Ok(Self { p, c, a, b, g, h, cones })
     }
 
+    /// Linear cost, length n.
+    pub fn c(&self) -> &[f64] {
+        &self.c
+    }
+
+    /// Right-hand side of the equality rows, length p.
+    pub fn b(&self) -> &[f64] {
+        &self.b
+    }
+
+    /// Right-hand side of the cone rows, length m.
+    pub fn h(&self) -> &[f64] {
+        &self.h
+    }
+
     /// Replace c.
     ///
     /// # Errors
@@ -131,15 +146,26 @@ impl Problem {
         self.g.set_values("G", values)
     }
 
+    /// Take the numbers of a problem of the same pattern.
+    pub(crate) fn copy_numbers(&mut self, from: &Self) {
+        self.p.copy_values(&from.p);
+        self.a.copy_values(&from.a);
+        self.g.copy_values(&from.g);
+        self.c.copy_from_slice(&from.c);
+        self.b.copy_from_slice(&from.b);
+        self.h.copy_from_slice(&from.h);
+    }
+
     /// Check that `other` differs in its numbers only.
     pub(crate) fn same_pattern(&self, other: &Self) -> Result<(), Error> {
-        let absent = |p: &Self| p.h.iter().map(|h| h.is_finite()).collect::<Vec<_>>();
+        let absent =
+            |p: &Self, q: &Self| p.h.iter().map(|h| h.is_finite()).eq(q.h.iter().map(|h| h.is_finite()));
         let parts = [
             ("P", self.p.same_pattern(&other.p)),
             ("A", self.a.same_pattern(&other.a)),
             ("G", self.g.same_pattern(&other.g)),
             ("cones", self.cones == other.cones),
-            ("h", absent(self) == absent(other)),
+            ("h", absent(self, other)),
         ];
         match parts.iter().find(|(_, same)| !same) {
             Some(&(argument, _)) => Err(Error::PatternChanged { argument }),

@@ -115,30 +115,26 @@ stages! {
     Equilibrate "equilibrate" MatrixScaling
         reads [RawP RawA RawG RawQ]
         writes [P A G Q Scale ScaleInverse CostScale]
-        stales [KktValues FactorY FactorL PivotInverse];
+        stales [KktValues FactorL PivotInverse];
     /// Problem data into the KKT matrix.
     LoadKkt "load_kkt" MatrixUpdate reads [P A G] writes [KktValues]
-        stales [KktValues FactorY FactorL PivotInverse];
+        stales [KktValues FactorL PivotInverse];
     /// −I as scaling blocks, for the starting point.
     IdentityBlocks "identity_blocks" MatrixUpdate
-        reads [KktValues] writes [KktValues] stales [FactorY FactorL PivotInverse];
+        reads [KktValues] writes [KktValues] stales [FactorL PivotInverse];
     /// −W² as scaling blocks.
     ScalingBlocks "scaling_blocks" MatrixUpdate
-        reads [KktValues W Cone] writes [KktValues] stales [FactorY FactorL PivotInverse];
+        reads [KktValues W Cone] writes [KktValues] stales [FactorL PivotInverse];
     /// K + regularisation = LDLᵀ.
     Factorize "factorize" Factorization
-        reads [Parameters KktValues] writes [FactorY FactorL PivotInverse]
-        stales [KktSolution KktError Refinement Constant];
-    /// (0 or −c, b, h): the starting x and s.
-    StartPrimalRhs "start_primal_rhs" LinearSolve reads [Q] writes [KktRhs RefinementGoal] stales [KktSolution KktError Refinement];
-    /// (−c, 0 or b, 0 or h): the starting y and z.
-    StartDualRhs "start_dual_rhs" LinearSolve reads [Q] writes [KktRhs] stales [KktSolution KktError Refinement];
-    /// x and s = −z of the starting solve.
-    StartPrimal "start_primal" LinearSolve reads [KktSolution] writes [Point Slack]
-        stales [Point KktRhs Residual];
-    /// y and z of the starting solve.
-    StartDual "start_dual" LinearSolve reads [Point KktSolution] writes [Point]
-        stales [KktRhs Residual];
+        reads [Parameters KktValues] writes [FactorL PivotInverse]
+        stales [KktSolution KktError Refinement PairSolution PairError PairRefinement Constant];
+    /// (0 or −c, b, h) for the starting x and s, (−c, 0 or b, 0 or h) for y and z.
+    StartRhs "start_rhs" LinearSolve reads [Q] writes [PairRhs RefinementGoal]
+        stales [PairSolution PairError PairRefinement];
+    /// x, s = −z, and y, z of the starting solves.
+    StartPoint "start_point" LinearSolve reads [PairSolution] writes [Point Slack]
+        stales [PairRhs Residual];
     /// Shift s and z into the cone; τ = κ = 1.
     StartShift "start_shift" ConeOps reads [Point Slack] writes [Point Slack Homogenizer] stales [Residual];
     /// Residuals, gap, μ; decides termination, and keeps the best iterate and certificates.
@@ -148,9 +144,24 @@ stages! {
         stales [Embedding];
     /// Nesterov–Todd scaling at the iterate.
     NtScaling "nt_scaling" ConeOps
-        reads [Point Slack] writes [W Lambda LambdaInverse Cone] stales [KktValues FactorY FactorL PivotInverse];
-    /// Right-hand side (−c, b, h).
-    ConstantRhs "constant_rhs" LinearSolve reads [Q] writes [KktRhs] stales [KktSolution KktError Refinement];
+        reads [Point Slack] writes [W Lambda LambdaInverse Cone] stales [KktValues FactorL PivotInverse];
+    /// Right-hand sides (−c, b, h) and the predictor's.
+    PredictorRhs "predictor_rhs" ConeOps
+        reads [Q Residual Slack Lambda] writes [PairRhs Quotient]
+        stales [PairSolution PairError PairRefinement Constant Step];
+    /// Substitute two right-hand sides through the factors; leave the refinement residuals and their norms.
+    SolvePair "solve_pair" LinearSolve
+        reads [Parameters RefinementGoal KktValues FactorL PivotInverse PairRhs]
+        writes [PairSolution PairError PairRefinement RefinementActive] stales [];
+    /// One refinement step of both, kept where it made the residual smaller.
+    RefinePair "refine_pair" LinearSolve
+        reads [KktValues FactorL PivotInverse PairRhs PairSolution PairError PairRefinement RefinementActive]
+        writes [PairSolution PairError PairRefinement] stales [];
+    /// Decides on one more refinement step of both.
+    CheckPair "check_pair" Ps reads [PairRefinement RefinementActive] writes [RefinementActive] stales [];
+    /// The solution for (−c, b, h), and the predictor for dτ = 0.
+    StorePair "store_pair" LinearSolve reads [PairSolution] writes [Constant Step]
+        stales [PairRhs TauStep ScaledZ ScaledS];
     /// Substitute through the factors; leave the refinement residual and its norm.
     SolveKkt "solve_kkt" LinearSolve
         reads [Parameters RefinementGoal KktValues FactorL PivotInverse KktRhs]
@@ -161,14 +172,9 @@ stages! {
         writes [KktSolution KktError Refinement] stales [];
     /// Decides on one more refinement step.
     CheckSolve "check_solve" Ps reads [Refinement RefinementActive] writes [RefinementActive] stales [];
-    /// Keep the solution for (−c, b, h).
-    StoreConstant "store_constant" LinearSolve reads [KktSolution] writes [Constant] stales [KktRhs];
     /// Pivot of the embedding's scalar equation.
     EmbeddingPivot "embedding_pivot" Ps
         reads [Q Constant CostProduct Homogenizer Embedding] writes [Embedding] stales [];
-    /// Right-hand side of the predictor.
-    PredictorRhs "predictor_rhs" ConeOps
-        reads [Residual Slack Lambda] writes [KktRhs Quotient] stales [KktSolution KktError Refinement Step];
     /// The solution in natural order.
     StoreStep "store_step" LinearSolve reads [KktSolution] writes [Step]
         stales [KktRhs TauStep ScaledZ ScaledS];
@@ -204,14 +210,15 @@ stages! {
 }
 
 use Stage::{
-    Advance, Centering, CheckSolve, ConeProduct, ConstantRhs, CorrectorRhs, Direction, EmbeddingPivot,
-    Equilibrate, Factorize, IdentityBlocks, LoadKkt, NtScaling, PredictorRhs, RefineKkt, ScalingBlocks,
-    SlackStep, SolveKkt, StartDual, StartDualRhs, StartPrimal, StartPrimalRhs, StartShift, Statistics,
-    StepLength, StoreConstant, StoreStep, TauStep, Unscale,
+    Advance, Centering, CheckPair, CheckSolve, ConeProduct, CorrectorRhs, Direction, EmbeddingPivot,
+    Equilibrate, Factorize, IdentityBlocks, LoadKkt, NtScaling, PredictorRhs, RefineKkt, RefinePair,
+    ScalingBlocks, SlackStep, SolveKkt, SolvePair, StartPoint, StartRhs, StartShift, Statistics, StepLength,
+    StorePair, StoreStep, TauStep, Unscale,
 };
 use Step::{Repeat, Run};
 
 const REFINE: Step = Repeat { stage: RefineKkt, until: CheckSolve };
+const REFINE_BOTH: Step = Repeat { stage: RefinePair, until: CheckPair };
 
 /// From problem data to a point inside the cone. Run once.
 pub const STARTUP: &[Step] = &[
@@ -219,14 +226,10 @@ pub const STARTUP: &[Step] = &[
     Run(LoadKkt),
     Run(IdentityBlocks),
     Run(Factorize),
-    Run(StartPrimalRhs),
-    Run(SolveKkt),
-    REFINE,
-    Run(StartPrimal),
-    Run(StartDualRhs),
-    Run(SolveKkt),
-    REFINE,
-    Run(StartDual),
+    Run(StartRhs),
+    Run(SolvePair),
+    REFINE_BOTH,
+    Run(StartPoint),
     Run(StartShift),
 ];
 
@@ -236,15 +239,11 @@ pub const ITERATION: &[Step] = &[
     Run(NtScaling),
     Run(ScalingBlocks),
     Run(Factorize),
-    Run(ConstantRhs),
-    Run(SolveKkt),
-    REFINE,
-    Run(StoreConstant),
-    Run(EmbeddingPivot),
     Run(PredictorRhs),
-    Run(SolveKkt),
-    REFINE,
-    Run(StoreStep),
+    Run(SolvePair),
+    REFINE_BOTH,
+    Run(StorePair),
+    Run(EmbeddingPivot),
     Run(TauStep),
     Run(Direction),
     Run(StepLength),

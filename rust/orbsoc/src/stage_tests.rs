@@ -21,7 +21,14 @@ fn set(engine: &mut Engine<f64>, buffer: Buffer, words: &[f64]) {
 /// magnified by the reciprocal of the smallest pivot there is, the shift of a zero diagonal entry.
 #[test]
 fn every_stage_computes_the_same_numbers_in_both_precisions() {
-    const CONDITIONED: [Buffer; 3] = [Buffer::KktSolution, Buffer::KktError, Buffer::Refinement];
+    const CONDITIONED: [Buffer; 6] = [
+        Buffer::KktSolution,
+        Buffer::KktError,
+        Buffer::Refinement,
+        Buffer::PairSolution,
+        Buffer::PairError,
+        Buffer::PairRefinement,
+    ];
     let top = |words: &mut dyn Iterator<Item = f64>| words.fold(0.0, |top: f64, v| top.max(v.abs()));
     let (mut double, mut single) = (engine::<f64>(3), engine::<f32>(3));
     let once = |step: &Step| match *step {
@@ -41,11 +48,15 @@ fn every_stage_computes_the_same_numbers_in_both_precisions() {
             let worst = top(&mut d.iter().zip(s).map(|(d, s)| d - s.value()));
             assert!(worst <= 1e-4 * size, "{}, {}: {worst:e} of {size:e}", stage.name(), buffer.name());
         }
-        if stage.writes().contains(&Buffer::KktSolution) {
-            let largest = |buffer| top(&mut single.buffer(buffer).iter().map(|v| v.value()));
-            let size = largest(Buffer::KktValues) * largest(Buffer::KktSolution);
-            let magnified = f64::from(f32::EPSILON) / Settings::single_precision().static_regularization;
-            assert!(largest(Buffer::KktError) <= 4.0 * magnified * size, "{}", stage.name());
+        for (solution, error) in
+            [(Buffer::KktSolution, Buffer::KktError), (Buffer::PairSolution, Buffer::PairError)]
+        {
+            if stage.writes().contains(&solution) {
+                let largest = |buffer| top(&mut single.buffer(buffer).iter().map(|v| v.value()));
+                let size = largest(Buffer::KktValues) * largest(solution);
+                let magnified = f64::from(f32::EPSILON) / Settings::single_precision().static_regularization;
+                assert!(largest(error) <= 4.0 * magnified * size, "{}", stage.name());
+            }
         }
     }
 }
@@ -120,11 +131,15 @@ fn solved() -> (Engine<f64>, DVector<f64>) {
         Stage::NtScaling,
         Stage::ScalingBlocks,
         Stage::Factorize,
-        Stage::ConstantRhs,
-        Stage::SolveKkt,
+        Stage::PredictorRhs,
+        Stage::SolvePair,
     ] {
         engine.run(stage);
     }
+    // The pair's first right-hand side, once more and alone.
+    let constant: Vec<f64> = engine.buffer(Buffer::PairRhs).iter().step_by(2).copied().collect();
+    set(&mut engine, Buffer::KktRhs, &constant);
+    engine.run(Stage::SolveKkt);
     let error = true_error(&engine);
     (engine, error)
 }
@@ -149,6 +164,23 @@ fn the_error_left_by_a_solve_is_that_of_the_unregularised_matrix() {
     }
     let stated = engine.buffer(Buffer::Refinement)[refinement::ERROR];
     assert!(stated > 0.0 && (stated - error.amax()).abs() <= 1e-12 * size);
+}
+
+/// Right-hand sides side by side do not see one another.
+#[test]
+fn the_first_of_a_pair_is_solved_bit_for_bit_as_alone() {
+    let (mut engine, _) = solved();
+    for stage in [[Stage::SolvePair, Stage::SolveKkt], [Stage::RefinePair, Stage::RefineKkt]] {
+        stage.into_iter().for_each(|stage| engine.path.execute(stage));
+        for (both, alone) in
+            [(Buffer::PairSolution, Buffer::KktSolution), (Buffer::PairError, Buffer::KktError)]
+        {
+            let first: Vec<f64> = engine.buffer(both).iter().step_by(2).copied().collect();
+            assert_eq!(first, engine.buffer(alone), "{}", both.name());
+        }
+        let states = [Buffer::PairRefinement, Buffer::Refinement].map(|buffer| engine.buffer(buffer));
+        assert_eq!(states[0][..refinement::WORDS], *states[1]);
+    }
 }
 
 #[test]

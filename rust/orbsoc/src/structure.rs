@@ -5,7 +5,8 @@ use crate::csc::Csc;
 use crate::error::Error;
 use crate::kkt::{Kkt, SOC_DENSE_MAX};
 use crate::problem::{Problem, Reduced};
-use crate::symbolic::{index, Panels};
+use crate::supernode::Panels;
+use crate::symbolic::index;
 
 /// Positions of a sparse matrix's entries, column by column.
 #[derive(Clone, Debug)]

@@ -1,73 +1,49 @@
-//! Symbolic analysis of the KKT matrix: fill-reducing order, elimination tree, supernodes, and the
-//! elimination walk resolved once into index lists, so that the numeric kernel only follows them.
+//! Symbolic analysis of the KKT matrix: elimination tree, supernodes, and the elimination walk resolved
+//! once into index lists, so that the numeric kernels only follow them.
 //!
-//! faer owns the ordering (AMD) and the elimination tree; nothing of it leaves this file.
+//! faer owns the elimination tree and the pattern of L; nothing of it leaves this file.
 
 use crate::error::Error;
+use crate::supernode::{runs_of_columns, Kind, Panels};
+use crate::upper::Upper;
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::sparse::linalg::{amd, cholesky::simplicial};
-use faer::sparse::SymbolicSparseColMatRef;
+use faer::sparse::linalg::cholesky::simplicial;
 
-/// A square matrix's upper triangle, diagonal included, rows ascending in each column.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Upper {
-    pub colptr: Vec<usize>,
-    pub rowidx: Vec<usize>,
-}
-
-impl Upper {
-    pub fn dim(&self) -> usize {
-        self.colptr.len() - 1
-    }
-
-    pub fn nnz(&self) -> usize {
-        self.rowidx.len()
-    }
-
-    fn faer(&self) -> SymbolicSparseColMatRef<'_, usize> {
-        SymbolicSparseColMatRef::new_checked(self.dim(), self.dim(), &self.colptr, None, &self.rowidx)
-    }
-
-    /// From unordered positions; also returns where each of them went.
-    pub fn from_positions(dim: usize, positions: &[(usize, usize)]) -> (Self, Vec<usize>) {
-        let mut order: Vec<usize> = (0..positions.len()).collect();
-        order.sort_unstable_by_key(|&k| (positions[k].1, positions[k].0));
-        let mut place = vec![0; positions.len()];
-        let mut upper = Self { colptr: vec![0; dim + 1], rowidx: Vec::with_capacity(positions.len()) };
-        for (new, &k) in order.iter().enumerate() {
-            let (row, column) = positions[k];
-            place[k] = new;
-            upper.rowidx.push(row);
-            upper.colptr[column + 1] += 1;
-        }
-        for j in 0..dim {
-            upper.colptr[j + 1] += upper.colptr[j];
-        }
-        (upper, place)
-    }
-}
-
-/// A run of columns of L with one structure, stored as a dense `height × width` panel,
-/// column-major; rows above the diagonal of its top square are unused.
+/// A run of columns of L, stored as a dense `height × width` panel, column-major. In a chain's panel, the
+/// top square is its own columns', and its rows above the diagonal are unused; siblings and leaves have no
+/// entries there but the diagonal, which is their columns' first word.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Supernode {
+    pub kind: Kind,
     /// First column.
     pub first: usize,
     pub width: usize,
-    /// Its rows, top square included, in [`Symbolic::rows`].
-    pub rows: usize,
+    /// Rows of the panel that are its own columns': `width` in a chain, else one.
+    pub top: usize,
+    /// Rows of the panel.
     pub height: usize,
+    /// Rows of the matrix below, in [`Symbolic::below`].
+    pub below: (usize, usize),
     /// Where the panel begins among the factor's words.
     pub panel: usize,
-    /// Its updates, in [`Symbolic::updates`].
+    /// Where it contributes to, in [`Symbolic::updates`] …
     pub updates: (usize, usize),
+    /// … or, when it is small, word by word in [`Symbolic::positions`].
+    pub listed: Option<usize>,
 }
 
-/// "Subtract from this supernode what `source` contributes": rows `lo..hi` of the source are
-/// columns of the target; rows `lo..` land on the target's rows [`Symbolic::relative`]`[relative..]`.
+impl Supernode {
+    /// Whether its contributions are listed word by word: few columns, and few enough words.
+    fn small(&self) -> bool {
+        self.kind == Kind::Leaves || (self.width <= 4 && self.height - self.top <= 24)
+    }
+}
+
+/// "Subtract this from `target`": rows `lo..hi` of the source are columns of the target; rows `lo..`
+/// land on the target's rows [`Symbolic::relative`]`[relative..]`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Update {
-    pub source: usize,
+    pub target: usize,
     pub lo: usize,
     pub hi: usize,
     pub relative: usize,
@@ -77,92 +53,26 @@ pub(crate) struct Update {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Symbolic {
     pub supernodes: Vec<Supernode>,
-    /// Row indices of all supernodes.
-    pub rows: Vec<u32>,
-    /// Updates of all supernodes, sources ascending within each.
+    /// Rows below the columns of all supernodes.
+    below: Vec<u32>,
+    /// Updates by all supernodes, targets ascending within each.
     pub updates: Vec<Update>,
     pub relative: Vec<u32>,
+    /// Where each product of a small supernode's rows lands, column by column, counted from the end of
+    /// its own panel.
+    pub positions: Vec<u32>,
     /// Panel position of each entry of the permuted upper triangle.
     pub load: Vec<u32>,
     /// Words of all panels.
     pub panel_words: usize,
-    /// Tallest panel.
-    pub max_height: usize,
+    /// Words of the largest panel.
+    pub max_panel: usize,
+    /// Most rows below any column.
+    pub max_below: usize,
     /// Entries of L below the diagonal.
     pub nnz_l: usize,
     /// Multiply–subtracts of the factorisation, from the column counts of L.
     pub multiply_subtracts: usize,
-}
-
-/// Fill-reducing permutation, postordered along the elimination tree: `order[new] = old`.
-pub(crate) fn fill_reducing_order(upper: &Upper) -> Result<Vec<usize>, Error> {
-    let dim = upper.dim();
-    let (mut order, mut inverse) = (vec![0usize; dim], vec![0usize; dim]);
-    let mut memory = MemBuffer::new(amd::order_scratch::<usize>(dim, upper.nnz()));
-    amd::order(&mut order, &mut inverse, upper.faer(), amd::Control::default(), MemStack::new(&mut memory))
-        .map_err(|e| Error::Symbolic(format!("{e:?}")))?;
-    let (permuted, _) = permute(upper, &order);
-    let (parent, _) = elimination_tree(&permuted);
-    Ok(postorder(&parent).into_iter().map(|k| order[k]).collect())
-}
-
-/// The upper triangle of `PKPᵀ`, and where each entry of K went.
-pub(crate) fn permute(upper: &Upper, order: &[usize]) -> (Upper, Vec<usize>) {
-    let mut inverse = vec![0; order.len()];
-    for (new, &old) in order.iter().enumerate() {
-        inverse[old] = new;
-    }
-    let mut positions = Vec::with_capacity(upper.nnz());
-    for j in 0..upper.dim() {
-        for &i in &upper.rowidx[upper.colptr[j]..upper.colptr[j + 1]] {
-            let (a, b) = (inverse[i], inverse[j]);
-            positions.push((a.min(b), a.max(b)));
-        }
-    }
-    Upper::from_positions(upper.dim(), &positions)
-}
-
-fn elimination_tree(upper: &Upper) -> (Vec<isize>, Vec<usize>) {
-    let dim = upper.dim();
-    let (mut parent, mut counts) = (vec![0isize; dim], vec![0usize; dim]);
-    let mut memory =
-        MemBuffer::new(simplicial::prefactorize_symbolic_cholesky_scratch::<usize>(dim, upper.nnz()));
-    simplicial::prefactorize_symbolic_cholesky(
-        &mut parent,
-        &mut counts,
-        upper.faer(),
-        MemStack::new(&mut memory),
-    );
-    (parent, counts)
-}
-
-/// Children before parents, each subtree contiguous.
-fn postorder(parent: &[isize]) -> Vec<usize> {
-    let dim = parent.len();
-    let (mut first_child, mut next_sibling) = (vec![usize::MAX; dim], vec![usize::MAX; dim]);
-    let mut roots = Vec::new();
-    for j in (0..dim).rev() {
-        match usize::try_from(parent[j]) {
-            Ok(p) => {
-                next_sibling[j] = first_child[p];
-                first_child[p] = j;
-            }
-            Err(_) => roots.push(j),
-        }
-    }
-    let mut order = Vec::with_capacity(dim);
-    let mut stack = roots;
-    while let Some(&j) = stack.last() {
-        let child = first_child[j];
-        if child == usize::MAX {
-            order.push(j);
-            stack.pop();
-        } else {
-            first_child[j] = next_sibling[child];
-            stack.push(child);
-        }
-    }
-    order
 }
 
 impl Symbolic {
@@ -186,59 +96,116 @@ impl Symbolic {
         }
         let mut owner = vec![0; dim];
         for run in runs_of_columns(colptr, rowidx, panels) {
-            let height = run.width + run.below.len();
+            let (top, rows) = match run.kind {
+                Kind::Chain => (run.width, run.below.len()),
+                Kind::Siblings => (1, run.below.len()),
+                Kind::Leaves => (1, run.below.len() / run.width),
+            };
+            let height = top + rows;
             owner[run.first..run.first + run.width].fill(self.supernodes.len());
             self.supernodes.push(Supernode {
+                kind: run.kind,
                 first: run.first,
                 width: run.width,
-                rows: self.rows.len(),
+                top,
+                below: (self.below.len(), self.below.len() + run.below.len()),
                 height,
                 panel: self.panel_words,
                 updates: (0, 0),
+                listed: None,
             });
-            self.rows.extend((run.first..run.first + run.width).chain(run.below).map(index));
+            self.max_below = self.max_below.max(rows);
+            self.below.extend(run.below.into_iter().map(index));
             self.panel_words += run.width * height;
-            self.max_height = self.max_height.max(height);
+            self.max_panel = self.max_panel.max(run.width * height);
         }
         owner
     }
 
-    pub fn rows_of(&self, node: &Supernode) -> &[u32] {
-        &self.rows[node.rows..node.rows + node.height]
+    /// Rows below the columns of a supernode; of leaves, those of one after the other.
+    #[inline(always)]
+    pub fn below(&self, node: &Supernode) -> &[u32] {
+        &self.below[node.below.0..node.below.1]
+    }
+
+    /// Rows below one column, the rows of its own panel left out.
+    fn below_column(&self, node: &Supernode, column: usize) -> &[u32] {
+        match node.kind {
+            Kind::Leaves => {
+                let rows = node.height - node.top;
+                &self.below(node)[(column - node.first) * rows..][..rows]
+            }
+            _ => self.below(node),
+        }
+    }
+
+    /// Rows of one column's entries below the diagonal, and where in its column of the panel they are.
+    #[cfg(test)]
+    pub fn entries<'a>(
+        &'a self,
+        node: &'a Supernode,
+        column: usize,
+    ) -> impl Iterator<Item = (usize, usize)> + 'a {
+        let own = if node.kind == Kind::Chain { column + 1..node.first + node.width } else { 0..0 };
+        let below = self.below_column(node, column).iter().map(|&row| row as usize);
+        own.chain(below).map(move |row| (row, self.place(node, column, row)))
+    }
+
+    /// Where in its column of the panel the entry (row, column) of L is.
+    fn place(&self, node: &Supernode, column: usize, row: usize) -> usize {
+        if row == column && node.top == 1 {
+            0
+        } else if row < node.first + node.width {
+            row - node.first
+        } else {
+            node.top + self.below_column(node, column).partition_point(|&r| (r as usize) < row)
+        }
     }
 
     fn resolve_updates(&mut self, owner: &[usize]) {
-        let mut incoming: Vec<Vec<(usize, usize, usize)>> = vec![Vec::new(); self.supernodes.len()];
-        for (source, node) in self.supernodes.iter().enumerate() {
-            let rows = self.rows_of(node);
-            let mut lo = node.width;
-            while lo < rows.len() {
-                let target = owner[rows[lo] as usize];
-                let end = self.supernodes[target].first + self.supernodes[target].width;
-                let hi = lo + rows[lo..].partition_point(|&r| (r as usize) < end);
-                incoming[target].push((source, lo, hi));
-                lo = hi;
+        for source in 0..self.supernodes.len() {
+            let node = self.supernodes[source];
+            if node.small() {
+                self.supernodes[source].listed = Some(self.positions.len());
+                let columns = if node.kind == Kind::Leaves { node.width } else { 1 };
+                for column in node.first..node.first + columns {
+                    self.list_positions(&node, column, owner);
+                }
+            } else {
+                let begin = self.updates.len();
+                self.find_updates(&node, owner);
+                self.supernodes[source].updates = (begin, self.updates.len());
             }
         }
-        for (target, sources) in incoming.into_iter().enumerate() {
-            let begin = self.updates.len();
-            for (source, lo, hi) in sources {
-                let relative = self.relative.len();
-                let here = self.rows_of(&self.supernodes[target]);
-                let mut k = 0;
-                let landing: Vec<u32> = self.rows_of(&self.supernodes[source])[lo..]
-                    .iter()
-                    .map(|r| {
-                        while here[k] != *r {
-                            k += 1;
-                        }
-                        index(k)
-                    })
-                    .collect();
-                self.relative.extend(landing);
-                self.updates.push(Update { source, lo, hi, relative });
+    }
+
+    fn find_updates(&mut self, node: &Supernode, owner: &[usize]) {
+        let rows = self.below(node).to_vec();
+        let mut lo = 0;
+        while lo < rows.len() {
+            let column = rows[lo] as usize;
+            let target = owner[column];
+            let onto = self.supernodes[target];
+            let hi = lo + rows[lo..].partition_point(|&r| (r as usize) < onto.first + onto.width);
+            let relative = self.relative.len();
+            for &row in &rows[lo..] {
+                self.relative.push(index(self.place(&onto, column, row as usize)));
             }
-            self.supernodes[target].updates = (begin, self.updates.len());
+            self.updates.push(Update { target, lo: node.top + lo, hi: node.top + hi, relative });
+            lo = hi;
+        }
+    }
+
+    fn list_positions(&mut self, node: &Supernode, column: usize, owner: &[usize]) {
+        let end = node.panel + node.width * node.height;
+        let rows = self.below_column(node, column).to_vec();
+        for (j, &column) in rows.iter().enumerate() {
+            let onto = self.supernodes[owner[column as usize]];
+            let begin = onto.panel + (column as usize - onto.first) * onto.height - end;
+            for &row in &rows[j..] {
+                let place = self.place(&onto, column as usize, row as usize);
+                self.positions.push(index(begin + place));
+            }
         }
     }
 
@@ -247,87 +214,30 @@ impl Symbolic {
             for &i in &upper.rowidx[upper.colptr[j]..upper.colptr[j + 1]] {
                 // Entry (i, j), i ≤ j, of the upper triangle is entry (j, i) of L's pattern.
                 let node = &self.supernodes[owner[i]];
-                let row = self.rows_of(node).partition_point(|&r| (r as usize) < j);
-                self.load.push(index(node.panel + (i - node.first) * node.height + row));
+                let place = self.place(node, i, j);
+                self.load.push(index(node.panel + (i - node.first) * node.height + place));
             }
         }
     }
 }
 
-/// How columns of L are gathered into panels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Panels {
-    /// Only columns of equal structure: not one operation on a stored zero.
-    Exact,
-    /// Also columns of similar structure, with stored zeros: more operations, on longer vectors.
-    /// The bits are the same: subtracting 0·y changes nothing.
-    Relaxed,
-}
-
-/// Adjacent columns that share a panel.
-struct Run {
-    first: usize,
-    width: usize,
-    /// Rows below its own columns.
-    below: Vec<usize>,
-    /// Entries of L among them.
-    entries: usize,
-}
-
-impl Run {
-    /// Take `next` in: it follows directly, and its rows contain all of this run's below it.
-    fn join(&mut self, next: Self) {
-        self.width += next.width;
-        self.entries += next.entries;
-        self.below = next.below;
-    }
-
-    /// Whether `next` is the parent of this run's last column, and joining is cheap enough.
-    fn suits(&self, next: &Self, panels: Panels) -> bool {
-        let follows = self.first + self.width == next.first;
-        let parent = self.below.first() == Some(&next.first);
-        if !follows || !parent {
-            return false;
-        }
-        let width = self.width + next.width;
-        let words = width * (width + 1) / 2 + width * next.below.len();
-        let zeros = words - self.entries - next.entries;
-        match panels {
-            Panels::Exact => zeros == 0,
-            Panels::Relaxed => {
-                let allowed = match width {
-                    0..=4 => 0.3,
-                    5..=16 => 0.2,
-                    17..=48 => 0.1,
-                    _ => 0.05,
-                };
-                zeros as f64 <= allowed * words as f64
-            }
-        }
-    }
-}
-
-/// Columns gathered from left to right; a new one may take in the runs before it that it ends.
-fn runs_of_columns(colptr: &[usize], rowidx: &[usize], panels: Panels) -> Vec<Run> {
-    let mut runs: Vec<Run> = Vec::new();
-    for j in 0..colptr.len() - 1 {
-        let below = rowidx[colptr[j] + 1..colptr[j + 1]].to_vec();
-        let mut run = Run { first: j, width: 1, entries: below.len() + 1, below };
-        while let Some(mut before) = runs.pop() {
-            if !before.suits(&run, panels) {
-                runs.push(before);
-                break;
-            }
-            before.join(run);
-            run = before;
-        }
-        runs.push(run);
-    }
-    runs
+/// Parents and column counts.
+pub(crate) fn elimination_tree(upper: &Upper) -> (Vec<isize>, Vec<usize>) {
+    let dim = upper.dim();
+    let (mut parent, mut counts) = (vec![0isize; dim], vec![0usize; dim]);
+    let mut memory =
+        MemBuffer::new(simplicial::prefactorize_symbolic_cholesky_scratch::<usize>(dim, upper.nnz()));
+    simplicial::prefactorize_symbolic_cholesky(
+        &mut parent,
+        &mut counts,
+        upper.faer(),
+        MemStack::new(&mut memory),
+    );
+    (parent, counts)
 }
 
 /// Row indices of each column of L, diagonal first, ascending.
-fn columns_of_l(upper: &Upper) -> Result<(Vec<usize>, Vec<usize>), Error> {
+pub(crate) fn columns_of_l(upper: &Upper) -> Result<(Vec<usize>, Vec<usize>), Error> {
     let dim = upper.dim();
     let (mut parent, mut counts) = (vec![0isize; dim], vec![0usize; dim]);
     let mut memory =

@@ -63,8 +63,8 @@ macro_rules! buffers {
 
 fn scratch_words(s: &Structure) -> usize {
     let products = 2 * s.n + s.p + s.m;
-    let refinement = 2 * s.kkt.dim + s.kkt.symbolic.max_height;
-    products.max(s.unknowns()).max(refinement)
+    let refinement = 2 * (2 * s.kkt.dim + s.kkt.symbolic.max_below);
+    products.max(s.unknowns()).max(refinement).max(s.kkt.symbolic.max_panel)
 }
 
 buffers! {
@@ -120,8 +120,6 @@ buffers! {
     Cone cone "cone" = |s: &Structure| s.cones.soc.len() * SCALARS;
     /// Permuted upper triangle of the KKT matrix, unregularised.
     KktValues kkt_values "kkt_values" = |s: &Structure| s.kkt.nnz();
-    /// Unscaled columns L·D.
-    FactorY factor_y "factor_y" = |s: &Structure| s.kkt.symbolic.panel_words;
     /// Columns of L.
     FactorL factor_l "factor_l" = |s: &Structure| s.kkt.symbolic.panel_words;
     /// 1/D.
@@ -132,10 +130,18 @@ buffers! {
     KktSolution kkt_solution "kkt_solution" = |s: &Structure| s.kkt.dim;
     /// Right-hand side minus K times solution.
     KktError kkt_error "kkt_error" = |s: &Structure| s.kkt.dim;
+    /// Two right-hand sides side by side, in permuted order.
+    PairRhs pair_rhs "pair_rhs" = |s: &Structure| 2 * s.kkt.dim;
+    /// Their solutions.
+    PairSolution pair_solution "pair_solution" = |s: &Structure| 2 * s.kkt.dim;
+    /// Their errors.
+    PairError pair_error "pair_error" = |s: &Structure| 2 * s.kkt.dim;
     /// Largest error of a linear solve that is small enough for this iteration.
     RefinementGoal refinement_goal "refinement_goal" = |_: &Structure| 1;
     /// Norm of the error, what it may be and what it must fall below to go on refining.
     Refinement refinement "refinement" = |_: &Structure| refinement::WORDS;
+    /// The same for each of a pair.
+    PairRefinement pair_refinement "pair_refinement" = |_: &Structure| 2 * refinement::WORDS;
     /// Zero once a problem's refinement has ended: other lanes' does not move it.
     RefinementActive refinement_active "refinement_active" = |_: &Structure| 1;
     /// Solution for (−c, b, h).

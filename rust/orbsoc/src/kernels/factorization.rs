@@ -1,12 +1,13 @@
 //! PL module *matrix factorization*: numeric LDLᵀ on the elimination walk resolved at set-up.
 //!
-//! Left-looking over supernodes. With y the unscaled column (y = L·d), every entry receives
+//! Right-looking over supernodes, in place. With y the unscaled column (y = L·d), every entry receives
 //! `l_ij ← k_ij − Σ_k l_ik·y_jk` in ascending k, whatever the supernodes are; then `d_j` is
 //! regularised and the column divided by it.
 
-use super::panel::{subtract_columns, subtract_scattered};
+use super::outer::{subtract, subtract_leaves, subtract_listed, Columns, Landing, Within};
 use crate::real::Real;
-use crate::symbolic::{Supernode, Symbolic, Update};
+use crate::supernode::Kind;
+use crate::symbolic::{Supernode, Symbolic};
 
 /// Regularisation of the pivots, whose signs are known from the pattern.
 #[derive(Clone, Copy)]
@@ -20,98 +21,194 @@ pub struct Regularization<T> {
 }
 
 /// Factor `values` (permuted upper triangle). `positive` holds the pivots' signs.
-/// Outputs: unscaled columns `y` and scaled columns `l` as panels, reciprocal pivots, scratch.
+/// Outputs: columns `l` as panels, reciprocal pivots; scratch holds one panel's unscaled columns.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)] // three inputs, three outputs, pattern, scratch
 pub fn factorize<T: Real>(
     symbolic: &Symbolic,
     positive: &[bool],
     regularization: Regularization<T>,
     values: &[T],
     scratch: &mut [T],
-    y: &mut [T],
     l: &mut [T],
     pivot_inverse: &mut [T],
 ) {
-    y.fill(T::zero());
+    l.fill(T::zero());
     for (&to, &value) in symbolic.load.iter().zip(values) {
-        y[to as usize] = value;
+        l[to as usize] = value;
     }
     for node in &symbolic.supernodes {
-        let (done, panel) = y.split_at_mut(node.panel);
-        let panel = &mut panel[..node.width * node.height];
-        for update in &symbolic.updates[node.updates.0..node.updates.1] {
-            let source = &symbolic.supernodes[update.source];
-            apply_update(symbolic, node, source, *update, done, l, scratch, panel);
+        let words = node.width * node.height;
+        let (panel, later) = l[node.panel..].split_at_mut(words);
+        let y = &mut scratch[..words];
+        let own = node.first..node.first + node.width;
+        let (positive, pivot_inverse) = (&positive[own.clone()], &mut pivot_inverse[own]);
+        let height = node.height;
+        match node.top {
+            1 => factor_siblings(height, positive, regularization, panel, y, pivot_inverse),
+            2 => factor_block::<T, 2>(height, 0, positive, regularization, panel, y, pivot_inverse),
+            3 => factor_block::<T, 3>(height, 0, positive, regularization, panel, y, pivot_inverse),
+            4 => factor_block::<T, 4>(height, 0, positive, regularization, panel, y, pivot_inverse),
+            _ => factor_chain(height, positive, regularization, panel, y, pivot_inverse),
         }
-        let l = &mut l[node.panel..node.panel + node.width * node.height];
-        factor_panel(node, positive, regularization, panel, l, pivot_inverse);
+        if node.top < node.height {
+            contribute(symbolic, node, Columns { l: panel, y, height: node.height }, later);
+        }
     }
 }
 
-/// Subtract a finished supernode's contribution from a later one.
+/// Columns that do not depend on one another.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
-fn apply_update<T: Real>(
-    symbolic: &Symbolic,
-    node: &Supernode,
-    source: &Supernode,
-    update: Update,
-    y: &[T],
-    l: &[T],
-    scratch: &mut [T],
-    panel: &mut [T],
-) {
-    let rows = symbolic.rows_of(source);
-    let (height, words) = (source.height, source.width * source.height);
-    let (y, l) = (&y[source.panel..source.panel + words], &l[source.panel..source.panel + words]);
-    for row in update.lo..update.hi {
-        let column = rows[row] as usize - node.first;
-        let target = &mut panel[column * node.height..(column + 1) * node.height];
-        let landing = &symbolic.relative[update.relative + row - update.lo..][..height - row];
-        subtract_scattered(
-            source.width,
-            height,
-            row,
-            l,
-            #[inline(always)]
-            |k| y[k * height + row],
-            landing,
-            scratch,
-            target,
-        );
-    }
-}
-
-/// Factor a supernode whose contributions from earlier ones are in.
-#[inline(always)]
-fn factor_panel<T: Real>(
-    node: &Supernode,
+fn factor_siblings<T: Real>(
+    height: usize,
     positive: &[bool],
     regularization: Regularization<T>,
     panel: &mut [T],
-    l: &mut [T],
+    y: &mut [T],
     pivot_inverse: &mut [T],
 ) {
-    for c in 0..node.width {
-        let (earlier, current) = panel.split_at_mut(c * node.height);
-        let current = &mut current[c..node.height];
-        subtract_columns(
-            c,
-            node.height,
-            c,
-            l,
-            #[inline(always)]
-            |k| earlier[k * node.height + c],
-            current,
-        );
-        let j = node.first + c;
-        let pivot = regularized(current[0], positive[j], regularization);
-        let inverse = T::one() / pivot;
-        pivot_inverse[j] = inverse;
-        for (l, &y) in l[c * node.height + c + 1..(c + 1) * node.height].iter_mut().zip(&current[1..]) {
-            *l = y * inverse;
+    let columns = panel.chunks_exact_mut(height).zip(y.chunks_exact_mut(height));
+    for (((column, y), &positive), inverse) in columns.zip(positive).zip(pivot_inverse) {
+        *inverse = T::one() / regularized(column[0], positive, regularization);
+        divide(&mut column[1..], &mut y[1..], *inverse);
+    }
+}
+
+/// Columns of which each subtracts what the ones before it contribute.
+#[inline(always)]
+fn factor_chain<T: Real>(
+    height: usize,
+    positive: &[bool],
+    regularization: Regularization<T>,
+    panel: &mut [T],
+    y: &mut [T],
+    pivot_inverse: &mut [T],
+) {
+    const BLOCK: usize = 4;
+    let width = positive.len();
+    for first in (0..width).step_by(BLOCK) {
+        let end = (first + BLOCK).min(width);
+        let (earlier, block) = panel.split_at_mut(first * height);
+        if first > 0 {
+            let columns = Columns { l: earlier, y: &y[..first * height], height };
+            subtract(columns, (first, end), &Within { height, first }, block);
         }
+        let y = &mut y[first * height..end * height];
+        let block = &mut block[..(end - first) * height];
+        let (positive, inverse) = (&positive[first..end], &mut pivot_inverse[first..end]);
+        match end - first {
+            1 => factor_block::<T, 1>(height, first, positive, regularization, block, y, inverse),
+            2 => factor_block::<T, 2>(height, first, positive, regularization, block, y, inverse),
+            3 => factor_block::<T, 3>(height, first, positive, regularization, block, y, inverse),
+            _ => factor_block::<T, BLOCK>(height, first, positive, regularization, block, y, inverse),
+        }
+    }
+}
+
+/// `W` columns of a chain, from row `first` of the panel on.
+#[inline(always)]
+fn factor_block<T: Real, const W: usize>(
+    height: usize,
+    first: usize,
+    positive: &[bool],
+    regularization: Regularization<T>,
+    panel: &mut [T],
+    y: &mut [T],
+    pivot_inverse: &mut [T],
+) {
+    for c in 0..W {
+        let (before, column) = panel.split_at_mut(c * height);
+        let column = &mut column[first + c..height];
+        let (y_before, y) = y.split_at_mut(c * height);
+        let mut l: [&[T]; W] = [&[]; W];
+        let mut factor = [T::zero(); W];
+        for k in 0..c {
+            l[k] = &before[k * height + first + c..(k + 1) * height];
+            factor[k] = y_before[k * height + first + c];
+        }
+        let mut pivot = column[0];
+        for k in 0..c {
+            pivot = pivot.sub_mul(l[k][0], factor[k]);
+        }
+        let inverse = T::one() / regularized(pivot, positive[c], regularization);
+        pivot_inverse[c] = inverse;
+        let y = &mut y[first + c..height];
+        for i in 1..column.len() {
+            let mut word = column[i];
+            for k in 0..c {
+                word = word.sub_mul(l[k][i], factor[k]);
+            }
+            y[i] = word;
+            column[i] = word * inverse;
+        }
+    }
+}
+
+/// The column as it is into `y`, and divided by its pivot.
+#[inline(always)]
+fn divide<T: Real>(column: &mut [T], y: &mut [T], inverse: T) {
+    for (l, y) in column.iter_mut().zip(y) {
+        *y = *l;
+        *l = *y * inverse;
+    }
+}
+
+/// Subtract a finished supernode's contribution from the later ones.
+#[inline(always)]
+fn contribute<T: Real>(symbolic: &Symbolic, node: &Supernode, columns: Columns<T>, later: &mut [T]) {
+    if let Some(begin) = node.listed {
+        let below = node.height - node.top;
+        let triangle = below * (below + 1) / 2;
+        if node.kind == Kind::Leaves {
+            let positions = &symbolic.positions[begin..begin + node.width * triangle];
+            return subtract_leaves(columns, positions, later);
+        }
+        let positions = &symbolic.positions[begin..begin + triangle];
+        return match node.width {
+            1 => subtract_listed::<T, 1>(columns, node.top, positions, later),
+            2 => subtract_listed::<T, 2>(columns, node.top, positions, later),
+            3 => subtract_listed::<T, 3>(columns, node.top, positions, later),
+            _ => subtract_listed::<T, 4>(columns, node.top, positions, later),
+        };
+    }
+    let rows = symbolic.below(node);
+    let end = node.panel + node.width * node.height;
+    for update in &symbolic.updates[node.updates.0..node.updates.1] {
+        let target = &symbolic.supernodes[update.target];
+        let landing = Elsewhere {
+            columns: &rows[update.lo - node.top..update.hi - node.top],
+            rows: &symbolic.relative[update.relative..][..node.height - update.lo],
+            lo: update.lo,
+            height: target.height,
+            first: target.first,
+        };
+        let panel = &mut later[target.panel - end..][..target.width * target.height];
+        subtract(columns, (update.lo, update.hi), &landing, panel);
+    }
+}
+
+/// In another supernode's panel.
+struct Elsewhere<'a> {
+    /// Columns of the matrix that the source's rows `lo..hi` are.
+    columns: &'a [u32],
+    /// Rows of the target's panel that the source's rows `lo..` are.
+    rows: &'a [u32],
+    lo: usize,
+    /// Of the target.
+    height: usize,
+    first: usize,
+}
+
+impl Landing for Elsewhere<'_> {
+    const DENSE: bool = false;
+
+    #[inline(always)]
+    fn row(&self, row: usize) -> usize {
+        self.rows[row - self.lo] as usize
+    }
+
+    #[inline(always)]
+    fn column(&self, column: usize) -> usize {
+        (self.columns[column - self.lo] as usize - self.first) * self.height
     }
 }
 

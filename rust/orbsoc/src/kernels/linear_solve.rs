@@ -1,95 +1,82 @@
-//! PL module *linear solve*: permuted substitution through L, D, Lᵀ and the refinement residual.
+//! PL module *linear solve*: permuted substitution through L, D, Lᵀ and the refinement residual, for `R`
+//! right-hand sides side by side.
 
-use super::panel::{solve_transposed, subtract_scattered};
-use super::reduce::{finite_witness, max_abs};
+use super::panel::{self, Panel};
+use super::reduce::{finite_witness_of, max_abs_of};
 use crate::kkt::Kkt;
 use crate::real::Real;
-use crate::symbolic::Symbolic;
+use crate::supernode::Kind;
+use crate::symbolic::{Supernode, Symbolic};
 
-/// `out = (LDLᵀ)⁻¹ rhs`, everything in permuted order.
+/// `x ← (LDLᵀ)⁻¹ x`, everything in permuted order.
 #[inline(always)]
-pub fn substitute<T: Real>(
+pub fn substitute<T: Real, const R: usize>(
     symbolic: &Symbolic,
     l: &[T],
     pivot_inverse: &[T],
-    rhs: &[T],
-    scratch: &mut [T],
-    out: &mut [T],
+    scratch: &mut [[T; R]],
+    x: &mut [[T; R]],
 ) {
-    out.copy_from_slice(rhs);
-    forward(symbolic, l, scratch, out);
-    for (word, &inverse) in out.iter_mut().zip(pivot_inverse) {
-        *word = *word * inverse;
-    }
-    backward(symbolic, l, scratch, out);
-}
-
-/// `x ← L⁻¹ x` in column form: each unknown, once known, is subtracted from all rows below it.
-#[inline(always)]
-fn forward<T: Real>(symbolic: &Symbolic, l: &[T], scratch: &mut [T], x: &mut [T]) {
     for node in &symbolic.supernodes {
-        let (width, height) = (node.width, node.height);
-        let l = &l[node.panel..node.panel + width * height];
-        let below = &symbolic.rows_of(node)[width..];
-        let top = &mut x[node.first..node.first + width];
-        for c in 1..width {
-            let (known, unknown) = top.split_at_mut(c);
-            let column = &l[(c - 1) * height..c * height];
-            for (word, &l) in unknown.iter_mut().zip(&column[c..width]) {
-                *word = word.sub_mul(l, known[c - 1]);
-            }
+        panel::forward(panel_of(symbolic, node, l), node.first, node.width, x);
+    }
+    for (words, &inverse) in x.iter_mut().zip(pivot_inverse) {
+        for word in words {
+            *word = *word * inverse;
         }
-        let (known, scratch) = scratch.split_at_mut(width);
-        known.copy_from_slice(top);
-        subtract_scattered(
-            width,
-            height,
-            width,
-            l,
-            #[inline(always)]
-            |k| known[k],
-            below,
-            scratch,
-            x,
-        );
+    }
+    for node in symbolic.supernodes.iter().rev() {
+        panel::backward(panel_of(symbolic, node, l), node.first, node.width, scratch, x);
     }
 }
 
-/// `x ← L⁻ᵀ x`; each unknown subtracts the known ones in descending order.
 #[inline(always)]
-fn backward<T: Real>(symbolic: &Symbolic, l: &[T], scratch: &mut [T], x: &mut [T]) {
-    for node in symbolic.supernodes.iter().rev() {
-        let (width, height) = (node.width, node.height);
-        let l = &l[node.panel..node.panel + width * height];
-        let below = &symbolic.rows_of(node)[width..];
-        let known = &mut scratch[..below.len()];
-        for (word, &i) in known.iter_mut().zip(below) {
-            *word = x[i as usize];
-        }
-        solve_transposed(height, l, known, &mut x[node.first..node.first + width]);
+fn panel_of<'a, T>(symbolic: &'a Symbolic, node: &Supernode, l: &'a [T]) -> Panel<'a, T> {
+    Panel {
+        l: &l[node.panel..][..node.width * node.height],
+        height: node.height,
+        top: node.top,
+        below: symbolic.below(node),
+        leaves: node.kind == Kind::Leaves,
     }
 }
 
 /// `error = rhs − K·x` with the unregularised matrix, everything in permuted order.
 #[inline(always)]
-pub fn residual<T: Real>(kkt: &Kkt, values: &[T], rhs: &[T], x: &[T], error: &mut [T]) {
+pub fn residual<T: Real, const R: usize>(
+    kkt: &Kkt,
+    values: &[T],
+    rhs: &[[T; R]],
+    x: &[[T; R]],
+    error: &mut [[T; R]],
+) {
     error.copy_from_slice(rhs);
+    let mut values = values;
     for j in 0..kkt.dim {
-        let entries = kkt.colptr[j] as usize..kkt.colptr[j + 1] as usize;
-        let (rows, values) = (&kkt.rowidx[entries.clone()], &values[entries]);
-        let diagonal = rows.len() - 1;
-        let xj = x[j];
-        let mut own = error[j].sub_mul(values[diagonal], xj);
-        for (&i, &value) in rows[..diagonal].iter().zip(values) {
-            let i = i as usize;
-            own = own.sub_mul(value, x[i]);
-            error[i] = error[i].sub_mul(value, xj);
+        let rows = &kkt.rowidx[kkt.colptr[j] as usize..kkt.colptr[j + 1] as usize];
+        let column;
+        (column, values) = values.split_at(rows.len());
+        let (Some((_, rows)), Some((&diagonal, column))) = (rows.split_last(), column.split_last()) else {
+            continue;
+        };
+        let (known, xj) = (&x[..j], x[j]);
+        let (error, own) = error.split_at_mut(j);
+        for r in 0..R {
+            own[0][r] = own[0][r].sub_mul(diagonal, xj[r]);
         }
-        error[j] = own;
+        let mut sum = own[0];
+        for (&i, &value) in rows.iter().zip(column) {
+            let (xi, error) = (&known[i as usize], &mut error[i as usize]);
+            for r in 0..R {
+                sum[r] = sum[r].sub_mul(value, xi[r]);
+                error[r] = error[r].sub_mul(value, xj[r]);
+            }
+        }
+        own[0] = sum;
     }
 }
 
-/// Words of the refinement buffer.
+/// Words of the refinement buffer, for each right-hand side.
 pub mod refinement {
     /// ‖error‖∞; not finite when the error is not.
     pub const ERROR: usize = 0;
@@ -100,53 +87,87 @@ pub mod refinement {
     pub const WORDS: usize = 3;
 }
 
-/// Norm of the error after a solve, and what it may be: a share of the right-hand side, or `goal`.
+/// A factored system.
+#[derive(Clone, Copy)]
+pub struct System<'a, T> {
+    pub kkt: &'a Kkt,
+    /// The matrix, unregularised.
+    pub values: &'a [T],
+    pub l: &'a [T],
+    pub pivot_inverse: &'a [T],
+}
+
+/// Solve, and say how large the error is and what it may be: a share of the right-hand side, or `goal`.
 #[inline(always)]
-pub fn assess<T: Real>(error: &[T], rhs: &[T], relative: T, goal: T, out: &mut [T]) {
-    out[refinement::ERROR] = error_norm(error);
-    out[refinement::ALLOWED] = goal.max(relative * max_abs(rhs));
-    out[refinement::WORTHWHILE] = out[refinement::ERROR];
+pub fn solve<T: Real, const R: usize>(
+    system: System<T>,
+    rhs: &[[T; R]],
+    (relative, goal): (T, T),
+    scratch: &mut [[T; R]],
+    x: &mut [[T; R]],
+    error: &mut [[T; R]],
+    state: &mut [T],
+) {
+    let System { kkt, values, l, pivot_inverse } = system;
+    x.copy_from_slice(rhs);
+    substitute(&kkt.symbolic, l, pivot_inverse, scratch, x);
+    residual(kkt, values, rhs, x, error);
+    let (sizes, errors) = (max_abs_of(rhs), error_norms(error));
+    for (r, state) in state.chunks_exact_mut(refinement::WORDS).enumerate() {
+        state[refinement::ERROR] = errors[r];
+        state[refinement::ALLOWED] = goal.max(relative * sizes[r]);
+        state[refinement::WORTHWHILE] = errors[r];
+    }
 }
 
 #[inline(always)]
-fn error_norm<T: Real>(error: &[T]) -> T {
-    max_abs(error) + finite_witness(error)
+fn error_norms<T: Real, const R: usize>(error: &[[T; R]]) -> [T; R] {
+    let (mut norms, witnesses) = (max_abs_of(error), finite_witness_of(error));
+    for r in 0..R {
+        norms[r] = norms[r] + witnesses[r];
+    }
+    norms
 }
 
-/// One refinement step of a problem that is `active` (not zero). The new solution and error replace the
-/// old where their norm is smaller, and not where it is not a number.
+/// One refinement step of a problem that is `active` (not zero). Of each right-hand side, the new solution
+/// and error replace the old where their norm is smaller, and not where it is not a number.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)] // the system, its solution, its error, and their state
-pub fn refine<T: Real>(
-    kkt: &Kkt,
-    (values, l, pivot_inverse): (&[T], &[T], &[T]),
-    rhs: &[T],
-    scratch: &mut [T],
-    x: &mut [T],
-    error: &mut [T],
+pub fn refine<T: Real, const R: usize>(
+    system: System<T>,
+    rhs: &[[T; R]],
+    scratch: &mut [[T; R]],
+    x: &mut [[T; R]],
+    error: &mut [[T; R]],
     state: &mut [T],
     active: T,
 ) {
+    let System { kkt, values, l, pivot_inverse } = system;
     let (candidate, rest) = scratch.split_at_mut(kkt.dim);
     let (new_error, scratch) = rest.split_at_mut(kkt.dim);
-    substitute(&kkt.symbolic, l, pivot_inverse, error, scratch, candidate);
-    for (word, &x) in candidate.iter_mut().zip(x.iter()) {
-        *word = x + *word;
+    candidate.copy_from_slice(error);
+    substitute(&kkt.symbolic, l, pivot_inverse, scratch, candidate);
+    for (words, x) in candidate.iter_mut().zip(x.iter()) {
+        for r in 0..R {
+            words[r] = x[r] + words[r];
+        }
     }
     residual(kkt, values, rhs, candidate, new_error);
-    let (old, new) = (state[refinement::ERROR], error_norm(new_error));
-    let better = T::and(new.lt(old), T::zero().lt(active));
-    for (kept, &new) in x.iter_mut().zip(candidate.iter()).chain(error.iter_mut().zip(new_error.iter())) {
-        *kept = T::select(better, new, *kept);
+    let norms = error_norms(new_error);
+    for (r, state) in state.chunks_exact_mut(refinement::WORDS).enumerate() {
+        let (old, new) = (state[refinement::ERROR], norms[r]);
+        let better = T::and(new.lt(old), T::zero().lt(active));
+        for (kept, new) in x.iter_mut().zip(candidate.iter()).chain(error.iter_mut().zip(new_error.iter())) {
+            kept[r] = T::select(better, new[r], kept[r]);
+        }
+        state[refinement::ERROR] = T::select(better, new, old);
+        state[refinement::WORTHWHILE] = T::constant(0.25) * old;
     }
-    state[refinement::ERROR] = T::select(better, new, old);
-    state[refinement::WORTHWHILE] = T::constant(0.25) * old;
 }
 
-/// Unknowns in natural order from the permuted solution; expansion rows are left behind.
+/// Unknowns in natural order from column `r` of the permuted solutions; expansion rows are left behind.
 #[inline(always)]
-pub fn unload<T: Real>(position: &[u32], permuted: &[T], natural: &mut [T]) {
+pub fn unload<T: Real, const R: usize>(position: &[u32], permuted: &[[T; R]], r: usize, natural: &mut [T]) {
     for (word, &from) in natural.iter_mut().zip(position) {
-        *word = permuted[from as usize];
+        *word = permuted[from as usize][r];
     }
 }

@@ -114,7 +114,7 @@ pub fn undo<T: Real>(
 mod tests {
     use super::*;
     use crate::oracle::{seeded, Numbers};
-    use crate::symbolic::Panels;
+    use crate::supernode::Panels;
     use crate::{Cones, Csc, Problem};
     use proptest::prelude::*;
 

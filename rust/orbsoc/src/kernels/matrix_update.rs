@@ -114,7 +114,7 @@ mod tests {
     use crate::kernels::cone_ops;
     use crate::oracle::{dense, pairs, scaling, seeded, Numbers, Pair};
     use crate::structure::Structure;
-    use crate::symbolic::Panels;
+    use crate::supernode::Panels;
     use crate::{Cones, Csc, Problem};
     use nalgebra::DMatrix;
     use proptest::prelude::*;

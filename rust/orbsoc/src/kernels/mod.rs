@@ -13,5 +13,6 @@ pub(crate) mod line_search;
 pub(crate) mod linear_solve;
 pub(crate) mod matrix_scaling;
 pub(crate) mod matrix_update;
+pub(crate) mod outer;
 pub(crate) mod panel;
 pub(crate) mod reduce;

@@ -1,129 +1,297 @@
-//! The two loops over a panel of L that factorisation and substitution share. Columns go in blocks
-//! of four so that each word of the vector is read once for four columns; the order of subtractions
-//! into any one accumulator is that of the plain loops.
+//! Substitution through one panel of L, for `R` right-hand sides side by side. Each word of L is read
+//! once for all of them, and subtractions into any one accumulator keep the order of the plain loops.
 
 use crate::real::Real;
 
-/// `out −= Σ_{k < columns} l[row.., k]·factor(k)`, ascending in k.
-#[inline(always)]
-pub fn subtract_columns<T: Real>(
-    columns: usize,
-    height: usize,
-    row: usize,
-    l: &[T],
-    factor: impl Fn(usize) -> T,
-    out: &mut [T],
-) {
-    let len = out.len();
-    let column = |k: usize| &l[k * height + row..][..len];
-    let mut k = 0;
-    while k + 4 <= columns {
-        let f: [T; 4] = [factor(k), factor(k + 1), factor(k + 2), factor(k + 3)];
-        let (l0, l1, l2, l3) = (column(k), column(k + 1), column(k + 2), column(k + 3));
-        for i in 0..len {
-            let word = out[i].sub_mul(l0[i], f[0]).sub_mul(l1[i], f[1]);
-            out[i] = word.sub_mul(l2[i], f[2]).sub_mul(l3[i], f[3]);
-        }
-        k += 4;
+/// A supernode's columns.
+#[derive(Clone, Copy)]
+pub struct Panel<'a, T> {
+    pub l: &'a [T],
+    pub height: usize,
+    /// Rows of its own columns.
+    pub top: usize,
+    /// Rows of the matrix below them …
+    pub below: &'a [u32],
+    /// … or below each of them in turn.
+    pub leaves: bool,
+}
+
+impl<'a, T> Panel<'a, T> {
+    #[inline(always)]
+    fn column(&self, k: usize) -> &'a [T] {
+        &self.l[k * self.height..][..self.height]
     }
-    for k in k..columns {
-        let f = factor(k);
-        for (word, &l) in out.iter_mut().zip(column(k)) {
-            *word = word.sub_mul(l, f);
+}
+
+/// `a −= b·l`, for each right-hand side.
+#[inline(always)]
+fn subtract<T: Real, const R: usize>(word: &mut [T; R], l: T, by: [T; R]) {
+    for r in 0..R {
+        word[r] = word[r].sub_mul(l, by[r]);
+    }
+}
+
+/// `x ← L⁻¹x` for this panel's share: its own unknowns, then what they contribute to the rows below.
+#[inline(always)]
+pub fn forward<T: Real, const R: usize>(panel: Panel<T>, first: usize, width: usize, x: &mut [[T; R]]) {
+    let (known, later) = x.split_at_mut(first + width);
+    let known = &mut known[first..];
+    if panel.leaves {
+        return match panel.height {
+            2 => forward_leaves::<T, R, 2, 1>(panel, known, first + width, later),
+            3 => forward_leaves::<T, R, 3, 2>(panel, known, first + width, later),
+            4 => forward_leaves::<T, R, 4, 3>(panel, known, first + width, later),
+            _ => forward_leaves::<T, R, 5, 4>(panel, known, first + width, later),
+        };
+    }
+    let base = first + width;
+    match (panel.top, width) {
+        (_, 1) => forward_below::<T, R, 1>(panel, known, base, later),
+        (2, _) => forward_narrow::<T, R, 2>(panel, known, base, later),
+        (3, _) => forward_narrow::<T, R, 3>(panel, known, base, later),
+        (4, _) => forward_narrow::<T, R, 4>(panel, known, base, later),
+        (top, _) => {
+            if top > 1 {
+                forward_own(panel, known);
+            }
+            forward_tiles(panel, known, base, later);
         }
     }
 }
 
-/// As [`subtract_columns`] into the words of `target` at `landing`. Few columns go word by word; for
-/// more, gathering the words into a vector pays.
+/// The unknowns of a chain.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)] // a panel's five, the target, where, and scratch
-pub fn subtract_scattered<T: Real>(
-    columns: usize,
-    height: usize,
-    row: usize,
-    l: &[T],
-    factor: impl Fn(usize) -> T,
-    landing: &[u32],
-    scratch: &mut [T],
-    target: &mut [T],
-) {
-    let len = landing.len();
-    let column = |k: usize| &l[k * height + row..][..len];
-    match columns {
-        1 => {
-            let (l0, f0) = (column(0), factor(0));
-            for (&to, &l0) in landing.iter().zip(l0) {
-                target[to as usize] = target[to as usize].sub_mul(l0, f0);
-            }
-        }
-        2 => {
-            let (l0, l1, f0, f1) = (column(0), column(1), factor(0), factor(1));
-            for ((&to, &l0), &l1) in landing.iter().zip(l0).zip(l1) {
-                target[to as usize] = target[to as usize].sub_mul(l0, f0).sub_mul(l1, f1);
-            }
-        }
-        3 => {
-            let (l0, l1, l2) = (column(0), column(1), column(2));
-            let (f0, f1, f2) = (factor(0), factor(1), factor(2));
-            for (((&to, &l0), &l1), &l2) in landing.iter().zip(l0).zip(l1).zip(l2) {
-                let word = target[to as usize].sub_mul(l0, f0).sub_mul(l1, f1);
-                target[to as usize] = word.sub_mul(l2, f2);
-            }
-        }
-        _ => {
-            let scratch = &mut scratch[..len];
-            for (word, &from) in scratch.iter_mut().zip(landing) {
-                *word = target[from as usize];
-            }
-            subtract_columns(columns, height, row, l, factor, scratch);
-            for (&word, &to) in scratch.iter().zip(landing) {
-                target[to as usize] = word;
-            }
+fn forward_own<T: Real, const R: usize>(panel: Panel<T>, known: &mut [[T; R]]) {
+    for c in 1..known.len() {
+        let (known, unknown) = known.split_at_mut(c);
+        for (word, &l) in unknown.iter_mut().zip(&panel.column(c - 1)[c..]) {
+            subtract(word, l, known[c - 1]);
         }
     }
 }
 
-/// `top ← L_top⁻ᵀ (top − L_belowᵀ below)` for a panel of `top.len()` columns: each unknown subtracts
-/// the known ones from the last row up.
+/// A chain of `W` columns.
 #[inline(always)]
-pub fn solve_transposed<T: Real>(height: usize, l: &[T], below: &[T], top: &mut [T]) {
-    let mut k = top.len();
+fn forward_narrow<T: Real, const R: usize, const W: usize>(
+    panel: Panel<T>,
+    known: &mut [[T; R]],
+    base: usize,
+    later: &mut [[T; R]],
+) {
+    let known = &mut known[..W];
+    for c in 1..W {
+        for i in c..W {
+            let by = known[c - 1];
+            subtract(&mut known[i], panel.column(c - 1)[i], by);
+        }
+    }
+    forward_below::<T, R, W>(panel, known, base, later);
+}
+
+/// Leaves of `B` rows each; `H` words with the diagonal.
+#[inline(always)]
+fn forward_leaves<T: Real, const R: usize, const H: usize, const B: usize>(
+    panel: Panel<T>,
+    known: &[[T; R]],
+    base: usize,
+    later: &mut [[T; R]],
+) {
+    let leaves = panel.l.as_chunks::<H>().0.iter().zip(panel.below.as_chunks::<B>().0);
+    for ((column, rows), &by) in leaves.zip(known) {
+        for i in 0..B {
+            subtract(&mut later[rows[i] as usize - base], column[i + 1], by);
+        }
+    }
+}
+
+#[inline(always)]
+fn backward_leaves<T: Real, const R: usize, const H: usize, const B: usize>(
+    panel: Panel<T>,
+    base: usize,
+    later: &[[T; R]],
+    unknown: &mut [[T; R]],
+) {
+    let leaves = panel.l.as_chunks::<H>().0.iter().zip(panel.below.as_chunks::<B>().0);
+    for ((column, rows), word) in leaves.zip(unknown) {
+        for i in (0..B).rev() {
+            subtract(word, column[i + 1], later[rows[i] as usize - base]);
+        }
+    }
+}
+
+#[inline(always)]
+fn forward_below<T: Real, const R: usize, const W: usize>(
+    panel: Panel<T>,
+    known: &[[T; R]],
+    base: usize,
+    later: &mut [[T; R]],
+) {
+    let mut columns: [&[T]; W] = [&[]; W];
+    let mut by = [[T::zero(); R]; W];
+    for k in 0..W {
+        columns[k] = &panel.column(k)[panel.top..][..panel.below.len()];
+        by[k] = known[k];
+    }
+    for (i, &row) in panel.below.iter().enumerate() {
+        let word = &mut later[row as usize - base];
+        let mut sum = *word;
+        for k in 0..W {
+            subtract(&mut sum, columns[k][i], by[k]);
+        }
+        *word = sum;
+    }
+}
+
+/// Many columns: a few rows stay in registers while the columns go by.
+#[inline(always)]
+fn forward_tiles<T: Real, const R: usize>(
+    panel: Panel<T>,
+    known: &[[T; R]],
+    base: usize,
+    later: &mut [[T; R]],
+) {
+    const M: usize = 4;
+    let mut rows = panel.below.chunks_exact(M);
+    let mut at = panel.top;
+    for rows in &mut rows {
+        forward_tile::<T, R, M>(panel, known, at, rows, base, later);
+        at += M;
+    }
+    for row in rows.remainder().chunks(1) {
+        forward_tile::<T, R, 1>(panel, known, at, row, base, later);
+        at += 1;
+    }
+}
+
+#[inline(always)]
+fn forward_tile<T: Real, const R: usize, const M: usize>(
+    panel: Panel<T>,
+    known: &[[T; R]],
+    at: usize,
+    rows: &[u32],
+    base: usize,
+    later: &mut [[T; R]],
+) {
+    let mut words = [[T::zero(); R]; M];
+    for (word, &row) in words.iter_mut().zip(rows) {
+        *word = later[row as usize - base];
+    }
+    for (column, &by) in panel.l.chunks_exact(panel.height).zip(known) {
+        for (word, &l) in words.iter_mut().zip(&column[at..at + M]) {
+            subtract(word, l, by);
+        }
+    }
+    for (word, &row) in words.into_iter().zip(rows) {
+        later[row as usize - base] = word;
+    }
+}
+
+/// `x ← L⁻ᵀx` for this panel's unknowns: each subtracts the known ones from the last row up.
+#[inline(always)]
+pub fn backward<T: Real, const R: usize>(
+    panel: Panel<T>,
+    first: usize,
+    width: usize,
+    scratch: &mut [[T; R]],
+    x: &mut [[T; R]],
+) {
+    let (unknown, later) = x.split_at_mut(first + width);
+    let (unknown, base) = (&mut unknown[first..], first + width);
+    if panel.leaves {
+        return match panel.height {
+            2 => backward_leaves::<T, R, 2, 1>(panel, base, later, unknown),
+            3 => backward_leaves::<T, R, 3, 2>(panel, base, later, unknown),
+            4 => backward_leaves::<T, R, 4, 3>(panel, base, later, unknown),
+            _ => backward_leaves::<T, R, 5, 4>(panel, base, later, unknown),
+        };
+    }
+    match (panel.top, width) {
+        (_, 1) => return backward_narrow::<T, R, 1>(panel, base, later, unknown),
+        (2, _) => return backward_narrow::<T, R, 2>(panel, base, later, unknown),
+        (3, _) => return backward_narrow::<T, R, 3>(panel, base, later, unknown),
+        (4, _) => return backward_narrow::<T, R, 4>(panel, base, later, unknown),
+        _ => {}
+    }
+    let below = &mut scratch[..panel.below.len()];
+    for (word, &row) in below.iter_mut().zip(panel.below) {
+        *word = later[row as usize - base];
+    }
+    let mut k = width;
     while k >= 4 {
         k -= 4;
-        solve_group::<T, 4>(height, k, l, below, top);
+        backward_group::<T, R, 4>(panel, k, below, unknown);
     }
     match k {
-        1 => solve_group::<T, 1>(height, 0, l, below, top),
-        2 => solve_group::<T, 2>(height, 0, l, below, top),
-        3 => solve_group::<T, 3>(height, 0, l, below, top),
+        1 => backward_group::<T, R, 1>(panel, 0, below, unknown),
+        2 => backward_group::<T, R, 2>(panel, 0, below, unknown),
+        3 => backward_group::<T, R, 3>(panel, 0, below, unknown),
         _ => {}
     }
 }
 
+/// A chain of `W` columns, or one.
+#[inline(always)]
+fn backward_narrow<T: Real, const R: usize, const W: usize>(
+    panel: Panel<T>,
+    base: usize,
+    later: &[[T; R]],
+    unknown: &mut [[T; R]],
+) {
+    let unknown = &mut unknown[..W];
+    let mut tails: [&[T]; W] = [&[]; W];
+    let mut sums = [[T::zero(); R]; W];
+    for i in 0..W {
+        tails[i] = &panel.column(i)[panel.top..][..panel.below.len()];
+        sums[i] = unknown[i];
+    }
+    for (r, &row) in panel.below.iter().enumerate().rev() {
+        let by = later[row as usize - base];
+        for i in 0..W {
+            subtract(&mut sums[i], tails[i][r], by);
+        }
+    }
+    for solved in (1..W).rev() {
+        let by = sums[solved];
+        for i in 0..solved {
+            subtract(&mut sums[i], panel.column(i)[solved], by);
+        }
+    }
+    unknown.copy_from_slice(&sums);
+}
+
 /// Columns `first..first + C`, whose later columns are solved.
 #[inline(always)]
-fn solve_group<T: Real, const C: usize>(height: usize, first: usize, l: &[T], below: &[T], top: &mut [T]) {
-    let width = top.len();
-    let column = |i: usize| &l[(first + i) * height..][..height];
-    let columns: [&[T]; C] = core::array::from_fn(column);
-    let mut sums = [T::zero(); C];
-    sums.copy_from_slice(&top[first..first + C]);
-    let tails: [&[T]; C] = core::array::from_fn(|i| &columns[i][width..][..below.len()]);
+fn backward_group<T: Real, const R: usize, const C: usize>(
+    panel: Panel<T>,
+    first: usize,
+    below: &[[T; R]],
+    x: &mut [[T; R]],
+) {
+    let mut columns: [&[T]; C] = [&[]; C];
+    let mut tails: [&[T]; C] = [&[]; C];
+    let mut sums = [[T::zero(); R]; C];
+    for i in 0..C {
+        columns[i] = panel.column(first + i);
+        tails[i] = &columns[i][panel.top..][..below.len()];
+        sums[i] = x[first + i];
+    }
     for r in (0..below.len()).rev() {
         for i in 0..C {
-            sums[i] = sums[i].sub_mul(tails[i][r], below[r]);
+            subtract(&mut sums[i], tails[i][r], below[r]);
         }
     }
-    for r in (first + C..width).rev() {
-        for i in 0..C {
-            sums[i] = sums[i].sub_mul(columns[i][r], top[r]);
+    if panel.top > 1 {
+        for r in (first + C..x.len()).rev() {
+            for i in 0..C {
+                subtract(&mut sums[i], columns[i][r], x[r]);
+            }
+        }
+        for solved in (1..C).rev() {
+            let by = sums[solved];
+            for i in 0..solved {
+                subtract(&mut sums[i], columns[i][first + solved], by);
+            }
         }
     }
-    for solved in (1..C).rev() {
-        for i in 0..solved {
-            sums[i] = sums[i].sub_mul(columns[i][first + solved], sums[solved]);
-        }
-    }
-    top[first..first + C].copy_from_slice(&sums);
+    x[first..first + C].copy_from_slice(&sums);
 }

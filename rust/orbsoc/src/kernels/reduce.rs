@@ -6,16 +6,18 @@ use crate::real::Real;
 
 const WAYS: usize = 8;
 
-/// Reduce `term(0) … term(len − 1)` with `combine(accumulator, k)`; an empty reduction is zero.
+/// Reduce `first(k)`, then `accumulate(sum, k)` over k < `len`, with `join` between accumulators; `empty`
+/// when there are no terms.
 #[inline(always)]
-fn reduce<T: Real>(
+fn reduce<V: Copy>(
     len: usize,
-    first: impl Fn(usize) -> T,
-    accumulate: impl Fn(T, usize) -> T,
-    join: impl Fn(T, T) -> T,
-) -> T {
+    empty: V,
+    first: impl Fn(usize) -> V,
+    accumulate: impl Fn(V, usize) -> V,
+    join: impl Fn(V, V) -> V,
+) -> V {
     if len == 0 {
-        return T::zero();
+        return empty;
     }
     if len < WAYS {
         let mut sum = first(0);
@@ -24,7 +26,7 @@ fn reduce<T: Real>(
         }
         return sum;
     }
-    let mut sums: [T; WAYS] =
+    let mut sums: [V; WAYS] =
         [first(0), first(1), first(2), first(3), first(4), first(5), first(6), first(7)];
     let whole = len - len % WAYS;
     for base in (WAYS..whole).step_by(WAYS) {
@@ -45,6 +47,7 @@ pub fn dot<T: Real>(a: &[T], b: &[T]) -> T {
     let b = &b[..a.len()];
     reduce(
         a.len(),
+        T::zero(),
         #[inline(always)]
         |k| a[k] * b[k],
         #[inline(always)]
@@ -60,6 +63,7 @@ pub fn dot_indexed<T: Real>(values: &[T], index: &[u32], x: &[T]) -> T {
     let index = &index[..values.len()];
     reduce(
         values.len(),
+        T::zero(),
         #[inline(always)]
         |k| values[k] * x[index[k] as usize],
         #[inline(always)]
@@ -80,12 +84,48 @@ pub fn norm2<T: Real>(x: &[T]) -> T {
 pub fn max_abs<T: Real>(x: &[T]) -> T {
     reduce(
         x.len(),
+        T::zero(),
         #[inline(always)]
         |k| x[k].abs(),
         #[inline(always)]
         |top, k| top.max(x[k].abs()),
-        Real::max,
+        #[inline(always)]
+        |a, b| a.max(b),
     )
+}
+
+/// max |x_k| of each of `R` vectors side by side.
+#[inline(always)]
+pub fn max_abs_of<T: Real, const R: usize>(x: &[[T; R]]) -> [T; R] {
+    if R == 1 {
+        return [max_abs(x.as_flattened()); R];
+    }
+    reduce(
+        x.len(),
+        [T::zero(); R],
+        #[inline(always)]
+        |k| magnitudes(x[k]),
+        #[inline(always)]
+        |top, k| larger_of(top, magnitudes(x[k])),
+        #[inline(always)]
+        |a, b| larger_of(a, b),
+    )
+}
+
+#[inline(always)]
+fn magnitudes<T: Real, const R: usize>(mut words: [T; R]) -> [T; R] {
+    for word in &mut words {
+        *word = word.abs();
+    }
+    words
+}
+
+#[inline(always)]
+fn larger_of<T: Real, const R: usize>(mut a: [T; R], b: [T; R]) -> [T; R] {
+    for r in 0..R {
+        a[r] = a[r].max(b[r]);
+    }
+    a
 }
 
 /// max |weight_k·x_k|.
@@ -94,11 +134,13 @@ pub fn max_abs_weighted<T: Real>(weight: &[T], x: &[T]) -> T {
     let x = &x[..weight.len()];
     reduce(
         weight.len(),
+        T::zero(),
         #[inline(always)]
         |k| (weight[k] * x[k]).abs(),
         #[inline(always)]
         |top, k| top.max((weight[k] * x[k]).abs()),
-        Real::max,
+        #[inline(always)]
+        |a, b| a.max(b),
     )
 }
 
@@ -108,6 +150,7 @@ pub fn sum_abs_weighted<T: Real>(weight: &[T], x: &[T]) -> T {
     let x = &x[..weight.len()];
     reduce(
         weight.len(),
+        T::zero(),
         #[inline(always)]
         |k| (weight[k] * x[k]).abs(),
         #[inline(always)]
@@ -123,11 +166,13 @@ pub fn max_negative_product<T: Real>(x: &[T], y: &[T]) -> T {
     let y = &y[..x.len()];
     reduce(
         x.len(),
+        T::zero(),
         #[inline(always)]
         |k| T::zero().max(-(x[k] * y[k])),
         #[inline(always)]
         |top, k| top.max(-(x[k] * y[k])),
-        Real::max,
+        #[inline(always)]
+        |a, b| a.max(b),
     )
 }
 
@@ -136,6 +181,7 @@ pub fn max_negative_product<T: Real>(x: &[T], y: &[T]) -> T {
 pub fn finite_witness<T: Real>(x: &[T]) -> T {
     reduce(
         x.len(),
+        T::zero(),
         #[inline(always)]
         |k| x[k] * T::zero(),
         #[inline(always)]
@@ -143,6 +189,37 @@ pub fn finite_witness<T: Real>(x: &[T]) -> T {
         #[inline(always)]
         |a, b| a + b,
     )
+}
+
+/// [`finite_witness`] of each of `R` vectors side by side.
+#[inline(always)]
+pub fn finite_witness_of<T: Real, const R: usize>(x: &[[T; R]]) -> [T; R] {
+    if R == 1 {
+        return [finite_witness(x.as_flattened()); R];
+    }
+    reduce(
+        x.len(),
+        [T::zero(); R],
+        #[inline(always)]
+        |k| add_zeros([T::zero(); R], x[k]),
+        #[inline(always)]
+        |sum, k| add_zeros(sum, x[k]),
+        #[inline(always)]
+        |mut a, b| {
+            for r in 0..R {
+                a[r] = a[r] + b[r];
+            }
+            a
+        },
+    )
+}
+
+#[inline(always)]
+fn add_zeros<T: Real, const R: usize>(mut sum: [T; R], words: [T; R]) -> [T; R] {
+    for r in 0..R {
+        sum[r] = sum[r].add_mul(words[r], T::zero());
+    }
+    sum
 }
 
 #[cfg(test)]

@@ -10,11 +10,15 @@ use pulp::{bytemuck, Scalar512b, Simd};
 
 /// An instruction set with eight double-precision lanes.
 pub trait EightLanes: Simd {
+    /// Words that fit in its registers at once.
+    const WORDS: usize;
     /// Proof that this machine has it. Only asked for where it does.
     fn token() -> Self;
 }
 
 impl EightLanes for Scalar512b {
+    const WORDS: usize = 8;
+
     #[inline(always)]
     fn token() -> Self {
         Self
@@ -23,10 +27,26 @@ impl EightLanes for Scalar512b {
 
 #[cfg(target_arch = "x86_64")]
 impl EightLanes for pulp::x86::V3_512b {
+    // A word takes two of the sixteen.
+    const WORDS: usize = 8;
+
     #[inline(always)]
     fn token() -> Self {
         match pulp::x86::V3::try_new() {
             Some(simd) => Self(simd),
+            None => unreachable!("lanes of an instruction set that this machine lacks"),
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl EightLanes for pulp::x86::V4 {
+    const WORDS: usize = 32;
+
+    #[inline(always)]
+    fn token() -> Self {
+        match Self::try_new() {
+            Some(simd) => simd,
             None => unreachable!("lanes of an instruction set that this machine lacks"),
         }
     }
@@ -70,6 +90,7 @@ impl<S: Simd> Neg for Lanes<S> {
 
 impl<S: EightLanes> Real for Lanes<S> {
     type Mask = LanesMask<S>;
+    const REGISTERS: usize = S::WORDS;
 
     #[inline(always)]
     fn constant(value: f64) -> Self {

@@ -35,6 +35,9 @@ pub trait Real:
     /// Outcome of a comparison.
     type Mask: Copy;
 
+    /// Words that fit in registers at once: what a kernel may keep there. It changes no bit.
+    const REGISTERS: usize;
+
     /// A literal or an input word.
     fn constant(value: f64) -> Self;
     /// Square root, correctly rounded.

@@ -10,6 +10,8 @@ macro_rules! ieee {
     ($t:ty) => {
         impl Real for $t {
             type Mask = Bit;
+            // A vector of them counts as one.
+            const REGISTERS: usize = 32;
 
             #[inline(always)]
             #[allow(clippy::cast_possible_truncation)] // binary32 input words are rounded once, here

@@ -269,11 +269,12 @@ pub fn plus(a: OperationCounts, b: OperationCounts) -> OperationCounts {
 #[test]
 fn transfers_ask_for_nothing_but_signs() {
     let data = generated(0).0;
-    for stage in [Stage::LoadKkt, Stage::StoreStep, Stage::StoreConstant, Stage::CheckSolve] {
+    for stage in [Stage::LoadKkt, Stage::StoreStep, Stage::StorePair, Stage::CheckSolve, Stage::CheckPair] {
         assert_eq!(tally(&data, stage).operations, ZERO, "{}", stage.name());
     }
-    // The sign of −c.
-    assert_eq!(tally(&data, Stage::ConstantRhs).operations, OperationCounts { neg: 9, ..ZERO });
+    // The signs of −c and of the residuals of x and y; s less the residual of z.
+    let predictor = OperationCounts { neg: 9 + 9 + 3, sub: 18, ..ZERO };
+    assert_eq!(tally(&data, Stage::PredictorRhs).operations, predictor);
 }
 
 #[test]

@@ -1,0 +1,211 @@
+//! Outer products of finished columns, subtracted from where they land. Tiles of a few rows and
+//! columns stay in registers while the columns go by, so each word of them serves several products;
+//! subtractions into any one accumulator keep their ascending order.
+
+use crate::real::Real;
+
+/// Finished columns as factorisation keeps them: `l`, and the same before the division by the pivot.
+#[derive(Clone, Copy)]
+pub struct Columns<'a, T> {
+    pub l: &'a [T],
+    pub y: &'a [T],
+    /// Words of a column.
+    pub height: usize,
+}
+
+/// Where products of the columns' rows go: the position of (row, column) is the sum of what either says.
+pub trait Landing {
+    /// Words of adjacent rows are adjacent.
+    const DENSE: bool;
+    fn row(&self, row: usize) -> usize;
+    fn column(&self, column: usize) -> usize;
+}
+
+/// Within the panel itself: later columns of the same height.
+pub struct Within {
+    pub height: usize,
+    /// The first column that is landed on.
+    pub first: usize,
+}
+
+impl Landing for Within {
+    const DENSE: bool = true;
+
+    #[inline(always)]
+    fn row(&self, row: usize) -> usize {
+        row
+    }
+
+    #[inline(always)]
+    fn column(&self, column: usize) -> usize {
+        (column - self.first) * self.height
+    }
+}
+
+/// `target −= Σ_k l_k·y_kᵀ` on the columns `lo..hi` and the rows from each of them down.
+#[inline(always)]
+pub fn subtract<T: Real>(
+    columns: Columns<T>,
+    (lo, hi): (usize, usize),
+    landing: &impl Landing,
+    target: &mut [T],
+) {
+    if T::REGISTERS >= 32 {
+        subtract_tiled::<T, _, 4>(columns, (lo, hi), landing, target);
+    } else {
+        subtract_tiled::<T, _, 2>(columns, (lo, hi), landing, target);
+    }
+}
+
+#[inline(always)]
+fn subtract_tiled<T: Real, L: Landing, const N: usize>(
+    columns: Columns<T>,
+    (lo, hi): (usize, usize),
+    landing: &L,
+    target: &mut [T],
+) {
+    let mut column = lo;
+    while column + N <= hi {
+        for j in column..column + N {
+            for row in j..column + N {
+                tile::<T, L, 1, 1>(columns, row, j, landing, target);
+            }
+        }
+        let mut row = column + N;
+        while row + N <= columns.height {
+            tile::<T, L, N, N>(columns, row, column, landing, target);
+            row += N;
+        }
+        for row in row..columns.height {
+            tile::<T, L, 1, N>(columns, row, column, landing, target);
+        }
+        column += N;
+    }
+    for column in column..hi {
+        let mut row = column;
+        while row + N <= columns.height {
+            tile::<T, L, N, 1>(columns, row, column, landing, target);
+            row += N;
+        }
+        for row in row..columns.height {
+            tile::<T, L, 1, 1>(columns, row, column, landing, target);
+        }
+    }
+}
+
+/// `M` rows by `N` columns.
+#[inline(always)]
+fn tile<T: Real, L: Landing, const M: usize, const N: usize>(
+    columns: Columns<T>,
+    row: usize,
+    column: usize,
+    landing: &L,
+    target: &mut [T],
+) {
+    let (mut rows, mut bases) = ([0; M], [0; N]);
+    for (m, at) in rows.iter_mut().enumerate() {
+        *at = landing.row(row + m);
+    }
+    for (n, at) in bases.iter_mut().enumerate() {
+        *at = landing.column(column + n);
+    }
+    let mut words = [[T::zero(); M]; N];
+    for n in 0..N {
+        if L::DENSE {
+            words[n].copy_from_slice(&target[bases[n] + rows[0]..][..M]);
+        } else {
+            let target = &target[bases[n]..];
+            for m in 0..M {
+                words[n][m] = target[rows[m]];
+            }
+        }
+    }
+    let height = columns.height;
+    for (l, y) in columns.l.chunks_exact(height).zip(columns.y.chunks_exact(height)) {
+        let mut rows = [T::zero(); M];
+        rows.copy_from_slice(&l[row..row + M]);
+        let y = &y[column..column + N];
+        for n in 0..N {
+            let mut column = words[n];
+            for m in 0..M {
+                column[m] = column[m].sub_mul(rows[m], y[n]);
+            }
+            words[n] = column;
+        }
+    }
+    for n in 0..N {
+        if L::DENSE {
+            target[bases[n] + rows[0]..][..M].copy_from_slice(&words[n]);
+        } else {
+            let target = &mut target[bases[n]..];
+            for m in 0..M {
+                target[rows[m]] = words[n][m];
+            }
+        }
+    }
+}
+
+/// The same for `W` columns whose every landing is listed, column by column. Few columns with few
+/// rows cost less so than in tiles.
+#[inline(always)]
+pub fn subtract_listed<T: Real, const W: usize>(
+    columns: Columns<T>,
+    top: usize,
+    positions: &[u32],
+    target: &mut [T],
+) {
+    let height = columns.height;
+    let mut l: [&[T]; W] = [&[]; W];
+    let mut y: [&[T]; W] = [&[]; W];
+    for k in 0..W {
+        l[k] = &columns.l[k * height + top..(k + 1) * height];
+        y[k] = &columns.y[k * height + top..(k + 1) * height];
+    }
+    let mut positions = positions;
+    for j in 0..height - top {
+        let mut factor = [T::zero(); W];
+        for k in 0..W {
+            factor[k] = y[k][j];
+        }
+        let here;
+        (here, positions) = positions.split_at(height - top - j);
+        for (i, &position) in here.iter().enumerate() {
+            let mut word = target[position as usize];
+            for k in 0..W {
+                word = word.sub_mul(l[k][j + i], factor[k]);
+            }
+            target[position as usize] = word;
+        }
+    }
+}
+
+/// The same for leaves: each column's landings are its own.
+#[inline(always)]
+pub fn subtract_leaves<T: Real>(columns: Columns<T>, positions: &[u32], target: &mut [T]) {
+    match columns.height {
+        2 => subtract_leaves_of::<T, 2, 1>(columns, positions, target),
+        3 => subtract_leaves_of::<T, 3, 3>(columns, positions, target),
+        4 => subtract_leaves_of::<T, 4, 6>(columns, positions, target),
+        _ => subtract_leaves_of::<T, 5, 10>(columns, positions, target),
+    }
+}
+
+/// `H` words a column, the diagonal included; `P` products of the others.
+#[inline(always)]
+fn subtract_leaves_of<T: Real, const H: usize, const P: usize>(
+    columns: Columns<T>,
+    positions: &[u32],
+    target: &mut [T],
+) {
+    let leaves = columns.l.as_chunks::<H>().0.iter().zip(columns.y.as_chunks::<H>().0);
+    for ((l, y), positions) in leaves.zip(positions.as_chunks::<P>().0) {
+        let mut next = 0;
+        for j in 1..H {
+            for i in j..H {
+                let word = &mut target[positions[next] as usize];
+                *word = word.sub_mul(l[i], y[j]);
+                next += 1;
+            }
+        }
+    }
+}
