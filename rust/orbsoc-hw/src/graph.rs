@@ -5,7 +5,7 @@
 //! overwritten only after its last reader: anti-dependencies are edges like any other, without latency.
 
 use crate::code::Code;
-use crate::layout::{is_live, Layout};
+use crate::layout::Layout;
 use orbsoc::real::Value;
 use orbsoc::Tape;
 use std::collections::HashMap;
@@ -163,7 +163,7 @@ impl<'a> Lowering<'a> {
                 live[k as usize] = true;
             }
         };
-        for store in self.tape.stores.iter().filter(|store| is_live(store.buffer)) {
+        for store in &self.tape.stores {
             wake(store.value, &mut live);
         }
         for k in (0..live.len()).rev() {
@@ -202,7 +202,7 @@ impl<'a> Lowering<'a> {
 
     /// Words that a store moves elsewhere although the segment overwrites them: read them first.
     fn keep_moved_words(&mut self) {
-        let stores = || self.tape.stores.iter().filter(|store| is_live(store.buffer));
+        let stores = || self.tape.stores.iter();
         let overwritten: std::collections::HashSet<u32> =
             stores().filter_map(|store| self.layout.home(store.buffer, store.index)).collect();
         let moved: Vec<u32> = stores()
@@ -240,7 +240,7 @@ impl<'a> Lowering<'a> {
                 }
             }
         }
-        let stores = self.tape.stores.iter().filter(|store| is_live(store.buffer));
+        let stores = self.tape.stores.iter();
         for store in stores {
             let home = self.layout.home(store.buffer, store.index).expect("live stores have homes");
             if let Value::Result(k) = store.value {

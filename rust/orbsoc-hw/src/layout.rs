@@ -9,14 +9,6 @@ use orbsoc::real::Value;
 use orbsoc::{Buffer, Recording, Tape};
 use std::collections::HashMap;
 
-/// Written by a segment and read by no stage: words of these need no home after it.
-const DEAD: [Buffer; 1] = [Buffer::FactorY];
-
-/// Whether anybody may look at what a stage leaves in a buffer.
-pub(crate) fn is_live(buffer: Buffer) -> bool {
-    !DEAD.contains(&buffer)
-}
-
 /// Words that the scheduler itself asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Literals {
@@ -108,7 +100,7 @@ fn mark(tape: &Tape, used: &mut [Vec<bool>], constants: &mut Vec<u64>) {
     for operation in &tape.operations {
         [Some(operation.a), operation.b, operation.c].into_iter().flatten().for_each(&mut see);
     }
-    for store in tape.stores.iter().filter(|store| is_live(store.buffer)) {
+    for store in &tape.stores {
         see(store.value);
         see(Value::Word { buffer: store.buffer, index: store.index });
     }

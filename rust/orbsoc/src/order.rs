@@ -83,7 +83,9 @@ impl Forest {
     /// and those with the same rows side by side.
     fn postorder<'a>(&self, front: &[usize], below: impl Fn(usize) -> &'a [usize]) -> Vec<usize> {
         let mut taken = vec![false; self.parent.len()];
-        front.iter().for_each(|&j| taken[j] = true);
+        for &j in front {
+            taken[j] = true;
+        }
         let mut children = self.children.clone();
         for siblings in &mut children {
             siblings.retain(|&j| !taken[j]);

@@ -170,8 +170,10 @@ fn the_error_left_by_a_solve_is_that_of_the_unregularised_matrix() {
 #[test]
 fn the_first_of_a_pair_is_solved_bit_for_bit_as_alone() {
     let (mut engine, _) = solved();
-    for stage in [[Stage::SolvePair, Stage::SolveKkt], [Stage::RefinePair, Stage::RefineKkt]] {
-        stage.into_iter().for_each(|stage| engine.path.execute(stage));
+    for stages in [[Stage::SolvePair, Stage::SolveKkt], [Stage::RefinePair, Stage::RefineKkt]] {
+        for stage in stages {
+            engine.path.execute(stage);
+        }
         for (both, alone) in
             [(Buffer::PairSolution, Buffer::KktSolution), (Buffer::PairError, Buffer::KktError)]
         {

@@ -10,7 +10,8 @@ use crate::real::{record, Opcode, Operation, Real, Taped, Value};
 use crate::settings::Settings;
 use crate::stage::{Module, Stage};
 use crate::structure::Structure;
-use crate::symbolic::{index, Panels};
+use crate::supernode::Panels;
+use crate::symbolic::index;
 use crate::workspace::Buffer;
 use std::sync::Arc;
 

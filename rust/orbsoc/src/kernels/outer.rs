@@ -2,6 +2,8 @@
 //! columns stay in registers while the columns go by, so each word of them serves several products;
 //! subtractions into any one accumulator keep their ascending order.
 
+#![allow(clippy::needless_range_loop)] // constant ranges over arrays unroll; iterators over them do not always
+
 use crate::real::Real;
 
 /// Finished columns as factorisation keeps them: `l`, and the same before the division by the pivot.

@@ -1,6 +1,8 @@
 //! Substitution through one panel of L, for `R` right-hand sides side by side. Each word of L is read
 //! once for all of them, and subtractions into any one accumulator keep the order of the plain loops.
 
+#![allow(clippy::needless_range_loop)] // constant ranges over arrays unroll; iterators over them do not always
+
 use crate::real::Real;
 
 /// A supernode's columns.

@@ -2,6 +2,8 @@
 //! right, from there on `WAYS` accumulators (term k goes to accumulator k mod `WAYS`) folded as a
 //! balanced tree. The tree is what SIMD registers compute anyway, and it shortens the critical path.
 
+#![allow(clippy::redundant_closure_for_method_calls)] // a function passed by name is called, not inlined
+
 use crate::real::Real;
 
 const WAYS: usize = 8;
