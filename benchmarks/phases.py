@@ -30,7 +30,7 @@ from benchmarks.public_sets import listed
 from benchmarks.records import from_json, to_json
 from benchmarks.warm import WarmStart, measure_warm
 
-GENERATED = ("powered_descent", "orbit_insertion", "rendezvous", "quadrotor", "small_lp")
+GENERATED = ("powered_descent", "orbit_insertion", "rendezvous", "quadrotor")
 """Families whose smallest patterns code is generated for."""
 GENERATED_ROWS = 720
 """n + p + m of the largest of them: half a minute of compiling."""
