@@ -13,6 +13,10 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 Array = NDArray[np.float64]
 
 
+MOST_HOLES = 0.1
+"""Share of the azimuths of a curve that may lack a tilt."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class TiltLimit:
     """Tilts (degrees) on A azimuths × K perigee heights, `table` (A, K); between them periodic cubics over azimuth and
@@ -25,7 +29,11 @@ class TiltLimit:
 
     @classmethod
     def of(cls, boundary: Mapping[str, NDArray[Any]]) -> TiltLimit:
-        """From the boundary's columns. Raises ValueError unless every azimuth has every height, with a tilt."""
+        """From the boundary's columns; a point without a tilt is interpolated from its neighbours, and its error is how
+        far cubic and linear interpolation differ there.
+
+        Raises ValueError unless every azimuth has every height, and for too many points without a tilt.
+        """
         azimuth, height = np.unique(boundary["azimuth_deg"]), np.unique(boundary["perigee_bound_km"])
         order = np.lexsort((boundary["perigee_bound_km"], boundary["azimuth_deg"]))
         if len(order) != len(azimuth) * len(height):
@@ -34,10 +42,11 @@ class TiltLimit:
             )
         table = boundary["tilt_deg"][order].reshape(len(azimuth), len(height))
         change = boundary["tilt_change_deg"][order].reshape(table.shape)
-        if np.isnan(table).any():
-            raise ValueError(
-                f"the boundary lacks {int(np.isnan(table).sum())} of its points: their sequence failed"
-            )
+        holes = np.isnan(table)
+        if holes.mean(axis=0).max() > MOST_HOLES:
+            raise ValueError(f"the boundary lacks {int(holes.sum())} of its points: their sequences failed")
+        for k in np.flatnonzero(holes.any(axis=0)):
+            table[:, k], change[:, k] = _filled(azimuth, table[:, k], change[:, k])
         return cls(azimuth, height, table, change)
 
     def __call__(self, azimuth_deg: ArrayLike, height_km: ArrayLike) -> Array:
@@ -75,3 +84,15 @@ class TiltLimit:
             else:
                 out[k] = PchipInterpolator(self.height_km, columns[k])(height.ravel()[k])
         return out.reshape(beta.shape)
+
+
+def _filled(azimuth_deg: Array, tilt: Array, change: Array) -> tuple[Array, Array]:
+    """A curve (A,) with its holes interpolated, and their error in `change`."""
+    known = ~np.isnan(tilt)
+    points = np.append(azimuth_deg[known], azimuth_deg[known][0] + 360.0)
+    values = np.append(tilt[known], tilt[known][0])
+    cubic = CubicSpline(points, values, bc_type="periodic")(azimuth_deg[~known])
+    linear = np.interp(azimuth_deg[~known], points, values)
+    tilt, change = tilt.copy(), change.copy()
+    tilt[~known], change[~known] = cubic, np.abs(cubic - linear)
+    return tilt, change

@@ -1,0 +1,116 @@
+"""The edge of the domain: its mirror symmetry, its interpolation and the error that states, and scenario axes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from orbsoc.missions.reachable_domain import Scenario, ScenarioError
+from orbsoc.missions.reachable_domain.boundary import furthest_planes, inside_box
+from orbsoc.missions.reachable_domain.evidence import largest_tilts
+from orbsoc.missions.reachable_domain.terminal import LargestTilt
+from orbsoc.missions.scenario_file import checked
+from orbsoc.orbit import LaunchFrame, eci_from_launch_inertial, rotate_state
+from orbsoc.reach import TiltLimit
+from tests.missions.reach_cases import domain, paper, perigees
+
+
+def test_the_edge_is_the_same_at_opposite_azimuths() -> None:
+    """Solved on both sides, not mirrored: a burn and its mirror image in the current plane."""
+    azimuth = np.deg2rad([20.0, 110.0, 200.0, 290.0])
+    tilt = largest_tilts(domain().tools, LargestTilt(domain().frame, azimuth, perigees(*[200.0] * 4))).tilt
+    np.testing.assert_allclose(tilt[2:], tilt[:2], rtol=0, atol=1e-6)
+
+
+def test_half_the_azimuths_stand_for_all() -> None:
+    found = furthest_planes(domain(), np.array([0.0, 60.0]))
+    bounds = paper().boundary.perigee_height_km.count
+    assert len(found["tilt_deg"]) == 4 * bounds
+    np.testing.assert_array_equal(found["azimuth_deg"][::bounds], [0.0, 60.0, 180.0, 240.0])
+    np.testing.assert_array_equal(found["tilt_deg"][: 2 * bounds], found["tilt_deg"][2 * bounds :])
+    assert (np.diff(found["tilt_deg"].reshape(4, bounds), axis=1) < 0.0).all()  # a higher perigee costs tilt
+    assert np.nanmax(found["tilt_change_deg"]) < 0.03
+    assert (found["sequence_iterations"][2 * bounds :] == 0).all()
+
+
+def test_a_sequence_that_goes_to_and_fro_on_twelve_nodes_ends_on_more() -> None:
+    aim = LargestTilt(domain().frame, np.deg2rad([12.5]), perigees(100.0))
+    found = largest_tilts(domain().tools, aim)
+    assert found.nodes[0] == 48
+    assert np.rad2deg(found.tilt[0]) == pytest.approx(13.959, abs=0.005)
+
+
+def curve(azimuth_deg: np.ndarray, height_km: np.ndarray) -> np.ndarray:
+    """A smooth edge to interpolate."""
+    beta = np.deg2rad(azimuth_deg)
+    return 10.0 + 4.0 * np.cos(2.0 * beta) + np.sin(4.0 * beta) - 2e-3 * height_km - 4e-6 * height_km**2
+
+
+def limit(azimuths: int) -> TiltLimit:
+    beta, height = np.arange(azimuths) * 360.0 / azimuths, np.arange(100.0, 501.0, 100.0)
+    table = curve(beta[:, None], height[None, :])
+    return TiltLimit(beta, height, table, np.full(table.shape, 1e-4))
+
+
+@pytest.mark.parametrize("azimuths", [16, 32, 64])
+def test_the_stated_interpolation_error_covers_the_true_one(azimuths: int) -> None:
+    draw = np.random.default_rng(azimuths)
+    beta, height = draw.uniform(-360.0, 720.0, 200), draw.uniform(100.0, 500.0, 200)
+    found = limit(azimuths)
+    assert (np.abs(found(beta, height) - curve(beta, height)) <= found.error_deg(beta, height)).all()
+    assert np.isnan(found(10.0, 90.0))
+
+
+def boundary_of(found: TiltLimit) -> dict[str, np.ndarray]:
+    """The columns that make a limit."""
+    beta, height = np.meshgrid(found.azimuth_deg, found.height_km, indexing="ij")
+    columns = {
+        "azimuth_deg": beta,
+        "perigee_bound_km": height,
+        "tilt_deg": found.table,
+        "tilt_change_deg": found.change,
+    }
+    return {name: values.ravel().copy() for name, values in columns.items()}
+
+
+@pytest.mark.parametrize("azimuth", [0, 13])
+def test_a_hole_in_the_boundary_is_bridged_and_its_error_stated(azimuth: int) -> None:
+    whole = limit(32)
+    columns = boundary_of(whole)
+    columns["tilt_deg"][5 * azimuth + 2] = np.nan
+    bridged = TiltLimit.of(columns)
+    miss = abs(bridged.table[azimuth, 2] - whole.table[azimuth, 2])
+    assert 0.0 < miss < 0.1
+    assert miss <= bridged.change[azimuth, 2] <= bridged.error_deg(whole.azimuth_deg[azimuth], 300.0)
+
+
+def test_a_boundary_with_many_holes_is_refused_by_number() -> None:
+    columns = boundary_of(limit(16))
+    columns["tilt_deg"][::5][:3] = np.nan
+    with pytest.raises(ValueError, match="lacks 3 of its points"):
+        TiltLimit.of(columns)
+
+
+def test_the_search_box_may_lie_across_360_degrees() -> None:
+    raan = {"first": 350.0, "last": 370.0, "step": 5.0}
+    wide = domain().of(paper().with_changes(grid={"raan_deg": raan}))
+    found = inside_box(wide, np.array([30.0, 30.0, 30.0, 30.0]), np.array([355.0, 5.0, 10.0, 11.0]))
+    assert list(found) == [True, True, True, False]
+
+
+def test_launch_inertial_states_are_turned_into_eci() -> None:
+    """The paper's axes at Wenchang, azimuth 105 degrees: the scenario's vector, given in them, comes back."""
+    site = {"geocentric_latitude_deg": 19.6140, "azimuth_deg": 105.0, "inertial_longitude_deg": 110.955}
+    frame = LaunchFrame(*np.deg2rad(list(site.values())))
+    state = rotate_state(eci_from_launch_inertial(frame).T, paper().initial_eci())
+    np.testing.assert_allclose(state, [3.04e6, 5.83e6, 1.61e5, 6.68e3, -3.60e3, 6.07e2], rtol=1e-2)
+    document = {
+        **paper().model_dump(),
+        "axes": "launch_inertial",
+        "launch_site": site,
+        "initial": {"position_m": list(state[:3]), "velocity_m_s": list(state[3:])},
+    }
+    turned = checked(Scenario, document, source="test")
+    np.testing.assert_allclose(turned.initial_eci(), paper().initial_eci(), rtol=1e-12)
+    with pytest.raises(ScenarioError, match="launch_site: is missing"):
+        checked(Scenario, {**document, "launch_site": None}, source="test")
