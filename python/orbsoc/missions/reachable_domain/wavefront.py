@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .arcs import Arcs
 from .attempts import Attempts, Tools, attempt, attempt_on_fine_grid
-from .evidence import Extremes, largest_tilts
+from .evidence import RESOLUTION_RAD, Extremes, largest_tilts
 from .guess import towards_planes
 from .orbits import RADIUS_M
 from .planes import TiltFrame, in_plane_axes, normals
@@ -184,16 +184,19 @@ class Wavefront:
             start = edge.fine[np.array([place[int(points[k])] for k in known])]
             self._take(rows[known], self._from_edge(rows[known], start), Origin.EXTREME)
         left = np.flatnonzero(~self.plans.verified[rows])
-        infeasible = (self.plans.ending[rows[left]] == Ending.INFEASIBLE) & self._restricted
+        tilt, doubt = edge.tilt[points], np.fmax(edge.change[points], RESOLUTION_RAD)
+        gap = np.deg2rad(self.table["tilt_deg"][rows]) - tilt
+        infeasible = (self.plans.ending[rows] == Ending.INFEASIBLE) & self._restricted
+        explained = infeasible | (
+            -gap <= doubt
+        )  # beyond what was asked, or at the edge as far as it is known
         for status, which in (
-            (PointStatus.NOT_REACHED, left[infeasible]),
-            (PointStatus.SOLVER_FAILED, left[~infeasible]),
+            (PointStatus.NOT_REACHED, left[explained[left]]),
+            (PointStatus.SOLVER_FAILED, left[~explained[left]]),
         ):
-            tilt = edge.tilt[points[which]]
-            gap = np.deg2rad(self.table["tilt_deg"][rows[which]]) - tilt
-            words = [self._inside(row, g) for row, g in zip(rows[which], gap, strict=True)]
-            self.table.write_failures(rows[which], status, Origin.EXTREME, words, tilt)
-        self._close_above(rows[left[infeasible]])
+            words = [self._inside(rows[k], gap[k], doubt[k]) for k in which]
+            self.table.write_failures(rows[which], status, Origin.EXTREME, words, tilt[which])
+        self._close_above(rows[left[explained[left]]])
 
     def _close_above(self, rows: Index) -> None:
         """What is not reached at a bound is not reached at a higher one."""
@@ -228,12 +231,15 @@ class Wavefront:
             f" {_WORDS[Ending(self.plans.ending[row])]}"
         )
 
-    def _inside(self, row: int, gap: float) -> str:
+    def _inside(self, row: int, gap: float, doubt: float) -> str:
         """Evidence of a plane within the edge that no plan was found for."""
         if np.isnan(gap):
             return "neither a plan nor the furthest tilt at its azimuth was found"
         ending = Ending(self.plans.ending[row])
-        where = f"lies {-np.rad2deg(gap):.4f} deg within the furthest tilt at its azimuth"
+        where = (
+            f"at perigee >= {self.table['perigee_bound_km'][row]:g} km lies {-np.rad2deg(gap):.4f} deg within the"
+            f" furthest tilt at its azimuth (which is known to {np.rad2deg(doubt):.4f} deg)"
+        )
         if self._restricted and ending == Ending.INFEASIBLE:
             return f"{where} of the less restricted domain, but no subproblem is feasible, cold or from that tilt"
         return f"{where}, but no plan flew to its promise; the sequence from there: {_WORDS[ending]}"
