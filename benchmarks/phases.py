@@ -7,6 +7,7 @@ The files of one build are in `<out>/<fingerprint>/`; the rows of public sets, w
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -34,6 +35,8 @@ GENERATED = ("powered_descent", "orbit_insertion", "rendezvous", "quadrotor")
 """Families whose smallest patterns code is generated for."""
 GENERATED_ROWS = 720
 """n + p + m of the largest of them: half a minute of compiling."""
+GENERATING_S = 240.0
+"""Time after which no other pattern's code is begun; the next run goes on with it."""
 BATCH_PEERS = ("orbsoc", "clarabel", "ecos", "qoco", "piqp_sparse", "piqp_dense")
 
 Say = Callable[[str], None]
@@ -127,10 +130,11 @@ def measure_all(
 
 def _generate_code(say: Say) -> None:
     """QOCOGEN's code for the smallest patterns of some families; what cannot be had is said and left out."""
+    started = time.monotonic()
     for family in GENERATED:
         for instance in _first_of_groups(instances([family]), 1):
             size = instance.problem.n + instance.problem.p + instance.problem.m
-            if size > GENERATED_ROWS:
+            if size > GENERATED_ROWS or time.monotonic() - started > GENERATING_S:
                 continue
             try:
                 say(f"{instance.group}: {prepare(instance.problem)}")

@@ -36,7 +36,7 @@ COMPILER, FLAGS = "cc", ("-O3", "-march=native")
 MOST_ROWS = 900
 """n + p + m of the largest pattern that code is generated for."""
 SOLVED = 1
-PATIENCE_S = 240.0
+PATIENCE_S = 90.0
 """For one compilation."""
 
 
