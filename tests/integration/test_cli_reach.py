@@ -49,6 +49,10 @@ def test_the_run_writes_what_it_says(solved: tuple[Path, Path, str]) -> None:
     assert document["worst"]["sma_error_rel"] <= 1e-6
     assert document["hardware"]["provenance"] == "modelled"
     assert document["hardware"]["points_within_deadline"] > 0
+    assert document["hardware"]["largest_misfit"] < 0.2
+    priced = {(row["device"], row["partition"]): row["domain_s"] for row in document["hardware_table"]}
+    assert priced[("zu9eg", "paper")] == document["hardware"]["domain_s"] > 0.0
+    assert len(priced) >= 15
     assert {row["limit"] for row in document["envelope"]} >= {"lowest inclination", "highest node"}
     for name in document["files"]:
         assert (folder / name).stat().st_size > 0, name

@@ -136,7 +136,7 @@ def _solve_and_write(
 
     from orbsoc.commands.sweep_progress import SweepProgress
     from orbsoc.reach import load
-    from orbsoc.reach.cost import domain_cost
+    from orbsoc.reach.cost import RecordedSequence, cost_table, domain_cost
     from orbsoc.reach.outputs import write_outputs
     from orbsoc.reach.run import solve_into
 
@@ -144,12 +144,14 @@ def _solve_and_write(
         reports = solve_into(folder, scenario, executor, progress, resume=resume)
     found = load(folder)
     device, partition, deadline_ms = hardware
-    cost = domain_cost(found, device=device, partition=partition, deadline_ms=deadline_ms)
+    recorded = RecordedSequence.of(found.domain)
+    cost = domain_cost(found, device=device, partition=partition, deadline_ms=deadline_ms, recorded=recorded)
     fresh = sum(report.rows_done - report.rows_before for report in reports)
     extra = {
         "elapsed_s": sum(report.elapsed_s for report in reports) if fresh else None,
         "rows_solved_in_this_run": fresh,
         "hardware": {**cost.to_dict(), "words": cost.words},
+        "hardware_table": [row.to_dict() for row in cost_table(found, recorded)],
     }
     return write_outputs(folder, found, extra)
 

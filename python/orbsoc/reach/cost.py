@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -26,8 +27,8 @@ from orbsoc.solution import Status
 
 from .results import ReachableDomain
 
-MOST_RECORDED = 10
-"""Subproblems that are priced."""
+MOST_RECORDED = 6
+"""Subproblems that are priced, each at both tolerances of the sequence."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,27 +66,45 @@ class DomainCost:
         return text
 
 
+@dataclass(frozen=True, slots=True)
+class RecordedSequence:
+    """Traces of the subproblems of one sequence, and the interior-point iterations of each."""
+
+    traces: tuple[dict[str, Any], ...]
+    iterations: tuple[int, ...]
+
+    @classmethod
+    def of(cls, domain: Domain) -> RecordedSequence:
+        """Solve the subproblems of a cold sequence on the emulated computer. KeyboardInterrupt when interrupted."""
+        traces, iterations = [], []
+        rules = domain.tools.rules
+        for problem, tol in product(_recorded(domain), (rules.loose_tol, rules.tight_tol)):
+            scheduler = PsScheduler(tol=tol)
+            solution = scheduler(problem)
+            if solution.status is Status.INTERRUPTED:
+                raise KeyboardInterrupt
+            traces.append(scheduler.trace)
+            iterations.append(solution.iterations)
+        return cls(tuple(traces), tuple(iterations))
+
+
 def domain_cost(
-    found: ReachableDomain, *, device: str, partition: str, deadline_ms: float | None = None
+    found: ReachableDomain,
+    *,
+    device: str,
+    partition: str,
+    deadline_ms: float | None = None,
+    recorded: RecordedSequence | None = None,
 ) -> DomainCost:
     """Price the subproblems that the table counts. Raises `hw_model.HwModelError` for unknown names."""
-    recorded = _recorded(found.domain)
-    iterations, times_us, clock = [], [], 0.0
-    for problem in recorded:
-        scheduler = PsScheduler()
-        solution = scheduler(problem)
-        if solution.status is Status.INTERRUPTED:
-            raise KeyboardInterrupt
-        report = hw_model.speedup(scheduler.trace, device, partition)
-        iterations.append(solution.iterations)
-        times_us.append(1e3 * report.makespan_ms.nominal)
-        clock = report.pl_clock_mhz
-    base, each = _fit(iterations, times_us)
-    misfit = max(abs(base + each * k - t) / t for k, t in zip(iterations, times_us, strict=True))
-    subproblems = int(found.points["sequence_iterations"].sum())
-    inner = int(found.points["solver_iterations"].sum())
-    total_us = base * subproblems + each * inner
-    points = len(found.points["status"])
+    recorded = recorded or RecordedSequence.of(found.domain)
+    reports = [hw_model.speedup(trace, device, partition) for trace in recorded.traces]
+    times_us = [1e3 * report.makespan_ms.nominal for report in reports]
+    base, each = _fit(recorded.iterations, times_us)
+    misfit = max(abs(base + each * k - t) / t for k, t in zip(recorded.iterations, times_us, strict=True))
+    total_us = base * int(found.points["sequence_iterations"].sum())
+    total_us += each * int(found.points["solver_iterations"].sum())
+    points, clock = len(found.points["status"]), reports[0].pl_clock_mhz
     return DomainCost(
         device=device,
         partition=partition,
@@ -100,6 +119,15 @@ def domain_cost(
         deadline_ms=deadline_ms,
         points_within_deadline=None if deadline_ms is None else int(1e3 * deadline_ms * points / total_us),
     )
+
+
+def cost_table(found: ReachableDomain, recorded: RecordedSequence) -> list[DomainCost]:
+    """The cost on every device and under every partition that the model ships."""
+    return [
+        domain_cost(found, device=device, partition=partition, recorded=recorded)
+        for device in hw_model.platform_names()
+        for partition in hw_model.partition_names()
+    ]
 
 
 def _fit(iterations: Sequence[int], times_us: Sequence[float]) -> tuple[float, float]:

@@ -58,7 +58,7 @@ class ReachableDomain:
         """Whether and by how much an orbit lies within reach: the one burn of the scenario, cut off on the orbit.
 
         Every orbit of its plane with that perigee height or a higher one, and a semi-major axis up to the largest, is
-        counted as reached. Interpolated from the tables; with `exact` the plane is solved now, in some 50 ms. The
+        counted as reached. Interpolated from the tables; with `exact` the plane is solved now, in a fraction of a second. The
         interpolation error is stated in the answer.
         Raises ValueError for an orbit that is not an ellipse or whose perigee lies below the surface.
         """
