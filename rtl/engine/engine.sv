@@ -22,7 +22,7 @@ module engine #(
     input logic [31:0] bus_value,
     output logic [31:0] bus_answer,
     output logic irq,
-    // Storage, while nothing runs; a word read is there three cycles later.
+    // Storage, while nothing runs; a word read is there four cycles later.
     input logic host_write,
     input logic host_read,
     input logic [ADDRESS_BITS-1:0] host_address,
@@ -170,6 +170,17 @@ module engine #(
     else if (busy) cycles <= cycles + 32'd1;
   end
 
+  // The PS's way to the storage, one register long.
+  logic load, store;
+  logic [ADDRESS_BITS-1:0] host_at;
+  logic [W-1:0] host_store;
+  always_ff @(posedge clock) begin
+    load <= host_read && !busy && !reset;
+    store <= host_write && !busy && !reset;
+    host_at <= host_address;
+    host_store <= host_word;
+  end
+
   logic [UNITS-1:0] result_valid;
   logic [UNITS*ADDRESS_BITS-1:0] result_address;
   logic read_conflict, result_conflict, write_conflict, divider_busy;
@@ -189,10 +200,10 @@ module engine #(
       .reset(reset),
       .enable(enable),
       .fields(word[WIDTH-1:1]),
-      .host_read(host_read && !busy),
-      .host_write(host_write && !busy),
-      .host_address(host_address),
-      .host_word(host_word),
+      .host_read(load),
+      .host_write(store),
+      .host_address(host_at),
+      .host_word(host_store),
       .host_value(host_value),
       .flight_valid(flight_valid),
       .flight_address(flight_address),
@@ -216,8 +227,8 @@ module engine #(
           .reset(reset),
           .enable(enable),
           .fields(word[WIDTH-1:1]),
-          .host_write(host_write && !busy),
-          .host_address(host_address),
+          .host_write(store),
+          .host_address(host_at),
           .result_valid(result_valid),
           .result_address(result_address),
           .read_conflict(read_conflict),

@@ -66,8 +66,7 @@ class Computer {
     dut.host_address = address;
     clock();
     dut.host_read = 0;
-    clock();
-    clock();
+    for (int i = 0; i < 3; ++i) clock();
     return dut.host_value;
   }
 
