@@ -109,14 +109,17 @@ def test_the_python_check_finds_what_it_must(module: str, source: str, found: se
 
 # ---- Rust ----
 
-PATTERN = {"cones", "csc", "error", "kkt", "structure", "symbolic"}
+PATTERN = {"cones", "csc", "error", "kkt", "order", "structure", "supernode", "symbolic", "upper"}
 """Sizes and index lists of one sparsity pattern: no numbers of the iteration in them."""
 
 RUST_MAY_USE = {
-    "real": {"real"},
+    "real": {"real", "workspace"},  # a recording names the buffers that it reads and writes
     "kernels": {"kernels", "real"} | PATTERN - {"csc", "error"},
     "cones": PATTERN,
+    "order": PATTERN,
+    "supernode": PATTERN,
     "symbolic": PATTERN,
+    "upper": PATTERN,
     "kkt": PATTERN,
     "structure": PATTERN | {"problem"},
     "stage": {"workspace"},

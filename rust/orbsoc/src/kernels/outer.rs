@@ -52,7 +52,7 @@ pub fn subtract<T: Real>(
     landing: &impl Landing,
     target: &mut [T],
 ) {
-    if T::REGISTERS >= 32 {
+    if T::TILE == 4 {
         subtract_tiled::<T, _, 4>(columns, (lo, hi), landing, target);
     } else {
         subtract_tiled::<T, _, 2>(columns, (lo, hi), landing, target);

@@ -155,7 +155,7 @@ impl Neg for Counted {
 
 impl Real for Counted {
     type Mask = CountedMask;
-    const REGISTERS: usize = 32;
+    const TILE: usize = 4;
 
     fn constant(_: f64) -> Self {
         Self { ready: 0 }

@@ -10,14 +10,14 @@ use pulp::{bytemuck, Scalar512b, Simd};
 
 /// An instruction set with eight double-precision lanes.
 pub trait EightLanes: Simd {
-    /// Words that fit in its registers at once.
-    const WORDS: usize;
+    /// As [`Real::TILE`].
+    const TILE: usize;
     /// Proof that this machine has it. Only asked for where it does.
     fn token() -> Self;
 }
 
 impl EightLanes for Scalar512b {
-    const WORDS: usize = 8;
+    const TILE: usize = 2;
 
     #[inline(always)]
     fn token() -> Self {
@@ -28,7 +28,7 @@ impl EightLanes for Scalar512b {
 #[cfg(target_arch = "x86_64")]
 impl EightLanes for pulp::x86::V3_512b {
     // A word takes two of the sixteen.
-    const WORDS: usize = 8;
+    const TILE: usize = 2;
 
     #[inline(always)]
     fn token() -> Self {
@@ -41,7 +41,7 @@ impl EightLanes for pulp::x86::V3_512b {
 
 #[cfg(target_arch = "x86_64")]
 impl EightLanes for pulp::x86::V4 {
-    const WORDS: usize = 32;
+    const TILE: usize = 4;
 
     #[inline(always)]
     fn token() -> Self {
@@ -90,7 +90,7 @@ impl<S: Simd> Neg for Lanes<S> {
 
 impl<S: EightLanes> Real for Lanes<S> {
     type Mask = LanesMask<S>;
-    const REGISTERS: usize = S::WORDS;
+    const TILE: usize = S::TILE;
 
     #[inline(always)]
     fn constant(value: f64) -> Self {

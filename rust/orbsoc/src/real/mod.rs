@@ -35,8 +35,9 @@ pub trait Real:
     /// Outcome of a comparison.
     type Mask: Copy;
 
-    /// Words that fit in registers at once: what a kernel may keep there. It changes no bit.
-    const REGISTERS: usize;
+    /// Rows and columns of the tiles that kernels keep at hand: four where they fit, else two. It changes
+    /// no bit.
+    const TILE: usize;
 
     /// A literal or an input word.
     fn constant(value: f64) -> Self;

@@ -11,7 +11,7 @@ macro_rules! ieee {
         impl Real for $t {
             type Mask = Bit;
             // A vector of them counts as one.
-            const REGISTERS: usize = 32;
+            const TILE: usize = 4;
 
             #[inline(always)]
             #[allow(clippy::cast_possible_truncation)] // binary32 input words are rounded once, here

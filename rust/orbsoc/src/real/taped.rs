@@ -164,7 +164,7 @@ impl Neg for Taped {
 
 impl Real for Taped {
     type Mask = TapedMask;
-    const REGISTERS: usize = 32;
+    const TILE: usize = 4;
 
     fn constant(value: f64) -> Self {
         with_record(|record| record.constant(value))
