@@ -15,7 +15,7 @@ from orbsoc.builder import ConicBuilder
 from orbsoc.problem import Cones, Problem, ProblemError
 from orbsoc.ps import PsScheduler
 from orbsoc.settings import Settings
-from orbsoc.solution import Certificate, Solution, Status
+from orbsoc.solution import Certificate, Solution, Start, Status
 from orbsoc.solver import Solver, solve
 from orbsoc.verify import verify
 
@@ -37,6 +37,7 @@ __all__ = [
     "Settings",
     "Solution",
     "Solver",
+    "Start",
     "Status",
     "solve",
     "solve_batch",

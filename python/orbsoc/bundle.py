@@ -5,6 +5,7 @@ One object:
 - `schema`: "orbsoc.bundle/1";
 - `problem`: a document of orbsoc.problem_file; `settings`: every field of `orbsoc.Settings`;
 - `solution`: a document of orbsoc.solution_file: what was returned;
+- `start`: {"x", "y", "z", "s"}, the point that the solve started from, or null;
 - `history`: one object for each iteration, its keys those of orbsoc.iteration_table.COLUMNS;
 - `versions`: {"orbsoc", "core", "numpy", "scipy", "python", "platform"}.
 
@@ -28,30 +29,34 @@ from orbsoc.json_fields import (
     checked_list,
     decode_number,
     encode_number,
+    encode_numbers,
     read_json,
     write_json,
 )
 from orbsoc.problem import Problem
 from orbsoc.problem_file import decode_problem, encode_problem
 from orbsoc.settings import Settings
-from orbsoc.solution import Solution
+from orbsoc.solution import Solution, Start
 from orbsoc.solution_file import decode_solution, encode_solution
 
 SCHEMA = "orbsoc.bundle/1"
-_FIELDS = ("schema", "problem", "settings", "solution", "history", "versions")
+_FIELDS = ("schema", "problem", "settings", "solution", "start", "history", "versions")
+_START = ("x", "y", "z", "s")
 
 Progress = Mapping[str, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Bundle:
-    """A solve that did not end with SOLVED; `orbsoc.solve(bundle.problem, bundle.settings)` repeats it."""
+    """A solve that did not end with SOLVED; `orbsoc.solve(bundle.problem, bundle.settings, warm_start=bundle.start)`
+    repeats it."""
 
     problem: Problem
     settings: Settings
     solution: Solution
     history: tuple[Progress, ...]
     versions: Mapping[str, str]
+    start: Start | None = None
 
 
 def check_place(path: str | PathLike[str]) -> None:
@@ -83,6 +88,7 @@ def write_bundle(bundle: Bundle, path: str | PathLike[str]) -> None:
         "problem": encode_problem(bundle.problem),
         "settings": _encoded(settings),
         "solution": encode_solution(bundle.solution),
+        "start": bundle.start and {name: encode_numbers(getattr(bundle.start, name)) for name in _START},
         "history": [_encoded(progress) for progress in bundle.history],
         "versions": dict(bundle.versions),
     }
@@ -110,7 +116,19 @@ def decode_bundle(document: Any) -> Bundle:
         solution=decode_solution(top.document.get("solution"), "solution"),
         history=tuple({key: entry.number(key) for key in entry.document} for entry in history),
         versions={key: versions.text(key) for key in versions.document},
+        start=_decode_start(top),
     )
+
+
+def _decode_start(top: Fields) -> Start | None:
+    """The point of a bundle; files of before there were warm starts have none."""
+    if top.document.get("start") is None:
+        return None
+    point = top.inner("start")
+    for key in point.document:
+        if key not in _START:
+            raise FieldError(point.name(key), f"is unknown; known fields are {', '.join(_START)}")
+    return Start(*(point.numbers(name) for name in _START))
 
 
 def versions() -> dict[str, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 from os import PathLike
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,24 @@ class Status(enum.Enum):
     MAX_TIME = "time limit reached"
     NUMERICAL_LIMIT = "no further progress in this arithmetic"
     INTERRUPTED = "interrupted"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Start:
+    """A primal-dual point to start a solve from: x (n,), y (p,), z (m,), s (m,), in the problem's own units.
+
+    Rows whose h is +inf take no part, whatever z and s hold there. A point that is not finite elsewhere is no start.
+    """
+
+    x: Array
+    y: Array
+    z: Array
+    s: Array
+
+
+WarmStart = Literal["none", "used", "fell_back"]
+"""What became of the point a solve was to start from: there was none, the solution was reached from it, or it did not
+pay and the solve started again from cold."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +63,8 @@ class Solution:
     """A primal-dual point of min ½xᵀPx + cᵀx, Ax = b, Gx + s = h, s ∈ K, with its evidence.
 
     Shapes: x (n,), y (p,), z (m,), s (m,). Times are wall-clock seconds.
-    For an infeasibility status (y, z) or x is the certificate, not a solution.
+    For an infeasibility status (y, z) or x is the certificate, not a solution. `iterations` and `refinements`
+    include those of a warm start that was given up.
     """
 
     status: Status
@@ -62,6 +82,7 @@ class Solution:
     message: str
     nnz_kkt: int
     nnz_l: int
+    warm_start: WarmStart = "none"
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the solution to a JSON file of schema `orbsoc.solution/1` (see orbsoc.solution_file)."""

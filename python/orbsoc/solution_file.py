@@ -6,6 +6,7 @@ One object:
 - `x`, `y`, `z`, `s`: numbers; `objective`, `dual_objective`: numbers;
 - `certificate`: {"primal_residual", "dual_residual", "gap", "radius"}, recomputed on the original data by the solver;
 - `verification`: {"pres", "dres", "gap"} of `orbsoc.verify`, or null (not made, or infeasibility is claimed);
+- `warm_start`: "none", "used" or "fell_back"; "none" where it is absent;
 - `iterations`, `refinements`, `nnz_kkt`, `nnz_l`: integers; `setup_s`, `solve_s`: seconds of wall clock.
 
 Numbers are written with as many digits as bring the same double back; those that JSON lacks are the strings "inf",
@@ -15,7 +16,7 @@ Numbers are written with as many digits as bring the same double back; those tha
 from __future__ import annotations
 
 from os import PathLike, fspath
-from typing import Any
+from typing import Any, cast, get_args
 
 from orbsoc.errors import FileError
 from orbsoc.json_fields import (
@@ -28,7 +29,7 @@ from orbsoc.json_fields import (
     shown,
     write_json,
 )
-from orbsoc.solution import Certificate, Solution, Status
+from orbsoc.solution import Certificate, Solution, Status, WarmStart
 from orbsoc.verify import Verification
 
 SCHEMA = "orbsoc.solution/1"
@@ -38,7 +39,7 @@ _COUNTS = ("iterations", "refinements", "nnz_kkt", "nnz_l")
 _CERTIFICATE = ("primal_residual", "dual_residual", "gap", "radius")
 _VERIFICATION = ("pres", "dres", "gap")
 _FIELDS = (
-    "schema", "status", "message", *_VECTORS, *_NUMBERS, "certificate", "verification", *_COUNTS,
+    "schema", "status", "message", *_VECTORS, *_NUMBERS, "certificate", "verification", *_COUNTS, "warm_start",
 )  # fmt: skip
 
 
@@ -68,6 +69,7 @@ def encode_solution(solution: Solution, verification: Verification | None = None
         "verification": verification
         and {name: encode_number(getattr(verification, name)) for name in _VERIFICATION},
         **{name: getattr(solution, name) for name in _COUNTS},
+        "warm_start": solution.warm_start,
         **{name: encode_numbers(getattr(solution, name)) for name in _VECTORS},
     }
 
@@ -81,6 +83,10 @@ def decode_solution(document: Any, prefix: str = "") -> Solution:
         raise FieldError(
             fields.name("status"), f"is {shown(status)}; known are {', '.join(Status.__members__)}"
         )
+    warm_start = fields.text("warm_start") if "warm_start" in fields.document else "none"
+    if warm_start not in get_args(WarmStart):
+        known = ", ".join(get_args(WarmStart))
+        raise FieldError(fields.name("warm_start"), f"is {shown(warm_start)}; known are {known}")
     certificate = fields.inner("certificate")
     values: dict[str, Any] = {name: fields.numbers(name) for name in _VECTORS}
     values |= {name: fields.number(name) for name in _NUMBERS}
@@ -88,6 +94,7 @@ def decode_solution(document: Any, prefix: str = "") -> Solution:
     return Solution(
         status=Status[status],
         message=fields.text("message"),
+        warm_start=cast(WarmStart, warm_start),
         certificate=Certificate(*(certificate.number(name) for name in _CERTIFICATE)),
         **values,
     )

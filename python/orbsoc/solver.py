@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from os import PathLike
-from typing import Any
+from typing import Any, cast
 
 from orbsoc import _core, csc
 from orbsoc.errors import ProblemError
 from orbsoc.iteration_table import print_table
 from orbsoc.problem import Problem
 from orbsoc.settings import Settings
-from orbsoc.solution import Certificate, Solution, Status
+from orbsoc.solution import Array, Certificate, Solution, Start, Status, WarmStart
 
 Callback = Callable[[Mapping[str, float]], object]
 """Sees each iteration's statistics (keys of `orbsoc.iteration_table.COLUMNS`); a true return value stops the solve."""
@@ -24,6 +24,7 @@ def solve(
     problem: Problem,
     settings: Settings | None = None,
     *,
+    warm_start: Solution | Start | None = None,
     callback: Callback | None = None,
     bundle: str | PathLike[str] | None = None,
     **overrides: Any,
@@ -32,6 +33,7 @@ def solve(
 
     Keyword settings override `settings`: `solve(problem, tol=1e-10)`. Not converging is a status. Ctrl-C ends
     the solve within one iteration (or a millisecond) with `Status.INTERRUPTED` and the best iterate.
+    `warm_start` is a point to start from, such as the solution of a problem nearby (see `Solver.solve`).
     `bundle` is where to write what repeats the solve (see orbsoc.bundle) if it does not end with SOLVED.
     Raises TypeError for an unknown setting, ProblemError or ValueError for data that cannot be solved, OSError
     if the bundle cannot be written.
@@ -40,7 +42,8 @@ def solve(
     >>> solve(orbsoc.Problem(c=[1.0], G=[[-1.0]], h=[-2.0], cones=orbsoc.Cones(l=1))).status.name
     'SOLVED'
     """
-    return Solver(problem, settings, **overrides).solve(callback=callback, bundle=bundle)
+    solver = Solver(problem, settings, **overrides)
+    return solver.solve(warm_start=warm_start, callback=callback, bundle=bundle)
 
 
 class Solver:
@@ -50,6 +53,7 @@ class Solver:
         self.settings = resolve(settings, overrides)
         self.problem = problem
         self._engine = engine(problem, self.settings)
+        self._last: Solution | None = None
 
     def update(self, **data: Any) -> None:
         """Replace data by name (P=, c=, A=, b=, G=, h=), in the same sparsity pattern.
@@ -72,22 +76,39 @@ class Solver:
         self.problem = problem
 
     def solve(
-        self, *, callback: Callback | None = None, bundle: str | PathLike[str] | None = None
+        self,
+        *,
+        warm_start: bool | Solution | Start | None = None,
+        callback: Callback | None = None,
+        bundle: str | PathLike[str] | None = None,
     ) -> Solution:
-        """Solve the current data from a cold start; `callback` and `bundle` are those of `orbsoc.solve`."""
-        watcher = print_table(callback) if self.settings.verbose else callback
-        if bundle is not None:
-            return self._solve_recorded(watcher, bundle)
-        return solution_of(self._engine.solve(watcher))
+        """Solve the current data; `callback` and `bundle` are those of `orbsoc.solve`.
 
-    def _solve_recorded(self, callback: Callback | None, place: str | PathLike[str]) -> Solution:
+        `warm_start` is a point to start from: a solution of a problem nearby, an `orbsoc.Start`, or True for this
+        solver's last solution (none before the first). `Solution.warm_start` tells what became of it: a start that
+        does not pay is given up for a cold one, and the status is never worse than a cold start's.
+        Raises ProblemError if the point's sizes are not the problem's, TypeError if it is no point.
+        """
+        watcher = print_table(callback) if self.settings.verbose else callback
+        start = self._last if warm_start is True else warm_start
+        words = None if start is None or start is False else start_words(self.problem, start)
+        if bundle is not None:
+            self._last = self._solve_recorded(watcher, words, bundle)
+        else:
+            self._last = solution_of(self._engine.solve(watcher, words))
+        return self._last
+
+    def _solve_recorded(
+        self, callback: Callback | None, start: StartWords | None, place: str | PathLike[str]
+    ) -> Solution:
         from orbsoc.bundle import Bundle, check_place, recording, versions, write_bundle
 
         check_place(place)
         history: list[Mapping[str, float]] = []
-        solution = solution_of(self._engine.solve(recording(history, callback)))
+        solution = solution_of(self._engine.solve(recording(history, callback), start))
         if solution.status is not Status.SOLVED:
-            found = Bundle(self.problem, self.settings, solution, tuple(history), versions())
+            point = None if start is None else Start(*start)
+            found = Bundle(self.problem, self.settings, solution, tuple(history), versions(), point)
             write_bundle(found, place)
         return solution
 
@@ -106,6 +127,25 @@ def engine(problem: Problem, settings: Settings) -> _core.Engine:
         return _core.Engine(problem, settings)
     except _core.CoreError as error:
         raise ProblemError(str(error)) from None
+
+
+StartWords = tuple[Array, Array, Array, Array]
+
+
+def start_words(problem: Problem, start: object) -> StartWords:
+    """x, y, z, s of a point to start from; ProblemError or TypeError if it is none of this problem's sizes."""
+    if not isinstance(start, Solution | Start):
+        found = type(start).__name__
+        raise TypeError(
+            f"`warm_start` is a {found}; it must be an orbsoc.Solution, an orbsoc.Start or a bool"
+        )
+    words = (start.x, start.y, start.z, start.s)
+    sizes = (problem.n, problem.p, problem.m, problem.m)
+    for name, vector, size in zip("xyzs", words, sizes, strict=True):
+        if vector.shape != (size,):
+            shape = vector.shape
+            raise ProblemError(f"`warm_start.{name}` has shape {shape}, but the problem needs ({size},)")
+    return words
 
 
 def _check_shape(name: str, value: Any, wanted: tuple[int, ...]) -> None:
@@ -143,4 +183,5 @@ def solution_of(raw: _core.RawSolution) -> Solution:
         message=raw.message,
         nnz_kkt=raw.nnz_kkt,
         nnz_l=raw.nnz_l,
+        warm_start=cast(WarmStart, raw.warm_start),
     )

@@ -14,7 +14,7 @@ import typer
 if TYPE_CHECKING:
     from orbsoc.problem import Problem
     from orbsoc.settings import Settings
-    from orbsoc.solution import Solution
+    from orbsoc.solution import Solution, Start
 
 NOT_SOLVED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 SOLUTION = "solution.json"
@@ -54,12 +54,12 @@ def solve(
     changes |= {"max_iterations": max_iterations, "max_time_s": max_time_s, "verbose": verbose or None}
     folder = out if out is not None else Path("out") / problem.stem
     try:
-        stated, base = _read(problem)
+        stated, base, start = _read(problem)
         settings = resolve(base, {name: value for name, value in changes.items() if value is not None})
         if bundle is not None:
             check_place(bundle)
         folder.mkdir(parents=True, exist_ok=True)
-        solution = run(stated, settings, bundle=bundle)
+        solution = run(stated, settings, warm_start=start, bundle=bundle)
         document = encode_solution(solution, None if _is_claim(solution) else verify(stated, solution))
         write_json(document, folder / SOLUTION)
     except KeyboardInterrupt:
@@ -76,8 +76,8 @@ def solve(
     raise typer.Exit(_exit_code(solution))
 
 
-def _read(path: Path) -> tuple[Problem, Settings]:
-    """The problem of a problem file with the default settings, or both of a failure bundle."""
+def _read(path: Path) -> tuple[Problem, Settings, Start | None]:
+    """The problem of a problem file with the default settings, or those and the start of a failure bundle."""
     from orbsoc import bundle, problem_file
     from orbsoc.errors import FileError, ProblemError
     from orbsoc.json_fields import FieldError, Fields, read_json, shown
@@ -88,9 +88,9 @@ def _read(path: Path) -> tuple[Problem, Settings]:
         schema = Fields(document).document.get("schema")
         if schema == bundle.SCHEMA:
             found = bundle.decode_bundle(document)
-            return found.problem, found.settings
+            return found.problem, found.settings, found.start
         if schema == problem_file.SCHEMA:
-            return problem_file.decode_problem(document), Settings()
+            return problem_file.decode_problem(document), Settings(), None
         known = f"{problem_file.SCHEMA!r} and {bundle.SCHEMA!r}"
         raise FieldError("schema", f"is {shown(schema)}; this command reads {known}")
     except (FieldError, ProblemError) as error:

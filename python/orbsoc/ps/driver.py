@@ -6,7 +6,7 @@ data and answers interrupts; it computes nothing, and it never asks the engine f
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Protocol
 
 from orbsoc.ps.events import Kind, PsRecord
@@ -73,12 +73,17 @@ class Driver:
         self._held_by_ps = 0
         self._held_by_pl = 0
 
-    def run(self) -> None:
-        """Load the problem, start up, iterate until a stage says DONE, close, and fetch what the last stage wrote."""
+    def run(self, *, warm: bool = False, observe: Callable[[], None] | None = None) -> None:
+        """Load the problem, start up, iterate until a stage says DONE, close, and fetch what the last stage wrote.
+
+        `warm` starts from the point that the engine holds; `observe` is called after each iteration but the last.
+        """
         self._publish(self._method.segments[0])
-        self._walk(self._method.startup)
-        while self._walk(self._method.iteration) != self._method.done:
-            pass
+        outcome = self._walk(self._method.warm_startup if warm else self._method.startup)
+        while outcome != self._method.done:
+            outcome = self._walk(self._method.iteration)
+            if observe is not None and outcome != self._method.done:
+                observe()
         self._walk(self._method.closing)
         self._require_rest()
         self._move(Kind.TO_PS, self._last.writes & ~self._held_by_ps)

@@ -5,20 +5,21 @@ from __future__ import annotations
 import signal
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
 from orbsoc import _core
+from orbsoc.iteration_table import print_table
 from orbsoc.problem import Problem
 from orbsoc.ps.driver import Driver
 from orbsoc.ps.events import PsRecord
 from orbsoc.ps.pl import ProgrammableLogic
 from orbsoc.ps.segments import Method
 from orbsoc.settings import Settings
-from orbsoc.solution import Solution
-from orbsoc.solver import engine, resolve, solution_of
+from orbsoc.solution import Solution, Start
+from orbsoc.solver import engine, resolve, solution_of, start_words
 from orbsoc.trace import Latencies, TraceRecorder
 
 
@@ -26,7 +27,7 @@ class PsScheduler:
     """Python plays the PS: a callable that solves stage by stage through the register file of an emulated PL.
 
     The answer has the bits of `orbsoc.solve`. `settings` and `overrides` (fields of `Settings`) are the default of
-    every call; a call's own come before them. `verbose` has no effect here. `latencies` (preset → operation →
+    every call; a call's own come before them. `latencies` (preset → operation →
     cycles) replaces hw_model's presets in the trace.
 
     >>> from orbsoc import Cones, Problem
@@ -56,8 +57,16 @@ class PsScheduler:
         """One problem of each sparsity pattern of the trace, in the order of `trace["patterns"]`."""
         return tuple(self._recorder.problems)
 
-    def __call__(self, problem: Problem, settings: Settings | None = None, /, **overrides: Any) -> Solution:
-        """Solve on a fresh engine and a fresh PL, and add the solve to the trace.
+    def __call__(
+        self,
+        problem: Problem,
+        settings: Settings | None = None,
+        /,
+        *,
+        warm_start: Solution | Start | None = None,
+        **overrides: Any,
+    ) -> Solution:
+        """Solve on a fresh engine and a fresh PL, and add the solve to the trace; `warm_start` as in `orbsoc.solve`.
 
         Not converging is a status, and Ctrl-C ends the solve with `Status.INTERRUPTED`, as with `orbsoc.solve`.
         Raises `ProtocolError` if PS and PL disagree, and what `orbsoc.solve` raises for wrong data or settings.
@@ -67,12 +76,27 @@ class PsScheduler:
         self.record = PsRecord()
         pl = ProgrammableLogic(self._method, native.run)
         driver = Driver(self._method, native, pl, words=native.buffer_words(), record=self.record)
+        words = None if warm_start is None else start_words(problem, warm_start)
+        observe = _table(native) if chosen.verbose else None
         started = time.perf_counter()
         with _ctrl_c_stops(native):
-            driver.run()
+            warm = words is not None and native.start_from(words)
+            driver.run(warm=warm, observe=observe)
+            if warm and native.fall_back():
+                driver.run(observe=observe)
         solution = solution_of(native.finish(time.perf_counter() - started))
         self._recorder.add(problem, chosen, native, solution)
         return solution
+
+
+def _table(native: _core.Engine) -> Callable[[], None]:
+    """Prints an iteration's line of the progress table each time it is called."""
+    watch = print_table()
+
+    def observe() -> None:
+        watch(native.progress())
+
+    return observe
 
 
 @contextmanager

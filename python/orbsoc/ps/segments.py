@@ -59,6 +59,7 @@ class Method:
     """Step lists, outcomes and segments of the interior-point method, read once from the core."""
 
     startup: tuple[Step, ...]
+    warm_startup: tuple[Step, ...]
     iteration: tuple[Step, ...]
     closing: tuple[Step, ...]
     repeat: int
@@ -72,6 +73,7 @@ class Method:
         """The method of the extension module `orbsoc._core`."""
         return cls.from_tables(
             startup=core.startup(),
+            warm_startup=core.warm_startup(),
             iteration=core.iteration(),
             closing=core.closing(),
             stages=core.stages(),
@@ -86,6 +88,7 @@ class Method:
         startup: Iterable[Sequence[str]],
         iteration: Iterable[Sequence[str]],
         closing: Iterable[Sequence[str]] = (),
+        warm_startup: Iterable[Sequence[str]] = (),
         stages: Mapping[str, StageInfo],
         repeat: int,
         done: int,
@@ -94,8 +97,9 @@ class Method:
 
         Raises ValueError if a list names a stage that the table lacks, or a stage an unknown module.
         """
-        first, again, last = (tuple(map(tuple, steps)) for steps in (startup, iteration, closing))
-        unknown = [name for step in (*first, *again, *last) for name in step if name not in stages]
+        lists = (startup, warm_startup, iteration, closing)
+        first, warm, again, last = (tuple(map(tuple, steps)) for steps in lists)
+        unknown = [name for step in (*first, *warm, *again, *last) for name in step if name not in stages]
         if unknown:
             raise ValueError(f"stage {unknown[0]!r} is in a step list, but not in the dataflow table")
         buffers = tuple(dict.fromkeys(b for info in stages.values() for b in _touched(info)))
@@ -110,7 +114,7 @@ class Method:
             module = _module(stage, info.module)
             masks = (mask(info.reads), mask(info.writes), mask(info.stales))
             segments.append(Segment(number, stage, module, *masks))
-        return cls(first, again, last, repeat, done, buffers, tuple(segments))
+        return cls(first, warm, again, last, repeat, done, buffers, tuple(segments))
 
     def names(self, mask: int) -> list[str]:
         """The buffers of a bit mask."""

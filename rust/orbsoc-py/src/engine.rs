@@ -2,8 +2,8 @@
 
 use crate::convert::{problem, refuse, settings};
 use core::ops::ControlFlow;
-use numpy::{IntoPyArray, PyArray1};
-use orbsoc::{Buffer, Outcome, Progress, Solution, Stage};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use orbsoc::{Buffer, Outcome, Progress, Solution, Stage, Start};
 use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -37,6 +37,18 @@ pub struct RawSolution {
     solve_s: f64,
     nnz_kkt: usize,
     nnz_l: usize,
+    warm_start: &'static str,
+}
+
+/// x, y, z, s.
+type Point<'py> = [PyReadonlyArray1<'py, f64>; 4];
+
+fn owned(point: &Point<'_>) -> [Vec<f64>; 4] {
+    [0, 1, 2, 3].map(|k| point[k].as_array().to_vec())
+}
+
+fn borrowed([x, y, z, s]: &[Vec<f64>; 4]) -> Start<'_> {
+    Start { x, y, z, s }
 }
 
 /// One solve at a time: a second thread, or the solve's own callback, is told so.
@@ -71,17 +83,24 @@ impl Engine {
         })
     }
 
-    /// Solve with the GIL released; `callback(progress)` returning true stops the solve.
-    #[pyo3(signature = (callback=None))]
+    /// Solve with the GIL released, from `start` = (x, y, z, s) if it is given; `callback(progress)`
+    /// returning true stops the solve.
+    #[pyo3(signature = (callback=None, start=None))]
     #[allow(clippy::needless_pass_by_value)] // what the binding hands over is owned
-    fn solve(&self, py: Python<'_>, callback: Option<Py<PyAny>>) -> PyResult<RawSolution> {
+    fn solve(
+        &self,
+        py: Python<'_>,
+        callback: Option<Py<PyAny>>,
+        start: Option<Point<'_>>,
+    ) -> PyResult<RawSolution> {
+        let start = start.as_ref().map(owned);
         let mut raised: Option<PyErr> = None;
         let state = &mut *self.state()?;
         let inner = &mut state.inner;
         let (solution, elapsed) = py.detach(|| {
-            let start = Instant::now();
-            let mut looked = start;
-            let solution = inner.solve_observed(|progress| {
+            let clock = Instant::now();
+            let mut looked = clock;
+            let mut observe = |progress: &Progress| {
                 if callback.is_none() && looked.elapsed() < SIGNAL_INTERVAL {
                     return ControlFlow::Continue(());
                 }
@@ -93,13 +112,30 @@ impl Engine {
                         ControlFlow::Break(())
                     }
                 })
-            });
-            (solution, start.elapsed())
+            };
+            let solution = match &start {
+                Some(from) => inner.solve_from_observed(&borrowed(from), &mut observe),
+                None => Ok(inner.solve_observed(&mut observe)),
+            };
+            (solution, clock.elapsed())
         });
         match raised {
             Some(error) => Err(error),
-            None => Ok(state.raw(py, solution, elapsed)),
+            None => Ok(state.raw(py, solution.map_err(refuse)?, elapsed)),
         }
+    }
+
+    /// Load a point to start from; whether the warm list is to be walked, and not the cold one.
+    #[allow(clippy::needless_pass_by_value)] // what the binding hands over is owned
+    fn start_from(&self, start: Point<'_>) -> PyResult<bool> {
+        self.state()?.inner.start_from(&borrowed(&owned(&start))).map_err(refuse)
+    }
+
+    /// Whether the walk that ended is to be followed by a cold one, for which the engine is then ready.
+    fn fall_back(&self) -> PyResult<bool> {
+        let inner = &mut self.state()?.inner;
+        let status = inner.conclude().status;
+        Ok(inner.fall_back(status))
     }
 
     /// Run one stage: NEXT, REPEAT or DONE.
@@ -187,6 +223,7 @@ impl State {
             solve_s: elapsed.as_secs_f64(),
             nnz_kkt,
             nnz_l,
+            warm_start: solution.warm_start.name(),
         }
     }
 }

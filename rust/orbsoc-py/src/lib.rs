@@ -20,7 +20,7 @@ mod _core {
     #[pymodule_export]
     use super::hardware::{HardwareError, HardwareProgram};
     #[pymodule_export]
-    use super::method::{closing, iteration, operation_counts, stages, startup, StageInfo};
+    use super::method::{closing, iteration, operation_counts, stages, startup, warm_startup, StageInfo};
     use pyo3::prelude::*;
 
     #[pymodule_init]

@@ -2,7 +2,7 @@
 
 use crate::convert::{problem, refuse, settings};
 use orbsoc::real::{Latency, OperationCounts};
-use orbsoc::{Stage, Step, CLOSING, ITERATION, STARTUP};
+use orbsoc::{Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -20,6 +20,11 @@ fn steps<'py>(py: Python<'py>, list: &[Step]) -> PyResult<Vec<Bound<'py, PyTuple
 #[pyfunction]
 pub fn startup(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyTuple>>> {
     steps(py, STARTUP)
+}
+
+#[pyfunction]
+pub fn warm_startup(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyTuple>>> {
+    steps(py, WARM_STARTUP)
 }
 
 #[pyfunction]

@@ -5,6 +5,7 @@ use crate::kernels::linear_solve::refinement;
 use crate::ps::stat;
 use crate::real::Decide;
 use crate::settings::Settings;
+use crate::solution::WarmStart;
 use crate::stage::{Outcome, Stage, Stop};
 use crate::workspace::Workspace;
 use std::time::{Duration, Instant};
@@ -23,11 +24,18 @@ const PATIENCE: u32 = 12;
 /// Consecutive steps shorter than `SHORT_STEP` before a solve counts as stalled.
 const SHORT_STEPS: u32 = 3;
 const SHORT_STEP: f64 = 1e-4;
+/// A warm start as high up the central path as this, in scaled data, is no better than a cold one.
+const HIGHEST_START: f64 = 1.0;
+/// A step as short as this after a warm start says that the point was too near the boundary.
+const STUCK: f64 = 0.01;
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Control {
-    /// Steps taken.
+    /// Steps taken since the last start.
     pub iteration: u32,
+    /// Steps of a warm start that was given up.
+    spent: u32,
+    pub warm_start: WarmStart,
     /// Refinement steps of the whole solve.
     pub refinements: u32,
     /// Set from outside to stop at the next statistics.
@@ -45,6 +53,8 @@ pub(crate) struct Control {
     met: bool,
     idle: u32,
     short_steps: u32,
+    /// The last step was shorter than a good start ever takes.
+    stuck: bool,
     refined: u32,
     deadline: Option<Instant>,
 }
@@ -55,6 +65,24 @@ impl Control {
             .ok()
             .and_then(|limit| Instant::now().checked_add(limit));
         Self { best: f64::INFINITY, deadline, ..Self::default() }
+    }
+
+    /// For the cold start after a warm one that failed: the clock and the counts go on.
+    pub fn fallen_back(&self) -> Self {
+        Self {
+            best: f64::INFINITY,
+            deadline: self.deadline,
+            interrupted: self.interrupted,
+            refinements: self.refinements,
+            spent: self.spent + self.iteration,
+            warm_start: WarmStart::FellBack,
+            ..Self::default()
+        }
+    }
+
+    /// Steps taken in the whole solve.
+    pub fn total_iterations(&self) -> u32 {
+        self.spent + self.iteration
     }
 
     /// What a stage that has run asks of the loop, for the problem in one lane.
@@ -75,6 +103,7 @@ impl Control {
                 let active = &mut work.refinement_active[0];
                 self.judge_refinement(lane, settings, &work.pair_refinement, active)
             }
+            Stage::CenterStart | Stage::NewtonStart => judge_start(work.homogenizer[1].lane(lane)),
             Stage::Advance => {
                 self.note_step(work.step_taken[0].lane(lane));
                 Outcome::Next
@@ -132,6 +161,8 @@ impl Control {
             Some(Stop::PrimalCertificate)
         } else if self.dual_radius >= RADIUS_CONCLUSIVE {
             Some(Stop::DualCertificate)
+        } else if self.warm_start == WarmStart::Used && self.stuck {
+            Some(Stop::Unprofitable)
         } else if self.interrupted {
             Some(Stop::Interrupted)
         } else if self.iteration >= settings.max_iterations {
@@ -172,6 +203,7 @@ impl Control {
     fn note_step(&mut self, taken: f64) {
         self.iteration += 1;
         self.step = taken;
+        self.stuck = taken < STUCK;
         self.short_steps = if taken < SHORT_STEP { self.short_steps + 1 } else { 0 };
     }
 }
@@ -195,6 +227,15 @@ pub(crate) fn keep_best<'a, T: Decide>(
             let tau = w.homogenizer[..1].iter();
             copy_lane(lane, w.point.iter().chain(&w.slack).chain(tau), &mut w.best);
         }
+    }
+}
+
+/// Whether a warm start at this height of the central path pays.
+fn judge_start(mu: f64) -> Outcome {
+    if mu < HIGHEST_START {
+        Outcome::Next
+    } else {
+        Outcome::Done(Stop::Unprofitable)
     }
 }
 

@@ -1,14 +1,24 @@
 //! The dataflow table against reality: what a stage does not declare, it neither reads nor writes.
 
 use crate::oracle::mixed_problem;
-use crate::{Buffer, Engine, Outcome, Settings, Stage, Step, CLOSING, ITERATION, STARTUP};
+use crate::{
+    Buffer, Engine, Outcome, Settings, Stage, Start, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP,
+};
 use std::collections::HashSet;
 
 /// Run every stage of a solve once by `look`, with the engine as it stands before the stage.
 fn at_every_stage(seed: u64, mut look: impl FnMut(&Engine<f64>, Stage)) {
     let mut engine = Engine::<f64>::new(&mixed_problem(seed), &Settings::default()).unwrap();
+    walk(&mut engine, STARTUP, &mut look);
+    let mut near = engine.conclude();
+    near.x.iter_mut().for_each(|x| *x *= 1.01);
+    assert!(engine.start_from(&Start::from(&near)).unwrap());
+    walk(&mut engine, WARM_STARTUP, &mut look);
+}
+
+fn walk(engine: &mut Engine<f64>, startup: &[Step], look: &mut impl FnMut(&Engine<f64>, Stage)) {
     let mut run = |stage| {
-        look(&engine, stage);
+        look(engine, stage);
         engine.run(stage)
     };
     let mut perform = |step| match step {
@@ -20,7 +30,7 @@ fn at_every_stage(seed: u64, mut look: impl FnMut(&Engine<f64>, Stage)) {
             };
         },
     };
-    assert!(STARTUP.iter().all(|step| perform(*step) == Outcome::Next));
+    assert!(startup.iter().all(|step| perform(*step) == Outcome::Next));
     while ITERATION.iter().all(|step| perform(*step) == Outcome::Next) {}
     assert!(CLOSING.iter().all(|step| perform(*step) == Outcome::Next));
 }

@@ -8,8 +8,13 @@ use crate::real::{Decide, Real};
 use crate::settings::Settings;
 use crate::stage::Stage;
 use crate::structure::Structure;
+use crate::warm_start::Start;
 use crate::workspace::{parameter, Buffer, Workspace};
 use std::sync::Arc;
+
+/// A warm start begins no lower on the central path: from there the scaling blocks are too far apart
+/// for the first linear solve.
+const START_FLOOR: f64 = 1e-10;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Datapath<T> {
@@ -30,6 +35,7 @@ impl<T: Real> Datapath<T> {
         words[parameter::REFINEMENT_TOL] = T::constant(settings.refinement_tol);
         words[parameter::REFINEMENT_SHARE] = T::constant(settings.refinement_share);
         words[parameter::RESIDUAL_FLOOR] = T::constant(0.01 * settings.tol);
+        words[parameter::START_FLOOR] = T::constant(START_FLOOR.max(0.01 * settings.tol));
         words[parameter::STEP_FRACTION] = T::constant(settings.step_fraction);
         Ok(Self { structure, settings: settings.clone(), work, simd: pulp::Arch::new() })
     }
@@ -103,6 +109,19 @@ impl<T: Decide> Datapath<T> {
         for lane in (0..lanes.len()).filter(|&lane| lanes[lane]) {
             self.reset(lane);
         }
+    }
+
+    /// A point's words into a lane's input buffer; false when they are not all finite.
+    pub fn load_start(&mut self, lane: usize, start: &Start) -> bool {
+        let rows = &self.structure.reduced.row_origin;
+        let (z, s) = (rows.iter().map(|&i| &start.z[i]), rows.iter().map(|&i| &start.s[i]));
+        let words = start.x.iter().chain(start.y).chain(z).chain(s).copied();
+        let mut finite = true;
+        for (to, word) in self.work.start.iter_mut().zip(words) {
+            to.set_lane(lane, word);
+            finite &= word.is_finite();
+        }
+        finite
     }
 
     /// One lane's words of a buffer.

@@ -9,7 +9,7 @@ use crate::ps::stat;
 use crate::real::{count, Counted, Decide, Latency, Real, Tally};
 use crate::settings::Settings;
 use crate::solution::Solution;
-use crate::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP};
+use crate::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 use crate::structure::Structure;
 use crate::supernode::Panels;
 use crate::trace::Event;
@@ -35,7 +35,7 @@ use std::sync::Arc;
 pub struct Engine<T> {
     pub(crate) path: Datapath<T>,
     problem: Problem,
-    control: Control,
+    pub(crate) control: Control,
     events: Vec<Event>,
 }
 
@@ -97,10 +97,14 @@ impl<T: Decide> Engine<T> {
         Ok(())
     }
 
-    fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         self.control = Control::new(&self.path.settings);
         self.events.clear();
         self.path.reset(0);
+    }
+
+    pub(crate) fn problem(&self) -> &Problem {
+        &self.problem
     }
 
     /// The words of a buffer as they stand.
@@ -115,7 +119,7 @@ impl<T: Decide> Engine<T> {
 
     /// Steps taken so far.
     pub fn iteration(&self) -> u32 {
-        self.control.iteration
+        self.control.total_iterations()
     }
 
     /// Entries of the KKT matrix's upper triangle, and of L below the diagonal.
@@ -129,7 +133,7 @@ impl<T: Decide> Engine<T> {
     }
     /// Run one stage and say how to go on.
     pub fn run(&mut self, stage: Stage) -> Outcome {
-        self.events.push(Event { stage, iteration: self.control.iteration });
+        self.events.push(Event { stage, iteration: self.control.total_iterations() });
         self.path.execute(stage);
         let outcome = self.control.decide(0, stage, &self.path.settings, &mut self.path.work);
         if stage == Stage::Statistics {
@@ -146,23 +150,25 @@ impl<T: Decide> Engine<T> {
     /// As [`Engine::solve`], showing each iteration to `observe`, which may end the solve.
     pub fn solve_observed(&mut self, mut observe: impl FnMut(&Progress) -> ControlFlow<()>) -> Solution {
         self.reset();
-        for step in STARTUP {
-            self.perform(*step);
-        }
-        'iterate: loop {
-            for step in ITERATION {
-                if let Outcome::Done(_) = self.perform(*step) {
-                    break 'iterate;
-                }
-            }
-            if observe(&self.progress()).is_break() {
+        self.walk(STARTUP, &mut observe);
+        self.conclude()
+    }
+
+    /// Walk a start-up list, then iterate and close.
+    pub(crate) fn walk(&mut self, startup: &[Step], observe: &mut impl FnMut(&Progress) -> ControlFlow<()>) {
+        let mut ended = self.follow(startup);
+        while !ended {
+            ended = self.follow(ITERATION);
+            if !ended && observe(&self.progress()).is_break() {
                 self.interrupt();
             }
         }
-        for step in CLOSING {
-            self.perform(*step);
-        }
-        self.conclude()
+        self.follow(CLOSING);
+    }
+
+    /// Perform the steps of a list, up to one that asks to leave the iteration; whether one did.
+    fn follow(&mut self, steps: &[Step]) -> bool {
+        steps.iter().any(|&step| matches!(self.perform(step), Outcome::Done(_)))
     }
 
     fn perform(&mut self, step: Step) -> Outcome {
@@ -186,7 +192,7 @@ impl<T: Decide> Engine<T> {
     pub fn progress(&self) -> Progress {
         let word = |k: usize| self.path.work.statistics[k].value();
         Progress {
-            iteration: self.control.iteration,
+            iteration: self.control.total_iterations(),
             objective: word(stat::OBJECTIVE),
             dual_objective: word(stat::DUAL_OBJECTIVE),
             primal_residual: word(stat::PRIMAL),
@@ -210,7 +216,9 @@ fn most_events(settings: &Settings) -> usize {
     let runs = |steps: &[Step]| {
         steps.iter().map(|s| if matches!(s, Step::Run(_)) { 1 } else { per_repeat }).sum::<usize>()
     };
-    runs(STARTUP) + (settings.max_iterations as usize + 1) * runs(ITERATION) + runs(CLOSING)
+    let once =
+        |startup| runs(startup) + (settings.max_iterations as usize + 1) * runs(ITERATION) + runs(CLOSING);
+    once(WARM_STARTUP) + once(STARTUP)
 }
 
 /// Operations of each stage on a problem's pattern, and their longest dependent chain.

@@ -8,6 +8,7 @@ use crate::real::Real;
 use crate::settings::Settings;
 use crate::stage::Stage;
 use crate::structure::Structure;
+use crate::warm_start;
 use crate::workspace::{parameter, Workspace};
 
 /// Run a stage's arithmetic.
@@ -22,6 +23,9 @@ pub(crate) fn execute<T: Real>(
         Stage::Equilibrate | Stage::Unscale => matrix_scaling(structure, settings, work, stage),
         Stage::LoadKkt | Stage::IdentityBlocks | Stage::ScalingBlocks => {
             matrix_update(structure, work, stage);
+        }
+        Stage::LoadStart | Stage::CenterStart | Stage::NewtonStartRhs | Stage::NewtonStart => {
+            warm_start::execute(structure, work, stage);
         }
         Stage::Factorize => factorize(structure, work),
         Stage::StartRhs | Stage::StartPoint | Stage::StorePair | Stage::StoreStep => {

@@ -59,6 +59,7 @@ mod tape;
 mod tape_tests;
 mod trace;
 mod upper;
+mod warm_start;
 mod workspace;
 
 pub use batch::solve_batch;
@@ -69,10 +70,11 @@ pub use error::Error;
 pub use problem::Problem;
 pub use real::{Decide, Real};
 pub use settings::Settings;
-pub use solution::{Certificate, Solution, Status};
-pub use stage::{Module, Outcome, Stage, Step, Stop, CLOSING, ITERATION, STARTUP};
+pub use solution::{Certificate, Solution, Status, WarmStart};
+pub use stage::{Module, Outcome, Stage, Step, Stop, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 pub use tape::{record_tapes, Recording, Store, Tape};
 pub use trace::Event;
+pub use warm_start::Start;
 pub use workspace::Buffer;
 
 /// Solve a problem in double precision.

@@ -45,6 +45,29 @@ impl fmt::Display for Status {
     }
 }
 
+/// What became of a point to start from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum WarmStart {
+    /// There was none.
+    #[default]
+    None,
+    /// The solution was reached from it.
+    Used,
+    /// It did not pay, and the solve started again from cold.
+    FellBack,
+}
+
+impl WarmStart {
+    /// The public name, as in other languages and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Used => "used",
+            Self::FellBack => "fell_back",
+        }
+    }
+}
+
 /// Ratios of the status table, recomputed on the user's data after the fact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Certificate {
@@ -88,8 +111,10 @@ pub struct Solution {
     pub objective: f64,
     /// −½xᵀPx − bᵀy − hᵀz.
     pub dual_objective: f64,
-    /// Interior-point iterations.
+    /// Interior-point iterations, those of a warm start that was given up included.
     pub iterations: u32,
+    /// What became of the point the solve was to start from.
+    pub warm_start: WarmStart,
     /// Refinement steps over the whole solve.
     pub refinements: u32,
     /// Recomputed evidence.

@@ -68,6 +68,8 @@ pub enum Stop {
     MaxTime,
     Stalled,
     Interrupted,
+    /// The warm start does not pay; a cold one follows.
+    Unprofitable,
 }
 
 macro_rules! stages {
@@ -137,6 +139,20 @@ stages! {
         stales [PairRhs Residual];
     /// Shift s and z into the cone; τ = κ = 1.
     StartShift "start_shift" ConeOps reads [Point Slack] writes [Point Slack Homogenizer] stales [Residual];
+    /// A given point in the scaling of the data; τ = 1, κ = 0.
+    LoadStart "load_start" MatrixScaling
+        reads [Start Scale ScaleInverse CostScale] writes [Point Slack Homogenizer] stales [Residual];
+    /// Onto the central path, where the residuals suggest.
+    CenterStart "center_start" ConeOps
+        reads [Parameters Residual Point Slack] writes [Point Slack Homogenizer]
+        stales [Residual CostProduct Statistics];
+    /// (−c, b, h − 2s): from a central pair to the equations of the data.
+    NewtonStartRhs "newton_start_rhs" LinearSolve
+        reads [Q Slack] writes [KktRhs] stales [KktSolution KktError Refinement];
+    /// That step, and onto the central path again, where its error suggests.
+    NewtonStart "newton_start" ConeOps
+        reads [Parameters KktSolution W Cone Point Slack Homogenizer]
+        writes [Point Slack Homogenizer] stales [KktRhs Residual W Lambda LambdaInverse Cone];
     /// Residuals, gap, μ; decides termination, and keeps the best iterate and certificates.
     Statistics "statistics" Ps
         reads [Parameters P A G Q Norms ScaleInverse CostScale Point Slack Homogenizer]
@@ -210,10 +226,10 @@ stages! {
 }
 
 use Stage::{
-    Advance, Centering, CheckPair, CheckSolve, ConeProduct, CorrectorRhs, Direction, EmbeddingPivot,
-    Equilibrate, Factorize, IdentityBlocks, LoadKkt, NtScaling, PredictorRhs, RefineKkt, RefinePair,
-    ScalingBlocks, SlackStep, SolveKkt, SolvePair, StartPoint, StartRhs, StartShift, Statistics, StepLength,
-    StorePair, StoreStep, TauStep, Unscale,
+    Advance, CenterStart, Centering, CheckPair, CheckSolve, ConeProduct, CorrectorRhs, Direction,
+    EmbeddingPivot, Equilibrate, Factorize, IdentityBlocks, LoadKkt, LoadStart, NewtonStart, NewtonStartRhs,
+    NtScaling, PredictorRhs, RefineKkt, RefinePair, ScalingBlocks, SlackStep, SolveKkt, SolvePair,
+    StartPoint, StartRhs, StartShift, Statistics, StepLength, StorePair, StoreStep, TauStep, Unscale,
 };
 use Step::{Repeat, Run};
 
@@ -231,6 +247,23 @@ pub const STARTUP: &[Step] = &[
     REFINE_BOTH,
     Run(StartPoint),
     Run(StartShift),
+];
+
+/// From problem data and a point nearby to a point inside the cone. Run once, in place of [`STARTUP`];
+/// it may answer [`Outcome::Done`].
+pub const WARM_STARTUP: &[Step] = &[
+    Run(Equilibrate),
+    Run(LoadKkt),
+    Run(LoadStart),
+    Run(Statistics),
+    Run(CenterStart),
+    Run(NtScaling),
+    Run(ScalingBlocks),
+    Run(Factorize),
+    Run(NewtonStartRhs),
+    Run(SolveKkt),
+    REFINE,
+    Run(NewtonStart),
 ];
 
 /// One predictor–corrector iteration. Run until a stage answers [`Outcome::Done`].
@@ -264,8 +297,15 @@ pub const ITERATION: &[Step] = &[
 pub const CLOSING: &[Step] = &[Run(Unscale)];
 
 /// Buffers that hold inputs, or words that a stage looks at only after it wrote them itself.
-const GIVEN: &[Buffer] =
-    &[Buffer::RawP, Buffer::RawA, Buffer::RawG, Buffer::RawQ, Buffer::Norms, Buffer::Parameters];
+const GIVEN: &[Buffer] = &[
+    Buffer::RawP,
+    Buffer::RawA,
+    Buffer::RawG,
+    Buffer::RawQ,
+    Buffer::Start,
+    Buffer::Norms,
+    Buffer::Parameters,
+];
 
 /// A stage that would read words nobody made, or made before something they depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

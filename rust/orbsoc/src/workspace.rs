@@ -15,7 +15,8 @@ pub(crate) mod parameter {
     pub const REFINEMENT_TOL: usize = 4;
     pub const REFINEMENT_SHARE: usize = 5;
     pub const RESIDUAL_FLOOR: usize = 6;
-    pub const WORDS: usize = 7;
+    pub const START_FLOOR: usize = 7;
+    pub const WORDS: usize = 8;
 }
 
 macro_rules! buffers {
@@ -76,6 +77,8 @@ buffers! {
     RawG raw_g "raw_g" = |s: &Structure| s.conic.nnz();
     /// (c, b, h), as given.
     RawQ raw_q "raw_q" = Structure::unknowns;
+    /// A point to start from, as given: (x, y, z), s.
+    Start start "start" = |s: &Structure| s.unknowns() + s.m;
     /// ‖b‖∞, ‖h‖∞, ‖c‖∞ as given.
     Norms norms "norms" = |_: &Structure| 3;
     /// Settings in the order of `parameter`.

@@ -1,7 +1,10 @@
 //! A counting allocator, in a process of its own: a solve allocates nothing.
 
 use allocation_counter::measure;
-use orbsoc::{Cones, Csc, Engine, Outcome, Problem, Settings, Stage, Step, CLOSING, ITERATION, STARTUP};
+use orbsoc::{
+    Cones, Csc, Engine, Outcome, Problem, Settings, Stage, Start, Status, Step, CLOSING, ITERATION, STARTUP,
+    WARM_STARTUP,
+};
 
 /// Every kind of block: a quadratic cost, an equality, rows, a dense cone and an expanded one.
 fn problem(bound: f64) -> Problem {
@@ -22,7 +25,7 @@ fn problem(bound: f64) -> Problem {
     Problem::new(Some(sparse(&cost)), c, Some(sparse(&sum)), vec![1.0], Some(sparse(&g)), h, cones).unwrap()
 }
 
-fn walk(engine: &mut Engine<f64>) -> u32 {
+fn walk(engine: &mut Engine<f64>, startup: &[Step]) -> u32 {
     let mut perform = |step: Step| match step {
         Step::Run(stage) => engine.run(stage),
         Step::Repeat { stage, until } => loop {
@@ -32,7 +35,7 @@ fn walk(engine: &mut Engine<f64>) -> u32 {
             };
         },
     };
-    assert!(STARTUP.iter().all(|step| perform(*step) == Outcome::Next));
+    assert!(startup.iter().all(|step| perform(*step) == Outcome::Next));
     while ITERATION.iter().all(|step| perform(*step) == Outcome::Next) {}
     assert!(CLOSING.iter().all(|step| perform(*step) == Outcome::Next));
     engine.iteration()
@@ -44,10 +47,26 @@ fn nothing_is_allocated_from_the_first_stage_to_the_last() {
     for (bound, least) in [(2.0, 5), (0.1, 3)] {
         let mut engine = Engine::<f64>::new(&problem(bound), &Settings::default()).unwrap();
         let mut iterations = 0;
-        let info = measure(|| iterations = walk(&mut engine));
+        let info = measure(|| iterations = walk(&mut engine, STARTUP));
         assert_eq!((info.count_total, info.bytes_total), (0, 0), "bound {bound}");
         assert!(iterations >= least, "{iterations} iterations");
     }
+}
+
+#[test]
+fn a_warm_start_allocates_nothing_either() {
+    let mut engine = Engine::<f64>::new(&problem(2.0), &Settings::default()).unwrap();
+    let before = engine.solve();
+    engine.update(&problem(1.98)).unwrap();
+    let mut iterations = 0;
+    let info = measure(|| {
+        assert!(engine.start_from(&Start::from(&before)).unwrap());
+        iterations = walk(&mut engine, WARM_STARTUP);
+        assert!(!engine.fall_back(Status::Solved) && engine.fall_back(Status::NumericalLimit));
+        iterations += walk(&mut engine, STARTUP);
+    });
+    assert_eq!((info.count_total, info.bytes_total), (0, 0));
+    assert!(iterations >= 6, "{iterations} iterations");
 }
 
 #[test]
@@ -62,7 +81,7 @@ fn a_walk_of_as_many_events_as_the_limits_allow_does_not_allocate_either() {
     };
     let mut engine = Engine::<f64>::new(&problem(2.0), &settings).unwrap();
     let info = measure(|| {
-        walk(&mut engine);
+        walk(&mut engine, STARTUP);
     });
     assert_eq!(info.count_total, 0);
     let refines = |stage| matches!(stage, Stage::RefineKkt | Stage::RefinePair);

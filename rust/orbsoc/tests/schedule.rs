@@ -1,26 +1,28 @@
 //! The stage lists are a legal walk over the dataflow table, and the table rejects illegal ones.
 
 use orbsoc::stage::check_schedule;
-use orbsoc::{Buffer, Stage, Step, CLOSING, ITERATION, STARTUP};
+use orbsoc::{Buffer, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 
 #[test]
 fn the_methods_lists_read_only_fresh_words() {
     check_schedule(STARTUP, ITERATION, CLOSING).unwrap();
+    check_schedule(WARM_STARTUP, ITERATION, CLOSING).unwrap();
 }
 
 #[test]
 fn leaving_out_any_single_stage_is_rejected() {
-    // Without `advance` every word read is fresh, the walk just goes nowhere.
-    let legal = [Stage::Advance];
-    for list in [STARTUP, ITERATION] {
+    // Without `advance` every word read is fresh, the walk just goes nowhere. Without `center_start` or
+    // `newton_start` the point is an earlier one.
+    let legal = [Stage::Advance, Stage::CenterStart, Stage::NewtonStart];
+    for list in [STARTUP, WARM_STARTUP, ITERATION] {
         for k in 0..list.len() {
             let Step::Run(stage) = list[k] else { continue };
             let mut shorter = list.to_vec();
             shorter.remove(k);
-            let result = if list == STARTUP {
-                check_schedule(&shorter, ITERATION, CLOSING)
-            } else {
+            let result = if list == ITERATION {
                 check_schedule(STARTUP, &shorter, CLOSING)
+            } else {
+                check_schedule(&shorter, ITERATION, CLOSING)
             };
             assert!(result.is_err() != legal.contains(&stage), "leaving out {} at {k} passes", stage.name());
         }

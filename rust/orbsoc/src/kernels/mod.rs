@@ -7,6 +7,7 @@
 //! must inline into the SIMD dispatch of [`crate::Engine::run`], or it runs on the baseline
 //! instruction set.
 
+pub(crate) mod central_pair;
 pub(crate) mod cone_ops;
 pub(crate) mod factorization;
 pub(crate) mod line_search;

@@ -7,7 +7,7 @@ use orbsoc::{
 };
 
 /// Every number of a solution, as words.
-fn words(at: &Solution) -> Vec<u64> {
+pub fn words(at: &Solution) -> Vec<u64> {
     let lists = [&at.x, &at.y, &at.z, &at.s].into_iter().flatten().copied();
     let c = &at.certificate;
     let numbers = [at.objective, at.dual_objective, c.primal_residual, c.dual_residual, c.gap, c.radius];

@@ -8,3 +8,4 @@ mod limits;
 mod operation_counts;
 mod single_precision;
 mod statuses;
+mod warm_start;
