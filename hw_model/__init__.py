@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .errors import HwModelError, PartitionError, PlatformError, TraceError
+    from .jitter import Distribution, distribution
     from .partition import Partition, load_partition, partition_names
     from .platform import Platform, load_platform, platform_names
     from .report import Report, speedup
@@ -27,6 +28,8 @@ _HOME = {
     "PartitionError": "errors",
     "PlatformError": "errors",
     "TraceError": "errors",
+    "Distribution": "jitter",
+    "distribution": "jitter",
     "Partition": "partition",
     "load_partition": "partition",
     "partition_names": "partition",
@@ -44,6 +47,7 @@ _HOME = {
 }
 
 __all__ = [
+    "Distribution",
     "HwModelError",
     "Partition",
     "PartitionError",
@@ -54,6 +58,7 @@ __all__ = [
     "Timeline",
     "Trace",
     "TraceError",
+    "distribution",
     "load_partition",
     "load_platform",
     "load_trace",

@@ -272,21 +272,28 @@ class Platform(Section):
         del raw["pl"]["latencies"]
         return _validated(raw, f"platform {self.name}")
 
-    def assumptions(self, datapath: Datapath | None = None, *, pl_used: bool = True) -> list[Assumption]:
-        """Every parameter with its provenance; `used` for a run of `datapath` with or without PL."""
+    def assumptions(
+        self, datapath: Datapath | None = None, *, pl_used: bool = True, scheduled: bool = False
+    ) -> list[Assumption]:
+        """Every parameter with its provenance; `used` for a run of `datapath`, with or without PL.
+
+        `scheduled`: its PL cycles come from exact schedules, not from the estimate.
+        """
         rows: list[Assumption] = []
         for section in (self.ps, self.pl, self.link, self.runtime, self.area, self.resources):
             for key, item in _walk(section, type(section).__name__.lower()):
-                used = self._affects_time(key, datapath, pl_used=pl_used)
+                used = self._affects_time(key, datapath, pl_used=pl_used, scheduled=scheduled)
                 rows.append(Assumption(key, item.value, item.low, item.high, item.tag, item.source, used))
         return rows
 
-    def _affects_time(self, key: str, datapath: Datapath | None, *, pl_used: bool) -> bool:
+    def _affects_time(self, key: str, datapath: Datapath | None, *, pl_used: bool, scheduled: bool) -> bool:
         """Whether a report's times, worst case included, depend on a parameter."""
         section, _, name = key.partition(".")
         other = {"f64": "f32", "f32": "f64", None: "(none)"}[datapath]
         if section in ("area", "resources") or name in _NOT_IN_TIME or other in name:
             return False
+        if name in ("overlap_exponent", "segment_overhead_cycles", "banks"):
+            return pl_used and scheduled == (name == "banks")
         if name in ("parallel_fraction", "fork_join_us"):
             return self.runtime.cores_used.value > 1
         if name in ("interrupt_entry_us", "interrupt_jitter_us"):
@@ -295,7 +302,7 @@ class Platform(Section):
         return pl_used or always or name in ("cores_used", "ps_jitter_fraction")
 
 
-_NOT_IN_TIME = frozenset({"cores", "jitter_exponent", "banks", "microcode_compression"})
+_NOT_IN_TIME = frozenset({"cores", "jitter_exponent", "microcode_compression"})
 
 
 def parameters_of(section: Section) -> Iterator[tuple[str, Parameter[Any]]]:

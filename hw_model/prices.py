@@ -139,7 +139,8 @@ class Prices:
 
     def _stage_on_ps(self, work: Work) -> Part:
         stage = self.trace.patterns[work.pattern].stages[work.what]
-        return self._on_ps(ps.stage_cycles(stage, self.platform.ps, self.trace.datapath), "compute")
+        datapath = self.trace.ps_datapath or self.trace.datapath
+        return self._on_ps(ps.stage_cycles(stage, self.platform.ps, datapath), "compute")
 
     def _on_ps(self, one_core_cycles: int, detail: str) -> Part:
         cycles = ps.on_cores(one_core_cycles, self.platform, self._cores)

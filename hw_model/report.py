@@ -207,6 +207,7 @@ def speedup(
         computed[segment.side] += segment.cycles
     causes = timeline.totals("cause")
     pl_used = split.uses_pl or base.uses_pl
+    stages = stage_rows(actions, prices)
     return Report(
         device=machine.name,
         description=machine.description,
@@ -226,14 +227,18 @@ def speedup(
         cycles=computed,
         causes_picos={cause: causes.get((cause,), 0) for cause in CAUSES},
         modules=tuple(module_rows(actions, timeline, split, before)),
-        stages=tuple(stage_rows(actions, prices)),
+        stages=tuple(stages),
         iterations=tuple(iteration_rows(timeline)),
         solves=tuple(solve_rows(timeline, prices)),
         copies=tuple(copy_rows(actions, prices)),
         interrupts=kinds.count("interrupt"),
         launches=kinds.count("launch"),
         deadline=None if deadline_ms is None else _judge(deadline_ms, times, worst_ms),
-        assumptions=tuple(machine.assumptions(checked.datapath, pl_used=pl_used)),
+        assumptions=tuple(
+            machine.assumptions(
+                checked.datapath, pl_used=pl_used, scheduled=any(row.origin == "schedule" for row in stages)
+            )
+        ),
     )
 
 

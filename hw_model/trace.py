@@ -114,6 +114,9 @@ class Trace(_Record):
 
     schema_: Literal["orbsoc.trace/1"] = Field(alias="schema")
     datapath: Datapath
+    """Of the PL and of what crosses the link."""
+    ps_datapath: Datapath | None = None
+    """Of the PS, where it is another."""
     patterns: tuple[Pattern, ...]
     solves: tuple[Solve, ...]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -70,6 +71,17 @@ def test_figures_of_the_devices() -> None:
         57,
     ]
     assert (vendor.f32.add_cycles.value, vendor.f32.mul_cycles.value) == (12, 9)
+
+
+def test_the_engines_latencies_are_those_that_the_rtl_includes() -> None:
+    text = (Path(__file__).resolve().parents[2] / "rtl" / "latency.svh").read_text(encoding="utf-8")
+    written = dict(re.findall(r"^localparam int (\w+) = (\d+);", text, flags=re.MULTILINE))
+    preset = load_platform("zu9eg").pl.latencies
+    for width, units in (("F64", preset.f64), ("F32", preset.f32)):
+        for unit in ("add", "mul", "div", "sqrt"):
+            assert getattr(units, f"{unit}_cycles").value == int(written[f"{width}_{unit.upper()}_CYCLES"])
+        for unit in ("div", "sqrt"):  # not pipelined
+            assert getattr(units, f"{unit}_interval_cycles").value == getattr(units, f"{unit}_cycles").value
 
 
 def test_corners_move_every_band_and_nothing_else() -> None:

@@ -115,7 +115,7 @@ def test_budget_exits_1_when_it_does_not_fit(workload: Path, tmp_path: Path) -> 
     fits = invoke("budget", workload, "--out", tmp_path)
     assert (fits.exit_code, "FITS" in fits.stdout) == (0, True)
     over = invoke(
-        "budget", workload, "--device", "xc7z020", "--set", "pl.lanes=64", "--out", tmp_path, "--json"
+        "budget", workload, "--device", "xc7z020", "--set", "pl.lanes=16", "--out", tmp_path, "--json"
     )
     assert over.exit_code == 1
     document = json.loads(over.stdout)

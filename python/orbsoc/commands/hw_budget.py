@@ -16,6 +16,7 @@ def budget(
     device: options.DeviceOption = "zu9eg",
     partition: options.PartitionOption = "paper",
     settings: options.SetOption = None,
+    exact: options.ExactOption = False,
     out: options.OutOption = None,
     as_json: options.JsonOption = False,
 ) -> None:
@@ -31,7 +32,7 @@ def budget(
 
         machine, split = options.computer(device, settings), load_partition(partition)
         record = load_workload(workload)
-        found = priced(record.trace, machine, split, options.stage_cycles(record))
+        found = priced(record.trace, machine, split, options.stage_cycles(record, exact=exact))
         title = f"{split.name} on {machine.name}, {machine.pl.lanes.value} lanes"
         verdict = (
             f"modelled: {title}: {'FITS' if found.fits else 'DOES NOT FIT'}; tightest is {found.tightest.kind},"

@@ -20,6 +20,7 @@ def explain(
     workload: options.WorkloadArgument,
     a: Annotated[str, typer.Argument(help=f"{_FORM}, e.g. zu9eg:paper", metavar="A")],
     b: Annotated[str, typer.Argument(help=f"{_FORM}, e.g. zu9eg:paper:pl.lanes=8", metavar="B")],
+    exact: options.ExactOption = False,
     out: options.OutOption = None,
     as_json: options.JsonOption = False,
 ) -> None:
@@ -31,7 +32,7 @@ def explain(
 
         one, other = _configuration(a), _configuration(b)
         record = load_workload(workload)
-        found = compare(record.trace, one, other, options.stage_cycles(record))
+        found = compare(record.trace, one, other, options.stage_cycles(record, exact=exact))
         datapath = record.trace.datapath
         assumptions = {
             side: options.echoed(chosen.platform, datapath) for side, chosen in (("a", one), ("b", other))

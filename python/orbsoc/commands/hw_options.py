@@ -39,6 +39,12 @@ SetOption = Annotated[
 OutOption = Annotated[
     Path | None, typer.Option(help="output folder; out/hw-COMMAND by default", metavar="DIR")
 ]
+ExactOption = Annotated[
+    bool,
+    typer.Option(
+        "--exact", help="schedule every segment, equal to the RTL, instead of estimating its cycles"
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="print the JSON document on standard output")]
 
 
@@ -66,12 +72,22 @@ def parsed_settings(settings: Sequence[str] | None) -> dict[str, Any]:
     return found
 
 
-def stage_cycles(workload: Workload) -> StageCycles:
-    """Where the cycles of this workload's segments come from: the one place that chooses estimate or schedule."""
-    from hw_model.stage_cycles import estimated
+def stage_cycles(workload: Workload, *, exact: bool = False) -> StageCycles:
+    """Where the cycles of this workload's segments come from: the estimate, or exact schedules of its problems.
 
-    del workload  # schedules will be made from its problems
-    return estimated
+    Raises WorkloadError when schedules are asked for and there is only a trace.
+    """
+    from hw_model.stage_cycles import estimated
+    from orbsoc.exact_cycles import exact_cycles
+    from orbsoc.workload import WorkloadError
+
+    if not exact:
+        return estimated
+    if not workload.problems:
+        raise WorkloadError(
+            f"--exact: {workload.origin} holds no problem to schedule; give a scenario or a problem"
+        )
+    return exact_cycles(workload.problems)
 
 
 def write_all(folder: Path, files: Mapping[str, str | bytes]) -> None:

@@ -13,6 +13,7 @@ def trace(
     device: options.DeviceOption = "zu9eg",
     partition: options.PartitionOption = "paper",
     settings: options.SetOption = None,
+    exact: options.ExactOption = False,
     out: options.OutOption = None,
     as_json: options.JsonOption = False,
 ) -> None:
@@ -26,7 +27,7 @@ def trace(
 
         machine, split = options.computer(device, settings), load_partition(partition)
         record = load_workload(workload)
-        timeline = simulate(record.trace, machine, split, options.stage_cycles(record))
+        timeline = simulate(record.trace, machine, split, options.stage_cycles(record, exact=exact))
         folder = out or Path("out") / f"hw-trace-{record.name}"
         document = trace_events(timeline, machine, record.trace.datapath)
         options.write_all(

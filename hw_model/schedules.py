@@ -1,0 +1,85 @@
+"""Exact cycles of stages from the schedules of their operation streams, in place of the estimate.
+
+A schedule is asked for by (pattern, stage, engine) and answers with its cycles by cause, as the scheduler names
+them; two causes of it may be one here. docs/pl-machine.md is the engine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+from .errors import HwModelError
+from .stage_cycles import PlCycles, StageCycles
+from .vocabulary import PL_CAUSES, Datapath, PlCause
+
+if TYPE_CHECKING:
+    from .platform import Platform
+    from .trace import Trace
+
+CAUSE_OF: dict[str, PlCause] = {
+    "issue": "issue", "dependency": "dependency", "read_port": "bank", "write_port": "write_port",
+    "result": "write_port", "divider": "divider", "fetch": "fetch", "startup": "drain", "drain": "drain",
+    "finish": "drain",
+}  # fmt: skip
+"""The scheduler's causes → the model's: a taken result register counts as a write port, the ends of a segment as drain."""
+
+
+class Engine(NamedTuple):
+    """What a schedule depends on, beside the operations: the configuration of the PL engine."""
+
+    lanes: int
+    dividers: int
+    banks: int
+    datapath: Datapath
+
+
+@dataclass(frozen=True, slots=True)
+class Schedule:
+    """One segment: cycles by the scheduler's causes, and the L0 bound with its bottleneck."""
+
+    causes: Mapping[str, int]
+    lower_bound: int
+    bottleneck: str
+
+
+def scheduled(source: Callable[[int, str, Engine], Schedule]) -> StageCycles:
+    """Cycles from `source`, each schedule asked for once.
+
+    A platform whose `pl.latency_preset` is not the RTL's has no schedule, and a cause that is not known is an error:
+    both raise HwModelError.
+    """
+    known: dict[tuple[int, str, Engine], PlCycles] = {}
+
+    def look_up(trace: Trace, platform: Platform, pattern: int, stage: str) -> PlCycles:
+        pl = platform.pl
+        if pl.latency_preset != "orbsoc_rtl":
+            raise HwModelError(
+                f"`pl.latency_preset` = {pl.latency_preset!r}: schedules are made with the latencies of 'orbsoc_rtl' only"
+            )
+        engine = Engine(pl.lanes.value, pl.dividers.value, pl.banks.value, trace.datapath)
+        key = (pattern, stage, engine)
+        if key not in known:
+            known[key] = _translated(source(*key), stage)
+        return known[key]
+
+    return look_up
+
+
+def _translated(found: Schedule, stage: str) -> PlCycles:
+    causes: dict[PlCause, int] = dict.fromkeys(PL_CAUSES, 0)
+    for name, cycles in found.causes.items():
+        if name not in CAUSE_OF:
+            raise HwModelError(
+                f"schedule of {stage!r}: cause {name!r} is not known; allowed: {', '.join(CAUSE_OF)}"
+            )
+        if cycles < 0:
+            raise HwModelError(f"schedule of {stage!r}: {name} = {cycles} cycles: must be 0 or more")
+        causes[CAUSE_OF[name]] += cycles
+    result = PlCycles(causes, found.lower_bound, found.bottleneck, "schedule")
+    if result.cycles < found.lower_bound:
+        raise HwModelError(
+            f"schedule of {stage!r}: {result.cycles} cycles are fewer than the bound {found.lower_bound} allows"
+        )
+    return result
