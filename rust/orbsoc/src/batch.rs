@@ -82,6 +82,10 @@ pub fn solve_batch(
     Ok(solved.into_iter().flatten().collect())
 }
 
+#[cfg(test)]
+#[path = "batch_tests.rs"]
+mod tests;
+
 /// A problem in a lane.
 struct Seat {
     index: usize,
