@@ -21,7 +21,6 @@ pub(crate) struct Datapath<T> {
     pub structure: Arc<Structure>,
     pub settings: Settings,
     pub work: Workspace<T>,
-    simd: pulp::Arch,
 }
 
 impl<T: Real> Datapath<T> {
@@ -37,13 +36,13 @@ impl<T: Real> Datapath<T> {
         words[parameter::RESIDUAL_FLOOR] = T::constant(0.01 * settings.tol);
         words[parameter::START_FLOOR] = T::constant(START_FLOOR.max(0.01 * settings.tol));
         words[parameter::STEP_FRACTION] = T::constant(settings.step_fraction);
-        Ok(Self { structure, settings: settings.clone(), work, simd: pulp::Arch::new() })
+        Ok(Self { structure, settings: settings.clone(), work })
     }
 
     /// Run a stage's arithmetic.
     pub fn execute(&mut self, stage: Stage) {
-        let Self { structure, settings, work, .. } = self;
-        self.simd.dispatch(StageRun { structure, settings, work, stage });
+        let Self { structure, settings, work } = self;
+        T::vectorize(StageRun { structure, settings, work, stage });
     }
 }
 
@@ -103,8 +102,7 @@ impl<T: Decide> Datapath<T> {
                 .iter()
                 .enumerate()
                 .for_each(|(lane, &taken)| mask.set_lane(lane, f64::from(u8::from(taken))));
-            let merge = Merge { mask, from: &from.work, to: &mut self.work, buffers };
-            self.simd.dispatch(merge);
+            T::vectorize(Merge { mask, from: &from.work, to: &mut self.work, buffers });
         }
         for lane in (0..lanes.len()).filter(|&lane| lanes[lane]) {
             self.reset(lane);

@@ -157,6 +157,10 @@ impl Real for Counted {
     type Mask = CountedMask;
     const TILE: usize = 4;
 
+    fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output {
+        work.with_simd(pulp::Scalar)
+    }
+
     fn constant(_: f64) -> Self {
         Self { ready: 0 }
     }

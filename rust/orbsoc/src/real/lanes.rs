@@ -93,6 +93,11 @@ impl<S: EightLanes> Real for Lanes<S> {
     const TILE: usize = S::TILE;
 
     #[inline(always)]
+    fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output {
+        S::token().vectorize(work)
+    }
+
+    #[inline(always)]
     fn constant(value: f64) -> Self {
         let simd = S::token();
         Self { simd, words: simd.splat_f64s(value) }

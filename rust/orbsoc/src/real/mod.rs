@@ -39,6 +39,9 @@ pub trait Real:
     /// no bit.
     const TILE: usize;
 
+    /// Run `work`, compiled for the instruction set that these words want.
+    fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output;
+
     /// A literal or an input word.
     fn constant(value: f64) -> Self;
     /// Square root, correctly rounded.

@@ -14,6 +14,11 @@ macro_rules! ieee {
             const TILE: usize = 4;
 
             #[inline(always)]
+            fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output {
+                pulp::Arch::new().dispatch(work)
+            }
+
+            #[inline(always)]
             #[allow(clippy::cast_possible_truncation)] // binary32 input words are rounded once, here
             fn constant(value: f64) -> Self {
                 value as $t

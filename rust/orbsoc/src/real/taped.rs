@@ -166,6 +166,10 @@ impl Real for Taped {
     type Mask = TapedMask;
     const TILE: usize = 4;
 
+    fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output {
+        work.with_simd(pulp::Scalar)
+    }
+
     fn constant(value: f64) -> Self {
         with_record(|record| record.constant(value))
     }
