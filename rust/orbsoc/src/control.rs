@@ -30,6 +30,7 @@ const HIGHEST_START: f64 = 1.0;
 const STUCK: f64 = 0.01;
 
 #[derive(Clone, Debug, Default)]
+#[allow(clippy::struct_excessive_bools)] // independent facts about one walk, no state machine
 pub(crate) struct Control {
     /// Steps taken since the last start.
     pub iteration: u32,
