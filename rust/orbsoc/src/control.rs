@@ -54,8 +54,6 @@ pub(crate) struct Control {
     met: bool,
     idle: u32,
     short_steps: u32,
-    /// The last step was shorter than a good start ever takes.
-    stuck: bool,
     refined: u32,
     deadline: Option<Instant>,
 }
@@ -162,7 +160,7 @@ impl Control {
             Some(Stop::PrimalCertificate)
         } else if self.dual_radius >= RADIUS_CONCLUSIVE {
             Some(Stop::DualCertificate)
-        } else if self.warm_start == WarmStart::Used && self.stuck {
+        } else if self.stuck() {
             Some(Stop::Unprofitable)
         } else if self.interrupted {
             Some(Stop::Interrupted)
@@ -175,6 +173,11 @@ impl Control {
         } else {
             None
         }
+    }
+
+    /// Whether the last step after a warm start was shorter than a good start ever takes.
+    fn stuck(&self) -> bool {
+        self.warm_start == WarmStart::Used && self.iteration > 0 && self.step < STUCK
     }
 
     /// After a solve or a refinement step: refine (once more), or go on.
@@ -204,7 +207,6 @@ impl Control {
     fn note_step(&mut self, taken: f64) {
         self.iteration += 1;
         self.step = taken;
-        self.stuck = taken < STUCK;
         self.short_steps = if taken < SHORT_STEP { self.short_steps + 1 } else { 0 };
     }
 }
