@@ -2,8 +2,8 @@
 
 use crate::configuration::Configuration;
 use crate::graph::Graph;
+use crate::placement::Place;
 use crate::reservation::Conflict;
-use crate::schedule::Place;
 
 /// Cycles by cause.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -58,6 +58,34 @@ impl Edges {
         &self.from[self.first[k as usize] as usize..self.first[k as usize + 1] as usize]
     }
 
+    /// Who goes first: the longest way to the end, but of two ways about as long the earlier one in the kernel, which
+    /// finishes what it began: that is the order in which pivots free most work. Decreases along every edge, since
+    /// ways get shorter and numbers higher.
+    pub fn urgency(&self, k: u32) -> i64 {
+        const NODES_PER_CYCLE: i64 = 32;
+        NODES_PER_CYCLE * i64::from(self.path[k as usize]) - i64::from(k)
+    }
+
+    /// Nodes that wait for each node, as the start of each node's list and the lists; and how many it waits for.
+    pub fn waiting(&self) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
+        let nodes = self.path.len();
+        let mut first = vec![0u32; nodes + 1];
+        self.from.iter().for_each(|&(source, _)| first[source as usize + 1] += 1);
+        for k in 0..nodes {
+            first[k + 1] += first[k];
+        }
+        let (mut next, mut list) = (first.clone(), vec![0; self.from.len()]);
+        let mut count = vec![0; nodes];
+        for k in 0..nodes as u32 {
+            for &(source, _) in self.into(k) {
+                list[next[source as usize] as usize] = k;
+                next[source as usize] += 1;
+                count[k as usize] += 1;
+            }
+        }
+        (first, list, count)
+    }
+
     /// The longest way of all.
     pub fn longest(&self) -> u32 {
         self.path.iter().copied().max().unwrap_or(0)

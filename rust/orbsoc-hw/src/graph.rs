@@ -11,7 +11,7 @@ use orbsoc::Tape;
 use std::collections::HashMap;
 
 /// An operand: a fixed word of storage, or the result of a node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Operand {
     /// The address of a buffer's word or of a literal.
     Fixed(u32),
@@ -240,11 +240,10 @@ impl<'a> Lowering<'a> {
                 }
             }
         }
-        let stores = self.tape.stores.iter();
-        for store in stores {
-            let home = self.layout.home(store.buffer, store.index).expect("live stores have homes");
-            if let Value::Result(k) = store.value {
-                let k = self.node_of[k as usize].expect("stored results are live");
+        for store in &self.tape.stores {
+            let Some(home) = self.layout.home(store.buffer, store.index) else { continue };
+            let node = if let Value::Result(k) = store.value { self.node_of[k as usize] } else { None };
+            if let Some(k) = node {
                 let free = last_reader.get(&home).is_none_or(|&reader| reader <= k);
                 if free && self.nodes[k as usize].home.is_none() {
                     self.nodes[k as usize].home = Some(home);

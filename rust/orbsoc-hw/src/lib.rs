@@ -8,6 +8,7 @@
 
 mod arithmetic;
 mod bounds;
+mod by_cycle;
 mod causes;
 mod code;
 mod compressed;
@@ -19,6 +20,7 @@ mod in_order;
 mod layout;
 mod machine;
 mod microcode;
+mod placement;
 mod program;
 mod reservation;
 mod rows;
@@ -27,6 +29,7 @@ mod snapshots;
 mod template;
 mod timing;
 mod validation;
+mod vectors;
 
 pub use arithmetic::compute;
 pub use bounds::Bounds;
@@ -41,7 +44,7 @@ pub use layout::Layout;
 pub use machine::{Fault, Machine, Rule, Violation};
 pub use microcode::{decode, flat, Microcode};
 pub use program::{Program, Segment};
-pub use schedule::{schedule, Issue, Schedule};
+pub use schedule::{schedule, Aim, Issue, Schedule};
 pub use snapshots::{snapshots, Snapshot, Snapshots};
 pub use timing::{Precision, Timing};
 pub use validation::{validation_case, Format};

@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::graph::Graph;
 use crate::layout::Layout;
 use crate::microcode::{flat, Microcode};
-use crate::schedule::{schedule, Schedule};
+use crate::schedule::{schedule, Aim, Schedule};
 use orbsoc::{Recording, Stage};
 
 /// A stage of a PL module, scheduled.
@@ -35,18 +35,26 @@ pub struct Program {
 }
 
 impl Program {
-    /// Schedule all tapes of a recording.
+    /// Schedule all tapes of a recording for the fewest cycles.
     ///
     /// # Errors
     /// A configuration that cannot exist, storage or microcode memory that is too small.
     pub fn new(recording: &Recording, configuration: &Configuration) -> Result<Self, Error> {
+        Self::with_aim(recording, configuration, Aim::Fast)
+    }
+
+    /// Schedule all tapes of a recording.
+    ///
+    /// # Errors
+    /// As [`Program::new`].
+    pub fn with_aim(recording: &Recording, configuration: &Configuration, aim: Aim) -> Result<Self, Error> {
         configuration.validate()?;
         let layout = Layout::new(recording, configuration)?;
         let mut start = 0;
         let mut segments = Vec::with_capacity(recording.tapes.len());
         for tape in &recording.tapes {
             let graph = Graph::new(tape, &layout);
-            let schedule = schedule(tape.stage.name(), &graph, &layout, configuration)?;
+            let schedule = schedule(tape.stage.name(), &graph, &layout, configuration, aim)?;
             let bounds = Bounds::new(&graph, configuration);
             let words = schedule.words as usize;
             segments.push(Segment { stage: tape.stage, start, bounds, schedule });

@@ -102,6 +102,11 @@ impl Reservation {
         operands.iter().zip(ports).all(free)
     }
 
+    /// Whether no operation begins in a lane.
+    pub fn lane_free(&mut self, cycle: u32, lane: usize) -> bool {
+        self.at(cycle).lanes >> lane & 1 == 0
+    }
+
     fn appears(&self, cycle: u32, code: Code) -> u32 {
         cycle + self.configuration.timing().latency(code)
     }

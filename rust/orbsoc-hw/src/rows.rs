@@ -3,7 +3,7 @@
 use crate::configuration::Configuration;
 use crate::error::Error;
 use crate::graph::{Graph, Operand};
-use crate::schedule::Place;
+use crate::placement::Place;
 use std::collections::{BinaryHeap, VecDeque};
 
 /// The address of every result, and how many words of storage are in use. Banks are given.

@@ -4,7 +4,8 @@ use crate::convert::{problem, refuse, settings};
 use numpy::{IntoPyArray, PyArray1};
 use orbsoc::{Module, Problem, Settings, Stage};
 use orbsoc_hw::{
-    snapshots, validation_case, Causes, Compressed, Configuration, Format, Gaps, Precision, Program, Segment,
+    snapshots, validation_case, Aim, Causes, Compressed, Configuration, Format, Gaps, Precision, Program,
+    Segment,
 };
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
@@ -21,6 +22,8 @@ fn unfit(error: orbsoc_hw::Error) -> PyErr {
 #[pyclass(module = "orbsoc._core", frozen)]
 pub struct HardwareProgram {
     program: Program,
+    /// The same segments, scheduled for few bits.
+    compact: Program,
     compressed: Compressed,
     problem: Problem,
     settings: Settings,
@@ -57,8 +60,9 @@ impl HardwareProgram {
             engine.validate().map_err(unfit)?;
             let recording = orbsoc::record_tapes(&problem, &settings).map_err(refuse)?;
             let program = Program::new(&recording, &engine).map_err(unfit)?;
-            let compressed = program.compressed().map_err(unfit)?;
-            Ok(Self { program, compressed, problem, settings })
+            let compact = Program::with_aim(&recording, &engine, Aim::Compact).map_err(unfit)?;
+            let compressed = compact.compressed().map_err(unfit)?;
+            Ok(Self { program, compact, compressed, problem, settings })
         })
     }
 
@@ -116,14 +120,15 @@ impl HardwareProgram {
             "in_order" => Format::InOrder(Gaps { seed, level }),
             _ => return Err(PyKeyError::new_err("no format of that name")),
         };
-        py.detach(|| match self.program.configuration.precision {
+        let program = if format == Format::Compressed { &self.compact } else { &self.program };
+        py.detach(|| match program.configuration.precision {
             Precision::F64 => {
                 let words = snapshots::<f64>(&self.problem, &self.settings).map_err(refuse)?;
-                validation_case(&self.program, &words, module, format).map_err(unfit)
+                validation_case(program, &words, module, format).map_err(unfit)
             }
             Precision::F32 => {
                 let words = snapshots::<f32>(&self.problem, &self.settings).map_err(refuse)?;
-                validation_case(&self.program, &words, module, format).map_err(unfit)
+                validation_case(program, &words, module, format).map_err(unfit)
             }
         })
     }

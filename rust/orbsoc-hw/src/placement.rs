@@ -1,0 +1,208 @@
+//! One operation into one cycle: which lane or divider, which bank, and every port reserved.
+
+use crate::causes::Accounts;
+use crate::code::Code;
+use crate::configuration::Configuration;
+use crate::edges::Edges;
+use crate::graph::{Graph, Node, Operand};
+use crate::layout::{Layout, Literals};
+use crate::reservation::{Conflict, Read, Reservation};
+
+/// A node's place.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    /// The node's, or the chain that does the same.
+    pub code: Code,
+    pub cycle: u32,
+    pub unit: u8,
+    pub bank: u8,
+    /// Whether a and b are exchanged.
+    pub swapped: bool,
+}
+
+/// All lanes, for operations that stand alone.
+pub(crate) const ANY_LANE: u32 = u32::MAX;
+
+const NOWHERE: Place = Place { code: Code::Move, cycle: u32::MAX, unit: 0, bank: 0, swapped: false };
+
+/// The places of a graph's nodes so far. Sources must be placed before their readers.
+pub(crate) struct Placement<'a> {
+    pub graph: &'a Graph,
+    pub configuration: &'a Configuration,
+    pub edges: &'a Edges,
+    pub places: Vec<Place>,
+    pub accounts: Accounts,
+    reservation: Reservation,
+    literals: Literals,
+    preferred_bank: u8,
+}
+
+impl<'a> Placement<'a> {
+    pub fn new(
+        graph: &'a Graph,
+        layout: &Layout,
+        configuration: &'a Configuration,
+        edges: &'a Edges,
+    ) -> Self {
+        Self {
+            graph,
+            configuration,
+            edges,
+            places: vec![NOWHERE; graph.nodes.len()],
+            accounts: Accounts::default(),
+            reservation: Reservation::new(configuration),
+            literals: layout.literals(),
+            preferred_bank: 0,
+        }
+    }
+
+    pub fn is_placed(&self, k: u32) -> bool {
+        self.places[k as usize].cycle != NOWHERE.cycle
+    }
+
+    /// The first cycle in which everything is in storage.
+    pub fn end(&self) -> u32 {
+        let timing = self.configuration.timing();
+        let ends = self.places.iter().map(|place| place.cycle + timing.distance(place.code) + 1);
+        ends.max().unwrap_or(0)
+    }
+
+    /// The first cycle in which a node's operands are there. All it waits for must be placed.
+    pub fn ready(&mut self, k: u32) -> u32 {
+        let (mut ready, mut after_divider) = (0, false);
+        for &(source, result) in self.edges.into(k) {
+            let place = self.places[source as usize];
+            let wait = if result { self.configuration.timing().distance(place.code) } else { 0 };
+            if place.cycle + wait >= ready {
+                (ready, after_divider) = (place.cycle + wait, place.code.on_divider());
+            }
+        }
+        self.accounts.arrived(ready, after_divider);
+        ready
+    }
+
+    /// Place a node in the first cycle that takes it.
+    pub fn place(&mut self, k: u32) {
+        let ready = self.ready(k);
+        self.place_from(k, ready);
+    }
+
+    /// Place a node in the first cycle from `cycle` on that takes it.
+    pub fn place_from(&mut self, k: u32, mut cycle: u32) {
+        let code = self.graph.nodes[k as usize].code;
+        loop {
+            if code.on_divider() {
+                let (free, _) = self.reservation.divider_from(cycle, code);
+                self.accounts.divider_wait(cycle, free);
+                cycle = free;
+            } else {
+                cycle = self.reservation.open_from(cycle);
+            }
+            match self.try_place(k, cycle, ANY_LANE) {
+                Ok(()) => return,
+                Err(_) if code.on_divider() => {}
+                Err(_) => self.reservation.refuse(cycle),
+            }
+            cycle += 1;
+        }
+    }
+
+    /// Whether no operation begins in a lane.
+    pub fn lane_free(&mut self, cycle: u32, lane: usize) -> bool {
+        self.reservation.lane_free(cycle, lane)
+    }
+
+    /// Whether a divider takes a node now.
+    pub fn divider_free(&mut self, k: u32, cycle: u32) -> bool {
+        self.reservation.divider_from(cycle, self.graph.nodes[k as usize].code).0 == cycle
+    }
+
+    /// Place a node in a cycle, in one of the lanes of a mask, or say what is in the way.
+    pub fn try_place(&mut self, k: u32, cycle: u32, lanes: u32) -> Result<(), Conflict> {
+        let node = self.graph.nodes[k as usize];
+        let operands = node.operands.map(|operand| operand.map(|o| self.read(o)));
+        let tried = self.find(&node, cycle, lanes, operands);
+        match tried {
+            Ok(place) => self.places[k as usize] = place,
+            Err(conflict) => self.accounts.refused(cycle, conflict),
+        }
+        tried.map(|_| ())
+    }
+
+    fn find(
+        &mut self,
+        node: &Node,
+        cycle: u32,
+        allowed: u32,
+        mut operands: [Option<Read>; 3],
+    ) -> Result<Place, Conflict> {
+        let mut code = node.code;
+        let unit = if code.on_divider() {
+            self.reservation.divider_from(cycle, code).1
+        } else {
+            let mut lanes = self.reservation.lanes_for(cycle, code) & allowed;
+            if lanes == 0 {
+                // The result register is taken too soon: the whole chain takes longer and may find it free.
+                code = code.by_chain().ok_or(Conflict::Result)?;
+                lanes = self.reservation.lanes_for(cycle, code) & allowed;
+                self.fill(node.code, &mut operands);
+            }
+            if lanes == 0 {
+                return Err(Conflict::Result);
+            }
+            lanes.trailing_zeros() as usize
+        };
+        let mut swapped = false;
+        if !self.reservation.may_read(cycle, &operands) {
+            // In a run, a lane keeps the operands where they were: exchanged, they would cost their full addresses.
+            operands.swap(0, 1);
+            swapped = true;
+            if allowed != ANY_LANE || !code.commutes() || !self.reservation.may_read(cycle, &operands) {
+                return Err(Conflict::ReadPort);
+            }
+        }
+        let banks = self.reservation.banks_for(cycle, code);
+        let bank = self.bank(node, banks).ok_or(Conflict::WritePort)?;
+        self.reservation.take(cycle, code, unit, &operands, bank);
+        Ok(Place { code, cycle, unit: unit as u8, bank: bank as u8, swapped })
+    }
+
+    /// What an operand reads, named so that equal words have equal names.
+    fn read(&self, operand: Operand) -> Read {
+        match operand {
+            Operand::Fixed(address) => Read { value: address, bank: self.configuration.bank(address) as u8 },
+            Operand::Node(source) => {
+                let fixed = self.configuration.words() as u32;
+                Read { value: fixed + source, bank: self.places[source as usize].bank }
+            }
+        }
+    }
+
+    /// The literal that makes a chain of a product or a sum.
+    fn fill(&self, code: Code, operands: &mut [Option<Read>; 3]) {
+        let (missing, address) = match code {
+            Code::Mul => (2, self.literals.minus_zero),
+            _ => (1, self.literals.one),
+        };
+        operands[missing] = Some(self.read(Operand::Fixed(address)));
+    }
+
+    /// The bank of the home; or that of the accumulator, whose word it may take over; or the next one in turn.
+    fn bank(&mut self, node: &Node, free: u64) -> Option<usize> {
+        if let Some(home) = node.home {
+            let bank = self.configuration.bank(home);
+            return (free >> bank & 1 == 1).then_some(bank);
+        }
+        if let Some(Operand::Node(source)) = node.operands[2] {
+            let bank = self.places[source as usize].bank;
+            if self.graph.uses[source as usize] == 1 && free >> bank & 1 == 1 {
+                return Some(bank as usize);
+            }
+        }
+        let banks = self.configuration.banks as u32;
+        let above = free & (u64::MAX << self.preferred_bank);
+        let bank = if above != 0 { above } else { free }.trailing_zeros();
+        self.preferred_bank = ((bank + 1) % banks) as u8;
+        (bank < banks).then_some(bank as usize)
+    }
+}
