@@ -19,7 +19,7 @@ from orbsoc.problem import Problem
 from orbsoc.settings import Settings
 
 SCHEMA = "orbsoc.pl-cycles/1"
-_KEPT = 32
+_KEPT = 8
 _LEAST_ADDRESS_BITS, _MOST_ADDRESS_BITS = 10, 20
 
 

@@ -70,7 +70,9 @@ impl<'a> Walk<'a> {
     /// Fill one cycle, or as much of it as can be before more becomes ready within it.
     fn cycle(&mut self) {
         while let Some(due) = self.calendar.remove(&self.now) {
-            due.into_iter().for_each(|k| self.welcome(k));
+            for k in due {
+                self.welcome(k);
+            }
             self.tell();
         }
         self.divide();

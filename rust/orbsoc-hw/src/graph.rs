@@ -7,7 +7,7 @@
 use crate::code::Code;
 use crate::layout::Layout;
 use orbsoc::real::Value;
-use orbsoc::Tape;
+use orbsoc::{Buffer, Tape};
 use std::collections::HashMap;
 
 /// An operand: a fixed word of storage, or the result of a node.
@@ -179,7 +179,7 @@ impl<'a> Lowering<'a> {
 
     fn address(&self, value: Value) -> Option<u32> {
         match value {
-            Value::Word { buffer, index } => self.layout.home(buffer, index),
+            Value::Word { buffer, index } => self.layout.home(Buffer::ALL[usize::from(buffer)], index),
             Value::Constant(k) => self.layout.constant(self.tape.constants[k as usize]),
             Value::Result(_) => None,
         }

@@ -6,7 +6,7 @@
 use crate::configuration::Configuration;
 use crate::error::Error;
 use orbsoc::real::Value;
-use orbsoc::{Buffer, Recording, Tape};
+use orbsoc::{word_of, Buffer, Recording, Tape};
 use std::collections::HashMap;
 
 /// Words that the scheduler itself asks for.
@@ -88,7 +88,7 @@ impl Layout {
 
 fn mark(tape: &Tape, used: &mut [Vec<bool>], constants: &mut Vec<u64>) {
     let mut see = |value: Value| match value {
-        Value::Word { buffer, index } => used[buffer as usize][index as usize] = true,
+        Value::Word { buffer, index } => used[usize::from(buffer)][index as usize] = true,
         Value::Constant(k) => {
             let bits = tape.constants[k as usize].to_bits();
             if !constants.contains(&bits) {
@@ -102,6 +102,6 @@ fn mark(tape: &Tape, used: &mut [Vec<bool>], constants: &mut Vec<u64>) {
     }
     for store in &tape.stores {
         see(store.value);
-        see(Value::Word { buffer: store.buffer, index: store.index });
+        see(word_of(store.buffer, store.index));
     }
 }

@@ -40,16 +40,13 @@ impl Vectors {
                 let reads = |source: u32| vectors.run[source as usize] == run;
                 vectors.length[run as usize] < LONGEST && !graph.nodes[k].sources().any(reads)
             });
-            match (run, before) {
-                (Some(run), Some(p)) => {
-                    vectors.next[p as usize] = Some(k as u32);
-                    vectors.run[k] = run;
-                    vectors.length[run as usize] += 1;
-                }
-                _ => {
-                    vectors.run[k] = vectors.length.len() as u32;
-                    vectors.length.push(1);
-                }
+            if let (Some(run), Some(p)) = (run, before) {
+                vectors.next[p as usize] = Some(k as u32);
+                vectors.run[k] = run;
+                vectors.length[run as usize] += 1;
+            } else {
+                vectors.run[k] = vectors.length.len() as u32;
+                vectors.length.push(1);
             }
         }
         vectors

@@ -72,7 +72,7 @@ pub use real::{Decide, Real};
 pub use settings::Settings;
 pub use solution::{Certificate, Solution, Status, WarmStart};
 pub use stage::{Module, Outcome, Stage, Step, Stop, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
-pub use tape::{record_tapes, Recording, Store, Tape};
+pub use tape::{record_tapes, word_of, Recording, Store, Tape};
 pub use trace::Event;
 pub use warm_start::Start;
 pub use workspace::Buffer;

@@ -84,10 +84,15 @@ pub fn record_tapes(problem: &Problem, settings: &Settings) -> Result<Recording,
     })
 }
 
+/// What a buffer's word holds before a stage, as a value.
+pub fn word_of(buffer: Buffer, index: u32) -> Value {
+    Value::Word { buffer: buffer as u16, index }
+}
+
 fn record_stage(path: &mut Datapath<Taped>, stage: Stage) -> Tape {
     for &buffer in Buffer::ALL {
         for (k, word) in path.work.get_mut(buffer).iter_mut().enumerate() {
-            *word = Taped(Value::Word { buffer, index: index(k) });
+            *word = Taped(word_of(buffer, index(k)));
         }
     }
     let recorded = record(|| {
@@ -99,7 +104,7 @@ fn record_stage(path: &mut Datapath<Taped>, stage: Stage) -> Tape {
     for &buffer in Buffer::ALL {
         for (k, word) in path.work.get(buffer).iter().enumerate() {
             let index = index(k);
-            if word.0 != (Value::Word { buffer, index }) {
+            if word.0 != word_of(buffer, index) {
                 stores.push(Store { buffer, index, value: word.0 });
             }
         }
@@ -136,7 +141,9 @@ impl Tape {
         let constants: Vec<T> = self.constants.iter().map(|&value| T::constant(value)).collect();
         let mut results: Vec<Word<T>> = Vec::with_capacity(self.operations.len());
         let get = |results: &[Word<T>], value: Value| match value {
-            Value::Word { buffer, index } => Word::Number(read(buffer, index as usize)),
+            Value::Word { buffer, index } => {
+                Word::Number(read(Buffer::ALL[usize::from(buffer)], index as usize))
+            }
             Value::Constant(k) => Word::Number(constants[k as usize]),
             Value::Result(k) => results[k as usize],
         };

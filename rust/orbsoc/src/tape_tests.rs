@@ -122,7 +122,10 @@ fn patterns() -> Vec<Problem> {
 fn reads(tape: &Tape) -> HashSet<Buffer> {
     let operands = tape.operations.iter().flat_map(|o| [Some(o.a), o.b, o.c]).flatten();
     let stored = tape.stores.iter().map(|store| store.value);
-    let buffer = |value| if let Value::Word { buffer, .. } = value { Some(buffer) } else { None };
+    let buffer = |value| match value {
+        Value::Word { buffer, .. } => Some(Buffer::ALL[usize::from(buffer)]),
+        _ => None,
+    };
     operands.chain(stored).filter_map(buffer).collect()
 }
 

@@ -5,7 +5,6 @@
 //! word of storage a value lives in is the scheduler's business.
 
 use super::Real;
-use crate::workspace::Buffer;
 use core::cell::RefCell;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use std::collections::HashMap;
@@ -15,8 +14,8 @@ use std::collections::HashMap;
 pub enum Value {
     /// What a buffer's word held before the stage.
     Word {
-        /// The buffer.
-        buffer: Buffer,
+        /// The buffer's place in [`crate::Buffer::ALL`].
+        buffer: u16,
         /// Which of its words.
         index: u32,
     },
@@ -207,7 +206,7 @@ mod tests {
     use super::*;
 
     fn word(index: u32) -> Value {
-        Value::Word { buffer: Buffer::Point, index }
+        Value::Word { buffer: 3, index }
     }
 
     #[test]

@@ -1,0 +1,65 @@
+"""The schedules of real problems on the RTL: equal cycles, equal words, on every sequencer."""
+
+from __future__ import annotations
+
+import pytest
+
+from orbsoc.pl_program import Engine, scheduled
+from orbsoc.rtl_validation import (
+    MODULES,
+    Point,
+    built,
+    problems,
+    quick_points,
+    rtl_folder,
+    run,
+    summary,
+    validate,
+)
+from orbsoc.settings import Settings
+from tests.rtl.verilator import require_verilator
+
+SMALL = "6 variables, cones 3"
+
+
+def test_the_quick_points_cover_every_module_lane_and_bank_count() -> None:
+    points = quick_points(tuple(problems()))
+    flat = [point for point in points if point.format == "flat"]
+    assert {point.module for point in flat} == set(MODULES)
+    assert {point.engine.lanes for point in flat} == {1, 2, 4}
+    assert {point.engine.banks for point in flat} == {4, 8, 16}
+    assert {point.engine.fp for point in points} == {64, 32}
+    assert {point.format for point in points} == {"flat", "compressed", "in_order"}
+
+
+def test_the_rtl_runs_the_quick_points_in_the_models_cycles() -> None:
+    require_verilator()
+    named = problems()
+    outcomes = [o for found in validate(rtl_folder(None), quick_points(tuple(named)), named) for o in found]
+    assert [outcome for outcome in outcomes if not outcome.good] == []
+    assert summary(outcomes)["flat"]["largest_cycle_error"] == 0.0
+
+
+def test_a_word_that_differs_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One bit of the expected words, turned; and a cycle, miscounted."""
+    require_verilator()
+    engine = Engine(lanes=1, banks=4, address_bits=15)
+    program = scheduled(problems()[SMALL], Settings(), engine)
+    point = Point(SMALL, "line_search", engine)
+    good = program.core.case("line_search", "flat")
+    before, expect = good.split("expect ", 1)
+    lines = expect.splitlines()
+    lines[1] = lines[1][:-1] + ("0" if lines[1][-1] != "0" else "1")
+    cycles = f"cycles {program.segments['step_length'].cycles}"
+    wrong = (before + "expect " + "\n".join(lines) + "\n").replace(cycles, f"{cycles}1")
+
+    class Wrong:
+        def case(self, *_: object, **__: object) -> str:
+            return wrong
+
+    monkeypatch.setattr(type(program), "core", Wrong(), raising=False)
+    (outcome,) = run(rtl_folder(None), point, program)
+    assert not outcome.good
+    assert outcome.different_words == 1
+    assert outcome.model_cycles != outcome.rtl_cycles
+    assert built(rtl_folder(None), engine, "flat").is_file()
