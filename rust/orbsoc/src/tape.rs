@@ -13,6 +13,7 @@ use crate::structure::Structure;
 use crate::supernode::Panels;
 use crate::symbolic::index;
 use crate::workspace::Buffer;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// A buffer's word and the value that a stage leaves there.
@@ -136,6 +137,38 @@ impl<T: Real> Word<T> {
 }
 
 impl Tape {
+    /// This stage and then another as one stream: what the first leaves in a word, the second reads as a result, so
+    /// that a schedule may begin the second while the first still runs. It keeps the first one's name.
+    pub fn then(&self, next: &Self) -> Self {
+        let left: HashMap<(Buffer, u32), Value> =
+            self.stores.iter().map(|store| ((store.buffer, store.index), store.value)).collect();
+        let (constants, results) = (index(self.constants.len()), index(self.operations.len()));
+        let moved = |value: Value| match value {
+            Value::Word { buffer, index } => {
+                *left.get(&(Buffer::ALL[usize::from(buffer)], index)).unwrap_or(&value)
+            }
+            Value::Constant(k) => Value::Constant(k + constants),
+            Value::Result(k) => Value::Result(k + results),
+        };
+        let operations = next.operations.iter().map(|o| Operation {
+            opcode: o.opcode,
+            a: moved(o.a),
+            b: o.b.map(moved),
+            c: o.c.map(moved),
+        });
+        let mut both = left.clone();
+        both.extend(next.stores.iter().map(|store| ((store.buffer, store.index), moved(store.value))));
+        let mut stores: Vec<Store> =
+            both.into_iter().map(|((buffer, index), value)| Store { buffer, index, value }).collect();
+        stores.sort_unstable_by_key(|store| (store.buffer as usize, store.index));
+        Self {
+            stage: self.stage,
+            constants: self.constants.iter().chain(&next.constants).copied().collect(),
+            operations: self.operations.iter().copied().chain(operations).collect(),
+            stores,
+        }
+    }
+
     /// Run the operations on words from `read`; returns the values of [`Tape::stores`].
     pub fn execute<T: Real>(&self, read: impl Fn(Buffer, usize) -> T) -> Vec<T> {
         let constants: Vec<T> = self.constants.iter().map(|&value| T::constant(value)).collect();

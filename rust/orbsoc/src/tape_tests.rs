@@ -110,6 +110,19 @@ proptest! {
     }
 }
 
+#[test]
+fn two_tapes_in_one_make_what_they_make_one_after_the_other() {
+    let recording = record_tapes(&mixed_problem(2), &Settings::default()).unwrap();
+    let tape = |stage| recording.tape(stage).unwrap();
+    let both = tape(Stage::ScalingBlocks).then(tape(Stage::Factorize));
+    let mut engine = Engine::<f64>::exact(&mixed_problem(2), &Settings::default()).unwrap();
+    walk(&mut engine, 2);
+    let before = engine.clone();
+    engine.run(Stage::ScalingBlocks);
+    engine.run(Stage::Factorize);
+    check(&both, |b| before.buffer(b).to_vec(), |b| engine.buffer(b).to_vec());
+}
+
 /// Patterns of which each stage shows all of its reads in at least one.
 fn patterns() -> Vec<Problem> {
     let rows = Csc::from_dense(&[&[-1.0], &[1.0]], 1);
