@@ -44,7 +44,8 @@ class Segment:
     """One stage on the engine. All in PL cycles unless the name says otherwise.
 
     `lower_bound` is L0: no schedule is shorter, and `bottleneck` names the resource. `causes` sum to `cycles`,
-    `lane_causes` to `cycles` times lanes. `compressed_cycles` is the time with compressed microcode.
+    `lane_causes` to `cycles` times lanes. `compressed_cycles` is the time with compressed microcode,
+    None where the format does not fit the engine (one lane).
     """
 
     stage: str
@@ -57,8 +58,8 @@ class Segment:
     utilisation: float
     words: int
     flat_bits: int
-    compressed_bits: int
-    compressed_cycles: int
+    compressed_bits: int | None
+    compressed_cycles: int | None
     causes: dict[str, int]
     lane_causes: dict[str, int]
 

@@ -93,7 +93,8 @@ def _row(program: PlProgram, name: str) -> dict[str, object]:
 def _table(program: PlProgram, machine: Platform) -> list[str]:
     """The program in words: modules, then segments, then what it takes to store."""
     engine, segments = program.engine, list(program.segments.values())
-    flat, compressed = sum(s.flat_bits for s in segments), sum(s.compressed_bits for s in segments)
+    flat = sum(segment.flat_bits for segment in segments)
+    stored = [segment.compressed_bits for segment in segments if segment.compressed_bits is not None]
     lines = [
         f"modelled, equal to the RTL cycle for cycle: f{engine.fp}, {engine.lanes} lanes, {engine.dividers} divider(s),"
         f" {engine.banks} banks, PL at {machine.pl.clock_mhz.value:g} MHz",
@@ -111,8 +112,13 @@ def _table(program: PlProgram, machine: Platform) -> list[str]:
                 f"  {segment.bottleneck:10s} {100 * segment.lower_bound / segment.cycles:5.0f} %"
                 f" {100 * segment.utilisation:4.0f} %  {', '.join(shares)}"
             )
+    smaller = (
+        f"{sum(stored) / 1e6:.2f} Mbit compressed ({flat / sum(stored):.1f} times less)"
+        if stored
+        else "which this engine cannot compress"
+    )
     lines.append(
         f"storage {program.home_words} words of buffers and literals, 2^{engine.address_bits} with temporaries;"
-        f" microcode {flat / 1e6:.2f} Mbit flat, {compressed / 1e6:.2f} Mbit compressed ({flat / compressed:.1f} times less)"
+        f" microcode {flat / 1e6:.2f} Mbit flat, {smaller}"
     )
     return lines

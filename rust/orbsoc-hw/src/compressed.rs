@@ -71,12 +71,13 @@ impl Compressed {
         };
         let lane = 1 + format.template_bits + 4 * format.address_bits;
         let longest = 2 + format.lanes * lane + format.dividers * (2 + 3 * format.address_bits);
-        if longest > 4 * format.fetch() {
+        // A fuller buffer is not filled up any more: what is longer would wait for ever.
+        if longest > 3 * format.fetch() {
             let (field, value) = ("address_bits", u64::from(configuration.address_bits));
             return Err(Error::Configuration {
                 field,
                 value,
-                allowed: "what a decoder's buffer of 128 bits a lane holds",
+                allowed: "what lets every item fit into three lines of compressed microcode",
             });
         }
         Ok(format)

@@ -24,7 +24,8 @@ pub struct HardwareProgram {
     program: Program,
     /// The same segments, scheduled for few bits.
     compact: Program,
-    compressed: Compressed,
+    /// None where the format does not fit the engine.
+    compressed: Option<Compressed>,
     problem: Problem,
     settings: Settings,
 }
@@ -61,7 +62,7 @@ impl HardwareProgram {
             let recording = orbsoc::record_tapes(&problem, &settings).map_err(refuse)?;
             let program = Program::new(&recording, &engine).map_err(unfit)?;
             let compact = Program::with_aim(&recording, &engine, Aim::Compact).map_err(unfit)?;
-            let compressed = compact.compressed().map_err(unfit)?;
+            let compressed = compact.compressed().ok();
             Ok(Self { program, compact, compressed, problem, settings })
         })
     }
@@ -141,7 +142,8 @@ impl HardwareProgram {
         number: usize,
         segment: &Segment,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let (schedule, compressed) = (&segment.schedule, self.compressed.segments[number]);
+        let schedule = &segment.schedule;
+        let compressed = self.compressed.as_ref().map(|all| all.segments[number]);
         let out = PyDict::new(py);
         out.set_item("module", segment.stage.module().name())?;
         out.set_item("cycles", schedule.cycles)?;
@@ -152,8 +154,8 @@ impl HardwareProgram {
         out.set_item("utilisation", schedule.utilisation(&self.program.configuration))?;
         out.set_item("words", schedule.words)?;
         out.set_item("flat_bits", u64::from(schedule.words) * self.program.configuration.flat_bits() as u64)?;
-        out.set_item("compressed_bits", compressed.bits)?;
-        out.set_item("compressed_cycles", compressed.cycles)?;
+        out.set_item("compressed_bits", compressed.map(|c| c.bits))?;
+        out.set_item("compressed_cycles", compressed.map(|c| c.cycles))?;
         out.set_item("causes", causes(py, &schedule.causes)?)?;
         out.set_item("lane_causes", causes(py, &schedule.slots)?)?;
         Ok(out)

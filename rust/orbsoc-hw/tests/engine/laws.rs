@@ -97,7 +97,10 @@ proptest! {
     #[test]
     fn decompressed_words_are_the_schedule(problem in problems(), engine in engines()) {
         let program = program(&problem, &engine);
-        let compressed = program.compressed().unwrap();
+        let Ok(compressed) = program.compressed() else {
+            prop_assert_eq!(engine.lanes, 1);
+            return Ok(());
+        };
         for (k, segment) in program.segments.iter().enumerate() {
             let words = decompress(&compressed, k, &engine).unwrap();
             prop_assert_eq!(&words, &segment.schedule.issues);
