@@ -98,7 +98,7 @@ proptest! {
     fn decompressed_words_are_the_schedule(problem in problems(), engine in engines()) {
         let program = program(&problem, &engine);
         let Ok(compressed) = program.compressed() else {
-            prop_assert_eq!(engine.lanes, 1);
+            prop_assert!(engine.lanes <= 2);
             return Ok(());
         };
         for (k, segment) in program.segments.iter().enumerate() {
