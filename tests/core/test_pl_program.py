@@ -27,7 +27,7 @@ def test_every_stage_of_the_six_modules_has_a_segment(program: PlProgram) -> Non
     assert modules == {
         "matrix_update", "matrix_scaling", "factorization", "linear_solve", "cone_ops", "line_search",
     }  # fmt: skip
-    assert len(program.segments) == 22
+    assert len(program.segments) == 21
 
 
 def test_causes_sum_to_the_cycles_and_bounds_stay_below(program: PlProgram) -> None:
