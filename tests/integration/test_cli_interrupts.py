@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner, Result
@@ -78,12 +79,12 @@ def signal_inside(monkeypatch: pytest.MonkeyPatch, call: int, *, heeded: bool) -
     run = Driver.run
     calls = 0
 
-    def interrupted(driver: Driver) -> None:
+    def interrupted(driver: Driver, **walk: Any) -> None:
         nonlocal calls
         calls += 1
         if calls == call and heeded:
             signal.raise_signal(signal.SIGINT)
-        run(driver)
+        run(driver, **walk)
         if calls == call and not heeded:
             signal.raise_signal(signal.SIGINT)
 
