@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -134,8 +135,10 @@ def test_a_process_that_dies_or_dawdles_is_an_outcome_and_the_next_question_star
     try:
         answered = process.ask(square, 1e-8, 60.0)
         assert [row.verified(1e-6) for row in answered] == [True]
-        late = process.ask(none, 1e-8, 0.0)
-        assert [row.outcome for row in late] == ["time limit of 0 s"]
+        silent = tmp_path / "silent.npz"
+        os.mkfifo(silent)  # nobody writes to it: whoever opens it waits
+        late = process.ask(replace(none, path=str(silent)), 1e-8, 0.1)
+        assert [row.outcome for row in late] == ["time limit of 0.1 s"]
         missing = process.ask(replace(square, path=str(tmp_path / "no.npz")), 1e-8, 60.0)
         assert [row.outcome for row in missing] == ["crashed"]
         again = process.ask(square, 1e-8, 60.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from orbsoc.pl_program import Engine, scheduled
@@ -11,7 +13,6 @@ from orbsoc.rtl_validation import (
     built,
     problems,
     quick_points,
-    rtl_folder,
     run,
     summary,
     validate,
@@ -19,6 +20,7 @@ from orbsoc.rtl_validation import (
 from orbsoc.settings import Settings
 from tests.rtl.verilator import require_verilator
 
+RTL = Path(__file__).parents[2] / "rtl"
 SMALL = "6 variables, cones 3"
 
 
@@ -35,7 +37,7 @@ def test_the_quick_points_cover_every_module_lane_and_bank_count() -> None:
 def test_the_rtl_runs_the_quick_points_in_the_models_cycles() -> None:
     require_verilator()
     named = problems()
-    outcomes = [o for found in validate(rtl_folder(None), quick_points(tuple(named)), named) for o in found]
+    outcomes = [o for found in validate(RTL, quick_points(tuple(named)), named) for o in found]
     assert [outcome for outcome in outcomes if not outcome.good] == []
     assert summary(outcomes)["flat"]["largest_cycle_error"] == 0.0
 
@@ -58,8 +60,8 @@ def test_a_word_that_differs_is_reported(monkeypatch: pytest.MonkeyPatch) -> Non
             return wrong
 
     monkeypatch.setattr(type(program), "core", Wrong(), raising=False)
-    (outcome,) = run(rtl_folder(None), point, program)
+    (outcome,) = run(RTL, point, program)
     assert not outcome.good
     assert outcome.different_words == 1
     assert outcome.model_cycles != outcome.rtl_cycles
-    assert built(rtl_folder(None), engine, "flat").is_file()
+    assert built(RTL, engine, "flat").is_file()
