@@ -178,3 +178,22 @@ def test_a_scenario_is_planned_once_and_priced(tmp_path: Path) -> None:
     result = invoke("budget", ROOT / "scenarios" / "rec1.toml", "--out", tmp_path, "--json")
     assert result.exit_code == 0, result.output
     assert json.loads(result.stdout)["workload"].startswith("plan of rec1.toml (")
+
+
+def test_precision_lists_every_datapath_and_says_why_one_fails(tmp_path: Path) -> None:
+    result = invoke("precision", ROOT / "scenarios" / "rec1.toml", "--out", tmp_path, "--json")
+    assert result.exit_code == 0, result.output
+    rows = json.loads(result.stdout)["rows"]
+    found = {(row["bits"], row["narrow_modules"]): row for row in rows}
+    assert len(found) == len(rows) == 8
+    assert found[24, "factorization"]["reached"]
+    assert found[24, "factorization"]["dsp"] < found[53, "factorization"]["dsp"]
+    assert all(bool(row["why_not"]) != row["reached"] for row in rows)
+    assert "do not reach 1e-06" in result.stderr
+
+
+def test_precision_needs_numbers_and_says_so_of_a_trace(workload: Path, tmp_path: Path) -> None:
+    assert invoke("trace", workload, "--out", tmp_path).exit_code == 0
+    result = invoke("precision", tmp_path / "recorded.json", "--out", tmp_path / "p")
+    assert result.exit_code == 2
+    assert "a trace holds no problem to solve again" in result.output

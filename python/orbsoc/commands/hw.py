@@ -8,6 +8,7 @@ from orbsoc.commands.hw_budget import budget
 from orbsoc.commands.hw_calibrate import calibrate
 from orbsoc.commands.hw_explain import explain
 from orbsoc.commands.hw_partition import partition
+from orbsoc.commands.hw_precision import precision
 from orbsoc.commands.hw_run import run
 from orbsoc.commands.hw_sweep import sweep
 from orbsoc.commands.hw_trace import trace
@@ -24,3 +25,4 @@ app.command()(explain)
 app.command()(trace)
 app.command()(budget)
 app.command()(calibrate)
+app.command()(precision)

@@ -202,29 +202,38 @@ impl Engine {
 
 impl State {
     fn raw(&self, py: Python<'_>, solution: Solution, elapsed: Duration) -> RawSolution {
-        let (nnz_kkt, nnz_l) = self.inner.kkt_sizes();
-        let array = |v: Vec<f64>| v.into_pyarray(py).unbind();
-        RawSolution {
-            status: solution.status.name(),
-            x: array(solution.x),
-            y: array(solution.y),
-            z: array(solution.z),
-            s: array(solution.s),
-            objective: solution.objective,
-            dual_objective: solution.dual_objective,
-            iterations: solution.iterations,
-            refinements: solution.refinements,
-            primal_residual: solution.certificate.primal_residual,
-            dual_residual: solution.certificate.dual_residual,
-            gap: solution.certificate.gap,
-            radius: solution.certificate.radius,
-            message: solution.message,
-            setup_s: self.setup.as_secs_f64(),
-            solve_s: elapsed.as_secs_f64(),
-            nnz_kkt,
-            nnz_l,
-            warm_start: solution.warm_start.name(),
-        }
+        raw_solution(py, solution, self.inner.kkt_sizes(), (self.setup, elapsed))
+    }
+}
+
+/// A solution with the sizes of its KKT system and the times of set-up and solve.
+pub fn raw_solution(
+    py: Python<'_>,
+    solution: Solution,
+    (nnz_kkt, nnz_l): (usize, usize),
+    (setup, elapsed): (Duration, Duration),
+) -> RawSolution {
+    let array = |v: Vec<f64>| v.into_pyarray(py).unbind();
+    RawSolution {
+        status: solution.status.name(),
+        x: array(solution.x),
+        y: array(solution.y),
+        z: array(solution.z),
+        s: array(solution.s),
+        objective: solution.objective,
+        dual_objective: solution.dual_objective,
+        iterations: solution.iterations,
+        refinements: solution.refinements,
+        primal_residual: solution.certificate.primal_residual,
+        dual_residual: solution.certificate.dual_residual,
+        gap: solution.certificate.gap,
+        radius: solution.certificate.radius,
+        message: solution.message,
+        setup_s: setup.as_secs_f64(),
+        solve_s: elapsed.as_secs_f64(),
+        nnz_kkt,
+        nnz_l,
+        warm_start: solution.warm_start.name(),
     }
 }
 
@@ -261,7 +270,7 @@ fn progress_dict<'py>(py: Python<'py>, at: &Progress) -> PyResult<Bound<'py, PyD
     Ok(out)
 }
 
-fn stage_of(name: &str) -> PyResult<Stage> {
+pub fn stage_of(name: &str) -> PyResult<Stage> {
     let stage = Stage::ALL.iter().find(|s| s.name() == name);
     stage.copied().ok_or_else(|| PyKeyError::new_err(format!("no stage named {name:?}")))
 }

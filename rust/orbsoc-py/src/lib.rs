@@ -6,6 +6,7 @@ mod convert;
 mod engine;
 mod hardware;
 mod method;
+mod mixed;
 
 use pyo3::prelude::*;
 
@@ -21,6 +22,8 @@ mod _core {
     use super::hardware::{HardwareError, HardwareProgram};
     #[pymodule_export]
     use super::method::{closing, iteration, operation_counts, stages, startup, warm_startup, StageInfo};
+    #[pymodule_export]
+    use super::mixed::MixedEngine;
     use pyo3::prelude::*;
 
     #[pymodule_init]

@@ -133,8 +133,13 @@ impl<T: Decide> Engine<T> {
     }
     /// Run one stage and say how to go on.
     pub fn run(&mut self, stage: Stage) -> Outcome {
+        self.run_with(stage, |path| path.execute(stage))
+    }
+
+    /// As [`Engine::run`], with `execute` for the arithmetic.
+    pub(crate) fn run_with(&mut self, stage: Stage, execute: impl FnOnce(&mut Datapath<T>)) -> Outcome {
         self.events.push(Event { stage, iteration: self.control.total_iterations() });
-        self.path.execute(stage);
+        execute(&mut self.path);
         let outcome = self.control.decide(0, stage, &self.path.settings, &mut self.path.work);
         if stage == Stage::Statistics {
             keep_best(core::iter::once(Some(&self.control)), &mut self.path.work);

@@ -38,6 +38,7 @@ mod execute;
 mod factor_tests;
 mod kernels;
 mod kkt;
+mod mixed;
 #[cfg(test)]
 mod newton_tests;
 #[cfg(test)]
@@ -67,6 +68,7 @@ pub use cones::Cones;
 pub use csc::Csc;
 pub use engine::{operation_counts, Engine, Progress};
 pub use error::Error;
+pub use mixed::{MixedEngine, Narrow};
 pub use problem::Problem;
 pub use real::{Decide, Real};
 pub use settings::Settings;

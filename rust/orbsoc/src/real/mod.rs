@@ -7,11 +7,13 @@
 
 mod counted;
 mod lanes;
+mod reduced;
 mod single;
 mod taped;
 
 pub use counted::{count, Counted, Latency, OperationCounts, Tally};
 pub use lanes::{EightLanes, Lanes};
+pub use reduced::Reduced;
 pub(crate) use taped::{record, Taped};
 pub use taped::{Opcode, Operation, Value};
 
