@@ -54,6 +54,10 @@ impl<const P: u32> Real for Reduced<P> {
     type Mask = <f64 as Real>::Mask;
     const TILE: usize = <f64 as Real>::TILE;
 
+    fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output {
+        <f64 as Real>::vectorize(work)
+    }
+
     #[inline(always)]
     fn constant(value: f64) -> Self {
         Self::round(value)
