@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import orbsoc
@@ -15,7 +16,9 @@ from orbsoc.missions.reachable_insertion import load_scenario, plan
 from orbsoc.precision import BITS, narrow_settings, solve_narrow
 from tests.core.rendezvous_lp import rendezvous_lp
 
-REC1 = Path(__file__).resolve().parents[2] / "scenarios" / "rec1.toml"
+SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
+REC1 = SCENARIOS / "rec1.toml"
+RENDEZVOUS = SCENARIOS / "rendezvous_lp.json"
 ALL = ("matrix_update", "matrix_scaling", "factorization", "linear_solve", "cone_ops", "line_search")
 ASKED = Settings(tol=1e-6)
 
@@ -38,6 +41,13 @@ def test_a_single_precision_factor_refined_in_double_reaches_1e_6(name: str) -> 
     assert abs(narrow.solution.iterations - wide.solution.iterations) <= 3
     # A residual of 1e-6 is worth its multiplier in the objective, and slack weighs 100 in mission 004.
     assert narrow.solution.objective == pytest.approx(wide.solution.objective, abs=1e-4)
+
+
+def test_the_rendezvous_that_comes_as_a_file_is_the_one_tested() -> None:
+    made, filed = rendezvous_lp(), Problem.load(RENDEZVOUS)
+    assert made.cones == filed.cones
+    for ours, theirs in ((made.c, filed.c), (made.b, filed.b), (made.A.data, filed.A.data)):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-15)
 
 
 def test_fifty_three_bits_are_the_solver_itself() -> None:
