@@ -51,29 +51,51 @@ class Solver:
 
     def __init__(self, problem: Problem, settings: Settings | None = None, **overrides: Any) -> None:
         self.settings = resolve(settings, overrides)
-        self.problem = problem
+        self._problem = problem
+        self._stale = False
         self._engine = engine(problem, self.settings)
         self._last: Solution | None = None
+
+    @property
+    def problem(self) -> Problem:
+        """The data that the next solve solves."""
+        if self._stale:
+            c, b, h, A, G = self._engine.numbers()
+            old = self._problem
+            rows = {
+                name: csc.from_parts(entries, matrix.indices, matrix.indptr, matrix.shape)
+                for name, entries, matrix in (("A", A, old.A), ("G", G, old.G))
+            }
+            self._problem = Problem(P=old.P, c=c, b=b, h=h, cones=old.cones, **rows)
+            self._stale = False
+        return self._problem
 
     def update(self, **data: Any) -> None:
         """Replace data by name (P=, c=, A=, b=, G=, h=), in the same sparsity pattern.
 
-        The data are equilibrated anew: the next solve has the bits of a fresh `Solver`.
-        Raises ProblemError if a shape or pattern differs, TypeError for an unknown name.
+        The data are copied and equilibrated anew: the next solve has the bits of a fresh `Solver`. Quickest are
+        float64 vectors, and matrices in SciPy's CSC format with the pattern that `problem` shows.
+        Raises ProblemError if a shape or pattern differs, TypeError for an unknown name; then nothing is replaced.
         """
+        if self._engine.update_numbers(data):
+            self._stale = True
+        else:
+            self._update_checked(data)
+
+    def _update_checked(self, data: Mapping[str, Any]) -> None:
         unknown = sorted(set(data) - set("PcAbGh"))
         if unknown:
             raise TypeError(f"update() has no data named {unknown[0]!r}; known are P, c, A, b, G, h")
         old = self.problem
         for name, value in data.items():
             _check_shape(name, value, getattr(old, name).shape)
-        merged: dict[str, Any] = {name: getattr(old, name) for name in "PcAbGh"} | data
+        merged: dict[str, Any] = {name: getattr(old, name) for name in "PcAbGh"} | dict(data)
         problem = Problem(**merged, cones=old.cones)
         try:
             self._engine.update(problem)
         except _core.CoreError as error:
             raise ProblemError(str(error)) from None
-        self.problem = problem
+        self._problem = problem
 
     def solve(
         self,
@@ -91,7 +113,7 @@ class Solver:
         """
         watcher = print_table(callback) if self.settings.verbose else callback
         start = self._last if warm_start is True else warm_start
-        words = None if start is None or start is False else start_words(self.problem, start)
+        words = None if start is None or start is False else start_words(self._problem, start)
         if bundle is not None:
             self._last = self._solve_recorded(watcher, words, bundle)
         else:

@@ -1,10 +1,11 @@
 //! Python's problem and settings into Rust's.
 
-use numpy::PyReadonlyArray1;
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use orbsoc::{Cones, Csc, Error, Problem, Settings};
 use pyo3::exceptions::PyValueError;
 use pyo3::intern;
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
 
 pyo3::create_exception!(_core, CoreError, PyValueError, "The solver core refused its input.");
 
@@ -62,6 +63,55 @@ pub fn problem(object: &Bound<'_, PyAny>) -> PyResult<Problem> {
         cones,
     )
     .map_err(refuse)
+}
+
+/// Put plain data, by name, in place of a problem's numbers; whether all of them were plain, or else the problem is
+/// half changed. Plain are float64 vectors c, b, h without gaps, and such matrices A, G of the problem's pattern.
+pub fn replace_numbers(problem: &mut Problem, data: &Bound<'_, PyDict>) -> PyResult<bool> {
+    for (name, value) in data {
+        let name = name.cast::<PyString>()?;
+        let taken = match name.to_str()? {
+            "c" => numbers(&value, |words| problem.set_c(words)),
+            "b" => numbers(&value, |words| problem.set_b(words)),
+            "h" => numbers(&value, |words| problem.set_h(words)),
+            "A" => entries(&value, problem.a())?.is_some_and(|v| numbers(&v, |w| problem.set_a_values(w))),
+            "G" => entries(&value, problem.g())?.is_some_and(|v| numbers(&v, |w| problem.set_g_values(w))),
+            _ => false,
+        };
+        if !taken {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Whether `set` took the words of a plain vector.
+fn numbers(value: &Bound<'_, PyAny>, set: impl FnOnce(&[f64]) -> Result<(), Error>) -> bool {
+    let plain = value.cast::<PyArray1<f64>>().ok().and_then(|array| array.try_readonly().ok());
+    plain.is_some_and(|array| array.as_slice().is_ok_and(|words| set(words).is_ok()))
+}
+
+/// The entries of a matrix in compressed columns if its pattern is `kept`'s.
+fn entries<'py>(matrix: &Bound<'py, PyAny>, kept: &Csc) -> PyResult<Option<Bound<'py, PyAny>>> {
+    let py = matrix.py();
+    let in_columns = matrix.getattr_opt(intern!(py, "format"))?;
+    if !in_columns.is_some_and(|f| f.eq(intern!(py, "csc")).unwrap_or(false)) {
+        return Ok(None);
+    }
+    let same = |found: Bound<'py, PyAny>, kept: &[usize]| {
+        let plain = found.cast::<PyArray1<i32>>().ok().and_then(|array| array.try_readonly().ok());
+        plain.is_some_and(|array| {
+            array.as_slice().is_ok_and(|found| {
+                found.len() == kept.len()
+                    && found.iter().zip(kept).all(|(&i, &k)| usize::try_from(i) == Ok(k))
+            })
+        })
+    };
+    let shape: (usize, usize) = matrix.getattr(intern!(py, "shape"))?.extract()?;
+    let kept_pattern = shape == (kept.nrows(), kept.ncols())
+        && same(matrix.getattr(intern!(py, "indptr"))?, kept.colptr())
+        && same(matrix.getattr(intern!(py, "indices"))?, kept.rowidx());
+    Ok(if kept_pattern { Some(matrix.getattr(intern!(py, "data"))?) } else { None })
 }
 
 /// An `orbsoc.Settings`; its attributes have the names of the fields.

@@ -1,9 +1,9 @@
 //! The engine as a Python object.
 
-use crate::convert::{problem, refuse, settings};
+use crate::convert::{problem, refuse, replace_numbers, settings};
 use core::ops::ControlFlow;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
-use orbsoc::{Buffer, Outcome, Progress, Solution, Stage, Start};
+use orbsoc::{Buffer, Error, Outcome, Problem, Progress, Solution, Stage, Start};
 use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -57,6 +57,8 @@ pub struct Engine(Mutex<State>);
 
 struct State {
     inner: orbsoc::Engine<f64>,
+    /// What the next update changes; between updates, the engine's own problem.
+    problem: Problem,
     setup: Duration,
 }
 
@@ -68,19 +70,34 @@ impl Engine {
         py.detach(|| {
             let start = Instant::now();
             let inner = orbsoc::Engine::new(&problem, &settings).map_err(refuse)?;
-            Ok(Self(Mutex::new(State { inner, setup: start.elapsed() })))
+            let setup = start.elapsed();
+            Ok(Self(Mutex::new(State { inner, problem, setup })))
         })
     }
 
     fn update(&self, py: Python<'_>, problem_: &Bound<'_, PyAny>) -> PyResult<()> {
         let problem = problem(problem_)?;
         let state = &mut *self.state()?;
-        py.detach(|| {
-            let start = Instant::now();
-            state.inner.update(&problem).map_err(refuse)?;
-            state.setup = start.elapsed();
-            Ok(())
-        })
+        state.problem = problem;
+        py.detach(|| state.update()).map_err(refuse)
+    }
+
+    /// The same for the plain case, without a walk over all of Python's data: float64 vectors c, b, h and
+    /// matrices A, G of the kept pattern, by name. False, and nothing changed, if anything is not plain.
+    fn update_numbers(&self, py: Python<'_>, data: &Bound<'_, PyDict>) -> PyResult<bool> {
+        let state = &mut *self.state()?;
+        if replace_numbers(&mut state.problem, data)? {
+            return Ok(py.detach(|| state.update()).is_ok());
+        }
+        state.problem.clone_from(state.inner.problem());
+        Ok(false)
+    }
+
+    /// c, b, h, and the entries of A and G, as they stand.
+    fn numbers<'py>(&self, py: Python<'py>) -> PyResult<[Bound<'py, PyArray1<f64>>; 5]> {
+        let problem = &self.state()?.problem;
+        let words = [problem.c(), problem.b(), problem.h(), problem.a().values(), problem.g().values()];
+        Ok(words.map(|w| PyArray1::from_slice(py, w)))
     }
 
     /// Solve with the GIL released, from `start` = (x, y, z, s) if it is given; `callback(progress)`
@@ -201,6 +218,17 @@ impl Engine {
 }
 
 impl State {
+    /// Make `self.problem` the engine's; refused, it is the engine's old one again.
+    fn update(&mut self) -> Result<(), Error> {
+        let start = Instant::now();
+        let updated = self.inner.update(&self.problem);
+        match updated {
+            Ok(()) => self.setup = start.elapsed(),
+            Err(_) => self.problem.clone_from(self.inner.problem()),
+        }
+        updated
+    }
+
     fn raw(&self, py: Python<'_>, solution: Solution, elapsed: Duration) -> RawSolution {
         raw_solution(py, solution, self.inner.kkt_sizes(), (self.setup, elapsed))
     }

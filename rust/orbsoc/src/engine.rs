@@ -103,7 +103,8 @@ impl<T: Decide> Engine<T> {
         self.path.reset(0);
     }
 
-    pub(crate) fn problem(&self) -> &Problem {
+    /// The data that the next solve solves.
+    pub fn problem(&self) -> &Problem {
         &self.problem
     }
 

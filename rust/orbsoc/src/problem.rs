@@ -85,6 +85,16 @@ impl Problem {
         &self.c
     }
 
+    /// Matrix of the equality rows, p × n.
+    pub fn a(&self) -> &Csc {
+        &self.a
+    }
+
+    /// Matrix of the cone rows, m × n.
+    pub fn g(&self) -> &Csc {
+        &self.g
+    }
+
     /// Right-hand side of the equality rows, length p.
     pub fn b(&self) -> &[f64] {
         &self.b
