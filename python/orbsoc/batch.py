@@ -13,7 +13,7 @@ from orbsoc import _core, csc
 from orbsoc.errors import ProblemError
 from orbsoc.problem import Problem
 from orbsoc.settings import Settings
-from orbsoc.solution import Array, Certificate, Status
+from orbsoc.solution import Array, Certificate, Solution, Start, Status, WarmStart
 from orbsoc.solver import resolve
 
 
@@ -21,7 +21,8 @@ from orbsoc.solver import resolve
 class BatchSolution:
     """What `solve_batch` returns, one row a problem; each row has the bits of that problem's own `solve`.
 
-    Shapes: x (B, n), y (B, p), z (B, m), s (B, m); `status` (B,) holds `Status` members, `message` is a list.
+    Shapes: x (B, n), y (B, p), z (B, m), s (B, m); `status` (B,) holds `Status` members, `message` and
+    `warm_start` (what became of the point to start from) are lists.
     `solve_s` is the wall-clock time of the whole batch, set-up and verification included.
     """
 
@@ -39,6 +40,7 @@ class BatchSolution:
     gap: Array
     radius: Array
     message: list[str]
+    warm_start: list[WarmStart]
     solve_s: float
 
     def __len__(self) -> int:
@@ -60,6 +62,7 @@ def solve_batch(
     A: ArrayLike | None = None,
     G: ArrayLike | None = None,
     P: ArrayLike | None = None,
+    warm_start: BatchSolution | Solution | Start | None = None,
     settings: Settings | None = None,
     threads: int = 1,
     **overrides: Any,
@@ -68,6 +71,7 @@ def solve_batch(
 
     Vectors come as (B, length), matrices as values (B, nnz) in the CSC order of `problem`; what is absent is
     shared. At least one must be given. +inf in `h` must stand on the same rows in every problem.
+    `warm_start` holds the points to start from, one row a problem, or one point for all; see `Solver.solve`.
     Raises ProblemError for shapes that do not fit, numbers that are not finite, or `threads` < 1.
 
     >>> import numpy as np, orbsoc
@@ -90,10 +94,10 @@ def solve_batch(
     if "P" in rows:
         rows["P"] = _upper_values(problem, rows["P"])
     arrays = {name.lower(): value for name, value in rows.items()}
+    count = next(iter(counts.values()))
+    start = None if warm_start is None else _starts(problem, count, warm_start)
     try:
-        raw = _core.solve_batch(
-            problem, resolve(settings, overrides), next(iter(counts.values())), threads, **arrays
-        )
+        raw = _core.solve_batch(problem, resolve(settings, overrides), count, threads, **arrays, start=start)
     except _core.CoreError as error:
         raise ProblemError(str(error)) from None
     status = np.empty(len(raw.status), dtype=object)
@@ -107,6 +111,23 @@ def _rows(name: str, value: ArrayLike, width: int) -> Array:
     if array.ndim != 2 or array.shape[1] != width:
         raise ProblemError(f"`{name}` has shape {array.shape}; it must be (B, {width}), one row a problem")
     return array
+
+
+def _starts(problem: Problem, count: int, start: BatchSolution | Solution | Start) -> list[Array]:
+    """x, y, z, s of the points to start from, one row a problem."""
+    if not isinstance(start, BatchSolution | Solution | Start):
+        found = type(start).__name__
+        raise TypeError(f"`warm_start` is a {found}; it must be an orbsoc.BatchSolution, Solution or Start")
+    rows = []
+    widths = {"x": problem.n, "y": problem.p, "z": problem.m, "s": problem.m}
+    for name, width in widths.items():
+        words = np.asarray(getattr(start, name), dtype=np.float64)
+        if words.shape not in ((width,), (count, width)):
+            raise ProblemError(
+                f"`warm_start.{name}` has shape {words.shape}; it must be ({count}, {width}), or ({width},) for all"
+            )
+        rows.append(np.ascontiguousarray(np.broadcast_to(words, (count, width))))
+    return rows
 
 
 def _upper_values(problem: Problem, values: Array) -> Array:

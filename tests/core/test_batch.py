@@ -104,3 +104,45 @@ def test_a_batch_of_none_is_empty() -> None:
     batch = orbsoc.solve_batch(BASE, c=np.zeros((0, 3)))
     assert len(batch) == 0
     assert batch.x.shape == (0, 3)
+
+
+def test_rows_start_from_points_as_their_own_solves_do() -> None:
+    """From near, from another's solution, and from no point at all."""
+    data = {name: value for name, value in drawn(29).items() if name in "cbh"}
+    before = orbsoc.solve_batch(BASE, **data)
+    moved = data | {"c": data["c"] * 1.001}
+    points = orbsoc.Start(x=before.x.copy(), y=before.y, z=before.z.copy(), s=before.s)
+    points.z[1::5] *= 1e9
+    points.x[3] = np.nan
+    batch = orbsoc.solve_batch(BASE, **moved, warm_start=points, threads=2)
+    for k in range(29):
+        point = orbsoc.Start(points.x[k], points.y[k], points.z[k], points.s[k])
+        single = orbsoc.solve(own_problem(moved, k), warm_start=point)
+        assert batch.status[k] is single.status
+        assert (batch.warm_start[k], batch.iterations[k]) == (single.warm_start, single.iterations)
+        assert batch.x[k].tobytes() == single.x.tobytes()
+    assert set(batch.warm_start) == {"used", "fell_back"}
+    assert before.warm_start == ["none"] * 29
+    good = [k for k in range(29) if before.status[k] is orbsoc.Status.SOLVED and k % 5 != 1 and k != 3]
+    assert batch.iterations[good].mean() < 0.6 * before.iterations[good].mean()
+
+
+def test_one_point_may_serve_all_rows() -> None:
+    h = BASE.h + np.linspace(0.0, 0.01, 9)[:, None] * (np.arange(7) < 4)
+    point = orbsoc.solve(BASE)
+    shared = orbsoc.solve_batch(BASE, h=h, warm_start=point)
+    each = orbsoc.Start(*(np.tile(getattr(point, name), (9, 1)) for name in "xyzs"))
+    assert shared.x.tobytes() == orbsoc.solve_batch(BASE, h=h, warm_start=each).x.tobytes()
+    assert shared.warm_start == ["used"] * 9
+    assert shared.iterations[0] == 0, "its own solution"
+
+
+def test_a_point_that_does_not_fit_is_named() -> None:
+    point = orbsoc.solve(BASE)
+    short = orbsoc.Start(point.x, point.y, point.z[1:], point.s)
+    with pytest.raises(
+        ProblemError, match=r"`warm_start.z` has shape \(6,\); it must be \(2, 7\), or \(7,\) for all"
+    ):
+        orbsoc.solve_batch(BASE, h=np.tile(BASE.h, (2, 1)), warm_start=short)
+    with pytest.raises(TypeError, match="`warm_start` is a bool"):
+        orbsoc.solve_batch(BASE, h=np.tile(BASE.h, (2, 1)), warm_start=True)  # type: ignore[arg-type]

@@ -2,7 +2,7 @@
 
 use crate::convert::{problem, refuse, settings};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
-use orbsoc::{Error, Problem, Solution};
+use orbsoc::{Error, Problem, Solution, Start};
 use pyo3::prelude::*;
 use std::time::Instant;
 
@@ -27,12 +27,13 @@ pub struct RawBatch {
     dual_residual: Py<PyArray1<f64>>,
     gap: Py<PyArray1<f64>>,
     radius: Py<PyArray1<f64>>,
+    warm_start: Vec<&'static str>,
     solve_s: f64,
 }
 
 /// Solve `count` problems; the arrays are C-contiguous, one row a problem.
 #[pyfunction]
-#[pyo3(signature = (problem_, settings_, count, threads, *, p=None, c=None, a=None, b=None, g=None, h=None))]
+#[pyo3(signature = (problem_, settings_, count, threads, *, p=None, c=None, a=None, b=None, g=None, h=None, start=None))]
 #[allow(clippy::too_many_arguments)] // the six parts of a problem
 #[allow(clippy::needless_pass_by_value)] // extracted arguments
 pub fn solve_batch(
@@ -47,6 +48,7 @@ pub fn solve_batch(
     b: Rows<'_>,
     g: Rows<'_>,
     h: Rows<'_>,
+    start: Option<[PyReadonlyArray2<'_, f64>; 4]>,
 ) -> PyResult<RawBatch> {
     let (base, settings) = (problem(problem_)?, settings(settings_)?);
     let arrays = [&p, &c, &a, &b, &g, &h].map(Option::as_ref);
@@ -70,10 +72,26 @@ pub fn solve_batch(
         }
         Ok(())
     };
-    let start = Instant::now();
-    let solutions =
-        py.detach(|| orbsoc::solve_batch(&base, count, write, &settings, threads)).map_err(refuse)?;
-    raw(py, &base, &solutions, start.elapsed().as_secs_f64())
+    let mut points: Vec<(&[f64], usize)> = Vec::new();
+    for array in start.iter().flatten() {
+        points.push((array.as_slice()?, array.as_array().ncols()));
+    }
+    let point = |k: usize| {
+        let [x, y, z, s] = [0, 1, 2, 3].map(|part| {
+            let (words, width): (&[f64], usize) = points[part];
+            &words[k * width..(k + 1) * width]
+        });
+        Start { x, y, z, s }
+    };
+    let clock = Instant::now();
+    let solutions = py.detach(|| {
+        if points.is_empty() {
+            orbsoc::solve_batch(&base, count, write, &settings, threads)
+        } else {
+            orbsoc::solve_batch_from(&base, count, write, point, &settings, threads)
+        }
+    });
+    raw(py, &base, &solutions.map_err(refuse)?, clock.elapsed().as_secs_f64())
 }
 
 fn raw(py: Python<'_>, base: &Problem, solutions: &[Solution], solve_s: f64) -> PyResult<RawBatch> {
@@ -102,6 +120,7 @@ fn raw(py: Python<'_>, base: &Problem, solutions: &[Solution], solve_s: f64) -> 
         dual_residual: column(|s| s.certificate.dual_residual),
         gap: column(|s| s.certificate.gap),
         radius: column(|s| s.certificate.radius),
+        warm_start: solutions.iter().map(|s| s.warm_start.name()).collect(),
         solve_s,
     })
 }

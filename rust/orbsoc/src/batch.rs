@@ -5,15 +5,16 @@
 
 use crate::certificate::Walked;
 use crate::control::{keep_best, Control};
-use crate::datapath::Datapath;
+use crate::datapath::{Datapath, KEPT};
 use crate::error::Error;
 use crate::problem::Problem;
 use crate::real::{Decide, Lanes};
 use crate::settings::Settings;
-use crate::solution::Solution;
-use crate::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP};
+use crate::solution::{Solution, WarmStart};
+use crate::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 use crate::structure::Structure;
 use crate::supernode::Panels;
+use crate::warm_start::Start;
 use crate::workspace::Buffer;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
@@ -40,6 +41,35 @@ pub fn solve_batch(
     settings: &Settings,
     threads: usize,
 ) -> Result<Vec<Solution>, Error> {
+    solve(base, count, write, None, settings, threads)
+}
+
+/// As [`solve_batch`], each problem from a point nearby; see [`crate::Engine::solve_from`].
+///
+/// # Errors
+/// As [`solve_batch`], and [`Error::Dimension`] naming the part of a point whose length does not fit.
+pub fn solve_batch_from<'a>(
+    base: &Problem,
+    count: usize,
+    write: impl Fn(usize, &mut Problem) -> Result<(), Error> + Sync,
+    start: impl Fn(usize) -> Start<'a> + Sync,
+    settings: &Settings,
+    threads: usize,
+) -> Result<Vec<Solution>, Error> {
+    solve(base, count, write, Some(&start), settings, threads)
+}
+
+/// Each problem's point to start from.
+type StartOf<'f, 'a> = &'f (dyn Fn(usize) -> Start<'a> + Sync);
+
+fn solve(
+    base: &Problem,
+    count: usize,
+    write: impl Fn(usize, &mut Problem) -> Result<(), Error> + Sync,
+    start: Option<StartOf<'_, '_>>,
+    settings: &Settings,
+    threads: usize,
+) -> Result<Vec<Solution>, Error> {
     let structure = Arc::new(Structure::new(base, Panels::Relaxed)?);
     let next = AtomicUsize::new(0);
     let solved = Mutex::new(vec![None; count]);
@@ -62,13 +92,13 @@ pub fn solve_batch(
         match pulp::Arch::new() {
             #[cfg(target_arch = "x86_64")]
             pulp::Arch::V4(_) => {
-                Crew::<Lanes<pulp::x86::V4>>::new(&structure, settings)?.work(base, take, done)
+                Crew::<Lanes<pulp::x86::V4>>::new(&structure, settings)?.work(base, take, start, done)
             }
             #[cfg(target_arch = "x86_64")]
             pulp::Arch::V3(_) => {
-                Crew::<Lanes<pulp::x86::V3_512b>>::new(&structure, settings)?.work(base, take, done)
+                Crew::<Lanes<pulp::x86::V3_512b>>::new(&structure, settings)?.work(base, take, start, done)
             }
-            _ => Crew::<Lanes<pulp::Scalar512b>>::new(&structure, settings)?.work(base, take, done),
+            _ => Crew::<Lanes<pulp::Scalar512b>>::new(&structure, settings)?.work(base, take, start, done),
         }
     };
     if threads <= 1 {
@@ -98,6 +128,8 @@ struct Crew<T> {
     running: Datapath<T>,
     fresh: Datapath<T>,
     seats: Vec<Option<Seat>>,
+    /// Problems whose warm start failed, for a cold one.
+    again: Vec<Seat>,
     /// Problems whose memory the next ones take.
     spare: Vec<Problem>,
     /// Buffers that a started problem brings into the iteration.
@@ -110,37 +142,66 @@ impl<T: Decide> Crew<T> {
             running: Datapath::new(structure.clone(), settings)?,
             fresh: Datapath::new(structure.clone(), settings)?,
             seats: (0..T::LANES).map(|_| None).collect(),
+            again: Vec::new(),
             spare: Vec::new(),
             carried: carried_into_iteration(),
         })
     }
 
-    /// Solve what `take` hands out until it has no more; give each solution to `done`.
+    /// Solve what `take` hands out, from the points of `start`, until it has no more; give each solution to `done`.
     fn work(
         &mut self,
         base: &Problem,
         mut take: impl FnMut(&mut Problem) -> Result<Option<usize>, Error>,
+        start: Option<StartOf<'_, '_>>,
         mut done: impl FnMut(usize, Solution),
     ) -> Result<(), Error> {
         loop {
             // Starting many problems costs hardly more than starting one: wait until half the lanes are free.
             let busy = self.seats.iter().flatten().count();
             if 2 * busy <= T::LANES {
-                self.fill_seats(base, &mut take)?;
+                self.fill_seats(base, &mut take, start)?;
             }
-            if self.seats.iter().all(Option::is_none) {
+            if self.seats.iter().all(Option::is_none) && self.again.is_empty() {
                 return Ok(());
             }
             self.iterate(&mut done);
         }
     }
 
-    /// Bring the next problems to their starting points, and into the lanes that are free.
+    /// Bring the next problems to their starting points, and into the lanes that are free: those whose warm
+    /// start failed once they are many or nothing else is left.
     fn fill_seats(
         &mut self,
         base: &Problem,
         take: &mut impl FnMut(&mut Problem) -> Result<Option<usize>, Error>,
+        start: Option<StartOf<'_, '_>>,
     ) -> Result<(), Error> {
+        if 2 * self.again.len() < T::LANES {
+            let mut arriving = self.next_problems(base, take)?;
+            self.load(&arriving);
+            if let Some(start) = start {
+                self.load_starts(&mut arriving, start)?;
+                self.bring(arriving, WARM_STARTUP);
+            } else {
+                self.bring(arriving, STARTUP);
+            }
+        }
+        if 2 * self.again.len() >= T::LANES || self.seats.iter().all(Option::is_none) {
+            let free = self.seats.iter().map(Option::is_none);
+            let arriving: Vec<_> = free.map(|free| if free { self.again.pop() } else { None }).collect();
+            self.load(&arriving);
+            self.bring(arriving, STARTUP);
+        }
+        Ok(())
+    }
+
+    /// The next problems, one for each free lane.
+    fn next_problems(
+        &mut self,
+        base: &Problem,
+        take: &mut impl FnMut(&mut Problem) -> Result<Option<usize>, Error>,
+    ) -> Result<Vec<Option<Seat>>, Error> {
         let mut arriving: Vec<Option<Seat>> = Vec::with_capacity(T::LANES);
         for seat in &self.seats {
             let mut problem = match seat {
@@ -151,12 +212,35 @@ impl<T: Decide> Crew<T> {
             let control = Control::new(&self.fresh.settings);
             arriving.push(taken.zip(problem).map(|(index, problem)| Seat { index, problem, control }));
         }
-        if arriving.iter().all(Option::is_none) {
-            return Ok(());
-        }
+        Ok(arriving)
+    }
+
+    fn load(&mut self, arriving: &[Option<Seat>]) {
         let problems: Vec<_> = arriving.iter().map(|seat| seat.as_ref().map(|seat| &seat.problem)).collect();
         self.fresh.load(&problems);
-        for step in STARTUP {
+    }
+
+    /// The points to start from, into their lanes; who has none that is finite waits for a cold start.
+    fn load_starts(&mut self, arriving: &mut [Option<Seat>], start: StartOf<'_, '_>) -> Result<(), Error> {
+        for (lane, seat) in arriving.iter_mut().enumerate() {
+            let Some(Seat { index, problem, control }) = seat else { continue };
+            let start = start(*index);
+            start.fit(problem)?;
+            control.warm_start = WarmStart::Used;
+            if !self.fresh.load_start(lane, &start) {
+                *control = control.fallen_back();
+                self.again.extend(seat.take());
+            }
+        }
+        Ok(())
+    }
+
+    /// Walk a start-up list with the problems loaded, and take them into the iteration.
+    fn bring(&mut self, mut arriving: Vec<Option<Seat>>, startup: &[Step]) {
+        if arriving.iter().all(Option::is_none) {
+            return;
+        }
+        for step in startup {
             perform(&mut self.fresh, &mut arriving, *step);
         }
         let lanes: Vec<bool> = arriving.iter().map(Option::is_some).collect();
@@ -164,7 +248,6 @@ impl<T: Decide> Crew<T> {
         for (seat, arrived) in self.seats.iter_mut().zip(arriving) {
             *seat = arrived.or_else(|| seat.take());
         }
-        Ok(())
     }
 
     /// One iteration of all lanes; lanes whose problem ended hand it over and are empty.
@@ -190,8 +273,13 @@ impl<T: Decide> Crew<T> {
         }
         for (lane, seat) in self.seats.iter_mut().enumerate() {
             if let Some(seat) = seat.take_if(|s| s.control.stop.is_some()) {
-                done(seat.index, Walked::new(&self.running, lane, &seat.problem, &seat.control).conclude());
-                self.spare.push(seat.problem);
+                let solution = Walked::new(&self.running, lane, &seat.problem, &seat.control).conclude();
+                if let Some(control) = seat.control.fall_back(solution.status) {
+                    self.again.push(Seat { control, ..seat });
+                } else {
+                    done(seat.index, solution);
+                    self.spare.push(seat.problem);
+                }
             }
         }
     }
@@ -203,7 +291,7 @@ fn perform<T: Decide>(path: &mut Datapath<T>, seats: &mut [Option<Seat>], step: 
         path.execute(stage);
         let mut again = false;
         for (lane, seat) in seats.iter_mut().enumerate() {
-            if let Some(seat) = seat.as_mut().filter(|s| s.control.stop.is_none()) {
+            if let Some(seat) = seat {
                 let outcome = seat.control.decide(lane, stage, &path.settings, &mut path.work);
                 again |= outcome == Outcome::Repeat;
             }
@@ -225,10 +313,10 @@ fn perform<T: Decide>(path: &mut Datapath<T>, seats: &mut [Option<Seat>], step: 
     }
 }
 
-/// Buffers that the iteration or the closing reads before it writes them.
+/// Buffers that the iteration or the closing reads before it writes them, and what decisions kept.
 fn carried_into_iteration() -> Vec<Buffer> {
     let mut written: Vec<Buffer> = Vec::new();
-    let mut carried: Vec<Buffer> = Vec::new();
+    let mut carried = KEPT.to_vec();
     let stages = ITERATION.iter().chain(CLOSING).flat_map(|step| match *step {
         Step::Run(stage) => [Some(stage), None],
         Step::Repeat { stage, until } => [Some(until), Some(stage)],

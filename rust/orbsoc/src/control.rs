@@ -5,7 +5,7 @@ use crate::kernels::linear_solve::refinement;
 use crate::ps::stat;
 use crate::real::Decide;
 use crate::settings::Settings;
-use crate::solution::WarmStart;
+use crate::solution::{Status, WarmStart};
 use crate::stage::{Outcome, Stage, Stop};
 use crate::workspace::Workspace;
 use std::time::{Duration, Instant};
@@ -66,7 +66,21 @@ impl Control {
         Self { best: f64::INFINITY, deadline, ..Self::default() }
     }
 
-    /// For the cold start after a warm one that failed: the clock and the counts go on.
+    /// For the cold start that is to follow a warm one which ended with `status`, if one is: it proved neither a
+    /// solution nor that there is none, and neither the clock nor the user ended it.
+    pub fn fall_back(&self, status: Status) -> Option<Self> {
+        let settled = matches!(
+            status,
+            Status::Solved
+                | Status::PrimalInfeasible
+                | Status::DualInfeasible
+                | Status::MaxTime
+                | Status::Interrupted
+        );
+        (self.warm_start == WarmStart::Used && !settled).then(|| self.fallen_back())
+    }
+
+    /// For a cold start after a warm one: the clock and the counts go on.
     pub fn fallen_back(&self) -> Self {
         Self {
             best: f64::INFINITY,
@@ -84,7 +98,7 @@ impl Control {
         self.spent + self.iteration
     }
 
-    /// What a stage that has run asks of the loop, for the problem in one lane.
+    /// What a stage that has run asks of the loop, for the problem in one lane. A walk that ended asks nothing more.
     pub fn decide<T: Decide>(
         &mut self,
         lane: usize,
@@ -92,6 +106,10 @@ impl Control {
         settings: &Settings,
         work: &mut Workspace<T>,
     ) -> Outcome {
+        if self.stop.is_some() {
+            self.improved = false;
+            return Outcome::Next;
+        }
         let outcome = match stage {
             Stage::Statistics => self.judge(lane, settings, work),
             Stage::CheckSolve => {

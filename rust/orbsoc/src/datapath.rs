@@ -48,7 +48,7 @@ impl<T: Real> Datapath<T> {
 
 /// Buffers that decisions write: a word that a previous solve left there must never be taken for one
 /// of this solve.
-const KEPT: [Buffer; 3] = [Buffer::Best, Buffer::Farkas, Buffer::Ray];
+pub(crate) const KEPT: [Buffer; 3] = [Buffer::Best, Buffer::Farkas, Buffer::Ray];
 
 impl<T: Decide> Datapath<T> {
     /// Forget the last solve of a lane.
@@ -103,9 +103,6 @@ impl<T: Decide> Datapath<T> {
                 .enumerate()
                 .for_each(|(lane, &taken)| mask.set_lane(lane, f64::from(u8::from(taken))));
             T::vectorize(Merge { mask, from: &from.work, to: &mut self.work, buffers });
-        }
-        for lane in (0..lanes.len()).filter(|&lane| lanes[lane]) {
-            self.reset(lane);
         }
     }
 

@@ -63,7 +63,7 @@ mod upper;
 mod warm_start;
 mod workspace;
 
-pub use batch::solve_batch;
+pub use batch::{solve_batch, solve_batch_from};
 pub use cones::Cones;
 pub use csc::Csc;
 pub use engine::{operation_counts, Engine, Progress};

@@ -11,6 +11,7 @@ use crate::error::Error;
 use crate::kernels::central_pair::{central_pair, largest_square};
 use crate::kernels::reduce::max_abs;
 use crate::kernels::{cone_ops, linear_solve};
+use crate::problem::Problem;
 use crate::real::{Decide, Real};
 use crate::solution::{Solution, Status, WarmStart};
 use crate::stage::{Stage, STARTUP, WARM_STARTUP};
@@ -45,6 +46,31 @@ pub struct Start<'a> {
     pub z: &'a [f64],
     /// Slacks.
     pub s: &'a [f64],
+}
+
+impl Start<'_> {
+    /// Check the lengths.
+    pub(crate) fn fit(&self, problem: &Problem) -> Result<(), Error> {
+        let lengths = [
+            ("start.x", self.x, problem.n()),
+            ("start.y", self.y, problem.p()),
+            ("start.z", self.z, problem.m()),
+            ("start.s", self.s, problem.m()),
+        ];
+        for (argument, vector, expected) in lengths {
+            if vector.len() != expected {
+                let reason = "the problem needs";
+                return Err(Error::Dimension {
+                    argument,
+                    found: vector.len(),
+                    unit: "entries",
+                    expected,
+                    reason,
+                });
+            }
+        }
+        Ok(())
+    }
 }
 
 impl<'a> From<&'a Solution> for Start<'a> {
@@ -91,25 +117,7 @@ impl<T: Decide> Engine<T> {
     /// # Errors
     /// [`Error::Dimension`] naming the vector whose length does not fit.
     pub fn start_from(&mut self, start: &Start) -> Result<bool, Error> {
-        let problem = self.problem();
-        let lengths = [
-            ("start.x", start.x, problem.n()),
-            ("start.y", start.y, problem.p()),
-            ("start.z", start.z, problem.m()),
-            ("start.s", start.s, problem.m()),
-        ];
-        for (argument, vector, expected) in lengths {
-            if vector.len() != expected {
-                let reason = "the problem needs";
-                return Err(Error::Dimension {
-                    argument,
-                    found: vector.len(),
-                    unit: "entries",
-                    expected,
-                    reason,
-                });
-            }
-        }
+        start.fit(self.problem())?;
         self.reset();
         let finite = self.path.load_start(0, start);
         self.control.warm_start = if finite { WarmStart::Used } else { WarmStart::FellBack };
@@ -120,18 +128,10 @@ impl<T: Decide> Engine<T> {
     /// for which the engine is then ready: it proved neither a solution nor that there is none, and
     /// neither the clock nor the user ended it.
     pub fn fall_back(&mut self, status: Status) -> bool {
-        let settled = matches!(
-            status,
-            Status::Solved
-                | Status::PrimalInfeasible
-                | Status::DualInfeasible
-                | Status::MaxTime
-                | Status::Interrupted
-        );
-        if self.control.warm_start != WarmStart::Used || settled {
+        let Some(control) = self.control.fall_back(status) else {
             return false;
-        }
-        self.control = self.control.fallen_back();
+        };
+        self.control = control;
         self.path.reset(0);
         true
     }
