@@ -291,7 +291,10 @@ fn perform<T: Decide>(path: &mut Datapath<T>, seats: &mut [Option<Seat>], step: 
         path.execute(stage);
         let mut again = false;
         for (lane, seat) in seats.iter_mut().enumerate() {
-            if let Some(seat) = seat {
+            let Some(seat) = seat else { continue };
+            if seat.control.stop.is_some() {
+                seat.control.rest();
+            } else {
                 let outcome = seat.control.decide(lane, stage, &path.settings, &mut path.work);
                 again |= outcome == Outcome::Repeat;
             }

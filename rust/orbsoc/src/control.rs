@@ -98,7 +98,12 @@ impl Control {
         self.spent + self.iteration
     }
 
-    /// What a stage that has run asks of the loop, for the problem in one lane. A walk that ended asks nothing more.
+    /// The walk ended; what the stages compute while its neighbours go on is not to be kept.
+    pub fn rest(&mut self) {
+        self.improved = false;
+    }
+
+    /// What a stage that has run asks of the loop, for the problem in one lane.
     pub fn decide<T: Decide>(
         &mut self,
         lane: usize,
@@ -106,10 +111,6 @@ impl Control {
         settings: &Settings,
         work: &mut Workspace<T>,
     ) -> Outcome {
-        if self.stop.is_some() {
-            self.improved = false;
-            return Outcome::Next;
-        }
         let outcome = match stage {
             Stage::Statistics => self.judge(lane, settings, work),
             Stage::CheckSolve => {
