@@ -1,9 +1,14 @@
 """The reachable domain with orbsoc and with Clarabel in the same loop, one core against one core.
 
-`python -m benchmarks.reach --shards 1 3 5 7 --out out/reach-bench` solves those shards of the paper's grid with each solver by
-turns: guesses, sequences, flights, polish and the evidence for what is not reached are all inside the clock, which is
-the processor time of this process. Clarabel keeps one solver per pattern and updates its data, on one thread; what it
-calls solved is believed. Writes reach.json: seconds, verdicts and every point on which the two do not agree.
+`python -m benchmarks.reach --out out/reach-bench` solves the paper's grid with each solver by turns: guesses, sequences,
+flights, polish and the evidence for what is not reached are all inside the clock, which is the processor time of this
+process. `--every K` takes every Kth plane. Three solvers of the same subproblems, and nothing else that differs:
+
+- `orbsoc`: Newton on the dual from the multipliers before, its interior-point method where there are none or that fails;
+- `orbsoc_interior_point`: its interior-point method, `solve_batch`, for every subproblem;
+- `clarabel`: one kept solver per pattern whose data is updated, on one thread; what it calls solved is believed.
+
+Writes reach.json: seconds, the seconds in the solvers' calls alone, verdicts, and every point on which they do not agree.
 """
 
 from __future__ import annotations
@@ -25,8 +30,8 @@ from orbsoc.batch import BatchSolution
 from orbsoc.missions.reachable_domain import load_scenario
 from orbsoc.missions.reachable_domain.condensed import CondensedBatch
 from orbsoc.missions.reachable_domain.domain import Domain
-from orbsoc.missions.reachable_domain.sequence import SolveMany, threaded
-from orbsoc.missions.reachable_domain.tasks import grid_shards
+from orbsoc.missions.reachable_domain.subproblems import Answers, Subproblems
+from orbsoc.scp import Rules
 from orbsoc.settings import Settings
 from orbsoc.solution import Status
 
@@ -114,24 +119,47 @@ class ClarabelLoop:
         return self._kept[key]
 
 
-def measure(shards: list[int], repeats: int) -> dict[str, Any]:
-    """Solve the shards with both solvers by turns."""
+class Timed:
+    """Solves subproblems and adds up the processor time that takes."""
+
+    def __init__(self, solve: Subproblems) -> None:
+        self.solve, self.cpu_s, self.count = solve, 0.0, 0
+
+    def __call__(self, batch: CondensedBatch, near: Array, tight: NDArray[np.bool_], rules: Rules) -> Answers:
+        started = time.process_time()
+        answers = self.solve(batch, near, tight, rules)
+        self.cpu_s += time.process_time() - started
+        self.count += len(batch)
+        return answers
+
+
+def solvers() -> dict[str, Timed]:
+    """What solves the subproblems, by name."""
+    return {
+        "orbsoc": Timed(Subproblems.threaded()),
+        "orbsoc_interior_point": Timed(Subproblems.threaded(dual=False)),
+        "clarabel": Timed(Subproblems(ClarabelLoop(), dual=False)),
+    }
+
+
+def measure(every: int, repeats: int) -> dict[str, Any]:
+    """Solve the shards of the paper's grid, or of every so many planes of it, with all solvers by turns."""
     scenario = load_scenario(SCENARIO)
-    solvers: dict[str, SolveMany] = {"orbsoc": threaded(1), "clarabel": ClarabelLoop()}
-    domains = {name: Domain.of(scenario, solve=solve) for name, solve in solvers.items()}
-    payloads = [payload for _rows, payload in grid_shards(domains["orbsoc"])]
-    seconds: dict[str, list[float]] = {name: [] for name in solvers}
-    tables: dict[str, list[Any]] = {name: [] for name in solvers}
+    timed = solvers()
+    domains = {name: Domain.of(scenario, solve=solve) for name, solve in timed.items()}
+    inc, raan = (values[::every] for values in domains["orbsoc"].planes())
+    shards = -(-len(inc) // scenario.method.planes_per_shard)
+    seconds = {name: [0.0] * repeats for name in timed}
+    tables: dict[str, list[Any]] = {name: [] for name in timed}
     for repeat in range(repeats):
-        for shard in shards:
-            inc, raan = np.array(payloads[shard]["inc_deg"]), np.array(payloads[shard]["raan_deg"])
+        for shard in range(shards):
             for name, domain in domains.items():
                 started = time.process_time()
-                table = domain.solve_planes(inc, raan)
-                seconds[name].append(time.process_time() - started)
+                table = domain.solve_planes(inc[shard::shards], raan[shard::shards])
+                seconds[name][repeat] += time.process_time() - started
                 if repeat == 0:
                     tables[name].append(table)
-                sys.stderr.write(f"shard {shard} {name} {seconds[name][-1]:.2f} s\n")
+                sys.stderr.write(f"{shard + 1}/{shards} {name} {seconds[name][repeat]:.2f} s\n")
     names = ("status", "inc_deg", "raan_deg", "perigee_bound_km", "a_km", "evidence", "sequence_iterations")
     columns = {
         solver: {name: np.concatenate([table[name] for table in found]) for name in names}
@@ -140,16 +168,20 @@ def measure(shards: list[int], repeats: int) -> dict[str, Any]:
     ours, theirs = columns["orbsoc"], columns["clarabel"]
     differ = np.flatnonzero(ours["status"] != theirs["status"])
     both = (ours["status"] == "reached") & (theirs["status"] == "reached")
-    total = {name: float(np.sum(values)) for name, values in seconds.items()}
+    ratios = {
+        name: [theirs / ours for theirs, ours in zip(seconds["clarabel"], seconds[name], strict=True)]
+        for name in ("orbsoc", "orbsoc_interior_point")
+    }
     return {
         "machine": machine_class(),
         "commit": commit(),
-        "shards": shards,
-        "repeats": repeats,
+        "every": every,
         "points": len(ours["status"]),
-        "cpu_s": total,
-        "ratio": total["clarabel"] / total["orbsoc"],
-        "subproblems": {name: int(found["sequence_iterations"].sum()) for name, found in columns.items()},
+        "reached": int((ours["status"] == "reached").sum()),
+        "cpu_s": seconds,
+        "clarabel_over": ratios,
+        "in_the_solver_cpu_s": {name: solve.cpu_s / repeats for name, solve in timed.items()},
+        "subproblems": {name: solve.count // repeats for name, solve in timed.items()},
         "largest_difference_of_a_rel": float(np.abs(ours["a_km"][both] / theirs["a_km"][both] - 1.0).max()),
         "differences": [
             {
@@ -167,14 +199,12 @@ def measure(shards: list[int], repeats: int) -> dict[str, Any]:
 def main() -> None:
     """Measure and write reach.json."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument(
-        "--shards", type=int, nargs="+", default=[1, 3, 5, 7], help="of the paper's grid, 0 to 7"
-    )
+    parser.add_argument("--every", type=int, default=1, help="take every so many planes")
     parser.add_argument("--repeats", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("out/reach-bench"))
     chosen = parser.parse_args()
     chosen.out.mkdir(parents=True, exist_ok=True)
-    found = measure(chosen.shards, chosen.repeats)
+    found = measure(chosen.every, chosen.repeats)
     (chosen.out / "reach.json").write_text(json.dumps(found, indent=1) + "\n")
     sys.stdout.write(json.dumps({k: v for k, v in found.items() if k != "differences"}, indent=1) + "\n")
 

@@ -1,14 +1,13 @@
-"""What the sweep would cost on the emulated computer: the modelled time of its subproblems, scaled to the work counted.
+"""What the sweep would cost on the emulated computer: the modelled time of its subproblems, times their number.
 
-The cycle model prices every condensed subproblem of one sequence, as `orbsoc plan` prices a plan. Time is then
-a · subproblems + b · interior-point iterations, a and b fitted to those: every iteration of one pattern runs the same
-operations, apart from refinements. Every subproblem of the sweep is priced as one on 12 nodes; those on finer grids
-cost more. Generating the data, flights and Newton's polish are the PS's own and not priced.
+The cycle model prices every condensed subproblem of one cold sequence, as `orbsoc plan` prices a plan, and a subproblem
+of the sweep is priced as their mean: the emulated computer solves each by the interior-point method, whatever this
+machine did (most of them it solves by Newton on the dual). All are priced as on 12 nodes; those on finer grids cost
+more. Generating the data, flights and Newton's polish are the PS's own and not priced.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from itertools import product
 from typing import Any
@@ -33,16 +32,16 @@ MOST_RECORDED = 6
 
 @dataclass(frozen=True, slots=True)
 class DomainCost:
-    """Modelled cost on one device under one partition: of a subproblem with k iterations `base_us` + k·`iteration_us`,
-    and of the whole domain. `points_per_s` counts every point of the table, held ones included; `largest_misfit` is the
-    worst relative error of the fit."""
+    """Modelled cost on one device under one partition: of a subproblem, in the mean and at most, with its interior-point
+    iterations in the mean, and of the whole domain. `points_per_s` counts every point of the table, held ones included.
+    """
 
     device: str
     partition: str
     pl_clock_mhz: float
-    base_us: float
-    iteration_us: float
-    largest_misfit: float
+    subproblem_us: float
+    most_us: float
+    iterations: float
     domain_s: float
     point_us: float
     point_pl_cycles: float
@@ -100,18 +99,16 @@ def domain_cost(
     recorded = recorded or RecordedSequence.of(found.domain)
     reports = [hw_model.speedup(trace, device, partition) for trace in recorded.traces]
     times_us = [1e3 * report.makespan_ms.nominal for report in reports]
-    base, each = _fit(recorded.iterations, times_us)
-    misfit = max(abs(base + each * k - t) / t for k, t in zip(recorded.iterations, times_us, strict=True))
-    total_us = base * int(found.points["sequence_iterations"].sum())
-    total_us += each * int(found.points["solver_iterations"].sum())
+    each_us = float(np.mean(times_us))
+    total_us = each_us * int(found.points["sequence_iterations"].sum())
     points, clock = len(found.points["status"]), reports[0].pl_clock_mhz
     return DomainCost(
         device=device,
         partition=partition,
         pl_clock_mhz=clock,
-        base_us=base,
-        iteration_us=each,
-        largest_misfit=misfit,
+        subproblem_us=each_us,
+        most_us=max(times_us),
+        iterations=float(np.mean(recorded.iterations)),
         domain_s=total_us / 1e6,
         point_us=total_us / points,
         point_pl_cycles=total_us / points * clock,
@@ -128,15 +125,6 @@ def cost_table(found: ReachableDomain, recorded: RecordedSequence) -> list[Domai
         for device in hw_model.platform_names()
         for partition in hw_model.partition_names()
     ]
-
-
-def _fit(iterations: Sequence[int], times_us: Sequence[float]) -> tuple[float, float]:
-    """Base and slope of the least-squares line; all slope when every solve took as many iterations."""
-    count = np.array(iterations, np.float64)
-    if np.ptp(count) == 0.0:
-        return 0.0, float(np.mean(times_us) / count[0])
-    slope, base = np.polyfit(count, np.array(times_us), 1)
-    return float(base), float(slope)
 
 
 def _recorded(domain: Domain) -> list[Problem]:

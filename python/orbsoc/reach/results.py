@@ -20,7 +20,7 @@ from orbsoc.missions.reachable_domain.scenario import Scenario
 from orbsoc.missions.reachable_domain.table import PointStatus
 from orbsoc.missions.reachable_domain.terminal import LargestTilt
 from orbsoc.orbit import EARTH, Elements
-from orbsoc.sweep import ShardStore
+from orbsoc.sweep import ShardStore, StoreError
 
 from .limits import TiltLimit
 from .margin import Margin
@@ -141,4 +141,16 @@ def load(folder: str | PathLike[str]) -> ReachableDomain:
     """
     store = ShardStore.load(Path(folder))
     scenario = Scenario.model_validate(store.document())
-    return ReachableDomain(scenario, store.read(POINTS), store.read(BOUNDARY))
+    points, boundary = store.read(POINTS), store.read(BOUNDARY)
+    grid, edge = scenario.grid, scenario.boundary
+    rows = grid.inclination_deg.count * grid.raan_deg.count * grid.perigee_height_km.count
+    edge_rows = 2 * (edge.azimuths // 2) * edge.perigee_height_km.count
+    for name, found, expected in ((POINTS, points, rows), (BOUNDARY, boundary, edge_rows)):
+        have = len(next(iter(found.values())))
+        if have != expected:
+            raise StoreError(
+                f"{folder}: has {have} of {expected} rows of `{name}`; resume the sweep (--resume) to finish it"
+            )
+    # Shards hold planes from all over the grid: put the rows back in its order.
+    order = np.lexsort((points["perigee_bound_km"], points["raan_deg"], points["inc_deg"]))
+    return ReachableDomain(scenario, {name: values[order] for name, values in points.items()}, boundary)

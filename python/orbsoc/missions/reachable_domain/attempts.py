@@ -23,7 +23,8 @@ from .flight import fly
 from .guess import resampled
 from .orbits import RADIUS_M, Flown
 from .primer import Extremals
-from .sequence import Ending, SolveMany, sequences
+from .sequence import Ending, sequences
+from .subproblems import Subproblems
 from .terminal import LargestOrbit
 
 Array = NDArray[np.float64]
@@ -35,7 +36,7 @@ PRIMER_NODES = (16, 24, 32, 48, 64)
 NEWTON_STEPS = (12, 32)
 """Gauss steps of an extremal; more where its steering swings so fast that the flight of its programme disagrees."""
 FLIGHT_STEPS = 12
-"""Gauss steps of a flight of the sequence's plan; twice as many for a polished one."""
+"""Gauss steps of a flight of the sequence's plan; a polished one is flown in twice as many as its extremal."""
 TIGHTENINGS = 6
 """How often the bound on the altitude at the nodes may be raised for what happens between them."""
 
@@ -63,7 +64,7 @@ class Tools:
     lowest: float
     rules: Rules
     tolerances: Tolerances
-    solve: SolveMany
+    solve: Subproblems
 
     def collocation(self, nodes: int) -> Collocation:
         return Collocation.of(self.burn, self.duration, nodes)
@@ -119,7 +120,7 @@ class Attempts:
             verified=np.zeros(count, bool),
             polished=np.zeros(count, bool),
             nodes=np.full(count, nodes, np.int16),
-            arcs=Arcs(start.positions.copy(), start.controls.copy(), start.ends.copy()),
+            arcs=start.copy(),
             flown=Flown.unknown(count),
             commands=np.full(count, None, dtype=object),
             sequence_iterations=np.zeros(count, np.int32),
@@ -227,7 +228,7 @@ def polish(
         unknowns.put(left[there], found.unknowns[there])
         if there.size:
             points = which[left[there]]
-            extremals = tools.indirect(steps).flown(found.unknowns[there], steps=2 * steps)
+            extremals = tools.indirect(steps).flown(found.unknowns[there])
             _fly_primers(tools, aim[points], out, points, extremals, _sma(found.ends[there]), pinned=pinned)
         left = left[~out.polished[which[left]]]
         if not left.size:
@@ -249,7 +250,7 @@ def _fly_primers(
     left = np.arange(len(points))
     for nodes in PRIMER_NODES:
         commands = primer_commands(extremals, nodes).vectors[left]
-        steps = max(2 * FLIGHT_STEPS, extremals.scheme.steps)
+        steps = 2 * extremals.scheme.steps
         flown = tools.judge(Commands(commands), aim[left], promised_sma[left], pinned=pinned, steps=steps)
         good = tools.kept(flown)
         done = points[left[good]]

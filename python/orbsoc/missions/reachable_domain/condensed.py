@@ -46,6 +46,11 @@ class CondensedBatch:
     def __len__(self) -> int:
         return len(self.c)
 
+    def __getitem__(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> CondensedBatch:
+        return CondensedBatch(
+            self.base, self.c[which], self.A[which], self.b[which], self.G[which], self.h[which]
+        )
+
     def problem(self, k: int) -> Problem:
         """One of them as a problem of its own."""
         A, G = self.base.A, self.base.G

@@ -14,7 +14,7 @@ from .attempts import Tolerances, Tools
 from .pinned import lower_perigees
 from .planes import TiltFrame, cross
 from .scenario import Scenario
-from .sequence import SolveMany, threaded
+from .subproblems import Subproblems
 from .table import PointTable
 from .wavefront import PlaneSet, Wavefront
 
@@ -30,8 +30,8 @@ class Domain:
     frame: TiltFrame
 
     @classmethod
-    def of(cls, scenario: Scenario, *, solve: SolveMany | None = None, threads: int = 1) -> Domain:
-        """Make a scenario ready; `solve` solves batches of condensed subproblems, `orbsoc.solve_batch` by default."""
+    def of(cls, scenario: Scenario, *, solve: Subproblems | None = None, threads: int = 1) -> Domain:
+        """Make a scenario ready; `solve` solves batches of subproblems, by default with `orbsoc.solve_batch`."""
         burn, method, limits = scenario.canonical_burn(), scenario.method, scenario.verification
         lowest_km = scenario.burn.minimum_altitude_km
         tools = Tools(
@@ -42,7 +42,7 @@ class Domain:
             lowest=-np.inf if lowest_km is None else 1.0 + 1e3 * lowest_km / EARTH.earth_radius_m,
             rules=Rules(max_iterations=method.max_iterations),
             tolerances=Tolerances(limits.sma_rel, limits.plane_rad, limits.bound_m),
-            solve=solve or threaded(threads),
+            solve=solve or Subproblems.threaded(threads),
         )
         momentum = cross(burn.start[:3], burn.start[3:])
         return cls(scenario, tools, TiltFrame.about(momentum / np.linalg.norm(momentum)))

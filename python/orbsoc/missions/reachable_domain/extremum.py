@@ -30,6 +30,8 @@ TOLERANCE = 1e-10
 """Largest residual, canonical, of a converged point."""
 MAX_STEPS = 20
 HALVINGS = 4
+STEADY = 0.01
+"""A step that leaves a smaller share of the residual is followed by one with the same matrix."""
 STALLED, STALLS = 0.7, 3
 """A point is given up after so many steps in a row that leave more than this share of the residual."""
 SWITCHES = 3
@@ -98,9 +100,9 @@ class Indirect:
             residual[todo] = np.inf
         return Extrema(found, ends, residual, steps)
 
-    def flown(self, unknowns: Unknowns, *, steps: int | None = None) -> Extremals:
+    def flown(self, unknowns: Unknowns) -> Extremals:
         """The extremals themselves."""
-        return extremals(self.burn, self.duration, unknowns.primers, steps=steps or self.steps)
+        return extremals(self.burn, self.duration, unknowns.primers, steps=self.steps)
 
     def _wrong_side(self, aim: Aim, at: Unknowns, ends: Array, residual: Array) -> Flags:
         value = conditions(aim, ends).values[:, PERIGEE]
@@ -117,42 +119,40 @@ class Indirect:
         ends = flown.ends[:, :6].copy()
         live = np.flatnonzero((size > TOLERANCE) & np.isfinite(size))
         flown = flown[live]
+        matrix, old = np.empty((live.size, 6 + ROWS, 6 + ROWS)), np.ones(live.size, bool)
         for _ in range(MAX_STEPS):
             if not live.size:
                 break
             here, before = at[live], size[live]
-            step = self._step(aim[live], here, flown)
+            stale = np.flatnonzero(old)
+            if stale.size:
+                matrix[stale] = self._matrix(aim[live[stale]], here[stale], flown[stale])
+            step = _solved(matrix, residuals(aim[live], flown.ends, here))
             steps[live] += 1
             size[live] = self._backtrack(aim[live], here, flown, step, before)
             at.put(live, here)
             ends[live] = flown.ends[:, :6]
             stalls[live] = np.where(size[live] > STALLED * before, stalls[live] + 1, 0)
             going = (size[live] < before) & (size[live] > TOLERANCE) & (stalls[live] < STALLS)
-            live, flown = live[going], flown[np.flatnonzero(going)]
+            old = (size[live] > STEADY * before)[going]
+            live, flown, matrix = live[going], flown[np.flatnonzero(going)], matrix[going]
         return ends, size, steps
 
-    def _step(self, aim: Aim, at: Unknowns, flown: Extremals) -> Array:
-        """Newton's step (B, 10)."""
+    def _matrix(self, aim: Aim, at: Unknowns, flown: Extremals) -> Array:
+        """Derivatives of `residuals` by [p₀, ṗ₀, ν], (B, 10, 10)."""
         ends = flown.ends[:, :6]
         by_start = sensitivity(self.burn, flown)
         here = conditions(aim, ends)
         bend = curvature(aim, ends, at.multipliers)
-        count = len(ends)
-        matrix = np.zeros((count, 6 + ROWS, 6 + ROWS))
+        matrix = np.zeros((len(ends), 6 + ROWS, 6 + ROWS))
         matrix[:, :3, :6], matrix[:, 3:6, :6] = -by_start[:, 9:], by_start[:, 6:9]
         matrix[:, :6, :6] -= bend @ by_start[:, :6]
         matrix[:, :6, 6:] = -here.gradients.swapaxes(1, 2)
-        held = at.held[:, :, None]
-        matrix[:, 6:, :6] = np.where(held, here.gradients @ by_start[:, :6], 0.0)
+        matrix[:, 6:, :6] = np.where(at.held[:, :, None], here.gradients @ by_start[:, :6], 0.0)
         k = np.arange(ROWS)
         matrix[:, 6 + k, 6 + k] = np.where(at.held, 0.0, 1.0)
-        values = residuals(aim, flown.ends, at)
-        bad = ~np.isfinite(matrix).all(axis=(1, 2)) | ~np.isfinite(values).all(axis=1)
-        matrix[bad], values[bad] = np.eye(6 + ROWS), 0.0
-        try:
-            return np.asarray(-np.linalg.solve(matrix, values[:, :, None])[:, :, 0])
-        except np.linalg.LinAlgError:
-            return np.asarray(-(np.linalg.pinv(matrix) @ values[:, :, None])[:, :, 0])
+        matrix[~np.isfinite(matrix).all(axis=(1, 2))] = np.eye(6 + ROWS)
+        return matrix
 
     def _backtrack(self, aim: Aim, at: Unknowns, flown: Extremals, step: Array, size: Array) -> Array:
         """Move by the longest of the halved steps that makes the residual smaller, in place on `at` and `flown`, and
@@ -178,6 +178,15 @@ class Indirect:
         return found
 
 
+def _solved(matrix: Array, values: Array) -> Array:
+    """Newton's step (B, 10); none where a residual is not finite."""
+    values = np.where(np.isfinite(values).all(axis=1, keepdims=True), values, 0.0)
+    try:
+        return np.asarray(-np.linalg.solve(matrix, values[:, :, None])[:, :, 0])
+    except np.linalg.LinAlgError:
+        return np.asarray(-(np.linalg.pinv(matrix) @ values[:, :, None])[:, :, 0])
+
+
 def residuals(aim: Aim, flown_ends: Array, at: Unknowns) -> Array:
     """λ(t_f) − ∇J − Σ ν ∇c and the held rows' values (ν itself where a row is not held), (B, 10)."""
     here = conditions(aim, flown_ends[:, :6])
@@ -193,9 +202,9 @@ def from_sequences(collocation: Collocation, aim: Aim, found: Sequences, which: 
     linear = collocation.end_map(arcs)
     rows = goal.rows(arcs.ends)
     p = rows.equal.shape[1]
-    costate = -rows.cost - (found.equal_duals[which, :p, None] * rows.equal).sum(axis=1)
+    costate = -rows.cost - (arcs.multipliers[:, :p, None] * rows.equal).sum(axis=1)
     perigee = rows.cone if goal.has_cone else rows.bound
-    costate -= (found.perigee_duals[which, : perigee.shape[1], None] * perigee).sum(axis=1)
+    costate -= (arcs.multipliers[:, 3 : 3 + perigee.shape[1], None] * perigee).sum(axis=1)
     nodes = (costate[:, None] @ linear.by_control)[:, 0].reshape(arcs.controls.shape)
     nodes = nodes / (0.5 * collocation.duration * collocation.grid.weights * collocation.thrust)[:, None]
     here = conditions(goal, arcs.ends)

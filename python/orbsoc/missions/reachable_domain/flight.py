@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 STEPS = 12
 """Gauss steps of order 16 over a burn: 96 nodes. Checked against DOP853 in the tests."""
+TOGETHER = 256
+"""Burns that are flown together: what fits in a core's cache."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,10 +33,23 @@ class Flights:
     raw_most: Array
     raw_least: Array
 
+    def __getitem__(self, part: slice) -> Flights:
+        """Some of them, as views."""
+        return Flights(self.ends[part], self.lowest[part], self.raw_most[part], self.raw_least[part])
+
 
 def fly(burn: Burn, duration: float, grid: LegendreGauss, controls: Array, *, steps: int = STEPS) -> Flights:
     """Propagate the commanded burns of controls (B, N, 3) for `duration` (canonical)."""
-    scheme = gauss_steps(duration, steps)
+    scheme, count = gauss_steps(duration, steps), len(controls)
+    out = Flights(np.empty((count, 6)), *(np.empty(count) for _ in range(3)))
+    for first in range(0, count, TOGETHER):
+        part = slice(first, first + TOGETHER)
+        _fly_part(burn, scheme, grid, controls[part], out[part])
+    return out
+
+
+def _fly_part(burn: Burn, scheme: GaussSteps, grid: LegendreGauss, controls: Array, out: Flights) -> None:
+    """Propagate burns into `out`."""
     raw = _sampled(grid, scheme, controls)
     length = np.sqrt(np.einsum("sdb,sdb->sb", raw, raw))
     raw *= (burn.thrust_acceleration(scheme.times)[:, None] / length)[:, None]
@@ -43,13 +58,11 @@ def fly(burn: Burn, duration: float, grid: LegendreGauss, controls: Array, *, st
         square = np.einsum("sdb,sdb->sb", positions, positions)
         return np.asarray(raw[window] - positions / (square * np.sqrt(square))[:, None])
 
-    count = len(controls)
-    start = np.repeat(burn.start[:, None], count, axis=1)
+    start = np.repeat(burn.start[:, None], len(controls), axis=1)
     arc = integrate(scheme, start[:3], start[3:], force)
-    ends = np.concatenate([arc.end_position, arc.end_velocity]).T
-    return Flights(
-        np.ascontiguousarray(ends), _lowest(arc.positions, ends), length.max(axis=0), length.min(axis=0)
-    )
+    out.ends[:] = np.concatenate([arc.end_position, arc.end_velocity]).T
+    out.lowest[:] = _lowest(arc.positions, out.ends)
+    out.raw_most[:], out.raw_least[:] = length.max(axis=0), length.min(axis=0)
 
 
 def _sampled(grid: LegendreGauss, scheme: GaussSteps, controls: Array) -> Array:
@@ -61,6 +74,6 @@ def _sampled(grid: LegendreGauss, scheme: GaussSteps, controls: Array) -> Array:
 
 
 def _lowest(positions: Array, ends: Array) -> Array:
-    """Smallest radius, with a parabola through the lowest node and its neighbours."""
+    """Smallest radius at the nodes and the end."""
     radius = np.sqrt(np.einsum("sdb,sdb->sb", positions, positions))
     return np.asarray(np.minimum(radius.min(axis=0), np.linalg.norm(ends[:, :3], axis=1)))

@@ -52,7 +52,7 @@ def resampled(old: Collocation, arcs: Arcs, new: Collocation) -> Arcs:
     positions = interpolation_matrix(points, at) @ np.concatenate([start, arcs.positions], axis=1)
     controls = interpolation_matrix(old.grid.nodes, at) @ arcs.controls
     controls /= np.linalg.norm(controls, axis=2, keepdims=True)
-    return Arcs(positions, controls, arcs.ends)
+    return Arcs(positions, controls, arcs.ends, arcs.multipliers)
 
 
 def _runge_kutta(rate: Rate, time: float, x: Array, step: float) -> Array:

@@ -20,7 +20,8 @@ def altitude_rows(
     """
     count, n = about.positions.shape[:2]
     outward = about.positions / np.linalg.norm(about.positions, axis=2, keepdims=True)
-    inverse = linear.inverse.reshape(count, n, 3, 3 * n)
+    inverse = collocation.inverse(about.positions).reshape(count, n, 3, 3 * n)
     rows = -np.einsum("bni,bnij->bnj", outward, inverse)
-    rhs = -lowest[:, None] - np.einsum("bnj,bj->bn", rows, linear.offset)
+    rhs = np.einsum("bni,ni->bn", outward, collocation.straight) - lowest[:, None]
+    rhs -= np.einsum("bnj,bj->bn", rows, linear.offset.reshape(count, -1))
     return rows * np.repeat(collocation.thrust, 3), rhs

@@ -14,12 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.missions.reachable_insertion.model import Burn
-from orbsoc.orbit.gauss import GaussSteps, gauss_steps, integrate
+from orbsoc.orbit.gauss import GaussSteps, extrapolation, gauss_steps, integrate
+
+from .variation import variational_matrices
 
 Array = NDArray[np.float64]
 
-SENSITIVITY_SWEEPS = 7
-"""Fixed-point sweeps of the linear sensitivity equations per step; they only shape Newton's step."""
+FIRST_SWEEPS, SWEEPS = 4, 1
+"""Fixed-point sweeps of the sensitivity equations in the first step, and in the others, which start from the one before:
+they only shape Newton's step."""
+FLOWN_TOGETHER, TOGETHER = 256, 24
+"""Extremals that are flown together, and whose sensitivities are found together: what fits in a core's cache."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,63 +66,46 @@ def extremals(burn: Burn, duration: float, primers: Array, *, steps: int) -> Ext
         out[:, 3:] = (r * lean[:, None] - p) * cube[:, None]
         return out
 
-    count = len(primers)
-    start = np.repeat(burn.start[:, None], count, axis=1)
+    ends, nodes = np.empty((len(primers), 12)), np.empty((len(scheme.times), 6, len(primers)))
     with np.errstate(all="ignore"):
-        arc = integrate(
-            scheme,
-            np.concatenate([start[:3], primers[:, :3].T]),
-            np.concatenate([start[3:], primers[:, 3:].T]),
-            force,
-        )
-    r, p = arc.end_position[:3], arc.end_position[3:]
-    v, rate = arc.end_velocity[:3], arc.end_velocity[3:]
-    return Extremals(scheme, np.concatenate([r, v, p, rate]).T, arc.positions)
+        for first in range(0, len(primers), FLOWN_TOGETHER):
+            part = slice(first, first + FLOWN_TOGETHER)
+            at = primers[part].T
+            start = np.repeat(burn.start[:, None], at.shape[1], axis=1)
+            position, velocity = np.concatenate([start[:3], at[:3]]), np.concatenate([start[3:], at[3:]])
+            arc = integrate(scheme, position, velocity, force)
+            r, p = arc.end_position[:3], arc.end_position[3:]
+            v, rate = arc.end_velocity[:3], arc.end_velocity[3:]
+            ends[part], nodes[:, :, part] = np.concatenate([r, v, p, rate]).T, arc.positions
+    return Extremals(scheme, ends, nodes)
 
 
 def sensitivity(burn: Burn, flown: Extremals) -> Array:
-    """∂[r, v, p, ṗ](t_f)/∂[p₀, ṗ₀], shape (B, 12, 6), along flown extremals.
+    """∂[r, v, p, ṗ](t_f)/∂[p₀, ṗ₀], shape (B, 12, 6), along flown extremals, to a few digits (see SWEEPS)."""
+    out = np.empty((len(flown.ends), 12, 6))
+    thrust = burn.thrust_acceleration(flown.scheme.times)
+    with np.errstate(all="ignore"):
+        for first in range(0, len(out), TOGETHER):
+            part = slice(first, first + TOGETHER)
+            out[part] = _integrated(flown.scheme, variational_matrices(thrust, flown.nodes[:, :, part]))
+    return out
 
-    δÿ = K(t) δy with y = (r, p) and K = [[G, k(I − p̂p̂ᵀ)/|p|], [∂(Gp)/∂r, G]].
-    """
-    scheme = flown.scheme
-    stages, count = scheme.stages, len(flown.ends)
-    field = _field(burn.thrust_acceleration(scheme.times), flown.nodes)
+
+def _integrated(scheme: GaussSteps, field: Array) -> Array:
+    """Ends (B, 12, 6) of the six motions δÿ = K δy that start with a unit in p₀ or ṗ₀; `field` is K, (nodes, B, 6, 6)."""
+    stages, count = scheme.stages, field.shape[1]
     y, rate = np.zeros((count, 6, 6)), np.zeros((count, 6, 6))
-    y[:, 3:, :3] = np.eye(3)
-    rate[:, 3:, 3:] = np.eye(3)
+    y[:, 3:, :3] = rate[:, 3:, 3:] = np.eye(3)
+    ahead = extrapolation(scheme)
+    push = np.zeros((stages, y.size))
     for step in range(scheme.steps):
-        kernel = field[step * stages : (step + 1) * stages]
+        here = field[step * stages : (step + 1) * stages]
         drift = y + scheme.offsets[:, None, None, None] * rate
-        nodes = drift
-        for _ in range(SENSITIVITY_SWEEPS):
-            pushed = (scheme.double @ (kernel @ nodes).reshape(stages, -1)).reshape(drift.shape)
-            nodes = drift + pushed
-        push = (kernel @ nodes).reshape(stages, -1)
+        nodes = drift + (ahead @ push).reshape(drift.shape)
+        push = (here @ nodes).reshape(stages, -1)
+        for _ in range(SWEEPS if step else FIRST_SWEEPS):
+            nodes = drift + (scheme.double @ push).reshape(drift.shape)
+            push = (here @ nodes).reshape(stages, -1)
         y = y + scheme.length * rate + (scheme.lever @ push).reshape(y.shape)
         rate = rate + (scheme.weights @ push).reshape(y.shape)
     return np.concatenate([y[:, :3], rate[:, :3], y[:, 3:], rate[:, 3:]], axis=1)
-
-
-def _field(thrust: Array, nodes: Array) -> Array:
-    """K at every node, (K, B, 6, 6)."""
-    r, p = nodes[:, :3].transpose(0, 2, 1), nodes[:, 3:].transpose(0, 2, 1)
-    square = (r * r).sum(axis=-1)
-    five = 3.0 / (square**2 * np.sqrt(square))
-    size = np.sqrt((p * p).sum(axis=-1))
-    rr = r[..., :, None] * r[..., None, :]
-    rp = r[..., :, None] * p[..., None, :]
-    along = (r * p).sum(axis=-1)
-    k = np.arange(3)
-    out = np.empty((*square.shape, 6, 6))
-    gradient = five[..., None, None] * rr
-    gradient[..., k, k] -= (five * square / 3.0)[..., None]
-    out[..., :3, :3] = out[..., 3:, 3:] = gradient
-    steer = -(p[..., :, None] * p[..., None, :]) / (size**2)[..., None, None]
-    steer[..., k, k] += 1.0
-    out[..., :3, 3:] = steer * (thrust[:, None] / size)[..., None, None]
-    # ∂(Gp)/∂r = 3(rpᵀ + prᵀ + (r·p)I)/|r|⁵ − 15(r·p)rrᵀ/|r|⁷
-    bend = rp + rp.swapaxes(-1, -2) - (5.0 * along / square)[..., None, None] * rr
-    bend[..., k, k] += along[..., None]
-    out[..., 3:, :3] = five[..., None, None] * bend
-    return out

@@ -79,7 +79,7 @@ class Method(Table):
     fine_nodes: int = Field(default=48, ge=4, le=64, description="nodes near the boundary")
     max_iterations: int = Field(default=30, ge=1, le=1000, description="of a sequence")
     continuation: Literal["wavefront", "none"] = "wavefront"
-    planes_per_shard: int = Field(default=104, ge=1, le=100_000)
+    planes_per_shard: int = Field(default=413, ge=1, le=100_000)
 
 
 class Verification(Table):

@@ -46,7 +46,7 @@ FLOATS = (
 bounds; `furthest_tilt_deg` is the evidence of a point that was not reached, NaN where none was sought."""
 COUNTS = ("nodes", "command_nodes", "sequence_iterations", "solver_iterations", "newton_steps")
 """Columns of integers: nodes of the last sequence and of the attitude programme, subproblems solved for this row,
-interior-point iterations in them, Newton steps of the polish."""
+iterations in them (Newton steps on the dual, interior-point iterations), Newton steps of the polish."""
 WORDS = ("status", "origin", "level", "evidence")
 
 

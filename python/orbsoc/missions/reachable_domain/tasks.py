@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from .boundary import furthest_planes
 from .domain import Domain
 from .scenario import Scenario
-from .sequence import SolveMany
+from .subproblems import Subproblems
 
 AZIMUTHS_PER_SHARD = 24
 
@@ -20,13 +20,16 @@ Columns = dict[str, NDArray[Any]]
 
 
 def grid_shards(domain: Domain) -> Iterator[tuple[int, dict[str, Any]]]:
-    """Rows and payload of every shard of the grid: some planes each, with all perigee bounds."""
+    """Rows and payload of every shard of the grid: some planes each, with all perigee bounds.
+
+    A shard has planes from all over the grid, so that each has its part of the edge, where planes take longest.
+    """
     inc, raan = domain.planes()
-    each = domain.scenario.method.planes_per_shard
+    shards = -(-len(inc) // domain.scenario.method.planes_per_shard)
     bounds = domain.scenario.grid.perigee_height_km.count
     document = domain.scenario.model_dump(mode="json")
-    for start in range(0, len(inc), each):
-        part = slice(start, start + each)
+    for first in range(shards):
+        part = slice(first, None, shards)
         payload = {"scenario": document, "inc_deg": inc[part].tolist(), "raan_deg": raan[part].tolist()}
         yield len(payload["inc_deg"]) * bounds, payload
 
@@ -45,7 +48,7 @@ def boundary_shards(domain: Domain) -> Iterator[tuple[int, dict[str, Any]]]:
         yield len(part) * bounds, {"scenario": document, "azimuth_deg": part.tolist()}
 
 
-def solve_grid_shard(payload: Mapping[str, Any], solve: SolveMany | None = None) -> Columns:
+def solve_grid_shard(payload: Mapping[str, Any], solve: Subproblems | None = None) -> Columns:
     """The table of one shard of the grid."""
     domain = _domain(payload) if solve is None else Domain.of(_scenario(payload), solve=solve)
     return domain.solve_planes(np.array(payload["inc_deg"]), np.array(payload["raan_deg"])).columns

@@ -1,0 +1,228 @@
+"""The dual of the condensed subproblem, by Newton's method from multipliers nearby: many points side by side.
+
+With multipliers w = (y, z) of the plane's rows and the perigee cone, d = c + Aᵀy + Gᵀz has three components a node, the
+best controls are uᵢ = −dᵢ/|dᵢ|, and what is left to maximise is D(w) = −b·y − h·z − Σ|dᵢ|: five variables instead of
+36, concave, and smooth where no dᵢ vanishes. Its optimum has b = Au and a cone pair z, s = h − Gu in one of three places:
+z = 0 and s inside; z = t(1, a) with |a| = 1, t > 0 and s = σ(1, −a); or, on a circular orbit, z inside and s = 0. Newton
+keeps to the place where it starts, but goes from the first to the second where s leaves the cone.
+
+Nothing is taken on trust: a point counts as solved when its pair meets every line of docs/algorithm.md's table for
+`SOLVED`; the stationarity line holds by construction. Whatever is left (no multipliers nearby, a cone to let go of, a node
+without thrust, no solution at all) is for an interior-point method. Source of the dual: Boyd &
+Vandenberghe, Convex Optimization, 2004, §5.1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .condensed import CondensedBatch
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Index = NDArray[np.intp]
+
+APART, TOUCHING, VERTEX = 0, 1, 2
+"""Where a cone pair is: z = 0; both on the cone; s = 0."""
+NOTHING = 1e-6
+"""A multiplier of the cone this small is none; it comes back where the cone is left."""
+INSIDE = 1e-4
+"""A multiplier this far inside its cone, relative to its size, means that the slack is at the vertex."""
+STEPS = 12
+"""Limit of Newton steps; from the subproblem before it takes two to four."""
+TOGETHER = 1024
+"""Points that step together: what fits in a core's cache."""
+LARGEST_TURN = 0.5
+"""Of the cone's direction a, rad, in a step."""
+LEAST_SHARE = 0.1
+"""Of t that a step may leave."""
+GROWTH = 4.0
+"""A residual that grows by more in a step is no sign of a solution nearby."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DualSolutions:
+    """What Newton arrived at for B points: controls x (B, n), multipliers y (B, p) and z (B, 3) of the cone, its slack s
+    (B, 3), the steps taken, the relative residuals and gaps, and which points are solved (B,)."""
+
+    solved: Flags
+    x: Array
+    y: Array
+    z: Array
+    s: Array
+    steps: NDArray[np.uint32]
+    primal_residual: Array
+    gap: Array
+
+
+@dataclass(slots=True, eq=False)
+class _Points:
+    """Points under way: their data and where they stand, all in the first axis; `place` holds APART, TOUCHING, VERTEX."""
+
+    cost: Array
+    slopes: Array
+    rhs: Array
+    equal: Array
+    perigee: Array
+    place: NDArray[np.int8]
+
+    def __getitem__(self, which: Index) -> _Points:
+        return _Points(*(getattr(self, name)[which] for name in self.__slots__))
+
+
+def solve_dual(batch: CondensedBatch, equal: Array, perigee: Array, tolerance: Array) -> DualSolutions:
+    """Newton from multipliers `equal` (B, p) and `perigee` (B, 3); the batch has a perigee cone and no bounds. Tolerances (B,)."""
+    p, n, count = batch.base.p, batch.base.n, len(batch)
+    slopes = np.concatenate([batch.A.reshape(count, n, p), batch.G.reshape(count, n, 4)[:, :, 1:]], axis=2)
+    rhs = np.concatenate([batch.b, batch.h[:, -3:]], axis=1)
+    radius = np.sqrt(perigee[:, 1] ** 2 + perigee[:, 2] ** 2)
+    inside = perigee[:, 0] - radius > INSIDE * perigee[:, 0]
+    place = np.where(perigee[:, 0] <= NOTHING, APART, np.where(inside, VERTEX, TOUCHING)).astype(np.int8)
+    start = np.where((place == APART)[:, None], 0.0, perigee)
+    start[place == TOUCHING, 0] = radius[place == TOUCHING]
+    here = _Points(batch.c, slopes, rhs, equal.copy(), start, place)
+    found = DualSolutions(
+        solved=np.zeros(count, bool),
+        x=np.zeros((count, n)),
+        y=np.zeros((count, p)),
+        z=np.zeros((count, 3)),
+        s=np.zeros((count, 3)),
+        steps=np.zeros(count, np.uint32),
+        primal_residual=np.full(count, np.inf),
+        gap=np.full(count, np.inf),
+    )
+    with np.errstate(all="ignore"):
+        for first in range(0, count, TOGETHER):
+            part = np.arange(first, min(first + TOGETHER, count))
+            _newton(here[part], found, part, tolerance)
+    return found
+
+
+def _newton(here: _Points, found: DualSolutions, live: Index, tolerance: Array) -> None:
+    """Step until each of the points `live` is solved or given up; `found` takes those that are solved."""
+    before = np.full(live.size, np.inf)
+    for step in range(STEPS + 1):
+        pull, controls, length = _controls(here)
+        slack = here.rhs - (here.slopes.transpose(0, 2, 1) @ controls[:, :, None])[:, :, 0]
+        fresh = _enter_cone(here, slack, pull, length, tolerance[live])
+        before[fresh] = np.inf
+        error, axes = _errors(here, slack)
+        worst = np.abs(error).max(axis=1)
+        there = worst <= 0.1 * tolerance[live]
+        if there.any():
+            _take(here, found, live, np.flatnonzero(there), controls, slack, length, tolerance)
+        going = np.flatnonzero(~there & (worst <= GROWTH * before))
+        if not going.size or step == STEPS:
+            return
+        found.steps[live[going]] += 1
+        here, live, before = here[going], live[going], worst[going]
+        _advance(here, slack[going], error[going], axes[going], pull[going], length[going])
+
+
+def _controls(here: _Points) -> tuple[Array, Array, Array]:
+    """Unit vectors along d (B, N, 3), the controls (B, 3N) against them, and |dᵢ| (B, N)."""
+    count = len(here.cost)
+    w = np.concatenate([here.equal, here.perigee], axis=1)
+    d = (here.cost + (here.slopes @ w[:, :, None])[:, :, 0]).reshape(count, -1, 3)
+    length = np.sqrt(np.einsum("bni,bni->bn", d, d))
+    unit = d / length[:, :, None]
+    return unit, -unit.reshape(count, -1), length
+
+
+def _enter_cone(here: _Points, slack: Array, pull: Array, length: Array, tolerance: Array) -> Index:
+    """Give the points whose slack left the cone a multiplier on it: opposite to the slack, as long as Newton along it
+    would make it. Returns these points."""
+    p = here.equal.shape[1]
+    radius = np.sqrt((slack[:, p + 1 :] ** 2).sum(axis=1))
+    which = np.flatnonzero((here.place == APART) & (radius - slack[:, p] > tolerance))
+    if which.size:
+        axis = np.concatenate(
+            [np.ones((which.size, 1)), -slack[which, p + 1 :] / radius[which, None]], axis=1
+        )
+        moves = (here.slopes[which, :, p:] @ axis[:, :, None]).reshape(which.size, -1, 3)
+        along = np.einsum("bni,bni->bn", moves, pull[which])
+        bend = ((np.einsum("bni,bni->bn", moves, moves) - along**2) / length[which]).sum(axis=1)
+        here.perigee[which] = ((radius - slack[:, p])[which] / bend)[:, None] * axis
+        here.place[which] = TOUCHING
+    return which
+
+
+def _errors(here: _Points, slack: Array) -> tuple[Array, Array]:
+    """The equations' values (B, p + 3), and the axes (B, p + 3, p + 3) along which w moves; null where it does not."""
+    count, p = here.equal.shape
+    axes = np.zeros((count, p + 3, p + 3))
+    axes[:, np.arange(p), np.arange(p)] = 1.0
+    touching, vertex = np.flatnonzero(here.place == TOUCHING), np.flatnonzero(here.place == VERTEX)
+    a = here.perigee[touching, 1:] / here.perigee[touching, :1]
+    axes[touching, p, p], axes[touching, p + 1 :, p] = 1.0, a
+    axes[touching, p + 1, p + 1], axes[touching, p + 2, p + 1] = -a[:, 1], a[:, 0]
+    if vertex.size:
+        axes[vertex[:, None], p + np.arange(3), p + np.arange(3)] = 1.0
+    return (slack[:, None] @ axes)[:, 0], axes
+
+
+def _advance(here: _Points, slack: Array, error: Array, axes: Array, pull: Array, length: Array) -> None:
+    """Newton's step on the equations, in place; on the cone z turns by a bounded angle and stays positive."""
+    count, p = here.equal.shape
+    root = 1.0 / np.sqrt(length)
+    moves = here.slopes @ axes
+    scaled = moves.reshape(count, -1, 3, p + 3) * root[:, :, None, None]
+    along = pull[:, :, 0, None] * scaled[:, :, 0]
+    along += pull[:, :, 1, None] * scaled[:, :, 1]
+    along += pull[:, :, 2, None] * scaled[:, :, 2]
+    flat = scaled.reshape(count, -1, p + 3)
+    matrix = flat.transpose(0, 2, 1) @ flat - along.transpose(0, 2, 1) @ along
+    touching, vertex = here.place == TOUCHING, here.place == VERTEX
+    size = np.where(touching, here.perigee[:, 0], 1.0)
+    direction = np.where(touching[:, None], here.perigee[:, 1:] / size[:, None], 0.0)
+    matrix[:, p, p + 1] += np.where(touching, error[:, p + 1] / size, 0.0)
+    matrix[:, p + 1, p + 1] -= (slack[:, p + 1 :] * direction).sum(axis=1) / size
+    matrix[:, p, p] += here.place == APART
+    matrix[:, p + 1, p + 1] += here.place == APART
+    matrix[:, p + 2, p + 2] += ~vertex
+    matrix[~np.isfinite(matrix).all(axis=(1, 2))] = np.eye(p + 3)
+    try:
+        step = -np.linalg.solve(matrix, error[:, :, None])[:, :, 0]
+    except np.linalg.LinAlgError:
+        step = -(np.linalg.pinv(matrix) @ error[:, :, None])[:, :, 0]
+    here.equal += step[:, :p]
+    turn = np.clip(step[:, p + 1] / size, -LARGEST_TURN, LARGEST_TURN)
+    longer = np.maximum(size + step[:, p], LEAST_SHARE * size)
+    cosine, sine = np.cos(turn), np.sin(turn)
+    x, y = direction.T
+    turned = np.stack([np.ones(count), cosine * x - sine * y, sine * x + cosine * y], axis=1)
+    moved = np.where(vertex[:, None], here.perigee + step[:, p:], 0.0)
+    here.perigee = np.where(touching[:, None], longer[:, None] * turned, moved)
+
+
+def _take(
+    here: _Points,
+    found: DualSolutions,
+    live: Index,
+    which: Index,
+    controls: Array,
+    slack: Array,
+    length: Array,
+    tolerance: Array,
+) -> None:
+    """Judge the pairs of points `which` and note those that are solutions."""
+    at, rows, p = here[which], live[which], here.equal.shape[1]
+    x, short, s = controls[which], slack[which, :p], slack[which, p:]
+    z = at.perigee
+    outside = np.maximum(np.sqrt((s[:, 1:] ** 2).sum(axis=1)) - s[:, 0], 0.0)
+    beyond = np.maximum(np.sqrt((z[:, 1:] ** 2).sum(axis=1)) - z[:, 0], 0.0) / (1.0 + np.abs(z).max(axis=1))
+    primal = np.maximum(
+        np.abs(short).max(axis=1) / (1.0 + np.abs(at.rhs[:, :p]).max(axis=1)),
+        outside / (1.0 + np.abs(s).max(axis=1)),
+    )
+    objective = (at.cost * x).sum(axis=1)
+    dual = (
+        -(at.rhs[:, :p] * at.equal).sum(axis=1) - (at.rhs[:, p:] * z).sum(axis=1) - length[which].sum(axis=1)
+    )
+    gap = np.abs(objective - dual) / (1.0 + np.minimum(np.abs(objective), np.abs(dual)))
+    found.solved[rows] = np.maximum(np.maximum(primal, gap), beyond) <= tolerance[rows]
+    found.x[rows], found.y[rows], found.z[rows], found.s[rows] = x, at.equal, z, s
+    found.primal_residual[rows], found.gap[rows] = primal, gap

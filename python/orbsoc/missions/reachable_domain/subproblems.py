@@ -1,0 +1,131 @@
+"""Solve a batch of condensed subproblems: Newton on the dual from multipliers nearby, an interior-point method else.
+
+Every subproblem is answered for by one of them, within the tolerance asked for and judged by one table (`dual`,
+docs/algorithm.md). Only the interior-point method says that a subproblem has no feasible point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.batch import BatchSolution, solve_batch
+from orbsoc.scp import Rules
+from orbsoc.settings import Settings
+from orbsoc.solution import Status
+
+from .arcs import MOST_EQUALITIES
+from .condensed import CondensedBatch
+from .dual import solve_dual
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Index = NDArray[np.intp]
+
+SolveMany = Callable[[CondensedBatch, Settings], BatchSolution]
+"""Solves a batch of condensed subproblems by an interior-point method."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Answers:
+    """What became of B subproblems: controls (B, n), multipliers (B, 6) as `Arcs` keeps them, and (B,) iterations.
+
+    `usable`: the point may move to its solution. `exact`: it is exact enough to end with. `infeasible`: there is none.
+    """
+
+    controls: Array
+    multipliers: Array
+    iterations: NDArray[np.int32]
+    usable: Flags
+    exact: Flags
+    infeasible: Flags
+
+    @classmethod
+    def none(cls, count: int, n: int) -> Answers:
+        """Nothing answered yet."""
+        return cls(
+            controls=np.zeros((count, n)),
+            multipliers=np.full((count, 2 * MOST_EQUALITIES), np.nan),
+            iterations=np.zeros(count, np.int32),
+            usable=np.zeros(count, bool),
+            exact=np.zeros(count, bool),
+            infeasible=np.zeros(count, bool),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Subproblems:
+    """The solver of a sweep's subproblems; without `dual` each of them goes to `interior`."""
+
+    interior: SolveMany
+    dual: bool = True
+
+    @classmethod
+    def threaded(cls, threads: int = 1, *, dual: bool = True) -> Subproblems:
+        """With `orbsoc.solve_batch` on so many threads."""
+
+        def solve(batch: CondensedBatch, settings: Settings) -> BatchSolution:
+            return solve_batch(
+                batch.base,
+                c=batch.c,
+                A=batch.A,
+                b=batch.b,
+                G=batch.G,
+                h=batch.h,
+                settings=settings,
+                threads=threads,
+            )
+
+        return cls(solve, dual)
+
+    def __call__(self, batch: CondensedBatch, near: Array, tight: Flags, rules: Rules) -> Answers:
+        """Answer each subproblem, at the tight tolerance of the rules where `tight` (B,), from multipliers `near`
+        (B, 6), NaN where there are none."""
+        out = Answers.none(len(batch), batch.base.n)
+        if self.dual and not batch.base.cones.l:
+            _by_dual(batch, near, np.where(tight, rules.tight_tol, rules.loose_tol), out)
+        left = ~out.usable
+        for chosen, tolerance in ((left & ~tight, rules.loose_tol), (left & tight, rules.tight_tol)):
+            which = np.flatnonzero(chosen)
+            if which.size:
+                part = batch if which.size == len(batch) else batch[which]
+                _take_interior(out, which, part, self.interior(part, Settings(tol=tolerance)), rules)
+        return out
+
+
+def _by_dual(batch: CondensedBatch, near: Array, tolerance: Array, out: Answers) -> None:
+    """Note what Newton on the dual solves of the points with multipliers nearby."""
+    p = batch.base.p
+    known = np.isfinite(near[:, :p]).all(axis=1) & np.isfinite(near[:, MOST_EQUALITIES:]).all(axis=1)
+    which = np.flatnonzero(known)
+    if not which.size:
+        return
+    part = batch if which.size == len(batch) else batch[which]
+    found = solve_dual(part, near[which, :p], near[which, MOST_EQUALITIES:], tolerance[which])
+    out.iterations[which] = found.steps
+    good = np.flatnonzero(found.solved)
+    which = which[good]
+    out.controls[which] = found.x[good]
+    out.multipliers[which, :p], out.multipliers[which, MOST_EQUALITIES:] = found.y[good], found.z[good]
+    out.usable[which] = out.exact[which] = True
+
+
+def _take_interior(
+    out: Answers, which: Index, batch: CondensedBatch, found: BatchSolution, rules: Rules
+) -> None:
+    """Note what the interior-point method says of the points `which`."""
+    p = batch.base.p
+    out.iterations[which] += found.iterations.astype(np.int32)
+    out.controls[which] = found.x
+    out.multipliers[which, :p] = found.y
+    out.multipliers[which, MOST_EQUALITIES:] = found.z[:, :3] if batch.base.cones.l else found.z[:, -3:]
+    worst = np.maximum(np.maximum(found.primal_residual, found.dual_residual), found.gap)
+    solved = found.status == Status.SOLVED
+    stopped_short = (Status.SOLVED_INACCURATE, Status.NUMERICAL_LIMIT, Status.MAX_ITERATIONS)
+    short = np.array([status in stopped_short for status in found.status], bool)
+    out.usable[which] = solved | (short & (worst <= rules.usable_residual))
+    out.exact[which] = solved | (worst <= rules.final_residual)
+    out.infeasible[which] = found.status == Status.PRIMAL_INFEASIBLE
