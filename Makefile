@@ -23,7 +23,7 @@ export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint bench results units lock clean FORCE
+.PHONY: help demo test lint bench results units area lock clean FORCE
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -53,6 +53,9 @@ results: $(INSTALLED) $(BENCHING) ## measure all that is required beside the pee
 
 units: $(INSTALLED) $(TESTING) ## a million vectors per floating-point unit and format, in Verilator
 	ORBSOC_REQUIRE_RTL=1 ORBSOC_UNIT_VECTORS=1000000 $(BIN)/pytest tests/rtl/test_units.py
+
+area: $(INSTALLED) ## synthesise the RTL with yosys, and hold the area formula against it (30 min)
+	$(BIN)/python scripts/record_synthesis.py
 
 lock: ## renew requirements/*.txt from pyproject.toml
 	$(PYTHON) scripts/lock_requirements.py

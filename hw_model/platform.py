@@ -169,16 +169,18 @@ class Runtime(Section):
 
 
 class Area(Section):
-    """What the engine takes of a PL, at the binary64 datapath; widths scale with the word (resources.py)."""
+    """Lookup tables and flip-flops of the engine's parts, and how full a device may get (area.py has the formula)."""
 
-    lut_fixed: Parameter[Count]
-    lut_per_lane: Parameter[Count]
-    lut_per_divider: Parameter[Count]
-    lut_per_lane_and_bank: Parameter[Count]
-    ff_fixed: Parameter[Count]
-    ff_per_lane: Parameter[Count]
-    ff_per_divider: Parameter[Count]
-    ff_per_bank: Parameter[Count]
+    lut_control: Parameter[Count]
+    lut_lane_f64: Parameter[Count]
+    lut_lane_f32: Parameter[Count]
+    lut_divider_f64: Parameter[Count]
+    lut_divider_f32: Parameter[Count]
+    ff_control: Parameter[Count]
+    ff_lane_f64: Parameter[Count]
+    ff_lane_f32: Parameter[Count]
+    ff_divider_f64: Parameter[Count]
+    ff_divider_f32: Parameter[Count]
     lut_ceiling: Parameter[Fraction01]
     ff_ceiling: Parameter[Fraction01]
     dsp_ceiling: Parameter[Fraction01]

@@ -1,9 +1,8 @@
 """What an engine and a partition take of a device, against what the device holds.
 
-DSP: a multiplier of p-bit significands takes ⌈p/17⌉·⌈p/24⌉ DSP48E1 (12 at binary64, 2 at binary32), one a lane.
-LUT and FF: fixed, per lane, per divider and per bank, at binary64; all but the fixed part scale with the word's width.
-BRAM: storage, three replicas of each bank; and microcode, one flat word a cycle of every segment, compressed.
-Storage holds every buffer that a stage on the PL reads or writes, and temporaries as an allowance.
+The engine is one that rtl/ can be (area.py), its storage as many words as the buffers need, a power of two. Storage
+holds every buffer that a stage on the PL reads or writes, and temporaries as an allowance. Microcode is one flat word a
+cycle of every segment, compressed, in a memory of lines of 32 bits a lane; the decoder is not in the figures.
 """
 
 from __future__ import annotations
@@ -12,27 +11,28 @@ import math
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
+from .area import (
+    KINDS,
+    SIGNIFICAND_BITS,
+    Kind,
+    Shape,
+    bram18,
+    flip_flops,
+    logic_luts,
+    multiplier_dsp,
+    storage_bram18,
+)
 from .stage_cycles import StageCycles, estimated
-from .vocabulary import Datapath
 
 if TYPE_CHECKING:
     from .partition import Partition
     from .platform import Platform
     from .trace import Pattern, Trace
 
-Kind = Literal["lut", "ff", "dsp", "bram36"]
-KINDS: tuple[Kind, ...] = ("lut", "ff", "dsp", "bram36")
-WIDTH_BITS: dict[Datapath, int] = {"f64": 64, "f32": 32}
-SIGNIFICAND_BITS: dict[Datapath, int] = {"f64": 53, "f32": 24}
-REPLICAS = 3
-"""Copies of each bank, one a read port: operands a, b and c."""
 TEMPORARIES = 0.25
 """Storage for intermediate values, as a share of the buffers: an allowance until schedules say the number."""
-
-_BRAM18_SHAPES = ((512, 36), (1024, 18), (2048, 9), (4096, 4), (8192, 2), (16384, 1))
-"""(rows, bits) that half a block RAM can be, one write and one read port."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,41 +93,21 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
     used: Counter[Kind] = Counter()
     microcode = 0
     if partition.uses_pl:
-        lanes, dividers, banks = pl.lanes.value, pl.dividers.value, pl.banks.value
-        width = WIDTH_BITS[trace.datapath] / 64
-        lut = (
-            lanes * area.lut_per_lane.value
-            + dividers * area.lut_per_divider.value
-            + lanes * banks * area.lut_per_lane_and_bank.value
-        )
-        ff = (
-            lanes * area.ff_per_lane.value
-            + dividers * area.ff_per_divider.value
-            + banks * area.ff_per_bank.value
-        )
         address_bits = max(8, math.ceil(math.log2(max(2, storage))))
-        flat = 1 + lanes * (4 * address_bits + 4) + dividers * (3 * address_bits + 2)
-        rows = math.ceil(storage / banks)
-        microcode = math.ceil(code * flat / pl.microcode_compression.value / 36_864)
-        used["lut"] = area.lut_fixed.value + round(lut * width)
-        used["ff"] = area.ff_fixed.value + round(ff * width)
-        used["dsp"] = lanes * multiplier_dsp(SIGNIFICAND_BITS[trace.datapath])
-        used["bram36"] = REPLICAS * banks * bram18(rows, WIDTH_BITS[trace.datapath]) // 2 + microcode
+        shape = Shape(trace.datapath, pl.lanes.value, pl.dividers.value, pl.banks.value, address_bits)
+        line_bits = 32 * shape.lanes
+        lines = math.ceil(code * shape.microcode_bits / pl.microcode_compression.value / line_bits)
+        halves = bram18(lines, line_bits)
+        microcode = math.ceil(halves / 2)
+        used["lut"] = logic_luts(shape, area)
+        used["ff"] = flip_flops(shape, area, math.ceil(math.log2(max(2, lines))))
+        used["dsp"] = shape.lanes * multiplier_dsp(SIGNIFICAND_BITS[shape.datapath])
+        used["bram36"] = math.ceil((storage_bram18(shape) + halves) / 2)
     uses = tuple(
         Use(kind, used[kind], getattr(there, kind).value, getattr(area, f"{kind}_ceiling").value)
         for kind in KINDS
     )
     return Budget(uses, storage, code, microcode)
-
-
-def multiplier_dsp(significand_bits: int) -> int:
-    """DSP48E1 of a multiplier of two significands: 24 × 17 bits, unsigned, each."""
-    return -(-significand_bits // 17) * -(-significand_bits // 24)
-
-
-def bram18(rows: int, bits: int) -> int:
-    """Half block RAMs of a memory of `rows` × `bits`, in the shape that takes the fewest."""
-    return min(-(-rows // depth) * -(-bits // width) for depth, width in _BRAM18_SHAPES)
 
 
 def _storage_words(pattern: Pattern, partition: Partition) -> int:

@@ -7,9 +7,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from .area import KINDS
 from .prices import Prices
 from .report import PICOS_PER_MS, Band, corners_of
-from .resources import KINDS, Budget, budget
+from .resources import Budget, budget
 from .stage_cycles import PlCycles, StageCycles, estimated
 from .timeline import makespan_picos, tally_of
 from .walk import Action, Work, walk

@@ -1,34 +1,17 @@
-"""The budget: shapes of multipliers and memories, monotonic in the engine, and nothing taken without a PL."""
+"""The budget: monotonic in the engine, and nothing taken without a PL."""
 
 from __future__ import annotations
 
 import pytest
 
+from hw_model.area import KINDS
 from hw_model.partition import load_partition
 from hw_model.platform import load_platform
-from hw_model.resources import KINDS, bram18, budget, multiplier_dsp
+from hw_model.resources import budget
 from hw_model.trace import parse_trace
 from tests.hw_model.synthetic import synthetic_trace
 
 TRACE = parse_trace(synthetic_trace(iterations=2))
-
-
-def test_a_multiplier_takes_what_synthesis_found() -> None:
-    assert [multiplier_dsp(bits) for bits in (53, 24, 17, 25, 18)] == [
-        12,
-        2,
-        1,
-        4,
-        2,
-    ]  # 12 at binary64: yosys, xc7
-
-
-@pytest.mark.parametrize(
-    ("rows", "bits", "halves"),
-    [(512, 36, 1), (512, 64, 2), (513, 36, 2), (1024, 64, 4), (16384, 1, 1), (1, 1, 1)],
-)
-def test_a_memory_takes_the_cheapest_shape(rows: int, bits: int, halves: int) -> None:
-    assert bram18(rows, bits) == halves
 
 
 def test_nothing_is_taken_when_nothing_is_on_the_pl() -> None:

@@ -82,8 +82,9 @@ def _row(
 ) -> dict[str, Any]:
     """One solve, and what it would have cost."""
     from hw_model import parse_trace, speedup
+    from hw_model.area import multiplier_dsp
     from hw_model.partition import on_pl
-    from hw_model.resources import budget, multiplier_dsp
+    from hw_model.resources import budget
     from orbsoc.precision import solve_narrow
 
     run = solve_narrow(problem, bits, modules, settings)

@@ -1,0 +1,134 @@
+"""Synthesise the RTL with yosys and record what it takes: hw_model/measurements/synthesis.json, docs/rtl.md (`make area`).
+
+A row is synthesised again when the RTL, the tool or its parameters changed. All rows take half an hour of one core.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+from hw_model.area import Shape, engine_area, recorded, shape_of
+from hw_model.platform import load_platform
+
+ROOT = Path(__file__).resolve().parent.parent
+RECORD = ROOT / "hw_model" / "measurements" / "synthesis.json"
+PAGE = ROOT / "docs" / "rtl.md"
+CELLS = ("lut", "lut_shift", "lut_memory", "ff", "dsp", "bram36", "carry4")
+
+
+def engine(
+    fp: int, lanes: int, banks: int, dividers: int = 1, address_bits: int = 14, code_bits: int = 12
+) -> str:
+    """Parameters of an engine with a flat sequencer and no checks."""
+    return (
+        f"FP={fp} LANES={lanes} BANKS={banks} DIVIDERS={dividers} ADDRESS_BITS={address_bits} CODE_BITS={code_bits}"
+        " CHECKS=0"
+    )
+
+
+FITTED = [("engine", engine(fp, lanes, 4 * lanes)) for fp in (64, 32) for lanes in (1, 2)]
+"""The figures of lanes, dividers and control come from these."""
+HELD_OUT = [
+    ("engine", engine(64, 4, 16)),
+    ("engine", engine(32, 4, 16)),
+    ("engine", engine(32, 2, 4, dividers=2, address_bits=12, code_bits=10)),
+    ("engine", engine(64, 1, 8, address_bits=13, code_bits=11)),
+    ("engine", engine(32, 4, 8, address_bits=13, code_bits=13)),
+]
+FORMATS = {"EXP=11 MAN=52": "f64", "EXP=8 MAN=23": "f32"}
+UNITS = [
+    *((unit, width) for unit in ("fp_add", "fp_mul", "fp_less", "lane") for width in FORMATS),
+    ("divider", "EXP=11 MAN=52 CYCLES=32"),
+    ("divider", "EXP=8 MAN=23 CYCLES=17"),
+    ("registers", "CODE_BITS=12"),
+    ("sequencer_flat", "WIDTH=285 CODE_BITS=12"),
+    *(("replica", f"UNITS=2 BANKS={banks} WIDTH={width}") for banks in (8, 16, 32) for width in (16, 32)),
+    *(("write_crossbar", f"UNITS={units} BANKS={banks}") for units, banks in ((3, 4), (4, 8), (6, 16))),
+]
+
+
+def main() -> None:
+    """Bring the record and the page up to date."""
+    state = hashlib.sha256(
+        b"".join(
+            path.read_bytes()
+            for pattern in ("fpu/*.sv", "engine/*.sv*", "*.svh", "synthesize.sh")
+            for path in sorted((ROOT / "rtl").glob(pattern))
+        )
+    ).hexdigest()[:16]
+    tool = subprocess.run(["yosys", "-V"], check=True, capture_output=True, text=True).stdout.split(" (")[0]
+    known = json.loads(RECORD.read_text()) if RECORD.exists() else {}
+    same = known.get("rtl") == state and known.get("tool") == tool
+    old = {(row["module"], _text(row["parameters"])): row for row in known.get("rows", []) if same}
+    rows: list[dict[str, Any]] = []
+    for module, parameters in (*UNITS, *FITTED, *HELD_OUT):
+        row = old.get((module, parameters)) or synthesise(module, parameters)
+        rows.append(row | {"fitted": (module, parameters) in FITTED})
+    document = {"schema": "orbsoc.synthesis/1", "tool": tool, "family": "xc7", "rtl": state, "rows": rows}
+    lines = ",\n".join(json.dumps(row) for row in rows)
+    head = json.dumps({key: value for key, value in document.items() if key != "rows"})
+    RECORD.write_text(f'{head[:-1]}, "rows": [\n{lines}\n]}}\n')
+    PAGE.write_text(with_tables(PAGE.read_text()))
+
+
+def synthesise(module: str, parameters: str) -> dict[str, Any]:
+    """Cells of one module by rtl/synthesize.sh."""
+    command = [str(ROOT / "rtl" / "synthesize.sh"), module, *parameters.split()]
+    found = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    given = {name: int(value) for name, value in (pair.split("=") for pair in parameters.split())}
+    return {"module": module, "parameters": given, **{cell: found[cell] for cell in CELLS}}
+
+
+def with_tables(page: str) -> str:
+    """The page with the tables between its two marks renewed."""
+    first, last = "<!-- cells -->\n", "<!-- end of cells -->\n"
+    before, rest = page.split(first)
+    _, after = rest.split(last)
+    return f"{before}{first}\n{units_table()}\n{engines_table()}\n{last}{after}"
+
+
+def units_table() -> str:
+    """Units as Markdown."""
+    lines = ["| module | parameters | LUT | FF | DSP | BRAM36 |", "|---|---|---|---|---|---|"]
+    for row in recorded(RECORD):
+        if row.module != "engine":
+            given = _text(row.parameters)
+            width = next((name for format_, name in FORMATS.items() if given.startswith(format_)), given)
+            lines.append(f"| `{row.module}` | {width} | {row.lut} | {row.ff} | {row.dsp} | {row.bram36:g} |")
+    return "\n".join(lines) + "\n"
+
+
+def engines_table() -> str:
+    """Engines beside the formula as Markdown."""
+    area = load_platform("zu9eg").area
+    lines = [
+        "| engine | LUT | formula | FF | formula | DSP | formula | BRAM36 | formula |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    for row in recorded(RECORD):
+        if row.module == "engine":
+            said = engine_area(shape_of(row), area, row.parameters["CODE_BITS"])
+            lines.append(
+                f"| {_named(shape_of(row), row.parameters['CODE_BITS'])}{'' if row.fitted else ' *'}"
+                f" | {row.lut} | {said['lut']} ({100 * (said['lut'] / row.lut - 1):+.1f} %)"
+                f" | {row.ff} | {said['ff']} ({100 * (said['ff'] / row.ff - 1):+.1f} %)"
+                f" | {row.dsp} | {said['dsp']} | {row.bram36:g} | {said['bram36']:g} |"
+            )
+    return "\n".join(lines) + "\n"
+
+
+def _named(shape: Shape, code_bits: int) -> str:
+    dividers = f", {shape.dividers} dividers" if shape.dividers > 1 else ""
+    return f"{shape.datapath}, {shape.lanes} × {shape.banks}{dividers}, 2^{shape.address_bits}, 2^{code_bits}"
+
+
+def _text(parameters: dict[str, int]) -> str:
+    return " ".join(f"{name}={value}" for name, value in parameters.items())
+
+
+if __name__ == "__main__":
+    main()
