@@ -87,6 +87,7 @@ class ClarabelLoop:
             gap=worst,
             radius=nothing,
             message=[""] * count,
+            warm_start=["none"] * count,
             solve_s=0.0,
         )
 

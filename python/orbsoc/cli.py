@@ -64,6 +64,7 @@ class SchemaChoice(enum.StrEnum):
     """Files that have a JSON Schema."""
 
     SCENARIO = "scenario"
+    REACH_SCENARIO = "reach-scenario"
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,10 +147,15 @@ def plan(
 
 @app.command()
 def schema(what: Annotated[SchemaChoice, typer.Argument(help="which file")]) -> None:
-    """Print the JSON Schema of a file that orbsoc reads."""
-    from orbsoc.missions.reachable_insertion import Scenario
+    """Print the JSON Schema of a file that orbsoc reads: of `orbsoc plan`, or of `orbsoc reach`."""
+    from pydantic import BaseModel
 
-    models = {SchemaChoice.SCENARIO: Scenario}
+    from orbsoc.missions import reachable_domain, reachable_insertion
+
+    models: dict[SchemaChoice, type[BaseModel]] = {
+        SchemaChoice.SCENARIO: reachable_insertion.Scenario,
+        SchemaChoice.REACH_SCENARIO: reachable_domain.Scenario,
+    }
     typer.echo(json.dumps(models[what].model_json_schema(), indent=2))
 
 

@@ -10,6 +10,7 @@ import select
 import subprocess
 import sys
 import time
+import tomllib
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -398,3 +399,13 @@ def test_schema_of_a_scenario_accepts_what_it_describes() -> None:
         "mission", "name", "problem", "vehicle", "launch_site", "initial", "target", "burn",
     }  # fmt: skip
     assert schema["$defs"]["Vehicle"]["properties"]["thrust_n"]["exclusiveMinimum"] == 0.0
+
+
+def test_schema_of_a_reach_scenario_accepts_the_papers() -> None:
+    result = invoke("schema", "reach-scenario")
+    assert result.exit_code == 0
+    schema = json.loads(result.stdout)
+    document = tomllib.loads((SCENARIOS / "paper004_reach.toml").read_text(encoding="utf-8"))
+    assert set(schema["required"]) <= set(document) <= set(schema["properties"])
+    assert set(schema["$defs"]["Grid"]["required"]) == set(document["grid"])
+    assert schema["$defs"]["Method"]["properties"]["nodes"]["default"] == 12

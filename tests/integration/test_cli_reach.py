@@ -18,7 +18,7 @@ import pytest
 import orbsoc.reach
 from orbsoc.orbit import Elements
 from orbsoc.reach.ephemeris import fly_point, oem, opm
-from orbsoc.sweep import ShardStore
+from orbsoc.sweep import ShardStore, StoreError
 from tests.missions.reach_cases import SCENARIOS, small_scenario
 
 ENVIRONMENT = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
@@ -163,6 +163,35 @@ def test_ctrl_c_keeps_the_finished_shards(tmp_path: Path) -> None:
     assert "finished shards are in" in words
     assert "Traceback" not in words
     assert list(out.glob("boundary/shard=*/part.parquet"))
+
+
+def test_a_disk_that_fills_up_while_figures_are_drawn_keeps_the_shards(
+    solved: tuple[Path, Path, str], tmp_path: Path
+) -> None:
+    """A file that cannot be replaced stands for a disk that is full: what fails is named, and --resume repairs it."""
+    scenario, folder, _stdout = solved
+    out = tmp_path / "copy"
+    shutil.copytree(folder, out)
+    (out / "band.html").unlink()
+    (out / "band.html").mkdir()
+    failed = orbsoc_reach(scenario, "--out", out, "--resume")
+    assert failed.returncode == 2
+    assert "tables and figures cannot be written" in failed.stderr
+    assert "Traceback" not in failed.stderr
+    (out / "band.html").rmdir()
+    done = orbsoc_reach(scenario, "--out", out, "--resume")
+    assert done.returncode == 0, done.stderr
+    assert (out / "band.html").stat().st_size == (folder / "band.html").stat().st_size
+
+
+def test_a_folder_that_lacks_shards_is_not_read_as_a_whole(
+    solved: tuple[Path, Path, str], tmp_path: Path
+) -> None:
+    out = tmp_path / "copy"
+    shutil.copytree(solved[1], out)
+    shutil.rmtree(out / "points" / "shard=0001")
+    with pytest.raises(StoreError, match=r"has 3\d of 60 rows of `points`; resume the sweep"):
+        orbsoc.reach.load(out)
 
 
 BAD = {

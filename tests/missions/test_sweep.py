@@ -146,6 +146,9 @@ def test_a_full_disk_keeps_what_is_finished(tmp_path: Path, monkeypatch: pytest.
     assert [store.is_finished(task) for task in TASKS] == [True, True, False, False, False]
     assert not list((tmp_path / "out").rglob(".part*"))
     assert run(store, TASKS, squares, Inline(), unwatched).rows_before == 4
+    whole = ShardStore.open(tmp_path / "whole", {"name": "x"}, resume=False)
+    run(whole, TASKS, squares, Inline(), unwatched)
+    assert table_of(store) == table_of(whole)
 
 
 def test_folders_are_never_mixed_up(tmp_path: Path) -> None:
@@ -181,3 +184,25 @@ def test_an_embedded_cluster_gives_the_same_table(tmp_path: Path) -> None:
     run(here, TASKS, squares, Inline(), unwatched)
     run(there, TASKS, squares, DaskCluster(None, workers=1), unwatched)
     assert table_of(there) == table_of(here)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_lost_dask_worker_is_replaced_and_its_shard_done_again(tmp_path: Path) -> None:
+    """The worker is killed in the middle of a task, nobody told it to; the table is that of an undisturbed sweep."""
+    pytest.importorskip("distributed", reason="the extra `reach` is not installed")
+    here = ShardStore.open(tmp_path / "here", {"name": "x"}, resume=False)
+    there = ShardStore.open(tmp_path / "there", {"name": "x"}, resume=False)
+    run(here, TASKS, squares, Inline(), unwatched)
+    report = run(there, marked(tmp_path), dies_once, DaskCluster(None, workers=1), unwatched)
+    assert (tmp_path / "marks").exists()
+    assert (report.shards_done, report.rows_done) == (5, 10)
+    assert table_of(there) == table_of(here)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_dask_workers_that_always_die_end_the_sweep_with_a_reason(tmp_path: Path) -> None:
+    pytest.importorskip("distributed", reason="the extra `reach` is not installed")
+    store = ShardStore.open(tmp_path / "out", {"name": "x"}, resume=False)
+    with pytest.raises(WorkersLost, match="Dask workers died again and again at one task"):
+        run(store, TASKS[:1], dies_always, DaskCluster(None, workers=1), unwatched)
+    assert not store.is_finished(TASKS[0])

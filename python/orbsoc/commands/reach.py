@@ -139,6 +139,7 @@ def _solve_and_write(
     from orbsoc.reach.cost import RecordedSequence, cost_table, domain_cost
     from orbsoc.reach.outputs import write_outputs
     from orbsoc.reach.run import solve_into
+    from orbsoc.sweep import StoreError
 
     with SweepProgress(Console(stderr=as_json)) as progress:
         reports = solve_into(folder, scenario, executor, progress, resume=resume)
@@ -153,7 +154,13 @@ def _solve_and_write(
         "hardware": {**cost.to_dict(), "words": cost.words},
         "hardware_table": [row.to_dict() for row in cost_table(found, recorded)],
     }
-    return write_outputs(folder, found, extra)
+    try:
+        return write_outputs(folder, found, extra)
+    except OSError as error:
+        raise StoreError(
+            f"--out = {folder}: tables and figures cannot be written: {error.strerror or error}; all shards are kept,"
+            " --resume writes them"
+        ) from error
 
 
 def _lines(document: dict[str, Any], folder: Path) -> list[str]:

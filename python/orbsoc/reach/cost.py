@@ -1,6 +1,6 @@
 """What the sweep would cost on the emulated computer: the modelled time of its subproblems, times their number.
 
-The cycle model prices every condensed subproblem of one cold sequence, as `orbsoc plan` prices a plan, and a subproblem
+The cycle model prices condensed subproblems of two cold sequences, as `orbsoc plan` prices a plan, and a subproblem
 of the sweep is priced as their mean: the emulated computer solves each by the interior-point method, whatever this
 machine did (most of them it solves by Newton on the dual). All are priced as on 12 nodes; those on finer grids cost
 more. Generating the data, flights and Newton's polish are the PS's own and not priced.
@@ -26,8 +26,8 @@ from orbsoc.solution import Status
 
 from .results import ReachableDomain
 
-MOST_RECORDED = 6
-"""Subproblems that are priced, each at both tolerances of the sequence."""
+RECORDED_EACH = 4
+"""Subproblems of a sequence that are priced, each at both tolerances of the sequence."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,14 +67,14 @@ class DomainCost:
 
 @dataclass(frozen=True, slots=True)
 class RecordedSequence:
-    """Traces of the subproblems of one sequence, and the interior-point iterations of each."""
+    """Traces of subproblems of cold sequences, and the interior-point iterations of each."""
 
     traces: tuple[dict[str, Any], ...]
     iterations: tuple[int, ...]
 
     @classmethod
     def of(cls, domain: Domain) -> RecordedSequence:
-        """Solve the subproblems of a cold sequence on the emulated computer. KeyboardInterrupt when interrupted."""
+        """Solve the subproblems of two sequences on the emulated computer. KeyboardInterrupt when interrupted."""
         traces, iterations = [], []
         rules = domain.tools.rules
         for problem, tol in product(_recorded(domain), (rules.loose_tol, rules.tight_tol)):
@@ -128,20 +128,22 @@ def cost_table(found: ReachableDomain, recorded: RecordedSequence) -> list[Domai
 
 
 def _recorded(domain: Domain) -> list[Problem]:
-    """The subproblems of a cold sequence on a plane tilted a few degrees, from the guess to convergence."""
+    """The first subproblems of two cold sequences to a plane tilted a few degrees: at the lowest perigee bound of the
+    grid, which is idle there, and at the highest, which binds."""
     from orbsoc.solver import solve
 
     normal = domain.frame.tilted(np.deg2rad([3.0]), np.array([0.5]))
-    height_km = domain.scenario.grid.perigee_height_km.first
-    aim = LargestOrbit(normal, np.array([1.0 + 1e3 * height_km / EARTH.earth_radius_m]))
     collocation = domain.tools.collocation(domain.tools.nodes)
-    arcs, problems = towards_planes(collocation, normal), []
-    for _ in range(MOST_RECORDED):
-        linear = collocation.end_map(arcs)
-        problem = condense(linear, aim.rows(arcs.ends)).problem(0)
-        solution = solve(problem)
-        if solution.status is not Status.SOLVED:
-            break
-        problems.append(problem)
-        arcs = collocation.arcs(linear, solution.x.reshape(arcs.controls.shape))
+    problems: list[Problem] = []
+    for height_km in domain.scenario.grid.perigee_height_km.values()[[0, -1]]:
+        aim = LargestOrbit(normal, np.array([1.0 + 1e3 * height_km / EARTH.earth_radius_m]))
+        arcs = towards_planes(collocation, normal)
+        for _ in range(RECORDED_EACH):
+            linear = collocation.end_map(arcs)
+            problem = condense(linear, aim.rows(arcs.ends)).problem(0)
+            solution = solve(problem)
+            if solution.status is not Status.SOLVED:
+                break
+            problems.append(problem)
+            arcs = collocation.arcs(linear, solution.x.reshape(arcs.controls.shape))
     return problems

@@ -130,6 +130,16 @@ class DaskCluster:
                 task = futures.pop(future)
                 future.release()
                 yield task, columns
+        except dask.scheduler.KilledWorker as error:
+            raise WorkersLost(
+                "Dask workers died again and again at one task (out of memory?); finished shards are kept, resume with"
+                " fewer workers"
+            ) from error
+        except (dask.CancelledError, dask.comm.core.CommClosedError) as error:
+            raise WorkersLost(
+                f"--dask = {self.address or 'embedded'}: the scheduler went away ({type(error).__name__}); finished"
+                " shards are kept, resume"
+            ) from error
         finally:
             client.close()
             if cluster is not None:
