@@ -60,8 +60,17 @@ fn symmetric_product(upper: &Csc, x: &DVector<f64>) -> DVector<f64> {
 
 /// ‖x‖∞; infinite when x is not finite, zero when it is empty.
 fn norm(x: &DVector<f64>) -> f64 {
-    if x.iter().all(|v| v.is_finite()) {
-        x.amax()
+    // Several maxima side by side: one alone would wait for each comparison.
+    let (mut top, mut zero) = ([0.0; 8], [0.0; 8]);
+    let (chunks, rest) = x.as_slice().as_chunks::<8>();
+    for words in chunks.iter().map(|chunk| &chunk[..]).chain([rest]) {
+        for ((top, zero), &word) in top.iter_mut().zip(&mut zero).zip(words) {
+            *top = f64::max(*top, word.abs());
+            *zero += word * 0.0;
+        }
+    }
+    if zero == [0.0; 8] {
+        top.into_iter().fold(0.0, f64::max)
     } else {
         f64::INFINITY
     }

@@ -9,6 +9,24 @@ pub(crate) struct Upper {
     pub rowidx: Vec<usize>,
 }
 
+/// The items in the order of their keys, all below `dim`; equal ones stay in theirs.
+fn ordered(dim: usize, items: Vec<usize>, key: impl Fn(usize) -> usize) -> Vec<usize> {
+    let mut next = vec![0; dim + 1];
+    for &item in &items {
+        next[key(item) + 1] += 1;
+    }
+    for k in 0..dim {
+        next[k + 1] += next[k];
+    }
+    let mut out = vec![0; items.len()];
+    for item in items {
+        let place = &mut next[key(item)];
+        out[*place] = item;
+        *place += 1;
+    }
+    out
+}
+
 impl Upper {
     pub fn dim(&self) -> usize {
         self.colptr.len() - 1
@@ -24,8 +42,8 @@ impl Upper {
 
     /// From unordered positions; also returns where each of them went.
     pub fn from_positions(dim: usize, positions: &[(usize, usize)]) -> (Self, Vec<usize>) {
-        let mut order: Vec<usize> = (0..positions.len()).collect();
-        order.sort_unstable_by_key(|&k| (positions[k].1, positions[k].0));
+        let by_row = ordered(dim, (0..positions.len()).collect(), |k| positions[k].0);
+        let order = ordered(dim, by_row, |k| positions[k].1);
         let mut place = vec![0; positions.len()];
         let mut upper = Self { colptr: vec![0; dim + 1], rowidx: Vec::with_capacity(positions.len()) };
         for (new, &k) in order.iter().enumerate() {

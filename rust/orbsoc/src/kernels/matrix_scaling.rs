@@ -70,12 +70,14 @@ fn nonzero<T: Real>(norm: T) -> T {
 #[inline(always)]
 fn largest<T: Real>(n: usize, pattern: &Pattern, values: &[T], row0: usize, norms: &mut [T]) {
     for j in 0..n {
-        for k in pattern.column(j) {
-            let i = row0 + pattern.rows(k..k + 1)[0] as usize;
-            let size = values[k].abs();
-            norms[i] = norms[i].max(size);
-            norms[j] = norms[j].max(size);
+        let entries = pattern.column(j);
+        let mut top = T::zero();
+        for (&i, value) in pattern.rows(entries.clone()).iter().zip(&values[entries]) {
+            let (norm, size) = (&mut norms[row0 + i as usize], value.abs());
+            *norm = norm.max(size);
+            top = top.max(size);
         }
+        norms[j] = norms[j].max(top);
     }
 }
 
@@ -83,9 +85,9 @@ fn largest<T: Real>(n: usize, pattern: &Pattern, values: &[T], row0: usize, norm
 #[inline(always)]
 fn multiply<T: Real>(n: usize, pattern: &Pattern, factors: &[T], row0: usize, values: &mut [T]) {
     for j in 0..n {
-        for k in pattern.column(j) {
-            let i = row0 + pattern.rows(k..k + 1)[0] as usize;
-            values[k] = values[k] * (factors[i] * factors[j]);
+        let entries = pattern.column(j);
+        for (&i, value) in pattern.rows(entries.clone()).iter().zip(&mut values[entries]) {
+            *value = *value * (factors[row0 + i as usize] * factors[j]);
         }
     }
 }

@@ -4,6 +4,7 @@
 
 #![allow(clippy::needless_range_loop)] // constant ranges over arrays unroll; iterators over them do not always
 
+use crate::real::products::Factors;
 use crate::real::Real;
 
 /// Finished columns as factorisation keeps them: `l`, and the same before the division by the pivot.
@@ -68,36 +69,32 @@ fn subtract_tiled<T: Real, L: Landing, const N: usize>(
 ) {
     let mut column = lo;
     while column + N <= hi {
-        for j in column..column + N {
-            for row in j..column + N {
-                tile::<T, L, 1, 1>(columns, row, j, landing, target);
-            }
-        }
+        tile::<T, L, N, N, true>(columns, column, column, landing, target);
         let mut row = column + N;
         while row + N <= columns.height {
-            tile::<T, L, N, N>(columns, row, column, landing, target);
+            tile::<T, L, N, N, false>(columns, row, column, landing, target);
             row += N;
         }
         for row in row..columns.height {
-            tile::<T, L, 1, N>(columns, row, column, landing, target);
+            tile::<T, L, 1, N, false>(columns, row, column, landing, target);
         }
         column += N;
     }
     for column in column..hi {
         let mut row = column;
         while row + N <= columns.height {
-            tile::<T, L, N, 1>(columns, row, column, landing, target);
+            tile::<T, L, N, 1, false>(columns, row, column, landing, target);
             row += N;
         }
         for row in row..columns.height {
-            tile::<T, L, 1, 1>(columns, row, column, landing, target);
+            tile::<T, L, 1, 1, false>(columns, row, column, landing, target);
         }
     }
 }
 
-/// `M` rows by `N` columns.
+/// `M` rows by `N` columns; of the diagonal's tile the `LOWER` triangle.
 #[inline(always)]
-fn tile<T: Real, L: Landing, const M: usize, const N: usize>(
+fn tile<T: Real, L: Landing, const M: usize, const N: usize, const LOWER: bool>(
     columns: Columns<T>,
     row: usize,
     column: usize,
@@ -111,36 +108,26 @@ fn tile<T: Real, L: Landing, const M: usize, const N: usize>(
     for (n, at) in bases.iter_mut().enumerate() {
         *at = landing.column(column + n);
     }
+    let top = |n: usize| if LOWER { n } else { 0 };
     let mut words = [[T::zero(); M]; N];
     for n in 0..N {
         if L::DENSE {
-            words[n].copy_from_slice(&target[bases[n] + rows[0]..][..M]);
+            words[n][top(n)..].copy_from_slice(&target[bases[n] + rows[top(n)]..][..M - top(n)]);
         } else {
             let target = &target[bases[n]..];
-            for m in 0..M {
+            for m in top(n)..M {
                 words[n][m] = target[rows[m]];
             }
         }
     }
-    let height = columns.height;
-    for (l, y) in columns.l.chunks_exact(height).zip(columns.y.chunks_exact(height)) {
-        let mut rows = [T::zero(); M];
-        rows.copy_from_slice(&l[row..row + M]);
-        let y = &y[column..column + N];
-        for n in 0..N {
-            let mut column = words[n];
-            for m in 0..M {
-                column[m] = column[m].sub_mul(rows[m], y[n]);
-            }
-            words[n] = column;
-        }
-    }
+    let Columns { l, y, height } = columns;
+    T::subtract_products::<M, N, LOWER>(&mut words, Factors { l, y, height, row, column });
     for n in 0..N {
         if L::DENSE {
-            target[bases[n] + rows[0]..][..M].copy_from_slice(&words[n]);
+            target[bases[n] + rows[top(n)]..][..M - top(n)].copy_from_slice(&words[n][top(n)..]);
         } else {
             let target = &mut target[bases[n]..];
-            for m in 0..M {
+            for m in top(n)..M {
                 target[rows[m]] = words[n][m];
             }
         }

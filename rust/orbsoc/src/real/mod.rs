@@ -7,6 +7,7 @@
 
 mod counted;
 mod lanes;
+pub mod products;
 mod reduced;
 mod single;
 mod taped;
@@ -67,6 +68,15 @@ pub trait Real:
     #[inline(always)]
     fn sub_mul(self, a: Self, b: Self) -> Self {
         self - a * b
+    }
+
+    /// As [`products::subtract`], bit for bit; a datapath may have a quicker way.
+    #[inline(always)]
+    fn subtract_products<const M: usize, const N: usize, const LOWER: bool>(
+        words: &mut [[Self; M]; N],
+        factors: products::Factors<Self>,
+    ) {
+        products::subtract::<Self, M, N, LOWER>(words, factors);
     }
 
     /// `select(self < other, other, self)`; a NaN in `other` is dropped.

@@ -1,13 +1,26 @@
 //! IEEE binary64 and binary32 as datapaths.
 
+use super::products::{self, Factors};
 use super::{Decide, Real};
+#[cfg(target_arch = "x86_64")]
+use pulp::{f64x4, Simd};
 
 /// A comparison's outcome for one scalar; opaque outside this module.
 #[derive(Clone, Copy)]
 pub struct Bit(bool);
 
+/// To AVX2 where there is it, on machines with AVX-512 too: a tile has four words to the row.
+#[inline(always)]
+fn by_256_bits<W: pulp::WithSimd>(work: W) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = pulp::x86::V3::try_new() {
+        return pulp::Simd::vectorize(simd, work);
+    }
+    work.with_simd(pulp::Scalar)
+}
+
 macro_rules! ieee {
-    ($t:ty) => {
+    ($t:ty, $($own:item)*) => {
         impl Real for $t {
             type Mask = Bit;
             // A vector of them counts as one.
@@ -15,8 +28,10 @@ macro_rules! ieee {
 
             #[inline(always)]
             fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output {
-                pulp::Arch::new().dispatch(work)
+                by_256_bits(work)
             }
+
+            $($own)*
 
             #[inline(always)]
             #[allow(clippy::cast_possible_truncation)] // binary32 input words are rounded once, here
@@ -68,8 +83,62 @@ macro_rules! ieee {
     };
 }
 
-ieee!(f64);
-ieee!(f32);
+ieee! { f64,
+    #[inline(always)]
+    fn subtract_products<const M: usize, const N: usize, const LOWER: bool>(
+        words: &mut [[Self; M]; N],
+        factors: Factors<Self>,
+    ) {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = pulp::x86::V3::try_new() {
+            if M == 4 {
+                return four_rows(simd, words, factors);
+            }
+            if M == 1 && N == 4 {
+                return four_columns(simd, words, factors);
+            }
+        }
+        products::subtract::<Self, M, N, LOWER>(words, factors);
+    }
+}
+ieee! { f32, }
+
+/// Four rows in a register: the compiler does not find it by itself where the words come from scattered places.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn four_rows<const M: usize, const N: usize>(
+    simd: pulp::x86::V3,
+    words: &mut [[f64; M]; N],
+    factors: Factors<f64>,
+) {
+    let mut sums = words.map(|w| f64x4(w[0], w[1], w[2], w[3]));
+    for (l, y) in factors.pairs::<4, N>() {
+        let l = pulp::cast(*l);
+        for (sum, &y) in sums.iter_mut().zip(y) {
+            *sum = simd.sub_f64s(*sum, simd.mul_f64s(l, simd.splat_f64s(y)));
+        }
+    }
+    for (words, sum) in words.iter_mut().zip(sums) {
+        words.copy_from_slice(&pulp::cast::<f64x4, [f64; 4]>(sum));
+    }
+}
+
+/// The same for four columns of one row.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn four_columns<const M: usize, const N: usize>(
+    simd: pulp::x86::V3,
+    words: &mut [[f64; M]; N],
+    factors: Factors<f64>,
+) {
+    let mut sums = f64x4(words[0][0], words[1][0], words[2][0], words[3][0]);
+    for (&[l], &y) in factors.pairs::<1, 4>() {
+        sums = simd.sub_f64s(sums, simd.mul_f64s(simd.splat_f64s(l), pulp::cast(y)));
+    }
+    for (word, sum) in words.iter_mut().zip(pulp::cast::<f64x4, [f64; 4]>(sums)) {
+        word[0] = sum;
+    }
+}
 
 #[cfg(test)]
 mod tests {
