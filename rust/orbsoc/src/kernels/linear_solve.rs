@@ -64,61 +64,15 @@ pub fn residual<T: Real, const R: usize>(
         for r in 0..R {
             own[0][r] = own[0][r].sub_mul(diagonal, xj[r]);
         }
-        own[0] = if rows.len() < 4 * CHAINS {
-            subtract_entries::<T, R, 1>(rows, column, own[0], xj, known, error)
-        } else {
-            subtract_entries::<T, R, CHAINS>(rows, column, own[0], xj, known, error)
-        };
-    }
-}
-
-/// Sums that a long column's share of its own row is split into: one alone would wait for each subtraction.
-const CHAINS: usize = 4;
-
-/// One column's entries above the diagonal, and their mirror images; `sum` with the latter is returned.
-#[inline(always)]
-fn subtract_entries<T: Real, const R: usize, const C: usize>(
-    rows: &[u32],
-    column: &[T],
-    sum: [T; R],
-    xj: [T; R],
-    known: &[[T; R]],
-    error: &mut [[T; R]],
-) -> [T; R] {
-    let mut sums = [[T::zero(); R]; C];
-    sums[0] = sum;
-    let (chunks, values) = (rows.as_chunks::<C>(), column.as_chunks::<C>());
-    let last = chunks.1.iter().zip(values.1);
-    for (rows, values) in chunks.0.iter().zip(values.0) {
-        for c in 0..C {
-            subtract_entry(rows[c], values[c], xj, known, error, &mut sums[c]);
+        let mut sum = own[0];
+        for (&i, &value) in rows.iter().zip(column) {
+            let (xi, error) = (&known[i as usize], &mut error[i as usize]);
+            for r in 0..R {
+                sum[r] = sum[r].sub_mul(value, xi[r]);
+                error[r] = error[r].sub_mul(value, xj[r]);
+            }
         }
-    }
-    for (&row, &value) in last {
-        subtract_entry(row, value, xj, known, error, &mut sums[0]);
-    }
-    let mut sum = sums[0];
-    for other in &sums[1..] {
-        for r in 0..R {
-            sum[r] = sum[r] + other[r];
-        }
-    }
-    sum
-}
-
-#[inline(always)]
-fn subtract_entry<T: Real, const R: usize>(
-    row: u32,
-    value: T,
-    xj: [T; R],
-    known: &[[T; R]],
-    error: &mut [[T; R]],
-    sum: &mut [T; R],
-) {
-    let (xi, error) = (&known[row as usize], &mut error[row as usize]);
-    for r in 0..R {
-        sum[r] = sum[r].sub_mul(value, xi[r]);
-        error[r] = error[r].sub_mul(value, xj[r]);
+        own[0] = sum;
     }
 }
 
