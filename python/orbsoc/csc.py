@@ -138,7 +138,8 @@ def canonical(name: str, value: Matrix, n: int) -> Csc:
     matrix: Any = value if is_sparse(value) else as_array(name, value)
     if matrix.ndim != 2:
         raise ProblemError(f"`{name}` has shape {matrix.shape}; it must be two-dimensional")
-    if matrix.dtype.kind not in "fiub" and matrix.size:
+    real = matrix.dtype.kind in "fiub"
+    if not real and matrix.size:
         raise ProblemError(f"`{name}` has entries of type {matrix.dtype}; they must be real numbers")
     if matrix.shape[1] != n:
         raise ProblemError(f"`{name}` has {matrix.shape[1]} columns, but c has {n} entries")
@@ -146,6 +147,8 @@ def canonical(name: str, value: Matrix, n: int) -> Csc:
         raise ProblemError(
             f"`{name}` has shape {matrix.shape}; sizes and entries are limited to {INDEX_LIMIT}"
         )
+    if not real:  # and empty: a type without meaning
+        return empty(*matrix.shape)
     if type(matrix) is not _sparse.csc_array or matrix.dtype != np.float64:
         matrix = _sparse.csc_array(matrix, dtype=np.float64)
     out = _canonical(name, matrix)

@@ -185,7 +185,9 @@ def _vector(name: str, value: ArrayLike) -> Array:
     array = csc.as_array(name, value)
     if array.ndim != 1:
         raise ProblemError(f"`{name}` has shape {array.shape}; it must be one-dimensional")
-    if array.dtype.kind not in "fiub" and array.size:
+    if array.size == 0:
+        return np.zeros(0)
+    if array.dtype.kind not in "fiub":
         raise ProblemError(f"`{name}` has entries of type {array.dtype}; they must be real numbers")
     return np.ascontiguousarray(array, dtype=np.float64)
 

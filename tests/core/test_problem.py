@@ -319,3 +319,19 @@ def test_absent_blocks_may_be_left_out_of_a_file(tmp_path: Path) -> None:
     path = tmp_path / "p.json"
     path.write_text('{"schema": "orbsoc.problem/1", "n": 2, "p": 0, "m": 0, "c": [1, -2.5]}')
     assert same(Problem.load(path), Problem(c=[1.0, -2.5]))
+
+
+@pytest.mark.parametrize("dtype", [complex, "U3", object])
+def test_empty_data_of_any_type_are_empty(dtype: Any) -> None:
+    """Without a word or a warning: what is not there has no type."""
+    problem = Problem(
+        c=[1.0, 2.0],
+        A=np.zeros((0, 2), dtype),
+        b=np.zeros(0, dtype),
+        G=np.eye(2),
+        h=[1.0, 1.0],
+        cones=Cones(l=2),
+    )
+    assert (problem.p, problem.A.shape, problem.b.dtype) == (0, (0, 2), np.float64)
+    with pytest.raises(ProblemError, match="`c` is empty"):
+        Problem(c=np.zeros(0, dtype))
