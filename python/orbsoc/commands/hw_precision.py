@@ -13,6 +13,7 @@ from orbsoc.commands.ending import spoken
 
 if TYPE_CHECKING:
     from hw_model import Platform
+    from hw_model.stage_cycles import StageCycles
     from orbsoc.problem import Problem
     from orbsoc.settings import Settings
 
@@ -41,9 +42,10 @@ def precision(
     """Solve the workload's problem with f64, f32 and narrower datapaths: iterations, verified residuals, cycles, area.
 
     Refinement and statistics stay on the PS in binary64, unless their module is narrow too. Of a plan, the first
-    subproblem of each pattern is taken.
+    subproblem of each pattern is taken. Segments are scheduled, equal to the RTL.
     """
     with spoken(as_json):
+        from orbsoc.exact_cycles import exact_cycles
         from orbsoc.settings import Settings
         from orbsoc.workload import WorkloadError, load_workload
 
@@ -55,8 +57,9 @@ def precision(
                 f"{workload}: a trace holds no problem to solve again; give a scenario or a problem"
             )
         rows = [
-            {"problem": number, **_row(problem, asked, bits, modules, machine)}
+            {"problem": number, **_row(problem, asked, bits, modules, machine, cycles)}
             for number, problem in enumerate(record.problems)
+            for cycles in [exact_cycles([problem])]
             for bits, modules in CHOICES
         ]
         document = {
@@ -78,7 +81,12 @@ def precision(
 
 
 def _row(
-    problem: Problem, settings: Settings, bits: int, modules: tuple[str, ...], machine: Platform
+    problem: Problem,
+    settings: Settings,
+    bits: int,
+    modules: tuple[str, ...],
+    machine: Platform,
+    cycles: StageCycles,
 ) -> dict[str, Any]:
     """One solve, and what it would have cost."""
     from hw_model import parse_trace, speedup
@@ -89,8 +97,8 @@ def _row(
 
     run = solve_narrow(problem, bits, modules, settings)
     split = on_pl(*modules)
-    report = speedup(run.trace, machine, split)
-    area = budget(parse_trace(run.trace), machine, split)
+    report = speedup(run.trace, machine, split, cycles=cycles)
+    area = budget(parse_trace(run.trace), machine, split, cycles)
     reached = run.solution.status.name == "SOLVED" and run.worst <= settings.tol
     return {
         "bits": bits, "narrow_modules": "+".join(modules) if len(modules) < len(ALL) else "all six",
