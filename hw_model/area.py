@@ -93,6 +93,23 @@ def flip_flops(shape: Shape, area: Area, code_bits: int) -> int:
     return read + written + issue + host + own
 
 
+def decoder_luts(shape: Shape, area: Area) -> int:
+    """Lookup tables of the decoder of compressed microcode: its buffer's shifter, and each lane's fields."""
+    buffer = line_bits(shape) * area.lut_decoder_per_line_bit.value
+    return buffer + shape.lanes * area.lut_decoder_per_lane.value
+
+
+def decoder_flip_flops(shape: Shape, area: Area) -> int:
+    """Flip-flops of the decoder: four lines and what fills them, and each lane's template, addresses and steps."""
+    return 4 * line_bits(shape) + area.ff_decoder.value + shape.lanes * area.ff_decoder_per_lane.value
+
+
+def line_bits(shape: Shape) -> int:
+    """Bits of a line of compressed microcode: 32 a lane, and room for the longest item in three lines."""
+    item = 2 + shape.lanes * (4 * shape.address_bits + 8) + shape.dividers * (3 * shape.address_bits + 2)
+    return 32 * max(shape.lanes, -(-item // 96))
+
+
 def or_luts(words: int) -> int:
     """LUT6 of one bit of the OR of that many words, each with its own enable, as yosys maps it.
 

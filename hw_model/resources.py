@@ -2,7 +2,7 @@
 
 The engine is one that rtl/ can be (area.py), its storage as many words as the buffers need, a power of two. Storage
 holds every buffer that a stage on the PL reads or writes, and temporaries as an allowance. Microcode is one flat word a
-cycle of every segment, compressed, in a memory of lines of 32 bits a lane; the decoder is not in the figures.
+cycle of every segment; compressed, it lies in lines and needs the decoder.
 """
 
 from __future__ import annotations
@@ -19,7 +19,10 @@ from .area import (
     Kind,
     Shape,
     bram18,
+    decoder_flip_flops,
+    decoder_luts,
     flip_flops,
+    line_bits,
     logic_luts,
     multiplier_dsp,
     storage_bram18,
@@ -95,12 +98,14 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
     if partition.uses_pl:
         address_bits = max(8, math.ceil(math.log2(max(2, storage))))
         shape = Shape(trace.datapath, pl.lanes.value, pl.dividers.value, pl.banks.value, address_bits)
-        line_bits = 32 * shape.lanes
-        lines = math.ceil(code * shape.microcode_bits / pl.microcode_compression.value / line_bits)
-        halves = bram18(lines, line_bits)
+        packed = pl.microcode_compression.value > 1.0
+        wide = line_bits(shape) if packed else shape.microcode_bits
+        lines = math.ceil(code * shape.microcode_bits / pl.microcode_compression.value / wide)
+        halves = bram18(lines, wide)
         microcode = math.ceil(halves / 2)
-        used["lut"] = logic_luts(shape, area)
+        used["lut"] = logic_luts(shape, area) + (decoder_luts(shape, area) if packed else 0)
         used["ff"] = flip_flops(shape, area, math.ceil(math.log2(max(2, lines))))
+        used["ff"] += decoder_flip_flops(shape, area) if packed else 0
         used["dsp"] = shape.lanes * multiplier_dsp(SIGNIFICAND_BITS[shape.datapath])
         used["bram36"] = math.ceil((storage_bram18(shape) + halves) / 2)
     uses = tuple(

@@ -46,6 +46,7 @@ UNITS = [
     ("divider", "EXP=8 MAN=23 CYCLES=17"),
     ("registers", "CODE_BITS=12"),
     ("sequencer_flat", "WIDTH=285 CODE_BITS=12"),
+    *(("sequencer_compressed", f"LANES={lanes} CODE_BITS=12 FETCH=128") for lanes in (2, 4)),
     *(("replica", f"UNITS=2 BANKS={banks} WIDTH={width}") for banks in (8, 16, 32) for width in (16, 32)),
     *(("write_crossbar", f"UNITS={units} BANKS={banks}") for units, banks in ((3, 4), (4, 8), (6, 16))),
 ]

@@ -7,9 +7,13 @@ import pytest
 from hw_model.area import (
     SIGNIFICAND_BITS,
     Datapath,
+    Shape,
     Synthesis,
     bram18,
+    decoder_flip_flops,
+    decoder_luts,
     engine_area,
+    line_bits,
     multiplier_dsp,
     or_luts,
     recorded,
@@ -74,3 +78,18 @@ def test_the_trees_are_about_as_large_as_those_of_a_replica(banks: int) -> None:
         return next(row.lut for row in recorded() if row.module == "replica" and row.parameters == wanted)
 
     assert (luts(32) - luts(16)) / (2 * 16) == pytest.approx(or_luts(banks), rel=0.3)
+
+
+@pytest.mark.parametrize("lanes", [2, 4])
+def test_a_decoder_takes_what_synthesis_found(lanes: int) -> None:
+    wanted = {"LANES": lanes, "CODE_BITS": 12, "FETCH": 128}
+    (row,) = (row for row in recorded() if row.module == "sequencer_compressed" and row.parameters == wanted)
+    four = Shape("f64", 4, 1, 16, 14)
+    assert line_bits(four) == 128
+    shape = Shape("f64", lanes, 1, 16, 14)
+    more = 128 - line_bits(shape)  # the decoder on record has lines of 128 bits with two lanes, too
+    luts = decoder_luts(shape, AREA) + more * AREA.lut_decoder_per_line_bit.value
+    flops = decoder_flip_flops(shape, AREA) + 4 * more + shape.microcode_bits + 12  # issue register, counter
+    assert abs(luts / row.lut - 1) <= LUT_ERROR
+    assert abs(flops / row.ff - 1) <= FF_ERROR
+    assert bram18(1 << 12, 128) == 2 * row.bram36

@@ -22,7 +22,7 @@ def test_a_shipped_platform_loads_and_every_number_has_a_source(name: str) -> No
     platform = load_platform(name)
     assert platform.name == name
     rows = platform.assumptions()
-    assert len(rows) == len({row.key for row in rows}) == 74
+    assert len(rows) == len({row.key for row in rows}) == 78
     for row in rows:
         assert row.tag in ("sourced", "measured", "assumed")
         assert row.source.strip()

@@ -54,3 +54,13 @@ def test_fewer_modules_need_less_storage_and_microcode() -> None:
     whole, part = (budget(TRACE, machine, load_partition(name)) for name in ("paper", "factor_only"))
     assert part.storage_words < whole.storage_words
     assert part.microcode_words < whole.microcode_words
+
+
+def test_a_decoder_saves_block_ram_and_takes_lookup_tables() -> None:
+    machine, split = load_platform("zu9eg"), load_partition("paper")
+    packed, flat = (
+        budget(TRACE, machine.with_value("pl.microcode_compression", by), split) for by in (4.0, 1.0)
+    )
+    assert packed.microcode_bram36 <= flat.microcode_bram36
+    assert packed.of("lut").used > flat.of("lut").used
+    assert packed.of("ff").used > flat.of("ff").used
