@@ -113,8 +113,8 @@ def _rows(name: str, value: ArrayLike, width: int) -> Array:
     return array
 
 
-def _starts(problem: Problem, count: int, start: BatchSolution | Solution | Start) -> list[Array]:
-    """x, y, z, s of the points to start from, one row a problem."""
+def _starts(problem: Problem, count: int, start: object) -> list[Array]:
+    """x, y, z, s of the points to start from, one row a problem; TypeError for what is no such points."""
     if not isinstance(start, BatchSolution | Solution | Start):
         found = type(start).__name__
         raise TypeError(f"`warm_start` is a {found}; it must be an orbsoc.BatchSolution, Solution or Start")
