@@ -3,7 +3,7 @@
 # Usage: rtl/synthesize.sh MODULE [NAME=VALUE ...]      e.g. rtl/synthesize.sh engine FP=64 LANES=4 CHECKS=0 CODE_BITS=12
 # LUT counts LUTs used as logic and as shift registers or memory; BRAM36 counts a RAMB18 as half; no timing is implied.
 set -eu
-here=$(cd "$(dirname "$0")" && pwd)
+cd "$(dirname "$0")"   # cells are named after files: no name shall depend on where this is
 module=$1
 shift
 
@@ -11,7 +11,7 @@ parameters=
 for pair in "$@"; do parameters="$parameters -chparam ${pair%%=*} ${pair#*=}"; done
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-if ! yosys -q -p "read_verilog -sv -I$here $here/fpu/*.sv $here/engine/*.sv; hierarchy -top $module $parameters;
+if ! yosys -q -p "read_verilog -sv -I. fpu/*.sv engine/*.sv; hierarchy -top $module $parameters;
   synth_xilinx -family xc7 -flatten -top $module; tee -q -o $work/cells stat" >"$work/log" 2>&1
 then
   tail -5 "$work/log" >&2

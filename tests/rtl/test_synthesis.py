@@ -18,4 +18,6 @@ def test_a_unit_synthesised_anew_takes_what_the_record_says() -> None:
     command = [str(SYNTHESIZE), "fp_add", "EXP=8", "MAN=23"]
     made = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     assert (made["dsp"], made["bram36"], made["ff"]) == (row.dsp, row.bram36, row.ff)
-    assert abs(made["lut"] / row.lut - 1) <= 0.05  # another yosys maps logic a little differently
+    assert (
+        abs(made["lut"] / row.lut - 1) <= 0.10
+    )  # the mapper's order of work moves it, and so does another yosys
