@@ -33,6 +33,8 @@ MODULES = (
     "line_search",
 )
 ADDRESS_BITS = 15
+_CODE_BITS = 17
+"""Lines of microcode memory as a power of two, unless told: the default of rtl/engine/engine.sv."""
 _RUN = re.compile(r"^run (\w+) cycles (\d+) expected (\d+) different (\d+) asserted (\d+)$", re.MULTILINE)
 
 
@@ -84,12 +86,17 @@ def rtl_folder(given: Path | None) -> Path:
     return folder
 
 
-def built(folder: Path, engine: Engine, form: Format) -> Path:
-    """The harness for one engine, from the cache of `rtl/build.sh`. Raises RtlError with its log."""
+def built(folder: Path, engine: Engine, form: Format, *, lines: int = 0) -> Path:
+    """The harness for one engine with room for `lines` of microcode, from the cache of `rtl/build.sh`.
+
+    Raises RtlError with the log of the build.
+    """
     parameters = {
         "FP": engine.fp, "LANES": engine.lanes, "DIVIDERS": engine.dividers, "BANKS": engine.banks,
         "ADDRESS_BITS": engine.address_bits, "SEQUENCER": SEQUENCERS[form],
     }  # fmt: skip
+    if lines > 1 << _CODE_BITS:
+        parameters["CODE_BITS"] = (lines - 1).bit_length()
     arguments = [f"-G{name}={value}" for name, value in parameters.items()]
     done = subprocess.run(
         ["sh", folder / "build.sh", "engine", *arguments], capture_output=True, text=True, check=False

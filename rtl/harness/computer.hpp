@@ -113,10 +113,12 @@ class Computer {
     }
     dut.clock = 1;
     dut.eval();
+    ++clocks;
   }
 
   std::array<uint64_t, RULE_COUNT> violations{};
   uint64_t busy_cycles = 0;  // counted from outside
+  uint64_t clocks = 0;       // since the computer was made, whatever it does
 
  private:
   Vengine dut;

@@ -10,6 +10,8 @@
 //   gaps SEED LEVEL          ok         fetch gaps (in order), decimal
 //   wait CYCLES              IRQ BUSY   clocks up to CYCLES (decimal) until the interrupt is up; whether it is, and how
 //                                       many cycles the segment was busy by the engine's own counter, decimal
+//   clocks                   N          of everything since the session began, decimal: a word set and a register access take
+//                                       one, a word got takes four
 //   violations               N N N N N N N N   since the reset, in the order of the rules, decimal
 #pragma once
 #include <cinttypes>
@@ -43,14 +45,14 @@ class Session {
     uint64_t first = 0;
     std::string second = "0";
     const bool decimal = command == "gaps" || command == "wait";
-    if (command != "reset" && command != "violations" && !(words >> (decimal ? std::dec : std::hex) >> first)) return false;
-    if (command != "reset" && command != "violations" && command != "get" && command != "read" && command != "wait" &&
-        !(words >> second))
-      return false;
+    const bool alone = command == "reset" || command == "violations" || command == "clocks";
+    if (!alone && !(words >> (decimal ? std::dec : std::hex) >> first)) return false;
+    if (!alone && command != "get" && command != "read" && command != "wait" && !(words >> second)) return false;
     if (command == "get") return print_hex(computer.read_word(first));
     if (command == "read") return print_hex(computer.read_register(uint16_t(first)));
     if (command == "wait") return wait(first);
     if (command == "violations") return violations();
+    if (command == "clocks") return clocks();
     if (command == "reset") computer.reset();
     else if (command == "template") computer.load_template(first, second);
     else if (command == "code") computer.load_line(first, second);
@@ -68,6 +70,10 @@ class Session {
   bool wait(uint64_t cycles) {
     for (; cycles > 0 && !computer.interrupt(); --cycles) computer.clock();
     std::printf("%d %" PRIu32 "\n", computer.interrupt(), computer.counted());
+    return true;
+  }
+  bool clocks() {
+    std::printf("%" PRIu64 "\n", computer.clocks);
     return true;
   }
   bool violations() {

@@ -11,6 +11,7 @@ import typer
 
 from orbsoc.commands import hw_options as options
 from orbsoc.commands.ending import FAILED, spoken
+from orbsoc.commands.hw_validate_solve import validate_solves
 
 if TYPE_CHECKING:
     from orbsoc.problem import Problem
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
 def validate(
     quick: Annotated[
         bool, typer.Option("--quick", help="the subset of continuous integration: a few minutes")
+    ] = False,
+    solve: Annotated[
+        bool, typer.Option("--solve", help="whole solves, Python as the PS, instead of segment by segment")
     ] = False,
     rtl: Annotated[
         Path | None, typer.Option(help="folder of the RTL; that of the source tree by default", metavar="DIR")
@@ -35,7 +39,9 @@ def validate(
         from orbsoc.rtl_validation import all_points, problems, quick_points, rtl_folder, summary
         from orbsoc.rtl_validation import validate as compare
 
-        folder = rtl_folder(rtl)
+        folder, where = rtl_folder(rtl), out or Path("out") / "hw-validate"
+        if solve:
+            validate_solves(folder, where, quick=quick, as_json=as_json)
         named = problems(_mission_004(folder.parent / "scenarios" / "rec1.toml"))
         points = (quick_points if quick else all_points)(tuple(named))
         outcomes: list[Outcome] = []
@@ -53,7 +59,6 @@ def validate(
             "summary": counts,
             "outcomes": [asdict(outcome) for outcome in outcomes],
         }
-        where = out or Path("out") / "hw-validate"
         text = "\n".join(_table(counts))
         files = {"validation.json": options.as_json_text(document), "validation.md": text + "\n"}
         options.write_all(where, files)

@@ -41,11 +41,16 @@ class StageRunner(Protocol):
         ...
 
 
+Carry = Callable[[Kind, str], None]
+"""Moves one buffer, `Kind.TO_PL` or `Kind.TO_PS`, between two memories that really are two."""
+
+
 class Driver:
     """One solve on the PS.
 
-    `port` is the PL's register file, in reset; `words` gives the size of each buffer in words. Every
-    disagreement between the two sides raises a `ProtocolError` that names the stage.
+    `port` is the PL's register file, in reset; `words` gives the size of each buffer in words. `carry` moves a buffer
+    where the PL has a storage of its own; without it both sides work on the engine's. Every disagreement between the
+    two sides raises a `ProtocolError` that names the stage.
     """
 
     def __init__(
@@ -57,6 +62,7 @@ class Driver:
         words: Mapping[str, int],
         record: PsRecord,
         poll_budget: int = POLL_BUDGET,
+        carry: Carry | None = None,
     ) -> None:
         self._method = method
         self._engine = engine
@@ -64,6 +70,7 @@ class Driver:
         self._words = words
         self._record = record
         self._poll_budget = poll_budget
+        self._carry = carry
         self._segments = {segment.stage: segment for segment in method.segments}
         self._flag_words = -(-len(method.buffers) // WORD_BITS)
         self._last = method.segments[0]
@@ -195,6 +202,8 @@ class Driver:
     def _move(self, kind: Kind, buffers: int) -> None:
         for name in self._method.names(buffers):
             self._record.add(kind, name, self._words[name])
+            if self._carry is not None:
+                self._carry(kind, name)
 
     def _read_status(self, segment: Segment | None) -> Status:
         status = Status.decode(self._read(Register.STATUS))

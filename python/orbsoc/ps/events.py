@@ -44,6 +44,10 @@ class PsRecord:
     def __len__(self) -> int:
         return len(self._events)
 
+    def after(self, count: int) -> list[PsEvent]:
+        """The acts after the first `count`, in order."""
+        return self._events[count:]
+
     def of(self, kind: Kind) -> list[PsEvent]:
         """The acts of one kind, in order."""
         return [event for event in self._events if event.kind is kind]

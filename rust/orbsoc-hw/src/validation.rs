@@ -53,30 +53,32 @@ pub fn validation_case<T: Decide>(
     Ok(text(&program.configuration, &sequence, &runs))
 }
 
-/// Microcode of the segments in a case, one after the other.
-struct Sequence {
+/// Microcode of segments, one after the other.
+pub(crate) struct Sequence {
     configuration: Configuration,
     format: Format,
-    compressed: Option<Compressed>,
-    microcode: Microcode,
+    pub compressed: Option<Compressed>,
+    pub microcode: Microcode,
 }
 
 /// Where a segment's microcode is, and its busy cycles.
-struct Entry {
-    start: usize,
-    words: usize,
-    cycles: u32,
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct Entry {
+    pub start: usize,
+    pub words: usize,
+    pub cycles: u32,
 }
 
 impl Sequence {
-    fn new(program: &Program, format: Format) -> Result<Self, Error> {
+    pub fn new(program: &Program, format: Format) -> Result<Self, Error> {
         let compressed = (format == Format::Compressed).then(|| program.compressed()).transpose()?;
         let bits = compressed.as_ref().map_or(program.configuration.flat_bits(), |c| c.lines.bits());
         let configuration = program.configuration;
         Ok(Self { configuration, format, compressed, microcode: Microcode::new(bits, 0) })
     }
 
-    fn append(&mut self, number: usize, segment: &Segment, words: &Microcode) -> Entry {
+    pub fn append(&mut self, number: usize, segment: &Segment, words: &Microcode) -> Entry {
         let start = self.microcode.len();
         let cycles = match (self.format, &self.compressed) {
             (Format::InOrder(gaps), _) => {
@@ -153,7 +155,7 @@ fn word<T: Decide>(words: &[T], buffer: Buffer, index: u32) -> Result<f64, Error
 }
 
 /// Words of a single-precision solve are binary32 numbers already.
-fn word_bits(precision: Precision, value: f64) -> u64 {
+pub(crate) fn word_bits(precision: Precision, value: f64) -> u64 {
     match precision {
         Precision::F64 => value.to_bits(),
         Precision::F32 => u64::from((value as f32).to_bits()),

@@ -14,7 +14,7 @@ use pyo3::types::PyDict;
 pyo3::create_exception!(_core, HardwareError, PyValueError, "An engine that cannot be, or is too small.");
 
 #[allow(clippy::needless_pass_by_value)] // the shape map_err wants
-fn unfit(error: orbsoc_hw::Error) -> PyErr {
+pub fn unfit(error: orbsoc_hw::Error) -> PyErr {
     HardwareError::new_err(error.to_string())
 }
 
@@ -115,13 +115,7 @@ impl HardwareProgram {
     fn case(&self, py: Python<'_>, module: &str, format: &str, seed: u32, level: u32) -> PyResult<String> {
         let known = Stage::ALL.iter().map(|stage| stage.module()).find(|known| known.name() == module);
         let module: Module = known.ok_or_else(|| PyKeyError::new_err("no module of that name"))?;
-        let format = match format {
-            "flat" => Format::Flat,
-            "compressed" => Format::Compressed,
-            "in_order" => Format::InOrder(Gaps { seed, level }),
-            _ => return Err(PyKeyError::new_err("no format of that name")),
-        };
-        let program = if format == Format::Compressed { &self.compact } else { &self.program };
+        let (format, program) = self.in_format(format, Gaps { seed, level })?;
         py.detach(|| match program.configuration.precision {
             Precision::F64 => {
                 let words = snapshots::<f64>(&self.problem, &self.settings).map_err(refuse)?;
@@ -136,6 +130,16 @@ impl HardwareProgram {
 }
 
 impl HardwareProgram {
+    /// A format by its name, and the schedules that are made for it.
+    pub fn in_format(&self, name: &str, gaps: Gaps) -> PyResult<(Format, &Program)> {
+        match name {
+            "flat" => Ok((Format::Flat, &self.program)),
+            "compressed" => Ok((Format::Compressed, &self.compact)),
+            "in_order" => Ok((Format::InOrder(gaps), &self.program)),
+            _ => Err(PyKeyError::new_err("no format of that name")),
+        }
+    }
+
     fn describe<'py>(
         &self,
         py: Python<'py>,

@@ -4,7 +4,9 @@
 mod batch;
 mod convert;
 mod engine;
+mod exact_engine;
 mod hardware;
+mod image;
 mod method;
 mod mixed;
 
@@ -19,7 +21,11 @@ mod _core {
     #[pymodule_export]
     use super::engine::{Engine, RawSolution};
     #[pymodule_export]
+    use super::exact_engine::ExactEngine;
+    #[pymodule_export]
     use super::hardware::{HardwareError, HardwareProgram};
+    #[pymodule_export]
+    use super::image::{program_image, ProgramImage};
     #[pymodule_export]
     use super::method::{closing, iteration, operation_counts, stages, startup, warm_startup, StageInfo};
     #[pymodule_export]

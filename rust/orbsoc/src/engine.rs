@@ -113,6 +113,11 @@ impl<T: Decide> Engine<T> {
         self.path.work.get(buffer)
     }
 
+    /// The words of a buffer, for whoever computes a stage elsewhere.
+    pub fn buffer_mut(&mut self, buffer: Buffer) -> &mut [T] {
+        self.path.work.get_mut(buffer)
+    }
+
     /// What ran since the engine was made, updated or solved anew.
     pub fn events(&self) -> &[Event] {
         &self.events

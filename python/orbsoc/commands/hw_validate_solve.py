@@ -1,0 +1,101 @@
+"""`orbsoc hw validate --solve`: whole solves on the RTL, Python as the PS, bit for bit against Rust."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import typer
+
+from orbsoc.commands import hw_options as options
+from orbsoc.commands.ending import FAILED
+
+if TYPE_CHECKING:
+    from orbsoc.rtl_solve import SolveOutcome
+
+SCHEMA = "orbsoc.rtl-solves/1"
+
+
+def validate_solves(folder: Path, where: Path, *, quick: bool, as_json: bool) -> NoReturn:
+    """Run the solves, write rtl-solves.json and rtl-solves.md to `where`, and end with 0 or, at any difference, 1."""
+    from orbsoc.rtl_solve import described
+    from orbsoc.rtl_solve_points import all_solves, quick_solves, run_solves
+
+    points = (quick_solves if quick else all_solves)(folder.parent / "scenarios")
+    outcomes: list[SolveOutcome] = []
+    for done, outcome in enumerate(run_solves(folder, points), start=1):
+        outcomes.append(outcome)
+        verdict = "; ".join(described(outcome)) or "equal"
+        typer.echo(f"{done}/{len(points)} {_title(outcome)}: {verdict}", err=True)
+    equal = all(outcome.good for outcome in outcomes)
+    document = {
+        "schema": SCHEMA,
+        "provenance": {
+            "iterates, cycles, clocks": "measured: RTL under Verilator",
+            "model_clocks": "modelled: hw_model on rtl/harness/platform.toml, segments by their schedules",
+        },
+        "equal": equal,
+        "solves": [_record(outcome) for outcome in outcomes],
+    }
+    table = _table(outcomes)
+    text = "\n".join(table) + "\n"
+    options.write_all(where, {"rtl-solves.json": options.as_json_text(document), "rtl-solves.md": text})
+    verdict = (
+        f"measured: {len(outcomes)} solves on the RTL are {'EQUAL to' if equal else 'DIFFERENT from'} Rust's,"
+        f" {sum(outcome.iterations for outcome in outcomes)} iterations"
+    )
+    options.say([*table, verdict], document, where, as_json=as_json)
+    raise typer.Exit(0 if equal else FAILED)
+
+
+def _title(outcome: SolveOutcome) -> str:
+    engine = outcome.engine
+    return f"{outcome.problem}, f{engine.fp}, {engine.lanes} lanes, {outcome.format}"
+
+
+def _record(outcome: SolveOutcome) -> dict[str, Any]:
+    """As JSON, launches summed by stage."""
+    stages: dict[str, dict[str, int]] = {}
+    for launch in outcome.launches:
+        row = stages.setdefault(launch.stage, {"launches": 0, "rtl_cycles": 0, "model_cycles": 0})
+        row["launches"] += 1
+        row["rtl_cycles"] += launch.rtl_cycles
+        row["model_cycles"] += launch.model_cycles
+    return {
+        "problem": outcome.problem,
+        "engine": asdict(outcome.engine),
+        "format": outcome.format,
+        "status": outcome.status,
+        "iterations": outcome.iterations,
+        "iterates_compared": outcome.iterates,
+        "words_compared": outcome.words,
+        "words_different": outcome.different_words,
+        "differences": [asdict(difference) for difference in outcome.differences],
+        "same_stages": outcome.same_stages,
+        "same_solution": outcome.same_solution,
+        "assertions": outcome.assertions,
+        "stages": stages,
+        "rtl_clocks": outcome.rtl_clocks,
+        "model_clocks": outcome.model_clocks,
+        "clock_error": outcome.clock_error,
+        "good": outcome.good,
+    }
+
+
+def _table(outcomes: Sequence[SolveOutcome]) -> list[str]:
+    """Markdown, one row a solve."""
+    rows = [
+        f"| {_title(outcome)} | {outcome.iterations} | {outcome.words} | {outcome.different_words} |"
+        f" {len(outcome.launches)} | {sum(launch.rtl_cycles for launch in outcome.launches)} |"
+        f" {outcome.busy_error_cycles} | {outcome.rtl_clocks} | {sum(outcome.model_clocks.values())} |"
+        f" {100 * outcome.clock_error:+.3f} % |"
+        for outcome in outcomes
+    ]
+    return [
+        "| solve | iterations | words compared | different | launches | busy cycles, RTL | off the schedules |"
+        " clocks, RTL | clocks, model | error |",
+        "|---|---|---|---|---|---|---|---|---|---|",
+        *rows,
+    ]

@@ -1,0 +1,68 @@
+"""Which whole solves are run on the RTL: all take ten iterations or more, one of them is a mission's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from orbsoc.pl_program import Engine
+from orbsoc.problem import Problem
+from orbsoc.rtl_solve import SolveOutcome, solve_on_rtl
+from orbsoc.rtl_validation import ADDRESS_BITS, Format, problems
+from orbsoc.settings import Settings
+
+FOUR_LANES = Engine(lanes=4, banks=16, address_bits=ADDRESS_BITS)
+TWO_LANES_F32 = Engine(fp=32, lanes=2, banks=8, address_bits=ADDRESS_BITS)
+"""The engines that the schedules' validation builds, too: a build serves both."""
+TIGHT = Settings(tol=1e-10)
+"""The drawn problems converge in nine iterations at the default tolerance."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SolvePoint:
+    """One solve on one engine."""
+
+    name: str
+    problem: Problem
+    settings: Settings = field(default_factory=Settings)
+    engine: Engine = FOUR_LANES
+    format: Format = "flat"
+
+
+def quick_solves(scenarios: Path) -> list[SolvePoint]:
+    """Two drawn problems and a mission's subproblem in binary64; one of them compressed, and one in binary32."""
+    drawn = problems()
+    middle, large = list(drawn)[3:5]
+    return [
+        SolvePoint(middle, drawn[middle], TIGHT),
+        SolvePoint(large, drawn[large], TIGHT),
+        *_mission_004(scenarios, 4),
+        SolvePoint(middle, drawn[middle], TIGHT, format="compressed"),
+        SolvePoint(middle, drawn[middle], TIGHT, TWO_LANES_F32),
+    ]
+
+
+def all_solves(scenarios: Path) -> list[SolvePoint]:
+    """Those, and the mission's subproblem with as many nodes as the paper's and with half as many again."""
+    sixteen = Engine(lanes=4, banks=16, address_bits=16)
+    return [*quick_solves(scenarios), *_mission_004(scenarios, 12), *_mission_004(scenarios, 18, sixteen)]
+
+
+def run_solves(rtl: Path, points: list[SolvePoint]) -> Iterator[SolveOutcome]:
+    """Solve the points one by one; raises what `solve_on_rtl` raises."""
+    for at in points:
+        yield solve_on_rtl(rtl, at.name, at.problem, at.settings, engine=at.engine, form=at.format)
+
+
+def _mission_004(scenarios: Path, nodes: int, engine: Engine = FOUR_LANES) -> list[SolvePoint]:
+    """The first subproblem of rec1 with this many nodes; nothing where the scenario is not at hand."""
+    scenario = scenarios / "rec1.toml"
+    if not scenario.is_file():
+        return []
+    from orbsoc.missions.reachable_insertion import load_scenario, plan
+    from orbsoc.ps import PsScheduler
+
+    recorder = PsScheduler()
+    plan(load_scenario(scenario).with_changes(nodes=nodes), solve=recorder)
+    return [SolvePoint(f"mission 004, N = {nodes}", recorder.patterns[0], engine=engine)]

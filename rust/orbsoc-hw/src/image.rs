@@ -1,0 +1,39 @@
+//! A whole program as the engine's memories hold it: microcode of all segments, templates, literals.
+
+use crate::error::Error;
+use crate::microcode::{flat, Microcode};
+use crate::program::Program;
+use crate::validation::{word_bits, Entry, Format, Sequence};
+use orbsoc::Stage;
+
+/// What is loaded before the first segment runs; the homes of the buffers' words are the layout's.
+#[derive(Clone, Debug)]
+pub struct Image {
+    /// Of compressed microcode, in the order of their numbers.
+    pub templates: Vec<String>,
+    /// Lines of all segments.
+    pub microcode: Microcode,
+    /// Where each segment's lines are, and its busy cycles.
+    pub entries: Vec<(Stage, Entry)>,
+    /// Address and bits of every literal.
+    pub literals: Vec<(u32, u64)>,
+}
+
+impl Image {
+    /// The program in one format of microcode.
+    ///
+    /// # Errors
+    /// As [`crate::Compressed::new`].
+    pub fn new(program: &Program, format: Format) -> Result<Self, Error> {
+        let mut sequence = Sequence::new(program, format)?;
+        let mut entries = Vec::with_capacity(program.segments.len());
+        for (number, segment) in program.segments.iter().enumerate() {
+            let words = flat(&segment.schedule, &program.configuration);
+            entries.push((segment.stage, sequence.append(number, segment, &words)));
+        }
+        let templates = sequence.compressed.as_ref().map(|c| c.templates().collect()).unwrap_or_default();
+        let bits = |value| word_bits(program.configuration.precision, value);
+        let literals = program.layout.constants().map(|(value, address)| (address, bits(value))).collect();
+        Ok(Self { templates, microcode: sequence.microcode, entries, literals })
+    }
+}

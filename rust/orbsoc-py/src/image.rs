@@ -1,0 +1,54 @@
+//! A scheduled program as the RTL's memories hold it.
+
+use crate::hardware::{unfit, HardwareProgram};
+use numpy::{IntoPyArray, PyArray1};
+use orbsoc_hw::{Gaps, Image};
+use pyo3::prelude::*;
+use std::collections::BTreeMap;
+
+type Array<T> = Py<PyArray1<T>>;
+
+#[pyclass(module = "orbsoc._core", frozen, get_all)]
+pub struct ProgramImage {
+    templates: Vec<String>,
+    microcode: Vec<String>,
+    /// By stage: first line, busy cycles.
+    entries: BTreeMap<&'static str, (usize, u32)>,
+    /// Addresses, bits.
+    literals: (Array<u32>, Array<u64>),
+    /// By buffer: indices of the words that have a home, addresses.
+    homes: BTreeMap<&'static str, (Array<u32>, Array<u32>)>,
+}
+
+/// What is loaded into microcode memory and storage before the first segment, and where the buffers live.
+#[pyfunction]
+#[pyo3(signature = (program, format, *, seed=1, level=0))]
+pub fn program_image(
+    py: Python<'_>,
+    program: &HardwareProgram,
+    format: &str,
+    seed: u32,
+    level: u32,
+) -> PyResult<ProgramImage> {
+    let (format, program) = program.in_format(format, Gaps { seed, level })?;
+    let image = py.detach(|| Image::new(program, format)).map_err(unfit)?;
+    let mut homes: BTreeMap<&'static str, (Vec<u32>, Vec<u32>)> = BTreeMap::new();
+    for (buffer, index, address) in program.layout.homes() {
+        let (indices, addresses) = homes.entry(buffer.name()).or_default();
+        indices.push(index);
+        addresses.push(address);
+    }
+    let (addresses, bits): (Vec<u32>, Vec<u64>) = image.literals.into_iter().unzip();
+    let pair = |(indices, addresses): (Vec<u32>, Vec<u32>)| (array(py, indices), array(py, addresses));
+    Ok(ProgramImage {
+        templates: image.templates,
+        microcode: (0..image.microcode.len()).map(|line| image.microcode.hex(line)).collect(),
+        entries: image.entries.iter().map(|(stage, at)| (stage.name(), (at.start, at.cycles))).collect(),
+        literals: (array(py, addresses), array(py, bits)),
+        homes: homes.into_iter().map(|(name, words)| (name, pair(words))).collect(),
+    })
+}
+
+fn array<T: numpy::Element>(py: Python<'_>, words: Vec<T>) -> Array<T> {
+    words.into_pyarray(py).unbind()
+}
