@@ -36,7 +36,7 @@ _SHOWN = 10
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """A word that the RTL made otherwise than Rust; both as hexadecimal bits. `stage` is the last that was launched."""
+    """A word that the RTL made otherwise than Rust; both as hexadecimal bits. `stage` is the last that had run."""
 
     iteration: int
     stage: str
@@ -233,9 +233,12 @@ def solve_on_rtl(
 
 
 def _same(found: _core.RawSolution, whole: _core.RawSolution) -> bool:
-    """The same end, bit for bit."""
-    vectors = ("x", "y", "z", "s")
-    same_bits = all(getattr(found, v).tobytes() == getattr(whole, v).tobytes() for v in vectors)
+    """The same end, bit for bit; any NaN equals any other."""
+    pairs = [(getattr(found, v), getattr(whole, v)) for v in ("x", "y", "z", "s")]
+    same_bits = all(
+        bool(np.all((one.view(np.uint64) == other.view(np.uint64)) | (np.isnan(one) & np.isnan(other))))
+        for one, other in pairs
+    )
     return same_bits and (found.status, found.iterations) == (whole.status, whole.iterations)
 
 

@@ -17,6 +17,10 @@ TWO_LANES_F32 = Engine(fp=32, lanes=2, banks=8, address_bits=ADDRESS_BITS)
 """The engines that the schedules' validation builds, too: a build serves both."""
 TIGHT = Settings(tol=1e-10)
 """The drawn problems converge in nine iterations at the default tolerance."""
+SINGLE = Settings(
+    tol=1e-4, tol_inaccurate=1e-3, static_regularization=1e-6, pivot_floor=1e-7, dynamic_regularization=1e-4
+)
+"""Binary32 in all stages: a regularisation of 1e-8 is lost beside entries of 1, and the first factorization breaks down."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,7 +43,7 @@ def quick_solves(scenarios: Path) -> list[SolvePoint]:
         SolvePoint(large, drawn[large], TIGHT),
         *_mission_004(scenarios, 4),
         SolvePoint(middle, drawn[middle], TIGHT, format="compressed"),
-        SolvePoint(middle, drawn[middle], TIGHT, TWO_LANES_F32),
+        SolvePoint(middle, drawn[middle], SINGLE, TWO_LANES_F32),
     ]
 
 

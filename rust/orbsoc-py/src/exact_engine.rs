@@ -86,8 +86,7 @@ impl ExactEngine {
     /// The whole solve, by the loop in Rust.
     fn solve(&self, py: Python<'_>) -> PyResult<RawSolution> {
         let state = &mut *self.state()?;
-        let (solution, sizes) =
-            py.detach(|| with!(state, engine => (engine.solve(), engine.kkt_sizes())));
+        let (solution, sizes) = py.detach(|| with!(state, engine => (engine.solve(), engine.kkt_sizes())));
         Ok(raw_solution(py, solution, sizes, (Duration::ZERO, Duration::ZERO)))
     }
 
