@@ -228,8 +228,9 @@ def polish(
         unknowns.put(left[there], found.unknowns[there])
         if there.size:
             points = which[left[there]]
-            extremals = tools.indirect(steps).flown(found.unknowns[there])
-            _fly_primers(tools, aim[points], out, points, extremals, _sma(found.ends[there]), pinned=pinned)
+            extremals = found.flown[there]
+            promised = _sma(extremals.ends[:, :6])
+            _fly_primers(tools, aim[points], out, points, extremals, promised, pinned=pinned)
         left = left[~out.polished[which[left]]]
         if not left.size:
             break

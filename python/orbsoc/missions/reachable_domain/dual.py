@@ -118,8 +118,11 @@ def _newton(here: _Points, found: DualSolutions, live: Index, tolerance: Array) 
         if not going.size or step == STEPS:
             return
         found.steps[live[going]] += 1
-        here, live, before = here[going], live[going], worst[going]
-        _advance(here, slack[going], error[going], axes[going], pull[going], length[going])
+        if going.size < live.size:
+            here, live, worst, slack = here[going], live[going], worst[going], slack[going]
+            error, axes, pull, length = error[going], axes[going], pull[going], length[going]
+        before = worst
+        _advance(here, slack, error, axes, pull, length)
 
 
 def _controls(here: _Points) -> tuple[Array, Array, Array]:
@@ -151,11 +154,12 @@ def _enter_cone(here: _Points, slack: Array, pull: Array, length: Array, toleran
 
 
 def _errors(here: _Points, slack: Array) -> tuple[Array, Array]:
-    """The equations' values (B, p + 3), and the axes (B, p + 3, p + 3) along which w moves; null where it does not."""
+    """The equations' values (B, k), and the axes (B, p + 3, k) along which w moves, null where it does not: k = p + 3 with
+    a point at the vertex, else p + 2."""
     count, p = here.equal.shape
-    axes = np.zeros((count, p + 3, p + 3))
-    axes[:, np.arange(p), np.arange(p)] = 1.0
     touching, vertex = np.flatnonzero(here.place == TOUCHING), np.flatnonzero(here.place == VERTEX)
+    axes = np.zeros((count, p + 3, p + 3 if vertex.size else p + 2))
+    axes[:, np.arange(p), np.arange(p)] = 1.0
     a = here.perigee[touching, 1:] / here.perigee[touching, :1]
     axes[touching, p, p], axes[touching, p + 1 :, p] = 1.0, a
     axes[touching, p + 1, p + 1], axes[touching, p + 2, p + 1] = -a[:, 1], a[:, 0]
@@ -166,14 +170,14 @@ def _errors(here: _Points, slack: Array) -> tuple[Array, Array]:
 
 def _advance(here: _Points, slack: Array, error: Array, axes: Array, pull: Array, length: Array) -> None:
     """Newton's step on the equations, in place; on the cone z turns by a bounded angle and stays positive."""
-    count, p = here.equal.shape
+    (count, p), width = here.equal.shape, axes.shape[2]
     root = 1.0 / np.sqrt(length)
     moves = here.slopes @ axes
-    scaled = moves.reshape(count, -1, 3, p + 3) * root[:, :, None, None]
+    scaled = moves.reshape(count, -1, 3, width) * root[:, :, None, None]
     along = pull[:, :, 0, None] * scaled[:, :, 0]
     along += pull[:, :, 1, None] * scaled[:, :, 1]
     along += pull[:, :, 2, None] * scaled[:, :, 2]
-    flat = scaled.reshape(count, -1, p + 3)
+    flat = scaled.reshape(count, -1, width)
     matrix = flat.transpose(0, 2, 1) @ flat - along.transpose(0, 2, 1) @ along
     touching, vertex = here.place == TOUCHING, here.place == VERTEX
     size = np.where(touching, here.perigee[:, 0], 1.0)
@@ -182,8 +186,9 @@ def _advance(here: _Points, slack: Array, error: Array, axes: Array, pull: Array
     matrix[:, p + 1, p + 1] -= (slack[:, p + 1 :] * direction).sum(axis=1) / size
     matrix[:, p, p] += here.place == APART
     matrix[:, p + 1, p + 1] += here.place == APART
-    matrix[:, p + 2, p + 2] += ~vertex
-    matrix[~np.isfinite(matrix).all(axis=(1, 2))] = np.eye(p + 3)
+    if width == p + 3:
+        matrix[:, p + 2, p + 2] += ~vertex
+    matrix[~np.isfinite(matrix).all(axis=(1, 2))] = np.eye(width)
     try:
         step = -np.linalg.solve(matrix, error[:, :, None])[:, :, 0]
     except np.linalg.LinAlgError:
@@ -194,8 +199,9 @@ def _advance(here: _Points, slack: Array, error: Array, axes: Array, pull: Array
     cosine, sine = np.cos(turn), np.sin(turn)
     x, y = direction.T
     turned = np.stack([np.ones(count), cosine * x - sine * y, sine * x + cosine * y], axis=1)
-    moved = np.where(vertex[:, None], here.perigee + step[:, p:], 0.0)
-    here.perigee = np.where(touching[:, None], longer[:, None] * turned, moved)
+    here.perigee[touching] = (longer[:, None] * turned)[touching]
+    if width == p + 3:
+        here.perigee[vertex] += step[vertex, p:]
 
 
 def _take(

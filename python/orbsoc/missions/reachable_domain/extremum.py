@@ -57,10 +57,10 @@ class Unknowns:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Extrema:
-    """What Newton arrived at for B points: the unknowns, end states (B, 6), the largest residual (B,), its steps (B,)."""
+    """What Newton arrived at for B points: the unknowns, the extremals, the largest residual (B,), its steps (B,)."""
 
     unknowns: Unknowns
-    ends: Array
+    flown: Extremals
     residual: Array
     steps: NDArray[np.int32]
 
@@ -83,22 +83,24 @@ class Indirect:
         found = Unknowns(start.primers.copy(), start.multipliers.copy(), start.held.copy())
         if pinned:
             found.held[:, PERIGEE] = True
-        ends, residual = np.full((count, 6), np.nan), np.full(count, np.inf)
+        flown, residual = self.flown(found), np.full(count, np.inf)
         steps = np.zeros(count, np.int32)
         todo = np.arange(count)
         for _ in range(SWITCHES):
-            part = found[todo]
-            ends[todo], residual[todo], taken = self._newton(aim[todo], part)
+            part, arrived = found[todo], flown if todo.size == count else flown[todo]
+            residual[todo], taken = self._newton(aim[todo], part, arrived)
+            if arrived is not flown:
+                flown.put(todo, arrived)
             steps[todo] += taken
             found.put(todo, part)
             if pinned:
                 break
-            todo = todo[self._wrong_side(aim[todo], found[todo], ends[todo], residual[todo])]
+            todo = todo[self._wrong_side(aim[todo], found[todo], flown.ends[todo, :6], residual[todo])]
             if not todo.size:
                 break
             found.held[todo, PERIGEE] ^= True
             residual[todo] = np.inf
-        return Extrema(found, ends, residual, steps)
+        return Extrema(found, flown, residual, steps)
 
     def flown(self, unknowns: Unknowns) -> Extremals:
         """The extremals themselves."""
@@ -110,15 +112,13 @@ class Indirect:
         wrong = np.where(held, at.multipliers[:, PERIGEE] < -1e-9, value < -1e-9)
         return np.asarray(wrong & (residual <= TOLERANCE))
 
-    def _newton(self, aim: Aim, at: Unknowns) -> tuple[Array, Array, NDArray[np.int32]]:
-        """Damped Newton, in place on `at`; end states, residuals and steps taken. Points that stall are left."""
+    def _newton(self, aim: Aim, at: Unknowns, arrived: Extremals) -> tuple[Array, NDArray[np.int32]]:
+        """Damped Newton, in place on `at` and its extremals; residuals and steps taken. Points that stall are left."""
         count = len(aim)
-        flown = self.flown(at)
-        size = _size(residuals(aim, flown.ends, at))
+        size = _size(residuals(aim, arrived.ends, at))
         steps, stalls = np.zeros(count, np.int32), np.zeros(count, np.int32)
-        ends = flown.ends[:, :6].copy()
         live = np.flatnonzero((size > TOLERANCE) & np.isfinite(size))
-        flown = flown[live]
+        flown = arrived[live]
         matrix, old = np.empty((live.size, 6 + ROWS, 6 + ROWS)), np.ones(live.size, bool)
         for _ in range(MAX_STEPS):
             if not live.size:
@@ -131,12 +131,14 @@ class Indirect:
             steps[live] += 1
             size[live] = self._backtrack(aim[live], here, flown, step, before)
             at.put(live, here)
-            ends[live] = flown.ends[:, :6]
             stalls[live] = np.where(size[live] > STALLED * before, stalls[live] + 1, 0)
             going = (size[live] < before) & (size[live] > TOLERANCE) & (stalls[live] < STALLS)
             old = (size[live] > STEADY * before)[going]
-            live, flown, matrix = live[going], flown[np.flatnonzero(going)], matrix[going]
-        return ends, size, steps
+            if not going.all():
+                arrived.put(live[~going], flown[np.flatnonzero(~going)])
+                live, flown, matrix = live[going], flown[np.flatnonzero(going)], matrix[going]
+        arrived.put(live, flown)
+        return size, steps
 
     def _matrix(self, aim: Aim, at: Unknowns, flown: Extremals) -> Array:
         """Derivatives of `residuals` by [p₀, ṗ₀, ν], (B, 10, 10)."""
