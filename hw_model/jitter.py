@@ -32,6 +32,8 @@ Draw = Callable[[tuple[int, int]], NDArray[np.float64]]
 
 _AT_ONCE = 2**22
 """Draws held in memory at a time."""
+_LONGEST_PICOS = 2**53
+"""Two and a half hours: up to here every sum of times, and every share of one, is exact."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,6 +82,11 @@ def distribution(
     checked, machine, split = parse_trace(trace), as_platform(platform), as_partition(partition)
     prices = Prices(checked, machine, uses_pl=split.uses_pl, cycles=cycles)
     actions = walk(checked, split)
+    bound = makespan_picos(actions, prices, worst=True)
+    if bound > _LONGEST_PICOS:
+        raise HwModelError(
+            f"a run of {bound / 1e12:.3g} s: at most {_LONGEST_PICOS / 1e12:.0f} s can be drawn run by run"
+        )
     nominal = np.array([prices.duration_picos(action.work) for action in actions], dtype=np.int64)
     bounds = np.array([prices.jitter_picos(action.work) for action in actions], dtype=np.int64)
     order = order_of(actions, prices)
@@ -99,7 +106,7 @@ def distribution(
         seed,
         np.sort(np.concatenate(found)),
         makespan_picos(actions, prices),
-        makespan_picos(actions, prices, worst=True),
+        bound,
     )
 
 

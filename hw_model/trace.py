@@ -26,7 +26,8 @@ from .errors import TraceError, describe
 from .vocabulary import MODULES, OPCODES, Datapath, Module, Opcode
 
 SCHEMA = "orbsoc.trace/1"
-Count = Annotated[int, Field(ge=0, strict=True)]
+Count = Annotated[int, Field(ge=0, le=2**53, strict=True)]
+"""What JSON carries exactly; so no price of a damaged trace leaves the range of its arithmetic."""
 
 
 class _Record(BaseModel):
@@ -38,7 +39,7 @@ class Cones(_Record):
     """R₊ˡ and second-order cones of sizes q."""
 
     l: Count
-    q: tuple[Annotated[int, Field(ge=1, strict=True)], ...]
+    q: tuple[Annotated[int, Field(ge=1, le=2**53, strict=True)], ...]
 
 
 class Stage(_Record):

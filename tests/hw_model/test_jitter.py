@@ -102,3 +102,12 @@ def test_polling_ends_between_one_and_two_reads_after_the_segment(tmp_path: Path
 def test_no_runs_are_refused() -> None:
     with pytest.raises(HwModelError, match=r"`runs` = 0: must be at least 1"):
         distribution(TRACE, "zu9eg", "paper", runs=0)
+
+
+def test_runs_too_long_to_be_added_up_exactly_are_refused() -> None:
+    """Sums of picoseconds beyond 63 bits would wrap around, silently."""
+    sluggish = load_platform("zu9eg").with_values(
+        {"runtime.interrupt_entry_us": 1e9, "link.register_write_ns": 1e9}
+    )
+    with pytest.raises(HwModelError, match=r"a run of .* s: at most 9007 s"):
+        distribution(TRACE, sluggish, "paper", runs=2)

@@ -115,13 +115,37 @@ def test_a_value_can_be_set_for_one_run() -> None:
         ("pl.lanes", 0, r"`pl\.lanes\.value` = 0: input should be greater than or equal to 1"),
         ("pl.lanes", 4.5, r"`pl\.lanes\.value` = 4\.5: input should be a valid integer"),
         ("pl.lanes", True, r"`pl\.lanes\.value` = True: input should be a valid integer"),
-        ("pl.clock_mhz", 0.0, r"`pl\.clock_mhz\.value` = 0\.0: input should be greater than 0"),
+        (
+            "pl.clock_mhz",
+            0.0,
+            r"`pl\.clock_mhz\.value` = 0\.0: input should be greater than or equal to 0\.001",
+        ),
+        (
+            "pl.clock_mhz",
+            1e-300,
+            r"`pl\.clock_mhz\.value` = 1e-300: input should be greater than or equal to",
+        ),
+        (
+            "link.register_write_ns",
+            1e18,
+            r"`link\.register_write_ns\.value` = 1e\+18: input should be less than",
+        ),
+        (
+            "link.frame_register_writes",
+            2**63,
+            r"`link\.frame_register_writes\.value` = 9\d+: input should be less",
+        ),
+        ("ps.flop_per_cycle", 1e-300, r"`ps\.flop_per_cycle\.value` = 1e-300: input should be greater than"),
         (
             "pl.clock_mhz",
             1e6,
             r"`pl\.clock_mhz\.value` = 1000000\.0: input should be less than or equal to 1000",
         ),
-        ("ps.clock_mhz", -1.0, r"`ps\.clock_mhz\.value` = -1\.0: input should be greater than 0"),
+        (
+            "ps.clock_mhz",
+            -1.0,
+            r"`ps\.clock_mhz\.value` = -1\.0: input should be greater than or equal to 0\.001",
+        ),
         ("ps.clock_mhz", float("nan"), r"`ps\.clock_mhz\.value` = nan: input should be"),
         (
             "link.register_write_ns",
@@ -162,7 +186,7 @@ def entry(value: str, tag: str = "assumed", rest: str = "") -> str:
         ({"pl_lanes": entry("-2")}, r"`pl\.lanes\.value` = -2: input should be greater than or equal to 1"),
         (
             {"pl_clock_mhz": entry("-100.0")},
-            r"`pl\.clock_mhz\.value` = -100\.0: input should be greater than 0",
+            r"`pl\.clock_mhz\.value` = -100\.0: input should be greater than or equal to 0\.001",
         ),
         ({"ps_div_f64_cycles": entry("-1")}, r"`ps\.div_f64_cycles\.value` = -1"),
         (

@@ -74,6 +74,7 @@ DAMAGES: dict[str, tuple[Damage, str]] = {
     "negative count": (
         lambda t: _factor(t)["operations"].update(mul=-1), r"`patterns\.0\.stages\.factorize\.operations\.mul` = -1",
     ),
+    "huge count": (lambda t: _factor(t)["operations"].update(mul=10**400), r"factorize\.operations\.mul` = 10+"),
     "fractional count": (lambda t: _factor(t)["operations"].update(mul=1.0), r"factorize\.operations\.mul` = 1\.0"),
     "true count": (lambda t: _factor(t)["operations"].update(mul=True), r"factorize\.operations\.mul` = True"),
     "no counts": (lambda t: _factor(t).pop("operations"), r"`patterns\.0\.stages\.factorize\.operations` is missing"),
