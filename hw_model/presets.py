@@ -1,4 +1,4 @@
-"""The shared numbers of presets.toml: processor cores, PL engine, links, latencies."""
+"""The shared numbers of presets.toml and of the RTL: processor cores, PL engine, links, latencies."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ from pathlib import Path
 
 from .data_file import Table, is_table
 from .errors import PlatformError
+from .rtl_latency import rtl_latencies
 
 
 @cache
 def _presets() -> Table:
-    return tomllib.loads((Path(__file__).parent / "presets.toml").read_text(encoding="utf-8"))
+    presets: Table = tomllib.loads((Path(__file__).parent / "presets.toml").read_text(encoding="utf-8"))
+    presets["latency"] = {"orbsoc_rtl": rtl_latencies()} | presets["latency"]
+    return presets
 
 
 def preset(section: str, name: object) -> Table:

@@ -207,6 +207,8 @@ class HardwareProgram:
         banks: int,
         address_bits: int,
         microcode_words: int,
+        joined: list[str] = ...,
+        leaves: list[str] | None = None,
     ) -> HardwareProgram: ...
     @property
     def storage_words(self) -> tuple[int, int]: ...

@@ -37,10 +37,10 @@ def divider_cycles(began: Array) -> float:
 
 
 def utilisation_figure(program: PlProgram, path: Path) -> None:
-    """The two longest segments of factorization and linear solve, unit by unit, as an image."""
+    """Factorization and the pair of solves, or the one stream of a program, unit by unit, as an image."""
     from matplotlib.figure import Figure
 
-    stages = [name for name in ("factorize", "solve_pair") if name in program.segments]
+    stages = [name for name in ("factorize", "solve_pair") if name in program.segments] or [*program.segments]
     lanes = program.engine.lanes
     figure = Figure(figsize=(8.0, 2.2 * len(stages) + 0.6), layout="constrained")
     axes = figure.subplots(len(stages), 1, squeeze=False)[:, 0]

@@ -44,8 +44,7 @@ class Segment:
     """One stage on the engine. All in PL cycles unless the name says otherwise.
 
     `lower_bound` is L0: no schedule is shorter, and `bottleneck` names the resource. `causes` sum to `cycles`,
-    `lane_causes` to `cycles` times lanes. `compressed_cycles` is the time with compressed microcode,
-    None where the format does not fit the engine (one lane).
+    `lane_causes` to `cycles` times lanes. `compressed_cycles` is the time with compressed microcode.
     """
 
     stage: str
@@ -58,8 +57,8 @@ class Segment:
     utilisation: float
     words: int
     flat_bits: int
-    compressed_bits: int | None
-    compressed_cycles: int | None
+    compressed_bits: int
+    compressed_cycles: int
     causes: dict[str, int]
     lane_causes: dict[str, int]
 
@@ -87,7 +86,28 @@ class PlProgram:
         }
 
 
-_programs: OrderedDict[tuple[bytes, Settings, Engine], PlProgram] = OrderedDict()
+@dataclass(frozen=True, slots=True)
+class Stream:
+    """Stages that are scheduled as one stream, so that each may begin while those before it still run.
+
+    With `leaves`, only as much of them as makes the words of these buffers. Its segment has the stages' names, joined
+    by underscores.
+    """
+
+    stages: tuple[str, ...]
+    leaves: tuple[str, ...] | None = None
+
+    @property
+    def name(self) -> str:
+        """The segment's."""
+        return "_".join(self.stages)
+
+
+KKT_SOLVES = Stream(("factorize", "solve_pair"), ("factor_l", "pivot_inverse", "pair_solution"))
+"""Factorization and two substitutions, without the residuals and norms that `solve_pair` leaves beside them."""
+
+
+_programs: OrderedDict[tuple[bytes, Settings, Engine, Stream | None], PlProgram] = OrderedDict()
 
 
 def pattern_digest(problem: Problem) -> bytes:
@@ -101,16 +121,22 @@ def pattern_digest(problem: Problem) -> bytes:
     return digest.digest()
 
 
-def pl_program(problem: Problem, settings: Settings | None = None, engine: Engine | None = None) -> PlProgram:
-    """Schedule every stage of the PL modules; kept, so that asking again for the same pattern and engine is free.
+def pl_program(
+    problem: Problem,
+    settings: Settings | None = None,
+    engine: Engine | None = None,
+    stream: Stream | None = None,
+) -> PlProgram:
+    """Schedule every stage of the PL modules, or one stream of some; kept, so that asking again for the same pattern and
+    engine is free.
 
-    Raises EngineError if the engine cannot exist or is too small.
+    Raises EngineError if the engine cannot exist or is too small, or a stage or buffer of the stream does not exist.
     """
     settings, engine = settings or Settings(), engine or Engine()
-    key = (pattern_digest(problem), settings, engine)
+    key = (pattern_digest(problem), settings, engine, stream)
     found = _programs.get(key)
     if found is None:
-        found = scheduled(problem, settings, engine)
+        found = scheduled(problem, settings, engine, stream)
         _programs[key] = found
         if len(_programs) > _KEPT:
             _programs.popitem(last=False)
@@ -119,25 +145,34 @@ def pl_program(problem: Problem, settings: Settings | None = None, engine: Engin
     return found
 
 
-def scheduled(problem: Problem, settings: Settings, engine: Engine) -> PlProgram:
+def scheduled(
+    problem: Problem, settings: Settings, engine: Engine, stream: Stream | None = None
+) -> PlProgram:
     """As `pl_program`, made anew; its `core` writes validation cases on this very problem's numbers."""
     if engine.address_bits is not None:
-        return _made(problem, settings, engine, engine.address_bits)
+        return _made(problem, settings, engine, stream, engine.address_bits)
     for bits in range(_LEAST_ADDRESS_BITS, _MOST_ADDRESS_BITS):
         try:
-            return _made(problem, settings, engine, bits)
+            return _made(problem, settings, engine, stream, bits)
         except EngineError as error:
             if "`address_bits`" not in str(error):
                 raise
-    return _made(problem, settings, engine, _MOST_ADDRESS_BITS)
+    return _made(problem, settings, engine, stream, _MOST_ADDRESS_BITS)
 
 
-def _made(problem: Problem, settings: Settings, engine: Engine, address_bits: int) -> PlProgram:
+def _made(
+    problem: Problem, settings: Settings, engine: Engine, stream: Stream | None, address_bits: int
+) -> PlProgram:
     fields = asdict(engine) | {"address_bits": address_bits}
+    joined = {} if stream is None else {"joined": list(stream.stages), "leaves": _listed(stream.leaves)}
     try:
-        core = _core.HardwareProgram(problem, settings, **fields)
+        core = _core.HardwareProgram(problem, settings, **fields, **joined)
     except _core.HardwareError as error:
         raise EngineError(str(error)) from error
     segments = {name: Segment(name, **described) for name, described in core.segments().items()}
     home, used = core.storage_words
     return PlProgram(Engine(**fields), segments, home, used, core)
+
+
+def _listed(names: tuple[str, ...] | None) -> list[str] | None:
+    return None if names is None else list(names)

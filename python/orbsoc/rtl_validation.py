@@ -18,7 +18,7 @@ from typing import Any, Literal
 import numpy as np
 from scipy import sparse
 
-from orbsoc.pl_program import Engine, PlProgram, scheduled
+from orbsoc.pl_program import KKT_SOLVES, Engine, PlProgram, Stream, scheduled
 from orbsoc.problem import Cones, Problem
 from orbsoc.settings import Settings
 
@@ -52,6 +52,8 @@ class Point:
     format: Format = "flat"
     level: int = 0
     """Of fetch gaps, of 256; in_order only."""
+    stream: Stream | None = None
+    """Stages of that module and others as one segment, in place of the module's own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,6 +138,20 @@ def problems(largest: Problem | None = None) -> dict[str, Problem]:
     return made | {"mission 004, N = 12": largest}
 
 
+def mission_004(file: Path, *, free_perigee: bool) -> Problem | None:
+    """The first subproblem of rec1, N = 12, as it is (problem A) or with the perigee free (problem C); none where the
+    scenario is not at hand."""
+    if not file.is_file():
+        return None
+    from orbsoc.missions.reachable_insertion import load_scenario, plan
+
+    scenario = load_scenario(file)
+    if free_perigee:
+        target = scenario.target.model_copy(update={"perigee_direction": "free"})
+        scenario = scenario.model_copy(update={"problem": "max_energy", "target": target})
+    return plan(scenario).iterations[0].problem
+
+
 def _drawn(n: int, p: int, l: int, q: list[int]) -> Problem:
     """A bounded problem with a point inside its cones, from a seed of its sizes."""
     random = np.random.default_rng([n, p, l, *q])
@@ -159,43 +175,65 @@ def quick_points(names: Sequence[str]) -> list[Point]:
         for module in MODULES
     ]
     four = Engine(lanes=4, banks=16, address_bits=ADDRESS_BITS)
+    one = Engine(lanes=1, banks=4, address_bits=ADDRESS_BITS)
     single = Engine(fp=32, lanes=2, banks=8, address_bits=ADDRESS_BITS)
     return [
         *flat,
         *(Point(names[4], module, four) for module in ("factorization", "linear_solve")),
         *(Point(middle, module, single) for module in MODULES),
         *(Point(middle, module, four, "compressed") for module in MODULES),
+        Point(small, "cone_ops", one, "compressed"),
         *(Point(middle, "factorization", four, "in_order", level) for level in (0, 64)),
     ]
 
 
 def all_points(names: Sequence[str]) -> list[Point]:
-    """V2: every module × problem × lanes 1, 2, 4 × banks 4, 8, 16; then V3, four levels of fetch gaps, and the
-    compressed format at 4 lanes and 16 banks."""
+    """V2: every module × problem × lanes 1, 2, 4 × banks 4, 8, 16, and once more with 8 lanes; then V3, four levels of
+    fetch gaps, and the compressed format at 1 lane and at 4."""
     engines = [
         Engine(lanes=lanes, banks=banks, address_bits=ADDRESS_BITS)
         for lanes in (1, 2, 4)
         for banks in (4, 8, 16)
     ]
-    static = [Point(name, module, engine) for engine in engines for name in names for module in MODULES]
-    four = engines[-1]
+    eight = Engine(lanes=8, banks=16, address_bits=ADDRESS_BITS)
+    static = [
+        Point(name, module, engine) for engine in (*engines, eight) for name in names for module in MODULES
+    ]
+    one, four = engines[2], engines[-1]
     dynamic = [
         Point(name, module, four, "in_order", level)
         for level in (0, 16, 64, 128, 192)
         for name in names
         for module in MODULES
     ]
-    compressed = [Point(name, module, four, "compressed") for name in names for module in MODULES]
+    compressed = [
+        Point(name, module, engine, "compressed")
+        for engine in (one, four)
+        for name in names
+        for module in MODULES
+    ]
     return [*static, *dynamic, *compressed]
+
+
+def kkt_points(name: str) -> list[Point]:
+    """Factorization and two solves as one stream: 4 lanes, flat and compressed; 8 lanes with 32 banks, 2 dividers."""
+    four = Engine(lanes=4, banks=16, address_bits=ADDRESS_BITS)
+    eight = Engine(lanes=8, banks=32, dividers=2, address_bits=ADDRESS_BITS)
+    whole = Stream(KKT_SOLVES.stages)
+    return [
+        *(Point(name, "factorization", four, stream=stream) for stream in (KKT_SOLVES, whole)),
+        Point(name, "factorization", four, "compressed", stream=whole),
+        *(Point(name, "factorization", eight, stream=stream) for stream in (KKT_SOLVES, whole)),
+    ]
 
 
 def validate(folder: Path, points: Sequence[Point], named: dict[str, Problem]) -> Iterator[list[Outcome]]:
     """Run the points one by one; programs are scheduled once for all modules."""
-    programs: dict[tuple[str, Engine], PlProgram] = {}
+    programs: dict[tuple[str, Engine, Stream | None], PlProgram] = {}
     for point in points:
-        key = (point.problem, point.engine)
+        key = (point.problem, point.engine, point.stream)
         if key not in programs:
-            programs[key] = scheduled(named[point.problem], Settings(), point.engine)
+            programs[key] = scheduled(named[point.problem], Settings(), point.engine, point.stream)
         yield run(folder, point, programs[key])
 
 

@@ -11,7 +11,9 @@ module engine #(
     parameter int CHECKS = 1,
     parameter int W = FP,
     parameter int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2),
-    parameter int CODE_WIDTH = SEQUENCER == 1 ? 32 * LANES : WIDTH
+    parameter int ITEM_LINES = (2 + LANES * (4 * ADDRESS_BITS + 8) + DIVIDERS * (3 * ADDRESS_BITS + 2) + 95) / 96,
+    parameter int FETCH = 32 * (ITEM_LINES > LANES ? ITEM_LINES : LANES),
+    parameter int CODE_WIDTH = SEQUENCER == 1 ? FETCH : WIDTH
 ) (
     input logic clock,
     input logic reset,
@@ -122,7 +124,8 @@ module engine #(
           .ADDRESS_BITS(ADDRESS_BITS),
           .SHORT(SHORT_BITS),
           .TEMPLATE(TEMPLATE_BITS),
-          .CODE_BITS(CODE_BITS)
+          .CODE_BITS(CODE_BITS),
+          .FETCH(FETCH)
       ) sequencer (
           .clock(clock),
           .reset(reset),

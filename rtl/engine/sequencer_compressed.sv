@@ -8,7 +8,7 @@ module sequencer_compressed #(
     parameter int SHORT = 6,
     parameter int TEMPLATE = 6,
     parameter int CODE_BITS = 16,
-    parameter int FETCH = 32 * LANES,
+    parameter int FETCH = 128,
     parameter int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2)
 ) (
     input logic clock,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from orbsoc import Settings, _core
 from orbsoc.pl_figure import busy_shares
 from orbsoc.pl_program import Engine, EngineError, PlProgram, pattern_digest, pl_program
 from orbsoc.problem import Cones, Problem
-from orbsoc.rtl_validation import problems
+from orbsoc.rtl_validation import MODULES, problems
 
 SMALL = problems()["12 variables, cones 4 6"]
 
@@ -96,19 +97,18 @@ def test_the_figures_shares_add_up_to_the_operations(program: PlProgram) -> None
     assert shares.max() <= 1.0 + 1e-12
 
 
-def test_the_hardware_model_gets_exact_cycles_where_a_problem_is_at_hand(program: PlProgram) -> None:
-    from hw_model import load_platform
-    from orbsoc.pl_cycles import scheduled_cycles
-    from orbsoc.ps import PsScheduler
-    from orbsoc.workload import record_trace
+def test_validation_runs_every_segment_those_of_a_warm_start_too(program: PlProgram) -> None:
+    texts = [program.core.case(module, "flat") for module in MODULES]
+    assert {match[1] for text in texts for match in re.finditer(r"^run (\w+) ", text, re.MULTILINE)} == set(
+        program.segments
+    )
 
-    scheduler = PsScheduler()
-    scheduler(SMALL)
-    trace = record_trace(scheduler.trace, "small", "solve", scheduler.patterns).trace
-    platform = load_platform("zu9eg")
-    exact = scheduled_cycles([SMALL])(trace, platform, 0, "factorize")
-    assert (exact.origin, exact.cycles) == ("schedule", program.segments["factorize"].cycles)
-    assert exact.lower_bound <= exact.cycles
-    assert scheduled_cycles([])(trace, platform, 0, "factorize").origin == "estimate"
-    slower = platform.with_value("pl.latency_preset", "vendor_ip")
-    assert scheduled_cycles([SMALL])(trace, slower, 0, "factorize").origin == "estimate"
+
+@pytest.mark.parametrize("lanes", [1, 2, 4])
+@pytest.mark.parametrize("dividers", [1, 2])
+def test_every_engine_has_compressed_microcode(lanes: int, dividers: int) -> None:
+    engine = Engine(lanes=lanes, dividers=dividers, banks=4 * lanes)
+    segments = pl_program(SMALL, engine=engine).segments.values()
+    stored, flat = sum(s.compressed_bits for s in segments), sum(s.flat_bits for s in segments)
+    assert 2 * stored < flat
+    assert all(s.compressed_cycles > s.cycles // 2 for s in segments)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from hw_model import rtl_latency
 from hw_model.errors import PlatformError
 from hw_model.parameter import Parameter
 from hw_model.platform import Platform, load_platform, platform_names
@@ -75,15 +76,21 @@ def test_figures_of_the_devices() -> None:
     assert (vendor.f32.add_cycles.value, vendor.f32.mul_cycles.value) == (12, 9)
 
 
-def test_the_engines_latencies_are_those_that_the_rtl_includes() -> None:
-    text = (Path(__file__).resolve().parents[2] / "rtl" / "latency.svh").read_text(encoding="utf-8")
-    written = dict(re.findall(r"^localparam int (\w+) = (\d+);", text, flags=re.MULTILINE))
-    preset = load_platform("zu9eg").pl.latencies
-    for width, units in (("F64", preset.f64), ("F32", preset.f32)):
-        for unit in ("add", "mul", "div", "sqrt"):
-            assert getattr(units, f"{unit}_cycles").value == int(written[f"{width}_{unit.upper()}_CYCLES"])
-        for unit in ("div", "sqrt"):  # not pipelined
-            assert getattr(units, f"{unit}_interval_cycles").value == getattr(units, f"{unit}_cycles").value
+def test_the_engines_latencies_are_read_from_the_file_that_the_rtl_includes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rtl = (Path(__file__).resolve().parents[2] / "rtl" / "latency.svh").read_text(encoding="utf-8")
+    assert (Path(rtl_latency.__file__).parent / "latency.svh").read_text(encoding="utf-8") == rtl
+    monkeypatch.setattr(rtl_latency, "__file__", str(tmp_path / "rtl_latency.py"))
+    slower = re.sub(r"F64_(DIV|MUL)_CYCLES = \d+", r"F64_\1_CYCLES = 99", rtl)
+    (tmp_path / "latency.svh").write_text(slower, encoding="utf-8")
+    read = rtl_latency.rtl_latencies()["f64"]
+    assert {name for name, entry in read.items() if entry["value"] == 99} == {
+        "mul_cycles", "div_cycles", "div_interval_cycles",
+    }  # fmt: skip
+    (tmp_path / "latency.svh").write_text(rtl.replace("F32_SQRT_CYCLES", "F32_ROOT_CYCLES"), encoding="utf-8")
+    with pytest.raises(PlatformError, match="`F32_SQRT_CYCLES` is missing"):
+        rtl_latency.rtl_latencies()
 
 
 def test_corners_move_every_band_and_nothing_else() -> None:

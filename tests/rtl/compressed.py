@@ -48,7 +48,10 @@ class Compressor:
 
     @property
     def line_bits(self) -> int:
-        return 32 * self.machine.lanes
+        machine = self.machine
+        a_bits = machine.address_bits
+        item = 2 + machine.lanes * (4 * a_bits + 8) + machine.dividers * (3 * a_bits + 2)
+        return 32 * max(machine.lanes, -(-item // 96))
 
     def segment(self, slots: Sequence[Slot], words: int) -> tuple[list[int], int]:
         """Lines, and the frozen cycles of their delivery."""

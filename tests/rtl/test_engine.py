@@ -23,6 +23,7 @@ from tests.rtl.verilator import require_verilator
 SMALL = Machine(lanes=2, banks=8, address_bits=10)
 SINGLE = Machine(fp=32, lanes=1, banks=4, address_bits=10)
 WIDE = Machine(lanes=4, dividers=2, banks=16, address_bits=10)
+LONG = Machine(fp=32, lanes=1, dividers=2, banks=4, address_bits=15)
 MACHINES = {"2 lanes, 8 banks": SMALL, "1 lane, 4 banks, f32": SINGLE, "4 lanes, 2 dividers, 16 banks": WIDE}
 ONE = 0x3FF0_0000_0000_0000
 
@@ -60,7 +61,9 @@ def test_in_order_programs_with_gaps_take_the_modelled_cycles(machine: Machine, 
     assert {name: answer for name, answer in answers.items() if not answer.good} == {}
 
 
-@pytest.mark.parametrize("machine", [SINGLE, WIDE], ids=["1 lane, f32", "4 lanes, 2 dividers"])
+@pytest.mark.parametrize(
+    "machine", [SINGLE, LONG, WIDE], ids=["1 lane", "1 lane, 64-bit lines", "4 lanes, 2 dividers"]
+)
 def test_compressed_programs_take_the_frozen_cycles_of_their_fetch(machine: Machine, tmp_path: Path) -> None:
     require_verilator()
     case = Case(machine, "compressed")

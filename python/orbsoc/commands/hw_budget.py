@@ -16,7 +16,7 @@ def budget(
     device: options.DeviceOption = "zu9eg",
     partition: options.PartitionOption = "paper",
     settings: options.SetOption = None,
-    exact: options.ExactOption = False,
+    exact: options.ExactOption = None,
     out: options.OutOption = None,
     as_json: options.JsonOption = False,
 ) -> None:

@@ -20,7 +20,7 @@ def explain(
     workload: options.WorkloadArgument,
     a: Annotated[str, typer.Argument(help=f"{_FORM}, e.g. zu9eg:paper", metavar="A")],
     b: Annotated[str, typer.Argument(help=f"{_FORM}, e.g. zu9eg:paper:pl.lanes=8", metavar="B")],
-    exact: options.ExactOption = False,
+    exact: options.ExactOption = None,
     out: options.OutOption = None,
     as_json: options.JsonOption = False,
 ) -> None:

@@ -40,9 +40,11 @@ OutOption = Annotated[
     Path | None, typer.Option(help="output folder; out/hw-COMMAND by default", metavar="DIR")
 ]
 ExactOption = Annotated[
-    bool,
+    bool | None,
     typer.Option(
-        "--exact", help="schedule every segment, equal to the RTL, instead of estimating its cycles"
+        "--exact/--estimate",
+        help="cycles of segments from schedules, equal to the RTL, or estimated; schedules unless there is only a trace",
+        show_default=False,
     ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="print the JSON document on standard output")]
@@ -72,16 +74,17 @@ def parsed_settings(settings: Sequence[str] | None) -> dict[str, Any]:
     return found
 
 
-def stage_cycles(workload: Workload, *, exact: bool = False) -> StageCycles:
-    """Where the cycles of this workload's segments come from: the estimate, or exact schedules of its problems.
+def stage_cycles(workload: Workload, *, exact: bool | None = None) -> StageCycles:
+    """Where the cycles of this workload's segments come from: exact schedules of its problems, or the estimate.
 
-    Raises WorkloadError when schedules are asked for and there is only a trace.
+    None: schedules, unless there is only a trace. Raises WorkloadError when schedules are asked for and there is only
+    a trace.
     """
     from hw_model.stage_cycles import estimated
     from orbsoc.exact_cycles import exact_cycles
     from orbsoc.workload import WorkloadError
 
-    if not exact:
+    if exact is False or (exact is None and not workload.problems):
         return estimated
     if not workload.problems:
         raise WorkloadError(

@@ -14,6 +14,7 @@ from orbsoc.commands.ending import spoken
 if TYPE_CHECKING:
     from hw_model import Platform
     from hw_model.split_verdict import Verdict
+    from hw_model.stage_cycles import StageCycles
     from hw_model.study import Point, Study
     from orbsoc.workload import Workload
 
@@ -24,6 +25,7 @@ def partition(
     lanes: Annotated[str, typer.Option(help="lane counts, joined by commas")] = "1,2,4,8,16",
     clocks: Annotated[str, typer.Option(help="PL clocks in MHz, joined by commas")] = "100,150,200",
     settings: options.SetOption = None,
+    exact: options.ExactOption = None,
     out: options.OutOption = None,
     as_json: options.JsonOption = False,
 ) -> None:
@@ -35,7 +37,8 @@ def partition(
 
         computers = _computers(devices, lanes, clocks, settings)
         record = load_workload(workload)
-        study = Study(record.trace, options.stage_cycles(record))
+        cycles = options.stage_cycles(record, exact=exact)
+        study = Study(record.trace, cycles)
         points = _priced(study, computers)
         front, found = pareto(points), verdicts(points)
         document = _document(record, computers, points, front, found)
@@ -48,7 +51,7 @@ def partition(
                 "pareto.csv": options.as_csv_text([point.row() for point in front]),
             },
         )
-        _draw(record, computers, points, front, folder)
+        _draw(record, cycles, computers, points, front, folder)
         options.say(_words(record, points, front, found), document, folder, as_json=as_json)
 
 
@@ -123,7 +126,12 @@ def _words(record: Workload, points: list[Point], front: list[Point], found: lis
 
 
 def _draw(
-    record: Workload, computers: list[Platform], points: list[Point], front: list[Point], folder: Path
+    record: Workload,
+    cycles: StageCycles,
+    computers: list[Platform],
+    points: list[Point],
+    front: list[Point],
+    folder: Path,
 ) -> None:
     """pareto.png of all; speedup.png of the shipped partitions and the fastest; amdahl.png, roofline.png of one device."""
     from hw_model.figure import speedup_figure
@@ -133,7 +141,6 @@ def _draw(
     from hw_model.study_figures import amdahl_figure, pareto_figure, roofline_figure
 
     pareto_figure(points, front, folder / "pareto.png")
-    cycles = options.stage_cycles(record)
     paper = load_partition("paper")
     rates = sorted({machine.pl.clock_mhz.value for machine in computers})
     middle = [machine for machine in computers if machine.pl.clock_mhz.value == rates[len(rates) // 2]]

@@ -31,7 +31,7 @@ def run(
     """
     with spoken(as_json):
         from orbsoc.pl_figure import utilisation_figure
-        from orbsoc.pl_program import pl_program
+        from orbsoc.pl_program import KKT_SOLVES, pl_program
         from orbsoc.workload import load_workload
 
         record = load_workload(workload)
@@ -40,6 +40,7 @@ def run(
         machine = options.computer(device, settings)
         engine = _engine(machine, lanes, banks, fp)
         programs = [pl_program(problem, None, engine) for problem in record.problems]
+        streams = [pl_program(problem, None, engine, KKT_SOLVES) for problem in record.problems]
         folder = out or Path("out") / f"hw-run-{record.name}"
         document = {
             "schema": "orbsoc.hw-run/1",
@@ -47,6 +48,7 @@ def run(
             "device": machine.name,
             "clock_mhz": machine.pl.clock_mhz.value,
             "patterns": [program.document() for program in programs],
+            "kkt_solves": [stream.document() for stream in streams],
         }
         rows = [
             {"pattern": p} | _row(program, name)
@@ -56,7 +58,11 @@ def run(
         files = {"run.json": options.as_json_text(document), "run.csv": options.as_csv_text(rows)}
         options.write_all(folder, files)
         utilisation_figure(programs[0], folder / "utilisation.png")
-        words = [line for program in programs for line in _table(program, machine)]
+        words = [
+            line
+            for program, stream in zip(programs, streams, strict=True)
+            for line in (*_table(program, machine), _of_stream(stream))
+        ]
         options.say(words, document, folder, as_json=as_json)
 
 
@@ -94,7 +100,7 @@ def _table(program: PlProgram, machine: Platform) -> list[str]:
     """The program in words: modules, then segments, then what it takes to store."""
     engine, segments = program.engine, list(program.segments.values())
     flat = sum(segment.flat_bits for segment in segments)
-    stored = [segment.compressed_bits for segment in segments if segment.compressed_bits is not None]
+    stored = sum(segment.compressed_bits for segment in segments)
     lines = [
         f"modelled, equal to the RTL cycle for cycle: f{engine.fp}, {engine.lanes} lanes, {engine.dividers} divider(s),"
         f" {engine.banks} banks, PL at {machine.pl.clock_mhz.value:g} MHz",
@@ -112,13 +118,17 @@ def _table(program: PlProgram, machine: Platform) -> list[str]:
                 f"  {segment.bottleneck:10s} {100 * segment.lower_bound / segment.cycles:5.0f} %"
                 f" {100 * segment.utilisation:4.0f} %  {', '.join(shares)}"
             )
-    smaller = (
-        f"{sum(stored) / 1e6:.2f} Mbit compressed ({flat / sum(stored):.1f} times less)"
-        if stored
-        else "which this engine cannot compress"
-    )
     lines.append(
         f"storage {program.home_words} words of buffers and literals, 2^{engine.address_bits} with temporaries;"
-        f" microcode {flat / 1e6:.2f} Mbit flat, {smaller}"
+        f" microcode {flat / 1e6:.2f} Mbit flat, {stored / 1e6:.2f} Mbit compressed ({flat / stored:.1f} times less)"
     )
     return lines
+
+
+def _of_stream(program: PlProgram) -> str:
+    """Factorization and two substitutions, had they one segment."""
+    (segment,) = program.segments.values()
+    return (
+        f"factorization and two substitutions as one stream: {segment.cycles} cycles, lanes used"
+        f" {100 * segment.utilisation:.1f} %, {segment.operations} operations"
+    )

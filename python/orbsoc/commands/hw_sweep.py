@@ -22,6 +22,7 @@ def sweep(
         Path | None,
         typer.Argument(help="what to price; else the sweep file's `workload`", metavar="WORKLOAD"),
     ] = None,
+    exact: options.ExactOption = None,
     out: options.OutOption = None,
     as_json: options.JsonOption = False,
 ) -> None:
@@ -34,7 +35,7 @@ def sweep(
 
         chosen = load_sweep(file)
         record = load_workload(_workload(chosen, workload, file))
-        points = run(record.trace, chosen, Study(record.trace, options.stage_cycles(record)))
+        points = run(record.trace, chosen, Study(record.trace, options.stage_cycles(record, exact=exact)))
         front = pareto(points)
         first = {machine.name: machine for machine, _ in computers(chosen)}
         document = {

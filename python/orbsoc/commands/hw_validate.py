@@ -14,7 +14,6 @@ from orbsoc.commands.ending import FAILED, spoken
 from orbsoc.commands.hw_validate_solve import validate_solves
 
 if TYPE_CHECKING:
-    from orbsoc.problem import Problem
     from orbsoc.rtl_validation import Outcome
 
 
@@ -36,14 +35,27 @@ def validate(
     Exit codes: 0 all equal, 1 any difference, 2 no RTL or no Verilator.
     """
     with spoken(as_json):
-        from orbsoc.rtl_validation import all_points, problems, quick_points, rtl_folder, summary
+        from orbsoc.rtl_validation import (
+            all_points,
+            kkt_points,
+            mission_004,
+            problems,
+            quick_points,
+            rtl_folder,
+            summary,
+        )
         from orbsoc.rtl_validation import validate as compare
 
         folder, where = rtl_folder(rtl), out or Path("out") / "hw-validate"
         if solve:
             validate_solves(folder, where, quick=quick, as_json=as_json)
-        named = problems(_mission_004(folder.parent / "scenarios" / "rec1.toml"))
+        scenario = folder.parent / "scenarios" / "rec1.toml"
+        named = problems(mission_004(scenario, free_perigee=False))
         points = (quick_points if quick else all_points)(tuple(named))
+        free = mission_004(scenario, free_perigee=True)
+        if free is not None and not quick:
+            named["mission 004 C, N = 12"] = free
+            points += kkt_points("mission 004 C, N = 12")
         outcomes: list[Outcome] = []
         for done, found in enumerate(compare(folder, points, named), start=1):
             outcomes += found
@@ -69,20 +81,12 @@ def validate(
         raise typer.Exit(0 if equal else FAILED)
 
 
-def _mission_004(scenario: Path) -> Problem | None:
-    """The first subproblem of rec1, N = 12; none where the scenario is not at hand."""
-    if not scenario.is_file():
-        return None
-    from orbsoc.workload import load_workload
-
-    return load_workload(scenario).problems[0]
-
-
 def _title(point: Any) -> str:
     engine = point.engine
     gaps = f" level {point.level}" if point.format == "in_order" else ""
+    what = point.stream.name if point.stream else point.module
     return (
-        f"{point.module} of {point.problem!r}, f{engine.fp}, {engine.lanes} lanes, {engine.banks} banks,"
+        f"{what} of {point.problem!r}, f{engine.fp}, {engine.lanes} lanes, {engine.banks} banks,"
         f" {point.format}{gaps}"
     )
 

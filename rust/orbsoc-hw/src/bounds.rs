@@ -20,7 +20,7 @@ pub struct Bounds {
 
 impl Bounds {
     /// Bounds of a graph on an engine, start and end of a segment included.
-    pub fn new(graph: &Graph, configuration: &Configuration) -> Self {
+    pub(crate) fn new(graph: &Graph, edges: &Edges, configuration: &Configuration) -> Self {
         let timing = configuration.timing();
         let around = timing.startup + timing.finish;
         let on_dividers = || graph.nodes.iter().filter(|node| node.code.on_divider());
@@ -31,7 +31,7 @@ impl Bounds {
         let tail = |count: u32| if count == 0 { 0 } else { count + after(timing.simple) };
         Self {
             issue: around + tail(lanes.div_ceil(configuration.lanes as u32)),
-            dependency: around + Edges::new(graph, configuration).longest(),
+            dependency: around + edges.longest(),
             divider: around
                 + busy.div_ceil(configuration.dividers as u32)
                 + if busy > 0 { after(1) } else { 0 },

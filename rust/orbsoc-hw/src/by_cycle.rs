@@ -1,9 +1,10 @@
 //! List scheduling cycle by cycle, lane by lane: a lane goes on with the run that it is in; a lane without one takes
 //! the most urgent operation that is ready. Runs keep neighbours together: they meet fewer conflicts, and compress.
 
+use crate::calendar::Calendar;
 use crate::placement::Placement;
+use crate::ready::Ready;
 use crate::vectors::Vectors;
-use std::collections::{BTreeMap, BinaryHeap};
 
 /// Operations that a lane without a run tries in a cycle.
 const TRIES: usize = 12;
@@ -33,10 +34,11 @@ struct Walk<'a> {
     waiting: Vec<u32>,
     waits: Vec<u32>,
     is_ready: Vec<bool>,
-    ready: BinaryHeap<(i64, u32)>,
-    divisions: BinaryHeap<(i64, u32)>,
+    /// Ranks by urgency: of operations for lanes, of those for dividers.
+    ready: Ready,
+    divisions: Ready,
     /// Nodes by the cycle in which they become ready.
-    calendar: BTreeMap<u32, Vec<u32>>,
+    calendar: Calendar,
     lanes: Vec<Lane>,
     /// Placed, their readers not yet told.
     placed: Vec<u32>,
@@ -48,7 +50,8 @@ impl<'a> Walk<'a> {
     fn new(placement: Placement<'a>, patience: u32) -> Self {
         let (first, waiting, waits) = placement.edges.waiting();
         let nodes = waits.len();
-        let at_once = (0..nodes as u32).filter(|&k| waits[k as usize] == 0).collect();
+        let mut calendar = Calendar::new(nodes);
+        (0..nodes as u32).filter(|&k| waits[k as usize] == 0).for_each(|k| calendar.add(0, k));
         Self {
             vectors: Vectors::new(placement.graph),
             patience,
@@ -56,9 +59,9 @@ impl<'a> Walk<'a> {
             waiting,
             waits,
             is_ready: vec![false; nodes],
-            ready: BinaryHeap::new(),
-            divisions: BinaryHeap::new(),
-            calendar: BTreeMap::from([(0, at_once)]),
+            ready: Ready::new(nodes),
+            divisions: Ready::new(nodes),
+            calendar,
             lanes: vec![Lane::default(); placement.configuration.lanes],
             placed: Vec::new(),
             now: 0,
@@ -69,21 +72,21 @@ impl<'a> Walk<'a> {
 
     /// Fill one cycle, or as much of it as can be before more becomes ready within it.
     fn cycle(&mut self) {
-        while let Some(due) = self.calendar.remove(&self.now) {
-            for k in due {
+        while self.calendar.is_due(self.now) {
+            for k in self.calendar.take(self.now) {
                 self.welcome(k);
             }
             self.tell();
         }
         self.divide();
-        let idle: Vec<usize> = (0..self.lanes.len()).filter(|&lane| !self.go_on(lane)).collect();
-        let mut aside = Vec::new();
-        for lane in idle {
-            self.begin(lane, &mut aside);
+        let idle = (0..self.lanes.len()).filter(|&lane| !self.go_on(lane)).fold(0u32, |all, k| all | 1 << k);
+        // What one lane was refused, the others do not try.
+        let mut from = 0;
+        for lane in (0..self.lanes.len()).filter(|lane| idle >> lane & 1 == 1) {
+            from = self.begin(lane, from);
         }
-        self.ready.extend(aside);
         self.tell();
-        if !self.calendar.contains_key(&self.now) {
+        if !self.calendar.is_due(self.now) {
             self.now += 1;
         }
     }
@@ -93,25 +96,26 @@ impl<'a> Walk<'a> {
     fn welcome(&mut self, k: u32) {
         let code = self.placement.graph.nodes[k as usize].code;
         let timing = self.placement.configuration.timing();
-        let urgency = self.placement.edges.urgency(k);
+        let rank = self.placement.edges.rank(k);
         if code.on_divider() {
-            self.divisions.push((urgency, k));
+            self.divisions.insert(rank);
         } else if timing.latency(code) == timing.simple && self.vectors.is_alone(k) {
             self.placement.place_from(k, self.now);
             self.placed.push(k);
         } else {
             self.is_ready[k as usize] = true;
-            self.ready.push((urgency, k));
+            self.ready.insert(rank);
         }
     }
 
     fn divide(&mut self) {
-        while let Some(&(_, k)) = self.divisions.peek() {
+        while let Some(rank) = self.divisions.next(0) {
+            let k = self.placement.edges.of_rank(rank);
             if !self.placement.divider_free(k, self.now) {
                 self.placement.accounts.divider_wait(self.now, self.now + 1);
                 return;
             }
-            self.divisions.pop();
+            self.divisions.remove(rank);
             self.placement.place_from(k, self.now);
             self.placed.push(k);
         }
@@ -133,26 +137,24 @@ impl<'a> Walk<'a> {
         self.lanes[lane].held <= self.patience
     }
 
-    /// Give a lane the most urgent operation that it can take.
-    fn begin(&mut self, lane: usize, aside: &mut Vec<(i64, u32)>) {
+    /// Give a lane the most urgent operation from a rank on that it can take; the rank after those tried.
+    fn begin(&mut self, lane: usize, mut from: u32) -> u32 {
         self.lanes[lane].held = 0;
-        let mut tries = 0;
-        while tries < TRIES {
-            let Some((urgency, k)) = self.ready.pop() else { return };
-            if self.placement.is_placed(k) {
-                continue;
-            }
-            tries += 1;
+        for _ in 0..TRIES {
+            let Some(rank) = self.ready.next(from) else { break };
+            from = rank + 1;
+            let k = self.placement.edges.of_rank(rank);
             if self.placement.try_place(k, self.now, 1 << lane).is_ok() {
                 self.take(lane, k);
-                return;
+                break;
             }
-            aside.push((urgency, k));
         }
+        from
     }
 
     fn take(&mut self, lane: usize, k: u32) {
         self.lanes[lane] = Lane { last: Some(k), held: 0 };
+        self.ready.remove(self.placement.edges.rank(k));
         self.placed.push(k);
     }
 
@@ -165,7 +167,7 @@ impl<'a> Walk<'a> {
                 self.waits[reader as usize] -= 1;
                 if self.waits[reader as usize] == 0 {
                     let when = self.placement.ready(reader).max(self.now);
-                    self.calendar.entry(when).or_default().push(reader);
+                    self.calendar.add(when, reader);
                 }
             }
         }

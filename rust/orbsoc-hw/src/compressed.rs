@@ -37,11 +37,8 @@ pub struct CompressedSegment {
 
 impl Compressed {
     /// Compress schedules of one engine.
-    ///
-    /// # Errors
-    /// [`Error::Configuration`] if an item may be longer than the decoder's buffer.
-    pub fn new(schedules: &[&Schedule], configuration: &Configuration) -> Result<Self, Error> {
-        let format = Self::format(configuration)?;
+    pub fn new(schedules: &[&Schedule], configuration: &Configuration) -> Self {
+        let format = Format::new(configuration);
         let mut wishes = HashMap::new();
         for schedule in schedules {
             let mut lanes = vec![Kept::default(); format.lanes];
@@ -57,30 +54,7 @@ impl Compressed {
         for schedule in schedules {
             this.append(schedule, configuration);
         }
-        Ok(this)
-    }
-
-    fn format(configuration: &Configuration) -> Result<Format, Error> {
-        let timing = configuration.timing();
-        let format = Format {
-            lanes: configuration.lanes,
-            dividers: configuration.dividers,
-            address_bits: configuration.address_bits as usize,
-            short_bits: timing.short_bits as usize,
-            template_bits: timing.template_bits as usize,
-        };
-        let lane = 1 + format.template_bits + 4 * format.address_bits;
-        let longest = 2 + format.lanes * lane + format.dividers * (2 + 3 * format.address_bits);
-        // A fuller buffer is not filled up any more: what is longer would wait for ever.
-        if longest > 3 * format.fetch() {
-            let (field, value) = ("address_bits", u64::from(configuration.address_bits));
-            return Err(Error::Configuration {
-                field,
-                value,
-                allowed: "what lets every item fit into three lines of compressed microcode",
-            });
-        }
-        Ok(format)
+        this
     }
 
     /// Bits of microcode in use, without the table.

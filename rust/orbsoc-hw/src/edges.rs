@@ -12,6 +12,11 @@ pub(crate) struct Edges {
     from: Vec<Wait>,
     /// Cycles from a node's issue until the last result that depends on it is in storage.
     pub path: Vec<u32>,
+    /// Nodes from the most urgent on, and the place of each among them: first who has the longest way to the end, and
+    /// of equal ways the earlier one in the kernel. Urgency decreases along every edge, since ways get shorter (or, from
+    /// a word's reader to its overwriter, at least not longer) and numbers higher.
+    order: Vec<u32>,
+    rank: Vec<u32>,
 }
 
 impl Edges {
@@ -50,7 +55,14 @@ impl Edges {
                 path[source as usize] = path[source as usize].max(through);
             }
         }
-        Self { first, from, path }
+        // Key and node in one number sort fastest.
+        let key = |k: u32| u64::from(u32::MAX - path[k as usize]) << 32 | u64::from(k);
+        let mut keys: Vec<u64> = (0..nodes.len() as u32).map(key).collect();
+        keys.sort_unstable();
+        let order: Vec<u32> = keys.into_iter().map(|key| key as u32).collect();
+        let mut rank = vec![0; nodes.len()];
+        order.iter().zip(0..).for_each(|(&k, place)| rank[k as usize] = place);
+        Self { first, from, path, order, rank }
     }
 
     /// Whom a node waits for.
@@ -58,12 +70,19 @@ impl Edges {
         &self.from[self.first[k as usize] as usize..self.first[k as usize + 1] as usize]
     }
 
-    /// Who goes first: the longest way to the end, but of two ways about as long the earlier one in the kernel, which
-    /// finishes what it began: that is the order in which pivots free most work. Decreases along every edge, since
-    /// ways get shorter and numbers higher.
-    pub fn urgency(&self, k: u32) -> i64 {
-        const NODES_PER_CYCLE: i64 = 32;
-        NODES_PER_CYCLE * i64::from(self.path[k as usize]) - i64::from(k)
+    /// Nodes from the most urgent on.
+    pub fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// A node's place in that order.
+    pub fn rank(&self, k: u32) -> u32 {
+        self.rank[k as usize]
+    }
+
+    /// The node in a place of that order.
+    pub fn of_rank(&self, rank: u32) -> u32 {
+        self.order[rank as usize]
     }
 
     /// Nodes that wait for each node, as the start of each node's list and the lists; and how many it waits for.

@@ -63,40 +63,56 @@ impl Graph {
         graph
     }
 
-    /// The node that last writes each home.
-    fn writers(&self) -> HashMap<u32, u32> {
-        let homes = self.nodes.iter().enumerate();
-        homes.filter_map(|(k, node)| node.home.map(|home| (home, k as u32))).collect()
+    /// Words that the graph reads or writes at fixed addresses lie below this.
+    fn words(&self) -> usize {
+        let fixed = |operand: &Option<Operand>| match operand {
+            Some(Operand::Fixed(address)) => address + 1,
+            _ => 0,
+        };
+        let of = |node: &Node| {
+            let read = node.operands.iter().map(fixed).max().unwrap_or(0);
+            read.max(node.home.map_or(0, |home| home + 1))
+        };
+        self.nodes.iter().map(of).max().unwrap_or(0) as usize
     }
 
-    /// Readers of each fixed address that is overwritten.
-    fn readers(&self, writers: &HashMap<u32, u32>) -> HashMap<u32, Vec<u32>> {
-        let mut readers: HashMap<u32, Vec<u32>> = HashMap::new();
-        for (k, node) in self.nodes.iter().enumerate() {
+    /// Whoever reads words that `overwritten` names: word, reader; sorted.
+    fn readers(&self, overwritten: &[Option<u32>]) -> Vec<(u32, u32)> {
+        let mut readers = Vec::new();
+        for (node, k) in self.nodes.iter().zip(0..) {
             for operand in node.operands.iter().flatten() {
-                if let Operand::Fixed(address) = operand {
-                    if writers.contains_key(address) {
-                        readers.entry(*address).or_default().push(k as u32);
+                match operand {
+                    Operand::Fixed(address) if overwritten[*address as usize].is_some() => {
+                        readers.push((*address, k));
                     }
+                    _ => {}
                 }
             }
         }
+        readers.sort_unstable();
+        readers.dedup();
         readers
     }
 
     /// Let the partial results of a chain of sums live where its end does: a word's old content that only the head of
     /// the chain reads is free from there on.
     fn inherit_homes(&mut self) {
-        let writers = self.writers();
+        let mut writers = vec![None; self.words()];
+        for (node, k) in self.nodes.iter().zip(0..) {
+            if let Some(home) = node.home {
+                writers[home as usize] = Some(k);
+            }
+        }
         let readers = self.readers(&writers);
-        for (&home, &last) in &writers {
+        for (home, last) in writers.into_iter().enumerate().filter_map(|(w, k)| k.map(|k| (w as u32, k))) {
             let mut chain = vec![last];
             while let Some(previous) = self.sole_accumulator(chain[chain.len() - 1]) {
                 chain.push(previous);
             }
             let head = chain[chain.len() - 1];
-            let old = readers.get(&home).map_or(&[][..], Vec::as_slice);
-            if old.iter().all(|&reader| reader == head) {
+            let from = readers.partition_point(|&(word, _)| word < home);
+            if readers[from..].iter().take_while(|(word, _)| *word == home).all(|&(_, reader)| reader == head)
+            {
                 for k in chain {
                     self.nodes[k as usize].home = Some(home);
                 }
@@ -116,18 +132,16 @@ impl Graph {
     }
 
     fn find_overwrites(&mut self) {
-        let mut first: HashMap<u32, u32> = HashMap::new();
-        for (k, node) in self.nodes.iter().enumerate() {
+        let mut first: Vec<Option<u32>> = vec![None; self.words()];
+        for (node, k) in self.nodes.iter().zip(0..) {
             if let Some(home) = node.home {
-                first.entry(home).or_insert(k as u32);
+                first[home as usize].get_or_insert(k);
             }
         }
-        for (home, mut readers) in self.readers(&first) {
-            let writer = first[&home];
-            readers.dedup();
-            let before = readers.into_iter().filter(|&reader| reader != writer);
-            self.overwrites.extend(before.map(|reader| (reader, writer)));
-        }
+        let pairs = self.readers(&first).into_iter().filter_map(|(word, reader)| {
+            first[word as usize].filter(|&writer| writer != reader).map(|writer| (reader, writer))
+        });
+        self.overwrites = pairs.collect();
         self.overwrites.sort_unstable();
     }
 }

@@ -56,6 +56,11 @@ impl Layout {
         self.words
     }
 
+    /// Words of a buffer, whether some segment touches them or not.
+    pub fn words_of(&self, buffer: Buffer) -> usize {
+        self.homes[buffer as usize].len()
+    }
+
     /// The address of a buffer's word; none if no segment touches it.
     pub fn home(&self, buffer: Buffer, index: u32) -> Option<u32> {
         self.homes[buffer as usize].get(index as usize).copied().flatten()

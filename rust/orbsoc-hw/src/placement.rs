@@ -20,6 +20,24 @@ pub(crate) struct Place {
     pub swapped: bool,
 }
 
+/// Nodes in the order of cycles, and of lanes, then dividers, within one.
+pub(crate) fn in_order(places: &[Place]) -> Vec<u32> {
+    let words = places.iter().map(|place| place.cycle as usize + 1).max().unwrap_or(0);
+    let mut first = vec![0u32; words + 1];
+    places.iter().for_each(|place| first[place.cycle as usize + 1] += 1);
+    (0..words).for_each(|cycle| first[cycle + 1] += first[cycle]);
+    let (mut next, mut order) = (first.clone(), vec![0u32; places.len()]);
+    for (place, k) in places.iter().zip(0..) {
+        order[next[place.cycle as usize] as usize] = k;
+        next[place.cycle as usize] += 1;
+    }
+    let unit = |k: u32| (places[k as usize].code.on_divider(), places[k as usize].unit);
+    for word in first.windows(2) {
+        order[word[0] as usize..word[1] as usize].sort_unstable_by_key(|&k| unit(k));
+    }
+    order
+}
+
 /// All lanes, for operations that stand alone.
 pub(crate) const ANY_LANE: u32 = u32::MAX;
 

@@ -1,6 +1,5 @@
 //! Every segment of a pattern on one engine.
 
-use crate::bounds::Bounds;
 use crate::compressed::Compressed;
 use crate::configuration::Configuration;
 use crate::error::Error;
@@ -8,19 +7,30 @@ use crate::graph::Graph;
 use crate::layout::Layout;
 use crate::microcode::{flat, Microcode};
 use crate::schedule::{schedule, Aim, Schedule};
-use orbsoc::{Recording, Stage};
+use orbsoc::{Buffer, Recording, Stage, Tape};
 
-/// A stage of a PL module, scheduled.
+/// A stage of a PL module, scheduled, or several as one stream.
 #[derive(Clone, Debug)]
 pub struct Segment {
-    /// The stage.
+    /// The stage, or the first of them.
     pub stage: Stage,
+    /// Those that follow it in the stream.
+    pub then: Vec<Stage>,
+    /// The buffers that it leaves as its stages do; none: all of them.
+    pub leaves: Option<Vec<Buffer>>,
     /// Its first word of microcode.
     pub start: usize,
-    /// Lower bounds of its cycles.
-    pub bounds: Bounds,
     /// Its cycles.
     pub schedule: Schedule,
+}
+
+impl Segment {
+    /// Names of its stages.
+    pub fn name(&self) -> String {
+        let names: Vec<&str> =
+            core::iter::once(self.stage).chain(self.then.iter().copied()).map(Stage::name).collect();
+        names.join("_")
+    }
 }
 
 /// A pattern's segments, one after the other in microcode memory, on one layout of the storage.
@@ -50,20 +60,54 @@ impl Program {
     pub fn with_aim(recording: &Recording, configuration: &Configuration, aim: Aim) -> Result<Self, Error> {
         configuration.validate()?;
         let layout = Layout::new(recording, configuration)?;
-        let mut start = 0;
-        let mut segments = Vec::with_capacity(recording.tapes.len());
+        let mut program = Self { configuration: *configuration, layout, segments: Vec::new() };
         for tape in &recording.tapes {
-            let graph = Graph::new(tape, &layout);
-            let schedule = schedule(tape.stage.name(), &graph, &layout, configuration, aim)?;
-            let bounds = Bounds::new(&graph, configuration);
-            let words = schedule.words as usize;
-            segments.push(Segment { stage: tape.stage, start, bounds, schedule });
-            start += words;
+            program.append(tape, aim)?;
         }
-        if start > configuration.microcode_words {
-            return Err(Error::Microcode { needed: start, available: configuration.microcode_words });
+        Ok(program)
+    }
+
+    /// Schedule some stages as one stream, so that each may begin while those before it still run: a program of this
+    /// one segment, on the layout of all. With `leaves`, only as much of it as makes the words of these buffers.
+    ///
+    /// # Errors
+    /// As [`Program::new`]; [`Error::NoSegment`] for a stage of the processing system, or for no stage.
+    pub fn joined(
+        recording: &Recording,
+        configuration: &Configuration,
+        aim: Aim,
+        stages: &[Stage],
+        leaves: Option<&[Buffer]>,
+    ) -> Result<Self, Error> {
+        configuration.validate()?;
+        let none = |stage: &str| Error::NoSegment { stage: stage.to_owned() };
+        let tape = |stage: Stage| recording.tape(stage).ok_or_else(|| none(stage.name()));
+        let (&first, then) = stages.split_first().ok_or_else(|| none(""))?;
+        let mut joined = tape(first)?.clone();
+        for &stage in then {
+            joined = joined.then(tape(stage)?);
         }
-        Ok(Self { configuration: *configuration, layout, segments })
+        if let Some(buffers) = leaves {
+            joined = joined.leaving(buffers);
+        }
+        let layout = Layout::new(recording, configuration)?;
+        let mut program = Self { configuration: *configuration, layout, segments: Vec::new() };
+        program.append(&joined, aim)?;
+        program.segments[0].then = then.to_vec();
+        program.segments[0].leaves = leaves.map(<[Buffer]>::to_vec);
+        Ok(program)
+    }
+
+    fn append(&mut self, tape: &Tape, aim: Aim) -> Result<(), Error> {
+        let start = self.segments.last().map_or(0, |last| last.start + last.schedule.words as usize);
+        let graph = Graph::new(tape, &self.layout);
+        let schedule = schedule(tape.stage.name(), &graph, &self.layout, &self.configuration, aim)?;
+        let (needed, available) = (start + schedule.words as usize, self.configuration.microcode_words);
+        if needed > available {
+            return Err(Error::Microcode { needed, available });
+        }
+        self.segments.push(Segment { stage: tape.stage, then: Vec::new(), leaves: None, start, schedule });
+        Ok(())
     }
 
     /// The segment of a stage.
@@ -76,10 +120,7 @@ impl Program {
     }
 
     /// Compressed microcode of all segments, in their order.
-    ///
-    /// # Errors
-    /// As [`Compressed::new`].
-    pub fn compressed(&self) -> Result<Compressed, Error> {
+    pub fn compressed(&self) -> Compressed {
         let schedules: Vec<&Schedule> = self.segments.iter().map(|segment| &segment.schedule).collect();
         Compressed::new(&schedules, &self.configuration)
     }

@@ -2,6 +2,7 @@
 
 use crate::code::Code;
 use crate::configuration::Configuration;
+use crate::intervals::Intervals;
 
 /// Why an operation whose operands are there cannot be issued in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,11 +19,8 @@ pub(crate) struct Read {
     pub bank: u8,
 }
 
-/// Reads of one cycle in one replica: at most one value a bank.
-type Ports = Vec<Read>;
-
 /// One cycle's reservations.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Cycle {
     /// Lanes in which an operation begins.
     lanes: u32,
@@ -30,8 +28,8 @@ struct Cycle {
     results: u32,
     /// Banks written by results that appear in this cycle.
     writes: u64,
-    dividers: u32,
-    reads: [Ports; 3],
+    /// Banks read in each replica.
+    reads: [u64; 3],
 }
 
 /// The reservations of a segment. Operations may be placed in any order.
@@ -39,6 +37,10 @@ struct Cycle {
 pub(crate) struct Reservation {
     configuration: Configuration,
     cycles: Vec<Cycle>,
+    /// What is read: of each cycle and replica as many words as there are units, filled from the first on.
+    words: Vec<u32>,
+    units: usize,
+    dividers: Vec<Intervals>,
     /// The first cycle from each on that is worth a try.
     open: Vec<u32>,
     refusals: Vec<u8>,
@@ -49,13 +51,22 @@ const PATIENCE: u8 = 12;
 
 impl Reservation {
     pub fn new(configuration: &Configuration) -> Self {
-        Self { configuration: *configuration, cycles: Vec::new(), open: Vec::new(), refusals: Vec::new() }
+        Self {
+            configuration: *configuration,
+            cycles: Vec::new(),
+            words: Vec::new(),
+            units: configuration.lanes + configuration.dividers,
+            dividers: vec![Intervals::default(); configuration.dividers],
+            open: Vec::new(),
+            refusals: Vec::new(),
+        }
     }
 
     fn at(&mut self, cycle: u32) -> &mut Cycle {
         let cycle = cycle as usize;
         if cycle >= self.cycles.len() {
-            self.cycles.resize_with(2 * cycle + 64, Cycle::default);
+            self.cycles.resize(2 * cycle + 64, Cycle::default());
+            self.words.resize(3 * self.units * self.cycles.len(), 0);
         }
         &mut self.cycles[cycle]
     }
@@ -95,11 +106,28 @@ impl Reservation {
 
     /// Whether all of these reads have a port, operand by operand.
     pub fn may_read(&mut self, cycle: u32, operands: &[Option<Read>; 3]) -> bool {
-        let ports = &self.at(cycle).reads;
-        let free = |(read, ports): (&Option<Read>, &Ports)| {
-            read.is_none_or(|read| ports.iter().all(|other| other.bank != read.bank || *other == read))
-        };
-        operands.iter().zip(ports).all(free)
+        let banks = self.at(cycle).reads;
+        (0..3).all(|replica| {
+            operands[replica].is_none_or(|read| {
+                banks[replica] >> read.bank & 1 == 0 || self.is_read(cycle, replica, read.value)
+            })
+        })
+    }
+
+    /// Whether a word is read in a cycle anyway.
+    fn is_read(&self, cycle: u32, replica: usize, value: u32) -> bool {
+        let count = self.cycles[cycle as usize].reads[replica].count_ones() as usize;
+        let from = (3 * cycle as usize + replica) * self.units;
+        self.words[from..from + count].contains(&value)
+    }
+
+    fn take_port(&mut self, cycle: u32, replica: usize, read: Read) {
+        let banks = &mut self.at(cycle).reads[replica];
+        if *banks >> read.bank & 1 == 0 {
+            let count = banks.count_ones() as usize;
+            *banks |= 1 << read.bank;
+            self.words[(3 * cycle as usize + replica) * self.units + count] = read.value;
+        }
     }
 
     /// Whether no operation begins in a lane.
@@ -126,19 +154,10 @@ impl Reservation {
     }
 
     /// The first cycle from `from` on in which one of the dividers has time for an operation, and the divider.
-    pub fn divider_from(&mut self, from: u32, code: Code) -> (u32, usize) {
+    pub fn divider_from(&self, from: u32, code: Code) -> (u32, usize) {
         let length = self.configuration.timing().latency(code);
-        let first = |this: &mut Self, divider: usize| {
-            let mut start = from;
-            while let Some(busy) =
-                (start..start + length).rev().find(|&cycle| this.at(cycle).dividers >> divider & 1 == 1)
-            {
-                start = busy + 1;
-            }
-            start
-        };
-        let starts = (0..self.configuration.dividers).map(|divider| (first(self, divider), divider));
-        starts.min().unwrap_or((from, 0))
+        let firsts = self.dividers.iter().enumerate().map(|(k, busy)| (busy.gap(from, length), k));
+        firsts.min().unwrap_or((from, 0))
     }
 
     /// Take everything that an operation needs.
@@ -147,16 +166,11 @@ impl Reservation {
         self.at(end).writes |= 1 << bank;
         for (replica, read) in operands.iter().enumerate() {
             if let Some(read) = read {
-                let ports = &mut self.at(cycle).reads[replica];
-                if !ports.contains(read) {
-                    ports.push(*read);
-                }
+                self.take_port(cycle, replica, *read);
             }
         }
         if code.on_divider() {
-            for busy in cycle..end {
-                self.at(busy).dividers |= 1 << unit;
-            }
+            self.dividers[unit].take(cycle, end);
             return;
         }
         self.at(end).results |= 1 << unit;

@@ -6,7 +6,7 @@ use crate::graph::{Graph, Operand};
 use crate::placement::Place;
 use std::collections::{BinaryHeap, VecDeque};
 
-/// The address of every result, and how many words of storage are in use. Banks are given.
+/// The address of every result, and how many words of storage are in use. Banks are given, and `order` is that of issue.
 ///
 /// # Errors
 /// [`Error::Storage`] when a bank is full.
@@ -14,6 +14,7 @@ pub(crate) fn assign_rows(
     segment: &'static str,
     graph: &Graph,
     places: &[Place],
+    order: &[u32],
     first: u32,
     configuration: &Configuration,
 ) -> Result<(Vec<u32>, u32), Error> {
@@ -23,11 +24,9 @@ pub(crate) fn assign_rows(
             last[source as usize] = last[source as usize].max(place.cycle);
         }
     }
-    let mut order: Vec<u32> = (0..graph.nodes.len() as u32).collect();
-    order.sort_unstable_by_key(|&k| (places[k as usize].cycle, places[k as usize].unit));
     let mut pool = Pool::new(configuration, first, graph.nodes.len());
     let mut address = vec![0; graph.nodes.len()];
-    for k in order {
+    for &k in order {
         let (node, place) = (&graph.nodes[k as usize], places[k as usize]);
         let heir = match node.operands[2] {
             Some(Operand::Node(source)) if graph.nodes[source as usize].home.is_none() => {
@@ -50,7 +49,7 @@ pub(crate) fn assign_rows(
             })?,
         };
         if node.home.is_none() {
-            pool.leaving.push(core::cmp::Reverse((last[k as usize], k, address[k as usize])));
+            pool.held.push(core::cmp::Reverse((last[k as usize], k, address[k as usize])));
         }
     }
     Ok((address, pool.highest))
@@ -62,8 +61,10 @@ struct Pool {
     banks: u32,
     fresh: Vec<u32>,
     returned: Vec<VecDeque<u32>>,
-    /// Words in use: the cycle of their last reader, the node that holds them.
+    /// Words in use: the cycle of their last reader, the node that holds them. Those held since the heap was last
+    /// looked at stand beside it: as long as there are fresh words, nobody looks.
     leaving: BinaryHeap<core::cmp::Reverse<(u32, u32, u32)>>,
+    held: Vec<core::cmp::Reverse<(u32, u32, u32)>>,
     highest: u32,
     /// Nodes whose word went on to the next partial result.
     taken_over: Vec<bool>,
@@ -78,6 +79,7 @@ impl Pool {
             fresh: (0..banks).map(|bank| first + (bank + banks - first % banks) % banks).collect(),
             returned: vec![VecDeque::new(); banks as usize],
             leaving: BinaryHeap::new(),
+            held: Vec::new(),
             highest: first,
             taken_over: vec![false; nodes],
         }
@@ -91,6 +93,7 @@ impl Pool {
             self.highest = self.highest.max(*fresh - self.banks + 1);
             return Some(*fresh - self.banks);
         }
+        self.leaving.extend(self.held.drain(..));
         while let Some(&core::cmp::Reverse((last, node, address))) = self.leaving.peek() {
             // A word that is read for the last time in this very cycle may be its own reader's.
             if last >= cycle {

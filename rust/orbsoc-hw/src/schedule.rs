@@ -1,5 +1,6 @@
 //! Scheduling: every operation gets its cycle, its unit and its addresses. Nothing is left for the engine to decide.
 
+use crate::bounds::Bounds;
 use crate::by_cycle::place_by_cycle;
 use crate::causes::Causes;
 use crate::code::Code;
@@ -8,7 +9,7 @@ use crate::edges::Edges;
 use crate::error::Error;
 use crate::graph::{Graph, Operand};
 use crate::layout::{Layout, Literals};
-use crate::placement::{Place, Placement};
+use crate::placement::{in_order, Place, Placement};
 use crate::rows::assign_rows;
 
 /// One operation in its place.
@@ -36,6 +37,8 @@ pub struct Schedule {
     pub cycles: u32,
     /// Operations on lanes.
     pub lane_operations: u32,
+    /// Lower bounds of the cycles.
+    pub bounds: Bounds,
     /// What every cycle went to.
     pub causes: Causes,
     /// What every lane did in every cycle.
@@ -82,33 +85,40 @@ pub fn schedule(
     aim: Aim,
 ) -> Result<Schedule, Error> {
     let edges = Edges::new(graph, configuration);
+    let bounds = Bounds::new(graph, &edges, configuration);
     let new = || Placement::new(graph, layout, configuration, &edges);
     let by_cycle = || place_by_cycle(new(), aim.patience());
-    let by_urgency = || place_by_urgency(new());
     let placement = if aim == Aim::Compact {
         by_cycle()
     } else if graph.nodes.len() > ONE_WAY {
-        let lanes = graph.nodes.iter().filter(|node| !node.code.on_divider()).count();
-        let issue_bound = lanes / configuration.lanes > edges.longest() as usize;
+        let issue_bound = bounds.issue > bounds.dependency;
         if issue_bound {
             by_cycle()
         } else {
-            by_urgency()
+            place_by_urgency(new())
         }
     } else {
         // Neither way is always the shorter one: the cycles decide.
-        let (one, other) = (by_urgency(), by_cycle());
-        if one.end() < other.end() {
+        let one = place_by_urgency(new());
+        let most = bounds.cycles() - configuration.timing().startup - configuration.timing().finish;
+        if one.end() <= most + most / NEAR {
             one
         } else {
-            other
+            let other = by_cycle();
+            if one.end() < other.end() {
+                one
+            } else {
+                other
+            }
         }
     };
-    finished(segment, graph, layout, configuration, placement)
+    finished(segment, graph, layout, configuration, placement, bounds)
 }
 
 /// Larger segments are scheduled one way only: lane by lane if the lanes bound them, else by urgency.
 const ONE_WAY: usize = 1 << 15;
+/// A schedule that is this share above its bound is not tried another way.
+const NEAR: u32 = 200;
 
 fn finished(
     segment: &'static str,
@@ -116,20 +126,23 @@ fn finished(
     layout: &Layout,
     configuration: &Configuration,
     placement: Placement<'_>,
+    bounds: Bounds,
 ) -> Result<Schedule, Error> {
     let end = placement.end();
     let Placement { places, accounts, .. } = placement;
     let words = places.iter().map(|place| place.cycle + 1).max().unwrap_or(1);
-    let (addresses, storage) = assign_rows(segment, graph, &places, layout.words(), configuration)?;
+    let order = in_order(&places);
+    let (addresses, storage) = assign_rows(segment, graph, &places, &order, layout.words(), configuration)?;
     let timing = configuration.timing();
     let end = end.max(words);
     let (causes, slots) = accounts.settle(graph, &places, words, end, configuration);
     let lane_operations = graph.nodes.iter().filter(|node| !node.code.on_divider()).count() as u32;
     Ok(Schedule {
-        issues: issues(graph, layout.literals(), &places, &addresses),
+        issues: issues(graph, layout.literals(), &places, &order, &addresses),
         words,
         cycles: timing.startup + end + timing.finish,
         lane_operations,
+        bounds,
         causes,
         slots,
         storage,
@@ -138,40 +151,39 @@ fn finished(
 
 /// Place the most urgent first, each in the first cycle that takes it; a later one may fill a gap before an earlier one.
 fn place_by_urgency(mut placement: Placement<'_>) -> Placement<'_> {
-    let mut order: Vec<u32> = (0..placement.graph.nodes.len() as u32).collect();
-    order.sort_unstable_by_key(|&k| core::cmp::Reverse(placement.edges.urgency(k)));
-    for k in order {
+    let edges = placement.edges;
+    for &k in edges.order() {
         placement.place(k);
     }
     placement
 }
 
-fn issues(graph: &Graph, literals: Literals, places: &[Place], addresses: &[u32]) -> Vec<Issue> {
-    let mut issues: Vec<Issue> = graph
-        .nodes
-        .iter()
-        .zip(places)
-        .enumerate()
-        .map(|(k, (node, place))| {
-            let address = |operand: Option<Operand>| match operand {
-                Some(Operand::Fixed(address)) => address,
-                Some(Operand::Node(source)) => addresses[source as usize],
-                None => 0,
-            };
-            let mut operands = node.operands.map(address);
-            if place.code != node.code {
-                match node.code {
-                    Code::Mul => operands[2] = literals.minus_zero,
-                    _ => operands[1] = literals.one,
-                }
+fn issues(
+    graph: &Graph,
+    literals: Literals,
+    places: &[Place],
+    order: &[u32],
+    addresses: &[u32],
+) -> Vec<Issue> {
+    let address = |operand: Option<Operand>| match operand {
+        Some(Operand::Fixed(address)) => address,
+        Some(Operand::Node(source)) => addresses[source as usize],
+        None => 0,
+    };
+    let issue = |&k: &u32| {
+        let (node, place) = (&graph.nodes[k as usize], places[k as usize]);
+        let mut operands = node.operands.map(address);
+        if place.code != node.code {
+            match node.code {
+                Code::Mul => operands[2] = literals.minus_zero,
+                _ => operands[1] = literals.one,
             }
-            if place.swapped {
-                operands.swap(0, 1);
-            }
-            let Place { cycle, unit, code, .. } = *place;
-            Issue { cycle, unit, code, operands, destination: addresses[k] }
-        })
-        .collect();
-    issues.sort_unstable_by_key(|issue| (issue.cycle, issue.code.on_divider(), issue.unit));
-    issues
+        }
+        if place.swapped {
+            operands.swap(0, 1);
+        }
+        let Place { cycle, unit, code, .. } = place;
+        Issue { cycle, unit, code, operands, destination: addresses[k as usize] }
+    };
+    order.iter().map(issue).collect()
 }

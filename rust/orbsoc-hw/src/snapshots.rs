@@ -1,7 +1,7 @@
 //! Words of real solves: what every buffer holds before each stage.
 
 use orbsoc::{Buffer, Decide, Engine, Error, Outcome, Problem, Settings, Stage, Step};
-use orbsoc::{CLOSING, ITERATION, STARTUP};
+use orbsoc::{Start, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 use std::collections::HashMap;
 
 /// The engine as it stands before a stage, and after it.
@@ -13,9 +13,11 @@ pub struct Snapshot<T> {
 }
 
 impl<T: Decide> Snapshot<T> {
-    fn of(before: &Engine<T>, stage: Stage) -> Self {
+    fn of(before: &Engine<T>, stages: &[Stage]) -> Self {
         let mut after = before.clone();
-        after.run(stage);
+        for &stage in stages {
+            after.run(stage);
+        }
         Self { before: before.clone(), after }
     }
 
@@ -41,17 +43,34 @@ impl<T> Snapshots<T> {
     }
 }
 
+impl<T: Decide> Snapshots<T> {
+    /// For stages that run as one stream: their surroundings, from where the last of them stood. None if the solve
+    /// ended before it.
+    pub fn joined(&self, stages: &[Stage]) -> Option<Snapshot<T>> {
+        Some(Snapshot::of(&self.of(*stages.last()?)?.before, stages))
+    }
+}
+
 /// Solve a problem and keep the surroundings of the last run of every stage, on the walk that tapes record. A
-/// refinement that was never asked for is run from where it would have been.
+/// refinement that was never asked for is run from where it would have been. The stages that only a warm start has are
+/// run from near the solution.
 ///
 /// # Errors
 /// As [`Engine::new`].
 pub fn snapshots<T: Decide>(problem: &Problem, settings: &Settings) -> Result<Snapshots<T>, Error> {
-    let mut walk = Walk { engine: Engine::<T>::exact(problem, settings)?, last: HashMap::new() };
-    walk.steps(STARTUP);
-    while walk.steps(ITERATION) {}
-    walk.steps(CLOSING);
-    let both = walk.last.into_iter().map(|(stage, before)| (stage, Snapshot::of(&before, stage)));
+    let mut cold = Walk { engine: Engine::<T>::exact(problem, settings)?, last: HashMap::new() };
+    cold.steps(STARTUP);
+    while cold.steps(ITERATION) {}
+    cold.steps(CLOSING);
+    let mut near = cold.engine.conclude();
+    near.x.iter_mut().for_each(|x| *x += 0.01 * (1.0 + x.abs()));
+    let mut warm = Walk { engine: cold.engine, last: HashMap::new() };
+    if warm.engine.start_from(&Start::from(&near))? {
+        warm.steps(WARM_STARTUP);
+    }
+    let mut all = warm.last;
+    all.extend(cold.last);
+    let both = all.into_iter().map(|(stage, before)| (stage, Snapshot::of(&before, &[stage])));
     Ok(Snapshots(both.collect()))
 }
 

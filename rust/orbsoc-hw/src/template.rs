@@ -1,6 +1,7 @@
 //! Templates of the compressed microcode: an opcode, and how each of its fields is written.
 
 use crate::code::Code;
+use crate::configuration::Configuration;
 use crate::schedule::Issue;
 use std::collections::HashMap;
 
@@ -109,6 +110,9 @@ fn field(issue: &Issue, k: usize) -> u32 {
     }
 }
 
+/// Bits of a template's number for which lines have room.
+const LONGEST_NUMBER: usize = 7;
+
 /// Widths of the stream's parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Format {
@@ -120,9 +124,30 @@ pub(crate) struct Format {
 }
 
 impl Format {
-    /// Bits of a line.
+    /// That of an engine.
+    pub fn new(configuration: &Configuration) -> Self {
+        let timing = configuration.timing();
+        Self {
+            lanes: configuration.lanes,
+            dividers: configuration.dividers,
+            address_bits: configuration.address_bits as usize,
+            short_bits: timing.short_bits as usize,
+            template_bits: timing.template_bits as usize,
+        }
+    }
+
+    /// Bits of a line: 32 for each lane, and as many as let the longest item fit into three lines, for the decoder's
+    /// buffer takes no further line when it holds more than that.
     pub fn fetch(&self) -> usize {
-        32 * self.lanes
+        let item = |template_bits: usize| {
+            let lane = 1 + template_bits + 4 * self.address_bits;
+            2 + self.lanes * lane + self.dividers * (2 + 3 * self.address_bits)
+        };
+        debug_assert!(
+            self.template_bits <= LONGEST_NUMBER,
+            "lines are made for shorter numbers of templates"
+        );
+        32 * self.lanes.max(item(LONGEST_NUMBER).div_ceil(96))
     }
 
     pub fn mask(&self) -> u32 {

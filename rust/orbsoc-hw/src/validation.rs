@@ -39,13 +39,22 @@ pub fn validation_case<T: Decide>(
     module: Module,
     format: Format,
 ) -> Result<String, Error> {
-    let mut sequence = Sequence::new(program, format)?;
+    let mut sequence = Sequence::new(program, format);
     let mut runs = Vec::new();
     for (number, segment) in program.segments.iter().enumerate() {
         if segment.stage.module() != module {
             continue;
         }
-        let Some(snapshot) = snapshots.of(segment.stage) else { continue };
+        let joined;
+        let snapshot = if segment.then.is_empty() {
+            snapshots.of(segment.stage)
+        } else {
+            let stages: Vec<_> =
+                core::iter::once(segment.stage).chain(segment.then.iter().copied()).collect();
+            joined = snapshots.joined(&stages);
+            joined.as_ref()
+        };
+        let Some(snapshot) = snapshot else { continue };
         let words = flat(&segment.schedule, &program.configuration);
         let run = run(program, segment, snapshot, &words)?;
         runs.push((sequence.append(number, segment, &words), run));
@@ -71,11 +80,11 @@ pub struct Entry {
 }
 
 impl Sequence {
-    pub fn new(program: &Program, format: Format) -> Result<Self, Error> {
-        let compressed = (format == Format::Compressed).then(|| program.compressed()).transpose()?;
+    pub fn new(program: &Program, format: Format) -> Self {
+        let compressed = (format == Format::Compressed).then(|| program.compressed());
         let bits = compressed.as_ref().map_or(program.configuration.flat_bits(), |c| c.lines.bits());
         let configuration = program.configuration;
-        Ok(Self { configuration, format, compressed, microcode: Microcode::new(bits, 0) })
+        Self { configuration, format, compressed, microcode: Microcode::new(bits, 0) }
     }
 
     pub fn append(&mut self, number: usize, segment: &Segment, words: &Microcode) -> Entry {
@@ -112,15 +121,16 @@ fn run<'a, T: Decide>(
     snapshot: &Snapshot<T>,
     words: &Microcode,
 ) -> Result<Run<'a>, Error> {
+    same_pattern(program, snapshot)?;
     let configuration = &program.configuration;
     let damaged = |detail: String| Error::Damaged { word: 0, detail };
-    let name = segment.stage.name();
+    let name = segment.name();
     let bits = |value: f64| word_bits(configuration.precision, value);
     let mut machine = Machine::new(configuration);
     let mut memory: Vec<(u32, u64)> =
         program.layout.constants().map(|(value, address)| (address, bits(value))).collect();
     for (buffer, index, address) in program.layout.homes() {
-        memory.push((address, bits(word(snapshot.before(buffer), buffer, index)?)));
+        memory.push((address, bits(snapshot.before(buffer)[index as usize].value())));
     }
     for &(address, word) in &memory {
         machine.load(address, word);
@@ -133,7 +143,9 @@ fn run<'a, T: Decide>(
         return Err(damaged(format!("{name}: {cycles} cycles, not {}", segment.schedule.cycles)));
     }
     for (buffer, index, address) in program.layout.homes() {
-        let expected = word(snapshot.after(buffer), buffer, index)?;
+        let left = segment.leaves.as_ref().is_none_or(|buffers| buffers.contains(&buffer));
+        let words = if left { snapshot.after(buffer) } else { snapshot.before(buffer) };
+        let expected = words[index as usize].value();
         let found = machine.word(address);
         if found != Some(bits(expected))
             && !(expected.is_nan() && found.is_some_and(|f| is_nan(configuration, f)))
@@ -146,12 +158,15 @@ fn run<'a, T: Decide>(
     Ok(Run { segment, memory, expect: written.collect() })
 }
 
-fn word<T: Decide>(words: &[T], buffer: Buffer, index: u32) -> Result<f64, Error> {
-    words.get(index as usize).map(|word| word.value()).ok_or(Error::Pattern {
-        buffer: buffer.name(),
-        found: words.len(),
-        expected: index as usize + 1,
-    })
+/// Whether the words are those of the program's pattern.
+fn same_pattern<T: Decide>(program: &Program, snapshot: &Snapshot<T>) -> Result<(), Error> {
+    for &buffer in Buffer::ALL {
+        let (found, expected) = (snapshot.before(buffer).len(), program.layout.words_of(buffer));
+        if found != expected {
+            return Err(Error::Pattern { buffer: buffer.name(), found, expected });
+        }
+    }
+    Ok(())
 }
 
 /// Words of a single-precision solve are binary32 numbers already.
@@ -192,7 +207,7 @@ fn text(configuration: &Configuration, sequence: &Sequence, runs: &[(Entry, Run<
     line(format!("microcode {}", microcode.len()));
     (0..microcode.len()).for_each(|word| line(microcode.hex(word)));
     for (Entry { start, words, cycles }, run) in runs {
-        line(format!("run {} start {start} words {words} cycles {cycles}", run.segment.stage.name()));
+        line(format!("run {} start {start} words {words} cycles {cycles}", run.segment.name()));
         if let Format::InOrder(gaps) = sequence.format {
             line(format!("gaps seed {} level {}", gaps.seed, gaps.level));
         }

@@ -2,7 +2,7 @@
 
 use crate::convert::{problem, refuse, settings};
 use numpy::{IntoPyArray, PyArray1};
-use orbsoc::{Module, Problem, Settings, Stage};
+use orbsoc::{Buffer, Module, Problem, Settings, Stage};
 use orbsoc_hw::{
     snapshots, validation_case, Aim, Causes, Compressed, Configuration, Format, Gaps, Precision, Program,
     Segment,
@@ -24,8 +24,8 @@ pub struct HardwareProgram {
     program: Program,
     /// The same segments, scheduled for few bits.
     compact: Program,
-    /// None where the format does not fit the engine.
-    compressed: Option<Compressed>,
+    /// Of those.
+    compressed: Compressed,
     problem: Problem,
     settings: Settings,
 }
@@ -33,7 +33,9 @@ pub struct HardwareProgram {
 #[pymethods]
 impl HardwareProgram {
     #[new]
-    #[pyo3(signature = (problem_, settings_, *, fp, lanes, dividers, banks, address_bits, microcode_words))]
+    #[pyo3(signature = (
+        problem_, settings_, *, fp, lanes, dividers, banks, address_bits, microcode_words, joined=vec![], leaves=None
+    ))]
     #[allow(clippy::too_many_arguments)] // the fields of a configuration
     fn new(
         py: Python<'_>,
@@ -45,8 +47,13 @@ impl HardwareProgram {
         banks: usize,
         address_bits: u32,
         microcode_words: usize,
+        joined: Vec<String>,
+        leaves: Option<Vec<String>>,
     ) -> PyResult<Self> {
         let (problem, settings) = (problem(problem_)?, settings(settings_)?);
+        let joined: Vec<Stage> = joined.iter().map(|name| stage_of(name)).collect::<PyResult<_>>()?;
+        let leaves: Option<Vec<Buffer>> =
+            leaves.map(|names| names.iter().map(|name| buffer_of(name)).collect()).transpose()?;
         let precision = match fp {
             64 => Precision::F64,
             32 => Precision::F32,
@@ -60,9 +67,13 @@ impl HardwareProgram {
         py.detach(|| {
             engine.validate().map_err(unfit)?;
             let recording = orbsoc::record_tapes(&problem, &settings).map_err(refuse)?;
-            let program = Program::new(&recording, &engine).map_err(unfit)?;
-            let compact = Program::with_aim(&recording, &engine, Aim::Compact).map_err(unfit)?;
-            let compressed = compact.compressed().ok();
+            let made = |aim| match joined.as_slice() {
+                [] => Program::with_aim(&recording, &engine, aim),
+                stages => Program::joined(&recording, &engine, aim, stages, leaves.as_deref()),
+            };
+            let program = made(Aim::Fast).map_err(unfit)?;
+            let compact = made(Aim::Compact).map_err(unfit)?;
+            let compressed = compact.compressed();
             Ok(Self { program, compact, compressed, problem, settings })
         })
     }
@@ -78,7 +89,7 @@ impl HardwareProgram {
     fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let out = PyDict::new(py);
         for (number, segment) in self.program.segments.iter().enumerate() {
-            out.set_item(segment.stage.name(), self.describe(py, number, segment)?)?;
+            out.set_item(segment.name(), self.describe(py, number, segment)?)?;
         }
         Ok(out)
     }
@@ -90,9 +101,9 @@ impl HardwareProgram {
         py: Python<'py>,
         stage: &str,
     ) -> PyResult<(Bound<'py, PyArray1<u32>>, Bound<'py, PyArray1<u8>>)> {
-        let stage = Stage::ALL.iter().find(|known| known.name() == stage);
-        let stage = stage.ok_or_else(|| PyKeyError::new_err("no stage of that name"))?;
-        let issues = &self.program.segment(*stage).map_err(unfit)?.schedule.issues;
+        let segment = self.program.segments.iter().find(|segment| segment.name() == stage);
+        let segment = segment.ok_or_else(|| PyKeyError::new_err(format!("no segment named {stage:?}")))?;
+        let issues = &segment.schedule.issues;
         let lanes = u8::try_from(self.program.configuration.lanes)?;
         let unit = |issue: &orbsoc_hw::Issue| issue.unit + if issue.code.on_divider() { lanes } else { 0 };
         let cycles: Vec<u32> = issues.iter().map(|issue| issue.cycle).collect();
@@ -105,7 +116,7 @@ impl HardwareProgram {
         for segment in &self.program.segments {
             let gaps = Gaps { seed, level };
             let run = orbsoc_hw::run_in_order(&segment.schedule, gaps, &self.program.configuration);
-            out.set_item(segment.stage.name(), run.cycles)?;
+            out.set_item(segment.name(), run.cycles)?;
         }
         Ok(out)
     }
@@ -129,6 +140,20 @@ impl HardwareProgram {
     }
 }
 
+fn stage_of(name: &str) -> PyResult<Stage> {
+    let found = Stage::ALL.iter().find(|stage| stage.name() == name);
+    found
+        .copied()
+        .ok_or_else(|| HardwareError::new_err(format!("stage `{name}`: there is none of that name")))
+}
+
+fn buffer_of(name: &str) -> PyResult<Buffer> {
+    let found = Buffer::ALL.iter().find(|buffer| buffer.name() == name);
+    found
+        .copied()
+        .ok_or_else(|| HardwareError::new_err(format!("buffer `{name}`: there is none of that name")))
+}
+
 impl HardwareProgram {
     /// A format by its name, and the schedules that are made for it.
     pub fn in_format(&self, name: &str, gaps: Gaps) -> PyResult<(Format, &Program)> {
@@ -147,19 +172,19 @@ impl HardwareProgram {
         segment: &Segment,
     ) -> PyResult<Bound<'py, PyDict>> {
         let schedule = &segment.schedule;
-        let compressed = self.compressed.as_ref().map(|all| all.segments[number]);
+        let compressed = self.compressed.segments[number];
         let out = PyDict::new(py);
         out.set_item("module", segment.stage.module().name())?;
         out.set_item("cycles", schedule.cycles)?;
-        out.set_item("lower_bound", segment.bounds.cycles())?;
-        out.set_item("bottleneck", segment.bounds.bottleneck())?;
+        out.set_item("lower_bound", segment.schedule.bounds.cycles())?;
+        out.set_item("bottleneck", segment.schedule.bounds.bottleneck())?;
         out.set_item("operations", schedule.issues.len())?;
         out.set_item("lane_operations", schedule.lane_operations)?;
         out.set_item("utilisation", schedule.utilisation(&self.program.configuration))?;
         out.set_item("words", schedule.words)?;
         out.set_item("flat_bits", u64::from(schedule.words) * self.program.configuration.flat_bits() as u64)?;
-        out.set_item("compressed_bits", compressed.map(|c| c.bits))?;
-        out.set_item("compressed_cycles", compressed.map(|c| c.cycles))?;
+        out.set_item("compressed_bits", compressed.bits)?;
+        out.set_item("compressed_cycles", compressed.cycles)?;
         out.set_item("causes", causes(py, &schedule.causes)?)?;
         out.set_item("lane_causes", causes(py, &schedule.slots)?)?;
         Ok(out)

@@ -169,6 +169,12 @@ impl Tape {
         }
     }
 
+    /// As much of this stage as leaves the words of some buffers; nobody sees the rest.
+    pub fn leaving(mut self, buffers: &[Buffer]) -> Self {
+        self.stores.retain(|store| buffers.contains(&store.buffer));
+        self
+    }
+
     /// Run the operations on words from `read`; returns the values of [`Tape::stores`].
     pub fn execute<T: Real>(&self, read: impl Fn(Buffer, usize) -> T) -> Vec<T> {
         let constants: Vec<T> = self.constants.iter().map(|&value| T::constant(value)).collect();

@@ -3,7 +3,8 @@
 use crate::problem::problem;
 use orbsoc::{record_tapes, Module, Settings, Stage};
 use orbsoc_hw::{
-    decompress, flat, snapshots, validation_case, Configuration, Error, Fault, Format, Machine, Program, Rule,
+    decompress, flat, snapshots, validation_case, Aim, Configuration, Error, Fault, Format, Machine, Program,
+    Rule,
 };
 
 fn small() -> Program {
@@ -33,10 +34,40 @@ fn a_stage_of_the_processing_system_has_no_segment() {
 }
 
 #[test]
-fn words_of_another_pattern_are_refused() {
-    let other = snapshots::<f64>(&problem(1, 3, 1, 1, &[]), &Settings::default()).unwrap();
-    let error = validation_case(&small(), &other, Module::ConeOps, Format::Flat).unwrap_err();
-    assert!(matches!(error, Error::Pattern { .. }), "{error}");
+fn words_of_another_pattern_are_refused_be_they_fewer_or_more() {
+    for other in [problem(1, 3, 1, 1, &[]), problem(1, 12, 4, 6, &[3, 5])] {
+        let words = snapshots::<f64>(&other, &Settings::default()).unwrap();
+        let error = validation_case(&small(), &words, Module::ConeOps, Format::Flat).unwrap_err();
+        assert!(matches!(error, Error::Pattern { found, expected, .. } if found != expected), "{error}");
+    }
+}
+
+#[test]
+fn streams_of_no_stage_or_of_one_without_a_segment_are_refused() {
+    let recording = record_tapes(&problem(1, 6, 2, 3, &[3]), &Settings::default()).unwrap();
+    let engine = Configuration { address_bits: 12, ..Configuration::default() };
+    let of = |stages: &[Stage]| Program::joined(&recording, &engine, Aim::Fast, stages, None).unwrap_err();
+    assert_eq!(of(&[]), Error::NoSegment { stage: String::new() });
+    assert_eq!(
+        of(&[Stage::Factorize, Stage::Statistics]),
+        Error::NoSegment { stage: "statistics".to_owned() }
+    );
+}
+
+#[test]
+fn a_word_with_an_opcode_that_is_none_is_damaged() {
+    let program = small();
+    let mut words = flat(&program.segment(Stage::LoadKkt).unwrap().schedule, &program.configuration);
+    let opcode = 1 + 4 * program.configuration.address_bits as usize;
+    words.put(1, opcode, 4, 15);
+    let mut machine = Machine::new(&program.configuration);
+    (0..program.layout.words()).for_each(|address| machine.load(address, 0));
+    match machine.run(&words, 0) {
+        Err(Fault::Damaged(error @ Error::Damaged { word: 1, .. })) => {
+            assert!(error.to_string().contains("15"), "{error}");
+        }
+        other => panic!("{other:?}"),
+    }
 }
 
 /// Break a schedule in one place, and see which rule the machine finds broken.
@@ -86,7 +117,7 @@ fn a_broken_rule_is_found_by_name() {
 #[test]
 fn a_stream_cut_short_is_damaged() {
     let program = small();
-    let mut compressed = program.compressed().unwrap();
+    let mut compressed = program.compressed();
     compressed.segments[4].lines = 1;
     let error = decompress(&compressed, 4, &program.configuration).unwrap_err();
     assert!(matches!(error, Error::Damaged { .. }), "{error}");
