@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -36,17 +37,16 @@ def divider_cycles(began: Array) -> float:
     return float(np.diff(began).min()) if len(began) > 1 else 1.0
 
 
-def utilisation_figure(program: PlProgram, path: Path) -> None:
-    """Factorization and the pair of solves, or the one stream of a program, unit by unit, as an image."""
+def utilisation_figure(panels: Sequence[tuple[PlProgram, str]], path: Path) -> None:
+    """Segments of programs, by name, unit by unit, one under the other as an image."""
     from matplotlib.figure import Figure
 
-    stages = [name for name in ("factorize", "solve_pair") if name in program.segments] or [*program.segments]
-    lanes = program.engine.lanes
-    figure = Figure(figsize=(8.0, 2.2 * len(stages) + 0.6), layout="constrained")
-    axes = figure.subplots(len(stages), 1, squeeze=False)[:, 0]
-    for axis, stage in zip(axes, stages, strict=True):
+    units = [program.engine.lanes + program.engine.dividers for program, _ in panels]
+    figure = Figure(figsize=(8.0, sum(1.0 + 0.25 * count for count in units)), layout="constrained")
+    axes = figure.subplots(len(panels), 1, squeeze=False, height_ratios=units)[:, 0]
+    for axis, (program, stage) in zip(axes, panels, strict=True):
         edges, shares = busy_shares(program, stage)
-        segment = program.segments[stage]
+        segment, lanes = program.segments[stage], program.engine.lanes
         image = axis.pcolormesh(
             edges, np.arange(len(shares) + 1), shares, vmin=0.0, vmax=1.0, cmap="viridis", rasterized=True
         )
@@ -54,6 +54,6 @@ def utilisation_figure(program: PlProgram, path: Path) -> None:
         axis.set_yticks(np.arange(len(names)) + 0.5, names)
         axis.invert_yaxis()
         axis.set_xlabel("PL cycle")
-        axis.set_title(f"{stage}: {segment.cycles} cycles, lanes busy {100 * segment.utilisation:.0f} %")
+        axis.set_title(f"{stage}: {segment.cycles} cycles, lanes busy {100 * segment.utilisation:.1f} %")
         figure.colorbar(image, ax=axis, label="share busy")
     figure.savefig(path, dpi=150)

@@ -164,15 +164,12 @@ def _made(
     problem: Problem, settings: Settings, engine: Engine, stream: Stream | None, address_bits: int
 ) -> PlProgram:
     fields = asdict(engine) | {"address_bits": address_bits}
-    joined = {} if stream is None else {"joined": list(stream.stages), "leaves": _listed(stream.leaves)}
+    joined = [] if stream is None else list(stream.stages)
+    leaves = None if stream is None or stream.leaves is None else list(stream.leaves)
     try:
-        core = _core.HardwareProgram(problem, settings, **fields, **joined)
+        core = _core.HardwareProgram(problem, settings, **fields, joined=joined, leaves=leaves)
     except _core.HardwareError as error:
         raise EngineError(str(error)) from error
     segments = {name: Segment(name, **described) for name, described in core.segments().items()}
     home, used = core.storage_words
     return PlProgram(Engine(**fields), segments, home, used, core)
-
-
-def _listed(names: tuple[str, ...] | None) -> list[str] | None:
-    return None if names is None else list(names)

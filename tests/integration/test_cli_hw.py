@@ -98,17 +98,31 @@ def test_explain_adds_up_in_the_table_that_is_printed(workload: Path, tmp_path: 
 def test_trace_writes_the_viewers_document_and_a_record_that_can_be_priced_again(
     workload: Path, tmp_path: Path
 ) -> None:
-    result = invoke(
-        "trace", workload, "--set", "pl.lanes=2", "--set", "runtime.completion=polling", "--out", tmp_path
-    )
+    settings = ("--set", "pl.lanes=2", "--set", "runtime.completion=polling")
+    result = invoke("trace", workload, *settings, "--estimate", "--out", tmp_path)
     assert result.exit_code == 0, result.output
     document = json.loads((tmp_path / "trace.json").read_text())
     assert document["otherData"]["parameters"]["pl.lanes"]["value"] == 2
-    again = invoke("trace", tmp_path / "recorded.json", "--set", "pl.lanes=2", "--set", "runtime.completion=polling",
-                   "--out", tmp_path / "again")  # fmt: skip
+    again = invoke("trace", tmp_path / "recorded.json", *settings, "--out", tmp_path / "again")
     assert again.exit_code == 0, again.output
     repeated = json.loads((tmp_path / "again" / "trace.json").read_text())
     assert repeated["traceEvents"] == document["traceEvents"]
+
+
+def test_cycles_are_the_schedules_unless_there_is_only_a_trace(workload: Path, tmp_path: Path) -> None:
+    def cycles(what: Path, *options: str) -> list[int]:
+        folder = tmp_path / "-".join(("cycles", what.stem, *options))
+        result = invoke("trace", what, *options, "--out", folder)
+        assert result.exit_code == 0, result.output
+        events = json.loads((folder / "trace.json").read_text())["traceEvents"]
+        return [event["args"]["cycles"] for event in events if event.get("name") == "equilibrate"]
+
+    assert cycles(workload) == cycles(workload, "--exact") != cycles(workload, "--estimate")
+    recorded = tmp_path / "-".join(("cycles", workload.stem)) / "recorded.json"
+    assert cycles(recorded) == cycles(workload, "--estimate")
+    refused = invoke("trace", recorded, "--exact", "--out", tmp_path / "refused")
+    assert refused.exit_code == 2
+    assert "--exact" in refused.output + refused.stderr
 
 
 def test_budget_exits_1_when_it_does_not_fit(workload: Path, tmp_path: Path) -> None:

@@ -57,7 +57,8 @@ def run(
         ]
         files = {"run.json": options.as_json_text(document), "run.csv": options.as_csv_text(rows)}
         options.write_all(folder, files)
-        utilisation_figure(programs[0], folder / "utilisation.png")
+        shown = [(programs[0], "factorize"), (programs[0], "solve_pair"), (streams[0], KKT_SOLVES.name)]
+        utilisation_figure(shown, folder / "utilisation.png")
         words = [
             line
             for program, stream in zip(programs, streams, strict=True)

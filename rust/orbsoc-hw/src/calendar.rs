@@ -44,7 +44,9 @@ mod tests {
     #[test]
     fn each_is_due_once_in_the_order_of_adding() {
         let mut calendar = Calendar::new(4);
-        [(5, 2), (0, 1), (5, 0), (5, 3)].into_iter().for_each(|(cycle, node)| calendar.add(cycle, node));
+        for (cycle, node) in [(5, 2), (0, 1), (5, 0), (5, 3)] {
+            calendar.add(cycle, node);
+        }
         assert!(calendar.is_due(5) && !calendar.is_due(4) && !calendar.is_due(1000));
         assert_eq!(calendar.take(5), [2, 0, 3]);
         assert_eq!(calendar.take(5), []);

@@ -2,9 +2,13 @@
 
 use crate::configuration::Configuration;
 use crate::graph::Graph;
+use crate::schedule::Aim;
 
 /// Whom a node waits for: until the result is in storage, or (`false`) only until the other one has begun.
 pub(crate) type Wait = (u32, bool);
+
+/// How many nodes earlier in the kernel weigh as much as a cycle more to the end, where neighbours shall stay together.
+const NODES_PER_CYCLE: u32 = 32;
 
 /// Predecessors of each node, and the longest way from its issue to the end.
 pub(crate) struct Edges {
@@ -13,14 +17,14 @@ pub(crate) struct Edges {
     /// Cycles from a node's issue until the last result that depends on it is in storage.
     pub path: Vec<u32>,
     /// Nodes from the most urgent on, and the place of each among them: first who has the longest way to the end, and
-    /// of equal ways the earlier one in the kernel. Urgency decreases along every edge, since ways get shorter (or, from
+    /// of equal ways the earlier one in the kernel; of ways about as long, too, if few bits count more than cycles. Urgency decreases along every edge, since ways get shorter (or, from
     /// a word's reader to its overwriter, at least not longer) and numbers higher.
     order: Vec<u32>,
     rank: Vec<u32>,
 }
 
 impl Edges {
-    pub fn new(graph: &Graph, configuration: &Configuration) -> Self {
+    pub fn new(graph: &Graph, configuration: &Configuration, aim: Aim) -> Self {
         let timing = configuration.timing();
         let nodes = &graph.nodes;
         let mut first = vec![0u32; nodes.len() + 1];
@@ -56,8 +60,13 @@ impl Edges {
             }
         }
         // Key and node in one number sort fastest.
-        let key = |k: u32| u64::from(u32::MAX - path[k as usize]) << 32 | u64::from(k);
-        let mut keys: Vec<u64> = (0..nodes.len() as u32).map(key).collect();
+        let count = nodes.len() as u32;
+        let urgency = |k: u32| match aim {
+            Aim::Fast => path[k as usize],
+            Aim::Compact => path[k as usize].saturating_mul(NODES_PER_CYCLE).saturating_add(count - k),
+        };
+        let key = |k: u32| u64::from(u32::MAX - urgency(k)) << 32 | u64::from(k);
+        let mut keys: Vec<u64> = (0..count).map(key).collect();
         keys.sort_unstable();
         let order: Vec<u32> = keys.into_iter().map(|key| key as u32).collect();
         let mut rank = vec![0; nodes.len()];

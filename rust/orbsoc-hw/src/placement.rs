@@ -24,8 +24,12 @@ pub(crate) struct Place {
 pub(crate) fn in_order(places: &[Place]) -> Vec<u32> {
     let words = places.iter().map(|place| place.cycle as usize + 1).max().unwrap_or(0);
     let mut first = vec![0u32; words + 1];
-    places.iter().for_each(|place| first[place.cycle as usize + 1] += 1);
-    (0..words).for_each(|cycle| first[cycle + 1] += first[cycle]);
+    for place in places {
+        first[place.cycle as usize + 1] += 1;
+    }
+    for cycle in 0..words {
+        first[cycle + 1] += first[cycle];
+    }
     let (mut next, mut order) = (first.clone(), vec![0u32; places.len()]);
     for (place, k) in places.iter().zip(0..) {
         order[next[place.cycle as usize] as usize] = k;

@@ -68,12 +68,16 @@ mod tests {
             if limit == 0 {
                 continue;
             }
-            ranks.iter().for_each(|&rank| ready.insert(rank));
+            for &rank in &ranks {
+                ready.insert(rank);
+            }
             ranks.sort_unstable();
             ranks.dedup();
             let all = core::iter::successors(ready.next(0), |&rank| ready.next(rank + 1));
             assert_eq!(all.collect::<Vec<_>>(), ranks);
-            ranks.iter().for_each(|&rank| ready.remove(rank));
+            for &rank in &ranks {
+                ready.remove(rank);
+            }
             assert_eq!(ready.next(0), None);
         }
     }

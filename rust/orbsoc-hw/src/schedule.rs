@@ -84,7 +84,7 @@ pub fn schedule(
     configuration: &Configuration,
     aim: Aim,
 ) -> Result<Schedule, Error> {
-    let edges = Edges::new(graph, configuration);
+    let edges = Edges::new(graph, configuration, aim);
     let bounds = Bounds::new(graph, &edges, configuration);
     let new = || Placement::new(graph, layout, configuration, &edges);
     let by_cycle = || place_by_cycle(new(), aim.patience());

@@ -36,7 +36,7 @@ impl HardwareProgram {
     #[pyo3(signature = (
         problem_, settings_, *, fp, lanes, dividers, banks, address_bits, microcode_words, joined=vec![], leaves=None
     ))]
-    #[allow(clippy::too_many_arguments)] // the fields of a configuration
+    #[allow(clippy::too_many_arguments, clippy::needless_pass_by_value)] // fields of a configuration, owned by the binding
     fn new(
         py: Python<'_>,
         problem_: &Bound<'_, PyAny>,
