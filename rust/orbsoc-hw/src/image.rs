@@ -1,6 +1,5 @@
 //! A whole program as the engine's memories hold it: microcode of all segments, templates, literals.
 
-use crate::error::Error;
 use crate::microcode::{flat, Microcode};
 use crate::program::Program;
 use crate::validation::{word_bits, Entry, Format, Sequence};
@@ -21,11 +20,8 @@ pub struct Image {
 
 impl Image {
     /// The program in one format of microcode.
-    ///
-    /// # Errors
-    /// As [`crate::Compressed::new`].
-    pub fn new(program: &Program, format: Format) -> Result<Self, Error> {
-        let mut sequence = Sequence::new(program, format)?;
+    pub fn new(program: &Program, format: Format) -> Self {
+        let mut sequence = Sequence::new(program, format);
         let mut entries = Vec::with_capacity(program.segments.len());
         for (number, segment) in program.segments.iter().enumerate() {
             let words = flat(&segment.schedule, &program.configuration);
@@ -34,6 +30,6 @@ impl Image {
         let templates = sequence.compressed.as_ref().map(|c| c.templates().collect()).unwrap_or_default();
         let bits = |value| word_bits(program.configuration.precision, value);
         let literals = program.layout.constants().map(|(value, address)| (address, bits(value))).collect();
-        Ok(Self { templates, microcode: sequence.microcode, entries, literals })
+        Self { templates, microcode: sequence.microcode, entries, literals }
     }
 }

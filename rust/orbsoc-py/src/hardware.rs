@@ -14,7 +14,7 @@ use pyo3::types::PyDict;
 pyo3::create_exception!(_core, HardwareError, PyValueError, "An engine that cannot be, or is too small.");
 
 #[allow(clippy::needless_pass_by_value)] // the shape map_err wants
-pub fn unfit(error: orbsoc_hw::Error) -> PyErr {
+fn unfit(error: orbsoc_hw::Error) -> PyErr {
     HardwareError::new_err(error.to_string())
 }
 

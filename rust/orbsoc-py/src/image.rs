@@ -1,6 +1,6 @@
 //! A scheduled program as the RTL's memories hold it.
 
-use crate::hardware::{unfit, HardwareProgram};
+use crate::hardware::HardwareProgram;
 use numpy::{IntoPyArray, PyArray1};
 use orbsoc_hw::{Gaps, Image};
 use pyo3::prelude::*;
@@ -31,7 +31,7 @@ pub fn program_image(
     level: u32,
 ) -> PyResult<ProgramImage> {
     let (format, program) = program.in_format(format, Gaps { seed, level })?;
-    let image = py.detach(|| Image::new(program, format)).map_err(unfit)?;
+    let image = py.detach(|| Image::new(program, format));
     let mut homes: BTreeMap<&'static str, (Vec<u32>, Vec<u32>)> = BTreeMap::new();
     for (buffer, index, address) in program.layout.homes() {
         let (indices, addresses) = homes.entry(buffer.name()).or_default();
