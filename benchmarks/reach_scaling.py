@@ -114,8 +114,8 @@ def main() -> None:
     """Measure and write reach_scaling.json."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--shards", type=int, default=8, help="of the whole grid")
-    parser.add_argument("--used", type=int, default=8, help="shards that are swept")
-    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--used", type=int, default=4, help="shards that are swept")
+    parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--out", type=Path, default=Path("out/reach-bench"))
     chosen = parser.parse_args()
     chosen.out.mkdir(parents=True, exist_ok=True)
