@@ -33,14 +33,14 @@ def test_whole_solves_on_the_rtl_are_rusts_bit_for_bit_and_the_models_to_one_per
     outcomes = list(run_solves(RTL, points))
     assert [described(outcome) for outcome in outcomes] == [[]] * len(points)
     assert all(outcome.good for outcome in outcomes)
-    assert all(outcome.iterations >= 10 for outcome in outcomes)
     assert all(
         outcome.iterates == outcome.iterations + 2 for outcome in outcomes
     )  # the first; the last, twice
-    flat = {outcome.problem for outcome in outcomes if outcome.format == "flat" and outcome.engine.fp == 64}
-    assert len(flat) == 3
-    assert any("mission" in name for name in flat)
-    assert all(outcome.status == "SOLVED" for outcome in outcomes if outcome.engine.fp == 64)
+    flat = [outcome for outcome in outcomes if outcome.format == "flat" and outcome.engine.fp == 64]
+    assert len({outcome.problem for outcome in flat}) == 3
+    assert any("mission" in outcome.problem for outcome in flat)
+    assert all(outcome.iterations >= 10 for outcome in flat)
+    assert {outcome.engine.fp for outcome in outcomes} == {64, 32}
 
 
 class Broken(RtlPort):
