@@ -39,7 +39,7 @@ def test_whole_solves_on_the_rtl_are_rusts_bit_for_bit_and_the_models_to_one_per
     flat = [outcome for outcome in outcomes if outcome.format == "flat" and outcome.engine.fp == 64]
     assert len({outcome.problem for outcome in flat}) == 3
     assert any("mission" in outcome.problem for outcome in flat)
-    assert all(outcome.iterations >= 10 for outcome in flat)
+    assert all(outcome.iterations >= 10 and outcome.status == "SOLVED" for outcome in flat)
     assert {outcome.engine.fp for outcome in outcomes} == {64, 32}
 
 

@@ -58,8 +58,9 @@ class ReachableDomain:
         """Whether and by how much an orbit lies within reach: the one burn of the scenario, cut off on the orbit.
 
         Every orbit of its plane with that perigee height or a higher one, and a semi-major axis up to the largest, is
-        counted as reached. Interpolated from the tables; with `exact` the plane is solved now, in a fraction of a second. The
-        interpolation error is stated in the answer.
+        counted as reached, for the argument of perigee that suits it best: the orbit's own is not looked at, and an
+        ellipse turned away from it may be far out of reach. Interpolated from the tables; with `exact` the plane is
+        solved now, in a fraction of a second. The answer states an estimate of the interpolation error, not a bound.
         Raises ValueError for an orbit that is not an ellipse or whose perigee lies below the surface.
         """
         height_km = orbit.perigee_height_m() / 1e3

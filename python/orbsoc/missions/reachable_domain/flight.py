@@ -1,7 +1,8 @@
 """Fly plans: propagate what their attitude programmes command, many at once, and say what orbits they reach.
 
 The commanded direction is the degree N − 1 interpolant of the nodal controls, normalised, at constant thrust
-(docs/algorithm.md). Integrated by `orbsoc.orbit.gauss`, which the optimiser does not use.
+(docs/algorithm.md). Integrated by `orbsoc.orbit.gauss`, which the convex programmes do not use; extremals are
+integrated by it too, in half as many steps.
 """
 
 from __future__ import annotations
