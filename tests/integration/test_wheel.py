@@ -20,7 +20,7 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-DATA_SUFFIXES = {".toml", ".j2", ".html", ".css", ".typed", ".pyi", ".json"}
+DATA_SUFFIXES = {".svh", ".toml", ".j2", ".html", ".css", ".typed", ".pyi", ".json"}
 
 
 @pytest.fixture(scope="module")
