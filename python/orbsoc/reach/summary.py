@@ -64,5 +64,5 @@ def nearest_to_the_edge(domain: ReachableDomain, within_deg: float = 0.02) -> li
 
 def _worst(points: dict[str, Any], reached: Any) -> dict[str, float]:
     """The largest miss of any reached point."""
-    names = ("sma_error_rel", "plane_error_rad", "perigee_short_m", "altitude_short_m")
+    names = ("sma_error_rel", "plane_error_rad", "perigee_short_m", "altitude_short_m", "raw_most_rel")
     return {name: float(points[name][reached].max()) if reached.any() else 0.0 for name in names}

@@ -12,14 +12,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.collocation import legendre_gauss
 from orbsoc.missions.reachable_insertion.model import Burn
 from orbsoc.scp import Rules
 
 from .arcs import Arcs, Collocation
 from .commands import Commands, primer_commands
 from .extremum import Indirect, Unknowns, from_sequences
-from .flight import fly
+from .flight import FIRST_STEPS, Flights, fly
 from .guess import resampled
 from .orbits import RADIUS_M, Flown
 from .primer import Extremals
@@ -31,12 +30,15 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
-PRIMER_NODES = (16, 24, 32, 48, 64)
-"""Nodes of the attitude programme of a polished plan, tried in this order."""
-NEWTON_STEPS = (12, 32)
+PRIMER_NODES = (16, 32, 64)
+"""Nodes of the attitude programme of a polished plan, tried in this order: one with the first of NEWTON_STEPS, two with
+the second, all with the last."""
+NEWTON_STEPS = (6, 16, 40)
 """Gauss steps of an extremal; more where its steering swings so fast that the flight of its programme disagrees."""
-FLIGHT_STEPS = 12
-"""Gauss steps of a flight of the sequence's plan; a polished one is flown in twice as many as its extremal."""
+CLEAR_MISS = 1e3
+"""A flight that misses by so many times its own error is not flown more accurately."""
+POLISHED_FLIGHT_STEPS = 12
+"""Steps in which the flight of a polished plan begins: near the edge its steering swings fast."""
 TIGHTENINGS = 6
 """How often the bound on the altitude at the nodes may be raised for what happens between them."""
 
@@ -48,6 +50,7 @@ class Tolerances:
     sma_rel: float = 1e-6
     plane_rad: float = 1e-6
     bound_m: float = 1.0
+    raw_excess: float = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,17 +81,44 @@ class Tools:
         return bool(np.isfinite(self.lowest))
 
     def judge(
-        self, commands: Commands, aim: LargestOrbit, promised_sma: Array, *, pinned: bool, steps: int
+        self,
+        commands: Commands,
+        aim: LargestOrbit,
+        promised_sma: Array,
+        *,
+        pinned: bool,
+        steps: int = FIRST_STEPS,
     ) -> Flown:
-        """Fly commands and compare."""
-        flights = fly(self.burn, self.duration, legendre_gauss(commands.nodes), commands.vectors, steps=steps)
-        return Flown.judge(
-            flights, promised_sma, aim.normal, aim.perigee, pinned=pinned, lowest_allowed=self.lowest
-        )
+        """Fly commands, in so many steps or more, and compare."""
 
-    def kept(self, flown: Flown) -> Flags:
+        def compared(which: Index, flights: Flights) -> Flown:
+            goal = aim[which]
+            return Flown.judge(
+                flights,
+                promised_sma[which],
+                goal.normal,
+                goal.perigee,
+                pinned=pinned,
+                lowest_allowed=self.lowest,
+            )
+
+        def clear_miss(which: Index, flights: Flights) -> Flags:
+            return ~self.kept(compared(which, flights), slack=CLEAR_MISS * flights.error)
+
+        flights = fly(self.burn, self.duration, commands.vectors, steps=steps, give_up=clear_miss)
+        return compared(np.arange(len(aim)), flights)
+
+    def kept(self, flown: Flown, *, slack: Array | float = 0.0) -> Flags:
+        """Whether promises are kept, with so much slack. Along a bound on the altitude the best steering has corners,
+        between whose nodes the interpolant of any grid is longer than 1: there its length is reported, and the flight
+        alone decides."""
         t = self.tolerances
-        return flown.kept(sma_rel=t.sma_rel, plane_rad=t.plane_rad, bound_m=t.bound_m)
+        return flown.kept(
+            sma_rel=t.sma_rel + slack,
+            plane_rad=t.plane_rad + slack,
+            bound=t.bound_m / RADIUS_M + slack,
+            raw_excess=np.inf if self.bounded else t.raw_excess,
+        )
 
 
 @dataclass(slots=True, eq=False)
@@ -201,7 +231,7 @@ def _sequence(tools: Tools, aim: LargestOrbit, out: Attempts, which: Index, lowe
     here = which[reached]
     out.arcs.put(here, found.arcs[reached])
     commands = Commands(found.arcs.controls[reached])
-    flown = tools.judge(commands, aim[here], _sma(found.arcs.ends[reached]), pinned=False, steps=FLIGHT_STEPS)
+    flown = tools.judge(commands, aim[here], _sma(found.arcs.ends[reached]), pinned=False)
     out.accept(here, commands, flown, tools.kept(flown))
     if lowest is not None:
         return
@@ -221,7 +251,7 @@ def polish(
     flies to its promise. Returns the unknowns arrived at."""
     unknowns = start[np.arange(len(which))]
     left = np.arange(len(which))
-    for steps in NEWTON_STEPS:
+    for level, steps in enumerate(NEWTON_STEPS):
         found = tools.indirect(steps).solve(aim[which[left]], unknowns[left], pinned=pinned)
         out.newton_steps[which[left]] += found.steps
         there = np.flatnonzero(found.converged)
@@ -230,7 +260,8 @@ def polish(
             points = which[left[there]]
             extremals = found.flown[there]
             promised = _sma(extremals.ends[:, :6])
-            _fly_primers(tools, aim[points], out, points, extremals, promised, pinned=pinned)
+            nodes = PRIMER_NODES[: level + 1]
+            _fly_primers(tools, aim[points], out, points, extremals, promised, nodes, pinned=pinned)
         left = left[~out.polished[which[left]]]
         if not left.size:
             break
@@ -244,15 +275,17 @@ def _fly_primers(
     points: Index,
     extremals: Extremals,
     promised_sma: Array,
+    choice: tuple[int, ...],
     *,
     pinned: bool,
 ) -> None:
     """Command the primers of extremals on the fewest nodes that fly to the promise, and take those plans."""
     left = np.arange(len(points))
-    for nodes in PRIMER_NODES:
+    for nodes in choice:
         commands = primer_commands(extremals, nodes).vectors[left]
-        steps = 2 * extremals.scheme.steps
-        flown = tools.judge(Commands(commands), aim[left], promised_sma[left], pinned=pinned, steps=steps)
+        flown = tools.judge(
+            Commands(commands), aim[left], promised_sma[left], pinned=pinned, steps=POLISHED_FLIGHT_STEPS
+        )
         good = tools.kept(flown)
         done = points[left[good]]
         out.polished[done] = True

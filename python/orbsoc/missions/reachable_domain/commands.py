@@ -17,6 +17,9 @@ from .primer import Extremals
 
 Array = NDArray[np.float64]
 
+LENGTHS_AT = np.linspace(-1.0, 1.0, 201)
+"""Times, on [−1, 1], at which a programme's length is looked at."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Commands:
@@ -30,7 +33,7 @@ class Commands:
 
 
 def primer_commands(flown: Extremals, nodes: int) -> Commands:
-    """The primers of extremals at Legendre–Gauss nodes, each programme scaled to a largest length of 1."""
+    """The primers of extremals at Legendre–Gauss nodes, each programme scaled to a largest length of 1 on the way."""
     scheme = flown.scheme
     at = 0.5 * scheme.duration * (legendre_gauss(nodes).nodes + 1.0)
     step = np.minimum((at / scheme.length).astype(np.intp), scheme.steps - 1)
@@ -40,5 +43,6 @@ def primer_commands(flown: Extremals, nodes: int) -> Commands:
         start = step[k] * scheme.length
         row = interpolation_matrix(scheme.offsets, [at[k] - start])[0]
         vectors[:, k] = np.einsum("s,sdb->bd", row, primers[step[k]])
-    largest = np.linalg.norm(vectors, axis=2).max(axis=1)
+    between = interpolation_matrix(legendre_gauss(nodes).nodes, LENGTHS_AT) @ vectors
+    largest = np.sqrt(np.einsum("bkd,bkd->bk", between, between).max(axis=1))
     return Commands(vectors / largest[:, None, None])

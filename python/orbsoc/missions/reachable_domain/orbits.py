@@ -14,6 +14,7 @@ from .planes import in_plane_axes, plane_error
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+Limit = Array | float
 
 RADIUS_M = EARTH.earth_radius_m
 """One canonical length."""
@@ -49,7 +50,8 @@ class Flown:
     """What B flown plans reached and by how much they miss: everything (B,), canonical lengths, radians.
 
     `sma_error` is relative to the promise; `perigee_short` and `altitude_short` are how far a bound is missed, 0 where
-    it is kept (a pinned perigee counts both ways).
+    it is kept (a pinned perigee counts both ways). `raw_most` and `raw_least` are the extremes of the programme's
+    length between its nodes; the flight normalises it, but a length above 1 betrays a grid that is too coarse.
     """
 
     sma: Array
@@ -61,6 +63,8 @@ class Flown:
     plane_error: Array
     perigee_short: Array
     altitude_short: Array
+    raw_most: Array
+    raw_least: Array
 
     @classmethod
     def judge(
@@ -86,6 +90,8 @@ class Flown:
             plane_error=plane_error(flights.ends, normal),
             perigee_short=np.abs(short) if pinned else np.maximum(short, 0.0),
             altitude_short=np.maximum(lowest_allowed - flights.lowest, 0.0),
+            raw_most=flights.raw_most,
+            raw_least=flights.raw_least,
         )
 
     def __getitem__(self, which: NDArray[np.intp] | Flags) -> Flown:
@@ -101,8 +107,8 @@ class Flown:
         """Rows of NaN."""
         return cls(*(np.full(count, np.nan) for _ in fields(cls)))
 
-    def kept(self, *, sma_rel: float, plane_rad: float, bound_m: float) -> Flags:
-        """Whether every promise and bound is kept within the tolerances; False where a number is missing."""
-        bound = bound_m / RADIUS_M
+    def kept(self, *, sma_rel: Limit, plane_rad: Limit, bound: Limit, raw_excess: float) -> Flags:
+        """Whether every promise and bound is kept within tolerances, one for all or (B,); False where a number is missing."""
         flown = (self.sma_error <= sma_rel) & (self.plane_error <= plane_rad)
-        return np.asarray(flown & (self.perigee_short <= bound) & (self.altitude_short <= bound))
+        flown &= (self.perigee_short <= bound) & (self.altitude_short <= bound)
+        return np.asarray(flown & (self.raw_most <= 1.0 + raw_excess))

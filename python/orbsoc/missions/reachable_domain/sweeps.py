@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 SWEEPS = 40
 UNCHECKED = 6
 """Sweeps before the first that is looked at."""
-SETTLED = 1e-12
+SETTLED = 1e-9
 """Change of a sweep, relative to the largest number of X or 1, that ends them."""
 TOGETHER = 768
 """Columns of X that are swept together, of all trajectories: what fits in a core's cache."""

@@ -40,10 +40,11 @@ class Origin(enum.StrEnum):
 FLOATS = (
     "inc_deg", "raan_deg", "perigee_bound_km", "tilt_deg", "azimuth_deg", "a_km", "ecc", "apogee_km", "perigee_km",
     "argp_deg", "lowest_km", "sma_error_rel", "plane_error_rad", "perigee_short_m", "altitude_short_m",
-    "furthest_tilt_deg",
+    "raw_most_rel", "raw_least_rel", "furthest_tilt_deg",
 )  # fmt: skip
 """Columns of numbers. Heights are over the equatorial radius; errors compare the flown plan with its promise and its
-bounds; `furthest_tilt_deg` is the evidence of a point that was not reached, NaN where none was sought."""
+bounds; `raw_most_rel` and `raw_least_rel` are the extremes of ‖u‖ − 1 of the attitude programme between its nodes (a polished
+one is a primer, whose length has no meaning below 1); `furthest_tilt_deg` is the evidence of a point that was not reached, NaN where none was sought."""
 COUNTS = ("nodes", "command_nodes", "sequence_iterations", "solver_iterations", "newton_steps")
 """Columns of integers: nodes of the last sequence and of the attitude programme, subproblems solved for this row,
 iterations in them (Newton steps on the dual, interior-point iterations), Newton steps of the polish."""
@@ -108,6 +109,7 @@ class PointTable:
         self["sma_error_rel"][rows], self["plane_error_rad"][rows] = flown.sma_error, flown.plane_error
         self["perigee_short_m"][rows] = flown.perigee_short * RADIUS_M
         self["altitude_short_m"][rows] = flown.altitude_short * RADIUS_M
+        self["raw_most_rel"][rows], self["raw_least_rel"][rows] = flown.raw_most - 1.0, flown.raw_least - 1.0
 
     def write_failures(
         self, rows: Index, status: PointStatus, origin: Origin, evidence: list[str], furthest_tilt: Array
