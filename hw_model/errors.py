@@ -25,6 +25,10 @@ class TraceError(HwModelError):
     """A trace that is damaged, incomplete or of another schema version."""
 
 
+class IgnoredKeyError(HwModelError):
+    """A parameter that was set where nothing reads it, set twice, or set beside the option that sets it."""
+
+
 def describe(error: ValidationError, model: type[BaseModel]) -> str:
     """Every complaint of a validation as `key = value: what is allowed`, one per line, at most ten."""
     complaints = error.errors(include_url=False)

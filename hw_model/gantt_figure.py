@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,21 +28,13 @@ def gantt_figure(timeline: Timeline, path: str | Path | None = None) -> Figure:
     _draw(above, timeline.segments, 1e9)
     above.set_xlabel("modelled time, ms")
     above.set_title(f"Modelled run: {timeline.partition} on {timeline.platform}", fontsize=10)
-    solve, iteration = _longest(timeline.segments)
+    solve, iteration = timeline.longest_iteration()
     part = [s for s in timeline.segments if (s.solve, s.iteration) == (solve, iteration)]
     _draw(below, part, 1e6)
     below.set_xlabel("modelled time, µs")
     below.set_title(f"Its longest iteration: solve {solve}, iteration {iteration}", fontsize=10)
     legend(figure, PLACES)
     return finished(figure, path)
-
-
-def _longest(segments: Sequence[Segment]) -> tuple[int, int]:
-    times: Counter[tuple[int, int]] = Counter()
-    for segment in segments:
-        if segment.iteration and segment.critical:
-            times[segment.solve, segment.iteration] += segment.duration_picos
-    return max(times, key=lambda key: times[key], default=(0, 0))
 
 
 def _draw(axes: Axes, segments: Sequence[Segment], picos: float) -> None:

@@ -21,6 +21,7 @@ Count = Annotated[int, Field(ge=0, le=10**9, strict=True)]
 Units = Annotated[int, Field(ge=1, le=1024, strict=True)]
 Completion = Annotated[str, Field(pattern="^(interrupt|polling)$")]
 Schedule = Annotated[str, Field(pattern="^(serial|overlapped)$")]
+MicrocodeFormat = Annotated[str, Field(pattern="^(flat|compressed)$")]
 
 
 class Parameter(BaseModel, Generic[Number]):

@@ -52,6 +52,8 @@ def on_pl(*modules: str) -> Partition:
     for name in modules:
         if name not in PL_MODULES:
             raise PartitionError(f"partition: no module {name!r}; allowed: {', '.join(PL_MODULES)}")
+        if modules.count(name) > 1:
+            raise PartitionError(f"partition {'+'.join(modules)!r}: names {name!r} twice; name it once")
     sides = {name: "pl" if name in modules else "ps" for name in PL_MODULES}
     words = "+".join(name for name in PL_MODULES if name in modules)
     return parse_partition({"name": words or "all_ps", "modules": sides})

@@ -21,6 +21,7 @@ from .parameter import (
     End,
     Exponent,
     Fraction01,
+    MicrocodeFormat,
     Parameter,
     PlClock,
     PsClock,
@@ -30,7 +31,7 @@ from .parameter import (
     Units,
 )
 from .presets import preset, with_preset
-from .vocabulary import Datapath
+from .reading import Reading, why_ignored
 
 
 class Section(BaseModel):
@@ -94,8 +95,9 @@ class LatencyPreset(Section):
 class Pl(Section):
     """The PL engine: `lanes` issue one operation a cycle each; divisions and roots go to `dividers`.
 
-    `banks` of storage enter exact schedules and the budget, `microcode_compression` (flat bits over stored bits) the
-    budget alone.
+    `banks` of storage and the `microcode_format` ("flat", or "compressed", which takes fewer bits and some more cycles)
+    enter exact schedules and the budget; `microcode_compression` (flat bits over stored bits) a budget from estimates
+    alone, for schedules count the bits.
     """
 
     more_is_faster: ClassVar[frozenset[str]] = frozenset(
@@ -106,6 +108,7 @@ class Pl(Section):
     lanes: Parameter[Units]
     dividers: Parameter[Units]
     banks: Parameter[Units]
+    microcode_format: Parameter[MicrocodeFormat]
     microcode_compression: Parameter[Exponent]
     segment_overhead_cycles: Parameter[Count]
     overlap_exponent: Parameter[Exponent]
@@ -202,7 +205,7 @@ class Resources(Section):
 
 @dataclass(frozen=True, slots=True)
 class Assumption:
-    """One parameter as a report echoes it; `used` says whether this run's times depend on it."""
+    """One parameter as a report echoes it; `used` says whether that report reads it."""
 
     key: str
     value: float | int | str
@@ -278,37 +281,14 @@ class Platform(Section):
         del raw["pl"]["latencies"]
         return _validated(raw, f"platform {self.name}")
 
-    def assumptions(
-        self, datapath: Datapath | None = None, *, pl_used: bool = True, scheduled: bool = False
-    ) -> list[Assumption]:
-        """Every parameter with its provenance; `used` for a run of `datapath`, with or without PL.
-
-        `scheduled`: its PL cycles come from exact schedules, not from the estimate.
-        """
+    def assumptions(self, reading: Reading | None = None) -> list[Assumption]:
+        """Every parameter with its provenance; `used` by what `reading` reads, or by nothing."""
         rows: list[Assumption] = []
         for section in (self.ps, self.pl, self.link, self.runtime, self.area, self.resources):
             for key, item in _walk(section, type(section).__name__.lower()):
-                used = self._affects_time(key, datapath, pl_used=pl_used, scheduled=scheduled)
+                used = reading is not None and why_ignored(key, self, reading) is None
                 rows.append(Assumption(key, item.value, item.low, item.high, item.tag, item.source, used))
         return rows
-
-    def _affects_time(self, key: str, datapath: Datapath | None, *, pl_used: bool, scheduled: bool) -> bool:
-        """Whether a report's times, worst case included, depend on a parameter."""
-        section, _, name = key.partition(".")
-        other = {"f64": "f32", "f32": "f64", None: "(none)"}[datapath]
-        if section in ("area", "resources") or name in _NOT_IN_TIME or other in name:
-            return False
-        if name in ("overlap_exponent", "segment_overhead_cycles", "banks"):
-            return pl_used and scheduled == (name == "banks")
-        if name in ("parallel_fraction", "fork_join_us"):
-            return self.runtime.cores_used.value > 1
-        if name in ("interrupt_entry_us", "interrupt_jitter_us"):
-            return pl_used and self.runtime.completion.value == "interrupt"
-        always = section == "ps" and name != "cache_line_bytes"
-        return pl_used or always or name in ("cores_used", "ps_jitter_fraction")
-
-
-_NOT_IN_TIME = frozenset({"cores", "jitter_exponent", "microcode_compression"})
 
 
 def parameters_of(section: Section) -> Iterator[tuple[str, Parameter[Any]]]:

@@ -28,6 +28,8 @@ class Part(NamedTuple):
     jitter_picos: int
     detail: str
     """What the PS or link is doing: "compute", "launch", "flags", "publish", "copy x to the PL by dma", … """
+    shared_cycles: int = 0
+    """Of the cycles, those at the end in which all computing cores work, not one alone."""
 
 
 class Prices:
@@ -44,7 +46,8 @@ class Prices:
         self.platform = platform
         self._cycles = cycles
         self._uses_pl = uses_pl
-        self._cores = ps.computing_cores(platform, uses_pl=uses_pl)
+        self.cores = ps.computing_cores(platform, uses_pl=uses_pl)
+        """Cores that may share a stage."""
         self._known: dict[Work, tuple[Part, ...]] = {}
 
     def on(self, platform: Platform) -> Prices:
@@ -143,11 +146,10 @@ class Prices:
         return self._on_ps(ps.stage_cycles(stage, self.platform.ps, datapath), "compute")
 
     def _on_ps(self, one_core_cycles: int, detail: str) -> Part:
-        cycles = ps.on_cores(one_core_cycles, self.platform, self._cores)
+        cycles, shared = ps.on_cores(one_core_cycles, self.platform, self.cores)
         [picos] = picos_of_cycles([cycles], self.platform.ps.clock_mhz.value)
-        return Part(
-            "ps", picos, cycles, _share(picos, self.platform.runtime.ps_jitter_fraction.value), detail
-        )
+        late = _share(picos, self.platform.runtime.ps_jitter_fraction.value)
+        return Part("ps", picos, cycles, late, detail, shared)
 
     def _on_pl(self, work: Work) -> list[Part]:
         """A segment is a fixed schedule: it has no jitter."""

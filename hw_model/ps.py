@@ -12,7 +12,7 @@ times beforehand, and uses one core where that is faster.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from .vocabulary import OPCODES, Datapath, Opcode
 
@@ -45,14 +45,24 @@ def build_cycles(pattern: Pattern, ps: Ps) -> int:
     return math.ceil(pattern.nnz_kkt * ps.build_flops_per_nonzero.value / ps.flop_per_cycle.value)
 
 
-def on_cores(cycles: int, platform: Platform, cores: int) -> int:
-    """Cycles of work that takes `cycles` on one core, when `cores` ≥ 1 may share it."""
+class Split(NamedTuple):
+    """Work divided between cores: all cycles of the core that leads, and how many of them, at the end, all cores work."""
+
+    cycles: int
+    shared: int
+
+
+def on_cores(cycles: int, platform: Platform, cores: int) -> Split:
+    """Work that takes `cycles` on one core, when `cores` ≥ 1 may share it."""
     ps = platform.ps
     if cores == 1:
-        return cycles
+        return Split(cycles, 0)
     fork_join = math.ceil(ps.fork_join_us.value * ps.clock_mhz.value)
-    shared = ps.parallel_fraction.value
-    return min(cycles, math.ceil(cycles * (1.0 - shared + shared / cores)) + fork_join)
+    fraction = ps.parallel_fraction.value
+    together = math.ceil(cycles * (1.0 - fraction + fraction / cores)) + fork_join
+    if together >= cycles:
+        return Split(cycles, 0)
+    return Split(together, math.floor(cycles * fraction / cores))
 
 
 def computing_cores(platform: Platform, *, uses_pl: bool) -> int:

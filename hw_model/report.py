@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from .binding import binding_resource
 from .errors import HwModelError
 from .prices import Prices
+from .reading import BOUNDED, Reading
 from .rows import (
     CopyRow,
     IterationRow,
@@ -206,7 +207,6 @@ def speedup(
     for segment in timeline.segments:
         computed[segment.side] += segment.cycles
     causes = timeline.totals("cause")
-    pl_used = split.uses_pl or base.uses_pl
     stages = stage_rows(actions, prices)
     return Report(
         device=machine.name,
@@ -234,12 +234,17 @@ def speedup(
         interrupts=kinds.count("interrupt"),
         launches=kinds.count("launch"),
         deadline=None if deadline_ms is None else _judge(deadline_ms, times, worst_ms),
-        assumptions=tuple(
-            machine.assumptions(
-                checked.datapath, pl_used=pl_used, scheduled=any(row.origin == "schedule" for row in stages)
-            )
-        ),
+        assumptions=tuple(machine.assumptions(_reading(checked, (split, base), machine, cycles))),
     )
+
+
+def _reading(
+    trace: Trace, splits: tuple[Partition, Partition], machine: Platform, cycles: StageCycles
+) -> Reading:
+    """What a comparison of two partitions reads."""
+    with_pl = max(splits, key=lambda split: split.uses_pl)
+    asked = replace(BOUNDED, off_pl=not all(split.uses_pl for split in splits))
+    return asked.of(trace, with_pl, machine, cycles)
 
 
 def _bands(

@@ -2,7 +2,8 @@
 
 The engine is one that rtl/ can be (area.py), its storage as many words as the buffers need, a power of two. Storage
 holds every buffer that a stage on the PL reads or writes, and temporaries as an allowance. Microcode is one flat word a
-cycle of every segment; compressed, it lies in lines and needs the decoder.
+cycle of every segment; compressed, it lies in lines and needs the decoder. How far it is compressed is counted where
+there are schedules, the same bits that `orbsoc hw run` lists, and `pl.microcode_compression` where there are none.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from .area import (
     KINDS,
@@ -27,7 +28,7 @@ from .area import (
     multiplier_dsp,
     storage_bram18,
 )
-from .stage_cycles import StageCycles, estimated
+from .stage_cycles import Microcode, Origin, StageCycles, estimated
 
 if TYPE_CHECKING:
     from .partition import Partition
@@ -60,11 +61,18 @@ class Use:
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """An engine in a device. `storage_words`, `microcode_words`: of the largest pattern, one replica, uncompressed."""
+    """An engine in a device. Storage and microcode are those of the largest pattern, storage of one replica.
+
+    `microcode_bits` are stored, `microcode_flat_bits` what they stand for; `microcode_origin` says whether they were
+    counted ("schedule") or assumed ("estimate").
+    """
 
     uses: tuple[Use, ...]
     storage_words: int
     microcode_words: int
+    microcode_bits: int
+    microcode_flat_bits: int
+    microcode_origin: Origin
     microcode_bram36: int
 
     @property
@@ -89,22 +97,21 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
     """
     area, pl, there = platform.area, platform.pl, platform.resources
     storage = max((_storage_words(pattern, partition) for pattern in trace.patterns), default=0)
+    address_bits = max(8, math.ceil(math.log2(max(2, storage))))
+    shape = Shape(trace.datapath, pl.lanes.value, pl.dividers.value, pl.banks.value, address_bits)
+    packed = pl.microcode_format.value == "compressed"
+    wide = line_bits(shape) if packed else shape.microcode_bits
     code = max(
-        (_microcode_words(trace, platform, partition, p, cycles) for p in range(len(trace.patterns))),
-        default=0,
+        (_stored(trace, platform, partition, p, cycles, shape, wide) for p in range(len(trace.patterns))),
+        key=lambda found: found.lines,
+        default=_NOTHING,
     )
     used: Counter[Kind] = Counter()
-    microcode = 0
+    halves = 0
     if partition.uses_pl:
-        address_bits = max(8, math.ceil(math.log2(max(2, storage))))
-        shape = Shape(trace.datapath, pl.lanes.value, pl.dividers.value, pl.banks.value, address_bits)
-        packed = pl.microcode_compression.value > 1.0
-        wide = line_bits(shape) if packed else shape.microcode_bits
-        lines = math.ceil(code * shape.microcode_bits / pl.microcode_compression.value / wide)
-        halves = bram18(lines, wide)
-        microcode = math.ceil(halves / 2)
+        halves = bram18(code.lines, wide)
         used["lut"] = logic_luts(shape, area) + (decoder_luts(shape, area) if packed else 0)
-        used["ff"] = flip_flops(shape, area, math.ceil(math.log2(max(2, lines))))
+        used["ff"] = flip_flops(shape, area, math.ceil(math.log2(max(2, code.lines))))
         used["ff"] += decoder_flip_flops(shape, area) if packed else 0
         used["dsp"] = shape.lanes * multiplier_dsp(SIGNIFICAND_BITS[shape.datapath])
         used["bram36"] = math.ceil((storage_bram18(shape) + halves) / 2)
@@ -112,7 +119,7 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
         Use(kind, used[kind], getattr(there, kind).value, getattr(area, f"{kind}_ceiling").value)
         for kind in KINDS
     )
-    return Budget(uses, storage, code, microcode)
+    return Budget(uses, storage, code.words, code.bits, code.flat_bits, code.origin, math.ceil(halves / 2))
 
 
 def _storage_words(pattern: Pattern, partition: Partition) -> int:
@@ -129,12 +136,40 @@ def _words(pattern: Pattern, buffers: Iterable[str]) -> int:
     return sum(pattern.buffers[buffer] for buffer in buffers)
 
 
-def _microcode_words(
-    trace: Trace, platform: Platform, partition: Partition, p: int, cycles: StageCycles
-) -> int:
-    """One word a cycle of each segment, kept once however often it is launched."""
-    return sum(
-        cycles(trace, platform, p, name).cycles
-        for name, stage in trace.patterns[p].stages.items()
-        if partition.side(stage.module) == "pl"
-    )
+class _Code(NamedTuple):
+    """The microcode of one pattern's segments."""
+
+    words: int
+    bits: int
+    flat_bits: int
+    lines: int
+    origin: Origin
+
+
+_NOTHING = _Code(0, 0, 0, 0, "estimate")
+
+
+def _stored(
+    trace: Trace,
+    platform: Platform,
+    partition: Partition,
+    p: int,
+    cycles: StageCycles,
+    shape: Shape,
+    wide: int,
+) -> _Code:
+    """Microcode of each segment of a pattern, kept once however often it is launched, each from a line of its own."""
+    words = bits = flat_bits = lines = 0
+    origin: Origin = "estimate"
+    packed = platform.pl.microcode_format.value == "compressed"
+    by = platform.pl.microcode_compression.value if packed else 1.0
+    for name, stage in trace.patterns[p].stages.items():
+        if partition.side(stage.module) != "pl":
+            continue
+        found = cycles(trace, platform, p, name)
+        flat = found.cycles * shape.microcode_bits
+        code = found.microcode or Microcode(found.cycles, flat, math.ceil(flat / by))
+        words, bits, flat_bits = words + code.words, bits + code.bits, flat_bits + code.flat_bits
+        lines += math.ceil(code.bits / wide) if packed else code.words
+        origin = found.origin
+    return _Code(words, bits, flat_bits, lines, origin)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from .errors import HwModelError
-from .stage_cycles import PlCycles, StageCycles
+from .stage_cycles import Microcode, PlCycles, StageCycles
 from .vocabulary import PL_CAUSES, Datapath, PlCause
 
 if TYPE_CHECKING:
@@ -33,32 +33,41 @@ class Engine(NamedTuple):
     dividers: int
     banks: int
     datapath: Datapath
+    compressed: bool
+    """Whether its microcode is: a schedule for few bits, and cycles in which the decoder waits for a line."""
 
 
 @dataclass(frozen=True, slots=True)
 class Schedule:
-    """One segment: cycles by the scheduler's causes, and the L0 bound with its bottleneck."""
+    """One segment: cycles by the scheduler's causes, the L0 bound with its bottleneck, and its microcode."""
 
     causes: Mapping[str, int]
     lower_bound: int
     bottleneck: str
+    microcode: Microcode
+
+
+def engine_of(platform: Platform, datapath: Datapath) -> Engine:
+    """The engine of a platform. Raises HwModelError when its `pl.latency_preset` is not the RTL's, which has no schedule."""
+    pl = platform.pl
+    if pl.latency_preset != "orbsoc_rtl":
+        raise HwModelError(
+            f"`pl.latency_preset` = {pl.latency_preset!r}: schedules are made with the latencies of 'orbsoc_rtl' only;"
+            " ask for --estimate, or set pl.latency_preset to orbsoc_rtl"
+        )
+    compressed = pl.microcode_format.value == "compressed"
+    return Engine(pl.lanes.value, pl.dividers.value, pl.banks.value, datapath, compressed)
 
 
 def scheduled(source: Callable[[int, str, Engine], Schedule]) -> StageCycles:
     """Cycles from `source`, each schedule asked for once.
 
-    A platform whose `pl.latency_preset` is not the RTL's has no schedule, and a cause that is not known is an error:
-    both raise HwModelError.
+    Raises HwModelError for a platform that has no schedules (`engine_of`), and for a cause that is not known.
     """
     known: dict[tuple[int, str, Engine], PlCycles] = {}
 
     def look_up(trace: Trace, platform: Platform, pattern: int, stage: str) -> PlCycles:
-        pl = platform.pl
-        if pl.latency_preset != "orbsoc_rtl":
-            raise HwModelError(
-                f"`pl.latency_preset` = {pl.latency_preset!r}: schedules are made with the latencies of 'orbsoc_rtl' only"
-            )
-        engine = Engine(pl.lanes.value, pl.dividers.value, pl.banks.value, trace.datapath)
+        engine = engine_of(platform, trace.datapath)
         key = (pattern, stage, engine)
         if key not in known:
             known[key] = _translated(source(*key), stage)
@@ -77,7 +86,7 @@ def _translated(found: Schedule, stage: str) -> PlCycles:
         if cycles < 0:
             raise HwModelError(f"schedule of {stage!r}: {name} = {cycles} cycles: must be 0 or more")
         causes[CAUSE_OF[name]] += cycles
-    result = PlCycles(causes, found.lower_bound, found.bottleneck, "schedule")
+    result = PlCycles(causes, found.lower_bound, found.bottleneck, "schedule", found.microcode)
     if result.cycles < found.lower_bound:
         raise HwModelError(
             f"schedule of {stage!r}: {result.cycles} cycles are fewer than the bound {found.lower_bound} allows"

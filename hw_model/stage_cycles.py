@@ -17,16 +17,27 @@ Origin = Literal["estimate", "schedule"]
 
 
 @dataclass(frozen=True, slots=True)
+class Microcode:
+    """What a segment's microcode takes: `words`, one a cycle, their bits when flat, and the bits that are stored."""
+
+    words: int
+    flat_bits: int
+    bits: int
+
+
+@dataclass(frozen=True, slots=True)
 class PlCycles:
     """One run of a stage on the PL engine: cycles by cause, which add up to the whole, and the L0 bound below it.
 
     `origin`: "schedule" is exact, equal to the RTL cycle for cycle; "estimate" is L1 as pl.py describes it.
+    `microcode`: of a schedule; an estimate knows none.
     """
 
     causes: dict[PlCause, int]
     lower_bound: int
     bottleneck: str
     origin: Origin
+    microcode: Microcode | None = None
 
     @property
     def cycles(self) -> int:

@@ -83,7 +83,7 @@ class Study:
 
     def __init__(self, trace: Trace, cycles: StageCycles = estimated) -> None:
         self.trace = trace
-        self._cycles = cycles
+        self.cycles = cycles
         self._walks: dict[tuple[tuple[str, str], ...], tuple[list[Action], Counter[Work]]] = {}
 
     def points(
@@ -98,7 +98,7 @@ class Study:
             uses_pl: [self._prices(corner, uses_pl) for corner in (*corners, slowest)]
             for uses_pl in (True, False)
         }
-        cycles = _remembered(self._cycles)
+        cycles = _remembered(self.cycles)
         baselines = self._times(on_pl(), priced[False][:-1])
         return [
             Point(
@@ -116,7 +116,7 @@ class Study:
         ]
 
     def _prices(self, platform: Platform, uses_pl: bool) -> Prices:
-        return Prices(self.trace, platform, uses_pl=uses_pl, cycles=self._cycles)
+        return Prices(self.trace, platform, uses_pl=uses_pl, cycles=self.cycles)
 
     def _times(self, split: Partition, priced: Sequence[Prices]) -> tuple[float, ...]:
         actions, tally = self._walk(split)

@@ -24,6 +24,7 @@ from .data_file import is_table
 from .errors import HwModelError
 from .partition import load_partition
 from .platform import load_platform
+from .reading import STUDIED, require_read
 from .study import Point, Study
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def load_sweep(path: str | Path) -> Sweep:
     axes = raw.get("axes")
     if not is_table(axes):
         raise SweepError(f"{where}: `axes` is missing; it holds a list of values for each key")
-    flat = {key: _values(where, key, value) for key, value in _flat(axes).items()}
+    flat = {key: _values(where, key, value) for key, value in _flat(where, axes).items()}
     workload = raw.get("workload")
     if workload is not None and not isinstance(workload, str):
         raise SweepError(f"{where}: `workload` = {workload!r}: must be the path of a file")
@@ -82,8 +83,7 @@ def checked(sweep: Sweep, where: str) -> Sweep:
     """The same sweep; raises for unknown names and keys, impossible values, or too many points."""
     if sweep.size > MAX_POINTS:
         raise SweepError(f"{where}: {sweep.size} points; at most {MAX_POINTS}")
-    for name in sweep.partitions:
-        load_partition(name)
+    _no_twins(sweep, where)
     for _ in computers(sweep):
         pass
     return sweep
@@ -101,9 +101,20 @@ def computers(sweep: Sweep) -> Iterator[tuple[Platform, dict[str, Any]]]:
 def run(
     trace: Trace, sweep: Sweep, study: Study | None = None, progress: Callable[[int], None] | None = None
 ) -> list[Point]:
-    """Every point of the grid, device by device; `progress` is told how many are done."""
+    """Every point of the grid, device by device; `progress` is told how many are done.
+
+    Raises IgnoredKeyError for an axis that no point reads.
+    """
     study = study or Study(trace)
     splits = [load_partition(name) for name in sweep.partitions]
+    require_read(
+        sweep.axes,
+        (
+            (machine, STUDIED.of(trace, split, machine, study.cycles))
+            for machine, _ in computers(sweep)
+            for split in splits
+        ),
+    )
     points: list[Point] = []
     for platform, settings in computers(sweep):
         shown = {key: value for key, value in settings.items() if key not in ("pl.lanes", "pl.clock_mhz")}
@@ -113,14 +124,15 @@ def run(
     return points
 
 
-def _flat(axes: dict[str, Any]) -> dict[str, Any]:
-    """`[axes.pl] lanes = …` and `"pl.lanes" = …` are the same key."""
+def _flat(where: str, axes: dict[str, Any]) -> dict[str, Any]:
+    """`[axes.pl] lanes = …` and `"pl.lanes" = …` are the same key, which may be there once."""
     flat: dict[str, Any] = {}
     for key, value in axes.items():
-        if is_table(value):
-            flat |= {f"{key}.{inner}": item for inner, item in value.items()}
-        else:
-            flat[key] = value
+        inner = {f"{key}.{name}": item for name, item in value.items()} if is_table(value) else {key: value}
+        for name, item in inner.items():
+            if name in flat:
+                raise SweepError(f"{where}: `axes.{name}` = {item!r}: was given as {flat[name]!r} before")
+            flat[name] = item
     return flat
 
 
@@ -130,6 +142,21 @@ def _values(where: str, key: str, value: Any) -> tuple[Any, ...]:
     values: list[Any] = value
     if key in ("device", "partition") and not all(isinstance(item, str) for item in values):
         raise SweepError(f"{where}: `axes.{key}` = {value!r}: must be a list of names")
-    if len(set(map(repr, values))) < len(values):
+    if any(item in values[:k] for k, item in enumerate(values)):
         raise SweepError(f"{where}: `axes.{key}` = {value!r}: names a value twice")
     return tuple(values)
+
+
+def _no_twins(sweep: Sweep, where: str) -> None:
+    """Raise when two names stand for one partition or one device: its points would be counted twice."""
+    for key, names, load in (
+        ("partition", sweep.partitions, lambda name: load_partition(name).modules),
+        ("device", sweep.devices, lambda name: load_platform(name).name),
+    ):
+        seen: list[Any] = []
+        for name in names:
+            found = load(name)
+            if found in seen:
+                twin = names[seen.index(found)]
+                raise SweepError(f"{where}: `axes.{key}`: {name!r} is the same as {twin!r}; name it once")
+            seen.append(found)

@@ -48,6 +48,13 @@ class Segment(NamedTuple):
     resource: Resource
     critical: bool
     """Whether the makespan counts it: always when serial."""
+    shared_cycles: int
+    """Of the PS's cycles, those at the end in which all computing cores work, not one alone."""
+
+    @property
+    def end_picos(self) -> int:
+        """When it ends."""
+        return self.start_picos + self.duration_picos
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +65,8 @@ class Timeline:
     partition: str
     segments: tuple[Segment, ...]
     makespan_picos: int
+    cores: int
+    """Cores that may share a stage of the PS."""
 
     def totals(self, *levels: Level) -> dict[tuple[Any, ...], int]:
         """Picoseconds per combination of `levels`, e.g. totals("module", "cause"). They sum to the makespan."""
@@ -66,6 +75,14 @@ class Timeline:
             if segment.critical:
                 found[tuple(getattr(segment, level) for level in levels)] += segment.duration_picos
         return dict(found)
+
+    def longest_iteration(self) -> tuple[int, int]:
+        """Solve and number of the iteration that takes longest, the start-up apart; (0, 0) when there is none."""
+        times: Counter[tuple[int, int]] = Counter()
+        for segment in self.segments:
+            if segment.iteration and segment.critical:
+                times[segment.solve, segment.iteration] += segment.duration_picos
+        return max(times, key=lambda key: times[key], default=(0, 0))
 
     def busy(self) -> dict[Resource, int]:
         """Picoseconds that each resource works, critical or not."""
@@ -109,15 +126,15 @@ def lay_out(actions: list[Action], prices: Prices, partition: str) -> Timeline:
     for k, (work, module, stage, solve, iteration, event) in enumerate(actions):
         side: Side = work.side if work.kind == "compute" else "ps"
         now, resource = ends[k] - durations[k], order.resources[k]
-        for cause, picos, cycles, _, detail in prices.parts(work):
+        for cause, picos, cycles, _, detail, shared in prices.parts(work):
             segments.append(
                 Segment(
                     now, picos, side, module, stage, solve, iteration, event, work.kind, cause, cycles, detail,
-                    resource, k in critical,
+                    resource, k in critical, shared,
                 )
             )  # fmt: skip
             now += picos
-    return Timeline(prices.platform.name, partition, tuple(segments), max(ends, default=0))
+    return Timeline(prices.platform.name, partition, tuple(segments), max(ends, default=0), prices.cores)
 
 
 def tally_of(actions: list[Action]) -> Counter[Work]:

@@ -31,8 +31,8 @@ Count = Annotated[int, Field(ge=0, le=2**53, strict=True)]
 
 
 class _Record(BaseModel):
-    # Later writers may add keys under the same schema number; a change of meaning changes the number.
-    model_config = ConfigDict(frozen=True, extra="ignore")
+    # A key that this model does not know would be ignored in silence; a later writer changes the schema's number.
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class Cones(_Record):

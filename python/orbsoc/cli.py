@@ -74,6 +74,7 @@ class Hardware:
     device: str
     partition: str
     deadline_ms: float | None
+    exact: bool
 
 
 @app.callback()
@@ -109,6 +110,14 @@ def plan(
     ] = None,
     seed: Annotated[int, typer.Option(help="of the dispersion")] = 0,
     resume: Annotated[bool, typer.Option("--resume", help="keep the cases that the folder has")] = False,
+    exact: Annotated[
+        bool,
+        typer.Option(
+            "--exact/--estimate",
+            help="cycles of the PL from schedules, equal to the RTL, or estimated",
+            show_default=False,
+        ),
+    ] = True,
     check: Annotated[CheckChoice | None, typer.Option(help="plan again with another solver, compare")] = None,
     ps: Annotated[bool, typer.Option("--ps", help="plan on the emulated PS+PL computer")] = False,
     out: Annotated[
@@ -125,13 +134,13 @@ def plan(
             lambda: _scenario(scenario, problem, perigee_direction, nodes),
             out if out is not None else Path("out") / f"{scenario.stem}-cases",
             count=cases, seed=seed, resume=resume, device=device, partition=partition, deadline_ms=deadline_ms,
-            as_json=as_json,
+            exact=exact, as_json=as_json,
         )  # fmt: skip
     with Interrupts() as interrupts:
         try:
             chosen = _scenario(scenario, problem, perigee_direction, nodes)
             folder = out if out is not None else Path("out") / f"{scenario.stem}-{chosen.problem}"
-            hardware = Hardware(device, partition, deadline_ms)
+            hardware = Hardware(device, partition, deadline_ms, exact)
             run, document = _plan_and_write(chosen, folder, hardware, check, ps, as_json, interrupts)
         except KeyboardInterrupt:
             _stop(INTERRUPTED, "interrupted; nothing was written", as_json)
@@ -201,6 +210,7 @@ def _plan_and_write(
         deadline_ms=hardware.deadline_ms,
         verified=found.status is PlanStatus.VERIFIED,
         scheduled=scheduler,
+        exact=hardware.exact,
     )
     interrupts.check()
     solver = "orbsoc on the emulated PS+PL computer" if ps else "orbsoc"
@@ -229,7 +239,7 @@ def _check_before_planning(folder: Path, hardware: Hardware) -> None:
     from orbsoc.output_folder import check_replaceable
 
     check_replaceable(folder)
-    check_names(hardware.device, hardware.partition)
+    check_names(hardware.device, hardware.partition, exact=hardware.exact)
     deadline_ms = hardware.deadline_ms
     if deadline_ms is not None and not 0.0 < deadline_ms < float("inf"):
         raise HwModelError(f"--deadline-ms = {deadline_ms}: must be a positive number of milliseconds")

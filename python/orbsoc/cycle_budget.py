@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import hw_model
+from hw_model.schedules import engine_of
+from hw_model.stage_cycles import estimated
+from orbsoc.exact_cycles import exact_cycles
 from orbsoc.ps import PsScheduler
 from orbsoc.scp import Iteration, Solve
 from orbsoc.settings import Settings
@@ -27,11 +30,20 @@ class CycleBudget:
     report: hw_model.Report
     same_bits: bool
     deadline_ms: float | None
+    exact: bool
+    """Whether the PL's cycles are those of schedules, equal to the RTL, or estimated."""
 
     @property
     def headline(self) -> str:
         """The model's headline, and what it is about."""
-        return f"{SCOPE}, {self.report.headline}"
+        return f"{SCOPE}, {self.report.headline}; {self.cycles} PL cycles"
+
+    @property
+    def cycles(self) -> str:
+        """Where the PL's cycles come from, in a word: "exact" schedules, equal to the RTL, or "estimated"."""
+        if not self.report.modules_on_pl:
+            return "no"
+        return "exact" if self.exact else "estimated"
 
     @property
     def deadline_line(self) -> str:
@@ -46,7 +58,7 @@ class CycleBudget:
                 f" {SCOPE} that was tried take a modelled {took}"
             )
         return (
-            f"modelled deadline verdict for {SCOPE}: {found.verdict}: {took} against {found.deadline_ms:g} ms,"
+            f"modelled deadline verdict for {SCOPE}, {self.cycles} PL cycles: {found.verdict}: {took} against {found.deadline_ms:g} ms,"
             f" margin {found.margin_ms:+.3f} ms nominally, {found.worst_case_margin_ms:+.3f} ms in the worst case;"
             f" binding is {self.report.binding};"
             " the rest of the outer loop is not in it, nor is a check that the engine fits into the device"
@@ -61,6 +73,7 @@ class CycleBudget:
             "device": report.device,
             "partition": report.partition,
             "cycles": dict(report.cycles),
+            "pl_cycles_from": self.cycles,
             "time_ms": report.makespan_ms.nominal,
             "speedup": report.speedup.nominal,
             "verdict": report.deadline.verdict if report.deadline else None,
@@ -75,10 +88,14 @@ class CycleBudget:
         return {"same_bits": self.same_bits, "scope": SCOPE, **self.report.to_dict(), **words}
 
 
-def check_names(device: str, partition: str) -> None:
-    """Raise `hw_model.HwModelError` unless both name (or are paths of) what the model knows."""
-    hw_model.load_platform(device)
-    hw_model.load_partition(partition)
+def check_names(device: str, partition: str, *, exact: bool = True) -> None:
+    """Raise `hw_model.HwModelError` unless both name (or are paths of) what the model knows.
+
+    `exact`: and unless the device's PL has schedules.
+    """
+    machine, split = hw_model.load_platform(device), hw_model.load_partition(partition)
+    if exact and split.uses_pl:
+        engine_of(machine, "f64")
 
 
 def cycle_budget(
@@ -89,11 +106,12 @@ def cycle_budget(
     deadline_ms: float | None,
     verified: bool,
     scheduled: PsScheduler | None = None,
+    exact: bool = True,
 ) -> CycleBudget:
     """Price every subproblem of `iterations` on `device` under `partition`.
 
     The trace is that of `scheduled`, the scheduler that made the plan, or comes from solving the same subproblems
-    again on a new one. `deadline_ms` is judged only for a `verified` plan: no deadline is met without one. Either way each is solved by the other path too, and the bits are compared.
+    again on a new one. `exact`: cycles of the PL from schedules, not estimated. `deadline_ms` is judged only for a `verified` plan: no deadline is met without one. Either way each is solved by the other path too, and the bits are compared.
     Raises `hw_model.HwModelError` for unknown names or an impossible deadline, KeyboardInterrupt when a solve was
     interrupted: a truncated trace would be priced too low.
     """
@@ -106,8 +124,9 @@ def cycle_budget(
             raise KeyboardInterrupt
         same_bits &= _same_bits(again, row.solution)
     judged_ms = deadline_ms if verified else None
-    report = hw_model.speedup(scheduler.trace, device, partition, deadline_ms=judged_ms)
-    return CycleBudget(report, same_bits, deadline_ms)
+    cycles = exact_cycles(scheduler.patterns) if exact else estimated
+    report = hw_model.speedup(scheduler.trace, device, partition, deadline_ms=judged_ms, cycles=cycles)
+    return CycleBudget(report, same_bits, deadline_ms, exact)
 
 
 def _same_bits(one: Solution, other: Solution) -> bool:

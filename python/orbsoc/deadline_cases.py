@@ -1,7 +1,9 @@
 """Does the computer make the deadline in every dispersed case? Cases are planned once, and priced as often as asked.
 
 A case is recorded in a file of its own (`cases/case-0007.json.gz`: status, iterations, trace) as soon as it is
-planned, so that an interrupted study goes on where it stopped, and another device needs no planning at all.
+planned, so that an interrupted study goes on where it stopped, and another device needs no planning at all. One problem
+of each sparsity pattern is kept beside them (`cases/pattern-….json`), from which the PL's segments are scheduled: once
+for all cases, which share their patterns.
 """
 
 from __future__ import annotations
@@ -20,8 +22,9 @@ if TYPE_CHECKING:
     from hw_model import Partition, Platform
     from hw_model.stage_cycles import StageCycles
     from hw_model.vocabulary import Cause
+    from orbsoc.problem import Problem
 
-RECORD = "orbsoc.case/1"
+RECORD = "orbsoc.case/2"
 SCHEMA = "orbsoc.deadline/1"
 Verdict = Literal["PASS", "FAIL", "MARGINAL"]
 
@@ -40,6 +43,8 @@ class Case:
     ipm_iterations: tuple[int, ...]
     """Of each subproblem."""
     trace: dict[str, Any]
+    patterns: tuple[str, ...]
+    """Digests of the trace's patterns, in its order: the names of their problems' files."""
 
     @property
     def verified(self) -> bool:
@@ -68,6 +73,8 @@ class DeadlineReport:
 
     device: str
     partition: str
+    cycles: Literal["exact", "estimated"]
+    """Where the PL's cycles come from: schedules, equal to the RTL, or the L1 estimate."""
     deadline_ms: float
     verdict: Verdict
     margin_ms: float
@@ -86,8 +93,8 @@ class DeadlineReport:
         times = sorted(case.time_ms for case in planned)
         spread = f"{times[0]:.3f}–{times[-1]:.3f} ms nominally" if times else "no time"
         return (
-            f"modelled deadline verdict over {len(self.cases)} dispersed cases, {self.partition} on {self.device}:"
-            f" {self.verdict}: {spread}, worst case {max((case.worst_ms for case in planned), default=0.0):.3f} ms against"
+            f"modelled deadline verdict over {len(self.cases)} dispersed cases, {self.partition} on {self.device},"
+            f" {self.cycles} PL cycles: {self.verdict}: {spread}, worst case {max((case.worst_ms for case in planned), default=0.0):.3f} ms against"
             f" {self.deadline_ms:g} ms, margin {self.margin_ms:+.3f} ms; {lost} without a verified plan;"
             f" binding is {self.binding_words} ({100 * self.binding_share:.0f} % of the time)"
         )
@@ -137,7 +144,8 @@ def record_cases(
         place = folder / f"case-{number:04d}.json.gz"
         case = _read(place, key) if resume and place.exists() else None
         if case is None:
-            case = _plan(scenario, number, seed)
+            case, problems = _plan(scenario, number, seed)
+            _keep(problems, folder)
             _write(case, key, place)
         cases.append(case)
         if progress is not None:
@@ -153,15 +161,41 @@ def check_deadline(deadline_ms: float) -> None:
         raise HwModelError(f"--deadline-ms = {deadline_ms}: must be a positive number of milliseconds")
 
 
+def estimated_cycles(_: Case) -> StageCycles:
+    """The L1 estimate, for every case."""
+    from hw_model.stage_cycles import estimated
+
+    return estimated
+
+
+def exact_cycles_of(cases: Sequence[Case], folder: Path) -> Callable[[Case], StageCycles]:
+    """The schedules of each case's patterns, whose problems lie in `folder`. Raises CaseError when one is missing."""
+    from orbsoc.errors import FileError
+    from orbsoc.exact_cycles import exact_cycles
+    from orbsoc.problem import Problem
+
+    problems: dict[str, Problem] = {}
+    for digest in dict.fromkeys(digest for case in cases for digest in case.patterns):
+        try:
+            problems[digest] = Problem.load(_pattern_file(folder, digest))
+        except (FileError, OSError) as error:
+            raise CaseError(f"{error}; start again without --resume, or ask for --estimate") from error
+    return lambda case: exact_cycles([problems[digest] for digest in case.patterns])
+
+
 def judge(
-    cases: Sequence[Case], platform: Platform, partition: Partition, deadline_ms: float, cycles: StageCycles
+    cases: Sequence[Case],
+    platform: Platform,
+    partition: Partition,
+    deadline_ms: float,
+    cycles_of: Callable[[Case], StageCycles] = estimated_cycles,
 ) -> DeadlineReport:
     """Price every case and judge them together. Raises hw_model.HwModelError for an impossible deadline."""
     from hw_model.binding import binding_resource
 
     check_deadline(deadline_ms)
     causes: Counter[Cause] = Counter()
-    priced = tuple(_price(case, platform, partition, cycles, causes) for case in cases)
+    priced = tuple(_price(case, platform, partition, cycles_of(case), causes) for case in cases)
     planned = [case for case in priced if case.status == "verified"]
     worst = max((case.worst_ms for case in planned), default=0.0)
     verdict: Verdict
@@ -172,13 +206,15 @@ def judge(
     cause, share, words = binding_resource(causes)
     nominal = max((case.time_ms for case in planned), default=0.0)
     return DeadlineReport(
-        platform.name, partition.name, deadline_ms, verdict, deadline_ms - worst, deadline_ms - nominal, cause, share,
+        platform.name, partition.name, "estimated" if cycles_of is estimated_cycles else "exact", deadline_ms, verdict, deadline_ms - worst, deadline_ms - nominal, cause, share,
         words, priced,
     )  # fmt: skip
 
 
-def _plan(scenario: Any, number: int, seed: int) -> Case:
+def _plan(scenario: Any, number: int, seed: int) -> tuple[Case, tuple[Problem, ...]]:
+    """One case, and a problem of each of its patterns."""
     from orbsoc.missions.reachable_insertion import dispersed, plan
+    from orbsoc.pl_program import pattern_digest
     from orbsoc.ps import PsScheduler
 
     scheduler = PsScheduler()
@@ -186,7 +222,25 @@ def _plan(scenario: Any, number: int, seed: int) -> Case:
     if found.status.name == "INTERRUPTED":
         raise KeyboardInterrupt
     iterations = tuple(row.solution.iterations for row in found.iterations)
-    return Case(number, found.status.value, len(found.iterations), iterations, scheduler.trace)
+    digests = tuple(pattern_digest(problem).hex()[:16] for problem in scheduler.patterns)
+    case = Case(number, found.status.value, len(found.iterations), iterations, scheduler.trace, digests)
+    return case, scheduler.patterns
+
+
+def _keep(problems: Sequence[Problem], folder: Path) -> None:
+    """Write one problem of each pattern that the folder lacks."""
+    from orbsoc.pl_program import pattern_digest
+
+    for problem in problems:
+        place = _pattern_file(folder, pattern_digest(problem).hex()[:16])
+        if not place.exists():
+            beside = place.with_name(f".{os.getpid()}-{place.name}")
+            problem.save(beside)
+            beside.replace(place)
+
+
+def _pattern_file(folder: Path, digest: str) -> Path:
+    return folder / f"pattern-{digest}.json"
 
 
 def _price(
@@ -231,7 +285,8 @@ def _read(place: Path, key: str) -> Case:
         study = document.pop("study")
         if document.pop("schema") != RECORD:
             raise CaseError(f"{place}: another schema; this version reads {RECORD!r}")
-        document["ipm_iterations"] = tuple(document["ipm_iterations"])
+        for name in ("ipm_iterations", "patterns"):
+            document[name] = tuple(document[name])
         case = Case(**document)
     except (OSError, EOFError, ValueError, KeyError, TypeError) as error:
         if isinstance(error, CaseError):

@@ -18,7 +18,7 @@ def busy_shares(program: PlProgram, stage: str, bins: int = BINS) -> tuple[Array
 
     Shape (lanes + dividers, bins); a divider is busy from an issue until it takes the next.
     """
-    cycles, units = program.core.issues(stage)
+    cycles, units, _ = program.core.issues(stage)
     engine, segment = program.engine, program.segments[stage]
     edges = np.linspace(0.0, max(segment.words, 1), bins + 1)
     shares = np.zeros((engine.lanes + engine.dividers, bins))

@@ -44,7 +44,8 @@ class Segment:
     """One stage on the engine. All in PL cycles unless the name says otherwise.
 
     `lower_bound` is L0: no schedule is shorter, and `bottleneck` names the resource. `causes` sum to `cycles`,
-    `lane_causes` to `cycles` times lanes. `compressed_cycles` is the time with compressed microcode.
+    `lane_causes` to `cycles` times lanes. `compressed_cycles` is the time with compressed microcode, and
+    `compressed_causes` sum to it.
     """
 
     stage: str
@@ -60,6 +61,7 @@ class Segment:
     compressed_bits: int
     compressed_cycles: int
     causes: dict[str, int]
+    compressed_causes: dict[str, int]
     lane_causes: dict[str, int]
 
 

@@ -1,4 +1,4 @@
-"""Differences add up, and timelines reach Perfetto whole."""
+"""Differences add up."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from hw_model.difference_figure import difference_figure
 from hw_model.explain import Configuration, explain
 from hw_model.gantt_figure import gantt_figure
 from hw_model.partition import load_partition
-from hw_model.perfetto import trace_events
 from hw_model.platform import Platform, load_platform
 from hw_model.resources import budget
 from hw_model.timeline import simulate
@@ -57,32 +56,6 @@ def test_a_difference_names_what_was_changed() -> None:
     assert set(found.moved) == {"matrix_update", "matrix_scaling", "cone_ops", "line_search"}
     assert explain(TRACE, *PAIRS[0]).headline.endswith("ms")
     assert "take the same time" in explain(TRACE, *PAIRS[0]).headline
-
-
-@pytest.mark.parametrize("machine", [load_platform("zu9eg"), overlapped(load_platform("xc7z020"))])
-def test_every_segment_reaches_the_trace_viewer(machine: Platform) -> None:
-    timeline = simulate(TRACE, machine, "paper")
-    document = json.loads(json.dumps(trace_events(timeline, machine), allow_nan=False))
-    names = {
-        (e["pid"], e["tid"]): e["args"]["name"] for e in document["traceEvents"] if e["name"] == "thread_name"
-    }
-    events = [event for event in document["traceEvents"] if event["ph"] == "X"]
-    assert {(event["pid"], event["tid"]) for event in events} <= names.keys()
-    on_causes = [event for event in events if names[event["pid"], event["tid"]].startswith("cycles: ")]
-    others = [event for event in events if event not in on_causes]
-    assert len(others) == len(timeline.segments)
-    assert len(on_causes) == sum(segment.side == "pl" for segment in timeline.segments)
-    ends = max(event["ts"] + event["dur"] for event in events)
-    assert ends == pytest.approx(timeline.makespan_picos / 1e6) == document["otherData"]["makespan_us"]
-    assert {names[event["pid"], event["tid"]] for event in others} >= {"core 0", "factorization", "interrupt"}
-    echo = document["otherData"]["parameters"]
-    assert echo.keys() == {row.key for row in machine.assumptions()}
-    assert all(row["tag"] in ("sourced", "measured", "assumed") for row in echo.values())
-    by_track: dict[tuple[int, int], float] = {}
-    for event in events:  # events of one track do not overlap
-        key = (event["pid"], event["tid"])
-        assert event["ts"] >= by_track.get(key, 0.0) - 1e-9
-        by_track[key] = event["ts"] + event["dur"]
 
 
 def test_figures_are_drawn(tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ def test_a_shipped_platform_loads_and_every_number_has_a_source(name: str) -> No
     platform = load_platform(name)
     assert platform.name == name
     rows = platform.assumptions()
-    assert len(rows) == len({row.key for row in rows}) == 78
+    assert len(rows) == len({row.key for row in rows}) == 79
     for row in rows:
         assert row.tag in ("sourced", "measured", "assumed")
         assert row.source.strip()
@@ -169,6 +169,7 @@ def test_a_value_can_be_set_for_one_run() -> None:
             1.5,
             r"`link\.ddr_efficiency\.value` = 1\.5: input should be less than or equal to 1",
         ),
+        ("pl.microcode_format", "zip", r"`pl\.microcode_format\.value` = 'zip': .*flat\|compressed"),
         (
             "pl.latency_preset",
             "fast",

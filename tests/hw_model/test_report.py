@@ -165,7 +165,7 @@ def test_changing_one_parameter_changes_the_echo_of_that_one_only(split: str) ->
     before = speedup(TRACE, platform, split)
     steps = {"pl.lanes": 5, "pl.dividers": 2, "link.flags_per_register": 4, "link.ddr_efficiency": 0.5} | {
         "runtime.completion": "polling", "runtime.schedule": "overlapped", "runtime.cores_used": 1,
-        "ps.cache_line_bytes": 16, "ps.parallel_fraction": 0.7,
+        "pl.microcode_format": "flat", "ps.cache_line_bytes": 16, "ps.parallel_fraction": 0.7,
     }  # fmt: skip
     steps["link.dma_to_pl_bytes_per_pl_cycle"] = 1.0  # above the port already
     for row in before.assumptions:
@@ -246,7 +246,7 @@ def test_the_report_is_plain_data() -> None:
     assert plain["schema"] == "orbsoc.hardware-report/1"
     assert plain["speedup"]["nominal"] == report.speedup.nominal
     assert plain["deadline"]["verdict"] in ("PASS", "FAIL", "MARGINAL")
-    assert len(plain["assumptions"]) == 78
+    assert len(plain["assumptions"]) == 79
     assert plain["headline"] == report.headline
     assert {row["module"] for row in plain["modules"]} == {"ps", *PL_MODULES}
 

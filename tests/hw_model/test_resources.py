@@ -6,9 +6,11 @@ import pytest
 
 from hw_model.area import KINDS
 from hw_model.partition import load_partition
-from hw_model.platform import load_platform
-from hw_model.resources import budget
-from hw_model.trace import parse_trace
+from hw_model.platform import Platform, load_platform
+from hw_model.reading import BUDGETED
+from hw_model.resources import Budget, budget
+from hw_model.stage_cycles import Microcode, PlCycles, estimated
+from hw_model.trace import Trace, parse_trace
 from tests.hw_model.synthetic import synthetic_trace
 
 TRACE = parse_trace(synthetic_trace(iterations=2))
@@ -59,8 +61,50 @@ def test_fewer_modules_need_less_storage_and_microcode() -> None:
 def test_a_decoder_saves_block_ram_and_takes_lookup_tables() -> None:
     machine, split = load_platform("zu9eg"), load_partition("paper")
     packed, flat = (
-        budget(TRACE, machine.with_value("pl.microcode_compression", by), split) for by in (4.0, 1.0)
+        budget(TRACE, machine.with_value("pl.microcode_format", name), split)
+        for name in ("compressed", "flat")
     )
     assert packed.microcode_bram36 <= flat.microcode_bram36
     assert packed.of("lut").used > flat.of("lut").used
     assert packed.of("ff").used > flat.of("ff").used
+
+
+def test_counted_microcode_is_stored_as_it_is_and_an_assumed_compression_is_not_asked() -> None:
+    """The estimate assumes a compression; schedules count one, and each segment begins at a line of its own."""
+    machine, split = load_platform("zu9eg"), load_partition("factor_only")
+
+    def counted(trace: Trace, platform: Platform, pattern: int, stage: str) -> PlCycles:
+        return PlCycles({"issue": 20_000}, 0, "issue", "schedule", Microcode(19_000, 5_000_000, 400_000))
+
+    def both(by: float) -> tuple[Budget, Budget]:
+        changed = machine.with_value("pl.microcode_compression", by)
+        return budget(TRACE, changed, split), budget(TRACE, changed, split, counted)
+
+    (assumed, four), (other, eight) = both(4.0), both(8.0)
+    assert assumed.microcode_bits > other.microcode_bits
+    assert four == eight
+    assert (four.microcode_words, four.microcode_flat_bits, four.microcode_bits) == (
+        19_000,
+        5_000_000,
+        400_000,
+    )
+    assert (assumed.microcode_origin, four.microcode_origin) == ("estimate", "schedule")
+
+
+@pytest.mark.parametrize("split", ["paper", "all_ps"])
+def test_a_budget_changes_with_what_it_counts_as_used_and_with_nothing_else(split: str) -> None:
+    machine, partition = load_platform("zu9eg"), load_partition(split)
+    before = budget(TRACE, machine, partition)
+    steps = {"runtime.completion": "polling", "pl.microcode_format": "flat"}
+    for row in machine.assumptions(BUDGETED.of(TRACE, partition, machine, estimated)):
+        if row.key.startswith("pl.latencies.") or row.key in ("runtime.schedule", "runtime.cores_used"):
+            continue
+        value = row.value
+        if isinstance(value, str):
+            value = steps[row.key]
+        else:
+            value = value * 2 if isinstance(value, int) else 0.5 * value + 0.5
+        if value != row.value:
+            assert (budget(TRACE, machine.with_value(row.key, value), partition) == before) == (
+                not row.used
+            ), row.key

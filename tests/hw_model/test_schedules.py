@@ -12,17 +12,19 @@ from hw_model.platform import load_platform
 from hw_model.report import speedup
 from hw_model.resources import budget
 from hw_model.schedules import CAUSE_OF, Engine, Schedule, scheduled
+from hw_model.stage_cycles import Microcode
 from hw_model.study import Study
 from hw_model.timeline import simulate
 from hw_model.trace import parse_trace
 from tests.hw_model.synthetic import synthetic_trace
 
 TRACE = parse_trace(synthetic_trace(iterations=2))
+CODE = Microcode(words=1890, flat_bits=600_000, bits=90_000)
 
 
 def source(pattern: int, stage: str, engine: Engine) -> Schedule:
     """Every cause 100 cycles, issue less with more lanes."""
-    return Schedule(dict.fromkeys(CAUSE_OF, 100) | {"issue": 8000 // engine.lanes}, 500, "issue")
+    return Schedule(dict.fromkeys(CAUSE_OF, 100) | {"issue": 8000 // engine.lanes}, 500, "issue", CODE)
 
 
 def test_a_schedule_is_where_all_reports_take_their_cycles() -> None:
@@ -41,7 +43,9 @@ def test_a_schedule_is_where_all_reports_take_their_cycles() -> None:
     [point] = Study(TRACE, cycles).points(machine, [load_partition("paper")])
     assert point.time_ms == report.makespan_ms
     segments = {name for name, stage in TRACE.patterns[0].stages.items() if stage.module != "ps"}
-    assert budget(TRACE, machine, load_partition("paper"), cycles).microcode_words == 1900 * len(segments)
+    taken = budget(TRACE, machine, load_partition("paper"), cycles)
+    assert (taken.microcode_words, taken.microcode_bits) == (1890 * len(segments), 90_000 * len(segments))
+    assert taken.microcode_origin == "schedule"
 
 
 def test_a_schedule_is_asked_for_once_an_engine() -> None:
@@ -62,11 +66,11 @@ def test_a_schedule_is_asked_for_once_an_engine() -> None:
     ("bad", "says"),
     [
         (
-            Schedule({"luck": 3}, 0, "issue"),
+            Schedule({"luck": 3}, 0, "issue", CODE),
             "cause 'luck' is not known; allowed: issue, dependency, read_port",
         ),
-        (Schedule({"issue": -3}, 0, "issue"), "issue = -3 cycles: must be 0 or more"),
-        (Schedule({"issue": 3}, 4, "issue"), "3 cycles are fewer than the bound 4 allows"),
+        (Schedule({"issue": -3}, 0, "issue", CODE), "issue = -3 cycles: must be 0 or more"),
+        (Schedule({"issue": 3}, 4, "issue", CODE), "3 cycles are fewer than the bound 4 allows"),
     ],
 )
 def test_an_impossible_schedule_is_refused(bad: Schedule, says: str) -> None:

@@ -18,7 +18,8 @@ _PARAMETERS: dict[str, dict[str, float | int | str]] = {
         "parallel_fraction": 0.5, "fork_join_us": 0.01,
     },
     "pl": {
-        "clock_mhz": 100.0, "lanes": 2, "dividers": 1, "banks": 4, "microcode_compression": 1.0, "segment_overhead_cycles": 4, "overlap_exponent": 1.0,
+        "clock_mhz": 100.0, "lanes": 2, "dividers": 1, "banks": 4, "microcode_format": "flat",
+        "microcode_compression": 1.0, "segment_overhead_cycles": 4, "overlap_exponent": 1.0,
     },
     "link": {
         "register_write_ns": 60.0, "register_read_fixed_ns": 100.0, "register_read_pl_cycles": 10.0,

@@ -5,17 +5,21 @@ from __future__ import annotations
 import csv
 import gzip
 import json
+from collections import OrderedDict
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner, Result
 
 import orbsoc.deadline_cases as study
 from hw_model import load_partition, load_platform, speedup
-from hw_model.stage_cycles import estimated
+from hw_model.platform_toml import to_toml
+from orbsoc import Problem, PsScheduler, pl_program
 from orbsoc.cli import app
-from orbsoc.missions.reachable_insertion import load_scenario
+from orbsoc.exact_cycles import exact_cycles
+from orbsoc.missions.reachable_insertion import dispersed, load_scenario, plan
 
 REC1 = Path(__file__).resolve().parents[2] / "scenarios" / "rec1.toml"
 ZU9EG, PAPER = load_platform("zu9eg"), load_partition("paper")
@@ -56,7 +60,7 @@ def test_the_study_writes_its_verdict_and_a_row_per_case(tmp_path: Path) -> None
 
 def test_a_priced_case_is_what_its_own_report_says(recorded: tuple[Path, list[study.Case]]) -> None:
     cases = recorded[1]
-    found = study.judge(cases, ZU9EG, PAPER, 50.0, estimated)
+    found = study.judge(cases, ZU9EG, PAPER, 50.0)
     for case, priced in zip(cases, found.cases, strict=True):
         report = speedup(case.trace, ZU9EG, PAPER)
         assert (priced.time_ms, priced.fast_ms) == (report.makespan_ms.nominal, report.makespan_ms.low)
@@ -64,13 +68,44 @@ def test_a_priced_case_is_what_its_own_report_says(recorded: tuple[Path, list[st
         assert priced.ipm_iterations == sum(solve["iterations"] for solve in case.trace["solves"])
 
 
+def test_cases_are_judged_by_schedules_and_their_pattern_is_scheduled_once(
+    recorded: tuple[Path, list[study.Case]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, cases = recorded
+    made: list[str] = []
+    schedule = pl_program.scheduled
+
+    def counted(*arguments: Any) -> pl_program.PlProgram:
+        made.append(pl_program.pattern_digest(arguments[0]).hex()[:16])
+        return schedule(*arguments)
+
+    monkeypatch.setattr(pl_program, "scheduled", counted)
+    monkeypatch.setattr(pl_program, "_programs", OrderedDict())
+    found = study.judge(cases, ZU9EG, PAPER, 50.0, study.exact_cycles_of(cases, folder))
+    assert made == list(cases[0].patterns) == [path.stem[8:] for path in folder.glob("pattern-*.json")]
+    scheduler = PsScheduler()
+    plan(dispersed(load_scenario(REC1), 0, 0), solve=scheduler)
+    report = speedup(scheduler.trace, ZU9EG, PAPER, cycles=exact_cycles(scheduler.patterns))
+    assert (found.cases[0].time_ms, found.cases[0].worst_ms) == (
+        report.makespan_ms.nominal, report.worst_case_ms,
+    )  # fmt: skip
+    assert found.cases[0].time_ms != study.judge(cases, ZU9EG, PAPER, 50.0).cases[0].time_ms
+    assert "exact PL cycles" in found.headline
+    assert "estimated PL cycles" in study.judge(cases, ZU9EG, PAPER, 50.0).headline
+
+
+def test_a_pattern_that_was_deleted_is_named(recorded: tuple[Path, list[study.Case]], tmp_path: Path) -> None:
+    with pytest.raises(study.CaseError, match=r"pattern-[0-9a-f]{16}\.json.*ask for --estimate"):
+        study.exact_cycles_of(recorded[1], tmp_path)
+
+
 def test_the_verdict_is_that_of_the_worst_case(recorded: tuple[Path, list[study.Case]]) -> None:
     cases = recorded[1]
 
     def verdict(deadline_ms: float, cases: list[study.Case] = cases) -> str:
-        return study.judge(cases, ZU9EG, PAPER, deadline_ms, estimated).verdict
+        return study.judge(cases, ZU9EG, PAPER, deadline_ms).verdict
 
-    rows = study.judge(cases, ZU9EG, PAPER, 50.0, estimated).cases
+    rows = study.judge(cases, ZU9EG, PAPER, 50.0).cases
     worst, fastest = max(row.worst_ms for row in rows), max(row.fast_ms for row in rows)
     assert [verdict(time) for time in (worst, worst * 0.999, fastest, fastest * 0.999)] == [
         "PASS", "MARGINAL", "MARGINAL", "FAIL",
@@ -88,32 +123,35 @@ def test_a_study_goes_on_where_it_stopped(
     for name in ("case-0000.json.gz", "case-0002.json.gz"):
         (half / name).write_bytes((folder / name).read_bytes())
     planned: list[int] = []
-    plan = study._plan
+    plan_one = study._plan
 
-    def counted(scenario: object, number: int, seed: int) -> study.Case:
+    def counted(scenario: object, number: int, seed: int) -> tuple[study.Case, tuple[Problem, ...]]:
         planned.append(number)
-        return plan(scenario, number, seed)
+        return plan_one(scenario, number, seed)
 
     monkeypatch.setattr(study, "_plan", counted)
     resumed = study.record_cases(load_scenario(REC1), 4, 0, half, resume=True)
     assert planned == [1, 3]
     assert [case.ipm_iterations for case in resumed] == [case.ipm_iterations for case in cases]
+    assert [case.patterns for case in resumed] == [case.patterns for case in cases]
     assert [case.trace for case in resumed] == [json.loads(json.dumps(case.trace)) for case in cases]
 
 
 def test_what_was_planned_survives_an_interruption(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    plan = study._plan
+    plan_one = study._plan
 
-    def stopped(scenario: object, number: int, seed: int) -> study.Case:
+    def stopped(scenario: object, number: int, seed: int) -> tuple[study.Case, tuple[Problem, ...]]:
         if number == 1:
             raise KeyboardInterrupt
-        return plan(scenario, number, seed)
+        return plan_one(scenario, number, seed)
 
     monkeypatch.setattr(study, "_plan", stopped)
     result = invoke("--cases", 3, "--deadline-ms", 50, "--out", tmp_path)
     assert result.exit_code == 130
     assert "--resume goes on" in result.output
-    assert [path.name for path in (tmp_path / "cases").iterdir()] == ["case-0000.json.gz"]
+    left = {path.name.partition("-")[0] for path in (tmp_path / "cases").iterdir()}
+    assert left == {"case", "pattern"}
+    assert [path.name for path in (tmp_path / "cases").glob("case-*")] == ["case-0000.json.gz"]
 
 
 @pytest.mark.parametrize(
@@ -124,8 +162,8 @@ def test_what_was_planned_survives_an_interruption(tmp_path: Path, monkeypatch: 
         (gzip.compress(b'{"study": "x", "schema": "orbsoc.case/9"}'), "another schema"),
         (
             gzip.compress(
-                b'{"study": "x", "schema": "orbsoc.case/1", "number": 0, "status": "verified", "scp_iterations": 1,'
-                b' "ipm_iterations": [1], "trace": {}}'
+                b'{"study": "x", "schema": "orbsoc.case/2", "number": 0, "status": "verified", "scp_iterations": 1,'
+                b' "ipm_iterations": [1], "trace": {}, "patterns": []}'
             ),
             "recorded for another scenario, seed or version",
         ),
@@ -145,12 +183,20 @@ def test_a_foreign_or_damaged_record_is_refused_by_name(tmp_path: Path, content:
     [
         (("--cases", 0, "--deadline-ms", 50), "--cases = 0: must be at least 1"),
         (("--cases", 1), "give --deadline-ms"),
+        (
+            ("--cases", 1, "--deadline-ms", 50, "--device", "{vendor}"),
+            "`pl.latency_preset` = 'vendor_ip': schedules are made with the latencies of 'orbsoc_rtl' only",
+        ),
         (("--cases", 1, "--deadline-ms", -5), "--deadline-ms = -5.0: must be a positive number"),
         (("--cases", 1, "--deadline-ms", 50, "--device", "zu1"), "platform 'zu1' is not known"),
         (("--cases", 2, "--deadline-ms", 50, "--seed", -1), "seed = -1: must be 0 or more"),
     ],
 )
 def test_bad_input_exits_2(tmp_path: Path, arguments: tuple[object, ...], says: str) -> None:
-    result = invoke(*map(str, arguments), "--out", tmp_path)
+    vendor = tmp_path / "vendor.toml"
+    vendor.write_text(to_toml(ZU9EG.with_value("pl.latency_preset", "vendor_ip")), encoding="utf-8")
+    filled = [str(argument).format(vendor=vendor) for argument in arguments]
+    result = invoke(*filled, "--out", tmp_path / "out")
     assert result.exit_code == 2, result.output
     assert says in result.output
+    assert not list(tmp_path.glob("out/*.*"))

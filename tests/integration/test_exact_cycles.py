@@ -1,13 +1,17 @@
-"""The reports' cycles are the schedules', which the RTL runs; a bare trace and other latencies fall back on the estimate."""
+"""The reports' cycles, and what each unit executes, are the schedules', which the RTL runs."""
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from hw_model import load_platform, speedup
+from hw_model import HwModelError, load_partition, load_platform, parse_trace, speedup
+from hw_model.resources import budget
+from hw_model.unit_schedules import runs, stretches
 from orbsoc import Cones, Problem, PsScheduler
-from orbsoc.exact_cycles import exact_cycles
+from orbsoc.exact_cycles import exact_cycles, exact_units
 from orbsoc.pl_program import Engine, EngineError, pl_program
 
 PROBLEM = Problem(
@@ -25,14 +29,21 @@ def recorded() -> PsScheduler:
 
 @pytest.mark.parametrize("lanes", [1, 4])
 @pytest.mark.parametrize("banks", [4, 16])
-def test_a_report_has_the_cycles_of_the_schedules(recorded: PsScheduler, lanes: int, banks: int) -> None:
-    machine = load_platform("zu9eg").with_values({"pl.lanes": lanes, "pl.banks": banks})
+@pytest.mark.parametrize("microcode", ["flat", "compressed"])
+def test_a_report_has_the_cycles_of_the_schedules(
+    recorded: PsScheduler, lanes: int, banks: int, microcode: str
+) -> None:
+    machine = load_platform("zu9eg").with_values(
+        {"pl.lanes": lanes, "pl.banks": banks, "pl.microcode_format": microcode}
+    )
     report = speedup(recorded.trace, machine, "paper", cycles=exact_cycles(recorded.patterns))
     segments = pl_program(PROBLEM, None, Engine(lanes=lanes, banks=banks)).segments
     rows = {row.stage: row for row in report.stages if row.side == "pl"}
     assert rows
     for name, row in rows.items():
-        assert (row.cycles_each, row.lower_bound_each) == (segments[name].cycles, segments[name].lower_bound)
+        found = segments[name]
+        cycles = found.cycles if microcode == "flat" else found.compressed_cycles
+        assert (row.cycles_each, row.lower_bound_each) == (cycles, found.lower_bound)
         assert sum(row.causes_each.values()) == row.cycles_each
         assert row.origin == "schedule"
     assert sum(report.causes_picos.values()) == report.makespan_picos
@@ -42,13 +53,49 @@ def test_single_precision_has_schedules_of_its_own(recorded: PsScheduler) -> Non
     trace = recorded.trace | {"datapath": "f32"}
     report = speedup(trace, "zu9eg", "paper", cycles=exact_cycles(recorded.patterns))
     segments = pl_program(PROBLEM, None, Engine(fp=32)).segments
-    assert all(row.cycles_each == segments[row.stage].cycles for row in report.stages if row.side == "pl")
+    rows = [row for row in report.stages if row.side == "pl"]
+    assert all(row.cycles_each == segments[row.stage].compressed_cycles for row in rows)
 
 
-def test_other_latencies_fall_back_on_the_estimate_and_say_so(recorded: PsScheduler) -> None:
+def test_other_latencies_have_no_schedule_and_no_estimate_takes_its_place(recorded: PsScheduler) -> None:
     machine = load_platform("zu9eg").with_value("pl.latency_preset", "vendor_ip")
-    report = speedup(recorded.trace, machine, "paper", cycles=exact_cycles(recorded.patterns))
-    assert {row.origin for row in report.stages if row.side == "pl"} == {"estimate"}
+    with pytest.raises(HwModelError, match=r"`pl\.latency_preset` = 'vendor_ip': .*ask for --estimate"):
+        speedup(recorded.trace, machine, "paper", cycles=exact_cycles(recorded.patterns))
+    with pytest.raises(HwModelError, match="ask for --estimate"):
+        exact_units(recorded.patterns)(parse_trace(recorded.trace), machine, 0, "factorize")
+    assert speedup(recorded.trace, machine, "paper").stages  # the estimate, asked for, prices them
+
+
+def test_the_budgets_microcode_is_what_the_schedules_take(recorded: PsScheduler) -> None:
+    trace, cycles = parse_trace(recorded.trace), exact_cycles(recorded.patterns)
+    segments = pl_program(PROBLEM, None, Engine()).segments.values()
+    found = budget(trace, load_platform("zu9eg"), load_partition("paper"), cycles)
+    assert found.microcode_bits == sum(segment.compressed_bits for segment in segments)
+    assert found.microcode_flat_bits == sum(segment.flat_bits for segment in segments)
+    assert found.microcode_words == sum(segment.words for segment in segments)
+
+
+@pytest.mark.parametrize("microcode", ["flat", "compressed"])
+def test_units_execute_the_operations_of_the_schedule_one_at_a_time(
+    recorded: PsScheduler, microcode: str
+) -> None:
+    """A lane begins one operation a cycle, a divider none before the last is done, and all end within the segment."""
+    machine = load_platform("zu9eg").with_values({"pl.lanes": 2, "pl.microcode_format": microcode})
+    trace = parse_trace(recorded.trace)
+    look_up, cycles = exact_units(recorded.patterns), exact_cycles(recorded.patterns)
+    latencies = machine.pl.latencies.f64
+    for name, segment in pl_program(PROBLEM, None, Engine(lanes=2)).segments.items():
+        schedule = look_up(trace, machine, 0, name)
+        length = cycles(trace, machine, 0, name).cycles
+        for found in (runs(schedule, latencies), stretches(schedule, latencies, length)):
+            assert sum(item.operations for item in found) == segment.operations
+            on_lanes = [item for item in found if item.unit < 2]
+            assert sum(item.busy for item in on_lanes) == segment.lane_operations
+            assert sum(count for item in found for _, count in item.mix) == segment.operations
+            assert all(0 <= item.begin < item.end <= length for item in found)
+            for one, two in pairwise(sorted(found)):
+                assert one.unit != two.unit or one.end <= two.begin
+        assert all(item.busy == item.end - item.begin for item in runs(schedule, latencies))
 
 
 def test_an_engine_that_cannot_exist_is_refused(recorded: PsScheduler) -> None:

@@ -87,7 +87,7 @@ def test_the_verdict_says_what_it_is_about(solved: Solution, deadline_ms: float,
     assert found.summary()["verdict"] == verdict
     assert found.headline.startswith("the conic solves of the plan, modelled: paper on zu9eg")
     assert found.deadline_line.startswith(
-        f"modelled deadline verdict for the conic solves of the plan: {verdict}: "
+        f"modelled deadline verdict for the conic solves of the plan, exact PL cycles: {verdict}: "
     )
     assert "the rest of the outer loop is not in it" in found.deadline_line
     written = found.to_dict()

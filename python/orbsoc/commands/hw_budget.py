@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
 from orbsoc.commands import hw_options as options
 from orbsoc.commands.ending import FAILED, spoken
+
+if TYPE_CHECKING:
+    from hw_model import Platform
+    from hw_model.resources import Budget
 
 
 def budget(
@@ -27,12 +32,17 @@ def budget(
     with spoken(as_json):
         from hw_model.area_figure import area_figure
         from hw_model.partition import load_partition
+        from hw_model.reading import BUDGETED, require_read
         from hw_model.resources import budget as priced
         from orbsoc.workload import load_workload
 
-        machine, split = options.computer(device, settings), load_partition(partition)
+        chosen = options.parsed_settings(settings)
+        machine, split = options.computer(device, chosen), load_partition(partition)
         record = load_workload(workload)
-        found = priced(record.trace, machine, split, options.stage_cycles(record, exact=exact))
+        cycles = options.stage_cycles(record, exact=exact)
+        reading = BUDGETED.of(record.trace, split, machine, cycles)
+        require_read(chosen, [(machine, reading)])
+        found = priced(record.trace, machine, split, cycles)
         title = f"{split.name} on {machine.name}, {machine.pl.lanes.value} lanes"
         verdict = (
             f"modelled: {title}: {'FITS' if found.fits else 'DOES NOT FIT'}; tightest is {found.tightest.kind},"
@@ -45,7 +55,7 @@ def budget(
             "workload": record.origin,
             "fits": found.fits,
             **asdict(found),
-            "assumptions": options.echoed(machine, record.trace.datapath),
+            "assumptions": options.echoed(machine, reading),
         }
         folder = out or Path("out") / f"hw-budget-{record.name}"
         options.write_all(folder, {"budget.json": options.as_json_text(document)})
@@ -57,9 +67,26 @@ def budget(
                 f"{'' if use.fits else '  over'}"
                 for use in found.uses
             ),
-            f"storage {found.storage_words} words in three replicas; microcode {found.microcode_words} words,"
-            f" {found.microcode_bram36} BRAM36 after compression by {machine.pl.microcode_compression.value:g}",
+            f"storage {found.storage_words} words in three replicas, a quarter of them an allowance for temporaries",
+            _microcode(found, machine),
             verdict,
         ]
         options.say(lines, document, folder, as_json=as_json)
         raise typer.Exit(0 if found.fits else FAILED)
+
+
+def _microcode(found: Budget, machine: Platform) -> str:
+    """Words, stored bits and block RAMs; whether the bits were counted or assumed."""
+    if not found.microcode_words:
+        return "no microcode: nothing is on the PL"
+    if machine.pl.microcode_format.value == "flat":
+        how = "flat"
+    elif found.microcode_origin == "schedule":
+        ratio = found.microcode_flat_bits / found.microcode_bits
+        how = f"compressed {ratio:.1f} times, counted in the schedules' own microcode"
+    else:
+        how = f"compressed {machine.pl.microcode_compression.value:g} times, which is assumed"
+    return (
+        f"microcode {found.microcode_words} words, {found.microcode_bits / 1e6:.2f} Mbit in"
+        f" {found.microcode_bram36} BRAM36: {how}"
+    )

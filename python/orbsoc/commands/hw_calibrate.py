@@ -30,9 +30,12 @@ def calibrate(
         from hw_model.calibrate import calibrate as fit
         from hw_model.calibrate import read_measurements
         from hw_model.platform_toml import to_toml
+        from hw_model.reading import CALIBRATED, require_read
         from orbsoc.workload import load_workload
 
-        machine = options.computer(device, settings)
+        chosen = options.parsed_settings(settings)
+        machine = options.computer(device, chosen)
+        require_read(chosen, [(machine, CALIBRATED)])
         rows = read_measurements(measured)
         record = load_workload(workload)
         found = fit(record.trace, machine, rows, f"calibrated with {measured.name} ({record.origin})")
@@ -50,7 +53,7 @@ def calibrate(
             "high": found.high,
             "modules": [asdict(row) | {"error": row.error} for row in found.modules],
             "skipped_stages": list(found.skipped),
-            "assumptions": options.echoed(found.platform, record.trace.datapath),
+            "assumptions": options.echoed(found.platform, CALIBRATED),
         }
         folder = out or Path("out") / f"hw-calibrate-{record.name}"
         name = f"{machine.name}-calibrated.toml"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -28,15 +28,18 @@ def explain(
     with spoken(as_json):
         from hw_model.difference_figure import difference_figure
         from hw_model.explain import explain as compare
+        from hw_model.reading import TIMELINE, require_read
         from orbsoc.workload import load_workload
 
-        one, other = _configuration(a), _configuration(b)
+        (one, set_in_one), (other, set_in_other) = _configuration(a), _configuration(b)
         record = load_workload(workload)
-        found = compare(record.trace, one, other, options.stage_cycles(record, exact=exact))
-        datapath = record.trace.datapath
-        assumptions = {
-            side: options.echoed(chosen.platform, datapath) for side, chosen in (("a", one), ("b", other))
-        }
+        cycles = options.stage_cycles(record, exact=exact)
+        assumptions: dict[str, list[dict[str, Any]]] = {}
+        for side, chosen, keys in (("a", one, set_in_one), ("b", other, set_in_other)):
+            reading = TIMELINE.of(record.trace, chosen.partition, chosen.platform, cycles)
+            require_read(keys, [(chosen.platform, reading)])
+            assumptions[side] = options.echoed(chosen.platform, reading)
+        found = compare(record.trace, one, other, cycles)
         document = found.to_dict() | {"workload": record.origin, "assumptions": assumptions}
         folder = out or Path("out") / f"hw-explain-{record.name}"
         options.write_all(folder, {"explain.json": options.as_json_text(document)})
@@ -56,8 +59,8 @@ def explain(
         options.say(lines, document, folder, as_json=as_json)
 
 
-def _configuration(text: str) -> Configuration:
-    """A computer and a partition from their short form. Raises HwModelError."""
+def _configuration(text: str) -> tuple[Configuration, dict[str, Any]]:
+    """A computer and a partition from their short form, and what was set. Raises HwModelError."""
     from hw_model import HwModelError
     from hw_model.explain import Configuration
     from hw_model.partition import load_partition
@@ -65,5 +68,6 @@ def _configuration(text: str) -> Configuration:
     parts = text.split(":", 2)
     if len(parts) < 2:
         raise HwModelError(f"configuration {text!r}: must be {_FORM}")
-    settings = parts[2].split(",") if len(parts) > 2 else []
-    return Configuration(text, options.computer(parts[0], settings), load_partition(parts[1]))
+    given = parts[2].split(",") if len(parts) > 2 else []
+    settings = options.parsed_settings(given, option=f"configuration {text!r}: ")
+    return Configuration(text, options.computer(parts[0], settings), load_partition(parts[1])), settings

@@ -7,7 +7,7 @@ import io
 import json
 import os
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,6 +15,7 @@ import typer
 
 if TYPE_CHECKING:
     from hw_model import Platform
+    from hw_model.reading import Reading
     from hw_model.stage_cycles import StageCycles
     from orbsoc.workload import Workload
 
@@ -50,27 +51,55 @@ ExactOption = Annotated[
 JsonOption = Annotated[bool, typer.Option("--json", help="print the JSON document on standard output")]
 
 
-def computer(device: str, settings: Sequence[str] | None) -> Platform:
-    """The platform `device` with `--set` applied. Raises PlatformError naming key, value and what is allowed."""
+def computer(device: str, settings: Mapping[str, Any] | None = None) -> Platform:
+    """The platform `device` with settings applied. Raises PlatformError naming key, value and what is allowed."""
     from hw_model import load_platform
 
-    return load_platform(device).with_values(parsed_settings(settings))
+    return load_platform(device).with_values(settings or {})
 
 
-def parsed_settings(settings: Sequence[str] | None) -> dict[str, Any]:
-    """KEY=VALUE pairs; a value is a TOML value, or else text."""
+def parsed_settings(
+    settings: Sequence[str] | None, elsewhere: Mapping[str, str] | None = None, option: str = "--set "
+) -> dict[str, Any]:
+    """KEY=VALUE pairs; a value is a TOML value, or else text.
+
+    `elsewhere`: keys that another option of the command sets, and that option's name. Raises PlatformError for what is
+    no pair, IgnoredKeyError for a key that is set twice.
+    """
     from hw_model import PlatformError
+    from hw_model.errors import IgnoredKeyError
 
     found: dict[str, Any] = {}
     for item in settings or ():
-        key, equals, text = item.partition("=")
-        if not equals or not key.strip():
-            raise PlatformError(f"--set {item!r}: must be KEY=VALUE, e.g. pl.lanes=8")
+        key, equals, text = (part.strip() for part in item.partition("="))
+        if not equals or not key:
+            raise PlatformError(f"{option}{item!r}: must be KEY=VALUE, e.g. pl.lanes=8")
+        if key in found:
+            raise IgnoredKeyError(f"{option}{item!r}: `{key}` was set to {found[key]!r} before; set it once")
+        if elsewhere and key in elsewhere:
+            raise IgnoredKeyError(
+                f"{option}{item!r} would do nothing here: {elsewhere[key]} sets `{key}`; use that one"
+            )
         try:
-            value = tomllib.loads(f"value = {text}")["value"]
+            found[key] = tomllib.loads(f"value = {text}")["value"]
         except tomllib.TOMLDecodeError:
-            value = text.strip()
-        found[key.strip()] = value
+            found[key] = text
+    return found
+
+
+def listed(text: str, option: str, what: Callable[[str], Any] = str) -> list[Any]:
+    """Values joined by commas. Raises HwModelError for what is no value and for a value that is there twice."""
+    from hw_model import HwModelError
+
+    found: list[Any] = []
+    for part in text.split(","):
+        try:
+            value = what(part.strip())
+        except ValueError as error:
+            raise HwModelError(f"{option} {text!r}: {part!r}: must be numbers joined by commas") from error
+        if value in found:
+            raise HwModelError(f"{option} {text!r}: names {value} twice; it would be counted twice")
+        found.append(value)
     return found
 
 
@@ -82,15 +111,19 @@ def stage_cycles(workload: Workload, *, exact: bool | None = None) -> StageCycle
     """
     from hw_model.stage_cycles import estimated
     from orbsoc.exact_cycles import exact_cycles
+
+    return exact_cycles(workload.problems) if takes_schedules(workload, exact=exact) else estimated
+
+
+def takes_schedules(workload: Workload, *, exact: bool | None) -> bool:
+    """Whether this workload is priced by schedules. Raises WorkloadError as `stage_cycles` does."""
     from orbsoc.workload import WorkloadError
 
-    if exact is False or (exact is None and not workload.problems):
-        return estimated
-    if not workload.problems:
+    if exact and not workload.problems:
         raise WorkloadError(
             f"--exact: {workload.origin} holds no problem to schedule; give a scenario or a problem"
         )
-    return exact_cycles(workload.problems)
+    return bool(workload.problems) and exact is not False
 
 
 def write_all(folder: Path, files: Mapping[str, str | bytes]) -> None:
@@ -117,11 +150,11 @@ def as_csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
     return text.getvalue()
 
 
-def echoed(platform: Platform, datapath: Any) -> list[dict[str, Any]]:
-    """Every parameter of a platform with its provenance, for a report."""
+def echoed(platform: Platform, reading: Reading) -> list[dict[str, Any]]:
+    """Every parameter of a platform with its provenance, and whether the report reads it."""
     from dataclasses import asdict
 
-    return [asdict(row) for row in platform.assumptions(datapath)]
+    return [asdict(row) for row in platform.assumptions(reading)]
 
 
 def say(lines: Sequence[str], document: Mapping[str, Any], folder: Path, *, as_json: bool) -> None:

@@ -13,6 +13,7 @@ from orbsoc.commands.ending import spoken
 
 if TYPE_CHECKING:
     from hw_model import Platform
+    from hw_model.reading import Reading
     from hw_model.split_verdict import Verdict
     from hw_model.stage_cycles import StageCycles
     from hw_model.study import Point, Study
@@ -31,17 +32,22 @@ def partition(
 ) -> None:
     """Price all 64 partitions × lanes × clocks × devices, and say which of them no other beats."""
     with spoken(as_json):
+        from hw_model.partition import load_partition
+        from hw_model.reading import STUDIED, require_read
         from hw_model.split_verdict import verdicts
         from hw_model.study import Study, pareto
         from orbsoc.workload import load_workload
 
-        computers = _computers(devices, lanes, clocks, settings)
+        chosen = options.parsed_settings(settings, _AXES)
+        computers = _computers(devices, lanes, clocks, chosen)
         record = load_workload(workload)
         cycles = options.stage_cycles(record, exact=exact)
+        reading = STUDIED.of(record.trace, load_partition("paper"), computers[0], cycles)
+        require_read(chosen, ((machine, reading) for machine in computers))
         study = Study(record.trace, cycles)
         points = _priced(study, computers)
         front, found = pareto(points), verdicts(points)
-        document = _document(record, computers, points, front, found)
+        document = _document(record, computers, reading, points, front, found)
         folder = out or Path("out") / f"hw-partition-{record.name}"
         options.write_all(
             folder,
@@ -55,20 +61,24 @@ def partition(
         options.say(_words(record, points, front, found), document, folder, as_json=as_json)
 
 
-def _computers(devices: str, lanes: str, clocks: str, settings: list[str] | None) -> list[Platform]:
+_AXES = {"pl.lanes": "--lanes", "pl.clock_mhz": "--clocks"}
+
+
+def _computers(devices: str, lanes: str, clocks: str, settings: dict[str, Any]) -> list[Platform]:
     """Every platform, with every number of lanes at every clock."""
     from hw_model import HwModelError, platform_names
 
-    names = platform_names() if devices == "all" else devices.split(",")
-    try:
-        counts, rates = [int(text) for text in lanes.split(",")], [float(text) for text in clocks.split(",")]
-    except ValueError as error:
+    names = platform_names() if devices == "all" else options.listed(devices, "--device")
+    counts, rates = options.listed(lanes, "--lanes", int), options.listed(clocks, "--clocks", float)
+    machines = [options.computer(name, settings) for name in names]
+    twins = [name for name, many in Counter(machine.name for machine in machines).items() if many > 1]
+    if twins:
         raise HwModelError(
-            f"--lanes {lanes!r}, --clocks {clocks!r}: must be numbers joined by commas"
-        ) from error
+            f"--device {devices!r}: two platforms are called {twins[0]!r}; give them names of their own"
+        )
     return [
-        options.computer(name, settings).with_values({"pl.lanes": count, "pl.clock_mhz": rate})
-        for name in names
+        machine.with_values({"pl.lanes": count, "pl.clock_mhz": rate})
+        for machine in machines
         for rate in rates
         for count in counts
     ]
@@ -82,7 +92,12 @@ def _priced(study: Study, computers: list[Platform]) -> list[Point]:
 
 
 def _document(
-    record: Workload, computers: list[Platform], points: list[Point], front: list[Point], found: list[Verdict]
+    record: Workload,
+    computers: list[Platform],
+    reading: Reading,
+    points: list[Point],
+    front: list[Point],
+    found: list[Verdict],
 ) -> dict[str, Any]:
     first = {machine.name: machine for machine in reversed(computers)}
     return {
@@ -92,9 +107,7 @@ def _document(
         "points": len(points),
         "pareto": [point.row() for point in front],
         "paper": [verdict.to_dict() for verdict in found],
-        "assumptions": {
-            name: options.echoed(machine, record.trace.datapath) for name, machine in sorted(first.items())
-        },
+        "assumptions": {name: options.echoed(machine, reading) for name, machine in sorted(first.items())},
     }
 
 

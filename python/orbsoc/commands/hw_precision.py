@@ -45,11 +45,14 @@ def precision(
     subproblem of each pattern is taken. Segments are scheduled, equal to the RTL.
     """
     with spoken(as_json):
+        from hw_model.reading import NARROWED, require_read
         from orbsoc.exact_cycles import exact_cycles
         from orbsoc.settings import Settings
         from orbsoc.workload import WorkloadError, load_workload
 
-        machine = options.computer(device, settings)
+        chosen = options.parsed_settings(settings)
+        machine = options.computer(device, chosen)
+        require_read(chosen, [(machine, NARROWED)])
         asked = Settings(tol=tol, tol_inaccurate=max(1e-5, 10.0 * tol))
         record = load_workload(workload)
         if not record.problems:
@@ -67,7 +70,7 @@ def precision(
             "workload": record.origin,
             "tol": tol,
             "rows": rows,
-            "assumptions": options.echoed(machine, "f32"),
+            "assumptions": options.echoed(machine, NARROWED),
         }
         folder = out or Path("out") / f"hw-precision-{record.name}"
         options.write_all(

@@ -30,15 +30,22 @@ def run(
     Exit codes: 0 done, 2 bad input.
     """
     with spoken(as_json):
+        from hw_model.reading import SCHEDULED, require_read
+        from hw_model.schedules import engine_of
         from orbsoc.pl_figure import utilisation_figure
         from orbsoc.pl_program import KKT_SOLVES, pl_program
         from orbsoc.workload import load_workload
 
+        given = {"pl.lanes": lanes, "pl.banks": banks}
+        own = {key: value for key, value in given.items() if value is not None}
+        chosen = options.parsed_settings(settings, {key: f"--{key[3:]}" for key in own})
+        machine = options.computer(device, chosen | own)
+        require_read(chosen, [(machine, SCHEDULED)])
+        engine = _engine(machine, fp)
+        engine_of(machine, "f64")
         record = load_workload(workload)
         if not record.problems:
             stop(BAD_INPUT, f"{workload}: a trace holds no problem to schedule; name the scenario", as_json)
-        machine = options.computer(device, settings)
-        engine = _engine(machine, lanes, banks, fp)
         programs = [pl_program(problem, None, engine) for problem in record.problems]
         streams = [pl_program(problem, None, engine, KKT_SOLVES) for problem in record.problems]
         folder = out or Path("out") / f"hw-run-{record.name}"
@@ -49,6 +56,7 @@ def run(
             "clock_mhz": machine.pl.clock_mhz.value,
             "patterns": [program.document() for program in programs],
             "kkt_solves": [stream.document() for stream in streams],
+            "assumptions": options.echoed(machine, SCHEDULED),
         }
         rows = [
             {"pattern": p} | _row(program, name)
@@ -67,7 +75,7 @@ def run(
         options.say(words, document, folder, as_json=as_json)
 
 
-def _engine(machine: Platform, lanes: int | None, banks: int | None, fp: int) -> Engine:
+def _engine(machine: Platform, fp: int) -> Engine:
     from orbsoc.pl_program import Engine, EngineError
 
     word: Literal[64, 32]
@@ -79,9 +87,9 @@ def _engine(machine: Platform, lanes: int | None, banks: int | None, fp: int) ->
         raise EngineError(f"`fp` = {fp}: allowed is 64 or 32")
     return Engine(
         fp=word,
-        lanes=machine.pl.lanes.value if lanes is None else lanes,
+        lanes=machine.pl.lanes.value,
         dividers=machine.pl.dividers.value,
-        banks=machine.pl.banks.value if banks is None else banks,
+        banks=machine.pl.banks.value,
     )
 
 

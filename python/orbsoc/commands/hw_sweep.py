@@ -28,6 +28,8 @@ def sweep(
 ) -> None:
     """Price every point of a grid and write all of them and the Pareto front of time against resources."""
     with spoken(as_json):
+        from hw_model.partition import load_partition
+        from hw_model.reading import STUDIED
         from hw_model.study import Study, pareto
         from hw_model.study_figures import pareto_figure
         from hw_model.sweep import computers, load_sweep, run
@@ -35,9 +37,11 @@ def sweep(
 
         chosen = load_sweep(file)
         record = load_workload(_workload(chosen, workload, file))
-        points = run(record.trace, chosen, Study(record.trace, options.stage_cycles(record, exact=exact)))
+        cycles = options.stage_cycles(record, exact=exact)
+        points = run(record.trace, chosen, Study(record.trace, cycles))
         front = pareto(points)
-        first = {machine.name: machine for machine, _ in computers(chosen)}
+        first = {machine.name: machine for machine, _ in reversed(list(computers(chosen)))}
+        widest = max(map(load_partition, chosen.partitions), key=lambda split: split.uses_pl)
         document = {
             "schema": "orbsoc.hardware-sweep/1",
             "provenance": "modelled",
@@ -47,7 +51,8 @@ def sweep(
             | {key: list(values) for key, values in chosen.axes.items()},
             "pareto": [point.row() for point in front],
             "assumptions": {
-                name: options.echoed(machine, record.trace.datapath) for name, machine in first.items()
+                name: options.echoed(machine, STUDIED.of(record.trace, widest, machine, cycles))
+                for name, machine in sorted(first.items())
             },
         }
         folder = out or Path("out") / f"hw-sweep-{file.stem}"

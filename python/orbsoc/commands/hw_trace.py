@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from orbsoc.commands import hw_options as options
 from orbsoc.commands.ending import spoken
+
+if TYPE_CHECKING:
+    from hw_model import Timeline
 
 
 def trace(
@@ -22,25 +26,46 @@ def trace(
         from hw_model import simulate
         from hw_model.gantt_figure import gantt_figure
         from hw_model.partition import load_partition
-        from hw_model.perfetto import trace_events
+        from hw_model.perfetto import as_text, trace_events
+        from hw_model.reading import TIMELINE, require_read
+        from orbsoc.exact_cycles import exact_units
         from orbsoc.workload import load_workload
 
-        machine, split = options.computer(device, settings), load_partition(partition)
+        chosen = options.parsed_settings(settings)
+        machine, split = options.computer(device, chosen), load_partition(partition)
         record = load_workload(workload)
-        timeline = simulate(record.trace, machine, split, options.stage_cycles(record, exact=exact))
+        cycles = options.stage_cycles(record, exact=exact)
+        require_read(chosen, [(machine, TIMELINE.of(record.trace, split, machine, cycles))])
+        timeline = simulate(record.trace, machine, split, cycles)
         folder = out or Path("out") / f"hw-trace-{record.name}"
-        document = trace_events(timeline, machine, record.trace.datapath)
+        units = exact_units(record.problems) if options.takes_schedules(record, exact=exact) else None
+        document = trace_events(timeline, record.trace, machine, split, cycles, units)
         options.write_all(
             folder,
             {
-                "trace.json": options.as_json_text(document),
+                "trace.json": as_text(document),
                 "recorded.json": record.trace.model_dump_json(by_alias=True),
             },
         )
         gantt_figure(timeline, folder / "gantt.png")
         milliseconds = timeline.makespan_picos / 1e9
-        line = (
+        words = [
             f"modelled: {split.name} on {machine.name}, {record.origin}: {milliseconds:.3f} ms in"
             f" {len(timeline.segments)} segments; open trace.json in ui.perfetto.dev"
-        )
-        options.say([line], document["otherData"] | {"folder": str(folder)}, folder, as_json=as_json)
+        ]
+        if split.uses_pl:
+            words.append(_of_units(timeline) if units else NO_UNITS)
+        options.say(words, document["otherData"] | {"folder": str(folder)}, folder, as_json=as_json)
+
+
+NO_UNITS = (
+    "no tracks of lanes and dividers: these cycles are estimated, and only schedules say what a unit executes"
+)
+
+
+def _of_units(timeline: Timeline) -> str:
+    solve, iteration = timeline.longest_iteration()
+    return (
+        f"each lane and divider has a track: solve {solve}, iteration {iteration}, the longest, operation by operation;"
+        " the rest by stretches and what is executed in them"
+    )

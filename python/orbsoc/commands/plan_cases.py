@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -29,6 +29,7 @@ def plan_cases(
     device: str,
     partition: str,
     deadline_ms: float | None,
+    exact: bool,
     as_json: bool,
 ) -> NoReturn:
     """Plan `count` dispersed cases of the scenario that `load` gives, price and judge them; leaves by typer.Exit.
@@ -38,8 +39,15 @@ def plan_cases(
     with spoken(as_json):
         from hw_model import HwModelError
         from hw_model.partition import load_partition
-        from hw_model.stage_cycles import estimated
-        from orbsoc.deadline_cases import check_deadline, judge, record_cases
+        from hw_model.reading import BOUNDED
+        from hw_model.schedules import engine_of
+        from orbsoc.deadline_cases import (
+            check_deadline,
+            estimated_cycles,
+            exact_cycles_of,
+            judge,
+            record_cases,
+        )
 
         scenario = load()
         machine, split = options.computer(device, None), load_partition(partition)
@@ -48,6 +56,8 @@ def plan_cases(
         check_deadline(deadline_ms)
         if count < 1:
             raise HwModelError(f"--cases = {count}: must be at least 1")
+        if exact and split.uses_pl:
+            engine_of(machine, "f64")  # refuse now what has no schedules
         try:
             with Progress(count) as told:
                 cases = record_cases(scenario, count, seed, folder / "cases", resume=resume, progress=told)
@@ -57,12 +67,15 @@ def plan_cases(
                 f"interrupted; finished cases are in {folder / 'cases'}, --resume goes on",
                 as_json,
             )
-        report = judge(cases, machine, split, deadline_ms, estimated)
+        cycles_of = exact_cycles_of(cases, folder / "cases") if exact else estimated_cycles
+        report = judge(cases, machine, split, deadline_ms, cycles_of)
         document = report.to_dict() | {
             "scenario": scenario.model_dump(mode="json"),
             "seed": seed,
             "dispersion": _dispersion(),
-            "assumptions": options.echoed(machine, "f64"),
+            "assumptions": options.echoed(
+                machine, replace(BOUNDED, on_pl=split.uses_pl, scheduled=exact and split.uses_pl)
+            ),
         }
         options.write_all(
             folder,

@@ -44,6 +44,27 @@ impl Code {
     ];
     const ON_LANES: usize = 13;
 
+    /// The name that docs/pl-machine.md gives it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Move => "move",
+            Self::Neg => "neg",
+            Self::Abs => "abs",
+            Self::Mul => "mul",
+            Self::Add => "add",
+            Self::Sub => "sub",
+            Self::AddMul => "add_mul",
+            Self::SubMul => "sub_mul",
+            Self::Min => "min",
+            Self::Max => "max",
+            Self::Compare => "compare",
+            Self::And => "and",
+            Self::Select => "select",
+            Self::Div => "div",
+            Self::Sqrt => "sqrt",
+        }
+    }
+
     /// Runs on a divider.
     pub fn on_divider(self) -> bool {
         matches!(self, Self::Div | Self::Sqrt)

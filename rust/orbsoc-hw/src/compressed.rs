@@ -18,6 +18,8 @@ pub struct Compressed {
     pub lines: Microcode,
     /// Of each segment.
     pub segments: Vec<CompressedSegment>,
+    /// Of each segment, the word that each cycle of a frozen datapath waits for, ascending.
+    pub freezes: Vec<Vec<u32>>,
 }
 
 /// One segment's lines, and what they cost in time.
@@ -50,7 +52,8 @@ impl Compressed {
             }
         }
         let table = choose(&wishes, &format);
-        let mut this = Self { format, table, lines: Microcode::new(format.fetch(), 0), segments: Vec::new() };
+        let lines = Microcode::new(format.fetch(), 0);
+        let mut this = Self { format, table, lines, segments: Vec::new(), freezes: Vec::new() };
         for schedule in schedules {
             this.append(schedule, configuration);
         }
@@ -86,7 +89,8 @@ impl Compressed {
         }
         let start = self.lines.len();
         let lines = writer.stream.lines(self.format.fetch());
-        let frozen = frozen_cycles(&writer.items, lines.len(), self.format.fetch());
+        let freezes = freezes(&writer.items, lines.len(), self.format.fetch());
+        let frozen = freezes.len() as u32;
         let timing = configuration.timing();
         let cycles = schedule.cycles + 1 + frozen;
         debug_assert!(cycles > timing.startup + timing.finish);
@@ -97,6 +101,7 @@ impl Compressed {
             frozen,
             cycles,
         });
+        self.freezes.push(freezes);
         self.lines.append(&lines);
     }
 }
@@ -104,20 +109,22 @@ impl Compressed {
 /// An item: its length, and the words that it stands for.
 type Item = (usize, u32);
 
-/// Cycles in which the next item is not yet complete in the buffer.
-fn frozen_cycles(items: &[Item], lines: usize, fetch: usize) -> u32 {
-    let (mut fill, mut fetched, mut frozen) = (fetch, 1, 0);
+/// The words that are waited for while the next item is not yet complete in the buffer, once a cycle.
+fn freezes(items: &[Item], lines: usize, fetch: usize) -> Vec<u32> {
+    let (mut fill, mut fetched, mut word, mut found) = (fetch, 1, 0, Vec::new());
     let mut items = items.iter().copied();
     let (mut rest, mut next) = (0, items.next());
     while rest > 0 || next.is_some() {
         let mut taken = 0;
         if rest > 0 {
             rest -= 1;
+            word += 1;
         } else if let Some((length, words)) = next.filter(|(length, _)| fill >= *length) {
             (taken, rest) = (length, words - 1);
+            word += 1;
             next = items.next();
         } else {
-            frozen += 1;
+            found.push(word);
         }
         fill -= taken;
         if fetched < lines && fill <= 3 * fetch {
@@ -125,7 +132,7 @@ fn frozen_cycles(items: &[Item], lines: usize, fetch: usize) -> u32 {
             fetched += 1;
         }
     }
-    frozen
+    found
 }
 
 /// Bits in their order.

@@ -4,14 +4,17 @@ use crate::convert::{problem, refuse, settings};
 use numpy::{IntoPyArray, PyArray1};
 use orbsoc::{Buffer, Module, Problem, Settings, Stage};
 use orbsoc_hw::{
-    snapshots, validation_case, Aim, Causes, Compressed, Configuration, Format, Gaps, Precision, Program,
-    Segment,
+    snapshots, validation_case, Aim, Causes, Code, Compressed, Configuration, Format, Gaps, Precision,
+    Program, Segment,
 };
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 pyo3::create_exception!(_core, HardwareError, PyValueError, "An engine that cannot be, or is too small.");
+
+/// Cycles, units and operations.
+type Issued<'py> = (Bound<'py, PyArray1<u32>>, Bound<'py, PyArray1<u8>>, Bound<'py, PyArray1<u8>>);
 
 #[allow(clippy::needless_pass_by_value)] // the shape map_err wants
 fn unfit(error: orbsoc_hw::Error) -> PyErr {
@@ -94,20 +97,37 @@ impl HardwareProgram {
         Ok(out)
     }
 
-    /// Cycle and unit of every operation of a segment; dividers count on from the lanes.
-    #[allow(clippy::type_complexity)]
-    fn issues<'py>(
-        &self,
-        py: Python<'py>,
-        stage: &str,
-    ) -> PyResult<(Bound<'py, PyArray1<u32>>, Bound<'py, PyArray1<u8>>)> {
-        let segment = self.program.segments.iter().find(|segment| segment.name() == stage);
-        let segment = segment.ok_or_else(|| PyKeyError::new_err(format!("no segment named {stage:?}")))?;
-        let issues = &segment.schedule.issues;
-        let lanes = u8::try_from(self.program.configuration.lanes)?;
+    /// Cycle, unit and operation of everything that a segment issues, in its "flat" or "compressed" microcode.
+    ///
+    /// Cycles count from the end of the start-up; frozen ones count too. Dividers count on from the lanes. Operations
+    /// are positions in `operation_names`.
+    #[pyo3(signature = (stage, format="flat"))]
+    fn issues<'py>(&self, py: Python<'py>, stage: &str, format: &str) -> PyResult<Issued<'py>> {
+        let (format, program) = self.in_format(format, Gaps { seed: 1, level: 0 })?;
+        let number = program.segments.iter().position(|segment| segment.name() == stage);
+        let number = number.ok_or_else(|| PyKeyError::new_err(format!("no segment named {stage:?}")))?;
+        let issues = &program.segments[number].schedule.issues;
+        let lanes = u8::try_from(program.configuration.lanes)?;
         let unit = |issue: &orbsoc_hw::Issue| issue.unit + if issue.code.on_divider() { lanes } else { 0 };
-        let cycles: Vec<u32> = issues.iter().map(|issue| issue.cycle).collect();
-        Ok((cycles.into_pyarray(py), issues.iter().map(unit).collect::<Vec<_>>().into_pyarray(py)))
+        let mut cycles: Vec<u32> = issues.iter().map(|issue| issue.cycle).collect();
+        if format == Format::Compressed {
+            let freezes = &self.compressed.freezes[number];
+            for cycle in &mut cycles {
+                *cycle += 1 + freezes.partition_point(|word| *word <= *cycle) as u32;
+            }
+        }
+        let operations: Vec<u8> = issues.iter().map(|issue| issue.code as u8).collect();
+        Ok((
+            cycles.into_pyarray(py),
+            issues.iter().map(unit).collect::<Vec<_>>().into_pyarray(py),
+            operations.into_pyarray(py),
+        ))
+    }
+
+    /// Names of the engine's operations.
+    #[staticmethod]
+    fn operation_names() -> Vec<&'static str> {
+        Code::ALL.iter().map(|code| code.name()).collect()
     }
 
     /// Busy cycles of every segment on the in-order engine.
@@ -185,6 +205,9 @@ impl HardwareProgram {
         out.set_item("flat_bits", u64::from(schedule.words) * self.program.configuration.flat_bits() as u64)?;
         out.set_item("compressed_bits", compressed.bits)?;
         out.set_item("compressed_cycles", compressed.cycles)?;
+        let mut causes_compressed = self.compact.segments[number].schedule.causes;
+        causes_compressed.fetch += compressed.cycles - self.compact.segments[number].schedule.cycles;
+        out.set_item("compressed_causes", causes(py, &causes_compressed)?)?;
         out.set_item("causes", causes(py, &schedule.causes)?)?;
         out.set_item("lane_causes", causes(py, &schedule.slots)?)?;
         Ok(out)
