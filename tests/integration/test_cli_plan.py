@@ -66,7 +66,8 @@ def test_plan_prints_iterations_check_budget_verdict_and_folder_as_plain_lines(
     assert any(line.startswith("clarabel: agrees; burn time differs by") for line in lines)
     assert any(line.startswith("the conic solves of the plan, modelled: paper on zu9eg") for line in lines)
     assert any(
-        line.startswith("modelled deadline verdict for the conic solves of the plan: ") for line in lines
+        line.startswith("modelled deadline verdict for the conic solves of the plan, exact PL cycles: ")
+        for line in lines
     )
     assert lines[-2].startswith("VERIFIED: ")
     assert lines[-1] == f"written to {folder}"
@@ -260,7 +261,7 @@ def test_overrides_reach_the_plan(tmp_path: Path) -> None:
 def test_missed_deadline_is_said_and_leaves_the_exit_code(tmp_path: Path) -> None:
     result = invoke("plan", REC1, "--deadline-ms", "1e-3", "--out", tmp_path / "out")
     assert result.exit_code == 0
-    assert "verdict for the conic solves of the plan: FAIL: " in result.stdout
+    assert "verdict for the conic solves of the plan, exact PL cycles: FAIL: " in result.stdout
     told = " ".join(invoke("plan", "--help").stdout.split())
     assert "conic solves of the plan" in told
     assert "a missed deadline does not change the exit code" in told

@@ -113,7 +113,8 @@ impl HardwareProgram {
         if format == Format::Compressed {
             let freezes = &self.compressed.freezes[number];
             for cycle in &mut cycles {
-                *cycle += 1 + freezes.partition_point(|word| *word <= *cycle) as u32;
+                let frozen = freezes.partition_point(|word| *word <= *cycle);
+                *cycle += 1 + u32::try_from(frozen)?;
             }
         }
         let operations: Vec<u8> = issues.iter().map(|issue| issue.code as u8).collect();
