@@ -1,12 +1,13 @@
 """The reachable domain as a product: solve it, load it, ask it.
 
 >>> domain = orbsoc.reach.load("out/paper004_reach")  # doctest: +SKIP
->>> domain.can_reach(orbit).words  # doctest: +SKIP
-'within reach: the plane lies 4.1 degrees (± 0.01) inside the edge at its perigee height, …'
+>>> domain.can_reach(orbit, exact=True).verdict  # doctest: +SKIP
+<Verdict.WITHIN: 'within reach'>
 """
 
 from .limits import TiltLimit
-from .margin import Margin
+from .margin import Margin, Verdict
 from .results import ReachableDomain, load
+from .shortest import ShortestBurn
 
-__all__ = ["Margin", "ReachableDomain", "TiltLimit", "load"]
+__all__ = ["Margin", "ReachableDomain", "ShortestBurn", "TiltLimit", "Verdict", "load"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import RegularGridInterpolator
 
 from orbsoc.missions.reachable_domain.boundary import inside_box
 from orbsoc.missions.reachable_domain.domain import Domain
-from orbsoc.missions.reachable_domain.evidence import largest_tilts
+from orbsoc.missions.reachable_domain.evidence import RESOLUTION_RAD, largest_tilts
 from orbsoc.missions.reachable_domain.planes import normals
 from orbsoc.missions.reachable_domain.scenario import Scenario
 from orbsoc.missions.reachable_domain.table import PointStatus
@@ -22,13 +21,20 @@ from orbsoc.missions.reachable_domain.terminal import LargestTilt
 from orbsoc.orbit import EARTH, Elements
 from orbsoc.sweep import ShardStore, StoreError
 
+from .largest import LargestOrbits
 from .limits import TiltLimit
-from .margin import Margin
+from .margin import Margin, Verdict
+from .shortest import shortest_burn
 
 Array = NDArray[np.float64]
 Columns = dict[str, NDArray[Any]]
 
 POINTS, BOUNDARY = "points", "boundary"
+
+CIRCULAR = 1e-6
+"""Eccentricity up to which the perigee's direction is nothing: a dozen metres between perigee and apogee."""
+SAME_ARGP_DEG = 1e-6
+"""Arguments of perigee nearer than this are the same."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,12 +61,13 @@ class ReachableDomain:
         return float(np.rad2deg(tilt)), float(np.rad2deg(azimuth))
 
     def can_reach(self, orbit: Elements, *, exact: bool = False) -> Margin:
-        """Whether and by how much an orbit lies within reach: the one burn of the scenario, cut off on the orbit.
+        """Whether and by how much an orbit lies within reach: the burn of the scenario, cut off on the orbit.
 
-        Every orbit of its plane with that perigee height or a higher one, and a semi-major axis up to the largest, is
-        counted as reached, for the argument of perigee that suits it best: the orbit's own is not looked at, and an
-        ellipse turned away from it may be far out of reach. Interpolated from the tables; with `exact` the plane is
-        solved now, in a fraction of a second. The answer states an estimate of the interpolation error, not a bound.
+        The tables know the largest orbit of each plane for each perigee height, its perigee where it suits best. They
+        rule out what is larger or tilted further. A circular orbit that they do not rule out is within reach; of another
+        one they say nothing unless they were made for its argument of perigee, and the answer is undecided. With `exact`
+        the plane is solved now, and of an orbit that is not circular the shortest burn onto it, its own perigee included,
+        is sought and flown: that decides. It takes a second or a few. Errors of interpolated numbers are estimates.
         Raises ValueError for an orbit that is not an ellipse or whose perigee lies below the surface.
         """
         height_km = orbit.perigee_height_m() / 1e3
@@ -78,61 +85,56 @@ class ReachableDomain:
             else self._interpolated(inc_deg, raan_deg, height_km, azimuth)
         )
         box = inside_box(self.domain, np.array([inc_deg]), np.array([raan_deg]))
-        return Margin(
+        found = Margin(
             tilt_deg=edge - tilt,
             tilt_error_deg=edge_error,
             sma_km=largest - orbit.sma_m / 1e3,
             sma_error_km=largest_error,
             inside_box=bool(box[0]),
             exact=exact,
+            circular=orbit.ecc <= CIRCULAR,
+            argp_in_table=self._argp_in_table(orbit),
         )
+        if not exact or found.circular or found.verdict is Verdict.BEYOND:
+            return found
+        return replace(found, burn=shortest_burn(self.scenario, orbit))
+
+    def _argp_in_table(self, orbit: Elements) -> bool:
+        """Whether the tables fix the perigee where the orbit has it, in direction and height."""
+        perigee = self.scenario.perigee
+        if perigee.argp_deg is None or perigee.condition != "equal":
+            return False
+        away = np.mod(np.rad2deg(orbit.argp_rad) - perigee.argp_deg + 180.0, 360.0) - 180.0
+        return bool(abs(away) <= SAME_ARGP_DEG)
 
     def _interpolated(
         self, inc: float, raan: float, height: float, azimuth: float
     ) -> tuple[float, float, float, float]:
-        limit = self.limit
-        lowest = max(height, float(limit.height_km[0]))
-        edge, error = float(limit(azimuth, lowest)), float(limit.error_deg(azimuth, lowest))
-        west = float(self._axes[1][0])
-        at = np.array([[inc, west + np.mod(raan - west, 360.0), max(height, float(self._axes[2][0]))]])
-        largest, coarse = (float(table(at)[0]) for table in self._largest)
-        error_km = (
-            2.0 / 3.0 * abs(largest - coarse)
-        )  # a linear table of twice the step has four times the error
-        return edge, error, largest, error_km + 1e-3
+        edge, error = float(self.limit(azimuth, height)), float(self.limit.error_deg(azimuth, height))
+        return edge, error, *self.largest(inc, raan, height)
 
     def _solved(
         self, inc: float, raan: float, height: float, azimuth: float
     ) -> tuple[float, float, float, float]:
-        table = self.domain.solve_planes(np.array([inc]), np.array([raan]), np.array([height]))
+        free = self.domain.with_free_perigee()
+        table = free.solve_planes(np.array([inc]), np.array([raan]), np.array([height]))
         perigee = np.array([1.0 + 1e3 * height / EARTH.earth_radius_m])
-        edge = largest_tilts(
-            self.domain.tools, LargestTilt(self.domain.frame, np.deg2rad([azimuth]), perigee)
-        )
-        reached = table["status"][0] == PointStatus.REACHED.value
-        # On a plane that is not reached there is no orbit at all.
-        largest = float(table["a_km"][0]) if reached else -np.inf
-        error = largest * self.scenario.verification.sma_rel if reached else 0.0
-        return float(np.rad2deg(edge.tilt[0])), float(np.rad2deg(edge.change[0])), largest, error
+        edge = largest_tilts(free.tools, LargestTilt(free.frame, np.deg2rad([azimuth]), perigee))
+        tilt, doubt = np.rad2deg(edge.tilt[0]), np.rad2deg(np.fmax(edge.change[0], RESOLUTION_RAD))
+        status = table["status"][0]
+        if status == PointStatus.REACHED.value:
+            largest = float(table["a_km"][0])
+            return float(tilt), float(doubt), largest, largest * self.scenario.verification.sma_rel
+        # On a plane that is not reached there is no orbit at all; of one whose solver failed nothing is known.
+        largest = -np.inf if status == PointStatus.NOT_REACHED.value else np.nan
+        return float(tilt), float(doubt), float(largest), 0.0
 
     @cached_property
-    def _axes(self) -> tuple[Array, Array, Array]:
+    def largest(self) -> LargestOrbits:
+        """The largest semi-major axis (km) as a function of plane and perigee height."""
         grid = self.scenario.grid
-        return grid.inclination_deg.values(), grid.raan_deg.values(), grid.perigee_height_km.values()
-
-    @cached_property
-    def _largest(self) -> tuple[RegularGridInterpolator, RegularGridInterpolator]:
-        """The largest semi-major axis (km) by linear interpolation, on the whole grid and on every second plane."""
-        axes = self._axes
-        cube = self.points["a_km"].reshape([len(axis) for axis in axes])
-        both = []
-        for step in (1, 2):
-            thin = [axis[::step] if len(axis) > 2 * step else axis for axis in axes[:2]]
-            part = cube[:: step if len(axes[0]) > 2 * step else 1, :: step if len(axes[1]) > 2 * step else 1]
-            both.append(
-                RegularGridInterpolator((*thin, axes[2]), part, bounds_error=False, fill_value=np.nan)
-            )
-        return both[0], both[1]
+        axes = [span.values() for span in (grid.inclination_deg, grid.raan_deg, grid.perigee_height_km)]
+        return LargestOrbits.of(axes, self.points["a_km"])
 
 
 def load(folder: str | PathLike[str]) -> ReachableDomain:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from orbsoc.scp import Rules
 from .attempts import Tolerances, Tools
 from .pinned import lower_perigees
 from .planes import TiltFrame, cross
-from .scenario import Scenario
+from .scenario import Perigee, Scenario
 from .subproblems import Subproblems
 from .table import PointTable
 from .wavefront import PlaneSet, Wavefront
@@ -46,6 +46,13 @@ class Domain:
         )
         momentum = cross(burn.start[:3], burn.start[3:])
         return cls(scenario, tools, TiltFrame.about(momentum / np.linalg.norm(momentum)))
+
+    def with_free_perigee(self) -> Domain:
+        """The same domain with the perigee anywhere at its bound or above: all that more is asked of lies within it."""
+        if self.scenario.perigee == Perigee():
+            return self
+        free = self.scenario.with_changes(perigee={"condition": "at_least", "argp_deg": None})
+        return replace(self, scenario=free)
 
     def planes(self) -> tuple[Array, Array]:
         """Inclinations and nodes (degrees) of all planes of the grid, node fastest, each (P,)."""
