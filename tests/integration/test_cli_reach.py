@@ -50,8 +50,14 @@ def test_the_run_writes_what_it_says(solved: tuple[Path, Path, str]) -> None:
     assert document["hardware"]["provenance"] == "modelled"
     assert document["hardware"]["points_within_deadline"] > 0
     hardware = document["hardware"]
-    assert 8.0 <= hardware["iterations"] <= 14.0
-    assert hardware["subproblem_us"] <= hardware["most_us"] < 1.5 * hardware["subproblem_us"]
+    coarse, *finer = hardware["patterns"]
+    assert coarse["nodes"] == 12
+    assert 8.0 <= coarse["iterations"] <= 14.0
+    assert coarse["cycles"] == pytest.approx(coarse["iterations"] * coarse["cycles_per_iteration"])
+    assert all(pattern["cycles_per_iteration"] > coarse["cycles_per_iteration"] for pattern in finer)
+    assert sum(p["subproblems"] for p in hardware["patterns"]) == document["work"][
+        "sequence_iterations"
+    ] - edge_work(folder)
     priced = {(row["device"], row["partition"]): row["domain_s"] for row in document["hardware_table"]}
     assert priced[("zu9eg", "paper")] == document["hardware"]["domain_s"] > 0.0
     assert len(priced) >= 15
@@ -61,6 +67,43 @@ def test_the_run_writes_what_it_says(solved: tuple[Path, Path, str]) -> None:
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "of 60 points are reached" in page
     assert not re.search(r'(?:src|href)="https?:', page)
+
+
+def edge_work(folder: Path) -> int:
+    """Subproblems of the edge, which belong to no point."""
+    return int(orbsoc.reach.load(folder).boundary["sequence_iterations"].sum())
+
+
+def test_every_point_has_its_modelled_cycles_in_both_exports(solved: tuple[Path, Path, str]) -> None:
+    """Subproblems × iterations × cycles per iteration of the grid's pattern; who says so is in the metadata."""
+    import pyarrow.parquet as parquet
+    import xarray
+
+    _scenario, folder, stdout = solved
+    hardware = json.loads(stdout)["hardware"]
+    table = parquet.read_table(folder / "points.parquet")
+    cycles = table.column("modelled_pl_cycles").to_numpy()
+    expected = sum(
+        table.column(f"subproblems_{p['nodes']}").to_numpy() * p["iterations"] * p["cycles_per_iteration"]
+        for p in hardware["patterns"]
+    )
+    np.testing.assert_allclose(cycles, expected, rtol=1e-12)
+    held = (
+        table.column("origin").to_numpy(zero_copy_only=False)
+        == "plan of a lower bound, whose perigee is high enough"
+    )
+    assert (cycles[held] == 0.0).all()
+    assert (cycles > 0.0).sum() >= 20
+    assert cycles.sum() / hardware["pl_clock_mhz"] / 1e6 == pytest.approx(hardware["domain_s"])
+    assert hardware["points_within_deadline"] == int(60 / hardware["domain_s"])
+    about = {k.decode(): v.decode() for k, v in table.schema.field("modelled_pl_cycles").metadata.items()}
+    assert (about["provenance"], about["device"], about["partition"]) == ("modelled", "zu9eg", "paper")
+    assert about["unit"] == "cycles of the PL clock at 150 MHz"
+    assert "modelled, not measured" in about["source"]
+    with xarray.open_dataset(folder / "domain.nc", engine="h5netcdf") as cube:
+        np.testing.assert_array_equal(cube["modelled_pl_cycles"].values.ravel(), cycles)
+        assert cube["modelled_pl_cycles"].attrs["provenance"] == "modelled"
+        assert cube["modelled_pl_cycles"].attrs["long_name"] == about["unit"]
 
 
 def test_the_exports_agree_with_the_table(solved: tuple[Path, Path, str]) -> None:

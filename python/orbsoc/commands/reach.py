@@ -136,7 +136,7 @@ def _solve_and_write(
 
     from orbsoc.commands.sweep_progress import SweepProgress
     from orbsoc.reach import load
-    from orbsoc.reach.cost import RecordedSequence, cost_table, domain_cost
+    from orbsoc.reach.cost import RecordedSequence, cost_table, domain_cost, grids_in
     from orbsoc.reach.outputs import write_outputs
     from orbsoc.reach.run import solve_into
     from orbsoc.sweep import StoreError
@@ -145,7 +145,7 @@ def _solve_and_write(
         reports = solve_into(folder, scenario, executor, progress, resume=resume)
     found = load(folder)
     device, partition, deadline_ms = hardware
-    recorded = RecordedSequence.of(found.domain)
+    recorded = RecordedSequence.of(found.domain, grids_in(found))
     cost = domain_cost(found, device=device, partition=partition, deadline_ms=deadline_ms, recorded=recorded)
     fresh = sum(report.rows_done - report.rows_before for report in reports)
     extra = {
@@ -155,7 +155,7 @@ def _solve_and_write(
         "hardware_table": [row.to_dict() for row in cost_table(found, recorded)],
     }
     try:
-        return write_outputs(folder, found, extra)
+        return write_outputs(folder, found, cost, extra)
     except OSError as error:
         raise StoreError(
             f"--out = {folder}: tables and figures cannot be written: {error.strerror or error}; all shards are kept,"

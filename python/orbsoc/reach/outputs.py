@@ -15,13 +15,15 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from orbsoc.versions import versions
 
 from .band import write_band
+from .cost import CYCLES, DomainCost
 from .figures import FigureFile, draw_figures
 from .netcdf import write_netcdf
 from .results import ReachableDomain
 from .summary import summary
 
-SUMMARY, BOUNDARY_FILE, CUBE, REPORT, BAND = (
+SUMMARY, POINTS_FILE, BOUNDARY_FILE, CUBE, REPORT, BAND = (
     "summary.json",
+    "points.parquet",
     "boundary.parquet",
     "domain.nc",
     "report.html",
@@ -30,7 +32,9 @@ SUMMARY, BOUNDARY_FILE, CUBE, REPORT, BAND = (
 SCHEMA = "orbsoc.reach/1"
 
 
-def write_outputs(folder: Path, domain: ReachableDomain, extra: Mapping[str, Any]) -> dict[str, Any]:
+def write_outputs(
+    folder: Path, domain: ReachableDomain, cost: DomainCost, extra: Mapping[str, Any]
+) -> dict[str, Any]:
     """Write everything but the shards into `folder`; returns the content of `summary.json`."""
     import pyarrow as pa
     import pyarrow.parquet as parquet
@@ -38,15 +42,28 @@ def write_outputs(folder: Path, domain: ReachableDomain, extra: Mapping[str, Any
     document = {"schema": SCHEMA, **summary(domain), **extra, "versions": versions()}
     figures = draw_figures(domain, folder)
     write_band(domain, folder / BAND)
-    write_netcdf(domain, folder / CUBE)
+    write_netcdf(domain, folder / CUBE, cost)
+    parquet.write_table(points_table(domain, cost), folder / POINTS_FILE)
     parquet.write_table(pa.table(dict(domain.boundary)), folder / BOUNDARY_FILE)
     _replace(folder / REPORT, _page(document, figures, folder))
     document["files"] = sorted(
-        [SUMMARY, BOUNDARY_FILE, CUBE, REPORT, BAND, *(figure.name for figure in figures)]
+        [SUMMARY, POINTS_FILE, BOUNDARY_FILE, CUBE, REPORT, BAND, *(figure.name for figure in figures)]
     )
     finite: dict[str, Any] = _finite(document)
     _replace(folder / SUMMARY, json.dumps(finite, indent=2, allow_nan=False) + "\n")
     return finite
+
+
+def points_table(domain: ReachableDomain, cost: DomainCost) -> Any:
+    """The whole table as one of Arrow, in the grid's order, with the modelled cycles of every point; their field's metadata
+    say in what unit and where they come from. Attitude programmes stay with the shards."""
+    import pyarrow as pa
+
+    plain = {name: values for name, values in domain.points.items() if name != "commands"}
+    table = pa.table(plain)
+    about = {"unit": cost.unit, "provenance": "modelled", "source": cost.source}
+    about |= {"device": cost.device, "partition": cost.partition}
+    return table.append_column(pa.field(CYCLES, pa.float64(), metadata=about), pa.array(cost.cycles))
 
 
 def _page(document: Mapping[str, Any], figures: tuple[FigureFile, ...], folder: Path) -> str:

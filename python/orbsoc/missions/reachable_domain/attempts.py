@@ -35,6 +35,10 @@ PRIMER_NODES = (16, 32, 64)
 the second, all with the last."""
 NEWTON_STEPS = (6, 16, 40)
 """Gauss steps of an extremal; more where its steering swings so fast that the flight of its programme disagrees."""
+MOST_GRIDS = 5
+"""Grids of a sequence, from 4 to 64 nodes."""
+SPENT = ("subproblems", "solver_iterations", "newton_steps")
+"""What attempts at a point add up."""
 CLEAR_MISS = 1e3
 """A flight that misses by so many times its own error is not flown more accurately."""
 POLISHED_FLIGHT_STEPS = 12
@@ -68,6 +72,16 @@ class Tools:
     rules: Rules
     tolerances: Tolerances
     solve: Subproblems
+
+    @property
+    def grids(self) -> tuple[int, ...]:
+        """Nodes of the grids that a sequence may be run on, coarsest first."""
+        found = {self.fine_nodes, self.nodes}
+        nodes = self.nodes
+        while nodes < self.fine_nodes:
+            found.add(nodes)
+            nodes *= 2
+        return tuple(sorted(found))
 
     def collocation(self, nodes: int) -> Collocation:
         return Collocation.of(self.burn, self.duration, nodes)
@@ -127,7 +141,8 @@ class Attempts:
 
     `ending` (B,) holds `Ending` values of the last sequence, `verified` (B,) says whether the flown plan kept its
     promise, `nodes` (B,) are those of the last sequence and `polished` (B,) whether Newton found the plan. `arcs` are
-    references on the coarse grid to continue from; `commands` (B,) holds programmes (N, 3) or None.
+    references on the coarse grid to continue from; `commands` (B,) holds programmes (N, 3) or None; `subproblems`
+    (B, MOST_GRIDS) counts those solved on each of `Tools.grids`.
     """
 
     ending: NDArray[np.int8]
@@ -137,7 +152,7 @@ class Attempts:
     arcs: Arcs
     flown: Flown
     commands: NDArray[np.object_]
-    sequence_iterations: NDArray[np.int32]
+    subproblems: NDArray[np.int32]
     solver_iterations: NDArray[np.int32]
     newton_steps: NDArray[np.int32]
 
@@ -153,7 +168,7 @@ class Attempts:
             arcs=start.copy(),
             flown=Flown.unknown(count),
             commands=np.full(count, None, dtype=object),
-            sequence_iterations=np.zeros(count, np.int32),
+            subproblems=np.zeros((count, MOST_GRIDS), np.int32),
             solver_iterations=np.zeros(count, np.int32),
             newton_steps=np.zeros(count, np.int32),
         )
@@ -167,7 +182,7 @@ class Attempts:
             mine, theirs = getattr(self, name), getattr(other, name)
             if isinstance(mine, (Arcs, Flown)):
                 mine.put(which, theirs)
-            elif name.endswith(("_iterations", "_steps")):
+            elif name in SPENT:
                 mine[which] += theirs
             else:
                 mine[which] = theirs
@@ -222,7 +237,7 @@ def _sequence(tools: Tools, aim: LargestOrbit, out: Attempts, which: Index, lowe
         collocation, aim[which], out.arcs[which], lowest=lowest, solve=tools.solve, rules=tools.rules
     )
     out.ending[which] = found.ending
-    out.sequence_iterations[which] += found.iterations
+    out.subproblems[which, tools.grids.index(int(out.nodes[which[0]]))] += found.iterations
     out.solver_iterations[which] += found.inner_iterations
     out.verified[which] = False
     reached = np.flatnonzero(found.ending == Ending.CONVERGED)

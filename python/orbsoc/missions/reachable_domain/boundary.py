@@ -50,7 +50,7 @@ def furthest_planes(domain: Domain, azimuth_deg: Array) -> dict[str, NDArray[Any
         "raan_deg": raan_deg,
         "inside_box": inside_box(domain, inc_deg, raan_deg),
         "nodes": np.tile(found.nodes.astype(np.int32), 2),
-        "sequence_iterations": np.concatenate([found.sequence_iterations, mirrored]),
+        "sequence_iterations": np.concatenate([found.subproblems.sum(axis=1), mirrored]),
         "solver_iterations": np.concatenate([found.solver_iterations, mirrored]),
     }
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arcs import Arcs
-from .attempts import Tools
+from .attempts import MOST_GRIDS, Tools
 from .guess import resampled, towards_planes
 from .sequence import Ending, sequences
 from .terminal import LargestTilt
@@ -40,7 +40,7 @@ class Extremes:
     change: Array
     arcs: Arcs
     nodes: NDArray[np.int16]
-    sequence_iterations: NDArray[np.int32]
+    subproblems: NDArray[np.int32]
     solver_iterations: NDArray[np.int32]
     fine_points: Index
     fine: Arcs | None
@@ -60,7 +60,7 @@ def largest_tilts(tools: Tools, aim: LargestTilt, *, tilt_in_doubt: Array | None
         change=np.full(count, np.nan),
         arcs=arcs,
         nodes=np.full(count, nodes, np.int16),
-        sequence_iterations=np.zeros(count, np.int32),
+        subproblems=np.zeros((count, MOST_GRIDS), np.int32),
         solver_iterations=np.zeros(count, np.int32),
         fine_points=np.empty(0, np.intp),
         fine=None,
@@ -68,7 +68,7 @@ def largest_tilts(tools: Tools, aim: LargestTilt, *, tilt_in_doubt: Array | None
     todo = np.arange(count)
     while todo.size:
         found = sequences(grid, aim[todo], arcs, solve=tools.solve, rules=tools.rules)
-        out.sequence_iterations[todo] += found.iterations
+        out.subproblems[todo, tools.grids.index(nodes)] += found.iterations
         out.solver_iterations[todo] += found.inner_iterations
         ok = found.ending == Ending.CONVERGED
         done = todo[ok]

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .attempts import Attempts, Tools, polish
+from .attempts import MOST_GRIDS, Attempts, polish
 from .extremum import Unknowns, from_sequences
 from .orbits import RADIUS_M
 from .sequence import Ending, sequences
@@ -40,7 +40,7 @@ def lower_perigees(front: Wavefront) -> PointTable:
     source = planes * bounds + top
     owner = np.where(front.plans.verified[source], source, front.plan_below(source))
     aim = front.aim(source)
-    unknowns, ready = _free_optimum(front.tools, aim, front.plans[owner])
+    unknowns, ready = _free_optimum(front, source, aim, front.plans[owner])
     height = table["perigee_km"][source].copy()
     for bound in range(bounds - 1, -1, -1):
         here = np.flatnonzero(grid[planes, bound])
@@ -56,12 +56,19 @@ def lower_perigees(front: Wavefront) -> PointTable:
     return table
 
 
-def _free_optimum(tools: Tools, aim: LargestOrbit, plans: Attempts) -> tuple[Unknowns, NDArray[np.bool_]]:
-    """Extremals of plans whose perigee condition is idle."""
+def _free_optimum(
+    front: Wavefront, rows: Index, aim: LargestOrbit, plans: Attempts
+) -> tuple[Unknowns, NDArray[np.bool_]]:
+    """Extremals of plans whose perigee condition is idle; rows of the table pay for them."""
+    tools = front.tools
     collocation = tools.collocation(tools.nodes)
     found = sequences(collocation, aim, plans.arcs, solve=tools.solve, rules=tools.rules)
     start = from_sequences(collocation, aim, found, np.arange(len(aim)))
     extrema = tools.indirect(12).solve(aim, start)
+    counts = np.zeros((len(aim), MOST_GRIDS), np.int32)
+    counts[:, tools.grids.index(tools.nodes)] = found.iterations
+    front.table.write_subproblems(rows, counts, found.inner_iterations)
+    front.table["newton_steps"][rows] += extrema.steps
     return extrema.unknowns, extrema.converged & (found.ending == Ending.CONVERGED)
 
 

@@ -47,7 +47,15 @@ bounds; `raw_most_rel` and `raw_least_rel` are the extremes of ‖u‖ − 1 of 
 one is a primer, whose length has no meaning below 1); `furthest_tilt_deg` is the evidence of a point that was not reached, NaN where none was sought."""
 COUNTS = ("nodes", "command_nodes", "sequence_iterations", "solver_iterations", "newton_steps")
 """Columns of integers: nodes of the last sequence and of the attitude programme, subproblems solved for this row,
-iterations in them (Newton steps on the dual, interior-point iterations), Newton steps of the polish."""
+iterations in them (Newton steps on the dual, interior-point iterations), Newton steps of the polish. Beside them there is
+`subproblems_N` for every grid of N nodes: they add up to `sequence_iterations`."""
+
+
+def subproblems_on(nodes: int) -> str:
+    """The column that counts the subproblems on a grid."""
+    return f"subproblems_{nodes}"
+
+
 WORDS = ("status", "origin", "level", "evidence")
 
 
@@ -56,14 +64,16 @@ class PointTable:
     """Columns by name, all of one length; `commands` holds flattened programmes (3N,) or None."""
 
     columns: dict[str, NDArray[Any]]
+    grids: tuple[int, ...]
 
     @classmethod
-    def empty(cls, rows: int) -> PointTable:
+    def empty(cls, rows: int, grids: tuple[int, ...]) -> PointTable:
+        """Nothing known of so many rows, of which sequences may be run on `grids`."""
         columns: dict[str, NDArray[Any]] = {name: np.full(rows, np.nan) for name in FLOATS}
-        columns |= {name: np.zeros(rows, np.int32) for name in COUNTS}
+        columns |= {name: np.zeros(rows, np.int32) for name in (*COUNTS, *map(subproblems_on, grids))}
         columns |= {name: np.full(rows, "", dtype=object) for name in WORDS}
         columns["commands"] = np.full(rows, None, dtype=object)
-        return cls(columns)
+        return cls(columns, grids)
 
     def __len__(self) -> int:
         return len(self.columns["status"])
@@ -77,8 +87,17 @@ class PointTable:
 
     def write_spent(self, rows: Index, found: Attempts) -> None:
         """Add what the attempts cost."""
-        for name in ("sequence_iterations", "solver_iterations", "newton_steps"):
-            self[name][rows] += getattr(found, name)
+        self.write_subproblems(rows, found.subproblems, found.solver_iterations)
+        self["newton_steps"][rows] += found.newton_steps
+
+    def write_subproblems(
+        self, rows: Index, counts: NDArray[np.int32], iterations: NDArray[np.int32]
+    ) -> None:
+        """Add subproblems (B, grids) and the iterations (B,) in them."""
+        for nodes, spent in zip(self.grids, counts.T, strict=False):
+            self[subproblems_on(nodes)][rows] += spent
+        self["sequence_iterations"][rows] += counts.sum(axis=1)
+        self["solver_iterations"][rows] += iterations
 
     def write_plans(self, rows: Index, found: Attempts, origin: Origin | NDArray[np.object_]) -> None:
         """Rows whose plans were flown to their promise."""

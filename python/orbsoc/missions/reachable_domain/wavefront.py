@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arcs import Arcs
-from .attempts import Attempts, Tools, attempt, attempt_on_fine_grid
+from .attempts import SPENT, Attempts, Tools, attempt, attempt_on_fine_grid
 from .evidence import RESOLUTION_RAD, Extremes, largest_tilts
 from .guess import towards_planes
 from .orbits import RADIUS_M
@@ -54,10 +54,10 @@ class PlaneSet:
         node, ahead = in_plane_axes(normal)
         return LargestOrbit(normal, perigee, np.cos(self.argp) * node + np.sin(self.argp) * ahead)
 
-    def blank(self, frame: TiltFrame) -> PointTable:
+    def blank(self, frame: TiltFrame, grids: tuple[int, ...]) -> PointTable:
         """The table with the points' own columns filled in."""
         bounds = len(self.heights_km)
-        table = PointTable.empty(len(self) * bounds)
+        table = PointTable.empty(len(self) * bounds, grids)
         tilt, azimuth = frame.tilt_and_azimuth(self.normal)
         per_plane = {
             "inc_deg": self.inc_deg,
@@ -88,7 +88,7 @@ class Wavefront:
         cold = towards_planes(tools.collocation(tools.nodes), planes.normal)
         plane = np.repeat(np.arange(len(planes)), len(planes.heights_km))
         plans = Attempts.none(cold[plane], tools.nodes)
-        return cls(tools, frame, planes, continued, planes.blank(frame), plans)
+        return cls(tools, frame, planes, continued, planes.blank(frame, tools.grids), plans)
 
     def run(self) -> PointTable:
         """The lowest bound of every plane, then all bounds that its plan does not meet, then what is left."""
@@ -165,8 +165,7 @@ class Wavefront:
         tilt, azimuth = np.deg2rad(table["tilt_deg"][rows]), np.deg2rad(table["azimuth_deg"][rows])
         aim = LargestTilt(self.frame, azimuth, self.aim(rows, free=True).perigee)
         edge = largest_tilts(self.tools, aim, tilt_in_doubt=tilt)
-        table["sequence_iterations"][rows] += edge.sequence_iterations
-        table["solver_iterations"][rows] += edge.solver_iterations
+        table.write_subproblems(rows, edge.subproblems, edge.solver_iterations)
         gap = tilt - edge.tilt
         beyond = np.flatnonzero(gap > 0.0)
         words = [self._beyond(rows[k], gap[k], edge.nodes[k]) for k in beyond]
@@ -219,7 +218,7 @@ class Wavefront:
         if self.planes.argp is None:
             return free
         found = attempt(self.tools, self.aim(rows), free.arcs)
-        for name in ("sequence_iterations", "solver_iterations", "newton_steps"):
+        for name in SPENT:
             getattr(found, name)[:] += getattr(free, name)
         return found
 
