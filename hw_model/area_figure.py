@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,9 +21,10 @@ def area_figure(found: Budget, title: str, path: str | Path | None = None) -> Fi
     """A bar per resource, percent of the device; a tick marks its ceiling, red is over it."""
     figure = blank(6.4, 3.0)
     axes = figure.add_subplot()
-    longest = max(100.0, *(100.0 * use.share for use in found.uses))
-    for place, use in enumerate(found.uses):
-        percent = 100.0 * use.share
+    shares = [100.0 * use.share for use in found.uses]
+    longest = max(100.0, *(share for share in shares if math.isfinite(share)))
+    for place, (use, share) in enumerate(zip(found.uses, shares, strict=True)):
+        percent = min(share, 1.25 * longest)  # of a device that has none of it, any use is infinite
         axes.barh(place, percent, height=0.6, color=GREEN if use.fits else RED)
         axes.plot([100 * use.ceiling] * 2, [place - 0.4, place + 0.4], color="black", linewidth=1.5)
         axes.annotate(

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from .drawing import GREEN, GREY, PALE, PLACES, RED, blank, finished, legend
 from .errors import HwModelError
-from .vocabulary import by_place
+from .vocabulary import by_place, count_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,10 +24,13 @@ if TYPE_CHECKING:
 _GAIN = {"faster": GREEN, "band crosses 1": GREY, "slower": RED}
 
 
-def speedup_figure(reports: Sequence[Report], path: str | Path | None = None) -> Figure:
+def speedup_figure(
+    reports: Sequence[Report], path: str | Path | None = None, fits: Sequence[bool] | None = None
+) -> Figure:
     """A bar per report with its band, grouped by device; the dashed line is the baseline.
 
-    Saves a PNG when `path` is given. Raises HwModelError without reports or with different baselines.
+    `fits`: whether each report's engine fits into its device; one that does not is an outline and says so. Saves a PNG
+    when `path` is given. Raises HwModelError without reports or with different baselines.
     """
     if not reports:
         raise HwModelError("`reports` is empty: a speedup figure needs at least one")
@@ -38,32 +41,42 @@ def speedup_figure(reports: Sequence[Report], path: str | Path | None = None) ->
     axes = figure.add_subplot()
     devices = list(dict.fromkeys(report.device for report in reports))
     ordered = sorted(reports, key=lambda report: devices.index(report.device))
+    fitting = {id(report): fit for report, fit in zip(reports, fits or [True] * len(reports), strict=True)}
     places = [k + 0.6 * devices.index(report.device) for k, report in enumerate(ordered)]
     for place, report in zip(places, ordered, strict=True):
         band = report.speedup
         reach = [[band.nominal - band.low], [band.high - band.nominal]]
-        axes.bar(place, band.nominal, width=0.7, color=_GAIN[_gain(band)], yerr=reach, capsize=4)
+        colour, fit = _GAIN[_gain(band)], fitting[id(report)]
+        axes.bar(
+            place, band.nominal, width=0.7, color=colour if fit else "none", edgecolor=colour,
+            hatch=None if fit else "///", yerr=reach, capsize=4,
+        )  # fmt: skip
         axes.annotate(
-            f"{band.nominal:.2f}×",
+            f"{band.nominal:.2f}×" if fit else f"{band.nominal:.2f}×\ndoes not fit",
             (place, band.high),
             (0, 3),
             textcoords="offset points",
             ha="center",
             fontsize=9,
         )
+    shown = {_gain(report.speedup) for report in reports}
     axes.axhline(1.0, color="black", linestyle="--", linewidth=0.8)
     labels = [
         "\n".join(
-            (report.device, f"{report.lanes} lanes", *f"{report.partition}".replace("+", "\n+ ").split("\n"))
+            (
+                report.device,
+                count_of(report.lanes, "lane"),
+                *f"{report.partition}".replace("+", "\n+ ").split("\n"),
+            )
         )
         for report in ordered
     ]
     axes.set_xticks(places, labels, fontsize=8)
     axes.set_xlim(places[0] - 1.0, places[-1] + 1.0)
-    axes.set_ylim(0.0, 1.15 * max(1.0, *(report.speedup.high for report in reports)))
+    axes.set_ylim(0.0, 1.2 * max(1.0, *(report.speedup.high for report in reports)))
     axes.set_ylabel(f"modelled speedup over {baselines[0]}")
     axes.set_title("Modelled speedup, with the band of the assumed parameters", fontsize=10)
-    legend(figure, _GAIN)
+    legend(figure, {name: colour for name, colour in _GAIN.items() if name in shown})
     return finished(figure, path)
 
 

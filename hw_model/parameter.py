@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Generic, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 Tag = Literal["sourced", "measured", "assumed"]
 End = Literal["slow", "nominal", "fast"]
@@ -19,9 +19,16 @@ Fraction01 = Annotated[float, Field(gt=0.0, le=1.0, strict=True, allow_inf_nan=F
 Exponent = Annotated[float, Field(ge=1.0, le=64.0, strict=True, allow_inf_nan=False)]
 Count = Annotated[int, Field(ge=0, le=10**9, strict=True)]
 Units = Annotated[int, Field(ge=1, le=1024, strict=True)]
+Banks = Annotated[int, Field(ge=1, le=1024, strict=True), AfterValidator(lambda count: _power_of_two(count))]
 Completion = Annotated[str, Field(pattern="^(interrupt|polling)$")]
 Schedule = Annotated[str, Field(pattern="^(serial|overlapped)$")]
 MicrocodeFormat = Annotated[str, Field(pattern="^(flat|compressed)$")]
+
+
+def _power_of_two(count: int) -> int:
+    if count & (count - 1):
+        raise ValueError(f"{count} is no power of two: the bank of a word is the low bits of its address")
+    return count
 
 
 class Parameter(BaseModel, Generic[Number]):

@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from .data_file import Table, is_table, read, shipped
 from .errors import PlatformError, describe
 from .parameter import (
+    Banks,
     Completion,
     Count,
     Duration,
@@ -107,7 +108,7 @@ class Pl(Section):
     clock_mhz: Parameter[PlClock]
     lanes: Parameter[Units]
     dividers: Parameter[Units]
-    banks: Parameter[Units]
+    banks: Parameter[Banks]
     microcode_format: Parameter[MicrocodeFormat]
     microcode_compression: Parameter[Exponent]
     segment_overhead_cycles: Parameter[Count]

@@ -85,6 +85,14 @@ class Budget:
         """The kind that is nearest to its ceiling, or furthest over it."""
         return max(self.uses, key=lambda use: use.share / use.ceiling)
 
+    @property
+    def words(self) -> str:
+        """Whether it fits, in a phrase."""
+        share = 100 * self.tightest.share / self.tightest.ceiling
+        if self.fits:
+            return f"the engine fits, {self.tightest.kind} at {share:.0f} % of its ceiling"
+        return f"the engine does NOT FIT: {self.tightest.kind} at {share:.0f} % of its ceiling"
+
     def of(self, kind: Kind) -> Use:
         """The row of one kind."""
         return next(use for use in self.uses if use.kind == kind)

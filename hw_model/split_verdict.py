@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from .vocabulary import count_of
+
 if TYPE_CHECKING:
     from .study import Point
 
@@ -32,14 +34,15 @@ class Verdict:
     @property
     def words(self) -> str:
         """The verdict as a sentence."""
-        here = f"{self.point.lanes} lanes at {self.point.pl_clock_mhz:g} MHz on {self.point.device}"
-        own = f"{self.point.partition} ({self.point.times_ms[0]:.3f} ms)"
+        lanes = count_of(self.point.lanes, "lane")
+        here = f"{lanes} at {self.point.pl_clock_mhz:g} MHz on {self.point.device}"
+        own = f"{self.point.partition} ({self.point.times_ms[0]:.3f} ms{_fitting(self.point)})"
         if self.better is None:
             return f"{here}: {own} is Pareto-optimal among the 64 partitions"
         how = "over the whole band" if self.robust else "nominally, not over the whole band"
         return (
-            f"{here}: {own} is NOT Pareto-optimal: {self.better.partition} takes {self.better.times_ms[0]:.3f} ms and no more"
-            f" of any resource, {how}"
+            f"{here}: {own} is NOT Pareto-optimal: {self.better.partition} ({self.better.times_ms[0]:.3f} ms"
+            f"{_fitting(self.better)}) is no slower and takes no more of any resource, {how}"
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -60,6 +63,10 @@ class Verdict:
             "fastest_time_ms": self.fastest.times_ms[0],
             "words": self.words,
         }
+
+
+def _fitting(point: Point) -> str:
+    return "" if point.budget.fits else ", does not fit"
 
 
 def verdicts(points: Sequence[Point], partition: str = "paper") -> list[Verdict]:

@@ -49,7 +49,8 @@ def pareto_figure(
         _log_axis(
             axes.yaxis, [time for point in points for time in (point.time_ms.low, point.times_ms[0])] + tops
         )
-        axes.set_xlim(0.0, min(400.0, 1.05 * max(100.0, *(100 * point.area_share for point in own))))
+        widest = min(400.0, 1.05 * max(100.0, *(100 * point.area_share for point in own)))
+        axes.set_xlim(-0.04 * widest, widest)  # nothing on the PL stands at 0, and whole
         axes.set_title(device, fontsize=10)
         axes.set_xlabel("tightest resource, % of its ceiling", fontsize=8)
     panels[0].set_ylabel("modelled time, ms")
@@ -123,8 +124,8 @@ def roofline_figure(rows: Sequence[Roof], platform: Platform, path: str | Path |
     axes.plot([left, ridge, right], [left * bandwidth, peak, peak], color="black", linewidth=1.2)
     axes.annotate(f"{platform.pl.lanes.value} lanes at {clock_mhz:g} MHz: {peak:.2f} Gop/s", (right, peak), (0, 4),
                   textcoords="offset points", ha="right", fontsize=8)  # fmt: skip
-    axes.annotate(f"DMA {1000 * bandwidth:.0f} MB/s", (left, left * bandwidth), (8, 0), textcoords="offset points",
-                  fontsize=8)  # fmt: skip
+    axes.annotate(f"DMA {1000 * bandwidth:.0f} MB/s", (0.6 * ridge, 0.6 * peak), (-6, 4), textcoords="offset points",
+                  ha="right", fontsize=8)  # fmt: skip
     for colour, row in zip(SERIES, rows, strict=False):
         place = min(row.intensity, right / 1.5)
         axes.plot([place, place], [row.gops_with_link, row.gops], color=colour, linewidth=1.0)

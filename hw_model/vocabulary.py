@@ -43,6 +43,11 @@ CAUSES: Final[tuple[Cause, ...]] = ("ps", *PL_CAUSES, "cache", "link", "interrup
 WORD_BYTES: Final[dict[Datapath, int]] = {"f64": 8, "f32": 4}
 
 
+def count_of(number: int, noun: str) -> str:
+    """A number of things: "1 lane", "4 lanes"."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
 def by_place(causes: Mapping[Cause, int]) -> dict[str, int]:
     """Causes in four groups: PS, PL, link (with the cache maintenance that it needs) and interrupt."""
     return {

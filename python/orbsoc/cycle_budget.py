@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import hw_model
+from hw_model.resources import Budget, budget
 from hw_model.schedules import engine_of
 from hw_model.stage_cycles import estimated
 from orbsoc.exact_cycles import exact_cycles
@@ -32,11 +33,13 @@ class CycleBudget:
     deadline_ms: float | None
     exact: bool
     """Whether the PL's cycles are those of schedules, equal to the RTL, or estimated."""
+    area: Budget
+    """What the engine takes of the device."""
 
     @property
     def headline(self) -> str:
         """The model's headline, and what it is about."""
-        return f"{SCOPE}, {self.report.headline}; {self.cycles} PL cycles"
+        return f"{SCOPE}, {self.report.headline}; {self.cycles} PL cycles; {self.fit}"
 
     @property
     def cycles(self) -> str:
@@ -61,7 +64,7 @@ class CycleBudget:
             f"modelled deadline verdict for {SCOPE}, {self.cycles} PL cycles: {found.verdict}: {took} against {found.deadline_ms:g} ms,"
             f" margin {found.margin_ms:+.3f} ms nominally, {found.worst_case_margin_ms:+.3f} ms in the worst case;"
             f" binding is {self.report.binding};"
-            " the rest of the outer loop is not in it, nor is a check that the engine fits into the device"
+            f" {self.fit}; the rest of the outer loop is not in it"
         )
 
     def summary(self) -> dict[str, Any]:
@@ -79,8 +82,14 @@ class CycleBudget:
             "verdict": report.deadline.verdict if report.deadline else None,
             "headline": self.headline,
             "deadline": self.deadline_line or None,
+            "fits": self.area.fits,
             "same_bits": self.same_bits,
         }
+
+    @property
+    def fit(self) -> str:
+        """Whether the engine fits into the device, in words."""
+        return self.area.words if self.report.modules_on_pl else "no engine is needed"
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `hardware.json`."""
@@ -125,8 +134,10 @@ def cycle_budget(
         same_bits &= _same_bits(again, row.solution)
     judged_ms = deadline_ms if verified else None
     cycles = exact_cycles(scheduler.patterns) if exact else estimated
-    report = hw_model.speedup(scheduler.trace, device, partition, deadline_ms=judged_ms, cycles=cycles)
-    return CycleBudget(report, same_bits, deadline_ms, exact)
+    trace, machine = hw_model.parse_trace(scheduler.trace), hw_model.load_platform(device)
+    split = hw_model.load_partition(partition)
+    report = hw_model.speedup(trace, machine, split, deadline_ms=judged_ms, cycles=cycles)
+    return CycleBudget(report, same_bits, deadline_ms, exact, budget(trace, machine, split, cycles))
 
 
 def _same_bits(one: Solution, other: Solution) -> bool:

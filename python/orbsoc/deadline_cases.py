@@ -83,6 +83,9 @@ class DeadlineReport:
     binding_cause: str
     binding_share: float
     binding_words: str
+    fits: bool
+    """Whether the engine fits into the device; its largest case's, which most often is every case's."""
+    area_words: str
     cases: tuple[PricedCase, ...]
 
     @property
@@ -96,7 +99,8 @@ class DeadlineReport:
             f"modelled deadline verdict over {len(self.cases)} dispersed cases, {self.partition} on {self.device},"
             f" {self.cycles} PL cycles: {self.verdict}: {spread}, worst case {max((case.worst_ms for case in planned), default=0.0):.3f} ms against"
             f" {self.deadline_ms:g} ms, margin {self.margin_ms:+.3f} ms; {lost} without a verified plan;"
-            f" binding is {self.binding_words} ({100 * self.binding_share:.0f} % of the time)"
+            f" binding is {self.binding_words} ({100 * self.binding_share:.0f} % of the time);"
+            f" {self.area_words}"
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -205,9 +209,10 @@ def judge(
         verdict = "PASS" if worst <= deadline_ms else "MARGINAL"
     cause, share, words = binding_resource(causes)
     nominal = max((case.time_ms for case in planned), default=0.0)
+    fits, area_words = _area(cases, platform, partition, cycles_of)
     return DeadlineReport(
         platform.name, partition.name, "estimated" if cycles_of is estimated_cycles else "exact", deadline_ms, verdict, deadline_ms - worst, deadline_ms - nominal, cause, share,
-        words, priced,
+        words, fits, area_words, priced,
     )  # fmt: skip
 
 
@@ -270,6 +275,21 @@ def _price(
     return PricedCase(
         case.number, case.status, case.scp_iterations, sum(case.ipm_iterations), time_ms, fast_ms, worst_ms
     )
+
+
+def _area(
+    cases: Sequence[Case], platform: Platform, partition: Partition, cycles_of: Callable[[Case], StageCycles]
+) -> tuple[bool, str]:
+    """Whether the engine fits with the microcode and buffers of every case; one of each set of patterns is asked."""
+    from hw_model import parse_trace
+    from hw_model.resources import budget
+
+    distinct = {case.patterns: case for case in cases if case.trace["patterns"]}.values()
+    budgets = [budget(parse_trace(case.trace), platform, partition, cycles_of(case)) for case in distinct]
+    if not budgets or not partition.uses_pl:
+        return True, "no engine is needed"
+    largest = max(budgets, key=lambda found: found.tightest.share / found.tightest.ceiling)
+    return largest.fits, largest.words
 
 
 def _write(case: Case, key: str, place: Path) -> None:

@@ -29,6 +29,15 @@ def test_a_bar_per_report_with_its_band(tmp_path: Path) -> None:
     assert axes.get_ylim()[1] > max(report.speedup.high for report in reports)
 
 
+def test_a_bar_whose_engine_does_not_fit_is_an_outline_and_says_so() -> None:
+    reports = [speedup(TRACE, device, "paper") for device in ("zu9eg", "xc7z020")]
+    [axes] = speedup_figure(reports, fits=[True, False]).axes
+    assert [patch.get_hatch() for patch in axes.patches] == [None, "///"]
+    assert ["does not fit" in text.get_text() for text in axes.texts] == [False, True]
+    [plain] = speedup_figure(reports).axes
+    assert not any("does not fit" in text.get_text() for text in plain.texts)
+
+
 def test_module_bars_have_the_length_of_the_modules(tmp_path: Path) -> None:
     report = speedup(TRACE, "zu9eg", "paper")
     figure = module_figure(report, tmp_path / "modules.png")

@@ -120,6 +120,7 @@ def test_a_value_can_be_set_for_one_run() -> None:
         ("pl.lane", 8, r"`pl\.lane` is not a parameter; allowed: ps\.cores, ps\.clock_mhz, "),
         ("pl.latencies.f64.add_cycles", 8, r"is not a parameter"),
         ("pl.lanes", 0, r"`pl\.lanes\.value` = 0: input should be greater than or equal to 1"),
+        ("pl.banks", 3, r"`pl\.banks\.value`: 3 is no power of two"),
         ("pl.lanes", 4.5, r"`pl\.lanes\.value` = 4\.5: input should be a valid integer"),
         ("pl.lanes", True, r"`pl\.lanes\.value` = True: input should be a valid integer"),
         (

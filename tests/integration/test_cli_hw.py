@@ -206,6 +206,42 @@ def test_precision_lists_every_datapath_and_says_why_one_fails(tmp_path: Path) -
     assert "do not reach 1e-06" in result.stderr
 
 
+@pytest.mark.parametrize("tol", ["-1", "0", "nan", "1"])
+def test_precision_refuses_an_impossible_tolerance(workload: Path, tmp_path: Path, tol: str) -> None:
+    result = invoke("precision", workload, "--tol", tol, "--out", tmp_path / "p")
+    assert result.exit_code == 2, result.output
+    assert "must be above 0 and below 1" in result.output
+
+
+def test_the_budget_and_the_run_name_one_compression(workload: Path, tmp_path: Path) -> None:
+    run = invoke("run", workload, "--out", tmp_path / "run", "--json")
+    segments = json.loads(run.stdout)["patterns"][0]["segments"].values()
+    budget = json.loads(invoke("budget", workload, "--out", tmp_path / "b", "--json").stdout)
+    assert budget["microcode_bits"] == sum(segment["compressed_bits"] for segment in segments)
+    assert budget["microcode_flat_bits"] == sum(segment["flat_bits"] for segment in segments)
+    ratio = budget["microcode_flat_bits"] / budget["microcode_bits"]
+    assert f"{ratio:.1f} times less" in run.stderr
+    told = invoke("budget", workload, "--out", tmp_path / "b").stdout
+    assert f"compressed {ratio:.1f} times, counted in the schedules' own microcode" in told
+    assumed = invoke("budget", workload, "--estimate", "--out", tmp_path / "b").stdout
+    assert "compressed 4 times, which is assumed" in assumed
+
+
+def test_a_device_without_block_ram_is_drawn_too(workload: Path, tmp_path: Path) -> None:
+    result = invoke("budget", workload, "--set", "resources.bram36=0", "--out", tmp_path)
+    assert result.exit_code == 1, result.output
+    assert (tmp_path / "budget.png").exists()
+
+
+def test_every_report_of_a_run_echoes_its_parameters(workload: Path, tmp_path: Path) -> None:
+    document = json.loads(invoke("run", workload, "--lanes", "2", "--out", tmp_path, "--json").stdout)
+    rows = {row["key"]: row for row in document["assumptions"]}
+    assert (rows["pl.lanes"]["value"], rows["pl.lanes"]["tag"]) == (2, "assumed")
+    assert {key for key, row in rows.items() if row["used"] and not key.startswith("pl.latencies")} == {
+        "pl.clock_mhz", "pl.lanes", "pl.dividers", "pl.banks",
+    }  # fmt: skip
+
+
 def test_precision_needs_numbers_and_says_so_of_a_trace(workload: Path, tmp_path: Path) -> None:
     assert invoke("trace", workload, "--out", tmp_path).exit_code == 0
     result = invoke("precision", tmp_path / "recorded.json", "--out", tmp_path / "p")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import gzip
 import json
+import shutil
 from collections import OrderedDict
 from dataclasses import replace
 from pathlib import Path
@@ -92,6 +93,22 @@ def test_cases_are_judged_by_schedules_and_their_pattern_is_scheduled_once(
     assert found.cases[0].time_ms != study.judge(cases, ZU9EG, PAPER, 50.0).cases[0].time_ms
     assert "exact PL cycles" in found.headline
     assert "estimated PL cycles" in study.judge(cases, ZU9EG, PAPER, 50.0).headline
+
+
+def test_a_verdict_says_whether_the_engine_fits(
+    recorded: tuple[Path, list[study.Case]], tmp_path: Path
+) -> None:
+    folder, cases = recorded
+    small = study.judge(cases, load_platform("xc7z020"), PAPER, 1e6, study.exact_cycles_of(cases, folder))
+    assert (small.verdict, small.fits) == ("PASS", False)  # of time alone
+    assert "the engine does NOT FIT: bram36 at " in small.headline
+    large = study.judge(cases, ZU9EG, PAPER, 1e6, study.exact_cycles_of(cases, folder))
+    assert large.fits
+    assert "the engine fits, bram36 at " in large.headline
+    shutil.copytree(folder, tmp_path / "cases")
+    device = ("--device", "xc7z020", "--resume", "--out", tmp_path)
+    assert invoke("--cases", 4, "--deadline-ms", 1e6, *device).exit_code == 1
+    assert invoke("--cases", 4, "--deadline-ms", 1e6, *device, "--partition", "all_ps").exit_code == 0
 
 
 def test_a_pattern_that_was_deleted_is_named(recorded: tuple[Path, list[study.Case]], tmp_path: Path) -> None:

@@ -90,6 +90,8 @@ def test_the_verdict_says_what_it_is_about(solved: Solution, deadline_ms: float,
         f"modelled deadline verdict for the conic solves of the plan, exact PL cycles: {verdict}: "
     )
     assert "the rest of the outer loop is not in it" in found.deadline_line
+    assert "the engine fits, " in found.deadline_line
+    assert found.summary()["fits"]
     written = found.to_dict()
     assert (written["headline"], written["deadline_line"]) == (found.headline, found.deadline_line)
 

@@ -34,6 +34,7 @@ def budget(
         from hw_model.partition import load_partition
         from hw_model.reading import BUDGETED, require_read
         from hw_model.resources import budget as priced
+        from hw_model.vocabulary import count_of
         from orbsoc.workload import load_workload
 
         chosen = options.parsed_settings(settings)
@@ -43,7 +44,7 @@ def budget(
         reading = BUDGETED.of(record.trace, split, machine, cycles)
         require_read(chosen, [(machine, reading)])
         found = priced(record.trace, machine, split, cycles)
-        title = f"{split.name} on {machine.name}, {machine.pl.lanes.value} lanes"
+        title = f"{split.name} on {machine.name}, {count_of(machine.pl.lanes.value, 'lane')}"
         verdict = (
             f"modelled: {title}: {'FITS' if found.fits else 'DOES NOT FIT'}; tightest is {found.tightest.kind},"
             f" {100 * found.tightest.share:.0f} % of the device against a ceiling of {100 * found.tightest.ceiling:.0f} %"
@@ -67,7 +68,7 @@ def budget(
                 f"{'' if use.fits else '  over'}"
                 for use in found.uses
             ),
-            f"storage {found.storage_words} words in three replicas, a quarter of them an allowance for temporaries",
+            f"storage {found.storage_words} words in three replicas: the buffers, and a quarter more as an allowance for temporaries",
             _microcode(found, machine),
             verdict,
         ]

@@ -112,6 +112,8 @@ def _document(
 
 
 def _words(record: Workload, points: list[Point], front: list[Point], found: list[Verdict]) -> list[str]:
+    from hw_model.vocabulary import count_of
+
     fits = Counter(point.device for point in points if point.budget.fits)
     count = Counter(point.device for point in points)
     lines = [f"modelled: {record.origin}: {len(points)} configurations"]
@@ -120,9 +122,12 @@ def _words(record: Workload, points: list[Point], front: list[Point], found: lis
         if best is None:
             lines.append(f"{device}: none of {count[device]} fits")
             continue
-        ratio = best.speedup
+        ratio, what = best.speedup, f"{device}: {fits[device]} of {count[device]} fit"
+        if best.partition == "all_ps":
+            lines.append(f"{what}; none that fits is faster than the PS alone, {best.times_ms[0]:.3f} ms")
+            continue
         lines.append(
-            f"{device}: {fits[device]} of {count[device]} fit; fastest that fits: {best.partition}, {best.lanes} lanes at"
+            f"{what}; fastest that fits: {best.partition}, {count_of(best.lanes, 'lane')} at"
             f" {best.pl_clock_mhz:g} MHz: {best.times_ms[0]:.3f} ms, speedup {ratio.nominal:.2f}×"
             f" ({ratio.low:.2f}–{ratio.high:.2f}×)"
         )
@@ -176,4 +181,9 @@ def _draw(
     roofline_figure(roofs(record.trace, typical, paper, cycles), typical, folder / "roofline.png")
     shown = [machine for machine in middle if machine.pl.lanes.value == typical.pl.lanes.value]
     reports = [speedup(record.trace, machine, name, cycles=cycles) for machine in shown for name in names]
-    speedup_figure(reports, folder / "speedup.png")
+    fitting = [
+        known[machine.name, machine.pl.lanes.value, machine.pl.clock_mhz.value, name].budget.fits
+        for machine in shown
+        for name in names
+    ]
+    speedup_figure(reports, folder / "speedup.png", fitting)

@@ -53,6 +53,8 @@ def precision(
         chosen = options.parsed_settings(settings)
         machine = options.computer(device, chosen)
         require_read(chosen, [(machine, NARROWED)])
+        if not 0.0 < tol < 1.0:
+            raise WorkloadError(f"--tol = {tol}: must be above 0 and below 1, for residuals are relative")
         asked = Settings(tol=tol, tol_inaccurate=max(1e-5, 10.0 * tol))
         record = load_workload(workload)
         if not record.problems:

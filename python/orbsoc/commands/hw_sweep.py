@@ -33,6 +33,7 @@ def sweep(
         from hw_model.study import Study, pareto
         from hw_model.study_figures import pareto_figure
         from hw_model.sweep import computers, load_sweep, run
+        from hw_model.vocabulary import count_of
         from orbsoc.workload import load_workload
 
         chosen = load_sweep(file)
@@ -69,7 +70,7 @@ def sweep(
         lines = [
             f"modelled: {record.origin}: {len(points)} points, {fitting} fit, {len(front)} on the Pareto front",
             *(
-                f"{point.device} {point.partition} {point.lanes} lanes {point.pl_clock_mhz:g} MHz"
+                f"{point.device} {point.partition} {count_of(point.lanes, 'lane')} {point.pl_clock_mhz:g} MHz"
                 f"{''.join(f' {key}={value}' for key, value in point.settings.items())}: {point.times_ms[0]:.3f} ms,"
                 f" {point.budget.tightest.kind} at {100 * point.area_share:.0f} % of its ceiling"
                 for point in front

@@ -34,7 +34,7 @@ def plan_cases(
 ) -> NoReturn:
     """Plan `count` dispersed cases of the scenario that `load` gives, price and judge them; leaves by typer.Exit.
 
-    Exit codes: 0 PASS or MARGINAL, 1 FAIL, 2 bad input, 130 interrupted (finished cases stay for --resume).
+    Exit codes: 0 PASS or MARGINAL, 1 FAIL or an engine that does not fit into the device, 2 bad input, 130 interrupted (finished cases stay for --resume).
     """
     with spoken(as_json):
         from hw_model import HwModelError
@@ -86,7 +86,7 @@ def plan_cases(
         )
         _draw(report, folder / "deadline.png")
         options.say(_words(report), document, folder, as_json=as_json)
-        raise typer.Exit(FAILED if report.verdict == "FAIL" else 0)
+        raise typer.Exit(0 if report.verdict != "FAIL" and report.fits else FAILED)
 
 
 def _words(report: DeadlineReport) -> list[str]:
@@ -121,6 +121,7 @@ def _draw(report: DeadlineReport, path: Path) -> None:
     planned = [case for case in report.cases if case.status == "verified"]
     if planned:
         title = f"Modelled: {report.partition} on {report.device}, {len(planned)} cases: {report.verdict}"
+        title += "" if report.fits else "; the engine does not fit"
         nominal, worst = [case.time_ms for case in planned], [case.worst_ms for case in planned]
         deadline_figure(nominal, worst, report.deadline_ms, title, path)
 
