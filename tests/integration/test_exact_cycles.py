@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import pytest
@@ -12,7 +14,12 @@ from hw_model.resources import budget
 from hw_model.unit_schedules import runs, stretches
 from orbsoc import Cones, Problem, PsScheduler
 from orbsoc.exact_cycles import exact_cycles, exact_units
+from orbsoc.missions.reachable_domain.table import subproblems_on
 from orbsoc.pl_program import Engine, EngineError, pl_program
+from orbsoc.reach.cost import RecordedSequence, domain_cost
+
+if TYPE_CHECKING:
+    from orbsoc.reach.results import ReachableDomain
 
 PROBLEM = Problem(
     P=np.eye(4), c=[1.0, -2.0, 0.5, 1.0], A=[[1.0, 1.0, 0.0, 0.0]], b=[1.0],
@@ -102,3 +109,22 @@ def test_an_engine_that_cannot_exist_is_refused(recorded: PsScheduler) -> None:
     machine = load_platform("zu9eg").with_value("pl.lanes", 17)
     with pytest.raises(EngineError, match="`lanes` = 17"):
         speedup(recorded.trace, machine, "paper", cycles=exact_cycles(recorded.patterns))
+
+
+def test_points_of_a_reachable_domain_are_priced_by_schedules(recorded: PsScheduler) -> None:
+    points = {"status": np.zeros(1), subproblems_on(12): np.array([1])}
+    sequence = RecordedSequence(
+        {12: (recorded.trace,)},
+        {12: (recorded.trace["solves"][0]["iterations"],)},
+        {12: (recorded.patterns,)},
+    )
+    found = domain_cost(
+        cast("ReachableDomain", SimpleNamespace(points=points)),
+        device="zu9eg",
+        partition="paper",
+        recorded=sequence,
+    )
+    report = speedup(recorded.trace, "zu9eg", "paper", cycles=exact_cycles(recorded.patterns))
+    own = 1e3 * report.makespan_ms.nominal * report.pl_clock_mhz
+    assert found.patterns[0].most_cycles == pytest.approx(own, rel=1e-12)
+    assert own != 1e3 * speedup(recorded.trace, "zu9eg", "paper").makespan_ms.nominal * report.pl_clock_mhz

@@ -90,7 +90,7 @@ def _checked(path: Path, device: str, partition: str, deadline_ms: float | None)
     from orbsoc.missions.reachable_domain import load_scenario
 
     chosen = load_scenario(path)
-    check_names(device, partition, exact=False)
+    check_names(device, partition)
     if deadline_ms is not None and not 0.0 < deadline_ms < float("inf"):
         raise HwModelError(f"--deadline-ms = {deadline_ms}: must be a positive number of milliseconds")
     return chosen

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import hw_model
+from orbsoc.exact_cycles import exact_cycles
 from orbsoc.missions.reachable_domain.condensed import condense
 from orbsoc.missions.reachable_domain.domain import Domain
 from orbsoc.missions.reachable_domain.guess import towards_planes
@@ -122,10 +123,12 @@ class DomainCost:
 
 @dataclass(frozen=True, slots=True)
 class RecordedSequence:
-    """Traces of subproblems of cold sequences by the nodes of their grid, and the interior-point iterations of each."""
+    """Traces of subproblems of cold sequences by the nodes of their grid, the interior-point iterations of each, and the
+    problems of their patterns, which are what schedules are made from."""
 
     traces: Mapping[int, tuple[dict[str, Any], ...]]
     iterations: Mapping[int, tuple[int, ...]]
+    patterns: Mapping[int, tuple[tuple[Problem, ...], ...]]
 
     @classmethod
     def of(cls, domain: Domain, grids: tuple[int, ...] | None = None) -> RecordedSequence:
@@ -135,17 +138,20 @@ class RecordedSequence:
         """
         traces: dict[int, tuple[dict[str, Any], ...]] = {}
         iterations: dict[int, tuple[int, ...]] = {}
+        patterns: dict[int, tuple[tuple[Problem, ...], ...]] = {}
         rules = domain.tools.rules
         for nodes in grids or domain.tools.grids:
-            found: list[tuple[dict[str, Any], int]] = []
+            found: list[tuple[dict[str, Any], int, tuple[Problem, ...]]] = []
             for problem, tol in product(_recorded(domain, nodes), (rules.loose_tol, rules.tight_tol)):
                 scheduler = PsScheduler(tol=tol)
                 solution = scheduler(problem)
                 if solution.status is Status.INTERRUPTED:
                     raise KeyboardInterrupt
-                found.append((scheduler.trace, solution.iterations))
-            traces[nodes], iterations[nodes] = (tuple(x) for x in zip(*found, strict=True))
-        return cls(traces, iterations)
+                found.append((scheduler.trace, solution.iterations, scheduler.patterns))
+            traces[nodes] = tuple(trace for trace, _, _ in found)
+            iterations[nodes] = tuple(count for _, count, _ in found)
+            patterns[nodes] = tuple(problems for _, _, problems in found)
+        return cls(traces, iterations, patterns)
 
 
 def domain_cost(
@@ -156,12 +162,16 @@ def domain_cost(
     deadline_ms: float | None = None,
     recorded: RecordedSequence | None = None,
 ) -> DomainCost:
-    """Price the subproblems that the table counts. Raises `hw_model.HwModelError` for unknown names."""
+    """Price the subproblems that the table counts. Raises `hw_model.HwModelError` for unknown names, and for a device
+    whose PL has no schedules."""
     recorded = recorded or RecordedSequence.of(found.domain, grids_in(found))
     cycles, clock = np.zeros(len(found.points["status"])), float("nan")
     patterns: list[PatternCost] = []
     for nodes, traces in recorded.traces.items():
-        reports = [hw_model.speedup(trace, device, partition) for trace in traces]
+        reports = [
+            hw_model.speedup(trace, device, partition, cycles=exact_cycles(problems))
+            for trace, problems in zip(traces, recorded.patterns[nodes], strict=True)
+        ]
         clock = reports[0].pl_clock_mhz
         priced = np.array([1e3 * report.makespan_ms.nominal * clock for report in reports])
         iterations = np.array(recorded.iterations[nodes], float)
