@@ -160,8 +160,10 @@ def test_messages_are_read_back_by_an_independent_reader(
         found.points["a_km"][row], rel=1e-7
     )
     assert float(orbit.spacecraft_parameters.mass.value) == pytest.approx(88000.0)
-    with pytest.raises(ValueError, match="is not on the grid"):
+    with pytest.raises(ValueError, match="is outside the search box"):
         fly_point(found, 1.0, 2.0, 3.0)
+    with pytest.raises(ValueError, match="is not on the grid"):
+        fly_point(found, 25.0, 335.25, 100.0)
 
 
 def test_a_killed_sweep_resumes_to_the_same_table(solved: tuple[Path, Path, str], tmp_path: Path) -> None:
@@ -244,6 +246,9 @@ BAD = {
     "a perigee below the surface": (
         "perigee_height_km", "perigee_height_km = { first = -10.0, last = 20.0, step = 10.0 }", "at or below the surface",
     ),
+    "a wrap written as an angle": (
+        "raan_deg", "raan_deg = { first = 350.25, last = 10.25, step = 5.0 }", "to pass through 360, write last = 370.25",
+    ),
     "planes twice around": ("raan_deg", "raan_deg = { first = 0.0, last = 360.0, step = 10.0 }", "holds planes twice"),
     "no propellant": ("dry_mass_kg", "dry_mass_kg = 160000.0", "leaves no propellant"),
     "a burn longer than the tank": ("duration_s", "duration_s = 3000.0", "burns more than there is"),
@@ -259,6 +264,14 @@ def test_bad_scenarios_are_refused_and_nothing_is_written(tmp_path: Path, case: 
     assert done.returncode == 2
     assert words in done.stderr
     assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_scheduler_that_does_not_answer_leaves_no_folder(tmp_path: Path) -> None:
+    pytest.importorskip("distributed", reason="the extra `reach` is not installed")
+    done = orbsoc_reach(small_scenario(tmp_path), "--out", tmp_path / "out", "--dask", "tcp://127.0.0.1:9")
+    assert done.returncode == 2
+    assert "no scheduler answers" in done.stderr
     assert not (tmp_path / "out").exists()
 
 

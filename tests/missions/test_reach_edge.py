@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
 from orbsoc.missions.reachable_domain import Scenario, ScenarioError
-from orbsoc.missions.reachable_domain.boundary import furthest_planes, inside_box
+from orbsoc.missions.reachable_domain.boundary import edge_note, furthest_planes, inside_box
+from orbsoc.missions.reachable_domain.domain import Domain
 from orbsoc.missions.reachable_domain.evidence import largest_tilts
+from orbsoc.missions.reachable_domain.planes import inclination_and_node
+from orbsoc.missions.reachable_domain.table import PointStatus
 from orbsoc.missions.reachable_domain.terminal import LargestTilt
 from orbsoc.missions.scenario_file import checked
 from orbsoc.orbit import LaunchFrame, eci_from_launch_inertial, rotate_state
-from orbsoc.reach import TiltLimit
+from orbsoc.reach import ReachableDomain, TiltLimit
+from orbsoc.reach.figures import draw_figures
+from orbsoc.reach.summary import summary
 from tests.missions.reach_cases import domain, paper, perigees
 
 
@@ -114,3 +122,49 @@ def test_launch_inertial_states_are_turned_into_eci() -> None:
     np.testing.assert_allclose(turned.initial_eci(), paper().initial_eci(), rtol=1e-12)
     with pytest.raises(ScenarioError, match="launch_site: is missing"):
         checked(Scenario, {**document, "launch_site": None}, source="test")
+
+
+def test_points_of_the_edge_outside_the_search_box_are_called_so() -> None:
+    found = furthest_planes(domain(), np.array([0.0, 60.0]))
+    outside = found["status"] == PointStatus.OUTSIDE.value
+    assert outside.any()
+    assert not outside.all()
+    np.testing.assert_array_equal(outside, ~found["inside_box"])
+    assert set(found["status"][~outside]) == {PointStatus.REACHED.value}
+
+
+def test_a_bound_on_the_altitude_moves_the_edge_inwards_and_reached_planes_lie_within_it() -> None:
+    high = Domain.of(paper().with_changes(burn={"minimum_altitude_km": 180.0}))
+    azimuth = np.deg2rad(np.arange(0.0, 180.0, 22.5))
+    aim = LargestTilt(domain().frame, azimuth, perigees(*[100.0] * 8))
+    free, bounded = (np.rad2deg(largest_tilts(d.tools, aim).tilt) for d in (domain(), high))
+    assert (bounded < free - 0.05).all()
+    assert (free - bounded < 0.3).all()
+    for back, expected in ((0.5, PointStatus.REACHED.value), (-0.02, PointStatus.NOT_REACHED.value)):
+        tilt = np.deg2rad(bounded[::2] - back)
+        inc, raan = np.rad2deg(inclination_and_node(high.frame.tilted(tilt, azimuth[::2])))
+        table = high.solve_planes(inc, raan, np.array([100.0]))
+        assert set(table["status"]) == {expected}
+        assert not (table.reached() & (table["lowest_km"] < 179.999)).any()
+
+
+@pytest.mark.parametrize("perigee", [{"argp_deg": 209.0}, {"condition": "equal"}])
+def test_an_edge_that_is_not_the_scenarios_own_is_not_drawn(tmp_path: Path, perigee: dict[str, Any]) -> None:
+    """It would be that of a larger domain; the figure is missing, and everything that shows the edge says why."""
+    span = {"first": 28.3, "last": 30.3, "step": 1.0}
+    grid = {"inclination_deg": span, "raan_deg": {"first": 333.25, "last": 335.25, "step": 1.0}}
+    heights = {"first": 100.0, "last": 300.0, "step": 200.0}
+    scenario = paper().with_changes(
+        perigee=perigee, grid={**grid, "perigee_height_km": heights}, boundary={"perigee_height_km": heights}
+    )
+    ready = Domain.of(scenario)
+    edge = furthest_planes(ready, np.arange(0.0, 180.0, 30.0))
+    found = ReachableDomain(scenario, ready.solve_planes(*ready.planes()).columns, edge)
+    figures = draw_figures(found, tmp_path)
+    assert "boundary.png" not in {figure.name for figure in figures}
+    assert not (tmp_path / "boundary.png").exists()
+    assert "not drawn" in figures[0].caption
+    document = summary(found)
+    assert "outer limit" in document["boundary"]["not_drawn"]
+    assert all(np.isnan(row["whole_deg"]) and "not drawn" in row["reason"] for row in document["envelope"])
+    assert edge_note(domain()) == ""

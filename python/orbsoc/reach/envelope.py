@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from orbsoc.missions.reachable_domain.boundary import edge_note
 from orbsoc.missions.reachable_domain.planes import inclination_and_node
 
 from .results import ReachableDomain
@@ -43,13 +44,15 @@ def envelope(domain: ReachableDomain) -> list[EnvelopeRow]:
         "inclination": domain.points["inc_deg"][reached],
         "node": np.mod(domain.points["raan_deg"][reached], 360.0),
     }
-    inc, raan = edge_curve(domain, height)
+    note = edge_note(domain.domain)
+    inc, raan = edge_curve(domain, height) if not note else (np.array([np.nan]), np.array([np.nan]))
     whole = {"inclination": inc, "node": raan}
     rows = []
     for name in ("inclination", "node"):
         for side, pick in ((0, np.min), (1, np.max)):
             start = inc_now if name == "inclination" else raan_now
-            axis = _along_axis(domain, height, name, inc_now, raan_now, -1.0 if side == 0 else 1.0)
+            sign = -1.0 if side == 0 else 1.0
+            axis = float("nan") if note else _along_axis(domain, height, name, inc_now, raan_now, sign)
             rows.append(
                 EnvelopeRow(
                     limit=f"{('lowest', 'highest')[side]} {name}",
@@ -57,7 +60,7 @@ def envelope(domain: ReachableDomain) -> list[EnvelopeRow]:
                     grid_deg=float(pick(grid[name])) if grid[name].size else float("nan"),
                     axis_deg=start + axis,
                     whole_deg=float(pick(whole[name])),
-                    reason=_reason(name, side, float(pick(whole[name]))),
+                    reason=note or _reason(name, side, float(pick(whole[name]))),
                 )
             )
     return rows

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.collocation import legendre_gauss
+from orbsoc.missions.reachable_domain.boundary import inside_box
+from orbsoc.missions.reachable_domain.table import PointStatus
 from orbsoc.orbit import EARTH, elements_from_state, propagate_burn
 
 from .results import ReachableDomain
@@ -44,7 +46,8 @@ def fly_point(
     rows = np.flatnonzero(near)
     where = f"point ({inc_deg:g} deg, {raan_deg:g} deg, {perigee_km:g} km)"
     if not rows.size:
-        raise ValueError(f"{where} is not on the grid")
+        inside = bool(inside_box(domain.domain, np.array([inc_deg]), np.array([raan_deg]))[0])
+        raise ValueError(f"{where} is {'not on the grid' if inside else PointStatus.OUTSIDE.value}")
     row = int(rows[0])
     if points["commands"][row] is None:
         raise ValueError(

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.missions.reachable_domain.boundary import edge_note
 from orbsoc.missions.reachable_domain.planes import inclination_and_node
 from orbsoc.orbit import EARTH, Elements, state_from_elements
 
@@ -58,8 +59,8 @@ def draw_figures(domain: ReachableDomain, folder: Path) -> tuple[FigureFile, ...
     plots: tuple[tuple[str, str, tuple[float, float], Callable[[Figure, ReachableDomain], None]], ...] = (
         (
             "apogee_maps.png",
-            "Largest apogee height on each plane, for several bounds on the perigee height. White: not reached. The"
-            " line is the edge found without the grid.",
+            "Largest apogee height on each plane, for several bounds on the perigee height. White: not reached. "
+            + (edge_note(domain.domain) or "The line is the edge found without the grid."),
             (11.0, 6.6),
             _maps,
         ),
@@ -86,6 +87,8 @@ def draw_figures(domain: ReachableDomain, folder: Path) -> tuple[FigureFile, ...
     )
     written = []
     for name, caption, size, draw in plots:
+        if draw is _boundary and edge_note(domain.domain):
+            continue
         with mpl.rc_context(STYLE):
             figure = Figure(figsize=size, layout="constrained")
             FigureCanvasAgg(figure)
@@ -142,7 +145,8 @@ def _maps(figure: Figure, domain: ReachableDomain) -> None:
         mesh = axis.pcolormesh(
             raan, inc, layer, norm=norm, cmap="viridis", shading="nearest", rasterized=True
         )
-        _draw_edge(axis, domain, float(height), color="black", linewidth=1.2)
+        if not edge_note(domain.domain):
+            _draw_edge(axis, domain, float(height), color="black", linewidth=1.2)
         _mark_current(axis, domain, color="white")
         axis.set_title(f"perigee ≥ {height:g} km", fontsize=10.5)
         axis.set_xlim(raan[0] - 0.5, raan[-1] + 0.5)

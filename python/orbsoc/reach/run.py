@@ -28,6 +28,7 @@ def solve_into(
 
     Raises `orbsoc.sweep.StoreError`, WorkersLost and KeyboardInterrupt; finished shards stay.
     """
+    executor.check()
     domain = Domain.of(scenario)
     store = ShardStore.open(folder, scenario.model_dump(mode="json"), resume=resume)
     edge = [Task(BOUNDARY, k, rows, payload) for k, (rows, payload) in enumerate(boundary_shards(domain))]

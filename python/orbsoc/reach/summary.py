@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from orbsoc.missions.reachable_domain.boundary import edge_note
 from orbsoc.missions.reachable_domain.table import PointStatus
 
 from .envelope import envelope
@@ -34,6 +35,7 @@ def summary(domain: ReachableDomain) -> dict[str, Any]:
         "worst": _worst(points, reached),
         "nearest_to_the_edge": nearest_to_the_edge(domain),
         "boundary": {
+            "not_drawn": edge_note(domain.domain),
             "points": len(edge["tilt_deg"]),
             "failed": int(np.isnan(edge["tilt_deg"]).sum()),
             "outside_search_box": int((~edge["inside_box"]).sum()),

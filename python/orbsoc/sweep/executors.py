@@ -30,6 +30,10 @@ class WorkersLost(RuntimeError):
 class Executor(Protocol):
     """Does tasks in any order."""
 
+    def check(self) -> None:
+        """Find out what would keep tasks from being done at all, before anything is written. Raises StoreError."""
+        ...
+
     def results(self, work: Work, tasks: Sequence[Task]) -> Iterator[tuple[Task, Columns]]:
         """Pairs of task and columns as they finish; errors of `work` propagate."""
         ...
@@ -38,6 +42,9 @@ class Executor(Protocol):
 @dataclass(frozen=True, slots=True)
 class Inline:
     """One after the other, in this process."""
+
+    def check(self) -> None:
+        """Nothing can be missing."""
 
     def results(self, work: Work, tasks: Sequence[Task]) -> Iterator[tuple[Task, Columns]]:
         for task in tasks:
@@ -49,6 +56,9 @@ class Processes:
     """On `workers` processes of this machine, one thread of linear algebra each."""
 
     workers: int
+
+    def check(self) -> None:
+        """Nothing can be missing."""
 
     def results(self, work: Work, tasks: Sequence[Task]) -> Iterator[tuple[Task, Columns]]:
         left, losses = list(tasks), 0
@@ -102,24 +112,28 @@ class DaskCluster:
     workers: int = 2
     timeout_s: float = 10.0
 
-    def results(self, work: Work, tasks: Sequence[Task]) -> Iterator[tuple[Task, Columns]]:
-        try:
-            dask: Any = import_module("distributed")  # typed in parts only
-        except ImportError as error:
-            raise StoreError("Dask is not installed; pip install 'orbsoc[reach]'") from error
+    def check(self) -> None:
+        """Ask the scheduler for an answer. Raises StoreError when none comes, or Dask is not installed."""
+        dask = _dask()
+        if self.address is not None:
+            self._client(dask, self.address).close()
 
-        cluster: Any = None
+    def _client(self, dask: Any, to: Any) -> Any:
+        try:
+            return dask.Client(to, timeout=self.timeout_s)
+        except (OSError, TimeoutError, ValueError) as error:
+            raise StoreError(
+                f"--dask = {self.address}: no scheduler answers within {self.timeout_s:g} s ({type(error).__name__})"
+            ) from error
+
+    def results(self, work: Work, tasks: Sequence[Task]) -> Iterator[tuple[Task, Columns]]:
+        dask, cluster = _dask(), None
         with _single_threaded_children():
             if self.address is None:
                 cluster = dask.LocalCluster(
                     n_workers=self.workers, threads_per_worker=1, dashboard_address=None
                 )
-            try:
-                client = dask.Client(cluster or self.address, timeout=self.timeout_s)
-            except (OSError, TimeoutError, ValueError) as error:
-                raise StoreError(
-                    f"--dask = {self.address}: no scheduler answers within {self.timeout_s:g} s ({type(error).__name__})"
-                ) from error
+            client = self._client(dask, cluster or self.address)
         try:
             futures = {
                 client.submit(work, task.payload, pure=False, retries=RETRIES, key=task.place): task
@@ -144,6 +158,14 @@ class DaskCluster:
             client.close()
             if cluster is not None:
                 cluster.close()
+
+
+def _dask() -> Any:
+    """The package, typed in parts only. Raises StoreError when it is not installed."""
+    try:
+        return import_module("distributed")
+    except ImportError as error:
+        raise StoreError("Dask is not installed; pip install 'orbsoc[reach]'") from error
 
 
 @contextmanager

@@ -1,5 +1,8 @@
 """The boundary of the reachable domain: the furthest tilt at each azimuth about the current plane, a curve per bound.
 
+The perigee is free to lie in any direction and above its bound; a bound on the altitude is kept. What a scenario asks of the
+perigee beyond that makes the domain smaller: `edge_note` says so, and its edge is not drawn.
+
 No grid and no bisection: the furthest tilt is itself the optimum of a convex sequence (`terminal.LargestTilt`). The
 error of a point is estimated by the change from a grid of half as many nodes, on which it depends most.
 
@@ -19,14 +22,17 @@ from .domain import Domain
 from .evidence import largest_tilts
 from .orbits import RADIUS_M
 from .planes import inclination_and_node
+from .table import PointStatus
 from .terminal import LargestTilt
 
 Array = NDArray[np.float64]
 
 COLUMNS = (
-    "azimuth_deg", "perigee_bound_km", "tilt_deg", "tilt_change_deg", "inc_deg", "raan_deg", "inside_box", "nodes",
+    "azimuth_deg", "perigee_bound_km", "tilt_deg", "tilt_change_deg", "inc_deg", "raan_deg", "status", "inside_box", "nodes",
     "sequence_iterations", "solver_iterations",
 )  # fmt: skip
+
+_STATUS = [PointStatus.SOLVER_FAILED.value, PointStatus.OUTSIDE.value]
 
 
 def furthest_planes(domain: Domain, azimuth_deg: Array) -> dict[str, NDArray[Any]]:
@@ -41,6 +47,7 @@ def furthest_planes(domain: Domain, azimuth_deg: Array) -> dict[str, NDArray[Any
     inc, raan = inclination_and_node(domain.frame.tilted(tilt, np.deg2rad(azimuth)))
     inc_deg, raan_deg = np.rad2deg(inc), np.rad2deg(raan)
     mirrored = np.zeros(len(found.tilt), np.int32)
+    inside = inside_box(domain, inc_deg, raan_deg)
     return {
         "azimuth_deg": azimuth,
         "perigee_bound_km": np.tile(bound, 2),
@@ -48,11 +55,28 @@ def furthest_planes(domain: Domain, azimuth_deg: Array) -> dict[str, NDArray[Any
         "tilt_change_deg": np.rad2deg(np.tile(found.change, 2)),
         "inc_deg": inc_deg,
         "raan_deg": raan_deg,
-        "inside_box": inside_box(domain, inc_deg, raan_deg),
+        "status": np.select([np.isnan(tilt), ~inside], _STATUS, PointStatus.REACHED.value).astype(object),
+        "inside_box": inside,
         "nodes": np.tile(found.nodes.astype(np.int32), 2),
         "sequence_iterations": np.concatenate([found.subproblems.sum(axis=1), mirrored]),
         "solver_iterations": np.concatenate([found.solver_iterations, mirrored]),
     }
+
+
+def edge_note(domain: Domain) -> str:
+    """Why the curve is not the edge of the scenario's own domain; empty where it is."""
+    perigee = domain.scenario.perigee
+    if perigee.argp_deg is not None:
+        return (
+            f"not drawn: the edge with the argument of perigee at {perigee.argp_deg:g} deg is not sought; boundary.parquet holds"
+            " that with the perigee anywhere, which is an outer limit"
+        )
+    if perigee.condition == "equal":
+        return (
+            "not drawn: the edge with the perigee at its bound is not sought; boundary.parquet holds that with the perigee at"
+            " its bound or above, which is an outer limit"
+        )
+    return ""
 
 
 def inside_box(domain: Domain, inc_deg: Array, raan_deg: Array) -> NDArray[np.bool_]:

@@ -47,7 +47,8 @@ class Extremes:
 
 
 def largest_tilts(tools: Tools, aim: LargestTilt, *, tilt_in_doubt: Array | None = None) -> Extremes:
-    """The largest tilt of every azimuth and perigee bound of `aim`, on finer and finer grids.
+    """The largest tilt of every azimuth and perigee bound of `aim`, on finer and finer grids, with the bound on the altitude
+    at their nodes if there is one (between the finest ones the arc may dip below it by some hundred metres).
 
     With `tilt_in_doubt` (B,) the grid is refined only where the gap to these tilts is not clear.
     """
@@ -67,7 +68,8 @@ def largest_tilts(tools: Tools, aim: LargestTilt, *, tilt_in_doubt: Array | None
     )
     todo = np.arange(count)
     while todo.size:
-        found = sequences(grid, aim[todo], arcs, solve=tools.solve, rules=tools.rules)
+        lowest = np.full(todo.size, tools.lowest) if tools.bounded else None
+        found = sequences(grid, aim[todo], arcs, lowest=lowest, solve=tools.solve, rules=tools.rules)
         out.subproblems[todo, tools.grids.index(nodes)] += found.iterations
         out.solver_iterations[todo] += found.inner_iterations
         ok = found.ending == Ending.CONVERGED

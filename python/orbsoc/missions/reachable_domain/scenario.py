@@ -199,11 +199,10 @@ def _grid_complaints(scenario: Scenario) -> Iterator[Complaint]:
     points = 1
     for key, span in spans.items():
         if span.count == 0:
-            yield Complaint(
-                f"{key}.last",
-                f"{span.last:g}",
-                f"makes the grid empty; must be at least first = {span.first:g}",
-            )
+            allowed = f"makes the grid empty; must be at least first = {span.first:g}"
+            if key == "grid.raan_deg" and span.last + 360.0 > span.first:
+                allowed += f" (to pass through 360, write last = {span.last + 360.0:g})"
+            yield Complaint(f"{key}.last", f"{span.last:g}", allowed)
         points *= span.count if key.startswith("grid") else 1
     if points > MOST_POINTS:
         yield Complaint("grid", f"{points} points", f"must have at most {MOST_POINTS} points")
