@@ -18,23 +18,27 @@ def busy_shares(program: PlProgram, stage: str, bins: int = BINS) -> tuple[Array
 
     Shape (lanes + dividers, bins); a divider is busy from an issue until it takes the next.
     """
-    cycles, units, _ = program.core.issues(stage)
+    cycles, units, operations = program.core.issues(stage)
+    held = _held_cycles(program)[operations]
     engine, segment = program.engine, program.segments[stage]
     edges = np.linspace(0.0, max(segment.words, 1), bins + 1)
     shares = np.zeros((engine.lanes + engine.dividers, bins))
     width = edges[1] - edges[0]
     for unit in range(engine.lanes + engine.dividers):
-        began = np.sort(cycles[units == unit].astype(float))
-        length = 1.0 if unit < engine.lanes else float(divider_cycles(began))
+        began, length = cycles[units == unit].astype(float), held[units == unit]
         # Busy time up to each edge: whole operations before it, and the part of one that straddles it.
         done = [np.clip(edge - began, 0.0, length).sum() for edge in edges]
         shares[unit] = np.diff(done) / width
     return edges, shares
 
 
-def divider_cycles(began: Array) -> float:
-    """Cycles that a divider is held: the shortest distance of two of its issues, or 1."""
-    return float(np.diff(began).min()) if len(began) > 1 else 1.0
+def _held_cycles(program: PlProgram) -> Array:
+    """Cycles for which each operation, in the order of `operation_names`, holds its unit: a divider's are not pipelined."""
+    from hw_model.rtl_latency import rtl_latencies
+
+    units = rtl_latencies()["f64" if program.engine.fp == 64 else "f32"]
+    on_divider = {name: units[f"{name}_interval_cycles"]["value"] for name in ("div", "sqrt")}
+    return np.array([float(on_divider.get(name, 1)) for name in program.core.operation_names()])
 
 
 def utilisation_figure(panels: Sequence[tuple[PlProgram, str]], path: Path) -> None:

@@ -104,6 +104,22 @@ def test_validation_runs_every_segment_those_of_a_warm_start_too(program: PlProg
     )
 
 
+def test_a_divider_that_is_seldom_used_is_not_drawn_busy_in_between(program: PlProgram) -> None:
+    """Held for as long as the unit takes, however far apart its operations are."""
+    names = program.core.operation_names()
+    for stage, segment in program.segments.items():
+        edges, shares = busy_shares(program, stage, bins=5)
+        _, _, operations = program.core.issues(stage)
+        held = sum(names[operation] in ("div", "sqrt") for operation in operations) * DIVIDER_CYCLES
+        assert (shares[-1] * np.diff(edges)).sum() <= held + 1e-9
+        if not held:
+            assert not shares[-1].any()
+        assert segment.words >= 1
+
+
+DIVIDER_CYCLES = 32  # of a binary64 division and root alike (rtl/latency.svh)
+
+
 @pytest.mark.parametrize("lanes", [1, 2, 4])
 @pytest.mark.parametrize("dividers", [1, 2])
 def test_every_engine_has_compressed_microcode(lanes: int, dividers: int) -> None:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 from typer.testing import CliRunner, Result
 
 import orbsoc
@@ -192,6 +194,20 @@ def test_a_scenario_is_planned_once_and_priced(tmp_path: Path) -> None:
     result = invoke("budget", ROOT / "scenarios" / "rec1.toml", "--out", tmp_path, "--json")
     assert result.exit_code == 0, result.output
     assert json.loads(result.stdout)["workload"].startswith("plan of rec1.toml (")
+
+
+def test_the_opening_figure_of_the_docs_is_what_its_command_draws(tmp_path: Path) -> None:
+    """Same bars under the same names; their heights follow the solver, so that only the picture's size is compared."""
+    text = (ROOT / "docs" / "hardware-experiments.md").read_text(encoding="utf-8")
+    figure = re.search(r"!\[[^]]*\]\((figures/[^)]*)\)", text)
+    command = re.search(r"^orbsoc hw (partition \S+) --out \S+ .*speedup\.png", text, re.MULTILINE)
+    assert figure
+    assert command
+    name, scenario = command[1].split()
+    result = invoke(name, ROOT / scenario, "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    drawn, shown = (imread(path).shape for path in (tmp_path / "speedup.png", ROOT / "docs" / figure[1]))
+    assert drawn == shown
 
 
 def test_precision_lists_every_datapath_and_says_why_one_fails(tmp_path: Path) -> None:

@@ -111,6 +111,29 @@ def test_an_engine_that_cannot_exist_is_refused(recorded: PsScheduler) -> None:
         speedup(recorded.trace, machine, "paper", cycles=exact_cycles(recorded.patterns))
 
 
+@pytest.mark.parametrize("microcode", ["flat", "compressed"])
+def test_a_segment_ends_when_the_last_of_its_units_operations_is_stored(
+    recorded: PsScheduler, microcode: str
+) -> None:
+    """READ + U + WRITE after it began, as docs/pl-machine.md has it, whatever froze the datapath in between."""
+    machine = load_platform("zu9eg").with_values({"pl.lanes": 2, "pl.microcode_format": microcode})
+    trace, units = parse_trace(recorded.trace), machine.pl.latencies.f64
+    add, mul = units.add_cycles.value, units.mul_cycles.value
+    latency = {"add": add, "sub": add, "mul": mul, "add_mul": mul + add, "sub_mul": mul + add} | {
+        "div": units.div_cycles.value, "sqrt": units.sqrt_cycles.value,
+    }  # fmt: skip
+    after: set[int] = set()
+    for name in pl_program(PROBLEM, None, Engine(lanes=2)).segments:
+        schedule = exact_units(recorded.patterns)(trace, machine, 0, name)
+        takes = np.array([latency.get(operation, 1) for operation in schedule.names])
+        stored = (schedule.began + takes[schedule.operations]).max()
+        after.add(int(exact_cycles(recorded.patterns)(trace, machine, 0, name).cycles - stored))
+    assert after == {READ + WRITE + 1 + FINISH}
+
+
+READ, WRITE, FINISH = 3, 1, 1  # docs/pl-machine.md
+
+
 def test_points_of_a_reachable_domain_are_priced_by_schedules(recorded: PsScheduler) -> None:
     points = {"status": np.zeros(1), subproblems_on(12): np.array([1])}
     sequence = RecordedSequence(
