@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -9,16 +10,22 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import orbsoc.reach
+from orbsoc.missions.reachable_domain import Scenario, load_scenario
+from orbsoc.missions.reachable_domain.domain import Domain
+from orbsoc.missions.reachable_domain.tasks import grid_shards, solve_grid_shard
 from orbsoc.orbit import Elements
 from orbsoc.reach.ephemeris import fly_point, oem, opm
-from orbsoc.sweep import ShardStore, StoreError
+from orbsoc.reach.run import solve_into
+from orbsoc.sweep import DaskCluster, Inline, Report, ShardStore, StoreError, Task, run
 from tests.missions.reach_cases import SCENARIOS, small_scenario
 
 ENVIRONMENT = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
@@ -188,17 +195,13 @@ def test_a_killed_sweep_resumes_to_the_same_table(solved: tuple[Path, Path, str]
     assert (out / "point.oem").read_text().startswith("CCSDS_OEM_VERS = 3.0")
     assert "SEMI_MAJOR_AXIS" in (out / "point.opm").read_text()
     assert {path: path.stat().st_mtime_ns for path in before} == before
-    one, two = ShardStore.load(folder), ShardStore.load(out)
-    for dataset in ("points", "boundary"):
-        mine, theirs = one.read(dataset), two.read(dataset)
-        assert list(mine) == list(theirs)
-        for name, values in mine.items():
-            for left, right in zip(values, theirs[name], strict=True):
-                np.testing.assert_array_equal(left, right, err_msg=name)
+    same_tables(folder, out)
 
 
-def test_ctrl_c_keeps_the_finished_shards(tmp_path: Path) -> None:
-    scenario, out = small_scenario(tmp_path), tmp_path / "out"
+def test_ctrl_c_keeps_the_finished_shards_and_a_resumed_sweep_has_the_same_table(
+    solved: tuple[Path, Path, str], tmp_path: Path
+) -> None:
+    scenario, out = solved[0], tmp_path / "out"
     command = [sys.executable, "-m", "orbsoc", "reach", str(scenario), "--out", str(out), "--threads", "1"]
     with subprocess.Popen(command, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True) as process:
         deadline = time.monotonic() + 300.0
@@ -209,7 +212,12 @@ def test_ctrl_c_keeps_the_finished_shards(tmp_path: Path) -> None:
     assert process.returncode == 130, words
     assert "finished shards are in" in words
     assert "Traceback" not in words
-    assert list(out.glob("boundary/shard=*/part.parquet"))
+    kept = {path: path.stat().st_mtime_ns for path in out.rglob("part.parquet")}
+    assert kept
+    done = orbsoc_reach(scenario, "--out", out, "--resume", "--threads", "2")
+    assert done.returncode == 0, done.stderr
+    assert {path: path.stat().st_mtime_ns for path in kept} == kept
+    same_tables(solved[1], out)
 
 
 def test_a_disk_that_fills_up_while_figures_are_drawn_keeps_the_shards(
@@ -296,3 +304,75 @@ def test_a_folder_of_another_scenario_is_left_alone(solved: tuple[Path, Path, st
     assert done.returncode == 2
     assert "another scenario" in done.stderr
     assert (tmp_path / "copy" / "summary.json").read_text() == (folder / "summary.json").read_text()
+
+
+def same_tables(one: Path, other: Path) -> None:
+    """Every column of both datasets, attitude programmes included, is identical."""
+    left, right = ShardStore.load(one), ShardStore.load(other)
+    for dataset in ("points", "boundary"):
+        mine, theirs = left.read(dataset), right.read(dataset)
+        assert list(mine) == list(theirs)
+        for name, values in mine.items():
+            for a, b in zip(values, theirs[name], strict=True):
+                np.testing.assert_array_equal(a, b, err_msg=name)
+
+
+def reach_tasks() -> tuple[Scenario, list[Task]]:
+    """The grid of the small scenario, as the command cuts it."""
+    scenario = load_scenario(small_scenario(Path(tempfile.mkdtemp())))
+    shards = enumerate(grid_shards(Domain.of(scenario)))
+    return scenario, [Task("points", k, rows, payload) for k, (rows, payload) in shards]
+
+
+def solved_but_for_a_lost_worker(payload: dict[str, Any]) -> dict[str, np.ndarray]:
+    """The real work of a shard; the first time, of the first shard, the worker is killed in the middle of it."""
+    flag = Path(payload["flag"])
+    if payload["first"] and not flag.exists():
+        flag.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return dict(solve_grid_shard({k: v for k, v in payload.items() if k not in ("flag", "first")}))
+
+
+def unwatched(_report: Report, _task: Task, _columns: Any) -> None:
+    pass
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_sweep_that_loses_a_dask_worker_has_the_same_table(
+    solved: tuple[Path, Path, str], tmp_path: Path
+) -> None:
+    pytest.importorskip("distributed", reason="the extra `reach` is not installed")
+    scenario, tasks = reach_tasks()
+    flag = str(tmp_path / "flag")
+    fragile = [
+        Task(t.dataset, t.number, t.rows, {**t.payload, "flag": flag, "first": t.number == 0}) for t in tasks
+    ]
+    store = ShardStore.open(tmp_path / "out", scenario.model_dump(mode="json"), resume=False)
+    run(store, fragile, solved_but_for_a_lost_worker, DaskCluster(None, workers=1), unwatched)
+    assert (tmp_path / "flag").exists()
+    shutil.copytree(solved[1] / "boundary", tmp_path / "out" / "boundary")
+    same_tables(solved[1], tmp_path / "out")
+
+
+def test_a_sweep_whose_disk_fills_up_resumes_to_the_same_table(
+    solved: tuple[Path, Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`solve_into`, the whole of the command's sweep; the third shard finds no space."""
+    scenario = load_scenario(solved[0])
+    sync, calls = os.fsync, list[int]()
+
+    def full(descriptor: int) -> None:
+        calls.append(descriptor)
+        if len(calls) == 3:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        sync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(StoreError, match="No space left on device; finished shards are kept"):
+        solve_into(tmp_path / "out", scenario, Inline(), unwatched)
+    monkeypatch.undo()
+    kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("part.parquet")}
+    assert len(kept) == 2
+    solve_into(tmp_path / "out", scenario, Inline(), unwatched, resume=True)
+    assert {path: path.stat().st_mtime_ns for path in kept} == kept
+    same_tables(solved[1], tmp_path / "out")

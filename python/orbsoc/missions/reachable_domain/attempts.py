@@ -39,7 +39,7 @@ MOST_GRIDS = 5
 """Grids of a sequence, from 4 to 64 nodes."""
 SPENT = ("subproblems", "solver_iterations", "newton_steps")
 """What attempts at a point add up."""
-CLEAR_MISS = 1e3
+CLEAR_MISS = 100.0
 """A flight that misses by so many times its own error is not flown more accurately."""
 POLISHED_FLIGHT_STEPS = 12
 """Steps in which the flight of a polished plan begins: near the edge its steering swings fast."""

@@ -30,8 +30,8 @@ FIRST_STEPS, MOST_STEPS = 8, 2048
 """Steps of a flight, and those beyond which it is given up: what it reached then is NaN, and keeps no promise."""
 MOST_PIECES = 8
 """Into which a step is cut at once."""
-ERROR = 1e-8
-"""Largest estimated error of a flight, canonical: 6 cm, or 0.08 mm/s."""
+ERROR = 2e-8
+"""Largest estimated error of a flight, canonical: 13 cm, or 0.16 mm/s."""
 RAW_SAMPLES = 201
 """Times at which the raw interpolant's length is looked at."""
 TOGETHER = 256
