@@ -34,7 +34,7 @@ class Settings:
     pivot_floor: float = 1e-13
     dynamic_regularization: float = 2e-7
     refinement_tol: float = 1e-12
-    refinement_share: float = 1e-3
+    refinement_share: float = 0.1
     refinement_max: int = 10
     step_fraction: float = 0.99
     ruiz_passes: int = 4

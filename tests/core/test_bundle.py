@@ -45,7 +45,7 @@ def test_a_solved_problem_leaves_no_bundle(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("problem", "overrides", "status"),
     [
-        (LP, {"max_iterations": 2}, orbsoc.Status.MAX_ITERATIONS),
+        (LP, {"max_iterations": 1}, orbsoc.Status.MAX_ITERATIONS),
         (DISC, {"tol": 1e-30}, orbsoc.Status.SOLVED_INACCURATE),
         (INFEASIBLE, {}, orbsoc.Status.PRIMAL_INFEASIBLE),
         (UNBOUNDED, {}, orbsoc.Status.DUAL_INFEASIBLE),

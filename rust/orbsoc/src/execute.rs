@@ -87,7 +87,10 @@ fn matrix_update<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: St
     let (kkt, cones) = (&structure.kkt, &structure.cones);
     match stage {
         Stage::LoadKkt => matrix_update::load_data(kkt, &w.p, &w.a, &w.g, &mut w.kkt_values),
-        Stage::IdentityBlocks => matrix_update::identity_blocks(kkt, cones, &mut w.kkt_values),
+        Stage::IdentityBlocks => {
+            ps::first_regularization(&w.parameters, &mut w.regularization);
+            matrix_update::identity_blocks(kkt, cones, &mut w.kkt_values);
+        }
         _ => matrix_update::scaling_blocks(kkt, cones, &w.w, &w.cone, &mut w.kkt_values),
     }
 }
@@ -95,9 +98,10 @@ fn matrix_update<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: St
 #[inline(always)]
 fn factorize<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
     let regularization = factorization::Regularization {
-        shift: w.parameters[parameter::STATIC_REGULARIZATION],
-        floor: w.parameters[parameter::PIVOT_FLOOR],
-        replacement: w.parameters[parameter::DYNAMIC_REGULARIZATION],
+        shift_up: w.regularization[ps::regularization::UP],
+        shift_down: w.regularization[ps::regularization::DOWN],
+        floor: w.regularization[ps::regularization::FLOOR],
+        replacement: w.regularization[ps::regularization::REPLACEMENT],
     };
     factorization::factorize(
         &structure.kkt.symbolic,
@@ -290,6 +294,7 @@ fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage
             );
             let (share, floor) = (parameter::REFINEMENT_SHARE, parameter::RESIDUAL_FLOOR);
             w.refinement_goal[0] = ps::refinement_goal(&w.residual, w.parameters[share], w.parameters[floor]);
+            ps::balance_regularization(structure.n, &w.point, &w.parameters, &mut w.regularization);
         }
         Stage::CheckSolve | Stage::CheckPair => {} // a decision, in control.rs
         Stage::EmbeddingPivot => {
@@ -306,7 +311,10 @@ fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage
         ),
         Stage::Centering => {
             let mu = w.statistics[ps::stat::MU];
-            ps::centering(w.step_length[0], mu, &w.homogenizer, &w.tau_step, &mut w.centering);
+            let step = w.step_length[0];
+            ps::centering(step, mu, &w.homogenizer, &w.tau_step, &mut w.centering);
+            let least = w.parameters[parameter::STEP_FRACTION];
+            w.boundary_share[0] = ps::boundary_share(step, least);
         }
         Stage::ConeProduct => ps::cone_product(
             &structure.cones,
@@ -317,7 +325,7 @@ fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage
             &mut w.complement,
         ),
         _ => {
-            let alpha = ps::step_taken(w.step_length[0], w.parameters[parameter::STEP_FRACTION]);
+            let alpha = ps::step_taken(w.step_length[0], w.boundary_share[0]);
             w.step_taken[0] = alpha;
             ps::advance(alpha, &w.step, &mut w.point);
             ps::advance(alpha, &w.slack_step, &mut w.slack);

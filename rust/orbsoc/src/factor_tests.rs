@@ -15,7 +15,8 @@ use faer::sparse::linalg::cholesky::simplicial;
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use nalgebra::{DMatrix, DVector};
 
-const REGULARIZATION: Regularization<f64> = Regularization { shift: 1e-8, floor: 1e-13, replacement: 2e-7 };
+const REGULARIZATION: Regularization<f64> =
+    Regularization { shift_up: 1e-9, shift_down: 1e-7, floor: 1e-13, replacement: 2e-7 };
 
 /// A matrix in its final order.
 struct Matrix {
@@ -48,10 +49,19 @@ impl Matrix {
         }
     }
 
+    /// What regularisation adds to diagonal entry `j`.
+    fn shift(&self, j: usize) -> f64 {
+        if self.sign(j) > 0.0 {
+            REGULARIZATION.shift_up
+        } else {
+            -REGULARIZATION.shift_down
+        }
+    }
+
     /// With the static regularisation on the diagonal.
     fn regularized(&self) -> DMatrix<f64> {
         let mut out = self.dense();
-        (0..self.dim()).for_each(|j| out[(j, j)] += self.sign(j) * REGULARIZATION.shift);
+        (0..self.dim()).for_each(|j| out[(j, j)] += self.shift(j));
         out
     }
 }
@@ -167,7 +177,7 @@ fn faers(matrix: &Matrix) -> (DMatrix<f64>, DVector<f64>) {
     let symbolic = simplicial::factorize_simplicial_symbolic_cholesky(pattern, tree, &counts, stack).unwrap();
     let mut values = matrix.values.clone();
     for j in 0..dim {
-        values[matrix.upper.colptr[j + 1] - 1] += matrix.sign(j) * REGULARIZATION.shift;
+        values[matrix.upper.colptr[j + 1] - 1] += matrix.shift(j);
     }
     let mut words = vec![0.0; symbolic.len_val()];
     let scratch = simplicial::factorize_simplicial_numeric_ldlt_scratch::<usize, f64>(dim);
@@ -216,7 +226,8 @@ fn factors_multiply_back_to_the_regularised_matrix_in_both_precisions() {
     let c = f32::constant;
     for matrix in matrices() {
         assert_factors::<f64>(&matrix, REGULARIZATION);
-        let single = Regularization { shift: c(1e-8), floor: c(1e-13), replacement: c(2e-7) };
+        let single =
+            Regularization { shift_up: c(1e-9), shift_down: c(1e-7), floor: c(1e-13), replacement: c(2e-7) };
         assert_factors::<f32>(&matrix, single);
     }
 }
@@ -311,7 +322,7 @@ fn operations_are_the_closed_forms_of_the_column_counts() {
             ..OperationCounts::default()
         };
         let c = Counted::constant;
-        let by = Regularization { shift: c(0.0), floor: c(0.0), replacement: c(0.0) };
+        let by = Regularization { shift_up: c(0.0), shift_down: c(0.0), floor: c(0.0), replacement: c(0.0) };
         let symbolic = Symbolic::new(&matrix.upper, Panels::Exact).unwrap();
         assert_eq!((symbolic.nnz_l, symbolic.multiply_subtracts), (nnz, updates));
         let tally = count(Latency::UNIT, || {
@@ -355,7 +366,7 @@ fn pivots_of_the_wrong_sign_or_too_small_become_the_replacement() {
     let entries: Vec<(usize, usize)> = (0..6).map(|j| (j, j)).collect();
     let values = [0.0, -5.0, 1e-7, 0.0, 5.0, -1e-7];
     let signs = [true, true, true, false, false, false];
-    let by = Regularization { shift: 1e-8, floor: 1e-6, replacement: 2e-5 };
+    let by = Regularization { shift_up: 1e-8, shift_down: 1e-8, floor: 1e-6, replacement: 2e-5 };
     let matrix = ordered(6, &entries, &values, &signs);
     let mut found: Vec<f64> = factor(&matrix, by, Panels::Exact).d().iter().copied().collect();
     found.sort_by(f64::total_cmp);

@@ -201,7 +201,7 @@ fn the_corrector_aims_where_the_predictors_step_says() {
     for before in [0, 1, 3] {
         let predictor = stop_after(8, before, Stage::StepLength, 1);
         let affine = predictor.words(Buffer::StepLength)[0].min(1.0);
-        let sigma = (1.0 - affine).powi(3);
+        let sigma = (1.0 - affine).powi(2);
         // In the first iteration, the second-order term is damped by the affine step.
         let weight = if before == 0 { affine } else { 1.0 };
         let at = stop_after(8, before, Stage::Direction, 2);

@@ -7,6 +7,7 @@ use crate::cones::ConeLayout;
 use crate::kernels::reduce::{dot, dot_indexed, finite_witness, max_abs, max_abs_weighted, sum_abs_weighted};
 use crate::real::Real;
 use crate::structure::{Pattern, Structure};
+use crate::workspace::parameter;
 
 /// Words of the statistics buffer.
 pub(crate) mod stat {
@@ -48,6 +49,19 @@ pub(crate) mod centering {
     pub const COMPLEMENT: usize = 2;
     /// Weight of the second-order correction.
     pub const CORRECTION: usize = 3;
+    pub const WORDS: usize = 4;
+}
+
+/// Words of the regularisation buffer.
+pub(crate) mod regularization {
+    /// For positive pivots: x, and one unknown of every expanded cone.
+    pub const UP: usize = 0;
+    /// For negative pivots: y, z, and the other unknown.
+    pub const DOWN: usize = 1;
+    /// Pivots below this, in the direction of their sign, …
+    pub const FLOOR: usize = 2;
+    /// … become this.
+    pub const REPLACEMENT: usize = 3;
     pub const WORDS: usize = 4;
 }
 
@@ -249,12 +263,18 @@ pub(crate) fn tau_step<T: Real>(
 /// The homogenizer's word that is 0 before the first step was taken and 1 from then on.
 pub(crate) const STEPPED: usize = 2;
 
-/// σ = (1 − α)³ from the predictor's step, and what follows from it for the corrector.
+/// σ from the predictor's step.
+#[inline(always)]
+fn sigma<T: Real>(step_length: T) -> T {
+    let short = T::one() - step_length.min(T::one());
+    short * short
+}
+
+/// σ = (1 − α)² from the predictor's step, and what follows from it for the corrector.
 #[inline(always)]
 pub(crate) fn centering<T: Real>(step_length: T, mu: T, homogenizer: &[T], tau_step: &[T], center: &mut [T]) {
     let affine = step_length.min(T::one());
-    let short = T::one() - affine;
-    let sigma = (short * short) * short;
+    let sigma = sigma(step_length);
     let target = sigma * mu;
     center[centering::DAMPING] = T::one() - sigma;
     center[centering::TARGET] = target;
@@ -297,6 +317,37 @@ pub(crate) fn cone_product<T: Real>(
 #[inline(always)]
 pub(crate) fn refinement_goal<T: Real>(residual: &[T], share: T, floor: T) -> T {
     share * max_abs(residual).max(floor)
+}
+
+/// Share of the way to the boundary that the corrector's step may take: `least` of it, and all but 10σ
+/// once the predictor promises convergence faster than that leaves room for; never closer than 1e-4.
+#[inline(always)]
+pub(crate) fn boundary_share<T: Real>(step_length: T, least: T) -> T {
+    let left = (T::constant(10.0) * sigma(step_length)).max(T::constant(1e-4));
+    least.max(T::one() - left)
+}
+
+/// Regularisation as the settings have it, before there is a point.
+#[inline(always)]
+pub(crate) fn first_regularization<T: Real>(parameters: &[T], out: &mut [T]) {
+    out[regularization::UP] = parameters[parameter::STATIC_REGULARIZATION];
+    out[regularization::DOWN] = parameters[parameter::STATIC_REGULARIZATION];
+    out[regularization::FLOOR] = parameters[parameter::PIVOT_FLOOR];
+    out[regularization::REPLACEMENT] = parameters[parameter::DYNAMIC_REGULARIZATION];
+}
+
+/// Regularisation divided between positive and negative pivots so that what it adds to the rows of x, up·‖x‖,
+/// and to those of y and z, down·‖(y, z)‖, is of one size, its geometric mean being the setting. `up` is never
+/// the larger one: directions in which the cost is flat are what refinement mends last.
+#[inline(always)]
+pub(crate) fn balance_regularization<T: Real>(n: usize, point: &[T], parameters: &[T], out: &mut [T]) {
+    first_regularization(parameters, out);
+    let level = parameters[parameter::STATIC_REGULARIZATION];
+    let one = T::one();
+    let (size_x, size_yz) = (max_abs(&point[..n]).max(one), max_abs(&point[n..]).max(one));
+    let tilt = (size_yz / size_x).min(one).max(T::constant(1e-6)).sqrt();
+    out[regularization::UP] = level * tilt;
+    out[regularization::DOWN] = level / tilt;
 }
 
 /// The length of the step taken: all of it, or `fraction` of the way to the boundary.

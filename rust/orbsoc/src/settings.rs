@@ -14,7 +14,7 @@ pub struct Settings {
     /// Wall-clock limit in seconds, looked at once per iteration.
     pub max_time_s: f64,
     /// Regularisation added with the pivot's known sign to every diagonal entry of the scaled
-    /// KKT matrix; refinement removes its effect.
+    /// KKT matrix (geometric mean of what either sign gets); refinement removes its effect.
     pub static_regularization: f64,
     /// Pivots smaller than this, or of the wrong sign, are replaced by `dynamic_regularization`.
     pub pivot_floor: f64,
@@ -26,7 +26,7 @@ pub struct Settings {
     pub refinement_share: f64,
     /// Most refinement steps per linear solve.
     pub refinement_max: u32,
-    /// Share of the step to the cone's boundary that is taken.
+    /// Least share of the step to the cone's boundary that is taken; it rises near the end.
     pub step_fraction: f64,
     /// Passes of Ruiz equilibration.
     pub ruiz_passes: u32,
@@ -43,7 +43,7 @@ impl Default for Settings {
             pivot_floor: 1e-13,
             dynamic_regularization: 2e-7,
             refinement_tol: 1e-12,
-            refinement_share: 1e-3,
+            refinement_share: 0.1,
             refinement_max: 10,
             step_fraction: 0.99,
             ruiz_passes: 4,

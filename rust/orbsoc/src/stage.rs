@@ -123,13 +123,13 @@ stages! {
         stales [KktValues FactorL PivotInverse];
     /// −I as scaling blocks, for the starting point.
     IdentityBlocks "identity_blocks" MatrixUpdate
-        reads [KktValues] writes [KktValues] stales [FactorL PivotInverse];
+        reads [Parameters KktValues] writes [KktValues Regularization] stales [FactorL PivotInverse];
     /// −W² as scaling blocks.
     ScalingBlocks "scaling_blocks" MatrixUpdate
         reads [KktValues W Cone] writes [KktValues] stales [FactorL PivotInverse];
     /// K + regularisation = LDLᵀ.
     Factorize "factorize" Factorization
-        reads [Parameters KktValues] writes [FactorL PivotInverse]
+        reads [KktValues Regularization] writes [FactorL PivotInverse]
         stales [KktSolution KktError Refinement PairSolution PairError PairRefinement Constant];
     /// (0 or −c, b, h) for the starting x and s, (−c, 0 or b, 0 or h) for y and z.
     StartRhs "start_rhs" LinearSolve reads [Q] writes [PairRhs RefinementGoal]
@@ -156,8 +156,8 @@ stages! {
     /// Residuals, gap, μ; decides termination, and keeps the best iterate and certificates.
     Statistics "statistics" Ps
         reads [Parameters P A G Q Norms ScaleInverse CostScale Point Slack Homogenizer]
-        writes [Residual CostProduct Embedding Centering Statistics RefinementGoal Best Farkas Ray]
-        stales [Embedding];
+        writes [Residual CostProduct Embedding Centering Statistics RefinementGoal Regularization Best Farkas Ray]
+        stales [Embedding FactorL PivotInverse];
     /// Nesterov–Todd scaling at the iterate.
     NtScaling "nt_scaling" ConeOps
         reads [Point Slack] writes [W Lambda LambdaInverse Cone] stales [KktValues FactorL PivotInverse];
@@ -203,9 +203,9 @@ stages! {
     /// The largest step that stays in the cone.
     StepLength "step_length" LineSearch
         reads [Homogenizer TauStep Lambda LambdaInverse Cone ScaledS ScaledZ] writes [StepLength] stales [Centering];
-    /// σ = (1 − α)³.
+    /// σ = (1 − α)², and how near to the boundary the step may go.
     Centering "centering" Ps
-        reads [StepLength Statistics Homogenizer TauStep] writes [Centering] stales [];
+        reads [Parameters StepLength Statistics Homogenizer TauStep] writes [Centering BoundaryShare] stales [];
     /// λ∘λ + (W⁻¹ds)∘(W dz) − σμe.
     ConeProduct "cone_product" Ps
         reads [Lambda ScaledS ScaledZ Centering] writes [Complement] stales [];
@@ -217,7 +217,7 @@ stages! {
     SlackStep "slack_step" ConeOps reads [W Cone ScaledS] writes [SlackStep] stales [];
     /// Take the step.
     Advance "advance" Ps
-        reads [Parameters StepLength Step SlackStep TauStep Point Slack Homogenizer]
+        reads [BoundaryShare StepLength Step SlackStep TauStep Point Slack Homogenizer]
         writes [StepTaken Point Slack Homogenizer]
         stales [Residual CostProduct Statistics W Lambda LambdaInverse Cone];
     /// Iterate and certificates in the user's scaling.

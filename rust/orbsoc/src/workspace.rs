@@ -3,7 +3,7 @@
 
 use crate::kernels::cone_ops::SCALARS;
 use crate::kernels::linear_solve::refinement;
-use crate::ps::{centering, embedding, stat};
+use crate::ps::{centering, embedding, regularization, stat};
 use crate::structure::Structure;
 
 /// Words of the parameter buffer.
@@ -123,6 +123,9 @@ buffers! {
     Cone cone "cone" = |s: &Structure| s.cones.soc.len() * SCALARS;
     /// Permuted upper triangle of the KKT matrix, unregularised.
     KktValues kkt_values "kkt_values" = |s: &Structure| s.kkt.nnz();
+    /// What is added to the diagonal for positive pivots and subtracted for negative ones; the least pivot,
+    /// and what replaces a smaller one.
+    Regularization regularization "regularization" = |_: &Structure| regularization::WORDS;
     /// Columns of L.
     FactorL factor_l "factor_l" = |s: &Structure| s.kkt.symbolic.panel_words;
     /// 1/D.
@@ -165,6 +168,8 @@ buffers! {
     Quotient quotient "quotient" = |s: &Structure| s.m;
     /// Largest step to the boundary.
     StepLength step_length "step_length" = |_: &Structure| 1;
+    /// Share of the way to the boundary that the step may take.
+    BoundaryShare boundary_share "boundary_share" = |_: &Structure| 1;
     /// The step that was taken.
     StepTaken step_taken "step_taken" = |_: &Structure| 1;
     /// Best iterate so far: point, slack, τ.

@@ -12,8 +12,10 @@ use crate::symbolic::{Supernode, Symbolic};
 /// Regularisation of the pivots, whose signs are known from the pattern.
 #[derive(Clone, Copy)]
 pub struct Regularization<T> {
-    /// Added to every diagonal entry with its sign.
-    pub shift: T,
+    /// Added to diagonal entries of positive pivots …
+    pub shift_up: T,
+    /// … and subtracted from those of negative ones.
+    pub shift_down: T,
     /// Pivots below this, in the direction of their sign, …
     pub floor: T,
     /// … become this.
@@ -216,10 +218,10 @@ impl Landing for Elsewhere<'_> {
 #[inline(always)]
 fn regularized<T: Real>(pivot: T, positive: bool, by: Regularization<T>) -> T {
     if positive {
-        let pivot = pivot + by.shift;
+        let pivot = pivot + by.shift_up;
         T::select(pivot.lt(by.floor), by.replacement, pivot)
     } else {
-        let (pivot, ceiling) = (pivot - by.shift, -by.floor);
+        let (pivot, ceiling) = (pivot - by.shift_down, -by.floor);
         T::select(ceiling.lt(pivot), -by.replacement, pivot)
     }
 }
