@@ -9,7 +9,7 @@ use std::collections::HashSet;
 /// Run every stage of a solve once by `look`, with the engine as it stands before the stage.
 fn at_every_stage(seed: u64, mut look: impl FnMut(&Engine<f64>, Stage)) {
     // Both bounds on a solve's error are active somewhere.
-    let settings = Settings { refinement_share: 1e-5, refinement_tol: 1e-9, ..Settings::default() };
+    let settings = Settings { refinement_share: 1e-8, refinement_tol: 1e-12, ..Settings::default() };
     let mut engine = Engine::<f64>::new(&mixed_problem(seed), &settings).unwrap();
     walk(&mut engine, STARTUP, &mut look);
     let mut near = engine.conclude();

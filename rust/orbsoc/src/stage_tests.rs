@@ -3,6 +3,7 @@
 
 use crate::kernels::linear_solve::refinement;
 use crate::oracle::{dense, mixed_problem, walk};
+use crate::ps::regularization;
 use crate::{
     Buffer, Decide, Engine, Outcome, Real, Settings, Stage, Status, Step, Stop, CLOSING, ITERATION, STARTUP,
 };
@@ -142,6 +143,70 @@ fn solved() -> (Engine<f64>, DVector<f64>) {
     engine.run(Stage::SolveKkt);
     let error = true_error(&engine);
     (engine, error)
+}
+
+/// The shifts that the statistics leave for positive and negative pivots, at an iterate with ‖x‖∞ and ‖(y, z)‖∞ as given.
+fn shifts(size_x: f64, size_yz: f64) -> (f64, f64) {
+    let settings = Settings { static_regularization: 3e-8, ..Settings::default() };
+    let mut engine = Engine::<f64>::new(&mixed_problem(6), &settings).unwrap();
+    walk(&mut engine, 0);
+    let n = engine.path.structure.n;
+    let mut point = vec![0.5 * size_yz; engine.buffer(Buffer::Point).len()];
+    point[..n].fill(0.5 * size_x);
+    (point[1], point[n]) = (-size_x, -size_yz); // in x and in y
+    set(&mut engine, Buffer::Point, &point);
+    engine.run(Stage::Statistics);
+    let words = engine.buffer(Buffer::Regularization);
+    assert_eq!(words[regularization::FLOOR], settings.pivot_floor);
+    assert_eq!(words[regularization::REPLACEMENT], settings.dynamic_regularization);
+    (words[regularization::UP], words[regularization::DOWN])
+}
+
+#[test]
+fn shifts_are_balanced_by_the_sizes_of_the_iterate() {
+    // up/down = ‖(y, z)‖/‖x‖, norms of at least 1, within [1e-6, 1].
+    for (size_x, size_yz, ratio) in [
+        (400.0, 25.0, 1.0 / 16.0),
+        (400.0, 0.1, 1.0 / 400.0),
+        (0.1, 25.0, 1.0),
+        (25.0, 400.0, 1.0),
+        (1e9, 2.0, 1e-6),
+    ] {
+        let (up, down) = shifts(size_x, size_yz);
+        assert!((up / down / ratio - 1.0).abs() < 1e-14, "{up:e}, {down:e} at {size_x}, {size_yz}");
+        assert!((up * down / 9e-16 - 1.0).abs() < 1e-14, "the mean is the setting");
+    }
+}
+
+/// K + regularisation = LDLᵀ by way of solves without refinement: what stays of a right-hand side is the
+/// shift's share, positive for x and the one unknown of each expansion, negative for all others.
+#[test]
+fn each_sign_of_pivot_is_shifted_by_its_own_word() {
+    let mut engine = Engine::<f64>::new(&mixed_problem(6), &Settings::default()).unwrap();
+    walk(&mut engine, 2);
+    for stage in [Stage::Statistics, Stage::NtScaling, Stage::ScalingBlocks] {
+        engine.run(stage);
+    }
+    let mut words = engine.buffer(Buffer::Regularization).to_vec();
+    (words[regularization::UP], words[regularization::DOWN]) = (1e-3, 1e-5);
+    set(&mut engine, Buffer::Regularization, &words);
+    for stage in [Stage::Factorize, Stage::PredictorRhs] {
+        engine.run(stage);
+    }
+    let constant: Vec<f64> = engine.buffer(Buffer::PairRhs).iter().step_by(2).copied().collect();
+    set(&mut engine, Buffer::KktRhs, &constant);
+    engine.run(Stage::SolveKkt);
+    let left = true_error(&engine);
+    let (structure, x) = (&engine.path.structure, engine.buffer(Buffer::KktSolution));
+    let size = x.iter().fold(0.0, |top: f64, v| top.max(v.abs()));
+    let heads = structure.cones.soc.iter().filter_map(|soc| soc.expansion);
+    let ups: Vec<usize> = heads.map(|row| structure.n + structure.p + row + 1).collect();
+    assert_eq!(ups.len(), 1, "the cone of six is expanded");
+    for (old, &at) in structure.kkt.position.iter().enumerate() {
+        let shift = if old < structure.n || ups.contains(&old) { 1e-3 } else { -1e-5 };
+        let expected = shift * x[at as usize];
+        assert!((left[old] - expected).abs() <= 1e-7 * size, "{old}: {:e}, not {expected:e}", left[old]);
+    }
 }
 
 /// rhs − K·solution in natural order, by the dense unregularised matrix.
