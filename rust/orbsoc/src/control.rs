@@ -20,12 +20,12 @@ const AIM: f64 = 0.2;
 /// κ/τ from which the embedding leans towards infeasibility.
 const EMBEDDING_RATIO: f64 = 1e3;
 /// Iterations without a better iterate or a larger radius before a solve counts as stalled.
-const PATIENCE: u32 = 12;
+const PATIENCE: u32 = 15;
 /// Consecutive steps shorter than `SHORT_STEP` before a solve counts as stalled.
 const SHORT_STEPS: u32 = 3;
 const SHORT_STEP: f64 = 1e-4;
 /// A warm start as high up the central path as this, in scaled data, is no better than a cold one.
-const HIGHEST_START: f64 = 1.0;
+const HIGHEST_START: f64 = 0.1;
 /// A step as short as this after a warm start says that the point was too near the boundary.
 const STUCK: f64 = 0.01;
 

@@ -106,7 +106,8 @@ impl<T: Decide> Datapath<T> {
         }
     }
 
-    /// A point's words into a lane's input buffer; false when they are not all finite.
+    /// A point's words into a lane's input buffer; false when they are of no use: not all of them are finite,
+    /// or there are no rows, without which the first step from anywhere is Newton's, and exact.
     pub fn load_start(&mut self, lane: usize, start: &Start) -> bool {
         let rows = &self.structure.reduced.row_origin;
         let (z, s) = (rows.iter().map(|&i| &start.z[i]), rows.iter().map(|&i| &start.s[i]));
@@ -116,7 +117,7 @@ impl<T: Decide> Datapath<T> {
             to.set_lane(lane, word);
             finite &= word.is_finite();
         }
-        finite
+        finite && self.structure.unknowns() > self.structure.n
     }
 
     /// One lane's words of a buffer.

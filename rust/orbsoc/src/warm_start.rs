@@ -112,16 +112,16 @@ impl<T: Decide> Engine<T> {
 
     /// Forget the last solve and load a point to start from; whoever walks the lists goes on with
     /// [`WARM_STARTUP`] if the answer is true, with [`STARTUP`] if it is false: the point is not finite
-    /// (a certificate, say), and the solve counts as fallen back.
+    /// (a certificate, say) or the problem has no rows, and the solve counts as fallen back.
     ///
     /// # Errors
     /// [`Error::Dimension`] naming the vector whose length does not fit.
     pub fn start_from(&mut self, start: &Start) -> Result<bool, Error> {
         start.fit(self.problem())?;
         self.reset();
-        let finite = self.path.load_start(0, start);
-        self.control.warm_start = if finite { WarmStart::Used } else { WarmStart::FellBack };
-        Ok(finite)
+        let useful = self.path.load_start(0, start);
+        self.control.warm_start = if useful { WarmStart::Used } else { WarmStart::FellBack };
+        Ok(useful)
     }
 
     /// Whether a walk that was started warm and ended with `status` is to be followed by a cold one,
@@ -219,7 +219,7 @@ fn newton<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
     for (slack, &delta) in w.slack.iter_mut().zip(delta.iter()) {
         *slack = *slack - delta;
     }
-    let mu = T::constant(0.3) * w.homogenizer[1].max(largest_square(cones, scaled));
+    let mu = w.homogenizer[1].max(largest_square(cones, scaled));
     let mu = w.parameters[parameter::START_FLOOR].max(mu);
     // What the move costs in feasibility, and the height at which residuals of this size belong.
     let moved = &mut w.scratch[..m];
