@@ -82,7 +82,7 @@ def measure_warm(tol: float, *, quick: bool = False) -> list[WarmStart]:
                 problem=name,
                 cold=cold.iterations,
                 warm=warm.iterations,
-                fell_back="cold" in warm.message.lower(),
+                fell_back=warm.warm_start == "fell_back",
                 verified=verify(after, warm).worst <= COUNTS_BELOW,
             )
         )

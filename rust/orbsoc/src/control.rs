@@ -25,7 +25,7 @@ const PATIENCE: u32 = 15;
 const SHORT_STEPS: u32 = 3;
 const SHORT_STEP: f64 = 1e-4;
 /// A warm start as high up the central path as this, in scaled data, is no better than a cold one.
-const HIGHEST_START: f64 = 0.1;
+const HIGHEST_START: f64 = 0.5;
 /// A step as short as this after a warm start says that the point was too near the boundary.
 const STUCK: f64 = 0.01;
 

@@ -319,12 +319,15 @@ pub(crate) fn refinement_goal<T: Real>(residual: &[T], share: T, floor: T) -> T 
     share * max_abs(residual).max(floor)
 }
 
-/// Share of the way to the boundary that the corrector's step may take: `least` of it, and all but 10σ
-/// once the predictor promises convergence faster than that leaves room for; never closer than 1e-4.
+/// Share of the way to the boundary that the corrector's step may take: `most` where the predictor promises
+/// a whole step, less where it promises a short one, for a pair pressed against the boundary of its cone makes
+/// the next step short, too; and all but 10σ once the predictor promises convergence faster than that leaves
+/// room for, never closer than 1e-4.
 #[inline(always)]
-pub(crate) fn boundary_share<T: Real>(step_length: T, least: T) -> T {
+pub(crate) fn boundary_share<T: Real>(step_length: T, most: T) -> T {
+    let short = T::one() - step_length.min(T::one());
     let left = (T::constant(10.0) * sigma(step_length)).max(T::constant(1e-4));
-    least.max(T::one() - left)
+    (most - T::constant(0.09) * short).max(T::one() - left)
 }
 
 /// Regularisation as the settings have it, before there is a point.

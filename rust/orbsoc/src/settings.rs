@@ -26,7 +26,8 @@ pub struct Settings {
     pub refinement_share: f64,
     /// Most refinement steps per linear solve.
     pub refinement_max: u32,
-    /// Least share of the step to the cone's boundary that is taken; it rises near the end.
+    /// Share of the step to the cone's boundary that is taken; it falls by up to 0.09 with the predictor's
+    /// step, and rises near the end.
     pub step_fraction: f64,
     /// Passes of Ruiz equilibration.
     pub ruiz_passes: u32,

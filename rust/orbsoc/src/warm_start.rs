@@ -170,8 +170,8 @@ fn center<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
     let (n, rows) = (structure.n, structure.n + structure.p);
     let (dual, primal) = (max_abs(&w.residual[..n]), max_abs(&w.residual[n..]));
     let worst = primal.max(dual);
-    let both = T::constant(0.1) * (primal * dual);
-    let one = T::constant(1e-3) * (worst * worst);
+    let both = T::constant(0.2) * (primal * dual);
+    let one = T::constant(1e-4) * (worst * worst);
     let mu = w.parameters[parameter::START_FLOOR].max(both).max(one);
     for (slack, &residual) in w.slack.iter_mut().zip(&w.residual[rows..]) {
         *slack = *slack - residual;
