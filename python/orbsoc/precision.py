@@ -52,14 +52,15 @@ class NarrowRun:
 def narrow_settings(settings: Settings, bits: int) -> Settings:
     """Settings whose regularisation a factor of `bits` significant bits can see, with refinement to undo it.
 
-    The static regularisation is √2^(1 − bits), the square root of the spacing of numbers: less, and pivots drown in
-    rounding; more, and refinement, which gains a factor of about K's smallest eigenvalue over it a step, takes too
-    long. (Scanned on mission 004 at 24 bits: 1e-5 fails, 3e-4 reaches 2e-7, 1e-2 fails; with a refinement share of 0.1
-    it ends at 3e-6, with 0.03 it takes two iterations more than binary64.) The tolerance stays what it is.
+    The static regularisation is 2 √2^(1 − bits), twice the square root of the spacing of numbers: less, and pivots
+    drown in rounding; more, and refinement, which gains a factor of about K's smallest eigenvalue over it a step, takes
+    too long. (Scanned on mission 004 with a factor of 24 bits: 3.5e-4, half of it, ends between 1e-6 and 4e-6 for
+    refinement shares of 0.001 to 0.03; 7e-4 reaches 2e-7 to 7e-7 in one or two iterations more than binary64; 1e-2
+    fails.) The tolerance stays what it is.
     """
     if bits >= 53:
         return settings
-    shift = 2.0 ** ((1 - bits) / 2)
+    shift = 2.0 * 2.0 ** ((1 - bits) / 2)
     return replace(
         settings,
         static_regularization=shift,

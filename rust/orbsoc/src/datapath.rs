@@ -23,6 +23,12 @@ pub(crate) struct Datapath<T> {
     pub work: Workspace<T>,
 }
 
+/// The refinement share that holds for 1e-8 and looser, less for tighter tolerances: what an error of the size of the
+/// residual spoils, no later iteration mends any more.
+fn share_at(settings: &Settings) -> f64 {
+    settings.refinement_share * (settings.tol / 1e-8).sqrt().min(1.0)
+}
+
 impl<T: Real> Datapath<T> {
     pub fn new(structure: Arc<Structure>, settings: &Settings) -> Result<Self, Error> {
         settings.validate()?;
@@ -32,7 +38,7 @@ impl<T: Real> Datapath<T> {
         words[parameter::PIVOT_FLOOR] = T::constant(settings.pivot_floor);
         words[parameter::DYNAMIC_REGULARIZATION] = T::constant(settings.dynamic_regularization);
         words[parameter::REFINEMENT_TOL] = T::constant(settings.refinement_tol);
-        words[parameter::REFINEMENT_SHARE] = T::constant(settings.refinement_share);
+        words[parameter::REFINEMENT_SHARE] = T::constant(share_at(settings));
         words[parameter::RESIDUAL_FLOOR] = T::constant(0.01 * settings.tol);
         words[parameter::START_FLOOR] = T::constant(START_FLOOR.max(0.01 * settings.tol));
         words[parameter::STEP_FRACTION] = T::constant(settings.step_fraction);

@@ -225,7 +225,7 @@ fn a_step_moves_every_word_by_its_share_and_stays_inside() {
         let (from, to) =
             (stop_after(8, before, Stage::StepLength, 2), stop_after(8, before, Stage::Advance, 1));
         let short = 1.0 - stop_after(8, before, Stage::StepLength, 1).words(Buffer::StepLength)[0].min(1.0);
-        let share = (0.99 - 0.09 * short).max(1.0 - (10.0 * short * short).max(1e-4));
+        let share = (0.99 - 0.05 * short).max(1.0 - (10.0 * short * short).max(1e-4));
         let alpha = (share * from.words(Buffer::StepLength)[0]).min(1.0);
         let pairs = [
             (Buffer::Point, Buffer::Step),

@@ -327,7 +327,7 @@ pub(crate) fn refinement_goal<T: Real>(residual: &[T], share: T, floor: T) -> T 
 pub(crate) fn boundary_share<T: Real>(step_length: T, most: T) -> T {
     let short = T::one() - step_length.min(T::one());
     let left = (T::constant(10.0) * sigma(step_length)).max(T::constant(1e-4));
-    (most - T::constant(0.09) * short).max(T::one() - left)
+    (most - T::constant(0.05) * short).max(T::one() - left)
 }
 
 /// Regularisation as the settings have it, before there is a point.

@@ -26,7 +26,7 @@ pub struct Settings {
     pub refinement_share: f64,
     /// Most refinement steps per linear solve.
     pub refinement_max: u32,
-    /// Share of the step to the cone's boundary that is taken; it falls by up to 0.09 with the predictor's
+    /// Share of the step to the cone's boundary that is taken; it falls by up to 0.05 with the predictor's
     /// step, and rises near the end.
     pub step_fraction: f64,
     /// Passes of Ruiz equilibration.
@@ -58,7 +58,7 @@ impl Settings {
         Self {
             tol: 1e-4,
             tol_inaccurate: 1e-2,
-            static_regularization: 1e-5,
+            static_regularization: 2e-5,
             pivot_floor: 1e-7,
             dynamic_regularization: 1e-4,
             refinement_tol: 1e-6,

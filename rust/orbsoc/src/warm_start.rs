@@ -170,7 +170,7 @@ fn center<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
     let (n, rows) = (structure.n, structure.n + structure.p);
     let (dual, primal) = (max_abs(&w.residual[..n]), max_abs(&w.residual[n..]));
     let worst = primal.max(dual);
-    let both = T::constant(0.2) * (primal * dual);
+    let both = T::constant(0.15) * (primal * dual);
     let one = T::constant(1e-4) * (worst * worst);
     let mu = w.parameters[parameter::START_FLOOR].max(both).max(one);
     for (slack, &residual) in w.slack.iter_mut().zip(&w.residual[rows..]) {
@@ -229,7 +229,7 @@ fn newton<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
         *moved = *moved - slack;
     }
     let distance = max_abs(moved);
-    let mu = mu.max(T::constant(0.1) * (distance * distance));
+    let mu = mu.max(T::constant(0.05) * (distance * distance));
     central_pair(cones, mu, &mut w.slack, &mut w.point[rows..]);
     w.homogenizer.copy_from_slice(&[T::one(), mu, T::zero()]);
 }
