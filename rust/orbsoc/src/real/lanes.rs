@@ -52,8 +52,10 @@ impl EightLanes for pulp::x86::V4 {
     }
 }
 
-/// One word of each of eight problems.
+/// One word of each of eight problems. Aligned to a cache line: one that straddled two would cost every load
+/// of it twice, and every store more.
 #[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
 pub struct Lanes<S: Simd> {
     simd: S,
     words: S::f64s,
@@ -84,7 +86,8 @@ impl<S: Simd> Neg for Lanes<S> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self { words: self.simd.neg_f64s(self.words), ..self }
+        // The crate's own negation and magnitude are not inlined into what is compiled for the instruction set.
+        Self { words: self.simd.xor_f64s(self.words, self.simd.splat_f64s(-0.0)), ..self }
     }
 }
 
@@ -108,7 +111,8 @@ impl<S: EightLanes> Real for Lanes<S> {
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        Self { words: self.simd.abs_f64s(self.words), ..self }
+        let magnitude = self.simd.splat_f64s(f64::from_bits(u64::MAX >> 1));
+        Self { words: self.simd.and_f64s(self.words, magnitude), ..self }
     }
     #[inline(always)]
     fn lt(self, other: Self) -> LanesMask<S> {
