@@ -1,11 +1,12 @@
 //! Many problems of one sparsity pattern: eight at a time in SIMD lanes, on several threads.
 //!
-//! Lanes run the same stages in step. Once half of them have ended, they take the next problems, which a
-//! second set of lanes brings to their starting points, so one hard problem does not hold the others. Every problem's bits are those of its own single solve, wherever it ran.
+//! Lanes run the same stages in step. A second set of lanes brings the next problems to their starting points, eight
+//! at once; a lane whose problem has ended takes one of them there and then, so one hard problem does not hold the
+//! others. Every problem's bits are those of its own single solve, wherever it ran.
 
 use crate::certificate::Walked;
 use crate::control::{keep_best, Control};
-use crate::datapath::{Datapath, KEPT};
+use crate::datapath::Datapath;
 use crate::error::Error;
 use crate::problem::Problem;
 use crate::real::{Decide, Lanes};
@@ -13,7 +14,6 @@ use crate::settings::Settings;
 use crate::solution::{Solution, WarmStart};
 use crate::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 use crate::structure::Structure;
-use crate::supernode::Panels;
 use crate::warm_start::Start;
 use crate::workspace::Buffer;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -70,7 +70,7 @@ fn solve(
     settings: &Settings,
     threads: usize,
 ) -> Result<Vec<Solution>, Error> {
-    let structure = Arc::new(Structure::new(base, Panels::Relaxed)?);
+    let structure = Arc::new(Structure::for_lanes(base)?);
     let next = AtomicUsize::new(0);
     let solved = Mutex::new(vec![None; count]);
     let worker = || -> Result<(), Error> {
@@ -116,11 +116,16 @@ fn solve(
 #[path = "batch_tests.rs"]
 mod tests;
 
+/// Where decisions keep certificates.
+const CERTIFICATES: [Buffer; 2] = [Buffer::Farkas, Buffer::Ray];
+
 /// A problem in a lane.
 struct Seat {
     index: usize,
     problem: Problem,
     control: Control,
+    /// The statistics of this iteration have been decided on.
+    judged: bool,
 }
 
 /// One thread's lanes: a set that iterates, and a set in which the next problems are started.
@@ -128,6 +133,8 @@ struct Crew<T> {
     running: Datapath<T>,
     fresh: Datapath<T>,
     seats: Vec<Option<Seat>>,
+    /// Problems at their starting points, in the lanes of `fresh`.
+    ready: Vec<Option<Seat>>,
     /// Problems whose warm start failed, for a cold one.
     again: Vec<Seat>,
     /// Problems whose memory the next ones take.
@@ -136,12 +143,18 @@ struct Crew<T> {
     carried: Vec<Buffer>,
 }
 
+/// As many empty seats as there are lanes.
+fn empty<T: Decide>() -> Vec<Option<Seat>> {
+    (0..T::LANES).map(|_| None).collect()
+}
+
 impl<T: Decide> Crew<T> {
     fn new(structure: &Arc<Structure>, settings: &Settings) -> Result<Self, Error> {
         Ok(Self {
             running: Datapath::new(structure.clone(), settings)?,
             fresh: Datapath::new(structure.clone(), settings)?,
-            seats: (0..T::LANES).map(|_| None).collect(),
+            seats: empty::<T>(),
+            ready: empty::<T>(),
             again: Vec::new(),
             spare: Vec::new(),
             carried: carried_into_iteration(),
@@ -156,22 +169,41 @@ impl<T: Decide> Crew<T> {
         start: Option<StartOf<'_, '_>>,
         mut done: impl FnMut(usize, Solution),
     ) -> Result<(), Error> {
-        loop {
-            // Starting many problems costs hardly more than starting one: wait until half the lanes are free.
-            let busy = self.seats.iter().flatten().count();
-            if 2 * busy <= T::LANES {
-                self.fill_seats(base, &mut take, start)?;
-            }
-            if self.seats.iter().all(Option::is_none) && self.again.is_empty() {
-                return Ok(());
-            }
-            self.iterate(&mut done);
+        let mut seat_next = |crew: &mut Self| crew.seat_next(base, &mut take, start);
+        while seat_next(self)? {
+            self.iterate(&mut seat_next, &mut done)?;
         }
+        Ok(())
     }
 
-    /// Bring the next problems to their starting points, and into the lanes that are free: those whose warm
-    /// start failed once they are many or nothing else is left.
-    fn fill_seats(
+    /// Seat problems at their starting points in the lanes that are free; false when no lane has a problem.
+    fn seat_next(
+        &mut self,
+        base: &Problem,
+        take: &mut impl FnMut(&mut Problem) -> Result<Option<usize>, Error>,
+        start: Option<StartOf<'_, '_>>,
+    ) -> Result<bool, Error> {
+        while self.seats.iter().any(Option::is_none) {
+            if self.ready.iter().all(Option::is_none) {
+                self.prepare(base, take, start)?;
+            }
+            let free = self.seats.iter().enumerate().filter(|(_, seat)| seat.is_none());
+            let ready = self.ready.iter().enumerate().filter(|(_, seat)| seat.is_some());
+            let moves: Vec<(usize, usize)> = ready.zip(free).map(|((from, _), (to, _))| (from, to)).collect();
+            if moves.is_empty() {
+                break;
+            }
+            self.running.take_lanes(&moves, &mut self.fresh, &self.carried);
+            for (from, to) in moves {
+                self.seats[to] = self.ready[from].take().map(|seat| Seat { judged: false, ..seat });
+            }
+        }
+        Ok(self.seats.iter().any(Option::is_some))
+    }
+
+    /// Bring the next problems to their starting points: those whose warm start failed once they are many or
+    /// nothing else is left.
+    fn prepare(
         &mut self,
         base: &Problem,
         take: &mut impl FnMut(&mut Problem) -> Result<Option<usize>, Error>,
@@ -187,30 +219,30 @@ impl<T: Decide> Crew<T> {
                 self.bring(arriving, STARTUP);
             }
         }
-        if 2 * self.again.len() >= T::LANES || self.seats.iter().all(Option::is_none) {
-            let free = self.seats.iter().map(Option::is_none);
-            let arriving: Vec<_> = free.map(|free| if free { self.again.pop() } else { None }).collect();
+        if self.ready.iter().all(Option::is_none) {
+            let mut arriving = empty::<T>();
+            arriving.fill_with(|| self.again.pop());
             self.load(&arriving);
             self.bring(arriving, STARTUP);
         }
         Ok(())
     }
 
-    /// The next problems, one for each free lane.
+    /// The next problems, one for each lane.
     fn next_problems(
         &mut self,
         base: &Problem,
         take: &mut impl FnMut(&mut Problem) -> Result<Option<usize>, Error>,
     ) -> Result<Vec<Option<Seat>>, Error> {
-        let mut arriving: Vec<Option<Seat>> = Vec::with_capacity(T::LANES);
-        for seat in &self.seats {
-            let mut problem = match seat {
-                Some(_) => None,
-                None => Some(self.spare.pop().unwrap_or_else(|| base.clone())),
+        let mut arriving = empty::<T>();
+        for seat in &mut arriving {
+            let mut problem = self.spare.pop().unwrap_or_else(|| base.clone());
+            let Some(index) = take(&mut problem)? else {
+                self.spare.push(problem);
+                break;
             };
-            let taken = problem.as_mut().map(&mut *take).transpose()?.flatten();
             let control = Control::new(&self.fresh.settings);
-            arriving.push(taken.zip(problem).map(|(index, problem)| Seat { index, problem, control }));
+            *seat = Some(Seat { index, problem, control, judged: false });
         }
         Ok(arriving)
     }
@@ -223,7 +255,7 @@ impl<T: Decide> Crew<T> {
     /// The points to start from, into their lanes; who has none that is finite waits for a cold start.
     fn load_starts(&mut self, arriving: &mut [Option<Seat>], start: StartOf<'_, '_>) -> Result<(), Error> {
         for (lane, seat) in arriving.iter_mut().enumerate() {
-            let Some(Seat { index, problem, control }) = seat else { continue };
+            let Some(Seat { index, problem, control, .. }) = seat else { continue };
             let start = start(*index);
             start.fit(problem)?;
             control.warm_start = WarmStart::Used;
@@ -235,7 +267,7 @@ impl<T: Decide> Crew<T> {
         Ok(())
     }
 
-    /// Walk a start-up list with the problems loaded, and take them into the iteration.
+    /// Walk a start-up list with the problems loaded; they are then ready.
     fn bring(&mut self, mut arriving: Vec<Option<Seat>>, startup: &[Step]) {
         if arriving.iter().all(Option::is_none) {
             return;
@@ -243,24 +275,29 @@ impl<T: Decide> Crew<T> {
         for step in startup {
             perform(&mut self.fresh, &mut arriving, *step);
         }
-        let lanes: Vec<bool> = arriving.iter().map(Option::is_some).collect();
-        self.running.take_lanes(&lanes, &mut self.fresh, &self.carried);
-        for (seat, arrived) in self.seats.iter_mut().zip(arriving) {
-            *seat = arrived.or_else(|| seat.take());
-        }
+        self.ready = arriving;
     }
 
-    /// One iteration of all lanes; lanes whose problem ended hand it over and are empty.
-    fn iterate(&mut self, done: &mut impl FnMut(usize, Solution)) {
-        for step in ITERATION {
-            perform(&mut self.running, &mut self.seats, *step);
-            if *step == Step::Run(Stage::Statistics) {
-                self.hand_over(done);
-                if self.seats.iter().all(Option::is_none) {
-                    return;
-                }
+    /// One iteration of all lanes. A lane whose problem ended hands it over, and the next one joins the others
+    /// in this very iteration.
+    fn iterate(
+        &mut self,
+        seat_next: &mut impl FnMut(&mut Self) -> Result<bool, Error>,
+        done: &mut impl FnMut(usize, Solution),
+    ) -> Result<(), Error> {
+        self.seats.iter_mut().flatten().for_each(|seat| seat.judged = false);
+        let Some((statistics, rest)) = ITERATION.split_first() else { return Ok(()) };
+        while self.seats.iter().flatten().any(|seat| !seat.judged) {
+            perform(&mut self.running, &mut self.seats, *statistics);
+            self.hand_over(done);
+            if !seat_next(self)? {
+                return Ok(());
             }
         }
+        for step in rest {
+            perform(&mut self.running, &mut self.seats, *step);
+        }
+        Ok(())
     }
 
     fn hand_over(&mut self, done: &mut impl FnMut(usize, Solution)) {
@@ -275,7 +312,7 @@ impl<T: Decide> Crew<T> {
             if let Some(seat) = seat.take_if(|s| s.control.stop.is_some()) {
                 let solution = Walked::new(&self.running, lane, &seat.problem, &seat.control).conclude();
                 if let Some(control) = seat.control.fall_back(solution.status) {
-                    self.again.push(Seat { control, ..seat });
+                    self.again.push(Seat { control, judged: false, ..seat });
                 } else {
                     done(seat.index, solution);
                     self.spare.push(seat.problem);
@@ -292,6 +329,9 @@ fn perform<T: Decide>(path: &mut Datapath<T>, seats: &mut [Option<Seat>], step: 
         let mut again = false;
         for (lane, seat) in seats.iter_mut().enumerate() {
             let Some(seat) = seat else { continue };
+            if stage == Stage::Statistics && core::mem::replace(&mut seat.judged, true) {
+                continue;
+            }
             if seat.control.stop.is_some() {
                 seat.control.rest();
             } else {
@@ -316,17 +356,18 @@ fn perform<T: Decide>(path: &mut Datapath<T>, seats: &mut [Option<Seat>], step: 
     }
 }
 
-/// Buffers that the iteration or the closing reads before it writes them, and what decisions kept.
+/// Buffers that the iteration or the closing reads before it writes them, and the best iterate. Certificates
+/// stay behind: nobody looks at one that no decision has kept in the same solve.
 fn carried_into_iteration() -> Vec<Buffer> {
     let mut written: Vec<Buffer> = Vec::new();
-    let mut carried = KEPT.to_vec();
+    let mut carried = vec![Buffer::Best];
     let stages = ITERATION.iter().chain(CLOSING).flat_map(|step| match *step {
         Step::Run(stage) => [Some(stage), None],
         Step::Repeat { stage, until } => [Some(until), Some(stage)],
     });
     for stage in stages.flatten() {
         for &buffer in stage.reads() {
-            if !written.contains(&buffer) && !carried.contains(&buffer) {
+            if !written.contains(&buffer) && !carried.contains(&buffer) && !CERTIFICATES.contains(&buffer) {
                 carried.push(buffer);
             }
         }

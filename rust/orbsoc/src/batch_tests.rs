@@ -4,7 +4,6 @@ use super::{Crew, StartOf};
 use crate::oracle::{mixed_problem, Numbers};
 use crate::real::{Decide, Lanes};
 use crate::structure::Structure;
-use crate::supernode::Panels;
 use crate::{solve_batch, solve_batch_from, Engine, Error, Problem, Settings, Solution, Start, WarmStart};
 use std::sync::Arc;
 
@@ -20,7 +19,7 @@ fn in_lanes<T: Decide>(base: &Problem) -> Vec<Solution> {
 }
 
 fn in_lanes_from<T: Decide>(base: &Problem, start: Option<StartOf<'_, '_>>) -> Vec<Solution> {
-    let structure = Arc::new(Structure::new(base, Panels::Relaxed).unwrap());
+    let structure = Arc::new(Structure::for_lanes(base).unwrap());
     let mut crew = Crew::<T>::new(&structure, &Settings::default()).unwrap();
     let (mut next, mut solved) = (0, vec![None; COUNT]);
     let take = |problem: &mut Problem| {

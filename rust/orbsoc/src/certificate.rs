@@ -199,7 +199,10 @@ impl<'a> Walked<'a> {
         problem: &'a Problem,
         control: &'a Control,
     ) -> Self {
-        let (answer, witness) = (path.lane(Buffer::Answer, lane), path.lane(Buffer::Witness, lane));
+        let answer = path.lane(Buffer::Answer, lane);
+        // Most walks have found no certificate, and the words of a lane are far apart.
+        let found = control.primal_radius > 0.0 || control.dual_radius > 0.0;
+        let witness = if found { path.lane(Buffer::Witness, lane) } else { Vec::new() };
         Self { structure: &path.structure, settings: &path.settings, problem, control, answer, witness }
     }
 
@@ -247,7 +250,7 @@ impl<'a> Walked<'a> {
     /// A certificate of infeasibility that the original data support.
     fn infeasible(&self) -> Option<Solution> {
         let problem = self.problem;
-        let (farkas, ray) = self.witness.split_at(self.structure.unknowns());
+        let (farkas, ray) = self.witness.split_at_checked(self.structure.unknowns())?;
         if self.control.primal_radius > 0.0 {
             let mut at = self.candidate(farkas, false);
             let (radius, relative) = primal_radius(problem, &mut at);

@@ -3,7 +3,7 @@
 
 use crate::kernels::linear_solve::refinement;
 use crate::ps::stat;
-use crate::real::Decide;
+use crate::real::{Decide, Real};
 use crate::settings::Settings;
 use crate::solution::{Status, WarmStart};
 use crate::stage::{Outcome, Stage, Stop};
@@ -244,10 +244,28 @@ pub(crate) fn keep_best<'a, T: Decide>(
         tau.copy_from_slice(&w.homogenizer[..1]);
         return;
     }
+    let mut improved = T::zero();
     for (lane, control) in lanes.enumerate() {
-        if control.is_some_and(|control| control.improved) {
-            let tau = w.homogenizer[..1].iter();
-            copy_lane(lane, w.point.iter().chain(&w.slack).chain(tau), &mut w.best);
+        improved.set_lane(lane, f64::from(u8::from(control.is_some_and(|control| control.improved))));
+    }
+    T::vectorize(Keep { improved, work: w });
+}
+
+/// Keep the iterates of the lanes where `improved` is positive.
+struct Keep<'a, T> {
+    improved: T,
+    work: &'a mut Workspace<T>,
+}
+
+impl<T: Real> pulp::WithSimd for Keep<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let improved = T::zero().lt(self.improved);
+        let Workspace { best, point, slack, homogenizer, .. } = self.work;
+        for (best, &new) in best.iter_mut().zip(point.iter().chain(&*slack).chain(&homogenizer[..1])) {
+            *best = T::select(improved, new, *best);
         }
     }
 }

@@ -54,7 +54,7 @@ impl<T: Real> Datapath<T> {
 
 /// Buffers that decisions write: a word that a previous solve left there must never be taken for one
 /// of this solve.
-pub(crate) const KEPT: [Buffer; 3] = [Buffer::Best, Buffer::Farkas, Buffer::Ray];
+const KEPT: [Buffer; 3] = [Buffer::Best, Buffer::Farkas, Buffer::Ray];
 
 impl<T: Decide> Datapath<T> {
     /// Forget the last solve of a lane.
@@ -98,17 +98,18 @@ impl<T: Decide> Datapath<T> {
         }
     }
 
-    /// Take the words of some lanes of `buffers` from another datapath, whose own words are then free.
-    pub fn take_lanes(&mut self, lanes: &[bool], from: &mut Self, buffers: &[Buffer]) {
-        if lanes.iter().all(|&taken| taken) {
+    /// Take the words of some lanes of `buffers` from another datapath's, (from, to) each; they are then free there.
+    pub fn take_lanes(&mut self, moves: &[(usize, usize)], from: &mut Self, buffers: &[Buffer]) {
+        if moves.len() == T::LANES && moves.iter().all(|&(from, to)| from == to) {
             core::mem::swap(&mut self.work, &mut from.work);
-        } else {
-            let mut mask = T::zero();
-            lanes
-                .iter()
-                .enumerate()
-                .for_each(|(lane, &taken)| mask.set_lane(lane, f64::from(u8::from(taken))));
-            T::vectorize(Merge { mask, from: &from.work, to: &mut self.work, buffers });
+            return;
+        }
+        for &buffer in buffers {
+            for (to, word) in self.work.get_mut(buffer).iter_mut().zip(from.work.get(buffer)) {
+                for &(from_lane, to_lane) in moves {
+                    to.set_lane(to_lane, word.lane(from_lane));
+                }
+            }
         }
     }
 
@@ -146,27 +147,5 @@ impl<T: Real> pulp::WithSimd for StageRun<'_, T> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
         execute(self.structure, self.settings, self.work, self.stage);
-    }
-}
-
-/// Words of the lanes where `mask` is positive, from one workspace to another.
-struct Merge<'a, T> {
-    mask: T,
-    from: &'a Workspace<T>,
-    to: &'a mut Workspace<T>,
-    buffers: &'a [Buffer],
-}
-
-impl<T: Real> pulp::WithSimd for Merge<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        let taken = T::zero().lt(self.mask);
-        for &buffer in self.buffers {
-            for (to, &from) in self.to.get_mut(buffer).iter_mut().zip(self.from.get(buffer)) {
-                *to = T::select(taken, from, *to);
-            }
-        }
     }
 }

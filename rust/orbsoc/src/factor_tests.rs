@@ -144,7 +144,7 @@ impl<T: Real> Factor<T> {
         let mut out = rhs.to_vec();
         let mut scratch = vec![[T::zero()]; self.symbolic.max_below];
         let x = out.as_chunks_mut::<1>().0;
-        substitute(&self.symbolic, &self.l, &self.pivot_inverse, &mut scratch, x);
+        substitute(&self.symbolic, &self.l, &self.pivot_inverse, false, &mut scratch, x);
         out
     }
 }

@@ -11,6 +11,7 @@ use crate::cones::{ConeLayout, Soc};
 use crate::csc::Csc;
 use crate::error::Error;
 use crate::order::fill_reducing_order;
+use crate::rows::Rows;
 use crate::supernode::Panels;
 use crate::symbolic::{index, Symbolic};
 use crate::upper::Upper;
@@ -37,6 +38,8 @@ pub(crate) struct Kkt {
     /// Where each second-order block is written; see [`block_positions`].
     pub soc: Vec<Vec<u32>>,
     pub symbolic: Symbolic,
+    /// The matrix by rows, for words so large that one is best written once: see [`Kkt::by_rows`].
+    pub rows: Option<Rows>,
 }
 
 impl Kkt {
@@ -92,7 +95,15 @@ impl Kkt {
             orthant: orthant.iter().map(go).collect(),
             soc: soc.iter().map(|block| block.iter().map(go).collect()).collect(),
             symbolic,
+            rows: None,
         })
+    }
+
+    /// For lanes: a vector of eight problems' words does not fit the nearest cache, and a word that is written
+    /// there again and again costs three times what reading it does.
+    pub fn by_rows(mut self) -> Self {
+        self.rows = Some(Rows::new(&self.colptr, &self.rowidx));
+        self
     }
 
     pub fn nnz(&self) -> usize {

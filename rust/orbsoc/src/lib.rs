@@ -47,6 +47,7 @@ mod order;
 mod problem;
 mod ps;
 pub mod real;
+mod rows;
 mod settings;
 mod solution;
 pub mod stage;

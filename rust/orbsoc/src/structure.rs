@@ -82,6 +82,12 @@ impl Structure {
         })
     }
 
+    /// As [`Structure::new`], for lanes.
+    pub fn for_lanes(problem: &Problem) -> Result<Self, Error> {
+        let structure = Self::new(problem, Panels::Relaxed)?;
+        Ok(Self { kkt: structure.kkt.by_rows(), ..structure })
+    }
+
     /// Length of (x, y, z).
     pub fn unknowns(&self) -> usize {
         self.n + self.p + self.m

@@ -5,28 +5,42 @@ use super::panel::{self, Panel};
 use super::reduce::{finite_witness_of, max_abs_of};
 use crate::kkt::Kkt;
 use crate::real::Real;
+use crate::rows::Rows;
 use crate::supernode::Kind;
 use crate::symbolic::{Supernode, Symbolic};
 
-/// `x ← (LDLᵀ)⁻¹ x`, everything in permuted order.
+/// `x ← (LDLᵀ)⁻¹ x`, everything in permuted order. Divided by D all at once, or late, each panel's words when
+/// they are near anyway; it is the same division.
 #[inline(always)]
 pub fn substitute<T: Real, const R: usize>(
     symbolic: &Symbolic,
     l: &[T],
     pivot_inverse: &[T],
+    divide_late: bool,
     scratch: &mut [[T; R]],
     x: &mut [[T; R]],
 ) {
     for node in &symbolic.supernodes {
         panel::forward(panel_of(symbolic, node, l), node.first, node.width, x);
     }
+    if !divide_late {
+        divide(x, pivot_inverse);
+    }
+    for node in symbolic.supernodes.iter().rev() {
+        if divide_late {
+            let own = node.first..node.first + node.width;
+            divide(&mut x[own.clone()], &pivot_inverse[own]);
+        }
+        panel::backward(panel_of(symbolic, node, l), node.first, node.width, scratch, x);
+    }
+}
+
+#[inline(always)]
+fn divide<T: Real, const R: usize>(x: &mut [[T; R]], pivot_inverse: &[T]) {
     for (words, &inverse) in x.iter_mut().zip(pivot_inverse) {
         for word in words {
             *word = *word * inverse;
         }
-    }
-    for node in symbolic.supernodes.iter().rev() {
-        panel::backward(panel_of(symbolic, node, l), node.first, node.width, scratch, x);
     }
 }
 
@@ -50,6 +64,9 @@ pub fn residual<T: Real, const R: usize>(
     x: &[[T; R]],
     error: &mut [[T; R]],
 ) {
+    if let Some(rows) = &kkt.rows {
+        return residual_by_rows(rows, values, rhs, x, error);
+    }
     error.copy_from_slice(rhs);
     let mut values = values;
     for j in 0..kkt.dim {
@@ -73,6 +90,27 @@ pub fn residual<T: Real, const R: usize>(
             }
         }
         own[0] = sum;
+    }
+}
+
+/// The same in the same order for each word of the error, of which each is written once.
+#[inline(always)]
+fn residual_by_rows<T: Real, const R: usize>(
+    rows: &Rows,
+    values: &[T],
+    rhs: &[[T; R]],
+    x: &[[T; R]],
+    error: &mut [[T; R]],
+) {
+    for (j, (error, &rhs)) in error.iter_mut().zip(rhs).enumerate() {
+        let mut sum = rhs;
+        for entry in rows.of(j) {
+            let (value, x) = (values[entry.value as usize], &x[entry.column as usize]);
+            for r in 0..R {
+                sum[r] = sum[r].sub_mul(value, x[r]);
+            }
+        }
+        *error = sum;
     }
 }
 
@@ -110,7 +148,7 @@ pub fn solve<T: Real, const R: usize>(
 ) {
     let System { kkt, values, l, pivot_inverse } = system;
     x.copy_from_slice(rhs);
-    substitute(&kkt.symbolic, l, pivot_inverse, scratch, x);
+    substitute(&kkt.symbolic, l, pivot_inverse, kkt.rows.is_some(), scratch, x);
     residual(kkt, values, rhs, x, error);
     let (sizes, errors) = (max_abs_of(rhs), error_norms(error));
     for (r, state) in state.chunks_exact_mut(refinement::WORDS).enumerate() {
@@ -145,7 +183,7 @@ pub fn refine<T: Real, const R: usize>(
     let (candidate, rest) = scratch.split_at_mut(kkt.dim);
     let (new_error, scratch) = rest.split_at_mut(kkt.dim);
     candidate.copy_from_slice(error);
-    substitute(&kkt.symbolic, l, pivot_inverse, scratch, candidate);
+    substitute(&kkt.symbolic, l, pivot_inverse, kkt.rows.is_some(), scratch, candidate);
     for (words, x) in candidate.iter_mut().zip(x.iter()) {
         for r in 0..R {
             words[r] = x[r] + words[r];

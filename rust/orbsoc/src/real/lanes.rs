@@ -132,7 +132,7 @@ impl<S: EightLanes> Decide for Lanes<S> {
     const LANES: usize = 8;
 
     #[inline(always)]
-    fn lane(self, lane: usize) -> f64 {
+    fn lane(&self, lane: usize) -> f64 {
         let words: &[f64] = bytemuck::cast_slice(core::slice::from_ref(&self.words));
         words[lane]
     }

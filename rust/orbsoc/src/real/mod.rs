@@ -110,12 +110,12 @@ pub trait Decide: Real {
     /// Problems side by side in one word.
     const LANES: usize;
     /// The value of one of them, widened to double precision exactly.
-    fn lane(self, lane: usize) -> f64;
+    fn lane(&self, lane: usize) -> f64;
     /// Replace the value of one of them.
     fn set_lane(&mut self, lane: usize, value: f64);
     /// The value of the first.
     #[inline(always)]
-    fn value(self) -> f64 {
+    fn value(&self) -> f64 {
         self.lane(0)
     }
     /// Unit roundoff times two: the spacing of numbers at one.

@@ -89,7 +89,7 @@ impl<const P: u32> Decide for Reduced<P> {
     const LANES: usize = 1;
 
     #[inline(always)]
-    fn lane(self, _: usize) -> f64 {
+    fn lane(&self, _: usize) -> f64 {
         self.0
     }
     #[inline(always)]

@@ -68,8 +68,8 @@ macro_rules! ieee {
             const LANES: usize = 1;
 
             #[inline(always)]
-            fn lane(self, _: usize) -> f64 {
-                f64::from(self)
+            fn lane(&self, _: usize) -> f64 {
+                f64::from(*self)
             }
             #[inline(always)]
             #[allow(clippy::cast_possible_truncation)] // what is set came from a word of this type
