@@ -86,7 +86,8 @@ fn project(problem: &Problem, v: &mut DVector<f64>) -> f64 {
     }
     let mut start = l;
     for &dim in &problem.cones.q {
-        let (head, tail) = (v[start], v.rows(start + 1, dim - 1).norm());
+        let squares = v.as_slice()[start + 1..start + dim].iter().map(|v| v * v);
+        let (head, tail) = (v[start], squares.sum::<f64>().sqrt());
         if tail > head {
             let (new_head, factor) = if tail <= -head {
                 (0.0, 0.0)
@@ -127,17 +128,18 @@ fn examine(problem: &Problem, at: &Candidate) -> Evidence {
     let conic = norm(&(&gx + &slack - &h));
     let dual = norm(&(&px + c + &aty + &gtz));
     let outside = |v: &DVector<f64>| project(problem, &mut v.clone());
+    let dual_outside = outside(&at.z);
     let primal_ratio = (equality / (1.0 + norm(&ax).max(norm_b)))
         .max(conic / (1.0 + norm(&gx).max(norm_h)))
         .max(outside(&slack) / (1.0 + norm(&slack)));
     let dual_ratio = (dual / (1.0 + norm(&px).max(norm(&aty)).max(norm(&gtz)).max(norm_c)))
-        .max(outside(&at.z) / (1.0 + norm(&at.z)));
+        .max(dual_outside / (1.0 + norm(&at.z)));
     let half_curvature = 0.5 * at.x.dot(&px);
     let objective = half_curvature + c.dot(&at.x);
     let dual_objective = -half_curvature - b.dot(&at.y) - h.dot(&at.z);
     let gap = (objective - dual_objective).abs() / (1.0 + objective.abs().min(dual_objective.abs()));
     let referee_primal = equality.max(outside(&(&h - &gx))) / (1.0 + norm_b.max(norm_h));
-    let referee_dual = dual.max(outside(&at.z)) / (1.0 + norm_c);
+    let referee_dual = dual.max(dual_outside) / (1.0 + norm_c);
     let certificate =
         Certificate { primal_residual: primal_ratio, dual_residual: dual_ratio, gap, radius: f64::NAN };
     let referee = Certificate { primal_residual: referee_primal, dual_residual: referee_dual, ..certificate };

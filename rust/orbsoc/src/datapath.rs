@@ -69,22 +69,14 @@ impl<T: Decide> Datapath<T> {
         let (work, reduced) = (&mut self.work, &self.structure.reduced);
         let lanes: Vec<(usize, &Problem)> =
             problems.iter().enumerate().filter_map(|(lane, problem)| Some((lane, (*problem)?))).collect();
-        // Word by word, not lane by lane: the words of all lanes are next to one another.
-        let fill = |to: &mut [T], word_of: &dyn Fn(&Problem, usize) -> f64| {
-            for (k, word) in to.iter_mut().enumerate() {
-                for &(lane, problem) in &lanes {
-                    word.set_lane(lane, word_of(problem, k));
-                }
-            }
-        };
-        fill(&mut work.raw_p, &|problem, k| problem.p.values()[k]);
-        fill(&mut work.raw_a, &|problem, k| problem.a.values()[k]);
-        fill(&mut work.raw_g, &|problem, k| problem.g.values()[reduced.g_origin[k]]);
+        fill(&mut work.raw_p, &lanes, |problem, k| problem.p.values()[k]);
+        fill(&mut work.raw_a, &lanes, |problem, k| problem.a.values()[k]);
+        fill(&mut work.raw_g, &lanes, |problem, k| problem.g.values()[reduced.g_origin[k]]);
         let (c, bh) = work.raw_q.split_at_mut(self.structure.n);
         let (b, h) = bh.split_at_mut(self.structure.p);
-        fill(c, &|problem, k| problem.c[k]);
-        fill(b, &|problem, k| problem.b[k]);
-        fill(h, &|problem, k| problem.h[reduced.row_origin[k]]);
+        fill(c, &lanes, |problem, k| problem.c[k]);
+        fill(b, &lanes, |problem, k| problem.b[k]);
+        fill(h, &lanes, |problem, k| problem.h[reduced.row_origin[k]]);
         let largest =
             |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |top: f64, v| top.max(v.abs()));
         for &(lane, problem) in &lanes {
@@ -130,6 +122,15 @@ impl<T: Decide> Datapath<T> {
     /// One lane's words of a buffer.
     pub fn lane(&self, buffer: Buffer, lane: usize) -> Vec<f64> {
         self.work.get(buffer).iter().map(|word| word.lane(lane)).collect()
+    }
+}
+
+/// Word by word, not lane by lane: the words of all lanes are next to one another.
+fn fill<T: Decide>(to: &mut [T], lanes: &[(usize, &Problem)], word_of: impl Fn(&Problem, usize) -> f64) {
+    for (k, word) in to.iter_mut().enumerate() {
+        for &(lane, problem) in lanes {
+            word.set_lane(lane, word_of(problem, k));
+        }
     }
 }
 

@@ -198,7 +198,7 @@ fn solve_pair<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage
 fn cone_operations<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
     let cones = &structure.cones;
     let rows = structure.n + structure.p;
-    let position = &structure.kkt.position[..structure.unknowns()];
+    let (position, expansions) = structure.kkt.position.split_at(structure.unknowns());
     match stage {
         Stage::StartShift => {
             cone_ops::shift_into_cone(cones, &mut w.slack);
@@ -217,7 +217,10 @@ fn cone_operations<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: 
         Stage::PredictorRhs => {
             w.quotient.copy_from_slice(&w.lambda);
             let rhs = w.pair_rhs.as_chunks_mut::<2>().0;
-            rhs.fill([T::zero(), T::zero()]);
+            // Rows of expansions; all others follow.
+            for &at in expansions {
+                rhs[at as usize] = [T::zero(), T::zero()];
+            }
             let n = structure.n;
             let words = position.iter().zip(&w.q).zip(&w.residual);
             for ((&to, &q), &residual) in words.clone().take(n) {
@@ -240,7 +243,9 @@ fn cone_operations<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: 
             cone_ops::divide(cones, &w.lambda, &w.lambda_inverse, &w.cone, &w.complement, &mut w.quotient);
             let lifted = &mut w.scratch[..structure.m];
             cone_ops::scale(cones, &w.w, &w.cone, &w.quotient, lifted);
-            w.kkt_rhs.fill(T::zero());
+            for &at in expansions {
+                w.kkt_rhs[at as usize] = T::zero();
+            }
             for (&to, &residual) in position[..rows].iter().zip(&w.residual) {
                 w.kkt_rhs[to as usize] = -(damping * residual);
             }

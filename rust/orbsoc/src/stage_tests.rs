@@ -53,7 +53,7 @@ fn every_stage_computes_the_same_numbers_in_both_precisions() {
             [(Buffer::KktSolution, Buffer::KktError), (Buffer::PairSolution, Buffer::PairError)]
         {
             if stage.writes().contains(&solution) {
-                let largest = |buffer| top(&mut single.buffer(buffer).iter().map(|v| v.value()));
+                let largest = |buffer| top(&mut single.buffer(buffer).iter().map(Decide::value));
                 let size = largest(Buffer::KktValues) * largest(solution);
                 let magnified = f64::from(f32::EPSILON) / Settings::single_precision().static_regularization;
                 assert!(largest(error) <= 4.0 * magnified * size, "{}", stage.name());
