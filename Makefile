@@ -2,6 +2,7 @@
 # Needs Python >= 3.11, a Rust toolchain and a C compiler; scripts/require_tools.sh names what is missing.
 
 PYTHON ?= python3
+FUZZ   ?= 20
 VENV   := .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
@@ -23,7 +24,7 @@ export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint bench results units area lock clean FORCE
+.PHONY: help demo test lint bench results units area fuzz memcheck lock clean FORCE
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -56,6 +57,15 @@ units: $(INSTALLED) $(TESTING) ## a million vectors per floating-point unit and 
 
 area: $(INSTALLED) ## synthesise the RTL with yosys, and hold the area formula against it (30 min)
 	$(BIN)/python scripts/record_synthesis.py
+
+fuzz: $(INSTALLED) $(TESTING) ## the fuzzing of every entry point with new seeds, FUZZ=20 times as long as in the suite
+	ORBSOC_FUZZ=$(FUZZ) cargo test --release -p orbsoc --lib --locked
+	ORBSOC_FUZZ=$(FUZZ) $(BIN)/pytest tests/core/test_fuzz.py tests/core/test_bundle.py tests/core/test_warm_start.py
+
+memcheck: ## the core's Rust tests under valgrind
+	@command -v valgrind > /dev/null || { echo "make memcheck needs valgrind: apt-get install valgrind"; exit 2; }
+	cargo test --release -p orbsoc --lib --tests --locked \
+	    --config "target.'cfg(all())'.runner='valgrind --quiet --error-exitcode=9'"
 
 lock: ## renew requirements/*.txt from pyproject.toml
 	$(PYTHON) scripts/lock_requirements.py

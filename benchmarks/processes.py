@@ -15,6 +15,7 @@ from benchmarks.answer import Solver, Variant
 from benchmarks.judgement import DEFAULTS, LOOSE, TIGHT, Judged, judged, lost
 from benchmarks.peers import solvers
 from benchmarks.public_sets import Listed, load
+from orbsoc.errors import ProblemError
 from orbsoc.problem import Problem
 
 START_S = 60.0
@@ -44,9 +45,16 @@ def _serve(name: str, pipe: Connection) -> None:
 def _answered(solver: Solver, question: Question) -> list[Judged]:
     """The row of the solver's defaults; where they do not verify, the best of its other settings, too.
 
-    Empty where the solver is not made for the problem.
+    Empty where the solver is not made for the problem. Data that are no convex problem (`VALUES`: P is indefinite) are
+    nobody's: the row says so.
     """
-    problem = load(Path(question.listed.path))
+    asked = question.listed
+    try:
+        problem = load(Path(asked.path))
+    except ProblemError as error:
+        where = (asked.set, asked.name, asked.expected)
+        who = (solver.name, solver.version, DEFAULTS)
+        return [lost(where=where, who=who, tol=question.tol, outcome=f"not posed: {error}")]
     if not solver.applies(problem):
         return []
     default, *others = solver.variants

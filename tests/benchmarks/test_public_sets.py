@@ -141,6 +141,11 @@ def test_a_process_that_dies_or_dawdles_is_an_outcome_and_the_next_question_star
         assert [row.outcome for row in late] == ["time limit of 0.1 s"]
         missing = process.ask(replace(square, path=str(tmp_path / "no.npz")), 1e-8, 60.0)
         assert [row.outcome for row in missing] == ["crashed"]
+        with np.load(square.path) as file:
+            concave = {name: -file[name] if name == "P_data" else file[name] for name in file.files}
+        np.savez(tmp_path / "concave.npz", **concave)
+        [row] = process.ask(replace(square, path=str(tmp_path / "concave.npz")), 1e-8, 60.0)
+        assert "not posed: `P` is not positive semidefinite" in row.outcome
         again = process.ask(square, 1e-8, 60.0)
         assert [row.verified(1e-6) for row in again] == [True]
     finally:

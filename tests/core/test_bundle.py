@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import settings as hypothesis_settings
 
 import orbsoc
 from orbsoc.bundle import read_bundle
 from orbsoc.errors import FileError
 from orbsoc.iteration_table import COLUMNS
 from tests.core.drawn import problems
+from tests.core.effort import effort
 
 LP = orbsoc.Problem(
     c=[1.0, 1.0], G=[[-1.0, 0.0], [0.0, -2.0]], h=[-2.0, 1.0], cones=orbsoc.Cones(l=2)
@@ -67,7 +67,7 @@ def test_a_bundle_repeats_the_solve_bit_for_bit(
 
 
 @given(problems())
-@hypothesis_settings(max_examples=40)
+@effort(40)
 def test_recording_changes_no_bit_and_every_bundle_replays(
     tmp_path_factory: pytest.TempPathFactory, problem: orbsoc.Problem
 ) -> None:

@@ -1,6 +1,6 @@
 """Whatever is handed to the Python entry points: an answer that its numbers support, or an error that names the input.
 
-Bounded, with a fixed seed; a watchdog ends the run with a traceback if something hangs, also inside the core.
+Bounded, with a fixed seed (`make fuzz`: many more, with new ones); a watchdog ends the run with a traceback if something hangs, also inside the core.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 from scipy import sparse as scipy_sparse
 
@@ -24,6 +23,7 @@ from orbsoc.bundle import read_bundle
 from orbsoc.errors import FileError
 from orbsoc.verify import check_certificate
 from tests.core.drawn import problems
+from tests.core.effort import TIMES, effort
 
 sparse: Any = scipy_sparse  # published without types
 
@@ -33,7 +33,7 @@ CLAIMS = (orbsoc.Status.PRIMAL_INFEASIBLE, orbsoc.Status.DUAL_INFEASIBLE)
 
 @pytest.fixture(autouse=True)
 def _watchdog() -> Iterator[None]:
-    faulthandler.dump_traceback_later(HANG_S, exit=True)
+    faulthandler.dump_traceback_later(HANG_S * max(1, TIMES), exit=True)
     yield
     faulthandler.cancel_dump_traceback_later()
 
@@ -53,7 +53,7 @@ def false_claim(problem: orbsoc.Problem, solution: orbsoc.Solution) -> str | Non
 
 
 @given(problems())
-@hypothesis_settings(max_examples=400)
+@effort(400)
 def test_no_status_is_claimed_without_support(problem: orbsoc.Problem) -> None:
     """Entries over 16 decades, absent blocks, infinite bounds."""
     assert false_claim(problem, orbsoc.solve(problem)) is None
@@ -84,7 +84,7 @@ def extreme(draw: st.DrawFn) -> orbsoc.Problem:
 
 
 @given(extreme())
-@hypothesis_settings(max_examples=300)
+@effort(300)
 def test_the_ends_of_double_precision_break_nothing(problem: orbsoc.Problem) -> None:
     assert false_claim(problem, orbsoc.solve(problem)) is None
 
@@ -119,7 +119,7 @@ def solvable(draw: st.DrawFn) -> orbsoc.Problem:
 
 
 @given(solvable())
-@hypothesis_settings(max_examples=400)
+@effort(400)
 def test_a_problem_with_a_known_solution_is_solved(problem: orbsoc.Problem) -> None:
     solution = orbsoc.solve(problem)
     assert solution.status in (orbsoc.Status.SOLVED, orbsoc.Status.SOLVED_INACCURATE), solution.message
@@ -127,7 +127,7 @@ def test_a_problem_with_a_known_solution_is_solved(problem: orbsoc.Problem) -> N
 
 
 @given(problems(), problems())
-@hypothesis_settings(max_examples=100)
+@effort(100)
 def test_an_update_solves_like_a_fresh_solver_or_changes_nothing(
     one: orbsoc.Problem, other: orbsoc.Problem
 ) -> None:
@@ -177,7 +177,7 @@ NAMES = ("P", "c", "A", "b", "G", "h")
     st.lists(st.one_of(st.integers(-2, 6), scalars), max_size=3),
     scalars,
 )
-@hypothesis_settings(max_examples=600)
+@effort(600)
 def test_garbage_is_a_problem_or_an_error_that_names_an_argument(
     arguments: dict[str, Any], q: list[Any], l: Any
 ) -> None:
@@ -196,7 +196,7 @@ SETTINGS = [field.name for field in dataclasses.fields(orbsoc.Settings) if field
 
 
 @given(st.dictionaries(st.sampled_from(SETTINGS), scalars, min_size=1, max_size=3))
-@hypothesis_settings(max_examples=300)
+@effort(300)
 def test_a_setting_is_obeyed_or_refused_by_name(overrides: dict[str, Any]) -> None:
     problem = orbsoc.Problem(c=[1.0, 1.0], G=-np.eye(2), h=[-1.0, 2.0], cones=orbsoc.Cones(q=[2]))
     bounds = {"max_iterations": 50, "refinement_max": 50, "ruiz_passes": 50}
@@ -239,7 +239,7 @@ def damaged(draw: st.DrawFn, document: Any) -> Any:
 
 
 @given(st.data())
-@hypothesis_settings(max_examples=300)
+@effort(300)
 def test_a_damaged_file_is_read_or_refused_by_its_path(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
 ) -> None:
@@ -268,7 +268,7 @@ def test_a_damaged_file_is_read_or_refused_by_its_path(
 
 
 @given(st.sampled_from(["problem", "solution", "bundle"]), st.one_of(st.binary(), st.text().map(str.encode)))
-@hypothesis_settings(max_examples=150)
+@effort(150)
 def test_a_file_of_noise_is_refused_by_its_path(
     tmp_path_factory: pytest.TempPathFactory, kind: str, noise: bytes
 ) -> None:

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 import orbsoc
 from benchmarks.guidance import powered_descent, rendezvous
 from orbsoc.bundle import read_bundle
 from tests.core.drawn import problems
+from tests.core.effort import effort
 from tests.zoo import ZooCase, cases
 
 FIELDS = ("x", "y", "z", "s")
@@ -135,7 +135,7 @@ def test_the_callback_and_the_clock_rule_over_both_starts() -> None:
 @given(
     problems(), st.integers(0, 2**32 - 1), st.sampled_from([0.0, 1e-6, 1.0, 1e8, 1e300, math.inf, math.nan])
 )
-@hypothesis_settings(max_examples=60, deadline=None)
+@effort(60)
 def test_from_any_point_the_status_is_no_worse_than_from_cold(
     problem: orbsoc.Problem, seed: int, size: float
 ) -> None:

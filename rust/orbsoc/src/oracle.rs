@@ -11,9 +11,12 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-/// The same cases in every run.
+/// The same cases in every run; with `ORBSOC_FUZZ` = k in the environment (`make fuzz`), k times as many new ones.
 pub fn seeded(cases: u32) -> ProptestConfig {
-    ProptestConfig { cases, rng_seed: RngSeed::Fixed(47), failure_persistence: None, ..Default::default() }
+    let times: Option<u32> = std::env::var("ORBSOC_FUZZ").ok().and_then(|k| k.parse().ok());
+    let rng_seed = if times.is_some() { RngSeed::Random } else { RngSeed::Fixed(47) };
+    let cases = cases * times.unwrap_or(1).max(1);
+    ProptestConfig { cases, rng_seed, failure_persistence: None, ..Default::default() }
 }
 
 /// Numbers for inputs that need no shrinking (SplitMix64).
