@@ -16,7 +16,7 @@ FOUR_LANES = Engine(lanes=4, banks=16, address_bits=ADDRESS_BITS)
 TWO_LANES_F32 = Engine(fp=32, lanes=2, banks=8, address_bits=ADDRESS_BITS)
 """The engines that the schedules' validation builds, too: a build serves both."""
 TIGHT = Settings(tol=1e-10)
-"""The drawn problems converge in nine iterations at the default tolerance."""
+"""At the default tolerance all converge in eight to ten iterations; a tenth of this, and some end SOLVED_INACCURATE."""
 SINGLE = Settings(
     tol=1e-4, tol_inaccurate=1e-3, static_regularization=1e-6, pivot_floor=1e-7, dynamic_regularization=1e-4
 )
@@ -69,4 +69,4 @@ def _mission_004(scenarios: Path, nodes: int, engine: Engine = FOUR_LANES) -> li
 
     recorder = PsScheduler()
     plan(load_scenario(scenario).with_changes(nodes=nodes), solve=recorder)
-    return [SolvePoint(f"mission 004, N = {nodes}", recorder.patterns[0], engine=engine)]
+    return [SolvePoint(f"mission 004, N = {nodes}", recorder.patterns[0], TIGHT, engine)]
