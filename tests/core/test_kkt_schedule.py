@@ -1,4 +1,4 @@
-"""Factorization and two solves on the KKT system of mission 004's problem C, N = 12 (n 114, p 80, m 51)."""
+"""Mission 004's problem C, N = 12 (n 114, p 80, m 51): factorization and two solves as one stream, and the whole program."""
 
 from __future__ import annotations
 
@@ -69,6 +69,16 @@ def test_operations_are_what_the_columns_of_l_imply() -> None:
     # The residuals of both solutions: every entry of K once, those off the diagonal twice.
     residuals = 2 * (2 * solution.nnz_kkt - pivots)
     assert segment(FOUR, WITH_RESIDUALS).operations <= 1.05 * (implied + residuals)
+
+
+@pytest.mark.parametrize("lanes", [1, 2, 4])
+def test_the_whole_program_is_a_quarter_as_large_for_a_twentieth_more_cycles(lanes: int) -> None:
+    """All stages together; `orbsoc hw validate` runs problem A's program in both formats on the RTL."""
+    segments = scheduled(problem_c(), Settings(), Engine(lanes=lanes, banks=16)).segments.values()
+    flat, stored = sum(s.flat_bits for s in segments), sum(s.compressed_bits for s in segments)
+    cycles, slower = sum(s.cycles for s in segments), sum(s.compressed_cycles for s in segments)
+    assert flat >= 4 * stored
+    assert slower <= 1.05 * cycles
 
 
 def test_a_stream_overlaps_its_stages() -> None:
