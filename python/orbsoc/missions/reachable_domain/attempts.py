@@ -263,14 +263,22 @@ def polish(
     tools: Tools, aim: LargestOrbit, out: Attempts, which: Index, start: Unknowns, *, pinned: bool = False
 ) -> Unknowns:
     """Newton from `start` for the points `which`, with finer steps where they are needed; take what converges and
-    flies to its promise. Returns the unknowns arrived at."""
+    flies to its promise. Where the solution with coarser steps lies too far off to lead to the next, `start` is tried
+    again. Returns the unknowns arrived at."""
     unknowns = start[np.arange(len(which))]
-    left = np.arange(len(which))
+    left, moved = np.arange(len(which)), np.zeros(len(which), bool)
     for level, steps in enumerate(NEWTON_STEPS):
         found = tools.indirect(steps).solve(aim[which[left]], unknowns[left], pinned=pinned)
+        misled = np.flatnonzero(moved[left] & ~found.converged)
+        if misled.size:
+            found.put(
+                misled,
+                tools.indirect(steps).solve(aim[which[left[misled]]], start[left[misled]], pinned=pinned),
+            )
         out.newton_steps[which[left]] += found.steps
         there = np.flatnonzero(found.converged)
         unknowns.put(left[there], found.unknowns[there])
+        moved[left[there]] = True
         if there.size:
             points = which[left[there]]
             extremals = found.flown[there]

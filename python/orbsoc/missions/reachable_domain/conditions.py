@@ -86,14 +86,12 @@ def conditions(aim: Aim, ends: Vector) -> Conditions:
 
 def curvature(aim: Aim, ends: Array, multipliers: Array) -> Array:
     """∇²(J + Σ ν c) at end states, (B, 6, 6)."""
-    out = np.empty((len(ends), 6, 6))
-    for j in range(6):
-        nudged = ends.astype(np.complex128)
-        nudged[:, j] += 1j * STEP
-        at = conditions(aim, nudged)
-        slope = at.objective + (multipliers[:, :, None] * at.gradients).sum(axis=1)
-        out[:, :, j] = slope.imag / STEP
-    return out
+    point = np.repeat(np.arange(len(ends)), 6)
+    nudged = ends[point].astype(np.complex128)
+    nudged += 1j * STEP * np.tile(np.eye(6), (len(ends), 1))
+    at = conditions(aim[point], nudged)
+    slope = at.objective.imag + (multipliers[point, None] @ at.gradients.imag)[:, 0]
+    return np.asarray(slope.reshape(len(ends), 6, 6).swapaxes(1, 2) / STEP)
 
 
 def _dot(a: Vector, b: Vector) -> Vector:

@@ -15,6 +15,7 @@ Vandenberghe, Convex Optimization, 2004, §5.1.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,10 +130,16 @@ def _controls(here: _Points) -> tuple[Array, Array, Array]:
     """Unit vectors along d (B, N, 3), the controls (B, 3N) against them, and |dᵢ| (B, N)."""
     count = len(here.cost)
     w = np.concatenate([here.equal, here.perigee], axis=1)
-    d = (here.cost + (here.slopes @ w[:, :, None])[:, :, 0]).reshape(count, -1, 3)
-    length = np.sqrt(np.einsum("bni,bni->bn", d, d))
-    unit = d / length[:, :, None]
-    return unit, -unit.reshape(count, -1), length
+    d = here.cost + (here.slopes @ w[:, :, None])[:, :, 0]
+    length = np.sqrt((d * d) @ _per_node(d.shape[1]))
+    unit = d / np.repeat(length, 3, axis=1)
+    return unit.reshape(count, -1, 3), -unit, length
+
+
+@cache
+def _per_node(n: int) -> Array:
+    """Sums the three components of every node: (n, n/3)."""
+    return np.repeat(np.eye(n // 3), 3, axis=0)
 
 
 def _enter_cone(here: _Points, slack: Array, pull: Array, length: Array, tolerance: Array) -> Index:
@@ -171,14 +178,10 @@ def _errors(here: _Points, slack: Array) -> tuple[Array, Array]:
 def _advance(here: _Points, slack: Array, error: Array, axes: Array, pull: Array, length: Array) -> None:
     """Newton's step on the equations, in place; on the cone z turns by a bounded angle and stays positive."""
     (count, p), width = here.equal.shape, axes.shape[2]
-    root = 1.0 / np.sqrt(length)
-    moves = here.slopes @ axes
-    scaled = moves.reshape(count, -1, 3, width) * root[:, :, None, None]
-    along = pull[:, :, 0, None] * scaled[:, :, 0]
-    along += pull[:, :, 1, None] * scaled[:, :, 1]
-    along += pull[:, :, 2, None] * scaled[:, :, 2]
-    flat = scaled.reshape(count, -1, width)
-    matrix = flat.transpose(0, 2, 1) @ flat - along.transpose(0, 2, 1) @ along
+    moves = axes.transpose(0, 2, 1) @ here.slopes.transpose(0, 2, 1)
+    moves *= np.repeat(1.0 / np.sqrt(length), 3, axis=1)[:, None]
+    along = (moves * pull.reshape(count, 1, -1)) @ _per_node(moves.shape[2])
+    matrix = moves @ moves.transpose(0, 2, 1) - along @ along.transpose(0, 2, 1)
     touching, vertex = here.place == TOUCHING, here.place == VERTEX
     size = np.where(touching, here.perigee[:, 0], 1.0)
     direction = np.where(touching[:, None], here.perigee[:, 1:] / size[:, None], 0.0)

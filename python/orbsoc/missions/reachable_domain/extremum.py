@@ -68,6 +68,13 @@ class Extrema:
     def converged(self) -> Flags:
         return self.residual <= TOLERANCE
 
+    def put(self, which: Index, other: Extrema) -> None:
+        """Overwrite some points by other attempts at them, in place, adding up the steps."""
+        self.unknowns.put(which, other.unknowns)
+        self.flown.put(which, other.flown)
+        self.residual[which] = other.residual
+        self.steps[which] += other.steps
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Indirect:

@@ -100,8 +100,10 @@ def _flown(burn: Burn, ends: Array, programmes: Array) -> tuple[Flights, RungeKu
     raw = _lengths((_raw_sampling(nodes) @ stacked).reshape(-1, 3, count))
 
     def force(k: int, position: Array) -> Array:
-        square = np.einsum("db,db->b", position, position)
-        return np.asarray(push[k] - position / (square * np.sqrt(square)))
+        square = position * position
+        square = square[0] + square[1] + square[2]
+        square *= np.sqrt(square)
+        return np.asarray(push[k] - position / square)
 
     start = np.repeat(burn.start[:, None], count, axis=1)
     arc = integrate_explicitly(ends, start[:3], start[3:], force)

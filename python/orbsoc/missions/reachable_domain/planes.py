@@ -74,10 +74,11 @@ class TiltFrame:
 
 def cross(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
     """a × b along the last axis; broadcasts, and takes complex arrays. Several times faster than `np.cross`."""
-    a, b = np.broadcast_arrays(a, b)
-    out = np.empty(a.shape, np.result_type(a, b))
+    shape = a.shape if a.shape == b.shape else np.broadcast_shapes(a.shape, b.shape)
+    out = np.empty(shape, a.dtype if a.dtype == b.dtype else np.result_type(a, b))
+    of_a, of_b = [a[..., i] for i in range(3)], [b[..., i] for i in range(3)]
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        out[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
+        np.subtract(of_a[j] * of_b[k], of_a[k] * of_b[j], out=out[..., i])
     return out
 
 

@@ -57,13 +57,24 @@ def extremals(burn: Burn, duration: float, primers: Array, *, steps: int) -> Ext
 
     def force(window: slice, at: Array) -> Array:
         r, p = at[:, :3], at[:, 3:]
-        square = np.einsum("sdb,sdb->sb", r, r)
-        cube = 1.0 / (square * np.sqrt(square))
+        products = at * at
+        square = products[:, 0] + products[:, 1]
+        square += products[:, 2]
+        size = products[:, 3] + products[:, 4]
+        size += products[:, 5]
+        along = np.multiply(r, p, out=products[:, :3])
+        lean = along[:, 0] + along[:, 1]
+        lean += along[:, 2]
+        lean *= 3.0
+        lean /= square
+        square *= np.sqrt(square)
+        cube = np.divide(1.0, square, out=square)[:, None]
         out = np.empty_like(at)
-        out[:, :3] = p * (thrust[window] / np.sqrt(np.einsum("sdb,sdb->sb", p, p)))[:, None]
-        out[:, :3] -= r * cube[:, None]
-        lean = 3.0 * np.einsum("sdb,sdb->sb", r, p) / square
-        out[:, 3:] = (r * lean[:, None] - p) * cube[:, None]
+        np.multiply(p, (thrust[window] / np.sqrt(size))[:, None], out=out[:, :3])
+        out[:, :3] -= np.multiply(r, cube, out=products[:, :3])
+        bent = np.multiply(r, lean[:, None], out=products[:, 3:])
+        bent -= p
+        np.multiply(bent, cube, out=out[:, 3:])
         return out
 
     ends, nodes = np.empty((len(primers), 12)), np.empty((len(scheme.times), 6, len(primers)))
