@@ -77,12 +77,13 @@ class DeadlineReport:
     """Where the PL's cycles come from: schedules, equal to the RTL, or the L1 estimate."""
     deadline_ms: float
     verdict: Verdict
-    margin_ms: float
-    """Deadline minus the longest worst case."""
-    nominal_margin_ms: float
-    binding_cause: str
-    binding_share: float
-    binding_words: str
+    margin_ms: float | None
+    """Deadline minus the longest worst case of a verified plan; None where there is none."""
+    nominal_margin_ms: float | None
+    binding_cause: str | None
+    """What most of the longest verified plan's time is spent on, its critical path being what counts."""
+    binding_share: float | None
+    binding_words: str | None
     fits: bool
     """Whether the engine fits into the device; its largest case's, which most often is every case's."""
     area_words: str
@@ -93,14 +94,20 @@ class DeadlineReport:
         """One sentence: verdict, margin, binding resource."""
         planned = [case for case in self.cases if case.status == "verified"]
         lost = len(self.cases) - len(planned)
-        times = sorted(case.time_ms for case in planned)
-        spread = f"{times[0]:.3f}–{times[-1]:.3f} ms nominally" if times else "no time"
         return (
             f"modelled deadline verdict over {len(self.cases)} dispersed cases, {self.partition} on {self.device},"
-            f" {self.cycles} PL cycles: {self.verdict}: {spread}, worst case {max((case.worst_ms for case in planned), default=0.0):.3f} ms against"
-            f" {self.deadline_ms:g} ms, margin {self.margin_ms:+.3f} ms; {lost} without a verified plan;"
-            f" binding is {self.binding_words} ({100 * self.binding_share:.0f} % of the time);"
-            f" {self.area_words}"
+            f" {self.cycles} PL cycles, conic solves and problem generation without the outer loop: {self.verdict}:"
+            f" {self._times(planned)}; {lost} without a verified plan; {self.area_words}"
+        )
+
+    def _times(self, planned: Sequence[PricedCase]) -> str:
+        if self.margin_ms is None or self.binding_share is None:
+            return f"no verified plan to hold against {self.deadline_ms:g} ms, no margin"
+        times = sorted(case.time_ms for case in planned)
+        return (
+            f"{times[0]:.3f}–{times[-1]:.3f} ms nominally, worst case {max(case.worst_ms for case in planned):.3f} ms"
+            f" against {self.deadline_ms:g} ms, margin {self.margin_ms:+.3f} ms; binding is {self.binding_words}"
+            f" ({100 * self.binding_share:.0f} % of the longest plan's time)"
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -196,23 +203,28 @@ def judge(
 ) -> DeadlineReport:
     """Price every case and judge them together. Raises hw_model.HwModelError for an impossible deadline."""
     from hw_model.binding import binding_resource
+    from hw_model.timeline import simulate
 
     check_deadline(deadline_ms)
-    causes: Counter[Cause] = Counter()
-    priced = tuple(_price(case, platform, partition, cycles_of(case), causes) for case in cases)
+    priced = tuple(_price(case, platform, partition, cycles_of(case)) for case in cases)
     planned = [case for case in priced if case.status == "verified"]
-    worst = max((case.worst_ms for case in planned), default=0.0)
-    verdict: Verdict
-    if len(planned) < len(priced) or any(case.fast_ms > deadline_ms for case in planned):
-        verdict = "FAIL"
-    else:
-        verdict = "PASS" if worst <= deadline_ms else "MARGINAL"
-    cause, share, words = binding_resource(causes)
-    nominal = max((case.time_ms for case in planned), default=0.0)
+    late = any(case.fast_ms > deadline_ms for case in planned)
+    verdict: Verdict = "FAIL" if late or len(planned) < len(priced) else "PASS"
+    margin = nominal = None
+    binding: tuple[Cause, float, str] | tuple[None, None, None] = (None, None, None)
+    if planned:
+        longest = max(planned, key=lambda case: case.worst_ms)
+        margin = deadline_ms - longest.worst_ms
+        nominal = deadline_ms - max(case.time_ms for case in planned)
+        if verdict == "PASS" and margin < 0.0:
+            verdict = "MARGINAL"
+        [decides] = (case for case in cases if case.number == longest.case)
+        timeline = simulate(decides.trace, platform, partition, cycles_of(decides))
+        binding = binding_resource({cause: picos for (cause,), picos in timeline.totals("cause").items()})
     fits, area_words = _area(cases, platform, partition, cycles_of)
     return DeadlineReport(
-        platform.name, partition.name, "estimated" if cycles_of is estimated_cycles else "exact", deadline_ms, verdict, deadline_ms - worst, deadline_ms - nominal, cause, share,
-        words, fits, area_words, priced,
+        platform.name, partition.name, "estimated" if cycles_of is estimated_cycles else "exact", deadline_ms,
+        verdict, margin, nominal, *binding, fits, area_words, priced,
     )  # fmt: skip
 
 
@@ -248,10 +260,8 @@ def _pattern_file(folder: Path, digest: str) -> Path:
     return folder / f"pattern-{digest}.json"
 
 
-def _price(
-    case: Case, platform: Platform, partition: Partition, cycles: StageCycles, causes: Counter[Cause]
-) -> PricedCase:
-    """Times of one case; its nominal causes are added to `causes`."""
+def _price(case: Case, platform: Platform, partition: Partition, cycles: StageCycles) -> PricedCase:
+    """Times of one case."""
     from hw_model import parse_trace
     from hw_model.prices import Prices
     from hw_model.timeline import makespan_picos, tally_of
@@ -268,9 +278,6 @@ def _price(
             makespan_picos(actions, prices, worst=prices is slow, tally=tally)
             for prices in (nominal, fast, slow)
         ]
-        for work, count in tally.items():
-            for part in nominal.parts(work):
-                causes[part.cause] += count * part.picos
     time_ms, fast_ms, worst_ms = (picos / 1e9 for picos in times)
     return PricedCase(
         case.number, case.status, case.scp_iterations, sum(case.ipm_iterations), time_ms, fast_ms, worst_ms

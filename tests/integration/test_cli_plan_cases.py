@@ -17,6 +17,7 @@ from typer.testing import CliRunner, Result
 import orbsoc.deadline_cases as study
 from hw_model import load_partition, load_platform, speedup
 from hw_model.platform_toml import to_toml
+from hw_model.timeline import simulate
 from orbsoc import Problem, PsScheduler, pl_program
 from orbsoc.cli import app
 from orbsoc.exact_cycles import exact_cycles
@@ -217,3 +218,25 @@ def test_bad_input_exits_2(tmp_path: Path, arguments: tuple[object, ...], says: 
     assert result.exit_code == 2, result.output
     assert says in result.output
     assert not list(tmp_path.glob("out/*.*"))
+
+
+def test_a_study_without_a_verified_plan_has_no_margin(recorded: tuple[Path, list[study.Case]]) -> None:
+    lost = [replace(case, status="not converged") for case in recorded[1]]
+    found = study.judge(lost, ZU9EG, PAPER, 1e6)
+    assert found.verdict == "FAIL"
+    assert (found.margin_ms, found.nominal_margin_ms, found.binding_cause) == (None, None, None)
+    assert "no verified plan to hold against 1e+06 ms, no margin; 4 without a verified plan" in found.headline
+    # One of them lost: the verdict fails, the margin is that of the others.
+    found = study.judge([*lost[:1], *recorded[1][1:]], ZU9EG, PAPER, 1e6)
+    assert found.verdict == "FAIL"
+    assert found.margin_ms == 1e6 - max(case.worst_ms for case in found.cases[1:])
+
+
+def test_what_binds_is_the_longest_plans_critical_path(recorded: tuple[Path, list[study.Case]]) -> None:
+    platform = ZU9EG.with_values({"runtime.schedule": "overlapped", "runtime.cores_used": 2})
+    found = study.judge(recorded[1], platform, PAPER, 50.0)
+    longest = max(range(4), key=lambda k: found.cases[k].worst_ms)
+    timeline = simulate(recorded[1][longest].trace, platform, PAPER)
+    shares = {cause: picos / timeline.makespan_picos for (cause,), picos in timeline.totals("cause").items()}
+    assert found.binding_cause == max(shares, key=lambda cause: shares[cause])
+    assert found.binding_share == pytest.approx(max(shares.values()))
