@@ -59,6 +59,8 @@ class Calibration:
     flop_per_cycle: float
     low: float
     high: float
+    band_words: str
+    """Where the band comes from."""
     modules: tuple[ModuleFit, ...]
     skipped: tuple[str, ...]
     """Stages whose divisions and roots alone are modelled longer than they took."""
@@ -77,6 +79,7 @@ def read_measurements(path: str | Path) -> list[Measured]:
                     f"{where}: columns are {', '.join(found) or 'none'}; wanted: {', '.join(COLUMNS)}"
                 )
             rows = [_row(row, f"{where}: line {reader.line_num}") for row in reader]
+            _refuse_twins(rows, where)
     except OSError as error:
         raise CalibrationError(f"{where}: cannot be read: {error.strerror}") from error
     except (UnicodeDecodeError, csv.Error) as error:
@@ -87,7 +90,8 @@ def read_measurements(path: str | Path) -> list[Measured]:
 
 
 def calibrate(trace: Trace, platform: Platform, measured: list[Measured], source: str) -> Calibration:
-    """`platform` with its `ps.flop_per_cycle` measured; the band is the spread over the modules.
+    """`platform` with its `ps.flop_per_cycle` measured; the band is the spread over the modules, with one module the
+    platform's relative band.
 
     Divisions and roots keep their modelled cycles. Raises CalibrationError for unknown stages or no usable time.
     """
@@ -116,13 +120,20 @@ def calibrate(trace: Trace, platform: Platform, measured: list[Measured], source
         )
     rates = {module: flops[module] / streaming[module] for module in streaming}
     overall = sum(flops.values()) / sum(streaming.values())
-    parameter = Parameter[float](
-        value=overall, tag="measured", source=source, low=min(rates.values()), high=max(rates.values())
-    )
+    low, high = min(rates.values()), max(rates.values())
+    words = "over the modules"
+    if len(rates) == 1:  # which says nothing about the others
+        words = "one module measured: the relative band is that of before"
+        assumed = platform.ps.flop_per_cycle
+        low, high = (
+            overall * assumed.at(end, more_is_faster=True).value / assumed.value for end in ("slow", "fast")
+        )
+        source += f"; {words}"
+    parameter = Parameter[float](value=overall, tag="measured", source=source, low=low, high=high)
     core = platform.ps.model_copy(update={"flop_per_cycle": parameter})
     calibrated = platform.model_copy(update={"ps": core})
     fits = _fits(trace, calibrated, measured, rates)
-    return Calibration(overall, min(rates.values()), max(rates.values()), fits, tuple(skipped), calibrated)
+    return Calibration(overall, low, high, words, fits, tuple(skipped), calibrated)
 
 
 def _fits(
@@ -146,6 +157,16 @@ def _fixed(trace: Trace, platform: Platform, stage: str) -> int:
     found = trace.patterns[0].stages[stage]
     streaming = math.ceil(ps.flops(found) / platform.ps.flop_per_cycle.value)
     return ps.stage_cycles(found, platform.ps, trace.datapath) - streaming
+
+
+def _refuse_twins(rows: list[Measured], where: str) -> None:
+    seen: set[str] = set()
+    for row in rows:
+        if row.stage in seen:
+            raise CalibrationError(
+                f"{where}: stage {row.stage!r} stands there twice: give one row a stage, of all its runs"
+            )
+        seen.add(row.stage)
 
 
 def _row(row: dict[str, str | None], where: str) -> Measured:

@@ -158,10 +158,20 @@ def parse_trace(data: Mapping[str, Any] | Trace) -> Trace:
         raise TraceError(f"trace: {describe(error, Trace)}") from error
 
 
+def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object of JSON, which by itself would let the last of equal keys win."""
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise TraceError(f"trace: key {key!r} is set twice")
+        found[key] = value
+    return found
+
+
 def load_trace(path: str | Path) -> Trace:
     """A validated trace from a JSON file."""
     try:
-        data = json.loads(Path(path).read_text(encoding="utf-8"))
+        data = json.loads(Path(path).read_text(encoding="utf-8"), object_pairs_hook=_each_once)
     except OSError as error:
         raise TraceError(f"trace {path}: cannot be read: {error.strerror}") from error
     except ValueError as error:

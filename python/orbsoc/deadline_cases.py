@@ -211,7 +211,9 @@ def judge(
     late = any(case.fast_ms > deadline_ms for case in planned)
     verdict: Verdict = "FAIL" if late or len(planned) < len(priced) else "PASS"
     margin = nominal = None
-    binding: tuple[Cause, float, str] | tuple[None, None, None] = (None, None, None)
+    cause: Cause | None = None
+    share: float | None = None
+    words: str | None = None
     if planned:
         longest = max(planned, key=lambda case: case.worst_ms)
         margin = deadline_ms - longest.worst_ms
@@ -220,11 +222,12 @@ def judge(
             verdict = "MARGINAL"
         [decides] = (case for case in cases if case.number == longest.case)
         timeline = simulate(decides.trace, platform, partition, cycles_of(decides))
-        binding = binding_resource({cause: picos for (cause,), picos in timeline.totals("cause").items()})
+        causes = {found: picos for (found,), picos in timeline.totals("cause").items()}
+        cause, share, words = binding_resource(causes)
     fits, area_words = _area(cases, platform, partition, cycles_of)
     return DeadlineReport(
         platform.name, partition.name, "estimated" if cycles_of is estimated_cycles else "exact", deadline_ms,
-        verdict, margin, nominal, *binding, fits, area_words, priced,
+        verdict, margin, nominal, cause, share, words, fits, area_words, priced,
     )  # fmt: skip
 
 

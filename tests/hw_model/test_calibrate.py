@@ -70,6 +70,7 @@ def test_rows_are_read(tmp_path: Path) -> None:
         ("stage,runs,microseconds\na,x,1\n", r"line 2: runs = 'x', microseconds = '1'"),
         ("stage,runs,microseconds\na,0,1\n", r"line 2: runs = 0, microseconds = 1\.0: must be positive"),
         ("stage,runs,microseconds\na,1,nan\n", r"microseconds = nan: must be positive"),
+        ("stage,runs,microseconds\na,1,2\nb,1,2\na,3,4\n", r"times\.csv: stage 'a' stands there twice"),
         ("stage,runs,microseconds\na,1\n", r"line 2: runs = '1', microseconds = None"),
     ],
 )
@@ -85,3 +86,16 @@ def test_what_gives_no_throughput_is_refused() -> None:
         calibrate(TRACE, PLATFORM, [Measured("warp", 1, 1.0)], "test")
     with pytest.raises(CalibrationError, match="no stage took longer than its divisions and roots"):
         calibrate(TRACE, PLATFORM, [Measured("factorize", 1, 1e-3)], "test")
+
+
+def test_one_module_leaves_the_relative_band_as_it_was() -> None:
+    stages = TRACE.patterns[0].stages
+    rows = [row for row in times_on(0.5) if stages[row.stage].module == "factorization"]
+    found = calibrate(TRACE, PLATFORM, rows, "test")
+    before, after = PLATFORM.ps.flop_per_cycle, found.platform.ps.flop_per_cycle
+    assert before.low is not None
+    assert before.high is not None
+    assert before.low < before.high
+    assert found.low / found.flop_per_cycle == pytest.approx(before.low / before.value)
+    assert found.high / found.flop_per_cycle == pytest.approx(before.high / before.value)
+    assert "one module measured" in after.source

@@ -121,6 +121,9 @@ def test_a_file_that_is_no_trace_is_named(tmp_path: Path) -> None:
     path.write_text("{", encoding="utf-8")
     with pytest.raises(TraceError, match=r"trace\.json: not JSON"):
         load_trace(path)
+    path.write_text('{"schema": "orbsoc.trace/2", "schema": "orbsoc.trace/1"}', encoding="utf-8")
+    with pytest.raises(TraceError, match="key 'schema' is set twice"):
+        load_trace(path)
     with pytest.raises(TraceError, match=r"none\.json: cannot be read"):
         load_trace(tmp_path / "none.json")
 

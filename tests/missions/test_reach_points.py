@@ -82,7 +82,9 @@ def test_a_minimum_altitude_is_kept_between_the_nodes_too() -> None:
     assert table["a_km"][0] < free["a_km"][0] * (1.0 - 1e-3)
     assert_flies(table, 0)
     assert table["status"][1] == PointStatus.NOT_REACHED.value
-    assert "deg short" in table["evidence"][1]  # of the furthest tilt with this bound; without it the plane is reached
+    assert (
+        "deg short" in table["evidence"][1]
+    )  # of the furthest tilt with this bound; without it the plane is reached
     assert domain().solve_planes([28.3], [350.25], [100.0])["status"][0] == PointStatus.REACHED.value
 
 

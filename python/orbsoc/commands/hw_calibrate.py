@@ -41,7 +41,7 @@ def calibrate(
         found = fit(record.trace, machine, rows, f"calibrated with {measured.name} ({record.origin})")
         was = machine.ps.flop_per_cycle
         verdict = (
-            f"measured: {found.flop_per_cycle:.3f} flop/cycle ({found.low:.3f}–{found.high:.3f} over the modules);"
+            f"measured: {found.flop_per_cycle:.3f} flop/cycle ({found.low:.3f}–{found.high:.3f}, {found.band_words});"
             f" {machine.name} had {was.value:g} ({was.tag})"
         )
         document = {
