@@ -28,7 +28,7 @@ if [ ! -x "$built" ]; then
   defines=$(printf '%s ' "$@" | sed 's/-G/-DPL_/g')
   # Unused: a parameter file included for one of its numbers; bits of an address that a unit does not have.
   # shellcheck disable=SC2086  # the lists are meant to be split
-  if ! verilator --cc --exe --build -Wall -Wno-UNUSED -O3 --x-assign fast --x-initial fast --noassert -I"$here" "$@" --top-module "$top" \
+  if ! verilator --cc --exe --build -j "$(getconf _NPROCESSORS_ONLN)" -Wall -Wno-UNUSED -O3 --x-assign fast --x-initial fast --noassert -I"$here" "$@" --top-module "$top" \
     -CFLAGS "-std=c++17 -I$here/harness $defines" --Mdir "$work/model" -MAKEFLAGS "OPT_FAST=-O1 OPT_SLOW=-O0 OPT_GLOBAL=-O1" -o "$work/$top" "$here"/fpu/*.sv $sources >"$work/log" 2>&1
   then
     cat "$work/log" >&2
