@@ -22,7 +22,7 @@ SWEEPS = 40
 """Limit of fixed-point sweeps; a step that needs as many is far too long, and reports NaN."""
 SETTLED = 1e-13
 """Change of a node's position, in canonical units, at which the sweeps end: what is left is the contraction's share of it."""
-FEW = 1536
+FEW = 3072
 """Motions times nodes up to which a sweep goes over all steps: beyond, its matrix product costs more than it saves."""
 EXTRAPOLATED = 5
 """Degree of the polynomial through a step's f that starts the sweeps of the next."""

@@ -34,7 +34,7 @@ ERROR = 2e-8
 """Largest estimated error of a flight, canonical: 13 cm, or 0.16 mm/s."""
 RAW_SAMPLES = 201
 """Times at which the raw interpolant's length is looked at."""
-TOGETHER = 256
+TOGETHER = 512
 """Burns that are flown together: what fits in a core's cache."""
 
 

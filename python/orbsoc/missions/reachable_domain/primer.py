@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 FIRST_SWEEPS, SWEEPS = 4, 1
 """Fixed-point sweeps of the sensitivity equations in the first step, and in the others, which start from the one before:
 they only shape Newton's step."""
-FLOWN_TOGETHER, TOGETHER = 256, 24
+FLOWN_TOGETHER, TOGETHER = 512, 64
 """Extremals that are flown together, and whose sensitivities are found together: what fits in a core's cache."""
 
 
