@@ -173,6 +173,28 @@ def drawn_points() -> list[tuple[float, float, float]]:
     ]
 
 
+def nearest_miss(energy: Referee, tilt: Referee) -> dict[str, Any]:
+    """The plane of the 1° grid that is missed by least at 100 km: whether a burn onto it was found, the azimuth and tilt at
+    which it lies, and the furthest tilt there."""
+    inc, raan, height = 16.3, 332.25, 100.0
+    axes, level = plane_axes(inc, raan), tilt_axes(0.0)
+    hinge, ahead, current = level
+    azimuth = np.rad2deg(np.arctan2(axes[2] @ hinge, axes[2] @ ahead)) % 360.0
+    about = tilt_axes(azimuth)
+    lean = np.deg2rad(10.0)
+    furthest = tilt(about, height, np.cos(lean) * about[2] + np.sin(lean) * about[1])
+    return {
+        "inc_deg": inc,
+        "raan_deg": raan,
+        "perigee_km": height,
+        "found": energy(axes, height, axes[2]).converged,
+        "azimuth_deg": round(float(azimuth), 6),
+        "at_tilt_deg": round(float(np.rad2deg(np.arccos(axes[2] @ current))), 6),
+        "converged": furthest.converged,
+        "furthest_tilt_deg": round(furthest.value, 6),
+    }
+
+
 def main() -> None:
     """Record the referee's answers."""
     energy, tilt = Referee(tilt=False), Referee(tilt=True)
@@ -193,8 +215,14 @@ def main() -> None:
             edge[-1]["tilt_deg"] = round(answer.value, 6)
             sys.stderr.write(f"{edge[-1]}\n")
     about = {"intervals": INTERVALS, "degree": DEGREE, "method": "Radau collocation, IPOPT through CasADi"}
+    record = {
+        "about": about,
+        "points": points,
+        "boundary": edge,
+        "nearest_miss": nearest_miss(energy, tilt),
+    }
     RECORD.parent.mkdir(exist_ok=True)
-    RECORD.write_text(json.dumps({"about": about, "points": points, "boundary": edge}, indent=1) + "\n")
+    RECORD.write_text(json.dumps(record, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ from orbsoc.missions.reachable_domain.domain import Domain
 from orbsoc.missions.reachable_domain.planes import normals, plane_error
 from orbsoc.missions.reachable_domain.table import Origin, PointStatus, PointTable
 from orbsoc.orbit import elements_from_state, propagate_burn
+from orbsoc.reach.figures import cell_limits
 from tests.missions.reach_cases import domain, paper
 
 # i, Ω (deg), h_p ≥ (km): a, h_a, h_p, smallest altitude (km), from indirect and direct methods that agree to 2e-6.
@@ -135,3 +136,16 @@ def test_larger_perigees_cost_energy_and_no_plan_breaks_its_bounds() -> None:
     assert table["sma_error_rel"][flown].max() <= 1e-6
     assert table["plane_error_rad"][flown].max() <= 1e-6
     assert table["perigee_short_m"][flown].max() <= 1.0
+
+
+def test_a_coarse_extremal_far_off_does_not_lead_astray() -> None:
+    """Next to the edge the extremal of 6 steps is 5 km off in a, and Newton on 16 steps does not find its way from there:
+    from the sequence's own multipliers it does."""
+    table = domain().solve_planes([19.3], [341.25], np.array([100.0, 110.0, 120.0]))
+    assert (table["status"] == PointStatus.REACHED.value).all()
+    assert table["a_km"][2] == pytest.approx(6843.5987, rel=1e-6)
+
+
+def test_maps_show_their_outer_cells_whole() -> None:
+    assert cell_limits(np.array([20.0, 24.0, 28.0])) == (18.0, 30.0)
+    assert cell_limits(np.array([20.0])) == (19.5, 20.5)

@@ -101,3 +101,13 @@ def test_the_reached_planes_of_the_1_degree_grid_are_those_within_the_edge() -> 
     assert gap[(np.abs(table["inc_deg"] - 16.3) < 1e-9) & (table["raan_deg"] == 332.25)] == pytest.approx(
         -0.035, abs=1e-3
     )
+
+
+def test_the_nearest_miss_of_the_grid_is_beyond_the_edge_for_the_referee_too() -> None:
+    """IPOPT finds no burn onto it, and its furthest tilt there falls as short as ours: 0.033 and 0.035 degrees."""
+    miss = RECORDED["nearest_miss"]
+    assert miss["converged"]
+    assert not miss["found"]
+    assert 0.03 < miss["at_tilt_deg"] - miss["furthest_tilt_deg"] < 0.036
+    ours = edge_at(np.array([miss["azimuth_deg"]]), np.array([miss["perigee_km"]]))[0]
+    assert ours == pytest.approx(miss["furthest_tilt_deg"], abs=0.004)

@@ -120,6 +120,12 @@ def orbits_at_lowest_bound(domain: ReachableDomain, samples: int = 181) -> tuple
     return ellipses, points["apogee_km"][rows]
 
 
+def cell_limits(values: Array) -> tuple[float, float]:
+    """From the outer side of the first cell of an axis to that of the last; a single value has a cell of 1 degree."""
+    first, last = (values[1] - values[0], values[-1] - values[-2]) if len(values) > 1 else (1.0, 1.0)
+    return float(values[0] - 0.5 * first), float(values[-1] + 0.5 * last)
+
+
 def _spread(values: Array, count: int) -> Array:
     """At most `count` of the values, ends included."""
     chosen = np.linspace(0, len(values) - 1, min(count, len(values))).round().astype(int)
@@ -149,8 +155,8 @@ def _maps(figure: Figure, domain: ReachableDomain) -> None:
             _draw_edge(axis, domain, float(height), color="black", linewidth=1.2)
         _mark_current(axis, domain, color="white")
         axis.set_title(f"perigee ≥ {height:g} km", fontsize=10.5)
-        axis.set_xlim(raan[0] - 0.5, raan[-1] + 0.5)
-        axis.set_ylim(inc[0] - 0.5, inc[-1] + 0.5)
+        axis.set_xlim(*cell_limits(raan))
+        axis.set_ylim(*cell_limits(inc))
     for axis in axes.flat[len(shown) :]:
         axis.set_visible(False)
     for axis in axes[-1]:
