@@ -120,7 +120,7 @@ def run(folder: Path, point: Point, program: PlProgram) -> list[Outcome]:
         Outcome(point, match[1], *(int(match[k]) for k in (2, 3, 4, 5)))
         for match in _RUN.finditer(done.stdout)
     ]
-    if len(found) != text.count("\nrun "):
+    if not found or len(found) != text.count("\nrun "):
         raise RtlError(f"{point}: the harness broke off: {(done.stdout + done.stderr).strip()[-2000:]}")
     return found
 

@@ -92,6 +92,13 @@ def test_a_mutation_of_the_rtl_is_caught(name: str, tmp_path: Path, monkeypatch:
     assert not all(answer.good for answer in answers.values())
 
 
+@pytest.mark.parametrize("form", sorted({mutation.form for mutation in MUTATIONS.values()}))
+def test_the_engine_as_it_is_passes_the_programs_that_catch_mutations(form: str, tmp_path: Path) -> None:
+    require_verilator()
+    answers = run_case(programs(form), tmp_path)
+    assert all(answer.good for answer in answers.values()), answers
+
+
 class WithoutReadPorts(Reservations):
     """A scheduler that lets two operands of one replica meet at a bank."""
 
@@ -132,21 +139,32 @@ WRONG_SCHEDULERS = {
 }
 
 
-@pytest.mark.parametrize("wrong", WRONG_SCHEDULERS, ids=lambda wrong: wrong.__name__)
-def test_a_wrong_reservation_of_the_scheduler_is_caught(wrong: type[Reservations], tmp_path: Path) -> None:
-    require_verilator()
+def scheduled_by(kind: type[Reservations]) -> Case:
+    """Random programs on two lanes, with the reservations that `kind` makes."""
     machine = Machine(lanes=2, banks=8, address_bits=10)
     case = Case(machine)
     for seed in range(4):
         ops, memory = random_program(machine, 300, seed)
-        taken = wrong(machine)
+        taken = kind(machine)
         slots = [taken.place(op) for op in ops]
         words = 1 + max(slot.time for slot in slots)
         code = encode(machine, slots, words)
         case.add(
             f"random{seed}", code, busy_cycles(machine, slots, words), memory, evaluate(machine, ops, memory)
         )
-    answers: dict[str, Answer] = run_case(case, tmp_path)
+    return case
+
+
+def test_the_scheduler_as_it_is_passes_the_programs_that_catch_wrong_ones(tmp_path: Path) -> None:
+    require_verilator()
+    answers = run_case(scheduled_by(Reservations), tmp_path)
+    assert all(answer.good for answer in answers.values()), answers
+
+
+@pytest.mark.parametrize("wrong", WRONG_SCHEDULERS, ids=lambda wrong: wrong.__name__)
+def test_a_wrong_reservation_of_the_scheduler_is_caught(wrong: type[Reservations], tmp_path: Path) -> None:
+    require_verilator()
+    answers: dict[str, Answer] = run_case(scheduled_by(wrong), tmp_path)
     assert not any(answer.good for answer in answers.values())
     for answer in answers.values():
         assert WRONG_SCHEDULERS[wrong] <= set(answer.violated)

@@ -16,7 +16,14 @@ if TYPE_CHECKING:
 
 
 def run(
-    workload: options.WorkloadArgument,
+    workload: Annotated[
+        Path,
+        typer.Argument(
+            help="SCENARIO.toml (planned once) or PROBLEM.json (solved once)",
+            metavar="WORKLOAD",
+            show_default=False,
+        ),
+    ],
     device: options.DeviceOption = "zu9eg",
     lanes: Annotated[int | None, typer.Option(help="lanes of the engine; the device's by default")] = None,
     banks: Annotated[int | None, typer.Option(help="banks of storage; the device's by default")] = None,
