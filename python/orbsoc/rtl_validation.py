@@ -19,6 +19,7 @@ import numpy as np
 from scipy import sparse
 
 from orbsoc.pl_program import KKT_SOLVES, Engine, PlProgram, Stream, scheduled
+from orbsoc.precision import narrow_settings
 from orbsoc.problem import Cones, Problem
 from orbsoc.settings import Settings
 
@@ -233,7 +234,9 @@ def validate(folder: Path, points: Sequence[Point], named: dict[str, Problem]) -
     for point in points:
         key = (point.problem, point.engine, point.stream)
         if key not in programs:
-            programs[key] = scheduled(named[point.problem], Settings(), point.engine, point.stream)
+            bits = 53 if point.engine.fp == 64 else 24
+            settings = narrow_settings(Settings(), bits)
+            programs[key] = scheduled(named[point.problem], settings, point.engine, point.stream)
         yield run(folder, point, programs[key])
 
 
