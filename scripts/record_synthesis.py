@@ -52,15 +52,20 @@ UNITS = [
 ]
 
 
-def main() -> None:
-    """Bring the record and the page up to date."""
-    state = hashlib.sha256(
+def rtl_digest() -> str:
+    """Of the RTL as it stands."""
+    return hashlib.sha256(
         b"".join(
             path.read_bytes()
             for pattern in ("fpu/*.sv", "engine/*.sv*", "*.svh")
             for path in sorted((ROOT / "rtl").glob(pattern))
         )
     ).hexdigest()[:16]
+
+
+def main() -> None:
+    """Bring the record and the page up to date."""
+    state = rtl_digest()
     tool = subprocess.run(["yosys", "-V"], check=True, capture_output=True, text=True).stdout.split(" (")[0]
     known = json.loads(RECORD.read_text()) if RECORD.exists() else {}
     same = known.get("rtl") == state and known.get("tool") == tool

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import runpy
+from pathlib import Path
+
 import pytest
 
 from hw_model.area import (
@@ -21,10 +25,17 @@ from hw_model.area import (
 )
 from hw_model.platform import load_platform
 
+ROOT = Path(__file__).resolve().parents[2]
 AREA = load_platform("zu9eg").area
 ENGINES = [row for row in recorded() if row.module == "engine"]
 FF_ERROR = 0.05
 LUT_ERROR = 0.20
+
+
+def test_the_record_is_of_the_rtl_as_it_stands() -> None:
+    script = runpy.run_path(str(ROOT / "scripts" / "record_synthesis.py"))
+    record = json.loads((ROOT / "hw_model" / "measurements" / "synthesis.json").read_text())
+    assert record["rtl"] == script["rtl_digest"](), "the RTL has changed: run `make area`"
 
 
 def _named(row: Synthesis) -> str:

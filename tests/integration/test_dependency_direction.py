@@ -109,7 +109,7 @@ def test_the_python_check_finds_what_it_must(module: str, source: str, found: se
 
 # ---- Rust ----
 
-PATTERN = {"cones", "csc", "error", "kkt", "order", "structure", "supernode", "symbolic", "upper"}
+PATTERN = {"cones", "csc", "error", "kkt", "order", "rows", "structure", "supernode", "symbolic", "upper"}
 """Sizes and index lists of one sparsity pattern: no numbers of the iteration in them."""
 
 RUST_MAY_USE = {
@@ -117,6 +117,7 @@ RUST_MAY_USE = {
     "kernels": {"kernels", "real"} | PATTERN - {"csc", "error"},
     "cones": PATTERN,
     "order": PATTERN,
+    "rows": PATTERN,
     "supernode": PATTERN,
     "symbolic": PATTERN,
     "upper": PATTERN,

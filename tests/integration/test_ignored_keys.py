@@ -63,7 +63,7 @@ def workload(tmp_path_factory: pytest.TempPathFactory) -> Path:
         {"link.dma_fixed_us": 0.2, "link.cache_clean_ns_per_line": 1.0}
     )
     (folder / "zu9eg.toml").write_text(to_toml(quick), encoding="utf-8")
-    (folder / "times.csv").write_text("stage,runs,microseconds\nfactorize,10,50.0\nstatistics,10,60.0\n")
+    (folder / "times.csv").write_text("stage,runs,microseconds\nfactorize,10,150.0\nstatistics,10,180.0\n")
     return folder / "small.json"
 
 
