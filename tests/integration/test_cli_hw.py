@@ -7,13 +7,12 @@ import json
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
 from matplotlib.image import imread
 from typer.testing import CliRunner, Result
 
-import orbsoc
 from orbsoc.cli import app
+from tests.integration.small_problem import small_problem
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -21,14 +20,8 @@ ROOT = Path(__file__).resolve().parents[2]
 @pytest.fixture(scope="module")
 def workload(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A problem with cones, equalities and bounds, as a file."""
-    random = np.random.default_rng(5)
-    problem = orbsoc.Problem(
-        P=np.eye(8), c=random.normal(size=8), A=random.normal(size=(3, 8)), b=np.ones(3),
-        G=np.vstack([-np.eye(8), random.normal(size=(4, 8))]), h=np.r_[np.ones(8), 9.0, 0.0, 0.0, 0.0],
-        cones=orbsoc.Cones(l=8, q=[4]),
-    )  # fmt: skip
     path = tmp_path_factory.mktemp("hw") / "small.json"
-    problem.save(path)
+    small_problem().save(path)
     return path
 
 

@@ -9,16 +9,15 @@ import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-import orbsoc
 from hw_model import load_partition, load_platform
 from hw_model.platform_toml import to_toml
 from orbsoc.cli import app
 from orbsoc.commands.hw_precision import ALL
 from orbsoc.workload import load_workload
+from tests.integration.small_problem import small_problem
 
 KEYS = [row.key for row in load_platform("zu9eg").assumptions() if not row.key.startswith("pl.latencies.")]
 KEYS += ["pl.latency_preset", "runtime.preset"]
@@ -50,14 +49,8 @@ def values_of(key: str) -> tuple[object, ...]:
 
 @pytest.fixture(scope="module")
 def workload(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    random = np.random.default_rng(5)
-    problem = orbsoc.Problem(
-        P=np.eye(8), c=random.normal(size=8), A=random.normal(size=(3, 8)), b=np.ones(3),
-        G=np.vstack([-np.eye(8), random.normal(size=(4, 8))]), h=np.r_[np.ones(8), 9.0, 0.0, 0.0, 0.0],
-        cones=orbsoc.Cones(l=8, q=[4]),
-    )  # fmt: skip
     folder = tmp_path_factory.mktemp("keys")
-    problem.save(folder / "small.json")
+    small_problem().save(folder / "small.json")
     # Buffers are small here: a DMA that starts sooner pays for some of them, each way.
     quick = load_platform("zu9eg").with_values(
         {"link.dma_fixed_us": 0.2, "link.cache_clean_ns_per_line": 1.0}

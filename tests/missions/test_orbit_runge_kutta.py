@@ -5,28 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orbsoc.orbit import CanonicalUnits, Thruster, propagate_burn
+from orbsoc.orbit import propagate_burn
 from orbsoc.orbit.runge_kutta import RungeKuttaArc, force_times, integrate_explicitly, refined
-
-UNITS = CanonicalUnits.of()
-START_SI = np.array([-4780421.0, 4388673.2, 1069366.2, -4944.1088, -4692.4264, -3389.3615])
-VEHICLE = Thruster(160000.0, 270000.0, 60.0)
-DURATION_S = 1200.0
-RATES = np.random.default_rng(7).normal(size=(2, 3, 6)) * [[[1.0]], [[0.1]]]
-
-
-def direction(time_s: float) -> np.ndarray:
-    """Six steering laws, (3, 6)."""
-    swing = RATES[0] + RATES[1] * np.sin(time_s / 600.0)
-    return swing / np.linalg.norm(swing, axis=0)
+from tests.missions.six_burns import DURATION_S, START_SI, UNITS, VEHICLE, direction, push
 
 
 def burns(ends: np.ndarray) -> RungeKuttaArc:
     times_s = force_times(ends) * UNITS.time_s
-    push = np.array([direction(t) * VEHICLE.acceleration_m_s2(t) / UNITS.acceleration_m_s2 for t in times_s])
+    thrust = push(times_s)
 
     def force(k: int, r: np.ndarray) -> np.ndarray:
-        return push[k] - r / np.linalg.norm(r, axis=0) ** 3
+        return thrust[k] - r / np.linalg.norm(r, axis=0) ** 3
 
     start = np.repeat(UNITS.state_from_si(START_SI)[:, None], 6, axis=1)
     return integrate_explicitly(ends, start[:3], start[3:], force)
