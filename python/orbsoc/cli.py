@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import enum
 import json
-import traceback
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from orbsoc.commands import hw as hw_commands
 from orbsoc.commands import reach as reach_command
 from orbsoc.commands import solve as solve_command
+from orbsoc.commands.ending import BAD_INPUT, FAILED, INTERRUPTED, defect, stop
 from orbsoc.commands.plan_cases import plan_cases
 from orbsoc.console_entry import ConsoleApp
 from orbsoc.interrupts import Interrupts
@@ -36,8 +36,6 @@ app = ConsoleApp(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-
-FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
 
 class ProblemChoice(enum.StrEnum):
@@ -143,11 +141,11 @@ def plan(
             hardware = Hardware(device, partition, deadline_ms, exact)
             run, document = _plan_and_write(chosen, folder, hardware, check, ps, as_json, interrupts)
         except KeyboardInterrupt:
-            _stop(INTERRUPTED, "interrupted; nothing was written", as_json)
+            stop(INTERRUPTED, "interrupted; nothing was written", as_json)
         except Exception as error:
             if interrupts.received:  # something in between made another error of it
-                _stop(INTERRUPTED, "interrupted; nothing was written", as_json)
-            _stop(*_failure(error), as_json)
+                stop(INTERRUPTED, "interrupted; nothing was written", as_json)
+            stop(*_failure(error), as_json)
         if as_json:
             typer.echo(json.dumps(document, allow_nan=False))
         _print_summary(document, folder, as_json)
@@ -179,8 +177,7 @@ def _failure(error: Exception) -> tuple[int, str]:
         return FAILED, f"no plan: the burn cannot be flown: {error}"
     if isinstance(error, (ScenarioError, OutputFolderError, HwModelError, OSError)):
         return BAD_INPUT, str(error)
-    traceback.print_exception(error)
-    return FAILED, f"a defect of orbsoc, please report it: {type(error).__name__}: {error}"
+    return defect(error)
 
 
 def _plan_and_write(
@@ -308,11 +305,3 @@ def _print_summary(document: dict[str, Any], folder: Path, as_json: bool) -> Non
     lines += [document["verdict"], f"written to {folder}"]
     for line in lines:
         console.print(line, markup=False, highlight=False, soft_wrap=True)
-
-
-def _stop(code: int, words: str, as_json: bool) -> NoReturn:
-    """Say why on standard error (and as JSON where that is read), and leave."""
-    if as_json:
-        typer.echo(json.dumps({"error": words, "exit_code": code}))
-    typer.echo(f"orbsoc: {words}" if code == INTERRUPTED else f"orbsoc: error: {words}", err=True)
-    raise typer.Exit(code)

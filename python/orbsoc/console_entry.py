@@ -22,12 +22,24 @@ class ConsoleApp(typer.Typer):
             return super().__call__(*args, **kwargs)
         except KeyboardInterrupt:
             _say("interrupted", INTERRUPTED)
+            _forget_the_signal()
             sys.exit(INTERRUPTED)
         except SystemExit as end:
             words = _unsaid(end)
             if words is not None:
                 _say(words, end.code)
+            _forget_the_signal()
             raise
+
+
+def _forget_the_signal() -> None:
+    """Let the exit code be ours after a Ctrl-C that has been answered.
+
+    CPython remembers a KeyboardInterrupt that left code compiled from a string (dataclasses and named tuples are made
+    that way, so an import can be in the middle of one), and at the end of `python -m` dies of SIGINT because of it, also
+    when the exception was caught. It forgets when it next runs such code.
+    """
+    exec("")
 
 
 def _unsaid(end: SystemExit) -> str | None:

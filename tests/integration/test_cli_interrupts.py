@@ -182,6 +182,22 @@ def test_sigint_at_any_moment_exits_130_without_a_trace_or_a_folder(tmp_path: Pa
     assert list(tmp_path.iterdir()) == []
 
 
+def test_sigint_inside_code_compiled_from_a_string_exits_130_too(tmp_path: Path) -> None:
+    """As when a dataclass is being made: CPython then ends `python -m` by the signal, whoever caught the exception."""
+    (tmp_path / "interrupted.py").write_text(
+        "import orbsoc.cli\n"
+        "def scenario(*arguments):\n"
+        "    exec('import signal; signal.raise_signal(signal.SIGINT)')\n"
+        "orbsoc.cli._scenario = scenario\n"
+        "orbsoc.cli.app(['plan', 'any.toml'])\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-m", "interrupted"], cwd=tmp_path, capture_output=True, text=True, timeout=60
+    )
+    assert ended.returncode == 130
+    assert ended.stderr == "orbsoc: interrupted; nothing was written\n"
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

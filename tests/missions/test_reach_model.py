@@ -54,8 +54,7 @@ def test_condensed_and_full_form_have_one_solution(k: int) -> None:
     condensed, (full, _model) = batch.problem(k), full_form(k, GUESS)
     assert (full.n, full.p, full.m) == (114, 80, 51)
     assert (condensed.n, condensed.p, condensed.m) == (36, 2, 51)
-    # With the default share the dense form's primal residual ends at 1.1e-10 (docs/decisions/0003).
-    mine = orbsoc.solve(condensed, tol=1e-10, refinement_share=0.03)
+    mine = orbsoc.solve(condensed, tol=1e-10)
     theirs = orbsoc.solve(full, tol=1e-10)
     assert mine.status is theirs.status is orbsoc.Status.SOLVED
     constant = AIM.rows(GUESS.ends).cost[k] @ linear.constant[k]

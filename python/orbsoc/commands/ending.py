@@ -1,4 +1,4 @@
-"""How a command of `orbsoc hw` ends when it does not end well: in words on standard error, with its exit code."""
+"""How a command ends when it does not end well: in words on standard error, with its exit code."""
 
 from __future__ import annotations
 
@@ -31,11 +31,17 @@ def spoken(as_json: bool) -> Iterator[None]:
 
 
 def stop(code: int, words: str, as_json: bool) -> NoReturn:
-    """Say why, and leave with `code`."""
+    """Say why on standard error, as an object on standard output where that is read, and leave with `code`."""
     if as_json:
         typer.echo(json.dumps({"error": words, "exit_code": code}))
     typer.echo(f"orbsoc: {words}" if code == INTERRUPTED else f"orbsoc: error: {words}", err=True)
     raise typer.Exit(code)
+
+
+def defect(error: Exception) -> tuple[int, str]:
+    """Exit code and words of an exception that none of our checks foresaw, after its trace."""
+    traceback.print_exception(error)
+    return FAILED, f"a defect of orbsoc, please report it: {type(error).__name__}: {error}"
 
 
 def _judged(error: Exception) -> tuple[int, str]:
@@ -64,5 +70,4 @@ def _judged(error: Exception) -> tuple[int, str]:
         return BAD_INPUT, str(error)
     if isinstance(error, OSError):
         return BAD_INPUT, f"{error.filename}: {error.strerror}" if error.filename else str(error)
-    traceback.print_exception(error)
-    return FAILED, f"a defect of orbsoc, please report it: {type(error).__name__}: {error}"
+    return defect(error)

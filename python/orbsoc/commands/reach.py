@@ -9,17 +9,17 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from orbsoc.commands.ending import BAD_INPUT, FAILED, INTERRUPTED, defect, stop
 from orbsoc.interrupts import Interrupts
 
 if TYPE_CHECKING:
     from orbsoc.missions.reachable_domain import Scenario
     from orbsoc.sweep import Executor
 
-FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 EMBEDDED = "embedded"
 
 
@@ -62,11 +62,11 @@ def reach(
             if point is not None:
                 _write_messages(folder, point)
         except KeyboardInterrupt:
-            _stop(INTERRUPTED, f"interrupted; finished shards are in {folder}, --resume goes on", as_json)
+            stop(INTERRUPTED, f"interrupted; finished shards are in {folder}, --resume goes on", as_json)
         except Exception as error:
             if interrupts.received:
-                _stop(INTERRUPTED, f"interrupted; finished shards are in {folder}, --resume goes on", as_json)
-            _stop(*_failure(error), as_json)
+                stop(INTERRUPTED, f"interrupted; finished shards are in {folder}, --resume goes on", as_json)
+            stop(*_failure(error), as_json)
     if as_json:
         typer.echo(json.dumps(document, allow_nan=False, default=float))
     for line in _lines(document, folder):
@@ -185,8 +185,6 @@ def _lines(document: dict[str, Any], folder: Path) -> list[str]:
 
 def _failure(error: Exception) -> tuple[int, str]:
     """Exit code and words for what a run raised."""
-    import traceback
-
     from hw_model import HwModelError
     from orbsoc.missions.scenario_file import ScenarioError
     from orbsoc.sweep import StoreError, WorkersLost
@@ -197,13 +195,4 @@ def _failure(error: Exception) -> tuple[int, str]:
         return BAD_INPUT, str(error)
     if isinstance(error, ModuleNotFoundError):
         return BAD_INPUT, f"{error.name} is not installed; pip install 'orbsoc[reach]'"
-    traceback.print_exception(error)
-    return FAILED, f"a defect of orbsoc, please report it: {type(error).__name__}: {error}"
-
-
-def _stop(code: int, words: str, as_json: bool) -> NoReturn:
-    """Say why on standard error (and as JSON where that is read), and leave."""
-    if as_json:
-        typer.echo(json.dumps({"error": words, "exit_code": code}))
-    typer.echo(f"orbsoc: {words}" if code == INTERRUPTED else f"orbsoc: error: {words}", err=True)
-    raise typer.Exit(code)
+    return defect(error)

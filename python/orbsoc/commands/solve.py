@@ -7,16 +7,18 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from orbsoc.commands.ending import BAD_INPUT, INTERRUPTED, stop
 
 if TYPE_CHECKING:
     from orbsoc.problem import Problem
     from orbsoc.settings import Settings
     from orbsoc.solution import Solution, Start
 
-NOT_SOLVED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+NOT_SOLVED = 1
 SOLUTION = "solution.json"
 
 
@@ -63,12 +65,12 @@ def solve(
         document = encode_solution(solution, None if _is_claim(solution) else verify(stated, solution))
         write_json(document, folder / SOLUTION)
     except KeyboardInterrupt:
-        _stop(INTERRUPTED, "interrupted; nothing was written", as_json)
+        stop(INTERRUPTED, "interrupted; nothing was written", as_json)
     except OSError as error:
         words = f"{error.filename}: {error.strerror}" if error.filename else str(error)
-        _stop(BAD_INPUT, words, as_json)
+        stop(BAD_INPUT, words, as_json)
     except ValueError as error:
-        _stop(BAD_INPUT, str(error), as_json)
+        stop(BAD_INPUT, str(error), as_json)
     if as_json:
         typer.echo(json.dumps(document, allow_nan=False))
     for line in _summary(stated, settings, solution, folder):
@@ -132,11 +134,3 @@ def _exit_code(solution: Solution) -> int:
 
     codes: dict[Any, int] = {Status.SOLVED: 0, Status.INTERRUPTED: INTERRUPTED}
     return codes.get(solution.status, NOT_SOLVED)
-
-
-def _stop(code: int, words: str, as_json: bool) -> NoReturn:
-    """Say why on standard error (and as JSON where that is read), and leave."""
-    if as_json:
-        typer.echo(json.dumps({"error": words, "exit_code": code}))
-    typer.echo(f"orbsoc: {words}" if code == INTERRUPTED else f"orbsoc: error: {words}", err=True)
-    raise typer.Exit(code)

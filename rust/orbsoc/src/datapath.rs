@@ -26,7 +26,7 @@ pub(crate) struct Datapath<T> {
 /// The refinement share that holds for 1e-8 and looser, less for tighter tolerances: what an error of the size of the
 /// residual spoils, no later iteration mends any more.
 fn share_at(settings: &Settings) -> f64 {
-    settings.refinement_share * (settings.tol / 1e-8).sqrt().min(1.0)
+    settings.refinement_share * (settings.tol / 1e-8).min(1.0)
 }
 
 impl<T: Real> Datapath<T> {
