@@ -66,7 +66,6 @@ def narrow_settings(settings: Settings, bits: int) -> Settings:
         static_regularization=shift,
         pivot_floor=0.01 * shift,
         dynamic_regularization=10.0 * shift,
-        refinement_share=min(0.03, settings.refinement_share),
         refinement_max=max(50, settings.refinement_max),
     )
 

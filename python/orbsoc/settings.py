@@ -32,9 +32,9 @@ class Settings:
     verbose: bool = False
     static_regularization: float = 1e-8
     pivot_floor: float = 1e-13
-    dynamic_regularization: float = 2e-7
+    dynamic_regularization: float = 1e-5
     refinement_tol: float = 1e-12
-    refinement_share: float = 0.1
+    refinement_share: float = 0.03
     refinement_max: int = 10
     step_fraction: float = 0.99
     ruiz_passes: int = 4

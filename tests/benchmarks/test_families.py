@@ -60,6 +60,15 @@ def test_its_solution_verifies(name: str) -> None:
     assert orbsoc.verify(problem, solution).worst <= 1e-7
 
 
+@pytest.mark.parametrize("name", FAMILIES)
+def test_every_problem_of_a_family_ends_solved_and_verified(name: str) -> None:
+    """Among them a landing whose factors overflow when pivots of the wrong sign become too small (decision 0014)."""
+    for instance in generated(name):
+        solution = orbsoc.solve(instance.problem)
+        assert solution.status is orbsoc.Status.SOLVED, instance.name
+        assert orbsoc.verify(instance.problem, solution).worst <= 1e-8, instance.name
+
+
 @pytest.mark.parametrize("name", sorted(set(FAMILIES) - {"mission004", "orbit_insertion"}))
 def test_a_family_has_names_of_its_own_and_groups_of_one_size(name: str) -> None:
     found = generated(name)

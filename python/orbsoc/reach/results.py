@@ -125,8 +125,9 @@ class ReachableDomain:
         if status == PointStatus.REACHED.value:
             largest = float(table["a_km"][0])
             return float(tilt), float(doubt), largest, largest * self.scenario.verification.sma_rel
-        # On a plane that is not reached there is no orbit at all; of one whose solver failed nothing is known.
-        largest = -np.inf if status == PointStatus.NOT_REACHED.value else np.nan
+        # On a plane beyond the edge there is no orbit at all; of one within it that no plan was found for nothing is known.
+        beyond = status == PointStatus.NOT_REACHED.value and not table["tilt_deg"][0] < tilt - doubt
+        largest = -np.inf if beyond else np.nan
         return float(tilt), float(doubt), float(largest), 0.0
 
     @cached_property

@@ -43,8 +43,11 @@ CLEAR_MISS = 100.0
 """A flight that misses by so many times its own error is not flown more accurately."""
 POLISHED_FLIGHT_STEPS = 12
 """Steps in which the flight of a polished plan begins: near the edge its steering swings fast."""
-TIGHTENINGS = 6
-"""How often the bound on the altitude at the nodes may be raised for what happens between them."""
+CORRECTIONS = 6
+"""How often what is asked along a bound on the altitude may be moved by what the flight missed."""
+ALONG_BOUND_SMA_REL = 0.01
+"""Along a bound on the altitude, on the finest grid, the flown orbit is the answer; one further from the promise is another
+plan's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +97,10 @@ class Tools:
         """Whether the altitude is bounded."""
         return bool(np.isfinite(self.lowest))
 
+    def sma_rel_along_bound(self, nodes: int) -> float:
+        """How far promise and flight may be apart along a bound on the altitude, on a grid of so many nodes."""
+        return self.tolerances.sma_rel if nodes < self.fine_nodes else ALONG_BOUND_SMA_REL
+
     def judge(
         self,
         commands: Commands,
@@ -122,13 +129,13 @@ class Tools:
         flights = fly(self.burn, self.duration, commands.vectors, steps=steps, give_up=clear_miss)
         return compared(np.arange(len(aim)), flights)
 
-    def kept(self, flown: Flown, *, slack: Array | float = 0.0) -> Flags:
-        """Whether promises are kept, with so much slack. Along a bound on the altitude the best steering has corners,
-        between whose nodes the interpolant of any grid is longer than 1: there its length is reported, and the flight
-        alone decides."""
+    def kept(self, flown: Flown, *, slack: Array | float = 0.0, sma_rel: float | None = None) -> Flags:
+        """Whether promises are kept, with so much slack; `sma_rel` overrides how well the semi-major axis is. Along a
+        bound on the altitude the best steering has corners, between whose nodes the interpolant of any grid is longer
+        than 1: there its length is reported, and the flight alone decides."""
         t = self.tolerances
         return flown.kept(
-            sma_rel=t.sma_rel + slack,
+            sma_rel=t.sma_rel + slack if sma_rel is None else sma_rel,
             plane_rad=t.plane_rad + slack,
             bound=t.bound_m / RADIUS_M + slack,
             raw_excess=np.inf if self.bounded else t.raw_excess,
@@ -224,20 +231,32 @@ def _on_grid(tools: Tools, aim: LargestOrbit, start: Arcs, nodes: int) -> Attemp
     """Sequence, flight and polish on one grid; the arcs returned are on this grid."""
     out = Attempts.none(start, nodes)
     everyone = np.arange(len(aim))
-    _sequence(tools, aim, out, everyone, None)
+    _sequence(tools, aim, out, everyone)
     if tools.bounded:
-        _raise_altitude(tools, aim, out)
+        _along_bound(tools, aim, out)
     return out
 
 
-def _sequence(tools: Tools, aim: LargestOrbit, out: Attempts, which: Index, lowest: Array | None) -> None:
-    """Run the sequence for the points `which`, fly what converged, polish what does not keep its promise."""
-    collocation = tools.collocation(int(out.nodes[which[0]]))
-    found = sequences(
-        collocation, aim[which], out.arcs[which], lowest=lowest, solve=tools.solve, rules=tools.rules
-    )
+def _sequence(
+    tools: Tools,
+    aim: LargestOrbit,
+    out: Attempts,
+    which: Index,
+    *,
+    asked: LargestOrbit | None = None,
+    lowest: Array | None = None,
+) -> None:
+    """Run the sequence for the points `which`, fly what converged, polish what does not keep its promise.
+
+    With `lowest` (B,) bounding the radius at the nodes there is no polish, and `asked` may differ from the aim that the
+    flight is judged by.
+    """
+    nodes = int(out.nodes[which[0]])
+    collocation = tools.collocation(nodes)
+    goal = (aim if asked is None else asked)[which]
+    found = sequences(collocation, goal, out.arcs[which], lowest=lowest, solve=tools.solve, rules=tools.rules)
     out.ending[which] = found.ending
-    out.subproblems[which, tools.grids.index(int(out.nodes[which[0]]))] += found.iterations
+    out.subproblems[which, tools.grids.index(nodes)] += found.iterations
     out.solver_iterations[which] += found.inner_iterations
     out.verified[which] = False
     reached = np.flatnonzero(found.ending == Ending.CONVERGED)
@@ -247,9 +266,10 @@ def _sequence(tools: Tools, aim: LargestOrbit, out: Attempts, which: Index, lowe
     out.arcs.put(here, found.arcs[reached])
     commands = Commands(found.arcs.controls[reached])
     flown = tools.judge(commands, aim[here], _sma(found.arcs.ends[reached]), pinned=False)
-    out.accept(here, commands, flown, tools.kept(flown))
     if lowest is not None:
+        out.accept(here, commands, flown, tools.kept(flown, sma_rel=tools.sma_rel_along_bound(nodes)))
         return
+    out.accept(here, commands, flown, tools.kept(flown))
     promise_kept = out.verified[here] | (
         tools.bounded & tools.kept(replace(flown, altitude_short=0.0 * flown.sma))
     )
@@ -318,18 +338,35 @@ def _fly_primers(
             return
 
 
-def _raise_altitude(tools: Tools, aim: LargestOrbit, out: Attempts) -> None:
-    """Bound the altitude at the nodes, where the flight passes too low, until it does not between them either."""
-    margin = np.zeros(len(aim))
-    for _ in range(TIGHTENINGS):
-        short = out.flown.altitude_short > tools.tolerances.bound_m / RADIUS_M
-        low = np.flatnonzero((out.ending == Ending.CONVERGED) & short)
+def _along_bound(tools: Tools, aim: LargestOrbit, out: Attempts) -> None:
+    """Bound the altitude at the nodes, where the flight passes too low, and ask for what makes the flight arrive.
+
+    Between the nodes the arc dips below the bound, and the interpolant of steering with corners ends off the plane: the
+    bound is raised, the plane turned and the perigee raised by what the last flight missed.
+    """
+    short = out.flown.altitude_short > tools.tolerances.bound_m / RADIUS_M
+    low = np.flatnonzero((out.ending == Ending.CONVERGED) & short)
+    lowest, asked = np.full(len(aim), tools.lowest), aim
+    sma_rel = tools.sma_rel_along_bound(int(out.nodes[0]))
+    for correction in range(CORRECTIONS):
+        if correction > 0:
+            low = low[(out.ending[low] == Ending.CONVERGED) & ~out.verified[low]]
+            low = low[out.flown.sma_error[low] <= sma_rel]
+            lowest[low] += 1.05 * out.flown.altitude_short[low]
+            asked = _turned_by_the_miss(asked, aim, out.flown, low)
         if not low.size:
-            break
-        if _ > 0:
-            margin[low] += 1.05 * out.flown.altitude_short[low]
+            return
         out.polished[low] = False
-        _sequence(tools, aim, out, low, tools.lowest + margin[low])
+        _sequence(tools, aim, out, low, asked=asked, lowest=lowest[low])
+
+
+def _turned_by_the_miss(asked: LargestOrbit, aim: LargestOrbit, flown: Flown, which: Index) -> LargestOrbit:
+    """What to ask for next, given what `asked` led to for the points `which`."""
+    normal, perigee = asked.normal.copy(), asked.perigee.copy()
+    turned = normal[which] + (aim.normal[which] - flown.normal[which])
+    normal[which] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+    perigee[which] += flown.perigee_short[which]
+    return asked.moved(normal, perigee)
 
 
 def _sma(ends: Array) -> Array:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from orbsoc.orbit import EARTH
 
 from .flight import Flights
-from .planes import in_plane_axes, plane_error
+from .planes import in_plane_axes, orbit_normal, plane_error
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -49,7 +49,7 @@ class Orbits:
 class Flown:
     """What B flown plans reached and by how much they miss: everything (B,), canonical lengths, radians.
 
-    `sma_error` is relative to the promise; `perigee_short` and `altitude_short` are how far a bound is missed, 0 where
+    `normal` (B, 3) is the unit normal of the plane reached. `sma_error` is relative to the promise; `perigee_short` and `altitude_short` are how far a bound is missed, 0 where
     it is kept (a pinned perigee counts both ways). `raw_most` and `raw_least` are the extremes of the programme's
     length between its nodes; the flight normalises it, but a length above 1 betrays a grid that is too coarse.
     """
@@ -58,6 +58,7 @@ class Flown:
     ecc: Array
     perigee: Array
     argp: Array
+    normal: Array
     lowest: Array
     sma_error: Array
     plane_error: Array
@@ -85,6 +86,7 @@ class Flown:
             ecc=orbits.ecc,
             perigee=orbits.perigee,
             argp=orbits.argp,
+            normal=orbit_normal(flights.ends),
             lowest=flights.lowest,
             sma_error=np.abs(orbits.sma / promised_sma - 1.0),
             plane_error=plane_error(flights.ends, normal),
@@ -105,7 +107,8 @@ class Flown:
     @classmethod
     def unknown(cls, count: int) -> Flown:
         """Rows of NaN."""
-        return cls(*(np.full(count, np.nan) for _ in fields(cls)))
+        shapes = {"normal": (count, 3)}
+        return cls(*(np.full(shapes.get(field.name, (count,)), np.nan) for field in fields(cls)))
 
     def kept(self, *, sma_rel: Limit, plane_rad: Limit, bound: Limit, raw_excess: float) -> Flags:
         """Whether every promise and bound is kept within tolerances, one for all or (B,); False where a number is missing."""

@@ -82,6 +82,13 @@ def cross(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
     return out
 
 
+def orbit_normal(states: ArrayLike) -> Array:
+    """Unit normals (…, 3) of the planes that states (…, 6) move in: along r × v."""
+    x = np.asarray(states, np.float64)
+    momentum = cross(x[..., :3], x[..., 3:])
+    return np.asarray(momentum / np.linalg.norm(momentum, axis=-1, keepdims=True))
+
+
 def plane_error(states: ArrayLike, normal: ArrayLike) -> Array:
     """Angle between r × v of states (…, 6) and the normals (…, 3), in [0, π]."""
     x, n = np.asarray(states, np.float64), np.asarray(normal, np.float64)

@@ -77,6 +77,14 @@ class LargestOrbit:
         fixed = self.perigee_direction
         return LargestOrbit(self.normal[which], self.perigee[which], None if fixed is None else fixed[which])
 
+    def moved(self, normal: Array, perigee: Array) -> LargestOrbit:
+        """The same on planes of other unit normals (B, 3), with other perigee radii (B,)."""
+        fixed = self.perigee_direction
+        if fixed is not None:
+            fixed = fixed - (fixed * normal).sum(axis=1, keepdims=True) * normal
+            fixed = fixed / np.linalg.norm(fixed, axis=1, keepdims=True)
+        return LargestOrbit(normal, perigee, fixed)
+
     def rows(self, ends: Array) -> EndRows:
         linear = linear_vectors(ends)
         first, second = in_plane_axes(self.normal)

@@ -189,9 +189,11 @@ class Wavefront:
         explained = infeasible | (
             -gap <= doubt
         )  # beyond what was asked, or at the edge as far as it is known
+        # A sequence that converged to plans none of which flies has not failed; it has not reached the point either.
+        failed = ~explained & (np.isnan(gap) | (self.plans.ending[rows] != Ending.CONVERGED))
         for status, which in (
-            (PointStatus.NOT_REACHED, left[explained[left]]),
-            (PointStatus.SOLVER_FAILED, left[~explained[left]]),
+            (PointStatus.NOT_REACHED, left[~failed[left]]),
+            (PointStatus.SOLVER_FAILED, left[failed[left]]),
         ):
             words = [self._inside(rows[k], gap[k], doubt[k]) for k in which]
             self.table.write_failures(rows[which], status, Origin.EXTREME, words, tilt[which])
