@@ -124,7 +124,8 @@ class ReachableDomain:
         status = table["status"][0]
         if status == PointStatus.REACHED.value:
             largest = float(table["a_km"][0])
-            return float(tilt), float(doubt), largest, largest * self.scenario.verification.sma_rel
+            error = np.fmax(table["sma_error_rel"][0], self.scenario.verification.sma_rel)
+            return float(tilt), float(doubt), largest, largest * float(error)
         # On a plane beyond the edge there is no orbit at all; of one within it that no plan was found for nothing is known.
         beyond = status == PointStatus.NOT_REACHED.value and not table["tilt_deg"][0] < tilt - doubt
         largest = -np.inf if beyond else np.nan
