@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import difflib
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import PydanticCustomError
 
 
 class Table(BaseModel):
@@ -33,6 +34,13 @@ class Complaint:
     def __str__(self) -> str:
         found = f"{self.key} = {self.value}" if self.value else self.key
         return f"{found}: {self.allowed}"
+
+
+def refuse(complaints: Iterable[Complaint]) -> None:
+    """For a model's validator: raise the first complaint, if there is one. Pydantic reports one error per validator."""
+    for complaint in complaints:
+        context = {"key": complaint.key, "value": complaint.value, "allowed": complaint.allowed}
+        raise PydanticCustomError("physics", "{key} = {value}: {allowed}", context)
 
 
 class ScenarioError(ValueError):

@@ -12,11 +12,10 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from orbsoc.missions.reachable_insertion.model import Burn
 from orbsoc.missions.reachable_insertion.scenario import LaunchSite, State, Vehicle
-from orbsoc.missions.scenario_file import Complaint, Table, checked, read_toml
+from orbsoc.missions.scenario_file import Complaint, Table, checked, read_toml, refuse
 from orbsoc.orbit import EARTH, CanonicalUnits, eci_from_launch_inertial, rotate_state
 
 Array = NDArray[np.float64]
@@ -108,9 +107,7 @@ class Scenario(Table):
 
     @model_validator(mode="after")
     def _physics(self) -> Self:
-        for complaint in physical_complaints(self):
-            context = {"key": complaint.key, "value": complaint.value, "allowed": complaint.allowed}
-            raise PydanticCustomError("physics", "{key} = {value}: {allowed}", context)
+        refuse(physical_complaints(self))
         return self
 
     def initial_eci(self) -> Array:

@@ -13,9 +13,8 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, Strict, model_validator
-from pydantic_core import PydanticCustomError
 
-from orbsoc.missions.scenario_file import Complaint, Table, checked, read_toml
+from orbsoc.missions.scenario_file import Complaint, Table, checked, read_toml, refuse
 from orbsoc.orbit import (
     EARTH,
     CanonicalUnits,
@@ -135,10 +134,7 @@ class Scenario(Table):
 
     @model_validator(mode="after")
     def _physics(self) -> Self:
-        for complaint in physical_complaints(self):
-            # Pydantic reports one error per model validator: the first contradiction is the one to fix.
-            context = {"key": complaint.key, "value": complaint.value, "allowed": complaint.allowed}
-            raise PydanticCustomError("physics", "{key} = {value}: {allowed}", context)
+        refuse(physical_complaints(self))
         return self
 
     def with_changes(
