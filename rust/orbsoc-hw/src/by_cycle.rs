@@ -9,9 +9,25 @@ use crate::vectors::Vectors;
 /// Operations that a lane without a run tries in a cycle.
 const TRIES: usize = 12;
 
-/// Place all nodes. `patience`: cycles that a lane waits for a port before it leaves its run.
-pub(crate) fn place_by_cycle(placement: Placement<'_>, patience: u32) -> Placement<'_> {
-    let mut walk = Walk::new(placement, patience);
+/// How lanes keep to their runs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Habit {
+    /// How many nodes earlier in the kernel weigh as much as a cycle more to the end; none: nothing does.
+    pub nodes_per_cycle: Option<u32>,
+    /// Cycles that a lane waits for a port before it leaves its run.
+    pub patience: u32,
+    /// A lane takes from another one's run only when there is nothing else.
+    pub apart: bool,
+}
+
+impl Habit {
+    /// The most urgent first, whatever run it is in.
+    pub const URGENT: Self = Self { nodes_per_cycle: None, patience: 0, apart: false };
+}
+
+/// Place all nodes, whose edges weigh nodes as the habit does.
+pub(crate) fn place_by_cycle(placement: Placement<'_>, habit: Habit) -> Placement<'_> {
+    let mut walk = Walk::new(placement, habit);
     while walk.left > 0 {
         walk.cycle();
     }
@@ -27,15 +43,20 @@ struct Lane {
 
 struct Walk<'a> {
     placement: Placement<'a>,
-    patience: u32,
+    habit: Habit,
     vectors: Vectors,
+    /// First nodes of the runs, and how many lanes are in each.
+    heads: Vec<u32>,
+    claims: Vec<u8>,
     /// Who waits for each node: starts of the lists, the lists; and for how many each node waits.
     first: Vec<u32>,
     waiting: Vec<u32>,
     waits: Vec<u32>,
     is_ready: Vec<bool>,
-    /// Ranks by urgency: of operations for lanes, of those for dividers.
+    /// Ranks by urgency: of operations for lanes, of those in another lane's run if lanes keep apart, of those for
+    /// dividers.
     ready: Ready,
+    claimed: Ready,
     divisions: Ready,
     /// Nodes by the cycle in which they become ready.
     calendar: Calendar,
@@ -47,19 +68,24 @@ struct Walk<'a> {
 }
 
 impl<'a> Walk<'a> {
-    fn new(placement: Placement<'a>, patience: u32) -> Self {
+    fn new(placement: Placement<'a>, habit: Habit) -> Self {
         let (first, waiting, waits) = placement.edges.waiting();
         let nodes = waits.len();
         let mut calendar = Calendar::new(nodes);
         (0..nodes as u32).filter(|&k| waits[k as usize] == 0).for_each(|k| calendar.add(0, k));
+        let vectors = Vectors::new(placement.graph);
+        let heads = vectors.heads();
         Self {
-            vectors: Vectors::new(placement.graph),
-            patience,
+            habit,
+            vectors,
+            claims: vec![0; heads.len()],
+            heads,
             first,
             waiting,
             waits,
             is_ready: vec![false; nodes],
             ready: Ready::new(nodes),
+            claimed: Ready::new(nodes),
             divisions: Ready::new(nodes),
             calendar,
             lanes: vec![Lane::default(); placement.configuration.lanes],
@@ -81,9 +107,9 @@ impl<'a> Walk<'a> {
         self.divide();
         let idle = (0..self.lanes.len()).filter(|&lane| !self.go_on(lane)).fold(0u32, |all, k| all | 1 << k);
         // What one lane was refused, the others do not try.
-        let mut from = 0;
+        let mut from = [0, 0];
         for lane in (0..self.lanes.len()).filter(|lane| idle >> lane & 1 == 1) {
-            from = self.begin(lane, from);
+            self.begin(lane, &mut from);
         }
         self.tell();
         if !self.calendar.is_due(self.now) {
@@ -104,7 +130,7 @@ impl<'a> Walk<'a> {
             self.placed.push(k);
         } else {
             self.is_ready[k as usize] = true;
-            self.ready.insert(rank);
+            self.among(k).insert(rank);
         }
     }
 
@@ -126,7 +152,7 @@ impl<'a> Walk<'a> {
         if !self.placement.lane_free(self.now, lane) {
             return true;
         }
-        let next = self.lanes[lane].last.and_then(|last| self.vectors.next(last));
+        let next = self.lanes[lane].last.and_then(|last| self.following(last));
         let next = next.filter(|&k| self.is_ready[k as usize] && !self.placement.is_placed(k));
         let Some(k) = next else { return false };
         if self.placement.try_place(k, self.now, 1 << lane).is_ok() {
@@ -134,28 +160,85 @@ impl<'a> Walk<'a> {
             return true;
         }
         self.lanes[lane].held += 1;
-        self.lanes[lane].held <= self.patience
+        self.lanes[lane].held <= self.habit.patience
     }
 
-    /// Give a lane the most urgent operation from a rank on that it can take; the rank after those tried.
-    fn begin(&mut self, lane: usize, mut from: u32) -> u32 {
+    /// What follows a node in its run; lanes that keep apart go past what another one took.
+    fn following(&self, k: u32) -> Option<u32> {
+        let mut next = self.vectors.next(k);
+        while let Some(k) = next.filter(|&k| self.habit.apart && self.placement.is_placed(k)) {
+            next = self.vectors.next(k);
+        }
+        next
+    }
+
+    /// Give a lane the most urgent operation that it can take, of those from a rank on of the free runs and of the
+    /// claimed ones; the ranks move on after those tried.
+    fn begin(&mut self, lane: usize, from: &mut [u32; 2]) {
         self.lanes[lane].held = 0;
-        for _ in 0..TRIES {
-            let Some(rank) = self.ready.next(from) else { break };
-            from = rank + 1;
-            let k = self.placement.edges.of_rank(rank);
-            if self.placement.try_place(k, self.now, 1 << lane).is_ok() {
-                self.take(lane, k);
-                break;
+        for (claimed, from) in [false, true].into_iter().zip(from) {
+            for _ in 0..TRIES {
+                let ready = if claimed { &self.claimed } else { &self.ready };
+                let Some(rank) = ready.next(*from) else { break };
+                *from = rank + 1;
+                let k = self.placement.edges.of_rank(rank);
+                if self.placement.try_place(k, self.now, 1 << lane).is_ok() {
+                    self.take(lane, k);
+                    return;
+                }
             }
         }
-        from
     }
 
     fn take(&mut self, lane: usize, k: u32) {
+        let rank = self.placement.edges.rank(k);
+        self.among(k).remove(rank);
+        let left = self.lanes[lane].last.map(|last| self.vectors.run(last));
         self.lanes[lane] = Lane { last: Some(k), held: 0 };
-        self.ready.remove(self.placement.edges.rank(k));
         self.placed.push(k);
+        let run = self.vectors.run(k);
+        if self.habit.apart && left != Some(run) {
+            self.claim(run);
+            if let Some(run) = left {
+                self.leave(run);
+            }
+        }
+    }
+
+    /// The ready operations among which a node is, or would be.
+    fn among(&mut self, k: u32) -> &mut Ready {
+        if self.claims[self.vectors.run(k) as usize] > 0 {
+            &mut self.claimed
+        } else {
+            &mut self.ready
+        }
+    }
+
+    fn claim(&mut self, run: u32) {
+        self.claims[run as usize] += 1;
+        if self.claims[run as usize] == 1 {
+            for rank in self.ready_of(run) {
+                self.ready.remove(rank);
+                self.claimed.insert(rank);
+            }
+        }
+    }
+
+    fn leave(&mut self, run: u32) {
+        self.claims[run as usize] -= 1;
+        if self.claims[run as usize] == 0 {
+            for rank in self.ready_of(run) {
+                self.claimed.remove(rank);
+                self.ready.insert(rank);
+            }
+        }
+    }
+
+    /// Ranks of a run's operations that wait for a lane.
+    fn ready_of(&self, run: u32) -> Vec<u32> {
+        let all = core::iter::successors(Some(self.heads[run as usize]), |&k| self.vectors.next(k));
+        let waits = |&k: &u32| self.is_ready[k as usize] && !self.placement.is_placed(k);
+        all.filter(waits).map(|k| self.placement.edges.rank(k)).collect()
     }
 
     /// Tell the readers of what was placed; those who wait for nothing more enter the calendar.

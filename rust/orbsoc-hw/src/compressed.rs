@@ -250,13 +250,9 @@ impl<'a> Writer<'a> {
         let kept = &self.lanes[issue.unit as usize];
         let current = self.current[issue.unit as usize];
         let cost = |number: usize| {
-            let modes = self.table[number].modes.iter();
-            let bits = modes.map(|mode| match mode {
-                Mode::Kept | Mode::Step => 0,
-                Mode::Short => self.format.short_bits,
-                Mode::Full => self.format.address_bits,
-            });
-            bits.sum::<usize>() + if number == current { 0 } else { self.format.template_bits }
+            let payload = self.table[number].payload(self.format);
+            // Of equal cost, the one that leaves the lane with a template that suits its run.
+            (payload + if number == current { 0 } else { self.format.template_bits }, payload)
         };
         let wish = kept.template(issue, self.format);
         if self.number.get(&wish) == Some(&current) {

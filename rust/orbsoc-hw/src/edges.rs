@@ -2,13 +2,9 @@
 
 use crate::configuration::Configuration;
 use crate::graph::Graph;
-use crate::schedule::Aim;
 
 /// Whom a node waits for: until the result is in storage, or (`false`) only until the other one has begun.
 pub(crate) type Wait = (u32, bool);
-
-/// How many nodes earlier in the kernel weigh as much as a cycle more to the end, where neighbours shall stay together.
-const NODES_PER_CYCLE: u32 = 32;
 
 /// Predecessors of each node, and the longest way from its issue to the end.
 pub(crate) struct Edges {
@@ -17,14 +13,17 @@ pub(crate) struct Edges {
     /// Cycles from a node's issue until the last result that depends on it is in storage.
     pub path: Vec<u32>,
     /// Nodes from the most urgent on, and the place of each among them: first who has the longest way to the end, and
-    /// of equal ways the earlier one in the kernel; of ways about as long, too, if few bits count more than cycles. Urgency decreases along every edge, since ways get shorter (or, from
-    /// a word's reader to its overwriter, at least not longer) and numbers higher.
+    /// of equal ways the earlier one in the kernel; of ways about as long, too, where neighbours shall stay together.
+    /// Urgency decreases along every edge, since ways get shorter (or, from a word's reader to its overwriter, at
+    /// least not longer) and numbers higher.
     order: Vec<u32>,
     rank: Vec<u32>,
 }
 
 impl Edges {
-    pub fn new(graph: &Graph, configuration: &Configuration, aim: Aim) -> Self {
+    /// `nodes_per_cycle`: how many nodes earlier in the kernel weigh as much as a cycle more to the end; none: nothing
+    /// does.
+    pub fn new(graph: &Graph, configuration: &Configuration, nodes_per_cycle: Option<u32>) -> Self {
         let timing = configuration.timing();
         let nodes = &graph.nodes;
         let mut first = vec![0u32; nodes.len() + 1];
@@ -61,9 +60,9 @@ impl Edges {
         }
         // Key and node in one number sort fastest.
         let count = nodes.len() as u32;
-        let urgency = |k: u32| match aim {
-            Aim::Fast => path[k as usize],
-            Aim::Compact => path[k as usize].saturating_mul(NODES_PER_CYCLE).saturating_add(count - k),
+        let urgency = |k: u32| match nodes_per_cycle {
+            None => path[k as usize],
+            Some(nodes) => path[k as usize].saturating_mul(nodes).saturating_add(count - k),
         };
         let key = |k: u32| u64::from(u32::MAX - urgency(k)) << 32 | u64::from(k);
         let mut keys: Vec<u64> = (0..count).map(key).collect();

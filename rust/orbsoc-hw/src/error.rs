@@ -45,6 +45,11 @@ pub enum Error {
         /// Words recorded.
         expected: usize,
     },
+    /// Words of a problem that differs from the recorded one in more than its numbers.
+    OtherPattern {
+        /// The matrix, the cones or the absent rows that differ.
+        part: &'static str,
+    },
     /// A microcode word that no encoder writes.
     Damaged {
         /// Which word.
@@ -75,6 +80,9 @@ impl fmt::Display for Error {
                 f,
                 "buffer `{buffer}` has {found} words, but the recorded pattern has {expected}"
             ),
+            Self::OtherPattern { part } => {
+                write!(f, "the words are those of a problem whose `{part}` has another pattern than the recorded one")
+            }
             Self::Damaged { word, detail } => write!(f, "microcode word {word}: {detail}"),
         }
     }

@@ -131,6 +131,33 @@ impl Graph {
         (self.uses[accumulator as usize] == 1 && previous.home.is_none()).then_some(accumulator)
     }
 
+    /// Give every result that has no home a word of its own from `first` on, the partial results of a chain of sums one
+    /// for all, in the order of the kernel: neighbours there are neighbours in storage. All or, where the words end
+    /// before `limit`, none. The first word that is free thereafter.
+    pub fn settle(&mut self, first: u32, limit: u32) -> u32 {
+        let homeless: Vec<u32> = (0..self.nodes.len() as u32).filter(|&k| self.home(k).is_none()).collect();
+        let mut continued = vec![false; self.nodes.len()];
+        for previous in homeless.iter().filter_map(|&k| self.sole_accumulator(k)) {
+            continued[previous as usize] = true;
+        }
+        let ends: Vec<u32> = homeless.into_iter().filter(|&k| !continued[k as usize]).collect();
+        if ends.len() > limit.saturating_sub(first) as usize {
+            return first;
+        }
+        for (&end, home) in ends.iter().zip(first..) {
+            let mut next = Some(end);
+            while let Some(k) = next {
+                next = self.sole_accumulator(k);
+                self.nodes[k as usize].home = Some(home);
+            }
+        }
+        first + ends.len() as u32
+    }
+
+    fn home(&self, k: u32) -> Option<u32> {
+        self.nodes[k as usize].home
+    }
+
     fn find_overwrites(&mut self) {
         let mut first: Vec<Option<u32>> = vec![None; self.words()];
         for (node, k) in self.nodes.iter().zip(0..) {

@@ -12,6 +12,7 @@ mod by_cycle;
 mod calendar;
 mod causes;
 mod code;
+mod compact;
 mod compressed;
 mod configuration;
 mod edges;

@@ -1,5 +1,6 @@
 //! Every segment of a pattern on one engine.
 
+use crate::compact::compact;
 use crate::compressed::Compressed;
 use crate::configuration::Configuration;
 use crate::error::Error;
@@ -7,7 +8,7 @@ use crate::graph::Graph;
 use crate::layout::Layout;
 use crate::microcode::{flat, Microcode};
 use crate::schedule::{schedule, Aim, Schedule};
-use orbsoc::{Buffer, Recording, Stage, Tape};
+use orbsoc::{Buffer, Problem, Recording, Stage, Tape};
 
 /// A stage of a PL module, scheduled, or several as one stream.
 #[derive(Clone, Debug)]
@@ -38,6 +39,8 @@ impl Segment {
 pub struct Program {
     /// The engine.
     pub configuration: Configuration,
+    /// The problem whose pattern was recorded.
+    pub problem: Problem,
     /// Where everything lives.
     pub layout: Layout,
     /// In the order of the dataflow table.
@@ -58,9 +61,7 @@ impl Program {
     /// # Errors
     /// As [`Program::new`].
     pub fn with_aim(recording: &Recording, configuration: &Configuration, aim: Aim) -> Result<Self, Error> {
-        configuration.validate()?;
-        let layout = Layout::new(recording, configuration)?;
-        let mut program = Self { configuration: *configuration, layout, segments: Vec::new() };
+        let mut program = Self::empty(recording, configuration)?;
         for tape in &recording.tapes {
             program.append(tape, aim)?;
         }
@@ -79,7 +80,7 @@ impl Program {
         stages: &[Stage],
         leaves: Option<&[Buffer]>,
     ) -> Result<Self, Error> {
-        configuration.validate()?;
+        let mut program = Self::empty(recording, configuration)?;
         let none = |stage: &str| Error::NoSegment { stage: stage.to_owned() };
         let tape = |stage: Stage| recording.tape(stage).ok_or_else(|| none(stage.name()));
         let (&first, then) = stages.split_first().ok_or_else(|| none(""))?;
@@ -90,18 +91,30 @@ impl Program {
         if let Some(buffers) = leaves {
             joined = joined.leaving(buffers);
         }
-        let layout = Layout::new(recording, configuration)?;
-        let mut program = Self { configuration: *configuration, layout, segments: Vec::new() };
         program.append(&joined, aim)?;
         program.segments[0].then = then.to_vec();
         program.segments[0].leaves = leaves.map(<[Buffer]>::to_vec);
         Ok(program)
     }
 
+    fn empty(recording: &Recording, configuration: &Configuration) -> Result<Self, Error> {
+        configuration.validate()?;
+        Ok(Self {
+            configuration: *configuration,
+            problem: recording.problem.clone(),
+            layout: Layout::new(recording, configuration)?,
+            segments: Vec::new(),
+        })
+    }
+
     fn append(&mut self, tape: &Tape, aim: Aim) -> Result<(), Error> {
         let start = self.segments.last().map_or(0, |last| last.start + last.schedule.words as usize);
         let graph = Graph::new(tape, &self.layout);
-        let schedule = schedule(tape.stage.name(), &graph, &self.layout, &self.configuration, aim)?;
+        let make = match aim {
+            Aim::Fast => schedule,
+            Aim::Compact => compact,
+        };
+        let schedule = make(tape.stage.name(), &graph, &self.layout, &self.configuration)?;
         let (needed, available) = (start + schedule.words as usize, self.configuration.microcode_words);
         if needed > available {
             return Err(Error::Microcode { needed, available });

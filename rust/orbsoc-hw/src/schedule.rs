@@ -1,7 +1,7 @@
 //! Scheduling: every operation gets its cycle, its unit and its addresses. Nothing is left for the engine to decide.
 
 use crate::bounds::Bounds;
-use crate::by_cycle::place_by_cycle;
+use crate::by_cycle::{place_by_cycle, Habit};
 use crate::causes::Causes;
 use crate::code::Code;
 use crate::configuration::Configuration;
@@ -59,21 +59,11 @@ impl Schedule {
 pub enum Aim {
     /// Fewest cycles.
     Fast,
-    /// Few bits of compressed microcode: a lane rather waits than leaves its run.
+    /// Few bits of compressed microcode, for a few cycles more.
     Compact,
 }
 
-impl Aim {
-    /// Cycles that a lane waits for a port before it turns to another run.
-    fn patience(self) -> u32 {
-        match self {
-            Self::Fast => 0,
-            Self::Compact => 2,
-        }
-    }
-}
-
-/// Schedule a graph of a layout; temporaries go behind its words.
+/// Schedule a graph of a layout for the fewest cycles; temporaries go behind its words.
 ///
 /// # Errors
 /// [`Error::Storage`] when the temporaries do not fit.
@@ -82,15 +72,12 @@ pub fn schedule(
     graph: &Graph,
     layout: &Layout,
     configuration: &Configuration,
-    aim: Aim,
 ) -> Result<Schedule, Error> {
-    let edges = Edges::new(graph, configuration, aim);
+    let edges = Edges::new(graph, configuration, Habit::URGENT.nodes_per_cycle);
     let bounds = Bounds::new(graph, &edges, configuration);
     let new = || Placement::new(graph, layout, configuration, &edges);
-    let by_cycle = || place_by_cycle(new(), aim.patience());
-    let placement = if aim == Aim::Compact {
-        by_cycle()
-    } else if graph.nodes.len() > ONE_WAY {
+    let by_cycle = || place_by_cycle(new(), Habit::URGENT);
+    let placement = if graph.nodes.len() > ONE_WAY {
         let issue_bound = bounds.issue > bounds.dependency;
         if issue_bound {
             by_cycle()
@@ -112,7 +99,25 @@ pub fn schedule(
             }
         }
     };
-    finished(segment, graph, layout, configuration, placement, bounds)
+    finished(segment, graph, layout, layout.words(), configuration, placement, bounds)
+}
+
+/// Schedule a graph whose results have words below `settled`, lane by lane, with lanes of a habit.
+///
+/// # Errors
+/// As [`schedule`].
+pub(crate) fn schedule_runs(
+    segment: &'static str,
+    graph: &Graph,
+    layout: &Layout,
+    settled: u32,
+    configuration: &Configuration,
+    habit: Habit,
+) -> Result<Schedule, Error> {
+    let edges = Edges::new(graph, configuration, habit.nodes_per_cycle);
+    let bounds = Bounds::new(graph, &edges, configuration);
+    let placement = place_by_cycle(Placement::new(graph, layout, configuration, &edges), habit);
+    finished(segment, graph, layout, settled, configuration, placement, bounds)
 }
 
 /// Larger segments are scheduled one way only: lane by lane if the lanes bound them, else by urgency.
@@ -124,6 +129,7 @@ fn finished(
     segment: &'static str,
     graph: &Graph,
     layout: &Layout,
+    first_free: u32,
     configuration: &Configuration,
     placement: Placement<'_>,
     bounds: Bounds,
@@ -132,7 +138,7 @@ fn finished(
     let Placement { places, accounts, .. } = placement;
     let words = places.iter().map(|place| place.cycle + 1).max().unwrap_or(1);
     let order = in_order(&places);
-    let (addresses, storage) = assign_rows(segment, graph, &places, &order, layout.words(), configuration)?;
+    let (addresses, storage) = assign_rows(segment, graph, &places, &order, first_free, configuration)?;
     let timing = configuration.timing();
     let end = end.max(words);
     let (causes, slots) = accounts.settle(graph, &places, words, end, configuration);

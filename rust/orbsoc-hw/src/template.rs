@@ -31,6 +31,26 @@ impl Template {
         Self { field: code.field(), modes: [a, b, c, Mode::Full] }
     }
 
+    /// Bits of the fields of one operation.
+    pub fn payload(self, format: &Format) -> usize {
+        let bits = |mode: &Mode| match mode {
+            Mode::Kept | Mode::Step => 0,
+            Mode::Short => format.short_bits,
+            Mode::Full => format.address_bits,
+        };
+        self.modes.iter().map(bits).sum()
+    }
+
+    /// Whether it can write all that another one writes. Steps are short, for they came as short fields.
+    fn serves(self, other: Self) -> bool {
+        let serves = |(k, (mine, theirs)): (usize, (&Mode, &Mode))| {
+            mine == theirs
+                || *mine == Mode::Full
+                || *mine == Mode::Short && *theirs != Mode::Full && (k < 3 || *theirs != Mode::Kept)
+        };
+        self.field == other.field && self.modes.iter().zip(&other.modes).enumerate().all(serves)
+    }
+
     /// As a table's entry.
     pub fn bits(self) -> u64 {
         let modes = self.modes.iter().enumerate().map(|(k, &mode)| (mode as u64) << (4 + 2 * k));
@@ -176,33 +196,69 @@ impl Format {
     }
 }
 
-/// The templates worth a place in the table: one for anything of each code, then those that save most.
+/// The templates worth a place in the table: one for anything of each code, then, one by one, those that save most over
+/// what is in it already.
 pub(crate) fn choose(wishes: &HashMap<Template, u64>, format: &Format) -> Vec<Template> {
-    let cost = |template: &Template| {
-        let bits = |mode: &Mode| match mode {
-            Mode::Kept | Mode::Step => 0,
-            Mode::Short => format.short_bits as u64,
-            Mode::Full => format.address_bits as u64,
-        };
-        template.modes.iter().map(bits).sum::<u64>()
-    };
     let mut table = vec![Template::NONE];
     for code in Code::ALL.into_iter().filter(|code| !code.on_divider()) {
         if wishes.keys().any(|wish| wish.field == code.field()) {
             table.push(Template::full(code));
         }
     }
-    let saved = |wish: &Template| {
-        let full = table.iter().find(|template| template.field == wish.field).map_or(0, cost);
-        full - cost(wish)
-    };
-    let mut ranked: Vec<(u64, Template)> =
-        wishes.iter().map(|(wish, &times)| (times * saved(wish), *wish)).collect();
-    ranked.sort_unstable_by(|a, b| b.cmp(a));
-    let rest = ranked.into_iter().map(|(_, wish)| wish).filter(|wish| !table.contains(wish));
-    let room = (1usize << format.template_bits) - table.len();
-    let chosen: Vec<Template> = rest.take(room).collect();
-    table.extend(chosen);
-    table.resize(1 << format.template_bits, Template::NONE);
+    let mut costly = Costly::new(wishes, &table, format);
+    let size = 1 << format.template_bits;
+    while table.len() < size {
+        let Some(best) = costly.relieve() else { break };
+        table.push(best);
+    }
+    table.resize(size, Template::NONE);
     table
 }
+
+/// What operations would be written by, and the bits that they cost with the table so far.
+struct Costly(Vec<Wish>);
+
+struct Wish {
+    template: Template,
+    bits: usize,
+    times: u64,
+    cost: usize,
+    /// The wishes that it serves.
+    serves: Vec<usize>,
+}
+
+impl Costly {
+    fn new(wishes: &HashMap<Template, u64>, table: &[Template], format: &Format) -> Self {
+        let mut all: Vec<_> = wishes.iter().map(|(&template, &times)| (template, times)).collect();
+        all.sort_unstable_by_key(|&(template, times)| (core::cmp::Reverse(times), template));
+        all.truncate(WORTHWHILE);
+        let wish = |&(template, times): &(Template, u64)| {
+            let full = table.iter().find(|full| full.field == template.field);
+            let served = all.iter().enumerate().filter(|(_, (other, _))| template.serves(*other));
+            let serves = served.map(|(k, _)| k).collect();
+            let cost = full.map_or(0, |full| full.payload(format));
+            Wish { template, bits: template.payload(format), times, cost, serves }
+        };
+        Self(all.iter().map(wish).collect())
+    }
+
+    /// What a wish's template would save.
+    fn saved(&self, wish: &Wish) -> u64 {
+        let served = wish.serves.iter().map(|&k| &self.0[k]);
+        served.map(|other| other.times * other.cost.saturating_sub(wish.bits) as u64).sum()
+    }
+
+    /// The template that saves most, if any saves; its savings are made.
+    fn relieve(&mut self) -> Option<Template> {
+        let saving = self.0.iter().map(|wish| (self.saved(wish), wish.template)).enumerate();
+        let (best, (saved, template)) = saving.max_by_key(|(_, saving)| *saving)?;
+        let (bits, serves) = (self.0[best].bits, core::mem::take(&mut self.0[best].serves));
+        for k in serves {
+            self.0[k].cost = bits.min(self.0[k].cost);
+        }
+        (saved > 0).then_some(template)
+    }
+}
+
+/// Wishes that are looked at, the most frequent ones: rarer ones save nothing.
+const WORTHWHILE: usize = 128;

@@ -166,7 +166,10 @@ fn same_pattern<T: Decide>(program: &Program, snapshot: &Snapshot<T>) -> Result<
             return Err(Error::Pattern { buffer: buffer.name(), found, expected });
         }
     }
-    Ok(())
+    match program.problem.same_pattern(snapshot.before.problem()) {
+        Err(orbsoc::Error::PatternChanged { argument }) => Err(Error::OtherPattern { part: argument }),
+        _ => Ok(()),
+    }
 }
 
 /// Words of a single-precision solve are binary32 numbers already.

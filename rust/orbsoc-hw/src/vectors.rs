@@ -52,6 +52,20 @@ impl Vectors {
         vectors
     }
 
+    /// A node's run.
+    pub fn run(&self, k: u32) -> u32 {
+        self.run[k as usize]
+    }
+
+    /// The first operation of every run.
+    pub fn heads(&self) -> Vec<u32> {
+        let mut heads = vec![0; self.length.len()];
+        for (k, &run) in self.run.iter().enumerate().rev() {
+            heads[run as usize] = k as u32;
+        }
+        heads
+    }
+
     /// The operation that continues a node's run.
     pub fn next(&self, k: u32) -> Option<u32> {
         self.next[k as usize]

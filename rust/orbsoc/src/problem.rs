@@ -167,7 +167,10 @@ impl Problem {
     }
 
     /// Check that `other` differs in its numbers only.
-    pub(crate) fn same_pattern(&self, other: &Self) -> Result<(), Error> {
+    ///
+    /// # Errors
+    /// [`Error::PatternChanged`] naming the matrix, or cones or absent rows that differ.
+    pub fn same_pattern(&self, other: &Self) -> Result<(), Error> {
         let absent =
             |p: &Self, q: &Self| p.h.iter().map(|h| h.is_finite()).eq(q.h.iter().map(|h| h.is_finite()));
         let parts = [

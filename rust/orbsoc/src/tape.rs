@@ -41,6 +41,8 @@ pub struct Tape {
 /// The tapes of a pattern.
 #[derive(Clone, Debug)]
 pub struct Recording {
+    /// The problem whose pattern it is.
+    pub problem: Problem,
     /// One for each stage of a PL module, in the order of [`Stage::ALL`].
     pub tapes: Vec<Tape>,
     /// Words of each buffer, in the order of [`Buffer::ALL`].
@@ -80,6 +82,7 @@ pub fn record_tapes(problem: &Problem, settings: &Settings) -> Result<Recording,
     let mut path = Datapath::<Taped>::new(structure, settings)?;
     let stages = Stage::ALL.iter().filter(|stage| stage.module() != Module::Ps);
     Ok(Recording {
+        problem: problem.clone(),
         tapes: stages.map(|&stage| record_stage(&mut path, stage)).collect(),
         words: Buffer::ALL.iter().map(|&buffer| path.work.get(buffer).len()).collect(),
     })

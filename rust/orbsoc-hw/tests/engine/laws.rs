@@ -66,6 +66,25 @@ proptest! {
         prop_assert!(made.is_ok(), "{:?}", made.err());
     }
 
+    /// Schedules for few bits, with what they settle in storage, on the same machine.
+    #[test]
+    fn compact_schedules_make_the_kernels_words_too(problem in problems(), engine in engines()) {
+        let settings = Settings::default();
+        let recording = record_tapes(&problem, &settings).unwrap();
+        let engine = Configuration { precision: Precision::F64, ..engine };
+        let program = Program::with_aim(&recording, &engine, Aim::Compact).unwrap();
+        let words = snapshots::<f64>(&problem, &settings).unwrap();
+        for module in MODULES {
+            let made = validation_case(&program, &words, module, Format::Compressed);
+            prop_assert!(made.is_ok(), "{:?}", made.err());
+        }
+        let compressed = program.compressed();
+        for (k, segment) in program.segments.iter().enumerate() {
+            let words = decompress(&compressed, k, &engine).unwrap();
+            prop_assert_eq!(&words, &segment.schedule.issues);
+        }
+    }
+
     #[test]
     fn bounds_stay_below_and_causes_add_up(problem in problems(), engine in engines()) {
         for segment in &program(&problem, &engine).segments {

@@ -1,7 +1,7 @@
 //! Engines that cannot be, streams that do not fit, microcode that is broken.
 
 use crate::problem::problem;
-use orbsoc::{record_tapes, Module, Settings, Stage};
+use orbsoc::{record_tapes, Cones, Csc, Module, Problem, Settings, Stage};
 use orbsoc_hw::{
     decompress, flat, snapshots, validation_case, Aim, Configuration, Error, Fault, Format, Machine, Program,
     Rule,
@@ -40,6 +40,26 @@ fn words_of_another_pattern_are_refused_be_they_fewer_or_more() {
         let error = validation_case(&small(), &words, Module::ConeOps, Format::Flat).unwrap_err();
         assert!(matches!(error, Error::Pattern { found, expected, .. } if found != expected), "{error}");
     }
+}
+
+#[test]
+fn words_of_another_pattern_with_as_many_words_are_refused_by_the_matrix() {
+    let of = |rows: [usize; 2]| {
+        let g = Csc::new("G", (2, 2), vec![0, 1, 2], rows.to_vec(), vec![-1.0, -1.0]).unwrap();
+        let cones = Cones { l: 2, q: vec![] };
+        Problem::new(None, vec![1.0, 1.0], None, vec![], Some(g), vec![-1.0, -2.0], cones).unwrap()
+    };
+    let (straight, crossed) = (of([0, 1]), of([1, 0]));
+    let recording = record_tapes(&straight, &Settings::default()).unwrap();
+    let program = Program::new(&recording, &Configuration::default()).unwrap();
+    let case = |problem| {
+        let words = snapshots::<f64>(problem, &Settings::default()).unwrap();
+        validation_case(&program, &words, Module::LineSearch, Format::Flat)
+    };
+    assert!(case(&straight).is_ok());
+    let error = case(&crossed).unwrap_err();
+    assert_eq!(error, Error::OtherPattern { part: "G" });
+    assert!(error.to_string().contains("`G`"), "{error}");
 }
 
 #[test]
