@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from orbsoc.pl_program import Engine
@@ -48,9 +48,18 @@ def quick_solves(scenarios: Path) -> list[SolvePoint]:
 
 
 def all_solves(scenarios: Path) -> list[SolvePoint]:
-    """Those, and the mission's subproblem with as many nodes as the paper's and with half as many again."""
+    """Those, and the mission's subproblem with as many nodes as the paper's, flat and compressed, and with half as
+    many again."""
     sixteen = Engine(lanes=4, banks=16, address_bits=16)
-    return [*quick_solves(scenarios), *_mission_004(scenarios, 12), *_mission_004(scenarios, 18, sixteen)]
+    two = replace(FOUR_LANES, lanes=2)
+    twelve = _mission_004(scenarios, 12)
+    return [
+        *quick_solves(scenarios),
+        *twelve,
+        *(replace(at, engine=engine, format="compressed") for at in twelve for engine in (FOUR_LANES, two)),
+        *(replace(at, engine=two) for at in twelve),
+        *_mission_004(scenarios, 18, sixteen),
+    ]
 
 
 def run_solves(rtl: Path, points: list[SolvePoint]) -> Iterator[SolveOutcome]:

@@ -35,7 +35,8 @@ MODULES = (
 )
 ADDRESS_BITS = 15
 _CODE_BITS = 17
-"""Lines of microcode memory as a power of two, unless told: the default of rtl/engine/engine.sv."""
+"""Lines of microcode memory as a power of two, at least: most programs share a harness."""
+_MICROCODE = re.compile(r"^microcode (\d+)$", re.MULTILINE)
 _RUN = re.compile(r"^run (\w+) cycles (\d+) expected (\d+) different (\d+) asserted (\d+)$", re.MULTILINE)
 
 
@@ -75,21 +76,27 @@ class Outcome:
 
 
 def rtl_folder(given: Path | None) -> Path:
-    """The RTL's sources: `given`, or those of the source tree that this package runs from.
+    """`rtl_sources`, where there is a Verilator to build them. Raises RtlError without."""
+    folder = rtl_sources(given)
+    if shutil.which("verilator") is None:
+        raise RtlError("Verilator is not installed; on Debian or Ubuntu: apt install verilator")
+    return folder
 
-    Raises RtlError if there are none, or no Verilator.
+
+def rtl_sources(given: Path | None) -> Path:
+    """The RTL's folder: `given`, or that of the source tree that this package runs from.
+
+    Raises RtlError if there is none.
     """
     folder = given or Path(__file__).resolve().parents[2] / "rtl"
     if not (folder / "build.sh").is_file():
         raise RtlError(
             f"{folder}: no RTL there; run from a source tree of orbsoc, or name its folder with --rtl"
         )
-    if shutil.which("verilator") is None:
-        raise RtlError("Verilator is not installed; on Debian or Ubuntu: apt install verilator")
     return folder
 
 
-def built(folder: Path, engine: Engine, form: Format, *, lines: int = 0) -> Path:
+def built(folder: Path, engine: Engine, form: Format, *, lines: int) -> Path:
     """The harness for one engine with room for `lines` of microcode, from the cache of `rtl/build.sh`.
 
     Raises RtlError with the log of the build.
@@ -97,9 +104,8 @@ def built(folder: Path, engine: Engine, form: Format, *, lines: int = 0) -> Path
     parameters = {
         "FP": engine.fp, "LANES": engine.lanes, "DIVIDERS": engine.dividers, "BANKS": engine.banks,
         "ADDRESS_BITS": engine.address_bits, "SEQUENCER": SEQUENCERS[form],
+        "CODE_BITS": max(_CODE_BITS, (lines - 1).bit_length()),
     }  # fmt: skip
-    if lines > 1 << _CODE_BITS:
-        parameters["CODE_BITS"] = (lines - 1).bit_length()
     arguments = [f"-G{name}={value}" for name, value in parameters.items()]
     done = subprocess.run(
         ["sh", folder / "build.sh", "engine", *arguments], capture_output=True, text=True, check=False
@@ -111,8 +117,8 @@ def built(folder: Path, engine: Engine, form: Format, *, lines: int = 0) -> Path
 
 def run(folder: Path, point: Point, program: PlProgram) -> list[Outcome]:
     """Build, run and compare one point. Raises RtlError if the harness breaks off."""
-    harness = built(folder, program.engine, point.format)
     text = program.core.case(point.module, point.format, seed=point.level + 1, level=point.level)
+    harness = built(folder, program.engine, point.format, lines=_lines(text))
     with tempfile.TemporaryDirectory() as scratch:
         case = Path(scratch) / "point.case"
         case.write_text(text)
@@ -124,6 +130,14 @@ def run(folder: Path, point: Point, program: PlProgram) -> list[Outcome]:
     if not found or len(found) != text.count("\nrun "):
         raise RtlError(f"{point}: the harness broke off: {(done.stdout + done.stderr).strip()[-2000:]}")
     return found
+
+
+def _lines(case: str) -> int:
+    """Of microcode in a case."""
+    match = _MICROCODE.search(case)
+    if match is None:
+        raise RtlError("a case without microcode")
+    return int(match[1])
 
 
 def problems(largest: Problem | None = None) -> dict[str, Problem]:
@@ -190,7 +204,7 @@ def quick_points(names: Sequence[str]) -> list[Point]:
 
 def all_points(names: Sequence[str]) -> list[Point]:
     """V2: every module × problem × lanes 1, 2, 4 × banks 4, 8, 16, and once more with 8 lanes; then V3, four levels of
-    fetch gaps, and the compressed format at 1 lane and at 4."""
+    fetch gaps, and the compressed format at 1, 2 and 4 lanes."""
     engines = [
         Engine(lanes=lanes, banks=banks, address_bits=ADDRESS_BITS)
         for lanes in (1, 2, 4)
@@ -200,7 +214,7 @@ def all_points(names: Sequence[str]) -> list[Point]:
     static = [
         Point(name, module, engine) for engine in (*engines, eight) for name in names for module in MODULES
     ]
-    one, four = engines[2], engines[-1]
+    one, two, four = engines[2::3]
     dynamic = [
         Point(name, module, four, "in_order", level)
         for level in (0, 16, 64, 128, 192)
@@ -209,7 +223,7 @@ def all_points(names: Sequence[str]) -> list[Point]:
     ]
     compressed = [
         Point(name, module, engine, "compressed")
-        for engine in (one, four)
+        for engine in (one, two, four)
         for name in names
         for module in MODULES
     ]
@@ -217,14 +231,17 @@ def all_points(names: Sequence[str]) -> list[Point]:
 
 
 def kkt_points(name: str) -> list[Point]:
-    """Factorization and two solves as one stream: 4 lanes, flat and compressed; 8 lanes with 32 banks, 2 dividers."""
-    four = Engine(lanes=4, banks=16, address_bits=ADDRESS_BITS)
+    """Factorization and two solves as one stream, without and with residuals: 4 lanes, flat and compressed; 2 lanes,
+    compressed; 8 lanes with 32 banks, 2 dividers."""
+    two, four = (Engine(lanes=lanes, banks=16, address_bits=ADDRESS_BITS) for lanes in (2, 4))
     eight = Engine(lanes=8, banks=32, dividers=2, address_bits=ADDRESS_BITS)
-    whole = Stream(KKT_SOLVES.stages)
+    runs: list[tuple[Engine, Format]] = [
+        (four, "flat"), (four, "compressed"), (two, "compressed"), (eight, "flat"),
+    ]  # fmt: skip
     return [
-        *(Point(name, "factorization", four, stream=stream) for stream in (KKT_SOLVES, whole)),
-        Point(name, "factorization", four, "compressed", stream=whole),
-        *(Point(name, "factorization", eight, stream=stream) for stream in (KKT_SOLVES, whole)),
+        Point(name, "factorization", engine, form, stream=stream)
+        for engine, form in runs
+        for stream in (KKT_SOLVES, Stream(KKT_SOLVES.stages))
     ]
 
 

@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 constexpr const char *RULES[] = {"read_conflict",  "read_pending", "write_pending",  "result_conflict",
                                  "write_conflict", "divider_busy", "read_unwritten", "unknown_operation"};
 constexpr int RULE_COUNT = 8;
+constexpr uint64_t CODE_LINES = uint64_t(1) << PL_CODE_BITS;
 
 enum Register : uint16_t { MODULE = 0x00, SEGMENT = 0x04, SEQUENCE = 0x08, CONTROL = 0x0c, STATUS = 0x10, IRQ_ACK = 0x14, TABLE = 0x1000 };
 
@@ -37,6 +39,9 @@ class Computer {
 
   // One line of microcode; one template of compressed microcode.
   void load_line(uint64_t address, const std::string &word) {
+    if (address >= CODE_LINES)
+      throw std::runtime_error("microcode: line " + std::to_string(address) + ", but this engine's memory holds " +
+                               std::to_string(CODE_LINES) + " (CODE_BITS)");
     dut.code_write = 1;
     dut.code_address = IData(address);
     set_port(dut.code_word, word);

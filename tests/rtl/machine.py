@@ -74,6 +74,7 @@ class Machine:
             "BANKS": self.banks,
             "ADDRESS_BITS": self.address_bits,
             "SEQUENCER": SEQUENCERS[form],
+            "CODE_BITS": 17,
         }
 
     def canonical_nan(self) -> int:

@@ -1,17 +1,18 @@
 """Engines and models that are wrong in one place (V5): each must be caught by the programs that the right one passes.
 
-A mutation of the RTL is a changed line in a copy of its sources; one of the model is a schedule made under a rule
-that is not the engine's. The programs are the random ones of test_engine.py.
+A mutation of the RTL is a changed line in a copy of its sources (`orbsoc hw validate --mutations` shows them to the
+schedules of a problem); one of the model is a schedule made under a rule that is not the engine's. The programs are
+the random ones of test_engine.py.
 """
 
 from __future__ import annotations
 
-import shutil
-from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import pytest
 
+from orbsoc.rtl_mutations import MUTATIONS
 from tests.rtl.case_writer import Answer, Case, run_case
 from tests.rtl.engine_sources import RTL
 from tests.rtl.machine import (
@@ -33,42 +34,9 @@ from tests.rtl.verilator import require_verilator
 MACHINE = Machine(fp=32, lanes=1, banks=4, address_bits=10)
 
 
-@dataclass(frozen=True)
-class Mutation:
-    """One replacement in one file of the RTL, seen with one sequencer."""
-
-    file: str
-    line: str
-    becomes: str
-    form: str = "flat"
-
-
-MUTATIONS = {
-    "adder one cycle longer": Mutation("latency.svh", "F32_ADD_CYCLES = 6", "F32_ADD_CYCLES = 7"),
-    "banks swapped at the write crossbar": Mutation(
-        "engine/write_crossbar.sv", "address[u*A+:PICK] == PICK'(b)", "address[u*A+:PICK] == PICK'(b ^ 1)"
-    ),
-    "busy words ignored": Mutation(
-        "engine/sequencer_in_order.sv", "word_busy[i] = uses[i]", "word_busy[i] = 1'b0", "in_order"
-    ),
-    "divider reserved a cycle short": Mutation(
-        "engine/sequencer_in_order.sv", "divider_next[d*DIV+DIV-1]", "divider_next[d*DIV+DIV-2]", "in_order"
-    ),
-}
-
-
-def mutated(mutation: Mutation, folder: Path) -> Path:
-    """A copy of the RTL with the mutation, which must apply exactly once."""
-    rtl = folder / "rtl"
-    shutil.copytree(RTL, rtl)
-    path = rtl / mutation.file
-    text = path.read_text()
-    assert text.count(mutation.line) == 1, mutation
-    path.write_text(text.replace(mutation.line, mutation.becomes))
-    return rtl
-
-
+@cache
 def programs(form: str) -> Case:
+    """Random programs for one sequencer; every engine runs the same."""
     case = Case(MACHINE, form)
     for seed, names in enumerate([MIXTURE, MIXTURE, DIVIDER_OPS[1:], DIVIDER_OPS[1:]]):
         ops, memory = random_program(MACHINE, 300, seed, names=names)
@@ -84,11 +52,10 @@ def programs(form: str) -> Case:
 
 
 @pytest.mark.parametrize("name", MUTATIONS)
-def test_a_mutation_of_the_rtl_is_caught(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_mutation_of_the_rtl_is_caught(name: str, tmp_path: Path) -> None:
     require_verilator()
-    monkeypatch.setenv("ORBSOC_RTL_CACHE", str(tmp_path / "cache"))
     mutation = MUTATIONS[name]
-    answers = run_case(programs(mutation.form), tmp_path, mutated(mutation, tmp_path))
+    answers = run_case(programs(mutation.form), tmp_path, mutation.apply(RTL, tmp_path))
     assert not all(answer.good for answer in answers.values())
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import subprocess
 from pathlib import Path
 
 import pytest
 
+from orbsoc import rtl_validation
 from orbsoc.pl_program import Engine, scheduled
 from orbsoc.rtl_validation import (
     MODULES,
@@ -64,4 +66,18 @@ def test_a_word_that_differs_is_reported(monkeypatch: pytest.MonkeyPatch) -> Non
     assert not outcome.good
     assert outcome.different_words == 1
     assert outcome.model_cycles != outcome.rtl_cycles
-    assert built(RTL, engine, "flat").is_file()
+
+
+@pytest.mark.parametrize(("lines", "bits"), [(1, 17), (1 << 17, 17), ((1 << 17) + 1, 18), (1 << 20, 20)])
+def test_microcode_memory_grows_with_the_program(
+    lines: int, bits: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[list[object]] = []
+
+    def build(command: list[object], **_: object) -> subprocess.CompletedProcess[str]:
+        asked.append(command)
+        return subprocess.CompletedProcess(command, 0, "/harness\n", "")
+
+    monkeypatch.setattr(rtl_validation.subprocess, "run", build)
+    assert built(RTL, Engine(address_bits=15), "flat", lines=lines) == Path("/harness")
+    assert f"-GCODE_BITS={bits}" in asked[0]

@@ -118,3 +118,13 @@ def test_a_write_while_a_segment_runs_stops_the_pl(rtl: Rtl) -> None:
     rtl.launch(segment=1, sequence=2)
     rtl.register(Register.MODULE, 1)
     assert rtl.status().fault is Fault.LAUNCH_WHILE_BUSY
+
+
+def test_a_line_beyond_the_microcode_memory_ends_the_session() -> None:
+    """It would wrap to the first line otherwise."""
+    require_verilator()
+    rtl = Rtl()
+    last = (1 << MACHINE.build_options("flat")["CODE_BITS"]) - 1
+    assert rtl.ask("code", f"{last:x}", 0) == "ok"
+    assert rtl.ask("code", f"{last + 1:x}", 0) == ""
+    assert rtl.close() == 2

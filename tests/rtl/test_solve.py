@@ -161,7 +161,10 @@ def test_the_answer_is_that_of_the_public_solver() -> None:
 
 def test_a_session_that_ends_says_so() -> None:
     require_verilator()
-    with RtlSession(built(RTL, FOUR_LANES, "flat")) as session, pytest.raises(RtlError, match="no command"):
+    with (
+        RtlSession(built(RTL, FOUR_LANES, "flat", lines=1)) as session,
+        pytest.raises(RtlError, match="no command"),
+    ):
         session.ask("jump")
 
 

@@ -11,7 +11,9 @@ import typer
 
 from orbsoc.commands import hw_options as options
 from orbsoc.commands.ending import FAILED, spoken
+from orbsoc.commands.hw_validate_mutations import validate_mutations
 from orbsoc.commands.hw_validate_solve import validate_solves
+from orbsoc.commands.hw_validate_tables import print_tables
 
 if TYPE_CHECKING:
     from orbsoc.rtl_validation import Outcome
@@ -24,6 +26,16 @@ def validate(
     solve: Annotated[
         bool, typer.Option("--solve", help="whole solves, Python as the PS, instead of segment by segment")
     ] = False,
+    mutations: Annotated[
+        bool, typer.Option("--mutations", help="engines that are wrong in one place: what catches each")
+    ] = False,
+    tables: Annotated[
+        bool,
+        typer.Option(
+            "--tables",
+            help="the modelled tables of docs/pl-schedules.md, mission 004's problems C and A; needs no Verilator",
+        ),
+    ] = False,
     rtl: Annotated[
         Path | None, typer.Option(help="folder of the RTL; that of the source tree by default", metavar="DIR")
     ] = None,
@@ -32,7 +44,7 @@ def validate(
 ) -> None:
     """Run the same microcode on the RTL under Verilator, and compare cycles and every word of storage.
 
-    Exit codes: 0 all equal, 1 any difference, 2 no RTL or no Verilator.
+    Exit codes: 0 all equal (and every mutation caught), 1 any difference, 2 no RTL or no Verilator.
     """
     with spoken(as_json):
         from orbsoc.rtl_validation import (
@@ -42,11 +54,17 @@ def validate(
             problems,
             quick_points,
             rtl_folder,
+            rtl_sources,
             summary,
         )
         from orbsoc.rtl_validation import validate as compare
 
-        folder, where = rtl_folder(rtl), out or Path("out") / "hw-validate"
+        where = out or Path("out") / "hw-validate"
+        if tables:
+            print_tables(rtl_sources(rtl).parent / "scenarios" / "rec1.toml", where, as_json=as_json)
+        folder = rtl_folder(rtl)
+        if mutations:
+            validate_mutations(folder, where, as_json=as_json)
         if solve:
             validate_solves(folder, where, quick=quick, as_json=as_json)
         scenario = folder.parent / "scenarios" / "rec1.toml"

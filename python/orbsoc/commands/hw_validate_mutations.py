@@ -1,0 +1,67 @@
+"""`orbsoc hw validate --mutations`: engines that are wrong in one place, and what catches each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
+
+import typer
+
+from orbsoc.commands import hw_options as options
+from orbsoc.commands.ending import FAILED
+
+if TYPE_CHECKING:
+    from orbsoc.rtl_mutations import Catch
+
+SCHEMA = "orbsoc.rtl-mutations/1"
+
+
+def validate_mutations(folder: Path, where: Path, *, as_json: bool) -> NoReturn:
+    """Run every module of a small problem on each engine, write rtl-mutations.json and .md to `where`, and end with 0
+    or, if a mutation goes unnoticed or the engine as it is does not, 1."""
+    from orbsoc.rtl_mutations import ENGINE, MUTATIONS, catches
+    from orbsoc.rtl_validation import problems
+
+    name, problem = list(problems().items())[1]
+    found: list[Catch] = []
+    for catch in catches(folder, name, problem):
+        found.append(catch)
+        typer.echo(f"{catch.mutation or 'as it is'}, {catch.form}: {_verdict(catch)}", err=True)
+    good = all(catch.good for catch in found)
+    document = {
+        "schema": SCHEMA,
+        "provenance": "measured: RTL under Verilator against its schedule",
+        "problem": name,
+        "engine": asdict(ENGINE),
+        "good": good,
+        "engines": [asdict(catch) | {"caught": catch.caught, "good": catch.good} for catch in found],
+    }
+    table = _table(found)
+    text = "\n".join(table) + "\n"
+    options.write_all(where, {"rtl-mutations.json": options.as_json_text(document), "rtl-mutations.md": text})
+    caught = sum(catch.caught for catch in found)
+    verdict = f"measured: {caught} of {len(MUTATIONS)} mutations of the RTL are caught"
+    options.say([*table, verdict], document, where, as_json=as_json)
+    raise typer.Exit(0 if good else FAILED)
+
+
+def _table(found: Sequence[Catch]) -> list[str]:
+    """Markdown, one row an engine."""
+    rows = [
+        f"| {catch.mutation or 'none'} | {catch.form} | {catch.segments} | {catch.wrong_cycles} |"
+        f" {catch.wrong_words} | {catch.asserted} | {_verdict(catch)} |"
+        for catch in found
+    ]
+    return [
+        "| mutation | sequencer | segments | cycles off | words different | asserted | verdict |",
+        "|---|---|---|---|---|---|---|",
+        *rows,
+    ]
+
+
+def _verdict(catch: Catch) -> str:
+    if catch.caught:
+        return "caught" if catch.good else "DIFFERENT"
+    return "equal" if catch.good else "UNNOTICED"
