@@ -12,6 +12,8 @@ orbsoc-bench FOLDER|FILE … [--repeats N] [--tol T] [--stages] [--label TEXT] [
     --batch N      solve N variants of each problem in SIMD lanes on one thread, too; time per problem
     --label TEXT   what is measured, for the header of the file
     --out FILE     write the results as CSV
+orbsoc-bench --schedule FOLDER|FILE … [--repeats N]
+    Millions of operations a second that the PL's schedulers take in, on engines of 1, 2, 4 and 8 lanes.
 orbsoc-bench --compare BEFORE.csv AFTER.csv
     Ratio after/before for each problem, and for each stage when both files have stages.
 ";
@@ -24,6 +26,7 @@ pub enum Command {
     Help,
     Compare { before: PathBuf, after: PathBuf },
     Measure(Plan),
+    Schedule(Plan),
 }
 
 /// What to measure and where to write it.
@@ -50,6 +53,7 @@ impl Arguments {
             label: String::new(),
             out: None,
         };
+        let mut schedule = false;
         while let Some(word) = words.next() {
             let mut value = || words.next().ok_or(format!("{word} needs a value; see --help"));
             match word.as_str() {
@@ -64,6 +68,7 @@ impl Arguments {
                 "--label" => plan.label = value()?,
                 "--out" => plan.out = Some(value()?.into()),
                 "--stages" => plan.stages = true,
+                "--schedule" => schedule = true,
                 _ if word.starts_with('-') => return Err(format!("unknown option {word}; see --help")),
                 _ => plan.paths.push(word.into()),
             }
@@ -71,7 +76,7 @@ impl Arguments {
         if plan.paths.is_empty() {
             return Err("no problems: give a folder or a file of orbsoc.problem/1; see --help".into());
         }
-        Ok(Self { command: Command::Measure(plan) })
+        Ok(Self { command: if schedule { Command::Schedule(plan) } else { Command::Measure(plan) } })
     }
 }
 

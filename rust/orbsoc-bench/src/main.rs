@@ -5,6 +5,7 @@
 //! orbsoc-bench out/problems/mission004 --stages --out before.csv
 //! orbsoc-bench out/problems/mission004 --stages --out after.csv      # at another commit
 //! orbsoc-bench --compare before.csv after.csv
+//! orbsoc-bench --schedule out/problems/mission004 --repeats 5
 //! ```
 
 mod arguments;
@@ -12,6 +13,7 @@ mod compare;
 mod measure;
 mod problem_file;
 mod results;
+mod schedules;
 mod stages;
 
 use arguments::{Arguments, Command, HELP};
@@ -36,6 +38,9 @@ fn run() -> Result<(), Failure> {
         Command::Help => print!("{HELP}"),
         Command::Compare { before, after } => {
             print!("{}", compare::report(&results::read(&before)?, &results::read(&after)?)?);
+        }
+        Command::Schedule(plan) => {
+            print!("{}", schedules::table(&schedules::measure(&load(&plan.paths)?, &plan)?));
         }
         Command::Measure(plan) => {
             let problems = load(&plan.paths)?;

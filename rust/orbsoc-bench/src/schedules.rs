@@ -1,0 +1,110 @@
+//! How fast operation streams become schedules of the programmable logic, lanes by lanes.
+
+use crate::arguments::Plan;
+use crate::measure::{microseconds, Spread};
+use crate::Failure;
+use orbsoc::{record_tapes, Problem, Recording, Settings};
+use orbsoc_hw::{schedule, Aim, Configuration, Graph, Layout, Program};
+use std::fmt::Write;
+use std::time::Instant;
+
+const LANES: [usize; 4] = [1, 2, 4, 8];
+const LEAST_ADDRESS_BITS: u32 = 10;
+const MOST_ADDRESS_BITS: u32 = 20;
+
+/// One problem on one engine.
+pub struct Row {
+    problem: String,
+    lanes: usize,
+    /// Of all stages.
+    operations: usize,
+    /// Microseconds within the scheduler, graphs given.
+    schedule: Spread,
+    /// Of a program with graphs, layout and schedules for the fewest cycles.
+    program: Spread,
+    /// Of a program for few bits, which tries several schedules and compresses each.
+    compact: Spread,
+}
+
+/// Schedule every stage of every problem `plan.repeats` times, engines interleaved.
+pub fn measure(problems: &[(String, Problem)], plan: &Plan) -> Result<Vec<Row>, Failure> {
+    let settings = Settings { tol: plan.tol, ..Settings::default() };
+    let mut rows = Vec::new();
+    for (name, problem) in problems {
+        let recording = record_tapes(problem, &settings).map_err(|e| format!("{name}: {e}"))?;
+        let engines: Vec<Configuration> =
+            LANES.iter().map(|&lanes| fitting(&recording, lanes)).collect::<Result<_, _>>()?;
+        let mut times = vec![[Vec::new(), Vec::new(), Vec::new()]; engines.len()];
+        let mut operations = 0;
+        for _ in 0..plan.repeats {
+            for (engine, [schedules, programs, compacts]) in engines.iter().zip(&mut times) {
+                let (count, time) = schedule_all(&recording, engine)?;
+                operations = count;
+                schedules.push(time);
+                for (aim, list) in [(Aim::Fast, programs), (Aim::Compact, compacts)] {
+                    let start = Instant::now();
+                    Program::with_aim(&recording, engine, aim).map_err(|e| format!("{name}: {e}"))?;
+                    list.push(microseconds(start));
+                }
+            }
+        }
+        for (engine, [schedules, programs, compacts]) in engines.iter().zip(&times) {
+            rows.push(Row {
+                problem: name.clone(),
+                lanes: engine.lanes,
+                operations,
+                schedule: Spread::of(schedules),
+                program: Spread::of(programs),
+                compact: Spread::of(compacts),
+            });
+        }
+    }
+    Ok(rows)
+}
+
+/// The engine with the least storage that holds a pattern.
+fn fitting(recording: &Recording, lanes: usize) -> Result<Configuration, Failure> {
+    let engine = |address_bits| Configuration { lanes, address_bits, ..Configuration::default() };
+    (LEAST_ADDRESS_BITS..MOST_ADDRESS_BITS)
+        .map(engine)
+        .find(|engine| Program::new(recording, engine).is_ok())
+        .map_or_else(|| Program::new(recording, &engine(MOST_ADDRESS_BITS)).map(|p| p.configuration), Ok)
+        .map_err(|e| e.to_string())
+}
+
+/// Operations of all stages, and microseconds that their schedules take.
+fn schedule_all(recording: &Recording, engine: &Configuration) -> Result<(usize, f64), Failure> {
+    let layout = Layout::new(recording, engine).map_err(|e| e.to_string())?;
+    let graphs: Vec<_> =
+        recording.tapes.iter().map(|tape| (tape.stage.name(), Graph::new(tape, &layout))).collect();
+    let start = Instant::now();
+    for (stage, graph) in &graphs {
+        schedule(stage, graph, &layout, engine).map_err(|e| e.to_string())?;
+    }
+    let time = microseconds(start);
+    Ok((graphs.iter().map(|(_, graph)| graph.nodes.len()).sum(), time))
+}
+
+/// Millions of operations a second, medians; quartiles of the scheduler alone.
+pub fn table(rows: &[Row]) -> String {
+    let mut out = format!(
+        "{:<32} {:>5} {:>10} {:>10} {:>15} {:>10} {:>10}\n",
+        "problem", "lanes", "operations", "scheduler", "(quartiles)", "program", "compact"
+    );
+    for row in rows {
+        let speed = |time: f64| row.operations as f64 / time;
+        let quartiles = format!("({:.2} {:.2})", speed(row.schedule.q3), speed(row.schedule.q1));
+        let _ = writeln!(
+            out,
+            "{:<32} {:>5} {:>10} {:>10.2} {quartiles:>15} {:>10.2} {:>10.2}",
+            row.problem,
+            row.lanes,
+            row.operations,
+            speed(row.schedule.median),
+            speed(row.program.median),
+            speed(row.compact.median),
+        );
+    }
+    out.push_str("millions of operations a second, one core\n");
+    out
+}
