@@ -5,9 +5,10 @@
 <Verdict.WITHIN: 'within reach'>
 """
 
+from .asked import OrbitError
 from .limits import TiltLimit
 from .margin import Margin, Verdict
 from .results import ReachableDomain, load
 from .shortest import ShortestBurn
 
-__all__ = ["Margin", "ReachableDomain", "ShortestBurn", "TiltLimit", "Verdict", "load"]
+__all__ = ["Margin", "OrbitError", "ReachableDomain", "ShortestBurn", "TiltLimit", "Verdict", "load"]

@@ -21,6 +21,7 @@ from orbsoc.missions.reachable_domain.terminal import LargestTilt
 from orbsoc.orbit import EARTH, Elements
 from orbsoc.sweep import ShardStore, StoreError
 
+from .asked import check_orbit
 from .largest import LargestOrbits
 from .limits import TiltLimit
 from .margin import Margin, Verdict
@@ -64,48 +65,64 @@ class ReachableDomain:
         """Whether and by how much an orbit lies within reach: the burn of the scenario, cut off on the orbit.
 
         The tables know the largest orbit of each plane for each perigee height, its perigee where it suits best. They
-        rule out what is larger or tilted further. A circular orbit that they do not rule out is within reach; of another
-        one they say nothing unless they were made for its argument of perigee, and the answer is undecided. With `exact`
-        the plane is solved now, and of an orbit that is not circular the shortest burn onto it, its own perigee included,
-        is sought and flown: that decides. It takes a second or a few. Errors of interpolated numbers are estimates.
-        Raises ValueError for an orbit that is not an ellipse or whose perigee lies below the surface.
+        rule out what is larger or tilted further, and promise nothing: an orbit may be smaller and still not be met, as
+        a short burn in orbit shows. With `exact` the plane is solved now, and unless that rules the orbit out the
+        shortest burn onto it, its own perigee included, is sought and flown: that decides. It takes a few seconds.
+        The scenario's least altitude holds during the burn, cut-off included. Errors of interpolated numbers are estimates.
+        Raises OrbitError, a ValueError that names the field, for an orbit that is not an ellipse above the ground.
         """
+        check_orbit(orbit)
         height_km = orbit.perigee_height_m() / 1e3
-        if not (orbit.sma_m > 0.0 and 0.0 <= orbit.ecc < 1.0):
-            raise ValueError(f"orbit: a = {orbit.sma_m} m, e = {orbit.ecc}: must be an ellipse")
-        if height_km <= 0.0:
-            raise ValueError(
-                f"orbit: its perigee lies {-height_km:.3f} km below the surface; must be above it"
-            )
         inc_deg, raan_deg = float(np.rad2deg(orbit.inc_rad)), float(np.rad2deg(orbit.raan_rad))
         tilt, azimuth = self.tilt_and_azimuth_deg(inc_deg, raan_deg)
+        not_in_tables = self._not_in_tables(orbit)
         edge, edge_error, largest, largest_error = (
             self._solved(inc_deg, raan_deg, height_km, azimuth)
             if exact
             else self._interpolated(inc_deg, raan_deg, height_km, azimuth)
         )
+        if not exact and self._made_for_another_perigee(orbit):
+            largest, largest_error = np.nan, np.nan
         box = inside_box(self.domain, np.array([inc_deg]), np.array([raan_deg]))
         found = Margin(
             tilt_deg=edge - tilt,
             tilt_error_deg=edge_error,
             sma_km=largest - orbit.sma_m / 1e3,
             sma_error_km=largest_error,
+            over_floor_km=self._over_floor_km(orbit),
             inside_box=bool(box[0]),
             exact=exact,
-            circular=orbit.ecc <= CIRCULAR,
-            argp_in_table=self._argp_in_table(orbit),
+            not_in_tables=not_in_tables,
         )
-        if not exact or found.circular or found.verdict is Verdict.BEYOND:
+        if not exact or found.verdict is Verdict.BEYOND:
             return found
         return replace(found, burn=shortest_burn(self.scenario, orbit))
 
-    def _argp_in_table(self, orbit: Elements) -> bool:
-        """Whether the tables fix the perigee where the orbit has it, in direction and height."""
-        perigee = self.scenario.perigee
-        if perigee.argp_deg is None or perigee.condition != "equal":
+    def _over_floor_km(self, orbit: Elements) -> float:
+        """The apogee over the least altitude of the burn; inf without one, and 0 as far below it as flights may be."""
+        floor_km = self.scenario.burn.minimum_altitude_km
+        if floor_km is None:
+            return float("inf")
+        over = orbit.apogee_height_m() / 1e3 - floor_km
+        return over if over < -self.scenario.verification.bound_m / 1e3 else max(over, 0.0)
+
+    def _made_for_another_perigee(self, orbit: Elements) -> bool:
+        """Whether the tables fix an argument of perigee that is not the orbit's; a circular one has any."""
+        argp_deg = self.scenario.perigee.argp_deg
+        if argp_deg is None or orbit.ecc <= CIRCULAR:
             return False
-        away = np.mod(np.rad2deg(orbit.argp_rad) - perigee.argp_deg + 180.0, 360.0) - 180.0
-        return bool(abs(away) <= SAME_ARGP_DEG)
+        away = np.mod(np.rad2deg(orbit.argp_rad) - argp_deg + 180.0, 360.0) - 180.0
+        return bool(abs(away) > SAME_ARGP_DEG)
+
+    def _not_in_tables(self, orbit: Elements) -> str:
+        """Why the tables cannot be asked about an orbit; empty where they can."""
+        height_km, heights = orbit.perigee_height_m() / 1e3, self.scenario.grid.perigee_height_km.values()
+        low, high = max(heights[0], self.limit.height_km[0]), min(heights[-1], self.limit.height_km[-1])
+        if not low - 1e-9 <= height_km <= high + 1e-9:
+            return f"its perigee height, {height_km:.6g} km, is not in the tables ({low:g}…{high:g} km)"
+        if self._made_for_another_perigee(orbit):
+            return f"the tables were made for an argument of perigee of {self.scenario.perigee.argp_deg:g} degrees"
+        return ""
 
     def _interpolated(
         self, inc: float, raan: float, height: float, azimuth: float
@@ -124,6 +141,8 @@ class ReachableDomain:
         status = table["status"][0]
         if status == PointStatus.REACHED.value:
             largest = float(table["a_km"][0])
+            if largest < 0.0:  # a hyperbola has more energy than any ellipse
+                return float(tilt), float(doubt), float("inf"), 0.0
             error = np.fmax(table["sma_error_rel"][0], self.scenario.verification.sma_rel)
             return float(tilt), float(doubt), largest, largest * float(error)
         # On a plane beyond the edge there is no orbit at all; of one within it that no plan was found for nothing is known.
