@@ -1,8 +1,8 @@
-"""The out-of-plane envelope beside the paper's table 2, and why the numbers differ."""
+"""The out-of-plane envelope of a domain; of the paper's own case beside its table 2, and why the numbers differ."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 
 from orbsoc.missions.reachable_domain.boundary import edge_note
 from orbsoc.missions.reachable_domain.planes import inclination_and_node
+from orbsoc.missions.reachable_domain.scenario import Scenario
 
 from .results import ReachableDomain
 
@@ -22,48 +23,89 @@ PAPER_BOX = {"inclination": (16.30, 40.30), "node": (318.25, 350.25)}
 """Its section 3.1: the ranges it searched."""
 
 
+PAPER_CASE = {"mass_kg": 160000.0, "thrust_n": 270000.0, "mass_flow_kg_s": 60.0, "duration_s": 1200.0}
+"""Its table 1; it prints no dry mass, and bounds no altitude."""
+PAPER_STATE = (-4780421.0, 4388673.2, 1069366.2, -4944.1088, -4692.4264, -3389.3615)
+"""The state of its table 1, m and m/s, turned from launch-inertial axes to ECI (specified in the scenario file)."""
+PAPER_PERIGEE_KM = 100.0
+"""The lowest perigee height of its section 3.1."""
+SIDES = tuple((name, side) for name in ("inclination", "node") for side in (0, 1))
+"""Which limits, lowest first."""
+SAME = 1e-6
+"""Relative difference up to which a state is the paper's."""
+
+
 @dataclass(frozen=True, slots=True)
-class EnvelopeRow:
-    """One limit: what the paper prints, the outermost grid plane reached, the limit on the axis through the current
-    plane, the limit of the whole set (all degrees, NaN for none), and the reason for the difference."""
+class Limit:
+    """One limit of the planes at the lowest perigee bound, degrees, NaN for none: the outermost grid plane reached, the limit
+    on the axis through the current plane, and that of the whole set."""
 
     limit: str
-    paper_deg: float
     grid_deg: float
     axis_deg: float
     whole_deg: float
+
+
+@dataclass(frozen=True, slots=True)
+class EnvelopeRow(Limit):
+    """A limit beside what the paper prints (degrees), and the reason for the difference."""
+
+    paper_deg: float
     reason: str
 
 
-def envelope(domain: ReachableDomain) -> list[EnvelopeRow]:
+def limits(domain: ReachableDomain) -> list[Limit]:
     """Lowest and highest inclination and node at the lowest perigee bound."""
     height = float(domain.limit.height_km[0])
     inc_now, raan_now = (float(np.rad2deg(x)) for x in inclination_and_node(domain.domain.frame.normal))
     reached = domain.points["status"] == "reached"
     grid = {
         "inclination": domain.points["inc_deg"][reached],
-        "node": np.mod(domain.points["raan_deg"][reached], 360.0),
+        "node": _near(domain.points["raan_deg"][reached], raan_now),
     }
     note = edge_note(domain.domain)
     inc, raan = edge_curve(domain, height) if not note else (np.array([np.nan]), np.array([np.nan]))
     whole = {"inclination": inc, "node": raan}
-    rows = []
-    for name in ("inclination", "node"):
-        for side, pick in ((0, np.min), (1, np.max)):
-            start = inc_now if name == "inclination" else raan_now
-            sign = -1.0 if side == 0 else 1.0
-            axis = float("nan") if note else _along_axis(domain, height, name, inc_now, raan_now, sign)
-            rows.append(
-                EnvelopeRow(
-                    limit=f"{('lowest', 'highest')[side]} {name}",
-                    paper_deg=PAPER[name][side],
-                    grid_deg=float(pick(grid[name])) if grid[name].size else float("nan"),
-                    axis_deg=start + axis,
-                    whole_deg=float(pick(whole[name])),
-                    reason=note or _reason(name, side, float(pick(whole[name]))),
-                )
+    rows: list[Limit] = []
+    for name, side in SIDES:
+        start, sign = (inc_now if name == "inclination" else raan_now), (-1.0 if side == 0 else 1.0)
+        pick = (np.min, np.max)[side]
+        axis = float("nan") if note else _along_axis(domain, height, name, inc_now, raan_now, sign)
+        rows.append(
+            Limit(
+                limit=f"{('lowest', 'highest')[side]} {name}",
+                grid_deg=float(pick(grid[name])) if grid[name].size else float("nan"),
+                axis_deg=start + axis,
+                whole_deg=float(pick(whole[name])),
             )
+        )
     return rows
+
+
+def envelope(domain: ReachableDomain, own: list[Limit]) -> list[EnvelopeRow]:
+    """The limits beside the paper's table 2; none unless vehicle, state, burn and lowest perigee bound are the paper's."""
+    if not is_paper_case(domain.scenario) or abs(domain.limit.height_km[0] - PAPER_PERIGEE_KM) > 1e-9:
+        return []
+    note = edge_note(domain.domain)
+    return [
+        EnvelopeRow(
+            **asdict(row), paper_deg=PAPER[name][side], reason=note or _reason(name, side, row.whole_deg)
+        )
+        for (name, side), row in zip(SIDES, own, strict=True)
+    ]
+
+
+def is_paper_case(scenario: Scenario) -> bool:
+    """Whether vehicle, initial state and burn are those of the paper's table 1."""
+    vehicle, state, printed = scenario.vehicle, scenario.initial_eci(), np.array(PAPER_STATE)
+    have = {name: getattr(vehicle, name) for name in ("mass_kg", "thrust_n", "mass_flow_kg_s")}
+    have["duration_s"] = scenario.burn.duration_s
+    if have != PAPER_CASE or vehicle.dry_mass_kg != 0.0 or scenario.burn.minimum_altitude_km is not None:
+        return False
+    off = [
+        np.linalg.norm(state[k] - printed[k]) / np.linalg.norm(printed[k]) for k in (slice(3), slice(3, 6))
+    ]
+    return bool(max(off) <= SAME)
 
 
 def edge_curve(domain: ReachableDomain, height_km: float, count: int = 721) -> tuple[Array, Array]:
@@ -72,8 +114,12 @@ def edge_curve(domain: ReachableDomain, height_km: float, count: int = 721) -> t
     tilt = np.deg2rad(domain.limit(azimuth, height_km))
     inc, raan = inclination_and_node(domain.domain.frame.tilted(tilt, np.deg2rad(azimuth)))
     raan_now = float(np.rad2deg(inclination_and_node(domain.domain.frame.normal)[1]))
-    node = np.mod(np.rad2deg(raan) - raan_now + 180.0, 360.0) + raan_now - 180.0
-    return np.rad2deg(inc), node
+    return np.rad2deg(inc), _near(np.rad2deg(raan), raan_now)
+
+
+def _near(node_deg: Array, now_deg: float) -> Array:
+    """Nodes within half a turn of the current one."""
+    return np.asarray(np.mod(node_deg - now_deg + 180.0, 360.0) + now_deg - 180.0)
 
 
 def _along_axis(

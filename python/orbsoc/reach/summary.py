@@ -11,13 +11,13 @@ import numpy as np
 from orbsoc.missions.reachable_domain.boundary import edge_note
 from orbsoc.missions.reachable_domain.table import PointStatus
 
-from .envelope import envelope
+from .envelope import envelope, limits
 from .results import ReachableDomain
 
 
 def summary(domain: ReachableDomain) -> dict[str, Any]:
     """The content of `summary.json`, apart from times and hardware."""
-    points, edge = domain.points, domain.boundary
+    points, edge, own = domain.points, domain.boundary, limits(domain)
     reached = points["status"] == PointStatus.REACHED.value
     lowest = points["perigee_bound_km"] == points["perigee_bound_km"].min()
     return {
@@ -41,7 +41,8 @@ def summary(domain: ReachableDomain) -> dict[str, Any]:
             "outside_search_box": int((~edge["inside_box"]).sum()),
             "largest_change_from_coarser_grid_deg": float(np.nanmax(edge["tilt_change_deg"])),
         },
-        "envelope": [asdict(row) for row in envelope(domain)],
+        "limits": [asdict(row) for row in own],
+        "envelope": [asdict(row) for row in envelope(domain, own)],
     }
 
 
