@@ -284,10 +284,17 @@ def test_a_scheduler_that_does_not_answer_leaves_no_folder(tmp_path: Path) -> No
     assert not (tmp_path / "out").exists()
 
 
-def test_a_wrong_point_is_refused_before_anything_is_solved(tmp_path: Path) -> None:
-    done = orbsoc_reach(small_scenario(tmp_path), "--out", tmp_path / "out", "--ephemeris", "24.3 335.25")
+@pytest.mark.parametrize(
+    ("point", "words"),
+    [
+        ("24.3 335.25", "must be three numbers"),
+        ("24.3 335.25 120", "perigee bound 120 is not on the grid: 100 to 500 in steps of 200"),
+    ],
+)
+def test_a_wrong_point_is_refused_before_anything_is_solved(tmp_path: Path, point: str, words: str) -> None:
+    done = orbsoc_reach(small_scenario(tmp_path), "--out", tmp_path / "out", "--ephemeris", point)
     assert done.returncode == 2
-    assert "must be three numbers" in done.stderr
+    assert words in done.stderr
     assert not (tmp_path / "out").exists()
 
 

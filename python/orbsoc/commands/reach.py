@@ -11,6 +11,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 import typer
 
 from orbsoc.commands.ending import BAD_INPUT, FAILED, INTERRUPTED, defect, stop
@@ -55,7 +56,7 @@ def reach(
         try:
             executor = _executor(dask, threads)
             chosen = _checked(scenario, device, partition, deadline_ms)
-            point = None if ephemeris is None else _point(ephemeris)
+            point = None if ephemeris is None else _point(ephemeris, chosen)
             document = _solve_and_write(
                 chosen, folder, executor, resume, (device, partition, deadline_ms), as_json
             )
@@ -96,8 +97,8 @@ def _checked(path: Path, device: str, partition: str, deadline_ms: float | None)
     return chosen
 
 
-def _point(text: str) -> tuple[float, float, float]:
-    """Inclination, node (deg) and perigee bound (km). Raises StoreError for anything but three numbers."""
+def _point(text: str, scenario: Scenario) -> tuple[float, float, float]:
+    """Inclination, node (deg) and perigee bound (km). Raises StoreError for anything but three numbers of the grid."""
     from orbsoc.sweep import StoreError
 
     try:
@@ -106,6 +107,20 @@ def _point(text: str) -> tuple[float, float, float]:
         raise StoreError(
             f"--ephemeris = {text!r}: must be three numbers: inclination (deg), node (deg), perigee bound (km)"
         ) from error
+    grid = scenario.grid
+    axes = (
+        ("inclination", inc, grid.inclination_deg),
+        ("node", raan, grid.raan_deg),
+        ("perigee bound", height, grid.perigee_height_km),
+    )
+    for name, value, span in axes:
+        turns = 360.0 if name == "node" else np.inf
+        away = np.abs(span.values() - value)
+        if not np.minimum(away, np.abs(away - turns)).min() < 1e-6:
+            raise StoreError(
+                f"--ephemeris = {text!r}: {name} {value:g} is not on the grid: {span.first:g} to {span.last:g} in steps"
+                f" of {span.step:g}"
+            )
     return inc, raan, height
 
 
@@ -167,20 +182,25 @@ def _lines(document: dict[str, Any], folder: Path) -> list[str]:
     """What a person wants to know, the verdict last."""
     counts = ", ".join(f"{count} {name}" for name, count in document["status"].items())
     worst = document["worst"]
-    lines = [
-        f"{row['limit']}: paper {row['paper_deg']:.2f}, ours {row['whole_deg']:.2f} deg; {row['reason']}"
-        for row in document["envelope"]
-    ]
-    lines.append(
-        f"every reached point flown: semi-major axis within {worst['sma_error_rel']:.1e}, plane within"
-        f" {worst['plane_error_rad']:.1e} rad, bounds within {max(worst['perigee_short_m'], worst['altitude_short_m']):.2f} m"
-    )
+    lines = [_limit(row) for row in document["envelope"]]
+    if document["status"].get("reached"):
+        lines.append(
+            f"every reached point flown: semi-major axis within {worst['sma_error_rel']:.1e}, plane within"
+            f" {worst['plane_error_rad']:.1e} rad,"
+            f" bounds within {max(worst['perigee_short_m'], worst['altitude_short_m']):.2f} m"
+        )
     lines.append(document["hardware"]["words"])
     if document["elapsed_s"] is not None:
         lines.append(
             f"{document['rows_solved_in_this_run']} rows solved in {document['elapsed_s']:.1f} s (measured)"
         )
     return [*lines, f"written to {folder}", f"{document['points']} points: {counts}"]
+
+
+def _limit(row: dict[str, Any]) -> str:
+    """A row of the envelope beside the paper's; an edge that is not drawn has no number."""
+    ours = "" if row["whole_deg"] is None else f", ours {row['whole_deg']:.2f} deg"
+    return f"{row['limit']}: paper {row['paper_deg']:.2f} deg{ours}; {row['reason']}"
 
 
 def _failure(error: Exception) -> tuple[int, str]:

@@ -36,6 +36,8 @@ CYCLES = "modelled_pl_cycles"
 """The column of a point's cycles."""
 RECORDED_EACH = 3
 """Subproblems of a sequence that are priced, each at both tolerances of the sequence."""
+TILTS_DEG = (3.0, 1.0, 0.3, 0.1, 0.0)
+"""Tilts of the plane that the priced sequence steers to, the first within reach."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,11 +205,20 @@ def grids_in(found: ReachableDomain) -> tuple[int, ...]:
 
 
 def _recorded(domain: Domain, nodes: int) -> list[Problem]:
-    """The first subproblems of cold sequences to a plane tilted a few degrees: at the lowest perigee bound of the grid,
-    which is idle there, and on the coarsest grid also at the highest, which binds."""
+    """The first subproblems of cold sequences to a plane tilted a few degrees, less where that is out of reach: at the
+    lowest perigee bound of the grid, which is idle there, and on the coarsest grid also at the highest, which binds.
+    Where nothing is within reach, the first subproblem, which says so."""
+    for tilt_deg in TILTS_DEG:
+        problems = _solvable(domain, nodes, tilt_deg)
+        if problems:
+            return problems
+    return _solvable(domain, nodes, TILTS_DEG[-1], feasible=False)
+
+
+def _solvable(domain: Domain, nodes: int, tilt_deg: float, *, feasible: bool = True) -> list[Problem]:
     from orbsoc.solver import solve
 
-    normal = domain.frame.tilted(np.deg2rad([3.0]), np.array([0.5]))
+    normal = domain.frame.tilted(np.deg2rad([tilt_deg]), np.array([0.5]))
     collocation = domain.tools.collocation(nodes)
     heights = domain.scenario.grid.perigee_height_km.values()[[0, -1]]
     problems: list[Problem] = []
@@ -217,6 +228,8 @@ def _recorded(domain: Domain, nodes: int) -> list[Problem]:
         for _ in range(RECORDED_EACH if nodes == domain.tools.nodes else 1):
             linear = collocation.end_map(arcs)
             problem = condense(linear, aim.rows(arcs.ends)).problem(0)
+            if not feasible:
+                return [problem]
             solution = solve(problem)
             if solution.status is not Status.SOLVED:
                 break

@@ -133,7 +133,7 @@ def _along_axis(
         tilt, azimuth = domain.tilt_and_azimuth_deg(inc, raan)
         return float(domain.limit(azimuth, height)) - tilt
 
-    steps = np.arange(0.5, 90.0, 0.5)
+    steps = np.arange(0.0, 90.0, 0.5)
     for low, high in pairwise(steps):
         if inside(high) < 0.0:
             return sign * float(brentq(inside, low, high, xtol=1e-6))

@@ -30,9 +30,9 @@ class TiltLimit:
     @classmethod
     def of(cls, boundary: Mapping[str, NDArray[Any]]) -> TiltLimit:
         """From the boundary's columns; a point without a tilt is interpolated from its neighbours, and its error is how
-        far cubic and linear interpolation differ there.
+        far cubic and linear interpolation differ there. A height with too many of them has no edge, and is left out.
 
-        Raises ValueError unless every azimuth has every height, and for too many points without a tilt.
+        Raises ValueError unless every azimuth has every height.
         """
         azimuth, height = np.unique(boundary["azimuth_deg"]), np.unique(boundary["perigee_bound_km"])
         order = np.lexsort((boundary["perigee_bound_km"], boundary["azimuth_deg"]))
@@ -42,10 +42,9 @@ class TiltLimit:
             )
         table = boundary["tilt_deg"][order].reshape(len(azimuth), len(height))
         change = boundary["tilt_change_deg"][order].reshape(table.shape)
-        holes = np.isnan(table)
-        if holes.mean(axis=0).max() > MOST_HOLES:
-            raise ValueError(f"the boundary lacks {int(holes.sum())} of its points: their sequences failed")
-        for k in np.flatnonzero(holes.any(axis=0)):
+        known = np.isnan(table).mean(axis=0) <= MOST_HOLES
+        height, table, change = height[known], table[:, known], change[:, known]
+        for k in np.flatnonzero(np.isnan(table).any(axis=0)):
             table[:, k], change[:, k] = _filled(azimuth, table[:, k], change[:, k])
         return cls(azimuth, height, table, change)
 
@@ -66,12 +65,14 @@ class TiltLimit:
         if len(self.height_km) >= 5 and len(self.height_km) % 2:
             sparse = TiltLimit(self.azimuth_deg, self.height_km[::2], self.table[:, ::2], self.change[:, ::2])
             thinner = np.maximum(thinner, np.abs(sparse(azimuth_deg, height_km) - full))
-        return np.asarray(thinner + np.nanmax(self.change))
+        return np.asarray(thinner + np.nanmax(self.change, initial=0.0))
 
     def _interpolate(
         self, azimuths: Array, table: Array, azimuth_deg: ArrayLike, height_km: ArrayLike
     ) -> Array:
         beta, height = np.broadcast_arrays(np.mod(azimuth_deg, 360.0), np.asarray(height_km, np.float64))
+        if not self.height_km.size:
+            return np.full(beta.shape, np.nan)
         around = CubicSpline(
             np.append(azimuths, azimuths[0] + 360.0), np.vstack([table, table[:1]]), bc_type="periodic"
         )

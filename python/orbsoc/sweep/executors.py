@@ -5,6 +5,8 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -20,6 +22,8 @@ Work = Callable[[dict[str, Any]], Columns]
 
 RETRIES = 2
 """How often a task is done again whose worker was lost."""
+PARENT_LOOKED_AT_S = 1.0
+"""How often a worker looks whether its parent lives."""
 BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -80,7 +84,8 @@ class Processes:
             pool = ProcessPoolExecutor(
                 min(self.workers, len(tasks)),
                 multiprocessing.get_context("spawn"),
-                initializer=_ignore_interrupts,
+                initializer=_follow_the_parent,
+                initargs=(os.getpid(),),
             )
             try:
                 futures: dict[Future[Columns], Task] = {}
@@ -183,6 +188,13 @@ def _single_threaded_children() -> Iterator[None]:
                 os.environ[name] = value
 
 
-def _ignore_interrupts() -> None:
-    """Ctrl-C reaches every process of a terminal; the parent decides."""
+def _follow_the_parent(parent: int) -> None:
+    """Ctrl-C reaches every process of a terminal; the parent decides. Where it is killed its workers end, too."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(PARENT_LOOKED_AT_S)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()

@@ -11,11 +11,12 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-/// The same cases in every run; with `ORBSOC_FUZZ` = k in the environment (`make fuzz`), k times as many new ones.
+/// The same cases in every run; with `ORBSOC_FUZZ` = k in the environment, k times as many new ones: more in
+/// `make fuzz`, and under valgrind (`make memcheck`), where each takes fifty times as long, a fraction.
 pub fn seeded(cases: u32) -> ProptestConfig {
-    let times: Option<u32> = std::env::var("ORBSOC_FUZZ").ok().and_then(|k| k.parse().ok());
+    let times: Option<f64> = std::env::var("ORBSOC_FUZZ").ok().and_then(|k| k.parse().ok());
     let rng_seed = if times.is_some() { RngSeed::Random } else { RngSeed::Fixed(47) };
-    let cases = cases * times.unwrap_or(1).max(1);
+    let cases = (f64::from(cases) * times.unwrap_or(1.0)).ceil().max(1.0) as u32;
     ProptestConfig { cases, rng_seed, failure_persistence: None, ..Default::default() }
 }
 

@@ -32,9 +32,10 @@ Index = NDArray[np.intp]
 
 PRIMER_NODES = (16, 32, 64)
 """Nodes of the attitude programme of a polished plan, tried in this order: one with the first of NEWTON_STEPS, two with
-the second, all with the last."""
-NEWTON_STEPS = (6, 16, 40)
-"""Gauss steps of an extremal; more where its steering swings so fast that the flight of its programme disagrees."""
+the second, all with the others."""
+NEWTON_STEPS = (6, 16, 40, 160)
+"""Gauss steps of an extremal; more where its steering swings so fast that the flight of its programme disagrees, as many as
+the last only where fewer found an extremal at all."""
 MOST_GRIDS = 5
 """Grids of a sequence, from 4 to 64 nodes."""
 SPENT = ("subproblems", "solver_iterations", "newton_steps")
@@ -119,6 +120,7 @@ class Tools:
                 promised_sma[which],
                 goal.normal,
                 goal.perigee,
+                direction=goal.perigee_direction,
                 pinned=pinned,
                 lowest_allowed=self.lowest,
             )
@@ -265,11 +267,13 @@ def _sequence(
     here = which[reached]
     out.arcs.put(here, found.arcs[reached])
     commands = Commands(found.arcs.controls[reached])
-    flown = tools.judge(commands, aim[here], _sma(found.arcs.ends[reached]), pinned=False)
+    flown = tools.judge(commands, aim[here], _sma(found.arcs.ends[reached]), pinned=aim.pinned)
     if lowest is not None:
         out.accept(here, commands, flown, tools.kept(flown, sma_rel=tools.sma_rel_along_bound(nodes)))
         return
     out.accept(here, commands, flown, tools.kept(flown))
+    if aim.pinned:
+        return
     promise_kept = out.verified[here] | (
         tools.bounded & tools.kept(replace(flown, altitude_short=0.0 * flown.sma))
     )
@@ -288,6 +292,10 @@ def polish(
     unknowns = start[np.arange(len(which))]
     left, moved = np.arange(len(which)), np.zeros(len(which), bool)
     for level, steps in enumerate(NEWTON_STEPS):
+        if level == len(NEWTON_STEPS) - 1:
+            left = left[moved[left]]
+        if not left.size:
+            break
         found = tools.indirect(steps).solve(aim[which[left]], unknowns[left], pinned=pinned)
         misled = np.flatnonzero(moved[left] & ~found.converged)
         if misled.size:
@@ -306,8 +314,6 @@ def polish(
             nodes = PRIMER_NODES[: level + 1]
             _fly_primers(tools, aim[points], out, points, extremals, promised, nodes, pinned=pinned)
         left = left[~out.polished[which[left]]]
-        if not left.size:
-            break
     return unknowns
 
 
@@ -345,6 +351,7 @@ def _along_bound(tools: Tools, aim: LargestOrbit, out: Attempts) -> None:
     bound is raised, the plane turned and the perigee raised by what the last flight missed.
     """
     short = out.flown.altitude_short > tools.tolerances.bound_m / RADIUS_M
+    short |= aim.pinned & ~out.verified
     low = np.flatnonzero((out.ending == Ending.CONVERGED) & short)
     lowest, asked = np.full(len(aim), tools.lowest), aim
     sma_rel = tools.sma_rel_along_bound(int(out.nodes[0]))
@@ -363,9 +370,10 @@ def _along_bound(tools: Tools, aim: LargestOrbit, out: Attempts) -> None:
 def _turned_by_the_miss(asked: LargestOrbit, aim: LargestOrbit, flown: Flown, which: Index) -> LargestOrbit:
     """What to ask for next, given what `asked` led to for the points `which`."""
     normal, perigee = asked.normal.copy(), asked.perigee.copy()
+    low = aim.perigee[which] - flown.perigee[which]
     turned = normal[which] + (aim.normal[which] - flown.normal[which])
     normal[which] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
-    perigee[which] += flown.perigee_short[which]
+    perigee[which] += low if aim.pinned else np.maximum(low, 0.0)
     return asked.moved(normal, perigee)
 
 

@@ -32,12 +32,12 @@ COLUMNS = (
     "sequence_iterations", "solver_iterations",
 )  # fmt: skip
 
-_STATUS = [PointStatus.SOLVER_FAILED.value, PointStatus.OUTSIDE.value]
+_STATUS = [PointStatus.NOT_REACHED.value, PointStatus.SOLVER_FAILED.value, PointStatus.OUTSIDE.value]
 
 
 def furthest_planes(domain: Domain, azimuth_deg: Array) -> dict[str, NDArray[Any]]:
-    """Columns `COLUMNS` for azimuths and their opposites × the scenario's boundary heights; NaN tilts where the sequence
-    failed. The iterations stand with the azimuths that were solved."""
+    """Columns `COLUMNS` for azimuths and their opposites × the scenario's boundary heights; NaN tilts where no orbit meets
+    the bound, or the sequence failed. The iterations stand with the azimuths that were solved."""
     heights = domain.scenario.boundary.perigee_height_km.values()
     azimuth = np.repeat(azimuth_deg, len(heights))
     bound = np.tile(heights, len(azimuth_deg))
@@ -47,7 +47,8 @@ def furthest_planes(domain: Domain, azimuth_deg: Array) -> dict[str, NDArray[Any
     inc, raan = inclination_and_node(domain.frame.tilted(tilt, np.deg2rad(azimuth)))
     inc_deg, raan_deg = np.rad2deg(inc), np.rad2deg(raan)
     mirrored = np.zeros(len(found.tilt), np.int32)
-    inside = inside_box(domain, inc_deg, raan_deg)
+    inside, unknown = inside_box(domain, inc_deg, raan_deg), np.isnan(tilt)
+    cases = [unknown & np.tile(found.infeasible, 2), unknown, ~inside]
     return {
         "azimuth_deg": azimuth,
         "perigee_bound_km": np.tile(bound, 2),
@@ -55,7 +56,7 @@ def furthest_planes(domain: Domain, azimuth_deg: Array) -> dict[str, NDArray[Any
         "tilt_change_deg": np.rad2deg(np.tile(found.change, 2)),
         "inc_deg": inc_deg,
         "raan_deg": raan_deg,
-        "status": np.select([np.isnan(tilt), ~inside], _STATUS, PointStatus.REACHED.value).astype(object),
+        "status": np.select(cases, _STATUS, PointStatus.REACHED.value).astype(object),
         "inside_box": inside,
         "nodes": np.tile(found.nodes.astype(np.int32), 2),
         "sequence_iterations": np.concatenate([found.subproblems.sum(axis=1), mirrored]),

@@ -64,6 +64,10 @@ class CondensedBatch:
         )
 
 
+PERIGEE_CONE = 3
+"""Dimension of the cone that holds the perigee at its bound or above, the last one where there is one."""
+
+
 @cache
 def base_problem(shape: Shape) -> Problem:
     """A problem of the pattern; its values are placeholders, none of them zero."""
@@ -75,7 +79,7 @@ def base_problem(shape: Shape) -> Problem:
     G[l + 4 * shape.nodes :] = 1.0
     h = np.zeros(len(G))
     h[l : l + 4 * shape.nodes : 4] = 1.0
-    cones = Cones(l, [4] * shape.nodes + [3] * shape.cone)
+    cones = Cones(l, [4] * shape.nodes + [PERIGEE_CONE] * shape.cone)
     return Problem(c=np.ones(n), A=np.ones((shape.equal, n)), b=np.zeros(shape.equal), G=G, h=h, cones=cones)
 
 

@@ -32,11 +32,13 @@ those of a nonlinear program on 256 points (tests/missions/test_reach_referee.py
 
 @dataclass(slots=True, eq=False)
 class Extremes:
-    """The largest tilts (B,) found, NaN where the sequence failed, their change (B,) from the grid before, the arcs that reach them on the coarse grid, the
+    """The largest tilts (B,) found, NaN where the sequence failed, `infeasible` (B,) where it failed because no orbit at all
+    meets the perigee bound, their change (B,) from the grid before, the arcs that reach them on the coarse grid, the
     nodes (B,) of the grid that found them, and what was spent. `fine` has the arcs on the finest grid of the points
     `fine_points`."""
 
     tilt: Array
+    infeasible: NDArray[np.bool_]
     change: Array
     arcs: Arcs
     nodes: NDArray[np.int16]
@@ -58,6 +60,7 @@ def largest_tilts(tools: Tools, aim: LargestTilt, *, tilt_in_doubt: Array | None
     count = len(aim)
     out = Extremes(
         tilt=np.full(count, np.nan),
+        infeasible=np.zeros(count, bool),
         change=np.full(count, np.nan),
         arcs=arcs,
         nodes=np.full(count, nodes, np.int16),
@@ -73,6 +76,7 @@ def largest_tilts(tools: Tools, aim: LargestTilt, *, tilt_in_doubt: Array | None
         out.subproblems[todo, tools.grids.index(nodes)] += found.iterations
         out.solver_iterations[todo] += found.inner_iterations
         ok = found.ending == Ending.CONVERGED
+        out.infeasible[todo] = found.ending == Ending.INFEASIBLE
         done = todo[ok]
         tilt = aim[done].tilts(found.arcs.ends[ok])
         out.change[done] = np.abs(tilt - out.tilt[done])

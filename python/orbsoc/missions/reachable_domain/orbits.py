@@ -44,13 +44,23 @@ class Orbits:
         argp = np.arctan2((laplace * ahead).sum(axis=1), (laplace * node).sum(axis=1))
         return cls(sma, ecc, square / (1.0 + ecc), np.mod(argp, 2.0 * np.pi))
 
+    def turned_from(self, direction: Array | None, normal: Array) -> Array:
+        """|e − |e|d| (B,), by how much the eccentricity vectors are turned away from directions d (B, 3) in the planes of
+        normals (B, 3); 0 for None."""
+        if direction is None:
+            return np.zeros(len(self.sma))
+        node, ahead = in_plane_axes(normal)
+        wanted = np.arctan2((direction * ahead).sum(axis=1), (direction * node).sum(axis=1))
+        return np.asarray(2.0 * self.ecc * np.abs(np.sin(0.5 * (self.argp - wanted))))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flown:
     """What B flown plans reached and by how much they miss: everything (B,), canonical lengths, radians.
 
     `normal` (B, 3) is the unit normal of the plane reached. `sma_error` is relative to the promise; `perigee_short` and `altitude_short` are how far a bound is missed, 0 where
-    it is kept (a pinned perigee counts both ways). `raw_most` and `raw_least` are the extremes of the programme's
+    it is kept (a pinned perigee counts both ways), `direction_error` by how much the eccentricity vector is turned away from
+    the direction asked for, |Δe|, 0 where none is. `raw_most` and `raw_least` are the extremes of the programme's
     length between its nodes; the flight normalises it, but a length above 1 betrays a grid that is too coarse.
     """
 
@@ -64,6 +74,7 @@ class Flown:
     plane_error: Array
     perigee_short: Array
     altitude_short: Array
+    direction_error: Array
     raw_most: Array
     raw_least: Array
 
@@ -75,10 +86,11 @@ class Flown:
         normal: Array,
         perigee: Array,
         *,
+        direction: Array | None,
         pinned: bool,
         lowest_allowed: float,
     ) -> Flown:
-        """Compare flights with their promises and bounds."""
+        """Compare flights with their promises and bounds; `direction` (B, 3) is where the perigee is to lie."""
         orbits = Orbits.of(flights.ends, normal)
         short = perigee - orbits.perigee
         return cls(
@@ -92,6 +104,7 @@ class Flown:
             plane_error=plane_error(flights.ends, normal),
             perigee_short=np.abs(short) if pinned else np.maximum(short, 0.0),
             altitude_short=np.maximum(lowest_allowed - flights.lowest, 0.0),
+            direction_error=orbits.turned_from(direction, normal),
             raw_most=flights.raw_most,
             raw_least=flights.raw_least,
         )
@@ -114,4 +127,5 @@ class Flown:
         """Whether every promise and bound is kept within tolerances, one for all or (B,); False where a number is missing."""
         flown = (self.sma_error <= sma_rel) & (self.plane_error <= plane_rad)
         flown &= (self.perigee_short <= bound) & (self.altitude_short <= bound)
+        flown &= self.direction_error <= plane_rad
         return np.asarray(flown & (self.raw_most <= 1.0 + raw_excess))

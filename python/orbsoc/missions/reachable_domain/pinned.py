@@ -7,10 +7,13 @@ perigee is zero, and follows the perigee down in steps.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
-from .attempts import MOST_GRIDS, Attempts, polish
+from .arcs import Arcs
+from .attempts import MOST_GRIDS, Attempts, attempt, polish
 from .extremum import Unknowns, from_sequences
 from .orbits import RADIUS_M
 from .sequence import Ending, sequences
@@ -41,16 +44,18 @@ def lower_perigees(front: Wavefront) -> PointTable:
     owner = np.where(front.plans.verified[source], source, front.plan_below(source))
     aim = front.aim(source)
     unknowns, ready = _free_optimum(front, source, aim, front.plans[owner])
-    height = table["perigee_km"][source].copy()
+    height, arcs = table["perigee_km"][source].copy(), front.plans.arcs[owner]
     for bound in range(bounds - 1, -1, -1):
         here = np.flatnonzero(grid[planes, bound])
         rows = planes[here] * bounds + bound
         goal = np.full(here.size, front.planes.heights_km[bound])
         found = _descend(front, rows, height[here], goal, unknowns, here, ready[here])
-        good = found.verified
-        ready[here] &= good
-        height[here] = np.where(good, goal, height[here])
+        ready[here] &= found.verified
+        height[here] = np.where(found.verified, goal, height[here])
         table.write_spent(rows, found)
+        if front.tools.bounded:
+            _keep_altitude(front, rows, found, arcs, here)
+        good = found.verified
         table.write_plans(rows[good], found[np.flatnonzero(good)], Origin.PINNED)
         _write_failures(table, rows[~good])
     return table
@@ -103,6 +108,22 @@ def _descend(
             unknowns.put(which[live], reached)
             out.put(live, part)
     return out
+
+
+def _keep_altitude(front: Wavefront, rows: Index, found: Attempts, arcs: Arcs, planes: Index) -> None:
+    """By sequences along the bound on the altitude, which Newton knows nothing of, what it did not find: from the arcs
+    of the bound above, which move along. In place on `found` and `arcs`."""
+    if front.planes.argp is not None:
+        return
+    left = np.flatnonzero(~found.verified)
+    if not left.size:
+        return
+    aim = replace(front.aim(rows[left]), pinned=True)
+    more = attempt(front.tools, aim, arcs[planes[left]])
+    front.table.write_spent(rows[left], more)
+    good = np.flatnonzero(more.verified)
+    found.put(left[good], more[good])
+    arcs.put(planes[left[good]], more.arcs[good])
 
 
 def _write_failures(table: PointTable, rows: Index) -> None:

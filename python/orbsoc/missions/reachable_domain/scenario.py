@@ -156,7 +156,12 @@ def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
             f"burns more than there is; must be below {vehicle.longest_burn_s:.6g} s, when"
             f" vehicle.dry_mass_kg = {vehicle.dry_mass_kg:g} is left",
         )
+    yield from _altitude_complaints(scenario)
     yield from _grid_complaints(scenario)
+    method = scenario.method
+    if method.fine_nodes < method.nodes:
+        allowed = f"must be at least method.nodes = {method.nodes}"
+        yield Complaint("method.fine_nodes", str(method.fine_nodes), allowed)
 
 
 def _state_complaints(scenario: Scenario) -> Iterator[Complaint]:
@@ -182,6 +187,17 @@ def _state_complaints(scenario: Scenario) -> Iterator[Complaint]:
             "initial.velocity_m_s",
             str(list(scenario.initial.velocity_m_s)),
             "must not be parallel to the position",
+        )
+
+
+def _altitude_complaints(scenario: Scenario) -> Iterator[Complaint]:
+    lowest_km = scenario.burn.minimum_altitude_km
+    start_km = (float(np.linalg.norm(scenario.initial.vector()[:3])) - EARTH.earth_radius_m) / 1e3
+    if lowest_km is not None and lowest_km > start_km:
+        yield Complaint(
+            "burn.minimum_altitude_km",
+            f"{lowest_km:g}",
+            f"the burn begins below it; must be at most {start_km:.3f}, the height of initial.position_m",
         )
 
 

@@ -18,7 +18,7 @@ from orbsoc.settings import Settings
 from orbsoc.solution import Status
 
 from .arcs import MOST_EQUALITIES
-from .condensed import CondensedBatch
+from .condensed import PERIGEE_CONE, CondensedBatch
 from .dual import solve_dual
 
 Array = NDArray[np.float64]
@@ -85,7 +85,7 @@ class Subproblems:
         """Answer each subproblem, at the tight tolerance of the rules where `tight` (B,), from multipliers `near`
         (B, 6), NaN where there are none."""
         out = Answers.none(len(batch), batch.base.n)
-        if self.dual and not batch.base.cones.l:
+        if self.dual and not batch.base.cones.l and batch.base.cones.q[-1] == PERIGEE_CONE:
             _by_dual(batch, near, np.where(tight, rules.tight_tol, rules.loose_tol), out)
         left = ~out.usable
         for chosen, tolerance in ((left & ~tight, rules.loose_tol), (left & tight, rules.tight_tol)):

@@ -58,12 +58,14 @@ class Aim(Protocol):
 class LargestOrbit:
     """Most energy on the planes of `normal` (B, 3) with perigee radius ≥ `perigee` (B,), canonical.
 
-    `perigee_direction` (B, 3), unit and in the plane, fixes where the perigee lies; None leaves it free.
+    `perigee_direction` (B, 3), unit and in the plane, fixes where the perigee lies; None leaves it free. `pinned` holds the
+    perigee at its radius instead of above it; with a direction given as well, that is left to Newton (`pinned.py`).
     """
 
     normal: Array
     perigee: Array
     perigee_direction: Array | None = None
+    pinned: bool = False
 
     def __len__(self) -> int:
         return len(self.normal)
@@ -71,11 +73,12 @@ class LargestOrbit:
     @property
     def has_cone(self) -> bool:
         """Whether the perigee is a cone, or bounds about a fixed direction."""
-        return self.perigee_direction is None
+        return self.perigee_direction is None and not self.pinned
 
     def __getitem__(self, which: Mask) -> LargestOrbit:
         fixed = self.perigee_direction
-        return LargestOrbit(self.normal[which], self.perigee[which], None if fixed is None else fixed[which])
+        direction = None if fixed is None else fixed[which]
+        return LargestOrbit(self.normal[which], self.perigee[which], direction, self.pinned)
 
     def moved(self, normal: Array, perigee: Array) -> LargestOrbit:
         """The same on planes of other unit normals (B, 3), with other perigee radii (B,)."""
@@ -83,7 +86,7 @@ class LargestOrbit:
         if fixed is not None:
             fixed = fixed - (fixed * normal).sum(axis=1, keepdims=True) * normal
             fixed = fixed / np.linalg.norm(fixed, axis=1, keepdims=True)
-        return LargestOrbit(normal, perigee, fixed)
+        return LargestOrbit(normal, perigee, fixed, self.pinned)
 
     def rows(self, ends: Array) -> EndRows:
         linear = linear_vectors(ends)
@@ -94,6 +97,11 @@ class LargestOrbit:
         cost = -np.hstack([r / np.linalg.norm(r, axis=1, keepdims=True) ** 3, v])
         if self.perigee_direction is None:
             cone, cone_rhs = _perigee_cone(linear, self.normal, axes, self.perigee)
+            if self.pinned:
+                touching, touching_rhs = _touching(linear, axes, cone, cone_rhs)
+                equal = np.concatenate([equal, touching], axis=1)
+                equal_rhs = np.concatenate([equal_rhs, touching_rhs], axis=1)
+                return EndRows(cost, equal, equal_rhs, *_none(len(ends)), *_none(len(ends)))
             return EndRows(cost, equal, equal_rhs, *_none(len(ends)), cone, cone_rhs)
         ahead = cross(self.normal, self.perigee_direction)
         straight = np.stack([ahead, self.perigee_direction], axis=1)
@@ -156,13 +164,14 @@ class LargestTilt:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinearVectors:
-    """H ≈ momentum + momentum_slope · x and L likewise, μ = 1: shapes (B, 3) and (B, 3, 6); Ĥ at the reference."""
+    """H ≈ momentum + momentum_slope · x and L likewise, μ = 1: shapes (B, 3) and (B, 3, 6); Ĥ and L̂ at the reference."""
 
     momentum: Array
     momentum_slope: Array
     laplace: Array
     laplace_slope: Array
     exact_momentum: Array
+    exact_laplace: Array
 
 
 def linear_vectors(ends: Array) -> LinearVectors:
@@ -180,7 +189,7 @@ def linear_vectors(ends: Array) -> LinearVectors:
     k = np.arange(3)
     by_l[:, k, k] += (vv - 1.0 / norm)[:, None]
     by_l[:, k, k + 3] -= rv[:, None]
-    return LinearVectors(h - _apply(by_h, ends), by_h, laplace - _apply(by_l, ends), by_l, h)
+    return LinearVectors(h - _apply(by_h, ends), by_h, laplace - _apply(by_l, ends), by_l, h, laplace)
 
 
 def _perigee_cone(linear: LinearVectors, normal: Array, axes: Array, perigee: Array) -> tuple[Array, Array]:
@@ -196,6 +205,14 @@ def _perigee_cone(linear: LinearVectors, normal: Array, axes: Array, perigee: Ar
     )
     head = (2.0 * at * value - at**2) / perigee - 1.0
     return rows, np.concatenate([head[:, None], _apply(axes, linear.laplace)], axis=1)
+
+
+def _touching(linear: LinearVectors, axes: Array, cone: Array, cone_rhs: Array) -> tuple[Array, Array]:
+    """The cone's slack on its surface, (n·H)²/ρ − 1 = |L|: |L| to first order is l·L with l along the reference's L."""
+    along = _apply(axes, linear.exact_laplace)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    by = np.concatenate([np.ones((len(along), 1)), -along], axis=1)
+    return by[:, None] @ cone, (by * cone_rhs).sum(axis=1, keepdims=True)
 
 
 def _apply(matrices: Array, vectors: Array) -> Array:

@@ -185,17 +185,17 @@ class Wavefront:
         left = np.flatnonzero(~self.plans.verified[rows])
         tilt, doubt = edge.tilt[points], np.fmax(edge.change[points], RESOLUTION_RAD)
         gap = np.deg2rad(self.table["tilt_deg"][rows]) - tilt
-        infeasible = (self.plans.ending[rows] == Ending.INFEASIBLE) & self._restricted
-        explained = infeasible | (
-            -gap <= doubt
-        )  # beyond what was asked, or at the edge as far as it is known
+        infeasible = self.plans.ending[rows] == Ending.INFEASIBLE
+        nowhere = infeasible & edge.infeasible[points]
+        # No orbit meets the bound, or not what else is asked, or the plane lies at the edge as far as that is known.
+        explained = nowhere | (infeasible & self._restricted) | (-gap <= doubt)
         # A sequence that converged to plans none of which flies has not failed; it has not reached the point either.
         failed = ~explained & (np.isnan(gap) | (self.plans.ending[rows] != Ending.CONVERGED))
         for status, which in (
             (PointStatus.NOT_REACHED, left[~failed[left]]),
             (PointStatus.SOLVER_FAILED, left[failed[left]]),
         ):
-            words = [self._inside(rows[k], gap[k], doubt[k]) for k in which]
+            words = [NOWHERE if nowhere[k] else self._inside(rows[k], gap[k], doubt[k]) for k in which]
             self.table.write_failures(rows[which], status, Origin.EXTREME, words, tilt[which])
         self._close_above(rows[left[explained[left]]])
 
@@ -246,6 +246,7 @@ class Wavefront:
         return f"{where}, but no plan flew to its promise; the sequence from there: {_WORDS[ending]}"
 
 
+NOWHERE = "no subproblem is feasible: not towards the plane, and not towards any at its azimuth with this perigee bound"
 _WORDS = {
     Ending.RUNNING: "did not start",
     Ending.CONVERGED: "converged",
