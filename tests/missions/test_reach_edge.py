@@ -92,11 +92,17 @@ def test_a_hole_in_the_boundary_is_bridged_and_its_error_stated(azimuth: int) ->
     assert miss <= bridged.change[azimuth, 2] <= bridged.error_deg(whole.azimuth_deg[azimuth], 300.0)
 
 
-def test_a_boundary_with_many_holes_is_refused_by_number() -> None:
-    columns = boundary_of(limit(16))
+def test_a_height_with_many_holes_has_no_edge_and_the_others_keep_theirs() -> None:
+    whole = limit(16)
+    columns = boundary_of(whole)
     columns["tilt_deg"][::5][:3] = np.nan
-    with pytest.raises(ValueError, match="lacks 3 of its points"):
-        TiltLimit.of(columns)
+    found = TiltLimit.of(columns)
+    lowest, second = whole.height_km[:2]
+    assert not found.covers(lowest)
+    assert np.isnan(found(10.0, lowest))
+    assert found(10.0, second) == pytest.approx(whole(10.0, second), abs=1e-12)
+    columns["tilt_deg"][:] = np.nan
+    assert np.isnan(TiltLimit.of(columns)(10.0, second))
 
 
 def test_the_search_box_may_lie_across_360_degrees() -> None:

@@ -60,7 +60,7 @@ def write_band(domain: ReachableDomain, path: Path) -> None:
             )
     figure = go.Figure(traces)
     figure.update_layout(
-        title=f"{domain.scenario.name}: largest orbits within reach, perigee ≥ {domain.limit.height_km[0]:g} km",
+        title=f"{domain.scenario.name}: largest orbits within reach, perigee ≥ {domain.scenario.boundary.perigee_height_km.first:g} km",
         scene={
             "aspectmode": "data",
             "xaxis_title": "x (km)",

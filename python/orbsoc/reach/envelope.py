@@ -56,6 +56,8 @@ class EnvelopeRow(Limit):
 
 def limits(domain: ReachableDomain) -> list[Limit]:
     """Lowest and highest inclination and node at the lowest perigee bound."""
+    if not domain.limit.height_km.size:
+        return []
     height = float(domain.limit.height_km[0])
     inc_now, raan_now = (float(np.rad2deg(x)) for x in inclination_and_node(domain.domain.frame.normal))
     reached = domain.points["status"] == "reached"

@@ -163,7 +163,7 @@ def _maps(figure: Figure, domain: ReachableDomain) -> None:
         axis.set_xlabel("right ascension of the node (°)")
     for axis in axes[:, 0]:
         axis.set_ylabel("inclination (°)")
-    if mesh is not None:
+    if mesh is not None and finite.size:
         bar = figure.colorbar(mesh, ax=axes, label="apogee height (km)")
         ticks = [t for t in (500, 1000, 2000, 5000, 10000, 20000, 50000) if finite.min() <= t <= finite.max()]
         bar.set_ticks(ticks, labels=[f"{tick:g}" for tick in ticks])
@@ -216,7 +216,7 @@ def _draw_edge(
 ) -> None:
     """The edge in the plane of node and inclination; with `clip` dashed outside the search box."""
     limit = domain.limit
-    if not limit.height_km[0] - 1e-9 <= height <= limit.height_km[-1] + 1e-9:
+    if not limit.covers(height):
         return
     inc, node = edge_curve(domain, height)
     if not clip:

@@ -52,6 +52,12 @@ class TiltLimit:
         """The furthest tilt (degrees); NaN for heights outside the table."""
         return self._interpolate(self.azimuth_deg, self.table, azimuth_deg, height_km)
 
+    def covers(self, height_km: ArrayLike) -> NDArray[np.bool_]:
+        """Whether perigee heights lie within those whose edge is known."""
+        height = np.asarray(height_km, np.float64)
+        lowest, highest = self.height_km.min(initial=np.inf), self.height_km.max(initial=-np.inf)
+        return np.asarray((height >= lowest - 1e-9) & (height <= highest + 1e-9))
+
     def error_deg(self, azimuth_deg: ArrayLike, height_km: ArrayLike) -> Array:
         """How far a value may be off: the change when every second azimuth, or every second height, is left out, plus the
         largest change of the table itself from its coarser grid. Left-out points make the steps twice as long, so
@@ -71,14 +77,14 @@ class TiltLimit:
         self, azimuths: Array, table: Array, azimuth_deg: ArrayLike, height_km: ArrayLike
     ) -> Array:
         beta, height = np.broadcast_arrays(np.mod(azimuth_deg, 360.0), np.asarray(height_km, np.float64))
-        if not self.height_km.size:
+        if not self.height_km.size:  # no splines through nothing
             return np.full(beta.shape, np.nan)
         around = CubicSpline(
             np.append(azimuths, azimuths[0] + 360.0), np.vstack([table, table[:1]]), bc_type="periodic"
         )
         columns = around(beta.ravel())
         out = np.full(beta.size, np.nan)
-        inside = (height.ravel() >= self.height_km[0] - 1e-9) & (height.ravel() <= self.height_km[-1] + 1e-9)
+        inside = self.covers(height.ravel())
         for k in np.flatnonzero(inside):
             if len(self.height_km) == 1:
                 out[k] = columns[k, 0]

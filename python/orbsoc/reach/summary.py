@@ -39,7 +39,7 @@ def summary(domain: ReachableDomain) -> dict[str, Any]:
             "points": len(edge["tilt_deg"]),
             "failed": int(np.isnan(edge["tilt_deg"]).sum()),
             "outside_search_box": int((~edge["inside_box"]).sum()),
-            "largest_change_from_coarser_grid_deg": float(np.nanmax(edge["tilt_change_deg"])),
+            "largest_change_from_coarser_grid_deg": float(np.nanmax(edge["tilt_change_deg"], initial=0.0)),
         },
         "limits": [asdict(row) for row in own],
         "envelope": [asdict(row) for row in envelope(domain, own)],
