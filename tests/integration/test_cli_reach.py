@@ -163,7 +163,12 @@ def test_messages_are_read_back_by_an_independent_reader(
     last = states[-1]
     read = [float(getattr(last, name).value) for name in ("x", "y", "z", "x_dot", "y_dot", "z_dot")]
     np.testing.assert_allclose(read, flown.states[-1] / 1e3, atol=1e-8)
-    orbit = ndm_io().from_path(tmp_path / "a.opm").body.segment.data
+    assert ephemeris.body.segment[0].metadata.ref_frame == "SCENARIO_ECI"
+    assert "x towards the meridian of Greenwich at launch" in " ".join(ephemeris.header.comment)
+    message = ndm_io().from_path(tmp_path / "a.opm")
+    assert message.body.segment.metadata.ref_frame == "SCENARIO_ECI"
+    assert "the scenario gives no date" in " ".join(message.header.comment)
+    orbit = message.body.segment.data
     assert float(orbit.keplerian_elements.semi_major_axis.value) == pytest.approx(
         found.points["a_km"][row], rel=1e-7
     )

@@ -10,7 +10,7 @@ from orbsoc.missions.reachable_domain.domain import Domain
 from orbsoc.missions.reachable_domain.planes import normals, plane_error
 from orbsoc.missions.reachable_domain.table import Origin, PointStatus, PointTable
 from orbsoc.orbit import elements_from_state, propagate_burn
-from orbsoc.reach.figures import cell_limits
+from orbsoc.reach.plane_figures import cell_limits
 from tests.missions.reach_cases import domain, paper
 
 # i, Ω (deg), h_p ≥ (km): a, h_a, h_p, smallest altitude (km), from indirect and direct methods that agree to 2e-6.

@@ -7,9 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from orbsoc.orbit import EARTH
-
-from .figures import orbits_at_lowest_bound
+from .ellipses import EARTH_KM, band_title, largest_ellipses
 from .results import ReachableDomain
 
 SHADES = 12
@@ -21,10 +19,9 @@ def write_band(domain: ReachableDomain, path: Path) -> None:
     import plotly.graph_objects as go
     from plotly.colors import sample_colorscale
 
-    ellipses, apogees = orbits_at_lowest_bound(domain, samples=121)
+    orbits = largest_ellipses(domain, samples=121)
     u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, 61), np.linspace(0.0, np.pi, 31))
-    radius = EARTH.earth_radius_m / 1e3
-    ball = radius * np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)])
+    ball = EARTH_KM * np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)])
     traces: list[Any] = [
         go.Surface(
             x=ball[0],
@@ -36,7 +33,8 @@ def write_band(domain: ReachableDomain, path: Path) -> None:
             name="Earth",
         )
     ]
-    if len(ellipses):
+    if orbits.curves:
+        apogees = orbits.apogees
         logs = np.log10(apogees)
         group = np.minimum(
             ((logs - logs.min()) / max(float(np.ptp(logs)), 1e-12) * SHADES).astype(int), SHADES - 1
@@ -44,7 +42,7 @@ def write_band(domain: ReachableDomain, path: Path) -> None:
         for shade in np.unique(group):
             members = np.flatnonzero(group == shade)
             gap = np.full((1, 3), np.nan)
-            line = np.concatenate([np.vstack([ellipses[k], gap]) for k in members]).round(1)
+            line = np.concatenate([np.vstack([orbits.curves[k], gap]) for k in members]).round(1)
             low, high = apogees[members].min(), apogees[members].max()
             colour = sample_colorscale("Viridis", (shade + 0.5) / SHADES)[0]
             traces.append(
@@ -60,7 +58,7 @@ def write_band(domain: ReachableDomain, path: Path) -> None:
             )
     figure = go.Figure(traces)
     figure.update_layout(
-        title=f"{domain.scenario.name}: largest orbits within reach, perigee ≥ {domain.scenario.boundary.perigee_height_km.first:g} km",
+        title=band_title(domain, orbits, gap="<br>"),
         scene={
             "aspectmode": "data",
             "xaxis_title": "x (km)",

@@ -55,7 +55,7 @@ class EnvelopeRow(Limit):
 
 
 def limits(domain: ReachableDomain) -> list[Limit]:
-    """Lowest and highest inclination and node at the lowest perigee bound."""
+    """Lowest and highest inclination and node at the lowest perigee bound; none where no edge is known."""
     if not domain.limit.height_km.size:
         return []
     height = float(domain.limit.height_km[0])
@@ -86,7 +86,9 @@ def limits(domain: ReachableDomain) -> list[Limit]:
 
 def envelope(domain: ReachableDomain, own: list[Limit]) -> list[EnvelopeRow]:
     """The limits beside the paper's table 2; none unless vehicle, state, burn and lowest perigee bound are the paper's."""
-    if not is_paper_case(domain.scenario) or abs(domain.limit.height_km[0] - PAPER_PERIGEE_KM) > 1e-9:
+    if not own or not is_paper_case(domain.scenario):
+        return []
+    if abs(domain.limit.height_km[0] - PAPER_PERIGEE_KM) > 1e-9:
         return []
     note = edge_note(domain.domain)
     return [

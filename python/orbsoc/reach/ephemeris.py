@@ -1,6 +1,10 @@
 """One point's trajectory as CCSDS messages: an ephemeris of the burn (OEM) and the orbit reached (OPM), key = value.
 
 Source of the formats: CCSDS 502.0-B-3, Orbit Data Messages. Times count from ignition at a given epoch, UTC.
+
+A scenario names neither a date nor where its x axis points among the stars, so its axes are none of the registered frames:
+the messages call them SCENARIO_ECI and say in comments what is known of them. Whoever knows the sidereal angle of that x axis
+turns states and nodes by it.
 """
 
 from __future__ import annotations
@@ -16,20 +20,28 @@ from orbsoc.missions.reachable_domain.boundary import inside_box
 from orbsoc.missions.reachable_domain.table import PointStatus
 from orbsoc.orbit import EARTH, elements_from_state, propagate_burn
 
+from .envelope import is_paper_case
 from .results import ReachableDomain
 
 Array = NDArray[np.float64]
 
 ORIGINATOR = "ORBSOC"
 DEFAULT_EPOCH = datetime(2025, 1, 1, tzinfo=UTC)
-"""The paper gives no date; nodes count from Greenwich at launch."""
+"""Stands for the date that a scenario does not give; the messages say so."""
+FRAME = "SCENARIO_ECI"
+"""Of REF_FRAME: a name that no registry has, so that no reader takes the axes for others."""
+NODES_FROM = "the zero of its nodes"
+NODES_FROM_GREENWICH = "the meridian of Greenwich at launch"
+"""Where the x axis points, of any scenario and of the paper's case."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlownPoint:
-    """A reached point flown by DOP853: times (K,) in s, states (K, 6) in ECI, SI, and the propellant spent in kg."""
+    """A reached point flown by DOP853: times (K,) in s, states (K, 6) in ECI, SI, the propellant spent in kg, and what the
+    x axis of these ECI axes points to."""
 
     name: str
+    x_axis: str
     times_s: Array
     states: Array
     propellant_kg: float
@@ -63,13 +75,14 @@ def fly_point(
 
     states = propagate_burn(scenario.initial_eci(), scenario.vehicle.thruster(), steering, times_s)
     name = f"{scenario.name} {inc_deg:g} {raan_deg:g} {perigee_km:g}"
-    return FlownPoint(name, times_s, states, scenario.vehicle.mass_flow_kg_s * duration_s)
+    x_axis = NODES_FROM_GREENWICH if is_paper_case(scenario) else NODES_FROM
+    return FlownPoint(name, x_axis, times_s, states, scenario.vehicle.mass_flow_kg_s * duration_s)
 
 
 def oem(flown: FlownPoint, epoch: datetime = DEFAULT_EPOCH) -> str:
     """The burn as an Orbit Ephemeris Message."""
     start, stop = _stamp(epoch, 0.0), _stamp(epoch, float(flown.times_s[-1]))
-    lines = [*_header("CCSDS_OEM_VERS = 3.0", epoch), "", "META_START", *_object(flown.name)]
+    lines = [*_header("CCSDS_OEM_VERS = 3.0", flown, epoch), "", "META_START", *_object(flown.name)]
     lines += [f"START_TIME = {start}", f"STOP_TIME = {stop}", "META_STOP", ""]
     lines += ["COMMENT powered arc; constant thrust, no interpolation is implied across cut-off"]
     for time_s, state in zip(flown.times_s, flown.states / 1e3, strict=True):
@@ -82,7 +95,7 @@ def opm(flown: FlownPoint, mass_kg: float, epoch: datetime = DEFAULT_EPOCH) -> s
     """The state and elements at cut-off as an Orbit Parameter Message; `mass_kg` is the mass at ignition."""
     state = flown.states[-1]
     orbit = elements_from_state(state[:3], state[3:])
-    lines = [*_header("CCSDS_OPM_VERS = 3.0", epoch), *_object(flown.name)]
+    lines = [*_header("CCSDS_OPM_VERS = 3.0", flown, epoch), *_object(flown.name)]
     lines.append(f"EPOCH = {_stamp(epoch, float(flown.times_s[-1]))}")
     for key, value in zip(("X", "Y", "Z", "X_DOT", "Y_DOT", "Z_DOT"), state / 1e3, strict=True):
         lines.append(f"{key} = {value:.9f} [{'km/s' if key.endswith('DOT') else 'km'}]")
@@ -101,8 +114,18 @@ def opm(flown: FlownPoint, mass_kg: float, epoch: datetime = DEFAULT_EPOCH) -> s
     return "\n".join(lines) + "\n"
 
 
-def _header(version: str, epoch: datetime) -> list[str]:
-    return [version, f"CREATION_DATE = {_stamp(epoch, 0.0)}", f"ORIGINATOR = {ORIGINATOR}"]
+def _header(version: str, flown: FlownPoint, epoch: datetime) -> list[str]:
+    lines = [
+        version,
+        f"COMMENT {FRAME}: the Earth-centred inertial axes of the scenario, z along the pole, x towards",
+        f"COMMENT {flown.x_axis}. It is not EME2000 nor any registered frame:",
+        "COMMENT the scenario does not say where that x axis points among the stars.",
+    ]
+    if epoch == DEFAULT_EPOCH:
+        lines += [
+            "COMMENT Times count from ignition; the scenario gives no date, and the epoch only stands for one."
+        ]
+    return [*lines, f"CREATION_DATE = {_stamp(epoch, 0.0)}", f"ORIGINATOR = {ORIGINATOR}"]
 
 
 def _object(name: str) -> list[str]:
@@ -110,7 +133,7 @@ def _object(name: str) -> list[str]:
         f"OBJECT_NAME = {name}",
         "OBJECT_ID = UNKNOWN",
         "CENTER_NAME = EARTH",
-        "REF_FRAME = EME2000",
+        f"REF_FRAME = {FRAME}",
         "TIME_SYSTEM = UTC",
     ]
 

@@ -117,9 +117,11 @@ class ReachableDomain:
     def _not_in_tables(self, orbit: Elements) -> str:
         """Why the tables cannot be asked about an orbit; empty where they can."""
         height_km, heights = orbit.perigee_height_m() / 1e3, self.scenario.grid.perigee_height_km.values()
-        low, high = max(heights[0], self.limit.height_km[0]), min(heights[-1], self.limit.height_km[-1])
-        if not low - 1e-9 <= height_km <= high + 1e-9:
-            return f"its perigee height, {height_km:.6g} km, is not in the tables ({low:g}…{high:g} km)"
+        if not heights[0] - 1e-9 <= height_km <= heights[-1] + 1e-9:
+            have = f"{heights[0]:g}…{heights[-1]:g} km"
+            return f"its perigee height, {height_km:.6g} km, is not in the tables ({have})"
+        if not self.limit.covers(height_km):
+            return f"no edge is known at its perigee height, {height_km:.6g} km"
         if self._made_for_another_perigee(orbit):
             return f"the tables were made for an argument of perigee of {self.scenario.perigee.argp_deg:g} degrees"
         return ""
