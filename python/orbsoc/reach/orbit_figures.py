@@ -107,7 +107,7 @@ def _fill(figure: Figure, axis: Any) -> None:
     """Move and scale an axis so that what it draws, labels included, fills its place: a flat box leaves much of it empty."""
     for _ in range(FILLS):
         figure.canvas.draw()
-        drawn = _drawn(figure, axis)
+        drawn = drawn_extent(figure, axis)
         scale = min(BAND_PLACE[2] / drawn.width, BAND_PLACE[3] / drawn.height)
         box = axis.get_position(original=True)
         x = BAND_PLACE[0] + 0.5 * (BAND_PLACE[2] - scale * (drawn.x0 + drawn.x1 - 2.0 * box.x0))
@@ -115,7 +115,7 @@ def _fill(figure: Figure, axis: Any) -> None:
         axis.set_position((x, y, scale * box.width, scale * box.height))
 
 
-def _drawn(figure: Figure, axis: Any) -> Bbox:
+def drawn_extent(figure: Figure, axis: Any) -> Bbox:
     """What an axis draws, in shares of the figure: its box with ticks and labels, without the empty place around it."""
     from matplotlib.transforms import Bbox
     from mpl_toolkits.mplot3d import proj3d
