@@ -176,7 +176,8 @@ impl<'a> Walk<'a> {
     /// claimed ones; the ranks move on after those tried.
     fn begin(&mut self, lane: usize, from: &mut [u32; 2]) {
         self.lanes[lane].held = 0;
-        for (claimed, from) in [false, true].into_iter().zip(from) {
+        let sets = if self.habit.apart { 2 } else { 1 };
+        for (claimed, from) in [false, true].into_iter().zip(from).take(sets) {
             for _ in 0..TRIES {
                 let ready = if claimed { &self.claimed } else { &self.ready };
                 let Some(rank) = ready.next(*from) else { break };
@@ -193,13 +194,18 @@ impl<'a> Walk<'a> {
     fn take(&mut self, lane: usize, k: u32) {
         let rank = self.placement.edges.rank(k);
         self.among(k).remove(rank);
-        let left = self.lanes[lane].last.map(|last| self.vectors.run(last));
-        self.lanes[lane] = Lane { last: Some(k), held: 0 };
+        let before = core::mem::replace(&mut self.lanes[lane], Lane { last: Some(k), held: 0 }).last;
         self.placed.push(k);
-        let run = self.vectors.run(k);
-        if self.habit.apart && left != Some(run) {
-            self.claim(run);
-            if let Some(run) = left {
+        if self.habit.apart {
+            self.change_runs(before.map(|last| self.vectors.run(last)), self.vectors.run(k));
+        }
+    }
+
+    /// A lane leaves a run, if it was in one, for another, or goes on with it.
+    fn change_runs(&mut self, from: Option<u32>, to: u32) {
+        if from != Some(to) {
+            self.claim(to);
+            if let Some(run) = from {
                 self.leave(run);
             }
         }
@@ -207,7 +213,7 @@ impl<'a> Walk<'a> {
 
     /// The ready operations among which a node is, or would be.
     fn among(&mut self, k: u32) -> &mut Ready {
-        if self.claims[self.vectors.run(k) as usize] > 0 {
+        if self.habit.apart && self.claims[self.vectors.run(k) as usize] > 0 {
             &mut self.claimed
         } else {
             &mut self.ready

@@ -144,19 +144,29 @@ struct Stream {
 
 impl Stream {
     fn push(&mut self, value: u64, bits: usize) {
-        for k in 0..bits {
-            if self.bits.is_multiple_of(64) {
-                self.limbs.push(0);
-            }
-            self.limbs[self.bits / 64] |= (value >> k & 1) << (self.bits % 64);
-            self.bits += 1;
+        debug_assert!(bits < 64 && value >> bits == 0, "{value} in {bits} bits");
+        if bits == 0 {
+            return;
         }
+        let at = self.bits % 64;
+        match self.limbs.last_mut() {
+            Some(last) if at > 0 => {
+                *last |= value << at;
+                if at + bits > 64 {
+                    self.limbs.push(value >> (64 - at));
+                }
+            }
+            _ => self.limbs.push(value),
+        }
+        self.bits += bits;
     }
 
     fn lines(&self, fetch: usize) -> Microcode {
         let mut lines = Microcode::new(fetch, self.bits.div_ceil(fetch));
-        for bit in 0..self.bits {
-            lines.put(bit / fetch, bit % fetch, 1, self.limbs[bit / 64] >> (bit % 64) & 1);
+        // Lines are whole multiples of 32 bits.
+        for from in (0..self.bits).step_by(32) {
+            let half = self.limbs[from / 64] >> (from % 64) & u64::from(u32::MAX);
+            lines.put(from / fetch, from % fetch, 32, half);
         }
         lines
     }
@@ -255,8 +265,11 @@ impl<'a> Writer<'a> {
             (payload + if number == current { 0 } else { self.format.template_bits }, payload)
         };
         let wish = kept.template(issue, self.format);
-        if self.number.get(&wish) == Some(&current) {
-            return current;
+        if let Some(&number) = self.number.get(&wish) {
+            // Nothing else is shorter, and only staying costs less than a change.
+            let stays =
+                number == current || current != 0 && kept.allows(issue, self.table[current], self.format);
+            return if stays && cost(current) <= cost(number) { current } else { number };
         }
         let possible = (1..self.table.len()).filter(|&k| kept.allows(issue, self.table[k], self.format));
         possible.min_by_key(|&k| cost(k)).unwrap_or(0)

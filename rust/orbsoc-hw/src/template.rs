@@ -262,3 +262,30 @@ impl Costly {
 
 /// Wishes that are looked at, the most frequent ones: rarer ones save nothing.
 const WORTHWHILE: usize = 128;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sub_mul(modes: [Mode; 4]) -> Template {
+        Template { field: Code::SubMul.field(), modes }
+    }
+
+    #[test]
+    fn the_table_has_a_template_for_anything_and_then_what_saves_most_beside_it() {
+        use Mode::{Full, Kept, Short, Step};
+        let format = Format::new(&Configuration::default());
+        let runs = sub_mul([Step, Kept, Step, Kept]);
+        let gaps = sub_mul([Step, Kept, Short, Kept]);
+        let rare = sub_mul([Short, Kept, Short, Kept]);
+        let table = choose(&HashMap::from([(runs, 100), (gaps, 30), (rare, 1)]), &format);
+        assert_eq!(table.len(), 1 << format.template_bits);
+        assert_eq!(table[..2], [Template::NONE, Template::full(Code::SubMul)]);
+        // 100 × 60 bits for runs alone; 131 × 48 for the one that serves all of them.
+        assert_eq!(table[2..5], [rare, runs, gaps]);
+        assert!(table[5..].iter().all(|&template| template == Template::NONE));
+        assert!(rare.serves(gaps) && gaps.serves(runs) && !runs.serves(gaps));
+        assert!(!sub_mul([Short, Short, Short, Short]).serves(sub_mul([Full, Kept, Kept, Step])));
+        assert!(!sub_mul([Short; 4]).serves(runs), "the word of c is not a step from the last destination");
+    }
+}
