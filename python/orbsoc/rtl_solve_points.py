@@ -9,7 +9,7 @@ from pathlib import Path
 from orbsoc.pl_program import Engine
 from orbsoc.problem import Problem
 from orbsoc.rtl_solve import SolveOutcome, solve_on_rtl
-from orbsoc.rtl_validation import ADDRESS_BITS, Format, problems
+from orbsoc.rtl_validation import ADDRESS_BITS, Format, mission_004, problems
 from orbsoc.settings import Settings
 
 FOUR_LANES = Engine(lanes=4, banks=16, address_bits=ADDRESS_BITS)
@@ -48,16 +48,23 @@ def quick_solves(scenarios: Path) -> list[SolvePoint]:
 
 
 def all_solves(scenarios: Path) -> list[SolvePoint]:
-    """Those, and the mission's subproblem with as many nodes as the paper's, flat and compressed, and with half as
-    many again."""
+    """Those, and the mission's subproblems A and C with as many nodes as the paper's, flat and compressed on 4 lanes
+    and on 2, and A with half as many again."""
     sixteen = Engine(lanes=4, banks=16, address_bits=16)
-    two = replace(FOUR_LANES, lanes=2)
-    twelve = _mission_004(scenarios, 12)
+    free = mission_004(scenarios / "rec1.toml", free_perigee=True)
+    twelve = [
+        *_mission_004(scenarios, 12),
+        *([] if free is None else [SolvePoint("mission 004 C, N = 12", free, TIGHT)]),
+    ]
+    formats: tuple[Format, ...] = ("flat", "compressed")
     return [
         *quick_solves(scenarios),
-        *twelve,
-        *(replace(at, engine=engine, format="compressed") for at in twelve for engine in (FOUR_LANES, two)),
-        *(replace(at, engine=two) for at in twelve),
+        *(
+            replace(at, engine=replace(FOUR_LANES, lanes=lanes), format=form)
+            for at in twelve
+            for lanes in (4, 2)
+            for form in formats
+        ),
         *_mission_004(scenarios, 18, sixteen),
     ]
 
