@@ -281,8 +281,9 @@ mod tests {
         let table = choose(&HashMap::from([(runs, 100), (gaps, 30), (rare, 1)]), &format);
         assert_eq!(table.len(), 1 << format.template_bits);
         assert_eq!(table[..2], [Template::NONE, Template::full(Code::SubMul)]);
-        // 100 × 60 bits for runs alone; 131 × 48 for the one that serves all of them.
-        assert_eq!(table[2..5], [rare, runs, gaps]);
+        // 100 × 60 bits for runs alone, 130 × 54 for the one that serves gaps, too, 131 × 48 for the one that serves all.
+        // Then 100 × 6 for runs, and 48 for the rare one.
+        assert_eq!(table[2..5], [gaps, runs, rare]);
         assert!(table[5..].iter().all(|&template| template == Template::NONE));
         assert!(rare.serves(gaps) && gaps.serves(runs) && !runs.serves(gaps));
         assert!(!sub_mul([Short, Short, Short, Short]).serves(sub_mul([Full, Kept, Kept, Step])));
