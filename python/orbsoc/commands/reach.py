@@ -182,7 +182,7 @@ def _lines(document: dict[str, Any], folder: Path) -> list[str]:
     """What a person wants to know, the verdict last."""
     counts = ", ".join(f"{count} {name}" for name, count in document["status"].items())
     worst = document["worst"]
-    lines = [_limit(row) for row in document["envelope"]]
+    lines = [_limit(row) for row in document["envelope"] or document["limits"]]
     if document["status"].get("reached"):
         lines.append(
             f"every reached point flown: semi-major axis within {worst['sma_error_rel']:.1e}, plane within"
@@ -198,9 +198,12 @@ def _lines(document: dict[str, Any], folder: Path) -> list[str]:
 
 
 def _limit(row: dict[str, Any]) -> str:
-    """A row of the envelope beside the paper's; an edge that is not drawn has no number."""
-    ours = "" if row["whole_deg"] is None else f", ours {row['whole_deg']:.2f} deg"
-    return f"{row['limit']}: paper {row['paper_deg']:.2f} deg{ours}; {row['reason']}"
+    """A limit of the planes within reach, beside the paper's where it is the paper's case; an edge that is not drawn has
+    no number."""
+    ours = "no edge" if row["whole_deg"] is None else f"{row['whole_deg']:.2f} deg"
+    if "paper_deg" not in row:
+        return f"{row['limit']}: {ours}"
+    return f"{row['limit']}: {ours}, paper {row['paper_deg']:.2f} deg; {row['reason']}"
 
 
 def _failure(error: Exception) -> tuple[int, str]:
