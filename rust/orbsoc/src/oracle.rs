@@ -13,6 +13,7 @@ use proptest::test_runner::RngSeed;
 
 /// The same cases in every run; with `ORBSOC_FUZZ` = k in the environment, k times as many new ones: more in
 /// `make fuzz`, and under valgrind (`make memcheck`), where each takes fifty times as long, a fraction.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a number of cases, and at least one
 pub fn seeded(cases: u32) -> ProptestConfig {
     let times: Option<f64> = std::env::var("ORBSOC_FUZZ").ok().and_then(|k| k.parse().ok());
     let rng_seed = if times.is_some() { RngSeed::Random } else { RngSeed::Fixed(47) };
