@@ -9,7 +9,8 @@ from __future__ import annotations
 import hashlib
 from collections import OrderedDict
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
+from numbers import Integral
 from typing import Any, Literal
 
 import numpy as np
@@ -21,6 +22,8 @@ from orbsoc.settings import Settings
 SCHEMA = "orbsoc.pl-cycles/1"
 _KEPT = 8
 _LEAST_ADDRESS_BITS, _MOST_ADDRESS_BITS = 10, 20
+_MOST = (1 << 32) - 1
+"""The largest number that any field of an engine may be written with; the limits of each are the scheduler's."""
 
 
 class EngineError(ValueError):
@@ -29,7 +32,11 @@ class EngineError(ValueError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Engine:
-    """One PL engine. `address_bits`: words of storage as a power of two; None: the fewest that hold the problem."""
+    """One PL engine. `address_bits`: words of storage as a power of two; None: the fewest that hold the problem.
+
+    Raises EngineError for a field that is no whole number, or a negative one; what else no engine can have is refused
+    when a problem is scheduled.
+    """
 
     fp: Literal[64, 32] = 64
     lanes: int = 4
@@ -37,6 +44,15 @@ class Engine:
     banks: int = 16
     address_bits: int | None = None
     microcode_words: int = 1 << 20
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value: object = getattr(self, field.name)
+            if value is None and field.name == "address_bits":
+                continue
+            if isinstance(value, bool) or not isinstance(value, Integral) or not 0 <= int(value) <= _MOST:
+                raise EngineError(f"`{field.name}` = {value!r}: allowed is a whole number from 0 to {_MOST}")
+            object.__setattr__(self, field.name, int(value))
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,16 +109,26 @@ class Stream:
     """Stages that are scheduled as one stream, so that each may begin while those before it still run.
 
     With `leaves`, only as much of them as makes the words of these buffers. Its segment has the stages' names, joined
-    by underscores.
+    by underscores. Raises EngineError for no stages, no buffers, or what is no tuple of names.
     """
 
     stages: tuple[str, ...]
     leaves: tuple[str, ...] | None = None
 
+    def __post_init__(self) -> None:
+        for field, names in (("stages", self.stages), ("leaves", self.leaves)):
+            if (field, names) != ("leaves", None) and not _are_names(names):
+                raise EngineError(f"stream `{field}` = {names!r}: allowed is a tuple of one name or more")
+
     @property
     def name(self) -> str:
         """The segment's."""
         return "_".join(self.stages)
+
+
+def _are_names(names: object) -> bool:
+    """A tuple with strings in it, and nothing else."""
+    return isinstance(names, tuple) and bool(names) and all(isinstance(name, str) for name in names)
 
 
 KKT_SOLVES = Stream(("factorize", "solve_pair"), ("factor_l", "pivot_inverse", "pair_solution"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from scipy import sparse
 from hw_model.rtl_latency import rtl_latencies
 from orbsoc import Settings, _core
 from orbsoc.pl_figure import busy_shares
-from orbsoc.pl_program import Engine, EngineError, PlProgram, pattern_digest, pl_program
+from orbsoc.pl_program import Engine, EngineError, PlProgram, Stream, pattern_digest, pl_program
 from orbsoc.problem import Cones, Problem
 from orbsoc.rtl_validation import MODULES, problems
 
@@ -72,6 +73,40 @@ def test_engines_that_cannot_be_are_refused_by_field(field: str, value: int, all
     with pytest.raises(EngineError, match=rf"`{field}`.*") as refused:
         pl_program(SMALL, engine=replace(Engine(), **{field: value}))
     assert allowed in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("lanes", -1),
+        ("lanes", 2.5),
+        ("lanes", "4"),
+        ("lanes", True),
+        ("lanes", None),
+        ("banks", 1 << 64),
+        ("address_bits", -3),
+        ("microcode_words", -1),
+        ("fp", 64.0),
+    ],
+)
+def test_fields_of_an_engine_are_whole_numbers(field: str, value: Any) -> None:
+    with pytest.raises(EngineError, match=re.escape(f"`{field}` = {value!r}: allowed is a whole number")):
+        Engine(**{field: value})
+
+
+def test_a_number_of_numpy_makes_the_same_engine() -> None:
+    engine = Engine(lanes=cast("Any", np.int64(2)))
+    assert engine == Engine(lanes=2)
+    assert type(engine.lanes) is int
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("stages", ()), ("stages", "factorize"), ("stages", (1,)), ("leaves", ())]
+)
+def test_a_stream_is_of_names(field: str, value: Any) -> None:
+    given: dict[str, Any] = {"stages": ("factorize",), field: value}
+    with pytest.raises(EngineError, match=re.escape(f"stream `{field}` = {value!r}: allowed is a tuple")):
+        Stream(**given)
 
 
 def test_storage_is_the_least_power_of_two_that_holds_the_problem(program: PlProgram) -> None:
