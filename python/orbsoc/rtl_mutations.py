@@ -1,7 +1,7 @@
 """Engines that are wrong in one place (V5): each must be caught by schedules that the right engine runs as promised.
 
 A mutation is a changed line in a copy of the RTL's sources. It is caught by a cycle more or less, by a word that
-differs, or by an assertion of the RTL's own checks.
+differs, by an assertion of the RTL's own checks, or by counter, status or interrupt saying what is not so.
 """
 
 from __future__ import annotations
@@ -52,6 +52,18 @@ MUTATIONS = {
     "banks swapped at the write crossbar": Mutation(
         "engine/write_crossbar.sv", "address[u*A+:PICK] == PICK'(b)", "address[u*A+:PICK] == PICK'(b ^ 1)"
     ),
+    "writes land in a second row": Mutation(
+        "engine/bank.sv",
+        "if (enable && write) words[write_row] <= write_word;",
+        "if (enable && write) begin words[write_row] <= write_word;"
+        " words[write_row ^ ROW'(1 << (ROW - 1))] <= write_word; end",
+    ),
+    "counter two cycles ahead": Mutation("engine/engine.sv", "cycles <= '0;", "cycles <= 32'd2;"),
+    "counter stuck": Mutation("engine/engine.sv", "cycles <= cycles + 32'd1;", "cycles <= cycles;"),
+    "done never in the status": Mutation("engine/registers.sv", "armed, state == DONE,", "armed, 1'b0,"),
+    "interrupt never raised": Mutation(
+        "engine/registers.sv", "irq = state == DONE || state == FAULT", "irq = 1'b0"
+    ),
     "busy words ignored": Mutation(
         "engine/sequencer_in_order.sv", "word_busy[i] = uses[i]", "word_busy[i] = 1'b0", "in_order"
     ),
@@ -74,11 +86,13 @@ class Catch:
     """Segments that left a word otherwise."""
     asserted: int
     """Segments in which the RTL's checks found a rule broken."""
+    signalled: int
+    """Segments whose status, interrupt or counter said what was not so."""
 
     @property
     def caught(self) -> bool:
-        """By any of the three."""
-        return bool(self.wrong_cycles or self.wrong_words or self.asserted)
+        """By any of the four."""
+        return bool(self.wrong_cycles or self.wrong_words or self.asserted or self.signalled)
 
     @property
     def good(self) -> bool:
@@ -111,4 +125,5 @@ def _catch(mutation: str | None, form: Format, outcomes: list[Outcome]) -> Catch
         wrong_cycles=sum(outcome.rtl_cycles != outcome.model_cycles for outcome in outcomes),
         wrong_words=sum(bool(outcome.different_words) for outcome in outcomes),
         asserted=sum(bool(outcome.assertions) for outcome in outcomes),
+        signalled=sum(bool(outcome.signals) for outcome in outcomes),
     )

@@ -1,7 +1,8 @@
 """Schedules against the RTL: the same microcode under Verilator, cycles and every word of storage compared.
 
 A case is a text file (docs/pl-machine.md, "Validation cases"); `rtl/build.sh` builds a harness for one engine, and
-the harness compares. Operands come from the RTL's storage alone, cycles from its own counter.
+the harness compares: every word of storage, whether the program writes it or not, and the cycles of the RTL's own counter,
+which must be those that its busy signal was up. Operands come from the RTL's storage alone.
 """
 
 from __future__ import annotations
@@ -36,8 +37,12 @@ MODULES = (
 ADDRESS_BITS = 15
 _CODE_BITS = 17
 """Lines of microcode memory as a power of two, at least: most programs share a harness."""
+_MOST_LEVEL = 255
 _MICROCODE = re.compile(r"^microcode (\d+)$", re.MULTILINE)
-_RUN = re.compile(r"^run (\w+) cycles (\d+) expected (\d+) different (\d+) asserted (\d+)$", re.MULTILINE)
+_RUN = re.compile(
+    r"^run (\S+) cycles (\d+) expected (\d+) different (\d+) asserted (\d+)((?:\n(?!run ).*)*)", re.MULTILINE
+)
+_SIGNAL = re.compile(r"^(?:counter|status) .*$", re.MULTILINE)
 
 
 class RtlError(RuntimeError):
@@ -46,7 +51,7 @@ class RtlError(RuntimeError):
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """One module of one problem on one engine."""
+    """One module of one problem on one engine. Raises ValueError for a level at which fetch would never deliver."""
 
     problem: str
     module: str
@@ -57,6 +62,10 @@ class Point:
     stream: Stream | None = None
     """Stages of that module and others as one segment, in place of the module's own."""
 
+    def __post_init__(self) -> None:
+        if not 0 <= self.level <= _MOST_LEVEL:
+            raise ValueError(f"`level` = {self.level}: allowed is 0 to {_MOST_LEVEL}")
+
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
@@ -65,14 +74,18 @@ class Outcome:
     point: Point
     segment: str
     rtl_cycles: int
+    """By the RTL's own counter."""
     model_cycles: int
     different_words: int
     assertions: int
+    signals: tuple[str, ...] = ()
+    """What counter, status or interrupt said that was not so, as the harness puts it."""
 
     @property
     def good(self) -> bool:
-        """Equal cycles, equal words, no assertion."""
-        return self.rtl_cycles == self.model_cycles and not self.different_words and not self.assertions
+        """Equal cycles, equal words, no assertion, and registers and interrupt of a segment that ended."""
+        equal = self.rtl_cycles == self.model_cycles and not self.different_words
+        return equal and not self.assertions and not self.signals
 
 
 def rtl_folder(given: Path | None) -> Path:
@@ -116,20 +129,35 @@ def built(folder: Path, engine: Engine, form: Format, *, lines: int) -> Path:
 
 
 def run(folder: Path, point: Point, program: PlProgram) -> list[Outcome]:
-    """Build, run and compare one point. Raises RtlError if the harness breaks off."""
+    """Build, run and compare one point. Raises RtlError if the harness breaks off, or exits otherwise than it says."""
     text = program.core.case(point.module, point.format, seed=point.level + 1, level=point.level)
     harness = built(folder, program.engine, point.format, lines=_lines(text))
     with tempfile.TemporaryDirectory() as scratch:
         case = Path(scratch) / "point.case"
         case.write_text(text)
         done = subprocess.run([harness, case], capture_output=True, text=True, check=False)
-    found = [
-        Outcome(point, match[1], *(int(match[k]) for k in (2, 3, 4, 5)))
-        for match in _RUN.finditer(done.stdout)
-    ]
+    found = [_outcome(point, match) for match in _RUN.finditer(done.stdout)]
     if not found or len(found) != text.count("\nrun "):
         raise RtlError(f"{point}: the harness broke off: {(done.stdout + done.stderr).strip()[-2000:]}")
+    if done.returncode != (0 if all(outcome.good for outcome in found) else 1):
+        raise RtlError(
+            f"{point}: the harness exits with {done.returncode}, but says: {done.stdout.strip()[-2000:]}"
+        )
     return found
+
+
+def _outcome(point: Point, run: re.Match[str]) -> Outcome:
+    """Of a run's lines."""
+    name, cycles, expected, different, asserted, rest = run.groups()
+    return Outcome(
+        point,
+        name,
+        rtl_cycles=int(cycles),
+        model_cycles=int(expected),
+        different_words=int(different),
+        assertions=int(asserted),
+        signals=tuple(_SIGNAL.findall(rest)),
+    )
 
 
 def _lines(case: str) -> int:
@@ -267,7 +295,7 @@ def summary(outcomes: Sequence[Outcome]) -> dict[str, Any]:
 
 
 def _of_format(outcomes: Sequence[Outcome]) -> dict[str, Any]:
-    errors = [abs(o.model_cycles - o.rtl_cycles) / o.rtl_cycles for o in outcomes]
+    errors = [abs(o.model_cycles - o.rtl_cycles) / max(o.rtl_cycles, 1) for o in outcomes]
     return {
         "points": len({outcome.point for outcome in outcomes}),
         "segments": len(outcomes),
@@ -276,4 +304,5 @@ def _of_format(outcomes: Sequence[Outcome]) -> dict[str, Any]:
         "mean_cycle_error": float(np.mean(errors)),
         "different_words": sum(outcome.different_words for outcome in outcomes),
         "assertions": sum(outcome.assertions for outcome in outcomes),
+        "signals": sum(len(outcome.signals) for outcome in outcomes),
     }

@@ -39,8 +39,8 @@ class CaseReader {
     expect("format");
     c.format = token();
     if (c.format == "compressed")
-      for (uint64_t n = named("templates"); n > 0; --n) c.templates.push_back(token());
-    for (uint64_t n = named("microcode"); n > 0; --n) c.microcode.push_back(token());
+      for (uint64_t n = named("templates"); n > 0; --n) c.templates.push_back(digits(token(), 16));
+    for (uint64_t n = named("microcode"); n > 0; --n) c.microcode.push_back(digits(token(), 16));
     std::string word;
     while (file >> word) {
       if (word != "run") throw std::runtime_error("expected 'run', found '" + word + "'");
@@ -86,16 +86,19 @@ class CaseReader {
     const std::string word = token();
     if (word != wanted) throw std::runtime_error("expected '" + wanted + "', found '" + word + "'");
   }
+  // The token, if it is digits of that base and nothing else: no sign, no prefix.
+  static const std::string &digits(const std::string &word, int base) {
+    if (word.find_first_not_of(base == 16 ? "0123456789abcdefABCDEF" : "0123456789") != std::string::npos)
+      throw std::runtime_error("'" + word + "' is not a number of base " + std::to_string(base));
+    return word;
+  }
   uint64_t number(int base = 10) {
     const std::string word = token();
-    size_t end = 0;
-    uint64_t value = 0;
     try {
-      value = std::stoull(word, &end, base);
-    } catch (const std::exception &) {
+      return std::stoull(digits(word, base), nullptr, base);
+    } catch (const std::out_of_range &) {
+      throw std::runtime_error("'" + word + "' has more than 64 bits");
     }
-    if (end != word.size()) throw std::runtime_error("'" + word + "' is not a number of base " + std::to_string(base));
-    return value;
   }
   uint64_t named(const std::string &key) {
     expect(key);

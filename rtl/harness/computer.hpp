@@ -11,7 +11,15 @@
 constexpr const char *RULES[] = {"read_conflict",  "read_pending", "write_pending",  "result_conflict",
                                  "write_conflict", "divider_busy", "read_unwritten", "unknown_operation"};
 constexpr int RULE_COUNT = 8;
-constexpr uint64_t CODE_LINES = uint64_t(1) << PL_CODE_BITS;
+constexpr uint64_t CODE_LINES = uint64_t(1) << PL_CODE_BITS, STORAGE_WORDS = uint64_t(1) << PL_ADDRESS_BITS;
+constexpr uint64_t WORD_MASK = ~uint64_t(0) >> (64 - PL_FP);
+
+// Widths of the engine's ports (engine.sv): a line of microcode; templates and how many there may be.
+constexpr uint64_t DIVIDER_BITS = PL_DIVIDERS * (3 * PL_ADDRESS_BITS + 2);
+constexpr uint64_t FLAT_BITS = 1 + PL_LANES * (4 * PL_ADDRESS_BITS + 4) + DIVIDER_BITS;
+constexpr uint64_t ITEM_LINES = (2 + PL_LANES * (4 * PL_ADDRESS_BITS + 8) + DIVIDER_BITS + 95) / 96;
+constexpr uint64_t CODE_WIDTH = PL_SEQUENCER == 1 ? 32 * (ITEM_LINES > PL_LANES ? ITEM_LINES : PL_LANES) : FLAT_BITS;
+constexpr uint64_t TEMPLATE_WIDTH = 12, TEMPLATES = 64;
 
 enum Register : uint16_t { MODULE = 0x00, SEGMENT = 0x04, SEQUENCE = 0x08, CONTROL = 0x0c, STATUS = 0x10, IRQ_ACK = 0x14, TABLE = 0x1000 };
 
@@ -73,6 +81,20 @@ class Computer {
     dut.host_read = 0;
     for (int i = 0; i < 3; ++i) clock();
     return dut.host_value;
+  }
+
+  // Every word of storage, by address: a read a clock, four clocks under way, while nothing runs.
+  std::vector<uint64_t> read_storage() {
+    constexpr uint64_t UNDER_WAY = 3;
+    std::vector<uint64_t> words(STORAGE_WORDS);
+    for (uint64_t at = 0; at < STORAGE_WORDS + UNDER_WAY; ++at) {
+      dut.host_read = at < STORAGE_WORDS;
+      dut.host_address = at % STORAGE_WORDS;
+      clock();
+      if (at >= UNDER_WAY) words[at - UNDER_WAY] = dut.host_value;
+    }
+    dut.host_read = 0;
+    return words;
   }
 
   void write_register(uint16_t address, uint32_t value) {

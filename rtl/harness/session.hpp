@@ -7,7 +7,7 @@
 //   get ADDRESS              WORD
 //   write REGISTER VALUE     ok
 //   read REGISTER            VALUE
-//   gaps SEED LEVEL          ok         fetch gaps (in order), decimal
+//   gaps SEED LEVEL          ok         fetch gaps (in order), decimal; the seed not 0, the level below 256
 //   wait CYCLES              IRQ BUSY   clocks up to CYCLES (decimal) until the interrupt is up; whether it is, and how
 //                                       many cycles the segment was busy by the engine's own counter, decimal
 //   clocks                   N          of everything since the session began, decimal: a word set and a register access take
@@ -58,7 +58,7 @@ class Session {
     else if (command == "code") computer.load_line(first, second);
     else if (command == "set") computer.write_word(first, std::stoull(second, nullptr, 16));
     else if (command == "write") computer.write_register(uint16_t(first), uint32_t(std::stoull(second, nullptr, 16)));
-    else if (command == "gaps") computer.set_gaps(uint32_t(first), uint32_t(std::stoul(second)));
+    else if (command == "gaps") return gaps(first, std::stoul(second));
     else return false;
     std::printf("ok\n");
     return true;
@@ -70,6 +70,12 @@ class Session {
   bool wait(uint64_t cycles) {
     for (; cycles > 0 && !computer.interrupt(); --cycles) computer.clock();
     std::printf("%d %" PRIu32 "\n", computer.interrupt(), computer.counted());
+    return true;
+  }
+  bool gaps(uint64_t seed, uint64_t level) {
+    if (seed == 0 || seed > UINT32_MAX || level > 255) return false;  // fetch would never deliver
+    computer.set_gaps(uint32_t(seed), uint32_t(level));
+    std::printf("ok\n");
     return true;
   }
   bool clocks() {

@@ -36,17 +36,23 @@ def test_a_mutation_whose_line_is_gone_is_refused(tmp_path: Path) -> None:
         Mutation("latency.svh", "F32_ADD_CYCLES = 99", "").apply(RTL, tmp_path)
 
 
-@pytest.mark.parametrize(("asserted", "verdict", "code"), [(2, "caught", 0), (0, "UNNOTICED", 1)])
+@pytest.mark.parametrize(
+    ("asserted", "signalled", "verdict", "code"),
+    [(2, 0, "caught", 0), (0, 3, "caught", 0), (0, 0, "UNNOTICED", 1)],
+)
 def test_the_table_of_mutations_says_which_goes_unnoticed(
-    asserted: int, verdict: str, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    asserted: int, signalled: int, verdict: str, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = [Catch(None, "flat", 25, 0, 0, 0), Catch("banks swapped", "flat", 25, 0, 0, asserted)]
+    found = [
+        Catch(None, "flat", 25, 0, 0, 0, 0),
+        Catch("banks swapped", "flat", 25, 0, 0, asserted, signalled),
+    ]
     monkeypatch.setattr(rtl_mutations, "catches", lambda *_: iter(found))
     monkeypatch.setattr(rtl_validation.shutil, "which", lambda _: "/verilator")
     arguments = ["hw", "validate", "--mutations", "--rtl", str(RTL), "--out", str(tmp_path)]
     done = CliRunner().invoke(app, arguments)
     assert done.exit_code == code, done.output
-    assert f"| banks swapped | flat | 25 | 0 | 0 | {asserted} | {verdict} |" in done.output
+    assert f"| banks swapped | flat | 25 | 0 | 0 | {asserted} | {signalled} | {verdict} |" in done.output
     document = json.loads((tmp_path / "rtl-mutations.json").read_text())
     assert [row["good"] for row in document["engines"]] == [True, code == 0]
 

@@ -12,6 +12,7 @@ from orbsoc.pl_program import Engine, scheduled
 from orbsoc.rtl_validation import (
     MODULES,
     Point,
+    RtlError,
     built,
     problems,
     quick_points,
@@ -66,6 +67,44 @@ def test_a_word_that_differs_is_reported(monkeypatch: pytest.MonkeyPatch) -> Non
     assert not outcome.good
     assert outcome.different_words == 1
     assert outcome.model_cycles != outcome.rtl_cycles
+
+
+@pytest.mark.parametrize(
+    ("rest", "code", "signals"),
+    [
+        ("counter 0 where busy was up for 9\n", 1, ("counter 0 where busy was up for 9",)),
+        ("assert read_conflict 0\nstatus 01010000 interrupt 1 after the segment, not 01010002 1\n", 1,
+         ("status 01010000 interrupt 1 after the segment, not 01010002 1",)),
+        ("", 0, ()),
+        ("", 1, None),
+        ("counter 0 where busy was up for 9\n", 0, None),
+    ],
+)  # fmt: skip
+def test_what_counter_status_and_exit_say_counts(
+    rest: str, code: int, signals: tuple[str, ...] | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A harness that says all is equal, but for these lines and this exit status; None: they contradict each other."""
+    program = scheduled(problems()[SMALL], Settings(), Engine(lanes=1, banks=4, address_bits=15))
+    point = Point(SMALL, "line_search", program.engine)
+    answer = f"run step_length cycles 9 expected 9 different 0 asserted 0\n{rest}"
+
+    def harness(command: list[object], **_: object) -> subprocess.CompletedProcess[str]:
+        return subprocess.CompletedProcess(command, code, answer, "")
+
+    monkeypatch.setattr(rtl_validation, "built", lambda *_, **__: Path("/harness"))
+    monkeypatch.setattr(rtl_validation.subprocess, "run", harness)
+    if signals is None:
+        with pytest.raises(RtlError, match=f"exits with {code}, but says"):
+            run(RTL, point, program)
+        return
+    (outcome,) = run(RTL, point, program)
+    assert (outcome.signals, outcome.good) == (signals, not signals)
+
+
+@pytest.mark.parametrize("level", [-1, 256])
+def test_a_level_at_which_fetch_never_delivers_is_refused(level: int) -> None:
+    with pytest.raises(ValueError, match=rf"`level` = {level}: allowed is 0 to 255"):
+        Point(SMALL, "line_search", Engine(), "in_order", level)
 
 
 @pytest.mark.parametrize(("lines", "bits"), [(1, 17), (1 << 17, 17), ((1 << 17) + 1, 18), (1 << 20, 20)])

@@ -114,10 +114,12 @@ def _table(summary: dict[str, dict[str, Any]]) -> Sequence[str]:
     rows = [
         f"| {form} | {found['points']} | {found['segments']} | {found['rtl_cycles']} |"
         f" {100 * found['largest_cycle_error']:.3f} % | {found['different_words']} | {found['assertions']} |"
+        f" {found['signals']} |"
         for form, found in summary.items()
     ]
     return [
-        "| sequencer | points | segments | RTL cycles | largest cycle error | words different | assertions |",
-        "|---|---|---|---|---|---|---|",
+        "| sequencer | points | segments | RTL cycles | largest cycle error | words different | assertions |"
+        " wrong signals |",
+        "|---|---|---|---|---|---|---|---|",
         *rows,
     ]

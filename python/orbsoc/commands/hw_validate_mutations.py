@@ -51,12 +51,12 @@ def _table(found: Sequence[Catch]) -> list[str]:
     """Markdown, one row an engine."""
     rows = [
         f"| {catch.mutation or 'none'} | {catch.form} | {catch.segments} | {catch.wrong_cycles} |"
-        f" {catch.wrong_words} | {catch.asserted} | {_verdict(catch)} |"
+        f" {catch.wrong_words} | {catch.asserted} | {catch.signalled} | {_verdict(catch)} |"
         for catch in found
     ]
     return [
-        "| mutation | sequencer | segments | cycles off | words different | asserted | verdict |",
-        "|---|---|---|---|---|---|---|",
+        "| mutation | sequencer | segments | cycles off | words different | asserted | wrong signals | verdict |",
+        "|---|---|---|---|---|---|---|---|",
         *rows,
     ]
 
