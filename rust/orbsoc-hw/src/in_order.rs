@@ -2,6 +2,7 @@
 //! docs/pl-machine.md, "In-order sequencer".
 
 use crate::configuration::Configuration;
+use crate::error::Error;
 use crate::schedule::{Issue, Schedule};
 
 /// When fetch delivers: a seeded generator, below `level` of 256 a gap.
@@ -15,6 +16,19 @@ pub struct Gaps {
 impl Gaps {
     /// Never a gap.
     pub const NONE: Self = Self { seed: 1, level: 0 };
+
+    /// # Errors
+    /// [`Error::Configuration`] if fetch would never deliver: the generator stays at a `seed` of 0, and no number of
+    /// it reaches a `level` above 255.
+    pub fn validate(&self) -> Result<(), Error> {
+        let wrong =
+            |field, value: u32, allowed| Err(Error::Configuration { field, value: value.into(), allowed });
+        match *self {
+            Self { seed: 0, .. } => wrong("seed", 0, "1 to 2^32 - 1"),
+            Self { level: level @ 256.., .. } => wrong("level", level, "0 to 255"),
+            Self { .. } => Ok(()),
+        }
+    }
 }
 
 /// Cycles of a run, and what they went to.
@@ -31,6 +45,8 @@ pub struct Dynamic {
 }
 
 /// The cycles of a schedule's words, issued in order, each as soon as nothing is in its way.
+///
+/// It ends for gaps that [`Gaps::validate`] allows.
 pub fn run_in_order(schedule: &Schedule, gaps: Gaps, configuration: &Configuration) -> Dynamic {
     let timing = configuration.timing();
     let words: Vec<&[Issue]> = schedule.issues.chunk_by(|a, b| a.cycle == b.cycle).collect();

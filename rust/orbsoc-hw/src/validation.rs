@@ -32,13 +32,17 @@ struct Run<'a> {
 /// in Rust must make the engine's words before the RTL is asked.
 ///
 /// # Errors
-/// [`Error::Damaged`] if the microcode breaks a rule or makes another word than the kernel.
+/// [`Error::Damaged`] if the microcode breaks a rule or makes another word than the kernel; [`Error::Configuration`]
+/// as [`Gaps::validate`].
 pub fn validation_case<T: Decide>(
     program: &Program,
     snapshots: &Snapshots<T>,
     module: Module,
     format: Format,
 ) -> Result<String, Error> {
+    if let Format::InOrder(gaps) = format {
+        gaps.validate()?;
+    }
     let mut sequence = Sequence::new(program, format);
     let mut runs = Vec::new();
     for (number, segment) in program.segments.iter().enumerate() {

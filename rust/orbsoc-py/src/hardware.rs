@@ -134,8 +134,9 @@ impl HardwareProgram {
     /// Busy cycles of every segment on the in-order engine.
     fn in_order<'py>(&self, py: Python<'py>, seed: u32, level: u32) -> PyResult<Bound<'py, PyDict>> {
         let out = PyDict::new(py);
+        let gaps = Gaps { seed, level };
+        gaps.validate().map_err(unfit)?;
         for segment in &self.program.segments {
-            let gaps = Gaps { seed, level };
             let run = orbsoc_hw::run_in_order(&segment.schedule, gaps, &self.program.configuration);
             out.set_item(segment.name(), run.cycles)?;
         }
@@ -178,6 +179,7 @@ fn buffer_of(name: &str) -> PyResult<Buffer> {
 impl HardwareProgram {
     /// A format by its name, and the schedules that are made for it.
     pub fn in_format(&self, name: &str, gaps: Gaps) -> PyResult<(Format, &Program)> {
+        gaps.validate().map_err(unfit)?;
         match name {
             "flat" => Ok((Format::Flat, &self.program)),
             "compressed" => Ok((Format::Compressed, &self.compact)),

@@ -3,8 +3,8 @@
 use crate::problem::problem;
 use orbsoc::{record_tapes, Cones, Csc, Module, Problem, Settings, Stage};
 use orbsoc_hw::{
-    decompress, flat, snapshots, validation_case, Aim, Configuration, Error, Fault, Format, Machine, Program,
-    Rule,
+    decompress, flat, snapshots, validation_case, Aim, Configuration, Error, Fault, Format, Gaps, Machine,
+    Program, Rule,
 };
 
 fn small() -> Program {
@@ -24,6 +24,18 @@ fn an_engine_too_small_is_refused_with_what_it_needs() {
     assert!(matches!(short, Error::Microcode { available: 100, .. }), "{short}");
     let none = of(Configuration { lanes: 0, ..good });
     assert_eq!(none.to_string(), "configuration `lanes` = 0: allowed is 1 to 16");
+}
+
+#[test]
+fn gaps_without_end_are_refused_by_field() {
+    let words = snapshots::<f64>(&problem(1, 6, 2, 3, &[3]), &Settings::default()).unwrap();
+    let case = |seed, level| {
+        validation_case(&small(), &words, Module::LineSearch, Format::InOrder(Gaps { seed, level }))
+    };
+    assert!(case(u32::MAX, 255).is_ok());
+    let of = |seed, level| case(seed, level).unwrap_err().to_string();
+    assert_eq!(of(0, 64), "configuration `seed` = 0: allowed is 1 to 2^32 - 1");
+    assert_eq!(of(1, 256), "configuration `level` = 256: allowed is 0 to 255");
 }
 
 #[test]
