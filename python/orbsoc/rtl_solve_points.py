@@ -1,4 +1,4 @@
-"""Which whole solves are run on the RTL: all take ten iterations or more, one of them is a mission's."""
+"""Which whole solves are run on the RTL: those in binary64 take ten iterations or more, most are a mission's."""
 
 from __future__ import annotations
 
