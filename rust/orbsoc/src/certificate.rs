@@ -43,7 +43,18 @@ fn product(matrix: &Csc, x: &DVector<f64>) -> DVector<f64> {
 
 fn transposed_product(matrix: &Csc, y: &DVector<f64>) -> DVector<f64> {
     let y = y.as_slice();
-    let dots = matrix.columns().map(|(rows, values)| rows.iter().zip(values).map(|(&i, v)| v * y[i]).sum());
+    let dots = matrix.columns().map(|(rows, values)| {
+        // Four sums side by side: one alone would wait for each addition.
+        let mut sums = [0.0; 4];
+        let (row_chunks, value_chunks) = (rows.as_chunks::<4>(), values.as_chunks::<4>());
+        for (rows, values) in row_chunks.0.iter().zip(value_chunks.0) {
+            for k in 0..4 {
+                sums[k] += values[k] * y[rows[k]];
+            }
+        }
+        let rest: f64 = row_chunks.1.iter().zip(value_chunks.1).map(|(&i, v)| v * y[i]).sum();
+        rest + ((sums[0] + sums[2]) + (sums[1] + sums[3]))
+    });
     DVector::from_iterator(matrix.ncols(), dots)
 }
 
@@ -78,12 +89,15 @@ fn norm(x: &DVector<f64>) -> f64 {
 
 /// Exact projection of `v` onto K, and the largest entry of what it moved.
 fn project(problem: &Problem, v: &mut DVector<f64>) -> f64 {
-    let mut moved: f64 = 0.0;
     let l = problem.cones.l;
-    for v in v.iter_mut().take(l) {
-        moved = moved.max(-*v);
-        *v = v.max(0.0);
+    let mut lowest = [0.0; 8];
+    for chunk in v.as_mut_slice()[..l].chunks_mut(8) {
+        for (lowest, v) in lowest.iter_mut().zip(chunk) {
+            *lowest = f64::min(*lowest, *v);
+            *v = v.max(0.0);
+        }
     }
+    let mut moved = lowest.into_iter().fold(0.0, f64::min).abs();
     let mut start = l;
     for &dim in &problem.cones.q {
         let squares = v.as_slice()[start + 1..start + dim].iter().map(|v| v * v);

@@ -6,7 +6,7 @@ use crate::kernels::linear_solve::substitute;
 use crate::oracle::Numbers;
 use crate::order::fill_reducing_order;
 use crate::real::{count, Counted, Latency, OperationCounts};
-use crate::supernode::Panels;
+use crate::supernode::{Kind, Panels};
 use crate::symbolic::Symbolic;
 use crate::upper::Upper;
 use crate::{Decide, Real};
@@ -105,6 +105,7 @@ fn ordered(dim: usize, entries: &[(usize, usize)], values: &[f64], positive: &[b
 
 struct Factor<T> {
     symbolic: Symbolic,
+    values: Vec<T>,
     l: Vec<T>,
     pivot_inverse: Vec<T>,
 }
@@ -116,7 +117,7 @@ fn factor<T: Real>(matrix: &Matrix, by: Regularization<T>, panels: Panels) -> Fa
     let (mut l, mut pivot_inverse) = (words(symbolic.panel_words), words(matrix.dim()));
     let mut scratch = words(symbolic.max_panel);
     factorize(&symbolic, &matrix.positive, by, &values, &mut scratch, &mut l, &mut pivot_inverse);
-    Factor { symbolic, l, pivot_inverse }
+    Factor { symbolic, values, l, pivot_inverse }
 }
 
 impl<T: Decide> Factor<T> {
@@ -124,6 +125,15 @@ impl<T: Decide> Factor<T> {
         let dim = self.pivot_inverse.len();
         let mut out = DMatrix::identity(dim, dim);
         for node in &self.symbolic.supernodes {
+            if let Some(given) = self.symbolic.given(node, &self.values) {
+                for (k, &row) in self.symbolic.below(node).iter().enumerate() {
+                    for (c, word) in given.row(k).iter().enumerate() {
+                        let at = node.first + c;
+                        out[(row as usize, at)] = word.value() * self.pivot_inverse[at].value();
+                    }
+                }
+                continue;
+            }
             let columns = self.l[node.panel..].chunks(node.height).take(node.width);
             for (c, column) in columns.enumerate() {
                 for (row, at) in self.symbolic.entries(node, node.first + c) {
@@ -142,9 +152,9 @@ impl<T: Decide> Factor<T> {
 impl<T: Real> Factor<T> {
     fn solve(&self, rhs: &[T]) -> Vec<T> {
         let mut out = rhs.to_vec();
-        let mut scratch = vec![[T::zero()]; self.symbolic.max_below];
+        let mut scratch = vec![[T::zero()]; self.symbolic.max_beside];
         let x = out.as_chunks_mut::<1>().0;
-        substitute(&self.symbolic, &self.l, &self.pivot_inverse, false, &mut scratch, x);
+        substitute(&self.symbolic, &self.values, &self.l, &self.pivot_inverse, false, &mut scratch, x);
         out
     }
 }
@@ -201,12 +211,48 @@ fn faers(matrix: &Matrix) -> (DMatrix<f64>, DVector<f64>) {
     (l, d)
 }
 
+/// Rows of a dense inequality matrix, diagonal among themselves, above unknowns that they alone connect: columns
+/// that share their rows, and a few that lack one of them.
+fn inequalities(rows: usize, unknowns: usize, seed: u64) -> Matrix {
+    let mut numbers = Numbers(seed);
+    let dim = unknowns + rows;
+    let positive: Vec<bool> = (0..dim).map(|i| i < unknowns).collect();
+    let mut entries: Vec<(usize, usize)> = (0..dim).map(|i| (i, i)).collect();
+    let mut values: Vec<f64> =
+        positive.iter().map(|&up| if up { 0.5 } else { -1.0 } * (0.5 + numbers.unit())).collect();
+    for (row, unknown) in (unknowns..dim).flat_map(|row| (0..unknowns).map(move |unknown| (row, unknown))) {
+        if row % 11 != 3 || unknown != row % unknowns {
+            entries.push((unknown, row));
+            values.push(numbers.signed());
+        }
+    }
+    ordered(dim, &entries, &values, &positive)
+}
+
+#[test]
+fn columns_that_share_their_rows_and_depend_on_none_are_not_stored() {
+    for (rows, unknowns) in [(60, 7), (90, 16)] {
+        let matrix = inequalities(rows, unknowns, 3);
+        for panels in [Panels::Exact, Panels::Relaxed] {
+            let symbolic = Symbolic::new(&matrix.upper, panels).unwrap();
+            let given = symbolic.supernodes.iter().filter(|node| node.kind == Kind::Given);
+            let columns: usize = given.map(|node| node.width).sum();
+            // Minimum degree takes the unknowns first once fewer rows than unknowns are left.
+            let alike = (unknowns..unknowns + rows).filter(|row| row % 11 != 3).count();
+            assert!((alike - unknowns..=alike).contains(&columns), "{columns} of {alike}");
+            let left = unknowns + rows - columns;
+            assert!(symbolic.panel_words <= left * left, "{} words", symbolic.panel_words);
+        }
+    }
+}
+
 fn matrices() -> impl Iterator<Item = Matrix> {
     let sizes = (0..=64).flat_map(|dim| [0.05, 0.2, 0.7].map(|density| (dim, density)));
     sizes
         .chain([(200, 0.01), (300, 0.02)])
         .enumerate()
         .map(|(seed, (dim, density))| quasi_definite(dim, density, false, seed as u64))
+        .chain([(60, 7), (9, 5), (90, 16)].map(|(rows, unknowns)| inequalities(rows, unknowns, 5)))
 }
 
 /// |LDLᵀ − K| ≤ γ |L||D||L|ᵀ entrywise, the bound that any order of the operations obeys.
@@ -269,7 +315,11 @@ fn substitution_solves_with_the_factors() {
 fn exact_and_relaxed_panels_give_the_same_words_but_for_the_sign_of_zero() {
     let mut joined = 0;
     for seed in 0..200 {
-        let matrix = quasi_definite(1 + seed % 64, 0.1, seed % 2 == 0, seed as u64);
+        let matrix = if seed % 8 == 7 {
+            inequalities(30 + seed % 50, 5 + seed % 9, seed as u64)
+        } else {
+            quasi_definite(1 + seed % 64, 0.1, seed % 2 == 0, seed as u64)
+        };
         let exact = factor(&matrix, REGULARIZATION, Panels::Exact);
         let relaxed = factor(&matrix, REGULARIZATION, Panels::Relaxed);
         joined += usize::from(relaxed.symbolic.panel_words != exact.symbolic.panel_words);
@@ -304,6 +354,10 @@ fn column_counts(upper: &Upper) -> Vec<usize> {
 #[test]
 fn operations_are_the_closed_forms_of_the_column_counts() {
     for matrix in matrices().step_by(5) {
+        let symbolic = Symbolic::new(&matrix.upper, Panels::Exact).unwrap();
+        if symbolic.supernodes.iter().any(|node| node.kind == Kind::Given) {
+            continue; // as many operations, but sums instead of subtractions
+        }
         let below = column_counts(&matrix.upper);
         let (nnz, updates): (usize, usize) =
             below.iter().fold((0, 0), |(n, u), c| (n + c, u + c * (c + 1) / 2));
@@ -323,7 +377,6 @@ fn operations_are_the_closed_forms_of_the_column_counts() {
         };
         let c = Counted::constant;
         let by = Regularization { shift_up: c(0.0), shift_down: c(0.0), floor: c(0.0), replacement: c(0.0) };
-        let symbolic = Symbolic::new(&matrix.upper, Panels::Exact).unwrap();
         assert_eq!((symbolic.nnz_l, symbolic.multiply_subtracts), (nnz, updates));
         let tally = count(Latency::UNIT, || {
             factor(&matrix, by, Panels::Exact);

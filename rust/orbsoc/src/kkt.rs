@@ -12,6 +12,7 @@ use crate::csc::Csc;
 use crate::error::Error;
 use crate::order::fill_reducing_order;
 use crate::rows::Rows;
+use crate::stretch::{stretches, Stretch};
 use crate::supernode::Panels;
 use crate::symbolic::{index, Symbolic};
 use crate::upper::Upper;
@@ -37,6 +38,8 @@ pub(crate) struct Kkt {
     pub orthant: Vec<u32>,
     /// Where each second-order block is written; see [`block_positions`].
     pub soc: Vec<Vec<u32>>,
+    /// Its columns, the diagonal left out, by what they have in common.
+    pub stretches: Vec<Stretch>,
     pub symbolic: Symbolic,
     /// The matrix by rows, for words so large that one is best written once: see [`Kkt::by_rows`].
     pub rows: Option<Rows>,
@@ -83,10 +86,14 @@ impl Kkt {
                 positive[position[row0 + row + 1] as usize] = true;
             }
         }
+        let colptr: Vec<u32> = permuted.colptr.iter().map(|&k| index(k)).collect();
+        let rowidx: Vec<u32> = permuted.rowidx.iter().map(|&k| index(k)).collect();
+        let above = |j: usize| &rowidx[colptr[j] as usize..colptr[j + 1] as usize - 1];
         Ok(Self {
             dim,
-            colptr: permuted.colptr.iter().map(|&k| index(k)).collect(),
-            rowidx: permuted.rowidx.iter().map(|&k| index(k)).collect(),
+            stretches: stretches(dim, above),
+            colptr,
+            rowidx,
             position,
             positive,
             from_p: from_p.iter().map(go).collect(),
@@ -104,6 +111,12 @@ impl Kkt {
     pub fn by_rows(mut self) -> Self {
         self.rows = Some(Rows::new(&self.colptr, &self.rowidx));
         self
+    }
+
+    /// Range of column `j`'s entries.
+    #[inline(always)]
+    pub fn column(&self, j: usize) -> core::ops::Range<usize> {
+        self.colptr[j] as usize..self.colptr[j + 1] as usize
     }
 
     pub fn nnz(&self) -> usize {

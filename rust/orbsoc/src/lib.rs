@@ -53,6 +53,7 @@ mod solution;
 pub mod stage;
 #[cfg(test)]
 mod stage_tests;
+mod stretch;
 mod structure;
 mod supernode;
 mod symbolic;

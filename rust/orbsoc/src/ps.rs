@@ -4,9 +4,10 @@
 //! in the solve's own arithmetic, whoever schedules; decisions about them are in [`crate::control`].
 
 use crate::cones::ConeLayout;
-use crate::kernels::reduce::{dot, dot_indexed, finite_witness, max_abs, max_abs_weighted, sum_abs_weighted};
+use crate::kernels::reduce::{dot, finite_witness, max_abs, max_abs_weighted, sum_abs_weighted};
+use crate::kernels::sparse::{products_of, symmetric_product};
 use crate::real::Real;
-use crate::structure::{Pattern, Structure};
+use crate::structure::Structure;
 use crate::workspace::parameter;
 
 /// Words of the statistics buffer.
@@ -100,9 +101,9 @@ pub(crate) fn statistics<T: Real>(
     let (duals, rows) = products.split_at_mut(2 * n);
     let (aty, gtz) = duals.split_at_mut(n);
     let (ax, gx) = rows.split_at_mut(p);
-    symmetric_product(n, &structure.cost, at.p, x, cost_product);
-    products_of(n, &structure.equality, at.a, x, y, ax, aty);
-    products_of(n, &structure.conic, at.g, x, z, gx, gtz);
+    symmetric_product(&structure.cost, at.p, x, cost_product);
+    products_of(&structure.equality, at.a, x, y, ax, aty);
+    products_of(&structure.conic, at.g, x, z, gx, gtz);
 
     let (scale_x, scale_rows) = at.scale_inverse.split_at(n);
     let (scale_y, scale_z) = scale_rows.split_at(p);
@@ -184,44 +185,6 @@ pub(crate) fn statistics<T: Real>(
 #[inline(always)]
 fn radius<T: Real>(value: T, size: T, scale: T) -> T {
     (-value).max(T::zero()) / (size.max(T::constant(1e-30)) * T::one().max(scale))
-}
-
-/// `out = P x`, P symmetric and given by its upper triangle.
-#[inline(always)]
-fn symmetric_product<T: Real>(n: usize, pattern: &Pattern, values: &[T], x: &[T], out: &mut [T]) {
-    out.fill(T::zero());
-    for j in 0..n {
-        let entries = pattern.column(j);
-        for (&i, &value) in pattern.rows(entries.clone()).iter().zip(&values[entries]) {
-            let i = i as usize;
-            out[i] = out[i].add_mul(value, x[j]);
-            if i != j {
-                out[j] = out[j].add_mul(value, x[i]);
-            }
-        }
-    }
-}
-
-/// `by_rows = M x` and `by_columns = Mᵀ y` in one pass over M.
-#[inline(always)]
-fn products_of<T: Real>(
-    n: usize,
-    pattern: &Pattern,
-    values: &[T],
-    x: &[T],
-    y: &[T],
-    by_rows: &mut [T],
-    by_columns: &mut [T],
-) {
-    by_rows.fill(T::zero());
-    for j in 0..n {
-        let entries = pattern.column(j);
-        let (rows, values) = (pattern.rows(entries.clone()), &values[entries]);
-        by_columns[j] = dot_indexed(values, rows, y);
-        for (&i, &value) in rows.iter().zip(values) {
-            by_rows[i as usize] = by_rows[i as usize].add_mul(value, x[j]);
-        }
-    }
 }
 
 /// Pivot of the scalar equation, from the solution of K d = (−c, b, h):

@@ -5,6 +5,7 @@ use crate::csc::Csc;
 use crate::error::Error;
 use crate::kkt::{Kkt, SOC_DENSE_MAX};
 use crate::problem::{Problem, Reduced};
+use crate::stretch::{stretches, Stretch};
 use crate::supernode::Panels;
 use crate::symbolic::index;
 
@@ -13,18 +14,59 @@ use crate::symbolic::index;
 pub(crate) struct Pattern {
     colptr: Vec<u32>,
     rowidx: Vec<u32>,
+    stretches: Vec<Stretch>,
 }
 
 impl Pattern {
-    fn new(matrix: &Csc) -> Self {
-        Self {
-            colptr: matrix.colptr().iter().map(|&k| index(k)).collect(),
-            rowidx: matrix.rowidx().iter().map(|&k| index(k)).collect(),
-        }
+    pub fn new(matrix: &Csc) -> Self {
+        let colptr: Vec<u32> = matrix.colptr().iter().map(|&k| index(k)).collect();
+        let rowidx: Vec<u32> = matrix.rowidx().iter().map(|&k| index(k)).collect();
+        let rows = |j: usize| &rowidx[colptr[j] as usize..colptr[j + 1] as usize];
+        let stretches = stretches(matrix.ncols(), rows);
+        Self { colptr, rowidx, stretches }
     }
 
     pub fn nnz(&self) -> usize {
         self.rowidx.len()
+    }
+
+    /// All columns, by what they have in common.
+    #[inline(always)]
+    pub fn stretches(&self) -> &[Stretch] {
+        &self.stretches
+    }
+
+    /// Rows and words of a stretch's entries.
+    #[inline(always)]
+    pub fn entries<'a, T>(&'a self, stretch: &Stretch, values: &'a [T]) -> (&'a [u32], &'a [T]) {
+        let entries = self.of_stretch(stretch);
+        (&self.rowidx[entries.clone()], &values[entries])
+    }
+
+    /// The same, to be changed.
+    #[inline(always)]
+    pub fn entries_mut<'a, T>(&'a self, stretch: &Stretch, values: &'a mut [T]) -> (&'a [u32], &'a mut [T]) {
+        let entries = self.of_stretch(stretch);
+        (&self.rowidx[entries.clone()], &mut values[entries])
+    }
+
+    #[inline(always)]
+    fn of_stretch(&self, stretch: &Stretch) -> core::ops::Range<usize> {
+        self.colptr[stretch.columns.start] as usize..self.colptr[stretch.columns.end] as usize
+    }
+
+    /// Of each column of a dense stretch, whose words are `values`: which it is, its first row, its words.
+    #[inline(always)]
+    pub fn dense_columns<'a, T>(
+        &'a self,
+        stretch: &Stretch,
+        values: &'a [T],
+    ) -> impl Iterator<Item = (usize, usize, &'a [T])> {
+        let begin = self.colptr[stretch.columns.start] as usize;
+        stretch.columns.clone().map(move |j| {
+            let entries = self.column(j);
+            (j, self.rowidx[entries.start] as usize, &values[entries.start - begin..entries.end - begin])
+        })
     }
 
     /// Range of column `j`'s entries.

@@ -3,6 +3,9 @@
 /// Leaves with more rows than this keep to themselves.
 pub(crate) const LEAF_ROWS: usize = 4;
 
+/// Fewer columns than this are siblings, even if they are given: sums over them would be short.
+const FEWEST_GIVEN: usize = 32;
+
 /// More siblings than this, with their rows, leave the nearest cache before they are used.
 const MOST_SIBLINGS: usize = 16;
 
@@ -13,6 +16,8 @@ pub(crate) enum Kind {
     Chain,
     /// They do not contain one another, and share the rows below.
     Siblings,
+    /// Siblings that depend on no column either: what L·D has of them is the matrix's own.
+    Given,
     /// They do not contain one another, and each has rows of its own, few and equally many.
     Leaves,
 }
@@ -72,6 +77,7 @@ impl Run {
             Kind::Chain => self.width == 1,
             Kind::Siblings => self.width < 8,
             Kind::Leaves => true,
+            Kind::Given => false,
         };
         (single && (1..=LEAF_ROWS).contains(&rows)).then_some(rows)
     }
@@ -101,7 +107,7 @@ impl Run {
     fn suits(&self, next: &Self, panels: Panels) -> bool {
         let follows = self.first + self.width == next.first;
         let parent = self.below.first() == Some(&next.first);
-        if !follows || !parent {
+        if !follows || !parent || self.kind == Kind::Given {
             return false;
         }
         let width = self.width + next.width;
@@ -125,11 +131,18 @@ impl Run {
 /// Columns gathered from left to right; a new one may take in the runs before it that it ends.
 pub(crate) fn runs_of_columns(colptr: &[usize], rowidx: &[usize], panels: Panels) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
+    let given = given_columns(colptr, rowidx);
     for j in 0..colptr.len() - 1 {
         let below = rowidx[colptr[j] + 1..colptr[j + 1]].to_vec();
         let nearest = below.first().copied().unwrap_or(usize::MAX);
         let entries = below.len() + 1;
-        let mut run = Run { first: j, width: 1, below, nearest, entries, kind: Kind::Chain };
+        let kind = if given[j] { Kind::Given } else { Kind::Chain };
+        let mut run = Run { first: j, width: 1, below, nearest, entries, kind };
+        let beside = |before: &&mut Run| before.kind == Kind::Given && before.below == run.below;
+        if let Some(before) = runs.last_mut().filter(|before| given[j] && beside(before)) {
+            before.take_beside(run, Kind::Given);
+            continue;
+        }
         while let Some(mut before) = runs.pop() {
             if !before.suits(&run, panels) {
                 runs.push(before);
@@ -141,6 +154,29 @@ pub(crate) fn runs_of_columns(colptr: &[usize], rowidx: &[usize], panels: Panels
         runs.push(run);
     }
     join(join(runs, Run::is_sibling_of), Run::is_leaf_beside)
+}
+
+/// Columns that depend on no other, with the same rows as those beside them: many of them, and too many rows
+/// for leaves. Whatever the panels are, as sums over them have another order than those over siblings.
+fn given_columns(colptr: &[usize], rowidx: &[usize]) -> Vec<bool> {
+    let columns = colptr.len() - 1;
+    let below = |j: usize| &rowidx[colptr[j] + 1..colptr[j + 1]];
+    let (mut depends, mut given) = (vec![false; columns], vec![false; columns]);
+    for j in 0..columns {
+        for &row in below(j) {
+            depends[row] = true;
+        }
+    }
+    let mut first = 0;
+    while first < columns {
+        let alike = |&j: &usize| !depends[j] && below(j) == below(first);
+        let count = (first..columns).take_while(alike).count();
+        if count >= FEWEST_GIVEN && below(first).len() > LEAF_ROWS {
+            given[first..first + count].fill(true);
+        }
+        first += count.max(1);
+    }
+    given
 }
 
 /// Take each run into the one before it where `suits` says so.

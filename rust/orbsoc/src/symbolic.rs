@@ -4,8 +4,10 @@
 //! faer owns the elimination tree and the pattern of L; nothing of it leaves this file.
 
 use crate::error::Error;
+use crate::kernels::given::Given;
 use crate::supernode::{runs_of_columns, Kind, Panels};
 use crate::upper::Upper;
+use core::ops::Range;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::cholesky::simplicial;
 
@@ -30,12 +32,23 @@ pub(crate) struct Supernode {
     pub updates: (usize, usize),
     /// … or, when it is small, word by word in [`Symbolic::positions`].
     pub listed: Option<usize>,
+    /// Of given columns, where their words are in [`Symbolic::sources`].
+    sources: usize,
 }
 
 impl Supernode {
+    /// Words of the factor that its panel takes.
+    pub fn words(&self) -> usize {
+        if self.kind == Kind::Given {
+            0
+        } else {
+            self.width * self.height
+        }
+    }
+
     /// Whether its contributions are listed word by word: few columns, and few enough words.
     fn small(&self) -> bool {
-        self.kind == Kind::Leaves || (self.width <= 4 && self.height - self.top <= 24)
+        matches!(self.kind, Kind::Leaves | Kind::Given) || (self.width <= 4 && self.height - self.top <= 24)
     }
 }
 
@@ -47,6 +60,15 @@ pub(crate) struct Update {
     pub lo: usize,
     pub hi: usize,
     pub relative: usize,
+}
+
+/// Adjacent words of the permuted upper triangle, and where they are wanted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Load {
+    /// The first of them.
+    pub values: usize,
+    /// Their places, in [`Symbolic::places`].
+    pub places: Range<usize>,
 }
 
 /// The elimination walk, resolved.
@@ -61,14 +83,18 @@ pub(crate) struct Symbolic {
     /// Where each product of a small supernode's rows lands, column by column, counted from the end of
     /// its own panel.
     pub positions: Vec<u32>,
-    /// Panel position of each entry of the permuted upper triangle.
-    pub load: Vec<u32>,
+    /// Stretches of the matrix's words that the factor begins with: all but given columns'.
+    pub loads: Vec<Load>,
+    /// Where they go.
+    pub places: Vec<u32>,
+    /// Of given columns, where the diagonal begins among the matrix's words, then each row below.
+    sources: Vec<u32>,
     /// Words of all panels.
     pub panel_words: usize,
     /// Words of the largest panel.
     pub max_panel: usize,
-    /// Most rows below any column.
-    pub max_below: usize,
+    /// Unknowns that the substitution through any one panel keeps beside.
+    pub max_beside: usize,
     /// Entries of L below the diagonal.
     pub nnz_l: usize,
     /// Multiply–subtracts of the factorisation, from the column counts of L.
@@ -83,6 +109,7 @@ impl Symbolic {
         let owner = out.find_supernodes(&colptr, &rowidx, panels);
         out.resolve_updates(&owner);
         out.locate_entries(upper, &owner);
+        out.locate_given(upper);
         Ok(out)
     }
 
@@ -98,7 +125,7 @@ impl Symbolic {
         for run in runs_of_columns(colptr, rowidx, panels) {
             let (top, rows) = match run.kind {
                 Kind::Chain => (run.width, run.below.len()),
-                Kind::Siblings => (1, run.below.len()),
+                Kind::Siblings | Kind::Given => (1, run.below.len()),
                 Kind::Leaves => (1, run.below.len() / run.width),
             };
             let height = top + rows;
@@ -113,10 +140,12 @@ impl Symbolic {
                 panel: self.panel_words,
                 updates: (0, 0),
                 listed: None,
+                sources: 0,
             });
-            self.max_below = self.max_below.max(rows);
+            let given = run.kind == Kind::Given;
+            self.max_beside = self.max_beside.max(if given { run.width } else { rows });
             self.below.extend(run.below.into_iter().map(index));
-            self.panel_words += run.width * height;
+            self.panel_words += if given { 0 } else { run.width * height };
             self.max_panel = self.max_panel.max(run.width * height);
         }
         owner
@@ -126,6 +155,25 @@ impl Symbolic {
     #[inline(always)]
     pub fn below(&self, node: &Supernode) -> &[u32] {
         &self.below[node.below.0..node.below.1]
+    }
+
+    /// Where the products of a small supernode's rows land.
+    #[inline(always)]
+    pub fn positions_of(&self, node: &Supernode) -> &[u32] {
+        let (begin, below) = (node.listed.unwrap_or(0), node.height - node.top);
+        let columns = if node.kind == Kind::Leaves { node.width } else { 1 };
+        &self.positions[begin..begin + columns * below * (below + 1) / 2]
+    }
+
+    /// The words of given columns among the matrix's; of others there are none.
+    #[inline(always)]
+    pub fn given<'a, T>(&'a self, node: &Supernode, values: &'a [T]) -> Option<Given<'a, T>> {
+        let sources = node.sources..node.sources + 1 + node.height - node.top;
+        (node.kind == Kind::Given).then(|| Given {
+            values,
+            sources: &self.sources[sources],
+            width: node.width,
+        })
     }
 
     /// Rows below one column, the rows of its own panel left out.
@@ -197,7 +245,7 @@ impl Symbolic {
     }
 
     fn list_positions(&mut self, node: &Supernode, column: usize, owner: &[usize]) {
-        let end = node.panel + node.width * node.height;
+        let end = node.panel + node.words();
         let rows = self.below_column(node, column).to_vec();
         for (j, &column) in rows.iter().enumerate() {
             let onto = self.supernodes[owner[column as usize]];
@@ -211,11 +259,41 @@ impl Symbolic {
 
     fn locate_entries(&mut self, upper: &Upper, owner: &[usize]) {
         for j in 0..upper.dim() {
-            for &i in &upper.rowidx[upper.colptr[j]..upper.colptr[j + 1]] {
+            for k in upper.colptr[j]..upper.colptr[j + 1] {
+                let i = upper.rowidx[k];
                 // Entry (i, j), i ≤ j, of the upper triangle is entry (j, i) of L's pattern.
-                let node = &self.supernodes[owner[i]];
-                let place = self.place(node, i, j);
-                self.load.push(index(node.panel + (i - node.first) * node.height + place));
+                let node = self.supernodes[owner[i]];
+                if node.kind == Kind::Given {
+                    continue;
+                }
+                let place = self.place(&node, i, j);
+                match self.loads.last_mut() {
+                    Some(last) if last.values + last.places.len() == k => last.places.end += 1,
+                    _ => {
+                        let begin = self.places.len();
+                        self.loads.push(Load { values: k, places: begin..begin + 1 });
+                    }
+                }
+                self.places.push(index(node.panel + (i - node.first) * node.height + place));
+            }
+        }
+    }
+
+    /// Where the matrix has the words of given columns: those of a row are adjacent, in that row's column of
+    /// the upper triangle, and so are the diagonal's, which are their columns' only ones.
+    fn locate_given(&mut self, upper: &Upper) {
+        for at in 0..self.supernodes.len() {
+            let node = self.supernodes[at];
+            if node.kind != Kind::Given {
+                continue;
+            }
+            self.supernodes[at].sources = self.sources.len();
+            self.sources.push(index(upper.colptr[node.first]));
+            for k in node.below.0..node.below.1 {
+                let (begin, end) = (self.below[k] as usize, self.below[k] as usize + 1);
+                let (begin, end) = (upper.colptr[begin], upper.colptr[end]);
+                let before = upper.rowidx[begin..end].partition_point(|&row| row < node.first);
+                self.sources.push(index(begin + before));
             }
         }
     }

@@ -64,7 +64,7 @@ macro_rules! buffers {
 
 fn scratch_words(s: &Structure) -> usize {
     let products = 2 * s.n + s.p + s.m;
-    let refinement = 2 * (2 * s.kkt.dim + s.kkt.symbolic.max_below);
+    let refinement = 2 * (2 * s.kkt.dim + s.kkt.symbolic.max_beside);
     products.max(s.unknowns()).max(refinement).max(s.kkt.symbolic.max_panel)
 }
 

@@ -4,6 +4,7 @@
 //! `l_ij ← k_ij − Σ_k l_ik·y_jk` in ascending k, whatever the supernodes are; then `d_j` is
 //! regularised and the column divided by it.
 
+use super::given;
 use super::outer::{subtract, subtract_leaves, subtract_listed, Columns, Landing, Within};
 use crate::real::Real;
 use crate::supernode::Kind;
@@ -35,10 +36,18 @@ pub fn factorize<T: Real>(
     pivot_inverse: &mut [T],
 ) {
     l.fill(T::zero());
-    for (&to, &value) in symbolic.load.iter().zip(values) {
-        l[to as usize] = value;
+    for load in &symbolic.loads {
+        for (&to, &value) in symbolic.places[load.places.clone()].iter().zip(&values[load.values..]) {
+            l[to as usize] = value;
+        }
     }
     for node in &symbolic.supernodes {
+        if let Some(given) = symbolic.given(node, values) {
+            let own = node.first..node.first + node.width;
+            given::factor(given, &positive[own.clone()], regularization, &mut pivot_inverse[own], scratch);
+            given::contribute(given, scratch, symbolic.positions_of(node), &mut l[node.panel..]);
+            continue;
+        }
         let words = node.width * node.height;
         let (panel, later) = l[node.panel..].split_at_mut(words);
         let y = &mut scratch[..words];
@@ -157,14 +166,11 @@ fn divide<T: Real>(column: &mut [T], y: &mut [T], inverse: T) {
 /// Subtract a finished supernode's contribution from the later ones.
 #[inline(always)]
 fn contribute<T: Real>(symbolic: &Symbolic, node: &Supernode, columns: Columns<T>, later: &mut [T]) {
-    if let Some(begin) = node.listed {
-        let below = node.height - node.top;
-        let triangle = below * (below + 1) / 2;
+    if node.listed.is_some() {
+        let positions = symbolic.positions_of(node);
         if node.kind == Kind::Leaves {
-            let positions = &symbolic.positions[begin..begin + node.width * triangle];
             return subtract_leaves(columns, positions, later);
         }
-        let positions = &symbolic.positions[begin..begin + triangle];
         return match node.width {
             1 => subtract_listed::<T, 1>(columns, node.top, positions, later),
             2 => subtract_listed::<T, 2>(columns, node.top, positions, later),
@@ -216,7 +222,7 @@ impl Landing for Elsewhere<'_> {
 
 /// The pivot with static and dynamic regularisation, by its known sign.
 #[inline(always)]
-fn regularized<T: Real>(pivot: T, positive: bool, by: Regularization<T>) -> T {
+pub(super) fn regularized<T: Real>(pivot: T, positive: bool, by: Regularization<T>) -> T {
     if positive {
         let pivot = pivot + by.shift_up;
         T::select(pivot.lt(by.floor), by.replacement, pivot)

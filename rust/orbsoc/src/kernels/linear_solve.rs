@@ -1,19 +1,22 @@
 //! PL module *linear solve*: permuted substitution through L, D, Lᵀ and the refinement residual, for `R`
 //! right-hand sides side by side.
 
+use super::given;
 use super::panel::{self, Panel};
-use super::reduce::{finite_witness_of, max_abs_of};
+use super::reduce::{dot_of, finite_witness_of, max_abs_of};
 use crate::kkt::Kkt;
 use crate::real::Real;
 use crate::rows::Rows;
+use crate::stretch::Alike;
 use crate::supernode::Kind;
 use crate::symbolic::{Supernode, Symbolic};
 
-/// `x ← (LDLᵀ)⁻¹ x`, everything in permuted order. Divided by D all at once, or late, each panel's words when
+/// `x ← (LDLᵀ)⁻¹ x`, everything in permuted order; `values` are the matrix's. Divided by D all at once, or late, each panel's words when
 /// they are near anyway; it is the same division.
 #[inline(always)]
 pub fn substitute<T: Real, const R: usize>(
     symbolic: &Symbolic,
+    values: &[T],
     l: &[T],
     pivot_inverse: &[T],
     divide_late: bool,
@@ -21,7 +24,14 @@ pub fn substitute<T: Real, const R: usize>(
     x: &mut [[T; R]],
 ) {
     for node in &symbolic.supernodes {
-        panel::forward(panel_of(symbolic, node, l), node.first, node.width, x);
+        if let Some(given) = symbolic.given(node, values) {
+            let (known, later) = x.split_at_mut(node.first + node.width);
+            let (known, inverse) = (&known[node.first..], &pivot_inverse[node.first..]);
+            let below = (symbolic.below(node), node.first + node.width);
+            given::forward(given, inverse, known, below, scratch, later);
+        } else {
+            panel::forward(panel_of(symbolic, node, l), node.first, node.width, x);
+        }
     }
     if !divide_late {
         divide(x, pivot_inverse);
@@ -31,7 +41,14 @@ pub fn substitute<T: Real, const R: usize>(
             let own = node.first..node.first + node.width;
             divide(&mut x[own.clone()], &pivot_inverse[own]);
         }
-        panel::backward(panel_of(symbolic, node, l), node.first, node.width, scratch, x);
+        if let Some(given) = symbolic.given(node, values) {
+            let (unknown, later) = x.split_at_mut(node.first + node.width);
+            let (unknown, inverse) = (&mut unknown[node.first..], &pivot_inverse[node.first..]);
+            let below = (symbolic.below(node), node.first + node.width);
+            given::backward(given, inverse, below, later, scratch, unknown);
+        } else {
+            panel::backward(panel_of(symbolic, node, l), node.first, node.width, scratch, x);
+        }
     }
 }
 
@@ -55,7 +72,8 @@ fn panel_of<'a, T>(symbolic: &'a Symbolic, node: &Supernode, l: &'a [T]) -> Pane
     }
 }
 
-/// `error = rhs − K·x` with the unregularised matrix, everything in permuted order.
+/// `error = rhs − K·x` with the unregularised matrix, everything in permuted order. A word of the error takes
+/// its row's products in the order of their columns, the diagonal first; those of a dense column are one sum.
 #[inline(always)]
 pub fn residual<T: Real, const R: usize>(
     kkt: &Kkt,
@@ -65,52 +83,138 @@ pub fn residual<T: Real, const R: usize>(
     error: &mut [[T; R]],
 ) {
     if let Some(rows) = &kkt.rows {
-        return residual_by_rows(rows, values, rhs, x, error);
+        return residual_by_rows(kkt, rows, values, rhs, x, error);
     }
     error.copy_from_slice(rhs);
-    let mut values = values;
-    for j in 0..kkt.dim {
-        let rows = &kkt.rowidx[kkt.colptr[j] as usize..kkt.colptr[j + 1] as usize];
-        let column;
-        (column, values) = values.split_at(rows.len());
-        let (Some((_, rows)), Some((&diagonal, column))) = (rows.split_last(), column.split_last()) else {
-            continue;
-        };
-        let (known, xj) = (&x[..j], x[j]);
-        let (error, own) = error.split_at_mut(j);
-        for r in 0..R {
-            own[0][r] = own[0][r].sub_mul(diagonal, xj[r]);
-        }
-        let mut sum = own[0];
-        for (&i, &value) in rows.iter().zip(column) {
-            let (xi, error) = (&known[i as usize], &mut error[i as usize]);
-            for r in 0..R {
-                sum[r] = sum[r].sub_mul(value, xi[r]);
-                error[r] = error[r].sub_mul(value, xj[r]);
+    for stretch in &kkt.stretches {
+        let columns = stretch.columns.clone();
+        let entries = kkt.column(columns.start).start..kkt.column(columns.end - 1).end;
+        let (rows, values) = (&kkt.rowidx[entries.clone()], &values[entries]);
+        match stretch.alike {
+            Alike::Short(0) => subtract_short::<T, R, 0, 1>(columns.start, rows, values, x, error),
+            Alike::Short(1) => subtract_short::<T, R, 1, 2>(columns.start, rows, values, x, error),
+            Alike::Short(2) => subtract_short::<T, R, 2, 3>(columns.start, rows, values, x, error),
+            Alike::Short(3) => subtract_short::<T, R, 3, 4>(columns.start, rows, values, x, error),
+            Alike::Short(_) => subtract_short::<T, R, 4, 5>(columns.start, rows, values, x, error),
+            Alike::Dense | Alike::Nothing => {
+                let (mut rows, mut values) = (rows, values);
+                for j in columns {
+                    let (here, column);
+                    (here, rows) = rows.split_at(kkt.column(j).len());
+                    (column, values) = values.split_at(here.len());
+                    if stretch.alike == Alike::Dense {
+                        subtract_dense(j, here[0] as usize, column, x, error);
+                    } else {
+                        subtract_column(j, here, column, x, error);
+                    }
+                }
             }
         }
-        own[0] = sum;
     }
+}
+
+/// What column `j` of the upper triangle and its mirror image contribute.
+#[inline(always)]
+fn subtract_column<T: Real, const R: usize>(
+    j: usize,
+    rows: &[u32],
+    column: &[T],
+    x: &[[T; R]],
+    error: &mut [[T; R]],
+) {
+    let (Some((_, rows)), Some((&diagonal, column))) = (rows.split_last(), column.split_last()) else {
+        return;
+    };
+    let (known, xj) = (&x[..j], x[j]);
+    let (error, own) = error.split_at_mut(j);
+    let mut sum = subtract(own[0], diagonal, xj);
+    for (&i, &value) in rows.iter().zip(column) {
+        sum = subtract(sum, value, known[i as usize]);
+        error[i as usize] = subtract(error[i as usize], value, xj);
+    }
+    own[0] = sum;
+}
+
+/// The same for columns of `L` entries above the diagonal's, `H` with it, from column `first` on.
+#[inline(always)]
+fn subtract_short<T: Real, const R: usize, const L: usize, const H: usize>(
+    first: usize,
+    rows: &[u32],
+    values: &[T],
+    x: &[[T; R]],
+    error: &mut [[T; R]],
+) {
+    let columns = rows.as_chunks::<H>().0.iter().zip(values.as_chunks::<H>().0);
+    for ((j, &xj), (rows, column)) in x.iter().enumerate().skip(first).zip(columns) {
+        let mut sum = subtract(error[j], column[L], xj);
+        for k in 0..L {
+            let i = rows[k] as usize;
+            sum = subtract(sum, column[k], x[i]);
+            error[i] = subtract(error[i], column[k], xj);
+        }
+        error[j] = sum;
+    }
+}
+
+/// The same for a column whose rows above the diagonal's are adjacent, from row `first` on.
+#[inline(always)]
+fn subtract_dense<T: Real, const R: usize>(
+    j: usize,
+    first: usize,
+    column: &[T],
+    x: &[[T; R]],
+    error: &mut [[T; R]],
+) {
+    let Some((&diagonal, column)) = column.split_last() else { return };
+    let (xj, rows) = (x[j], first..first + column.len());
+    let (error, own) = error.split_at_mut(j);
+    own[0] = subtract_sum(subtract(own[0], diagonal, xj), dot_of(column, &x[rows.clone()]));
+    T::subtract_multiple(&mut error[rows], column, xj);
+}
+
+/// `word − value·x`, for each right-hand side.
+#[inline(always)]
+fn subtract<T: Real, const R: usize>(mut word: [T; R], value: T, x: [T; R]) -> [T; R] {
+    for r in 0..R {
+        word[r] = word[r].sub_mul(value, x[r]);
+    }
+    word
+}
+
+#[inline(always)]
+fn subtract_sum<T: Real, const R: usize>(mut word: [T; R], sum: [T; R]) -> [T; R] {
+    for r in 0..R {
+        word[r] = word[r] - sum[r];
+    }
+    word
 }
 
 /// The same in the same order for each word of the error, of which each is written once.
 #[inline(always)]
 fn residual_by_rows<T: Real, const R: usize>(
+    kkt: &Kkt,
     rows: &Rows,
     values: &[T],
     rhs: &[[T; R]],
     x: &[[T; R]],
     error: &mut [[T; R]],
 ) {
-    for (j, (error, &rhs)) in error.iter_mut().zip(rhs).enumerate() {
-        let mut sum = rhs;
-        for entry in rows.of(j) {
-            let (value, x) = (values[entry.value as usize], &x[entry.column as usize]);
-            for r in 0..R {
-                sum[r] = sum[r].sub_mul(value, x[r]);
+    for stretch in &kkt.stretches {
+        for j in stretch.columns.clone() {
+            let (entries, mut sum) = (rows.of(j), rhs[j]);
+            let mut entries = entries.iter();
+            if stretch.alike == Alike::Dense {
+                let column = kkt.column(j);
+                let (first, above) = (kkt.rowidx[column.start] as usize, column.len() - 1);
+                sum = subtract(sum, values[column.end - 1], x[j]);
+                sum = subtract_sum(sum, dot_of(&values[column.start..][..above], &x[first..first + above]));
+                entries.nth(above);
             }
+            for entry in entries {
+                sum = subtract(sum, values[entry.value as usize], x[entry.column as usize]);
+            }
+            error[j] = sum;
         }
-        *error = sum;
     }
 }
 
@@ -148,7 +252,7 @@ pub fn solve<T: Real, const R: usize>(
 ) {
     let System { kkt, values, l, pivot_inverse } = system;
     x.copy_from_slice(rhs);
-    substitute(&kkt.symbolic, l, pivot_inverse, kkt.rows.is_some(), scratch, x);
+    substitute(&kkt.symbolic, values, l, pivot_inverse, kkt.rows.is_some(), scratch, x);
     residual(kkt, values, rhs, x, error);
     let (sizes, errors) = (max_abs_of(rhs), error_norms(error));
     for (r, state) in state.chunks_exact_mut(refinement::WORDS).enumerate() {
@@ -183,7 +287,7 @@ pub fn refine<T: Real, const R: usize>(
     let (candidate, rest) = scratch.split_at_mut(kkt.dim);
     let (new_error, scratch) = rest.split_at_mut(kkt.dim);
     candidate.copy_from_slice(error);
-    substitute(&kkt.symbolic, l, pivot_inverse, kkt.rows.is_some(), scratch, candidate);
+    substitute(&kkt.symbolic, values, l, pivot_inverse, kkt.rows.is_some(), scratch, candidate);
     for (words, x) in candidate.iter_mut().zip(x.iter()) {
         for r in 0..R {
             words[r] = x[r] + words[r];

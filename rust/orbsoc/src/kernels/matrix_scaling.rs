@@ -5,7 +5,9 @@
 
 use super::reduce::max_abs;
 use crate::real::Real;
+use crate::stretch::Alike;
 use crate::structure::{Pattern, Structure};
+use core::ops::Range;
 
 /// The user's data, or their scaled copy: P (upper), A, G as values; q = (c, b, h).
 pub struct Data<'a, T> {
@@ -30,9 +32,9 @@ pub fn equilibrate<T: Real>(
     scale.fill(T::one());
     for _ in 0..passes {
         norms.fill(T::zero());
-        largest(n, &structure.cost, data.p, 0, norms);
-        largest(n, &structure.equality, data.a, n, norms);
-        largest(n, &structure.conic, data.g, n + p, norms);
+        largest(&structure.cost, data.p, 0, norms);
+        largest(&structure.equality, data.a, n, norms);
+        largest(&structure.conic, data.g, n + p, norms);
         for soc in &structure.cones.soc {
             let rows = &mut norms[n + p + soc.start..n + p + soc.start + soc.dim];
             let top = max_abs(rows);
@@ -42,9 +44,9 @@ pub fn equilibrate<T: Real>(
             *norm = T::one() / nonzero(*norm).sqrt();
             *scale = *scale * *norm;
         }
-        multiply(n, &structure.cost, norms, 0, data.p);
-        multiply(n, &structure.equality, norms, n, data.a);
-        multiply(n, &structure.conic, norms, n + p, data.g);
+        multiply(&structure.cost, norms, 0, data.p);
+        multiply(&structure.equality, norms, n, data.a);
+        multiply(&structure.conic, norms, n + p, data.g);
     }
     for (q, &scale) in data.q.iter_mut().zip(scale.iter()) {
         *q = *q * scale;
@@ -68,14 +70,58 @@ fn nonzero<T: Real>(norm: T) -> T {
 
 /// Raise each row's and column's norm to the entries of one matrix whose rows begin at `row0`.
 #[inline(always)]
-fn largest<T: Real>(n: usize, pattern: &Pattern, values: &[T], row0: usize, norms: &mut [T]) {
-    for j in 0..n {
-        let entries = pattern.column(j);
+fn largest<T: Real>(pattern: &Pattern, values: &[T], row0: usize, norms: &mut [T]) {
+    for stretch in pattern.stretches() {
+        let columns = stretch.columns.clone();
+        let (rows, values) = pattern.entries(stretch, values);
+        match stretch.alike {
+            Alike::Short(0) => {}
+            Alike::Short(1) => largest_of_short::<T, 1>(columns, rows, values, row0, norms),
+            Alike::Short(2) => largest_of_short::<T, 2>(columns, rows, values, row0, norms),
+            Alike::Short(3) => largest_of_short::<T, 3>(columns, rows, values, row0, norms),
+            Alike::Short(_) => largest_of_short::<T, 4>(columns, rows, values, row0, norms),
+            Alike::Dense => {
+                for (j, first, column) in pattern.dense_columns(stretch, values) {
+                    for (norm, value) in norms[row0 + first..].iter_mut().zip(column) {
+                        *norm = norm.max(value.abs());
+                    }
+                    norms[j] = norms[j].max(max_abs(column));
+                }
+            }
+            Alike::Nothing => {
+                let mut entries = rows.iter().zip(values);
+                for j in columns {
+                    let mut top = T::zero();
+                    for (&i, value) in entries.by_ref().take(pattern.column(j).len()) {
+                        top = top.max(raise(&mut norms[row0 + i as usize], *value));
+                    }
+                    norms[j] = norms[j].max(top);
+                }
+            }
+        }
+    }
+}
+
+/// The value's magnitude, to which its row's norm is raised.
+#[inline(always)]
+fn raise<T: Real>(norm: &mut T, value: T) -> T {
+    let size = value.abs();
+    *norm = norm.max(size);
+    size
+}
+
+#[inline(always)]
+fn largest_of_short<T: Real, const L: usize>(
+    columns: Range<usize>,
+    rows: &[u32],
+    values: &[T],
+    row0: usize,
+    norms: &mut [T],
+) {
+    for ((j, rows), values) in columns.zip(rows.as_chunks::<L>().0).zip(values.as_chunks::<L>().0) {
         let mut top = T::zero();
-        for (&i, value) in pattern.rows(entries.clone()).iter().zip(&values[entries]) {
-            let (norm, size) = (&mut norms[row0 + i as usize], value.abs());
-            *norm = norm.max(size);
-            top = top.max(size);
+        for k in 0..L {
+            top = top.max(raise(&mut norms[row0 + rows[k] as usize], values[k]));
         }
         norms[j] = norms[j].max(top);
     }
@@ -83,11 +129,48 @@ fn largest<T: Real>(n: usize, pattern: &Pattern, values: &[T], row0: usize, norm
 
 /// Multiply each entry by its row's and column's factor.
 #[inline(always)]
-fn multiply<T: Real>(n: usize, pattern: &Pattern, factors: &[T], row0: usize, values: &mut [T]) {
-    for j in 0..n {
-        let entries = pattern.column(j);
-        for (&i, value) in pattern.rows(entries.clone()).iter().zip(&mut values[entries]) {
-            *value = *value * (factors[row0 + i as usize] * factors[j]);
+fn multiply<T: Real>(pattern: &Pattern, factors: &[T], row0: usize, values: &mut [T]) {
+    for stretch in pattern.stretches() {
+        let columns = stretch.columns.clone();
+        let (rows, values) = pattern.entries_mut(stretch, values);
+        match stretch.alike {
+            Alike::Short(0) => {}
+            Alike::Short(1) => multiply_short::<T, 1>(columns, rows, factors, row0, values),
+            Alike::Short(2) => multiply_short::<T, 2>(columns, rows, factors, row0, values),
+            Alike::Short(3) => multiply_short::<T, 3>(columns, rows, factors, row0, values),
+            Alike::Short(_) => multiply_short::<T, 4>(columns, rows, factors, row0, values),
+            Alike::Dense | Alike::Nothing => {
+                let (mut rows, mut values) = (rows, values);
+                for j in columns {
+                    let (here, column);
+                    (here, rows) = rows.split_at(pattern.column(j).len());
+                    (column, values) = values.split_at_mut(here.len());
+                    if stretch.alike == Alike::Dense {
+                        for (value, &row) in column.iter_mut().zip(&factors[row0 + here[0] as usize..]) {
+                            *value = *value * (row * factors[j]);
+                        }
+                    } else {
+                        for (value, &i) in column.iter_mut().zip(here) {
+                            *value = *value * (factors[row0 + i as usize] * factors[j]);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn multiply_short<T: Real, const L: usize>(
+    columns: Range<usize>,
+    rows: &[u32],
+    factors: &[T],
+    row0: usize,
+    values: &mut [T],
+) {
+    for ((j, rows), values) in columns.zip(rows.as_chunks::<L>().0).zip(values.as_chunks_mut::<L>().0) {
+        for k in 0..L {
+            values[k] = values[k] * (factors[row0 + rows[k] as usize] * factors[j]);
         }
     }
 }
@@ -179,9 +262,9 @@ mod tests {
             let (n, s) = (self.structure.n, &self.structure);
             let mut out = vec![0.0; s.unknowns()];
             let cost: Vec<f64> = self.p.iter().map(|v| v * self.cost[1]).collect();
-            largest(n, &s.cost, &cost, 0, &mut out);
-            largest(n, &s.equality, &self.a, n, &mut out);
-            largest(n, &s.conic, &self.g, n + s.p, &mut out);
+            largest(&s.cost, &cost, 0, &mut out);
+            largest(&s.equality, &self.a, n, &mut out);
+            largest(&s.conic, &self.g, n + s.p, &mut out);
             for soc in &s.cones.soc {
                 let rows = n + s.p + soc.start..n + s.p + soc.start + soc.dim;
                 let top = out[rows.clone()].iter().copied().fold(0.0, f64::max);

@@ -10,6 +10,7 @@
 pub(crate) mod central_pair;
 pub(crate) mod cone_ops;
 pub(crate) mod factorization;
+pub(crate) mod given;
 pub(crate) mod line_search;
 pub(crate) mod linear_solve;
 pub(crate) mod matrix_scaling;
@@ -17,3 +18,4 @@ pub(crate) mod matrix_update;
 pub(crate) mod outer;
 pub(crate) mod panel;
 pub(crate) mod reduce;
+pub(crate) mod sparse;

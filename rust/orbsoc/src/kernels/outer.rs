@@ -114,10 +114,7 @@ fn tile<T: Real, L: Landing, const M: usize, const N: usize, const LOWER: bool>(
         if L::DENSE {
             words[n][top(n)..].copy_from_slice(&target[bases[n] + rows[top(n)]..][..M - top(n)]);
         } else {
-            let target = &target[bases[n]..];
-            for m in top(n)..M {
-                words[n][m] = target[rows[m]];
-            }
+            words[n] = gathered(&target[bases[n]..], rows, top(n));
         }
     }
     let Columns { l, y, height } = columns;
@@ -132,6 +129,26 @@ fn tile<T: Real, L: Landing, const M: usize, const N: usize, const LOWER: bool>(
             }
         }
     }
+}
+
+/// Words of up to four `rows`, from row `top` on. No loop: words that pass through memory one by one are waited
+/// for when they are read as a vector.
+#[inline(always)]
+fn gathered<T: Real, const M: usize>(words: &[T], rows: [usize; M], top: usize) -> [T; M] {
+    let mut out = [T::zero(); M];
+    if M > 0 && top == 0 {
+        out[0] = words[rows[0]];
+    }
+    if M > 1 && top <= 1 {
+        out[1] = words[rows[1]];
+    }
+    if M > 2 && top <= 2 {
+        out[2] = words[rows[2]];
+    }
+    if M > 3 {
+        out[3] = words[rows[3]];
+    }
+    out
 }
 
 /// The same for `W` columns whose every landing is listed, column by column. Few columns with few

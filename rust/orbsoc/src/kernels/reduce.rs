@@ -2,42 +2,55 @@
 //! right, from there on `WAYS` accumulators (term k goes to accumulator k mod `WAYS`) folded as a
 //! balanced tree. The tree is what SIMD registers compute anyway, and it shortens the critical path.
 
-#![allow(clippy::redundant_closure_for_method_calls)] // a function passed by name is called, not inlined
+#![allow(clippy::redundant_closure_for_method_calls, clippy::redundant_closure)] // a function passed by name is called, not inlined
+#![allow(clippy::needless_range_loop)] // constant ranges over arrays unroll; iterators over them do not always
 
 use crate::real::Real;
 
 const WAYS: usize = 8;
 
-/// Reduce `first(k)`, then `accumulate(sum, k)` over k < `len`, with `join` between accumulators; `empty`
-/// when there are no terms.
+/// Reduce `first` of a pair of words, then `accumulate(sum, pair)` over all pairs, with `join` between
+/// accumulators; `empty` when there are none. Whole chunks, so that no index is checked and the accumulators
+/// become registers.
 #[inline(always)]
-fn reduce<V: Copy>(
-    len: usize,
+fn reduce<A: Copy, B: Copy, V: Copy>(
+    a: &[A],
+    b: &[B],
     empty: V,
-    first: impl Fn(usize) -> V,
-    accumulate: impl Fn(V, usize) -> V,
+    first: impl Fn(A, B) -> V,
+    accumulate: impl Fn(V, A, B) -> V,
     join: impl Fn(V, V) -> V,
 ) -> V {
-    if len == 0 {
-        return empty;
-    }
-    if len < WAYS {
-        let mut sum = first(0);
-        for k in 1..len {
-            sum = accumulate(sum, k);
+    let b = &b[..a.len()];
+    let ((a_chunks, a_rest), (b_chunks, b_rest)) = (a.as_chunks::<WAYS>(), b.as_chunks::<WAYS>());
+    let mut chunks = a_chunks.iter().zip(b_chunks);
+    let Some((a, b)) = chunks.next() else {
+        let mut pairs = a_rest.iter().zip(b_rest);
+        let Some((&a, &b)) = pairs.next() else { return empty };
+        let mut sum = first(a, b);
+        for (&a, &b) in pairs {
+            sum = accumulate(sum, a, b);
         }
         return sum;
-    }
-    let mut sums: [V; WAYS] =
-        [first(0), first(1), first(2), first(3), first(4), first(5), first(6), first(7)];
-    let whole = len - len % WAYS;
-    for base in (WAYS..whole).step_by(WAYS) {
-        for (way, sum) in sums.iter_mut().enumerate() {
-            *sum = accumulate(*sum, base + way);
+    };
+    let mut sums: [V; WAYS] = [
+        first(a[0], b[0]),
+        first(a[1], b[1]),
+        first(a[2], b[2]),
+        first(a[3], b[3]),
+        first(a[4], b[4]),
+        first(a[5], b[5]),
+        first(a[6], b[6]),
+        first(a[7], b[7]),
+    ];
+    for (a, b) in chunks {
+        for way in 0..WAYS {
+            sums[way] = accumulate(sums[way], a[way], b[way]);
         }
     }
-    for k in whole..len {
-        sums[k - whole] = accumulate(sums[k - whole], k);
+    for way in 0..WAYS - 1 {
+        let (Some(&a), Some(&b)) = (a_rest.get(way), b_rest.get(way)) else { break };
+        sums[way] = accumulate(sums[way], a, b);
     }
     let [a, b, c, d, e, f, g, h] = sums;
     join(join(join(a, e), join(c, g)), join(join(b, f), join(d, h)))
@@ -46,30 +59,70 @@ fn reduce<V: Copy>(
 /// aᵀb.
 #[inline(always)]
 pub fn dot<T: Real>(a: &[T], b: &[T]) -> T {
-    let b = &b[..a.len()];
-    reduce(
-        a.len(),
-        T::zero(),
-        #[inline(always)]
-        |k| a[k] * b[k],
-        #[inline(always)]
-        |sum, k| sum.add_mul(a[k], b[k]),
-        #[inline(always)]
-        |x, y| x + y,
-    )
+    dot_of(a, b.as_chunks::<1>().0)[0]
+}
+
+/// Σ a_k·x_k for each of `R` vectors side by side: as [`reduce`], on a loop of the datapath's own.
+#[inline(always)]
+pub fn dot_of<T: Real, const R: usize>(a: &[T], x: &[[T; R]]) -> [T; R] {
+    let x = &x[..a.len()];
+    let ((a_chunks, a_rest), (x_chunks, x_rest)) = (a.as_chunks::<WAYS>(), x.as_chunks::<WAYS>());
+    let (Some((a, a_chunks)), Some((x, x_chunks))) = (a_chunks.split_first(), x_chunks.split_first()) else {
+        let mut sum = [T::zero(); R];
+        for (k, (&a, &x)) in a_rest.iter().zip(x_rest).enumerate() {
+            sum = if k == 0 { product_of(a, x) } else { add_product_of(sum, a, x) };
+        }
+        return sum;
+    };
+    let mut sums = [[T::zero(); R]; WAYS];
+    for way in 0..WAYS {
+        sums[way] = product_of(a[way], x[way]);
+    }
+    T::accumulate(&mut sums, a_chunks, x_chunks);
+    for way in 0..WAYS - 1 {
+        let (Some(&a), Some(&x)) = (a_rest.get(way), x_rest.get(way)) else { break };
+        sums[way] = add_product_of(sums[way], a, x);
+    }
+    let [a, b, c, d, e, f, g, h] = sums;
+    let left = add_of(add_of(a, e), add_of(c, g));
+    add_of(left, add_of(add_of(b, f), add_of(d, h)))
+}
+
+#[inline(always)]
+fn product_of<T: Real, const R: usize>(a: T, mut x: [T; R]) -> [T; R] {
+    for word in &mut x {
+        *word = a * *word;
+    }
+    x
+}
+
+#[inline(always)]
+fn add_product_of<T: Real, const R: usize>(mut sum: [T; R], a: T, x: [T; R]) -> [T; R] {
+    for r in 0..R {
+        sum[r] = sum[r].add_mul(a, x[r]);
+    }
+    sum
+}
+
+#[inline(always)]
+fn add_of<T: Real, const R: usize>(mut a: [T; R], b: [T; R]) -> [T; R] {
+    for r in 0..R {
+        a[r] = a[r] + b[r];
+    }
+    a
 }
 
 /// Σ values[k]·x[index[k]].
 #[inline(always)]
 pub fn dot_indexed<T: Real>(values: &[T], index: &[u32], x: &[T]) -> T {
-    let index = &index[..values.len()];
     reduce(
-        values.len(),
+        values,
+        index,
         T::zero(),
         #[inline(always)]
-        |k| values[k] * x[index[k] as usize],
+        |value, at| value * x[at as usize],
         #[inline(always)]
-        |sum, k| sum.add_mul(values[k], x[index[k] as usize]),
+        |sum, value, at| sum.add_mul(value, x[at as usize]),
         #[inline(always)]
         |x, y| x + y,
     )
@@ -85,12 +138,13 @@ pub fn norm2<T: Real>(x: &[T]) -> T {
 #[inline(always)]
 pub fn max_abs<T: Real>(x: &[T]) -> T {
     reduce(
-        x.len(),
+        x,
+        x,
         T::zero(),
         #[inline(always)]
-        |k| x[k].abs(),
+        |x, _| x.abs(),
         #[inline(always)]
-        |top, k| top.max(x[k].abs()),
+        |top, x, _| top.max(x.abs()),
         #[inline(always)]
         |a, b| a.max(b),
     )
@@ -103,12 +157,13 @@ pub fn max_abs_of<T: Real, const R: usize>(x: &[[T; R]]) -> [T; R] {
         return [max_abs(x.as_flattened()); R];
     }
     reduce(
-        x.len(),
+        x,
+        x,
         [T::zero(); R],
         #[inline(always)]
-        |k| magnitudes(x[k]),
+        |x, _| magnitudes(x),
         #[inline(always)]
-        |top, k| larger_of(top, magnitudes(x[k])),
+        |top, x, _| larger_of(top, magnitudes(x)),
         #[inline(always)]
         |a, b| larger_of(a, b),
     )
@@ -133,14 +188,14 @@ fn larger_of<T: Real, const R: usize>(mut a: [T; R], b: [T; R]) -> [T; R] {
 /// max |weight_k·x_k|.
 #[inline(always)]
 pub fn max_abs_weighted<T: Real>(weight: &[T], x: &[T]) -> T {
-    let x = &x[..weight.len()];
     reduce(
-        weight.len(),
+        weight,
+        x,
         T::zero(),
         #[inline(always)]
-        |k| (weight[k] * x[k]).abs(),
+        |weight, x| (weight * x).abs(),
         #[inline(always)]
-        |top, k| top.max((weight[k] * x[k]).abs()),
+        |top, weight, x| top.max((weight * x).abs()),
         #[inline(always)]
         |a, b| a.max(b),
     )
@@ -149,14 +204,14 @@ pub fn max_abs_weighted<T: Real>(weight: &[T], x: &[T]) -> T {
 /// Σ |weight_k·x_k|.
 #[inline(always)]
 pub fn sum_abs_weighted<T: Real>(weight: &[T], x: &[T]) -> T {
-    let x = &x[..weight.len()];
     reduce(
-        weight.len(),
+        weight,
+        x,
         T::zero(),
         #[inline(always)]
-        |k| (weight[k] * x[k]).abs(),
+        |weight, x| (weight * x).abs(),
         #[inline(always)]
-        |sum, k| sum + (weight[k] * x[k]).abs(),
+        |sum, weight, x| sum + (weight * x).abs(),
         #[inline(always)]
         |a, b| a + b,
     )
@@ -165,14 +220,14 @@ pub fn sum_abs_weighted<T: Real>(weight: &[T], x: &[T]) -> T {
 /// max −x_k·y_k over k, with zero among the candidates.
 #[inline(always)]
 pub fn max_negative_product<T: Real>(x: &[T], y: &[T]) -> T {
-    let y = &y[..x.len()];
     reduce(
-        x.len(),
+        x,
+        y,
         T::zero(),
         #[inline(always)]
-        |k| T::zero().max(-(x[k] * y[k])),
+        |x, y| T::zero().max(-(x * y)),
         #[inline(always)]
-        |top, k| top.max(-(x[k] * y[k])),
+        |top, x, y| top.max(-(x * y)),
         #[inline(always)]
         |a, b| a.max(b),
     )
@@ -182,12 +237,13 @@ pub fn max_negative_product<T: Real>(x: &[T], y: &[T]) -> T {
 #[inline(always)]
 pub fn finite_witness<T: Real>(x: &[T]) -> T {
     reduce(
-        x.len(),
+        x,
+        x,
         T::zero(),
         #[inline(always)]
-        |k| x[k] * T::zero(),
+        |x, _| x * T::zero(),
         #[inline(always)]
-        |sum, k| sum.add_mul(x[k], T::zero()),
+        |sum, x, _| sum.add_mul(x, T::zero()),
         #[inline(always)]
         |a, b| a + b,
     )
@@ -200,19 +256,15 @@ pub fn finite_witness_of<T: Real, const R: usize>(x: &[[T; R]]) -> [T; R] {
         return [finite_witness(x.as_flattened()); R];
     }
     reduce(
-        x.len(),
+        x,
+        x,
         [T::zero(); R],
         #[inline(always)]
-        |k| add_zeros([T::zero(); R], x[k]),
+        |x, _| add_zeros([T::zero(); R], x),
         #[inline(always)]
-        |sum, k| add_zeros(sum, x[k]),
+        |sum, x, _| add_zeros(sum, x),
         #[inline(always)]
-        |mut a, b| {
-            for r in 0..R {
-                a[r] = a[r] + b[r];
-            }
-            a
-        },
+        |a, b| add_of(a, b),
     )
 }
 

@@ -79,6 +79,18 @@ pub trait Real:
         products::subtract::<Self, M, N, LOWER>(words, factors);
     }
 
+    /// As [`products::accumulate`], bit for bit; a datapath may have a quicker way.
+    #[inline(always)]
+    fn accumulate<const R: usize>(sums: &mut [[Self; R]; 8], a: &[[Self; 8]], x: &[[[Self; R]; 8]]) {
+        products::accumulate(sums, a, x);
+    }
+
+    /// As [`products::subtract_multiple`], bit for bit; a datapath may have a quicker way.
+    #[inline(always)]
+    fn subtract_multiple<const R: usize>(words: &mut [[Self; R]], by: &[Self], x: [Self; R]) {
+        products::subtract_multiple(words, by, x);
+    }
+
     /// `select(self < other, other, self)`; a NaN in `other` is dropped.
     #[inline(always)]
     fn max(self, other: Self) -> Self {

@@ -20,12 +20,17 @@ pub struct Factors<'a, T> {
 }
 
 impl<'a, T: Copy> Factors<'a, T> {
-    /// `M` words of `l` and `N` of `y`, column by column.
+    /// `M` words of `l` and `N` of `y` to `each`, column by column. By hand: the library's iterators over two
+    /// lists of chunks divide to count them, and become calls where the kernel around them is large.
     #[inline(always)]
-    pub fn pairs<const M: usize, const N: usize>(self) -> impl Iterator<Item = (&'a [T; M], &'a [T; N])> {
-        let Self { l, y, height, row, column } = self;
-        let columns = l.chunks_exact(height).zip(y.chunks_exact(height));
-        columns.filter_map(move |(l, y)| l[row..].first_chunk().zip(y[column..].first_chunk()))
+    pub fn pairs<const M: usize, const N: usize>(self, mut each: impl FnMut(&'a [T; M], &'a [T; N])) {
+        let height = self.height;
+        let (mut l, mut y) = (self.l.get(self.row..), self.y.get(self.column..));
+        while let (Some(l_words), Some(y_words)) = (l, y) {
+            let (Some(l_here), Some(y_here)) = (l_words.first_chunk(), y_words.first_chunk()) else { return };
+            each(l_here, y_here);
+            (l, y) = (l_words.get(height..), y_words.get(height..));
+        }
     }
 }
 
@@ -36,13 +41,38 @@ pub fn subtract<T: Real, const M: usize, const N: usize, const LOWER: bool>(
     words: &mut [[T; M]; N],
     factors: Factors<T>,
 ) {
-    for (l, y) in factors.pairs::<M, N>() {
-        for n in 0..N {
-            let mut column = words[n];
-            for m in if LOWER { n } else { 0 }..M {
-                column[m] = column[m].sub_mul(l[m], y[n]);
+    factors.pairs::<M, N>(
+        #[inline(always)]
+        |l, y| {
+            for n in 0..N {
+                let mut column = words[n];
+                for m in if LOWER { n } else { 0 }..M {
+                    column[m] = column[m].sub_mul(l[m], y[n]);
+                }
+                words[n] = column;
             }
-            words[n] = column;
+        },
+    );
+}
+
+/// `sums[k][r] += a[k]·x[k][r]`, of each eight in turn.
+#[inline(always)]
+pub fn accumulate<T: Real, const R: usize>(sums: &mut [[T; R]; 8], a: &[[T; 8]], x: &[[[T; R]; 8]]) {
+    for (a, x) in a.iter().zip(x) {
+        for k in 0..8 {
+            for r in 0..R {
+                sums[k][r] = sums[k][r].add_mul(a[k], x[k][r]);
+            }
+        }
+    }
+}
+
+/// `words[k][r] −= by[k]·x[r]`.
+#[inline(always)]
+pub fn subtract_multiple<T: Real, const R: usize>(words: &mut [[T; R]], by: &[T], x: [T; R]) {
+    for (words, &by) in words.iter_mut().zip(by) {
+        for r in 0..R {
+            words[r] = words[r].sub_mul(by, x[r]);
         }
     }
 }
@@ -86,6 +116,40 @@ mod tests {
                 ] {
                     assert_eq!(found, expected, "{columns} columns, seed {seed}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn a_quicker_multiple_of_two_vectors_changes_no_bit() {
+        let mut numbers = Numbers(23);
+        for len in 0..40 {
+            let (by, x) = (numbers.list(len), [numbers.signed(), numbers.signed()]);
+            let words: Vec<[f64; 2]> = (0..len).map(|_| [numbers.signed(), numbers.signed()]).collect();
+            let (mut quick, mut plain) = (words.clone(), words);
+            f64::subtract_multiple(&mut quick, &by, x);
+            subtract_multiple(&mut plain, &by, x);
+            let bits = |words: &[[f64; 2]]| words.iter().map(|w| w.map(f64::to_bits)).collect::<Vec<_>>();
+            assert_eq!(bits(&quick), bits(&plain), "{len} words");
+        }
+    }
+
+    #[test]
+    fn quicker_sums_change_no_bit() {
+        fn both<const R: usize>(numbers: &mut Numbers, len: usize) -> [Vec<u64>; 2] {
+            let a: Vec<[f64; 8]> = (0..len).map(|_| [0.0; 8].map(|_: f64| numbers.signed())).collect();
+            let x: Vec<[[f64; R]; 8]> =
+                (0..len).map(|_| [[0.0; R]; 8].map(|x| x.map(|_: f64| numbers.signed()))).collect();
+            let mut quick = [[0.0; R]; 8].map(|x| x.map(|_: f64| numbers.signed()));
+            let mut plain = quick;
+            f64::accumulate(&mut quick, &a, &x);
+            accumulate(&mut plain, &a, &x);
+            [quick, plain].map(|sums| sums.as_flattened().iter().map(|v| v.to_bits()).collect())
+        }
+        let mut numbers = Numbers(29);
+        for len in 0..6 {
+            for [quick, plain] in [both::<1>(&mut numbers, len), both::<2>(&mut numbers, len)] {
+                assert_eq!(quick, plain, "{len} times eight");
             }
         }
     }

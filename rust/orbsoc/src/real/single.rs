@@ -100,6 +100,38 @@ ieee! { f64,
         }
         products::subtract::<Self, M, N, LOWER>(words, factors);
     }
+
+    #[inline(always)]
+    fn accumulate<const R: usize>(sums: &mut [[Self; R]; 8], a: &[[Self; 8]], x: &[[[Self; R]; 8]]) {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = pulp::x86::V3::try_new() {
+            let flat = x.as_flattened().as_flattened();
+            match R {
+                1 => {
+                    let sums = sums.as_flattened_mut().as_chunks_mut().0;
+                    return accumulate_one(simd, sums, a, flat.as_chunks().0);
+                }
+                2 => {
+                    let sums = sums.as_flattened_mut().as_chunks_mut().0;
+                    return accumulate_two(simd, sums, a, flat.as_chunks().0);
+                }
+                _ => {}
+            }
+        }
+        products::accumulate(sums, a, x);
+    }
+
+    #[inline(always)]
+    fn subtract_multiple<const R: usize>(words: &mut [[Self; R]], by: &[Self], x: [Self; R]) {
+        #[cfg(target_arch = "x86_64")]
+        if let (2, Some(simd)) = (R, pulp::x86::V3::try_new()) {
+            let by = &by[..words.len()];
+            let (whole, rest) = words.split_at_mut(words.len() / 4 * 4);
+            multiple_of_two(simd, whole.as_flattened_mut().as_chunks_mut().0, by.as_chunks().0, [x[0], x[1]]);
+            return products::subtract_multiple(rest, &by[whole.len()..], x);
+        }
+        products::subtract_multiple(words, by, x);
+    }
 }
 ieee! { f32, }
 
@@ -112,12 +144,15 @@ fn four_rows<const M: usize, const N: usize>(
     factors: Factors<f64>,
 ) {
     let mut sums = words.map(|w| f64x4(w[0], w[1], w[2], w[3]));
-    for (l, y) in factors.pairs::<4, N>() {
-        let l = pulp::cast(*l);
-        for (sum, &y) in sums.iter_mut().zip(y) {
-            *sum = simd.sub_f64s(*sum, simd.mul_f64s(l, simd.splat_f64s(y)));
-        }
-    }
+    factors.pairs::<4, N>(
+        #[inline(always)]
+        |l, y| {
+            let l = pulp::cast(*l);
+            for n in 0..N {
+                sums[n] = simd.sub_f64s(sums[n], simd.mul_f64s(l, simd.splat_f64s(y[n])));
+            }
+        },
+    );
     for (words, sum) in words.iter_mut().zip(sums) {
         words.copy_from_slice(&pulp::cast::<f64x4, [f64; 4]>(sum));
     }
@@ -132,11 +167,68 @@ fn four_columns<const M: usize, const N: usize>(
     factors: Factors<f64>,
 ) {
     let mut sums = f64x4(words[0][0], words[1][0], words[2][0], words[3][0]);
-    for (&[l], &y) in factors.pairs::<1, 4>() {
-        sums = simd.sub_f64s(sums, simd.mul_f64s(simd.splat_f64s(l), pulp::cast(y)));
-    }
+    factors.pairs::<1, 4>(
+        #[inline(always)]
+        |&[l], &y| sums = simd.sub_f64s(sums, simd.mul_f64s(simd.splat_f64s(l), pulp::cast(y))),
+    );
     for (word, sum) in words.iter_mut().zip(pulp::cast::<f64x4, [f64; 4]>(sums)) {
         word[0] = sum;
+    }
+}
+
+/// Eight sums in two registers.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn accumulate_one(simd: pulp::x86::V3, sums: &mut [[f64; 8]], a: &[[f64; 8]], x: &[[f64; 8]]) {
+    let Some(sums) = sums.first_mut() else { return };
+    let [mut low, mut high]: [f64x4; 2] = pulp::cast(*sums);
+    for (&a, &x) in a.iter().zip(x) {
+        let ([a_low, a_high], [x_low, x_high]): ([f64x4; 2], [f64x4; 2]) = (pulp::cast(a), pulp::cast(x));
+        low = simd.add_f64s(low, simd.mul_f64s(a_low, x_low));
+        high = simd.add_f64s(high, simd.mul_f64s(a_high, x_high));
+    }
+    *sums = pulp::cast([low, high]);
+}
+
+/// Eight sums of either of two vectors side by side, in four registers.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn accumulate_two(simd: pulp::x86::V3, sums: &mut [[f64; 16]], a: &[[f64; 8]], x: &[[f64; 16]]) {
+    let Some(sums) = sums.first_mut() else { return };
+    let mut words: [f64x4; 4] = pulp::cast(*sums);
+    for (&a, &x) in a.iter().zip(x) {
+        let ([low, high], x): ([f64x4; 2], [f64x4; 4]) = (pulp::cast(a), pulp::cast(x));
+        let (first, second) = twice_each(simd, low);
+        let (third, fourth) = twice_each(simd, high);
+        words[0] = simd.add_f64s(words[0], simd.mul_f64s(first, x[0]));
+        words[1] = simd.add_f64s(words[1], simd.mul_f64s(second, x[1]));
+        words[2] = simd.add_f64s(words[2], simd.mul_f64s(third, x[2]));
+        words[3] = simd.add_f64s(words[3], simd.mul_f64s(fourth, x[3]));
+    }
+    *sums = pulp::cast(words);
+}
+
+/// (a, a, b, b) and (c, c, d, d) of (a, b, c, d).
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn twice_each(simd: pulp::x86::V3, words: f64x4) -> (f64x4, f64x4) {
+    let words = pulp::cast(words);
+    let low = pulp::cast(simd.avx2._mm256_permute4x64_pd::<0b01_01_00_00>(words));
+    let high = pulp::cast(simd.avx2._mm256_permute4x64_pd::<0b11_11_10_10>(words));
+    (low, high)
+}
+
+/// Of two vectors side by side, four words of either: two registers.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn multiple_of_two(simd: pulp::x86::V3, words: &mut [[f64; 8]], by: &[[f64; 4]], x: [f64; 2]) {
+    let x = f64x4(x[0], x[1], x[0], x[1]);
+    for (words, &by) in words.iter_mut().zip(by) {
+        let [low, high]: [f64x4; 2] = pulp::cast(*words);
+        let (low_by, high_by) = twice_each(simd, pulp::cast(by));
+        let low = simd.sub_f64s(low, simd.mul_f64s(low_by, x));
+        let high = simd.sub_f64s(high, simd.mul_f64s(high_by, x));
+        *words = pulp::cast([low, high]);
     }
 }
 

@@ -1,0 +1,114 @@
+//! Columns that nothing is subtracted from and that share their rows: what L·D has below their diagonal is the
+//! matrix itself, so no word of L is stored, and the rows' words are adjacent. Elimination of them is the sum
+//! K₁D⁻¹K₁ᵀ of a condensed form, and every loop is over whole rows.
+
+use super::factorization::{regularized, Regularization};
+use super::reduce::dot_of;
+use crate::real::Real;
+
+/// Where such columns are among the matrix's words.
+#[derive(Clone, Copy)]
+pub struct Given<'a, T> {
+    pub values: &'a [T],
+    /// Where the diagonal begins, then each row below.
+    pub sources: &'a [u32],
+    pub width: usize,
+}
+
+impl<'a, T> Given<'a, T> {
+    #[inline(always)]
+    fn source(&self, k: usize) -> &'a [T] {
+        &self.values[self.sources[k] as usize..][..self.width]
+    }
+
+    /// The words of one of the rows below.
+    #[inline(always)]
+    pub fn row(&self, row: usize) -> &'a [T] {
+        self.source(1 + row)
+    }
+
+    #[inline(always)]
+    fn rows(&self) -> usize {
+        self.sources.len() - 1
+    }
+}
+
+/// Reciprocal pivots, and the rows below times them into `scaled`, row by row.
+#[inline(always)]
+pub fn factor<T: Real>(
+    given: Given<T>,
+    positive: &[bool],
+    regularization: Regularization<T>,
+    pivot_inverse: &mut [T],
+    scaled: &mut [T],
+) {
+    for ((inverse, &pivot), &positive) in pivot_inverse.iter_mut().zip(given.source(0)).zip(positive) {
+        *inverse = T::one() / regularized(pivot, positive, regularization);
+    }
+    for (row, scaled) in scaled.chunks_exact_mut(given.width).take(given.rows()).enumerate() {
+        for ((out, &word), &inverse) in scaled.iter_mut().zip(given.row(row)).zip(&*pivot_inverse) {
+            *out = word * inverse;
+        }
+    }
+}
+
+/// Subtract each product of two rows from where it is listed, column by column.
+#[inline(always)]
+pub fn contribute<T: Real>(given: Given<T>, scaled: &[T], positions: &[u32], later: &mut [T]) {
+    let mut positions = positions;
+    for (column, scaled) in scaled.chunks_exact(given.width).take(given.rows()).enumerate() {
+        let here;
+        (here, positions) = positions.split_at(given.rows() - column);
+        for (row, &at) in here.iter().enumerate() {
+            let product = dot_of(scaled, given.row(column + row).as_chunks::<1>().0);
+            let word = &mut later[at as usize];
+            *word = *word - product[0];
+        }
+    }
+}
+
+/// What the columns' unknowns contribute to the rows `below`, counted from `base`.
+#[inline(always)]
+pub fn forward<T: Real, const R: usize>(
+    given: Given<T>,
+    pivot_inverse: &[T],
+    known: &[[T; R]],
+    (below, base): (&[u32], usize),
+    scratch: &mut [[T; R]],
+    later: &mut [[T; R]],
+) {
+    let scaled = &mut scratch[..given.width];
+    for ((scaled, known), &inverse) in scaled.iter_mut().zip(known).zip(pivot_inverse) {
+        for r in 0..R {
+            scaled[r] = known[r] * inverse;
+        }
+    }
+    for (row, &at) in below.iter().enumerate() {
+        let (word, sum) = (&mut later[at as usize - base], dot_of(given.row(row), scaled));
+        for r in 0..R {
+            word[r] = word[r] - sum[r];
+        }
+    }
+}
+
+/// What the rows below contribute to the columns' unknowns, which are divided by their pivots already.
+#[inline(always)]
+pub fn backward<T: Real, const R: usize>(
+    given: Given<T>,
+    pivot_inverse: &[T],
+    (below, base): (&[u32], usize),
+    later: &[[T; R]],
+    scratch: &mut [[T; R]],
+    unknown: &mut [[T; R]],
+) {
+    let sums = &mut scratch[..given.width];
+    sums.fill([T::zero(); R]);
+    for (row, &at) in below.iter().enumerate() {
+        T::subtract_multiple(sums, given.row(row), later[at as usize - base]);
+    }
+    for ((word, sum), &inverse) in unknown.iter_mut().zip(sums).zip(pivot_inverse) {
+        for r in 0..R {
+            word[r] = word[r].add_mul(inverse, sum[r]);
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! Products of the data's sparse matrices with vectors. Loops follow the stretches that set-up found: what
+//! is added to any one word, and in which order, is as column by column.
+
+use super::reduce::{dot, dot_indexed};
+use crate::real::Real;
+use crate::stretch::Alike;
+use crate::structure::Pattern;
+
+/// `out = P x`, P symmetric and given by its upper triangle.
+#[inline(always)]
+pub fn symmetric_product<T: Real>(pattern: &Pattern, values: &[T], x: &[T], out: &mut [T]) {
+    out.fill(T::zero());
+    for stretch in pattern.stretches() {
+        if stretch.alike == Alike::Short(0) {
+            continue;
+        }
+        for j in stretch.columns.clone() {
+            let entries = pattern.column(j);
+            for (&i, &value) in pattern.rows(entries.clone()).iter().zip(&values[entries]) {
+                let i = i as usize;
+                out[i] = out[i].add_mul(value, x[j]);
+                if i != j {
+                    out[j] = out[j].add_mul(value, x[i]);
+                }
+            }
+        }
+    }
+}
+
+/// `by_rows = M x` and `by_columns = Mᵀ y` in one pass over M.
+#[inline(always)]
+pub fn products_of<T: Real>(
+    pattern: &Pattern,
+    values: &[T],
+    x: &[T],
+    y: &[T],
+    by_rows: &mut [T],
+    by_columns: &mut [T],
+) {
+    by_rows.fill(T::zero());
+    for stretch in pattern.stretches() {
+        let columns = stretch.columns.clone();
+        let (rows, values) = pattern.entries(stretch, values);
+        let (x, sums) = (&x[columns.clone()], &mut by_columns[columns.clone()]);
+        match stretch.alike {
+            Alike::Short(0) => sums.fill(T::zero()),
+            Alike::Short(1) => of_short::<T, 1>(rows, values, x, y, by_rows, sums),
+            Alike::Short(2) => of_short::<T, 2>(rows, values, x, y, by_rows, sums),
+            Alike::Short(3) => of_short::<T, 3>(rows, values, x, y, by_rows, sums),
+            Alike::Short(_) => of_short::<T, 4>(rows, values, x, y, by_rows, sums),
+            Alike::Dense => {
+                for (((_, first, column), &x), sum) in pattern.dense_columns(stretch, values).zip(x).zip(sums)
+                {
+                    *sum = dot(column, &y[first..][..column.len()]);
+                    for (word, &value) in by_rows[first..].iter_mut().zip(column) {
+                        *word = word.add_mul(value, x);
+                    }
+                }
+            }
+            Alike::Nothing => {
+                let lengths = columns.map(|j| pattern.column(j).len());
+                of_any(lengths, rows, values, x, y, by_rows, sums);
+            }
+        }
+    }
+}
+
+/// Columns of `L` ≥ 1 entries.
+#[inline(always)]
+fn of_short<T: Real, const L: usize>(
+    rows: &[u32],
+    values: &[T],
+    x: &[T],
+    y: &[T],
+    by_rows: &mut [T],
+    sums: &mut [T],
+) {
+    let columns = rows.as_chunks::<L>().0.iter().zip(values.as_chunks::<L>().0);
+    for (((rows, values), &x), out) in columns.zip(x).zip(sums) {
+        let mut sum = values[0] * y[rows[0] as usize];
+        for k in 1..L {
+            sum = sum.add_mul(values[k], y[rows[k] as usize]);
+        }
+        *out = sum;
+        for k in 0..L {
+            let word = &mut by_rows[rows[k] as usize];
+            *word = word.add_mul(values[k], x);
+        }
+    }
+}
+
+#[inline(always)]
+fn of_any<T: Real>(
+    lengths: impl Iterator<Item = usize>,
+    rows: &[u32],
+    values: &[T],
+    x: &[T],
+    y: &[T],
+    by_rows: &mut [T],
+    sums: &mut [T],
+) {
+    let mut begin = 0;
+    for ((length, &x), sum) in lengths.zip(x).zip(sums) {
+        let (rows, values) = (&rows[begin..begin + length], &values[begin..begin + length]);
+        *sum = dot_indexed(values, rows, y);
+        for (&i, &value) in rows.iter().zip(values) {
+            by_rows[i as usize] = by_rows[i as usize].add_mul(value, x);
+        }
+        begin += length;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::oracle::Numbers;
+    use crate::Csc;
+
+    /// Columns of every shape, side by side.
+    fn matrix(numbers: &mut Numbers) -> Csc {
+        let lengths = [0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 2, 7, 16, 16, 30, 17, 11];
+        let dense: Vec<Vec<f64>> = (0..30)
+            .map(|i| {
+                let entry = |&length: &usize| if i < length { numbers.signed() } else { 0.0 };
+                lengths.iter().map(entry).collect()
+            })
+            .collect();
+        Csc::from_dense(&dense.iter().map(Vec::as_slice).collect::<Vec<_>>(), lengths.len())
+    }
+
+    #[test]
+    fn products_add_column_by_column_whatever_the_shape() {
+        let mut numbers = Numbers(19);
+        let m = matrix(&mut numbers);
+        let pattern = Pattern::new(&m);
+        assert!(pattern.stretches().len() >= 7);
+        let (x, y) = (numbers.list(m.ncols()), numbers.list(m.nrows()));
+        let (mut by_rows, mut by_columns) = (vec![9.0; m.nrows()], vec![9.0; m.ncols()]);
+        products_of(&pattern, m.values(), &x, &y, &mut by_rows, &mut by_columns);
+        let mut plain = vec![0.0; m.nrows()];
+        for (j, (rows, values)) in m.columns().enumerate() {
+            let gathered: Vec<f64> = rows.iter().map(|&i| y[i]).collect();
+            assert_eq!(by_columns[j].to_bits(), dot(values, &gathered).to_bits(), "column {j}");
+            for (&i, &value) in rows.iter().zip(values) {
+                plain[i] += value * x[j];
+            }
+        }
+        let bits = |v: &[f64]| v.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&by_rows), bits(&plain));
+    }
+}
