@@ -109,7 +109,9 @@ def test_the_python_check_finds_what_it_must(module: str, source: str, found: se
 
 # ---- Rust ----
 
-PATTERN = {"cones", "csc", "error", "kkt", "order", "rows", "structure", "supernode", "symbolic", "upper"}
+PATTERN = {
+    "cones", "csc", "error", "kkt", "order", "rows", "stretch", "structure", "supernode", "symbolic", "upper",
+}  # fmt: skip
 """Sizes and index lists of one sparsity pattern: no numbers of the iteration in them."""
 
 RUST_MAY_USE = {
@@ -118,6 +120,7 @@ RUST_MAY_USE = {
     "cones": PATTERN,
     "order": PATTERN,
     "rows": PATTERN,
+    "stretch": PATTERN,
     "supernode": PATTERN,
     "symbolic": PATTERN,
     "upper": PATTERN,

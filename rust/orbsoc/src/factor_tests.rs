@@ -2,6 +2,7 @@
 //! quasi-definite matrices of every size from 0 to 64.
 
 use crate::kernels::factorization::{factorize, Regularization};
+use crate::kernels::given::Given;
 use crate::kernels::linear_solve::substitute;
 use crate::oracle::Numbers;
 use crate::order::fill_reducing_order;
@@ -125,7 +126,7 @@ impl<T: Decide> Factor<T> {
         let dim = self.pivot_inverse.len();
         let mut out = DMatrix::identity(dim, dim);
         for node in &self.symbolic.supernodes {
-            if let Some(given) = self.symbolic.given(node, &self.values) {
+            if let Some(given) = Given::of(&self.symbolic, node, &self.values) {
                 for (k, &row) in self.symbolic.below(node).iter().enumerate() {
                     for (c, word) in given.row(k).iter().enumerate() {
                         let at = node.first + c;

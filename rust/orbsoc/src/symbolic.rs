@@ -4,7 +4,6 @@
 //! faer owns the elimination tree and the pattern of L; nothing of it leaves this file.
 
 use crate::error::Error;
-use crate::kernels::given::Given;
 use crate::supernode::{runs_of_columns, Kind, Panels};
 use crate::upper::Upper;
 use core::ops::Range;
@@ -165,15 +164,11 @@ impl Symbolic {
         &self.positions[begin..begin + columns * below * (below + 1) / 2]
     }
 
-    /// The words of given columns among the matrix's; of others there are none.
+    /// Of given columns, where the diagonal begins among the matrix's words, then each row below; of others nothing.
     #[inline(always)]
-    pub fn given<'a, T>(&'a self, node: &Supernode, values: &'a [T]) -> Option<Given<'a, T>> {
+    pub fn sources_of(&self, node: &Supernode) -> Option<&[u32]> {
         let sources = node.sources..node.sources + 1 + node.height - node.top;
-        (node.kind == Kind::Given).then(|| Given {
-            values,
-            sources: &self.sources[sources],
-            width: node.width,
-        })
+        (node.kind == Kind::Given).then(|| &self.sources[sources])
     }
 
     /// Rows below one column, the rows of its own panel left out.

@@ -4,7 +4,7 @@
 //! `l_ij ← k_ij − Σ_k l_ik·y_jk` in ascending k, whatever the supernodes are; then `d_j` is
 //! regularised and the column divided by it.
 
-use super::given;
+use super::given::{self, Given};
 use super::outer::{subtract, subtract_leaves, subtract_listed, Columns, Landing, Within};
 use crate::real::Real;
 use crate::supernode::Kind;
@@ -42,7 +42,7 @@ pub fn factorize<T: Real>(
         }
     }
     for node in &symbolic.supernodes {
-        if let Some(given) = symbolic.given(node, values) {
+        if let Some(given) = Given::of(symbolic, node, values) {
             let own = node.first..node.first + node.width;
             given::factor(given, &positive[own.clone()], regularization, &mut pivot_inverse[own], scratch);
             given::contribute(given, scratch, symbolic.positions_of(node), &mut l[node.panel..]);

@@ -5,6 +5,7 @@
 use super::factorization::{regularized, Regularization};
 use super::reduce::dot_of;
 use crate::real::Real;
+use crate::symbolic::{Supernode, Symbolic};
 
 /// Where such columns are among the matrix's words.
 #[derive(Clone, Copy)]
@@ -16,6 +17,13 @@ pub struct Given<'a, T> {
 }
 
 impl<'a, T> Given<'a, T> {
+    /// The words of a supernode of given columns; of others there are none.
+    #[inline(always)]
+    pub fn of(symbolic: &'a Symbolic, node: &Supernode, values: &'a [T]) -> Option<Self> {
+        let (sources, width) = (symbolic.sources_of(node)?, node.width);
+        Some(Given { values, sources, width })
+    }
+
     #[inline(always)]
     fn source(&self, k: usize) -> &'a [T] {
         &self.values[self.sources[k] as usize..][..self.width]

@@ -1,7 +1,7 @@
 //! PL module *linear solve*: permuted substitution through L, D, Lᵀ and the refinement residual, for `R`
 //! right-hand sides side by side.
 
-use super::given;
+use super::given::{self, Given};
 use super::panel::{self, Panel};
 use super::reduce::{dot_of, finite_witness_of, max_abs_of};
 use crate::kkt::Kkt;
@@ -24,7 +24,7 @@ pub fn substitute<T: Real, const R: usize>(
     x: &mut [[T; R]],
 ) {
     for node in &symbolic.supernodes {
-        if let Some(given) = symbolic.given(node, values) {
+        if let Some(given) = Given::of(symbolic, node, values) {
             let (known, later) = x.split_at_mut(node.first + node.width);
             let (known, inverse) = (&known[node.first..], &pivot_inverse[node.first..]);
             let below = (symbolic.below(node), node.first + node.width);
@@ -41,7 +41,7 @@ pub fn substitute<T: Real, const R: usize>(
             let own = node.first..node.first + node.width;
             divide(&mut x[own.clone()], &pivot_inverse[own]);
         }
-        if let Some(given) = symbolic.given(node, values) {
+        if let Some(given) = Given::of(symbolic, node, values) {
             let (unknown, later) = x.split_at_mut(node.first + node.width);
             let (unknown, inverse) = (&mut unknown[node.first..], &pivot_inverse[node.first..]);
             let below = (symbolic.below(node), node.first + node.width);
