@@ -2,29 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import product
 from typing import TYPE_CHECKING
 
 from hw_model.schedules import Engine, Schedule, engine_of, scheduled
 from hw_model.stage_cycles import Microcode, StageCycles
 from hw_model.unit_schedules import UnitSchedule, UnitSchedules
+from orbsoc.pl_program import Engine as Parameters
+from orbsoc.pl_program import pl_program
 
 if TYPE_CHECKING:
     from hw_model import Platform, Trace
-    from orbsoc.pl_program import PlProgram
+    from orbsoc.pl_program import Segment
     from orbsoc.problem import Problem
 
 
-def exact_cycles(problems: Sequence[Problem]) -> StageCycles:
+def exact_cycles(problems: Sequence[Problem], expected: Iterable[Engine] = ()) -> StageCycles:
     """Cycles of the stages of a trace whose patterns are those of `problems`, in its order.
 
-    They equal the RTL's, cycle for cycle, in the microcode's format that the platform names. Raises
-    `hw_model.HwModelError` for latencies that are not the RTL's, for which there is no schedule, and
-    `pl_program.EngineError` for an engine that cannot exist.
+    They equal the RTL's, cycle for cycle, in the microcode's format that the platform names. Those of the engines
+    `expected` are made side by side, when the first of any is asked for. Raises `hw_model.HwModelError` for latencies
+    that are not the RTL's, for which there is no schedule, and `pl_program.EngineError` for an engine that cannot exist.
     """
+    awaited = {_parameters(engine) for engine in expected}
+    made: dict[tuple[int, Parameters], Mapping[str, Segment]] = {}
 
     def source(pattern: int, stage: str, engine: Engine) -> Schedule:
-        found = _program(problems[pattern], engine).segments[stage]
+        parameters = _parameters(engine)
+        if (pattern, parameters) not in made:
+            made.update(_side_by_side(problems, {parameters, *awaited}))
+            awaited.clear()
+        found = made[pattern, parameters][stage]
         causes, bits = found.causes, found.flat_bits
         if engine.compressed:
             causes, bits = found.compressed_causes, found.compressed_bits
@@ -40,7 +51,7 @@ def exact_units(problems: Sequence[Problem]) -> UnitSchedules:
 
     def look_up(trace: Trace, platform: Platform, pattern: int, stage: str) -> UnitSchedule:
         engine = engine_of(platform, trace.datapath)
-        program = _program(problems[pattern], engine)
+        program = pl_program(problems[pattern], None, _parameters(engine))
         began, units, operations = program.core.issues(stage, "compressed" if engine.compressed else "flat")
         startup = program.segments[stage].causes["startup"]
         return UnitSchedule(
@@ -54,14 +65,23 @@ def exact_units(problems: Sequence[Problem]) -> UnitSchedules:
     return look_up
 
 
-def _program(problem: Problem, engine: Engine) -> PlProgram:
-    from orbsoc.pl_program import Engine as Parameters
-    from orbsoc.pl_program import pl_program
+def _side_by_side(
+    problems: Sequence[Problem], engines: Iterable[Parameters]
+) -> dict[tuple[int, Parameters], Mapping[str, Segment]]:
+    """The segments of each problem's schedule on each engine, by all cores; after Ctrl-C no more are begun."""
+    keys = list(product(range(len(problems)), engines))
+    pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
+    try:
+        programs = pool.map(lambda key: pl_program(problems[key[0]], None, key[1]).segments, keys)
+        return dict(zip(keys, programs, strict=True))
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
 
-    parameters = Parameters(
+
+def _parameters(engine: Engine) -> Parameters:
+    return Parameters(
         fp=64 if engine.datapath == "f64" else 32,
         lanes=engine.lanes,
         dividers=engine.dividers,
         banks=engine.banks,
     )
-    return pl_program(problem, None, parameters)

@@ -11,6 +11,7 @@ from collections import OrderedDict
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from numbers import Integral
+from threading import Lock
 from typing import Any, Literal
 
 import numpy as np
@@ -136,6 +137,7 @@ KKT_SOLVES = Stream(("factorize", "solve_pair"), ("factor_l", "pivot_inverse", "
 
 
 _programs: OrderedDict[tuple[bytes, Settings, Engine, Stream | None], PlProgram] = OrderedDict()
+_keeping = Lock()
 
 
 def pattern_digest(problem: Problem) -> bytes:
@@ -162,14 +164,12 @@ def pl_program(
     """
     settings, engine = settings or Settings(), engine or Engine()
     key = (pattern_digest(problem), settings, engine, stream)
-    found = _programs.get(key)
-    if found is None:
-        found = scheduled(problem, settings, engine, stream)
+    found = _programs.get(key) or scheduled(problem, settings, engine, stream)
+    with _keeping:
         _programs[key] = found
+        _programs.move_to_end(key)
         if len(_programs) > _KEPT:
             _programs.popitem(last=False)
-    else:
-        _programs.move_to_end(key)
     return found
 
 

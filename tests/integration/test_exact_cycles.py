@@ -11,11 +11,12 @@ import pytest
 
 from hw_model import HwModelError, load_partition, load_platform, parse_trace, speedup
 from hw_model.resources import budget
+from hw_model.schedules import engine_of
 from hw_model.unit_schedules import runs, stretches
 from orbsoc import Cones, Problem, PsScheduler
 from orbsoc.exact_cycles import exact_cycles, exact_units
 from orbsoc.missions.reachable_domain.table import subproblems_on
-from orbsoc.pl_program import Engine, EngineError, pl_program
+from orbsoc.pl_program import Engine, EngineError, PlProgram, pl_program
 from orbsoc.reach.cost import RecordedSequence, domain_cost
 
 if TYPE_CHECKING:
@@ -54,6 +55,28 @@ def test_a_report_has_the_cycles_of_the_schedules(
         assert sum(row.causes_each.values()) == row.cycles_each
         assert row.origin == "schedule"
     assert sum(report.causes_picos.values()) == report.makespan_picos
+
+
+def test_schedules_of_the_expected_engines_are_made_once_each_with_the_first(
+    recorded: PsScheduler, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[int] = []
+
+    def counted(problem: Problem, settings: None, engine: Engine) -> PlProgram:
+        made.append(engine.lanes)
+        return pl_program(problem, settings, engine)
+
+    monkeypatch.setattr("orbsoc.exact_cycles.pl_program", counted)
+    machines = [load_platform("zu9eg").with_value("pl.lanes", lanes) for lanes in (1, 2, 4)]
+    expected = [engine_of(machine, "f64") for machine in machines]
+    cycles = exact_cycles(recorded.patterns, [*expected, expected[0]._replace(compressed=False)])
+    assert made == []
+    for machine in machines:
+        found = speedup(recorded.trace, machine, "paper", cycles=cycles)
+        assert sorted(made) == [1, 2, 4]
+        alone = speedup(recorded.trace, machine, "paper", cycles=exact_cycles(recorded.patterns))
+        made[-1:] = []
+        assert found.makespan_picos == alone.makespan_picos
 
 
 def test_single_precision_has_schedules_of_its_own(recorded: PsScheduler) -> None:

@@ -7,7 +7,7 @@ import io
 import json
 import os
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -103,16 +103,21 @@ def listed(text: str, option: str, what: Callable[[str], Any] = str) -> list[Any
     return found
 
 
-def stage_cycles(workload: Workload, *, exact: bool | None = None) -> StageCycles:
+def stage_cycles(
+    workload: Workload, *, exact: bool | None = None, computers: Iterable[Platform] = ()
+) -> StageCycles:
     """Where the cycles of this workload's segments come from: exact schedules of its problems, or the estimate.
 
-    None: schedules, unless there is only a trace. Raises WorkloadError when schedules are asked for and there is only
-    a trace.
+    None: schedules, unless there is only a trace. Those of the `computers`, as far as it is known which will be priced,
+    are made side by side. Raises WorkloadError when schedules are asked for and there is only a trace.
     """
+    from hw_model.schedules import engine_of
     from hw_model.stage_cycles import estimated
     from orbsoc.exact_cycles import exact_cycles
 
-    return exact_cycles(workload.problems) if takes_schedules(workload, exact=exact) else estimated
+    if not takes_schedules(workload, exact=exact):
+        return estimated
+    return exact_cycles(workload.problems, [engine_of(each, workload.trace.datapath) for each in computers])
 
 
 def takes_schedules(workload: Workload, *, exact: bool | None) -> bool:

@@ -41,7 +41,7 @@ def partition(
         chosen = options.parsed_settings(settings, _AXES)
         computers = _computers(devices, lanes, clocks, chosen)
         record = load_workload(workload)
-        cycles = options.stage_cycles(record, exact=exact)
+        cycles = options.stage_cycles(record, exact=exact, computers=computers)
         reading = STUDIED.of(record.trace, load_partition("paper"), computers[0], cycles)
         require_read(chosen, ((machine, reading) for machine in computers))
         study = Study(record.trace, cycles)

@@ -38,7 +38,8 @@ def sweep(
 
         chosen = load_sweep(file)
         record = load_workload(_workload(chosen, workload, file))
-        cycles = options.stage_cycles(record, exact=exact)
+        machines = [machine for machine, _ in computers(chosen)]
+        cycles = options.stage_cycles(record, exact=exact, computers=machines)
         points = run(record.trace, chosen, Study(record.trace, cycles))
         front = pareto(points)
         first = {machine.name: machine for machine, _ in reversed(list(computers(chosen)))}
