@@ -3,7 +3,7 @@
 # Usage: rtl/build.sh units -GEXP=11 -GMAN=52 -GADD_CYCLES=6 -GMUL_CYCLES=7 -GDIV_CYCLES=32
 #        rtl/build.sh engine -GFP=64 -GLANES=4 -GDIVIDERS=1 -GBANKS=16 -GADDRESS_BITS=14 -GSEQUENCER=0 -GCODE_BITS=17
 #        rtl/build.sh registers
-# The engine needs all seven (SEQUENCER: 0 flat, 1 compressed, 2 in order); its harness knows them too, as PL_LANES ....
+# SEQUENCER: 0 flat, 1 compressed, 2 in order. Parameters that are not given are the module's; the harness takes all from the model.
 # The result is kept under $ORBSOC_RTL_CACHE (default ~/.cache/orbsoc/rtl) by the hash of sources, parameters and tools;
 # so are the objects of Verilator's runtime, which is a third of a build and the same in all of them.
 set -eu
@@ -28,14 +28,13 @@ if [ ! -x "$built" ]; then
   mkdir -p "$cache"
   work=$(mktemp -d "$cache/building.XXXXXX")
   trap 'rm -rf "$work"' EXIT
-  defines=$(printf '%s ' "$@" | sed 's/-G/-DPL_/g')
   # One unit for all of the model: in several, the headers cost more than the code.
   model() {
     # Unused: a parameter file included for one of its numbers; bits of an address that a unit does not have.
     # shellcheck disable=SC2086  # the list is meant to be split
     verilator --cc --exe -Wall -Wno-UNUSED -O3 --x-assign fast --x-initial fast --noassert -I"$here" "$@" \
-      --top-module "$top" -CFLAGS "-std=c++17 -I$here/harness $defines" --Mdir "$work/model" -o "$work/$top" \
-      "$here"/fpu/*.sv $sources &&
+      --top-module "$top" -CFLAGS "-std=c++17 -I$here/harness" --Mdir "$work/model" -o "$work/$top" \
+      "$here/contract.sv" "$here"/fpu/*.sv $sources &&
       { [ ! -d "$runtime" ] || cp "$runtime"/*.o "$work/model"; } &&
       make -C "$work/model" -f "V$top.mk" -j "$(getconf _NPROCESSORS_ONLN)" VM_PARALLEL_BUILDS=0 OPT_FAST=-O1 OPT_GLOBAL=-O1
   }
@@ -46,7 +45,11 @@ if [ ! -x "$built" ]; then
   if [ ! -d "$runtime" ]; then
     mkdir "$work/runtime"
     mv "$work"/model/verilated*.o "$work/runtime"
-    mv -T "$work/runtime" "$runtime" 2>/dev/null || true  # or another build was first
+    # Another build may have been first: then there is one, and that will do.
+    if ! mv -T "$work/runtime" "$runtime" 2>"$work/log" && [ ! -d "$runtime" ]; then
+      cat "$work/log" >&2
+      exit 1
+    fi
   fi
   mv "$work/$top" "$built"
 fi

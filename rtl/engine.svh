@@ -8,3 +8,4 @@ localparam int FINISH_CYCLES = 1;   // busy after the last write
 localparam int QUEUE_DEPTH = 4;     // instruction queue of the in-order sequencer
 localparam int SHORT_BITS = 6;      // compressed microcode: a step
 localparam int TEMPLATE_BITS = 6;   // compressed microcode: number of a template
+localparam int TEMPLATE_WIDTH = 12; // compressed microcode: a template, an operation and the modes of four fields

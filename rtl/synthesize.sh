@@ -11,7 +11,7 @@ parameters=
 for pair in "$@"; do parameters="$parameters -chparam ${pair%%=*} ${pair#*=}"; done
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-if ! yosys -q -p "read_verilog -sv -I. fpu/*.sv engine/*.sv; hierarchy -top $module $parameters;
+if ! yosys -q -p "read_verilog -sv -I. contract.sv fpu/*.sv engine/*.sv; hierarchy -top $module $parameters;
   synth_xilinx -family xc7 -flatten -top $module; tee -q -o $work/cells stat" >"$work/log" 2>&1
 then
   tail -5 "$work/log" >&2

@@ -57,7 +57,7 @@ def rtl_digest() -> str:
     return hashlib.sha256(
         b"".join(
             path.read_bytes()
-            for pattern in ("fpu/*.sv", "engine/*.sv*", "*.svh")
+            for pattern in ("fpu/*.sv", "engine/*.sv*", "*.sv*")
             for path in sorted((ROOT / "rtl").glob(pattern))
         )
     ).hexdigest()[:16]

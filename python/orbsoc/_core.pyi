@@ -209,6 +209,7 @@ class HardwareProgram:
         microcode_words: int,
         joined: list[str] = ...,
         leaves: list[str] | None = None,
+        misread: tuple[str, int] | None = None,
     ) -> HardwareProgram: ...
     @property
     def storage_words(self) -> tuple[int, int]: ...

@@ -174,11 +174,24 @@ def pl_program(
 
 
 def scheduled(
-    problem: Problem, settings: Settings, engine: Engine, stream: Stream | None = None
+    problem: Problem,
+    settings: Settings,
+    engine: Engine,
+    stream: Stream | None = None,
+    *,
+    misread: tuple[str, int] | None = None,
 ) -> PlProgram:
-    """As `pl_program`, made anew; its `core` writes validation cases on this very problem's numbers."""
+    """As `pl_program`, made anew; its `core` writes validation cases on this very problem's numbers.
+
+    `misread`: a unit (add, mul, div, sqrt, simple), and by how many cycles the scheduler is wrong about it; for showing that
+    a wrong model is found out. It needs `engine.address_bits`.
+    """
     if engine.address_bits is not None:
-        return _made(problem, settings, engine, stream, engine.address_bits)
+        return _made(problem, settings, engine, stream, engine.address_bits, misread)
+    if misread is not None:
+        raise EngineError(
+            "`address_bits` = None: a scheduler that misreads its table needs the words of storage"
+        )
     for bits in range(_LEAST_ADDRESS_BITS, _MOST_ADDRESS_BITS):
         try:
             return _made(problem, settings, engine, stream, bits)
@@ -189,13 +202,20 @@ def scheduled(
 
 
 def _made(
-    problem: Problem, settings: Settings, engine: Engine, stream: Stream | None, address_bits: int
+    problem: Problem,
+    settings: Settings,
+    engine: Engine,
+    stream: Stream | None,
+    address_bits: int,
+    misread: tuple[str, int] | None = None,
 ) -> PlProgram:
     fields = asdict(engine) | {"address_bits": address_bits}
     joined = [] if stream is None else list(stream.stages)
     leaves = None if stream is None or stream.leaves is None else list(stream.leaves)
     try:
-        core = _core.HardwareProgram(problem, settings, **fields, joined=joined, leaves=leaves)
+        core = _core.HardwareProgram(
+            problem, settings, **fields, joined=joined, leaves=leaves, misread=misread
+        )
     except _core.HardwareError as error:
         raise EngineError(str(error)) from error
     segments = {name: Segment(name, **described) for name, described in core.segments().items()}

@@ -1,7 +1,9 @@
-"""Engines that are wrong in one place (V5): each must be caught by schedules that the right engine runs as promised.
+"""Engines and schedulers that are wrong in one place (V5), none of which may go unnoticed.
 
-A mutation is a changed line in a copy of the RTL's sources. It is caught by a cycle more or less, by a word that
-differs, by an assertion of the RTL's own checks, or by counter, status or interrupt saying what is not so.
+A mutation of the RTL is a changed line in a copy of its sources; one of the model is a schedule for latencies or banks that
+the engine does not have. Either is caught by a cycle more or less, by a word that differs, by an assertion of the RTL's own
+checks, or by counter, status or interrupt saying what is not so; a mutation of the checks, by a control that breaks
+every rule (rtl_controls.py).
 """
 
 from __future__ import annotations
@@ -9,17 +11,32 @@ from __future__ import annotations
 import shutil
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 from orbsoc.pl_program import Engine, scheduled
 from orbsoc.precision import narrow_settings
 from orbsoc.problem import Problem
-from orbsoc.rtl_validation import ADDRESS_BITS, MODULES, Format, Outcome, Point, RtlError, run
+from orbsoc.rtl_validation import (
+    ADDRESS_BITS,
+    MODULES,
+    Format,
+    Outcome,
+    Point,
+    Prepared,
+    RtlError,
+    case_of,
+    compared,
+    prepared,
+    silent_checks,
+)
 from orbsoc.settings import Settings
 
 ENGINE = Engine(fp=32, lanes=1, banks=4, address_bits=ADDRESS_BITS)
 """The smallest one: it is built anew for every mutation."""
+Kind = Literal["none", "RTL", "checks", "model"]
+SETTINGS = narrow_settings(Settings(), 24)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,14 +87,59 @@ MUTATIONS = {
     "divider reserved a cycle short": Mutation(
         "engine/sequencer_in_order.sv", "divider_next[d*DIV+DIV-1]", "divider_next[d*DIV+DIV-2]", "in_order"
     ),
+    "addresses stepped one too far": Mutation(
+        "engine/sequencer_compressed.sv",
+        "2'd1: at = at + step[(4*l+f)*A+:A];",
+        "2'd1: at = at + step[(4*l+f)*A+:A] + A'(1);",
+        "compressed",
+    ),
+    "runs of empty words one too long": Mutation(
+        "engine/sequencer_compressed.sv",
+        "rest_next = left[RUN-1:0];",
+        "rest_next = left[RUN-1:0] + RUN'(1);",
+        "compressed",
+    ),
+}
+
+CHECK_MUTATIONS = {
+    "checks left out": Mutation("engine/engine.sv", "CHECKS = 1", "CHECKS = 0"),
+    "reads of words on their way not asserted": Mutation(
+        "engine/checks.sv", "read_pending = 1'b1", "read_pending = 1'b0"
+    ),
+}
+"""They change nothing that a right schedule shows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Misbelief:
+    """What a scheduler has wrong about the engine; all else in it is the product's."""
+
+    misread: tuple[str, int] | None = None
+    """A unit, and by how many cycles."""
+    banks: int = ENGINE.banks
+
+    def case(self, problem: Problem, point: Point) -> str:
+        """A point scheduled by it, named a case for the engine as it is."""
+        engine = replace(ENGINE, banks=self.banks)
+        program = scheduled(problem, SETTINGS, engine, misread=self.misread)
+        return case_of(point, program).replace(f" banks {self.banks} ", f" banks {ENGINE.banks} ", 1)
+
+
+MODEL_MUTATIONS = {
+    "adder taken for one cycle longer": Misbelief(misread=("add", 1)),
+    "adder taken for one cycle shorter": Misbelief(misread=("add", -1)),
+    "multiplier taken for one cycle shorter": Misbelief(misread=("mul", -1)),
+    "divider taken for one cycle shorter": Misbelief(misread=("div", -1)),
+    "ports reserved as of twice the banks": Misbelief(banks=2 * ENGINE.banks),
 }
 
 
 @dataclass(frozen=True, slots=True)
 class Catch:
-    """What the segments of a problem made of an engine; `mutation` none: the engine as it is."""
+    """What the segments of a problem made of an engine; `mutation` none: engine and schedules as they are."""
 
     mutation: str | None
+    kind: Kind
     form: Format
     segments: int
     wrong_cycles: int
@@ -88,42 +150,53 @@ class Catch:
     """Segments in which the RTL's checks found a rule broken."""
     signalled: int
     """Segments whose status, interrupt or counter said what was not so."""
+    silent: int
+    """Rules that the control broke without an assertion."""
 
     @property
     def caught(self) -> bool:
-        """By any of the four."""
-        return bool(self.wrong_cycles or self.wrong_words or self.asserted or self.signalled)
+        """By any of the five."""
+        segments = self.wrong_cycles or self.wrong_words or self.asserted or self.signalled
+        return bool(segments or self.silent)
 
     @property
     def good(self) -> bool:
-        """A mutation that is caught, or the engine as it is, with nothing to catch."""
+        """A mutation that is caught, or engine and schedules as they are, with nothing to catch."""
         return self.caught is (self.mutation is not None)
 
 
 def catches(rtl: Path, name: str, problem: Problem) -> Iterator[Catch]:
-    """Every module of a problem on the engine as it is, then on every mutated one. Raises RtlError as `run` does."""
-    forms: list[Format] = sorted({mutation.form for mutation in MUTATIONS.values()})
-    for form in forms:
-        yield _catch(None, form, _outcomes(rtl, name, problem, form))
-    for title, mutation in MUTATIONS.items():
-        with tempfile.TemporaryDirectory() as scratch:
-            wrong = mutation.apply(rtl, Path(scratch))
-            yield _catch(title, mutation.form, _outcomes(wrong, name, problem, mutation.form))
+    """Every module of a problem on the engine as it is, then on every mutated one, then scheduled by every mutated
+    scheduler. Raises RtlError as `prepared` and `compared` do."""
+
+    def cases(form: Format, wrong: Misbelief) -> list[tuple[Point, str]]:
+        points = [Point(name, module, ENGINE, form) for module in MODULES]
+        return [(point, wrong.case(problem, point)) for point in points]
+
+    right = Misbelief()
+    for form in sorted({mutation.form for mutation in MUTATIONS.values()}):
+        yield _catch(None, "none", rtl, cases(form, right))
+    kinds: list[tuple[Kind, dict[str, Mutation]]] = [("RTL", MUTATIONS), ("checks", CHECK_MUTATIONS)]
+    for kind, mutations in kinds:
+        for title, mutation in mutations.items():
+            with tempfile.TemporaryDirectory() as scratch:
+                wrong = mutation.apply(rtl, Path(scratch))
+                yield _catch(title, kind, wrong, cases(mutation.form, right))
+    for title, misbelief in MODEL_MUTATIONS.items():
+        yield _catch(title, "model", rtl, cases("flat", misbelief))
 
 
-def _outcomes(rtl: Path, name: str, problem: Problem, form: Format) -> list[Outcome]:
-    program = scheduled(problem, narrow_settings(Settings(), 24), ENGINE)
-    found = (run(rtl, Point(name, module, ENGINE, form), program) for module in MODULES)
-    return [outcome for outcomes in found for outcome in outcomes]
-
-
-def _catch(mutation: str | None, form: Format, outcomes: list[Outcome]) -> Catch:
+def _catch(mutation: str | None, kind: Kind, rtl: Path, cases: list[tuple[Point, str]]) -> Catch:
+    ready: list[Prepared] = [prepared(rtl, point, case) for point, case in cases]
+    outcomes: list[Outcome] = [outcome for one in ready for outcome in compared(one)]
     return Catch(
         mutation,
-        form,
+        kind,
+        ready[0].point.format,
         segments=len(outcomes),
         wrong_cycles=sum(outcome.rtl_cycles != outcome.model_cycles for outcome in outcomes),
         wrong_words=sum(bool(outcome.different_words) for outcome in outcomes),
         asserted=sum(bool(outcome.assertions) for outcome in outcomes),
         signalled=sum(bool(outcome.signals) for outcome in outcomes),
+        silent=len(silent_checks(rtl, ready[0])),
     )

@@ -9,7 +9,7 @@ from pathlib import Path
 from orbsoc.pl_program import Engine
 from orbsoc.problem import Problem
 from orbsoc.rtl_solve import SolveOutcome, solve_on_rtl
-from orbsoc.rtl_validation import ADDRESS_BITS, Format, mission_004, problems
+from orbsoc.rtl_validation import ADDRESS_BITS, Format, mission_004, problems, require_scenario
 from orbsoc.settings import Settings
 
 FOUR_LANES = Engine(lanes=4, banks=16, address_bits=ADDRESS_BITS)
@@ -41,7 +41,7 @@ def quick_solves(scenarios: Path) -> list[SolvePoint]:
     return [
         SolvePoint(middle, drawn[middle], TIGHT),
         SolvePoint(large, drawn[large], TIGHT),
-        *_mission_004(scenarios, 4),
+        _mission_004(scenarios, 4),
         SolvePoint(middle, drawn[middle], TIGHT, format="compressed"),
         SolvePoint(middle, drawn[middle], SINGLE, TWO_LANES_F32),
     ]
@@ -52,10 +52,7 @@ def all_solves(scenarios: Path) -> list[SolvePoint]:
     and on 2, and A with half as many again."""
     sixteen = Engine(lanes=4, banks=16, address_bits=16)
     free = mission_004(scenarios / "rec1.toml", free_perigee=True)
-    twelve = [
-        *_mission_004(scenarios, 12),
-        *([] if free is None else [SolvePoint("mission 004 C, N = 12", free, TIGHT)]),
-    ]
+    twelve = [_mission_004(scenarios, 12), SolvePoint("mission 004 C, N = 12", free, TIGHT)]
     formats: tuple[Format, ...] = ("flat", "compressed")
     return [
         *quick_solves(scenarios),
@@ -65,7 +62,7 @@ def all_solves(scenarios: Path) -> list[SolvePoint]:
             for lanes in (4, 2)
             for form in formats
         ),
-        *_mission_004(scenarios, 18, sixteen),
+        _mission_004(scenarios, 18, sixteen),
     ]
 
 
@@ -75,14 +72,13 @@ def run_solves(rtl: Path, points: list[SolvePoint]) -> Iterator[SolveOutcome]:
         yield solve_on_rtl(rtl, at.name, at.problem, at.settings, engine=at.engine, form=at.format)
 
 
-def _mission_004(scenarios: Path, nodes: int, engine: Engine = FOUR_LANES) -> list[SolvePoint]:
-    """The first subproblem of rec1 with this many nodes; nothing where the scenario is not at hand."""
+def _mission_004(scenarios: Path, nodes: int, engine: Engine = FOUR_LANES) -> SolvePoint:
+    """The first subproblem of rec1 with this many nodes. Raises RtlError where the scenario is not at hand."""
     scenario = scenarios / "rec1.toml"
-    if not scenario.is_file():
-        return []
+    require_scenario(scenario)
     from orbsoc.missions.reachable_insertion import load_scenario, plan
     from orbsoc.ps import PsScheduler
 
     recorder = PsScheduler()
     plan(load_scenario(scenario).with_changes(nodes=nodes), solve=recorder)
-    return [SolvePoint(f"mission 004, N = {nodes}", recorder.patterns[0], TIGHT, engine)]
+    return SolvePoint(f"mission 004, N = {nodes}", recorder.patterns[0], TIGHT, engine)

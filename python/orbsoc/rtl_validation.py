@@ -22,6 +22,7 @@ from scipy import sparse
 from orbsoc.pl_program import KKT_SOLVES, Engine, PlProgram, Stream, scheduled
 from orbsoc.precision import narrow_settings
 from orbsoc.problem import Cones, Problem
+from orbsoc.rtl_controls import Bench, control_case, silent_rules
 from orbsoc.settings import Settings
 
 Format = Literal["flat", "compressed", "in_order"]
@@ -128,22 +129,62 @@ def built(folder: Path, engine: Engine, form: Format, *, lines: int) -> Path:
     return Path(done.stdout.strip())
 
 
-def run(folder: Path, point: Point, program: PlProgram) -> list[Outcome]:
-    """Build, run and compare one point. Raises RtlError if the harness breaks off, or exits otherwise than it says."""
-    text = program.core.case(point.module, point.format, seed=point.level + 1, level=point.level)
-    harness = built(folder, program.engine, point.format, lines=_lines(text))
-    with tempfile.TemporaryDirectory() as scratch:
-        case = Path(scratch) / "point.case"
-        case.write_text(text)
-        done = subprocess.run([harness, case], capture_output=True, text=True, check=False)
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """A point as the harness takes it."""
+
+    point: Point
+    case: str
+    harness: Path
+
+
+def case_of(point: Point, program: PlProgram) -> str:
+    """A point of a program, as the text that harnesses read."""
+    return program.core.case(point.module, point.format, seed=point.level + 1, level=point.level)
+
+
+def prepared(folder: Path, point: Point, case: str) -> Prepared:
+    """A case, and the harness of its point's engine. Raises RtlError with the log of the build."""
+    return Prepared(point, case, built(folder, point.engine, point.format, lines=_lines(case)))
+
+
+def silent_checks(folder: Path, ready: Prepared) -> list[str]:
+    """Rules that a program of `rtl_controls` breaks on this harness, without a word from the RTL's checks."""
+    bench = Bench.of(ready.case, folder)
+    done = _answer(ready.harness, control_case(bench))
+    if _RUN.search(done.stdout) is None:
+        raise _broken_off("the control", done)
+    return silent_rules(bench, done.stdout)
+
+
+def compared(ready: Prepared) -> list[Outcome]:
+    """Run and compare one point. Raises RtlError if the harness breaks off, or exits otherwise than it says."""
+    point, text, done = ready.point, ready.case, _answer(ready.harness, ready.case)
     found = [_outcome(point, match) for match in _RUN.finditer(done.stdout)]
     if not found or len(found) != text.count("\nrun "):
-        raise RtlError(f"{point}: the harness broke off: {(done.stdout + done.stderr).strip()[-2000:]}")
+        raise _broken_off(point, done)
     if done.returncode != (0 if all(outcome.good for outcome in found) else 1):
         raise RtlError(
             f"{point}: the harness exits with {done.returncode}, but says: {done.stdout.strip()[-2000:]}"
         )
     return found
+
+
+def run(folder: Path, point: Point, program: PlProgram) -> list[Outcome]:
+    """Build, run and compare one point. Raises RtlError as `prepared` and `compared` do."""
+    return compared(prepared(folder, point, case_of(point, program)))
+
+
+def _answer(harness: Path, text: str) -> subprocess.CompletedProcess[str]:
+    """Of a harness to a case."""
+    with tempfile.TemporaryDirectory() as scratch:
+        case = Path(scratch) / "point.case"
+        case.write_text(text)
+        return subprocess.run([harness, case], capture_output=True, text=True, check=False)
+
+
+def _broken_off(what: object, done: subprocess.CompletedProcess[str]) -> RtlError:
+    return RtlError(f"{what}: the harness broke off: {(done.stdout + done.stderr).strip()[-2000:]}")
 
 
 def _outcome(point: Point, run: re.Match[str]) -> Outcome:
@@ -181,11 +222,12 @@ def problems(largest: Problem | None = None) -> dict[str, Problem]:
     return made | {"mission 004, N = 12": largest}
 
 
-def mission_004(file: Path, *, free_perigee: bool) -> Problem | None:
-    """The first subproblem of rec1, N = 12, as it is (problem A) or with the perigee free (problem C); none where the
-    scenario is not at hand."""
-    if not file.is_file():
-        return None
+def mission_004(file: Path, *, free_perigee: bool) -> Problem:
+    """The first subproblem of rec1, N = 12, as it is (problem A) or with the perigee free (problem C).
+
+    Raises RtlError where the scenario is not at hand: another problem would be another validation.
+    """
+    require_scenario(file)
     from orbsoc.missions.reachable_insertion import load_scenario, plan
 
     scenario = load_scenario(file)
@@ -193,6 +235,15 @@ def mission_004(file: Path, *, free_perigee: bool) -> Problem | None:
         target = scenario.target.model_copy(update={"perigee_direction": "free"})
         scenario = scenario.model_copy(update={"problem": "max_energy", "target": target})
     return plan(scenario).iterations[0].problem
+
+
+def require_scenario(file: Path) -> None:
+    """Raises RtlError without mission 004's scenario."""
+    if not file.is_file():
+        raise RtlError(
+            f"{file}: no scenario there, and mission 004's subproblem is one of those compared;"
+            " scenarios/ must be beside the RTL's folder, as in a source tree of orbsoc"
+        )
 
 
 def _drawn(n: int, p: int, l: int, q: list[int]) -> Problem:
@@ -273,8 +324,14 @@ def kkt_points(name: str) -> list[Point]:
     ]
 
 
-def validate(folder: Path, points: Sequence[Point], named: dict[str, Problem]) -> Iterator[list[Outcome]]:
-    """Run the points one by one; programs are scheduled once for all modules."""
+def validate(
+    folder: Path, points: Sequence[Point], named: dict[str, Problem], watched: set[Path]
+) -> Iterator[list[Outcome]]:
+    """Run the points one by one; programs are scheduled once for all modules.
+
+    Every harness first runs a program that breaks the rules, and is put into `watched`. Raises RtlError if its checks do
+    not assert each of them.
+    """
     programs: dict[tuple[str, Engine, Stream | None], PlProgram] = {}
     for point in points:
         key = (point.problem, point.engine, point.stream)
@@ -282,7 +339,12 @@ def validate(folder: Path, points: Sequence[Point], named: dict[str, Problem]) -
             bits = 53 if point.engine.fp == 64 else 24
             settings = narrow_settings(Settings(), bits)
             programs[key] = scheduled(named[point.problem], settings, point.engine, point.stream)
-        yield run(folder, point, programs[key])
+        ready = prepared(folder, point, case_of(point, programs[key]))
+        if ready.harness not in watched:
+            if silent := silent_checks(folder, ready):
+                raise RtlError(f"{point}: broken by a control, and not asserted: {', '.join(silent)}")
+            watched.add(ready.harness)
+        yield compared(ready)
 
 
 def summary(outcomes: Sequence[Outcome]) -> dict[str, Any]:

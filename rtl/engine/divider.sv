@@ -2,7 +2,7 @@
 module divider #(
     parameter int EXP = 11,
     parameter int MAN = 52,
-    parameter int CYCLES = 32,
+    parameter int CYCLES = EXP == 11 ? contract::F64_DIV_CYCLES : contract::F32_DIV_CYCLES,
     parameter int ADDRESS_BITS = 14
 ) (
     input logic clock,

@@ -1,19 +1,22 @@
 // The PL: register file, sequencer, datapath, and the checks that watch them. docs/pl-machine.md describes it.
 // SEQUENCER: 0 flat microcode, 1 compressed, 2 in order with fetch gaps. CHECKS = 0 leaves the checks out (synthesis).
 module engine #(
-    parameter int FP = 64,
-    parameter int LANES = 4,
-    parameter int DIVIDERS = 1,
-    parameter int BANKS = 16,
-    parameter int ADDRESS_BITS = 14,
-    parameter int CODE_BITS = 17,
-    parameter int SEQUENCER = 0,
+    parameter int FP /*verilator public*/ = 64,
+    parameter int LANES /*verilator public*/ = 4,
+    parameter int DIVIDERS /*verilator public*/ = 1,
+    parameter int BANKS /*verilator public*/ = 16,
+    parameter int ADDRESS_BITS /*verilator public*/ = 14,
+    parameter int CODE_BITS /*verilator public*/ = 17,
+    parameter int SEQUENCER /*verilator public*/ = 0,
     parameter int CHECKS = 1,
     parameter int W = FP,
     parameter int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2),
     parameter int ITEM_LINES = (2 + LANES * (4 * ADDRESS_BITS + 8) + DIVIDERS * (3 * ADDRESS_BITS + 2) + 95) / 96,
     parameter int FETCH = 32 * (ITEM_LINES > LANES ? ITEM_LINES : LANES),
-    parameter int CODE_WIDTH = SEQUENCER == 1 ? FETCH : WIDTH
+    parameter int CODE_WIDTH /*verilator public*/ = SEQUENCER == 1 ? FETCH : WIDTH,
+    parameter int TEMPLATES /*verilator public*/ = 1 << contract::TEMPLATE_BITS,
+    parameter int TEMPLATE_WIDTH /*verilator public*/ = contract::TEMPLATE_WIDTH,
+    parameter int RULES /*verilator public*/ = 8
 ) (
     input logic clock,
     input logic reset,
@@ -35,34 +38,31 @@ module engine #(
     input logic [CODE_BITS-1:0] code_address,
     input logic [CODE_WIDTH-1:0] code_word,
     input logic template_write,
-    input logic [7:0] template_address,
-    input logic [11:0] template_word,
+    input logic [contract::TEMPLATE_BITS-1:0] template_address,
+    input logic [TEMPLATE_WIDTH-1:0] template_word,
     input logic fetch_valid,
     output logic fetch_wanted,
     // Busy, the cycles it has been or was up, and the rules violated in this cycle.
     output logic busy,
     output logic [31:0] cycles,
-    output logic [7:0] violations
+    output logic [RULES-1:0] violations
 );
-  `include "latency.svh"
-  `include "engine.svh"
-
   localparam int EXP = FP == 64 ? 11 : 8;
   localparam int MAN = FP == 64 ? 52 : 23;
-  localparam int ADD = FP == 64 ? F64_ADD_CYCLES : F32_ADD_CYCLES;
-  localparam int MUL = FP == 64 ? F64_MUL_CYCLES : F32_MUL_CYCLES;
-  localparam int DIV = FP == 64 ? F64_DIV_CYCLES : F32_DIV_CYCLES;
-  localparam int SQRT = FP == 64 ? F64_SQRT_CYCLES : F32_SQRT_CYCLES;
+  localparam int ADD = FP == 64 ? contract::F64_ADD_CYCLES : contract::F32_ADD_CYCLES;
+  localparam int MUL = FP == 64 ? contract::F64_MUL_CYCLES : contract::F32_MUL_CYCLES;
+  localparam int DIV = FP == 64 ? contract::F64_DIV_CYCLES : contract::F32_DIV_CYCLES;
+  localparam int SQRT = FP == 64 ? contract::F64_SQRT_CYCLES : contract::F32_SQRT_CYCLES;
   localparam int UNITS = LANES + DIVIDERS;
   localparam int FLIGHTS = LANES * (3 + MUL + ADD) + DIVIDERS * 4;
 
-  // These four are how the engine is built; a file that says otherwise is wrong.
-  initial begin
-    if (READ_CYCLES != 3 || WRITE_CYCLES != 1 || STARTUP_CYCLES != 2 || FINISH_CYCLES != 1 || SQRT != DIV) begin
-      $display("engine.svh or latency.svh names a latency that this engine does not have");
-      $finish;
+  // These are how the engine is built; of a file that says otherwise there is none.
+  generate
+    if (contract::READ_CYCLES != 3 || contract::WRITE_CYCLES != 1 || contract::STARTUP_CYCLES != 2 ||
+        contract::FINISH_CYCLES != 1 || SQRT != DIV) begin : g_refused
+      $error("engine.svh or latency.svh names a latency that this engine does not have");
     end
-  end
+  endgenerate
 
   logic start, empty, enable, was_busy, ended;
   logic [CODE_BITS-1:0] start_address;
@@ -91,13 +91,13 @@ module engine #(
           .ADD(ADD),
           .MUL(MUL),
           .DIV(DIV),
-          .SIMPLE(SIMPLE_CYCLES),
+          .SIMPLE(contract::SIMPLE_CYCLES),
           .LANES(LANES),
           .DIVIDERS(DIVIDERS),
           .BANKS(BANKS),
           .ADDRESS_BITS(ADDRESS_BITS),
           .FLIGHTS(FLIGHTS),
-          .QUEUE_DEPTH(QUEUE_DEPTH),
+          .QUEUE_DEPTH(contract::QUEUE_DEPTH),
           .CODE_BITS(CODE_BITS)
       ) sequencer (
           .clock(clock),
@@ -122,8 +122,9 @@ module engine #(
           .LANES(LANES),
           .DIVIDERS(DIVIDERS),
           .ADDRESS_BITS(ADDRESS_BITS),
-          .SHORT(SHORT_BITS),
-          .TEMPLATE(TEMPLATE_BITS),
+          .SHORT(contract::SHORT_BITS),
+          .TEMPLATE(contract::TEMPLATE_BITS),
+          .TEMPLATE_WIDTH(TEMPLATE_WIDTH),
           .CODE_BITS(CODE_BITS),
           .FETCH(FETCH)
       ) sequencer (
@@ -133,7 +134,7 @@ module engine #(
           .code_address(code_address),
           .code_word(code_word),
           .template_write(template_write),
-          .template_address(template_address[TEMPLATE_BITS-1:0]),
+          .template_address(template_address),
           .template_word(template_word),
           .start(start),
           .start_address(start_address),
@@ -193,7 +194,7 @@ module engine #(
       .ADD(ADD),
       .MUL(MUL),
       .DIV(DIV),
-      .SIMPLE(SIMPLE_CYCLES),
+      .SIMPLE(contract::SIMPLE_CYCLES),
       .LANES(LANES),
       .DIVIDERS(DIVIDERS),
       .BANKS(BANKS),

@@ -4,9 +4,9 @@
 module lane #(
     parameter int EXP = 11,
     parameter int MAN = 52,
-    parameter int ADD = 6,
-    parameter int MUL = 7,
-    parameter int SIMPLE = 1,
+    parameter int ADD = EXP == 11 ? contract::F64_ADD_CYCLES : contract::F32_ADD_CYCLES,
+    parameter int MUL = EXP == 11 ? contract::F64_MUL_CYCLES : contract::F32_MUL_CYCLES,
+    parameter int SIMPLE = contract::SIMPLE_CYCLES,
     parameter int ADDRESS_BITS = 14,
     parameter int STAGES = 3 + MUL + ADD
 ) (

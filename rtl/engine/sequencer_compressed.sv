@@ -5,8 +5,9 @@ module sequencer_compressed #(
     parameter int LANES = 4,
     parameter int DIVIDERS = 1,
     parameter int ADDRESS_BITS = 14,
-    parameter int SHORT = 6,
-    parameter int TEMPLATE = 6,
+    parameter int SHORT = contract::SHORT_BITS,
+    parameter int TEMPLATE = contract::TEMPLATE_BITS,
+    parameter int TEMPLATE_WIDTH = contract::TEMPLATE_WIDTH,
     parameter int CODE_BITS = 16,
     parameter int FETCH = 128,
     parameter int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2)
@@ -18,7 +19,7 @@ module sequencer_compressed #(
     input logic [FETCH-1:0] code_word,
     input logic template_write,
     input logic [TEMPLATE-1:0] template_address,
-    input logic [11:0] template_word,
+    input logic [TEMPLATE_WIDTH-1:0] template_word,
     input logic start,
     input logic [CODE_BITS-1:0] start_address,
     input logic empty,
@@ -43,8 +44,8 @@ module sequencer_compressed #(
   logic [BUFFER-1:0] buffer;
   logic [FILL-1:0] fill, length;
   logic [RUN-1:0] rest, rest_next;  // empty words still to come
-  logic [11:0] templates[0:(1<<TEMPLATE)-1];
-  logic [LANES*12-1:0] used, used_next;  // the template of each lane
+  logic [TEMPLATE_WIDTH-1:0] templates[0:(1<<TEMPLATE)-1];
+  logic [LANES*TEMPLATE_WIDTH-1:0] used, used_next;  // the template of each lane
   logic [LANES*4*A-1:0] kept, kept_next, step, step_next;  // of each field a, b, c, destination
   logic [WIDTH-1:0] made;
   logic [1:0] kind;
@@ -79,7 +80,7 @@ module sequencer_compressed #(
         length = length + FILL'(LANES + 2 * DIVIDERS);
         for (int l = 0; l < LANES; l++) begin
           if (mask[l]) begin
-            used_next[12*l+:12] = templates[left[TEMPLATE-1:0]];
+            used_next[TEMPLATE_WIDTH*l+:TEMPLATE_WIDTH] = templates[left[TEMPLATE-1:0]];
             left = left >> TEMPLATE;
             length = length + FILL'(TEMPLATE);
           end
@@ -89,9 +90,9 @@ module sequencer_compressed #(
       end
       made[0] = kind == LAST;
       for (int l = 0; l < LANES; l++) begin
-        op = used_next[12*l+:4];
+        op = used_next[TEMPLATE_WIDTH*l+:4];
         for (int f = 0; f < 4; f++) begin
-          mode = used_next[12*l+4+2*f+:2];
+          mode = used_next[TEMPLATE_WIDTH*l+4+2*f+:2];
           at   = kept[(4*l+f)*A+:A];
           case (mode)
             2'd0: if (f == 3) at = kept_next[(4*l+2)*A+:A];

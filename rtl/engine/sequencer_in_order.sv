@@ -1,16 +1,16 @@
 // In-order sequencer: a queue of words that fetch fills, with gaps, and whose head waits until it has no hazard.
 // Busy words are the destinations on their way; result registers, write ports and dividers are reserved ahead.
 module sequencer_in_order #(
-    parameter int ADD = 6,
-    parameter int MUL = 7,
-    parameter int DIV = 32,
-    parameter int SIMPLE = 1,
+    parameter int ADD = contract::F64_ADD_CYCLES,
+    parameter int MUL = contract::F64_MUL_CYCLES,
+    parameter int DIV = contract::F64_DIV_CYCLES,
+    parameter int SIMPLE = contract::SIMPLE_CYCLES,
     parameter int LANES = 4,
     parameter int DIVIDERS = 1,
     parameter int BANKS = 16,
     parameter int ADDRESS_BITS = 14,
-    parameter int FLIGHTS = 68,
-    parameter int QUEUE_DEPTH = 4,
+    parameter int FLIGHTS = LANES * (3 + MUL + ADD) + DIVIDERS * 4,
+    parameter int QUEUE_DEPTH = contract::QUEUE_DEPTH,
     parameter int CODE_BITS = 16,
     parameter int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2)
 ) (

@@ -8,19 +8,19 @@
 #include "computer.hpp"
 
 inline void check_config(const Case &c) {
-  const std::map<std::string, uint64_t> built = {{"fp", PL_FP},
-                                                 {"lanes", PL_LANES},
-                                                 {"dividers", PL_DIVIDERS},
-                                                 {"banks", PL_BANKS},
-                                                 {"address_bits", PL_ADDRESS_BITS}};
+  const std::map<std::string, uint64_t> built = {{"fp", Built::FP},
+                                                 {"lanes", Built::LANES},
+                                                 {"dividers", Built::DIVIDERS},
+                                                 {"banks", Built::BANKS},
+                                                 {"address_bits", Built::ADDRESS_BITS}};
   for (const auto &[key, value] : built) {
     if (c.config.at(key) != value)
       throw std::runtime_error("this engine has " + key + " " + std::to_string(value) + ", the case wants " +
                                std::to_string(c.config.at(key)));
   }
   const char *formats[] = {"flat", "compressed", "in_order"};
-  if (c.format != formats[PL_SEQUENCER])
-    throw std::runtime_error(std::string("this engine runs ") + formats[PL_SEQUENCER] + " microcode, the case has " + c.format);
+  if (c.format != formats[Built::SEQUENCER])
+    throw std::runtime_error(std::string("this engine runs ") + formats[Built::SEQUENCER] + " microcode, the case has " + c.format);
 }
 
 // Significant bits of hexadecimal digits.
@@ -46,9 +46,9 @@ inline void check_words(const Run &run, const std::string &list, const std::vect
     std::snprintf(token, sizeof token, "%llx", static_cast<unsigned long long>(address >= STORAGE_WORDS ? address : word));
     if (address >= STORAGE_WORDS)
       throw std::runtime_error("run " + run.name + ", " + list + ": address '" + token + "' is beyond the storage, which has 2^" +
-                               std::to_string(PL_ADDRESS_BITS) + " words");
+                               std::to_string(Built::ADDRESS_BITS) + " words");
     if ((word & ~WORD_MASK) != 0)
-      throw std::runtime_error("run " + run.name + ", " + list + ": word '" + token + "' is wider than " + std::to_string(PL_FP) + " bits");
+      throw std::runtime_error("run " + run.name + ", " + list + ": word '" + token + "' is wider than " + std::to_string(Built::FP) + " bits");
   }
 }
 
@@ -78,10 +78,10 @@ inline void check_runs(const Case &c) {
 
 inline void check_case(const Case &c) {
   check_config(c);
-  if (c.templates.size() > TEMPLATES)
-    throw std::runtime_error("templates '" + std::to_string(c.templates.size()) + "': this engine holds " + std::to_string(TEMPLATES));
-  check_widths("template", c.templates, TEMPLATE_WIDTH);
-  check_widths("microcode line", c.microcode, CODE_WIDTH);
+  if (c.templates.size() > Built::TEMPLATES)
+    throw std::runtime_error("templates '" + std::to_string(c.templates.size()) + "': this engine holds " + std::to_string(Built::TEMPLATES));
+  check_widths("template", c.templates, Built::TEMPLATE_WIDTH);
+  check_widths("microcode line", c.microcode, Built::CODE_WIDTH);
   for (const Run &run : c.runs) {
     check_words(run, "memory", run.memory);
     check_words(run, "expect", run.expect);

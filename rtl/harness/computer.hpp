@@ -7,19 +7,17 @@
 #include <vector>
 
 #include "Vengine.h"
+#include "Vengine_engine.h"
+
+// Parameters and widths of the ports as the RTL has them (engine.sv, public).
+using Built = Vengine_engine;
+constexpr uint64_t CODE_LINES = uint64_t(1) << Built::CODE_BITS, STORAGE_WORDS = uint64_t(1) << Built::ADDRESS_BITS;
+constexpr uint64_t WORD_MASK = ~uint64_t(0) >> (64 - Built::FP);
 
 constexpr const char *RULES[] = {"read_conflict",  "read_pending", "write_pending",  "result_conflict",
                                  "write_conflict", "divider_busy", "read_unwritten", "unknown_operation"};
-constexpr int RULE_COUNT = 8;
-constexpr uint64_t CODE_LINES = uint64_t(1) << PL_CODE_BITS, STORAGE_WORDS = uint64_t(1) << PL_ADDRESS_BITS;
-constexpr uint64_t WORD_MASK = ~uint64_t(0) >> (64 - PL_FP);
-
-// Widths of the engine's ports (engine.sv): a line of microcode; templates and how many there may be.
-constexpr uint64_t DIVIDER_BITS = PL_DIVIDERS * (3 * PL_ADDRESS_BITS + 2);
-constexpr uint64_t FLAT_BITS = 1 + PL_LANES * (4 * PL_ADDRESS_BITS + 4) + DIVIDER_BITS;
-constexpr uint64_t ITEM_LINES = (2 + PL_LANES * (4 * PL_ADDRESS_BITS + 8) + DIVIDER_BITS + 95) / 96;
-constexpr uint64_t CODE_WIDTH = PL_SEQUENCER == 1 ? 32 * (ITEM_LINES > PL_LANES ? ITEM_LINES : PL_LANES) : FLAT_BITS;
-constexpr uint64_t TEMPLATE_WIDTH = 12, TEMPLATES = 64;
+constexpr int RULE_COUNT = sizeof RULES / sizeof *RULES;
+static_assert(RULE_COUNT == Built::RULES, "a rule without a name (checks.sv)");
 
 enum Register : uint16_t { MODULE = 0x00, SEGMENT = 0x04, SEQUENCE = 0x08, CONTROL = 0x0c, STATUS = 0x10, IRQ_ACK = 0x14, TABLE = 0x1000 };
 
@@ -57,6 +55,8 @@ class Computer {
     dut.code_write = 0;
   }
   void load_template(uint64_t number, const std::string &word) {
+    if (number >= Built::TEMPLATES)
+      throw std::runtime_error("template " + std::to_string(number) + ", but this engine holds " + std::to_string(Built::TEMPLATES));
     dut.template_write = 1;
     dut.template_address = CData(number);
     dut.template_word = SData(std::stoul(word, nullptr, 16));

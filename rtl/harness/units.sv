@@ -2,9 +2,9 @@
 module units #(
     parameter int EXP = 11,
     parameter int MAN = 52,
-    parameter int ADD_CYCLES = 6,
-    parameter int MUL_CYCLES = 7,
-    parameter int DIV_CYCLES = 32
+    parameter int ADD_CYCLES = EXP == 11 ? contract::F64_ADD_CYCLES : contract::F32_ADD_CYCLES,
+    parameter int MUL_CYCLES = EXP == 11 ? contract::F64_MUL_CYCLES : contract::F32_MUL_CYCLES,
+    parameter int DIV_CYCLES = EXP == 11 ? contract::F64_DIV_CYCLES : contract::F32_DIV_CYCLES
 ) (
     input  logic               clock,
     input  logic               reset,

@@ -22,9 +22,7 @@ BOTH = pytest.mark.parametrize("stream", [KKT_SOLVES, WITH_RESIDUALS], ids=["sol
 
 @cache
 def problem_c() -> Problem:
-    problem = mission_004(REC1, free_perigee=True)
-    assert problem is not None
-    return problem
+    return mission_004(REC1, free_perigee=True)
 
 
 @cache

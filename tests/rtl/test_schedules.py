@@ -40,9 +40,11 @@ def test_the_quick_points_cover_every_module_lane_and_bank_count() -> None:
 def test_the_rtl_runs_the_quick_points_in_the_models_cycles() -> None:
     require_verilator()
     named = problems()
-    outcomes = [o for found in validate(RTL, quick_points(tuple(named)), named) for o in found]
+    watched: set[Path] = set()
+    outcomes = [o for found in validate(RTL, quick_points(tuple(named)), named, watched) for o in found]
     assert [outcome for outcome in outcomes if not outcome.good] == []
     assert summary(outcomes)["flat"]["largest_cycle_error"] == 0.0
+    assert len(watched) == 7  # engines and sequencers
 
 
 def test_a_word_that_differs_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -70,12 +70,12 @@ def validate(
         scenario = folder.parent / "scenarios" / "rec1.toml"
         named = problems(mission_004(scenario, free_perigee=False))
         points = (quick_points if quick else all_points)(tuple(named))
-        free = mission_004(scenario, free_perigee=True)
-        if free is not None and not quick:
-            named["mission 004 C, N = 12"] = free
+        if not quick:
+            named["mission 004 C, N = 12"] = mission_004(scenario, free_perigee=True)
             points += kkt_points("mission 004 C, N = 12")
         outcomes: list[Outcome] = []
-        for done, found in enumerate(compare(folder, points, named), start=1):
+        watched: set[Path] = set()
+        for done, found in enumerate(compare(folder, points, named, watched), start=1):
             outcomes += found
             verdict = "equal" if all(outcome.good for outcome in found) else "DIFFERENT"
             point = found[0].point if found else points[done - 1]
@@ -86,6 +86,7 @@ def validate(
             "schema": "orbsoc.rtl-validation/1",
             "provenance": "measured: RTL under Verilator against its schedule",
             "equal": equal,
+            "harnesses_that_assert_every_rule": len(watched),
             "summary": counts,
             "outcomes": [asdict(outcome) for outcome in outcomes],
         }
@@ -93,7 +94,8 @@ def validate(
         files = {"validation.json": options.as_json_text(document), "validation.md": text + "\n"}
         options.write_all(where, files)
         verdict = (
-            f"measured: model and RTL are {'EQUAL' if equal else 'DIFFERENT'} in {len(outcomes)} segments"
+            f"measured: model and RTL are {'EQUAL' if equal else 'DIFFERENT'} in {len(outcomes)} segments,"
+            f" on {len(watched)} harnesses that assert every rule when a control breaks it"
         )
         options.say([*_table(counts), verdict], document, where, as_json=as_json)
         raise typer.Exit(0 if equal else FAILED)

@@ -19,9 +19,9 @@ SCHEMA = "orbsoc.rtl-mutations/1"
 
 
 def validate_mutations(folder: Path, where: Path, *, as_json: bool) -> NoReturn:
-    """Run every module of a small problem on each engine, write rtl-mutations.json and .md to `where`, and end with 0
-    or, if a mutation goes unnoticed or the engine as it is does not, 1."""
-    from orbsoc.rtl_mutations import ENGINE, MUTATIONS, catches
+    """Run every module of a small problem with each mutation, write rtl-mutations.json and .md to `where`, and end with 0
+    or, if a mutation goes unnoticed or engine and schedules as they are do not, 1."""
+    from orbsoc.rtl_mutations import ENGINE, catches
     from orbsoc.rtl_validation import problems
 
     name, problem = list(problems().items())[1]
@@ -41,8 +41,9 @@ def validate_mutations(folder: Path, where: Path, *, as_json: bool) -> NoReturn:
     table = _table(found)
     text = "\n".join(table) + "\n"
     options.write_all(where, {"rtl-mutations.json": options.as_json_text(document), "rtl-mutations.md": text})
-    caught = sum(catch.caught for catch in found)
-    verdict = f"measured: {caught} of {len(MUTATIONS)} mutations of the RTL are caught"
+    mutated = [catch for catch in found if catch.mutation is not None]
+    caught = sum(catch.caught for catch in mutated)
+    verdict = f"measured: {caught} of {len(mutated)} mutations of RTL, checks and schedules are caught"
     options.say([*table, verdict], document, where, as_json=as_json)
     raise typer.Exit(0 if good else FAILED)
 
@@ -50,13 +51,14 @@ def validate_mutations(folder: Path, where: Path, *, as_json: bool) -> NoReturn:
 def _table(found: Sequence[Catch]) -> list[str]:
     """Markdown, one row an engine."""
     rows = [
-        f"| {catch.mutation or 'none'} | {catch.form} | {catch.segments} | {catch.wrong_cycles} |"
-        f" {catch.wrong_words} | {catch.asserted} | {catch.signalled} | {_verdict(catch)} |"
+        f"| {catch.mutation or 'none'} | {catch.kind} | {catch.form} | {catch.segments} | {catch.wrong_cycles} |"
+        f" {catch.wrong_words} | {catch.asserted} | {catch.signalled} | {catch.silent} | {_verdict(catch)} |"
         for catch in found
     ]
     return [
-        "| mutation | sequencer | segments | cycles off | words different | asserted | wrong signals | verdict |",
-        "|---|---|---|---|---|---|---|---|",
+        "| mutation | of | sequencer | segments | cycles off | words different | asserted | wrong signals |"
+        " silent rules | verdict |",
+        "|---|---|---|---|---|---|---|---|---|---|",
         *rows,
     ]
 

@@ -18,6 +18,8 @@ pub struct Configuration {
     pub address_bits: u32,
     /// Words that the microcode memory holds, of all segments together.
     pub microcode_words: usize,
+    /// Latencies to schedule for; `None`: the RTL's. Others are for showing that a model that is wrong is found out.
+    pub timing: Option<Timing>,
 }
 
 impl Default for Configuration {
@@ -29,6 +31,7 @@ impl Default for Configuration {
             banks: 16,
             address_bits: 15,
             microcode_words: 1 << 20,
+            timing: None,
         }
     }
 }
@@ -65,8 +68,8 @@ impl Configuration {
     }
 
     /// Latencies of its units.
-    pub fn timing(&self) -> &'static Timing {
-        Timing::of(self.precision)
+    pub fn timing(&self) -> &Timing {
+        self.timing.as_ref().unwrap_or_else(|| Timing::of(self.precision))
     }
 
     /// Bits of a flat microcode word.

@@ -1,6 +1,7 @@
 //! Latencies, read from the files that the RTL includes; no number of them is written here.
 
 use crate::code::Code;
+use crate::error::Error;
 use std::sync::OnceLock;
 
 /// Word format of the datapath.
@@ -22,7 +23,7 @@ impl Precision {
 }
 
 /// Cycles of everything that takes any; docs/pl-machine.md.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(missing_docs)] // the names are those of the contract
 pub struct Timing {
     pub add: u32,
@@ -41,6 +42,8 @@ pub struct Timing {
 
 const UNITS: &str = include_str!("../../../rtl/latency.svh");
 const ENGINE: &str = include_str!("../../../rtl/engine.svh");
+const MOST_CYCLES: u32 = 50;
+const UNITS_MISREAD: &str = "add, mul, div, sqrt or simple";
 
 impl Timing {
     /// The RTL's own.
@@ -67,6 +70,26 @@ impl Timing {
             short_bits: engine("SHORT_BITS"),
             template_bits: engine("TEMPLATE_BITS"),
         }
+    }
+
+    /// With one unit's cycles off by `by`: what a model believes that misread its table.
+    ///
+    /// # Errors
+    /// [`Error::Configuration`] for a unit that there is not, and for cycles that it cannot have.
+    pub fn misread(mut self, unit: &str, by: i32) -> Result<Self, Error> {
+        let (field, cycles) = match unit {
+            "add" => ("add", &mut self.add),
+            "mul" => ("mul", &mut self.mul),
+            "div" => ("div", &mut self.div),
+            "sqrt" => ("sqrt", &mut self.sqrt),
+            "simple" => ("simple", &mut self.simple),
+            _ => return Err(Error::Configuration { field: "misread", value: 0, allowed: UNITS_MISREAD }),
+        };
+        *cycles = cycles.saturating_add_signed(by);
+        if (1..=MOST_CYCLES).contains(cycles) {
+            return Ok(self);
+        }
+        Err(Error::Configuration { field, value: (*cycles).into(), allowed: "1 to 50 cycles" })
     }
 
     /// From operands at a unit to its result.
@@ -119,6 +142,18 @@ mod tests {
         let text =
             "// localparam int A = 9;\nlocalparam int AB = 1;\n  localparam int A = 23;  // note = 5;\n";
         assert_eq!(parameter(text, "A"), 23);
+    }
+
+    #[test]
+    fn a_misread_table_differs_in_one_unit() {
+        let t = *Timing::of(Precision::F32);
+        let wrong = t.misread("add", -1).unwrap();
+        assert_eq!(wrong, Timing { add: t.add - 1, ..t });
+        assert_eq!(wrong.misread("add", 1), Ok(t));
+        assert_eq!(t.misread("sqrt", 2).unwrap().sqrt, t.sqrt + 2);
+        for (unit, by) in [("simple", -1), ("div", 100), ("mul", i32::MIN), ("lanes", 1)] {
+            assert!(matches!(t.misread(unit, by), Err(Error::Configuration { .. })), "{unit} {by}");
+        }
     }
 
     #[test]

@@ -5,7 +5,7 @@ use numpy::{IntoPyArray, PyArray1};
 use orbsoc::{Buffer, Module, Problem, Settings, Stage};
 use orbsoc_hw::{
     snapshots, validation_case, Aim, Causes, Code, Compressed, Configuration, Format, Gaps, Precision,
-    Program, Segment,
+    Program, Segment, Timing,
 };
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
@@ -37,7 +37,8 @@ pub struct HardwareProgram {
 impl HardwareProgram {
     #[new]
     #[pyo3(signature = (
-        problem_, settings_, *, fp, lanes, dividers, banks, address_bits, microcode_words, joined=vec![], leaves=None
+        problem_, settings_, *, fp, lanes, dividers, banks, address_bits, microcode_words, joined=vec![], leaves=None,
+        misread=None
     ))]
     #[allow(clippy::too_many_arguments, clippy::needless_pass_by_value)] // fields of a configuration, owned by the binding
     fn new(
@@ -52,6 +53,7 @@ impl HardwareProgram {
         microcode_words: usize,
         joined: Vec<String>,
         leaves: Option<Vec<String>>,
+        misread: Option<(String, i32)>,
     ) -> PyResult<Self> {
         let (problem, settings) = (problem(problem_)?, settings(settings_)?);
         let joined: Vec<Stage> = joined.iter().map(|name| stage_of(name)).collect::<PyResult<_>>()?;
@@ -66,7 +68,10 @@ impl HardwareProgram {
                 )))
             }
         };
-        let engine = Configuration { precision, lanes, dividers, banks, address_bits, microcode_words };
+        let wrong = misread.map(|(unit, by)| Timing::of(precision).misread(&unit, by));
+        let timing = wrong.transpose().map_err(unfit)?;
+        let engine =
+            Configuration { precision, lanes, dividers, banks, address_bits, microcode_words, timing };
         py.detach(|| {
             engine.validate().map_err(unfit)?;
             let recording = orbsoc::record_tapes(&problem, &settings).map_err(refuse)?;
