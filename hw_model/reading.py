@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from .trace import Trace
     from .vocabulary import Datapath
 
-Question = Literal["times", "worst", "fit", "engine", "written"]
-"""`times`: of a run; `worst`: with jitter; `fit`: shares of the device; `engine`: schedules and the clock alone;
-`written`: all of the platform goes into a file."""
+Question = Literal["times", "worst", "fit", "memory", "engine", "written"]
+"""`times`: of a run; `worst`: with jitter; `fit`: shares of the device; `memory`: that of block RAM alone; `engine`: schedules
+and the clock alone; `written`: all of the platform goes into a file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,8 +72,8 @@ BOUNDED = Reading(frozenset({"times", "worst"}))
 STUDIED = Reading(frozenset({"times", "worst", "fit"}), ALL_KINDS, off_pl=True)
 """Times and resources against a run on the PS alone: partition, sweep."""
 BUDGETED = Reading(frozenset({"fit"}), ALL_KINDS)
-SCHEDULED = Reading(frozenset({"engine"}), scheduled=True)
-"""Schedules of one engine: run."""
+SCHEDULED = Reading(frozenset({"engine", "memory"}), scheduled=True)
+"""Schedules of one engine, and whether their microcode has room: run."""
 NARROWED = Reading(
     frozenset({"times"}),
     frozenset({"lut", "dsp", "bram36"}),
@@ -238,8 +238,8 @@ def _area(name: str, machine: Platform, reading: Reading) -> str | None:
     if name.endswith("_ceiling"):
         return (
             None
-            if "fit" in reading.questions
-            else "this report compares nothing with a ceiling; `orbsoc hw budget` does"
+            if _compared(name, reading)
+            else "this report does not compare it with a ceiling; `orbsoc hw budget` does"
         )
     kind = name.partition("_")[0]
     if kind not in reading.area:
@@ -254,9 +254,14 @@ def _area(name: str, machine: Platform, reading: Reading) -> str | None:
 def _resources(name: str, machine: Platform, reading: Reading) -> str | None:
     return (
         None
-        if "fit" in reading.questions
+        if _compared(name, reading)
         else "this report does not ask whether it fits; `orbsoc hw budget` does"
     )
+
+
+def _compared(name: str, reading: Reading) -> bool:
+    """Whether the report asks for the share of the resource that a parameter is about."""
+    return "fit" in reading.questions or ("memory" in reading.questions and name.startswith("bram36"))
 
 
 def _other_datapath(name: str, datapaths: frozenset[Datapath]) -> str | None:

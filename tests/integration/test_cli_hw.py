@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 from matplotlib.image import imread
@@ -247,8 +249,28 @@ def test_every_report_of_a_run_echoes_its_parameters(workload: Path, tmp_path: P
     rows = {row["key"]: row for row in document["assumptions"]}
     assert (rows["pl.lanes"]["value"], rows["pl.lanes"]["tag"]) == (2, "assumed")
     assert {key for key, row in rows.items() if row["used"] and not key.startswith("pl.latencies")} == {
-        "pl.clock_mhz", "pl.lanes", "pl.dividers", "pl.banks",
+        "pl.clock_mhz", "pl.lanes", "pl.dividers", "pl.banks", "area.bram36_ceiling", "resources.bram36",
     }  # fmt: skip
+
+
+def test_a_run_says_which_microcode_has_room_in_block_ram(workload: Path, tmp_path: Path) -> None:
+    def memory(bram36: int) -> tuple[dict[str, Any], str]:
+        settings = ("--set", f"resources.bram36={bram36}", "--set", "area.bram36_ceiling=0.5")
+        done = invoke("run", workload, *settings, "--out", tmp_path, "--json")
+        assert done.exit_code == 0, done.output
+        return json.loads(done.stdout)["memory"][0], done.stderr
+
+    found, _ = memory(1000)
+    assert found["compressed"] < found["flat"]
+    for form in ("flat", "compressed"):
+        least = math.ceil(2 * (found["storage"] + found[form]))
+        enough, said = memory(least)
+        assert enough[f"{form}_fits"]
+        assert f"{form} microcode {found[form]:g} FITS" in said
+        short, said = memory(least - 1)
+        assert not short[f"{form}_fits"]
+        assert f"{form} microcode {found[form]:g} DOES NOT FIT" in said
+        assert short["compressed_fits"] is (form == "flat")
 
 
 def test_precision_needs_numbers_and_says_so_of_a_trace(workload: Path, tmp_path: Path) -> None:

@@ -11,24 +11,37 @@ from typer.testing import CliRunner
 
 from orbsoc import rtl_mutations, rtl_validation
 from orbsoc.cli import app
-from orbsoc.rtl_mutations import MUTATIONS, Catch, Mutation, catches
+from orbsoc.pl_program import EngineError, scheduled
+from orbsoc.rtl_mutations import CHECK_MUTATIONS, ENGINE, MODEL_MUTATIONS, MUTATIONS, Catch, Mutation, catches
 from orbsoc.rtl_validation import RtlError, problems
+from orbsoc.settings import Settings
 from tests.rtl.verilator import require_verilator
 
 RTL = Path(__file__).resolve().parents[2] / "rtl"
 SMALLEST, SMALL = list(problems())[:2]
 
 
-def test_the_schedules_of_a_problem_catch_a_longer_adder_and_pass_the_engine_as_it_is(
+def test_a_problem_catches_what_is_wrong_in_rtl_checks_and_scheduler_and_passes_what_is_right(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    """Every mutation of the scheduler, and one of the RTL and of its checks; the others are in tests/rtl."""
     require_verilator()
-    name = "adder one cycle longer"
-    monkeypatch.setattr(rtl_mutations, "MUTATIONS", {name: MUTATIONS[name]})
-    as_it_is, longer = catches(RTL, SMALLEST, problems()[SMALLEST])
-    assert (as_it_is.mutation, as_it_is.caught, as_it_is.good) == (None, False, True)
-    assert (longer.mutation, longer.caught, longer.good) == (name, True, True)
-    assert as_it_is.segments == longer.segments > 20
+    longer, unchecked = "adder one cycle longer", "checks left out"
+    monkeypatch.setattr(rtl_mutations, "MUTATIONS", {longer: MUTATIONS[longer]})
+    monkeypatch.setattr(rtl_mutations, "CHECK_MUTATIONS", {unchecked: CHECK_MUTATIONS[unchecked]})
+    found = {catch.mutation: catch for catch in catches(RTL, SMALL, problems()[SMALL])}
+    assert list(found) == [None, longer, unchecked, *MODEL_MUTATIONS]
+    assert all(catch.good for catch in found.values()), found
+    assert [mutation for mutation, catch in found.items() if not catch.caught] == [None]
+    assert {catch.segments for catch in found.values()} == {25}
+    assert (found[unchecked].silent, found[unchecked].asserted) == (8, 0)
+    assert all(catch.silent == 0 for mutation, catch in found.items() if mutation != unchecked)
+
+
+@pytest.mark.parametrize("misread", [("lanes", 1), ("add", -6), ("div", 1000)])
+def test_a_scheduler_cannot_misread_what_no_engine_has(misread: tuple[str, int]) -> None:
+    with pytest.raises(EngineError, match=r"allowed is (add, mul, div, sqrt or simple|1 to 50 cycles)"):
+        scheduled(problems()[SMALLEST], Settings(), ENGINE, misread=misread)
 
 
 def test_a_mutation_whose_line_is_gone_is_refused(tmp_path: Path) -> None:
@@ -44,15 +57,18 @@ def test_the_table_of_mutations_says_which_goes_unnoticed(
     asserted: int, signalled: int, verdict: str, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = [
-        Catch(None, "flat", 25, 0, 0, 0, 0),
-        Catch("banks swapped", "flat", 25, 0, 0, asserted, signalled),
+        Catch(None, "none", "flat", 25, 0, 0, 0, 0, 0),
+        Catch("banks swapped", "RTL", "flat", 25, 0, 0, asserted, signalled, 0),
     ]
     monkeypatch.setattr(rtl_mutations, "catches", lambda *_: iter(found))
     monkeypatch.setattr(rtl_validation.shutil, "which", lambda _: "/verilator")
     arguments = ["hw", "validate", "--mutations", "--rtl", str(RTL), "--out", str(tmp_path)]
     done = CliRunner().invoke(app, arguments)
     assert done.exit_code == code, done.output
-    assert f"| banks swapped | flat | 25 | 0 | 0 | {asserted} | {signalled} | {verdict} |" in done.output
+    assert (
+        f"| banks swapped | RTL | flat | 25 | 0 | 0 | {asserted} | {signalled} | 0 | {verdict} |"
+        in done.output
+    )
     document = json.loads((tmp_path / "rtl-mutations.json").read_text())
     assert [row["good"] for row in document["engines"]] == [True, code == 0]
 
@@ -71,10 +87,17 @@ def test_the_tables_are_those_of_both_problems_and_need_no_verilator(
     assert "| matrix scaling |" in (tmp_path / "pl-tables.md").read_text()
 
 
-def test_tables_without_a_scenario_are_refused_by_its_path(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("option", [["--tables"], [], ["--quick"], ["--solve", "--quick"]])
+def test_an_rtl_folder_without_scenarios_beside_it_is_refused_by_their_path(
+    option: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(rtl_validation, "mission_004", lambda *_, **__: None)
-    done = CliRunner().invoke(app, ["hw", "validate", "--tables", "--rtl", str(RTL), "--out", str(tmp_path)])
-    assert done.exit_code == 2
-    assert "rec1.toml" in done.output
+    """And nothing takes the place of mission 004's problem."""
+    monkeypatch.setattr(rtl_validation.shutil, "which", lambda _: "/verilator")
+    rtl = tmp_path / "rtl"
+    rtl.mkdir()
+    (rtl / "build.sh").touch()
+    arguments = ["hw", "validate", *option, "--rtl", str(rtl), "--out", str(tmp_path / "out")]
+    done = CliRunner().invoke(app, arguments)
+    assert done.exit_code == 2, done.output
+    assert f"{tmp_path / 'scenarios' / 'rec1.toml'}: no scenario there" in done.output
+    assert not (tmp_path / "out").exists()

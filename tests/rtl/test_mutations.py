@@ -1,12 +1,13 @@
 """Engines and models that are wrong in one place (V5): each must be caught by the programs that the right one passes.
 
-A mutation of the RTL is a changed line in a copy of its sources (`orbsoc hw validate --mutations` shows them to the
-schedules of a problem); one of the model is a schedule made under a rule that is not the engine's. The programs are
-the random ones of test_engine.py.
+A mutation of the RTL is a changed line in a copy of its sources; one of the model is a schedule made under a rule that is not
+the engine's. Here the programs are the random ones of test_engine.py; `orbsoc hw validate --mutations` shows the
+same mutations of the RTL, and mutations of the product's own scheduler, to the schedules of a problem.
 """
 
 from __future__ import annotations
 
+import random
 from functools import cache
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import pytest
 
 from orbsoc.rtl_mutations import MUTATIONS
 from tests.rtl.case_writer import Answer, Case, run_case
+from tests.rtl.compressed import Compressor
 from tests.rtl.engine_sources import RTL
 from tests.rtl.machine import (
     DIVIDER_OPS,
@@ -38,16 +40,23 @@ MACHINE = Machine(fp=32, lanes=1, banks=4, address_bits=10)
 def programs(form: str) -> Case:
     """Random programs for one sequencer; every engine runs the same."""
     case = Case(MACHINE, form)
+    compressor = Compressor(MACHINE, random.Random(1))
     for seed, names in enumerate([MIXTURE, MIXTURE, DIVIDER_OPS[1:], DIVIDER_OPS[1:]]):
         ops, memory = random_program(MACHINE, 300, seed, names=names)
         slots = schedule(MACHINE, ops)
+        words = 1 + max(slot.time for slot in slots)
+        cycles = busy_cycles(MACHINE, slots, words)
         if form == "in_order":
             slots, cycles = in_order(MACHINE, slots, seed=1, level=0)
+            words = 1 + max(slot.time for slot in slots)
+        if form == "compressed":
+            code, frozen = compressor.segment(slots, words)
+            cycles += 1 + frozen
         else:
-            cycles = busy_cycles(MACHINE, slots, 1 + max(slot.time for slot in slots))
-        code = encode(MACHINE, slots, 1 + max(slot.time for slot in slots))
+            code = encode(MACHINE, slots, words)
         gaps = (1, 0) if form == "in_order" else None
         case.add(f"random{seed}", code, cycles, memory, evaluate(MACHINE, ops, memory), gaps)
+    case.templates = compressor.templates
     return case
 
 

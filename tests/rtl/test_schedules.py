@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from orbsoc import rtl_validation
+from orbsoc import _core, rtl_validation
 from orbsoc.pl_program import Engine, scheduled
 from orbsoc.rtl_validation import (
     MODULES,
@@ -107,6 +107,13 @@ def test_what_counter_status_and_exit_say_counts(
 def test_a_level_at_which_fetch_never_delivers_is_refused(level: int) -> None:
     with pytest.raises(ValueError, match=rf"`level` = {level}: allowed is 0 to 255"):
         Point(SMALL, "line_search", Engine(), "in_order", level)
+
+
+@pytest.mark.parametrize(("gaps", "said"), [({"seed": 0}, "seed"), ({"level": 256}, "level")])
+def test_a_case_in_which_fetch_never_delivers_is_not_made(gaps: dict[str, int], said: str) -> None:
+    program = scheduled(problems()[SMALL], Settings(), Engine(lanes=1, banks=4, address_bits=15))
+    with pytest.raises(_core.HardwareError, match=f"`{said}` = {gaps[said]}: allowed is"):
+        program.core.case("line_search", "in_order", **gaps)
 
 
 @pytest.mark.parametrize(("lines", "bits"), [(1, 17), (1 << 17, 17), ((1 << 17) + 1, 18), (1 << 20, 20)])

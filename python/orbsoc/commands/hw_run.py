@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -32,7 +33,8 @@ def run(
     out: options.OutOption = None,
     as_json: options.JsonOption = False,
 ) -> None:
-    """Schedule every segment of a workload's pattern: cycles, utilisation, what the rest went to, microcode.
+    """Schedule every segment of a workload's pattern: cycles, utilisation, what the rest went to, microcode, and whether
+    the device has block RAM for it.
 
     Exit codes: 0 done, 2 bad input.
     """
@@ -62,6 +64,7 @@ def run(
             "device": machine.name,
             "clock_mhz": machine.pl.clock_mhz.value,
             "patterns": [program.document() for program in programs],
+            "memory": [asdict(_memory(program, machine)) for program in programs],
             "kkt_solves": [stream.document() for stream in streams],
             "assumptions": options.echoed(machine, SCHEDULED),
         }
@@ -143,7 +146,59 @@ def _table(program: PlProgram, machine: Platform) -> list[str]:
         f"storage {program.home_words} words of buffers and literals, 2^{engine.address_bits} with temporaries;"
         f" microcode {flat / 1e6:.2f} Mbit flat, {stored / 1e6:.2f} Mbit compressed ({flat / stored:.1f} times less, and {100 * slower:.1f} % more cycles)"
     )
-    return lines
+    return [*lines, _memory(program, machine).words]
+
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """Block RAMs of a program, in BRAM36, and whether they are within the ceiling. Modelled."""
+
+    available: int
+    ceiling: float
+    """The share of them that an engine may take."""
+    storage: float
+    """Three replicas of every word."""
+    flat: float
+    flat_fits: bool
+    """The microcode beside the storage."""
+    compressed: float
+    compressed_fits: bool
+
+    @property
+    def words(self) -> str:
+        """What fits, in a line."""
+        flat, compressed = (
+            f"{name} microcode {bram36:g} {'FITS' if fits else 'DOES NOT FIT'}"
+            for name, bram36, fits in (
+                ("flat", self.flat, self.flat_fits),
+                ("compressed", self.compressed, self.compressed_fits),
+            )
+        )
+        return (
+            f"block RAM: storage takes {self.storage:g} BRAM36; beside it {flat}, {compressed}"
+            f" ({self.ceiling * self.available:g} of {self.available} may be used)"
+        )
+
+
+def _memory(program: PlProgram, machine: Platform) -> Memory:
+    from hw_model.area import Shape, bram18, line_bits, storage_bram18
+
+    engine, segments = program.engine, program.segments.values()
+    if engine.address_bits is None:
+        raise AssertionError("a program's engine has its address bits settled")
+    shape = Shape(
+        "f64" if engine.fp == 64 else "f32", engine.lanes, engine.dividers, engine.banks, engine.address_bits
+    )
+    line = line_bits(shape)
+    lines = sum(-(-segment.compressed_bits // line) for segment in segments)
+    storage = storage_bram18(shape) / 2
+    flat = bram18(sum(segment.words for segment in segments), shape.microcode_bits) / 2
+    compressed = bram18(lines, line) / 2
+    available, ceiling = machine.resources.bram36.value, machine.area.bram36_ceiling.value
+    most = ceiling * available
+    return Memory(
+        available, ceiling, storage, flat, storage + flat <= most, compressed, storage + compressed <= most
+    )
 
 
 def _of_stream(program: PlProgram) -> str:
