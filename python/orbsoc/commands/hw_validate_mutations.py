@@ -1,4 +1,4 @@
-"""`orbsoc hw validate --mutations`: engines that are wrong in one place, and what catches each."""
+"""`orbsoc hw validate --mutations`: engines and schedulers that are wrong in one place, and what catches each."""
 
 from __future__ import annotations
 

@@ -90,7 +90,7 @@ impl Machine {
         self.results.clear();
         self.writes.clear();
         self.divider_free.fill(0);
-        let timing = self.configuration.timing();
+        let timing = *self.configuration.timing();
         let (mut cycle, mut end) = (0, 0);
         loop {
             let (issues, last) = decode(microcode, start + cycle as usize, cycle, &self.configuration)
