@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 import subprocess
+from functools import cache
 from pathlib import Path
 
 RTL = Path(__file__).resolve().parents[2] / "rtl"
 _PARAMETER = re.compile(r"^localparam int (\w+) = (\d+);", re.MULTILINE)
 
 
+@cache
 def parameters(rtl: Path = RTL) -> dict[str, int]:
     """Every number of `latency.svh` and `engine.svh`."""
     text = (rtl / "latency.svh").read_text() + (rtl / "engine.svh").read_text()
