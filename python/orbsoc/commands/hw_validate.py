@@ -27,7 +27,10 @@ def validate(
         bool, typer.Option("--solve", help="whole solves, Python as the PS, instead of segment by segment")
     ] = False,
     mutations: Annotated[
-        bool, typer.Option("--mutations", help="engines and schedulers that are wrong in one place: what catches each")
+        bool,
+        typer.Option(
+            "--mutations", help="engines and schedulers that are wrong in one place: what catches each"
+        ),
     ] = False,
     tables: Annotated[
         bool,
