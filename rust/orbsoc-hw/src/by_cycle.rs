@@ -4,6 +4,7 @@
 use crate::calendar::Calendar;
 use crate::placement::Placement;
 use crate::ready::Ready;
+use crate::urgency::Urgency;
 use crate::vectors::Vectors;
 
 /// Operations that a lane without a run tries in a cycle.
@@ -25,9 +26,14 @@ impl Habit {
     pub const URGENT: Self = Self { nodes_per_cycle: None, patience: 0, apart: false };
 }
 
-/// Place all nodes, whose edges weigh nodes as the habit does.
-pub(crate) fn place_by_cycle(placement: Placement<'_>, habit: Habit) -> Placement<'_> {
-    let mut walk = Walk::new(placement, habit);
+/// Place all nodes, of an urgency that weighs them as the habit does.
+pub(crate) fn place_by_cycle<'a>(
+    placement: Placement<'a>,
+    urgency: &'a Urgency,
+    vectors: &'a Vectors,
+    habit: Habit,
+) -> Placement<'a> {
+    let mut walk = Walk::new(placement, urgency, vectors, habit);
     while walk.left > 0 {
         walk.cycle();
     }
@@ -43,14 +49,12 @@ struct Lane {
 
 struct Walk<'a> {
     placement: Placement<'a>,
+    urgency: &'a Urgency,
+    vectors: &'a Vectors,
     habit: Habit,
-    vectors: Vectors,
-    /// First nodes of the runs, and how many lanes are in each.
-    heads: Vec<u32>,
+    /// How many lanes are in each run.
     claims: Vec<u8>,
-    /// Who waits for each node: starts of the lists, the lists; and for how many each node waits.
-    first: Vec<u32>,
-    waiting: Vec<u32>,
+    /// For how many each node still waits.
     waits: Vec<u32>,
     is_ready: Vec<bool>,
     /// Ranks by urgency: of operations for lanes, of those in another lane's run if lanes keep apart, of those for
@@ -63,25 +67,23 @@ struct Walk<'a> {
     lanes: Vec<Lane>,
     /// Placed, their readers not yet told.
     placed: Vec<u32>,
+    /// Who was due last.
+    due: Vec<u32>,
     now: u32,
     left: usize,
 }
 
 impl<'a> Walk<'a> {
-    fn new(placement: Placement<'a>, habit: Habit) -> Self {
-        let (first, waiting, waits) = placement.edges.waiting();
+    fn new(placement: Placement<'a>, urgency: &'a Urgency, vectors: &'a Vectors, habit: Habit) -> Self {
+        let waits = placement.edges.waiting().count.clone();
         let nodes = waits.len();
         let mut calendar = Calendar::new(nodes);
         (0..nodes as u32).filter(|&k| waits[k as usize] == 0).for_each(|k| calendar.add(0, k));
-        let vectors = Vectors::new(placement.graph);
-        let heads = vectors.heads();
         Self {
-            habit,
+            urgency,
             vectors,
-            claims: vec![0; heads.len()],
-            heads,
-            first,
-            waiting,
+            habit,
+            claims: vec![0; vectors.heads().len()],
             waits,
             is_ready: vec![false; nodes],
             ready: Ready::new(nodes),
@@ -90,6 +92,7 @@ impl<'a> Walk<'a> {
             calendar,
             lanes: vec![Lane::default(); placement.configuration.lanes],
             placed: Vec::new(),
+            due: Vec::new(),
             now: 0,
             left: nodes,
             placement,
@@ -99,18 +102,19 @@ impl<'a> Walk<'a> {
     /// Fill one cycle, or as much of it as can be before more becomes ready within it.
     fn cycle(&mut self) {
         while self.calendar.is_due(self.now) {
-            for k in self.calendar.take(self.now) {
-                self.welcome(k);
-            }
+            let mut due = core::mem::take(&mut self.due);
+            self.calendar.take(self.now, &mut due);
+            due.iter().for_each(|&k| self.welcome(k));
+            self.due = due;
             self.tell();
         }
         self.divide();
-        let idle = (0..self.lanes.len()).filter(|&lane| !self.go_on(lane)).fold(0u32, |all, k| all | 1 << k);
+        // What has something to do in this cycle is taken, goes on with its run, or waits for a port.
+        let free = self.placement.free_lanes(self.now);
+        let idle = lanes_of(free).filter(|&lane| !self.go_on(lane)).fold(0u32, |all, k| all | 1 << k);
         // What one lane was refused, the others do not try.
         let mut from = [0, 0];
-        for lane in (0..self.lanes.len()).filter(|lane| idle >> lane & 1 == 1) {
-            self.begin(lane, &mut from);
-        }
+        lanes_of(idle).for_each(|lane| self.begin(lane, &mut from));
         self.tell();
         if !self.calendar.is_due(self.now) {
             self.now += 1;
@@ -122,7 +126,7 @@ impl<'a> Walk<'a> {
     fn welcome(&mut self, k: u32) {
         let code = self.placement.graph.nodes[k as usize].code;
         let timing = self.placement.configuration.timing();
-        let rank = self.placement.edges.rank(k);
+        let rank = self.urgency.rank(k);
         if code.on_divider() {
             self.divisions.insert(rank);
         } else if timing.latency(code) == timing.simple && self.vectors.is_alone(k) {
@@ -136,7 +140,7 @@ impl<'a> Walk<'a> {
 
     fn divide(&mut self) {
         while let Some(rank) = self.divisions.next(0) {
-            let k = self.placement.edges.of_rank(rank);
+            let k = self.urgency.of_rank(rank);
             if !self.placement.divider_free(k, self.now) {
                 self.placement.accounts.divider_wait(self.now, self.now + 1);
                 return;
@@ -147,11 +151,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Whether a lane has something to do in this cycle: it is taken, goes on with its run, or waits for a port.
+    /// Whether a free lane goes on with its run, or waits for a port.
     fn go_on(&mut self, lane: usize) -> bool {
-        if !self.placement.lane_free(self.now, lane) {
-            return true;
-        }
         let next = self.lanes[lane].last.and_then(|last| self.following(last));
         let next = next.filter(|&k| self.is_ready[k as usize] && !self.placement.is_placed(k));
         let Some(k) = next else { return false };
@@ -182,7 +183,7 @@ impl<'a> Walk<'a> {
                 let ready = if claimed { &self.claimed } else { &self.ready };
                 let Some(rank) = ready.next(*from) else { break };
                 *from = rank + 1;
-                let k = self.placement.edges.of_rank(rank);
+                let k = self.urgency.of_rank(rank);
                 if self.placement.try_place(k, self.now, 1 << lane).is_ok() {
                     self.take(lane, k);
                     return;
@@ -192,7 +193,7 @@ impl<'a> Walk<'a> {
     }
 
     fn take(&mut self, lane: usize, k: u32) {
-        let rank = self.placement.edges.rank(k);
+        let rank = self.urgency.rank(k);
         self.among(k).remove(rank);
         let before = core::mem::replace(&mut self.lanes[lane], Lane { last: Some(k), held: 0 }).last;
         self.placed.push(k);
@@ -242,17 +243,19 @@ impl<'a> Walk<'a> {
 
     /// Ranks of a run's operations that wait for a lane.
     fn ready_of(&self, run: u32) -> Vec<u32> {
-        let all = core::iter::successors(Some(self.heads[run as usize]), |&k| self.vectors.next(k));
+        let all = core::iter::successors(Some(self.vectors.heads()[run as usize]), |&k| self.vectors.next(k));
         let waits = |&k: &u32| self.is_ready[k as usize] && !self.placement.is_placed(k);
-        all.filter(waits).map(|k| self.placement.edges.rank(k)).collect()
+        all.filter(waits).map(|k| self.urgency.rank(k)).collect()
     }
 
     /// Tell the readers of what was placed; those who wait for nothing more enter the calendar.
     fn tell(&mut self) {
-        for k in core::mem::take(&mut self.placed) {
-            self.left -= 1;
-            for at in self.first[k as usize]..self.first[k as usize + 1] {
-                let reader = self.waiting[at as usize];
+        let mut placed = core::mem::take(&mut self.placed);
+        let waiting = self.placement.edges.waiting();
+        self.left -= placed.len();
+        for k in placed.drain(..) {
+            let readers = waiting.first[k as usize] as usize..waiting.first[k as usize + 1] as usize;
+            for &reader in &waiting.list[readers] {
                 self.waits[reader as usize] -= 1;
                 if self.waits[reader as usize] == 0 {
                     let when = self.placement.ready(reader).max(self.now);
@@ -260,5 +263,13 @@ impl<'a> Walk<'a> {
                 }
             }
         }
+        self.placed = placed;
     }
+}
+
+/// The lanes of a mask.
+fn lanes_of(mask: u32) -> impl Iterator<Item = usize> {
+    let rest = |mask: &u32| Some(mask & (mask - 1)).filter(|&rest| rest != 0);
+    core::iter::successors(Some(mask).filter(|&mask| mask != 0), rest)
+        .map(|mask| mask.trailing_zeros() as usize)
 }

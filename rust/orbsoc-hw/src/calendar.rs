@@ -26,14 +26,16 @@ impl Calendar {
         self.last.get(cycle as usize).is_some_and(|&node| node != NOBODY)
     }
 
-    /// Those of a cycle in the order in which they were added; they leave the calendar.
-    pub fn take(&mut self, cycle: u32) -> Vec<u32> {
-        let last = self.last.get_mut(cycle as usize).map_or(NOBODY, |last| core::mem::replace(last, NOBODY));
-        let some = |node: u32| (node != NOBODY).then_some(node);
-        let mut due: Vec<u32> =
-            core::iter::successors(some(last), |&node| some(self.before[node as usize])).collect();
+    /// Put those of a cycle, in the order in which they were added, into a list; they leave the calendar.
+    pub fn take(&mut self, cycle: u32, due: &mut Vec<u32>) {
+        due.clear();
+        let Some(last) = self.last.get_mut(cycle as usize) else { return };
+        let mut node = core::mem::replace(last, NOBODY);
+        while node != NOBODY {
+            due.push(node);
+            node = self.before[node as usize];
+        }
         due.reverse();
-        due
     }
 }
 
@@ -48,8 +50,10 @@ mod tests {
             calendar.add(cycle, node);
         }
         assert!(calendar.is_due(5) && !calendar.is_due(4) && !calendar.is_due(1000));
-        assert_eq!(calendar.take(5), [2, 0, 3]);
-        assert_eq!(calendar.take(5), []);
-        assert_eq!(calendar.take(0), [1]);
+        let mut due = vec![7];
+        for (cycle, expected) in [(5, vec![2, 0, 3]), (5, vec![]), (0, vec![1]), (1000, vec![])] {
+            calendar.take(cycle, &mut due);
+            assert_eq!(due, expected);
+        }
     }
 }

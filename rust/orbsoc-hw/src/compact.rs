@@ -7,7 +7,7 @@ use crate::configuration::Configuration;
 use crate::error::Error;
 use crate::graph::Graph;
 use crate::layout::Layout;
-use crate::schedule::{schedule, schedule_runs, Schedule};
+use crate::schedule::{Schedule, Scheduler};
 
 /// From the fewest bits on, as a rule.
 const HABITS: [Habit; 4] = [
@@ -19,30 +19,30 @@ const HABITS: [Habit; 4] = [
 /// A segment may take this share longer than with flat microcode.
 const SHARE: u32 = 20;
 
-/// Schedule a graph of a layout by the first habit that costs little time, decoding included; if none does, by the
-/// quickest.
+/// Schedule a graph of a layout for few bits, by the first habit that is hardly slower than a schedule of the fewest
+/// cycles, decoding included; if none is, by the quickest.
 ///
 /// # Errors
 /// [`Error::Storage`] when the temporaries do not fit.
 pub(crate) fn compact(
-    segment: &'static str,
+    scheduler: &Scheduler<'_>,
+    fast: &Schedule,
     graph: &Graph,
     layout: &Layout,
     configuration: &Configuration,
 ) -> Result<Schedule, Error> {
-    let flat = schedule(segment, graph, layout, configuration)?;
     let mut graph = graph.clone();
     let settled = graph.settle(layout.words(), configuration.words() as u32);
     let mut best: Option<(u32, Schedule)> = None;
     for habit in HABITS {
-        let made = schedule_runs(segment, &graph, layout, settled, configuration, habit)?;
+        let made = scheduler.in_runs(&graph, settled, habit)?;
         let cycles = Compressed::new(&[&made], configuration).segments[0].cycles;
-        if cycles <= flat.cycles + flat.cycles / SHARE {
+        if cycles <= fast.cycles + fast.cycles / SHARE {
             return Ok(made);
         }
         if best.as_ref().is_none_or(|(least, _)| cycles < *least) {
             best = Some((cycles, made));
         }
     }
-    Ok(best.map_or(flat, |(_, made)| made))
+    Ok(best.map_or_else(|| fast.clone(), |(_, made)| made))
 }

@@ -64,7 +64,7 @@ impl Graph {
     }
 
     /// Words that the graph reads or writes at fixed addresses lie below this.
-    fn words(&self) -> usize {
+    pub(crate) fn words(&self) -> usize {
         let fixed = |operand: &Option<Operand>| match operand {
             Some(Operand::Fixed(address)) => address + 1,
             _ => 0,

@@ -33,6 +33,7 @@ mod schedule;
 mod snapshots;
 mod template;
 mod timing;
+mod urgency;
 mod validation;
 mod vectors;
 

@@ -6,7 +6,7 @@ use crate::configuration::Configuration;
 use crate::edges::Edges;
 use crate::graph::{Graph, Node, Operand};
 use crate::layout::{Layout, Literals};
-use crate::reservation::{Conflict, Read, Reservation};
+use crate::reservation::{Conflict, Reads, Reservation};
 
 /// A node's place.
 #[derive(Clone, Copy, Debug)]
@@ -21,25 +21,17 @@ pub(crate) struct Place {
 }
 
 /// Nodes in the order of cycles, and of lanes, then dividers, within one.
-pub(crate) fn in_order(places: &[Place]) -> Vec<u32> {
+pub(crate) fn in_order(places: &[Place], configuration: &Configuration) -> Vec<u32> {
+    const NOBODY: u32 = u32::MAX;
+    let units = configuration.lanes + configuration.dividers;
     let words = places.iter().map(|place| place.cycle as usize + 1).max().unwrap_or(0);
-    let mut first = vec![0u32; words + 1];
-    for place in places {
-        first[place.cycle as usize + 1] += 1;
-    }
-    for cycle in 0..words {
-        first[cycle + 1] += first[cycle];
-    }
-    let (mut next, mut order) = (first.clone(), vec![0u32; places.len()]);
+    let mut slots = vec![NOBODY; words * units];
     for (place, k) in places.iter().zip(0..) {
-        order[next[place.cycle as usize] as usize] = k;
-        next[place.cycle as usize] += 1;
+        let first = if place.code.on_divider() { configuration.lanes } else { 0 };
+        slots[place.cycle as usize * units + first + usize::from(place.unit)] = k;
     }
-    let unit = |k: u32| (places[k as usize].code.on_divider(), places[k as usize].unit);
-    for word in first.windows(2) {
-        order[word[0] as usize..word[1] as usize].sort_unstable_by_key(|&k| unit(k));
-    }
-    order
+    slots.retain(|&k| k != NOBODY);
+    slots
 }
 
 /// All lanes, for operations that stand alone.
@@ -57,6 +49,7 @@ pub(crate) struct Placement<'a> {
     reservation: Reservation,
     literals: Literals,
     preferred_bank: u8,
+    distances: [u32; Code::ALL.len()],
 }
 
 impl<'a> Placement<'a> {
@@ -75,6 +68,7 @@ impl<'a> Placement<'a> {
             reservation: Reservation::new(configuration),
             literals: layout.literals(),
             preferred_bank: 0,
+            distances: Code::ALL.map(|code| configuration.timing().distance(code)),
         }
     }
 
@@ -84,9 +78,12 @@ impl<'a> Placement<'a> {
 
     /// The first cycle in which everything is in storage.
     pub fn end(&self) -> u32 {
-        let timing = self.configuration.timing();
-        let ends = self.places.iter().map(|place| place.cycle + timing.distance(place.code) + 1);
+        let ends = self.places.iter().map(|place| place.cycle + self.distance(place.code) + 1);
         ends.max().unwrap_or(0)
+    }
+
+    fn distance(&self, code: Code) -> u32 {
+        self.distances[code as usize]
     }
 
     /// The first cycle in which a node's operands are there. All it waits for must be placed.
@@ -94,7 +91,7 @@ impl<'a> Placement<'a> {
         let (mut ready, mut after_divider) = (0, false);
         for &(source, result) in self.edges.into(k) {
             let place = self.places[source as usize];
-            let wait = if result { self.configuration.timing().distance(place.code) } else { 0 };
+            let wait = if result { self.distance(place.code) } else { 0 };
             if place.cycle + wait >= ready {
                 (ready, after_divider) = (place.cycle + wait, place.code.on_divider());
             }
@@ -129,9 +126,10 @@ impl<'a> Placement<'a> {
         }
     }
 
-    /// Whether no operation begins in a lane.
-    pub fn lane_free(&mut self, cycle: u32, lane: usize) -> bool {
-        self.reservation.lane_free(cycle, lane)
+    /// Lanes in which no operation begins, as bits.
+    pub fn free_lanes(&mut self, cycle: u32) -> u32 {
+        self.reservation.reach(cycle);
+        self.reservation.free_lanes(cycle)
     }
 
     /// Whether a divider takes a node now.
@@ -141,9 +139,8 @@ impl<'a> Placement<'a> {
 
     /// Place a node in a cycle, in one of the lanes of a mask, or say what is in the way.
     pub fn try_place(&mut self, k: u32, cycle: u32, lanes: u32) -> Result<(), Conflict> {
-        let node = self.graph.nodes[k as usize];
-        let operands = node.operands.map(|operand| operand.map(|o| self.read(o)));
-        let tried = self.find(&node, cycle, lanes, operands);
+        self.reservation.reach(cycle);
+        let tried = self.find(&self.graph.nodes[k as usize], cycle, lanes);
         match tried {
             Ok(place) => self.places[k as usize] = place,
             Err(conflict) => self.accounts.refused(cycle, conflict),
@@ -151,14 +148,9 @@ impl<'a> Placement<'a> {
         tried.map(|_| ())
     }
 
-    fn find(
-        &mut self,
-        node: &Node,
-        cycle: u32,
-        allowed: u32,
-        mut operands: [Option<Read>; 3],
-    ) -> Result<Place, Conflict> {
+    fn find(&mut self, node: &Node, cycle: u32, allowed: u32) -> Result<Place, Conflict> {
         let mut code = node.code;
+        let mut reads = self.reads(node);
         let unit = if code.on_divider() {
             self.reservation.divider_from(cycle, code).1
         } else {
@@ -167,7 +159,7 @@ impl<'a> Placement<'a> {
                 // The result register is taken too soon: the whole chain takes longer and may find it free.
                 code = code.by_chain().ok_or(Conflict::Result)?;
                 lanes = self.reservation.lanes_for(cycle, code) & allowed;
-                self.fill(node.code, &mut operands);
+                self.fill(node.code, &mut reads);
             }
             if lanes == 0 {
                 return Err(Conflict::Result);
@@ -175,38 +167,45 @@ impl<'a> Placement<'a> {
             lanes.trailing_zeros() as usize
         };
         let mut swapped = false;
-        if !self.reservation.may_read(cycle, &operands) {
+        if !self.reservation.may_read(cycle, &reads) {
             // In a run, a lane keeps the operands where they were: exchanged, they would cost their full addresses.
-            operands.swap(0, 1);
+            reads.swap();
             swapped = true;
-            if allowed != ANY_LANE || !code.commutes() || !self.reservation.may_read(cycle, &operands) {
+            if allowed != ANY_LANE || !code.commutes() || !self.reservation.may_read(cycle, &reads) {
                 return Err(Conflict::ReadPort);
             }
         }
         let banks = self.reservation.banks_for(cycle, code);
         let bank = self.bank(node, banks).ok_or(Conflict::WritePort)?;
-        self.reservation.take(cycle, code, unit, &operands, bank);
+        self.reservation.take(cycle, code, unit, &reads, bank);
         Ok(Place { code, cycle, unit: unit as u8, bank: bank as u8, swapped })
     }
 
-    /// What an operand reads, named so that equal words have equal names.
-    fn read(&self, operand: Operand) -> Read {
-        match operand {
-            Operand::Fixed(address) => Read { value: address, bank: self.configuration.bank(address) as u8 },
-            Operand::Node(source) => {
-                let fixed = self.configuration.words() as u32;
-                Read { value: fixed + source, bank: self.places[source as usize].bank }
+    /// What a node reads; its sources must be placed.
+    fn reads(&self, node: &Node) -> Reads {
+        let mut reads = Reads::default();
+        for (replica, operand) in node.operands.iter().enumerate() {
+            match operand {
+                Some(Operand::Fixed(address)) => {
+                    reads.set(replica, self.configuration.bank(*address) as u8, *address);
+                }
+                Some(Operand::Node(source)) => {
+                    let fixed = self.configuration.words() as u32;
+                    reads.set(replica, self.places[*source as usize].bank, fixed + source);
+                }
+                None => {}
             }
         }
+        reads
     }
 
     /// The literal that makes a chain of a product or a sum.
-    fn fill(&self, code: Code, operands: &mut [Option<Read>; 3]) {
+    fn fill(&self, code: Code, reads: &mut Reads) {
         let (missing, address) = match code {
             Code::Mul => (2, self.literals.minus_zero),
             _ => (1, self.literals.one),
         };
-        operands[missing] = Some(self.read(Operand::Fixed(address)));
+        reads.set(missing, self.configuration.bank(address) as u8, address);
     }
 
     /// The bank of the home; or that of the accumulator, whose word it may take over; or the next one in turn.

@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::graph::Graph;
 use crate::layout::Layout;
 use crate::microcode::{flat, Microcode};
-use crate::schedule::{schedule, Aim, Schedule};
+use crate::schedule::{Aim, Schedule, Scheduler};
 use orbsoc::{Buffer, Problem, Recording, Stage, Tape};
 
 /// A stage of a PL module, scheduled, or several as one stream.
@@ -110,11 +110,12 @@ impl Program {
     fn append(&mut self, tape: &Tape, aim: Aim) -> Result<(), Error> {
         let start = self.segments.last().map_or(0, |last| last.start + last.schedule.words as usize);
         let graph = Graph::new(tape, &self.layout);
-        let make = match aim {
-            Aim::Fast => schedule,
-            Aim::Compact => compact,
+        let scheduler = Scheduler::new(tape.stage.name(), &graph, &self.layout, &self.configuration);
+        let fast = scheduler.fast()?;
+        let schedule = match aim {
+            Aim::Fast => fast,
+            Aim::Compact => compact(&scheduler, &fast, &graph, &self.layout, &self.configuration)?,
         };
-        let schedule = make(tape.stage.name(), &graph, &self.layout, &self.configuration)?;
         let (needed, available) = (start + schedule.words as usize, self.configuration.microcode_words);
         if needed > available {
             return Err(Error::Microcode { needed, available });

@@ -12,11 +12,26 @@ pub(crate) enum Conflict {
     Result,
 }
 
-/// A value to be read: which one, and the bank that it is in. Reading one value twice is reading it once.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Read {
-    pub value: u32,
-    pub bank: u8,
+/// What an operation reads in each replica: the bank, as a bit of a mask, and which value. Reading one value twice is
+/// reading it once. No bit: no read.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Reads {
+    pub banks: [u64; 3],
+    pub values: [u32; 3],
+}
+
+impl Reads {
+    /// Read a value, named so that equal words have equal names.
+    pub fn set(&mut self, replica: usize, bank: u8, value: u32) {
+        self.banks[replica] = 1 << bank;
+        self.values[replica] = value;
+    }
+
+    /// Exchange a and b.
+    pub fn swap(&mut self) {
+        self.banks.swap(0, 1);
+        self.values.swap(0, 1);
+    }
 }
 
 /// One cycle's reservations.
@@ -35,7 +50,11 @@ struct Cycle {
 /// The reservations of a segment. Operations may be placed in any order.
 #[derive(Clone, Debug)]
 pub(crate) struct Reservation {
-    configuration: Configuration,
+    /// All lanes and all banks, as bits.
+    lanes: u32,
+    banks: u64,
+    latencies: [u32; Code::ALL.len()],
+    longest: u32,
     cycles: Vec<Cycle>,
     /// What is read: of each cycle and replica as many words as there are units, filled from the first on.
     words: Vec<u32>,
@@ -51,8 +70,12 @@ const PATIENCE: u8 = 12;
 
 impl Reservation {
     pub fn new(configuration: &Configuration) -> Self {
+        let latencies = Code::ALL.map(|code| configuration.timing().latency(code));
         Self {
-            configuration: *configuration,
+            lanes: (1 << configuration.lanes) - 1,
+            banks: u64::MAX >> (64 - configuration.banks),
+            latencies,
+            longest: latencies.into_iter().max().unwrap_or(0),
             cycles: Vec::new(),
             words: Vec::new(),
             units: configuration.lanes + configuration.dividers,
@@ -62,13 +85,22 @@ impl Reservation {
         }
     }
 
-    fn at(&mut self, cycle: u32) -> &mut Cycle {
-        let cycle = cycle as usize;
-        if cycle >= self.cycles.len() {
-            self.cycles.resize(2 * cycle + 64, Cycle::default());
-            self.words.resize(3 * self.units * self.cycles.len(), 0);
+    /// Have room for whatever begins in a cycle.
+    pub fn reach(&mut self, cycle: u32) {
+        let last = (cycle + self.longest) as usize;
+        if last >= self.cycles.len() {
+            self.grow(2 * last + 64);
         }
-        &mut self.cycles[cycle]
+    }
+
+    #[cold]
+    fn grow(&mut self, cycles: usize) {
+        self.cycles.resize(cycles, Cycle::default());
+        self.words.resize(3 * self.units * cycles, 0);
+    }
+
+    fn latency(&self, code: Code) -> u32 {
+        self.latencies[code as usize]
     }
 
     /// The first cycle from `from` on in which a lane may be free.
@@ -105,12 +137,10 @@ impl Reservation {
     }
 
     /// Whether all of these reads have a port, operand by operand.
-    pub fn may_read(&mut self, cycle: u32, operands: &[Option<Read>; 3]) -> bool {
-        let banks = self.at(cycle).reads;
+    pub fn may_read(&self, cycle: u32, reads: &Reads) -> bool {
+        let taken = &self.cycles[cycle as usize].reads;
         (0..3).all(|replica| {
-            operands[replica].is_none_or(|read| {
-                banks[replica] >> read.bank & 1 == 0 || self.is_read(cycle, replica, read.value)
-            })
+            taken[replica] & reads.banks[replica] == 0 || self.is_read(cycle, replica, reads.values[replica])
         })
     }
 
@@ -121,61 +151,54 @@ impl Reservation {
         self.words[from..from + count].contains(&value)
     }
 
-    fn take_port(&mut self, cycle: u32, replica: usize, read: Read) {
-        let banks = &mut self.at(cycle).reads[replica];
-        if *banks >> read.bank & 1 == 0 {
-            let count = banks.count_ones() as usize;
-            *banks |= 1 << read.bank;
-            self.words[(3 * cycle as usize + replica) * self.units + count] = read.value;
+    fn take_ports(&mut self, cycle: u32, reads: &Reads) {
+        let taken = &mut self.cycles[cycle as usize].reads;
+        for (replica, taken) in taken.iter_mut().enumerate() {
+            let bank = reads.banks[replica];
+            if bank & !*taken != 0 {
+                let count = taken.count_ones() as usize;
+                *taken |= bank;
+                self.words[(3 * cycle as usize + replica) * self.units + count] = reads.values[replica];
+            }
         }
     }
 
-    /// Whether no operation begins in a lane.
-    pub fn lane_free(&mut self, cycle: u32, lane: usize) -> bool {
-        self.at(cycle).lanes >> lane & 1 == 0
-    }
-
-    fn appears(&self, cycle: u32, code: Code) -> u32 {
-        cycle + self.configuration.timing().latency(code)
+    /// Lanes in which no operation begins, as bits.
+    pub fn free_lanes(&self, cycle: u32) -> u32 {
+        self.lanes & !self.cycles[cycle as usize].lanes
     }
 
     /// Lanes in which an operation may begin and end, as bits.
-    pub fn lanes_for(&mut self, cycle: u32, code: Code) -> u32 {
-        let all = (1u32 << self.configuration.lanes) - 1;
-        let end = self.appears(cycle, code);
-        all & !self.at(cycle).lanes & !self.at(end).results
+    pub fn lanes_for(&self, cycle: u32, code: Code) -> u32 {
+        let end = (cycle + self.latency(code)) as usize;
+        self.lanes & !self.cycles[cycle as usize].lanes & !self.cycles[end].results
     }
 
     /// Banks that may be written by an operation issued in this cycle, as bits.
-    pub fn banks_for(&mut self, cycle: u32, code: Code) -> u64 {
-        let end = self.appears(cycle, code);
-        let all = u64::MAX >> (64 - self.configuration.banks);
-        all & !self.at(end).writes
+    pub fn banks_for(&self, cycle: u32, code: Code) -> u64 {
+        self.banks & !self.cycles[(cycle + self.latency(code)) as usize].writes
     }
 
     /// The first cycle from `from` on in which one of the dividers has time for an operation, and the divider.
     pub fn divider_from(&self, from: u32, code: Code) -> (u32, usize) {
-        let length = self.configuration.timing().latency(code);
+        let length = self.latency(code);
         let firsts = self.dividers.iter().enumerate().map(|(k, busy)| (busy.gap(from, length), k));
         firsts.min().unwrap_or((from, 0))
     }
 
     /// Take everything that an operation needs.
-    pub fn take(&mut self, cycle: u32, code: Code, unit: usize, operands: &[Option<Read>; 3], bank: usize) {
-        let end = self.appears(cycle, code);
-        self.at(end).writes |= 1 << bank;
-        for (replica, read) in operands.iter().enumerate() {
-            if let Some(read) = read {
-                self.take_port(cycle, replica, *read);
-            }
-        }
+    pub fn take(&mut self, cycle: u32, code: Code, unit: usize, reads: &Reads, bank: usize) {
+        let end = cycle + self.latency(code);
+        self.cycles[end as usize].writes |= 1 << bank;
+        self.take_ports(cycle, reads);
         if code.on_divider() {
             self.dividers[unit].take(cycle, end);
             return;
         }
-        self.at(end).results |= 1 << unit;
-        self.at(cycle).lanes |= 1 << unit;
-        if self.at(cycle).lanes.count_ones() as usize == self.configuration.lanes {
+        self.cycles[end as usize].results |= 1 << unit;
+        let begun = &mut self.cycles[cycle as usize].lanes;
+        *begun |= 1 << unit;
+        if *begun == self.lanes {
             self.close(cycle);
         }
     }

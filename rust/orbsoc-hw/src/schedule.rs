@@ -11,6 +11,9 @@ use crate::graph::{Graph, Operand};
 use crate::layout::{Layout, Literals};
 use crate::placement::{in_order, Place, Placement};
 use crate::rows::assign_rows;
+use crate::urgency::Urgency;
+use crate::vectors::Vectors;
+use std::cell::OnceCell;
 
 /// One operation in its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,51 +76,106 @@ pub fn schedule(
     layout: &Layout,
     configuration: &Configuration,
 ) -> Result<Schedule, Error> {
-    let edges = Edges::new(graph, configuration, Habit::URGENT.nodes_per_cycle);
-    let bounds = Bounds::new(graph, &edges, configuration);
-    let new = || Placement::new(graph, layout, configuration, &edges);
-    let by_cycle = || place_by_cycle(new(), Habit::URGENT);
-    let placement = if graph.nodes.len() > ONE_WAY {
-        let issue_bound = bounds.issue > bounds.dependency;
-        if issue_bound {
-            by_cycle()
-        } else {
-            place_by_urgency(new())
-        }
-    } else {
-        // Neither way is always the shorter one: the cycles decide.
-        let one = place_by_urgency(new());
-        let most = bounds.cycles() - configuration.timing().startup - configuration.timing().finish;
-        if one.end() <= most + most / NEAR {
-            one
-        } else {
-            let other = by_cycle();
-            if one.end() < other.end() {
-                one
-            } else {
-                other
-            }
-        }
-    };
-    finished(segment, graph, layout, layout.words(), configuration, placement, bounds)
+    Scheduler::new(segment, graph, layout, configuration).fast()
 }
 
-/// Schedule a graph whose results have words below `settled`, lane by lane, with lanes of a habit.
-///
-/// # Errors
-/// As [`schedule`].
-pub(crate) fn schedule_runs(
+/// What all schedules of a graph have in common.
+pub(crate) struct Scheduler<'a> {
     segment: &'static str,
-    graph: &Graph,
-    layout: &Layout,
-    settled: u32,
-    configuration: &Configuration,
-    habit: Habit,
-) -> Result<Schedule, Error> {
-    let edges = Edges::new(graph, configuration, habit.nodes_per_cycle);
-    let bounds = Bounds::new(graph, &edges, configuration);
-    let placement = place_by_cycle(Placement::new(graph, layout, configuration, &edges), habit);
-    finished(segment, graph, layout, settled, configuration, placement, bounds)
+    graph: &'a Graph,
+    layout: &'a Layout,
+    configuration: &'a Configuration,
+    edges: Edges,
+    vectors: OnceCell<Vectors>,
+}
+
+impl<'a> Scheduler<'a> {
+    pub fn new(
+        segment: &'static str,
+        graph: &'a Graph,
+        layout: &'a Layout,
+        configuration: &'a Configuration,
+    ) -> Self {
+        let edges = Edges::new(graph, configuration);
+        Self { segment, graph, layout, configuration, edges, vectors: OnceCell::new() }
+    }
+
+    /// The schedule of the fewest cycles.
+    ///
+    /// # Errors
+    /// [`Error::Storage`] when the temporaries do not fit.
+    pub fn fast(&self) -> Result<Schedule, Error> {
+        let (graph, configuration) = (self.graph, self.configuration);
+        let urgency = Urgency::new(&self.edges, Habit::URGENT.nodes_per_cycle);
+        let bounds = Bounds::new(graph, &self.edges, configuration);
+        let by_urgency = || place_by_urgency(self.placement(graph), &urgency);
+        let by_cycle = || place_by_cycle(self.placement(graph), &urgency, self.vectors(), Habit::URGENT);
+        let placement = if graph.nodes.len() > ONE_WAY {
+            if bounds.issue > bounds.dependency {
+                by_cycle()
+            } else {
+                by_urgency()
+            }
+        } else {
+            // Neither way is always the shorter one: the cycles decide.
+            let one = by_urgency();
+            let most = bounds.cycles() - configuration.timing().startup - configuration.timing().finish;
+            if one.end() <= most + most / NEAR {
+                one
+            } else {
+                let other = by_cycle();
+                if one.end() < other.end() {
+                    one
+                } else {
+                    other
+                }
+            }
+        };
+        self.finished(placement, bounds, self.layout.words())
+    }
+
+    /// A schedule lane by lane, with lanes of a habit, of the same graph but that results have words below `settled`.
+    ///
+    /// # Errors
+    /// As [`Scheduler::fast`].
+    pub fn in_runs(&self, graph: &Graph, settled: u32, habit: Habit) -> Result<Schedule, Error> {
+        let urgency = Urgency::new(&self.edges, habit.nodes_per_cycle);
+        let bounds = Bounds::new(graph, &self.edges, self.configuration);
+        let placement = place_by_cycle(self.placement(graph), &urgency, self.vectors(), habit);
+        self.finished(placement, bounds, settled)
+    }
+
+    fn placement<'b>(&'b self, graph: &'b Graph) -> Placement<'b> {
+        Placement::new(graph, self.layout, self.configuration, &self.edges)
+    }
+
+    fn vectors(&self) -> &Vectors {
+        self.vectors.get_or_init(|| Vectors::new(self.graph))
+    }
+
+    fn finished(&self, placement: Placement<'_>, bounds: Bounds, first_free: u32) -> Result<Schedule, Error> {
+        let configuration = self.configuration;
+        let end = placement.end();
+        let Placement { graph, places, accounts, .. } = placement;
+        let words = places.iter().map(|place| place.cycle + 1).max().unwrap_or(1);
+        let order = in_order(&places, configuration);
+        let (addresses, storage) =
+            assign_rows(self.segment, graph, &places, &order, first_free, configuration)?;
+        let timing = configuration.timing();
+        let end = end.max(words);
+        let (causes, slots) = accounts.settle(graph, &places, words, end, configuration);
+        let lane_operations = graph.nodes.iter().filter(|node| !node.code.on_divider()).count() as u32;
+        Ok(Schedule {
+            issues: issues(graph, self.layout.literals(), &places, &order, &addresses),
+            words,
+            cycles: timing.startup + end + timing.finish,
+            lane_operations,
+            bounds,
+            causes,
+            slots,
+            storage,
+        })
+    }
 }
 
 /// Larger segments are scheduled one way only: lane by lane if the lanes bound them, else by urgency.
@@ -125,42 +183,9 @@ const ONE_WAY: usize = 1 << 15;
 /// A schedule that is this share above its bound is not tried another way.
 const NEAR: u32 = 200;
 
-fn finished(
-    segment: &'static str,
-    graph: &Graph,
-    layout: &Layout,
-    first_free: u32,
-    configuration: &Configuration,
-    placement: Placement<'_>,
-    bounds: Bounds,
-) -> Result<Schedule, Error> {
-    let end = placement.end();
-    let Placement { places, accounts, .. } = placement;
-    let words = places.iter().map(|place| place.cycle + 1).max().unwrap_or(1);
-    let order = in_order(&places);
-    let (addresses, storage) = assign_rows(segment, graph, &places, &order, first_free, configuration)?;
-    let timing = configuration.timing();
-    let end = end.max(words);
-    let (causes, slots) = accounts.settle(graph, &places, words, end, configuration);
-    let lane_operations = graph.nodes.iter().filter(|node| !node.code.on_divider()).count() as u32;
-    Ok(Schedule {
-        issues: issues(graph, layout.literals(), &places, &order, &addresses),
-        words,
-        cycles: timing.startup + end + timing.finish,
-        lane_operations,
-        bounds,
-        causes,
-        slots,
-        storage,
-    })
-}
-
 /// Place the most urgent first, each in the first cycle that takes it; a later one may fill a gap before an earlier one.
-fn place_by_urgency(mut placement: Placement<'_>) -> Placement<'_> {
-    let edges = placement.edges;
-    for &k in edges.order() {
-        placement.place(k);
-    }
+fn place_by_urgency<'a>(mut placement: Placement<'a>, urgency: &Urgency) -> Placement<'a> {
+    urgency.order().iter().for_each(|&k| placement.place(k));
     placement
 }
 

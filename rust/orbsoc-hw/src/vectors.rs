@@ -1,13 +1,13 @@
 //! Runs of like operations: what a lane does one after the other costs a compressed microcode few bits.
 
 use crate::code::Code;
-use crate::graph::{Graph, Operand};
-use std::collections::HashMap;
+use crate::graph::{Graph, Node, Operand};
 
-/// For each node the one that continues its run, and the number of its run.
+/// For each node the one that continues its run, and the number of its run; for each run its first node and its length.
 pub(crate) struct Vectors {
     next: Vec<Option<u32>>,
     run: Vec<u32>,
+    heads: Vec<u32>,
     length: Vec<u32>,
 }
 
@@ -19,20 +19,16 @@ impl Vectors {
     /// code that do not read each other.
     pub fn new(graph: &Graph) -> Self {
         let nodes = graph.nodes.len();
-        let mut vectors = Self { next: vec![None; nodes], run: vec![0; nodes], length: Vec::new() };
-        let mut open: HashMap<(Code, Operand), u32> = HashMap::new();
-        let mut shared: HashMap<(Code, Operand), u32> = HashMap::new();
-        let factor = |k: usize| {
-            let node = &graph.nodes[k];
-            node.operands[1].filter(|_| node.code.commutes()).map(|b| (node.code, b))
-        };
-        (0..nodes).filter_map(factor).for_each(|key| *shared.entry(key).or_default() += 1);
+        let mut vectors =
+            Self { next: vec![None; nodes], run: vec![0; nodes], heads: Vec::new(), length: Vec::new() };
+        let factors = Factors::of(graph);
+        // Of each factor, the last operation that has it so far, counted from one.
+        let mut last = vec![0u32; factors.times.len()];
         for k in 0..nodes {
-            let key = factor(k).filter(|key| shared[key] > 1);
-            let before = match key {
-                Some(key) => open.insert(key, k as u32),
+            let before = match factors.shared(k) {
+                Some(key) => core::mem::replace(&mut last[key as usize], k as u32 + 1).checked_sub(1),
                 None => (k as u32).checked_sub(1).filter(|&p| {
-                    let alone = factor(p as usize).is_none_or(|key| shared[&key] == 1);
+                    let alone = factors.shared(p as usize).is_none();
                     alone && graph.nodes[p as usize].code == graph.nodes[k].code
                 }),
             };
@@ -47,6 +43,7 @@ impl Vectors {
             } else {
                 vectors.run[k] = vectors.length.len() as u32;
                 vectors.length.push(1);
+                vectors.heads.push(k as u32);
             }
         }
         vectors
@@ -58,12 +55,8 @@ impl Vectors {
     }
 
     /// The first operation of every run.
-    pub fn heads(&self) -> Vec<u32> {
-        let mut heads = vec![0; self.length.len()];
-        for (k, &run) in self.run.iter().enumerate().rev() {
-            heads[run as usize] = k as u32;
-        }
-        heads
+    pub fn heads(&self) -> &[u32] {
+        &self.heads
     }
 
     /// The operation that continues a node's run.
@@ -74,5 +67,39 @@ impl Vectors {
     /// Whether a node's run is the node alone.
     pub fn is_alone(&self, k: u32) -> bool {
         self.length[self.run[k as usize] as usize] == 1
+    }
+}
+
+/// The factor b of every operation that may exchange it with a, together with the operation's code, as a number; and
+/// how many operations have each.
+struct Factors {
+    keys: Vec<Option<u32>>,
+    times: Vec<u32>,
+}
+
+impl Factors {
+    fn of(graph: &Graph) -> Self {
+        let mut codes = 0;
+        let numbers = Code::ALL.map(|code| {
+            codes += u32::from(code.commutes());
+            code.commutes().then(|| codes - 1)
+        });
+        let words = graph.words() as u32;
+        let key = |node: &Node| {
+            let operand = match node.operands[1]? {
+                Operand::Fixed(address) => address,
+                Operand::Node(source) => words + source,
+            };
+            Some(operand * codes + numbers[node.code as usize]?)
+        };
+        let keys: Vec<Option<u32>> = graph.nodes.iter().map(key).collect();
+        let mut times = vec![0; (words as usize + keys.len()) * codes as usize];
+        keys.iter().flatten().for_each(|&key| times[key as usize] += 1);
+        Self { keys, times }
+    }
+
+    /// The factor of an operation that is not the only one to have it.
+    fn shared(&self, k: usize) -> Option<u32> {
+        self.keys[k].filter(|&key| self.times[key as usize] > 1)
     }
 }
