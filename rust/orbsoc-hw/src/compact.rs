@@ -36,7 +36,7 @@ pub(crate) fn compact(
     let mut best: Option<(u32, Schedule)> = None;
     for habit in HABITS {
         let made = scheduler.in_runs(&graph, settled, habit)?;
-        let cycles = Compressed::new(&[&made], configuration).segments[0].cycles;
+        let cycles = Compressed::cycles(&made, configuration);
         if cycles <= fast.cycles + fast.cycles / SHARE {
             return Ok(made);
         }

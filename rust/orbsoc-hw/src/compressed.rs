@@ -3,11 +3,11 @@
 
 use crate::code::Code;
 use crate::configuration::Configuration;
+use crate::encoder::{encode, Index, Item, EMPTY, LAST, RUN_BITS, SAME};
 use crate::error::Error;
 use crate::microcode::Microcode;
 use crate::schedule::{Issue, Schedule};
-use crate::template::{choose, Format, Kept, Mode, Template};
-use std::collections::HashMap;
+use crate::template::{choose, Format, Kept, Mode, Template, Wishes};
 
 /// The compressed microcode of several segments, with their common templates.
 #[derive(Clone, Debug)]
@@ -41,23 +41,30 @@ impl Compressed {
     /// Compress schedules of one engine.
     pub fn new(schedules: &[&Schedule], configuration: &Configuration) -> Self {
         let format = Format::new(configuration);
-        let mut wishes = HashMap::new();
+        let table = table(schedules, &format);
+        let index = Index::new(&format, &table);
+        let mut lines = Microcode::new(format.fetch(), 0);
+        let (mut segments, mut freezes) = (Vec::new(), Vec::new());
         for schedule in schedules {
-            let mut lanes = vec![Kept::default(); format.lanes];
-            for issue in schedule.issues.iter().filter(|issue| !issue.code.on_divider()) {
-                let lane = &mut lanes[issue.unit as usize];
-                let wish = lane.template(issue, &format);
-                lane.write(issue, wish, &format);
-                *wishes.entry(wish).or_default() += 1;
-            }
+            let (stream, items) = encode(schedule, &index);
+            let (start, count) = (lines.len(), stream.bits.div_ceil(format.fetch()));
+            let waits = waits(&items, count, format.fetch());
+            let frozen = waits.len() as u32;
+            let cycles = schedule.cycles + 1 + frozen;
+            segments.push(CompressedSegment { start, lines: count, bits: stream.bits, frozen, cycles });
+            freezes.push(waits);
+            lines.append(&stream.lines(format.fetch()));
         }
-        let table = choose(&wishes, &format);
-        let lines = Microcode::new(format.fetch(), 0);
-        let mut this = Self { format, table, lines, segments: Vec::new(), freezes: Vec::new() };
-        for schedule in schedules {
-            this.append(schedule, configuration);
-        }
-        this
+        Self { format, table, lines, segments, freezes }
+    }
+
+    /// Cycles for which the engine is busy with a schedule that is compressed alone.
+    pub(crate) fn cycles(schedule: &Schedule, configuration: &Configuration) -> u32 {
+        let format = Format::new(configuration);
+        let table = table(&[schedule], &format);
+        let (stream, items) = encode(schedule, &Index::new(&format, &table));
+        let lines = stream.bits.div_ceil(format.fetch());
+        schedule.cycles + 1 + waits(&items, lines, format.fetch()).len() as u32
     }
 
     /// Bits of microcode in use, without the table.
@@ -69,48 +76,25 @@ impl Compressed {
     pub fn templates(&self) -> impl Iterator<Item = String> + '_ {
         self.table.iter().map(|template| format!("{:03x}", template.bits()))
     }
-
-    fn append(&mut self, schedule: &Schedule, configuration: &Configuration) {
-        let mut writer = Writer::new(&self.format, &self.table);
-        let mut empty = 0;
-        let mut next = schedule.issues.as_slice();
-        for cycle in 0..schedule.words {
-            let count = next.iter().take_while(|issue| issue.cycle == cycle).count();
-            let (word, rest) = next.split_at(count);
-            next = rest;
-            let last = cycle + 1 == schedule.words;
-            if word.is_empty() && !last {
-                empty += 1;
-                continue;
-            }
-            writer.empty_words(empty);
-            empty = 0;
-            writer.word(word, last);
-        }
-        let start = self.lines.len();
-        let lines = writer.stream.lines(self.format.fetch());
-        let freezes = freezes(&writer.items, lines.len(), self.format.fetch());
-        let frozen = freezes.len() as u32;
-        let timing = configuration.timing();
-        let cycles = schedule.cycles + 1 + frozen;
-        debug_assert!(cycles > timing.startup + timing.finish);
-        self.segments.push(CompressedSegment {
-            start,
-            lines: lines.len(),
-            bits: writer.stream.bits,
-            frozen,
-            cycles,
-        });
-        self.freezes.push(freezes);
-        self.lines.append(&lines);
-    }
 }
 
-/// An item: its length, and the words that it stands for.
-type Item = (usize, u32);
+/// The templates that suit some schedules together.
+fn table(schedules: &[&Schedule], format: &Format) -> Vec<Template> {
+    let mut wishes = Wishes::new();
+    for schedule in schedules {
+        let mut lanes = vec![Kept::default(); format.lanes];
+        for issue in schedule.issues.iter().filter(|issue| !issue.code.on_divider()) {
+            let lane = &mut lanes[issue.unit as usize];
+            let wish = lane.fits(issue, format).shortest();
+            lane.write(issue, wish, format, |_, _| ());
+            wishes.add(wish);
+        }
+    }
+    choose(&wishes, format)
+}
 
 /// The words that are waited for while the next item is not yet complete in the buffer, once a cycle.
-fn freezes(items: &[Item], lines: usize, fetch: usize) -> Vec<u32> {
+fn waits(items: &[Item], lines: usize, fetch: usize) -> Vec<u32> {
     let (mut fill, mut fetched, mut word, mut found) = (fetch, 1, 0, Vec::new());
     let mut items = items.iter().copied();
     let (mut rest, mut next) = (0, items.next());
@@ -133,147 +117,6 @@ fn freezes(items: &[Item], lines: usize, fetch: usize) -> Vec<u32> {
         }
     }
     found
-}
-
-/// Bits in their order.
-#[derive(Default)]
-struct Stream {
-    limbs: Vec<u64>,
-    bits: usize,
-}
-
-impl Stream {
-    fn push(&mut self, value: u64, bits: usize) {
-        debug_assert!(bits < 64 && value >> bits == 0, "{value} in {bits} bits");
-        if bits == 0 {
-            return;
-        }
-        let at = self.bits % 64;
-        match self.limbs.last_mut() {
-            Some(last) if at > 0 => {
-                *last |= value << at;
-                if at + bits > 64 {
-                    self.limbs.push(value >> (64 - at));
-                }
-            }
-            _ => self.limbs.push(value),
-        }
-        self.bits += bits;
-    }
-
-    fn lines(&self, fetch: usize) -> Microcode {
-        let mut lines = Microcode::new(fetch, self.bits.div_ceil(fetch));
-        // Lines are whole multiples of 32 bits.
-        for from in (0..self.bits).step_by(32) {
-            let half = self.limbs[from / 64] >> (from % 64) & u64::from(u32::MAX);
-            lines.put(from / fetch, from % fetch, 32, half);
-        }
-        lines
-    }
-}
-
-struct Writer<'a> {
-    format: &'a Format,
-    table: &'a [Template],
-    number: HashMap<Template, usize>,
-    lanes: Vec<Kept>,
-    current: Vec<usize>,
-    stream: Stream,
-    items: Vec<Item>,
-}
-
-const SAME: u64 = 0;
-const NEW: u64 = 1;
-const EMPTY: u64 = 2;
-const LAST: u64 = 3;
-const RUN_BITS: usize = 8;
-
-impl<'a> Writer<'a> {
-    fn new(format: &'a Format, table: &'a [Template]) -> Self {
-        let mut number = HashMap::new();
-        for (k, template) in table.iter().enumerate() {
-            number.entry(*template).or_insert(k);
-        }
-        Self {
-            format,
-            table,
-            number,
-            lanes: vec![Kept::default(); format.lanes],
-            current: vec![0; format.lanes],
-            stream: Stream::default(),
-            items: Vec::new(),
-        }
-    }
-
-    fn empty_words(&mut self, mut count: u32) {
-        while count > 0 {
-            let some = count.min(1 << RUN_BITS);
-            self.stream.push(EMPTY, 2);
-            self.stream.push(u64::from(some - 1), RUN_BITS);
-            self.items.push((2 + RUN_BITS, some));
-            count -= some;
-        }
-    }
-
-    fn word(&mut self, word: &[Issue], last: bool) {
-        let from = self.stream.bits;
-        let mut templates = vec![0; self.format.lanes];
-        let mut payload = Vec::new();
-        let mut divider_ops = vec![0; self.format.dividers];
-        for issue in word {
-            if issue.code.on_divider() {
-                divider_ops[issue.unit as usize] = u64::from(issue.code.field());
-                let operands = if issue.code == Code::Div { 2 } else { 1 };
-                let fields = issue.operands[..operands].iter().chain([&issue.destination]);
-                payload.extend(fields.map(|&field| (u64::from(field), self.format.address_bits)));
-            } else {
-                let lane = issue.unit as usize;
-                templates[lane] = self.template(issue);
-                let template = self.table[templates[lane]];
-                payload.extend(self.lanes[lane].write(issue, template, self.format));
-            }
-        }
-        let changed: Vec<usize> =
-            (0..self.format.lanes).filter(|&k| templates[k] != self.current[k]).collect();
-        let divides = divider_ops.iter().any(|&op| op != 0);
-        if changed.is_empty() && !divides && !last {
-            self.stream.push(SAME, 2);
-        } else {
-            self.stream.push(if last { LAST } else { NEW }, 2);
-            self.stream.push(changed.iter().map(|&lane| 1 << lane).sum(), self.format.lanes);
-            for &lane in &changed {
-                self.stream.push(templates[lane] as u64, self.format.template_bits);
-            }
-            for &op in &divider_ops {
-                self.stream.push(op, 2);
-            }
-        }
-        for (value, bits) in payload {
-            self.stream.push(value, bits);
-        }
-        self.current = templates;
-        self.items.push((self.stream.bits - from, 1));
-    }
-
-    /// The number of the cheapest template for an operation: the lane's last one, if it costs as little.
-    fn template(&self, issue: &Issue) -> usize {
-        let kept = &self.lanes[issue.unit as usize];
-        let current = self.current[issue.unit as usize];
-        let cost = |number: usize| {
-            let payload = self.table[number].payload(self.format);
-            // Of equal cost, the one that leaves the lane with a template that suits its run.
-            (payload + if number == current { 0 } else { self.format.template_bits }, payload)
-        };
-        let wish = kept.template(issue, self.format);
-        if let Some(&number) = self.number.get(&wish) {
-            // Nothing else is shorter, and only staying costs less than a change.
-            let stays =
-                number == current || current != 0 && kept.allows(issue, self.table[current], self.format);
-            return if stays && cost(current) <= cost(number) { current } else { number };
-        }
-        let possible = (1..self.table.len()).filter(|&k| kept.allows(issue, self.table[k], self.format));
-        possible.min_by_key(|&k| cost(k)).unwrap_or(0)
-    }
 }
 
 /// Flat words from compressed lines, as the decoder makes them.

@@ -16,6 +16,7 @@ mod compact;
 mod compressed;
 mod configuration;
 mod edges;
+mod encoder;
 mod error;
 mod graph;
 mod image;

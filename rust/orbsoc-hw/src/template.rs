@@ -3,7 +3,6 @@
 use crate::code::Code;
 use crate::configuration::Configuration;
 use crate::schedule::Issue;
-use std::collections::HashMap;
 
 /// How a field is written; docs/pl-machine.md, "Compressed microcode".
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -31,6 +30,18 @@ impl Template {
         Self { field: code.field(), modes: [a, b, c, Mode::Full] }
     }
 
+    /// As a table's entry.
+    pub fn bits(self) -> usize {
+        let modes = self.modes.iter().enumerate().map(|(k, &mode)| (mode as usize) << (4 + 2 * k));
+        usize::from(self.field) | modes.sum::<usize>()
+    }
+
+    /// What is written by this template fits these modes.
+    pub fn needs(self) -> Fits {
+        let modes = self.modes.iter().enumerate().map(|(k, &mode)| 1 << (4 * k + mode as usize));
+        Fits { field: self.field, modes: modes.sum() }
+    }
+
     /// Bits of the fields of one operation.
     pub fn payload(self, format: &Format) -> usize {
         let bits = |mode: &Mode| match mode {
@@ -50,11 +61,30 @@ impl Template {
         };
         self.field == other.field && self.modes.iter().zip(&other.modes).enumerate().all(serves)
     }
+}
 
-    /// As a table's entry.
-    pub fn bits(self) -> u64 {
-        let modes = self.modes.iter().enumerate().map(|(k, &mode)| (mode as u64) << (4 + 2 * k));
-        u64::from(self.field) | modes.sum::<u64>()
+/// For each field of an operation the modes in which it can be written: four bits a field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Fits {
+    field: u8,
+    modes: u16,
+}
+
+impl Fits {
+    /// Whether an operation that needs `needed` can be written where these modes fit.
+    pub fn allow(self, needed: Self) -> bool {
+        self.field == needed.field && needed.modes & !self.modes == 0
+    }
+
+    /// The shortest way to write each field.
+    pub fn shortest(self) -> Template {
+        let mode = |k: usize| match (self.modes >> (4 * k) & 15).trailing_zeros() {
+            0 => Mode::Kept,
+            1 => Mode::Step,
+            2 => Mode::Short,
+            _ => Mode::Full,
+        };
+        Template { field: self.field, modes: [mode(0), mode(1), mode(2), mode(3)] }
     }
 }
 
@@ -66,59 +96,43 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
-    /// The shortest way to write each field of an operation from here.
-    pub fn template(&self, issue: &Issue, format: &Format) -> Template {
-        let mut template = Template::full(issue.code);
-        for k in 0..4 {
-            if template.modes[k] == Mode::Full {
-                let modes = [Mode::Kept, Mode::Step, Mode::Short, Mode::Full];
-                let fits = |mode: &Mode| self.fits(issue, k, *mode, format);
-                template.modes[k] = modes.into_iter().find(fits).unwrap_or(Mode::Full);
-            }
+    /// How an operation's fields can be written from here. A field that is not used is kept.
+    pub fn fits(&self, issue: &Issue, format: &Format) -> Fits {
+        let [a, b, c] = issue.code.reads();
+        let mut modes = 0;
+        for (k, used) in [a, b, c, true].into_iter().enumerate() {
+            let wanted = field(issue, k);
+            let kept = if k == 3 { c && issue.operands[2] == wanted } else { self.address[k] == wanted };
+            let step = format.sum(self.address[k], self.step[k]) == wanted;
+            let short = format.is_short(format.difference(wanted, self.address[k]));
+            let field = u16::from(kept) | u16::from(step) << 1 | u16::from(short) << 2 | 1 << 3;
+            modes |= if used { field } else { 1 } << (4 * k);
         }
-        template
+        Fits { field: issue.code.field(), modes }
     }
 
-    /// Whether a used field can be written in a mode.
-    fn fits(&self, issue: &Issue, k: usize, mode: Mode, format: &Format) -> bool {
-        let wanted = field(issue, k);
-        match mode {
-            Mode::Kept if k == 3 => issue.code.reads()[2] && issue.operands[2] == wanted,
-            Mode::Kept => self.address[k] == wanted,
-            Mode::Step => format.sum(self.address[k], self.step[k]) == wanted,
-            Mode::Short => format.short(format.difference(wanted, self.address[k])).is_some(),
-            Mode::Full => true,
-        }
-    }
-
-    /// Whether all fields of an operation can be written by a template.
-    pub fn allows(&self, issue: &Issue, template: Template, format: &Format) -> bool {
-        let full = Template::full(issue.code);
-        template.field == full.field
-            && (0..4).all(|k| match full.modes[k] {
-                Mode::Full => self.fits(issue, k, template.modes[k], format),
-                unused => template.modes[k] == unused,
-            })
-    }
-
-    /// Write an operation: what it adds to the payload, field by field, as value and bits.
-    pub fn write(&mut self, issue: &Issue, template: Template, format: &Format) -> Vec<(u64, usize)> {
-        let mut payload = Vec::new();
-        let used = Template::full(issue.code).modes;
-        for k in (0..4).filter(|&k| used[k] == Mode::Full) {
+    /// Write an operation, field by field: each that adds to the payload goes to `put` as value and bits.
+    pub fn write(
+        &mut self,
+        issue: &Issue,
+        template: Template,
+        format: &Format,
+        mut put: impl FnMut(u64, usize),
+    ) {
+        let [a, b, c] = issue.code.reads();
+        for (k, _) in [a, b, c, true].into_iter().enumerate().filter(|(_, used)| *used) {
             let wanted = field(issue, k);
             match template.modes[k] {
                 Mode::Kept | Mode::Step => {}
                 Mode::Short => {
                     let step = format.difference(wanted, self.address[k]);
-                    payload.extend(format.short(step).map(|short| (short, format.short_bits)));
+                    put(format.short(step), format.short_bits);
                     self.step[k] = step;
                 }
-                Mode::Full => payload.push((u64::from(wanted), format.address_bits)),
+                Mode::Full => put(u64::from(wanted), format.address_bits),
             }
             self.address[k] = wanted;
         }
-        payload
     }
 }
 
@@ -182,11 +196,16 @@ impl Format {
         to.wrapping_sub(from) & self.mask()
     }
 
-    /// A step as a short field, if it is short.
-    fn short(&self, step: u32) -> Option<u64> {
+    /// Whether a step fits into a short field.
+    fn is_short(&self, step: u32) -> bool {
         let (half, whole) = (1u32 << (self.short_bits - 1), 1u32 << self.address_bits);
-        let short = step < half || step >= whole - half;
-        short.then(|| u64::from(step) & ((1 << self.short_bits) - 1))
+        step < half || step >= whole - half
+    }
+
+    /// A short step as a short field.
+    fn short(&self, step: u32) -> u64 {
+        debug_assert!(self.is_short(step), "{step} is no short step");
+        u64::from(step) & ((1 << self.short_bits) - 1)
     }
 
     /// A short field as a step.
@@ -196,12 +215,36 @@ impl Format {
     }
 }
 
+/// How often each template was the shortest for an operation.
+pub(crate) struct Wishes(Vec<(Template, u64)>);
+
+impl Wishes {
+    /// None yet.
+    pub fn new() -> Self {
+        Self(vec![(Template::NONE, 0); 1 << TEMPLATE_ENTRY])
+    }
+
+    /// Once more.
+    pub fn add(&mut self, template: Template) {
+        let (wish, times) = &mut self.0[template.bits()];
+        (*wish, *times) = (template, *times + 1);
+    }
+
+    /// Those that there are, and how often.
+    fn all(&self) -> impl Iterator<Item = (Template, u64)> + '_ {
+        self.0.iter().copied().filter(|(_, times)| *times > 0)
+    }
+}
+
+/// Bits of a table's entry.
+pub(crate) const TEMPLATE_ENTRY: usize = 12;
+
 /// The templates worth a place in the table: one for anything of each code, then, one by one, those that save most over
 /// what is in it already.
-pub(crate) fn choose(wishes: &HashMap<Template, u64>, format: &Format) -> Vec<Template> {
+pub(crate) fn choose(wishes: &Wishes, format: &Format) -> Vec<Template> {
     let mut table = vec![Template::NONE];
     for code in Code::ALL.into_iter().filter(|code| !code.on_divider()) {
-        if wishes.keys().any(|wish| wish.field == code.field()) {
+        if wishes.all().any(|(wish, _)| wish.field == code.field()) {
             table.push(Template::full(code));
         }
     }
@@ -228,8 +271,8 @@ struct Wish {
 }
 
 impl Costly {
-    fn new(wishes: &HashMap<Template, u64>, table: &[Template], format: &Format) -> Self {
-        let mut all: Vec<_> = wishes.iter().map(|(&template, &times)| (template, times)).collect();
+    fn new(wishes: &Wishes, table: &[Template], format: &Format) -> Self {
+        let mut all: Vec<_> = wishes.all().collect();
         all.sort_unstable_by_key(|&(template, times)| (core::cmp::Reverse(times), template));
         all.truncate(WORTHWHILE);
         let wish = |&(template, times): &(Template, u64)| {
@@ -278,7 +321,11 @@ mod tests {
         let runs = sub_mul([Step, Kept, Step, Kept]);
         let gaps = sub_mul([Step, Kept, Short, Kept]);
         let rare = sub_mul([Short, Kept, Short, Kept]);
-        let table = choose(&HashMap::from([(runs, 100), (gaps, 30), (rare, 1)]), &format);
+        let mut wishes = Wishes::new();
+        for (template, times) in [(runs, 100), (gaps, 30), (rare, 1)] {
+            (0..times).for_each(|_| wishes.add(template));
+        }
+        let table = choose(&wishes, &format);
         assert_eq!(table.len(), 1 << format.template_bits);
         assert_eq!(table[..2], [Template::NONE, Template::full(Code::SubMul)]);
         // 100 × 60 bits for runs alone, 130 × 54 for the one that serves gaps, too, 131 × 48 for the one that serves all.
