@@ -26,20 +26,6 @@ impl Habit {
     pub const URGENT: Self = Self { nodes_per_cycle: None, patience: 0, apart: false };
 }
 
-/// Place all nodes, of an urgency that weighs them as the habit does.
-pub(crate) fn place_by_cycle<'a>(
-    placement: Placement<'a>,
-    urgency: &'a Urgency,
-    vectors: &'a Vectors,
-    habit: Habit,
-) -> Placement<'a> {
-    let mut walk = Walk::new(placement, urgency, vectors, habit);
-    while walk.left > 0 {
-        walk.cycle();
-    }
-    walk.placement
-}
-
 /// A lane's run: its last operation, and for how long the next one has been refused.
 #[derive(Clone, Copy, Default)]
 struct Lane {
@@ -47,15 +33,18 @@ struct Lane {
     held: u32,
 }
 
-struct Walk<'a> {
+/// The way through the cycles of a segment, as far as it has come.
+pub(crate) struct Walk<'a> {
     placement: Placement<'a>,
     urgency: &'a Urgency,
     vectors: &'a Vectors,
     habit: Habit,
-    /// How many lanes are in each run.
+    /// How many lanes are in each run, and how many of its operations wait for one.
     claims: Vec<u8>,
+    waiting: Vec<u8>,
     /// For how many each node still waits.
     waits: Vec<u32>,
+    /// Whether each node waits for nothing but a lane.
     is_ready: Vec<bool>,
     /// Ranks by urgency: of operations for lanes, of those in another lane's run if lanes keep apart, of those for
     /// dividers.
@@ -70,20 +59,29 @@ struct Walk<'a> {
     /// Who was due last.
     due: Vec<u32>,
     now: u32,
+    /// How many nodes are not placed, and how many of them are for lanes.
     left: usize,
+    left_to_lanes: u32,
+    /// What is placed ends then, or what waits for it does.
+    end: u32,
 }
 
 impl<'a> Walk<'a> {
-    fn new(placement: Placement<'a>, urgency: &'a Urgency, vectors: &'a Vectors, habit: Habit) -> Self {
+    /// At the first cycle, with an urgency that weighs nodes as the habit does.
+    pub fn new(placement: Placement<'a>, urgency: &'a Urgency, vectors: &'a Vectors, habit: Habit) -> Self {
         let waits = placement.edges.waiting().count.clone();
         let nodes = waits.len();
         let mut calendar = Calendar::new(nodes);
         (0..nodes as u32).filter(|&k| waits[k as usize] == 0).for_each(|k| calendar.add(0, k));
+        let on_lanes = placement.graph.nodes.iter().filter(|node| !node.code.on_divider());
         Self {
+            left_to_lanes: on_lanes.count() as u32,
+            end: 0,
             urgency,
             vectors,
             habit,
             claims: vec![0; vectors.heads().len()],
+            waiting: vec![0; vectors.heads().len()],
             waits,
             is_ready: vec![false; nodes],
             ready: Ready::new(nodes),
@@ -97,6 +95,23 @@ impl<'a> Walk<'a> {
             left: nodes,
             placement,
         }
+    }
+
+    /// Go on until all nodes are placed, or until the end is sure to come after a limit; whether all are placed.
+    pub fn run(&mut self, limit: u32) -> bool {
+        while self.left > 0 {
+            let lanes = self.lanes.len() as u32;
+            if self.end.max(self.now + self.left_to_lanes.div_ceil(lanes)) > limit {
+                return false;
+            }
+            self.cycle();
+        }
+        self.end <= limit
+    }
+
+    /// Where the nodes are.
+    pub fn placement(self) -> Placement<'a> {
+        self.placement
     }
 
     /// Fill one cycle, or as much of it as can be before more becomes ready within it.
@@ -131,9 +146,11 @@ impl<'a> Walk<'a> {
             self.divisions.insert(rank);
         } else if timing.latency(code) == timing.simple && self.vectors.is_alone(k) {
             self.placement.place_from(k, self.now);
+            self.left_to_lanes -= 1;
             self.placed.push(k);
         } else {
             self.is_ready[k as usize] = true;
+            self.waiting[self.vectors.run(k) as usize] += 1;
             self.among(k).insert(rank);
         }
     }
@@ -154,8 +171,7 @@ impl<'a> Walk<'a> {
     /// Whether a free lane goes on with its run, or waits for a port.
     fn go_on(&mut self, lane: usize) -> bool {
         let next = self.lanes[lane].last.and_then(|last| self.following(last));
-        let next = next.filter(|&k| self.is_ready[k as usize] && !self.placement.is_placed(k));
-        let Some(k) = next else { return false };
+        let Some(k) = next.filter(|&k| self.is_ready[k as usize]) else { return false };
         if self.placement.try_place(k, self.now, 1 << lane).is_ok() {
             self.take(lane, k);
             return true;
@@ -195,6 +211,9 @@ impl<'a> Walk<'a> {
     fn take(&mut self, lane: usize, k: u32) {
         let rank = self.urgency.rank(k);
         self.among(k).remove(rank);
+        self.left_to_lanes -= 1;
+        self.is_ready[k as usize] = false;
+        self.waiting[self.vectors.run(k) as usize] -= 1;
         let before = core::mem::replace(&mut self.lanes[lane], Lane { last: Some(k), held: 0 }).last;
         self.placed.push(k);
         if self.habit.apart {
@@ -224,36 +243,43 @@ impl<'a> Walk<'a> {
     fn claim(&mut self, run: u32) {
         self.claims[run as usize] += 1;
         if self.claims[run as usize] == 1 {
-            for rank in self.ready_of(run) {
-                self.ready.remove(rank);
-                self.claimed.insert(rank);
-            }
+            self.for_ready_of(run, |this, rank| {
+                this.ready.remove(rank);
+                this.claimed.insert(rank);
+            });
         }
     }
 
     fn leave(&mut self, run: u32) {
         self.claims[run as usize] -= 1;
         if self.claims[run as usize] == 0 {
-            for rank in self.ready_of(run) {
-                self.claimed.remove(rank);
-                self.ready.insert(rank);
-            }
+            self.for_ready_of(run, |this, rank| {
+                this.claimed.remove(rank);
+                this.ready.insert(rank);
+            });
         }
     }
 
-    /// Ranks of a run's operations that wait for a lane.
-    fn ready_of(&self, run: u32) -> Vec<u32> {
-        let all = core::iter::successors(Some(self.vectors.heads()[run as usize]), |&k| self.vectors.next(k));
-        let waits = |&k: &u32| self.is_ready[k as usize] && !self.placement.is_placed(k);
-        all.filter(waits).map(|k| self.urgency.rank(k)).collect()
+    /// Do something with the ranks of a run's operations that wait for a lane.
+    fn for_ready_of(&mut self, run: u32, act: impl Fn(&mut Self, u32)) {
+        let mut left = self.waiting[run as usize];
+        let mut next = Some(self.vectors.heads()[run as usize]);
+        while let Some(k) = next.filter(|_| left > 0) {
+            if self.is_ready[k as usize] {
+                act(self, self.urgency.rank(k));
+                left -= 1;
+            }
+            next = self.vectors.next(k);
+        }
     }
 
     /// Tell the readers of what was placed; those who wait for nothing more enter the calendar.
     fn tell(&mut self) {
         let mut placed = core::mem::take(&mut self.placed);
-        let waiting = self.placement.edges.waiting();
+        let (waiting, paths) = (self.placement.edges.waiting(), self.placement.edges.paths());
         self.left -= placed.len();
         for k in placed.drain(..) {
+            self.end = self.end.max(self.placement.places[k as usize].cycle + paths[k as usize]);
             let readers = waiting.first[k as usize] as usize..waiting.first[k as usize + 1] as usize;
             for &reader in &waiting.list[readers] {
                 self.waits[reader as usize] -= 1;

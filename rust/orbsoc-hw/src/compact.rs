@@ -8,6 +8,8 @@ use crate::error::Error;
 use crate::graph::Graph;
 use crate::layout::Layout;
 use crate::schedule::{Schedule, Scheduler};
+use crate::urgency::Urgency;
+use std::cell::OnceCell;
 
 /// From the fewest bits on, as a rule.
 const HABITS: [Habit; 4] = [
@@ -20,7 +22,7 @@ const HABITS: [Habit; 4] = [
 const SHARE: u32 = 20;
 
 /// Schedule a graph of a layout for few bits, by the first habit that is hardly slower than a schedule of the fewest
-/// cycles, decoding included; if none is, by the quickest.
+/// cycles, decoding included; if none is, by the quickest. A walk is left where it is sure to become too long.
 ///
 /// # Errors
 /// [`Error::Storage`] when the temporaries do not fit.
@@ -33,16 +35,50 @@ pub(crate) fn compact(
 ) -> Result<Schedule, Error> {
     let mut graph = graph.clone();
     let settled = graph.settle(layout.words(), configuration.words() as u32);
-    let mut best: Option<(u32, Schedule)> = None;
-    for habit in HABITS {
-        let made = scheduler.in_runs(&graph, settled, habit)?;
-        let cycles = Compressed::cycles(&made, configuration);
-        if cycles <= fast.cycles + fast.cycles / SHARE {
-            return Ok(made);
-        }
-        if best.as_ref().is_none_or(|(least, _)| cycles < *least) {
-            best = Some((cycles, made));
+    let urgencies: [OnceCell<Urgency>; HABITS.len()] = Default::default();
+    let urgency = |number: usize| match HABITS[number].nodes_per_cycle {
+        None => scheduler.urgent(),
+        Some(_) => urgencies[number].get_or_init(|| scheduler.urgency(HABITS[number])),
+    };
+    let made = |walk| -> Result<_, Error> {
+        let schedule = scheduler.walked(walk, settled)?;
+        Ok((Compressed::cycles(&schedule, configuration), schedule))
+    };
+    let limit = fast.cycles + fast.cycles / SHARE;
+    // Of a schedule's cycles, those before its first word and after its last result.
+    let around = configuration.timing().startup + configuration.timing().finish + 1;
+    let (mut best, mut left): (Option<Quickest>, _) = (None, Vec::new());
+    for (number, habit) in HABITS.into_iter().enumerate() {
+        let mut walk = scheduler.walk(&graph, urgency(number), habit);
+        if walk.run(limit.saturating_sub(around)) {
+            let (cycles, schedule) = made(walk)?;
+            if cycles <= limit {
+                return Ok(schedule);
+            }
+            best = quicker(best, Quickest { cycles, number, schedule });
+        } else {
+            left.push((number, walk));
         }
     }
-    Ok(best.map_or_else(|| fast.clone(), |(_, made)| made))
+    for (number, mut walk) in left.into_iter().rev() {
+        let most = best.as_ref().map_or(u32::MAX, |best| best.cycles - around);
+        if walk.run(most) {
+            let (cycles, schedule) = made(walk)?;
+            best = quicker(best, Quickest { cycles, number, schedule });
+        }
+    }
+    Ok(best.map_or_else(|| fast.clone(), |best| best.schedule))
+}
+
+/// A habit's schedule, when none is quick enough.
+struct Quickest {
+    cycles: u32,
+    number: usize,
+    schedule: Schedule,
+}
+
+/// The quicker one; of equally quick ones that of the earlier habit.
+fn quicker(best: Option<Quickest>, other: Quickest) -> Option<Quickest> {
+    let key = |of: &Quickest| (of.cycles, of.number);
+    Some(best.filter(|best| key(best) < key(&other)).unwrap_or(other))
 }

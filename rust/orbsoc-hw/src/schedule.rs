@@ -1,7 +1,7 @@
 //! Scheduling: every operation gets its cycle, its unit and its addresses. Nothing is left for the engine to decide.
 
 use crate::bounds::Bounds;
-use crate::by_cycle::{place_by_cycle, Habit};
+use crate::by_cycle::{Habit, Walk};
 use crate::causes::Causes;
 use crate::code::Code;
 use crate::configuration::Configuration;
@@ -87,6 +87,7 @@ pub(crate) struct Scheduler<'a> {
     configuration: &'a Configuration,
     edges: Edges,
     vectors: OnceCell<Vectors>,
+    urgent: OnceCell<Urgency>,
 }
 
 impl<'a> Scheduler<'a> {
@@ -97,7 +98,15 @@ impl<'a> Scheduler<'a> {
         configuration: &'a Configuration,
     ) -> Self {
         let edges = Edges::new(graph, configuration);
-        Self { segment, graph, layout, configuration, edges, vectors: OnceCell::new() }
+        Self {
+            segment,
+            graph,
+            layout,
+            configuration,
+            edges,
+            vectors: OnceCell::new(),
+            urgent: OnceCell::new(),
+        }
     }
 
     /// The schedule of the fewest cycles.
@@ -106,10 +115,13 @@ impl<'a> Scheduler<'a> {
     /// [`Error::Storage`] when the temporaries do not fit.
     pub fn fast(&self) -> Result<Schedule, Error> {
         let (graph, configuration) = (self.graph, self.configuration);
-        let urgency = Urgency::new(&self.edges, Habit::URGENT.nodes_per_cycle);
         let bounds = Bounds::new(graph, &self.edges, configuration);
-        let by_urgency = || place_by_urgency(self.placement(graph), &urgency);
-        let by_cycle = || place_by_cycle(self.placement(graph), &urgency, self.vectors(), Habit::URGENT);
+        let by_urgency = || place_by_urgency(self.placement(graph), self.urgent());
+        let by_cycle = || {
+            let mut walk = self.walk(graph, self.urgent(), Habit::URGENT);
+            walk.run(u32::MAX);
+            walk.placement()
+        };
         let placement = if graph.nodes.len() > ONE_WAY {
             if bounds.issue > bounds.dependency {
                 by_cycle()
@@ -134,14 +146,28 @@ impl<'a> Scheduler<'a> {
         self.finished(placement, bounds, self.layout.words())
     }
 
-    /// A schedule lane by lane, with lanes of a habit, of the same graph but that results have words below `settled`.
+    /// Nodes from the most urgent on.
+    pub fn urgent(&self) -> &Urgency {
+        self.urgent.get_or_init(|| self.urgency(Habit::URGENT))
+    }
+
+    /// Nodes from the most urgent on, as lanes of a habit weigh them.
+    pub fn urgency(&self, habit: Habit) -> Urgency {
+        Urgency::new(&self.edges, habit.nodes_per_cycle)
+    }
+
+    /// A schedule to be made lane by lane, with lanes of a habit, of the same graph but for the words of its results.
+    pub fn walk<'b>(&'b self, graph: &'b Graph, urgency: &'b Urgency, habit: Habit) -> Walk<'b> {
+        Walk::new(self.placement(graph), urgency, self.vectors(), habit)
+    }
+
+    /// The schedule of a walk at its end, where results have words below `settled`.
     ///
     /// # Errors
     /// As [`Scheduler::fast`].
-    pub fn in_runs(&self, graph: &Graph, settled: u32, habit: Habit) -> Result<Schedule, Error> {
-        let urgency = Urgency::new(&self.edges, habit.nodes_per_cycle);
-        let bounds = Bounds::new(graph, &self.edges, self.configuration);
-        let placement = place_by_cycle(self.placement(graph), &urgency, self.vectors(), habit);
+    pub fn walked(&self, walk: Walk<'_>, settled: u32) -> Result<Schedule, Error> {
+        let placement = walk.placement();
+        let bounds = Bounds::new(placement.graph, &self.edges, self.configuration);
         self.finished(placement, bounds, settled)
     }
 
