@@ -3,7 +3,6 @@
 use crate::configuration::Configuration;
 use crate::edges::Edges;
 use crate::graph::{Graph, Operand};
-use std::collections::HashSet;
 
 /// Lower bounds of a segment's busy cycles, one a resource.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,7 +58,8 @@ impl Bounds {
 /// Cycles for which the busiest bank's port is taken, whatever the order.
 fn bank_cycles(graph: &Graph, configuration: &Configuration) -> u32 {
     let mut homes = vec![0u32; configuration.banks];
-    let mut words: Vec<[HashSet<u32>; 3]> = vec![Default::default(); configuration.banks];
+    let mut words = vec![[0u32; 3]; configuration.banks];
+    let mut seen = vec![[false; 3]; graph.words()];
     for node in &graph.nodes {
         if let Some(home) = node.home {
             homes[configuration.bank(home)] += 1;
@@ -67,11 +67,12 @@ fn bank_cycles(graph: &Graph, configuration: &Configuration) -> u32 {
         for (replica, operand) in node.operands.iter().enumerate() {
             // What commutes may read from either of two replicas.
             if let (Some(Operand::Fixed(address)), false) = (operand, node.code.commutes() && replica < 2) {
-                words[configuration.bank(*address)][replica].insert(*address);
+                let known = core::mem::replace(&mut seen[*address as usize][replica], true);
+                words[configuration.bank(*address)][replica] += u32::from(!known);
             }
         }
     }
     let written = (graph.nodes.len() as u32).div_ceil(configuration.banks as u32);
-    let read = words.iter().flatten().map(|set| set.len() as u32).max().unwrap_or(0);
+    let read = words.into_iter().flatten().max().unwrap_or(0);
     homes.into_iter().max().unwrap_or(0).max(written).max(read)
 }

@@ -3,10 +3,7 @@
 
 use crate::by_cycle::Habit;
 use crate::compressed::Compressed;
-use crate::configuration::Configuration;
 use crate::error::Error;
-use crate::graph::Graph;
-use crate::layout::Layout;
 use crate::schedule::{Schedule, Scheduler};
 use crate::urgency::Urgency;
 use std::cell::OnceCell;
@@ -21,20 +18,15 @@ const HABITS: [Habit; 4] = [
 /// A segment may take this share longer than with flat microcode.
 const SHARE: u32 = 20;
 
-/// Schedule a graph of a layout for few bits, by the first habit that is hardly slower than a schedule of the fewest
+/// Schedule a graph for few bits, by the first habit that is hardly slower than a schedule of the fewest
 /// cycles, decoding included; if none is, by the quickest. A walk is left where it is sure to become too long.
 ///
 /// # Errors
 /// [`Error::Storage`] when the temporaries do not fit.
-pub(crate) fn compact(
-    scheduler: &Scheduler<'_>,
-    fast: &Schedule,
-    graph: &Graph,
-    layout: &Layout,
-    configuration: &Configuration,
-) -> Result<Schedule, Error> {
-    let mut graph = graph.clone();
-    let settled = graph.settle(layout.words(), configuration.words() as u32);
+pub(crate) fn compact(scheduler: &Scheduler<'_>, fast: &Schedule) -> Result<Schedule, Error> {
+    let configuration = scheduler.configuration;
+    let mut graph = scheduler.graph.clone();
+    let settled = graph.settle(scheduler.layout.words(), configuration.words() as u32);
     let urgencies: [OnceCell<Urgency>; HABITS.len()] = Default::default();
     let urgency = |number: usize| match HABITS[number].nodes_per_cycle {
         None => scheduler.urgent(),

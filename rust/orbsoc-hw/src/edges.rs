@@ -14,6 +14,7 @@ pub(crate) struct Edges {
     from: Vec<Wait>,
     /// Cycles from a node's issue until the last result that depends on it is in storage.
     path: Vec<u32>,
+    longest: u32,
     waiting: OnceCell<Waiting>,
 }
 
@@ -61,7 +62,8 @@ impl Edges {
                 path[source as usize] = path[source as usize].max(through);
             }
         }
-        Self { first, from, path, waiting: OnceCell::new() }
+        let longest = path.iter().copied().max().unwrap_or(0);
+        Self { first, from, path, longest, waiting: OnceCell::new() }
     }
 
     /// Whom a node waits for.
@@ -97,6 +99,6 @@ impl Edges {
 
     /// The longest way of all.
     pub fn longest(&self) -> u32 {
-        self.path.iter().copied().max().unwrap_or(0)
+        self.longest
     }
 }

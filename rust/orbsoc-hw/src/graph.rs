@@ -58,8 +58,8 @@ impl Graph {
         lowering.operations();
         lowering.stores();
         let mut graph = lowering.finish();
-        graph.inherit_homes();
-        graph.find_overwrites();
+        graph.inherit_homes(layout.words());
+        graph.find_overwrites(layout.words());
         graph
     }
 
@@ -96,8 +96,8 @@ impl Graph {
 
     /// Let the partial results of a chain of sums live where its end does: a word's old content that only the head of
     /// the chain reads is free from there on.
-    fn inherit_homes(&mut self) {
-        let mut writers = vec![None; self.words()];
+    fn inherit_homes(&mut self, words: u32) {
+        let mut writers = vec![None; words as usize];
         for (node, k) in self.nodes.iter().zip(0..) {
             if let Some(home) = node.home {
                 writers[home as usize] = Some(k);
@@ -158,8 +158,8 @@ impl Graph {
         self.nodes[k as usize].home
     }
 
-    fn find_overwrites(&mut self) {
-        let mut first: Vec<Option<u32>> = vec![None; self.words()];
+    fn find_overwrites(&mut self, words: u32) {
+        let mut first: Vec<Option<u32>> = vec![None; words as usize];
         for (node, k) in self.nodes.iter().zip(0..) {
             if let Some(home) = node.home {
                 first[home as usize].get_or_insert(k);
@@ -178,6 +178,8 @@ struct Lowering<'a> {
     tape: &'a Tape,
     layout: &'a Layout,
     nodes: Vec<Node>,
+    /// Addresses of the tape's literals.
+    constants: Vec<Option<u32>>,
     /// Node of each live result.
     node_of: Vec<Option<u32>>,
     /// Words that are overwritten before one of their readers, as the tape has them in its mind, and the
@@ -191,6 +193,7 @@ impl<'a> Lowering<'a> {
             tape,
             layout,
             nodes: Vec::new(),
+            constants: tape.constants.iter().map(|&value| layout.constant(value)).collect(),
             node_of: vec![None; tape.operations.len()],
             kept: HashMap::new(),
         }
@@ -221,7 +224,7 @@ impl<'a> Lowering<'a> {
     fn address(&self, value: Value) -> Option<u32> {
         match value {
             Value::Word { buffer, index } => self.layout.home(Buffer::ALL[usize::from(buffer)], index),
-            Value::Constant(k) => self.layout.constant(self.tape.constants[k as usize]),
+            Value::Constant(k) => self.constants[k as usize],
             Value::Result(_) => None,
         }
     }
@@ -273,11 +276,11 @@ impl<'a> Lowering<'a> {
 
     /// Homes for results, moves for the rest.
     fn stores(&mut self) {
-        let mut last_reader: HashMap<u32, u32> = HashMap::new();
+        let mut last_reader: Vec<Option<u32>> = vec![None; self.layout.words() as usize];
         for (k, node) in self.nodes.iter().enumerate() {
             for operand in node.operands.iter().flatten() {
                 if let Operand::Fixed(address) = operand {
-                    last_reader.insert(*address, k as u32);
+                    last_reader[*address as usize] = Some(k as u32);
                 }
             }
         }
@@ -285,7 +288,7 @@ impl<'a> Lowering<'a> {
             let Some(home) = self.layout.home(store.buffer, store.index) else { continue };
             let node = if let Value::Result(k) = store.value { self.node_of[k as usize] } else { None };
             if let Some(k) = node {
-                let free = last_reader.get(&home).is_none_or(|&reader| reader <= k);
+                let free = last_reader[home as usize].is_none_or(|reader| reader <= k);
                 if free && self.nodes[k as usize].home.is_none() {
                     self.nodes[k as usize].home = Some(home);
                     continue;

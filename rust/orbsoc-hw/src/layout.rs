@@ -92,9 +92,13 @@ impl Layout {
 }
 
 fn mark(tape: &Tape, used: &mut [Vec<bool>], constants: &mut Vec<u64>) {
+    let mut seen = vec![false; tape.constants.len()];
     let mut see = |value: Value| match value {
         Value::Word { buffer, index } => used[usize::from(buffer)][index as usize] = true,
         Value::Constant(k) => {
+            if core::mem::replace(&mut seen[k as usize], true) {
+                return;
+            }
             let bits = tape.constants[k as usize].to_bits();
             if !constants.contains(&bits) {
                 constants.push(bits);

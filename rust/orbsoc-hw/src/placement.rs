@@ -59,13 +59,14 @@ impl<'a> Placement<'a> {
         configuration: &'a Configuration,
         edges: &'a Edges,
     ) -> Self {
+        let least = edges.longest().max(graph.nodes.len() as u32 / configuration.lanes as u32);
         Self {
             graph,
             configuration,
             edges,
             places: vec![NOWHERE; graph.nodes.len()],
             accounts: Accounts::default(),
-            reservation: Reservation::new(configuration),
+            reservation: Reservation::new(configuration, least + least / 8),
             literals: layout.literals(),
             preferred_bank: 0,
             distances: Code::ALL.map(|code| configuration.timing().distance(code)),

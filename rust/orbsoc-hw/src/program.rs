@@ -68,6 +68,20 @@ impl Program {
         Ok(program)
     }
 
+    /// Schedule all tapes of a recording for the fewest cycles, and for few bits: as twice [`Program::with_aim`], for
+    /// less work.
+    ///
+    /// # Errors
+    /// As [`Program::new`].
+    pub fn both(recording: &Recording, configuration: &Configuration) -> Result<(Self, Self), Error> {
+        let mut fast = Self::empty(recording, configuration)?;
+        let mut compact = fast.clone();
+        for tape in &recording.tapes {
+            fast.append_both(&mut compact, tape)?;
+        }
+        Ok((fast, compact))
+    }
+
     /// Schedule some stages as one stream, so that each may begin while those before it still run: a program of this
     /// one segment, on the layout of all. With `leaves`, only as much of it as makes the words of these buffers.
     ///
@@ -81,20 +95,27 @@ impl Program {
         leaves: Option<&[Buffer]>,
     ) -> Result<Self, Error> {
         let mut program = Self::empty(recording, configuration)?;
-        let none = |stage: &str| Error::NoSegment { stage: stage.to_owned() };
-        let tape = |stage: Stage| recording.tape(stage).ok_or_else(|| none(stage.name()));
-        let (&first, then) = stages.split_first().ok_or_else(|| none(""))?;
-        let mut joined = tape(first)?.clone();
-        for &stage in then {
-            joined = joined.then(tape(stage)?);
-        }
-        if let Some(buffers) = leaves {
-            joined = joined.leaving(buffers);
-        }
-        program.append(&joined, aim)?;
-        program.segments[0].then = then.to_vec();
-        program.segments[0].leaves = leaves.map(<[Buffer]>::to_vec);
+        program.append(&joined(recording, stages, leaves)?, aim)?;
+        program.name(stages, leaves);
         Ok(program)
+    }
+
+    /// One stream of some stages, for the fewest cycles and for few bits: as twice [`Program::joined`], for less work.
+    ///
+    /// # Errors
+    /// As [`Program::joined`].
+    pub fn joined_both(
+        recording: &Recording,
+        configuration: &Configuration,
+        stages: &[Stage],
+        leaves: Option<&[Buffer]>,
+    ) -> Result<(Self, Self), Error> {
+        let mut fast = Self::empty(recording, configuration)?;
+        let mut compact = fast.clone();
+        fast.append_both(&mut compact, &joined(recording, stages, leaves)?)?;
+        fast.name(stages, leaves);
+        compact.name(stages, leaves);
+        Ok((fast, compact))
     }
 
     fn empty(recording: &Recording, configuration: &Configuration) -> Result<Self, Error> {
@@ -108,20 +129,41 @@ impl Program {
     }
 
     fn append(&mut self, tape: &Tape, aim: Aim) -> Result<(), Error> {
-        let start = self.segments.last().map_or(0, |last| last.start + last.schedule.words as usize);
         let graph = Graph::new(tape, &self.layout);
         let scheduler = Scheduler::new(tape.stage.name(), &graph, &self.layout, &self.configuration);
         let fast = scheduler.fast()?;
         let schedule = match aim {
             Aim::Fast => fast,
-            Aim::Compact => compact(&scheduler, &fast, &graph, &self.layout, &self.configuration)?,
+            Aim::Compact => compact(&scheduler, &fast)?,
         };
+        self.push(tape.stage, schedule)
+    }
+
+    fn append_both(&mut self, few_bits: &mut Self, tape: &Tape) -> Result<(), Error> {
+        let graph = Graph::new(tape, &self.layout);
+        let scheduler = Scheduler::new(tape.stage.name(), &graph, &self.layout, &self.configuration);
+        let fast = scheduler.fast()?;
+        let compact = compact(&scheduler, &fast)?;
+        self.push(tape.stage, fast)?;
+        few_bits.push(tape.stage, compact)
+    }
+
+    fn push(&mut self, stage: Stage, schedule: Schedule) -> Result<(), Error> {
+        let start = self.segments.last().map_or(0, |last| last.start + last.schedule.words as usize);
         let (needed, available) = (start + schedule.words as usize, self.configuration.microcode_words);
         if needed > available {
             return Err(Error::Microcode { needed, available });
         }
-        self.segments.push(Segment { stage: tape.stage, then: Vec::new(), leaves: None, start, schedule });
+        self.segments.push(Segment { stage, then: Vec::new(), leaves: None, start, schedule });
         Ok(())
+    }
+
+    /// Say which stages the only segment is.
+    fn name(&mut self, stages: &[Stage], leaves: Option<&[Buffer]>) {
+        for segment in &mut self.segments {
+            segment.then = stages[1..].to_vec();
+            segment.leaves = leaves.map(<[Buffer]>::to_vec);
+        }
     }
 
     /// The segment of a stage.
@@ -145,4 +187,19 @@ impl Program {
         self.segments.iter().for_each(|segment| all.append(&flat(&segment.schedule, &self.configuration)));
         all
     }
+}
+
+/// Some stages as one tape, which leaves some buffers as they do, or all.
+fn joined(recording: &Recording, stages: &[Stage], leaves: Option<&[Buffer]>) -> Result<Tape, Error> {
+    let none = |stage: &str| Error::NoSegment { stage: stage.to_owned() };
+    let tape = |stage: Stage| recording.tape(stage).ok_or_else(|| none(stage.name()));
+    let (&first, then) = stages.split_first().ok_or_else(|| none(""))?;
+    let mut joined = tape(first)?.clone();
+    for &stage in then {
+        joined = joined.then(tape(stage)?);
+    }
+    Ok(match leaves {
+        Some(buffers) => joined.leaving(buffers),
+        None => joined,
+    })
 }

@@ -69,16 +69,18 @@ pub(crate) struct Reservation {
 const PATIENCE: u8 = 12;
 
 impl Reservation {
-    pub fn new(configuration: &Configuration) -> Self {
+    /// Nothing is taken, with room for some cycles at first.
+    pub fn new(configuration: &Configuration, cycles: u32) -> Self {
+        let (cycles, units) = (cycles as usize, configuration.lanes + configuration.dividers);
         let latencies = Code::ALL.map(|code| configuration.timing().latency(code));
         Self {
             lanes: (1 << configuration.lanes) - 1,
             banks: u64::MAX >> (64 - configuration.banks),
             latencies,
             longest: latencies.into_iter().max().unwrap_or(0),
-            cycles: Vec::new(),
-            words: Vec::new(),
-            units: configuration.lanes + configuration.dividers,
+            cycles: vec![Cycle::default(); cycles],
+            words: vec![0; 3 * units * cycles],
+            units,
             dividers: vec![Intervals::default(); configuration.dividers],
             open: Vec::new(),
             refusals: Vec::new(),
@@ -89,7 +91,7 @@ impl Reservation {
     pub fn reach(&mut self, cycle: u32) {
         let last = (cycle + self.longest) as usize;
         if last >= self.cycles.len() {
-            self.grow(2 * last + 64);
+            self.grow(last + last / 2 + 64);
         }
     }
 

@@ -82,9 +82,9 @@ pub fn schedule(
 /// What all schedules of a graph have in common.
 pub(crate) struct Scheduler<'a> {
     segment: &'static str,
-    graph: &'a Graph,
-    layout: &'a Layout,
-    configuration: &'a Configuration,
+    pub graph: &'a Graph,
+    pub layout: &'a Layout,
+    pub configuration: &'a Configuration,
     edges: Edges,
     vectors: OnceCell<Vectors>,
     urgent: OnceCell<Urgency>,
