@@ -117,30 +117,21 @@ impl<'a> Scheduler<'a> {
         let (graph, configuration) = (self.graph, self.configuration);
         let bounds = Bounds::new(graph, &self.edges, configuration);
         let by_urgency = || place_by_urgency(self.placement(graph), self.urgent());
-        let by_cycle = || {
+        let by_cycle = |limit| {
             let mut walk = self.walk(graph, self.urgent(), Habit::URGENT);
-            walk.run(u32::MAX);
-            walk.placement()
+            walk.run(limit).then(|| walk.placement())
         };
-        let placement = if graph.nodes.len() > ONE_WAY {
-            if bounds.issue > bounds.dependency {
-                by_cycle()
-            } else {
-                by_urgency()
-            }
+        let by_cycle_only = graph.nodes.len() > ONE_WAY && bounds.issue > bounds.dependency;
+        let placement = if let Some(placement) = by_cycle_only.then(|| by_cycle(u32::MAX)).flatten() {
+            placement
         } else {
-            // Neither way is always the shorter one: the cycles decide.
             let one = by_urgency();
             let most = bounds.cycles() - configuration.timing().startup - configuration.timing().finish;
-            if one.end() <= most + most / NEAR {
+            if graph.nodes.len() > ONE_WAY || one.end() <= most + most / NEAR {
                 one
             } else {
-                let other = by_cycle();
-                if one.end() < other.end() {
-                    one
-                } else {
-                    other
-                }
+                // Neither way is always the shorter one: the cycles decide.
+                by_cycle(one.end()).unwrap_or(one)
             }
         };
         self.finished(placement, bounds, self.layout.words())
