@@ -45,6 +45,15 @@ struct Cycle {
     writes: u64,
     /// Banks read in each replica.
     reads: [u64; 3],
+    /// The last of the words read in each replica, counted from one.
+    words: [u32; 3],
+}
+
+/// A word that is read, and the one before it in its cycle and replica, counted from one.
+#[derive(Clone, Copy, Debug)]
+struct Word {
+    value: u32,
+    before: u32,
 }
 
 /// The reservations of a segment. Operations may be placed in any order.
@@ -56,9 +65,7 @@ pub(crate) struct Reservation {
     latencies: [u32; Code::ALL.len()],
     longest: u32,
     cycles: Vec<Cycle>,
-    /// What is read: of each cycle and replica as many words as there are units, filled from the first on.
-    words: Vec<u32>,
-    units: usize,
+    words: Vec<Word>,
     dividers: Vec<Intervals>,
     /// The first cycle from each on that is worth a try.
     open: Vec<u32>,
@@ -71,16 +78,14 @@ const PATIENCE: u8 = 12;
 impl Reservation {
     /// Nothing is taken, with room for some cycles at first.
     pub fn new(configuration: &Configuration, cycles: u32) -> Self {
-        let (cycles, units) = (cycles as usize, configuration.lanes + configuration.dividers);
         let latencies = Code::ALL.map(|code| configuration.timing().latency(code));
         Self {
             lanes: (1 << configuration.lanes) - 1,
             banks: u64::MAX >> (64 - configuration.banks),
             latencies,
             longest: latencies.into_iter().max().unwrap_or(0),
-            cycles: vec![Cycle::default(); cycles],
-            words: vec![0; 3 * units * cycles],
-            units,
+            cycles: vec![Cycle::default(); cycles as usize],
+            words: Vec::new(),
             dividers: vec![Intervals::default(); configuration.dividers],
             open: Vec::new(),
             refusals: Vec::new(),
@@ -98,7 +103,6 @@ impl Reservation {
     #[cold]
     fn grow(&mut self, cycles: usize) {
         self.cycles.resize(cycles, Cycle::default());
-        self.words.resize(3 * self.units * cycles, 0);
     }
 
     fn latency(&self, code: Code) -> u32 {
@@ -148,19 +152,25 @@ impl Reservation {
 
     /// Whether a word is read in a cycle anyway.
     fn is_read(&self, cycle: u32, replica: usize, value: u32) -> bool {
-        let count = self.cycles[cycle as usize].reads[replica].count_ones() as usize;
-        let from = (3 * cycle as usize + replica) * self.units;
-        self.words[from..from + count].contains(&value)
+        let mut last = self.cycles[cycle as usize].words[replica];
+        while last > 0 {
+            let word = self.words[last as usize - 1];
+            if word.value == value {
+                return true;
+            }
+            last = word.before;
+        }
+        false
     }
 
     fn take_ports(&mut self, cycle: u32, reads: &Reads) {
-        let taken = &mut self.cycles[cycle as usize].reads;
-        for (replica, taken) in taken.iter_mut().enumerate() {
+        let taken = &mut self.cycles[cycle as usize];
+        for replica in 0..3 {
             let bank = reads.banks[replica];
-            if bank & !*taken != 0 {
-                let count = taken.count_ones() as usize;
-                *taken |= bank;
-                self.words[(3 * cycle as usize + replica) * self.units + count] = reads.values[replica];
+            if bank & !taken.reads[replica] != 0 {
+                taken.reads[replica] |= bank;
+                self.words.push(Word { value: reads.values[replica], before: taken.words[replica] });
+                taken.words[replica] = self.words.len() as u32;
             }
         }
     }

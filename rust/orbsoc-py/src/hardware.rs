@@ -4,7 +4,7 @@ use crate::convert::{problem, refuse, settings};
 use numpy::{IntoPyArray, PyArray1};
 use orbsoc::{Buffer, Module, Problem, Settings, Stage};
 use orbsoc_hw::{
-    snapshots, validation_case, Aim, Causes, Code, Compressed, Configuration, Format, Gaps, Precision,
+    snapshots, validation_case, Causes, Code, Compressed, Configuration, Format, Gaps, Precision,
     Program, Segment, Timing,
 };
 use pyo3::exceptions::{PyKeyError, PyValueError};
@@ -75,12 +75,11 @@ impl HardwareProgram {
         py.detach(|| {
             engine.validate().map_err(unfit)?;
             let recording = orbsoc::record_tapes(&problem, &settings).map_err(refuse)?;
-            let made = |aim| match joined.as_slice() {
-                [] => Program::with_aim(&recording, &engine, aim),
-                stages => Program::joined(&recording, &engine, aim, stages, leaves.as_deref()),
+            let made = match joined.as_slice() {
+                [] => Program::both(&recording, &engine),
+                stages => Program::joined_both(&recording, &engine, stages, leaves.as_deref()),
             };
-            let program = made(Aim::Fast).map_err(unfit)?;
-            let compact = made(Aim::Compact).map_err(unfit)?;
+            let (program, compact) = made.map_err(unfit)?;
             let compressed = compact.compressed();
             Ok(Self { program, compact, compressed, problem, settings })
         })
