@@ -62,7 +62,7 @@ pub(crate) struct Walk<'a> {
     /// How many nodes are not placed, and how many of them are for lanes.
     left: usize,
     left_to_lanes: u32,
-    /// What is placed ends then, or what waits for it does.
+    /// What waits for the nodes that are placed is not in storage before.
     end: u32,
 }
 
@@ -106,7 +106,7 @@ impl<'a> Walk<'a> {
             }
             self.cycle();
         }
-        self.end <= limit
+        self.placement.end() <= limit
     }
 
     /// Where the nodes are.
