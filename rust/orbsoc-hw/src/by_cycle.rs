@@ -119,7 +119,9 @@ impl<'a> Walk<'a> {
         while self.calendar.is_due(self.now) {
             let mut due = core::mem::take(&mut self.due);
             self.calendar.take(self.now, &mut due);
-            due.iter().for_each(|&k| self.welcome(k));
+            for &k in &due {
+                self.welcome(k);
+            }
             self.due = due;
             self.tell();
         }

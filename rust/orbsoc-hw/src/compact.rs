@@ -47,7 +47,7 @@ pub(crate) fn compact(scheduler: &Scheduler<'_>, fast: &Schedule) -> Result<Sche
             if cycles <= limit {
                 return Ok(schedule);
             }
-            best = quicker(best, Quickest { cycles, number, schedule });
+            best = Some(quicker(best, Quickest { cycles, number, schedule }));
         } else {
             left.push((number, walk));
         }
@@ -56,7 +56,7 @@ pub(crate) fn compact(scheduler: &Scheduler<'_>, fast: &Schedule) -> Result<Sche
         let most = best.as_ref().map_or(u32::MAX, |best| best.cycles - around);
         if walk.run(most) {
             let (cycles, schedule) = made(walk)?;
-            best = quicker(best, Quickest { cycles, number, schedule });
+            best = Some(quicker(best, Quickest { cycles, number, schedule }));
         }
     }
     Ok(best.map_or_else(|| fast.clone(), |best| best.schedule))
@@ -70,7 +70,7 @@ struct Quickest {
 }
 
 /// The quicker one; of equally quick ones that of the earlier habit.
-fn quicker(best: Option<Quickest>, other: Quickest) -> Option<Quickest> {
+fn quicker(best: Option<Quickest>, other: Quickest) -> Quickest {
     let key = |of: &Quickest| (of.cycles, of.number);
-    Some(best.filter(|best| key(best) < key(&other)).unwrap_or(other))
+    best.filter(|best| key(best) < key(&other)).unwrap_or(other)
 }

@@ -57,7 +57,9 @@ fn falling(keys: &[u32]) -> Vec<u32> {
     while shift < u32::BITS && most >> shift > 0 {
         let digit = |k: u32| ((most - keys[k as usize]) >> shift) as usize & ((1 << DIGIT) - 1);
         let mut next = [0u32; (1 << DIGIT) + 1];
-        order.iter().for_each(|&k| next[digit(k) + 1] += 1);
+        for &k in &order {
+            next[digit(k) + 1] += 1;
+        }
         for value in 0..1 << DIGIT {
             next[value + 1] += next[value];
         }
