@@ -4,7 +4,7 @@ use crate::arguments::Plan;
 use crate::measure::{microseconds, Spread};
 use crate::Failure;
 use orbsoc::{record_tapes, Problem, Recording, Settings};
-use orbsoc_hw::{schedule, Aim, Configuration, Graph, Layout, Program};
+use orbsoc_hw::{schedule, Compressed, Configuration, Graph, Layout, Microcode, Program};
 use std::fmt::Write;
 use std::time::Instant;
 
@@ -22,8 +22,10 @@ pub struct Row {
     schedule: Spread,
     /// Of a program with graphs, layout and schedules for the fewest cycles.
     program: Spread,
-    /// Of a program for few bits, which tries several schedules and compresses each.
-    compact: Spread,
+    /// Of that and the compressed program, for which several schedules are tried and compressed.
+    both: Spread,
+    /// Of all microcode, flat and compressed: programs with the same one have the same schedules.
+    fingerprint: u64,
 }
 
 /// Schedule every stage of every problem `plan.repeats` times, engines interleaved.
@@ -35,27 +37,36 @@ pub fn measure(problems: &[(String, Problem)], plan: &Plan) -> Result<Vec<Row>, 
         let engines: Vec<Configuration> =
             LANES.iter().map(|&lanes| fitting(&recording, lanes)).collect::<Result<_, _>>()?;
         let mut times = vec![[Vec::new(), Vec::new(), Vec::new()]; engines.len()];
-        let mut operations = 0;
+        let (mut operations, mut fingerprints) = (0, vec![0; engines.len()]);
         for _ in 0..plan.repeats {
-            for (engine, [schedules, programs, compacts]) in engines.iter().zip(&mut times) {
+            for ((engine, [schedules, programs, boths]), print) in
+                engines.iter().zip(&mut times).zip(&mut fingerprints)
+            {
                 let (count, time) = schedule_all(&recording, engine)?;
                 operations = count;
                 schedules.push(time);
-                for (aim, list) in [(Aim::Fast, programs), (Aim::Compact, compacts)] {
-                    let start = Instant::now();
-                    Program::with_aim(&recording, engine, aim).map_err(|e| format!("{name}: {e}"))?;
-                    list.push(microseconds(start));
-                }
+                let start = Instant::now();
+                Program::new(&recording, engine).map_err(|e| format!("{name}: {e}"))?;
+                programs.push(microseconds(start));
+                let start = Instant::now();
+                let (fast, compact) =
+                    Program::both(&recording, engine).map_err(|e| format!("{name}: {e}"))?;
+                let compressed = compact.compressed();
+                boths.push(microseconds(start));
+                *print = fingerprint(&fast, &compressed);
             }
         }
-        for (engine, [schedules, programs, compacts]) in engines.iter().zip(&times) {
+        for ((engine, [schedules, programs, boths]), fingerprint) in
+            engines.iter().zip(&times).zip(fingerprints)
+        {
             rows.push(Row {
                 problem: name.clone(),
                 lanes: engine.lanes,
                 operations,
                 schedule: Spread::of(schedules),
                 program: Spread::of(programs),
-                compact: Spread::of(compacts),
+                both: Spread::of(boths),
+                fingerprint,
             });
         }
     }
@@ -85,24 +96,38 @@ fn schedule_all(recording: &Recording, engine: &Configuration) -> Result<(usize,
     Ok((graphs.iter().map(|(_, graph)| graph.nodes.len()).sum(), time))
 }
 
+/// FNV-1a over the words of the flat and the lines of the compressed microcode.
+fn fingerprint(fast: &Program, compressed: &Compressed) -> u64 {
+    let limbs = |microcode: &Microcode| {
+        let fields = |word: usize| (0..microcode.bits()).step_by(32).map(move |from| (word, from));
+        let all = (0..microcode.len()).flat_map(fields);
+        let limb = |(word, from)| microcode.get(word, from, 32.min(microcode.bits() - from));
+        all.map(limb).collect::<Vec<_>>()
+    };
+    let fold = |sum: u64, limb: u64| (sum ^ limb).wrapping_mul(0x0100_0000_01b3);
+    let all = limbs(&fast.flat()).into_iter().chain(limbs(&compressed.lines));
+    all.fold(0xcbf2_9ce4_8422_2325, fold)
+}
+
 /// Millions of operations a second, medians; quartiles of the scheduler alone.
 pub fn table(rows: &[Row]) -> String {
     let mut out = format!(
-        "{:<32} {:>5} {:>10} {:>10} {:>15} {:>10} {:>10}\n",
-        "problem", "lanes", "operations", "scheduler", "(quartiles)", "program", "compact"
+        "{:<32} {:>5} {:>10} {:>10} {:>15} {:>10} {:>10} {:>18}\n",
+        "problem", "lanes", "operations", "scheduler", "(quartiles)", "program", "both", "fingerprint"
     );
     for row in rows {
         let speed = |time: f64| row.operations as f64 / time;
         let quartiles = format!("({:.2} {:.2})", speed(row.schedule.q3), speed(row.schedule.q1));
         let _ = writeln!(
             out,
-            "{:<32} {:>5} {:>10} {:>10.2} {quartiles:>15} {:>10.2} {:>10.2}",
+            "{:<32} {:>5} {:>10} {:>10.2} {quartiles:>15} {:>10.2} {:>10.2}   {:016x}",
             row.problem,
             row.lanes,
             row.operations,
             speed(row.schedule.median),
             speed(row.program.median),
-            speed(row.compact.median),
+            speed(row.both.median),
+            row.fingerprint,
         );
     }
     out.push_str("millions of operations a second, one core\n");
