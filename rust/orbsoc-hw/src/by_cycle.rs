@@ -301,3 +301,53 @@ fn lanes_of(mask: u32) -> impl Iterator<Item = usize> {
     core::iter::successors(Some(mask).filter(|&mask| mask != 0), rest)
         .map(|mask| mask.trailing_zeros() as usize)
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::compact::HABITS;
+    use crate::configuration::Configuration;
+    use crate::graph::Graph;
+    use crate::layout::Layout;
+    use crate::schedule::Scheduler;
+    use orbsoc::{record_tapes, Cones, Csc, Problem, Settings};
+
+    fn problem() -> Problem {
+        let entry = |i: usize, j: usize| if (i * 5 + j * 3) % 4 < 2 { 1.0 + (i + j) as f64 } else { 0.0 };
+        let rows: Vec<Vec<f64>> = (0..9).map(|i| (0..5).map(|j| entry(i, j)).collect()).collect();
+        let g = Csc::from_dense(&rows.iter().map(Vec::as_slice).collect::<Vec<_>>(), 5);
+        let cones = Cones { l: 4, q: vec![5] };
+        Problem::new(None, vec![1.0; 5], None, vec![], Some(g), vec![1.0; 9], cones).expect("sizes fit")
+    }
+
+    /// Left before its end or not, a walk says whether it is longer than its limit, and goes on as if never left.
+    #[test]
+    fn a_walk_is_left_exactly_when_it_is_too_long() {
+        let recording = record_tapes(&problem(), &Settings::default()).unwrap();
+        for lanes in [1, 2, 8] {
+            let configuration = Configuration { lanes, banks: 4, ..Configuration::default() };
+            let layout = Layout::new(&recording, &configuration).unwrap();
+            for tape in &recording.tapes {
+                let graph = Graph::new(tape, &layout);
+                let scheduler = Scheduler::new(tape.stage.name(), &graph, &layout, &configuration);
+                for habit in HABITS {
+                    let urgency = scheduler.urgency(habit);
+                    let new = || scheduler.walk(&graph, &urgency, habit);
+                    let mut whole = new();
+                    assert!(whole.run(u32::MAX));
+                    let places = whole.placement();
+                    let end = places.end();
+                    for limit in [0, end / 2, end.saturating_sub(1), end, end + 1] {
+                        let mut walk = new();
+                        assert_eq!(walk.run(limit), end <= limit, "{} {habit:?} {limit}", tape.stage.name());
+                        assert!(walk.run(end));
+                        let again = walk.placement();
+                        let cycles = |of: &super::Placement<'_>| {
+                            of.places.iter().map(|place| place.cycle).collect::<Vec<_>>()
+                        };
+                        assert_eq!(cycles(&again), cycles(&places));
+                    }
+                }
+            }
+        }
+    }
+}

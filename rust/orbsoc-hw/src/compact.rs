@@ -9,7 +9,7 @@ use crate::urgency::Urgency;
 use std::cell::OnceCell;
 
 /// From the fewest bits on, as a rule.
-const HABITS: [Habit; 4] = [
+pub(crate) const HABITS: [Habit; 4] = [
     Habit { nodes_per_cycle: Some(2), patience: 0, apart: true },
     Habit { nodes_per_cycle: Some(8), patience: 1, apart: true },
     Habit { nodes_per_cycle: None, patience: 0, apart: true },

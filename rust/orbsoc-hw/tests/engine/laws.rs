@@ -85,6 +85,28 @@ proptest! {
         }
     }
 
+    /// Making both programs at once, or streams of both kinds, saves time only.
+    #[test]
+    fn both_microcodes_at_once_are_those_of_two_programs(problem in problems(), engine in engines()) {
+        let recording = record_tapes(&problem, &Settings::default()).unwrap();
+        let stages = [Stage::Factorize, Stage::SolvePair];
+        let (fast, compact) = Program::both(&recording, &engine).unwrap();
+        let (fast_stream, compact_stream) = Program::joined_both(&recording, &engine, &stages, None).unwrap();
+        for (aim, all, stream) in [(Aim::Fast, fast, fast_stream), (Aim::Compact, compact, compact_stream)] {
+            let alone = Program::with_aim(&recording, &engine, aim).unwrap();
+            let joined = Program::joined(&recording, &engine, aim, &stages, None).unwrap();
+            for (one, other) in [(all, alone), (stream, joined)] {
+                prop_assert_eq!(one.segments.len(), other.segments.len());
+                for (one, other) in one.segments.iter().zip(&other.segments) {
+                    prop_assert_eq!(one.name(), other.name());
+                    prop_assert_eq!(one.start, other.start);
+                    prop_assert_eq!(&one.schedule.issues, &other.schedule.issues);
+                    prop_assert_eq!(one.schedule.causes, other.schedule.causes);
+                }
+            }
+        }
+    }
+
     #[test]
     fn bounds_stay_below_and_causes_add_up(problem in problems(), engine in engines()) {
         for segment in &program(&problem, &engine).segments {
