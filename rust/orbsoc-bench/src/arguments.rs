@@ -13,7 +13,8 @@ orbsoc-bench FOLDER|FILE … [--repeats N] [--tol T] [--stages] [--label TEXT] [
     --label TEXT   what is measured, for the header of the file
     --out FILE     write the results as CSV
 orbsoc-bench --schedule FOLDER|FILE … [--repeats N]
-    Millions of operations a second that the PL's schedulers take in, on engines of 1, 2, 4 and 8 lanes.
+    Millions of operations a second that the PL's schedulers take in, on engines of 1, 2, 4 and 8 lanes,
+    and a fingerprint of the microcode.
 orbsoc-bench --compare BEFORE.csv AFTER.csv
     Ratio after/before for each problem, and for each stage when both files have stages.
 ";

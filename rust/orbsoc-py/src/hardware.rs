@@ -4,8 +4,8 @@ use crate::convert::{problem, refuse, settings};
 use numpy::{IntoPyArray, PyArray1};
 use orbsoc::{Buffer, Module, Problem, Settings, Stage};
 use orbsoc_hw::{
-    snapshots, validation_case, Causes, Code, Compressed, Configuration, Format, Gaps, Precision,
-    Program, Segment, Timing,
+    snapshots, validation_case, Causes, Code, Compressed, Configuration, Format, Gaps, Precision, Program,
+    Segment, Timing,
 };
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
