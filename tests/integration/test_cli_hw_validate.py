@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -85,6 +86,49 @@ def test_the_tables_are_those_of_both_problems_and_need_no_verilator(
     document = json.loads((tmp_path / "pl-tables.json").read_text())
     assert {"mission 004 C, N = 12", "mission 004 A, N = 12"} < set(document)
     assert "| matrix scaling |" in (tmp_path / "pl-tables.md").read_text()
+    assert (tmp_path / "pl-utilisation.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--tables", "--mutations"], "--tables and --mutations are runs of their own"),
+        (["--mutations", "--solve", "--quick"], "--mutations and --solve are runs of their own"),
+        (["--mutations", "--quick"], "--quick chooses points for the RTL, and --mutations has none"),
+    ],
+)
+def test_an_option_that_would_be_ignored_is_refused(arguments: list[str], words: str, tmp_path: Path) -> None:
+    done = CliRunner().invoke(app, ["hw", "validate", *arguments, "--out", str(tmp_path / "out")])
+    assert done.exit_code == 2, done.output
+    assert words in " ".join(done.output.split())
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("run", [[], ["--solve"], ["--mutations"]])
+def test_a_folder_that_cannot_be_written_ends_a_run_before_it_begins(
+    run: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rtl_validation.shutil, "which", lambda _: "/verilator")
+    monkeypatch.setattr(rtl_validation.subprocess, "run", lambda *_, **__: pytest.fail("it began"))
+    (tmp_path / "file").touch()
+    done = CliRunner().invoke(
+        app, ["hw", "validate", *run, "--rtl", str(RTL), "--out", str(tmp_path / "file" / "out")]
+    )
+    assert done.exit_code == 2, done.output
+    assert "file" in done.output
+
+
+def test_what_ran_before_an_interrupt_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: Any) -> Iterator[list[Any]]:
+        yield []
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(rtl_validation, "validate", interrupted)
+    monkeypatch.setattr(rtl_validation.shutil, "which", lambda _: "/verilator")
+    arguments = ["hw", "validate", "--quick", "--rtl", str(RTL), "--out", str(tmp_path)]
+    assert CliRunner().invoke(app, arguments).exit_code == 130
+    points = json.loads((tmp_path / "validation.json").read_text())["points"]
+    assert points["done"] == 1 < points["of"]
 
 
 @pytest.mark.parametrize("option", [["--tables"], [], ["--quick"], ["--solve", "--quick"]])

@@ -58,10 +58,10 @@ def validate(
             quick_points,
             rtl_folder,
             rtl_sources,
-            summary,
         )
         from orbsoc.rtl_validation import validate as compare
 
+        _require_one_run({"--tables": tables, "--mutations": mutations, "--solve": solve}, quick=quick)
         where = out or Path("out") / "hw-validate"
         if tables:
             print_tables(rtl_sources(rtl).parent / "scenarios" / "rec1.toml", where, as_json=as_json)
@@ -78,30 +78,55 @@ def validate(
             points += kkt_points("mission 004 C, N = 12")
         outcomes: list[Outcome] = []
         watched: set[Path] = set()
-        for done, found in enumerate(compare(folder, points, named, watched), start=1):
-            outcomes += found
-            verdict = "equal" if all(outcome.good for outcome in found) else "DIFFERENT"
-            point = found[0].point if found else points[done - 1]
-            typer.echo(f"{done}/{len(points)} {_title(point)}: {verdict}", err=True)
-        equal = all(outcome.good for outcome in outcomes)
-        counts = summary(outcomes)
-        document = {
-            "schema": "orbsoc.rtl-validation/1",
-            "provenance": "measured: RTL under Verilator against its schedule",
-            "equal": equal,
-            "harnesses_that_assert_every_rule": len(watched),
-            "summary": counts,
-            "outcomes": [asdict(outcome) for outcome in outcomes],
-        }
-        text = "\n".join(_table(counts))
-        files = {"validation.json": options.as_json_text(document), "validation.md": text + "\n"}
-        options.write_all(where, files)
+        done = 0
+        options.write_all(where, {})  # what cannot be written ends the run here
+        try:
+            for done, found in enumerate(compare(folder, points, named, watched), start=1):
+                outcomes += found
+                verdict = "equal" if all(outcome.good for outcome in found) else "DIFFERENT"
+                point = found[0].point if found else points[done - 1]
+                typer.echo(f"{done}/{len(points)} {_title(point)}: {verdict}", err=True)
+        finally:  # what has run is kept, whatever ended the rest
+            document = _document(outcomes, watched, done, len(points))
+            table = _table(document["summary"])
+            text = "\n".join([*table, "", f"{done} of {len(points)} points."]) + "\n"
+            files = {"validation.json": options.as_json_text(document), "validation.md": text}
+            options.write_all(where, files)
+        equal = document["equal"]
         verdict = (
             f"measured: model and RTL are {'EQUAL' if equal else 'DIFFERENT'} in {len(outcomes)} segments,"
             f" on {len(watched)} harnesses that assert every rule when a control breaks it"
         )
-        options.say([*_table(counts), verdict], document, where, as_json=as_json)
+        options.say([*table, verdict], document, where, as_json=as_json)
         raise typer.Exit(0 if equal else FAILED)
+
+
+def _document(outcomes: Sequence[Outcome], watched: set[Path], done: int, points: int) -> dict[str, Any]:
+    """As JSON; equal when all points ran, and all of them were."""
+    from orbsoc.rtl_validation import summary
+
+    return {
+        "schema": "orbsoc.rtl-validation/1",
+        "provenance": "measured: RTL under Verilator against its schedule",
+        "points": {"done": done, "of": points},
+        "equal": done == points and all(outcome.good for outcome in outcomes),
+        "harnesses_that_assert_every_rule": len(watched),
+        "summary": summary(outcomes),
+        "outcomes": [asdict(outcome) for outcome in outcomes],
+    }
+
+
+def _require_one_run(given: dict[str, bool], *, quick: bool) -> None:
+    """Raises RtlError for options of which one would be ignored."""
+    from orbsoc.rtl_validation import RtlError
+
+    chosen = [name for name, wanted in given.items() if wanted]
+    if len(chosen) > 1:
+        raise RtlError(f"{' and '.join(chosen)} are runs of their own; give one of them")
+    if quick and chosen and chosen != ["--solve"]:
+        raise RtlError(
+            f"--quick chooses points for the RTL, and {chosen[0]} has none to choose from; leave it out"
+        )
 
 
 def _title(point: Any) -> str:

@@ -25,6 +25,7 @@ def validate_mutations(folder: Path, where: Path, *, as_json: bool) -> NoReturn:
     from orbsoc.rtl_validation import problems
 
     name, problem = list(problems().items())[1]
+    options.write_all(where, {})
     found: list[Catch] = []
     for catch in catches(folder, name, problem):
         found.append(catch)

@@ -24,6 +24,7 @@ def validate_solves(folder: Path, where: Path, *, quick: bool, as_json: bool) ->
     from orbsoc.rtl_solve_points import all_solves, quick_solves, run_solves
 
     points = (quick_solves if quick else all_solves)(folder.parent / "scenarios")
+    options.write_all(where, {})
     outcomes: list[SolveOutcome] = []
     for done, outcome in enumerate(run_solves(folder, points), start=1):
         outcomes.append(outcome)

@@ -9,13 +9,19 @@ import typer
 
 from orbsoc.commands import hw_options as options
 
+DRAWN = ((4, 1), (8, 2))
+"""Lanes and dividers of the engines in the figure."""
+
 
 def print_tables(scenario: Path, where: Path, *, as_json: bool) -> NoReturn:
-    """Mission 004's first subproblems C and A, N = 12, on engines of 1 to 8 lanes; write pl-tables.md and .json.
+    """Mission 004's first subproblems C and A, N = 12, on engines of 1 to 8 lanes; write pl-tables.md and .json, and
+    pl-utilisation.png of C's KKT solves.
 
     Raises RtlError where the scenario is not at hand.
     """
-    from orbsoc.pl_tables import tables
+    from orbsoc.pl_figure import utilisation_figure
+    from orbsoc.pl_program import Engine, pl_program
+    from orbsoc.pl_tables import WITH_RESIDUALS, tables
     from orbsoc.rtl_validation import mission_004
 
     problems = {
@@ -25,5 +31,9 @@ def print_tables(scenario: Path, where: Path, *, as_json: bool) -> NoReturn:
     document, lines = tables(problems)
     text = "\n".join(lines) + "\n"
     options.write_all(where, {"pl-tables.json": options.as_json_text(document), "pl-tables.md": text})
+    first = next(iter(problems.values()))
+    drawn = [Engine(lanes=lanes, dividers=dividers) for lanes, dividers in DRAWN]
+    panels = [(pl_program(first, None, engine, WITH_RESIDUALS), WITH_RESIDUALS.name) for engine in drawn]
+    utilisation_figure(panels, where / "pl-utilisation.png")
     options.say(lines, document, where, as_json=as_json)
     raise typer.Exit(0)
