@@ -22,6 +22,11 @@ texts=$(find "$here" -name '*.sv*' -o -name '*.[ch]pp' -o -name build.sh | LC_AL
 tools=$(verilator --version; ${CXX:-c++} --version)
 key=$(printf '%s\n' "$texts" "$tools" "$top" "$@" | sha256sum | cut -c 1-16)
 cache=${ORBSOC_RTL_CACHE:-${XDG_CACHE_HOME:-$HOME/.cache}/orbsoc/rtl}
+for folder in "$here" "$cache"; do
+  case $folder in
+    *[[:space:]]*) echo "rtl/build.sh: '$folder': a path with a space breaks Verilator's makefiles; move it, or name a link to it" >&2; exit 2 ;;
+  esac
+done
 built="$cache/$top-$key"
 runtime="$cache/runtime-$(printf '%s\n' "$tools" "$(cat "$here/build.sh")" | sha256sum | cut -c 1-16)"
 if [ ! -x "$built" ]; then
