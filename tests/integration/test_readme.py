@@ -58,6 +58,6 @@ def test_the_layout_lists_folders_that_exist() -> None:
 
 def test_the_scenarios_of_the_commands_exist() -> None:
     commands = re.findall(r"^orbsoc (?:plan|hw \w+) (\S+)", README, flags=re.MULTILINE)
-    assert len(commands) == 6
+    assert len(commands) == 7
     assert [name for name in commands if not (ROOT / name).is_file()] == []
     assert re.search(r"`(orbsoc plan [^`]*)`", README)[1] in (ROOT / "Makefile").read_text()
