@@ -98,16 +98,18 @@ def rtl_folder(given: Path | None) -> Path:
 
 
 def rtl_sources(given: Path | None) -> Path:
-    """The RTL's folder: `given`, or that of the source tree that this package runs from.
+    """The RTL's folder: `given`, or that of the source tree which this package runs from, or in which the command runs.
 
     Raises RtlError if there is none.
     """
-    folder = given or Path(__file__).resolve().parents[2] / "rtl"
-    if not (folder / "build.sh").is_file():
-        raise RtlError(
-            f"{folder}: no RTL there; run from a source tree of orbsoc, or name its folder with --rtl"
-        )
-    return folder
+    tree = Path(__file__).resolve().parents[2] / "rtl"
+    places = [given] if given else [tree, Path("rtl").absolute()]
+    for folder in places:
+        if (folder / "build.sh").is_file():
+            return folder
+    raise RtlError(
+        f"{places[-1]}: no RTL there; run from the top of a source tree of orbsoc, or name its rtl/ with --rtl"
+    )
 
 
 def built(folder: Path, engine: Engine, form: Format, *, lines: int) -> Path:

@@ -104,6 +104,19 @@ def test_an_option_that_would_be_ignored_is_refused(arguments: list[str], words:
     assert not (tmp_path / "out").exists()
 
 
+def test_an_installed_package_finds_the_rtl_of_the_tree_it_is_called_in(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rtl_validation, "__file__", str(tmp_path / "site" / "orbsoc" / "rtl_validation.py"))
+    monkeypatch.chdir(RTL.parent)
+    assert rtl_validation.rtl_sources(None) == RTL
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(
+        RtlError, match=f"{tmp_path / 'rtl'}: no RTL there; run from the top of a source tree"
+    ):
+        rtl_validation.rtl_sources(None)
+
+
 @pytest.mark.parametrize("run", [[], ["--solve"], ["--mutations"]])
 def test_a_folder_that_cannot_be_written_ends_a_run_before_it_begins(
     run: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
