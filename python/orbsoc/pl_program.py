@@ -110,7 +110,8 @@ class Stream:
     """Stages that are scheduled as one stream, so that each may begin while those before it still run.
 
     With `leaves`, only as much of them as makes the words of these buffers. Its segment has the stages' names, joined
-    by underscores. Raises EngineError for no stages, no buffers, or what is no tuple of names.
+    by underscores. Raises EngineError for no stages, no buffers, what is no tuple of names, or a buffer that none of the
+    stages writes; names that no stage or buffer has are the scheduler's to refuse.
     """
 
     stages: tuple[str, ...]
@@ -120,6 +121,7 @@ class Stream:
         for field, names in (("stages", self.stages), ("leaves", self.leaves)):
             if (field, names) != ("leaves", None) and not _are_names(names):
                 raise EngineError(f"stream `{field}` = {names!r}: allowed is a tuple of one name or more")
+        _require_written(self.stages, self.leaves or ())
 
     @property
     def name(self) -> str:
@@ -130,6 +132,18 @@ class Stream:
 def _are_names(names: object) -> bool:
     """A tuple with strings in it, and nothing else."""
     return isinstance(names, tuple) and bool(names) and all(isinstance(name, str) for name in names)
+
+
+def _require_written(stages: tuple[str, ...], leaves: tuple[str, ...]) -> None:
+    known = _core.stages()
+    buffers = {name for stage in known.values() for name in (*stage.reads, *stage.writes)}
+    written = {name for stage in stages if stage in known for name in known[stage].writes}
+    unwritten = [name for name in leaves if name in buffers - written]
+    if unwritten and all(stage in known for stage in stages):
+        allowed = ", ".join(sorted(written))
+        raise EngineError(
+            f"stream `leaves` = {leaves!r}: {unwritten[0]!r} is written by none of {', '.join(stages)}; allowed: {allowed}"
+        )
 
 
 KKT_SOLVES = Stream(("factorize", "solve_pair"), ("factor_l", "pivot_inverse", "pair_solution"))

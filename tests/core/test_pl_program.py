@@ -109,6 +109,12 @@ def test_a_stream_is_of_names(field: str, value: Any) -> None:
         Stream(**given)
 
 
+def test_a_stream_leaves_what_its_stages_write() -> None:
+    message = "'pair_solution' is written by none of factorize; allowed: factor_l, pivot_inverse"
+    with pytest.raises(EngineError, match=message):
+        Stream(("factorize",), ("factor_l", "pair_solution"))
+
+
 def test_storage_is_the_least_power_of_two_that_holds_the_problem(program: PlProgram) -> None:
     bits = program.engine.address_bits
     assert bits is not None
