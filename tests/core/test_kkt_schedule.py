@@ -60,7 +60,7 @@ def test_operations_are_what_the_columns_of_l_imply() -> None:
     problem = problem_c()
     pivots = problem.n + problem.p + problem.m
     counted = _core.operation_counts(problem, Settings(), {})["factorize"]["operations"]
-    triangles = counted["mul_sub"]  # the sum over the columns: rust/orbsoc/tests/solver/closed_forms.rs
+    triangles = counted["mul_sub"]  # the sum over the columns: rust/orbsoc/src/factor_tests.rs
     solution = orbsoc.solve(problem)
     implied = triangles + solution.nnz_l + pivots + 2 * (2 * solution.nnz_l + pivots)
     assert segment(FOUR, KKT_SOLVES).operations <= 1.05 * implied
@@ -77,6 +77,14 @@ def test_the_whole_program_is_a_quarter_as_large_for_a_twentieth_more_cycles(lan
     cycles, slower = sum(s.cycles for s in segments), sum(s.compressed_cycles for s in segments)
     assert flat >= 4 * stored
     assert slower <= 1.05 * cycles
+
+
+@BOTH
+@pytest.mark.parametrize("lanes", [1, 2, 4])
+def test_the_stream_is_a_quarter_as_large_for_a_twentieth_more_cycles(stream: Stream, lanes: int) -> None:
+    found = segment(Engine(lanes=lanes, banks=16, dividers=1), stream)
+    assert found.flat_bits >= 4 * found.compressed_bits
+    assert found.compressed_cycles <= 1.05 * found.cycles
 
 
 def test_a_stream_overlaps_its_stages() -> None:
