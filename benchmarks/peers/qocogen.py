@@ -12,6 +12,7 @@ import hashlib
 import io
 import os
 import shutil
+import signal
 import subprocess
 import tempfile
 from collections.abc import Sequence
@@ -36,7 +37,7 @@ COMPILER, FLAGS = "cc", ("-O3", "-march=native")
 MOST_ROWS = 900
 """n + p + m of the largest pattern that code is generated for."""
 SOLVED = 1
-PATIENCE_S = 90.0
+PATIENCE_S = 300.0
 """For one compilation."""
 
 
@@ -81,12 +82,19 @@ def _compile(source: Path, path: Path) -> str:
     built = path.with_suffix(f".{os.getpid()}")
     files = [source / f"{name}.c" for name in ("qoco_custom", "cone", "utils", "ldl", "kkt")]
     command: Sequence[str | Path] = (COMPILER, *FLAGS, "-shared", "-fPIC", "-I", source, "-o", built)
-    try:
-        subprocess.run([*command, *files, SHIM, "-lm"], check=True, capture_output=True, timeout=PATIENCE_S)
-    except subprocess.TimeoutExpired:
-        return f"QOCOGEN: left out, not compiled within {PATIENCE_S:.0f} s"
-    except subprocess.CalledProcessError as error:
-        return f"QOCOGEN: left out, its code does not compile: {error.stderr.decode()[-200:]}"
+    # In a session of its own: the compiler proper is a child of `cc`, and would outlive it.
+    with subprocess.Popen(
+        [*command, *files, SHIM, "-lm"], stderr=subprocess.PIPE, start_new_session=True
+    ) as compiling:
+        try:
+            _, complaint = compiling.communicate(timeout=PATIENCE_S)
+        except BaseException as error:
+            os.killpg(compiling.pid, signal.SIGKILL)
+            if not isinstance(error, subprocess.TimeoutExpired):
+                raise
+            return f"QOCOGEN: left out, not compiled within {PATIENCE_S:.0f} s"
+    if compiling.returncode != 0:
+        return f"QOCOGEN: left out, its code does not compile: {complaint.decode()[-200:]}"
     built.replace(path)
     return "QOCOGEN: compiled"
 
