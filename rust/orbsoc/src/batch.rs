@@ -1,21 +1,19 @@
 //! Many problems of one sparsity pattern: eight at a time in SIMD lanes, on several threads.
 //!
-//! Lanes run the same stages in step. A second set of lanes brings the next problems to their starting points, eight
-//! at once; a lane whose problem has ended takes one of them there and then, so one hard problem does not hold the
-//! others. Every problem's bits are those of its own single solve, wherever it ran.
+//! Lanes run the same stages in step. Eight problems begin together, so that they need the same refinements in the same
+//! iteration. Once half of them have ended, the others move to a second set of lanes and the next eight begin; the second
+//! set iterates when it is full, so one hard problem does not hold the others. Every problem's bits are those of its own
+//! single solve, wherever it ran.
 
-use crate::certificate::Walked;
-use crate::control::{keep_best, Control};
-use crate::datapath::Datapath;
 use crate::error::Error;
 use crate::problem::Problem;
 use crate::real::{Decide, Lanes};
+use crate::seats::{Seat, Seats};
 use crate::settings::Settings;
 use crate::solution::{Solution, WarmStart};
-use crate::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
+use crate::stage::{STARTUP, WARM_STARTUP};
 use crate::structure::Structure;
 use crate::warm_start::Start;
-use crate::workspace::Buffer;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -116,49 +114,24 @@ fn solve(
 #[path = "batch_tests.rs"]
 mod tests;
 
-/// Where decisions keep certificates.
-const CERTIFICATES: [Buffer; 2] = [Buffer::Farkas, Buffer::Ray];
-
-/// A problem in a lane.
-struct Seat {
-    index: usize,
-    problem: Problem,
-    control: Control,
-    /// The statistics of this iteration have been decided on.
-    judged: bool,
-}
-
-/// One thread's lanes: a set that iterates, and a set in which the next problems are started.
+/// One thread's lanes: the problems that began together, and those left over by earlier cohorts.
 struct Crew<T> {
-    running: Datapath<T>,
-    fresh: Datapath<T>,
-    seats: Vec<Option<Seat>>,
-    /// Problems at their starting points, in the lanes of `fresh`.
-    ready: Vec<Option<Seat>>,
+    cohort: Seats<T>,
+    /// Made when first needed: in many batches all problems of a cohort end with the same iteration.
+    stragglers: Option<Seats<T>>,
     /// Problems whose warm start failed, for a cold one.
     again: Vec<Seat>,
     /// Problems whose memory the next ones take.
     spare: Vec<Problem>,
-    /// Buffers that a started problem brings into the iteration.
-    carried: Vec<Buffer>,
-}
-
-/// As many empty seats as there are lanes.
-fn empty<T: Decide>() -> Vec<Option<Seat>> {
-    (0..T::LANES).map(|_| None).collect()
 }
 
 impl<T: Decide> Crew<T> {
+    /// With this many problems left, a cohort makes room for the next.
+    const FEW: usize = T::LANES / 2;
+
     fn new(structure: &Arc<Structure>, settings: &Settings) -> Result<Self, Error> {
-        Ok(Self {
-            running: Datapath::new(structure.clone(), settings)?,
-            fresh: Datapath::new(structure.clone(), settings)?,
-            seats: empty::<T>(),
-            ready: empty::<T>(),
-            again: Vec::new(),
-            spare: Vec::new(),
-            carried: carried_into_iteration(),
-        })
+        let cohort = Seats::new(structure, settings)?;
+        Ok(Self { cohort, stragglers: None, again: Vec::new(), spare: Vec::new() })
     }
 
     /// Solve what `take` hands out, from the points of `start`, until it has no more; give each solution to `done`.
@@ -169,209 +142,90 @@ impl<T: Decide> Crew<T> {
         start: Option<StartOf<'_, '_>>,
         mut done: impl FnMut(usize, Solution),
     ) -> Result<(), Error> {
-        let mut seat_next = |crew: &mut Self| crew.seat_next(base, &mut take, start);
-        while seat_next(self)? {
-            self.iterate(&mut seat_next, &mut done)?;
-        }
-        Ok(())
-    }
-
-    /// Seat problems at their starting points in the lanes that are free; false when no lane has a problem.
-    fn seat_next(
-        &mut self,
-        base: &Problem,
-        take: &mut impl FnMut(&mut Problem) -> Result<Option<usize>, Error>,
-        start: Option<StartOf<'_, '_>>,
-    ) -> Result<bool, Error> {
-        while self.seats.iter().any(Option::is_none) {
-            if self.ready.iter().all(Option::is_none) {
-                self.prepare(base, take, start)?;
-            }
-            let free = self.seats.iter().enumerate().filter(|(_, seat)| seat.is_none());
-            let ready = self.ready.iter().enumerate().filter(|(_, seat)| seat.is_some());
-            let moves: Vec<(usize, usize)> = ready.zip(free).map(|((from, _), (to, _))| (from, to)).collect();
-            if moves.is_empty() {
-                break;
-            }
-            self.running.take_lanes(&moves, &mut self.fresh, &self.carried);
-            for (from, to) in moves {
-                self.seats[to] = self.ready[from].take().map(|seat| Seat { judged: false, ..seat });
-            }
-        }
-        Ok(self.seats.iter().any(Option::is_some))
-    }
-
-    /// Bring the next problems to their starting points: those whose warm start failed once they are many or
-    /// nothing else is left.
-    fn prepare(
-        &mut self,
-        base: &Problem,
-        take: &mut impl FnMut(&mut Problem) -> Result<Option<usize>, Error>,
-        start: Option<StartOf<'_, '_>>,
-    ) -> Result<(), Error> {
-        if 2 * self.again.len() < T::LANES {
-            let mut arriving = self.next_problems(base, take)?;
-            self.load(&arriving);
-            if let Some(start) = start {
-                self.load_starts(&mut arriving, start)?;
-                self.bring(arriving, WARM_STARTUP);
+        loop {
+            let arriving = self.arriving(base, &mut take)?;
+            if !arriving.is_empty() {
+                self.make_room(&mut done)?;
+                self.begin(arriving, start)?;
+                self.cohort.iterate_until(Self::FEW);
+                let ended = self.cohort.dismiss();
+                self.hand_over(ended, &mut done);
+            } else if self.stragglers.is_some() {
+                self.make_room(&mut done)?;
+                let Some(mut stragglers) = self.stragglers.take() else { continue };
+                stragglers.iterate_until(0);
+                self.hand_over(stragglers.dismiss(), &mut done);
+            } else if self.cohort.busy() > 0 {
+                self.cohort.iterate_until(0);
+                let ended = self.cohort.dismiss();
+                self.hand_over(ended, &mut done);
             } else {
-                self.bring(arriving, STARTUP);
+                return Ok(());
             }
         }
-        if self.ready.iter().all(Option::is_none) {
-            let mut arriving = empty::<T>();
-            arriving.fill_with(|| self.again.pop());
-            self.load(&arriving);
-            self.bring(arriving, STARTUP);
-        }
-        Ok(())
     }
 
-    /// The next problems, one for each lane.
-    fn next_problems(
+    /// The next problems, at most one for each lane. Those whose warm start failed come once they fill the lanes or
+    /// nothing else is left.
+    fn arriving(
         &mut self,
         base: &Problem,
         take: &mut impl FnMut(&mut Problem) -> Result<Option<usize>, Error>,
-    ) -> Result<Vec<Option<Seat>>, Error> {
-        let mut arriving = empty::<T>();
-        for seat in &mut arriving {
+    ) -> Result<Vec<Seat>, Error> {
+        let mut arriving = Vec::with_capacity(T::LANES);
+        while self.again.len() < T::LANES && arriving.len() < T::LANES {
             let mut problem = self.spare.pop().unwrap_or_else(|| base.clone());
             let Some(index) = take(&mut problem)? else {
                 self.spare.push(problem);
                 break;
             };
-            let control = Control::new(&self.fresh.settings);
-            *seat = Some(Seat { index, problem, control, judged: false });
+            arriving.push(Seat::new(index, problem, self.cohort.settings()));
+        }
+        if arriving.is_empty() {
+            arriving.extend(self.again.drain(..self.again.len().min(T::LANES)));
         }
         Ok(arriving)
     }
 
-    fn load(&mut self, arriving: &[Option<Seat>]) {
-        let problems: Vec<_> = arriving.iter().map(|seat| seat.as_ref().map(|seat| &seat.problem)).collect();
-        self.fresh.load(&problems);
-    }
-
-    /// The points to start from, into their lanes; who has none that is finite waits for a cold start.
-    fn load_starts(&mut self, arriving: &mut [Option<Seat>], start: StartOf<'_, '_>) -> Result<(), Error> {
-        for (lane, seat) in arriving.iter_mut().enumerate() {
-            let Some(Seat { index, problem, control, .. }) = seat else { continue };
-            let start = start(*index);
-            start.fit(problem)?;
-            control.warm_start = WarmStart::Used;
-            if !self.fresh.load_start(lane, &start) {
-                *control = control.fallen_back();
-                self.again.extend(seat.take());
-            }
+    /// Bring problems to their starting points: warm where there are such, but for those that have tried.
+    fn begin(&mut self, arriving: Vec<Seat>, start: Option<StartOf<'_, '_>>) -> Result<(), Error> {
+        let tried = arriving.iter().all(|seat| seat.control.warm_start == WarmStart::FellBack);
+        self.cohort.seat(arriving);
+        if let Some(start) = start.filter(|_| !tried) {
+            self.again.extend(self.cohort.load_starts(start)?);
+            self.cohort.begin(WARM_STARTUP);
+        } else {
+            self.cohort.begin(STARTUP);
         }
         Ok(())
     }
 
-    /// Walk a start-up list with the problems loaded; they are then ready.
-    fn bring(&mut self, mut arriving: Vec<Option<Seat>>, startup: &[Step]) {
-        if arriving.iter().all(Option::is_none) {
-            return;
-        }
-        for step in startup {
-            perform(&mut self.fresh, &mut arriving, *step);
-        }
-        self.ready = arriving;
-    }
-
-    /// One iteration of all lanes. A lane whose problem ended hands it over, and the next one joins the others
-    /// in this very iteration.
-    fn iterate(
-        &mut self,
-        seat_next: &mut impl FnMut(&mut Self) -> Result<bool, Error>,
-        done: &mut impl FnMut(usize, Solution),
-    ) -> Result<(), Error> {
-        self.seats.iter_mut().flatten().for_each(|seat| seat.judged = false);
-        let Some((statistics, rest)) = ITERATION.split_first() else { return Ok(()) };
-        while self.seats.iter().flatten().any(|seat| !seat.judged) {
-            perform(&mut self.running, &mut self.seats, *statistics);
-            self.hand_over(done);
-            if !seat_next(self)? {
-                return Ok(());
+    /// Move what is left of the cohort to the stragglers; when those are full, they iterate until one has ended.
+    fn make_room(&mut self, done: &mut impl FnMut(usize, Solution)) -> Result<(), Error> {
+        while self.cohort.busy() > 0 {
+            let mut stragglers = match self.stragglers.take() {
+                Some(stragglers) => stragglers,
+                None => self.cohort.another()?,
+            };
+            if stragglers.busy() == T::LANES {
+                stragglers.iterate_until(T::LANES - 1);
+                self.hand_over(stragglers.dismiss(), done);
             }
-        }
-        for step in rest {
-            perform(&mut self.running, &mut self.seats, *step);
+            self.cohort.move_into(&mut stragglers);
+            self.stragglers = Some(stragglers);
         }
         Ok(())
     }
 
-    fn hand_over(&mut self, done: &mut impl FnMut(usize, Solution)) {
-        let ended = |seat: &Option<Seat>| seat.as_ref().is_some_and(|s| s.control.stop.is_some());
-        if !self.seats.iter().any(ended) {
-            return;
-        }
-        for step in CLOSING {
-            perform(&mut self.running, &mut self.seats, *step);
-        }
-        for (lane, seat) in self.seats.iter_mut().enumerate() {
-            if let Some(seat) = seat.take_if(|s| s.control.stop.is_some()) {
-                let solution = Walked::new(&self.running, lane, &seat.problem, &seat.control).conclude();
-                if let Some(control) = seat.control.fall_back(solution.status) {
-                    self.again.push(Seat { control, judged: false, ..seat });
-                } else {
-                    done(seat.index, solution);
-                    self.spare.push(seat.problem);
-                }
-            }
-        }
-    }
-}
-
-/// Run one step for all lanes; a repeated stage runs as long as any lane asks for it.
-fn perform<T: Decide>(path: &mut Datapath<T>, seats: &mut [Option<Seat>], step: Step) {
-    let mut run = |stage: Stage| {
-        path.execute(stage);
-        let mut again = false;
-        for (lane, seat) in seats.iter_mut().enumerate() {
-            let Some(seat) = seat else { continue };
-            if stage == Stage::Statistics && core::mem::replace(&mut seat.judged, true) {
-                continue;
-            }
-            if seat.control.stop.is_some() {
-                seat.control.rest();
+    /// Give the solutions of those that have ended to `done`; who fell back from a warm start comes again.
+    fn hand_over(&mut self, ended: Vec<(Seat, Solution)>, done: &mut impl FnMut(usize, Solution)) {
+        for (seat, solution) in ended {
+            if let Some(control) = seat.control.fall_back(solution.status) {
+                self.again.push(Seat { control, ..seat });
             } else {
-                let outcome = seat.control.decide(lane, stage, &path.settings, &mut path.work);
-                again |= outcome == Outcome::Repeat;
-            }
-        }
-        if stage == Stage::Statistics {
-            keep_best(seats.iter().map(|seat| seat.as_ref().map(|seat| &seat.control)), &mut path.work);
-        }
-        again
-    };
-    match step {
-        Step::Run(stage) => {
-            run(stage);
-        }
-        Step::Repeat { stage, until } => {
-            while run(until) {
-                run(stage);
+                done(seat.index, solution);
+                self.spare.push(seat.problem);
             }
         }
     }
-}
-
-/// Buffers that the iteration or the closing reads before it writes them, and the best iterate. Certificates
-/// stay behind: nobody looks at one that no decision has kept in the same solve.
-fn carried_into_iteration() -> Vec<Buffer> {
-    let mut written: Vec<Buffer> = Vec::new();
-    let mut carried = vec![Buffer::Best];
-    let stages = ITERATION.iter().chain(CLOSING).flat_map(|step| match *step {
-        Step::Run(stage) => [Some(stage), None],
-        Step::Repeat { stage, until } => [Some(until), Some(stage)],
-    });
-    for stage in stages.flatten() {
-        for &buffer in stage.reads() {
-            if !written.contains(&buffer) && !carried.contains(&buffer) && !CERTIFICATES.contains(&buffer) {
-                carried.push(buffer);
-            }
-        }
-        written.extend(stage.writes());
-    }
-    carried
 }

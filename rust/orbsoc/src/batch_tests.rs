@@ -71,9 +71,9 @@ fn every_instruction_set_gives_each_lane_the_bits_of_its_own_solve() {
     }
 }
 
-/// Half the lanes end before the others: the next problems join those that still run.
+/// Some take longer than the others of their cohort, and end among those of another.
 #[test]
-fn lanes_are_filled_while_others_run() {
+fn stragglers_move_to_other_lanes_and_keep_their_bits() {
     let base = mixed_problem(3);
     let solved = in_lanes::<Lanes<pulp::Scalar512b>>(&base);
     let iterations = |s: &Solution| s.iterations;

@@ -30,95 +30,135 @@ struct Candidate {
     s: DVector<f64>,
 }
 
-fn product(matrix: &Csc, x: &DVector<f64>) -> DVector<f64> {
-    let mut out = DVector::zeros(matrix.nrows());
-    let sums = out.as_mut_slice();
-    for ((rows, values), &x) in matrix.columns().zip(x.iter()) {
+/// M x and Mᵀ y in one pass over M.
+#[inline(always)]
+fn products(matrix: &Csc, x: &DVector<f64>, y: &DVector<f64>) -> (DVector<f64>, DVector<f64>) {
+    let (mut by_rows, mut by_columns) = (DVector::zeros(matrix.nrows()), DVector::zeros(matrix.ncols()));
+    let (sums, y) = (by_rows.as_mut_slice(), y.as_slice());
+    let columns = matrix.columns().zip(by_columns.as_mut_slice());
+    for (((rows, values), out), &x) in columns.zip(x.as_slice()) {
         for (&i, &value) in rows.iter().zip(values) {
             sums[i] += value * x;
         }
-    }
-    out
-}
-
-fn transposed_product(matrix: &Csc, y: &DVector<f64>) -> DVector<f64> {
-    let y = y.as_slice();
-    let dots = matrix.columns().map(|(rows, values)| {
         // Four sums side by side: one alone would wait for each addition.
-        let mut sums = [0.0; 4];
+        let mut four = [0.0; 4];
         let (row_chunks, value_chunks) = (rows.as_chunks::<4>(), values.as_chunks::<4>());
         for (rows, values) in row_chunks.0.iter().zip(value_chunks.0) {
             for k in 0..4 {
-                sums[k] += values[k] * y[rows[k]];
+                four[k] += values[k] * y[rows[k]];
             }
         }
         let rest: f64 = row_chunks.1.iter().zip(value_chunks.1).map(|(&i, v)| v * y[i]).sum();
-        rest + ((sums[0] + sums[2]) + (sums[1] + sums[3]))
-    });
-    DVector::from_iterator(matrix.ncols(), dots)
+        *out = rest + ((four[0] + four[2]) + (four[1] + four[3]));
+    }
+    (by_rows, by_columns)
 }
 
+#[inline(always)]
 fn symmetric_product(upper: &Csc, x: &DVector<f64>) -> DVector<f64> {
-    let mut out = product(upper, x);
+    let mut out = DVector::zeros(upper.nrows());
     let (sums, x) = (out.as_mut_slice(), x.as_slice());
     for (j, (rows, values)) in upper.columns().enumerate() {
-        for (&i, &value) in rows.iter().zip(values).filter(|(&i, _)| i != j) {
-            sums[j] += value * x[i];
+        for (&i, &value) in rows.iter().zip(values) {
+            sums[i] += value * x[j];
+            if i != j {
+                sums[j] += value * x[i];
+            }
         }
     }
     out
 }
 
 /// ‖x‖∞; infinite when x is not finite, zero when it is empty.
+#[inline(always)]
 fn norm(x: &DVector<f64>) -> f64 {
     // Several maxima side by side: one alone would wait for each comparison.
     let (mut top, mut zero) = ([0.0; 8], [0.0; 8]);
     let (chunks, rest) = x.as_slice().as_chunks::<8>();
-    for words in chunks.iter().map(|chunk| &chunk[..]).chain([rest]) {
-        for ((top, zero), &word) in top.iter_mut().zip(&mut zero).zip(words) {
-            *top = f64::max(*top, word.abs());
-            *zero += word * 0.0;
+    for words in chunks {
+        for k in 0..8 {
+            top[k] = larger(top[k], words[k].abs());
+            zero[k] += words[k] * 0.0;
         }
     }
+    for (k, word) in rest.iter().enumerate() {
+        top[k] = larger(top[k], word.abs());
+        zero[k] += word * 0.0;
+    }
     if zero == [0.0; 8] {
-        top.into_iter().fold(0.0, f64::max)
+        top.into_iter().fold(0.0, larger)
     } else {
         f64::INFINITY
     }
 }
 
-/// Exact projection of `v` onto K, and the largest entry of what it moved.
-fn project(problem: &Problem, v: &mut DVector<f64>) -> f64 {
-    let l = problem.cones.l;
-    let mut lowest = [0.0; 8];
-    for chunk in v.as_mut_slice()[..l].chunks_mut(8) {
-        for (lowest, v) in lowest.iter_mut().zip(chunk) {
-            *lowest = f64::min(*lowest, *v);
-            *v = v.max(0.0);
+/// The larger one; a NaN on the right is dropped.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a < b {
+        b
+    } else {
+        a
+    }
+}
+
+/// What the projection of (head, tail) onto its cone makes of the head, and by what it multiplies the tail;
+/// nothing where the point is inside.
+#[inline(always)]
+fn onto_cone(head: f64, tail: &[f64]) -> Option<(f64, f64)> {
+    let size = tail.iter().map(|v| v * v).sum::<f64>().sqrt();
+    if size <= head {
+        None
+    } else if size <= -head {
+        Some((0.0, 0.0))
+    } else {
+        let middle = f64::midpoint(head, size);
+        Some((middle, middle / size))
+    }
+}
+
+/// Exact projection of `v` onto K.
+fn project(problem: &Problem, v: &mut DVector<f64>) {
+    let (orthant, mut rest) = v.as_mut_slice().split_at_mut(problem.cones.l);
+    for v in orthant {
+        *v = v.max(0.0);
+    }
+    for &dim in &problem.cones.q {
+        let (cone, later) = rest.split_at_mut(dim);
+        rest = later;
+        if let Some((head, factor)) = onto_cone(cone[0], &cone[1..]) {
+            cone[0] = head;
+            for v in &mut cone[1..] {
+                *v *= factor;
+            }
         }
     }
-    let mut moved = lowest.into_iter().fold(0.0, f64::min).abs();
-    let mut start = l;
-    for &dim in &problem.cones.q {
-        let squares = v.as_slice()[start + 1..start + dim].iter().map(|v| v * v);
-        let (head, tail) = (v[start], squares.sum::<f64>().sqrt());
-        if tail > head {
-            let (new_head, factor) = if tail <= -head {
-                (0.0, 0.0)
-            } else {
-                (f64::midpoint(head, tail), f64::midpoint(head, tail) / tail)
-            };
-            moved =
-                moved.max((new_head - head).abs()).max((1.0 - factor) * v.rows(start + 1, dim - 1).amax());
-            v[start] = new_head;
-            v.rows_mut(start + 1, dim - 1).scale_mut(factor);
+}
+
+/// The largest entry of what the projection of `v` onto K would move.
+#[inline(always)]
+fn outside(problem: &Problem, v: &DVector<f64>) -> f64 {
+    let (orthant, mut rest) = v.as_slice().split_at(problem.cones.l);
+    let mut farthest = [0.0; 8];
+    for chunk in orthant.chunks(8) {
+        for (farthest, v) in farthest.iter_mut().zip(chunk) {
+            *farthest = larger(*farthest, -v);
         }
-        start += dim;
+    }
+    let mut moved = farthest.into_iter().fold(0.0, larger);
+    for &dim in &problem.cones.q {
+        let (cone, later) = rest.split_at(dim);
+        rest = later;
+        if let Some((head, factor)) = onto_cone(cone[0], &cone[1..]) {
+            let tail = cone[1..].iter().fold(0.0, |top, v| larger(top, v.abs()));
+            moved = larger(larger(moved, (head - cone[0]).abs()), (1.0 - factor) * tail);
+        }
     }
     moved
 }
 
 /// Absent rows take part in nothing: zero where h is +∞.
+#[inline(always)]
 fn present(problem: &Problem, mut v: DVector<f64>) -> DVector<f64> {
     for (v, h) in v.iter_mut().zip(&problem.h) {
         if !h.is_finite() {
@@ -128,35 +168,48 @@ fn present(problem: &Problem, mut v: DVector<f64>) -> DVector<f64> {
     v
 }
 
+/// Compiled once for each instruction set and chosen at run time.
 fn examine(problem: &Problem, at: &Candidate) -> Evidence {
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || evidence(problem, at),
+    )
+}
+
+#[inline(always)]
+fn evidence(problem: &Problem, at: &Candidate) -> Evidence {
     let (c, b) = (DVectorView::from(&problem.c[..]), DVectorView::from(&problem.b[..]));
     let h = present(problem, DVector::from_column_slice(&problem.h));
     let slack = present(problem, at.s.clone());
     let px = symmetric_product(&problem.p, &at.x);
-    let ax = product(&problem.a, &at.x);
-    let gx = present(problem, product(&problem.g, &at.x));
-    let (aty, gtz) = (transposed_product(&problem.a, &at.y), transposed_product(&problem.g, &at.z));
-    let (norm_b, norm_h, norm_c) = (norm(&b.into_owned()), norm(&h), norm(&c.into_owned()));
+    let (ax, aty) = products(&problem.a, &at.x, &at.y);
+    let (gx, gtz) = products(&problem.g, &at.x, &at.z);
+    let gx = present(problem, gx);
+    let (norm_b, norm_h) = (norm(&b.into_owned()), norm(&h));
+    let (norm_c, norm_ax, norm_gx) = (norm(&c.into_owned()), norm(&ax), norm(&gx));
+    let (norm_px, norm_aty, norm_gtz) = (norm(&px), norm(&aty), norm(&gtz));
 
-    let equality = norm(&(&ax - b));
-    let conic = norm(&(&gx + &slack - &h));
-    let dual = norm(&(&px + c + &aty + &gtz));
-    let outside = |v: &DVector<f64>| project(problem, &mut v.clone());
-    let dual_outside = outside(&at.z);
-    let primal_ratio = (equality / (1.0 + norm(&ax).max(norm_b)))
-        .max(conic / (1.0 + norm(&gx).max(norm_h)))
-        .max(outside(&slack) / (1.0 + norm(&slack)));
-    let dual_ratio = (dual / (1.0 + norm(&px).max(norm(&aty)).max(norm(&gtz)).max(norm_c)))
-        .max(dual_outside / (1.0 + norm(&at.z)));
     let half_curvature = 0.5 * at.x.dot(&px);
     let objective = half_curvature + c.dot(&at.x);
     let dual_objective = -half_curvature - b.dot(&at.y) - h.dot(&at.z);
     let gap = (objective - dual_objective).abs() / (1.0 + objective.abs().min(dual_objective.abs()));
-    let referee_primal = equality.max(outside(&(&h - &gx))) / (1.0 + norm_b.max(norm_h));
-    let referee_dual = dual.max(dual_outside) / (1.0 + norm_c);
-    let certificate =
-        Certificate { primal_residual: primal_ratio, dual_residual: dual_ratio, gap, radius: f64::NAN };
-    let referee = Certificate { primal_residual: referee_primal, dual_residual: referee_dual, ..certificate };
+
+    let equality = norm(&(ax - b));
+    let beyond = outside(problem, &(&h - &gx));
+    let conic = norm(&(gx + &slack - &h));
+    let dual = norm(&(px + c + aty + gtz));
+    let dual_outside = outside(problem, &at.z);
+    let primal_residual = (equality / (1.0 + norm_ax.max(norm_b)))
+        .max(conic / (1.0 + norm_gx.max(norm_h)))
+        .max(outside(problem, &slack) / (1.0 + norm(&slack)));
+    let dual_residual = (dual / (1.0 + norm_px.max(norm_aty).max(norm_gtz).max(norm_c)))
+        .max(dual_outside / (1.0 + norm(&at.z)));
+    let certificate = Certificate { primal_residual, dual_residual, gap, radius: f64::NAN };
+    let referee = Certificate {
+        primal_residual: equality.max(beyond) / (1.0 + norm_b.max(norm_h)),
+        dual_residual: dual.max(dual_outside) / (1.0 + norm_c),
+        ..certificate
+    };
     Evidence { referee: referee.worst(), certificate, objective, dual_objective }
 }
 
@@ -170,7 +223,10 @@ fn primal_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
     at.z.unscale_mut(size);
     let h = present(problem, DVector::from_column_slice(&problem.h));
     let support = DVectorView::from(&problem.b[..]).dot(&at.y) + h.dot(&at.z);
-    let sum = transposed_product(&problem.a, &at.y) + transposed_product(&problem.g, &at.z);
+    let nowhere = DVector::zeros(problem.n());
+    let (_, aty) = products(&problem.a, &nowhere, &at.y);
+    let (_, gtz) = products(&problem.g, &nowhere, &at.z);
+    let sum = aty + gtz;
     let scale = problem.b.iter().chain(h.iter()).fold(1.0, |top: f64, v| top.max(v.abs()));
     radius(support, sum.lp_norm(1), scale)
 }
@@ -179,12 +235,13 @@ fn primal_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
 fn dual_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
     at.x.unscale_mut(norm(&at.x));
     let cost = DVectorView::from(&problem.c[..]).dot(&at.x);
-    let recession = -present(problem, product(&problem.g, &at.x));
+    let (ax, _) = products(&problem.a, &at.x, &DVector::zeros(problem.p()));
+    let (gx, _) = products(&problem.g, &at.x, &DVector::zeros(problem.m()));
+    let recession = -present(problem, gx);
     let mut inside = recession.clone();
     project(problem, &mut inside);
-    let distance = symmetric_product(&problem.p, &at.x).lp_norm(1)
-        + product(&problem.a, &at.x).lp_norm(1)
-        + (recession - inside).lp_norm(1);
+    let distance =
+        symmetric_product(&problem.p, &at.x).lp_norm(1) + ax.lp_norm(1) + (recession - inside).lp_norm(1);
     let scale = problem.c.iter().fold(1.0, |top: f64, v| top.max(v.abs()));
     radius(cost, distance, scale)
 }
@@ -217,8 +274,7 @@ impl<'a> Walked<'a> {
     ) -> Self {
         let answer = path.lane(Buffer::Answer, lane);
         // Most walks have found no certificate, and the words of a lane are far apart.
-        let found = control.primal_radius > 0.0 || control.dual_radius > 0.0;
-        let witness = if found { path.lane(Buffer::Witness, lane) } else { Vec::new() };
+        let witness = if control.has_certificate() { path.lane(Buffer::Witness, lane) } else { Vec::new() };
         Self { structure: &path.structure, settings: &path.settings, problem, control, answer, witness }
     }
 

@@ -93,6 +93,11 @@ impl Control {
         }
     }
 
+    /// Whether a certificate of infeasibility has been kept, whatever it is worth.
+    pub fn has_certificate(&self) -> bool {
+        self.primal_radius > 0.0 || self.dual_radius > 0.0
+    }
+
     /// Steps taken in the whole solve.
     pub fn total_iterations(&self) -> u32 {
         self.spent + self.iteration

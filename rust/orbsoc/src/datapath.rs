@@ -48,7 +48,7 @@ impl<T: Real> Datapath<T> {
     /// Run a stage's arithmetic.
     pub fn execute(&mut self, stage: Stage) {
         let Self { structure, settings, work } = self;
-        T::vectorize(StageRun { structure, settings, work, stage });
+        execute(structure, settings, work, stage);
     }
 }
 
@@ -69,14 +69,14 @@ impl<T: Decide> Datapath<T> {
         let (work, reduced) = (&mut self.work, &self.structure.reduced);
         let lanes: Vec<(usize, &Problem)> =
             problems.iter().enumerate().filter_map(|(lane, problem)| Some((lane, (*problem)?))).collect();
-        fill(&mut work.raw_p, &lanes, |problem, k| problem.p.values()[k]);
-        fill(&mut work.raw_a, &lanes, |problem, k| problem.a.values()[k]);
-        fill(&mut work.raw_g, &lanes, |problem, k| problem.g.values()[reduced.g_origin[k]]);
+        fill(&mut work.raw_p, &lanes, |problem| problem.p.values(), |k| k);
+        fill(&mut work.raw_a, &lanes, |problem| problem.a.values(), |k| k);
+        fill(&mut work.raw_g, &lanes, |problem| problem.g.values(), |k| reduced.g_origin[k]);
         let (c, bh) = work.raw_q.split_at_mut(self.structure.n);
         let (b, h) = bh.split_at_mut(self.structure.p);
-        fill(c, &lanes, |problem, k| problem.c[k]);
-        fill(b, &lanes, |problem, k| problem.b[k]);
-        fill(h, &lanes, |problem, k| problem.h[reduced.row_origin[k]]);
+        fill(c, &lanes, |problem| &problem.c, |k| k);
+        fill(b, &lanes, |problem| &problem.b, |k| k);
+        fill(h, &lanes, |problem| &problem.h, |k| reduced.row_origin[k]);
         let largest =
             |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |top: f64, v| top.max(v.abs()));
         for &(lane, problem) in &lanes {
@@ -90,12 +90,8 @@ impl<T: Decide> Datapath<T> {
         }
     }
 
-    /// Take the words of some lanes of `buffers` from another datapath's, (from, to) each; they are then free there.
-    pub fn take_lanes(&mut self, moves: &[(usize, usize)], from: &mut Self, buffers: &[Buffer]) {
-        if moves.len() == T::LANES && moves.iter().all(|&(from, to)| from == to) {
-            core::mem::swap(&mut self.work, &mut from.work);
-            return;
-        }
+    /// Copy the words of some lanes of `buffers` from another datapath's, (from, to) each.
+    pub fn copy_lanes(&mut self, moves: &[(usize, usize)], from: &Self, buffers: &[Buffer]) {
         for &buffer in buffers {
             for (to, word) in self.work.get_mut(buffer).iter_mut().zip(from.work.get(buffer)) {
                 for &(from_lane, to_lane) in moves {
@@ -125,28 +121,18 @@ impl<T: Decide> Datapath<T> {
     }
 }
 
-/// Word by word, not lane by lane: the words of all lanes are next to one another.
-fn fill<T: Decide>(to: &mut [T], lanes: &[(usize, &Problem)], word_of: impl Fn(&Problem, usize) -> f64) {
+/// Word by word, not lane by lane: the words of all lanes are next to one another. Word k is the number at `origin(k)`.
+fn fill<'a, T: Decide>(
+    to: &mut [T],
+    lanes: &[(usize, &'a Problem)],
+    numbers: impl Fn(&'a Problem) -> &'a [f64],
+    origin: impl Fn(usize) -> usize,
+) {
+    let lanes: Vec<(usize, &[f64])> = lanes.iter().map(|&(lane, problem)| (lane, numbers(problem))).collect();
     for (k, word) in to.iter_mut().enumerate() {
-        for &(lane, problem) in lanes {
-            word.set_lane(lane, word_of(problem, k));
+        let at = origin(k);
+        for &(lane, numbers) in &lanes {
+            word.set_lane(lane, numbers[at]);
         }
-    }
-}
-
-/// A stage's arithmetic, to be compiled once for each instruction set and chosen at run time.
-struct StageRun<'a, T> {
-    structure: &'a Structure,
-    settings: &'a Settings,
-    work: &'a mut Workspace<T>,
-    stage: Stage,
-}
-
-impl<T: Real> pulp::WithSimd for StageRun<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        execute(self.structure, self.settings, self.work, self.stage);
     }
 }

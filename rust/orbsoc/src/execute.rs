@@ -1,5 +1,5 @@
-//! From a stage's name to its kernels: which buffers each call gets. Arithmetic only; decisions are
-//! in `control.rs`.
+//! From a stage's name to its kernels: which buffers each call gets, and which instructions it may use.
+//! Arithmetic only; decisions are in `control.rs`.
 
 use crate::kernels::reduce::max_abs;
 use crate::kernels::{cone_ops, factorization, line_search, linear_solve, matrix_scaling, matrix_update};
@@ -11,43 +11,87 @@ use crate::structure::Structure;
 use crate::warm_start;
 use crate::workspace::{parameter, Workspace};
 
+/// Stages whose arithmetic is compiled into one function: in one for all of them the loops would share its registers.
+mod kind {
+    pub const SCALING: u8 = 0;
+    pub const UPDATE: u8 = 1;
+    pub const WARM_START: u8 = 2;
+    pub const FACTORIZE: u8 = 3;
+    pub const TRANSFER: u8 = 4;
+    pub const SOLVE: u8 = 5;
+    pub const REFINE: u8 = 6;
+    pub const SOLVE_PAIR: u8 = 7;
+    pub const REFINE_PAIR: u8 = 8;
+    pub const CONES: u8 = 9;
+    pub const RHS: u8 = 10;
+    pub const LINE_SEARCH: u8 = 11;
+    pub const STATISTICS: u8 = 12;
+    pub const PS: u8 = 13;
+}
+
+/// A stage's arithmetic, compiled for each instruction set, one of which is chosen at run time.
+struct Run<'a, T, const KIND: u8> {
+    structure: &'a Structure,
+    settings: &'a Settings,
+    work: &'a mut Workspace<T>,
+    stage: Stage,
+}
+
+impl<T: Real, const KIND: u8> pulp::WithSimd for Run<'_, T, KIND> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Self { structure, settings, work, stage } = self;
+        match KIND {
+            kind::SCALING => matrix_scaling(structure, settings, work, stage),
+            kind::UPDATE => matrix_update(structure, work, stage),
+            kind::WARM_START => warm_start::execute(structure, work, stage),
+            kind::FACTORIZE => factorize(structure, work),
+            kind::TRANSFER => transfer(structure, work, stage),
+            kind::SOLVE | kind::REFINE => solve(structure, work, KIND == kind::REFINE),
+            kind::SOLVE_PAIR | kind::REFINE_PAIR => solve_pair(structure, work, KIND == kind::REFINE_PAIR),
+            kind::CONES => cone_operations(structure, work, stage),
+            kind::RHS => right_hand_side(structure, work, stage),
+            kind::LINE_SEARCH => step_length(structure, work),
+            kind::STATISTICS => statistics(structure, work),
+            _ => processing_system(structure, work, stage),
+        }
+    }
+}
+
 /// Run a stage's arithmetic.
-#[inline(always)]
 pub(crate) fn execute<T: Real>(
     structure: &Structure,
     settings: &Settings,
     work: &mut Workspace<T>,
     stage: Stage,
 ) {
+    macro_rules! run {
+        ($kind:ident) => {
+            T::vectorize(Run::<T, { kind::$kind }> { structure, settings, work, stage })
+        };
+    }
     match stage {
-        Stage::Equilibrate | Stage::Unscale => matrix_scaling(structure, settings, work, stage),
-        Stage::LoadKkt | Stage::IdentityBlocks | Stage::ScalingBlocks => {
-            matrix_update(structure, work, stage);
-        }
+        Stage::Equilibrate | Stage::Unscale => run!(SCALING),
+        Stage::LoadKkt | Stage::IdentityBlocks | Stage::ScalingBlocks => run!(UPDATE),
         Stage::LoadStart | Stage::CenterStart | Stage::NewtonStartRhs | Stage::NewtonStart => {
-            warm_start::execute(structure, work, stage);
+            run!(WARM_START);
         }
-        Stage::Factorize => factorize(structure, work),
-        Stage::StartRhs | Stage::StartPoint | Stage::StorePair | Stage::StoreStep => {
-            transfer(structure, work, stage);
+        Stage::Factorize => run!(FACTORIZE),
+        Stage::StartRhs | Stage::StartPoint | Stage::StorePair | Stage::StoreStep => run!(TRANSFER),
+        Stage::SolveKkt => run!(SOLVE),
+        Stage::RefineKkt => run!(REFINE),
+        Stage::SolvePair => run!(SOLVE_PAIR),
+        Stage::RefinePair => run!(REFINE_PAIR),
+        Stage::StartShift | Stage::NtScaling | Stage::Direction | Stage::SlackStep => run!(CONES),
+        Stage::PredictorRhs | Stage::CorrectorRhs => run!(RHS),
+        Stage::StepLength => run!(LINE_SEARCH),
+        Stage::Statistics => run!(STATISTICS),
+        Stage::CheckSolve | Stage::CheckPair => {} // decisions, in control.rs
+        Stage::EmbeddingPivot | Stage::TauStep | Stage::Centering | Stage::ConeProduct | Stage::Advance => {
+            run!(PS);
         }
-        Stage::SolveKkt | Stage::RefineKkt => solve(structure, work, stage),
-        Stage::SolvePair | Stage::RefinePair => solve_pair(structure, work, stage),
-        Stage::StartShift
-        | Stage::NtScaling
-        | Stage::PredictorRhs
-        | Stage::Direction
-        | Stage::CorrectorRhs
-        | Stage::SlackStep => cone_operations(structure, work, stage),
-        Stage::StepLength => step_length(structure, work),
-        Stage::Statistics
-        | Stage::CheckSolve
-        | Stage::CheckPair
-        | Stage::EmbeddingPivot
-        | Stage::TauStep
-        | Stage::Centering
-        | Stage::ConeProduct
-        | Stage::Advance => processing_system(structure, work, stage),
     }
 }
 
@@ -153,7 +197,7 @@ fn transfer<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) 
 }
 
 #[inline(always)]
-fn solve<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
+fn solve<T: Real>(structure: &Structure, w: &mut Workspace<T>, refine: bool) {
     let system = linear_solve::System {
         kkt: &structure.kkt,
         values: &w.kkt_values,
@@ -163,7 +207,7 @@ fn solve<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
     let rhs = w.kkt_rhs.as_chunks::<1>().0;
     let scratch = w.scratch.as_chunks_mut().0;
     let (x, error) = (w.kkt_solution.as_chunks_mut().0, w.kkt_error.as_chunks_mut().0);
-    if stage == Stage::RefineKkt {
+    if refine {
         let active = w.refinement_active[0];
         linear_solve::refine(system, rhs, scratch, x, error, &mut w.refinement, active);
     } else {
@@ -174,7 +218,7 @@ fn solve<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
 }
 
 #[inline(always)]
-fn solve_pair<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
+fn solve_pair<T: Real>(structure: &Structure, w: &mut Workspace<T>, refine: bool) {
     let system = linear_solve::System {
         kkt: &structure.kkt,
         values: &w.kkt_values,
@@ -184,7 +228,7 @@ fn solve_pair<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage
     let rhs = w.pair_rhs.as_chunks::<2>().0;
     let scratch = w.scratch.as_chunks_mut().0;
     let (x, error) = (w.pair_solution.as_chunks_mut().0, w.pair_error.as_chunks_mut().0);
-    if stage == Stage::RefinePair {
+    if refine {
         let active = w.refinement_active[0];
         linear_solve::refine(system, rhs, scratch, x, error, &mut w.pair_refinement, active);
     } else {
@@ -198,7 +242,6 @@ fn solve_pair<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage
 fn cone_operations<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
     let cones = &structure.cones;
     let rows = structure.n + structure.p;
-    let (position, expansions) = structure.kkt.position.split_at(structure.unknowns());
     match stage {
         Stage::StartShift => {
             cone_ops::shift_into_cone(cones, &mut w.slack);
@@ -214,47 +257,52 @@ fn cone_operations<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: 
             &mut w.lambda_inverse,
             &mut w.cone,
         ),
-        Stage::PredictorRhs => {
-            w.quotient.copy_from_slice(&w.lambda);
-            let rhs = w.pair_rhs.as_chunks_mut::<2>().0;
-            // Rows of expansions; all others follow.
-            for &at in expansions {
-                rhs[at as usize] = [T::zero(), T::zero()];
-            }
-            let n = structure.n;
-            let words = position.iter().zip(&w.q).zip(&w.residual);
-            for ((&to, &q), &residual) in words.clone().take(n) {
-                rhs[to as usize] = [-q, -residual];
-            }
-            for ((&to, &q), &residual) in words.clone().take(rows).skip(n) {
-                rhs[to as usize] = [q, -residual];
-            }
-            for (((&to, &q), &residual), &s) in words.skip(rows).zip(&w.slack) {
-                rhs[to as usize] = [q, s - residual];
-            }
-        }
         Stage::Direction => {
             cone_ops::add_scaled(w.tau_step[0], &w.constant, &mut w.step);
             cone_ops::scale(cones, &w.w, &w.cone, &w.step[rows..], &mut w.scaled_z);
             cone_ops::negative_sum(&w.quotient, &w.scaled_z, &mut w.scaled_s);
         }
-        Stage::CorrectorRhs => {
-            let damping = w.centering[ps::centering::DAMPING];
-            cone_ops::divide(cones, &w.lambda, &w.lambda_inverse, &w.cone, &w.complement, &mut w.quotient);
-            let lifted = &mut w.scratch[..structure.m];
-            cone_ops::scale(cones, &w.w, &w.cone, &w.quotient, lifted);
-            for &at in expansions {
-                w.kkt_rhs[at as usize] = T::zero();
-            }
-            for (&to, &residual) in position[..rows].iter().zip(&w.residual) {
-                w.kkt_rhs[to as usize] = -(damping * residual);
-            }
-            for ((&to, &residual), &g) in position[rows..].iter().zip(&w.residual[rows..]).zip(lifted.iter())
-            {
-                w.kkt_rhs[to as usize] = g.sub_mul(damping, residual);
-            }
-        }
         _ => cone_ops::scale(cones, &w.w, &w.cone, &w.scaled_s, &mut w.slack_step),
+    }
+}
+
+#[inline(always)]
+fn right_hand_side<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
+    let cones = &structure.cones;
+    let rows = structure.n + structure.p;
+    let (position, expansions) = structure.kkt.position.split_at(structure.unknowns());
+    if stage == Stage::PredictorRhs {
+        w.quotient.copy_from_slice(&w.lambda);
+        let rhs = w.pair_rhs.as_chunks_mut::<2>().0;
+        // Rows of expansions; all others follow.
+        for &at in expansions {
+            rhs[at as usize] = [T::zero(), T::zero()];
+        }
+        let n = structure.n;
+        let words = position.iter().zip(&w.q).zip(&w.residual);
+        for ((&to, &q), &residual) in words.clone().take(n) {
+            rhs[to as usize] = [-q, -residual];
+        }
+        for ((&to, &q), &residual) in words.clone().take(rows).skip(n) {
+            rhs[to as usize] = [q, -residual];
+        }
+        for (((&to, &q), &residual), &s) in words.skip(rows).zip(&w.slack) {
+            rhs[to as usize] = [q, s - residual];
+        }
+        return;
+    }
+    let damping = w.centering[ps::centering::DAMPING];
+    cone_ops::divide(cones, &w.lambda, &w.lambda_inverse, &w.cone, &w.complement, &mut w.quotient);
+    let lifted = &mut w.scratch[..structure.m];
+    cone_ops::scale(cones, &w.w, &w.cone, &w.quotient, lifted);
+    for &at in expansions {
+        w.kkt_rhs[at as usize] = T::zero();
+    }
+    for (&to, &residual) in position[..rows].iter().zip(&w.residual) {
+        w.kkt_rhs[to as usize] = -(damping * residual);
+    }
+    for ((&to, &residual), &g) in position[rows..].iter().zip(&w.residual[rows..]).zip(lifted.iter()) {
+        w.kkt_rhs[to as usize] = g.sub_mul(damping, residual);
     }
 }
 
@@ -271,37 +319,38 @@ fn step_length<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
 }
 
 #[inline(always)]
+fn statistics<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
+    let at = ps::Iterate {
+        p: &w.p,
+        a: &w.a,
+        g: &w.g,
+        q: &w.q,
+        norms: &w.norms,
+        scale_inverse: &w.scale_inverse,
+        cost_scale: &w.cost_scale,
+        point: &w.point,
+        slack: &w.slack,
+        homogenizer: &w.homogenizer,
+    };
+    let products = &mut w.scratch[..2 * structure.n + structure.p + structure.m];
+    ps::statistics(
+        structure,
+        &at,
+        products,
+        &mut w.residual,
+        &mut w.cost_product,
+        &mut w.embedding,
+        &mut w.centering,
+        &mut w.statistics,
+    );
+    let (share, floor) = (parameter::REFINEMENT_SHARE, parameter::RESIDUAL_FLOOR);
+    w.refinement_goal[0] = ps::refinement_goal(&w.residual, w.parameters[share], w.parameters[floor]);
+    ps::balance_regularization(structure.n, &w.point, &w.parameters, &mut w.regularization);
+}
+
+#[inline(always)]
 fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
     match stage {
-        Stage::Statistics => {
-            let at = ps::Iterate {
-                p: &w.p,
-                a: &w.a,
-                g: &w.g,
-                q: &w.q,
-                norms: &w.norms,
-                scale_inverse: &w.scale_inverse,
-                cost_scale: &w.cost_scale,
-                point: &w.point,
-                slack: &w.slack,
-                homogenizer: &w.homogenizer,
-            };
-            let products = &mut w.scratch[..2 * structure.n + structure.p + structure.m];
-            ps::statistics(
-                structure,
-                &at,
-                products,
-                &mut w.residual,
-                &mut w.cost_product,
-                &mut w.embedding,
-                &mut w.centering,
-                &mut w.statistics,
-            );
-            let (share, floor) = (parameter::REFINEMENT_SHARE, parameter::RESIDUAL_FLOOR);
-            w.refinement_goal[0] = ps::refinement_goal(&w.residual, w.parameters[share], w.parameters[floor]);
-            ps::balance_regularization(structure.n, &w.point, &w.parameters, &mut w.regularization);
-        }
-        Stage::CheckSolve | Stage::CheckPair => {} // a decision, in control.rs
         Stage::EmbeddingPivot => {
             ps::embedding_pivot(&w.q, &w.constant, &w.cost_product, &w.homogenizer, &mut w.embedding);
         }

@@ -48,6 +48,7 @@ mod problem;
 mod ps;
 pub mod real;
 mod rows;
+mod seats;
 mod settings;
 mod solution;
 pub mod stage;
