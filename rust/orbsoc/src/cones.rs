@@ -1,5 +1,7 @@
 //! The cone K = R₊ˡ × Q^{q₁} × … × Q^{q_k}.
 
+use core::ops::Range;
+
 /// Rows of `G`: first `l` nonnegative ones, then second-order cones of dimensions `q`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Cones {
@@ -28,7 +30,7 @@ pub(crate) struct Soc {
 }
 
 impl Soc {
-    pub fn rows(&self) -> core::ops::Range<usize> {
+    pub fn rows(&self) -> Range<usize> {
         self.start..self.start + self.dim
     }
 }
@@ -41,6 +43,19 @@ pub(crate) struct ConeLayout {
 }
 
 impl ConeLayout {
+    /// `body` with the rows and the number of every second-order cone, in their order. The dimensions that guidance
+    /// problems have most are constants to the compiler.
+    #[inline(always)]
+    pub fn each_soc(&self, mut body: impl FnMut(Range<usize>, usize)) {
+        for (k, soc) in self.soc.iter().enumerate() {
+            match soc.dim {
+                3 => body(soc.start..soc.start + 3, k),
+                4 => body(soc.start..soc.start + 4, k),
+                _ => body(soc.rows(), k),
+            }
+        }
+    }
+
     /// Barrier degree: one per nonnegative row and one per second-order cone.
     pub fn degree(&self) -> usize {
         self.l + self.soc.len()

@@ -262,17 +262,19 @@ pub(crate) fn cone_product<T: Real>(
     for i in 0..cones.l {
         out[i] = (lambda[i] * lambda[i]).add_mul(weight * scaled_s[i], scaled_z[i]) - target;
     }
-    for soc in &cones.soc {
-        let rows = soc.rows();
-        let (l, ds, dz) = (&lambda[rows.clone()], &scaled_s[rows.clone()], &scaled_z[rows.clone()]);
-        let out = &mut out[rows];
-        out[0] = dot(l, l).add_mul(weight, dot(ds, dz)) - target;
-        let twice = l[0] + l[0];
-        for i in 1..l.len() {
-            let mixed = (ds[0] * dz[i]).add_mul(dz[0], ds[i]);
-            out[i] = (twice * l[i]).add_mul(weight, mixed);
-        }
-    }
+    cones.each_soc(
+        #[inline(always)]
+        |rows, _| {
+            let (l, ds, dz) = (&lambda[rows.clone()], &scaled_s[rows.clone()], &scaled_z[rows.clone()]);
+            let out = &mut out[rows];
+            out[0] = dot(l, l).add_mul(weight, dot(ds, dz)) - target;
+            let twice = l[0] + l[0];
+            for i in 1..l.len() {
+                let mixed = (ds[0] * dz[i]).add_mul(dz[0], ds[i]);
+                out[i] = (twice * l[i]).add_mul(weight, mixed);
+            }
+        },
+    );
 }
 
 /// How large an error of a linear solve may be: a share of the residual that the step is to reduce,

@@ -74,8 +74,10 @@ pub(crate) struct Load {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Symbolic {
     pub supernodes: Vec<Supernode>,
-    /// Rows below the columns of all supernodes.
+    /// Rows below the columns of all supernodes …
     below: Vec<u32>,
+    /// … and the same counted from the first row after each one's own columns.
+    ahead: Vec<u32>,
     /// Updates by all supernodes, targets ascending within each.
     pub updates: Vec<Update>,
     pub relative: Vec<u32>,
@@ -143,6 +145,8 @@ impl Symbolic {
             });
             let given = run.kind == Kind::Given;
             self.max_beside = self.max_beside.max(if given { run.width } else { rows });
+            let next = run.first + run.width;
+            self.ahead.extend(run.below.iter().map(|&row| index(row - next)));
             self.below.extend(run.below.into_iter().map(index));
             self.panel_words += if given { 0 } else { run.width * height };
             self.max_panel = self.max_panel.max(run.width * height);
@@ -154,6 +158,12 @@ impl Symbolic {
     #[inline(always)]
     pub fn below(&self, node: &Supernode) -> &[u32] {
         &self.below[node.below.0..node.below.1]
+    }
+
+    /// The same, counted from the first row after its own columns.
+    #[inline(always)]
+    pub fn ahead(&self, node: &Supernode) -> &[u32] {
+        &self.ahead[node.below.0..node.below.1]
     }
 
     /// Where the products of a small supernode's rows land.

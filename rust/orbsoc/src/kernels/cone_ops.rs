@@ -42,15 +42,19 @@ pub fn nt_scaling<T: Real>(
         lambda_inverse[i] = root_inverse;
         w[i] = s[i] * root_inverse;
     }
-    for (soc, scalars) in cones.soc.iter().zip(cone.chunks_exact_mut(SCALARS)) {
-        let rows = soc.rows();
-        nt_scaling_soc(&s[rows.clone()], &z[rows.clone()], &mut w[rows.clone()], &mut lambda[rows], scalars);
-    }
+    let scalars = cone.as_chunks_mut::<SCALARS>().0;
+    cones.each_soc(
+        #[inline(always)]
+        |rows, k| {
+            let (s, z) = (&s[rows.clone()], &z[rows.clone()]);
+            nt_scaling_soc(s, z, &mut w[rows.clone()], &mut lambda[rows], &mut scalars[k]);
+        },
+    );
 }
 
 /// One second-order cone: three divisions and ten roots, three of either residual's.
 #[inline(always)]
-fn nt_scaling_soc<T: Real>(s: &[T], z: &[T], w: &mut [T], lambda: &mut [T], scalars: &mut [T]) {
+fn nt_scaling_soc<T: Real>(s: &[T], z: &[T], w: &mut [T], lambda: &mut [T], scalars: &mut [T; SCALARS]) {
     let one = T::one();
     let (res_s, res_z) = (residual_root(s), residual_root(z));
     let res_lambda_inv = one / (res_s * res_z);
@@ -106,15 +110,19 @@ pub fn scale<T: Real>(cones: &ConeLayout, w: &[T], cone: &[T], x: &[T], out: &mu
     for ((out, &w), &x) in out[..cones.l].iter_mut().zip(w).zip(x) {
         *out = w * x;
     }
-    for (soc, scalars) in cones.soc.iter().zip(cone.chunks_exact(SCALARS)) {
-        let (w, x, out) = (&w[soc.rows()], &x[soc.rows()], &mut out[soc.rows()]);
-        let (eta, zeta) = (scalars[ETA], dot(&w[1..], &x[1..]));
-        out[0] = eta * zeta.add_mul(w[0], x[0]);
-        let along = x[0].add_mul(zeta, scalars[INV_ONE_PLUS_W0]);
-        for i in 1..x.len() {
-            out[i] = eta * x[i].add_mul(along, w[i]);
-        }
-    }
+    let scalars = cone.as_chunks::<SCALARS>().0;
+    cones.each_soc(
+        #[inline(always)]
+        |rows, k| {
+            let (w, x, out) = (&w[rows.clone()], &x[rows.clone()], &mut out[rows]);
+            let (eta, zeta) = (scalars[k][ETA], dot(&w[1..], &x[1..]));
+            out[0] = eta * zeta.add_mul(w[0], x[0]);
+            let along = x[0].add_mul(zeta, scalars[k][INV_ONE_PLUS_W0]);
+            for i in 1..x.len() {
+                out[i] = eta * x[i].add_mul(along, w[i]);
+            }
+        },
+    );
 }
 
 /// `out = λ \ d`: the Jordan quotient, λ ∘ out = d.
@@ -130,14 +138,18 @@ pub fn divide<T: Real>(
     for ((out, &inverse), &d) in out[..cones.l].iter_mut().zip(lambda_inverse).zip(d) {
         *out = inverse * d;
     }
-    for (soc, scalars) in cones.soc.iter().zip(cone.chunks_exact(SCALARS)) {
-        let (lambda, d, out) = (&lambda[soc.rows()], &d[soc.rows()], &mut out[soc.rows()]);
-        let head = (lambda[0] * d[0] - dot(&lambda[1..], &d[1..])) * scalars[LAMBDA_RES_INV];
-        out[0] = head;
-        for i in 1..d.len() {
-            out[i] = d[i].sub_mul(head, lambda[i]) * scalars[LAMBDA_HEAD_INV];
-        }
-    }
+    let scalars = cone.as_chunks::<SCALARS>().0;
+    cones.each_soc(
+        #[inline(always)]
+        |rows, k| {
+            let (lambda, d, out) = (&lambda[rows.clone()], &d[rows.clone()], &mut out[rows]);
+            let head = (lambda[0] * d[0] - dot(&lambda[1..], &d[1..])) * scalars[k][LAMBDA_RES_INV];
+            out[0] = head;
+            for i in 1..d.len() {
+                out[i] = d[i].sub_mul(head, lambda[i]) * scalars[k][LAMBDA_HEAD_INV];
+            }
+        },
+    );
 }
 
 /// `out = −x − y`.

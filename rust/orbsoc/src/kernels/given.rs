@@ -75,13 +75,13 @@ pub fn contribute<T: Real>(given: Given<T>, scaled: &[T], positions: &[u32], lat
     }
 }
 
-/// What the columns' unknowns contribute to the rows `below`, counted from `base`.
+/// What the columns' unknowns contribute to the rows `below`, counted from the first `later` one.
 #[inline(always)]
 pub fn forward<T: Real, const R: usize>(
     given: Given<T>,
     pivot_inverse: &[T],
     known: &[[T; R]],
-    (below, base): (&[u32], usize),
+    below: &[u32],
     scratch: &mut [[T; R]],
     later: &mut [[T; R]],
 ) {
@@ -92,19 +92,19 @@ pub fn forward<T: Real, const R: usize>(
         }
     }
     for (row, &at) in below.iter().enumerate() {
-        let (word, sum) = (&mut later[at as usize - base], dot_of(given.row(row), scaled));
+        let (word, sum) = (&mut later[at as usize], dot_of(given.row(row), scaled));
         for r in 0..R {
             word[r] = word[r] - sum[r];
         }
     }
 }
 
-/// What the rows below contribute to the columns' unknowns, which are divided by their pivots already.
+/// What the rows `below`, counted from the first `later` one, contribute to the columns' unknowns, which are divided by their pivots already.
 #[inline(always)]
 pub fn backward<T: Real, const R: usize>(
     given: Given<T>,
     pivot_inverse: &[T],
-    (below, base): (&[u32], usize),
+    below: &[u32],
     later: &[[T; R]],
     scratch: &mut [[T; R]],
     unknown: &mut [[T; R]],
@@ -112,7 +112,7 @@ pub fn backward<T: Real, const R: usize>(
     let sums = &mut scratch[..given.width];
     sums.fill([T::zero(); R]);
     for (row, &at) in below.iter().enumerate() {
-        T::subtract_multiple(sums, given.row(row), later[at as usize - base]);
+        T::subtract_multiple(sums, given.row(row), later[at as usize]);
     }
     for ((word, sum), &inverse) in unknown.iter_mut().zip(sums).zip(pivot_inverse) {
         for r in 0..R {

@@ -20,17 +20,21 @@ pub fn inverse_step<T: Real>(
     scratch: &mut [T],
 ) -> T {
     let mut inverse = max_negative_product(&delta[..cones.l], lambda_inverse);
-    for (soc, scalars) in cones.soc.iter().zip(cone.chunks_exact(SCALARS)) {
-        let (lambda, delta) = (&lambda[soc.rows()], &delta[soc.rows()]);
-        let root_inverse = scalars[LAMBDA_ROOT_INV];
-        let product = (scalars[GAMMA] * delta[0]) - root_inverse * dot(&lambda[1..], &delta[1..]);
-        let factor = ((product + delta[0]) * scalars[INV_ONE_PLUS_GAMMA]) * root_inverse;
-        let rho = &mut scratch[..soc.dim - 1];
-        for ((rho, &d), &l) in rho.iter_mut().zip(&delta[1..]).zip(&lambda[1..]) {
-            *rho = d.sub_mul(factor, l);
-        }
-        inverse = inverse.max((norm2(rho) - product) * root_inverse);
-    }
+    let scalars = cone.as_chunks::<SCALARS>().0;
+    cones.each_soc(
+        #[inline(always)]
+        |rows, k| {
+            let (lambda, delta) = (&lambda[rows.clone()], &delta[rows]);
+            let root_inverse = scalars[k][LAMBDA_ROOT_INV];
+            let product = (scalars[k][GAMMA] * delta[0]) - root_inverse * dot(&lambda[1..], &delta[1..]);
+            let factor = ((product + delta[0]) * scalars[k][INV_ONE_PLUS_GAMMA]) * root_inverse;
+            let rho = &mut scratch[..delta.len() - 1];
+            for ((rho, &d), &l) in rho.iter_mut().zip(&delta[1..]).zip(&lambda[1..]) {
+                *rho = d.sub_mul(factor, l);
+            }
+            inverse = inverse.max((norm2(rho) - product) * root_inverse);
+        },
+    );
     inverse
 }
 

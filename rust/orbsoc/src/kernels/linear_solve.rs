@@ -27,8 +27,7 @@ pub fn substitute<T: Real, const R: usize>(
         if let Some(given) = Given::of(symbolic, node, values) {
             let (known, later) = x.split_at_mut(node.first + node.width);
             let (known, inverse) = (&known[node.first..], &pivot_inverse[node.first..]);
-            let below = (symbolic.below(node), node.first + node.width);
-            given::forward(given, inverse, known, below, scratch, later);
+            given::forward(given, inverse, known, symbolic.ahead(node), scratch, later);
         } else {
             panel::forward(panel_of(symbolic, node, l), node.first, node.width, x);
         }
@@ -44,8 +43,7 @@ pub fn substitute<T: Real, const R: usize>(
         if let Some(given) = Given::of(symbolic, node, values) {
             let (unknown, later) = x.split_at_mut(node.first + node.width);
             let (unknown, inverse) = (&mut unknown[node.first..], &pivot_inverse[node.first..]);
-            let below = (symbolic.below(node), node.first + node.width);
-            given::backward(given, inverse, below, later, scratch, unknown);
+            given::backward(given, inverse, symbolic.ahead(node), later, scratch, unknown);
         } else {
             panel::backward(panel_of(symbolic, node, l), node.first, node.width, scratch, x);
         }
@@ -67,7 +65,7 @@ fn panel_of<'a, T>(symbolic: &'a Symbolic, node: &Supernode, l: &'a [T]) -> Pane
         l: &l[node.panel..][..node.width * node.height],
         height: node.height,
         top: node.top,
-        below: symbolic.below(node),
+        below: symbolic.ahead(node),
         leaves: node.kind == Kind::Leaves,
     }
 }

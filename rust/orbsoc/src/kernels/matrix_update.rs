@@ -49,14 +49,18 @@ pub fn scaling_blocks<T: Real>(kkt: &Kkt, cones: &ConeLayout, w: &[T], cone: &[T
     for (&to, &w) in kkt.orthant.iter().zip(w) {
         values[to as usize] = -(w * w);
     }
-    for ((soc, block), scalars) in cones.soc.iter().zip(&kkt.soc).zip(cone.chunks_exact(SCALARS)) {
-        let w = &w[soc.rows()];
-        if soc.expansion.is_none() {
-            dense_block(scalars[ETA_SQ], w, block, values);
-        } else {
-            expanded_block(scalars[ETA_SQ], w, block, values);
-        }
-    }
+    let scalars = cone.as_chunks::<SCALARS>().0;
+    cones.each_soc(
+        #[inline(always)]
+        |rows, k| {
+            let (w, block, eta_sq) = (&w[rows], &kkt.soc[k][..], scalars[k][ETA_SQ]);
+            if cones.soc[k].expansion.is_none() {
+                dense_block(eta_sq, w, block, values);
+            } else {
+                expanded_block(eta_sq, w, block, values);
+            }
+        },
+    );
 }
 
 /// −η²(2wwᵀ − J), upper triangle column by column.

@@ -12,7 +12,7 @@ pub struct Panel<'a, T> {
     pub height: usize,
     /// Rows of its own columns.
     pub top: usize,
-    /// Rows of the matrix below them …
+    /// Rows of the matrix below them, counted from the first of these columns' successors …
     pub below: &'a [u32],
     /// … or below each of them in turn.
     pub leaves: bool,
@@ -40,23 +40,22 @@ pub fn forward<T: Real, const R: usize>(panel: Panel<T>, first: usize, width: us
     let known = &mut known[first..];
     if panel.leaves {
         return match panel.height {
-            2 => forward_leaves::<T, R, 2, 1>(panel, known, first + width, later),
-            3 => forward_leaves::<T, R, 3, 2>(panel, known, first + width, later),
-            4 => forward_leaves::<T, R, 4, 3>(panel, known, first + width, later),
-            _ => forward_leaves::<T, R, 5, 4>(panel, known, first + width, later),
+            2 => forward_leaves::<T, R, 2, 1>(panel, known, later),
+            3 => forward_leaves::<T, R, 3, 2>(panel, known, later),
+            4 => forward_leaves::<T, R, 4, 3>(panel, known, later),
+            _ => forward_leaves::<T, R, 5, 4>(panel, known, later),
         };
     }
-    let base = first + width;
     match (panel.top, width) {
-        (_, 1) => forward_below::<T, R, 1>(panel, known, base, later),
-        (2, _) => forward_narrow::<T, R, 2>(panel, known, base, later),
-        (3, _) => forward_narrow::<T, R, 3>(panel, known, base, later),
-        (4, _) => forward_narrow::<T, R, 4>(panel, known, base, later),
+        (_, 1) => forward_below::<T, R, 1>(panel, known, later),
+        (2, _) => forward_narrow::<T, R, 2>(panel, known, later),
+        (3, _) => forward_narrow::<T, R, 3>(panel, known, later),
+        (4, _) => forward_narrow::<T, R, 4>(panel, known, later),
         (top, _) => {
             if top > 1 {
                 forward_own(panel, known);
             }
-            forward_tiles(panel, known, base, later);
+            forward_tiles(panel, known, later);
         }
     }
 }
@@ -77,7 +76,6 @@ fn forward_own<T: Real, const R: usize>(panel: Panel<T>, known: &mut [[T; R]]) {
 fn forward_narrow<T: Real, const R: usize, const W: usize>(
     panel: Panel<T>,
     known: &mut [[T; R]],
-    base: usize,
     later: &mut [[T; R]],
 ) {
     let known = &mut known[..W];
@@ -87,7 +85,7 @@ fn forward_narrow<T: Real, const R: usize, const W: usize>(
             subtract(&mut known[i], panel.column(c - 1)[i], by);
         }
     }
-    forward_below::<T, R, W>(panel, known, base, later);
+    forward_below::<T, R, W>(panel, known, later);
 }
 
 /// Leaves of `B` rows each; `H` words with the diagonal.
@@ -95,13 +93,12 @@ fn forward_narrow<T: Real, const R: usize, const W: usize>(
 fn forward_leaves<T: Real, const R: usize, const H: usize, const B: usize>(
     panel: Panel<T>,
     known: &[[T; R]],
-    base: usize,
     later: &mut [[T; R]],
 ) {
     let leaves = panel.l.as_chunks::<H>().0.iter().zip(panel.below.as_chunks::<B>().0);
     for ((column, rows), &by) in leaves.zip(known) {
         for i in 0..B {
-            subtract(&mut later[rows[i] as usize - base], column[i + 1], by);
+            subtract(&mut later[rows[i] as usize], column[i + 1], by);
         }
     }
 }
@@ -109,14 +106,13 @@ fn forward_leaves<T: Real, const R: usize, const H: usize, const B: usize>(
 #[inline(always)]
 fn backward_leaves<T: Real, const R: usize, const H: usize, const B: usize>(
     panel: Panel<T>,
-    base: usize,
     later: &[[T; R]],
     unknown: &mut [[T; R]],
 ) {
     let leaves = panel.l.as_chunks::<H>().0.iter().zip(panel.below.as_chunks::<B>().0);
     for ((column, rows), word) in leaves.zip(unknown) {
         for i in (0..B).rev() {
-            subtract(word, column[i + 1], later[rows[i] as usize - base]);
+            subtract(word, column[i + 1], later[rows[i] as usize]);
         }
     }
 }
@@ -125,7 +121,6 @@ fn backward_leaves<T: Real, const R: usize, const H: usize, const B: usize>(
 fn forward_below<T: Real, const R: usize, const W: usize>(
     panel: Panel<T>,
     known: &[[T; R]],
-    base: usize,
     later: &mut [[T; R]],
 ) {
     let mut columns: [&[T]; W] = [&[]; W];
@@ -135,7 +130,7 @@ fn forward_below<T: Real, const R: usize, const W: usize>(
         by[k] = known[k];
     }
     for (i, &row) in panel.below.iter().enumerate() {
-        let word = &mut later[row as usize - base];
+        let word = &mut later[row as usize];
         let mut sum = *word;
         for k in 0..W {
             subtract(&mut sum, columns[k][i], by[k]);
@@ -146,21 +141,16 @@ fn forward_below<T: Real, const R: usize, const W: usize>(
 
 /// Many columns: a few rows stay in registers while the columns go by.
 #[inline(always)]
-fn forward_tiles<T: Real, const R: usize>(
-    panel: Panel<T>,
-    known: &[[T; R]],
-    base: usize,
-    later: &mut [[T; R]],
-) {
+fn forward_tiles<T: Real, const R: usize>(panel: Panel<T>, known: &[[T; R]], later: &mut [[T; R]]) {
     const M: usize = 4;
     let mut rows = panel.below.chunks_exact(M);
     let mut at = panel.top;
     for rows in &mut rows {
-        forward_tile::<T, R, M>(panel, known, at, rows, base, later);
+        forward_tile::<T, R, M>(panel, known, at, rows, later);
         at += M;
     }
     for row in rows.remainder().chunks(1) {
-        forward_tile::<T, R, 1>(panel, known, at, row, base, later);
+        forward_tile::<T, R, 1>(panel, known, at, row, later);
         at += 1;
     }
 }
@@ -171,12 +161,11 @@ fn forward_tile<T: Real, const R: usize, const M: usize>(
     known: &[[T; R]],
     at: usize,
     rows: &[u32],
-    base: usize,
     later: &mut [[T; R]],
 ) {
     let mut words = [[T::zero(); R]; M];
     for (word, &row) in words.iter_mut().zip(rows) {
-        *word = later[row as usize - base];
+        *word = later[row as usize];
     }
     for (column, &by) in panel.l.chunks_exact(panel.height).zip(known) {
         for (word, &l) in words.iter_mut().zip(&column[at..at + M]) {
@@ -184,7 +173,7 @@ fn forward_tile<T: Real, const R: usize, const M: usize>(
         }
     }
     for (word, &row) in words.into_iter().zip(rows) {
-        later[row as usize - base] = word;
+        later[row as usize] = word;
     }
 }
 
@@ -198,25 +187,25 @@ pub fn backward<T: Real, const R: usize>(
     x: &mut [[T; R]],
 ) {
     let (unknown, later) = x.split_at_mut(first + width);
-    let (unknown, base) = (&mut unknown[first..], first + width);
+    let unknown = &mut unknown[first..];
     if panel.leaves {
         return match panel.height {
-            2 => backward_leaves::<T, R, 2, 1>(panel, base, later, unknown),
-            3 => backward_leaves::<T, R, 3, 2>(panel, base, later, unknown),
-            4 => backward_leaves::<T, R, 4, 3>(panel, base, later, unknown),
-            _ => backward_leaves::<T, R, 5, 4>(panel, base, later, unknown),
+            2 => backward_leaves::<T, R, 2, 1>(panel, later, unknown),
+            3 => backward_leaves::<T, R, 3, 2>(panel, later, unknown),
+            4 => backward_leaves::<T, R, 4, 3>(panel, later, unknown),
+            _ => backward_leaves::<T, R, 5, 4>(panel, later, unknown),
         };
     }
     match (panel.top, width) {
-        (_, 1) => return backward_narrow::<T, R, 1>(panel, base, later, unknown),
-        (2, _) => return backward_narrow::<T, R, 2>(panel, base, later, unknown),
-        (3, _) => return backward_narrow::<T, R, 3>(panel, base, later, unknown),
-        (4, _) => return backward_narrow::<T, R, 4>(panel, base, later, unknown),
+        (_, 1) => return backward_narrow::<T, R, 1>(panel, later, unknown),
+        (2, _) => return backward_narrow::<T, R, 2>(panel, later, unknown),
+        (3, _) => return backward_narrow::<T, R, 3>(panel, later, unknown),
+        (4, _) => return backward_narrow::<T, R, 4>(panel, later, unknown),
         _ => {}
     }
     let below = &mut scratch[..panel.below.len()];
     for (word, &row) in below.iter_mut().zip(panel.below) {
-        *word = later[row as usize - base];
+        *word = later[row as usize];
     }
     let mut k = width;
     while k >= 4 {
@@ -235,7 +224,6 @@ pub fn backward<T: Real, const R: usize>(
 #[inline(always)]
 fn backward_narrow<T: Real, const R: usize, const W: usize>(
     panel: Panel<T>,
-    base: usize,
     later: &[[T; R]],
     unknown: &mut [[T; R]],
 ) {
@@ -247,7 +235,7 @@ fn backward_narrow<T: Real, const R: usize, const W: usize>(
         sums[i] = unknown[i];
     }
     for (r, &row) in panel.below.iter().enumerate().rev() {
-        let by = later[row as usize - base];
+        let by = later[row as usize];
         for i in 0..W {
             subtract(&mut sums[i], tails[i][r], by);
         }
