@@ -56,6 +56,8 @@ pub(crate) struct Control {
     short_steps: u32,
     refined: u32,
     deadline: Option<Instant>,
+    /// Since when the walk is laid aside.
+    aside: Option<Instant>,
 }
 
 impl Control {
@@ -90,6 +92,18 @@ impl Control {
             spent: self.spent + self.iteration,
             warm_start: WarmStart::FellBack,
             ..Self::default()
+        }
+    }
+
+    /// Others have their turn; this walk's clock stands still.
+    pub fn lay_aside(&mut self, now: Instant) {
+        self.aside = Some(now);
+    }
+
+    /// Go on where the walk was laid aside.
+    pub fn take_up(&mut self, now: Instant) {
+        if let (Some(deadline), Some(since)) = (&mut self.deadline, self.aside.take()) {
+            *deadline += now - since;
         }
     }
 

@@ -7,6 +7,7 @@ use crate::oracle::mixed_problem;
 use crate::ps::stat;
 use crate::stage::Stop;
 use crate::{Buffer, Cones, Csc, Engine, Outcome, Problem, Settings, Stage, Status};
+use std::time::{Duration, Instant};
 
 struct Desk {
     engine: Engine<f64>,
@@ -70,6 +71,21 @@ fn a_fifth_of_the_tolerance_ends_the_walk_and_more_buys_one_iteration() {
     // Whatever that iteration brings, the better one is kept.
     assert_eq!(desk.judge(Iterate { worst: 2e-8, ..PLAIN }), CONVERGED);
     assert_eq!(desk.kept(Buffer::Best), 0.9e-8);
+}
+
+#[test]
+fn the_clock_stands_still_while_a_walk_is_laid_aside() {
+    let settings = Settings { max_time_s: 1e-9, ..Settings::default() };
+    let mut desk = desk();
+    for (rest, outcome) in
+        [(Duration::from_secs(3600), Outcome::Next), (Duration::ZERO, Outcome::Done(Stop::MaxTime))]
+    {
+        desk.control = Control::new(&settings);
+        let now = Instant::now();
+        desk.control.lay_aside(now);
+        desk.control.take_up(now + rest);
+        assert_eq!(desk.judge(PLAIN), outcome);
+    }
 }
 
 #[test]

@@ -13,6 +13,7 @@ use crate::structure::Structure;
 use crate::warm_start::Start;
 use crate::workspace::Buffer;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// A problem in a lane.
 pub(crate) struct Seat {
@@ -105,10 +106,18 @@ impl<T: Decide> Seats<T> {
         self.perform(*statistics);
     }
 
-    /// Iterate until no more than `few` walks go on.
+    /// Iterate until no more than `few` walks go on, which are then laid aside.
     pub fn iterate_until(&mut self, few: usize) {
+        let now = Instant::now();
+        for seat in self.lanes.iter_mut().flatten() {
+            seat.control.take_up(now);
+        }
         while self.busy() > few {
             self.iterate();
+        }
+        let now = Instant::now();
+        for seat in self.lanes.iter_mut().flatten() {
+            seat.control.lay_aside(now);
         }
     }
 
