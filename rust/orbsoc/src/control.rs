@@ -17,6 +17,8 @@ const RADIUS_CONCLUSIVE: f64 = 1e8;
 /// A solve that meets the tolerance, but not this share of it, takes one iteration more: near the end
 /// an iteration gains two digits, and an answer at the very edge of its claim is a poor one.
 const AIM: f64 = 0.2;
+/// The same after a warm start: the next problem of a sequence moves further than that.
+const WARM_AIM: f64 = 0.5;
 /// κ/τ from which the embedding leans towards infeasibility.
 const EMBEDDING_RATIO: f64 = 1e3;
 /// Iterations without a better iterate or a larger radius before a solve counts as stalled.
@@ -192,7 +194,8 @@ impl Control {
 
     fn reason(&mut self, settings: &Settings) -> Option<Stop> {
         let met_before = core::mem::replace(&mut self.met, self.best <= settings.tol);
-        if self.best <= AIM * settings.tol || met_before {
+        let aim = if self.warm_start == WarmStart::Used { WARM_AIM } else { AIM };
+        if self.best <= aim * settings.tol || met_before {
             Some(Stop::Converged)
         } else if self.primal_radius >= RADIUS_CONCLUSIVE {
             Some(Stop::PrimalCertificate)

@@ -6,7 +6,7 @@ use crate::kernels::linear_solve::refinement;
 use crate::oracle::mixed_problem;
 use crate::ps::stat;
 use crate::stage::Stop;
-use crate::{Buffer, Cones, Csc, Engine, Outcome, Problem, Settings, Stage, Status};
+use crate::{Buffer, Cones, Csc, Engine, Outcome, Problem, Settings, Stage, Status, WarmStart};
 use std::time::{Duration, Instant};
 
 struct Desk {
@@ -71,6 +71,21 @@ fn a_fifth_of_the_tolerance_ends_the_walk_and_more_buys_one_iteration() {
     // Whatever that iteration brings, the better one is kept.
     assert_eq!(desk.judge(Iterate { worst: 2e-8, ..PLAIN }), CONVERGED);
     assert_eq!(desk.kept(Buffer::Best), 0.9e-8);
+}
+
+#[test]
+fn after_a_warm_start_half_of_the_tolerance_is_enough() {
+    let mut desk = desk();
+    let near = Iterate { worst: 0.5e-8, ..PLAIN };
+    assert_eq!(desk.judge(near), Outcome::Next);
+    desk.control = Control::new(&desk.settings);
+    desk.control.warm_start = WarmStart::Used;
+    assert_eq!(desk.judge(Iterate { worst: 0.51e-8, ..PLAIN }), Outcome::Next);
+    desk.control = desk.control.fallen_back();
+    assert_eq!(desk.judge(near), Outcome::Next);
+    desk.control = Control::new(&desk.settings);
+    desk.control.warm_start = WarmStart::Used;
+    assert_eq!(desk.judge(near), CONVERGED);
 }
 
 #[test]
