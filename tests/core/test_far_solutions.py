@@ -32,3 +32,14 @@ def test_a_radius_of_one_hundred_million_times_the_data_is_claimed() -> None:
     solution = orbsoc.solve(problem)
     assert solution.status is Status.DUAL_INFEASIBLE
     assert 1e8 <= solution.certificate.radius <= 1.1e10
+
+
+def test_a_radius_that_rounding_may_have_made_is_not_claimed() -> None:
+    """Gᵀz is a difference of two products of 1e14: its 0.015 is less than a unit in the last place of either.
+
+    Found by the fuzzing of test_fuzz.py: in the order of one sum the certificate's radius is 53, in another's 38.
+    """
+    steep = [[128100934695773.0], [5160040444501711.0], [0.5], [1.0]]
+    problem = Problem(P=[[1.0]], c=[0.0], G=steep, h=[0.0, 0.0, 1.0, 0.0], cones=Cones(q=[4]))
+    solution = orbsoc.solve(problem)
+    assert solution.status not in (Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE), solution.message

@@ -213,8 +213,9 @@ fn evidence(problem: &Problem, at: &Candidate) -> Evidence {
     Evidence { referee: referee.worst(), certificate, objective, dual_objective }
 }
 
-/// Certified radius of a claim of primal infeasibility, also over the data's scale; z is projected onto K,
-/// and the certificate scaled to size one: its own size means nothing and may overflow.
+/// Certified radius of a claim of primal infeasibility, also over the data's scale: whatever the sums below may have lost in
+/// rounding counts against it. z is projected onto K, and the certificate scaled to size one: its own size means nothing
+/// and may overflow.
 fn primal_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
     at.z = present(problem, at.z.clone());
     project(problem, &mut at.z);
@@ -226,9 +227,24 @@ fn primal_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
     let nowhere = DVector::zeros(problem.n());
     let (_, aty) = products(&problem.a, &nowhere, &at.y);
     let (_, gtz) = products(&problem.g, &nowhere, &at.z);
-    let sum = aty + gtz;
+    let (y, z) = (at.y.as_slice(), at.z.as_slice());
+    let hidden = hidden(&problem.a, problem.p(), |value, i, _| (value * y[i]).abs())
+        + hidden(&problem.g, problem.m(), |value, i, _| (value * z[i]).abs());
+    let terms = problem.b.iter().zip(&at.y).chain(h.iter().zip(&at.z)).map(|(b, y)| (b * y).abs());
+    let doubt = rounding(problem.p() + problem.m()) * terms.sum::<f64>();
     let scale = problem.b.iter().chain(h.iter()).fold(1.0, |top: f64, v| top.max(v.abs()));
-    radius(support, sum.lp_norm(1), scale)
+    radius(support + doubt, (aty + gtz).lp_norm(1) + hidden, scale)
+}
+
+/// What rounding may make of a sum of so many terms, and of a referee's, who adds in another order: a share of the sum of their
+/// magnitudes.
+fn rounding(terms: usize) -> f64 {
+    2.0 * f64::EPSILON * (terms + 2) as f64
+}
+
+/// What rounding may hide in a product with a matrix, whose sums have at most so many terms of the magnitude that `term` gives.
+fn hidden(matrix: &Csc, terms: usize, term: impl Fn(f64, usize, usize) -> f64) -> f64 {
+    rounding(terms) * matrix.triplets().map(|(i, j, value)| term(value, i, j)).sum::<f64>()
 }
 
 /// Certified radius of a claim of dual infeasibility, also over the data's scale; x is scaled to size one.
@@ -242,8 +258,15 @@ fn dual_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
     project(problem, &mut inside);
     let distance =
         symmetric_product(&problem.p, &at.x).lp_norm(1) + ax.lp_norm(1) + (recession - inside).lp_norm(1);
+    let (n, x) = (problem.n(), at.x.as_slice());
+    let by = |value: f64, _: usize, j: usize| (value * x[j]).abs();
+    let either = |value: f64, i: usize, j: usize| 2.0 * by(value, 0, i).max(by(value, 0, j));
+    let present =
+        |value: f64, i: usize, j: usize| if problem.h[i].is_finite() { by(value, i, j) } else { 0.0 };
+    let hidden = hidden(&problem.p, n, either) + hidden(&problem.a, n, by) + hidden(&problem.g, n, present);
+    let doubt = rounding(n) * problem.c.iter().zip(x).map(|(c, x)| (c * x).abs()).sum::<f64>();
     let scale = problem.c.iter().fold(1.0, |top: f64, v| top.max(v.abs()));
-    radius(cost, distance, scale)
+    radius(cost + doubt, distance + hidden, scale)
 }
 
 fn radius(value: f64, size: f64, scale: f64) -> (f64, f64) {
