@@ -168,6 +168,16 @@ fn present(problem: &Problem, mut v: DVector<f64>) -> DVector<f64> {
     v
 }
 
+/// An error over 1 + the size of what it is an error of; infinite when it is, whatever the size (∞/∞ is no number, and a
+/// maximum drops it).
+fn ratio(error: f64, size: f64) -> f64 {
+    if error.is_finite() {
+        error / (1.0 + size)
+    } else {
+        f64::INFINITY
+    }
+}
+
 /// Compiled once for each instruction set and chosen at run time.
 fn examine(problem: &Problem, at: &Candidate) -> Evidence {
     pulp::Arch::new().dispatch(
@@ -199,15 +209,15 @@ fn evidence(problem: &Problem, at: &Candidate) -> Evidence {
     let conic = norm(&(gx + &slack - &h));
     let dual = norm(&(px + c + aty + gtz));
     let dual_outside = outside(problem, &at.z);
-    let primal_residual = (equality / (1.0 + norm_ax.max(norm_b)))
-        .max(conic / (1.0 + norm_gx.max(norm_h)))
-        .max(outside(problem, &slack) / (1.0 + norm(&slack)));
-    let dual_residual = (dual / (1.0 + norm_px.max(norm_aty).max(norm_gtz).max(norm_c)))
-        .max(dual_outside / (1.0 + norm(&at.z)));
+    let primal_residual = ratio(equality, norm_ax.max(norm_b))
+        .max(ratio(conic, norm_gx.max(norm_h)))
+        .max(ratio(outside(problem, &slack), norm(&slack)));
+    let dual_residual =
+        ratio(dual, norm_px.max(norm_aty).max(norm_gtz).max(norm_c)).max(ratio(dual_outside, norm(&at.z)));
     let certificate = Certificate { primal_residual, dual_residual, gap, radius: f64::NAN };
     let referee = Certificate {
-        primal_residual: equality.max(beyond) / (1.0 + norm_b.max(norm_h)),
-        dual_residual: dual.max(dual_outside) / (1.0 + norm_c),
+        primal_residual: ratio(equality.max(beyond), norm_b.max(norm_h)),
+        dual_residual: ratio(dual.max(dual_outside), norm_c),
         ..certificate
     };
     Evidence { referee: referee.worst(), certificate, objective, dual_objective }
