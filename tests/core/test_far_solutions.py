@@ -43,3 +43,12 @@ def test_a_radius_that_rounding_may_have_made_is_not_claimed() -> None:
     problem = Problem(P=[[1.0]], c=[0.0], G=steep, h=[0.0, 0.0, 1.0, 0.0], cones=Cones(q=[4]))
     solution = orbsoc.solve(problem)
     assert solution.status not in (Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE), solution.message
+
+
+@pytest.mark.parametrize("steep", [1e293, 1e300, 1.7e308])
+def test_a_slack_beyond_double_precision_is_no_solution(steep: float) -> None:
+    """x = −2e16 fulfils the first row with a slack of which no number tells: ∞/∞ must not pass for no error."""
+    problem = Problem(c=[1.0], G=[[steep], [-1.0]], h=[0.0, 2.2520233e16], cones=Cones(l=2))
+    solution = orbsoc.solve(problem)
+    assert solution.status is Status.NUMERICAL_LIMIT, solution.message
+    assert "primal residual inf" in solution.message
