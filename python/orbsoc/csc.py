@@ -138,6 +138,8 @@ def canonical(name: str, value: Matrix, n: int) -> Csc:
     matrix: Any = value if is_sparse(value) else as_array(name, value)
     if matrix.ndim != 2:
         raise ProblemError(f"`{name}` has shape {matrix.shape}; it must be two-dimensional")
+    if is_sparse(matrix) and matrix.format in ("csc", "csr"):
+        _check_pointers(name, matrix)
     real = matrix.dtype.kind in "fiub"
     if not real and matrix.size:
         raise ProblemError(f"`{name}` has entries of type {matrix.dtype}; they must be real numbers")
@@ -157,6 +159,20 @@ def canonical(name: str, value: Matrix, n: int) -> Csc:
         place = f"{name}[{out.indices[k]}, {column_of_entry(out)[k]}]"
         raise ProblemError(f"`{place}` is {out.data[k]}; it must be finite")
     return out
+
+
+def _check_pointers(name: str, matrix: Any) -> None:
+    """SciPy itself fails on a matrix whose arrays do not fit one another, wherever it first looks at them."""
+    lines = matrix.shape[1 if matrix.format == "csc" else 0]
+    if matrix.indptr.size != lines + 1:
+        raise ProblemError(
+            f"`{name}` has {matrix.indptr.size} pointers in `indptr`; a {matrix.format} matrix of shape {matrix.shape} "
+            f"has {lines + 1}"
+        )
+    if matrix.indices.size != matrix.data.size:
+        raise ProblemError(
+            f"`{name}` has {matrix.indices.size} `indices` but {matrix.data.size} `data`; they go together"
+        )
 
 
 def _canonical(name: str, matrix: Any) -> Csc:

@@ -260,3 +260,14 @@ def test_thousands_of_solves_keep_no_memory() -> None:
     churn(1000)
     grown_kb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before_kb
     assert grown_kb < 20_000
+
+
+@pytest.mark.parametrize("part", ["indptr", "indices", "data"])
+@pytest.mark.parametrize("kind", ["f8", "i8"])
+@pytest.mark.parametrize("form", ["csc", "csr"])
+def test_a_sparse_matrix_with_an_array_missing_is_refused_by_name(part: str, kind: str, form: str) -> None:
+    """SciPy's own complaint would be an IndexError from wherever it first looks."""
+    matrix = sparse.coo_array(np.ones((3, 2), dtype=kind)).asformat(form)
+    setattr(matrix, part, getattr(matrix, part)[:0])
+    with pytest.raises(orbsoc.ProblemError, match="`G` has"):
+        Problem(c=np.ones(2), G=matrix, h=np.zeros(3), cones=Cones(l=3))
