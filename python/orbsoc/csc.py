@@ -86,7 +86,7 @@ def mirrored(matrix: Csc) -> Csc:
 def symmetric_part(matrix: Csc) -> Csc:
     """(M + Mᵀ)/2."""
     both: Any = matrix
-    return _canonical("M", _sparse.csc_array((both + both.T) * 0.5))
+    return _canonical(_sparse.csc_array((both + both.T) * 0.5))
 
 
 def difference(left: Csc, right: Csc) -> Csc:
@@ -138,8 +138,8 @@ def canonical(name: str, value: Matrix, n: int) -> Csc:
     matrix: Any = value if is_sparse(value) else as_array(name, value)
     if matrix.ndim != 2:
         raise ProblemError(f"`{name}` has shape {matrix.shape}; it must be two-dimensional")
-    if is_sparse(matrix) and matrix.format in ("csc", "csr"):
-        _check_pointers(name, matrix)
+    if is_sparse(matrix):
+        _check_indices(name, matrix)
     real = matrix.dtype.kind in "fiub"
     if not real and matrix.size:
         raise ProblemError(f"`{name}` has entries of type {matrix.dtype}; they must be real numbers")
@@ -153,7 +153,7 @@ def canonical(name: str, value: Matrix, n: int) -> Csc:
         return empty(*matrix.shape)
     if type(matrix) is not _sparse.csc_array or matrix.dtype != np.float64:
         matrix = _sparse.csc_array(matrix, dtype=np.float64)
-    out = _canonical(name, matrix)
+    out = _canonical(matrix)
     if not all_finite(out.data):
         k = int(np.flatnonzero(~np.isfinite(out.data))[0])
         place = f"{name}[{out.indices[k]}, {column_of_entry(out)[k]}]"
@@ -161,30 +161,54 @@ def canonical(name: str, value: Matrix, n: int) -> Csc:
     return out
 
 
-def _check_pointers(name: str, matrix: Any) -> None:
-    """SciPy itself fails on a matrix whose arrays do not fit one another, wherever it first looks at them."""
-    lines = matrix.shape[1 if matrix.format == "csc" else 0]
-    if matrix.indptr.size != lines + 1:
+def _check_indices(name: str, matrix: Any) -> None:
+    """Whether the arrays of a sparse matrix fit one another and its shape. SciPy's conversions trust them: entries that do
+    not fit would be lost, or written beside the new matrix."""
+    if matrix.format == "bsr":
+        try:
+            matrix.check_format(full_check=True)
+        except (ValueError, IndexError) as error:
+            raise ProblemError(f"`{name}` is no BSR matrix: {error}") from error
+    elif matrix.format == "coo":
+        both = (matrix.row, matrix.col)
+        for indices, limit, line in zip(both, matrix.shape, ("row", "column"), strict=True):
+            _check_size(name, matrix, indices)
+            _check_range(name, indices, limit, line)
+    elif matrix.format in ("csc", "csr"):
+        line, across = ("column", "row") if matrix.format == "csc" else ("row", "column")
+        limit, lines = matrix.shape if matrix.format == "csc" else matrix.shape[::-1]
+        pointers = matrix.indptr
+        _check_size(name, matrix, matrix.indices)
+        if pointers.size != lines + 1:
+            raise ProblemError(
+                f"`{name}` has {pointers.size} {line} pointers; a {matrix.format.upper()} matrix of shape "
+                f"{matrix.shape} has {lines + 1}"
+            )
+        if pointers[0] != 0 or np.any(pointers[1:] < pointers[:-1]) or pointers[-1] > matrix.data.size:
+            raise ProblemError(
+                f"`{name}` is not a {matrix.format.upper()} matrix: its {line} pointers do not ascend from 0 to nnz"
+            )
+        _check_range(name, matrix.indices[: pointers[-1]], limit, across)
+
+
+def _check_size(name: str, matrix: Any, indices: Any) -> None:
+    if indices.size != matrix.data.size:
         raise ProblemError(
-            f"`{name}` has {matrix.indptr.size} pointers in `indptr`; a {matrix.format} matrix of shape {matrix.shape} "
-            f"has {lines + 1}"
-        )
-    if matrix.indices.size != matrix.data.size:
-        raise ProblemError(
-            f"`{name}` has {matrix.indices.size} `indices` but {matrix.data.size} `data`; they go together"
+            f"`{name}` has {indices.size} indices for {matrix.data.size} entries; they go together"
         )
 
 
-def _canonical(name: str, matrix: Any) -> Csc:
-    """Sorted, unique, in-range, contiguous 32-bit indices; the argument itself if it has them already."""
+def _check_range(name: str, indices: Any, limit: int, line: str) -> None:
+    if indices.size and (indices.min() < 0 or indices.max() >= limit):
+        worst = indices.min() if indices.min() < 0 else indices.max()
+        raise ProblemError(f"`{name}` has an entry in {line} {worst}, but only {limit} {line}s")
+
+
+def _canonical(matrix: Any) -> Csc:
+    """Sorted, unique, contiguous 32-bit indices; the argument itself if it has them already."""
     indptr, indices, data = matrix.indptr, matrix.indices, matrix.data
     nnz = int(indptr[-1])
-    if indptr[0] != 0 or np.any(indptr[1:] < indptr[:-1]) or min(indices.size, data.size) < nnz:
-        raise ProblemError(f"`{name}` is not a CSC matrix: its column pointers do not ascend from 0 to nnz")
     used = indices[:nnz]
-    if nnz and (used.min() < 0 or used.max() >= matrix.shape[0]):
-        worst = used.min() if used.min() < 0 else used.max()
-        raise ProblemError(f"`{name}` has an entry in row {worst}, but only {matrix.shape[0]} rows")
     arrays = (data, indices, indptr)
     if (
         indices.dtype != np.int32

@@ -271,3 +271,29 @@ def test_a_sparse_matrix_with_an_array_missing_is_refused_by_name(part: str, kin
     setattr(matrix, part, getattr(matrix, part)[:0])
     with pytest.raises(orbsoc.ProblemError, match="`G` has"):
         Problem(c=np.ones(2), G=matrix, h=np.zeros(3), cones=Cones(l=3))
+
+
+@pytest.mark.parametrize(
+    ("form", "part", "values", "said"),
+    [
+        ("csr", "indptr", [0, 2, 4, 9], "row pointers do not ascend"),
+        ("csr", "indptr", [1, 2, 4, 6], "row pointers do not ascend"),
+        ("csr", "indptr", [0, 5, 4, 6], "row pointers do not ascend"),
+        ("csr", "indices", [0, 1, 0, 1, 0, 7], "an entry in column 7, but only 2 columns"),
+        ("csr", "indices", [0, 1, 0, 1, 0, -2], "an entry in column -2"),
+        ("coo", "row", [0, 0, 1, 1, 2, 3], "an entry in row 3, but only 3 rows"),
+        ("coo", "col", [0, 1, 0, 1, 0, -1], "an entry in column -1"),
+        ("coo", "data", [1.0], "6 indices for 1 entries"),
+        ("bsr", "indptr", [0, 2, 4, 9], "no BSR matrix"),
+        ("csc", "indptr", [0, 3, 9], "column pointers do not ascend"),
+    ],
+)
+def test_indices_that_do_not_fit_are_refused_before_entries_are_lost(
+    form: str, part: str, values: list[float], said: str
+) -> None:
+    """SciPy converts such a matrix into another one, without a word."""
+    matrix = sparse.coo_matrix(np.ones((3, 2)))
+    matrix = sparse.bsr_matrix(matrix, blocksize=(1, 1)) if form == "bsr" else matrix.asformat(form)
+    setattr(matrix, part, np.array(values, dtype=getattr(matrix, part).dtype))
+    with pytest.raises(orbsoc.ProblemError, match=said):
+        Problem(c=np.ones(2), G=matrix, h=np.zeros(3), cones=Cones(l=3))
