@@ -99,7 +99,8 @@ pub fn forward<T: Real, const R: usize>(
     }
 }
 
-/// What the rows `below`, counted from the first `later` one, contribute to the columns' unknowns, which are divided by their pivots already.
+/// What the rows `below`, counted from the first `later` one, contribute to the columns' unknowns, which are divided
+/// by their pivots already.
 #[inline(always)]
 pub fn backward<T: Real, const R: usize>(
     given: Given<T>,
