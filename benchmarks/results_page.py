@@ -45,8 +45,8 @@ def page(results: Results, figures: Mapping[str, str]) -> str:
     ]
     if results.batches:
         about = (
-            "orbsoc's time is the wall clock of the whole batch (set-up, scaling, certificates), the peers' that of "
-            "their solves alone, set-up left out; in the last column it is counted."
+            "orbsoc's time is the wall clock of the whole batch (loading, scaling, certificates), the peers' that of "
+            "their solves; the last column counts set-ups, the peers' for each problem, orbsoc's once a batch."
         )
         sections += ["## Batches", about, batch_measure.table(results.batches)]
     if results.warm:

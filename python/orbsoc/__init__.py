@@ -10,7 +10,7 @@ computer; `orbsoc.missions` plans; the command `orbsoc` does all of it.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from orbsoc.batch import BatchSolution, solve_batch
+from orbsoc.batch import BatchSolution, BatchSolver, solve_batch
 from orbsoc.builder import ConicBuilder
 from orbsoc.problem import Cones, Problem, ProblemError
 from orbsoc.ps import PsScheduler
@@ -28,6 +28,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "BatchSolution",
+    "BatchSolver",
     "Certificate",
     "Cones",
     "ConicBuilder",

@@ -28,7 +28,6 @@ __all__ = [
     "iteration",
     "operation_counts",
     "program_image",
-    "solve_batch",
     "stages",
     "startup",
     "warm_startup",
@@ -98,7 +97,7 @@ class Engine:
         start: Sequence[NDArray[float64]] | None = None,
     ) -> RawSolution: ...
     def start_from(self, start: Sequence[NDArray[float64]]) -> bool: ...
-    def fall_back(self) -> bool: ...
+    def begin_again(self) -> bool: ...
     def run(self, stage: str) -> int: ...
     def interrupt(self) -> None: ...
     def finish(self, solve_s: float = 0.0) -> RawSolution: ...
@@ -173,22 +172,27 @@ class RawBatch:
     @property
     def radius(self) -> NDArray[float64]: ...
     @property
+    def setup_s(self) -> float: ...
+    @property
     def solve_s(self) -> float: ...
 
-def solve_batch(
-    problem_: Problem,
-    settings_: Settings,
-    count: int,
-    threads: int,
-    *,
-    p: NDArray[float64] | None = None,
-    c: NDArray[float64] | None = None,
-    a: NDArray[float64] | None = None,
-    b: NDArray[float64] | None = None,
-    g: NDArray[float64] | None = None,
-    h: NDArray[float64] | None = None,
-    start: Sequence[NDArray[float64]] | None = None,
-) -> RawBatch: ...
+@final
+class BatchSolver:
+    """Many problems of one pattern, batch after batch. Use `orbsoc.BatchSolver`."""
+
+    def __new__(cls, problem_: Problem, settings_: Settings, threads: int) -> BatchSolver: ...
+    def solve(
+        self,
+        count: int,
+        *,
+        p: NDArray[float64] | None = None,
+        c: NDArray[float64] | None = None,
+        a: NDArray[float64] | None = None,
+        b: NDArray[float64] | None = None,
+        g: NDArray[float64] | None = None,
+        h: NDArray[float64] | None = None,
+        start: Sequence[NDArray[float64]] | None = None,
+    ) -> RawBatch: ...
 
 class HardwareError(ValueError): ...
 

@@ -14,7 +14,7 @@ from orbsoc.errors import ProblemError
 from orbsoc.problem import Problem
 from orbsoc.settings import Settings
 from orbsoc.solution import Array, Certificate, Solution, Start, Status, WarmStart
-from orbsoc.solver import resolve
+from orbsoc.solver import check_type, resolve
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +23,8 @@ class BatchSolution:
 
     Shapes: x (B, n), y (B, p), z (B, m), s (B, m); `status` (B,) holds `Status` members, `message` and
     `warm_start` (what became of the point to start from) are lists.
-    `solve_s` is the wall-clock time of the whole batch, set-up and verification included.
+    `setup_s` is the wall-clock time of the pattern's analysis, made once for a `BatchSolver`; `solve_s` that of the
+    batch, loading and verification included.
     """
 
     status: NDArray[np.object_]
@@ -41,6 +42,7 @@ class BatchSolution:
     radius: Array
     message: list[str]
     warm_start: list[WarmStart]
+    setup_s: float
     solve_s: float
 
     def __len__(self) -> int:
@@ -51,6 +53,61 @@ class BatchSolution:
         columns = (self.primal_residual, self.dual_residual, self.gap, self.radius)
         for row in zip(*columns, strict=True):
             yield Certificate(*map(float, row))
+
+
+class BatchSolver:
+    """A pattern made ready for batches, one after another: analysed once, with the memory of its lanes and its threads
+    kept.
+
+    `problem` gives the pattern, the cones and whatever a batch does not say. Several may work side by side; one of them
+    solves one batch at a time. Raises ProblemError for `threads` < 1 or what the solver refuses, TypeError for what is no
+    problem or an unknown setting.
+
+    >>> import numpy as np, orbsoc
+    >>> base = orbsoc.Problem(c=[1.0], G=[[-1.0]], h=[0.0], cones=orbsoc.Cones(l=1))
+    >>> solver = BatchSolver(base)
+    >>> [solver.solve(h=[[-1.0], [-shift]]).x[:, 0].round(6).tolist() for shift in (2.0, 3.0)]
+    [[1.0, 2.0], [1.0, 3.0]]
+    """
+
+    def __init__(
+        self, problem: Problem, settings: Settings | None = None, *, threads: int = 1, **overrides: Any
+    ) -> None:
+        check_type("problem", problem, Problem)
+        if threads < 1:
+            raise ProblemError(f"`threads` is {threads}; it must be at least 1")
+        self.problem = problem
+        self.settings = resolve(settings, overrides)
+        try:
+            self._core = _core.BatchSolver(problem, self.settings, threads)
+        except _core.CoreError as error:
+            raise ProblemError(str(error)) from None
+
+    def solve(
+        self,
+        *,
+        c: ArrayLike | None = None,
+        b: ArrayLike | None = None,
+        h: ArrayLike | None = None,
+        A: ArrayLike | None = None,
+        G: ArrayLike | None = None,
+        P: ArrayLike | None = None,
+        warm_start: BatchSolution | Solution | Start | None = None,
+    ) -> BatchSolution:
+        """Solve one batch; the arguments are those of `orbsoc.solve_batch`, and so are the errors."""
+        given = {"c": c, "b": b, "h": h, "A": A, "G": G, "P": P}
+        rows, count = _checked(self.problem, given)
+        start = None if warm_start is None else _starts(self.problem, count, warm_start)
+        try:
+            raw = self._core.solve(count, **rows, start=start)
+        except _core.CoreError as error:
+            raise ProblemError(str(error)) from None
+        status = np.empty(len(raw.status), dtype=object)
+        status[:] = [Status[name] for name in raw.status]
+        fields = BatchSolution.__dataclass_fields__
+        return BatchSolution(
+            status=status, **{name: getattr(raw, name) for name in fields if name != "status"}
+        )
 
 
 def solve_batch(
@@ -67,7 +124,7 @@ def solve_batch(
     threads: int = 1,
     **overrides: Any,
 ) -> BatchSolution:
-    """Solve B problems that share the sparsity pattern and cones of `problem`.
+    """Solve B problems that share the sparsity pattern and cones of `problem`; `BatchSolver` is for batch after batch.
 
     Vectors come as (B, length), matrices as values (B, nnz) in the CSC order of `problem`; what is absent is
     shared. At least one must be given. +inf in `h` must stand on the same rows in every problem.
@@ -79,31 +136,24 @@ def solve_batch(
     >>> solve_batch(base, h=-np.arange(1.0, 4.0)[:, None]).x[:, 0].round(6)
     array([1., 2., 3.])
     """
-    if threads < 1:
-        raise ProblemError(f"`threads` is {threads}; it must be at least 1")
+    solver = BatchSolver(problem, settings, threads=threads, **overrides)
+    return solver.solve(c=c, b=b, h=h, A=A, G=G, P=P, warm_start=warm_start)
+
+
+def _checked(problem: Problem, given: dict[str, ArrayLike | None]) -> tuple[dict[str, Array], int]:
+    """The batch's arrays by the core's names, and how many problems they are; ProblemError for what does not fit."""
     widths = {"c": problem.n, "b": problem.p, "h": problem.m}
     widths |= {"A": problem.A.nnz, "G": problem.G.nnz, "P": problem.P.nnz}
-    given = {"c": c, "b": b, "h": h, "A": A, "G": G, "P": P}
     rows = {name: _rows(name, value, widths[name]) for name, value in given.items() if value is not None}
     counts = {name: len(value) for name, value in rows.items()}
     if not counts:
-        raise ProblemError("solve_batch needs at least one of c, b, h, A, G, P with one row a problem")
+        raise ProblemError("a batch needs at least one of c, b, h, A, G, P with one row a problem")
     if len(set(counts.values())) > 1:
         listed = ", ".join(f"`{name}` has {count}" for name, count in counts.items())
         raise ProblemError(f"the batch's arrays have different numbers of rows: {listed}")
     if "P" in rows:
         rows["P"] = _upper_values(problem, rows["P"])
-    arrays = {name.lower(): value for name, value in rows.items()}
-    count = next(iter(counts.values()))
-    start = None if warm_start is None else _starts(problem, count, warm_start)
-    try:
-        raw = _core.solve_batch(problem, resolve(settings, overrides), count, threads, **arrays, start=start)
-    except _core.CoreError as error:
-        raise ProblemError(str(error)) from None
-    status = np.empty(len(raw.status), dtype=object)
-    status[:] = [Status[name] for name in raw.status]
-    fields = BatchSolution.__dataclass_fields__
-    return BatchSolution(status=status, **{name: getattr(raw, name) for name in fields if name != "status"})
+    return {name.lower(): value for name, value in rows.items()}, next(iter(counts.values()))
 
 
 def _rows(name: str, value: ArrayLike, width: int) -> Array:

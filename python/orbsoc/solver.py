@@ -138,13 +138,13 @@ class Solver:
 def resolve(settings: Settings | None, overrides: Mapping[str, Any]) -> Settings:
     """The settings with overrides; TypeError names an unknown one."""
     base = DEFAULTS if settings is None else settings
-    _check_type("settings", base, Settings)
+    check_type("settings", base, Settings)
     return replace(base, **overrides) if overrides else base
 
 
 def engine(problem: Problem, settings: Settings) -> _core.Engine:
     """A native engine; what the core refuses becomes a ProblemError."""
-    _check_type("problem", problem, Problem)
+    check_type("problem", problem, Problem)
     try:
         return _core.Engine(problem, settings)
     except _core.CoreError as error:
@@ -182,7 +182,7 @@ def _check_shape(name: str, value: Any, wanted: tuple[int, ...]) -> None:
     raise ProblemError(f"`{name}` has shape {shape}, but the solver was set up for {wanted}")
 
 
-def _check_type(name: str, value: object, wanted: type) -> None:
+def check_type(name: str, value: object, wanted: type) -> None:
     if not isinstance(value, wanted):
         raise TypeError(f"`{name}` is a {type(value).__name__}; it must be an orbsoc.{wanted.__name__}")
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from scipy import sparse
@@ -146,3 +148,43 @@ def test_a_point_that_does_not_fit_is_named() -> None:
         orbsoc.solve_batch(BASE, h=np.tile(BASE.h, (2, 1)), warm_start=short)
     with pytest.raises(TypeError, match="`warm_start` is a bool"):
         orbsoc.solve_batch(BASE, h=np.tile(BASE.h, (2, 1)), warm_start=True)  # type: ignore[arg-type]
+
+
+def test_a_solver_gives_every_batch_the_bits_of_a_fresh_one() -> None:
+    """Batches of other sizes, an infeasible one and a refused one in between."""
+    solver = orbsoc.BatchSolver(BASE, threads=2)
+    first = drawn(37)
+    before = solver.solve(**first)
+    solver.solve(b=np.full((11, 1), 50.0))
+    spoilt = first["c"].copy()
+    spoilt[20, 1] = np.nan
+    with pytest.raises(ProblemError, match="`c` has NaN at entry 1"):
+        solver.solve(c=spoilt)
+    second = drawn(5, seed=3)
+    for data, found in ((first, solver.solve(**first)), (second, solver.solve(**second))):
+        fresh = orbsoc.solve_batch(BASE, **data)
+        for name in ("x", "y", "z", "s", "iterations", "primal_residual"):
+            np.testing.assert_array_equal(getattr(found, name), getattr(fresh, name), strict=True)
+        assert found.message == fresh.message
+    assert before.x.tobytes() == orbsoc.solve_batch(BASE, **first).x.tobytes()
+    assert before.setup_s > 0.0
+
+
+def test_misuse_of_a_solver_is_named() -> None:
+    with pytest.raises(ProblemError, match="`threads` is -1; it must be at least 1"):
+        orbsoc.BatchSolver(BASE, threads=-1)
+    with pytest.raises(TypeError, match="`problem` is a list"):
+        orbsoc.BatchSolver([])  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="tolerance"):
+        orbsoc.BatchSolver(BASE, tolerance=1e-3)
+
+
+def test_a_second_thread_is_told_that_a_solver_is_busy() -> None:
+    """Whichever of the two comes second."""
+    solver = orbsoc.BatchSolver(BASE)
+    data = {"c": np.tile(drawn(200)["c"], (500, 1))}
+    with ThreadPoolExecutor(2) as pool:
+        both = [pool.submit(solver.solve, **data) for _ in range(2)]
+    refused = [run.exception() for run in both if run.exception()]
+    assert [len(run.result()) for run in both if not run.exception()] == [100_000]
+    assert ["already solving" in str(error) for error in refused] == [True]

@@ -117,7 +117,7 @@ def test_the_scheduler_never_asks_the_engine_for_a_whole_solve(monkeypatch: pyte
 
     monkeypatch.setattr(scheduler, "engine", watched)
     assert PsScheduler()(PROBLEM).status is Status.SOLVED
-    assert set(engines[0].asked) == {"run", "buffer_words", "finish", "events"}
+    assert set(engines[0].asked) == {"run", "buffer_words", "begin_again", "finish", "events"}
     with pytest.raises(AssertionError, match="whole solve"):
         engines[0].solve()
 

@@ -82,7 +82,7 @@ class PsScheduler:
         with _ctrl_c_stops(native):
             warm = words is not None and native.start_from(words)
             driver.run(warm=warm, observe=observe)
-            if warm and native.fall_back():
+            while native.begin_again():
                 driver.run(observe=observe)
         solution = solution_of(native.finish(time.perf_counter() - started))
         self._recorder.add(problem, chosen, native, solution)

@@ -3,7 +3,7 @@
 use crate::arguments::Plan;
 use crate::stages::{self, StageTimes};
 use crate::Failure;
-use orbsoc::{Engine, Problem, Settings, Solution};
+use orbsoc::{BatchSolver, Engine, Problem, Settings, Solution};
 use std::time::Instant;
 
 /// Median and quartiles in microseconds.
@@ -49,6 +49,10 @@ pub fn measure(problems: &[(String, Problem)], plan: &Plan) -> Result<Vec<Measur
     let mut solves = setups.clone();
     let mut solutions = Vec::new();
     let mut batches = setups.clone();
+    let mut lanes = Vec::new();
+    for (name, problem) in problems.iter().filter(|_| plan.batch > 0) {
+        lanes.push(BatchSolver::new(problem, &settings, 1).map_err(|e| format!("{name}: {e}"))?);
+    }
     let mut clocks = vec![stages::Clocks::default(); problems.len()];
     for repeat in 0..plan.repeats {
         for (k, (name, problem)) in problems.iter().enumerate() {
@@ -62,9 +66,9 @@ pub fn measure(problems: &[(String, Problem)], plan: &Plan) -> Result<Vec<Measur
             if repeat == 0 {
                 solutions.push(solution);
             }
-            if plan.batch > 0 {
+            if let Some(solver) = lanes.get_mut(k) {
                 let start = Instant::now();
-                variants(problem, plan.batch, &settings).map_err(refuse)?;
+                variants(solver, plan.batch).map_err(refuse)?;
                 batches[k].push(microseconds(start) / plan.batch as f64);
             }
             if plan.stages {
@@ -87,8 +91,8 @@ pub fn measure(problems: &[(String, Problem)], plan: &Plan) -> Result<Vec<Measur
 }
 
 /// Solve variants of a problem, whose c, b and h differ by up to a thousandth of each number.
-fn variants(base: &Problem, count: usize, settings: &Settings) -> Result<Vec<Solution>, orbsoc::Error> {
-    let vary = |k: usize, problem: &mut Problem| {
+fn variants(solver: &mut BatchSolver, count: usize) -> Result<Vec<Solution>, orbsoc::Error> {
+    solver.solve(count, |k, problem| {
         let mut state = k as u64;
         let mut varied = |numbers: &[f64]| -> Vec<f64> {
             let mut vary = |&x: &f64| {
@@ -97,11 +101,11 @@ fn variants(base: &Problem, count: usize, settings: &Settings) -> Result<Vec<Sol
             };
             numbers.iter().map(&mut vary).collect()
         };
-        problem.set_c(&varied(base.c()))?;
-        problem.set_b(&varied(base.b()))?;
-        problem.set_h(&varied(base.h()))
-    };
-    orbsoc::solve_batch(base, count, vary, settings, 1)
+        let [c, b, h] = [problem.c(), problem.b(), problem.h()].map(&mut varied);
+        problem.set_c(&c)?;
+        problem.set_b(&b)?;
+        problem.set_h(&h)
+    })
 }
 
 /// Since `start`.

@@ -1,10 +1,11 @@
 //! Many problems of one pattern.
 
-use crate::convert::{problem, refuse, settings};
+use crate::convert::{one_at_a_time, problem, refuse, settings};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use orbsoc::{Error, Problem, Solution, Start};
 use pyo3::prelude::*;
-use std::time::Instant;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
 
 /// One row of numbers a problem, or nothing: then the base problem's numbers are shared.
 type Rows<'py> = Option<PyReadonlyArray2<'py, f64>>;
@@ -28,73 +29,103 @@ pub struct RawBatch {
     gap: Py<PyArray1<f64>>,
     radius: Py<PyArray1<f64>>,
     warm_start: Vec<&'static str>,
+    setup_s: f64,
     solve_s: f64,
 }
 
-/// Solve `count` problems; the arrays are C-contiguous, one row a problem.
-#[pyfunction]
-#[pyo3(signature = (problem_, settings_, count, threads, *, p=None, c=None, a=None, b=None, g=None, h=None, start=None))]
-#[allow(clippy::too_many_arguments)] // the six parts of a problem
-#[allow(clippy::needless_pass_by_value)] // extracted arguments
-pub fn solve_batch(
-    py: Python<'_>,
-    problem_: &Bound<'_, PyAny>,
-    settings_: &Bound<'_, PyAny>,
-    count: usize,
-    threads: usize,
-    p: Rows<'_>,
-    c: Rows<'_>,
-    a: Rows<'_>,
-    b: Rows<'_>,
-    g: Rows<'_>,
-    h: Rows<'_>,
-    start: Option<[PyReadonlyArray2<'_, f64>; 4]>,
-) -> PyResult<RawBatch> {
-    let (base, settings) = (problem(problem_)?, settings(settings_)?);
-    let arrays = [&p, &c, &a, &b, &g, &h].map(Option::as_ref);
-    let mut views = Vec::with_capacity(arrays.len());
-    for array in arrays {
-        views.push(array.map(|a| a.as_slice().map(|s| (s, a.as_array().ncols()))).transpose()?);
-    }
-    let setters: [Setter; 6] = [
-        Problem::set_p_values,
-        Problem::set_c,
-        Problem::set_a_values,
-        Problem::set_b,
-        Problem::set_g_values,
-        Problem::set_h,
-    ];
-    let write = |k: usize, problem: &mut Problem| {
-        for (view, set) in views.iter().zip(setters) {
-            if let Some((words, width)) = view {
-                set(problem, &words[k * width..(k + 1) * width])?;
-            }
-        }
-        Ok(())
-    };
-    let mut points: Vec<(&[f64], usize)> = Vec::new();
-    for array in start.iter().flatten() {
-        points.push((array.as_slice()?, array.as_array().ncols()));
-    }
-    let point = |k: usize| {
-        let [x, y, z, s] = [0, 1, 2, 3].map(|part| {
-            let (words, width): (&[f64], usize) = points[part];
-            &words[k * width..(k + 1) * width]
-        });
-        Start { x, y, z, s }
-    };
-    let clock = Instant::now();
-    let solutions = py.detach(|| {
-        if points.is_empty() {
-            orbsoc::solve_batch(&base, count, write, &settings, threads)
-        } else {
-            orbsoc::solve_batch_from(&base, count, write, point, &settings, threads)
-        }
-    });
-    raw(py, &base, &solutions.map_err(refuse)?, clock.elapsed().as_secs_f64())
+/// One batch at a time: a second thread is told so.
+#[pyclass(module = "orbsoc._core", frozen)]
+pub struct BatchSolver(Mutex<State>);
+
+struct State {
+    inner: orbsoc::BatchSolver,
+    base: Problem,
+    setup: Duration,
 }
 
-fn raw(py: Python<'_>, base: &Problem, solutions: &[Solution], solve_s: f64) -> PyResult<RawBatch> {
+#[pymethods]
+impl BatchSolver {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        problem_: &Bound<'_, PyAny>,
+        settings_: &Bound<'_, PyAny>,
+        threads: usize,
+    ) -> PyResult<Self> {
+        let (base, settings) = (problem(problem_)?, settings(settings_)?);
+        py.detach(|| {
+            let clock = Instant::now();
+            let inner = orbsoc::BatchSolver::new(&base, &settings, threads).map_err(refuse)?;
+            Ok(Self(Mutex::new(State { inner, base, setup: clock.elapsed() })))
+        })
+    }
+
+    /// Solve `count` problems; the arrays are C-contiguous, one row a problem.
+    #[pyo3(signature = (count, *, p=None, c=None, a=None, b=None, g=None, h=None, start=None))]
+    #[allow(clippy::too_many_arguments)] // the six parts of a problem
+    #[allow(clippy::needless_pass_by_value)] // extracted arguments
+    fn solve(
+        &self,
+        py: Python<'_>,
+        count: usize,
+        p: Rows<'_>,
+        c: Rows<'_>,
+        a: Rows<'_>,
+        b: Rows<'_>,
+        g: Rows<'_>,
+        h: Rows<'_>,
+        start: Option<[PyReadonlyArray2<'_, f64>; 4]>,
+    ) -> PyResult<RawBatch> {
+        let mut views = Vec::with_capacity(6);
+        for array in [&p, &c, &a, &b, &g, &h].map(Option::as_ref) {
+            views.push(array.map(view).transpose()?);
+        }
+        let setters: [Setter; 6] = [
+            Problem::set_p_values,
+            Problem::set_c,
+            Problem::set_a_values,
+            Problem::set_b,
+            Problem::set_g_values,
+            Problem::set_h,
+        ];
+        let write = |k: usize, problem: &mut Problem| {
+            for (view, set) in views.iter().zip(setters) {
+                if let Some((words, width)) = view {
+                    set(problem, &words[k * width..(k + 1) * width])?;
+                }
+            }
+            Ok(())
+        };
+        let points = start.iter().flatten().map(view).collect::<PyResult<Vec<_>>>()?;
+        let point = |k: usize| {
+            let [x, y, z, s] = [0, 1, 2, 3].map(|part| {
+                let (words, width): (&[f64], usize) = points[part];
+                &words[k * width..(k + 1) * width]
+            });
+            Start { x, y, z, s }
+        };
+        let state = &mut *one_at_a_time(&self.0)?;
+        let inner = &mut state.inner;
+        let clock = Instant::now();
+        let solutions = py.detach(|| {
+            if points.is_empty() {
+                inner.solve(count, write)
+            } else {
+                inner.solve_from(count, write, point)
+            }
+        });
+        let elapsed = clock.elapsed();
+        raw(py, state, &solutions.map_err(refuse)?, elapsed)
+    }
+}
+
+/// The words of an array, and how many of them are a problem's.
+fn view<'a>(array: &'a PyReadonlyArray2<'_, f64>) -> PyResult<(&'a [f64], usize)> {
+    Ok((array.as_slice()?, array.as_array().ncols()))
+}
+
+fn raw(py: Python<'_>, state: &State, solutions: &[Solution], elapsed: Duration) -> PyResult<RawBatch> {
+    let base = &state.base;
     let rows = |width: usize, of: fn(&Solution) -> &Vec<f64>| -> PyResult<Py<PyArray2<f64>>> {
         let words: Vec<f64> = solutions.iter().flat_map(|s| of(s).iter().copied()).collect();
         Ok(words.into_pyarray(py).reshape([solutions.len(), width])?.unbind())
@@ -121,6 +152,7 @@ fn raw(py: Python<'_>, base: &Problem, solutions: &[Solution], solve_s: f64) -> 
         gap: column(|s| s.certificate.gap),
         radius: column(|s| s.certificate.radius),
         warm_start: solutions.iter().map(|s| s.warm_start.name()).collect(),
-        solve_s,
+        setup_s: state.setup.as_secs_f64(),
+        solve_s: elapsed.as_secs_f64(),
     })
 }

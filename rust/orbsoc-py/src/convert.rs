@@ -2,12 +2,23 @@
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use orbsoc::{Cones, Csc, Error, Problem, Settings};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
+use std::sync::{Mutex, MutexGuard};
 
 pyo3::create_exception!(_core, CoreError, PyValueError, "The solver core refused its input.");
+
+/// What a solver's lock guards, if nobody is solving with it.
+pub fn one_at_a_time<S>(state: &Mutex<S>) -> PyResult<MutexGuard<'_, S>> {
+    state.try_lock().map_err(|_| {
+        PyRuntimeError::new_err(
+            "this solver is already solving, in another thread or in the caller of this callback; \
+             use one Solver for each thread",
+        )
+    })
+}
 
 #[allow(clippy::needless_pass_by_value)] // the shape map_err wants
 pub fn refuse(error: Error) -> PyErr {

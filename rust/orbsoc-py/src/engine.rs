@@ -1,10 +1,10 @@
 //! The engine as a Python object.
 
-use crate::convert::{problem, refuse, replace_numbers, settings};
+use crate::convert::{one_at_a_time, problem, refuse, replace_numbers, settings};
 use core::ops::ControlFlow;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use orbsoc::{Buffer, Error, Outcome, Problem, Progress, Solution, Stage, Start};
-use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt, PyRuntimeError};
+use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::{Mutex, MutexGuard};
@@ -149,10 +149,10 @@ impl Engine {
     }
 
     /// Whether the walk that ended is to be followed by a cold one, for which the engine is then ready.
-    fn fall_back(&self) -> PyResult<bool> {
+    fn begin_again(&self) -> PyResult<bool> {
         let inner = &mut self.state()?.inner;
-        let status = inner.conclude().status;
-        Ok(inner.fall_back(status))
+        let solution = inner.conclude();
+        Ok(inner.begin_again(&solution))
     }
 
     /// Run one stage: NEXT, REPEAT or DONE.
@@ -208,12 +208,7 @@ impl Engine {
 
 impl Engine {
     fn state(&self) -> PyResult<MutexGuard<'_, State>> {
-        self.0.try_lock().map_err(|_| {
-            PyRuntimeError::new_err(
-                "this solver is already solving, in another thread or in the caller of this callback; \
-                 use one Solver for each thread",
-            )
-        })
+        one_at_a_time(&self.0)
     }
 }
 

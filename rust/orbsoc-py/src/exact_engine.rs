@@ -1,11 +1,11 @@
 //! The engine whose buffers are laid out as the tapes' are, word by word: one side of a comparison with the RTL.
 
-use crate::convert::{problem, refuse, settings};
+use crate::convert::{one_at_a_time, problem, refuse, settings};
 use crate::engine::{raw_solution, stage_of, RawSolution, DONE, NEXT, REPEAT};
 use crate::hardware::HardwareError;
 use numpy::{PyArray1, PyReadonlyArray1};
 use orbsoc::{Buffer, Decide, Outcome};
-use pyo3::exceptions::{PyKeyError, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::{Mutex, MutexGuard};
@@ -154,7 +154,7 @@ impl ExactEngine {
 
 impl ExactEngine {
     fn state(&self) -> PyResult<MutexGuard<'_, Either>> {
-        self.0.try_lock().map_err(|_| PyRuntimeError::new_err("this engine is in use in another thread"))
+        one_at_a_time(&self.0)
     }
 }
 

@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _core {
     #[pymodule_export]
-    use super::batch::{solve_batch, RawBatch};
+    use super::batch::{BatchSolver, RawBatch};
     #[pymodule_export]
     use super::convert::CoreError;
     #[pymodule_export]

@@ -1,9 +1,9 @@
 //! The engine of two precisions as a Python object.
 
-use crate::convert::{problem, refuse, settings};
+use crate::convert::{one_at_a_time, problem, refuse, settings};
 use crate::engine::{raw_solution, stage_of, RawSolution, DONE, NEXT, REPEAT};
 use orbsoc::{Buffer, Module, Narrow, Outcome, Stage};
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::{Mutex, MutexGuard};
@@ -72,7 +72,7 @@ impl MixedEngine {
 
 impl MixedEngine {
     fn state(&self) -> PyResult<MutexGuard<'_, (orbsoc::MixedEngine, Duration)>> {
-        self.0.try_lock().map_err(|_| PyRuntimeError::new_err("this engine is in use in another thread"))
+        one_at_a_time(&self.0)
     }
 }
 

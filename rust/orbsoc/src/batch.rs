@@ -5,33 +5,147 @@
 //! set iterates when it is full, so one hard problem does not hold the others. Every problem's bits are those of its own
 //! single solve, wherever it ran.
 
+use crate::crew::{Crew, StartOf, Work};
 use crate::error::Error;
 use crate::problem::Problem;
-use crate::real::{Decide, Lanes};
-use crate::seats::{Seat, Seats};
+use crate::real::Lanes;
 use crate::settings::Settings;
-use crate::solution::{Solution, WarmStart};
-use crate::stage::{STARTUP, WARM_STARTUP};
+use crate::solution::Solution;
 use crate::structure::Structure;
 use crate::warm_start::Start;
+use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
-/// Solve `count` problems of the pattern of `base` on `threads` threads. `write(k, problem)` puts
-/// problem k's numbers into a copy of `base`; it must leave the pattern alone.
+/// A pattern made ready for batches, for one after another: each thread keeps the lanes that it has made when it first
+/// had a problem to solve.
 ///
 /// ```
-/// use orbsoc::{solve_batch, Cones, Csc, Problem, Settings};
+/// use orbsoc::{BatchSolver, Cones, Csc, Problem, Settings};
 /// let g = Csc::from_dense(&[&[-1.0]], 1);
 /// let base = Problem::new(None, vec![1.0], None, vec![], Some(g), vec![0.0], Cones { l: 1, q: vec![] })?;
-/// let at_least = |k: usize, problem: &mut Problem| problem.set_h(&[-(k as f64)]);
-/// let solutions = solve_batch(&base, 20, at_least, &Settings::default(), 1)?;
-/// assert!(solutions.iter().enumerate().all(|(k, s)| (s.x[0] - k as f64).abs() < 1e-7));
+/// let mut solver = BatchSolver::new(&base, &Settings::default(), 1)?;
+/// for shift in [0.0, 0.5] {
+///     let solutions = solver.solve(20, |k, problem| problem.set_h(&[shift - (k as f64)]))?;
+///     assert!(solutions.iter().enumerate().all(|(k, s)| (s.x[0] + shift - k as f64).abs() < 1e-7));
+/// }
 /// # Ok::<(), orbsoc::Error>(())
 /// ```
+pub struct BatchSolver {
+    base: Problem,
+    structure: Arc<Structure>,
+    settings: Settings,
+    /// One for each thread that has solved a problem.
+    crews: Vec<Option<Box<dyn Work>>>,
+    pool: Option<rayon::ThreadPool>,
+}
+
+impl BatchSolver {
+    /// Analyse the pattern of `base`, and start `threads` threads if there are to be several.
+    ///
+    /// # Errors
+    /// As [`crate::Engine::new`], and [`Error::Threads`] when the system has no threads to give.
+    pub fn new(base: &Problem, settings: &Settings, threads: usize) -> Result<Self, Error> {
+        settings.validate()?;
+        let structure = Arc::new(Structure::for_lanes(base)?);
+        let pool = match threads {
+            0 | 1 => None,
+            _ => Some(rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(no_threads)?),
+        };
+        let crews = (0..threads.max(1)).map(|_| None).collect();
+        Ok(Self { base: base.clone(), structure, settings: settings.clone(), crews, pool })
+    }
+
+    /// Solve `count` problems. `write(k, problem)` puts problem k's numbers into a copy of the base; it must leave
+    /// the pattern alone.
+    ///
+    /// # Errors
+    /// What `write` returns, and [`Error::PatternChanged`] when it changed more than numbers.
+    pub fn solve(
+        &mut self,
+        count: usize,
+        write: impl Fn(usize, &mut Problem) -> Result<(), Error> + Sync,
+    ) -> Result<Vec<Solution>, Error> {
+        self.run(count, write, None)
+    }
+
+    /// As [`BatchSolver::solve`], each problem from a point nearby; see [`crate::Engine::solve_from`].
+    ///
+    /// # Errors
+    /// As [`BatchSolver::solve`], and [`Error::Dimension`] naming the part of a point whose length does not fit.
+    pub fn solve_from<'a>(
+        &mut self,
+        count: usize,
+        write: impl Fn(usize, &mut Problem) -> Result<(), Error> + Sync,
+        start: impl Fn(usize) -> Start<'a> + Sync,
+    ) -> Result<Vec<Solution>, Error> {
+        self.run(count, write, Some(&start))
+    }
+
+    fn run(
+        &mut self,
+        count: usize,
+        write: impl Fn(usize, &mut Problem) -> Result<(), Error> + Sync,
+        start: Option<StartOf<'_, '_>>,
+    ) -> Result<Vec<Solution>, Error> {
+        let Self { base, structure, settings, crews, pool } = self;
+        let (base, structure, settings) = (&*base, &*structure, &*settings);
+        let next = AtomicUsize::new(0);
+        let solved = Mutex::new(vec![None; count]);
+        let work = |crew: &mut Option<Box<dyn Work>>| {
+            if next.load(Ordering::Relaxed) >= count {
+                return Ok(());
+            }
+            let crew = match crew {
+                Some(crew) => crew,
+                None => crew.insert(lanes(structure, settings)?),
+            };
+            let mut take = |problem: &mut Problem| {
+                let k = next.fetch_add(1, Ordering::Relaxed);
+                if k >= count {
+                    return Ok(None);
+                }
+                problem.copy_numbers(base);
+                write(k, problem)?;
+                base.same_pattern(problem)?;
+                Ok(Some(k))
+            };
+            let mut done = |k: usize, solution| {
+                if let Ok(mut solved) = solved.lock() {
+                    solved[k] = Some(solution);
+                }
+            };
+            crew.work(base, &mut take, start, &mut done)
+        };
+        match pool {
+            Some(pool) => pool.install(|| crews.par_iter_mut().with_max_len(1).try_for_each(work))?,
+            None => crews.iter_mut().try_for_each(work)?,
+        }
+        let solved = solved.into_inner().unwrap_or_default();
+        Ok(solved.into_iter().flatten().collect())
+    }
+}
+
+/// Of the machine's instruction set.
+fn lanes(structure: &Arc<Structure>, settings: &Settings) -> Result<Box<dyn Work>, Error> {
+    Ok(match pulp::Arch::new() {
+        #[cfg(target_arch = "x86_64")]
+        pulp::Arch::V4(_) => Box::new(Crew::<Lanes<pulp::x86::V4>>::new(structure, settings)?),
+        #[cfg(target_arch = "x86_64")]
+        pulp::Arch::V3(_) => Box::new(Crew::<Lanes<pulp::x86::V3_512b>>::new(structure, settings)?),
+        _ => Box::new(Crew::<Lanes<pulp::Scalar512b>>::new(structure, settings)?),
+    })
+}
+
+#[allow(clippy::needless_pass_by_value)] // `map_err` hands it over
+fn no_threads(error: rayon::ThreadPoolBuildError) -> Error {
+    Error::Threads(error.to_string())
+}
+
+/// Solve one batch; see [`BatchSolver`], which solves one after another.
 ///
 /// # Errors
-/// As [`crate::Engine::new`], and [`Error::PatternChanged`] when `write` changed more than numbers.
+/// As [`BatchSolver::new`] and [`BatchSolver::solve`].
 pub fn solve_batch(
     base: &Problem,
     count: usize,
@@ -39,13 +153,13 @@ pub fn solve_batch(
     settings: &Settings,
     threads: usize,
 ) -> Result<Vec<Solution>, Error> {
-    solve(base, count, write, None, settings, threads)
+    BatchSolver::new(base, settings, threads)?.solve(count, write)
 }
 
-/// As [`solve_batch`], each problem from a point nearby; see [`crate::Engine::solve_from`].
+/// As [`solve_batch`], each problem from a point nearby.
 ///
 /// # Errors
-/// As [`solve_batch`], and [`Error::Dimension`] naming the part of a point whose length does not fit.
+/// As [`BatchSolver::new`] and [`BatchSolver::solve_from`].
 pub fn solve_batch_from<'a>(
     base: &Problem,
     count: usize,
@@ -54,178 +168,9 @@ pub fn solve_batch_from<'a>(
     settings: &Settings,
     threads: usize,
 ) -> Result<Vec<Solution>, Error> {
-    solve(base, count, write, Some(&start), settings, threads)
-}
-
-/// Each problem's point to start from.
-type StartOf<'f, 'a> = &'f (dyn Fn(usize) -> Start<'a> + Sync);
-
-fn solve(
-    base: &Problem,
-    count: usize,
-    write: impl Fn(usize, &mut Problem) -> Result<(), Error> + Sync,
-    start: Option<StartOf<'_, '_>>,
-    settings: &Settings,
-    threads: usize,
-) -> Result<Vec<Solution>, Error> {
-    let structure = Arc::new(Structure::for_lanes(base)?);
-    let next = AtomicUsize::new(0);
-    let solved = Mutex::new(vec![None; count]);
-    let worker = || -> Result<(), Error> {
-        let take = |problem: &mut Problem| {
-            let k = next.fetch_add(1, Ordering::Relaxed);
-            if k >= count {
-                return Ok(None);
-            }
-            problem.copy_numbers(base);
-            write(k, problem)?;
-            base.same_pattern(problem)?;
-            Ok(Some(k))
-        };
-        let done = |k: usize, solution| {
-            if let Ok(mut solved) = solved.lock() {
-                solved[k] = Some(solution);
-            }
-        };
-        match pulp::Arch::new() {
-            #[cfg(target_arch = "x86_64")]
-            pulp::Arch::V4(_) => {
-                Crew::<Lanes<pulp::x86::V4>>::new(&structure, settings)?.work(base, take, start, done)
-            }
-            #[cfg(target_arch = "x86_64")]
-            pulp::Arch::V3(_) => {
-                Crew::<Lanes<pulp::x86::V3_512b>>::new(&structure, settings)?.work(base, take, start, done)
-            }
-            _ => Crew::<Lanes<pulp::Scalar512b>>::new(&structure, settings)?.work(base, take, start, done),
-        }
-    };
-    if threads <= 1 {
-        worker()?;
-    } else {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.map_err(|e| Error::Symbolic(format!("no thread pool: {e}")))?;
-        pool.broadcast(|_| worker()).into_iter().collect::<Result<(), Error>>()?;
-    }
-    let solved = solved.into_inner().unwrap_or_default();
-    Ok(solved.into_iter().flatten().collect())
+    BatchSolver::new(base, settings, threads)?.solve_from(count, write, start)
 }
 
 #[cfg(test)]
 #[path = "batch_tests.rs"]
 mod tests;
-
-/// One thread's lanes: the problems that began together, and those left over by earlier cohorts.
-struct Crew<T> {
-    cohort: Seats<T>,
-    /// Made when first needed: in many batches all problems of a cohort end with the same iteration.
-    stragglers: Option<Seats<T>>,
-    /// Problems whose warm start failed, for a cold one.
-    again: Vec<Seat>,
-    /// Problems whose memory the next ones take.
-    spare: Vec<Problem>,
-}
-
-impl<T: Decide> Crew<T> {
-    /// With this many problems left, a cohort makes room for the next.
-    const FEW: usize = T::LANES / 2;
-
-    fn new(structure: &Arc<Structure>, settings: &Settings) -> Result<Self, Error> {
-        let cohort = Seats::new(structure, settings)?;
-        Ok(Self { cohort, stragglers: None, again: Vec::new(), spare: Vec::new() })
-    }
-
-    /// Solve what `take` hands out, from the points of `start`, until it has no more; give each solution to `done`.
-    fn work(
-        &mut self,
-        base: &Problem,
-        mut take: impl FnMut(&mut Problem) -> Result<Option<usize>, Error>,
-        start: Option<StartOf<'_, '_>>,
-        mut done: impl FnMut(usize, Solution),
-    ) -> Result<(), Error> {
-        loop {
-            let arriving = self.arriving(base, &mut take)?;
-            if !arriving.is_empty() {
-                self.make_room(&mut done)?;
-                self.begin(arriving, start)?;
-                self.cohort.iterate_until(Self::FEW);
-                let ended = self.cohort.dismiss();
-                self.hand_over(ended, &mut done);
-            } else if self.stragglers.is_some() {
-                self.make_room(&mut done)?;
-                let Some(mut stragglers) = self.stragglers.take() else { continue };
-                stragglers.iterate_until(0);
-                self.hand_over(stragglers.dismiss(), &mut done);
-            } else if self.cohort.busy() > 0 {
-                self.cohort.iterate_until(0);
-                let ended = self.cohort.dismiss();
-                self.hand_over(ended, &mut done);
-            } else {
-                return Ok(());
-            }
-        }
-    }
-
-    /// The next problems, at most one for each lane. Those whose warm start failed come once they fill the lanes or
-    /// nothing else is left.
-    fn arriving(
-        &mut self,
-        base: &Problem,
-        take: &mut impl FnMut(&mut Problem) -> Result<Option<usize>, Error>,
-    ) -> Result<Vec<Seat>, Error> {
-        let mut arriving = Vec::with_capacity(T::LANES);
-        while self.again.len() < T::LANES && arriving.len() < T::LANES {
-            let mut problem = self.spare.pop().unwrap_or_else(|| base.clone());
-            let Some(index) = take(&mut problem)? else {
-                self.spare.push(problem);
-                break;
-            };
-            arriving.push(Seat::new(index, problem, self.cohort.settings()));
-        }
-        if arriving.is_empty() {
-            arriving.extend(self.again.drain(..self.again.len().min(T::LANES)));
-        }
-        Ok(arriving)
-    }
-
-    /// Bring problems to their starting points: warm where there are such, but for those that have tried.
-    fn begin(&mut self, arriving: Vec<Seat>, start: Option<StartOf<'_, '_>>) -> Result<(), Error> {
-        let tried = arriving.iter().all(|seat| seat.control.warm_start == WarmStart::FellBack);
-        self.cohort.seat(arriving);
-        if let Some(start) = start.filter(|_| !tried) {
-            self.again.extend(self.cohort.load_starts(start)?);
-            self.cohort.begin(WARM_STARTUP);
-        } else {
-            self.cohort.begin(STARTUP);
-        }
-        Ok(())
-    }
-
-    /// Move what is left of the cohort to the stragglers; when those are full, they iterate until one has ended.
-    fn make_room(&mut self, done: &mut impl FnMut(usize, Solution)) -> Result<(), Error> {
-        while self.cohort.busy() > 0 {
-            let mut stragglers = match self.stragglers.take() {
-                Some(stragglers) => stragglers,
-                None => self.cohort.another()?,
-            };
-            if stragglers.busy() == T::LANES {
-                stragglers.iterate_until(T::LANES - 1);
-                self.hand_over(stragglers.dismiss(), done);
-            }
-            self.cohort.move_into(&mut stragglers);
-            self.stragglers = Some(stragglers);
-        }
-        Ok(())
-    }
-
-    /// Give the solutions of those that have ended to `done`; who fell back from a warm start comes again.
-    fn hand_over(&mut self, ended: Vec<(Seat, Solution)>, done: &mut impl FnMut(usize, Solution)) {
-        for (seat, solution) in ended {
-            if let Some(control) = seat.control.fall_back(solution.status) {
-                self.again.push(Seat { control, ..seat });
-            } else {
-                done(seat.index, solution);
-                self.spare.push(seat.problem);
-            }
-        }
-    }
-}

@@ -1,6 +1,6 @@
 //! Every instruction set's lanes, whatever the machine would choose by itself.
 
-use super::{Crew, StartOf};
+use crate::crew::{Crew, StartOf, Work};
 use crate::oracle::{mixed_problem, Numbers};
 use crate::real::{Decide, Lanes};
 use crate::structure::Structure;
@@ -22,13 +22,13 @@ fn in_lanes_from<T: Decide>(base: &Problem, start: Option<StartOf<'_, '_>>) -> V
     let structure = Arc::new(Structure::for_lanes(base).unwrap());
     let mut crew = Crew::<T>::new(&structure, &Settings::default()).unwrap();
     let (mut next, mut solved) = (0, vec![None; COUNT]);
-    let take = |problem: &mut Problem| {
+    let mut take = |problem: &mut Problem| {
         problem.copy_numbers(base);
         vary(next, problem);
         next += 1;
         Ok((next <= COUNT).then_some(next - 1))
     };
-    crew.work(base, take, start, |k, solution| solved[k] = Some(solution)).unwrap();
+    crew.work(base, &mut take, start, &mut |k, solution| solved[k] = Some(solution)).unwrap();
     solved.into_iter().map(Option::unwrap).collect()
 }
 

@@ -30,15 +30,19 @@ const SHORT_STEP: f64 = 1e-4;
 const HIGHEST_START: f64 = 0.5;
 /// A step as short as this after a warm start says that the point was too near the boundary.
 const STUCK: f64 = 0.01;
+/// Share of `refinement_share` that a walk refines to when the one before it has stalled.
+pub(crate) const CAREFUL: f64 = 0.1;
 
 #[derive(Clone, Debug, Default)]
 #[allow(clippy::struct_excessive_bools)] // independent facts about one walk, no state machine
 pub(crate) struct Control {
     /// Steps taken since the last start.
     pub iteration: u32,
-    /// Steps of a warm start that was given up.
+    /// Steps of earlier walks of the same solve.
     spent: u32,
     pub warm_start: WarmStart,
+    /// This walk follows one that stalled, with linear solves of more accuracy.
+    pub careful: bool,
     /// Refinement steps of the whole solve.
     pub refinements: u32,
     /// Set from outside to stop at the next statistics.
@@ -70,9 +74,10 @@ impl Control {
         Self { best: f64::INFINITY, deadline, ..Self::default() }
     }
 
-    /// For the cold start that is to follow a warm one which ended with `status`, if one is: it proved neither a
-    /// solution nor that there is none, and neither the clock nor the user ended it.
-    pub fn fall_back(&self, status: Status) -> Option<Self> {
+    /// For the cold walk that is to follow this one, which ended with `status`, if one is: this one proved neither a
+    /// solution nor that there is none, neither the clock nor the user ended it, and it had started warm, or it stalled
+    /// for the first time.
+    pub fn again(&self, status: Status) -> Option<Self> {
         let settled = matches!(
             status,
             Status::Solved
@@ -81,18 +86,31 @@ impl Control {
                 | Status::MaxTime
                 | Status::Interrupted
         );
-        (self.warm_start == WarmStart::Used && !settled).then(|| self.fallen_back())
+        if settled {
+            None
+        } else if self.warm_start == WarmStart::Used {
+            Some(self.fallen_back())
+        } else if self.stop == Some(Stop::Stalled) && !self.careful {
+            Some(Self { careful: true, ..self.anew() })
+        } else {
+            None
+        }
     }
 
-    /// For a cold start after a warm one: the clock and the counts go on.
+    /// For a cold start after a warm one.
     pub fn fallen_back(&self) -> Self {
+        Self { warm_start: WarmStart::FellBack, ..self.anew() }
+    }
+
+    /// For another walk of the same solve: the clock and the counts go on.
+    fn anew(&self) -> Self {
         Self {
             best: f64::INFINITY,
             deadline: self.deadline,
             interrupted: self.interrupted,
             refinements: self.refinements,
             spent: self.spent + self.iteration,
-            warm_start: WarmStart::FellBack,
+            warm_start: self.warm_start,
             ..Self::default()
         }
     }

@@ -1,6 +1,7 @@
 //! A pattern's buffers in arithmetic `T`, and the arithmetic of each stage on them. No decisions:
 //! engines and batches decide.
 
+use crate::control::CAREFUL;
 use crate::error::Error;
 use crate::execute::execute;
 use crate::problem::Problem;
@@ -62,6 +63,21 @@ impl<T: Decide> Datapath<T> {
         for buffer in KEPT {
             self.work.get_mut(buffer).iter_mut().for_each(|word| word.set_lane(lane, 0.0));
         }
+        self.refine_to(lane, 1.0);
+    }
+
+    /// Get a lane ready for another walk of the same solve, as `careful` as its control says.
+    pub fn restart(&mut self, lane: usize, careful: bool) {
+        self.reset(lane);
+        if careful {
+            self.refine_to(lane, CAREFUL);
+        }
+    }
+
+    /// Let a lane's linear solves be refined to this part of the refinement share.
+    fn refine_to(&mut self, lane: usize, part: f64) {
+        let share = part * share_at(&self.settings);
+        self.work.parameters[parameter::REFINEMENT_SHARE].set_lane(lane, share);
     }
 
     /// Problems' words into the input buffers, each into its own lane.

@@ -36,6 +36,8 @@ pub struct Engine<T> {
     pub(crate) path: Datapath<T>,
     problem: Problem,
     pub(crate) control: Control,
+    /// The outcome of an earlier walk of this solve that stalled.
+    earlier: Option<Solution>,
     events: Vec<Event>,
 }
 
@@ -80,6 +82,7 @@ impl<T: Decide> Engine<T> {
             path,
             problem: problem.clone(),
             control: Control::new(settings),
+            earlier: None,
         };
         engine.path.load(&[Some(problem)]);
         Ok(engine)
@@ -99,6 +102,7 @@ impl<T: Decide> Engine<T> {
 
     pub(crate) fn reset(&mut self) {
         self.control = Control::new(&self.path.settings);
+        self.earlier = None;
         self.events.clear();
         self.path.reset(0);
     }
@@ -161,12 +165,26 @@ impl<T: Decide> Engine<T> {
     /// As [`Engine::solve`], showing each iteration to `observe`, which may end the solve.
     pub fn solve_observed(&mut self, mut observe: impl FnMut(&Progress) -> ControlFlow<()>) -> Solution {
         self.reset();
-        self.walk(STARTUP, &mut observe);
-        self.conclude()
+        self.walk_until_settled(STARTUP, &mut observe)
+    }
+
+    /// Walk from a start-up list, and again from cold as long as there is reason to.
+    pub(crate) fn walk_until_settled(
+        &mut self,
+        startup: &[Step],
+        observe: &mut impl FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Solution {
+        self.walk(startup, observe);
+        let mut solution = self.conclude();
+        while self.begin_again(&solution) {
+            self.walk(STARTUP, observe);
+            solution = self.conclude();
+        }
+        solution
     }
 
     /// Walk a start-up list, then iterate and close.
-    pub(crate) fn walk(&mut self, startup: &[Step], observe: &mut impl FnMut(&Progress) -> ControlFlow<()>) {
+    fn walk(&mut self, startup: &[Step], observe: &mut impl FnMut(&Progress) -> ControlFlow<()>) {
         let mut ended = self.follow(startup);
         while !ended {
             ended = self.follow(ITERATION);
@@ -215,9 +233,25 @@ impl<T: Decide> Engine<T> {
         }
     }
 
-    /// The outcome of the walk that ended, with the status that its numbers support.
+    /// The outcome of the walk that ended, with the status that its numbers support; an earlier walk's of the same
+    /// solve, where that is the better one.
     pub fn conclude(&self) -> Solution {
-        Walked::new(&self.path, 0, &self.problem, &self.control).conclude()
+        Walked::new(&self.path, 0, &self.problem, &self.control).conclude().after(self.earlier.as_ref())
+    }
+
+    /// Whether the walk that ended with `solution` is to be followed by a cold one, for which the engine is then ready:
+    /// it proved neither a solution nor that there is none, neither the clock nor the user ended it, and it had started
+    /// warm, or it stalled for the first time. After a stall, linear solves are refined further.
+    pub fn begin_again(&mut self, solution: &Solution) -> bool {
+        let Some(control) = self.control.again(solution.status) else {
+            return false;
+        };
+        if control.careful {
+            self.earlier = Some(solution.clone());
+        }
+        self.path.restart(0, control.careful);
+        self.control = control;
+        true
     }
 }
 
@@ -229,7 +263,7 @@ fn most_events(settings: &Settings) -> usize {
     };
     let once =
         |startup| runs(startup) + (settings.max_iterations as usize + 1) * runs(ITERATION) + runs(CLOSING);
-    once(WARM_STARTUP) + once(STARTUP)
+    once(WARM_STARTUP) + 2 * once(STARTUP)
 }
 
 /// Operations of each stage on a problem's pattern, and their longest dependent chain.

@@ -63,6 +63,8 @@ pub enum Error {
         /// The matrix.
         argument: &'static str,
     },
+    /// The system has no threads to give.
+    Threads(String),
     /// The sparse library refused the pattern.
     Symbolic(String),
 }
@@ -91,6 +93,7 @@ impl fmt::Display for Error {
                 f,
                 "`{argument}` does not have the sparsity pattern of the problem this engine was set up for"
             ),
+            Self::Threads(detail) => write!(f, "no thread pool: {detail}"),
             Self::Symbolic(detail) => write!(f, "symbolic analysis failed: {detail}"),
         }
     }

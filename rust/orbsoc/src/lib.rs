@@ -27,6 +27,7 @@ mod cones;
 mod control;
 #[cfg(test)]
 mod control_tests;
+mod crew;
 mod csc;
 #[cfg(test)]
 mod dataflow_tests;
@@ -66,7 +67,7 @@ mod upper;
 mod warm_start;
 mod workspace;
 
-pub use batch::{solve_batch, solve_batch_from};
+pub use batch::{solve_batch, solve_batch_from, BatchSolver};
 pub use cones::Cones;
 pub use csc::Csc;
 pub use engine::{operation_counts, Engine, Progress};

@@ -20,11 +20,13 @@ pub(crate) struct Seat {
     pub index: usize,
     pub problem: Problem,
     pub control: Control,
+    /// The outcome of an earlier walk that stalled.
+    pub earlier: Option<Solution>,
 }
 
 impl Seat {
     pub fn new(index: usize, problem: Problem, settings: &Settings) -> Self {
-        Self { index, problem, control: Control::new(settings) }
+        Self { index, problem, control: Control::new(settings), earlier: None }
     }
 
     fn busy(&self) -> bool {
@@ -67,6 +69,11 @@ impl<T: Decide> Seats<T> {
         self.lanes.iter().flatten().filter(|seat| seat.busy()).count()
     }
 
+    /// Send everybody away.
+    pub fn clear(&mut self) {
+        self.lanes.fill_with(|| None);
+    }
+
     /// Fill the seats anew, and load the problems' numbers.
     pub fn seat(&mut self, arriving: Vec<Seat>) {
         let mut arriving = arriving.into_iter();
@@ -74,13 +81,18 @@ impl<T: Decide> Seats<T> {
         let problems: Vec<_> =
             self.lanes.iter().map(|seat| seat.as_ref().map(|seat| &seat.problem)).collect();
         self.path.load(&problems);
+        for (lane, seat) in self.lanes.iter().enumerate() {
+            if seat.as_ref().is_some_and(|seat| seat.control.careful) {
+                self.path.restart(lane, true);
+            }
+        }
     }
 
     /// Load the points to start from. Those who have none that is of use leave, for a cold start.
     pub fn load_starts<'a>(&mut self, start: impl Fn(usize) -> Start<'a>) -> Result<Vec<Seat>, Error> {
         let mut without = Vec::new();
         for (lane, taken) in self.lanes.iter_mut().enumerate() {
-            let Some(Seat { index, problem, control }) = taken else { continue };
+            let Some(Seat { index, problem, control, .. }) = taken else { continue };
             let start = start(*index);
             start.fit(problem)?;
             control.warm_start = WarmStart::Used;
@@ -184,7 +196,8 @@ impl<T: Decide> Seats<T> {
         let path = &self.path;
         let ended = self.lanes.iter_mut().enumerate().filter_map(|(lane, seat)| {
             let seat = seat.take_if(|seat| !seat.busy())?;
-            let solution = Walked::new(path, lane, &seat.problem, &seat.control).conclude();
+            let walked = Walked::new(path, lane, &seat.problem, &seat.control).conclude();
+            let solution = walked.after(seat.earlier.as_ref());
             Some((seat, solution))
         });
         ended.collect()

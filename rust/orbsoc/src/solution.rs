@@ -122,3 +122,32 @@ pub struct Solution {
     /// One sentence: what the status rests on, and which line failed if one did.
     pub message: String,
 }
+
+impl Solution {
+    /// The outcome of a solve whose last walk has this one, after an `earlier` walk that stalled: the better of the two,
+    /// with the counts of both.
+    pub(crate) fn after(self, earlier: Option<&Self>) -> Self {
+        let Some(earlier) = earlier.filter(|earlier| !self.replaces(earlier)) else {
+            return self;
+        };
+        let Self { iterations, refinements, warm_start, .. } = self;
+        let (status, message) = match self.status {
+            // Who stopped the solve is to see that it was stopped.
+            Status::Interrupted | Status::MaxTime => {
+                (self.status, format!("stopped in its second walk; after the first: {}", earlier.message))
+            }
+            _ => (earlier.status, earlier.message.clone()),
+        };
+        Self { status, iterations, warm_start, refinements, message, ..earlier.clone() }
+    }
+
+    /// Whether this outcome is worth more than that of an `earlier` walk, which stalled. One that is nearly solved is not
+    /// infeasible.
+    fn replaces(&self, earlier: &Self) -> bool {
+        match self.status {
+            Status::Solved => true,
+            Status::PrimalInfeasible | Status::DualInfeasible => earlier.status != Status::SolvedInaccurate,
+            _ => self.certificate.worst() < earlier.certificate.worst(),
+        }
+    }
+}

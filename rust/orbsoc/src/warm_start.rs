@@ -13,7 +13,7 @@ use crate::kernels::reduce::max_abs;
 use crate::kernels::{cone_ops, linear_solve};
 use crate::problem::Problem;
 use crate::real::{Decide, Real};
-use crate::solution::{Solution, Status, WarmStart};
+use crate::solution::{Solution, WarmStart};
 use crate::stage::{Stage, STARTUP, WARM_STARTUP};
 use crate::structure::Structure;
 use crate::workspace::{parameter, Workspace};
@@ -99,15 +99,8 @@ impl<T: Decide> Engine<T> {
         start: &Start,
         mut observe: impl FnMut(&Progress) -> ControlFlow<()>,
     ) -> Result<Solution, Error> {
-        if self.start_from(start)? {
-            self.walk(WARM_STARTUP, &mut observe);
-            let solution = self.conclude();
-            if !self.fall_back(solution.status) {
-                return Ok(solution);
-            }
-        }
-        self.walk(STARTUP, &mut observe);
-        Ok(self.conclude())
+        let startup = if self.start_from(start)? { WARM_STARTUP } else { STARTUP };
+        Ok(self.walk_until_settled(startup, &mut observe))
     }
 
     /// Forget the last solve and load a point to start from; whoever walks the lists goes on with
@@ -122,18 +115,6 @@ impl<T: Decide> Engine<T> {
         let useful = self.path.load_start(0, start);
         self.control.warm_start = if useful { WarmStart::Used } else { WarmStart::FellBack };
         Ok(useful)
-    }
-
-    /// Whether a walk that was started warm and ended with `status` is to be followed by a cold one,
-    /// for which the engine is then ready: it proved neither a solution nor that there is none, and
-    /// neither the clock nor the user ended it.
-    pub fn fall_back(&mut self, status: Status) -> bool {
-        let Some(control) = self.control.fall_back(status) else {
-            return false;
-        };
-        self.control = control;
-        self.path.reset(0);
-        true
     }
 }
 

@@ -2,8 +2,8 @@
 
 use allocation_counter::measure;
 use orbsoc::{
-    Cones, Csc, Engine, Outcome, Problem, Settings, Stage, Start, Status, Step, CLOSING, ITERATION, STARTUP,
-    WARM_STARTUP,
+    Cones, Csc, Engine, Outcome, Problem, Settings, Solution, Stage, Start, Status, Step, CLOSING, ITERATION,
+    STARTUP, WARM_STARTUP,
 };
 
 /// Every kind of block: a quadratic cost, an equality, rows, a dense cone and an expanded one.
@@ -58,11 +58,12 @@ fn a_warm_start_allocates_nothing_either() {
     let mut engine = Engine::<f64>::new(&problem(2.0), &Settings::default()).unwrap();
     let before = engine.solve();
     engine.update(&problem(1.98)).unwrap();
+    let failed = Solution { status: Status::NumericalLimit, ..before.clone() };
     let mut iterations = 0;
     let info = measure(|| {
         assert!(engine.start_from(&Start::from(&before)).unwrap());
         iterations = walk(&mut engine, WARM_STARTUP);
-        assert!(!engine.fall_back(Status::Solved) && engine.fall_back(Status::NumericalLimit));
+        assert!(!engine.begin_again(&before) && engine.begin_again(&failed));
         iterations += walk(&mut engine, STARTUP);
     });
     assert_eq!((info.count_total, info.bytes_total), (0, 0));

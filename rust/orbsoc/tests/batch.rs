@@ -1,6 +1,6 @@
 //! A batch returns, for every problem, the bits of its own single solve, whoever its neighbours are.
 
-use orbsoc::{solve, solve_batch, Cones, Csc, Error, Problem, Settings, Solution, Status};
+use orbsoc::{solve, solve_batch, BatchSolver, Cones, Csc, Error, Problem, Settings, Solution, Status};
 
 /// Deterministic numbers in (−1, 1).
 fn numbers(seed: usize, count: usize) -> Vec<f64> {
@@ -98,6 +98,26 @@ fn batches_smaller_than_a_register_and_empty_ones_work() {
     let settings = Settings::default();
     for count in 0..4 {
         let batch = solve_batch(&base(), count, write, &settings, 2).unwrap();
+        assert_eq!(batch.len(), count);
+        for (k, solution) in batch.iter().enumerate() {
+            assert_same(k, &single(k, &settings), solution);
+        }
+    }
+}
+
+#[test]
+fn one_solver_solves_batch_after_batch_with_the_bits_of_single_solves() {
+    let settings = Settings::default();
+    let mut solver = BatchSolver::new(&base(), &settings, 2).unwrap();
+    let interrupted = |k: usize, problem: &mut Problem| {
+        if k == 13 {
+            return problem.set_c(&[1.0]);
+        }
+        write(k, problem)
+    };
+    for count in [30, 3, 17] {
+        assert!(solver.solve(30, interrupted).is_err(), "some lanes are left in the middle of their walk");
+        let batch = solver.solve(count, write).unwrap();
         assert_eq!(batch.len(), count);
         for (k, solution) in batch.iter().enumerate() {
             assert_same(k, &single(k, &settings), solution);

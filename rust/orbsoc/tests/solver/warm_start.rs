@@ -132,7 +132,7 @@ fn walking_the_lists_by_hand_gives_the_same_words() {
         }
         follow(&mut by_hand, CLOSING);
         let solution = by_hand.conclude();
-        if !by_hand.fall_back(solution.status) {
+        if !by_hand.begin_again(&solution) {
             break solution;
         }
         list = STARTUP;
