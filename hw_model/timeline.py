@@ -19,7 +19,7 @@ from .prices import Prices
 from .stage_cycles import StageCycles, estimated
 from .trace import parse_trace
 from .vocabulary import Cause, Module, Side
-from .walk import Action, Kind, Work, walk
+from .walk import START_UP, Action, Kind, Work, walk
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -77,10 +77,13 @@ class Timeline:
         return dict(found)
 
     def longest_iteration(self) -> tuple[int, int]:
-        """Solve and number of the iteration that takes longest, the start-up apart; (0, 0) when there is none."""
+        """Solve and number of the iteration that takes longest, start-ups apart; (0, 0) when there is none."""
         times: Counter[tuple[int, int]] = Counter()
+        started = {
+            (segment.solve, segment.iteration) for segment in self.segments if segment.stage == START_UP
+        }
         for segment in self.segments:
-            if segment.iteration and segment.critical:
+            if segment.critical and segment.iteration and (segment.solve, segment.iteration) not in started:
                 times[segment.solve, segment.iteration] += segment.duration_picos
         return max(times, key=lambda key: times[key], default=(0, 0))
 

@@ -21,6 +21,9 @@ RESULT = "(result)"
 PROBLEM = "(problem data)"
 """Stage name of the generation of a solve's data, and of the frame that announces them to the PL."""
 
+START_UP = "equilibrate"
+"""Stage that begins every walk, cold or warm."""
+
 Kind = Literal["build", "compute", "copy", "launch", "interrupt", "flags", "publish", "rest"]
 """`build`: the PS generates the problem of a solve; `launch`: the frame that starts a segment; `flags`: status, data-valid flags and acknowledgement after it;
 `interrupt`: the PS learns, in whichever
@@ -54,7 +57,8 @@ class Action(NamedTuple):
 def walk(trace: Trace, partition: Partition) -> list[Action]:
     """Copies, launches, computations, interrupts and flag checks of every solve, in order.
 
-    Each solve starts with the generation of its data on the PS, and ends when the PS holds what the last stage wrote.
+    Each solve starts with the generation of its data on the PS, and ends when the PS holds what the last stage wrote. So does
+    each walk, where a solve has several: the PS judges what one has come to before it begins the next.
     A partition that leaves the PL idle has no protocol: the PS computes and nothing else happens.
     """
     actions: list[Action] = []
@@ -67,6 +71,9 @@ def walk(trace: Trace, partition: Partition) -> list[Action]:
         if partition.uses_pl:
             actions.append(Action(Work("publish", "ps", solve.pattern, ""), "ps", PROBLEM, s, iteration, -1))
         for e, (name, iteration) in enumerate(solve.events):
+            if e and name == START_UP:
+                works = _end(partition, solve.pattern, residency, outputs)
+                actions += [Action(work, "ps", RESULT, s, iteration, e) for work in works]
             stage = pattern.stages[name]
             side = partition.side(stage.module)
             crossing = residency.missing(stage.reads, side)
@@ -75,10 +82,15 @@ def walk(trace: Trace, partition: Partition) -> list[Action]:
             actions += [Action(work, stage.module, name, s, iteration, e) for work in works]
             residency.written(stage.writes, side)
             outputs = stage.writes
-        works = [Work("rest", "ps", solve.pattern, "")] if partition.uses_pl else []
-        works += [Work("copy", "ps", solve.pattern, buffer) for buffer in residency.missing(outputs, "ps")]
+        works = _end(partition, solve.pattern, residency, outputs)
         actions += [Action(work, "ps", RESULT, s, iteration, len(solve.events)) for work in works]
     return actions
+
+
+def _end(partition: Partition, pattern: int, residency: Residency, outputs: tuple[str, ...]) -> list[Work]:
+    """The end of a walk: nothing may be running, and what the last stage wrote goes to the PS."""
+    works = [Work("rest", "ps", pattern, "")] if partition.uses_pl else []
+    return works + [Work("copy", "ps", pattern, buffer) for buffer in residency.missing(outputs, "ps")]
 
 
 def _run(side: Side, pattern: int, name: str, *, announced: bool) -> list[Work]:

@@ -16,6 +16,8 @@ from orbsoc.settings import Settings
 from orbsoc.solution import Array, Certificate, Solution, Start, Status, WarmStart
 from orbsoc.solver import check_type, resolve
 
+MOST_THREADS = 4096
+
 
 @dataclass(frozen=True, slots=True)
 class BatchSolution:
@@ -24,7 +26,7 @@ class BatchSolution:
     Shapes: x (B, n), y (B, p), z (B, m), s (B, m); `status` (B,) holds `Status` members, `message` and
     `warm_start` (what became of the point to start from) are lists.
     `setup_s` is the wall-clock time of the pattern's analysis, made once for a `BatchSolver`; `solve_s` that of the
-    batch, loading and verification included.
+    batch, loading and verification included, and in a solver's first batch making the lanes.
     """
 
     status: NDArray[np.object_]
@@ -74,14 +76,25 @@ class BatchSolver:
         self, problem: Problem, settings: Settings | None = None, *, threads: int = 1, **overrides: Any
     ) -> None:
         check_type("problem", problem, Problem)
-        if threads < 1:
-            raise ProblemError(f"`threads` is {threads}; it must be at least 1")
-        self.problem = problem
-        self.settings = resolve(settings, overrides)
+        if not isinstance(threads, int):
+            raise TypeError(f"`threads` is {threads!r}; it must be a whole number")
+        if not 1 <= threads <= MOST_THREADS:
+            raise ProblemError(f"`threads` is {threads}; it must be at least 1, and at most {MOST_THREADS}")
+        self._problem, self._settings = problem, resolve(settings, overrides)
         try:
-            self._core = _core.BatchSolver(problem, self.settings, threads)
+            self._core = _core.BatchSolver(problem, self._settings, threads)
         except _core.CoreError as error:
             raise ProblemError(str(error)) from None
+
+    @property
+    def problem(self) -> Problem:
+        """Pattern, cones, and the numbers that a batch does not give."""
+        return self._problem
+
+    @property
+    def settings(self) -> Settings:
+        """Those of every batch."""
+        return self._settings
 
     def solve(
         self,
@@ -96,8 +109,8 @@ class BatchSolver:
     ) -> BatchSolution:
         """Solve one batch; the arguments are those of `orbsoc.solve_batch`, and so are the errors."""
         given = {"c": c, "b": b, "h": h, "A": A, "G": G, "P": P}
-        rows, count = _checked(self.problem, given)
-        start = None if warm_start is None else _starts(self.problem, count, warm_start)
+        rows, count = _checked(self._problem, given)
+        start = None if warm_start is None else _starts(self._problem, count, warm_start)
         try:
             raw = self._core.solve(count, **rows, start=start)
         except _core.CoreError as error:

@@ -75,6 +75,8 @@ def solve_narrow(
 ) -> NarrowRun:
     """Solve with `bits` significant bits in `modules`, scheduled by the emulated PS through the register file.
 
+    One walk: where it stalls, nothing is begun again.
+
     Raises ValueError for bits or modules that do not exist, and what `orbsoc.solve` raises for wrong data.
     """
     if bits not in BITS:

@@ -140,10 +140,11 @@ class _Sides:
             self.ps.set_words(buffer, indices, words)
             self._compare(buffer, indices, words, self.rust.words(buffer, indices))
 
-    def finish(self) -> None:
-        """Run what is left in Rust, and compare the last iterate."""
+    def begin_again(self) -> bool:
+        """Run what is left of a walk in Rust, compare its last iterate, and see whether another walk follows."""
         self._catch_up()
         self._compare_iterate()
+        return self.rust.begin_again() and self.ps.begin_again()
 
     def _catch_up(self) -> None:
         """Run in Rust the stages that the PS has run or launched since."""
@@ -205,8 +206,8 @@ def solve_on_rtl(
         before = session.clocks()
         port = RtlPort(session)
         sides = _Sides(ps, rust, session, image.homes, record, program.engine.fp)
-        Driver(method, sides, port, words=ps.buffer_words(), record=record, carry=sides.carry).run()
-        sides.finish()
+        driver = Driver(method, sides, port, words=ps.buffer_words(), record=record, carry=sides.carry)
+        driver.run(again=sides.begin_again)
         clocks, assertions = session.clocks() - before, sum(session.violations())
     found = ps.finish()
     trace = TraceRecorder(_core)

@@ -64,7 +64,7 @@ class Solution:
 
     Shapes: x (n,), y (p,), z (m,), s (m,). Times are wall-clock seconds.
     For an infeasibility status (y, z) or x is the certificate, not a solution. `iterations` and `refinements`
-    include those of a warm start that was given up.
+    are those of all walks: of a warm start that was given up and of a walk that stalled, too.
     """
 
     status: Status

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -173,6 +174,10 @@ def test_a_solver_gives_every_batch_the_bits_of_a_fresh_one() -> None:
 def test_misuse_of_a_solver_is_named() -> None:
     with pytest.raises(ProblemError, match="`threads` is -1; it must be at least 1"):
         orbsoc.BatchSolver(BASE, threads=-1)
+    with pytest.raises(ProblemError, match=r"`threads` is 100000; .* at most 4096"):
+        orbsoc.BatchSolver(BASE, threads=100_000)
+    with pytest.raises(TypeError, match=r"`threads` is 2.5; it must be a whole number"):
+        orbsoc.BatchSolver(BASE, threads=2.5)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="`problem` is a list"):
         orbsoc.BatchSolver([])  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="tolerance"):
@@ -188,3 +193,20 @@ def test_a_second_thread_is_told_that_a_solver_is_busy() -> None:
     refused = [run.exception() for run in both if run.exception()]
     assert [len(run.result()) for run in both if not run.exception()] == [100_000]
     assert ["already solving" in str(error) for error in refused] == [True]
+
+
+def test_a_solver_goes_on_in_a_forked_process_with_threads_of_its_own() -> None:
+    """A fork has none of its parent's threads."""
+    solver = orbsoc.BatchSolver(BASE, threads=2)
+    data = drawn(20)
+    before = solver.solve(**data).x.tobytes()
+    context = multiprocessing.get_context("fork")
+    ours, its = context.Pipe()
+    child = context.Process(target=lambda: its.send_bytes(solver.solve(**data).x.tobytes()), daemon=True)
+    child.start()
+    try:
+        assert ours.poll(60.0), "the child hangs"
+        assert ours.recv_bytes() == before
+    finally:
+        child.kill()
+        child.join()

@@ -52,3 +52,20 @@ def test_a_slack_beyond_double_precision_is_no_solution(steep: float) -> None:
     solution = orbsoc.solve(problem)
     assert solution.status is Status.NUMERICAL_LIMIT, solution.message
     assert "primal residual inf" in solution.message
+
+
+@pytest.mark.parametrize("steep", [7.9e15, 1e17, 1e20])
+def test_a_residual_that_rounding_may_hide_is_not_called_small(steep: float) -> None:
+    """x = (1, 0), y = (3·steep/1e194, −3): the first entry of c + Aᵀy is the difference of two products of 3·steep, which
+    is 0 or 4 as its terms are added. Found by the fuzzing of test_fuzz.py.
+    """
+    problem = Problem(c=[0.0, 3.0], A=[[4.1e194, 0.0], [steep, 1.0]], b=[4.1e194, steep])
+    solution = orbsoc.solve(problem)
+    assert solution.status is Status.NUMERICAL_LIMIT, solution.message
+    assert "dual residual" in solution.message
+
+
+def test_a_residual_whose_terms_are_large_may_still_be_small() -> None:
+    """Terms of 3e6 lose a unit of 1e-9 to rounding, not the tolerance."""
+    problem = Problem(c=[0.0, 3.0], A=[[4.1e20, 0.0], [1e6, 1.0]], b=[4.1e20, 1e6])
+    assert orbsoc.solve(problem).status is Status.SOLVED

@@ -3,6 +3,8 @@ counts."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -41,9 +43,12 @@ def walks(problem: Problem, settings: Settings) -> list[orbsoc.Solution]:
     pl = ProgrammableLogic(method, native.run)
     driver = Driver(method, native, pl, words=native.buffer_words(), record=PsRecord())
     found = []
-    while not found or native.begin_again():
-        driver.run()
+
+    def again() -> bool:
         found.append(orbsoc.solver.solution_of(native.finish()))
+        return native.begin_again()
+
+    driver.run(again=again)
     return found
 
 
@@ -72,7 +77,12 @@ def test_the_better_of_two_stalled_walks_counts(seed: int) -> None:
     problem = badly_scaled(seed)
     first, last = walks(problem, CARELESS)
     solution = orbsoc.solve(problem, CARELESS)
-    assert worst(solution) == worst(last) <= worst(first)
+    second, _ = walks(problem, CAREFUL)  # stalls as well
+    better = min(first, second, key=worst)
+    assert worst(first) != worst(second)
+    for name in "xyzs":
+        assert getattr(solution, name).tobytes() == getattr(better, name).tobytes()
+    assert worst(solution) == worst(last) == worst(better)
     assert solution.status is not orbsoc.Status.SOLVED
     assert solution.iterations > first.iterations
 
@@ -83,7 +93,11 @@ def test_every_way_to_solve_walks_again() -> None:
     problems = [badly_scaled(seed) for seed in seeds]
     stacked = {name: np.array([getattr(p, name) for p in problems]) for name in "cbh"}
     stacked |= {name: np.array([getattr(p, name).data for p in problems]) for name in "AG"}
+    again = {name: np.tile(rows, (5, 1)) for name, rows in stacked.items()}
+    many = orbsoc.solve_batch(problems[0], **again, settings=CARELESS, threads=2)
     batch = orbsoc.solve_batch(problems[0], **stacked, settings=CARELESS)
+    assert many.x.tobytes() == np.tile(batch.x, (5, 1)).tobytes()
+    assert many.message == batch.message * 5
     solver = orbsoc.Solver(problems[0], CARELESS)
     for k, problem in enumerate(problems):
         solver.update(**{name: getattr(problem, name) for name in "cbhAG"})
@@ -105,5 +119,35 @@ def test_who_stops_the_second_walk_gets_the_better_iterate() -> None:
     stopped = orbsoc.solve(problem, CARELESS, callback=lambda at: at["iteration"] > first.iterations + 1)
     assert stopped.status is orbsoc.Status.INTERRUPTED
     assert stopped.x.tobytes() == first.x.tobytes()
-    assert stopped.message.startswith("stopped in its second walk; after the first: best iterate returned")
+    assert stopped.message.startswith("stopped in another walk; after the one before: best iterate returned")
     assert stopped.iterations > first.iterations
+
+
+def test_a_warm_start_that_fails_is_followed_by_a_cold_walk_and_a_careful_one() -> None:
+    problem = badly_scaled(MENDED[0])
+    cold = orbsoc.solve(problem, CARELESS)
+    far = orbsoc.Start(x=cold.x + 1e3, y=cold.y, z=cold.z + 1e3, s=cold.s + 1e3)
+    warm = orbsoc.solve(problem, CARELESS, warm_start=far)
+    rows = {"c": np.tile(problem.c, (11, 1))}
+    batch = orbsoc.solve_batch(problem, **rows, settings=CARELESS, warm_start=far)
+    assert (warm.warm_start, warm.status) == ("fell_back", orbsoc.Status.SOLVED)
+    assert warm.iterations >= cold.iterations
+    assert warm.x.tobytes() == cold.x.tobytes()
+    assert (batch.x == warm.x).all()
+    assert batch.iterations.tolist() == [warm.iterations] * 11
+
+
+def test_a_row_that_waits_for_its_second_walk_does_not_run_out_of_time() -> None:
+    """It waits until the others, which do not stall, have been solved."""
+    stalls, easy = badly_scaled(MENDED[0]), badly_scaled(1)
+    count = 60_000
+    rows = {name: np.tile(getattr(easy, name), (count, 1)) for name in "cbh"}
+    rows |= {name: np.tile(getattr(easy, name).data, (count, 1)) for name in "AG"}
+    for name in "cbh":
+        rows[name][0] = getattr(stalls, name)
+    for name in "AG":
+        rows[name][0] = getattr(stalls, name).data
+    limited = replace(CARELESS, max_time_s=0.1)
+    batch = orbsoc.solve_batch(easy, **rows, settings=limited)
+    assert batch.solve_s > 2 * limited.max_time_s
+    assert batch.status[0] is orbsoc.Status.SOLVED, batch.message[0]

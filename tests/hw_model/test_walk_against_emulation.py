@@ -7,13 +7,16 @@ from typing import Any
 
 import pytest
 
+from hw_model.timeline import simulate
 from hw_model.trace import parse_trace
 from hw_model.vocabulary import PL_MODULES
-from hw_model.walk import walk
+from hw_model.walk import START_UP, walk
 from orbsoc import Cones, Problem
 from orbsoc.ps import PsScheduler
 from orbsoc.ps.events import Kind
+from orbsoc.settings import Settings
 from tests.core.ps_fake import STAGES, WORDS, FakeEngine, prepare
+from tests.core.test_second_walk import CARELESS, MENDED, badly_scaled
 from tests.hw_model.synthetic import stage
 from tests.hw_model.test_walk import copies, trace_of
 from tests.hw_model.tiny import partition
@@ -51,12 +54,21 @@ def test_the_walk_is_what_the_emulated_ps_does(iterations: int, refinements: int
     assert counts[Kind.READ] == 2 * (kinds["flags"] + kinds["publish"]) + kinds["rest"]
 
 
-def test_the_walk_is_what_the_emulated_ps_does_with_the_real_solver() -> None:
-    problem = Problem(
-        c=[1.0, 0.0], A=[[1.0, 1.0]], b=[2.0], G=[[-1.0, 0.0], [0.0, -1.0]], h=[0.0, 0.0], cones=Cones(q=[2])
-    )
-    ps = PsScheduler()
+SMALL = Problem(
+    c=[1.0, 0.0], A=[[1.0, 1.0]], b=[2.0], G=[[-1.0, 0.0], [0.0, -1.0]], h=[0.0, 0.0], cones=Cones(q=[2])
+)
+
+
+@pytest.mark.parametrize(
+    ("problem", "settings", "walks"), [(SMALL, Settings(), 1), (badly_scaled(MENDED[0]), CARELESS, 2)]
+)
+def test_the_walk_is_what_the_emulated_ps_does_with_the_real_solver(
+    problem: Problem, settings: Settings, walks: int
+) -> None:
+    """Also where a walk stalls and another follows."""
+    ps = PsScheduler(settings)
     assert ps(problem).status.name == "SOLVED"
+    assert [stage for stage, _ in ps.trace["solves"][0]["events"]].count(START_UP) == walks
     trace = parse_trace(ps.trace)
     actions = walk(trace, partition(*PL_MODULES))
     needed = Counter((buffer, side) for _, buffer, side in copies(actions))
@@ -71,3 +83,14 @@ def test_the_walk_is_what_the_emulated_ps_does_with_the_real_solver() -> None:
     assert counts[Kind.INTERRUPT] == kinds["interrupt"]
     assert counts[Kind.WRITE] == 4 * (kinds["launch"] + kinds["publish"]) + kinds["flags"]
     assert counts[Kind.READ] == (1 + flag_words) * (kinds["flags"] + kinds["publish"]) + kinds["rest"]
+
+
+def test_the_longest_iteration_holds_no_start_up() -> None:
+    """Not the second walk's either, which has the number of the iteration that ended the first."""
+    ps = PsScheduler(CARELESS)
+    ps(badly_scaled(MENDED[0]))
+    [_, again] = [number for stage, number in ps.trace["solves"][0]["events"] if stage == START_UP]
+    timeline = simulate(ps.trace, "zu9eg", partition(*PL_MODULES))
+    solve, longest = timeline.longest_iteration()
+    assert solve == 0
+    assert longest not in (0, again)

@@ -80,12 +80,24 @@ class Driver:
         self._held_by_ps = 0
         self._held_by_pl = 0
 
-    def run(self, *, warm: bool = False, observe: Callable[[], None] | None = None) -> None:
-        """Load the problem, start up, iterate until a stage says DONE, close, and fetch what the last stage wrote.
+    def run(
+        self,
+        *,
+        again: Callable[[], bool] = lambda: False,
+        warm: bool = False,
+        observe: Callable[[], None] | None = None,
+    ) -> None:
+        """Load the problem and walk; from cold once more as long as `again` says so.
 
-        `warm` starts from the point that the engine holds; `observe` is called after each iteration but the last.
+        `warm` starts from the point that the engine holds; `observe` is called after each iteration but a walk's last.
         """
         self._publish(self._method.segments[0])
+        self._walk_once(warm, observe)
+        while again():
+            self._walk_once(warm=False, observe=observe)
+
+    def _walk_once(self, warm: bool, observe: Callable[[], None] | None) -> None:
+        """Start up, iterate until a stage says DONE, close, and fetch what the last stage wrote."""
         outcome = self._walk(self._method.warm_startup if warm else self._method.startup)
         while outcome != self._method.done:
             outcome = self._walk(self._method.iteration)

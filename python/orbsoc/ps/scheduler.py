@@ -81,9 +81,7 @@ class PsScheduler:
         started = time.perf_counter()
         with _ctrl_c_stops(native):
             warm = words is not None and native.start_from(words)
-            driver.run(warm=warm, observe=observe)
-            while native.begin_again():
-                driver.run(observe=observe)
+            driver.run(again=native.begin_again, warm=warm, observe=observe)
         solution = solution_of(native.finish(time.perf_counter() - started))
         self._recorder.add(problem, chosen, native, solution)
         return solution

@@ -144,6 +144,14 @@ impl ExactEngine {
         Ok(events.iter().map(|event| (event.stage.name(), event.iteration)).collect())
     }
 
+    /// As `Engine.begin_again`.
+    fn begin_again(&self) -> PyResult<bool> {
+        Ok(with!(&mut *self.state()?, engine => {
+            let solution = engine.conclude();
+            engine.begin_again(&solution)
+        }))
+    }
+
     /// The solution of a walk that ended.
     fn finish(&self, py: Python<'_>) -> PyResult<RawSolution> {
         let state = self.state()?;

@@ -37,7 +37,21 @@ pub struct BatchSolver {
     settings: Settings,
     /// One for each thread that has solved a problem.
     crews: Vec<Option<Box<dyn Work>>>,
-    pool: Option<rayon::ThreadPool>,
+    pool: Option<Pool>,
+}
+
+/// Threads, and the process that has them: a fork has none of its parent's.
+struct Pool {
+    threads: rayon::ThreadPool,
+    process: u32,
+}
+
+impl Pool {
+    fn new(count: usize) -> Result<Self, Error> {
+        let threads = rayon::ThreadPoolBuilder::new().num_threads(count).build();
+        let threads = threads.map_err(|e| Error::Threads { count, detail: e.to_string() })?;
+        Ok(Self { threads, process: std::process::id() })
+    }
 }
 
 impl BatchSolver {
@@ -48,10 +62,7 @@ impl BatchSolver {
     pub fn new(base: &Problem, settings: &Settings, threads: usize) -> Result<Self, Error> {
         settings.validate()?;
         let structure = Arc::new(Structure::for_lanes(base)?);
-        let pool = match threads {
-            0 | 1 => None,
-            _ => Some(rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(no_threads)?),
-        };
+        let pool = if threads > 1 { Some(Pool::new(threads)?) } else { None };
         let crews = (0..threads.max(1)).map(|_| None).collect();
         Ok(Self { base: base.clone(), structure, settings: settings.clone(), crews, pool })
     }
@@ -118,7 +129,12 @@ impl BatchSolver {
             crew.work(base, &mut take, start, &mut done)
         };
         match pool {
-            Some(pool) => pool.install(|| crews.par_iter_mut().with_max_len(1).try_for_each(work))?,
+            Some(pool) => {
+                if pool.process != std::process::id() {
+                    *pool = Pool::new(crews.len())?;
+                }
+                pool.threads.install(|| crews.par_iter_mut().with_max_len(1).try_for_each(work))?;
+            }
             None => crews.iter_mut().try_for_each(work)?,
         }
         let solved = solved.into_inner().unwrap_or_default();
@@ -135,11 +151,6 @@ fn lanes(structure: &Arc<Structure>, settings: &Settings) -> Result<Box<dyn Work
         pulp::Arch::V3(_) => Box::new(Crew::<Lanes<pulp::x86::V3_512b>>::new(structure, settings)?),
         _ => Box::new(Crew::<Lanes<pulp::Scalar512b>>::new(structure, settings)?),
     })
-}
-
-#[allow(clippy::needless_pass_by_value)] // `map_err` hands it over
-fn no_threads(error: rayon::ThreadPoolBuildError) -> Error {
-    Error::Threads(error.to_string())
 }
 
 /// Solve one batch; see [`BatchSolver`], which solves one after another.

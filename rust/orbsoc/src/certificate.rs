@@ -4,6 +4,7 @@
 use crate::control::{Control, RADIUS_CLAIMED};
 use crate::csc::Csc;
 use crate::datapath::Datapath;
+use crate::doubt::{hidden, rounding, wandering, Doubt};
 use crate::problem::Problem;
 use crate::real::Decide;
 use crate::settings::Settings;
@@ -30,10 +31,20 @@ struct Candidate {
     s: DVector<f64>,
 }
 
+/// Products with a matrix, and how large the magnitudes of their terms are at most in any one sum: in a row's and in a
+/// column's.
+struct Products {
+    by_rows: DVector<f64>,
+    by_columns: DVector<f64>,
+    most_in_row: f64,
+    most_in_column: f64,
+}
+
 /// M x and Mᵀ y in one pass over M.
 #[inline(always)]
-fn products(matrix: &Csc, x: &DVector<f64>, y: &DVector<f64>) -> (DVector<f64>, DVector<f64>) {
+fn products(matrix: &Csc, x: &DVector<f64>, y: &DVector<f64>) -> Products {
     let (mut by_rows, mut by_columns) = (DVector::zeros(matrix.nrows()), DVector::zeros(matrix.ncols()));
+    let (mut most_in_row, mut most_in_column) = (0.0, 0.0);
     let (sums, y) = (by_rows.as_mut_slice(), y.as_slice());
     let columns = matrix.columns().zip(by_columns.as_mut_slice());
     for (((rows, values), out), &x) in columns.zip(x.as_slice()) {
@@ -41,40 +52,58 @@ fn products(matrix: &Csc, x: &DVector<f64>, y: &DVector<f64>) -> (DVector<f64>, 
             sums[i] += value * x;
         }
         // Four sums side by side: one alone would wait for each addition.
-        let mut four = [0.0; 4];
+        let (mut four, mut sizes, mut top) = ([0.0; 4], [0.0; 4], [0.0; 4]);
         let (row_chunks, value_chunks) = (rows.as_chunks::<4>(), values.as_chunks::<4>());
         for (rows, values) in row_chunks.0.iter().zip(value_chunks.0) {
             for k in 0..4 {
-                four[k] += values[k] * y[rows[k]];
+                let term = values[k] * y[rows[k]];
+                four[k] += term;
+                sizes[k] += term.abs();
+                top[k] = larger(top[k], values[k].abs());
             }
         }
-        let rest: f64 = row_chunks.1.iter().zip(value_chunks.1).map(|(&i, v)| v * y[i]).sum();
+        let (mut rest, mut size, mut most) = (0.0, 0.0, 0.0);
+        for (&i, value) in row_chunks.1.iter().zip(value_chunks.1) {
+            let term = value * y[i];
+            rest += term;
+            size += term.abs();
+            most = larger(most, value.abs());
+        }
         *out = rest + ((four[0] + four[2]) + (four[1] + four[3]));
+        most_in_column = larger(most_in_column, size + sizes.iter().sum::<f64>());
+        most_in_row += top.into_iter().fold(most, larger) * x.abs();
     }
-    (by_rows, by_columns)
+    Products { by_rows, by_columns, most_in_row, most_in_column }
 }
 
+/// P x, P symmetric and given by its upper triangle, and how large the magnitudes of any one sum's terms are at most.
 #[inline(always)]
-fn symmetric_product(upper: &Csc, x: &DVector<f64>) -> DVector<f64> {
+fn symmetric_product(upper: &Csc, x: &DVector<f64>) -> (DVector<f64>, f64) {
     let mut out = DVector::zeros(upper.nrows());
+    let (mut above, mut beside) = (0.0, 0.0);
     let (sums, x) = (out.as_mut_slice(), x.as_slice());
     for (j, (rows, values)) in upper.columns().enumerate() {
+        let (mut size, mut top) = (0.0, 0.0);
         for (&i, &value) in rows.iter().zip(values) {
             sums[i] += value * x[j];
             if i != j {
                 sums[j] += value * x[i];
             }
+            size += (value * x[i]).abs();
+            top = larger(top, value.abs());
         }
+        above = larger(above, size);
+        beside += top * x[j].abs();
     }
-    out
+    (out, above + beside)
 }
 
 /// ‖x‖∞; infinite when x is not finite, zero when it is empty.
 #[inline(always)]
-fn norm(x: &DVector<f64>) -> f64 {
+fn norm(x: &[f64]) -> f64 {
     // Several maxima side by side: one alone would wait for each comparison.
     let (mut top, mut zero) = ([0.0; 8], [0.0; 8]);
-    let (chunks, rest) = x.as_slice().as_chunks::<8>();
+    let (chunks, rest) = x.as_chunks::<8>();
     for words in chunks {
         for k in 0..8 {
             top[k] = larger(top[k], words[k].abs());
@@ -160,10 +189,9 @@ fn outside(problem: &Problem, v: &DVector<f64>) -> f64 {
 /// Absent rows take part in nothing: zero where h is +∞.
 #[inline(always)]
 fn present(problem: &Problem, mut v: DVector<f64>) -> DVector<f64> {
-    for (v, h) in v.iter_mut().zip(&problem.h) {
-        if !h.is_finite() {
-            *v = 0.0;
-        }
+    // A selection: a store on a condition would be made one by one.
+    for (v, h) in v.as_mut_slice().iter_mut().zip(&problem.h) {
+        *v = if h.is_finite() { *v } else { 0.0 };
     }
     v
 }
@@ -179,41 +207,52 @@ fn ratio(error: f64, size: f64) -> f64 {
 }
 
 /// Compiled once for each instruction set and chosen at run time.
-fn examine(problem: &Problem, at: &Candidate) -> Evidence {
+fn examine(problem: &Problem, at: &Candidate, tol: f64) -> Evidence {
     pulp::Arch::new().dispatch(
         #[inline(always)]
-        || evidence(problem, at),
+        || evidence(problem, at, tol),
     )
 }
 
+/// What rounding may hide in a residual counts as its error where that could be more than a tenth of the tolerance.
 #[inline(always)]
-fn evidence(problem: &Problem, at: &Candidate) -> Evidence {
+fn evidence(problem: &Problem, at: &Candidate, tol: f64) -> Evidence {
     let (c, b) = (DVectorView::from(&problem.c[..]), DVectorView::from(&problem.b[..]));
     let h = present(problem, DVector::from_column_slice(&problem.h));
     let slack = present(problem, at.s.clone());
-    let px = symmetric_product(&problem.p, &at.x);
-    let (ax, aty) = products(&problem.a, &at.x, &at.y);
-    let (gx, gtz) = products(&problem.g, &at.x, &at.z);
-    let gx = present(problem, gx);
-    let (norm_b, norm_h) = (norm(&b.into_owned()), norm(&h));
-    let (norm_c, norm_ax, norm_gx) = (norm(&c.into_owned()), norm(&ax), norm(&gx));
-    let (norm_px, norm_aty, norm_gtz) = (norm(&px), norm(&aty), norm(&gtz));
+    let (px, most_in_p) = symmetric_product(&problem.p, &at.x);
+    let in_a = products(&problem.a, &at.x, &at.y);
+    let in_g = products(&problem.g, &at.x, &at.z);
+    let (ax, aty, gtz) = (in_a.by_rows, in_a.by_columns, in_g.by_columns);
+    let gx = present(problem, in_g.by_rows);
+    let (norm_b, norm_h) = (norm(&problem.b), norm(h.as_slice()));
+    let (norm_c, norm_ax, norm_gx) = (norm(&problem.c), norm(ax.as_slice()), norm(gx.as_slice()));
+    let (norm_px, norm_aty, norm_gtz) = (norm(px.as_slice()), norm(aty.as_slice()), norm(gtz.as_slice()));
 
     let half_curvature = 0.5 * at.x.dot(&px);
     let objective = half_curvature + c.dot(&at.x);
     let dual_objective = -half_curvature - b.dot(&at.y) - h.dot(&at.z);
     let gap = (objective - dual_objective).abs() / (1.0 + objective.abs().min(dual_objective.abs()));
 
-    let equality = norm(&(ax - b));
-    let beyond = outside(problem, &(&h - &gx));
-    let conic = norm(&(gx + &slack - &h));
-    let dual = norm(&(px + c + aty + gtz));
+    let most_in_row = in_a.most_in_row + in_g.most_in_row + norm_b + norm_h + norm(slack.as_slice());
+    let most_in_column = in_a.most_in_column + in_g.most_in_column + most_in_p + norm_c;
+    let share = wandering(problem.n() + problem.p() + problem.m());
+    let negligible = |most: f64, size: f64| share * most <= 0.1 * tol * (1.0 + size);
+    let doubt = if negligible(most_in_row, norm_b.max(norm_h)) && negligible(most_in_column, norm_c) {
+        Doubt::default()
+    } else {
+        Doubt::of(problem, at.x.as_slice(), at.y.as_slice(), at.z.as_slice(), slack.as_slice())
+    };
+    let equality = doubt.equality + norm((ax - b).as_slice());
+    let beyond = doubt.conic + outside(problem, &(&h - &gx));
+    let conic = doubt.conic + norm((gx + &slack - &h).as_slice());
+    let dual = doubt.dual + norm((px + c + aty + gtz).as_slice());
     let dual_outside = outside(problem, &at.z);
     let primal_residual = ratio(equality, norm_ax.max(norm_b))
         .max(ratio(conic, norm_gx.max(norm_h)))
-        .max(ratio(outside(problem, &slack), norm(&slack)));
-    let dual_residual =
-        ratio(dual, norm_px.max(norm_aty).max(norm_gtz).max(norm_c)).max(ratio(dual_outside, norm(&at.z)));
+        .max(ratio(outside(problem, &slack), norm(slack.as_slice())));
+    let dual_residual = ratio(dual, norm_px.max(norm_aty).max(norm_gtz).max(norm_c))
+        .max(ratio(dual_outside, norm(at.z.as_slice())));
     let certificate = Certificate { primal_residual, dual_residual, gap, radius: f64::NAN };
     let referee = Certificate {
         primal_residual: ratio(equality.max(beyond), norm_b.max(norm_h)),
@@ -229,14 +268,14 @@ fn evidence(problem: &Problem, at: &Candidate) -> Evidence {
 fn primal_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
     at.z = present(problem, at.z.clone());
     project(problem, &mut at.z);
-    let size = norm(&at.y).max(norm(&at.z));
+    let size = norm(at.y.as_slice()).max(norm(at.z.as_slice()));
     at.y.unscale_mut(size);
     at.z.unscale_mut(size);
     let h = present(problem, DVector::from_column_slice(&problem.h));
     let support = DVectorView::from(&problem.b[..]).dot(&at.y) + h.dot(&at.z);
     let nowhere = DVector::zeros(problem.n());
-    let (_, aty) = products(&problem.a, &nowhere, &at.y);
-    let (_, gtz) = products(&problem.g, &nowhere, &at.z);
+    let aty = products(&problem.a, &nowhere, &at.y).by_columns;
+    let gtz = products(&problem.g, &nowhere, &at.z).by_columns;
     let (y, z) = (at.y.as_slice(), at.z.as_slice());
     let hidden = hidden(&problem.a, problem.p(), |value, i, _| (value * y[i]).abs())
         + hidden(&problem.g, problem.m(), |value, i, _| (value * z[i]).abs());
@@ -246,28 +285,17 @@ fn primal_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
     radius(support + doubt, (aty + gtz).lp_norm(1) + hidden, scale)
 }
 
-/// What rounding may make of a sum of so many terms, and of a referee's, who adds in another order: a share of the sum of their
-/// magnitudes.
-fn rounding(terms: usize) -> f64 {
-    2.0 * f64::EPSILON * (terms + 2) as f64
-}
-
-/// What rounding may hide in a product with a matrix, whose sums have at most so many terms of the magnitude that `term` gives.
-fn hidden(matrix: &Csc, terms: usize, term: impl Fn(f64, usize, usize) -> f64) -> f64 {
-    rounding(terms) * matrix.triplets().map(|(i, j, value)| term(value, i, j)).sum::<f64>()
-}
-
 /// Certified radius of a claim of dual infeasibility, also over the data's scale; x is scaled to size one.
 fn dual_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
-    at.x.unscale_mut(norm(&at.x));
+    at.x.unscale_mut(norm(at.x.as_slice()));
     let cost = DVectorView::from(&problem.c[..]).dot(&at.x);
-    let (ax, _) = products(&problem.a, &at.x, &DVector::zeros(problem.p()));
-    let (gx, _) = products(&problem.g, &at.x, &DVector::zeros(problem.m()));
+    let ax = products(&problem.a, &at.x, &DVector::zeros(problem.p())).by_rows;
+    let gx = products(&problem.g, &at.x, &DVector::zeros(problem.m())).by_rows;
     let recession = -present(problem, gx);
     let mut inside = recession.clone();
     project(problem, &mut inside);
     let distance =
-        symmetric_product(&problem.p, &at.x).lp_norm(1) + ax.lp_norm(1) + (recession - inside).lp_norm(1);
+        symmetric_product(&problem.p, &at.x).0.lp_norm(1) + ax.lp_norm(1) + (recession - inside).lp_norm(1);
     let (n, x) = (problem.n(), at.x.as_slice());
     let by = |value: f64, _: usize, j: usize| (value * x[j]).abs();
     let either = |value: f64, i: usize, j: usize| 2.0 * by(value, 0, i).max(by(value, 0, j));
@@ -316,8 +344,8 @@ impl<'a> Walked<'a> {
         let stop = self.control.stop.unwrap_or(Stop::Interrupted);
         let problem = self.problem;
         let best = self.candidate(&self.answer, true);
-        let evidence = examine(problem, &best);
         let tol = self.settings.tol;
+        let evidence = examine(problem, &best, tol);
         let ratio = evidence.certificate.worst();
         let solved = ratio <= tol && evidence.referee <= 100.0 * tol;
         // A certificate counts when the solve ended on it or could enlarge it no further; a limit

@@ -107,6 +107,7 @@ impl Control {
         Self {
             best: f64::INFINITY,
             deadline: self.deadline,
+            aside: self.aside,
             interrupted: self.interrupted,
             refinements: self.refinements,
             spent: self.spent + self.iteration,

@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 /// A problem's pattern, its buffers in arithmetic `T`, and where the solve stands.
 ///
-/// Everything is allocated by [`Engine::new`]; from the first `run` to the last, nothing is.
+/// Everything is allocated by [`Engine::new`]; from the first `run` of a walk to its last, nothing is.
 ///
 /// ```
 /// # use orbsoc::*;

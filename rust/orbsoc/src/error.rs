@@ -64,7 +64,12 @@ pub enum Error {
         argument: &'static str,
     },
     /// The system has no threads to give.
-    Threads(String),
+    Threads {
+        /// How many were asked for.
+        count: usize,
+        /// What it says.
+        detail: String,
+    },
     /// The sparse library refused the pattern.
     Symbolic(String),
 }
@@ -93,7 +98,9 @@ impl fmt::Display for Error {
                 f,
                 "`{argument}` does not have the sparsity pattern of the problem this engine was set up for"
             ),
-            Self::Threads(detail) => write!(f, "no thread pool: {detail}"),
+            Self::Threads { count, detail } => {
+                write!(f, "`threads` = {count}: the system has none: {detail}")
+            }
             Self::Symbolic(detail) => write!(f, "symbolic analysis failed: {detail}"),
         }
     }

@@ -32,6 +32,7 @@ mod csc;
 #[cfg(test)]
 mod dataflow_tests;
 mod datapath;
+mod doubt;
 mod engine;
 mod error;
 mod execute;

@@ -98,6 +98,7 @@ impl<T: Decide> Seats<T> {
             control.warm_start = WarmStart::Used;
             if !self.path.load_start(lane, &start) {
                 *control = control.fallen_back();
+                control.lay_aside(Instant::now());
                 without.extend(taken.take());
             }
         }

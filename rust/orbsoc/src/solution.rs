@@ -111,7 +111,7 @@ pub struct Solution {
     pub objective: f64,
     /// −½xᵀPx − bᵀy − hᵀz.
     pub dual_objective: f64,
-    /// Interior-point iterations, those of a warm start that was given up included.
+    /// Interior-point iterations of all walks: those of a warm start that was given up and of a walk that stalled included.
     pub iterations: u32,
     /// What became of the point the solve was to start from.
     pub warm_start: WarmStart,
@@ -125,29 +125,38 @@ pub struct Solution {
 
 impl Solution {
     /// The outcome of a solve whose last walk has this one, after an `earlier` walk that stalled: the better of the two,
-    /// with the counts of both.
+    /// with the counts of all walks.
     pub(crate) fn after(self, earlier: Option<&Self>) -> Self {
         let Some(earlier) = earlier.filter(|earlier| !self.replaces(earlier)) else {
             return self;
         };
         let Self { iterations, refinements, warm_start, .. } = self;
-        let (status, message) = match self.status {
-            // Who stopped the solve is to see that it was stopped.
-            Status::Interrupted | Status::MaxTime => {
-                (self.status, format!("stopped in its second walk; after the first: {}", earlier.message))
-            }
-            _ => (earlier.status, earlier.message.clone()),
+        // Who stopped the solve is to see that it was stopped; a time limit takes nothing from what was reached before it.
+        let stopped = match self.status {
+            Status::MaxTime => earlier.status != Status::SolvedInaccurate,
+            status => status == Status::Interrupted,
+        };
+        let (status, message) = if stopped {
+            (self.status, format!("stopped in another walk; after the one before: {}", earlier.message))
+        } else {
+            (earlier.status, earlier.message.clone())
         };
         Self { status, iterations, warm_start, refinements, message, ..earlier.clone() }
     }
 
-    /// Whether this outcome is worth more than that of an `earlier` walk, which stalled. One that is nearly solved is not
-    /// infeasible.
+    /// Whether this outcome is worth more than that of an `earlier` walk, which stalled: inaccurate or at a numerical limit. One
+    /// that is nearly solved is not infeasible.
     fn replaces(&self, earlier: &Self) -> bool {
+        let usable = earlier.status == Status::SolvedInaccurate;
         match self.status {
             Status::Solved => true,
-            Status::PrimalInfeasible | Status::DualInfeasible => earlier.status != Status::SolvedInaccurate,
+            Status::PrimalInfeasible | Status::DualInfeasible => !usable,
+            status if (status == Status::SolvedInaccurate) != usable => !usable,
             _ => self.certificate.worst() < earlier.certificate.worst(),
         }
     }
 }
+
+#[cfg(test)]
+#[path = "solution_tests.rs"]
+mod tests;

@@ -1,0 +1,70 @@
+//! Which of two walks' outcomes counts.
+
+use super::{Certificate, Solution, Status, WarmStart};
+
+fn outcome(status: Status, residual: f64, iterations: u32) -> Solution {
+    let certificate =
+        Certificate { primal_residual: residual, dual_residual: 0.0, gap: 0.0, radius: f64::NAN };
+    let numbers = vec![residual];
+    Solution {
+        status,
+        x: numbers.clone(),
+        y: numbers.clone(),
+        z: numbers.clone(),
+        s: numbers,
+        objective: residual,
+        dual_objective: residual,
+        iterations,
+        warm_start: WarmStart::None,
+        refinements: iterations,
+        certificate,
+        message: format!("residual {residual:.0e}"),
+    }
+}
+
+/// The status, which walk's numbers, and the message of the second walk after the first.
+fn after(first: (Status, f64), second: (Status, f64)) -> (Status, f64, String) {
+    let first = outcome(first.0, first.1, 10);
+    let found = outcome(second.0, second.1, 30).after(Some(&first));
+    assert_eq!((found.iterations, found.refinements), (30, 30), "the second's counts include the first's");
+    assert_eq!([found.x[0], found.objective], [found.certificate.primal_residual; 2], "of one walk");
+    (found.status, found.x[0], found.message)
+}
+
+#[test]
+fn the_better_status_counts_and_among_equals_the_smaller_residual() {
+    use Status::{
+        DualInfeasible, Interrupted, MaxIterations, MaxTime, NumericalLimit, PrimalInfeasible, Solved,
+        SolvedInaccurate,
+    };
+    let (small, large) = (1e-7, 1e-3);
+    for (first, second, status, residual) in [
+        ((SolvedInaccurate, small), (Solved, large), Solved, large),
+        ((NumericalLimit, small), (Solved, large), Solved, large),
+        ((SolvedInaccurate, large), (SolvedInaccurate, small), SolvedInaccurate, small),
+        ((SolvedInaccurate, small), (SolvedInaccurate, large), SolvedInaccurate, small),
+        ((SolvedInaccurate, large), (NumericalLimit, small), SolvedInaccurate, large),
+        ((NumericalLimit, small), (SolvedInaccurate, large), SolvedInaccurate, large),
+        ((NumericalLimit, large), (NumericalLimit, small), NumericalLimit, small),
+        ((NumericalLimit, small), (MaxIterations, large), NumericalLimit, small),
+        ((NumericalLimit, large), (MaxIterations, small), MaxIterations, small),
+        ((NumericalLimit, small), (PrimalInfeasible, large), PrimalInfeasible, large),
+        ((SolvedInaccurate, small), (PrimalInfeasible, large), SolvedInaccurate, small),
+        ((SolvedInaccurate, small), (DualInfeasible, large), SolvedInaccurate, small),
+        ((SolvedInaccurate, large), (MaxTime, small), SolvedInaccurate, large),
+        ((NumericalLimit, small), (MaxTime, large), MaxTime, small),
+        ((SolvedInaccurate, small), (Interrupted, large), Interrupted, small),
+        ((NumericalLimit, large), (Interrupted, small), Interrupted, small),
+    ] {
+        let found = after(first, second);
+        assert_eq!((found.0, found.1), (status, residual), "{first:?}, then {second:?}");
+    }
+}
+
+#[test]
+fn a_solve_that_was_stopped_says_so() {
+    let (_, _, message) = after((Status::NumericalLimit, 1e-7), (Status::MaxTime, 1e-3));
+    assert_eq!(message, "stopped in another walk; after the one before: residual 1e-7");
+    let (_, _, message) = after((Status::NumericalLimit, 1e-3), (Status::NumericalLimit, 1e-7));
+    assert_eq!(message, "residual 1e-7");
+}
