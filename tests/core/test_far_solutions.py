@@ -66,6 +66,16 @@ def test_a_residual_that_rounding_may_hide_is_not_called_small(steep: float) -> 
 
 
 def test_a_residual_whose_terms_are_large_may_still_be_small() -> None:
-    """Terms of 3e6 lose a unit of 1e-9 to rounding, not the tolerance."""
-    problem = Problem(c=[0.0, 3.0], A=[[4.1e20, 0.0], [1e6, 1.0]], b=[4.1e20, 1e6])
+    """Terms of 3e5 lose a unit of 1e-10 to rounding, not the tolerance."""
+    problem = Problem(c=[0.0, 3.0], A=[[4.1e20, 0.0], [1e5, 1.0]], b=[4.1e20, 1e5])
     assert orbsoc.solve(problem).status is Status.SOLVED
+
+
+def test_a_gap_that_rounding_may_hide_is_not_called_small() -> None:
+    """cᵀx is the difference of two products of 5.9e11, whose last digits are 1e-4. Found by the fuzzing of test_fuzz.py."""
+    c = [9.23455399758174e121, 5.237307634613326e-88]
+    G = [[0.0, 0.0], [3.2039275636557833e-125, 2.0566644729528354e-202]]
+    problem = Problem(c=c, A=[c], b=[0.0], G=G, h=[1487075686.0, 0.0], cones=Cones(l=2))
+    solution = orbsoc.solve(problem)
+    assert solution.status is not Status.SOLVED, solution.message
+    assert "gap" in solution.message

@@ -121,6 +121,18 @@ fn norm(x: &[f64]) -> f64 {
     }
 }
 
+/// Σ |a_k·b_k|.
+#[inline(always)]
+fn magnitude(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    for (a, b) in a.chunks(8).zip(b.chunks(8)) {
+        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+            *sum += (a * b).abs();
+        }
+    }
+    sums.into_iter().sum()
+}
+
 /// The larger one; a NaN on the right is dropped.
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
@@ -214,7 +226,7 @@ fn examine(problem: &Problem, at: &Candidate, tol: f64) -> Evidence {
     )
 }
 
-/// What rounding may hide in a residual counts as its error where that could be more than a tenth of the tolerance.
+/// What rounding may hide in a residual or in the gap counts as its error where that could be more than a tenth of the tolerance.
 #[inline(always)]
 fn evidence(problem: &Problem, at: &Candidate, tol: f64) -> Evidence {
     let (c, b) = (DVectorView::from(&problem.c[..]), DVectorView::from(&problem.b[..]));
@@ -232,11 +244,21 @@ fn evidence(problem: &Problem, at: &Candidate, tol: f64) -> Evidence {
     let half_curvature = 0.5 * at.x.dot(&px);
     let objective = half_curvature + c.dot(&at.x);
     let dual_objective = -half_curvature - b.dot(&at.y) - h.dot(&at.z);
-    let gap = (objective - dual_objective).abs() / (1.0 + objective.abs().min(dual_objective.abs()));
+    let share = wandering(problem.n() + problem.p() + problem.m());
+    let most_in_gap = magnitude(at.x.as_slice(), px.as_slice())
+        + magnitude(&problem.c, at.x.as_slice())
+        + magnitude(&problem.b, at.y.as_slice())
+        + magnitude(h.as_slice(), at.z.as_slice());
+    let size = 1.0 + objective.abs().min(dual_objective.abs());
+    let difference = (objective - dual_objective).abs();
+    let gap = if share * most_in_gap <= 0.1 * tol * size {
+        difference / size
+    } else {
+        (difference + share * most_in_gap) / size
+    };
 
     let most_in_row = in_a.most_in_row + in_g.most_in_row + norm_b + norm_h + norm(slack.as_slice());
     let most_in_column = in_a.most_in_column + in_g.most_in_column + most_in_p + norm_c;
-    let share = wandering(problem.n() + problem.p() + problem.m());
     let negligible = |most: f64, size: f64| share * most <= 0.1 * tol * (1.0 + size);
     let doubt = if negligible(most_in_row, norm_b.max(norm_h)) && negligible(most_in_column, norm_c) {
         Doubt::default()
