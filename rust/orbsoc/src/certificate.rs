@@ -31,20 +31,10 @@ struct Candidate {
     s: DVector<f64>,
 }
 
-/// Products with a matrix, and how large the magnitudes of their terms are at most in any one sum: in a row's and in a
-/// column's.
-struct Products {
-    by_rows: DVector<f64>,
-    by_columns: DVector<f64>,
-    most_in_row: f64,
-    most_in_column: f64,
-}
-
 /// M x and Mᵀ y in one pass over M.
 #[inline(always)]
-fn products(matrix: &Csc, x: &DVector<f64>, y: &DVector<f64>) -> Products {
+fn products(matrix: &Csc, x: &DVector<f64>, y: &DVector<f64>) -> (DVector<f64>, DVector<f64>) {
     let (mut by_rows, mut by_columns) = (DVector::zeros(matrix.nrows()), DVector::zeros(matrix.ncols()));
-    let (mut most_in_row, mut most_in_column) = (0.0, 0.0);
     let (sums, y) = (by_rows.as_mut_slice(), y.as_slice());
     let columns = matrix.columns().zip(by_columns.as_mut_slice());
     for (((rows, values), out), &x) in columns.zip(x.as_slice()) {
@@ -52,50 +42,32 @@ fn products(matrix: &Csc, x: &DVector<f64>, y: &DVector<f64>) -> Products {
             sums[i] += value * x;
         }
         // Four sums side by side: one alone would wait for each addition.
-        let (mut four, mut sizes, mut top) = ([0.0; 4], [0.0; 4], [0.0; 4]);
+        let mut four = [0.0; 4];
         let (row_chunks, value_chunks) = (rows.as_chunks::<4>(), values.as_chunks::<4>());
         for (rows, values) in row_chunks.0.iter().zip(value_chunks.0) {
             for k in 0..4 {
-                let term = values[k] * y[rows[k]];
-                four[k] += term;
-                sizes[k] += term.abs();
-                top[k] = larger(top[k], values[k].abs());
+                four[k] += values[k] * y[rows[k]];
             }
         }
-        let (mut rest, mut size, mut most) = (0.0, 0.0, 0.0);
-        for (&i, value) in row_chunks.1.iter().zip(value_chunks.1) {
-            let term = value * y[i];
-            rest += term;
-            size += term.abs();
-            most = larger(most, value.abs());
-        }
+        let rest: f64 = row_chunks.1.iter().zip(value_chunks.1).map(|(&i, v)| v * y[i]).sum();
         *out = rest + ((four[0] + four[2]) + (four[1] + four[3]));
-        most_in_column = larger(most_in_column, size + sizes.iter().sum::<f64>());
-        most_in_row += top.into_iter().fold(most, larger) * x.abs();
     }
-    Products { by_rows, by_columns, most_in_row, most_in_column }
+    (by_rows, by_columns)
 }
 
-/// P x, P symmetric and given by its upper triangle, and how large the magnitudes of any one sum's terms are at most.
 #[inline(always)]
-fn symmetric_product(upper: &Csc, x: &DVector<f64>) -> (DVector<f64>, f64) {
+fn symmetric_product(upper: &Csc, x: &DVector<f64>) -> DVector<f64> {
     let mut out = DVector::zeros(upper.nrows());
-    let (mut above, mut beside) = (0.0, 0.0);
     let (sums, x) = (out.as_mut_slice(), x.as_slice());
     for (j, (rows, values)) in upper.columns().enumerate() {
-        let (mut size, mut top) = (0.0, 0.0);
         for (&i, &value) in rows.iter().zip(values) {
             sums[i] += value * x[j];
             if i != j {
                 sums[j] += value * x[i];
             }
-            size += (value * x[i]).abs();
-            top = larger(top, value.abs());
         }
-        above = larger(above, size);
-        beside += top * x[j].abs();
     }
-    (out, above + beside)
+    out
 }
 
 /// ‖x‖∞; infinite when x is not finite, zero when it is empty.
@@ -121,16 +93,30 @@ fn norm(x: &[f64]) -> f64 {
     }
 }
 
+/// Σ |a_k|.
+#[inline(always)]
+fn size(a: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (chunks, rest) = a.as_chunks::<8>();
+    for words in chunks {
+        for k in 0..8 {
+            sums[k] += words[k].abs();
+        }
+    }
+    sums.into_iter().sum::<f64>() + rest.iter().map(|word| word.abs()).sum::<f64>()
+}
+
 /// Σ |a_k·b_k|.
 #[inline(always)]
 fn magnitude(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
-    for (a, b) in a.chunks(8).zip(b.chunks(8)) {
-        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
-            *sum += (a * b).abs();
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..8 {
+            sums[k] += (a[k] * b[k]).abs();
         }
     }
-    sums.into_iter().sum()
+    sums.into_iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| (a * b).abs()).sum::<f64>()
 }
 
 /// The larger one; a NaN on the right is dropped.
@@ -232,11 +218,10 @@ fn evidence(problem: &Problem, at: &Candidate, tol: f64) -> Evidence {
     let (c, b) = (DVectorView::from(&problem.c[..]), DVectorView::from(&problem.b[..]));
     let h = present(problem, DVector::from_column_slice(&problem.h));
     let slack = present(problem, at.s.clone());
-    let (px, most_in_p) = symmetric_product(&problem.p, &at.x);
-    let in_a = products(&problem.a, &at.x, &at.y);
-    let in_g = products(&problem.g, &at.x, &at.z);
-    let (ax, aty, gtz) = (in_a.by_rows, in_a.by_columns, in_g.by_columns);
-    let gx = present(problem, in_g.by_rows);
+    let px = symmetric_product(&problem.p, &at.x);
+    let (ax, aty) = products(&problem.a, &at.x, &at.y);
+    let (gx, gtz) = products(&problem.g, &at.x, &at.z);
+    let gx = present(problem, gx);
     let (norm_b, norm_h) = (norm(&problem.b), norm(h.as_slice()));
     let (norm_c, norm_ax, norm_gx) = (norm(&problem.c), norm(ax.as_slice()), norm(gx.as_slice()));
     let (norm_px, norm_aty, norm_gtz) = (norm(px.as_slice()), norm(aty.as_slice()), norm(gtz.as_slice()));
@@ -249,17 +234,19 @@ fn evidence(problem: &Problem, at: &Candidate, tol: f64) -> Evidence {
         + magnitude(&problem.c, at.x.as_slice())
         + magnitude(&problem.b, at.y.as_slice())
         + magnitude(h.as_slice(), at.z.as_slice());
-    let size = 1.0 + objective.abs().min(dual_objective.abs());
+    let scale = 1.0 + objective.abs().min(dual_objective.abs());
     let difference = (objective - dual_objective).abs();
-    let gap = if share * most_in_gap <= 0.1 * tol * size {
-        difference / size
+    let gap = if share * most_in_gap <= 0.1 * tol * scale {
+        difference / scale
     } else {
-        (difference + share * most_in_gap) / size
+        (difference + share * most_in_gap) / scale
     };
 
-    let most_in_row = in_a.most_in_row + in_g.most_in_row + norm_b + norm_h + norm(slack.as_slice());
-    let most_in_column = in_a.most_in_column + in_g.most_in_column + most_in_p + norm_c;
-    let negligible = |most: f64, size: f64| share * most <= 0.1 * tol * (1.0 + size);
+    let (in_p, in_a, in_g) = (norm(problem.p.values()), norm(problem.a.values()), norm(problem.g.values()));
+    let (x, y, z) = (size(at.x.as_slice()), size(at.y.as_slice()), size(at.z.as_slice()));
+    let most_in_row = (in_a + in_g) * x + norm_b + norm_h + norm(slack.as_slice());
+    let most_in_column = in_a * y + in_g * z + in_p * x + norm_c;
+    let negligible = |most: f64, scale: f64| share * most <= 0.1 * tol * (1.0 + scale);
     let doubt = if negligible(most_in_row, norm_b.max(norm_h)) && negligible(most_in_column, norm_c) {
         Doubt::default()
     } else {
@@ -296,8 +283,8 @@ fn primal_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
     let h = present(problem, DVector::from_column_slice(&problem.h));
     let support = DVectorView::from(&problem.b[..]).dot(&at.y) + h.dot(&at.z);
     let nowhere = DVector::zeros(problem.n());
-    let aty = products(&problem.a, &nowhere, &at.y).by_columns;
-    let gtz = products(&problem.g, &nowhere, &at.z).by_columns;
+    let (_, aty) = products(&problem.a, &nowhere, &at.y);
+    let (_, gtz) = products(&problem.g, &nowhere, &at.z);
     let (y, z) = (at.y.as_slice(), at.z.as_slice());
     let hidden = hidden(&problem.a, problem.p(), |value, i, _| (value * y[i]).abs())
         + hidden(&problem.g, problem.m(), |value, i, _| (value * z[i]).abs());
@@ -311,13 +298,13 @@ fn primal_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
 fn dual_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
     at.x.unscale_mut(norm(at.x.as_slice()));
     let cost = DVectorView::from(&problem.c[..]).dot(&at.x);
-    let ax = products(&problem.a, &at.x, &DVector::zeros(problem.p())).by_rows;
-    let gx = products(&problem.g, &at.x, &DVector::zeros(problem.m())).by_rows;
+    let (ax, _) = products(&problem.a, &at.x, &DVector::zeros(problem.p()));
+    let (gx, _) = products(&problem.g, &at.x, &DVector::zeros(problem.m()));
     let recession = -present(problem, gx);
     let mut inside = recession.clone();
     project(problem, &mut inside);
     let distance =
-        symmetric_product(&problem.p, &at.x).0.lp_norm(1) + ax.lp_norm(1) + (recession - inside).lp_norm(1);
+        symmetric_product(&problem.p, &at.x).lp_norm(1) + ax.lp_norm(1) + (recession - inside).lp_norm(1);
     let (n, x) = (problem.n(), at.x.as_slice());
     let by = |value: f64, _: usize, j: usize| (value * x[j]).abs();
     let either = |value: f64, i: usize, j: usize| 2.0 * by(value, 0, i).max(by(value, 0, j));
