@@ -13,6 +13,7 @@ __all__ = [
     "DONE",
     "NEXT",
     "REPEAT",
+    "BatchSolver",
     "CoreError",
     "Engine",
     "ExactEngine",
