@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -76,8 +77,10 @@ class BatchSolver:
         self, problem: Problem, settings: Settings | None = None, *, threads: int = 1, **overrides: Any
     ) -> None:
         check_type("problem", problem, Problem)
-        if not isinstance(threads, int):
-            raise TypeError(f"`threads` is {threads!r}; it must be a whole number")
+        try:
+            threads = operator.index(threads)
+        except TypeError:
+            raise TypeError(f"`threads` is {threads!r}; it must be a whole number") from None
         if not 1 <= threads <= MOST_THREADS:
             raise ProblemError(f"`threads` is {threads}; it must be at least 1, and at most {MOST_THREADS}")
         self._problem, self._settings = problem, resolve(settings, overrides)

@@ -178,6 +178,7 @@ def test_misuse_of_a_solver_is_named() -> None:
         orbsoc.BatchSolver(BASE, threads=100_000)
     with pytest.raises(TypeError, match=r"`threads` is 2.5; it must be a whole number"):
         orbsoc.BatchSolver(BASE, threads=2.5)  # type: ignore[arg-type]
+    assert len(orbsoc.BatchSolver(BASE, threads=np.int64(2)).solve(**drawn(3))) == 3
     with pytest.raises(TypeError, match="`problem` is a list"):
         orbsoc.BatchSolver([])  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="tolerance"):
