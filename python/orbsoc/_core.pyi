@@ -193,6 +193,7 @@ class BatchSolver:
         g: NDArray[float64] | None = None,
         h: NDArray[float64] | None = None,
         start: Sequence[NDArray[float64]] | None = None,
+        callback: Callable[[Mapping[str, int]], object] | None = None,
     ) -> RawBatch: ...
 
 class HardwareError(ValueError): ...

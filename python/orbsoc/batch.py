@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,13 +19,17 @@ from orbsoc.solver import check_type, resolve
 
 MOST_THREADS = 4096
 
+BatchCallback = Callable[[Mapping[str, int]], object]
+"""Called with `ended` and `count`: how many problems of the batch have ended."""
+
 
 @dataclass(frozen=True, slots=True)
 class BatchSolution:
     """What `solve_batch` returns, one row a problem; each row has the bits of that problem's own `solve`.
 
     Shapes: x (B, n), y (B, p), z (B, m), s (B, m); `status` (B,) holds `Status` members, `message` and
-    `warm_start` (what became of the point to start from) are lists.
+    `warm_start` (what became of the point to start from) are lists. In a batch that was stopped, rows that had not begun
+    are NaN, INTERRUPTED after 0 iterations.
     `setup_s` is the wall-clock time of the pattern's analysis, made once for a `BatchSolver`; `solve_s` that of the
     batch, loading and verification included, and in a solver's first batch making the lanes.
     """
@@ -109,13 +113,14 @@ class BatchSolver:
         G: ArrayLike | None = None,
         P: ArrayLike | None = None,
         warm_start: BatchSolution | Solution | Start | None = None,
+        callback: BatchCallback | None = None,
     ) -> BatchSolution:
         """Solve one batch; the arguments are those of `orbsoc.solve_batch`, and so are the errors."""
         given = {"c": c, "b": b, "h": h, "A": A, "G": G, "P": P}
         rows, count = _checked(self._problem, given)
         start = None if warm_start is None else _starts(self._problem, count, warm_start)
         try:
-            raw = self._core.solve(count, **rows, start=start)
+            raw = self._core.solve(count, **rows, start=start, callback=callback)
         except _core.CoreError as error:
             raise ProblemError(str(error)) from None
         status = np.empty(len(raw.status), dtype=object)
@@ -136,6 +141,7 @@ def solve_batch(
     G: ArrayLike | None = None,
     P: ArrayLike | None = None,
     warm_start: BatchSolution | Solution | Start | None = None,
+    callback: BatchCallback | None = None,
     settings: Settings | None = None,
     threads: int = 1,
     **overrides: Any,
@@ -145,6 +151,9 @@ def solve_batch(
     Vectors come as (B, length), matrices as values (B, nnz) in the CSC order of `problem`; what is absent is
     shared. At least one must be given. +inf in `h` must stand on the same rows in every problem.
     `warm_start` holds the points to start from, one row a problem, or one point for all; see `Solver.solve`.
+    `callback` sees how far the batch is, after each iteration of the lanes (about every millisecond with several threads);
+    when it returns true, or on Ctrl-C, the batch ends: what has ended is kept, the rest is INTERRUPTED. An exception of its
+    own comes out of here.
     Raises ProblemError for shapes that do not fit, numbers that are not finite, or `threads` < 1.
 
     >>> import numpy as np, orbsoc
@@ -153,7 +162,7 @@ def solve_batch(
     array([1., 2., 3.])
     """
     solver = BatchSolver(problem, settings, threads=threads, **overrides)
-    return solver.solve(c=c, b=b, h=h, A=A, G=G, P=P, warm_start=warm_start)
+    return solver.solve(c=c, b=b, h=h, A=A, G=G, P=P, warm_start=warm_start, callback=callback)
 
 
 def _checked(problem: Problem, given: dict[str, ArrayLike | None]) -> tuple[dict[str, Array], int]:

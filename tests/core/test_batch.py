@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import multiprocessing
+import signal
+import threading
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -211,3 +214,54 @@ def test_a_solver_goes_on_in_a_forked_process_with_threads_of_its_own() -> None:
     finally:
         child.kill()
         child.join()
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_callback_sees_the_batch_grow_and_may_stop_it(threads: int) -> None:
+    data, seen = drawn(4000), []
+
+    def stop(progress: Mapping[str, int]) -> bool:
+        seen.append(progress["ended"])
+        assert progress["count"] == 4000
+        return progress["ended"] >= 16
+
+    solver = orbsoc.BatchSolver(BASE, threads=threads)
+    batch = solver.solve(**data, callback=stop)
+    assert seen == sorted(seen)
+    assert sum(ended >= 16 for ended in seen) == 1
+    stopped = np.array([status is orbsoc.Status.INTERRUPTED for status in batch.status])
+    assert 0 < stopped.sum() <= 3984
+    not_begun = stopped & (batch.iterations == 0)
+    assert np.isnan(batch.x[not_begun]).all()
+    whole = solver.solve(**data)
+    same = ~stopped & (batch.iterations == whole.iterations)
+    assert same.sum() >= 16
+    assert batch.x[same].tobytes() == whole.x[same].tobytes()
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_callbacks_exception_comes_out_and_ctrl_c_in_it_is_a_status(threads: int) -> None:
+    def fail(_: object) -> None:
+        raise ZeroDivisionError
+
+    def interrupt(_: object) -> None:
+        raise KeyboardInterrupt
+
+    solver, data = orbsoc.BatchSolver(BASE, threads=threads), drawn(4000)
+    with pytest.raises(ZeroDivisionError):
+        solver.solve(**data, callback=fail)
+    assert orbsoc.Status.INTERRUPTED in solver.solve(**data, callback=interrupt).status
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_ctrl_c_stops_a_batch_and_keeps_what_has_ended(threads: int) -> None:
+    """The signal comes from a thread of its own, while the batch runs; far more rows than are solved by then."""
+    solver, data = orbsoc.BatchSolver(BASE, threads=threads), drawn(100_000)
+    killer = threading.Timer(0.05, signal.raise_signal, [signal.SIGINT])
+    killer.start()
+    batch = solver.solve(**data)
+    killer.join()
+    stopped = np.array([status is orbsoc.Status.INTERRUPTED for status in batch.status])
+    assert stopped.any(), "the batch had ended before the signal"
+    assert not stopped.all()
+    assert len(batch) == 100_000

@@ -1,9 +1,11 @@
 //! Many problems of one pattern.
 
 use crate::convert::{one_at_a_time, problem, refuse, settings};
+use crate::watch::Watch;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
-use orbsoc::{Error, Problem, Solution, Start};
+use orbsoc::{BatchProgress, Error, Problem, Solution, Start};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -60,8 +62,9 @@ impl BatchSolver {
         })
     }
 
-    /// Solve `count` problems; the arrays are C-contiguous, one row a problem.
-    #[pyo3(signature = (count, *, p=None, c=None, a=None, b=None, g=None, h=None, start=None))]
+    /// Solve `count` problems with the GIL released; the arrays are C-contiguous, one row a problem.
+    /// `callback(progress)` returning true, or Ctrl-C, stops the batch.
+    #[pyo3(signature = (count, *, p=None, c=None, a=None, b=None, g=None, h=None, start=None, callback=None))]
     #[allow(clippy::too_many_arguments)] // the six parts of a problem
     #[allow(clippy::needless_pass_by_value)] // extracted arguments
     fn solve(
@@ -75,6 +78,7 @@ impl BatchSolver {
         g: Rows<'_>,
         h: Rows<'_>,
         start: Option<[PyReadonlyArray2<'_, f64>; 4]>,
+        callback: Option<Py<PyAny>>,
     ) -> PyResult<RawBatch> {
         let mut views = Vec::with_capacity(6);
         for array in [&p, &c, &a, &b, &g, &h].map(Option::as_ref) {
@@ -106,17 +110,23 @@ impl BatchSolver {
         };
         let state = &mut *one_at_a_time(&self.0)?;
         let inner = &mut state.inner;
+        let mut watch = Watch::new(callback.as_ref());
         let clock = Instant::now();
         let solutions = py.detach(|| {
-            if points.is_empty() {
-                inner.solve(count, write)
-            } else {
-                inner.solve_from(count, write, point)
-            }
+            let observe = |progress: &BatchProgress| watch.look(|py| progress_dict(py, progress));
+            inner.solve_observed(count, write, if points.is_empty() { None } else { Some(&point) }, observe)
         });
         let elapsed = clock.elapsed();
+        watch.raised()?;
         raw(py, state, &solutions.map_err(refuse)?, elapsed)
     }
+}
+
+fn progress_dict<'py>(py: Python<'py>, at: &BatchProgress) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    out.set_item("ended", at.ended)?;
+    out.set_item("count", at.count)?;
+    Ok(out)
 }
 
 /// The words of an array, and how many of them are a problem's.

@@ -1,10 +1,10 @@
 //! The engine as a Python object.
 
 use crate::convert::{one_at_a_time, problem, refuse, replace_numbers, settings};
-use core::ops::ControlFlow;
+use crate::watch::Watch;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use orbsoc::{Buffer, Error, Outcome, Problem, Progress, Solution, Stage, Start};
-use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt};
+use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::{Mutex, MutexGuard};
@@ -13,9 +13,6 @@ use std::time::{Duration, Instant};
 pub const NEXT: u8 = 0;
 pub const REPEAT: u8 = 1;
 pub const DONE: u8 = 2;
-
-/// How often a running solve looks for Ctrl-C; shorter iterations are grouped.
-const SIGNAL_INTERVAL: Duration = Duration::from_millis(1);
 
 #[pyclass(module = "orbsoc._core", frozen, get_all)]
 pub struct RawSolution {
@@ -111,35 +108,20 @@ impl Engine {
         start: Option<Point<'_>>,
     ) -> PyResult<RawSolution> {
         let start = start.as_ref().map(owned);
-        let mut raised: Option<PyErr> = None;
+        let mut watch = Watch::new(callback.as_ref());
         let state = &mut *self.state()?;
         let inner = &mut state.inner;
         let (solution, elapsed) = py.detach(|| {
             let clock = Instant::now();
-            let mut looked = clock;
-            let mut observe = |progress: &Progress| {
-                if callback.is_none() && looked.elapsed() < SIGNAL_INTERVAL {
-                    return ControlFlow::Continue(());
-                }
-                looked = Instant::now();
-                Python::attach(|py| match watch(py, progress, callback.as_ref()) {
-                    Ok(flow) => flow,
-                    Err(error) => {
-                        raised = Some(error);
-                        ControlFlow::Break(())
-                    }
-                })
-            };
+            let mut observe = |progress: &Progress| watch.look(|py| progress_dict(py, progress));
             let solution = match &start {
                 Some(from) => inner.solve_from_observed(&borrowed(from), &mut observe),
                 None => Ok(inner.solve_observed(&mut observe)),
             };
             (solution, clock.elapsed())
         });
-        match raised {
-            Some(error) => Err(error),
-            None => Ok(state.raw(py, solution.map_err(refuse)?, elapsed)),
-        }
+        watch.raised()?;
+        Ok(state.raw(py, solution.map_err(refuse)?, elapsed))
     }
 
     /// Load a point to start from; whether the warm list is to be walked, and not the cold one.
@@ -258,25 +240,6 @@ pub fn raw_solution(
         nnz_l,
         warm_start: solution.warm_start.name(),
     }
-}
-
-/// Ctrl-C ends the solve quietly, in the callback too: its status says so. Other exceptions of the callback go up.
-fn watch(py: Python<'_>, progress: &Progress, callback: Option<&Py<PyAny>>) -> PyResult<ControlFlow<()>> {
-    if py.check_signals().is_err() {
-        return Ok(ControlFlow::Break(()));
-    }
-    if let Some(callback) = callback {
-        let stop = callback.call1(py, (progress_dict(py, progress)?,)).and_then(|wish| wish.is_truthy(py));
-        match stop {
-            Ok(false) => {}
-            Ok(true) => return Ok(ControlFlow::Break(())),
-            Err(error) if error.is_instance_of::<PyKeyboardInterrupt>(py) => {
-                return Ok(ControlFlow::Break(()))
-            }
-            Err(error) => return Err(error),
-        }
-    }
-    Ok(ControlFlow::Continue(()))
 }
 
 fn progress_dict<'py>(py: Python<'py>, at: &Progress) -> PyResult<Bound<'py, PyDict>> {

@@ -9,6 +9,7 @@ mod hardware;
 mod image;
 mod method;
 mod mixed;
+mod watch;
 
 use pyo3::prelude::*;
 

@@ -5,7 +5,7 @@
 //! set iterates when it is full, so one hard problem does not hold the others. Every problem's bits are those of its own
 //! single solve, wherever it ran.
 
-use crate::crew::{Crew, StartOf, Work};
+use crate::crew::{Crew, StartOf, Watch, Work};
 use crate::error::Error;
 use crate::problem::Problem;
 use crate::real::Lanes;
@@ -13,9 +13,11 @@ use crate::settings::Settings;
 use crate::solution::Solution;
 use crate::structure::Structure;
 use crate::warm_start::Start;
-use rayon::prelude::*;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use core::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 /// A pattern made ready for batches, for one after another: each thread keeps the lanes that it has made when it first
 /// had a problem to solve.
@@ -40,6 +42,18 @@ pub struct BatchSolver {
     pool: Option<Pool>,
 }
 
+/// Where a batch stands, for whoever watches it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BatchProgress {
+    /// Problems that have ended, whatever their status.
+    pub ended: usize,
+    /// Problems of the batch.
+    pub count: usize,
+}
+
+/// How often somebody who watches a batch on several threads is shown it.
+const LOOK_INTERVAL: Duration = Duration::from_millis(1);
+
 /// Threads, and the process that has them: a fork has none of its parent's.
 struct Pool {
     threads: rayon::ThreadPool,
@@ -51,6 +65,31 @@ impl Pool {
         let threads = rayon::ThreadPoolBuilder::new().num_threads(count).build();
         let threads = threads.map_err(|e| Error::Threads { count, detail: e.to_string() })?;
         Ok(Self { threads, process: std::process::id() })
+    }
+
+    /// Do `work` with each of the crews, one a thread; the calling thread looks now and then.
+    fn run<C: Send>(
+        &self,
+        crews: &mut [C],
+        work: impl Fn(&mut C) -> Result<(), Error> + Sync,
+        mut look: impl FnMut() -> ControlFlow<()>,
+    ) -> Result<(), Error> {
+        let (send, receive) = mpsc::channel();
+        self.threads.in_place_scope(|scope| {
+            for crew in crews {
+                let (send, work) = (send.clone(), &work);
+                scope.spawn(move |_| drop(send.send(work(crew))));
+            }
+            drop(send);
+            let mut outcome = Ok(());
+            loop {
+                match receive.recv_timeout(LOOK_INTERVAL) {
+                    Ok(ended) => outcome = outcome.and(ended),
+                    Err(RecvTimeoutError::Timeout) => drop(look()),
+                    Err(RecvTimeoutError::Disconnected) => return outcome,
+                }
+            }
+        })
     }
 }
 
@@ -77,7 +116,7 @@ impl BatchSolver {
         count: usize,
         write: impl Fn(usize, &mut Problem) -> Result<(), Error> + Sync,
     ) -> Result<Vec<Solution>, Error> {
-        self.run(count, write, None)
+        self.solve_observed(count, write, None, |_| ControlFlow::Continue(()))
     }
 
     /// As [`BatchSolver::solve`], each problem from a point nearby; see [`crate::Engine::solve_from`].
@@ -90,21 +129,27 @@ impl BatchSolver {
         write: impl Fn(usize, &mut Problem) -> Result<(), Error> + Sync,
         start: impl Fn(usize) -> Start<'a> + Sync,
     ) -> Result<Vec<Solution>, Error> {
-        self.run(count, write, Some(&start))
+        self.solve_observed(count, write, Some(&start), |_| ControlFlow::Continue(()))
     }
 
-    fn run(
+    /// As the others, showing to `observe`, on the calling thread, how far the batch is: after each iteration of the
+    /// lanes, or every millisecond where other threads do the work. `observe` may end the batch: problems under way then
+    /// end with their best iterate, those that have not begun without one, all of them [`Status::Interrupted`].
+    ///
+    /// # Errors
+    /// As [`BatchSolver::solve_from`].
+    pub fn solve_observed(
         &mut self,
         count: usize,
         write: impl Fn(usize, &mut Problem) -> Result<(), Error> + Sync,
         start: Option<StartOf<'_, '_>>,
+        mut observe: impl FnMut(&BatchProgress) -> ControlFlow<()>,
     ) -> Result<Vec<Solution>, Error> {
         let Self { base, structure, settings, crews, pool } = self;
         let (base, structure, settings) = (&*base, &*structure, &*settings);
-        let next = AtomicUsize::new(0);
-        let solved = Mutex::new(vec![None; count]);
-        let work = |crew: &mut Option<Box<dyn Work>>| {
-            if next.load(Ordering::Relaxed) >= count {
+        let desk = Desk::new(count);
+        let work = |crew: &mut Option<Box<dyn Work>>, watch: &mut Watch<'_>| {
+            if desk.empty() {
                 return Ok(());
             }
             let crew = match crew {
@@ -112,33 +157,87 @@ impl BatchSolver {
                 None => crew.insert(lanes(structure, settings)?),
             };
             let mut take = |problem: &mut Problem| {
-                let k = next.fetch_add(1, Ordering::Relaxed);
-                if k >= count {
-                    return Ok(None);
-                }
+                let Some(k) = desk.next() else { return Ok(None) };
                 problem.copy_numbers(base);
                 write(k, problem)?;
                 base.same_pattern(problem)?;
                 Ok(Some(k))
             };
-            let mut done = |k: usize, solution| {
-                if let Ok(mut solved) = solved.lock() {
-                    solved[k] = Some(solution);
-                }
-            };
-            crew.work(base, &mut take, start, &mut done)
+            let worked =
+                crew.work(base, &mut take, start, &mut |k, solution| desk.hand_in(k, solution), watch);
+            worked.inspect_err(|_| desk.close())
         };
         match pool {
             Some(pool) => {
                 if pool.process != std::process::id() {
                     *pool = Pool::new(crews.len())?;
                 }
-                pool.threads.install(|| crews.par_iter_mut().with_max_len(1).try_for_each(work))?;
+                pool.run(crews, |crew| work(crew, &mut || desk.flow()), || desk.show(&mut observe))?;
             }
-            None => crews.iter_mut().try_for_each(work)?,
+            None => crews.iter_mut().try_for_each(|crew| work(crew, &mut || desk.show(&mut observe)))?,
         }
-        let solved = solved.into_inner().unwrap_or_default();
-        Ok(solved.into_iter().flatten().collect())
+        Ok(desk.solutions(base))
+    }
+}
+
+/// Where threads fetch problems and hand in solutions.
+struct Desk {
+    next: AtomicUsize,
+    ended: AtomicUsize,
+    /// No more problems are handed out, and those under way are to stop.
+    closed: AtomicBool,
+    solved: Mutex<Vec<Option<Solution>>>,
+    count: usize,
+}
+
+impl Desk {
+    fn new(count: usize) -> Self {
+        let [next, ended] = [0, 0].map(AtomicUsize::new);
+        Self { next, ended, closed: AtomicBool::new(false), solved: Mutex::new(vec![None; count]), count }
+    }
+
+    fn empty(&self) -> bool {
+        self.flow().is_break() || self.next.load(Ordering::Relaxed) >= self.count
+    }
+
+    fn next(&self) -> Option<usize> {
+        let fetch = || self.next.fetch_add(1, Ordering::Relaxed);
+        (!self.empty()).then(fetch).filter(|&k| k < self.count)
+    }
+
+    fn hand_in(&self, k: usize, solution: Solution) {
+        self.ended.fetch_add(1, Ordering::Relaxed);
+        if let Ok(mut solved) = self.solved.lock() {
+            solved[k] = Some(solution);
+        }
+    }
+
+    /// Whether to go on.
+    fn flow(&self) -> ControlFlow<()> {
+        if self.closed.load(Ordering::Relaxed) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    }
+
+    /// Show who watches how far the batch is; asked only until the answer is to stop.
+    fn show(&self, observe: &mut impl FnMut(&BatchProgress) -> ControlFlow<()>) -> ControlFlow<()> {
+        let progress = BatchProgress { ended: self.ended.load(Ordering::Relaxed), count: self.count };
+        if self.flow().is_continue() && observe(&progress).is_break() {
+            self.close();
+        }
+        self.flow()
+    }
+
+    fn close(&self) {
+        self.closed.store(true, Ordering::Relaxed);
+    }
+
+    /// One for each problem.
+    fn solutions(self, base: &Problem) -> Vec<Solution> {
+        let solved = self.solved.into_inner().unwrap_or_default();
+        solved.into_iter().map(|s| s.unwrap_or_else(|| Solution::not_begun(base))).collect()
     }
 }
 

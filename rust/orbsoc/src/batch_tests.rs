@@ -5,6 +5,7 @@ use crate::oracle::{mixed_problem, Numbers};
 use crate::real::{Decide, Lanes};
 use crate::structure::Structure;
 use crate::{solve_batch, solve_batch_from, Engine, Error, Problem, Settings, Solution, Start, WarmStart};
+use core::ops::ControlFlow;
 use std::sync::Arc;
 
 const COUNT: usize = 21;
@@ -28,7 +29,8 @@ fn in_lanes_from<T: Decide>(base: &Problem, start: Option<StartOf<'_, '_>>) -> V
         next += 1;
         Ok((next <= COUNT).then_some(next - 1))
     };
-    crew.work(base, &mut take, start, &mut |k, solution| solved[k] = Some(solution)).unwrap();
+    let mut done = |k: usize, solution| solved[k] = Some(solution);
+    crew.work(base, &mut take, start, &mut done, &mut || ControlFlow::Continue(())).unwrap();
     solved.into_iter().map(Option::unwrap).collect()
 }
 

@@ -9,6 +9,7 @@ use crate::solution::{Solution, WarmStart};
 use crate::stage::{STARTUP, WARM_STARTUP};
 use crate::structure::Structure;
 use crate::warm_start::Start;
+use core::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Each problem's point to start from.
@@ -20,6 +21,9 @@ pub(crate) type Take<'f> = dyn FnMut(&mut Problem) -> Result<Option<usize>, Erro
 /// Receives the solution of a problem.
 pub(crate) type Done<'f> = dyn FnMut(usize, Solution) + 'f;
 
+/// Asked after each iteration whether to go on; once it is not, walks end.
+pub(crate) type Watch<'f> = dyn FnMut() -> ControlFlow<()> + 'f;
+
 /// Lanes of any instruction set.
 pub(crate) trait Work: Send {
     /// Solve what `take` hands out, from the points of `start`, until it has no more; give each solution to `done`.
@@ -29,6 +33,7 @@ pub(crate) trait Work: Send {
         take: &mut Take<'_>,
         start: Option<StartOf<'_, '_>>,
         done: &mut Done<'_>,
+        watch: &mut Watch<'_>,
     ) -> Result<(), Error>;
 }
 
@@ -51,19 +56,20 @@ impl<T: Decide + Send> Work for Crew<T> {
         take: &mut Take<'_>,
         start: Option<StartOf<'_, '_>>,
         done: &mut Done<'_>,
+        watch: &mut Watch<'_>,
     ) -> Result<(), Error> {
         self.clear();
         loop {
             let arriving = self.arriving(base, take)?;
             if !arriving.is_empty() {
-                self.make_room(done)?;
+                self.make_room(done, watch)?;
                 self.begin(arriving, start)?;
-                self.iterate_cohort(Self::FEW, done);
+                self.iterate_cohort(Self::FEW, done, watch);
             } else if self.stragglers.as_ref().is_some_and(|stragglers| stragglers.busy() > 0) {
-                self.make_room(done)?;
-                self.iterate_stragglers(0, done);
+                self.make_room(done, watch)?;
+                self.iterate_stragglers(0, done, watch);
             } else if self.cohort.busy() > 0 {
-                self.iterate_cohort(0, done);
+                self.iterate_cohort(0, done, watch);
             } else {
                 return Ok(());
             }
@@ -119,10 +125,10 @@ impl<T: Decide> Crew<T> {
     }
 
     /// Move what is left of the cohort to the stragglers; when those are full, they iterate until one has ended.
-    fn make_room(&mut self, done: &mut Done<'_>) -> Result<(), Error> {
+    fn make_room(&mut self, done: &mut Done<'_>, watch: &mut Watch<'_>) -> Result<(), Error> {
         while self.cohort.busy() > 0 {
             if self.stragglers.as_ref().is_some_and(|stragglers| stragglers.busy() == T::LANES) {
-                self.iterate_stragglers(T::LANES - 1, done);
+                self.iterate_stragglers(T::LANES - 1, done, watch);
             }
             let stragglers = match self.stragglers.take() {
                 Some(stragglers) => stragglers,
@@ -133,15 +139,15 @@ impl<T: Decide> Crew<T> {
         Ok(())
     }
 
-    fn iterate_cohort(&mut self, few: usize, done: &mut Done<'_>) {
-        self.cohort.iterate_until(few);
+    fn iterate_cohort(&mut self, few: usize, done: &mut Done<'_>, watch: &mut Watch<'_>) {
+        self.cohort.iterate_until(few, watch);
         let ended = self.cohort.dismiss();
         self.hand_over(ended, done);
     }
 
-    fn iterate_stragglers(&mut self, few: usize, done: &mut Done<'_>) {
+    fn iterate_stragglers(&mut self, few: usize, done: &mut Done<'_>, watch: &mut Watch<'_>) {
         let Some(stragglers) = &mut self.stragglers else { return };
-        stragglers.iterate_until(few);
+        stragglers.iterate_until(few, watch);
         let ended = stragglers.dismiss();
         self.hand_over(ended, done);
     }

@@ -68,7 +68,7 @@ mod upper;
 mod warm_start;
 mod workspace;
 
-pub use batch::{solve_batch, solve_batch_from, BatchSolver};
+pub use batch::{solve_batch, solve_batch_from, BatchProgress, BatchSolver};
 pub use cones::Cones;
 pub use csc::Csc;
 pub use engine::{operation_counts, Engine, Progress};

@@ -2,6 +2,7 @@
 
 use crate::certificate::Walked;
 use crate::control::{keep_best, Control};
+use crate::crew::Watch;
 use crate::datapath::Datapath;
 use crate::error::Error;
 use crate::problem::Problem;
@@ -119,14 +120,17 @@ impl<T: Decide> Seats<T> {
         self.perform(*statistics);
     }
 
-    /// Iterate until no more than `few` walks go on, which are then laid aside.
-    pub fn iterate_until(&mut self, few: usize) {
+    /// Iterate until no more than `few` walks go on, which are then laid aside. All end soon after `watch` says so.
+    pub fn iterate_until(&mut self, few: usize, watch: &mut Watch<'_>) {
         let now = Instant::now();
         for seat in self.lanes.iter_mut().flatten() {
             seat.control.take_up(now);
         }
         while self.busy() > few {
             self.iterate();
+            if watch().is_break() {
+                self.lanes.iter_mut().flatten().for_each(|seat| seat.control.interrupted = true);
+            }
         }
         let now = Instant::now();
         for seat in self.lanes.iter_mut().flatten() {

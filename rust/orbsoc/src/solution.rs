@@ -1,5 +1,6 @@
 //! What a solve returns.
 
+use crate::problem::Problem;
 use core::fmt;
 
 /// Outcome of a solve, supported by numbers recomputed on the original data.
@@ -19,7 +20,7 @@ pub enum Status {
     MaxTime,
     /// No further progress in this arithmetic; the best iterate comes along.
     NumericalLimit,
-    /// Stopped from outside; the best iterate comes along.
+    /// Stopped from outside; the best iterate comes along, NaN where a batch had not begun the problem.
     Interrupted,
 }
 
@@ -124,6 +125,31 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// Of a problem whose batch was stopped before its turn came.
+    pub(crate) fn not_begun(problem: &Problem) -> Self {
+        let unknown = f64::NAN;
+        let [x, y, z, s] = [problem.n(), problem.p(), problem.m(), problem.m()].map(|len| vec![unknown; len]);
+        Self {
+            status: Status::Interrupted,
+            x,
+            y,
+            z,
+            s,
+            objective: unknown,
+            dual_objective: unknown,
+            iterations: 0,
+            warm_start: WarmStart::None,
+            refinements: 0,
+            certificate: Certificate {
+                primal_residual: unknown,
+                dual_residual: unknown,
+                gap: unknown,
+                radius: unknown,
+            },
+            message: "stopped before this problem began".into(),
+        }
+    }
+
     /// The outcome of a solve whose last walk has this one, after an `earlier` walk that stalled: the better of the two,
     /// with the counts of all walks.
     pub(crate) fn after(self, earlier: Option<&Self>) -> Self {

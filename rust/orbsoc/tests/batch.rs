@@ -1,6 +1,9 @@
 //! A batch returns, for every problem, the bits of its own single solve, whoever its neighbours are.
 
-use orbsoc::{solve, solve_batch, BatchSolver, Cones, Csc, Error, Problem, Settings, Solution, Status};
+use core::ops::ControlFlow;
+use orbsoc::{
+    solve, solve_batch, BatchProgress, BatchSolver, Cones, Csc, Error, Problem, Settings, Solution, Status,
+};
 
 /// Deterministic numbers in (−1, 1).
 fn numbers(seed: usize, count: usize) -> Vec<f64> {
@@ -130,4 +133,66 @@ fn a_wrong_length_is_an_error_that_names_it() {
     let wrong = |_: usize, problem: &mut Problem| problem.set_c(&[1.0]);
     let error = solve_batch(&base(), 3, wrong, &Settings::default(), 1).unwrap_err();
     assert_eq!(error.to_string(), "`c` has 1 entries, but the problem needs 6");
+}
+
+/// Stop a batch of 61 when `at` problems have ended.
+fn stopped_at(at: usize, threads: usize) -> (Vec<Solution>, Vec<BatchProgress>) {
+    let mut solver = BatchSolver::new(&base(), &Settings::default(), threads).unwrap();
+    let mut seen = Vec::new();
+    let observe = |progress: &BatchProgress| {
+        seen.push(*progress);
+        if progress.ended >= at {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    };
+    let solutions = solver.solve_observed(61, write, None, observe).unwrap();
+    let again = solver.solve(9, write).unwrap();
+    again.iter().enumerate().for_each(|(k, s)| assert_same(k, &single(k, &Settings::default()), s));
+    (solutions, seen)
+}
+
+/// That of its own solve, or one that was stopped when the tolerance was met already.
+fn assert_ended(k: usize, solution: &Solution) {
+    let alone = single(k, &Settings::default());
+    if solution.iterations == alone.iterations {
+        assert_same(k, &alone, solution);
+    } else {
+        assert_eq!(solution.status, Status::Solved);
+        assert!(solution.certificate.worst() <= Settings::default().tol, "problem {k}");
+    }
+}
+
+#[test]
+fn a_stopped_batch_keeps_what_has_ended_and_says_what_has_not() {
+    let (solutions, seen) = stopped_at(20, 1);
+    assert!(seen.windows(2).all(|w| w[0].ended <= w[1].ended && w[1].count == 61));
+    assert!(
+        seen.iter().filter(|progress| progress.ended >= 20).count() == 1,
+        "asked again after it said stop"
+    );
+    let (stopped, ended): (Vec<_>, Vec<_>) =
+        solutions.iter().enumerate().partition(|(_, s)| s.status == Status::Interrupted);
+    assert!(ended.len() >= 20 && stopped.len() >= 61 - 20 - 16, "{} ended", ended.len());
+    for (k, solution) in ended {
+        assert_ended(k, solution);
+    }
+    let (under_way, not_begun): (Vec<_>, Vec<_>) = stopped.into_iter().partition(|(_, s)| s.iterations > 0);
+    assert!(!under_way.is_empty() && !not_begun.is_empty());
+    assert!(under_way.iter().all(|(_, s)| s.x.iter().all(|x| x.is_finite())));
+    for (k, s) in not_begun {
+        assert!(s.x.iter().chain(&s.y).chain(&s.z).chain(&s.s).all(|w| w.is_nan()), "problem {k}");
+        assert_eq!(s.message, "stopped before this problem began");
+        assert_eq!(s.certificate.worst(), f64::INFINITY);
+    }
+}
+
+#[test]
+fn a_batch_on_threads_is_stopped_from_the_thread_that_called() {
+    let (solutions, seen) = stopped_at(0, 2);
+    assert!(solutions.len() == 61 && seen.len() <= 1);
+    for (k, solution) in solutions.iter().enumerate().filter(|(_, s)| s.status != Status::Interrupted) {
+        assert_ended(k, solution);
+    }
 }

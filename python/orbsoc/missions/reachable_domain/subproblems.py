@@ -116,7 +116,9 @@ def _by_dual(batch: CondensedBatch, near: Array, tolerance: Array, out: Answers)
 def _take_interior(
     out: Answers, which: Index, batch: CondensedBatch, found: BatchSolution, rules: Rules
 ) -> None:
-    """Note what the interior-point method says of the points `which`."""
+    """Note what the interior-point method says of the points `which`; KeyboardInterrupt when Ctrl-C stopped it."""
+    if Status.INTERRUPTED in found.status:
+        raise KeyboardInterrupt
     p = batch.base.p
     out.iterations[which] += found.iterations.astype(np.int32)
     out.controls[which] = found.x
