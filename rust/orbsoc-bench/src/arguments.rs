@@ -9,6 +9,7 @@ orbsoc-bench FOLDER|FILE … [--repeats N] [--tol T] [--stages] [--label TEXT] [
     --repeats N    times that each problem is solved (30)
     --tol T        tolerance (1e-8)
     --stages       time every stage, too
+    --cold         before each set-up, read more memory than a core's caches hold: a solve now and then, not in a loop
     --batch N      solve N variants of each problem in SIMD lanes on one thread, too; time per problem
     --label TEXT   what is measured, for the header of the file
     --out FILE     write the results as CSV
@@ -36,6 +37,8 @@ pub struct Plan {
     pub repeats: usize,
     pub tol: f64,
     pub stages: bool,
+    /// Nothing of a solve before is left in a core's caches.
+    pub cold: bool,
     /// Variants of each problem that are solved together; 0 for none.
     pub batch: usize,
     pub label: String,
@@ -50,6 +53,7 @@ impl Arguments {
             repeats: 30,
             tol: 1e-8,
             stages: false,
+            cold: false,
             batch: 0,
             label: String::new(),
             out: None,
@@ -69,6 +73,7 @@ impl Arguments {
                 "--label" => plan.label = value()?,
                 "--out" => plan.out = Some(value()?.into()),
                 "--stages" => plan.stages = true,
+                "--cold" => plan.cold = true,
                 "--schedule" => schedule = true,
                 _ if word.starts_with('-') => return Err(format!("unknown option {word}; see --help")),
                 _ => plan.paths.push(word.into()),

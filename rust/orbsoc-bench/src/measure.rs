@@ -53,10 +53,14 @@ pub fn measure(problems: &[(String, Problem)], plan: &Plan) -> Result<Vec<Measur
     for (name, problem) in problems.iter().filter(|_| plan.batch > 0) {
         lanes.push(BatchSolver::new(problem, &settings, 1).map_err(|e| format!("{name}: {e}"))?);
     }
+    let mut other = vec![0u64; if plan.cold { OTHER_WORDS } else { 0 }];
     let mut clocks = vec![stages::Clocks::default(); problems.len()];
     for repeat in 0..plan.repeats {
         for (k, (name, problem)) in problems.iter().enumerate() {
             let refuse = |e: orbsoc::Error| format!("{name}: {e}");
+            if plan.cold {
+                cool(&mut other);
+            }
             let start = Instant::now();
             let mut engine = Engine::<f64>::new(problem, &settings).map_err(refuse)?;
             setups[k].push(microseconds(start));
@@ -88,6 +92,17 @@ pub fn measure(problems: &[(String, Problem)], plan: &Plan) -> Result<Vec<Measur
         });
     }
     Ok(measured)
+}
+
+/// Words of memory that replace what a core's own caches hold: 16 MiB.
+const OTHER_WORDS: usize = 2 << 20;
+
+/// Do some other work.
+fn cool(other: &mut [u64]) {
+    for (k, word) in other.iter_mut().enumerate() {
+        *word = word.wrapping_add(k as u64);
+    }
+    std::hint::black_box(other);
 }
 
 /// Solve variants of a problem, whose c, b and h differ by up to a thousandth of each number.

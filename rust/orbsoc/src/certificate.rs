@@ -2,7 +2,6 @@
 //! with the iteration: other vectors (nalgebra's), other products, always double precision.
 
 use crate::control::{Control, RADIUS_CLAIMED};
-use crate::csc::Csc;
 use crate::datapath::Datapath;
 use crate::doubt::{hidden, rounding, wandering, Doubt};
 use crate::problem::Problem;
@@ -11,6 +10,7 @@ use crate::settings::Settings;
 use crate::solution::{Certificate, Solution, Status};
 use crate::stage::Stop;
 use crate::structure::Structure;
+use crate::sums::{larger, symmetric_product, Sums};
 use crate::workspace::Buffer;
 use nalgebra::{DVector, DVectorView};
 
@@ -31,107 +31,8 @@ struct Candidate {
     s: DVector<f64>,
 }
 
-/// M x and Mᵀ y in one pass over M.
-#[inline(always)]
-fn products(matrix: &Csc, x: &DVector<f64>, y: &DVector<f64>) -> (DVector<f64>, DVector<f64>) {
-    let (mut by_rows, mut by_columns) = (DVector::zeros(matrix.nrows()), DVector::zeros(matrix.ncols()));
-    let (sums, y) = (by_rows.as_mut_slice(), y.as_slice());
-    let columns = matrix.columns().zip(by_columns.as_mut_slice());
-    for (((rows, values), out), &x) in columns.zip(x.as_slice()) {
-        for (&i, &value) in rows.iter().zip(values) {
-            sums[i] += value * x;
-        }
-        // Four sums side by side: one alone would wait for each addition.
-        let mut four = [0.0; 4];
-        let (row_chunks, value_chunks) = (rows.as_chunks::<4>(), values.as_chunks::<4>());
-        for (rows, values) in row_chunks.0.iter().zip(value_chunks.0) {
-            for k in 0..4 {
-                four[k] += values[k] * y[rows[k]];
-            }
-        }
-        let rest: f64 = row_chunks.1.iter().zip(value_chunks.1).map(|(&i, v)| v * y[i]).sum();
-        *out = rest + ((four[0] + four[2]) + (four[1] + four[3]));
-    }
-    (by_rows, by_columns)
-}
-
-#[inline(always)]
-fn symmetric_product(upper: &Csc, x: &DVector<f64>) -> DVector<f64> {
-    let mut out = DVector::zeros(upper.nrows());
-    let (sums, x) = (out.as_mut_slice(), x.as_slice());
-    for (j, (rows, values)) in upper.columns().enumerate() {
-        for (&i, &value) in rows.iter().zip(values) {
-            sums[i] += value * x[j];
-            if i != j {
-                sums[j] += value * x[i];
-            }
-        }
-    }
-    out
-}
-
-/// ‖x‖∞; infinite when x is not finite, zero when it is empty.
-#[inline(always)]
-fn norm(x: &[f64]) -> f64 {
-    // Several maxima side by side: one alone would wait for each comparison.
-    let (mut top, mut zero) = ([0.0; 8], [0.0; 8]);
-    let (chunks, rest) = x.as_chunks::<8>();
-    for words in chunks {
-        for k in 0..8 {
-            top[k] = larger(top[k], words[k].abs());
-            zero[k] += words[k] * 0.0;
-        }
-    }
-    for (k, word) in rest.iter().enumerate() {
-        top[k] = larger(top[k], word.abs());
-        zero[k] += word * 0.0;
-    }
-    if zero == [0.0; 8] {
-        top.into_iter().fold(0.0, larger)
-    } else {
-        f64::INFINITY
-    }
-}
-
-/// Σ |a_k|.
-#[inline(always)]
-fn size(a: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (chunks, rest) = a.as_chunks::<8>();
-    for words in chunks {
-        for k in 0..8 {
-            sums[k] += words[k].abs();
-        }
-    }
-    sums.into_iter().sum::<f64>() + rest.iter().map(|word| word.abs()).sum::<f64>()
-}
-
-/// Σ |a_k·b_k|.
-#[inline(always)]
-fn magnitude(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
-    for (a, b) in a.iter().zip(b) {
-        for k in 0..8 {
-            sums[k] += (a[k] * b[k]).abs();
-        }
-    }
-    sums.into_iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| (a * b).abs()).sum::<f64>()
-}
-
-/// The larger one; a NaN on the right is dropped.
-#[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    if a < b {
-        b
-    } else {
-        a
-    }
-}
-
 /// What the projection of (head, tail) onto its cone makes of the head, and by what it multiplies the tail;
 /// nothing where the point is inside.
-#[inline(always)]
 fn onto_cone(head: f64, tail: &[f64]) -> Option<(f64, f64)> {
     let size = tail.iter().map(|v| v * v).sum::<f64>().sqrt();
     if size <= head {
@@ -163,7 +64,7 @@ fn project(problem: &Problem, v: &mut DVector<f64>) {
 }
 
 /// The largest entry of what the projection of `v` onto K would move.
-#[inline(always)]
+#[inline(never)]
 fn outside(problem: &Problem, v: &DVector<f64>) -> f64 {
     let (orthant, mut rest) = v.as_slice().split_at(problem.cones.l);
     let mut farthest = [0.0; 8];
@@ -185,7 +86,7 @@ fn outside(problem: &Problem, v: &DVector<f64>) -> f64 {
 }
 
 /// Absent rows take part in nothing: zero where h is +∞.
-#[inline(always)]
+#[inline(never)]
 fn present(problem: &Problem, mut v: DVector<f64>) -> DVector<f64> {
     // A selection: a store on a condition would be made one by one.
     for (v, h) in v.as_mut_slice().iter_mut().zip(&problem.h) {
@@ -204,36 +105,29 @@ fn ratio(error: f64, size: f64) -> f64 {
     }
 }
 
-/// Compiled once for each instruction set and chosen at run time.
-fn examine(problem: &Problem, at: &Candidate, tol: f64) -> Evidence {
-    pulp::Arch::new().dispatch(
-        #[inline(always)]
-        || evidence(problem, at, tol),
-    )
-}
-
 /// What rounding may hide in a residual or in the gap counts as its error where that could be more than a tenth of the tolerance.
-#[inline(always)]
-fn evidence(problem: &Problem, at: &Candidate, tol: f64) -> Evidence {
-    let (c, b) = (DVectorView::from(&problem.c[..]), DVectorView::from(&problem.b[..]));
+fn examine(problem: &Problem, at: &Candidate, tol: f64) -> Evidence {
+    let sums = Sums::new();
+    let norm = |v: &[f64]| sums.norm(v);
+    let (x, y, z) = (at.x.as_slice(), at.y.as_slice(), at.z.as_slice());
     let h = present(problem, DVector::from_column_slice(&problem.h));
     let slack = present(problem, at.s.clone());
-    let px = symmetric_product(&problem.p, &at.x);
-    let (ax, aty) = products(&problem.a, &at.x, &at.y);
-    let (gx, gtz) = products(&problem.g, &at.x, &at.z);
-    let gx = present(problem, gx);
-    let (norm_b, norm_h) = (norm(&problem.b), norm(h.as_slice()));
+    let mut px = symmetric_product(&problem.p, &at.x);
+    let (mut ax, aty) = sums.products(&problem.a, &at.x, &at.y);
+    let (gx, gtz) = sums.products(&problem.g, &at.x, &at.z);
+    let mut gx = present(problem, gx);
+    let (norm_b, norm_h, norm_s) = (norm(&problem.b), norm(h.as_slice()), norm(slack.as_slice()));
     let (norm_c, norm_ax, norm_gx) = (norm(&problem.c), norm(ax.as_slice()), norm(gx.as_slice()));
     let (norm_px, norm_aty, norm_gtz) = (norm(px.as_slice()), norm(aty.as_slice()), norm(gtz.as_slice()));
 
-    let half_curvature = 0.5 * at.x.dot(&px);
-    let objective = half_curvature + c.dot(&at.x);
-    let dual_objective = -half_curvature - b.dot(&at.y) - h.dot(&at.z);
+    let half_curvature = 0.5 * sums.dot(x, px.as_slice());
+    let objective = half_curvature + sums.dot(&problem.c, x);
+    let dual_objective = -half_curvature - sums.dot(&problem.b, y) - sums.dot(h.as_slice(), z);
     let share = wandering(problem.n() + problem.p() + problem.m());
-    let most_in_gap = magnitude(at.x.as_slice(), px.as_slice())
-        + magnitude(&problem.c, at.x.as_slice())
-        + magnitude(&problem.b, at.y.as_slice())
-        + magnitude(h.as_slice(), at.z.as_slice());
+    let most_in_gap = sums.magnitude(x, px.as_slice())
+        + sums.magnitude(&problem.c, x)
+        + sums.magnitude(&problem.b, y)
+        + sums.magnitude(h.as_slice(), z);
     let scale = 1.0 + objective.abs().min(dual_objective.abs());
     let difference = (objective - dual_objective).abs();
     let gap = if share * most_in_gap <= 0.1 * tol * scale {
@@ -242,26 +136,33 @@ fn evidence(problem: &Problem, at: &Candidate, tol: f64) -> Evidence {
         (difference + share * most_in_gap) / scale
     };
 
-    let (in_p, in_a, in_g) = (norm(problem.p.values()), norm(problem.a.values()), norm(problem.g.values()));
-    let (x, y, z) = (size(at.x.as_slice()), size(at.y.as_slice()), size(at.z.as_slice()));
-    let most_in_row = (in_a + in_g) * x + norm_b + norm_h + norm(slack.as_slice());
-    let most_in_column = in_a * y + in_g * z + in_p * x + norm_c;
+    let [in_p, in_a, in_g] = [&problem.p, &problem.a, &problem.g].map(|matrix| norm(matrix.values()));
+    let most_in_row = (in_a + in_g) * sums.size(x) + norm_b + norm_h + norm_s;
+    let most_in_column = in_a * sums.size(y) + in_g * sums.size(z) + in_p * sums.size(x) + norm_c;
     let negligible = |most: f64, scale: f64| share * most <= 0.1 * tol * (1.0 + scale);
     let doubt = if negligible(most_in_row, norm_b.max(norm_h)) && negligible(most_in_column, norm_c) {
         Doubt::default()
     } else {
-        Doubt::of(problem, at.x.as_slice(), at.y.as_slice(), at.z.as_slice(), slack.as_slice())
+        Doubt::of(problem, x, y, z, slack.as_slice())
     };
-    let equality = doubt.equality + norm((ax - b).as_slice());
-    let beyond = doubt.conic + outside(problem, &(&h - &gx));
-    let conic = doubt.conic + norm((gx + &slack - &h).as_slice());
-    let dual = doubt.dual + norm((px + c + aty + gtz).as_slice());
+    sums.add(&mut ax, -1.0, &problem.b);
+    let equality = doubt.equality + norm(ax.as_slice());
+    let mut beyond = h.clone();
+    sums.add(&mut beyond, -1.0, gx.as_slice());
+    let beyond = doubt.conic + outside(problem, &beyond);
+    sums.add(&mut gx, 1.0, slack.as_slice());
+    sums.add(&mut gx, -1.0, h.as_slice());
+    let conic = doubt.conic + norm(gx.as_slice());
+    for term in [&problem.c, aty.as_slice(), gtz.as_slice()] {
+        sums.add(&mut px, 1.0, term);
+    }
+    let dual = doubt.dual + norm(px.as_slice());
     let dual_outside = outside(problem, &at.z);
     let primal_residual = ratio(equality, norm_ax.max(norm_b))
         .max(ratio(conic, norm_gx.max(norm_h)))
-        .max(ratio(outside(problem, &slack), norm(slack.as_slice())));
-    let dual_residual = ratio(dual, norm_px.max(norm_aty).max(norm_gtz).max(norm_c))
-        .max(ratio(dual_outside, norm(at.z.as_slice())));
+        .max(ratio(outside(problem, &slack), norm_s));
+    let dual_residual =
+        ratio(dual, norm_px.max(norm_aty).max(norm_gtz).max(norm_c)).max(ratio(dual_outside, norm(z)));
     let certificate = Certificate { primal_residual, dual_residual, gap, radius: f64::NAN };
     let referee = Certificate {
         primal_residual: ratio(equality.max(beyond), norm_b.max(norm_h)),
@@ -275,16 +176,17 @@ fn evidence(problem: &Problem, at: &Candidate, tol: f64) -> Evidence {
 /// rounding counts against it. z is projected onto K, and the certificate scaled to size one: its own size means nothing
 /// and may overflow.
 fn primal_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
+    let sums = Sums::new();
     at.z = present(problem, at.z.clone());
     project(problem, &mut at.z);
-    let size = norm(at.y.as_slice()).max(norm(at.z.as_slice()));
+    let size = sums.norm(at.y.as_slice()).max(sums.norm(at.z.as_slice()));
     at.y.unscale_mut(size);
     at.z.unscale_mut(size);
     let h = present(problem, DVector::from_column_slice(&problem.h));
     let support = DVectorView::from(&problem.b[..]).dot(&at.y) + h.dot(&at.z);
     let nowhere = DVector::zeros(problem.n());
-    let (_, aty) = products(&problem.a, &nowhere, &at.y);
-    let (_, gtz) = products(&problem.g, &nowhere, &at.z);
+    let (_, aty) = sums.products(&problem.a, &nowhere, &at.y);
+    let (_, gtz) = sums.products(&problem.g, &nowhere, &at.z);
     let (y, z) = (at.y.as_slice(), at.z.as_slice());
     let hidden = hidden(&problem.a, problem.p(), |value, i, _| (value * y[i]).abs())
         + hidden(&problem.g, problem.m(), |value, i, _| (value * z[i]).abs());
@@ -296,10 +198,11 @@ fn primal_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
 
 /// Certified radius of a claim of dual infeasibility, also over the data's scale; x is scaled to size one.
 fn dual_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
-    at.x.unscale_mut(norm(at.x.as_slice()));
+    let sums = Sums::new();
+    at.x.unscale_mut(sums.norm(at.x.as_slice()));
     let cost = DVectorView::from(&problem.c[..]).dot(&at.x);
-    let (ax, _) = products(&problem.a, &at.x, &DVector::zeros(problem.p()));
-    let (gx, _) = products(&problem.g, &at.x, &DVector::zeros(problem.m()));
+    let (ax, _) = sums.products(&problem.a, &at.x, &DVector::zeros(problem.p()));
+    let (gx, _) = sums.products(&problem.g, &at.x, &DVector::zeros(problem.m()));
     let recession = -present(problem, gx);
     let mut inside = recession.clone();
     project(problem, &mut inside);

@@ -58,6 +58,7 @@ pub mod stage;
 mod stage_tests;
 mod stretch;
 mod structure;
+mod sums;
 mod supernode;
 mod symbolic;
 mod tape;
