@@ -108,7 +108,8 @@ def test_the_source_distribution_holds_what_a_build_needs(sdist: Path) -> None:
     folders = [Path(members[name]["manifest_path"]).parent for name in extension_crates(members)]
     sources = [path for folder in folders for path in (folder / "Cargo.toml", *folder.glob("src/**/*.rs"))]
     rust = {PurePosixPath(path.relative_to(ROOT).as_posix()) for path in sources}
-    manifests = {PurePosixPath(name) for name in ("pyproject.toml", "Cargo.toml", "Cargo.lock", "LICENSE")}
+    top = ("pyproject.toml", "Cargo.toml", "Cargo.lock", "LICENSE", ".cargo/config.toml")
+    manifests = {PurePosixPath(name) for name in top}
     parameters = {PurePosixPath("rtl") / path.name for path in (ROOT / "rtl").glob("*.svh")}
     assert here | rust | manifests | parameters <= names
     foreign = [name for name in names if name.suffix in (".pyc", ".so") or name.parts[0] in ("tests", "rtl")]

@@ -54,9 +54,12 @@ fn poison(engine: &mut Engine<f64>, which: impl Fn(Buffer) -> bool) {
 fn used(engine: &Engine<f64>, buffer: Buffer) -> Vec<u64> {
     let mut words = bits(engine, buffer);
     if buffer == Buffer::FactorL {
-        for node in &engine.path.structure.kkt.symbolic.supernodes {
+        let symbolic = &engine.path.structure.kkt.symbolic;
+        for node in symbolic.supernodes.iter().filter(|node| node.words() > 0) {
             for column in 0..node.width {
-                words[node.panel + column * node.height..][..=column].fill(0);
+                let begin = symbolic.column_begin(node, node.first + column);
+                let diagonal = if node.top == 1 { 0 } else { column };
+                words[begin..=begin + diagonal].fill(0);
             }
         }
     }

@@ -9,6 +9,9 @@ const FEWEST_GIVEN: usize = 32;
 /// More siblings than this, with their rows, leave the nearest cache before they are used.
 const MOST_SIBLINGS: usize = 16;
 
+/// Columns with more rows than this are no part of a ragged run, and their contributions are not listed word by word.
+pub(crate) const MOST_LISTED: usize = 24;
+
 /// What the columns of a supernode are to one another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -20,6 +23,8 @@ pub(crate) enum Kind {
     Given,
     /// They do not contain one another, and each has rows of its own, few and equally many.
     Leaves,
+    /// The same, of as many rows as it may be.
+    Ragged,
 }
 
 /// How columns of L are gathered into panels.
@@ -27,7 +32,7 @@ pub(crate) enum Kind {
 pub(crate) enum Panels {
     /// Only columns of equal structure: not one operation on a stored zero.
     Exact,
-    /// Also columns of similar structure, with stored zeros: more operations, on longer vectors.
+    /// Also columns of similar structure, with stored zeros: more operations, on longer vectors; and ragged ones.
     /// The bits are the same: subtracting 0·y changes nothing.
     Relaxed,
 }
@@ -36,8 +41,10 @@ pub(crate) enum Panels {
 pub(crate) struct Run {
     pub first: usize,
     pub width: usize,
-    /// Rows below its own columns; of leaves, those of one after the other.
+    /// Rows below its own columns; of leaves and ragged ones, those of one after the other.
     pub below: Vec<usize>,
+    /// How many of them are each ragged column's.
+    pub lengths: Vec<usize>,
     /// The first of them; past all rows where there is none.
     nearest: usize,
     /// Entries of L among them.
@@ -77,9 +84,18 @@ impl Run {
             Kind::Chain => self.width == 1,
             Kind::Siblings => self.width < 8,
             Kind::Leaves => true,
-            Kind::Given => false,
+            Kind::Given | Kind::Ragged => false,
         };
         (single && (1..=LEAF_ROWS).contains(&rows)).then_some(rows)
+    }
+
+    /// Whether this single column does not depend on the single ones `before` it.
+    fn is_ragged_beside(&self, before: &Self) -> Option<Kind> {
+        let single = |run: &Self| run.kind == Kind::Chain && run.width == 1;
+        let few = (1..=MOST_LISTED).contains(&self.below.len());
+        let first = single(before) && (1..=MOST_LISTED).contains(&before.below.len());
+        let independent = before.nearest >= self.first + self.width;
+        (single(self) && few && (first || before.kind == Kind::Ragged) && independent).then_some(Kind::Ragged)
     }
 
     /// Take in columns that depend on none of these.
@@ -87,6 +103,14 @@ impl Run {
         if kind == Kind::Leaves {
             self.make_leaves();
             next.make_leaves();
+        }
+        if kind == Kind::Ragged {
+            if self.lengths.is_empty() {
+                self.lengths.push(self.below.len());
+            }
+            self.lengths.push(next.below.len());
+        }
+        if matches!(kind, Kind::Leaves | Kind::Ragged) {
             self.below.append(&mut next.below);
         }
         self.width += next.width;
@@ -137,7 +161,7 @@ pub(crate) fn runs_of_columns(colptr: &[usize], rowidx: &[usize], panels: Panels
         let nearest = below.first().copied().unwrap_or(usize::MAX);
         let entries = below.len() + 1;
         let kind = if given[j] { Kind::Given } else { Kind::Chain };
-        let mut run = Run { first: j, width: 1, below, nearest, entries, kind };
+        let mut run = Run { first: j, width: 1, below, lengths: Vec::new(), nearest, entries, kind };
         let beside = |before: &&mut Run| before.kind == Kind::Given && before.below == run.below;
         if let Some(before) = runs.last_mut().filter(|before| given[j] && beside(before)) {
             before.take_beside(run, Kind::Given);
@@ -153,7 +177,11 @@ pub(crate) fn runs_of_columns(colptr: &[usize], rowidx: &[usize], panels: Panels
         }
         runs.push(run);
     }
-    join(join(runs, Run::is_sibling_of), Run::is_leaf_beside)
+    let runs = join(join(runs, Run::is_sibling_of), Run::is_leaf_beside);
+    match panels {
+        Panels::Exact => runs,
+        Panels::Relaxed => join(runs, Run::is_ragged_beside),
+    }
 }
 
 /// Columns that depend on no other, with the same rows as those beside them: many of them, and too many rows

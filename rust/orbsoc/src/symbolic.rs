@@ -4,7 +4,7 @@
 //! faer owns the elimination tree and the pattern of L; nothing of it leaves this file.
 
 use crate::error::Error;
-use crate::supernode::{runs_of_columns, Kind, Panels};
+use crate::supernode::{runs_of_columns, Kind, Panels, MOST_LISTED};
 use crate::upper::Upper;
 use core::ops::Range;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -12,7 +12,7 @@ use faer::sparse::linalg::cholesky::simplicial;
 
 /// A run of columns of L, stored as a dense `height × width` panel, column-major. In a chain's panel, the
 /// top square is its own columns', and its rows above the diagonal are unused; siblings and leaves have no
-/// entries there but the diagonal, which is their columns' first word.
+/// entries there but the diagonal, which is their columns' first word. Ragged columns follow one another, each as long as it is.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Supernode {
     pub kind: Kind,
@@ -21,7 +21,7 @@ pub(crate) struct Supernode {
     pub width: usize,
     /// Rows of the panel that are its own columns': `width` in a chain, else one.
     pub top: usize,
-    /// Rows of the panel.
+    /// Rows of the panel; of ragged columns, of the longest.
     pub height: usize,
     /// Rows of the matrix below, in [`Symbolic::below`].
     pub below: (usize, usize),
@@ -30,7 +30,9 @@ pub(crate) struct Supernode {
     /// Where it contributes to, in [`Symbolic::updates`] …
     pub updates: (usize, usize),
     /// … or, when it is small, word by word in [`Symbolic::positions`].
-    pub listed: Option<usize>,
+    pub listed: Option<(usize, usize)>,
+    /// Of ragged columns, where theirs begin in [`Symbolic::starts`].
+    starts: usize,
     /// Of given columns, where their words are in [`Symbolic::sources`].
     sources: usize,
 }
@@ -38,16 +40,23 @@ pub(crate) struct Supernode {
 impl Supernode {
     /// Words of the factor that its panel takes.
     pub fn words(&self) -> usize {
-        if self.kind == Kind::Given {
-            0
-        } else {
-            self.width * self.height
+        match self.kind {
+            Kind::Given => 0,
+            Kind::Ragged => self.width + self.below.1 - self.below.0,
+            _ => self.width * self.height,
         }
     }
 
     /// Whether its contributions are listed word by word: few columns, and few enough words.
     fn small(&self) -> bool {
-        matches!(self.kind, Kind::Leaves | Kind::Given) || (self.width <= 4 && self.height - self.top <= 24)
+        matches!(self.kind, Kind::Leaves | Kind::Given | Kind::Ragged)
+            || (self.width <= 4 && self.height - self.top <= MOST_LISTED)
+    }
+
+    /// Columns whose contributions are listed apart.
+    fn lists(&self) -> Range<usize> {
+        let apart = matches!(self.kind, Kind::Leaves | Kind::Ragged);
+        self.first..self.first + if apart { self.width } else { 1 }
     }
 }
 
@@ -90,6 +99,8 @@ pub(crate) struct Symbolic {
     pub places: Vec<u32>,
     /// Of given columns, where the diagonal begins among the matrix's words, then each row below.
     sources: Vec<u32>,
+    /// Of ragged columns, how many rows below those before them have; then, how many all of them have.
+    starts: Vec<u32>,
     /// Words of all panels.
     pub panel_words: usize,
     /// Words of the largest panel.
@@ -128,10 +139,11 @@ impl Symbolic {
                 Kind::Chain => (run.width, run.below.len()),
                 Kind::Siblings | Kind::Given => (1, run.below.len()),
                 Kind::Leaves => (1, run.below.len() / run.width),
+                Kind::Ragged => (1, run.lengths.iter().copied().max().unwrap_or(0)),
             };
             let height = top + rows;
             owner[run.first..run.first + run.width].fill(self.supernodes.len());
-            self.supernodes.push(Supernode {
+            let node = Supernode {
                 kind: run.kind,
                 first: run.first,
                 width: run.width,
@@ -141,20 +153,30 @@ impl Symbolic {
                 panel: self.panel_words,
                 updates: (0, 0),
                 listed: None,
+                starts: self.starts.len(),
                 sources: 0,
-            });
+            };
+            if node.kind == Kind::Ragged {
+                let ends = run.lengths.iter().scan(0, |end, length| {
+                    *end += length;
+                    Some(index(*end))
+                });
+                self.starts.push(0);
+                self.starts.extend(ends);
+            }
+            self.supernodes.push(node);
             let given = run.kind == Kind::Given;
             self.max_beside = self.max_beside.max(if given { run.width } else { rows });
             let next = run.first + run.width;
             self.ahead.extend(run.below.iter().map(|&row| index(row - next)));
             self.below.extend(run.below.into_iter().map(index));
-            self.panel_words += if given { 0 } else { run.width * height };
+            self.panel_words += node.words();
             self.max_panel = self.max_panel.max(run.width * height);
         }
         owner
     }
 
-    /// Rows below the columns of a supernode; of leaves, those of one after the other.
+    /// Rows below the columns of a supernode; of leaves and ragged ones, those of one after the other.
     #[inline(always)]
     pub fn below(&self, node: &Supernode) -> &[u32] {
         &self.below[node.below.0..node.below.1]
@@ -169,16 +191,31 @@ impl Symbolic {
     /// Where the products of a small supernode's rows land.
     #[inline(always)]
     pub fn positions_of(&self, node: &Supernode) -> &[u32] {
-        let (begin, below) = (node.listed.unwrap_or(0), node.height - node.top);
-        let columns = if node.kind == Kind::Leaves { node.width } else { 1 };
-        &self.positions[begin..begin + columns * below * (below + 1) / 2]
+        let (begin, end) = node.listed.unwrap_or_default();
+        &self.positions[begin..end]
     }
 
-    /// Of given columns, where the diagonal begins among the matrix's words, then each row below; of others nothing.
+    /// Of ragged columns, how many rows below those before them have; then, how many all of them have.
     #[inline(always)]
-    pub fn sources_of(&self, node: &Supernode) -> Option<&[u32]> {
-        let sources = node.sources..node.sources + 1 + node.height - node.top;
-        (node.kind == Kind::Given).then(|| &self.sources[sources])
+    pub fn starts_of(&self, node: &Supernode) -> &[u32] {
+        &self.starts[node.starts..][..=node.width]
+    }
+
+    /// Where a column begins among the factor's words.
+    #[inline(always)]
+    pub fn column_begin(&self, node: &Supernode, column: usize) -> usize {
+        let before = column - node.first;
+        let words = match node.kind {
+            Kind::Ragged => before + self.starts_of(node)[before] as usize,
+            _ => before * node.height,
+        };
+        node.panel + words
+    }
+
+    /// Of given columns, where the diagonal begins among the matrix's words, then each row below.
+    #[inline(always)]
+    pub fn sources_of(&self, node: &Supernode) -> &[u32] {
+        &self.sources[node.sources..][..1 + node.height - node.top]
     }
 
     /// Rows below one column, the rows of its own panel left out.
@@ -187,6 +224,10 @@ impl Symbolic {
             Kind::Leaves => {
                 let rows = node.height - node.top;
                 &self.below(node)[(column - node.first) * rows..][..rows]
+            }
+            Kind::Ragged => {
+                let starts = &self.starts_of(node)[column - node.first..];
+                &self.below(node)[starts[0] as usize..starts[1] as usize]
             }
             _ => self.below(node),
         }
@@ -219,11 +260,11 @@ impl Symbolic {
         for source in 0..self.supernodes.len() {
             let node = self.supernodes[source];
             if node.small() {
-                self.supernodes[source].listed = Some(self.positions.len());
-                let columns = if node.kind == Kind::Leaves { node.width } else { 1 };
-                for column in node.first..node.first + columns {
+                let begin = self.positions.len();
+                for column in node.lists() {
                     self.list_positions(&node, column, owner);
                 }
+                self.supernodes[source].listed = Some((begin, self.positions.len()));
             } else {
                 let begin = self.updates.len();
                 self.find_updates(&node, owner);
@@ -254,7 +295,7 @@ impl Symbolic {
         let rows = self.below_column(node, column).to_vec();
         for (j, &column) in rows.iter().enumerate() {
             let onto = self.supernodes[owner[column as usize]];
-            let begin = onto.panel + (column as usize - onto.first) * onto.height - end;
+            let begin = self.column_begin(&onto, column as usize) - end;
             for &row in &rows[j..] {
                 let place = self.place(&onto, column as usize, row as usize);
                 self.positions.push(index(begin + place));
@@ -279,7 +320,7 @@ impl Symbolic {
                         self.loads.push(Load { values: k, places: begin..begin + 1 });
                     }
                 }
-                self.places.push(index(node.panel + (i - node.first) * node.height + place));
+                self.places.push(index(self.column_begin(&node, i) + place));
             }
         }
     }

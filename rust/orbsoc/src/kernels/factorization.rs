@@ -6,7 +6,8 @@
 
 use super::given::{self, Given};
 use super::outer::{subtract, subtract_leaves, subtract_listed, Columns, Landing, Within};
-use crate::real::Real;
+use super::ragged::{self, Ragged};
+use crate::real::{apart, Real};
 use crate::supernode::Kind;
 use crate::symbolic::{Supernode, Symbolic};
 
@@ -42,17 +43,31 @@ pub fn factorize<T: Real>(
         }
     }
     for node in &symbolic.supernodes {
-        if let Some(given) = Given::of(symbolic, node, values) {
-            let own = node.first..node.first + node.width;
-            given::factor(given, &positive[own.clone()], regularization, &mut pivot_inverse[own], scratch);
+        let own = node.first..node.first + node.width;
+        let (positive, pivot_inverse) = (&positive[own.clone()], &mut pivot_inverse[own]);
+        if node.kind == Kind::Given {
+            let given = Given::of(symbolic, node, values);
+            given::factor(given, positive, regularization, pivot_inverse, scratch);
             given::contribute(given, scratch, symbolic.positions_of(node), &mut l[node.panel..]);
             continue;
         }
-        let words = node.width * node.height;
+        let words = node.words();
         let (panel, later) = l[node.panel..].split_at_mut(words);
         let y = &mut scratch[..words];
-        let own = node.first..node.first + node.width;
-        let (positive, pivot_inverse) = (&positive[own.clone()], &mut pivot_inverse[own]);
+        if node.kind == Kind::Ragged {
+            let (ragged, positions) = (Ragged::of(symbolic, node), symbolic.positions_of(node));
+            apart::<T>(ragged::Factor {
+                ragged,
+                positions,
+                positive,
+                regularization,
+                panel,
+                y,
+                pivot_inverse,
+                later,
+            });
+            continue;
+        }
         let height = node.height;
         match node.top {
             1 => factor_siblings(height, positive, regularization, panel, y, pivot_inverse),
@@ -156,7 +171,7 @@ fn factor_block<T: Real, const W: usize>(
 
 /// The column as it is into `y`, and divided by its pivot.
 #[inline(always)]
-fn divide<T: Real>(column: &mut [T], y: &mut [T], inverse: T) {
+pub(super) fn divide<T: Real>(column: &mut [T], y: &mut [T], inverse: T) {
     for (l, y) in column.iter_mut().zip(y) {
         *y = *l;
         *l = *y * inverse;
@@ -182,14 +197,15 @@ fn contribute<T: Real>(symbolic: &Symbolic, node: &Supernode, columns: Columns<T
     let end = node.panel + node.width * node.height;
     for update in &symbolic.updates[node.updates.0..node.updates.1] {
         let target = &symbolic.supernodes[update.target];
+        let first = rows[update.lo - node.top] as usize;
         let landing = Elsewhere {
             columns: &rows[update.lo - node.top..update.hi - node.top],
             rows: &symbolic.relative[update.relative..][..node.height - update.lo],
             lo: update.lo,
             height: target.height,
-            first: target.first,
+            first,
         };
-        let panel = &mut later[target.panel - end..][..target.width * target.height];
+        let panel = &mut later[symbolic.column_begin(target, first) - end..];
         subtract(columns, (update.lo, update.hi), &landing, panel);
     }
 }
@@ -203,6 +219,7 @@ struct Elsewhere<'a> {
     lo: usize,
     /// Of the target.
     height: usize,
+    /// Column of the matrix that is landed on first.
     first: usize,
 }
 

@@ -17,11 +17,10 @@ pub struct Given<'a, T> {
 }
 
 impl<'a, T> Given<'a, T> {
-    /// The words of a supernode of given columns; of others there are none.
+    /// The words of a supernode of given columns.
     #[inline(always)]
-    pub fn of(symbolic: &'a Symbolic, node: &Supernode, values: &'a [T]) -> Option<Self> {
-        let (sources, width) = (symbolic.sources_of(node)?, node.width);
-        Some(Given { values, sources, width })
+    pub fn of(symbolic: &'a Symbolic, node: &Supernode, values: &'a [T]) -> Self {
+        Given { values, sources: symbolic.sources_of(node), width: node.width }
     }
 
     #[inline(always)]

@@ -3,9 +3,10 @@
 
 use super::given::{self, Given};
 use super::panel::{self, Panel};
+use super::ragged::{self, Ragged};
 use super::reduce::{dot_of, finite_witness_of, max_abs_of};
 use crate::kkt::Kkt;
-use crate::real::Real;
+use crate::real::{apart, Real};
 use crate::rows::Rows;
 use crate::stretch::Alike;
 use crate::supernode::Kind;
@@ -24,28 +25,40 @@ pub fn substitute<T: Real, const R: usize>(
     x: &mut [[T; R]],
 ) {
     for node in &symbolic.supernodes {
-        if let Some(given) = Given::of(symbolic, node, values) {
-            let (known, later) = x.split_at_mut(node.first + node.width);
-            let (known, inverse) = (&known[node.first..], &pivot_inverse[node.first..]);
-            given::forward(given, inverse, known, symbolic.ahead(node), scratch, later);
-        } else {
-            panel::forward(panel_of(symbolic, node, l), node.first, node.width, x);
+        let (known, later) = x.split_at_mut(node.first + node.width);
+        let known = &mut known[node.first..];
+        match node.kind {
+            Kind::Given => {
+                let (given, inverse) = (Given::of(symbolic, node, values), &pivot_inverse[node.first..]);
+                given::forward(given, inverse, known, symbolic.ahead(node), scratch, later);
+            }
+            Kind::Ragged => {
+                let (ragged, l) = (Ragged::of(symbolic, node), &l[node.panel..]);
+                apart::<T>(ragged::Forward { ragged, l, known, later });
+            }
+            _ => panel::forward(panel_of(symbolic, node, l), known, later),
         }
     }
     if !divide_late {
         divide(x, pivot_inverse);
     }
     for node in symbolic.supernodes.iter().rev() {
+        let own = node.first..node.first + node.width;
+        let (unknown, later) = x.split_at_mut(own.end);
+        let unknown = &mut unknown[own.start..];
         if divide_late {
-            let own = node.first..node.first + node.width;
-            divide(&mut x[own.clone()], &pivot_inverse[own]);
+            divide(unknown, &pivot_inverse[own]);
         }
-        if let Some(given) = Given::of(symbolic, node, values) {
-            let (unknown, later) = x.split_at_mut(node.first + node.width);
-            let (unknown, inverse) = (&mut unknown[node.first..], &pivot_inverse[node.first..]);
-            given::backward(given, inverse, symbolic.ahead(node), later, scratch, unknown);
-        } else {
-            panel::backward(panel_of(symbolic, node, l), node.first, node.width, scratch, x);
+        match node.kind {
+            Kind::Given => {
+                let (given, inverse) = (Given::of(symbolic, node, values), &pivot_inverse[node.first..]);
+                given::backward(given, inverse, symbolic.ahead(node), later, scratch, unknown);
+            }
+            Kind::Ragged => {
+                let (ragged, l) = (Ragged::of(symbolic, node), &l[node.panel..]);
+                apart::<T>(ragged::Backward { ragged, l, later, unknown });
+            }
+            _ => panel::backward(panel_of(symbolic, node, l), later, scratch, unknown),
         }
     }
 }

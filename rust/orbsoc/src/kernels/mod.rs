@@ -17,5 +17,6 @@ pub(crate) mod matrix_scaling;
 pub(crate) mod matrix_update;
 pub(crate) mod outer;
 pub(crate) mod panel;
+pub(crate) mod ragged;
 pub(crate) mod reduce;
 pub(crate) mod sparse;

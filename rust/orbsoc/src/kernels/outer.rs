@@ -175,12 +175,19 @@ pub fn subtract_listed<T: Real, const W: usize>(
         }
         let here;
         (here, positions) = positions.split_at(height - top - j);
+        for k in 0..W {
+            l[k] = &l[k][..here.len()];
+        }
         for (i, &position) in here.iter().enumerate() {
-            let mut word = target[position as usize];
+            let word = &mut target[position as usize];
+            let mut sum = *word;
             for k in 0..W {
-                word = word.sub_mul(l[k][j + i], factor[k]);
+                sum = sum.sub_mul(l[k][i], factor[k]);
             }
-            target[position as usize] = word;
+            *word = sum;
+        }
+        for k in 0..W {
+            l[k] = &l[k][1..];
         }
     }
 }

@@ -27,7 +27,7 @@ impl<'a, T> Panel<'a, T> {
 
 /// `a −= b·l`, for each right-hand side.
 #[inline(always)]
-fn subtract<T: Real, const R: usize>(word: &mut [T; R], l: T, by: [T; R]) {
+pub(super) fn subtract<T: Real, const R: usize>(word: &mut [T; R], l: T, by: [T; R]) {
     for r in 0..R {
         word[r] = word[r].sub_mul(l, by[r]);
     }
@@ -35,9 +35,7 @@ fn subtract<T: Real, const R: usize>(word: &mut [T; R], l: T, by: [T; R]) {
 
 /// `x ← L⁻¹x` for this panel's share: its own unknowns, then what they contribute to the rows below.
 #[inline(always)]
-pub fn forward<T: Real, const R: usize>(panel: Panel<T>, first: usize, width: usize, x: &mut [[T; R]]) {
-    let (known, later) = x.split_at_mut(first + width);
-    let known = &mut known[first..];
+pub fn forward<T: Real, const R: usize>(panel: Panel<T>, known: &mut [[T; R]], later: &mut [[T; R]]) {
     if panel.leaves {
         return match panel.height {
             2 => forward_leaves::<T, R, 2, 1>(panel, known, later),
@@ -46,7 +44,7 @@ pub fn forward<T: Real, const R: usize>(panel: Panel<T>, first: usize, width: us
             _ => forward_leaves::<T, R, 5, 4>(panel, known, later),
         };
     }
-    match (panel.top, width) {
+    match (panel.top, known.len()) {
         (_, 1) => forward_below::<T, R, 1>(panel, known, later),
         (2, _) => forward_narrow::<T, R, 2>(panel, known, later),
         (3, _) => forward_narrow::<T, R, 3>(panel, known, later),
@@ -181,13 +179,10 @@ fn forward_tile<T: Real, const R: usize, const M: usize>(
 #[inline(always)]
 pub fn backward<T: Real, const R: usize>(
     panel: Panel<T>,
-    first: usize,
-    width: usize,
+    later: &[[T; R]],
     scratch: &mut [[T; R]],
-    x: &mut [[T; R]],
+    unknown: &mut [[T; R]],
 ) {
-    let (unknown, later) = x.split_at_mut(first + width);
-    let unknown = &mut unknown[first..];
     if panel.leaves {
         return match panel.height {
             2 => backward_leaves::<T, R, 2, 1>(panel, later, unknown),
@@ -196,7 +191,7 @@ pub fn backward<T: Real, const R: usize>(
             _ => backward_leaves::<T, R, 5, 4>(panel, later, unknown),
         };
     }
-    match (panel.top, width) {
+    match (panel.top, unknown.len()) {
         (_, 1) => return backward_narrow::<T, R, 1>(panel, later, unknown),
         (2, _) => return backward_narrow::<T, R, 2>(panel, later, unknown),
         (3, _) => return backward_narrow::<T, R, 3>(panel, later, unknown),
@@ -207,7 +202,7 @@ pub fn backward<T: Real, const R: usize>(
     for (word, &row) in below.iter_mut().zip(panel.below) {
         *word = later[row as usize];
     }
-    let mut k = width;
+    let mut k = unknown.len();
     while k >= 4 {
         k -= 4;
         backward_group::<T, R, 4>(panel, k, below, unknown);
