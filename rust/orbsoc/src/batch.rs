@@ -134,7 +134,7 @@ impl BatchSolver {
 
     /// As the others, showing to `observe`, on the calling thread, how far the batch is: after each iteration of the
     /// lanes, or every millisecond where other threads do the work. `observe` may end the batch: problems under way then
-    /// end with their best iterate, those that have not begun without one, all of them [`Status::Interrupted`].
+    /// end with their best iterate, those that have not begun without one, all of them [`crate::Status::Interrupted`].
     ///
     /// # Errors
     /// As [`BatchSolver::solve_from`].
