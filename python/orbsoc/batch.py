@@ -29,7 +29,7 @@ class BatchSolution:
 
     Shapes: x (B, n), y (B, p), z (B, m), s (B, m); `status` (B,) holds `Status` members, `message` and
     `warm_start` (what became of the point to start from) are lists. In a batch that was stopped, rows that had not begun
-    are NaN, INTERRUPTED after 0 iterations.
+    are NaN, INTERRUPTED after 0 iterations, and rows under way may be SOLVED a few iterations early.
     `setup_s` is the wall-clock time of the pattern's analysis, made once for a `BatchSolver`; `solve_s` that of the
     batch, loading and verification included, and in a solver's first batch making the lanes.
     """
@@ -116,6 +116,8 @@ class BatchSolver:
         callback: BatchCallback | None = None,
     ) -> BatchSolution:
         """Solve one batch; the arguments are those of `orbsoc.solve_batch`, and so are the errors."""
+        if callback is not None and not callable(callback):
+            raise TypeError(f"`callback` is {callback!r}; it must be callable")
         given = {"c": c, "b": b, "h": h, "A": A, "G": G, "P": P}
         rows, count = _checked(self._problem, given)
         start = None if warm_start is None else _starts(self._problem, count, warm_start)
@@ -151,9 +153,10 @@ def solve_batch(
     Vectors come as (B, length), matrices as values (B, nnz) in the CSC order of `problem`; what is absent is
     shared. At least one must be given. +inf in `h` must stand on the same rows in every problem.
     `warm_start` holds the points to start from, one row a problem, or one point for all; see `Solver.solve`.
-    `callback` sees how far the batch is, after each iteration of the lanes (about every millisecond with several threads);
-    when it returns true, or on Ctrl-C, the batch ends: what has ended is kept, the rest is INTERRUPTED. An exception of its
-    own comes out of here.
+    `callback` sees how far the batch is, after each iteration of the lanes (about every millisecond with several threads)
+    and at the end; when it returns true, or on Ctrl-C, the batch ends: what has ended is kept, rows under way end with
+    their best iterate, INTERRUPTED if that does not meet `tol`, the rest have none. An exception of its own comes out of here,
+    and KeyboardInterrupt when all rows had ended by the time of Ctrl-C.
     Raises ProblemError for shapes that do not fit, numbers that are not finite, or `threads` < 1.
 
     >>> import numpy as np, orbsoc

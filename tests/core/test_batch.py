@@ -248,9 +248,39 @@ def test_a_callbacks_exception_comes_out_and_ctrl_c_in_it_is_a_status(threads: i
         raise KeyboardInterrupt
 
     solver, data = orbsoc.BatchSolver(BASE, threads=threads), drawn(4000)
+    with pytest.raises(TypeError, match="`callback` is 3; it must be callable"):
+        solver.solve(**data, callback=3)  # type: ignore[arg-type]
     with pytest.raises(ZeroDivisionError):
         solver.solve(**data, callback=fail)
     assert orbsoc.Status.INTERRUPTED in solver.solve(**data, callback=interrupt).status
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_ctrl_c_that_no_row_tells_of_is_raised(threads: int) -> None:
+    """It comes when the callback sees that all have ended."""
+
+    def interrupt(progress: Mapping[str, int]) -> None:
+        if progress["ended"] == progress["count"]:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        orbsoc.solve_batch(BASE, **drawn(9), threads=threads, callback=interrupt)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_the_exception_of_a_signals_handler_comes_out(threads: int) -> None:
+    def expire(*_: object) -> None:
+        raise TimeoutError
+
+    data = drawn(100_000)
+    before = signal.signal(signal.SIGALRM, expire)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.02)
+        with pytest.raises(TimeoutError):
+            orbsoc.solve_batch(BASE, **data, threads=threads)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
 
 
 @pytest.mark.parametrize("threads", [1, 2])

@@ -3,7 +3,7 @@
 use crate::convert::{one_at_a_time, problem, refuse, settings};
 use crate::watch::Watch;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
-use orbsoc::{BatchProgress, Error, Problem, Solution, Start};
+use orbsoc::{BatchProgress, Error, Problem, Solution, Start, Status};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Mutex;
@@ -117,7 +117,8 @@ impl BatchSolver {
             inner.solve_observed(count, write, if points.is_empty() { None } else { Some(&point) }, observe)
         });
         let elapsed = clock.elapsed();
-        watch.raised()?;
+        let stopped = |s: &Solution| s.status == Status::Interrupted;
+        watch.conclude(|| solutions.as_ref().is_ok_and(|all| all.iter().any(stopped)))?;
         raw(py, state, &solutions.map_err(refuse)?, elapsed)
     }
 }

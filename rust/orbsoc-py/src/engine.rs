@@ -3,7 +3,7 @@
 use crate::convert::{one_at_a_time, problem, refuse, replace_numbers, settings};
 use crate::watch::Watch;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
-use orbsoc::{Buffer, Error, Outcome, Problem, Progress, Solution, Stage, Start};
+use orbsoc::{Buffer, Error, Outcome, Problem, Progress, Solution, Stage, Start, Status};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -120,7 +120,7 @@ impl Engine {
             };
             (solution, clock.elapsed())
         });
-        watch.raised()?;
+        watch.conclude(|| solution.as_ref().is_ok_and(|s| s.status == Status::Interrupted))?;
         Ok(state.raw(py, solution.map_err(refuse)?, elapsed))
     }
 

@@ -14,11 +14,13 @@ pub struct Watch<'a> {
     callback: Option<&'a Py<PyAny>>,
     looked: Instant,
     raised: Option<PyErr>,
+    /// Ctrl-C has asked the solve to stop.
+    interrupted: bool,
 }
 
 impl<'a> Watch<'a> {
     pub fn new(callback: Option<&'a Py<PyAny>>) -> Self {
-        Self { callback, looked: Instant::now(), raised: None }
+        Self { callback, looked: Instant::now(), raised: None, interrupted: false }
     }
 
     /// After an iteration: whether to go on. Who has a callback is shown each one.
@@ -32,32 +34,34 @@ impl<'a> Watch<'a> {
         self.looked = Instant::now();
         Python::attach(|py| {
             self.ask(py, progress).unwrap_or_else(|error| {
-                self.raised = Some(error);
+                if error.is_instance_of::<PyKeyboardInterrupt>(py) {
+                    self.interrupted = true;
+                } else {
+                    self.raised = Some(error);
+                }
                 ControlFlow::Break(())
             })
         })
     }
 
-    /// What the callback raised.
-    pub fn raised(self) -> PyResult<()> {
-        self.raised.map_or(Ok(()), Err)
+    /// Ctrl-C ends a solve quietly, in the callback too, where a status `tells` of it. Where none does, as all had ended
+    /// when it came, it goes up as ever, and so do exceptions of the callback and of other signals' handlers.
+    pub fn conclude(self, tells: impl FnOnce() -> bool) -> PyResult<()> {
+        match self.raised {
+            Some(error) => Err(error),
+            None if self.interrupted && !tells() => Err(PyKeyboardInterrupt::new_err(())),
+            None => Ok(()),
+        }
     }
 
-    /// Ctrl-C ends the solve quietly, in the callback too: its status says so. Other exceptions of the callback go up.
     fn ask<'py>(
         &self,
         py: Python<'py>,
         progress: impl FnOnce(Python<'py>) -> PyResult<Bound<'py, PyDict>>,
     ) -> PyResult<ControlFlow<()>> {
-        if py.check_signals().is_err() {
-            return Ok(ControlFlow::Break(()));
-        }
+        py.check_signals()?;
         let Some(callback) = self.callback else { return Ok(ControlFlow::Continue(())) };
-        match callback.call1(py, (progress(py)?,)).and_then(|wish| wish.is_truthy(py)) {
-            Ok(false) => Ok(ControlFlow::Continue(())),
-            Ok(true) => Ok(ControlFlow::Break(())),
-            Err(error) if error.is_instance_of::<PyKeyboardInterrupt>(py) => Ok(ControlFlow::Break(())),
-            Err(error) => Err(error),
-        }
+        let stop = callback.call1(py, (progress(py)?,))?.is_truthy(py)?;
+        Ok(if stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
     }
 }

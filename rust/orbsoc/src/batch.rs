@@ -81,11 +81,14 @@ impl Pool {
                 scope.spawn(move |_| drop(send.send(work(crew))));
             }
             drop(send);
+            let _ = look();
             let mut outcome = Ok(());
             loop {
                 match receive.recv_timeout(LOOK_INTERVAL) {
                     Ok(ended) => outcome = outcome.and(ended),
-                    Err(RecvTimeoutError::Timeout) => drop(look()),
+                    Err(RecvTimeoutError::Timeout) => {
+                        let _ = look();
+                    }
                     Err(RecvTimeoutError::Disconnected) => return outcome,
                 }
             }
@@ -133,8 +136,9 @@ impl BatchSolver {
     }
 
     /// As the others, showing to `observe`, on the calling thread, how far the batch is: after each iteration of the
-    /// lanes, or every millisecond where other threads do the work. `observe` may end the batch: problems under way then
-    /// end with their best iterate, those that have not begun without one, all of them [`crate::Status::Interrupted`].
+    /// lanes, or every millisecond where other threads do the work, and at the end. `observe` may end the batch: problems
+    /// under way then end with their best iterate, those that have not begun without one, as
+    /// [`crate::Status::Interrupted`] where that iterate does not meet the tolerance already.
     ///
     /// # Errors
     /// As [`BatchSolver::solve_from`].
@@ -176,6 +180,7 @@ impl BatchSolver {
             }
             None => crews.iter_mut().try_for_each(|crew| work(crew, &mut || desk.show(&mut observe)))?,
         }
+        let _ = desk.show(&mut observe);
         Ok(desk.solutions(base))
     }
 }

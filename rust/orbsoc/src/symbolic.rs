@@ -103,7 +103,7 @@ pub(crate) struct Symbolic {
     starts: Vec<u32>,
     /// Words of all panels.
     pub panel_words: usize,
-    /// Words of the largest panel.
+    /// Words of the largest panel, of ragged columns of the longest column: what factorisation keeps beside.
     pub max_panel: usize,
     /// Unknowns that the substitution through any one panel keeps beside.
     pub max_beside: usize,
@@ -171,7 +171,8 @@ impl Symbolic {
             self.ahead.extend(run.below.iter().map(|&row| index(row - next)));
             self.below.extend(run.below.into_iter().map(index));
             self.panel_words += node.words();
-            self.max_panel = self.max_panel.max(run.width * height);
+            let beside = if node.kind == Kind::Ragged { height } else { run.width * height };
+            self.max_panel = self.max_panel.max(beside);
         }
         owner
     }

@@ -189,6 +189,21 @@ fn a_stopped_batch_keeps_what_has_ended_and_says_what_has_not() {
 }
 
 #[test]
+fn who_watches_a_batch_sees_it_begin_and_end() {
+    for (threads, count) in [(1, 0), (1, 1), (1, 20), (2, 0), (2, 1), (2, 20)] {
+        let mut seen = Vec::new();
+        let observe = |progress: &BatchProgress| {
+            seen.push(*progress);
+            ControlFlow::Continue(())
+        };
+        let mut solver = BatchSolver::new(&base(), &Settings::default(), threads).unwrap();
+        solver.solve_observed(count, write, None, observe).unwrap();
+        assert_eq!(seen.last(), Some(&BatchProgress { ended: count, count }));
+        assert!(count == 0 || seen[0].ended < count);
+    }
+}
+
+#[test]
 fn a_batch_on_threads_is_stopped_from_the_thread_that_called() {
     let (solutions, seen) = stopped_at(0, 2);
     assert!(solutions.len() == 61 && seen.len() <= 1);

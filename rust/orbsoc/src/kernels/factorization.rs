@@ -53,7 +53,6 @@ pub fn factorize<T: Real>(
         }
         let words = node.words();
         let (panel, later) = l[node.panel..].split_at_mut(words);
-        let y = &mut scratch[..words];
         if node.kind == Kind::Ragged {
             let (ragged, positions) = (Ragged::of(symbolic, node), symbolic.positions_of(node));
             apart::<T>(ragged::Factor {
@@ -62,12 +61,13 @@ pub fn factorize<T: Real>(
                 positive,
                 regularization,
                 panel,
-                y,
+                y: scratch,
                 pivot_inverse,
                 later,
             });
             continue;
         }
+        let y = &mut scratch[..words];
         let height = node.height;
         match node.top {
             1 => factor_siblings(height, positive, regularization, panel, y, pivot_inverse),
