@@ -9,7 +9,7 @@ orbsoc-bench FOLDER|FILE … [--repeats N] [--tol T] [--stages] [--label TEXT] [
     --repeats N    times that each problem is solved (30)
     --tol T        tolerance (1e-8)
     --stages       time every stage, too
-    --cold         before each set-up, read more memory than a core's caches hold: a solve now and then, not in a loop
+    --cold         before each set-up, touch more memory than a core's caches hold: a solve now and then, not in a loop
     --batch N      solve N variants of each problem in SIMD lanes on one thread, too; time per problem
     --label TEXT   what is measured, for the header of the file
     --out FILE     write the results as CSV

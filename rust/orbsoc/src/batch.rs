@@ -6,6 +6,7 @@
 //! single solve, wherever it ran.
 
 use crate::crew::{Crew, StartOf, Watch, Work};
+use crate::desk::{BatchProgress, Desk};
 use crate::error::Error;
 use crate::problem::Problem;
 use crate::real::Lanes;
@@ -14,9 +15,8 @@ use crate::solution::Solution;
 use crate::structure::Structure;
 use crate::warm_start::Start;
 use core::ops::ControlFlow;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// A pattern made ready for batches, for one after another: each thread keeps the lanes that it has made when it first
@@ -40,15 +40,6 @@ pub struct BatchSolver {
     /// One for each thread that has solved a problem.
     crews: Vec<Option<Box<dyn Work>>>,
     pool: Option<Pool>,
-}
-
-/// Where a batch stands, for whoever watches it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct BatchProgress {
-    /// Problems that have ended, whatever their status.
-    pub ended: usize,
-    /// Problems of the batch.
-    pub count: usize,
 }
 
 /// How often somebody who watches a batch on several threads is shown it.
@@ -81,7 +72,6 @@ impl Pool {
                 scope.spawn(move |_| drop(send.send(work(crew))));
             }
             drop(send);
-            let _ = look();
             let mut outcome = Ok(());
             loop {
                 match receive.recv_timeout(LOOK_INTERVAL) {
@@ -135,9 +125,9 @@ impl BatchSolver {
         self.solve_observed(count, write, Some(&start), |_| ControlFlow::Continue(()))
     }
 
-    /// As the others, showing to `observe`, on the calling thread, how far the batch is: after each iteration of the
-    /// lanes, or every millisecond where other threads do the work, and at the end. `observe` may end the batch: problems
-    /// under way then end with their best iterate, those that have not begun without one, as
+    /// As the others, showing to `observe`, on the calling thread, how far the batch is: at the beginning, after each
+    /// iteration of the lanes, or every millisecond where other threads do the work, and at the end. `observe` may end
+    /// the batch: problems under way then end with their best iterate, those that have not begun without one, as
     /// [`crate::Status::Interrupted`] where that iterate does not meet the tolerance already.
     ///
     /// # Errors
@@ -152,6 +142,7 @@ impl BatchSolver {
         let Self { base, structure, settings, crews, pool } = self;
         let (base, structure, settings) = (&*base, &*structure, &*settings);
         let desk = Desk::new(count);
+        let _ = desk.show(&mut observe);
         let work = |crew: &mut Option<Box<dyn Work>>, watch: &mut Watch<'_>| {
             if desk.empty() {
                 return Ok(());
@@ -182,67 +173,6 @@ impl BatchSolver {
         }
         let _ = desk.show(&mut observe);
         Ok(desk.solutions(base))
-    }
-}
-
-/// Where threads fetch problems and hand in solutions.
-struct Desk {
-    next: AtomicUsize,
-    ended: AtomicUsize,
-    /// No more problems are handed out, and those under way are to stop.
-    closed: AtomicBool,
-    solved: Mutex<Vec<Option<Solution>>>,
-    count: usize,
-}
-
-impl Desk {
-    fn new(count: usize) -> Self {
-        let [next, ended] = [0, 0].map(AtomicUsize::new);
-        Self { next, ended, closed: AtomicBool::new(false), solved: Mutex::new(vec![None; count]), count }
-    }
-
-    fn empty(&self) -> bool {
-        self.flow().is_break() || self.next.load(Ordering::Relaxed) >= self.count
-    }
-
-    fn next(&self) -> Option<usize> {
-        let fetch = || self.next.fetch_add(1, Ordering::Relaxed);
-        (!self.empty()).then(fetch).filter(|&k| k < self.count)
-    }
-
-    fn hand_in(&self, k: usize, solution: Solution) {
-        self.ended.fetch_add(1, Ordering::Relaxed);
-        if let Ok(mut solved) = self.solved.lock() {
-            solved[k] = Some(solution);
-        }
-    }
-
-    /// Whether to go on.
-    fn flow(&self) -> ControlFlow<()> {
-        if self.closed.load(Ordering::Relaxed) {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
-    }
-
-    /// Show who watches how far the batch is; asked only until the answer is to stop.
-    fn show(&self, observe: &mut impl FnMut(&BatchProgress) -> ControlFlow<()>) -> ControlFlow<()> {
-        let progress = BatchProgress { ended: self.ended.load(Ordering::Relaxed), count: self.count };
-        if self.flow().is_continue() && observe(&progress).is_break() {
-            self.close();
-        }
-        self.flow()
-    }
-
-    fn close(&self) {
-        self.closed.store(true, Ordering::Relaxed);
-    }
-
-    /// One for each problem.
-    fn solutions(self, base: &Problem) -> Vec<Solution> {
-        let solved = self.solved.into_inner().unwrap_or_default();
-        solved.into_iter().map(|s| s.unwrap_or_else(|| Solution::not_begun(base))).collect()
     }
 }
 

@@ -32,6 +32,7 @@ mod csc;
 #[cfg(test)]
 mod dataflow_tests;
 mod datapath;
+mod desk;
 mod doubt;
 mod engine;
 mod error;
@@ -69,9 +70,10 @@ mod upper;
 mod warm_start;
 mod workspace;
 
-pub use batch::{solve_batch, solve_batch_from, BatchProgress, BatchSolver};
+pub use batch::{solve_batch, solve_batch_from, BatchSolver};
 pub use cones::Cones;
 pub use csc::Csc;
+pub use desk::BatchProgress;
 pub use engine::{operation_counts, Engine, Progress};
 pub use error::Error;
 pub use mixed::{MixedEngine, Narrow};

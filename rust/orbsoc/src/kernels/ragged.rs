@@ -9,7 +9,7 @@ use super::panel::subtract;
 use crate::real::{Apart, Real};
 use crate::symbolic::{Supernode, Symbolic};
 
-/// Where they end.
+/// Where they begin, and their rows.
 #[derive(Clone, Copy)]
 pub struct Ragged<'a> {
     /// How many rows below those before each column have; then, how many all of them have.
@@ -31,6 +31,21 @@ impl<'a> Ragged<'a> {
         self.starts.windows(2).map(
             #[inline(always)]
             |ends| (ends[1] - ends[0]) as usize,
+        )
+    }
+
+    /// Each column's words below its diagonal, of `l`, and their rows.
+    #[inline(always)]
+    fn columns<T>(self, mut l: &'a [T]) -> impl Iterator<Item = (&'a [T], &'a [u32])> {
+        let mut below = self.below;
+        self.lengths().map(
+            #[inline(always)]
+            move |rows| {
+                let (column, here);
+                (column, l) = l.split_at(1 + rows);
+                (here, below) = below.split_at(rows);
+                (&column[1..], here)
+            },
         )
     }
 }
@@ -75,13 +90,9 @@ pub struct Forward<'a, T, const R: usize> {
 impl<T: Real, const R: usize> Apart for Forward<'_, T, R> {
     #[inline(always)]
     fn run(self) {
-        let Self { ragged, mut l, known, later } = self;
-        let mut below = ragged.below;
-        for (rows, &by) in ragged.lengths().zip(known) {
-            let (column, here);
-            (column, l) = l.split_at(1 + rows);
-            (here, below) = below.split_at(rows);
-            for (&l, &row) in column[1..].iter().zip(here) {
+        let Self { ragged, l, known, later } = self;
+        for ((column, rows), &by) in ragged.columns(l).zip(known) {
+            for (&l, &row) in column.iter().zip(rows) {
                 subtract(&mut later[row as usize], l, by);
             }
         }
@@ -99,14 +110,10 @@ pub struct Backward<'a, T, const R: usize> {
 impl<T: Real, const R: usize> Apart for Backward<'_, T, R> {
     #[inline(always)]
     fn run(self) {
-        let Self { ragged, mut l, later, unknown } = self;
-        let mut below = ragged.below;
-        for (rows, word) in ragged.lengths().zip(unknown) {
-            let (column, here);
-            (column, l) = l.split_at(1 + rows);
-            (here, below) = below.split_at(rows);
+        let Self { ragged, l, later, unknown } = self;
+        for ((column, rows), word) in ragged.columns(l).zip(unknown) {
             let mut sum = *word;
-            for (&l, &row) in column[1..].iter().zip(here).rev() {
+            for (&l, &row) in column.iter().zip(rows).rev() {
                 subtract(&mut sum, l, later[row as usize]);
             }
             *word = sum;
