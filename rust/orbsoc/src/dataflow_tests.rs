@@ -58,8 +58,7 @@ fn used(engine: &Engine<f64>, buffer: Buffer) -> Vec<u64> {
         for node in symbolic.supernodes.iter().filter(|node| node.words() > 0) {
             for column in 0..node.width {
                 let begin = symbolic.column_begin(node, node.first + column);
-                let diagonal = if node.top == 1 { 0 } else { column };
-                words[begin..=begin + diagonal].fill(0);
+                words[begin..=begin + column % node.top].fill(0);
             }
         }
     }

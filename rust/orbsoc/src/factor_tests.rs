@@ -8,7 +8,7 @@ use crate::oracle::Numbers;
 use crate::order::fill_reducing_order;
 use crate::real::{count, Counted, Latency, OperationCounts};
 use crate::supernode::{Kind, Panels};
-use crate::symbolic::Symbolic;
+use crate::symbolic::{Supernode, Symbolic};
 use crate::upper::Upper;
 use crate::{Decide, Real};
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -231,6 +231,34 @@ fn inequalities(rows: usize, unknowns: usize, seed: u64) -> Matrix {
     ordered(dim, &entries, &values, &positive)
 }
 
+/// `count` blocks of `top` unknowns that only a dense border of `border` connects, each with a `share` of its rows.
+fn arrow(count: usize, top: usize, border: usize, share: f64, seed: u64) -> Matrix {
+    let mut numbers = Numbers(seed);
+    let dim = count * top + border;
+    let positive: Vec<bool> = (0..dim).map(|_| numbers.unit() < 0.6).collect();
+    let mut entries: Vec<(usize, usize)> = (0..dim).map(|i| (i, i)).collect();
+    let mut values: Vec<f64> = positive
+        .iter()
+        .map(|&up| if up { dim as f64 } else { -(dim as f64) } * (1.0 + numbers.unit()))
+        .collect();
+    let mut connect = |i: usize, j: usize, value: f64| {
+        entries.push((i, j));
+        values.push(value);
+    };
+    for first in (0..count).map(|block| block * top) {
+        for row in (dim - border..dim).filter(|_| numbers.unit() < share).collect::<Vec<_>>() {
+            (first..first + top).for_each(|i| connect(i, row, numbers.signed()));
+        }
+        for (i, j) in (first..first + top).flat_map(|j| (first..j).map(move |i| (i, j))) {
+            connect(i, j, numbers.signed());
+        }
+    }
+    for (i, j) in (dim - border..dim).flat_map(|j| (dim - border..j).map(move |i| (i, j))) {
+        connect(i, j, numbers.signed());
+    }
+    ordered(dim, &entries, &values, &positive)
+}
+
 #[test]
 fn columns_that_share_their_rows_and_depend_on_none_are_not_stored() {
     for (rows, unknowns) in [(60, 7), (90, 16)] {
@@ -255,6 +283,8 @@ fn matrices() -> impl Iterator<Item = Matrix> {
         .enumerate()
         .map(|(seed, (dim, density))| quasi_definite(dim, density, false, seed as u64))
         .chain([(60, 7), (9, 5), (90, 16)].map(|(rows, unknowns)| inequalities(rows, unknowns, 5)))
+        .chain((1..=5).map(|top| arrow(9, top, 14, 1.0, top as u64)))
+        .chain((1..=3).map(|top| arrow(11, top, 14, 0.7, top as u64)))
 }
 
 /// |LDLᵀ − K| ≤ γ |L||D||L|ᵀ entrywise, the bound that any order of the operations obeys.
@@ -315,26 +345,40 @@ fn substitution_solves_with_the_factors() {
 /// turn a −0 that it meets. Small integers make zeros of both signs within the pattern.
 #[test]
 fn exact_and_relaxed_panels_give_the_same_words_but_for_the_sign_of_zero() {
-    let (mut joined, mut ragged) = (0, 0);
-    for seed in 0..200 {
-        let matrix = if seed % 8 == 7 {
-            inequalities(30 + seed % 50, 5 + seed % 9, seed as u64)
-        } else {
-            quasi_definite(1 + seed % 64, 0.1, seed % 2 == 0, seed as u64)
+    let mut found = [0; 4];
+    for seed in 0..240 {
+        let matrix = match seed % 8 {
+            7 => inequalities(30 + seed % 50, 5 + seed % 9, seed as u64),
+            6 => arrow(
+                4 + seed % 11,
+                1 + seed / 8 % 5,
+                8 + seed % 17,
+                1.0 - (seed % 3) as f64 / 8.0,
+                seed as u64,
+            ),
+            _ => quasi_definite(1 + seed % 64, 0.1, seed % 2 == 0, seed as u64),
         };
         let exact = factor(&matrix, REGULARIZATION, Panels::Exact);
-        let relaxed = factor(&matrix, REGULARIZATION, Panels::Relaxed);
-        joined += usize::from(relaxed.symbolic.panel_words != exact.symbolic.panel_words);
-        ragged += relaxed.symbolic.supernodes.iter().filter(|node| node.kind == Kind::Ragged).count();
-        assert!(exact.symbolic.supernodes.iter().all(|node| node.kind != Kind::Ragged));
-        assert_eq!(exact.pivot_inverse, relaxed.pivot_inverse);
-        assert_eq!(exact.l(), relaxed.l());
-        let whole = |v: &f64| (2.0 * v).round();
-        let rhs: Vec<f64> = Numbers(seed as u64).list(matrix.dim()).iter().map(whole).collect();
-        assert_eq!(exact.solve(&rhs), relaxed.solve(&rhs));
+        let plain = |node: &Supernode| node.kind != Kind::Ragged && (node.top == 1 || node.top == node.width);
+        assert!(exact.symbolic.supernodes.iter().all(plain));
+        for panels in [Panels::Relaxed, Panels::Lanes] {
+            let relaxed = factor(&matrix, REGULARIZATION, panels);
+            let nodes = &relaxed.symbolic.supernodes;
+            let is =
+                |node: &Supernode, which: fn(&Supernode) -> bool| node.kind == Kind::Siblings && which(node);
+            found[0] += usize::from(relaxed.symbolic.panel_words != exact.symbolic.panel_words);
+            found[1] += nodes.iter().filter(|node| node.kind == Kind::Ragged).count();
+            found[2] += nodes.iter().filter(|node| is(node, |node| node.top > 1)).count();
+            found[3] += nodes.iter().filter(|node| is(node, |node| node.top == 1 && node.width > 3)).count();
+            assert_eq!(exact.pivot_inverse, relaxed.pivot_inverse);
+            assert_eq!(exact.l(), relaxed.l());
+            let whole = |v: &f64| (2.0 * v).round();
+            let rhs: Vec<f64> = Numbers(seed as u64).list(matrix.dim()).iter().map(whole).collect();
+            assert_eq!(exact.solve(&rhs), relaxed.solve(&rhs));
+        }
     }
-    assert!(joined > 100, "relaxing changed the panels of {joined} matrices only");
-    assert!(ragged > 100, "there are {ragged} ragged supernodes only");
+    let what = ["changed panels", "ragged columns", "chains abreast", "columns abreast"];
+    assert!(found.iter().all(|&count| count > 20), "{what:?}: {found:?}");
 }
 
 /// Below the diagonal, by eliminating the pattern with no cleverness at all.

@@ -22,6 +22,7 @@
 //! | the operation streams of a pattern | [`record_tapes`] |
 
 mod batch;
+mod beside;
 mod certificate;
 mod cones;
 mod control;

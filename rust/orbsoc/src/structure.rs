@@ -126,7 +126,7 @@ impl Structure {
 
     /// As [`Structure::new`], for lanes.
     pub fn for_lanes(problem: &Problem) -> Result<Self, Error> {
-        let structure = Self::new(problem, Panels::Relaxed)?;
+        let structure = Self::new(problem, Panels::Lanes)?;
         Ok(Self { kkt: structure.kkt.by_rows(), ..structure })
     }
 

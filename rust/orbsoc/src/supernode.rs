@@ -1,137 +1,84 @@
 //! Runs of columns of L that are worked on together.
 
-/// Leaves with more rows than this keep to themselves.
-pub(crate) const LEAF_ROWS: usize = 4;
+use crate::beside::{gathered, LEAF_ROWS};
 
 /// Fewer columns than this are siblings, even if they are given: sums over them would be short.
 const FEWEST_GIVEN: usize = 32;
-
-/// More siblings than this, with their rows, leave the nearest cache before they are used.
-const MOST_SIBLINGS: usize = 16;
-
-/// Columns with more rows than this are no part of a ragged run, and their contributions are not listed word by word.
-pub(crate) const MOST_LISTED: usize = 24;
 
 /// What the columns of a supernode are to one another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// Each contains the next, and they share the rows below.
     Chain,
-    /// They do not contain one another, and share the rows below.
+    /// Chains of equally many columns, or single ones, that do not contain one another and share the rows below.
     Siblings,
     /// Siblings that depend on no column either: what L·D has of them is the matrix's own.
     Given,
     /// They do not contain one another, and each has rows of its own, few and equally many.
     Leaves,
-    /// The same, of as many rows as it may be.
+    /// Each has rows of its own, as many as it may be, and may contain those after it.
     Ragged,
 }
 
-/// How columns of L are gathered into panels.
+/// How columns of L are gathered into panels. The bits are the same: subtracting 0·y changes nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Panels {
     /// Only columns of equal structure: not one operation on a stored zero.
     Exact,
     /// Also columns of similar structure, with stored zeros: more operations, on longer vectors; and ragged ones.
-    /// The bits are the same: subtracting 0·y changes nothing.
     Relaxed,
+    /// The same, with fewer zeros: a word of eight problems is a vector by itself.
+    Lanes,
 }
 
 /// Adjacent columns that share a panel.
 pub(crate) struct Run {
+    pub kind: Kind,
     pub first: usize,
     pub width: usize,
+    /// Columns of each of its chains: all of a chain's own, else one but for siblings.
+    pub top: usize,
     /// Rows below its own columns; of leaves and ragged ones, those of one after the other.
     pub below: Vec<usize>,
     /// How many of them are each ragged column's.
     pub lengths: Vec<usize>,
     /// The first of them; past all rows where there is none.
-    nearest: usize,
-    /// Entries of L among them.
-    entries: usize,
-    pub kind: Kind,
+    pub nearest: usize,
+    /// Entries of L among its columns.
+    pub entries: usize,
 }
 
 impl Run {
+    /// One column.
+    fn of(first: usize, below: &[usize]) -> Self {
+        let nearest = below.first().copied().unwrap_or(usize::MAX);
+        let (below, entries, lengths) = (below.to_vec(), 1 + below.len(), Vec::new());
+        Self { kind: Kind::Chain, first, width: 1, top: 1, below, lengths, nearest, entries }
+    }
+
+    /// The first column that is not its own.
+    pub fn end(&self) -> usize {
+        self.first + self.width
+    }
+
+    /// Words of its panel.
+    pub fn words(&self) -> usize {
+        self.width * (self.top + self.below.len())
+    }
+
     /// Take `next` in: it follows directly, and its rows contain all of this run's below it.
     fn absorb(&mut self, next: Self) {
         self.width += next.width;
+        self.top = self.width;
         self.entries += next.entries;
         self.nearest = next.nearest;
         self.below = next.below;
     }
 
-    /// Whether this single column has the rows of those `before` it.
-    fn is_sibling_of(&self, before: &Self) -> Option<Kind> {
-        let single = before.kind == Kind::Siblings && before.width < MOST_SIBLINGS || before.width == 1;
-        (single && self.width == 1 && before.below == self.below).then_some(Kind::Siblings)
-    }
-
-    /// Whether these columns have as few rows as those `before` them, and do not depend on them.
-    fn is_leaf_beside(&self, before: &Self) -> Option<Kind> {
-        let rows = self.rows_of_each()?;
-        let independent = before.nearest >= self.first + self.width;
-        (before.rows_of_each() == Some(rows) && independent).then_some(Kind::Leaves)
-    }
-
-    /// Rows below each column, where they may be leaves: few, and not better kept as siblings.
-    fn rows_of_each(&self) -> Option<usize> {
-        let rows = match self.kind {
-            Kind::Leaves => self.below.len() / self.width,
-            _ => self.below.len(),
-        };
-        let single = match self.kind {
-            Kind::Chain => self.width == 1,
-            Kind::Siblings => self.width < 8,
-            Kind::Leaves => true,
-            Kind::Given | Kind::Ragged => false,
-        };
-        (single && (1..=LEAF_ROWS).contains(&rows)).then_some(rows)
-    }
-
-    /// Whether this single column does not depend on the single ones `before` it.
-    fn is_ragged_beside(&self, before: &Self) -> Option<Kind> {
-        let single = |run: &Self| run.kind == Kind::Chain && run.width == 1;
-        let few = (1..=MOST_LISTED).contains(&self.below.len());
-        let first = single(before) && (1..=MOST_LISTED).contains(&before.below.len());
-        let independent = before.nearest >= self.first + self.width;
-        (single(self) && few && (first || before.kind == Kind::Ragged) && independent).then_some(Kind::Ragged)
-    }
-
-    /// Take in columns that depend on none of these.
-    fn take_beside(&mut self, mut next: Self, kind: Kind) {
-        if kind == Kind::Leaves {
-            self.make_leaves();
-            next.make_leaves();
-        }
-        if kind == Kind::Ragged {
-            if self.lengths.is_empty() {
-                self.lengths.push(self.below.len());
-            }
-            self.lengths.push(next.below.len());
-        }
-        if matches!(kind, Kind::Leaves | Kind::Ragged) {
-            self.below.append(&mut next.below);
-        }
-        self.width += next.width;
-        self.nearest = self.nearest.min(next.nearest);
-        self.entries += next.entries;
-        self.kind = kind;
-    }
-
-    /// Repeat the rows for each column.
-    fn make_leaves(&mut self) {
-        if self.kind != Kind::Leaves {
-            self.below = self.below.repeat(self.width);
-            self.kind = Kind::Leaves;
-        }
-    }
-
     /// Whether `next` is the parent of this run's last column, and joining is cheap enough.
     fn suits(&self, next: &Self, panels: Panels) -> bool {
-        let follows = self.first + self.width == next.first;
-        let parent = self.below.first() == Some(&next.first);
-        if !follows || !parent || self.kind == Kind::Given {
+        let parent = self.end() == next.first && self.below.first() == Some(&next.first);
+        if !parent || self.kind == Kind::Given {
             return false;
         }
         let width = self.width + next.width;
@@ -139,7 +86,7 @@ impl Run {
         let zeros = words - self.entries - next.entries;
         match panels {
             Panels::Exact => zeros == 0,
-            Panels::Relaxed => {
+            Panels::Relaxed | Panels::Lanes => {
                 let allowed = match width {
                     0..=4 => 0.3,
                     5..=16 => 0.2,
@@ -154,17 +101,17 @@ impl Run {
 
 /// Columns gathered from left to right; a new one may take in the runs before it that it ends.
 pub(crate) fn runs_of_columns(colptr: &[usize], rowidx: &[usize], panels: Panels) -> Vec<Run> {
+    let below = |j: usize| &rowidx[colptr[j] + 1..colptr[j + 1]];
+    let given = given_columns(colptr.len() - 1, below);
     let mut runs: Vec<Run> = Vec::new();
-    let given = given_columns(colptr, rowidx);
-    for j in 0..colptr.len() - 1 {
-        let below = rowidx[colptr[j] + 1..colptr[j + 1]].to_vec();
-        let nearest = below.first().copied().unwrap_or(usize::MAX);
-        let entries = below.len() + 1;
-        let kind = if given[j] { Kind::Given } else { Kind::Chain };
-        let mut run = Run { first: j, width: 1, below, lengths: Vec::new(), nearest, entries, kind };
-        let beside = |before: &&mut Run| before.kind == Kind::Given && before.below == run.below;
-        if let Some(before) = runs.last_mut().filter(|before| given[j] && beside(before)) {
-            before.take_beside(run, Kind::Given);
+    for (j, &given) in given.iter().enumerate() {
+        let mut run = Run::of(j, below(j));
+        if given {
+            run.kind = Kind::Given;
+            match runs.last_mut() {
+                Some(last) if last.kind == Kind::Given && last.below == run.below => last.width += 1,
+                _ => runs.push(run),
+            }
             continue;
         }
         while let Some(mut before) = runs.pop() {
@@ -177,18 +124,12 @@ pub(crate) fn runs_of_columns(colptr: &[usize], rowidx: &[usize], panels: Panels
         }
         runs.push(run);
     }
-    let runs = join(join(runs, Run::is_sibling_of), Run::is_leaf_beside);
-    match panels {
-        Panels::Exact => runs,
-        Panels::Relaxed => join(runs, Run::is_ragged_beside),
-    }
+    gathered(runs, panels, below)
 }
 
 /// Columns that depend on no other, with the same rows as those beside them: many of them, and too many rows
 /// for leaves. Whatever the panels are, as sums over them have another order than those over siblings.
-fn given_columns(colptr: &[usize], rowidx: &[usize]) -> Vec<bool> {
-    let columns = colptr.len() - 1;
-    let below = |j: usize| &rowidx[colptr[j] + 1..colptr[j + 1]];
+fn given_columns<'a>(columns: usize, below: impl Fn(usize) -> &'a [usize]) -> Vec<bool> {
     let (mut depends, mut given) = (vec![false; columns], vec![false; columns]);
     for j in 0..columns {
         for &row in below(j) {
@@ -205,17 +146,4 @@ fn given_columns(colptr: &[usize], rowidx: &[usize]) -> Vec<bool> {
         first += count.max(1);
     }
     given
-}
-
-/// Take each run into the one before it where `suits` says so.
-fn join(runs: Vec<Run>, suits: impl Fn(&Run, &Run) -> Option<Kind>) -> Vec<Run> {
-    let mut joined: Vec<Run> = Vec::with_capacity(runs.len());
-    for run in runs {
-        let kind = joined.last().and_then(|last| suits(&run, last));
-        match (joined.last_mut(), kind) {
-            (Some(last), Some(kind)) => last.take_beside(run, kind),
-            _ => joined.push(run),
-        }
-    }
-    joined
 }

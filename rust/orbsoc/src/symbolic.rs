@@ -3,23 +3,24 @@
 //!
 //! faer owns the elimination tree and the pattern of L; nothing of it leaves this file.
 
+use crate::beside::MOST_LISTED;
 use crate::error::Error;
-use crate::supernode::{runs_of_columns, Kind, Panels, MOST_LISTED};
+use crate::supernode::{runs_of_columns, Kind, Panels};
 use crate::upper::Upper;
 use core::ops::Range;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::cholesky::simplicial;
 
-/// A run of columns of L, stored as a dense `height × width` panel, column-major. In a chain's panel, the
-/// top square is its own columns', and its rows above the diagonal are unused; siblings and leaves have no
-/// entries there but the diagonal, which is their columns' first word. Ragged columns follow one another, each as long as it is.
+/// A run of columns of L, stored as a dense `height × width` panel, column-major. Each column begins with the rows of its
+/// own chain, those above the diagonal unused; in siblings of one column each, and leaves, that is the diagonal alone.
+/// Ragged columns follow one another, each as long as it is.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Supernode {
     pub kind: Kind,
     /// First column.
     pub first: usize,
     pub width: usize,
-    /// Rows of the panel that are its own columns': `width` in a chain, else one.
+    /// Columns of each of its chains, and rows of the panel that are theirs.
     pub top: usize,
     /// Rows of the panel; of ragged columns, of the longest.
     pub height: usize,
@@ -51,6 +52,16 @@ impl Supernode {
     fn small(&self) -> bool {
         matches!(self.kind, Kind::Leaves | Kind::Given | Kind::Ragged)
             || (self.width <= 4 && self.height - self.top <= MOST_LISTED)
+    }
+
+    /// The chain that a column is in.
+    fn chain_of(&self, column: usize) -> Range<usize> {
+        let first = match self.top {
+            1 => column,
+            top if top == self.width => self.first,
+            top => column - (column - self.first) % top,
+        };
+        first..first + self.top
     }
 
     /// Columns whose contributions are listed apart.
@@ -85,13 +96,13 @@ pub(crate) struct Symbolic {
     pub supernodes: Vec<Supernode>,
     /// Rows below the columns of all supernodes …
     below: Vec<u32>,
-    /// … and the same counted from the first row after each one's own columns.
+    /// … and the same counted from the first row after each one's own columns, of ragged ones from their first.
     ahead: Vec<u32>,
     /// Updates by all supernodes, targets ascending within each.
     pub updates: Vec<Update>,
     pub relative: Vec<u32>,
     /// Where each product of a small supernode's rows lands, column by column, counted from the end of
-    /// its own panel.
+    /// its own panel; of ragged columns, from the end of the column.
     pub positions: Vec<u32>,
     /// Stretches of the matrix's words that the factor begins with: all but given columns'.
     pub loads: Vec<Load>,
@@ -135,19 +146,18 @@ impl Symbolic {
         }
         let mut owner = vec![0; dim];
         for run in runs_of_columns(colptr, rowidx, panels) {
-            let (top, rows) = match run.kind {
-                Kind::Chain => (run.width, run.below.len()),
-                Kind::Siblings | Kind::Given => (1, run.below.len()),
-                Kind::Leaves => (1, run.below.len() / run.width),
-                Kind::Ragged => (1, run.lengths.iter().copied().max().unwrap_or(0)),
+            let rows = match run.kind {
+                Kind::Chain | Kind::Siblings | Kind::Given => run.below.len(),
+                Kind::Leaves => run.below.len() / run.width,
+                Kind::Ragged => run.lengths.iter().copied().max().unwrap_or(0),
             };
-            let height = top + rows;
+            let height = run.top + rows;
             owner[run.first..run.first + run.width].fill(self.supernodes.len());
             let node = Supernode {
                 kind: run.kind,
                 first: run.first,
                 width: run.width,
-                top,
+                top: run.top,
                 below: (self.below.len(), self.below.len() + run.below.len()),
                 height,
                 panel: self.panel_words,
@@ -167,7 +177,7 @@ impl Symbolic {
             self.supernodes.push(node);
             let given = run.kind == Kind::Given;
             self.max_beside = self.max_beside.max(if given { run.width } else { rows });
-            let next = run.first + run.width;
+            let next = if node.kind == Kind::Ragged { run.first } else { run.first + run.width };
             self.ahead.extend(run.below.iter().map(|&row| index(row - next)));
             self.below.extend(run.below.into_iter().map(index));
             self.panel_words += node.words();
@@ -183,7 +193,7 @@ impl Symbolic {
         &self.below[node.below.0..node.below.1]
     }
 
-    /// The same, counted from the first row after its own columns.
+    /// The same, counted from the first row after its own columns, of ragged ones from their first.
     #[inline(always)]
     pub fn ahead(&self, node: &Supernode) -> &[u32] {
         &self.ahead[node.below.0..node.below.1]
@@ -241,17 +251,16 @@ impl Symbolic {
         node: &'a Supernode,
         column: usize,
     ) -> impl Iterator<Item = (usize, usize)> + 'a {
-        let own = if node.kind == Kind::Chain { column + 1..node.first + node.width } else { 0..0 };
+        let own = column + 1..node.chain_of(column).end;
         let below = self.below_column(node, column).iter().map(|&row| row as usize);
         own.chain(below).map(move |row| (row, self.place(node, column, row)))
     }
 
     /// Where in its column of the panel the entry (row, column) of L is.
     fn place(&self, node: &Supernode, column: usize, row: usize) -> usize {
-        if row == column && node.top == 1 {
-            0
-        } else if row < node.first + node.width {
-            row - node.first
+        let own = node.chain_of(column);
+        if own.contains(&row) {
+            row - own.start
         } else {
             node.top + self.below_column(node, column).partition_point(|&r| (r as usize) < row)
         }
@@ -281,7 +290,8 @@ impl Symbolic {
             let column = rows[lo] as usize;
             let target = owner[column];
             let onto = self.supernodes[target];
-            let hi = lo + rows[lo..].partition_point(|&r| (r as usize) < onto.first + onto.width);
+            let end = if onto.kind == Kind::Ragged { column + 1 } else { onto.first + onto.width };
+            let hi = lo + rows[lo..].partition_point(|&r| (r as usize) < end);
             let relative = self.relative.len();
             for &row in &rows[lo..] {
                 self.relative.push(index(self.place(&onto, column, row as usize)));
@@ -292,8 +302,11 @@ impl Symbolic {
     }
 
     fn list_positions(&mut self, node: &Supernode, column: usize, owner: &[usize]) {
-        let end = node.panel + node.words();
         let rows = self.below_column(node, column).to_vec();
+        let end = match node.kind {
+            Kind::Ragged => self.column_begin(node, column) + 1 + rows.len(),
+            _ => node.panel + node.words(),
+        };
         for (j, &column) in rows.iter().enumerate() {
             let onto = self.supernodes[owner[column as usize]];
             let begin = self.column_begin(&onto, column as usize) - end;

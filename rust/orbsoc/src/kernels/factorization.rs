@@ -51,30 +51,25 @@ pub fn factorize<T: Real>(
             given::contribute(given, scratch, symbolic.positions_of(node), &mut l[node.panel..]);
             continue;
         }
-        let words = node.words();
-        let (panel, later) = l[node.panel..].split_at_mut(words);
         if node.kind == Kind::Ragged {
-            let (ragged, positions) = (Ragged::of(symbolic, node), symbolic.positions_of(node));
             apart::<T>(ragged::Factor {
-                ragged,
-                positions,
+                ragged: Ragged::of(symbolic, node),
+                positions: symbolic.positions_of(node),
                 positive,
                 regularization,
-                panel,
+                l: &mut l[node.panel..],
                 y: scratch,
                 pivot_inverse,
-                later,
             });
             continue;
         }
+        let words = node.width * node.height;
+        let (panel, later) = l[node.panel..].split_at_mut(words);
         let y = &mut scratch[..words];
-        let height = node.height;
-        match node.top {
-            1 => factor_siblings(height, positive, regularization, panel, y, pivot_inverse),
-            2 => factor_block::<T, 2>(height, 0, positive, regularization, panel, y, pivot_inverse),
-            3 => factor_block::<T, 3>(height, 0, positive, regularization, panel, y, pivot_inverse),
-            4 => factor_block::<T, 4>(height, 0, positive, regularization, panel, y, pivot_inverse),
-            _ => factor_chain(height, positive, regularization, panel, y, pivot_inverse),
+        if node.top == 1 {
+            factor_siblings(node.height, positive, regularization, panel, y, pivot_inverse);
+        } else {
+            factor_chains(node, positive, regularization, panel, y, pivot_inverse);
         }
         if node.top < node.height {
             contribute(symbolic, node, Columns { l: panel, y, height: node.height }, later);
@@ -96,6 +91,31 @@ fn factor_siblings<T: Real>(
     for (((column, y), &positive), inverse) in columns.zip(positive).zip(pivot_inverse) {
         *inverse = T::one() / regularized(column[0], positive, regularization);
         divide(&mut column[1..], &mut y[1..], *inverse);
+    }
+}
+
+/// One chain after the other.
+#[inline(always)]
+fn factor_chains<T: Real>(
+    node: &Supernode,
+    positive: &[bool],
+    by: Regularization<T>,
+    mut panel: &mut [T],
+    mut y: &mut [T],
+    mut pivot_inverse: &mut [T],
+) {
+    let height = node.height;
+    for positive in positive.chunks(node.top) {
+        let (chain, chain_y, inverse);
+        (chain, panel) = panel.split_at_mut(positive.len() * height);
+        (chain_y, y) = y.split_at_mut(positive.len() * height);
+        (inverse, pivot_inverse) = pivot_inverse.split_at_mut(positive.len());
+        match positive.len() {
+            2 => factor_block::<T, 2>(height, 0, positive, by, chain, chain_y, inverse),
+            3 => factor_block::<T, 3>(height, 0, positive, by, chain, chain_y, inverse),
+            4 => factor_block::<T, 4>(height, 0, positive, by, chain, chain_y, inverse),
+            _ => factor_chain(height, positive, by, chain, chain_y, inverse),
+        }
     }
 }
 

@@ -25,18 +25,18 @@ pub fn substitute<T: Real, const R: usize>(
     x: &mut [[T; R]],
 ) {
     for node in &symbolic.supernodes {
+        if node.kind == Kind::Ragged {
+            let (ragged, l) = (Ragged::of(symbolic, node), &l[node.panel..]);
+            apart::<T>(ragged::Forward { ragged, l, x: &mut x[node.first..] });
+            continue;
+        }
         let (known, later) = x.split_at_mut(node.first + node.width);
         let known = &mut known[node.first..];
-        match node.kind {
-            Kind::Given => {
-                let (given, inverse) = (Given::of(symbolic, node, values), &pivot_inverse[node.first..]);
-                given::forward(given, inverse, known, symbolic.ahead(node), scratch, later);
-            }
-            Kind::Ragged => {
-                let (ragged, l) = (Ragged::of(symbolic, node), &l[node.panel..]);
-                apart::<T>(ragged::Forward { ragged, l, known, later });
-            }
-            _ => panel::forward(panel_of(symbolic, node, l), known, later),
+        if node.kind == Kind::Given {
+            let (given, inverse) = (Given::of(symbolic, node, values), &pivot_inverse[node.first..]);
+            given::forward(given, inverse, known, symbolic.ahead(node), scratch, later);
+        } else {
+            panel::forward(panel_of(symbolic, node, l), known, later);
         }
     }
     if !divide_late {
@@ -44,21 +44,21 @@ pub fn substitute<T: Real, const R: usize>(
     }
     for node in symbolic.supernodes.iter().rev() {
         let own = node.first..node.first + node.width;
+        if divide_late {
+            divide(&mut x[own.clone()], &pivot_inverse[own.clone()]);
+        }
+        if node.kind == Kind::Ragged {
+            let (ragged, l) = (Ragged::of(symbolic, node), &l[node.panel..][..node.words()]);
+            apart::<T>(ragged::Backward { ragged, l, x: &mut x[node.first..] });
+            continue;
+        }
         let (unknown, later) = x.split_at_mut(own.end);
         let unknown = &mut unknown[own.start..];
-        if divide_late {
-            divide(unknown, &pivot_inverse[own]);
-        }
-        match node.kind {
-            Kind::Given => {
-                let (given, inverse) = (Given::of(symbolic, node, values), &pivot_inverse[node.first..]);
-                given::backward(given, inverse, symbolic.ahead(node), later, scratch, unknown);
-            }
-            Kind::Ragged => {
-                let (ragged, l) = (Ragged::of(symbolic, node), &l[node.panel..]);
-                apart::<T>(ragged::Backward { ragged, l, later, unknown });
-            }
-            _ => panel::backward(panel_of(symbolic, node, l), later, scratch, unknown),
+        if node.kind == Kind::Given {
+            let (given, inverse) = (Given::of(symbolic, node, values), &pivot_inverse[node.first..]);
+            given::backward(given, inverse, symbolic.ahead(node), later, scratch, unknown);
+        } else {
+            panel::backward(panel_of(symbolic, node, l), later, scratch, unknown);
         }
     }
 }

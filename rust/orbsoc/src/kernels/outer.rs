@@ -71,6 +71,10 @@ fn subtract_tiled<T: Real, L: Landing, const N: usize>(
     while column + N <= hi {
         tile::<T, L, N, N, true>(columns, column, column, landing, target);
         let mut row = column + N;
+        while T::TALL && row + 8 <= columns.height {
+            tile::<T, L, 8, N, false>(columns, row, column, landing, target);
+            row += 8;
+        }
         while row + N <= columns.height {
             tile::<T, L, N, N, false>(columns, row, column, landing, target);
             row += N;
@@ -131,7 +135,7 @@ fn tile<T: Real, L: Landing, const M: usize, const N: usize, const LOWER: bool>(
     }
 }
 
-/// Words of up to four `rows`, from row `top` on. No loop: words that pass through memory one by one are waited
+/// Words of up to four `rows`, or eight, from row `top` on. No loop: words that pass through memory one by one are waited
 /// for when they are read as a vector.
 #[inline(always)]
 fn gathered<T: Real, const M: usize>(words: &[T], rows: [usize; M], top: usize) -> [T; M] {
@@ -147,6 +151,12 @@ fn gathered<T: Real, const M: usize>(words: &[T], rows: [usize; M], top: usize) 
     }
     if M > 3 {
         out[3] = words[rows[3]];
+    }
+    if M > 7 {
+        out[4] = words[rows[4]];
+        out[5] = words[rows[5]];
+        out[6] = words[rows[6]];
+        out[7] = words[rows[7]];
     }
     out
 }

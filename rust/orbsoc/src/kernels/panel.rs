@@ -10,7 +10,7 @@ use crate::real::Real;
 pub struct Panel<'a, T> {
     pub l: &'a [T],
     pub height: usize,
-    /// Rows of its own columns.
+    /// Rows of its own columns: one, or those of each of its chains.
     pub top: usize,
     /// Rows of the matrix below them, counted from the first of these columns' successors …
     pub below: &'a [u32],
@@ -19,6 +19,12 @@ pub struct Panel<'a, T> {
 }
 
 impl<'a, T> Panel<'a, T> {
+    /// From one of its columns on.
+    #[inline(always)]
+    fn starting_at(self, column: usize) -> Self {
+        Self { l: &self.l[column * self.height..], ..self }
+    }
+
     #[inline(always)]
     fn column(&self, k: usize) -> &'a [T] {
         &self.l[k * self.height..][..self.height]
@@ -46,12 +52,14 @@ pub fn forward<T: Real, const R: usize>(panel: Panel<T>, known: &mut [[T; R]], l
     }
     match (panel.top, known.len()) {
         (_, 1) => forward_below::<T, R, 1>(panel, known, later),
-        (2, _) => forward_narrow::<T, R, 2>(panel, known, later),
-        (3, _) => forward_narrow::<T, R, 3>(panel, known, later),
-        (4, _) => forward_narrow::<T, R, 4>(panel, known, later),
+        (2, 2) => forward_narrow::<T, R, 2>(panel, known, later),
+        (3, 3) => forward_narrow::<T, R, 3>(panel, known, later),
+        (4, 4) => forward_narrow::<T, R, 4>(panel, known, later),
         (top, _) => {
             if top > 1 {
-                forward_own(panel, known);
+                for (chain, known) in known.chunks_mut(top).enumerate() {
+                    forward_own(panel.starting_at(chain * top), known);
+                }
             }
             forward_tiles(panel, known, later);
         }
@@ -193,15 +201,26 @@ pub fn backward<T: Real, const R: usize>(
     }
     match (panel.top, unknown.len()) {
         (_, 1) => return backward_narrow::<T, R, 1>(panel, later, unknown),
-        (2, _) => return backward_narrow::<T, R, 2>(panel, later, unknown),
-        (3, _) => return backward_narrow::<T, R, 3>(panel, later, unknown),
-        (4, _) => return backward_narrow::<T, R, 4>(panel, later, unknown),
+        (2, 2) => return backward_narrow::<T, R, 2>(panel, later, unknown),
+        (3, 3) => return backward_narrow::<T, R, 3>(panel, later, unknown),
+        (4, 4) => return backward_narrow::<T, R, 4>(panel, later, unknown),
         _ => {}
     }
     let below = &mut scratch[..panel.below.len()];
     for (word, &row) in below.iter_mut().zip(panel.below) {
         *word = later[row as usize];
     }
+    let chain = if panel.top == 1 { unknown.len() } else { panel.top };
+    let mut end = unknown.len();
+    while end > 0 {
+        backward_chain(panel.starting_at(end - chain), below, &mut unknown[end - chain..end]);
+        end -= chain;
+    }
+}
+
+/// One chain, or single siblings, from the unknowns `below`.
+#[inline(always)]
+fn backward_chain<T: Real, const R: usize>(panel: Panel<T>, below: &[[T; R]], unknown: &mut [[T; R]]) {
     let mut k = unknown.len();
     while k >= 4 {
         k -= 4;

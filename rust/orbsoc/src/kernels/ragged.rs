@@ -1,5 +1,5 @@
-//! Columns that do not depend on one another, one after the other, each with rows of its own, as many as it may be: where
-//! a column has few rows, what a supernode costs by itself is more than its arithmetic.
+//! Columns one after the other, each with rows of its own, as many as it may be; one may depend on those before it. Where
+//! columns are short, what a supernode costs by itself is more than its arithmetic.
 //!
 //! Each loop is a function of its own, so that those of other supernodes keep their registers.
 
@@ -14,7 +14,7 @@ use crate::symbolic::{Supernode, Symbolic};
 pub struct Ragged<'a> {
     /// How many rows below those before each column have; then, how many all of them have.
     starts: &'a [u32],
-    /// Rows of the matrix below them, counted from the first of their successors.
+    /// Rows of the matrix below each column, counted from the first column.
     below: &'a [u32],
 }
 
@@ -36,15 +36,16 @@ impl<'a> Ragged<'a> {
 
     /// Each column's words below its diagonal, of `l`, and their rows.
     #[inline(always)]
-    fn columns<T>(self, mut l: &'a [T]) -> impl Iterator<Item = (&'a [T], &'a [u32])> {
-        let mut below = self.below;
-        self.lengths().map(
+    fn columns<T>(
+        self,
+        l: &'a [T],
+    ) -> impl DoubleEndedIterator<Item = (&'a [T], &'a [u32])> + ExactSizeIterator {
+        let below = self.below;
+        self.starts.windows(2).enumerate().map(
             #[inline(always)]
-            move |rows| {
-                let (column, here);
-                (column, l) = l.split_at(1 + rows);
-                (here, below) = below.split_at(rows);
-                (&column[1..], here)
+            move |(k, ends)| {
+                let (begin, end) = (ends[0] as usize, ends[1] as usize);
+                (&l[k + 1..][begin..end], &below[begin..end])
             },
         )
     }
@@ -56,67 +57,69 @@ pub struct Factor<'a, T> {
     pub positions: &'a [u32],
     pub positive: &'a [bool],
     pub regularization: Regularization<T>,
-    pub panel: &'a mut [T],
+    /// From the first of their words on.
+    pub l: &'a mut [T],
     pub y: &'a mut [T],
     pub pivot_inverse: &'a mut [T],
-    pub later: &'a mut [T],
 }
 
 impl<T: Real> Apart for Factor<'_, T> {
     #[inline(always)]
     fn run(self) {
-        let Self { ragged, mut positions, positive, regularization, mut panel, y, pivot_inverse, later } =
-            self;
+        let Self { ragged, mut positions, positive, regularization, mut l, y, pivot_inverse } = self;
         for ((rows, &positive), inverse) in ragged.lengths().zip(positive).zip(pivot_inverse) {
-            let (column, here);
-            (column, panel) = panel.split_at_mut(1 + rows);
+            let (column, later) = l.split_at_mut(1 + rows);
+            let here;
             (here, positions) = positions.split_at(rows * (rows + 1) / 2);
             *inverse = T::one() / regularized(column[0], positive, regularization);
-            let (l, y) = (&mut column[1..], &mut y[..rows]);
-            divide(l, y, *inverse);
-            subtract_listed::<T, 1>(Columns { l, y, height: rows }, 0, here, later);
+            let (column, y) = (&mut column[1..], &mut y[..rows]);
+            divide(column, y, *inverse);
+            subtract_listed::<T, 1>(Columns { l: column, y, height: rows }, 0, here, later);
+            l = later;
         }
     }
 }
 
-/// What the columns' unknowns contribute to the later rows.
+/// What the columns' unknowns contribute to the rows below each.
 pub struct Forward<'a, T, const R: usize> {
     pub ragged: Ragged<'a>,
     pub l: &'a [T],
-    pub known: &'a [[T; R]],
-    pub later: &'a mut [[T; R]],
+    /// From the first of their unknowns on.
+    pub x: &'a mut [[T; R]],
 }
 
 impl<T: Real, const R: usize> Apart for Forward<'_, T, R> {
     #[inline(always)]
     fn run(self) {
-        let Self { ragged, l, known, later } = self;
-        for ((column, rows), &by) in ragged.columns(l).zip(known) {
+        let Self { ragged, l, x } = self;
+        for (k, (column, rows)) in ragged.columns(l).enumerate() {
+            let by = x[k];
             for (&l, &row) in column.iter().zip(rows) {
-                subtract(&mut later[row as usize], l, by);
+                subtract(&mut x[row as usize], l, by);
             }
         }
     }
 }
 
-/// What the later rows contribute to the columns' unknowns.
+/// What the rows below contribute to the columns' unknowns, from the last column up.
 pub struct Backward<'a, T, const R: usize> {
     pub ragged: Ragged<'a>,
+    /// Their words, and no more.
     pub l: &'a [T],
-    pub later: &'a [[T; R]],
-    pub unknown: &'a mut [[T; R]],
+    /// From the first of their unknowns on.
+    pub x: &'a mut [[T; R]],
 }
 
 impl<T: Real, const R: usize> Apart for Backward<'_, T, R> {
     #[inline(always)]
     fn run(self) {
-        let Self { ragged, l, later, unknown } = self;
-        for ((column, rows), word) in ragged.columns(l).zip(unknown) {
-            let mut sum = *word;
+        let Self { ragged, l, x } = self;
+        for (k, (column, rows)) in ragged.columns(l).enumerate().rev() {
+            let mut sum = x[k];
             for (&l, &row) in column.iter().zip(rows).rev() {
-                subtract(&mut sum, l, later[row as usize]);
+                subtract(&mut sum, l, x[row as usize]);
             }
-            *word = sum;
+            x[k] = sum;
         }
     }
 }

@@ -41,6 +41,8 @@ pub trait Real:
     /// Rows and columns of the tiles that kernels keep at hand: four where they fit, else two. It changes
     /// no bit.
     const TILE: usize;
+    /// Whether eight rows fit, too.
+    const TALL: bool = false;
 
     /// Run `work`, compiled for the instruction set that these words want.
     fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output;

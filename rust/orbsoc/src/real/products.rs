@@ -24,12 +24,12 @@ impl<'a, T: Copy> Factors<'a, T> {
     /// lists of chunks divide to count them, and become calls where the kernel around them is large.
     #[inline(always)]
     pub fn pairs<const M: usize, const N: usize>(self, mut each: impl FnMut(&'a [T; M], &'a [T; N])) {
-        let height = self.height;
-        let (mut l, mut y) = (self.l.get(self.row..), self.y.get(self.column..));
-        while let (Some(l_words), Some(y_words)) = (l, y) {
-            let (Some(l_here), Some(y_here)) = (l_words.first_chunk(), y_words.first_chunk()) else { return };
-            each(l_here, y_here);
-            (l, y) = (l_words.get(height..), y_words.get(height..));
+        let Self { l, y, height, row, column } = self;
+        let mut at = 0;
+        while let (Some(l), Some(y)) = (l.get(at + row..), y.get(at + column..)) {
+            let (Some(l), Some(y)) = (l.first_chunk(), y.first_chunk()) else { return };
+            each(l, y);
+            at += height;
         }
     }
 }
@@ -84,7 +84,7 @@ mod tests {
 
     /// What the datapath makes of a tile, and what the plain loops do: the bits of the words asked for.
     fn both<const M: usize, const N: usize, const LOWER: bool>(seed: u64, columns: usize) -> [Vec<u64>; 2] {
-        const HEIGHT: usize = 9;
+        const HEIGHT: usize = 13;
         let mut numbers = Numbers(seed);
         let (l, y) = (numbers.list(columns * HEIGHT), numbers.list(columns * HEIGHT));
         let factors = Factors { l: &l, y: &y, height: HEIGHT, row: 5, column: 3 };
@@ -109,6 +109,7 @@ mod tests {
                 for [found, expected] in [
                     both::<4, 4, false>(seed, columns),
                     both::<4, 4, true>(seed, columns),
+                    both::<8, 4, false>(seed, columns),
                     both::<4, 1, false>(seed, columns),
                     both::<1, 4, false>(seed, columns),
                     both::<1, 1, false>(seed, columns),

@@ -84,6 +84,8 @@ macro_rules! ieee {
 }
 
 ieee! { f64,
+    const TALL: bool = true;
+
     #[inline(always)]
     fn subtract_products<const M: usize, const N: usize, const LOWER: bool>(
         words: &mut [[Self; M]; N],
@@ -93,6 +95,9 @@ ieee! { f64,
         if let Some(simd) = pulp::x86::V3::try_new() {
             if M == 4 {
                 return four_rows(simd, words, factors);
+            }
+            if M == 8 {
+                return eight_rows(simd, words, factors);
             }
             if M == 1 && N == 4 {
                 return four_columns(simd, words, factors);
@@ -158,7 +163,32 @@ fn four_rows<const M: usize, const N: usize>(
     }
 }
 
-/// The same for four columns of one row.
+/// Eight rows in two registers.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn eight_rows<const M: usize, const N: usize>(
+    simd: pulp::x86::V3,
+    words: &mut [[f64; M]; N],
+    factors: Factors<f64>,
+) {
+    let mut sums = words.map(|w| [f64x4(w[0], w[1], w[2], w[3]), f64x4(w[4], w[5], w[6], w[7])]);
+    factors.pairs::<8, N>(
+        #[inline(always)]
+        |l, y| {
+            let [low, high]: [f64x4; 2] = pulp::cast(*l);
+            for n in 0..N {
+                let y = simd.splat_f64s(y[n]);
+                sums[n][0] = simd.sub_f64s(sums[n][0], simd.mul_f64s(low, y));
+                sums[n][1] = simd.sub_f64s(sums[n][1], simd.mul_f64s(high, y));
+            }
+        },
+    );
+    for (words, sum) in words.iter_mut().zip(sums) {
+        words.copy_from_slice(&pulp::cast::<[f64x4; 2], [f64; 8]>(sum));
+    }
+}
+
+/// Four columns of one row in a register.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
 fn four_columns<const M: usize, const N: usize>(
