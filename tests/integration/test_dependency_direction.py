@@ -110,13 +110,14 @@ def test_the_python_check_finds_what_it_must(module: str, source: str, found: se
 # ---- Rust ----
 
 PATTERN = {
-    "cones", "csc", "error", "kkt", "order", "rows", "stretch", "structure", "supernode", "symbolic", "upper",
+    "beside", "cones", "csc", "error", "kkt", "order", "rows", "stretch", "structure", "supernode", "symbolic", "upper",
 }  # fmt: skip
 """Sizes and index lists of one sparsity pattern: no numbers of the iteration in them."""
 
 RUST_MAY_USE = {
     "real": {"real", "workspace"},  # a recording names the buffers that it reads and writes
     "kernels": {"kernels", "real"} | PATTERN - {"csc", "error"},
+    "beside": PATTERN,
     "cones": PATTERN,
     "order": PATTERN,
     "rows": PATTERN,

@@ -1,11 +1,8 @@
 //! Runs of columns that lie side by side and are worked on together, though none is the parent of the one before it.
 
-use crate::supernode::{Kind, Panels, Run};
+use crate::supernode::{Kind, Panels, Run, LEAF_ROWS, MOST_LISTED};
 
-/// Leaves with more rows than this keep to themselves.
-pub(crate) const LEAF_ROWS: usize = 4;
-
-/// More siblings than this, with their rows, leave the nearest cache before they are used.
+/// Single siblings with the same rows, at most: recorded streams and schedules' tables follow from it.
 const MOST_SIBLINGS: usize = 16;
 
 /// So many siblings are no leaves.
@@ -20,10 +17,7 @@ const MOST_ABREAST: usize = 32;
 /// … and rows of each, at least: others make leaves, or ragged columns.
 const ROWS_ABREAST: usize = 5;
 
-/// Columns with more rows than this are no part of a ragged run, and their contributions are not listed word by word.
-pub(crate) const MOST_LISTED: usize = 24;
-
-/// Gather what lies side by side.
+/// Gather what lies side by side; `below` are a column's rows.
 pub(crate) fn gathered<'a>(runs: Vec<Run>, panels: Panels, below: impl Fn(usize) -> &'a [usize]) -> Vec<Run> {
     let runs = match panels {
         Panels::Exact => runs,

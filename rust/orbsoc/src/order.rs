@@ -1,8 +1,8 @@
 //! The fill-reducing order: AMD through faer, then rearranged along the elimination tree, which changes
 //! neither fill nor operations, so that the numeric kernels find columns of a kind side by side.
 
-use crate::beside::LEAF_ROWS;
 use crate::error::Error;
+use crate::supernode::LEAF_ROWS;
 use crate::symbolic::{columns_of_l, elimination_tree};
 use crate::upper::Upper;
 use faer::dyn_stack::{MemBuffer, MemStack};

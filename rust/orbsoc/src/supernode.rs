@@ -1,6 +1,10 @@
 //! Runs of columns of L that are worked on together.
 
-use crate::beside::{gathered, LEAF_ROWS};
+/// Leaves with more rows than this keep to themselves.
+pub(crate) const LEAF_ROWS: usize = 4;
+
+/// Columns with more rows than this are no part of a ragged run, and their contributions are not listed word by word.
+pub(crate) const MOST_LISTED: usize = 24;
 
 /// Fewer columns than this are siblings, even if they are given: sums over them would be short.
 const FEWEST_GIVEN: usize = 32;
@@ -99,10 +103,10 @@ impl Run {
     }
 }
 
-/// Columns gathered from left to right; a new one may take in the runs before it that it ends.
-pub(crate) fn runs_of_columns(colptr: &[usize], rowidx: &[usize], panels: Panels) -> Vec<Run> {
-    let below = |j: usize| &rowidx[colptr[j] + 1..colptr[j + 1]];
-    let given = given_columns(colptr.len() - 1, below);
+/// Chains, and given columns, gathered from left to right: a new column may take in the runs before it that it ends.
+/// `below` are a column's rows.
+pub(crate) fn chains<'a>(columns: usize, panels: Panels, below: impl Fn(usize) -> &'a [usize]) -> Vec<Run> {
+    let given = given_columns(columns, &below);
     let mut runs: Vec<Run> = Vec::new();
     for (j, &given) in given.iter().enumerate() {
         let mut run = Run::of(j, below(j));
@@ -124,7 +128,7 @@ pub(crate) fn runs_of_columns(colptr: &[usize], rowidx: &[usize], panels: Panels
         }
         runs.push(run);
     }
-    gathered(runs, panels, below)
+    runs
 }
 
 /// Columns that depend on no other, with the same rows as those beside them: many of them, and too many rows

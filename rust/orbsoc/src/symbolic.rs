@@ -3,9 +3,9 @@
 //!
 //! faer owns the elimination tree and the pattern of L; nothing of it leaves this file.
 
-use crate::beside::MOST_LISTED;
+use crate::beside::gathered;
 use crate::error::Error;
-use crate::supernode::{runs_of_columns, Kind, Panels};
+use crate::supernode::{chains, Kind, Panels, MOST_LISTED};
 use crate::upper::Upper;
 use core::ops::Range;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -145,7 +145,8 @@ impl Symbolic {
             self.multiply_subtracts += below * (below + 1) / 2;
         }
         let mut owner = vec![0; dim];
-        for run in runs_of_columns(colptr, rowidx, panels) {
+        let below = |j: usize| &rowidx[colptr[j] + 1..colptr[j + 1]];
+        for run in gathered(chains(dim, panels, below), panels, below) {
             let rows = match run.kind {
                 Kind::Chain | Kind::Siblings | Kind::Given => run.below.len(),
                 Kind::Leaves => run.below.len() / run.width,
