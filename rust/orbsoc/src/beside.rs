@@ -21,8 +21,8 @@ const ROWS_ABREAST: usize = 5;
 pub(crate) fn gathered<'a>(runs: Vec<Run>, panels: Panels, below: impl Fn(usize) -> &'a [usize]) -> Vec<Run> {
     let runs = match panels {
         Panels::Exact => runs,
-        Panels::Relaxed => abreast(runs, 2),
-        Panels::Lanes => abreast(runs, 1),
+        Panels::Relaxed => abreast(runs, 2, &below),
+        Panels::Lanes => abreast(runs, 1, &below),
     };
     let runs = join(join(runs, siblings), leaves);
     match panels {
@@ -75,9 +75,14 @@ impl Abreast {
         self.chains.iter().map(|chain| chain.below.len()).sum()
     }
 
-    /// One run, where that is worth while.
-    fn close(self) -> Vec<Run> {
-        if self.chains.len() < FEWEST_ABREAST {
+    /// One run, where that is worth while and each product of two rows has a word of its own to be subtracted from,
+    /// though it be zero.
+    fn close<'a>(self, below: impl Fn(usize) -> &'a [usize]) -> Vec<Run> {
+        let lands = |(at, &row): (usize, &usize)| {
+            let mut there = below(row).iter();
+            self.rows[at + 1..].iter().all(|row| there.any(|word| word == row))
+        };
+        if self.chains.len() < FEWEST_ABREAST || !self.rows.iter().enumerate().all(lands) {
             return self.chains;
         }
         let first = &self.chains[0];
@@ -103,7 +108,7 @@ fn union(a: &[usize], b: &[usize]) -> Vec<usize> {
 }
 
 /// Chains whose rows are much the same share a panel: each word where they contribute is then met for once.
-fn abreast(runs: Vec<Run>, times: usize) -> Vec<Run> {
+fn abreast<'a>(runs: Vec<Run>, times: usize, below: impl Fn(usize) -> &'a [usize]) -> Vec<Run> {
     let mut gathered = Vec::with_capacity(runs.len());
     let mut open: Option<Abreast> = None;
     for run in runs {
@@ -113,7 +118,7 @@ fn abreast(runs: Vec<Run>, times: usize) -> Vec<Run> {
             _ => Err(run),
         };
         if let Err(run) = rest {
-            gathered.extend(open.take().into_iter().flat_map(Abreast::close));
+            gathered.extend(open.take().into_iter().flat_map(|open| open.close(&below)));
             if suits {
                 open = Some(Abreast::of(run));
             } else {
@@ -121,7 +126,7 @@ fn abreast(runs: Vec<Run>, times: usize) -> Vec<Run> {
             }
         }
     }
-    gathered.extend(open.into_iter().flat_map(Abreast::close));
+    gathered.extend(open.into_iter().flat_map(|open| open.close(&below)));
     gathered
 }
 

@@ -259,6 +259,27 @@ fn arrow(count: usize, top: usize, border: usize, share: f64, seed: u64) -> Matr
     ordered(dim, &entries, &values, &positive)
 }
 
+/// Unknowns of tasks, each connected to its task's and to all but the last or all but the first of the `shared` ones: not
+/// every two rows that neighbours have between them are connected.
+fn sensors(tasks: usize, each: usize, shared: usize, seed: u64) -> Matrix {
+    let mut numbers = Numbers(seed);
+    let columns = 2 * tasks * each;
+    let dim = columns + tasks + shared;
+    let positive: Vec<bool> = (0..dim).map(|i| i < columns).collect();
+    let mut entries: Vec<(usize, usize)> = (0..dim).map(|i| (i, i)).collect();
+    let mut values: Vec<f64> =
+        positive.iter().map(|&up| if up { 1.0 } else { -1.0 } * (0.5 + numbers.unit())).collect();
+    for i in 0..columns {
+        let sensor = i / each % 2;
+        let rows = (0..shared - 1).map(|row| columns + tasks + row + sensor);
+        for row in rows.chain([columns + i / (2 * each)]) {
+            entries.push((i, row));
+            values.push(numbers.signed());
+        }
+    }
+    ordered(dim, &entries, &values, &positive)
+}
+
 #[test]
 fn columns_that_share_their_rows_and_depend_on_none_are_not_stored() {
     for (rows, unknowns) in [(60, 7), (90, 16)] {
@@ -285,6 +306,7 @@ fn matrices() -> impl Iterator<Item = Matrix> {
         .chain([(60, 7), (9, 5), (90, 16)].map(|(rows, unknowns)| inequalities(rows, unknowns, 5)))
         .chain((1..=5).map(|top| arrow(9, top, 14, 1.0, top as u64)))
         .chain((1..=3).map(|top| arrow(11, top, 14, 0.7, top as u64)))
+        .chain((4..=6).map(|shared| sensors(4, shared, shared + 1, shared as u64)))
 }
 
 /// |LDLᵀ − K| ≤ γ |L||D||L|ᵀ entrywise, the bound that any order of the operations obeys.
@@ -348,6 +370,7 @@ fn exact_and_relaxed_panels_give_the_same_words_but_for_the_sign_of_zero() {
     let mut found = [0; 4];
     for seed in 0..240 {
         let matrix = match seed % 8 {
+            5 => sensors(3 + seed % 4, 3 + seed / 8 % 4, 5 + seed % 9, seed as u64),
             7 => inequalities(30 + seed % 50, 5 + seed % 9, seed as u64),
             6 => arrow(
                 4 + seed % 11,
