@@ -261,10 +261,12 @@ impl Symbolic {
     fn place(&self, node: &Supernode, column: usize, row: usize) -> usize {
         let own = node.chain_of(column);
         if own.contains(&row) {
-            row - own.start
-        } else {
-            node.top + self.below_column(node, column).partition_point(|&r| (r as usize) < row)
+            return row - own.start;
         }
+        let below = self.below_column(node, column);
+        let place = below.partition_point(|&r| (r as usize) < row);
+        debug_assert_eq!(below.get(place).map(|&r| r as usize), Some(row), "column {column} has no such row");
+        node.top + place
     }
 
     fn resolve_updates(&mut self, owner: &[usize]) {
@@ -291,7 +293,7 @@ impl Symbolic {
             let column = rows[lo] as usize;
             let target = owner[column];
             let onto = self.supernodes[target];
-            let end = if onto.kind == Kind::Ragged { column + 1 } else { onto.first + onto.width };
+            let end = onto.chain_of(column).end;
             let hi = lo + rows[lo..].partition_point(|&r| (r as usize) < end);
             let relative = self.relative.len();
             for &row in &rows[lo..] {

@@ -140,53 +140,39 @@ ieee! { f64,
 }
 ieee! { f32, }
 
-/// Four rows in a register: the compiler does not find it by itself where the words come from scattered places.
+/// A tile of rows as vectors of four: the compiler does not find it by itself where the words come from scattered
+/// places. A macro, as a function of so many vectors keeps its sums in memory (decision 0024).
 #[cfg(target_arch = "x86_64")]
-#[inline(always)]
-fn four_rows<const M: usize, const N: usize>(
-    simd: pulp::x86::V3,
-    words: &mut [[f64; M]; N],
-    factors: Factors<f64>,
-) {
-    let mut sums = words.map(|w| f64x4(w[0], w[1], w[2], w[3]));
-    factors.pairs::<4, N>(
+macro_rules! rows_in_vectors {
+    ($name:ident, $rows:literal, [$($vector:literal),+]) => {
         #[inline(always)]
-        |l, y| {
-            let l = pulp::cast(*l);
-            for n in 0..N {
-                sums[n] = simd.sub_f64s(sums[n], simd.mul_f64s(l, simd.splat_f64s(y[n])));
+        fn $name<const M: usize, const N: usize>(
+            simd: pulp::x86::V3,
+            words: &mut [[f64; M]; N],
+            factors: Factors<f64>,
+        ) {
+            let four = |w: [f64; M], v: usize| f64x4(w[4 * v], w[4 * v + 1], w[4 * v + 2], w[4 * v + 3]);
+            let mut sums = words.map(|w| [$(four(w, $vector)),+]);
+            factors.pairs::<$rows, N>(
+                #[inline(always)]
+                |l, y| {
+                    let l: [f64x4; $rows / 4] = pulp::cast(*l);
+                    for n in 0..N {
+                        let y = simd.splat_f64s(y[n]);
+                        $(sums[n][$vector] = simd.sub_f64s(sums[n][$vector], simd.mul_f64s(l[$vector], y));)+
+                    }
+                },
+            );
+            for (words, sum) in words.iter_mut().zip(sums) {
+                words.copy_from_slice(&pulp::cast::<[f64x4; $rows / 4], [f64; $rows]>(sum));
             }
-        },
-    );
-    for (words, sum) in words.iter_mut().zip(sums) {
-        words.copy_from_slice(&pulp::cast::<f64x4, [f64; 4]>(sum));
-    }
+        }
+    };
 }
-
-/// Eight rows in two registers.
 #[cfg(target_arch = "x86_64")]
-#[inline(always)]
-fn eight_rows<const M: usize, const N: usize>(
-    simd: pulp::x86::V3,
-    words: &mut [[f64; M]; N],
-    factors: Factors<f64>,
-) {
-    let mut sums = words.map(|w| [f64x4(w[0], w[1], w[2], w[3]), f64x4(w[4], w[5], w[6], w[7])]);
-    factors.pairs::<8, N>(
-        #[inline(always)]
-        |l, y| {
-            let [low, high]: [f64x4; 2] = pulp::cast(*l);
-            for n in 0..N {
-                let y = simd.splat_f64s(y[n]);
-                sums[n][0] = simd.sub_f64s(sums[n][0], simd.mul_f64s(low, y));
-                sums[n][1] = simd.sub_f64s(sums[n][1], simd.mul_f64s(high, y));
-            }
-        },
-    );
-    for (words, sum) in words.iter_mut().zip(sums) {
-        words.copy_from_slice(&pulp::cast::<[f64x4; 2], [f64; 8]>(sum));
-    }
-}
+rows_in_vectors! { four_rows, 4, [0] }
+#[cfg(target_arch = "x86_64")]
+rows_in_vectors! { eight_rows, 8, [0, 1] }
 
 /// Four columns of one row in a register.
 #[cfg(target_arch = "x86_64")]
