@@ -1,6 +1,9 @@
 //! Runs of columns that lie side by side and are worked on together, though none is the parent of the one before it.
 
 use crate::supernode::{Kind, Panels, Run, LEAF_ROWS, MOST_LISTED};
+use crate::symbolic::index;
+use core::ops::Range;
+use std::borrow::Cow;
 
 /// Single siblings with the same rows, at most: recorded streams and schedules' tables follow from it.
 const MOST_SIBLINGS: usize = 16;
@@ -18,28 +21,40 @@ const MOST_ABREAST: usize = 32;
 const ROWS_ABREAST: usize = 5;
 
 /// Gather what lies side by side; `below` are a column's rows.
-pub(crate) fn gathered<'a>(runs: Vec<Run>, panels: Panels, below: impl Fn(usize) -> &'a [usize]) -> Vec<Run> {
-    let runs = match panels {
-        Panels::Exact => runs,
-        Panels::Relaxed => abreast(runs, 2, &below),
-        Panels::Lanes => abreast(runs, 1, &below),
-    };
-    let runs = join(join(runs, siblings), leaves);
+pub(crate) fn gathered<'a>(
+    mut runs: Vec<Run<'a>>,
+    panels: Panels,
+    below: impl Fn(usize) -> &'a [u32],
+) -> Vec<Run<'a>> {
     match panels {
-        Panels::Exact => runs,
-        Panels::Relaxed | Panels::Lanes => ragged(runs, below),
+        Panels::Exact => {}
+        Panels::Relaxed => abreast(&mut runs, 2, &below),
+        Panels::Lanes => abreast(&mut runs, 1, &below),
     }
+    join(&mut runs, siblings);
+    join(&mut runs, leaves);
+    match panels {
+        Panels::Exact => {}
+        Panels::Relaxed | Panels::Lanes => ragged(&mut runs, below),
+    }
+    runs
 }
 
 /// Chains of equal width that do not contain one another, and the rows that any of them has.
-struct Abreast {
-    chains: Vec<Run>,
-    rows: Vec<usize>,
+struct Abreast<'a> {
+    /// The runs that they are.
+    runs: Range<usize>,
+    /// Columns of each.
+    top: usize,
+    rows: Cow<'a, [u32]>,
+    /// Rows of one and the other, all told.
+    rows_of_each: usize,
 }
 
-impl Abreast {
-    fn of(run: Run) -> Self {
-        Self { rows: run.below.clone(), chains: vec![run] }
+impl<'a> Abreast<'a> {
+    fn of(at: usize, run: &Run<'a>) -> Self {
+        let rows_of_each = run.below.len();
+        Self { runs: at..at + 1, top: run.width, rows: run.below.clone(), rows_of_each }
     }
 
     /// Whether a run may be one of several.
@@ -47,60 +62,55 @@ impl Abreast {
         run.kind == Kind::Chain && run.width <= WIDEST_ABREAST && run.below.len() >= ROWS_ABREAST
     }
 
-    /// Take `next` in where it suits these: all rows are then at most `times` as many as each has in the mean.
-    fn admit(&mut self, next: Run, times: usize) -> Result<(), Run> {
-        let width = self.chains[0].width;
-        let contained = || self.rows.iter().any(|row| (next.first..next.end()).contains(row));
-        if next.width != width || self.width() + width > MOST_ABREAST || contained() {
-            return Err(next);
+    fn width(&self) -> usize {
+        self.runs.len() * self.top
+    }
+
+    /// Take the `next` run in where it suits these: all rows are then at most `times` as many as each has in the mean.
+    fn admits(&mut self, next: &Run, times: usize) -> bool {
+        let contained = || self.rows.iter().any(|&row| (next.first..next.end()).contains(&(row as usize)));
+        if next.width != self.top || self.width() + self.top > MOST_ABREAST || contained() {
+            return false;
         }
+        let entries = self.rows_of_each + next.below.len();
         if self.rows != next.below {
             let rows = union(&self.rows, &next.below);
-            let entries = self.rows_of_each() + next.below.len();
-            if rows.len() * (self.chains.len() + 1) > times * entries {
-                return Err(next);
+            if rows.len() * (self.runs.len() + 1) > times * entries {
+                return false;
             }
-            self.rows = rows;
+            self.rows = Cow::Owned(rows);
         }
-        self.chains.push(next);
-        Ok(())
+        self.runs.end += 1;
+        self.rows_of_each = entries;
+        true
     }
 
-    fn width(&self) -> usize {
-        self.chains.len() * self.chains[0].width
-    }
-
-    /// Rows of one chain and the other, all told.
-    fn rows_of_each(&self) -> usize {
-        self.chains.iter().map(|chain| chain.below.len()).sum()
-    }
-
-    /// One run, where that is worth while and each product of two rows has a word of its own to be subtracted from,
+    /// Whether they are worth while, and each product of two rows has a word of its own to be subtracted from,
     /// though it be zero.
-    fn close<'a>(self, below: impl Fn(usize) -> &'a [usize]) -> Vec<Run> {
-        let lands = |(at, &row): (usize, &usize)| {
-            let mut there = below(row).iter();
+    fn pays(&self, below: impl Fn(usize) -> &'a [u32]) -> bool {
+        let lands = |(at, &row): (usize, &u32)| {
+            let mut there = below(row as usize).iter();
             self.rows[at + 1..].iter().all(|row| there.any(|word| word == row))
         };
-        if self.chains.len() < FEWEST_ABREAST || !self.rows.iter().enumerate().all(lands) {
-            return self.chains;
+        self.runs.len() >= FEWEST_ABREAST && self.rows.iter().enumerate().all(lands)
+    }
+
+    /// The first of their runs takes the others in, which are left with no column.
+    fn gather(self, runs: &mut [Run<'a>]) {
+        let width = self.width();
+        let [first, others @ ..] = &mut runs[self.runs] else { return };
+        for other in others {
+            first.entries += core::mem::take(&mut other.entries);
+            other.width = 0;
         }
-        let first = &self.chains[0];
-        vec![Run {
-            kind: Kind::Siblings,
-            first: first.first,
-            width: self.width(),
-            top: first.width,
-            nearest: self.rows[0],
-            entries: self.chains.iter().map(|chain| chain.entries).sum(),
-            below: self.rows,
-            lengths: Vec::new(),
-        }]
+        (first.kind, first.width) = (Kind::Siblings, width);
+        first.nearest = self.rows[0] as usize;
+        first.below = self.rows;
     }
 }
 
 /// Both lists, ascending.
-fn union(a: &[usize], b: &[usize]) -> Vec<usize> {
+fn union(a: &[u32], b: &[u32]) -> Vec<u32> {
     let mut all = [a, b].concat();
     all.sort_unstable();
     all.dedup();
@@ -108,39 +118,33 @@ fn union(a: &[usize], b: &[usize]) -> Vec<usize> {
 }
 
 /// Chains whose rows are much the same share a panel: each word where they contribute is then met for once.
-fn abreast<'a>(runs: Vec<Run>, times: usize, below: impl Fn(usize) -> &'a [usize]) -> Vec<Run> {
-    let mut gathered = Vec::with_capacity(runs.len());
+fn abreast<'a>(runs: &mut Vec<Run<'a>>, times: usize, below: impl Fn(usize) -> &'a [u32]) {
+    let mut found: Vec<Abreast> = Vec::new();
     let mut open: Option<Abreast> = None;
-    for run in runs {
-        let suits = Abreast::suits(&run);
-        let rest = match &mut open {
-            Some(open) if suits => open.admit(run, times),
-            _ => Err(run),
-        };
-        if let Err(run) = rest {
-            gathered.extend(open.take().into_iter().flat_map(|open| open.close(&below)));
-            if suits {
-                open = Some(Abreast::of(run));
-            } else {
-                gathered.push(run);
-            }
+    for (at, run) in runs.iter().enumerate() {
+        let suits = Abreast::suits(run);
+        if suits && open.as_mut().is_some_and(|open| open.admits(run, times)) {
+            continue;
         }
+        found.extend(open.take().filter(|open| open.pays(&below)));
+        open = suits.then(|| Abreast::of(at, run));
     }
-    gathered.extend(open.into_iter().flat_map(|open| open.close(&below)));
-    gathered
+    found.extend(open.filter(|open| open.pays(&below)));
+    for abreast in found {
+        abreast.gather(runs);
+    }
+    runs.retain(|run| run.width > 0);
 }
 
 /// Take each run into the one before it where `suits` says as what.
-fn join(runs: Vec<Run>, suits: impl Fn(&Run, &Run) -> Option<Kind>) -> Vec<Run> {
-    let mut joined: Vec<Run> = Vec::with_capacity(runs.len());
-    for run in runs {
-        let kind = joined.last().and_then(|last| suits(last, &run));
-        match (joined.last_mut(), kind) {
-            (Some(last), Some(kind)) => take_beside(last, run, kind),
-            _ => joined.push(run),
+fn join(runs: &mut Vec<Run<'_>>, suits: impl Fn(&Run, &Run) -> Option<Kind>) {
+    runs.dedup_by(|next, last| {
+        let kind = suits(last, next);
+        if let Some(kind) = kind {
+            take_beside(last, next, kind);
         }
-    }
-    joined
+        kind.is_some()
+    });
 }
 
 /// Whether the single column `next` has the rows of those `before` it.
@@ -173,11 +177,11 @@ fn rows_of_each_leaf(run: &Run) -> Option<usize> {
 }
 
 /// Take in columns that depend on none of these.
-fn take_beside(run: &mut Run, mut next: Run, kind: Kind) {
+fn take_beside(run: &mut Run, next: &mut Run, kind: Kind) {
     if kind == Kind::Leaves {
         make_leaves(run);
-        make_leaves(&mut next);
-        run.below.append(&mut next.below);
+        make_leaves(next);
+        run.below.to_mut().extend_from_slice(&next.below);
     }
     run.width += next.width;
     run.nearest = run.nearest.min(next.nearest);
@@ -188,36 +192,33 @@ fn take_beside(run: &mut Run, mut next: Run, kind: Kind) {
 /// Repeat the rows for each column.
 fn make_leaves(run: &mut Run) {
     if run.kind != Kind::Leaves {
-        run.below = run.below.repeat(run.width);
+        run.below = Cow::Owned(run.below.repeat(run.width));
         run.kind = Kind::Leaves;
     }
 }
 
 /// Neighbours of few words each become ragged columns, whether one depends on another or not.
-fn ragged<'a>(runs: Vec<Run>, below: impl Fn(usize) -> &'a [usize]) -> Vec<Run> {
+fn ragged<'a>(runs: &mut Vec<Run<'a>>, below: impl Fn(usize) -> &'a [u32]) {
     let kind = |run: &Run| matches!(run.kind, Kind::Chain | Kind::Siblings);
     let slight = |run: &Run| kind(run) && run.words() <= 1 + MOST_LISTED;
-    let mut gathered: Vec<Run> = Vec::with_capacity(runs.len());
-    for mut run in runs {
-        match gathered.last_mut() {
-            Some(last) if slight(&run) && (last.kind == Kind::Ragged || slight(last)) => {
-                make_ragged(last, &below);
-                make_ragged(&mut run, &below);
-                last.width += run.width;
-                last.below.append(&mut run.below);
-                last.lengths.append(&mut run.lengths);
-            }
-            _ => gathered.push(run),
+    runs.dedup_by(|next, last| {
+        let joins = slight(next) && (last.kind == Kind::Ragged || slight(last));
+        if joins {
+            make_ragged(last, &below);
+            make_ragged(next, &below);
+            last.width += next.width;
+            last.below.to_mut().extend_from_slice(&next.below);
+            last.lengths.append(&mut next.lengths);
         }
-    }
-    gathered
+        joins
+    });
 }
 
 /// Each column's own rows, instead of those that its panel has.
-fn make_ragged<'a>(run: &mut Run, below: impl Fn(usize) -> &'a [usize]) {
+fn make_ragged<'a>(run: &mut Run, below: impl Fn(usize) -> &'a [u32]) {
     if run.kind != Kind::Ragged {
         let columns = run.first..run.end();
-        run.lengths = columns.clone().map(|j| below(j).len()).collect();
+        run.lengths = columns.clone().map(|j| index(below(j).len())).collect();
         run.below = columns.flat_map(|j| below(j).iter().copied()).collect();
         (run.kind, run.top) = (Kind::Ragged, 1);
     }

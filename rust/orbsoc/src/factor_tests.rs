@@ -8,12 +8,12 @@ use crate::oracle::Numbers;
 use crate::order::fill_reducing_order;
 use crate::real::{count, Counted, Latency, OperationCounts};
 use crate::supernode::{Kind, Panels};
-use crate::symbolic::{Supernode, Symbolic};
+use crate::symbolic::{index, Supernode, Symbolic};
 use crate::upper::Upper;
 use crate::{Decide, Real};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::cholesky::simplicial;
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::sparse::SparseColMatRef;
 use nalgebra::{DMatrix, DVector};
 
 const REGULARIZATION: Regularization<f64> =
@@ -34,9 +34,10 @@ impl Matrix {
     fn dense(&self) -> DMatrix<f64> {
         let mut out = DMatrix::zeros(self.dim(), self.dim());
         for j in 0..self.dim() {
-            for k in self.upper.colptr[j]..self.upper.colptr[j + 1] {
-                out[(self.upper.rowidx[k], j)] = self.values[k];
-                out[(j, self.upper.rowidx[k])] = self.values[k];
+            for k in self.upper.range(j) {
+                let i = self.upper.rowidx[k] as usize;
+                out[(i, j)] = self.values[k];
+                out[(j, i)] = self.values[k];
             }
         }
         out
@@ -96,12 +97,16 @@ fn quasi_definite(dim: usize, density: f64, exact: bool, seed: u64) -> Matrix {
 }
 
 fn ordered(dim: usize, entries: &[(usize, usize)], values: &[f64], positive: &[bool]) -> Matrix {
-    let (natural, place) = Upper::from_positions(dim, entries);
+    let entries: Vec<(u32, u32)> = entries.iter().map(|&(i, j)| (index(i), index(j))).collect();
+    let (natural, place) = Upper::from_positions(dim, &entries);
     let order = fill_reducing_order(&natural).unwrap();
     let (upper, permuted_place) = natural.permuted(&order);
     let mut permuted = vec![0.0; values.len()];
-    values.iter().zip(&place).for_each(|(&value, &to)| permuted[permuted_place[to]] = value);
-    Matrix { upper, values: permuted, positive: order.iter().map(|&old| positive[old]).collect() }
+    values
+        .iter()
+        .zip(&place)
+        .for_each(|(&value, &to)| permuted[permuted_place[to as usize] as usize] = value);
+    Matrix { upper, values: permuted, positive: order.iter().map(|&old| positive[old as usize]).collect() }
 }
 
 struct Factor<T> {
@@ -177,22 +182,21 @@ fn textbook(k: &DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
 
 fn faers(matrix: &Matrix) -> (DMatrix<f64>, DVector<f64>) {
     let dim = matrix.dim();
-    let pattern =
-        SymbolicSparseColMatRef::new_checked(dim, dim, &matrix.upper.colptr, None, &matrix.upper.rowidx);
-    let (mut parent, mut counts) = (vec![0isize; dim], vec![0usize; dim]);
+    let pattern = matrix.upper.faer();
+    let (mut parent, mut counts) = (vec![0; dim], vec![0; dim]);
     let nnz = matrix.upper.nnz();
-    let mut memory = MemBuffer::new(simplicial::prefactorize_symbolic_cholesky_scratch::<usize>(dim, nnz));
+    let mut memory = MemBuffer::new(simplicial::prefactorize_symbolic_cholesky_scratch::<u32>(dim, nnz));
     let stack = MemStack::new(&mut memory);
     let tree = simplicial::prefactorize_symbolic_cholesky(&mut parent, &mut counts, pattern, stack);
-    let mut memory = MemBuffer::new(simplicial::factorize_simplicial_symbolic_cholesky_scratch::<usize>(dim));
+    let mut memory = MemBuffer::new(simplicial::factorize_simplicial_symbolic_cholesky_scratch::<u32>(dim));
     let stack = MemStack::new(&mut memory);
     let symbolic = simplicial::factorize_simplicial_symbolic_cholesky(pattern, tree, &counts, stack).unwrap();
     let mut values = matrix.values.clone();
     for j in 0..dim {
-        values[matrix.upper.colptr[j + 1] - 1] += matrix.shift(j);
+        values[matrix.upper.range(j).end - 1] += matrix.shift(j);
     }
     let mut words = vec![0.0; symbolic.len_val()];
-    let scratch = simplicial::factorize_simplicial_numeric_ldlt_scratch::<usize, f64>(dim);
+    let scratch = simplicial::factorize_simplicial_numeric_ldlt_scratch::<u32, f64>(dim);
     let mut memory = MemBuffer::new(scratch);
     simplicial::factorize_simplicial_numeric_ldlt(
         &mut words,
@@ -204,10 +208,10 @@ fn faers(matrix: &Matrix) -> (DMatrix<f64>, DVector<f64>) {
     .unwrap();
     let (mut l, mut d) = (DMatrix::identity(dim, dim), DVector::zeros(dim));
     for j in 0..dim {
-        let entries = symbolic.col_ptr()[j]..symbolic.col_ptr()[j + 1];
+        let entries = symbolic.col_ptr()[j] as usize..symbolic.col_ptr()[j + 1] as usize;
         d[j] = words[entries.start];
         for k in entries.skip(1) {
-            l[(symbolic.row_idx()[k], j)] = words[k];
+            l[(symbolic.row_idx()[k] as usize, j)] = words[k];
         }
     }
     (l, d)
@@ -409,7 +413,7 @@ fn column_counts(upper: &Upper) -> Vec<usize> {
     let dim = upper.dim();
     let mut filled = vec![vec![false; dim]; dim];
     for (j, row) in filled.iter_mut().enumerate() {
-        upper.rowidx[upper.colptr[j]..upper.colptr[j + 1]].iter().for_each(|&i| row[i] = true);
+        upper.column(j).iter().for_each(|&i| row[i as usize] = true);
     }
     for k in 0..dim {
         for i in k + 1..dim {
@@ -469,7 +473,7 @@ fn operations_are_the_closed_forms_of_the_column_counts() {
 fn the_order_is_a_permutation_that_puts_children_before_parents() {
     for matrix in matrices() {
         let order = fill_reducing_order(&matrix.upper).unwrap();
-        let mut sorted = order.clone();
+        let mut sorted: Vec<usize> = order.iter().map(|&old| old as usize).collect();
         sorted.sort_unstable();
         assert_eq!(sorted, (0..matrix.dim()).collect::<Vec<_>>());
         let symbolic = Symbolic::new(&matrix.upper, Panels::Relaxed).unwrap();

@@ -50,12 +50,12 @@ impl Kkt {
         let (n, me, m) = (p.ncols(), a.nrows(), g.nrows());
         let expanded = cones.soc.iter().filter(|c| c.expansion.is_some()).count();
         let dim = n + me + m + 2 * expanded;
-        let mut entries: Vec<(usize, usize)> = (0..dim).map(|i| (i, i)).collect();
+        let mut entries: Vec<(u32, u32)> = (0..index(dim)).map(|i| (i, i)).collect();
         let mut place = |row: usize, column: usize| {
             if row == column {
                 return row;
             }
-            entries.push((row, column));
+            entries.push((index(row), index(column)));
             entries.len() - 1
         };
         let from_p: Vec<usize> = p.triplets().map(|(i, j, _)| place(i, j)).collect();
@@ -74,20 +74,19 @@ impl Kkt {
         let (permuted, permuted_place) = natural.permuted(&order);
         let symbolic = Symbolic::new(&permuted, panels)?;
 
-        let go = |k: &usize| index(permuted_place[natural_place[*k]]);
+        let go = |k: &usize| permuted_place[natural_place[*k] as usize];
         let mut position = vec![0; dim];
         let mut positive = vec![false; dim];
         for (new, &old) in order.iter().enumerate() {
-            position[old] = index(new);
-            positive[new] = old < n;
+            position[old as usize] = index(new);
+            positive[new] = (old as usize) < n;
         }
         for cone in &cones.soc {
             if let Some(row) = cone.expansion {
                 positive[position[row0 + row + 1] as usize] = true;
             }
         }
-        let colptr: Vec<u32> = permuted.colptr.iter().map(|&k| index(k)).collect();
-        let rowidx: Vec<u32> = permuted.rowidx.iter().map(|&k| index(k)).collect();
+        let Upper { colptr, rowidx } = permuted;
         let above = |j: usize| &rowidx[colptr[j] as usize..colptr[j + 1] as usize - 1];
         Ok(Self {
             dim,

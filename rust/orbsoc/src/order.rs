@@ -3,11 +3,11 @@
 
 use crate::error::Error;
 use crate::supernode::LEAF_ROWS;
-use crate::symbolic::{columns_of_l, elimination_tree};
-use crate::upper::Upper;
+use crate::symbolic::{elimination_tree, index};
+use crate::upper::{begins, ordered, Upper};
+use core::ops::Range;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::amd;
-use std::collections::BTreeMap;
 
 /// A group of fewer columns is not worth a place of its own.
 const GROUP: usize = 4;
@@ -17,62 +17,103 @@ const ROUNDS: usize = 3;
 /// Fill-reducing permutation: `order[new] = old`. Children come before parents. To the front go columns
 /// that only depend on columns there, and of which there are many of a kind (leaves with equally few rows,
 /// siblings with the same rows); the others follow in postorder.
-pub(crate) fn fill_reducing_order(upper: &Upper) -> Result<Vec<usize>, Error> {
+pub(crate) fn fill_reducing_order(upper: &Upper) -> Result<Vec<u32>, Error> {
     let dim = upper.dim();
-    let (mut order, mut inverse) = (vec![0usize; dim], vec![0usize; dim]);
-    let mut memory = MemBuffer::new(amd::order_scratch::<usize>(dim, upper.nnz()));
+    let (mut order, mut inverse) = (vec![0; dim], vec![0; dim]);
+    let mut memory = MemBuffer::new(amd::order_scratch::<u32>(dim, upper.nnz()));
     amd::order(&mut order, &mut inverse, upper.faer(), amd::Control::default(), MemStack::new(&mut memory))
         .map_err(|e| Error::Symbolic(format!("{e:?}")))?;
-    let (permuted, _) = upper.permuted(&order);
-    let (colptr, rowidx) = columns_of_l(&permuted)?;
-    let forest = Forest::new(&elimination_tree(&permuted).0);
-    let below = |j: usize| &rowidx[colptr[j] + 1..colptr[j + 1]];
-    let front = forest.groups(below);
-    let rest = forest.postorder(&front, below);
-    Ok(front.into_iter().chain(rest).map(|k| order[k]).collect())
+    let mut forest = Forest::new(&upper.permuted(&order).0);
+    let front = forest.groups();
+    let rest = forest.postorder(&front);
+    Ok(front.into_iter().chain(rest).map(|k| order[k as usize]).collect())
 }
 
+/// The elimination tree, and rows of L below the columns whose children went to the front.
 struct Forest {
-    parent: Vec<Option<usize>>,
-    children: Vec<Vec<usize>>,
+    parent: Vec<Option<u32>>,
+    /// Where each column's children begin in `children`; then, where all end.
+    begins: Vec<u32>,
+    children: Vec<u32>,
+    /// Entries of each column of L.
+    counts: Vec<u32>,
+    /// Of each column, where its rows are in `rows`: the matrix's own, which are L's where it has no children;
+    /// L's once [`Forest::find`] has been there.
+    below: Vec<Range<usize>>,
+    rows: Vec<u32>,
 }
 
 impl Forest {
-    fn new(parent: &[isize]) -> Self {
-        let parent: Vec<Option<usize>> = parent.iter().map(|&p| usize::try_from(p).ok()).collect();
-        let mut children = vec![Vec::new(); parent.len()];
-        for (j, parent) in parent.iter().enumerate() {
-            if let Some(parent) = *parent {
-                children[parent].push(j);
+    fn new(upper: &Upper) -> Self {
+        let (parent, counts) = elimination_tree(upper);
+        let parent: Vec<Option<u32>> = parent.iter().map(|&p| u32::try_from(p).ok()).collect();
+        let edges = || parent.iter().zip(0..).filter_map(|(&parent, j)| Some((parent?, j)));
+        let begins = begins(parent.len(), edges().map(|edge| edge.0));
+        let children = ordered(&begins, edges());
+        let (ends, rows) = upper.lower();
+        let below = ends.windows(2).map(|ends| ends[0] as usize..ends[1] as usize).collect();
+        Self { parent, begins, children, counts, below, rows }
+    }
+
+    fn children(&self, j: u32) -> &[u32] {
+        &self.children[self.begins[j as usize] as usize..self.begins[j as usize + 1] as usize]
+    }
+
+    fn below(&self, j: u32) -> &[u32] {
+        &self.rows[self.below[j as usize].clone()]
+    }
+
+    fn columns(&self) -> Range<u32> {
+        0..index(self.parent.len())
+    }
+
+    /// Find the rows of a column of L from its children's.
+    fn find(&mut self, j: u32) {
+        let (j, begin) = (j as usize, self.rows.len());
+        self.rows.extend_from_within(self.below[j].clone());
+        for k in self.begins[j] as usize..self.begins[j + 1] as usize {
+            // The first row of a child is this column.
+            let child = self.below[self.children[k] as usize].clone();
+            self.rows.extend_from_within(child.start + 1..child.end);
+        }
+        self.rows[begin..].sort_unstable();
+        let mut end = begin;
+        for k in begin..self.rows.len() {
+            if end == begin || self.rows[k] != self.rows[end - 1] {
+                self.rows[end] = self.rows[k];
+                end += 1;
             }
         }
-        Self { parent, children }
+        self.rows.truncate(end);
+        self.below[j] = begin..end;
     }
 
     /// Columns for the front, group after group.
-    fn groups<'a>(&self, below: impl Fn(usize) -> &'a [usize]) -> Vec<usize> {
+    fn groups(&mut self) -> Vec<u32> {
         let mut front = Vec::new();
         let mut taken = vec![false; self.parent.len()];
-        let mut ready: Vec<usize> = (0..self.parent.len()).filter(|&j| self.children[j].is_empty()).collect();
+        let mut ready: Vec<u32> = self.columns().filter(|&j| self.children(j).is_empty()).collect();
         for _ in 0..ROUNDS {
-            let mut groups: BTreeMap<(usize, &[usize]), Vec<usize>> = BTreeMap::new();
+            // A column that its parent merely continues stays with it, in one panel.
+            let rows = |j: u32| self.counts[j as usize];
+            ready.retain(|&j| self.parent[j as usize].is_none_or(|parent| rows(parent) + 1 != rows(j)));
             for &j in &ready {
-                let rows = below(j);
-                // A column that its parent merely continues stays with it, in one panel.
-                let continued = self.parent[j].is_some_and(|p| below(p).len() + 1 == rows.len());
-                if !continued {
-                    let few = rows.len() <= LEAF_ROWS;
-                    groups.entry((rows.len(), if few { &[] } else { rows })).or_default().push(j);
+                if !self.children(j).is_empty() {
+                    self.find(j);
                 }
             }
+            let kind = |&j: &u32| {
+                let rows = self.below(j);
+                (rows.len(), (rows.len() > LEAF_ROWS).then_some(rows))
+            };
+            ready.sort_by_key(|&j| (self.below(j).len(), self.below(j)));
             let begin = front.len();
-            for mut group in groups.into_values().filter(|group| group.len() >= GROUP) {
-                group.sort_by_key(|&j| below(j));
-                front.extend(group);
+            for group in ready.chunk_by(|a, b| kind(a) == kind(b)).filter(|group| group.len() >= GROUP) {
+                front.extend_from_slice(group);
             }
-            front[begin..].iter().for_each(|&j| taken[j] = true);
-            let parents = front[begin..].iter().filter_map(|&j| self.parent[j]);
-            ready = parents.filter(|&p| self.children[p].iter().all(|&c| taken[c])).collect();
+            front[begin..].iter().for_each(|&j| taken[j as usize] = true);
+            let parents = front[begin..].iter().filter_map(|&j| self.parent[j as usize]);
+            ready = parents.filter(|&p| self.children(p).iter().all(|&c| taken[c as usize])).collect();
             ready.sort_unstable();
             ready.dedup();
         }
@@ -81,29 +122,29 @@ impl Forest {
 
     /// The other columns, children before parents, each subtree contiguous; of siblings, leaves come first,
     /// and those with the same rows side by side.
-    fn postorder<'a>(&self, front: &[usize], below: impl Fn(usize) -> &'a [usize]) -> Vec<usize> {
+    fn postorder(&self, front: &[u32]) -> Vec<u32> {
         let mut taken = vec![false; self.parent.len()];
         for &j in front {
-            taken[j] = true;
+            taken[j as usize] = true;
         }
-        let mut children = self.children.clone();
-        for siblings in &mut children {
-            siblings.retain(|&j| !taken[j]);
-            siblings.sort_by_cached_key(|&j| {
-                let leaf = self.children[j].is_empty();
-                (!leaf, if leaf { below(j) } else { &[] })
-            });
-        }
-        let roots = (0..self.parent.len()).filter(|&j| self.parent[j].is_none() && !taken[j]);
-        let mut stack: Vec<usize> = roots.rev().collect();
+        let kind = |&j: &u32| {
+            let leaf = self.children(j).is_empty();
+            (!leaf, leaf.then(|| self.below(j)))
+        };
+        let roots = self.columns().filter(|&j| self.parent[j as usize].is_none() && !taken[j as usize]);
+        // A column is met twice: its children go before it, then it follows them.
+        let mut stack: Vec<(u32, bool)> = roots.rev().map(|j| (j, false)).collect();
         let mut order = Vec::with_capacity(self.parent.len() - front.len());
-        while let Some(&j) = stack.last() {
-            if children[j].is_empty() {
+        let mut siblings = Vec::new();
+        while let Some((j, met)) = stack.pop() {
+            if met {
                 order.push(j);
-                stack.pop();
-            } else {
-                stack.extend(core::mem::take(&mut children[j]).into_iter().rev());
+                continue;
             }
+            stack.push((j, true));
+            siblings.extend(self.children(j).iter().filter(|&&c| !taken[c as usize]));
+            siblings.sort_by(|a, b| kind(a).cmp(&kind(b)));
+            stack.extend(siblings.drain(..).rev().map(|c| (c, false)));
         }
         order
     }

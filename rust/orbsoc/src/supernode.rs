@@ -1,5 +1,7 @@
 //! Runs of columns of L that are worked on together.
 
+use std::borrow::Cow;
+
 /// Leaves with more rows than this keep to themselves.
 pub(crate) const LEAF_ROWS: usize = 4;
 
@@ -36,27 +38,27 @@ pub(crate) enum Panels {
 }
 
 /// Adjacent columns that share a panel.
-pub(crate) struct Run {
+pub(crate) struct Run<'a> {
     pub kind: Kind,
     pub first: usize,
     pub width: usize,
     /// Columns of each of its chains: all of a chain's own, else one but for siblings.
     pub top: usize,
     /// Rows below its own columns; of leaves and ragged ones, those of one after the other.
-    pub below: Vec<usize>,
+    pub below: Cow<'a, [u32]>,
     /// How many of them are each ragged column's.
-    pub lengths: Vec<usize>,
+    pub lengths: Vec<u32>,
     /// The first of them; past all rows where there is none.
     pub nearest: usize,
     /// Entries of L among its columns.
     pub entries: usize,
 }
 
-impl Run {
+impl<'a> Run<'a> {
     /// One column.
-    fn of(first: usize, below: &[usize]) -> Self {
-        let nearest = below.first().copied().unwrap_or(usize::MAX);
-        let (below, entries, lengths) = (below.to_vec(), 1 + below.len(), Vec::new());
+    fn of(first: usize, below: &'a [u32]) -> Self {
+        let nearest = below.first().map_or(usize::MAX, |&row| row as usize);
+        let (below, entries, lengths) = (Cow::Borrowed(below), 1 + below.len(), Vec::new());
         Self { kind: Kind::Chain, first, width: 1, top: 1, below, lengths, nearest, entries }
     }
 
@@ -81,7 +83,8 @@ impl Run {
 
     /// Whether `next` is the parent of this run's last column, and joining is cheap enough.
     fn suits(&self, next: &Self, panels: Panels) -> bool {
-        let parent = self.end() == next.first && self.below.first() == Some(&next.first);
+        let parent =
+            self.end() == next.first && self.below.first().is_some_and(|&row| row as usize == next.first);
         if !parent || self.kind == Kind::Given {
             return false;
         }
@@ -105,9 +108,9 @@ impl Run {
 
 /// Chains, and given columns, gathered from left to right: a new column may take in the runs before it that it ends.
 /// `below` are a column's rows.
-pub(crate) fn chains<'a>(columns: usize, panels: Panels, below: impl Fn(usize) -> &'a [usize]) -> Vec<Run> {
+pub(crate) fn chains<'a>(columns: usize, panels: Panels, below: impl Fn(usize) -> &'a [u32]) -> Vec<Run<'a>> {
     let given = given_columns(columns, &below);
-    let mut runs: Vec<Run> = Vec::new();
+    let mut runs: Vec<Run> = Vec::with_capacity(columns);
     for (j, &given) in given.iter().enumerate() {
         let mut run = Run::of(j, below(j));
         if given {
@@ -118,11 +121,7 @@ pub(crate) fn chains<'a>(columns: usize, panels: Panels, below: impl Fn(usize) -
             }
             continue;
         }
-        while let Some(mut before) = runs.pop() {
-            if !before.suits(&run, panels) {
-                runs.push(before);
-                break;
-            }
+        while let Some(mut before) = runs.pop_if(|before| before.suits(&run, panels)) {
             before.absorb(run);
             run = before;
         }
@@ -133,11 +132,11 @@ pub(crate) fn chains<'a>(columns: usize, panels: Panels, below: impl Fn(usize) -
 
 /// Columns that depend on no other, with the same rows as those beside them: many of them, and too many rows
 /// for leaves. Whatever the panels are, as sums over them have another order than those over siblings.
-fn given_columns<'a>(columns: usize, below: impl Fn(usize) -> &'a [usize]) -> Vec<bool> {
+fn given_columns<'a>(columns: usize, below: impl Fn(usize) -> &'a [u32]) -> Vec<bool> {
     let (mut depends, mut given) = (vec![false; columns], vec![false; columns]);
     for j in 0..columns {
         for &row in below(j) {
-            depends[row] = true;
+            depends[row as usize] = true;
         }
     }
     let mut first = 0;

@@ -10,6 +10,7 @@ use crate::upper::Upper;
 use core::ops::Range;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::cholesky::simplicial;
+use faer::sparse::SymbolicSparseColMatRef;
 
 /// A run of columns of L, stored as a dense `height × width` panel, column-major. Each column begins with the rows of its
 /// own chain, those above the diagonal unused; in siblings of one column each, and leaves, that is the diagonal alone.
@@ -137,23 +138,23 @@ impl Symbolic {
     }
 
     /// Lay out the panels of the supernodes; returns the supernode that owns each column.
-    fn find_supernodes(&mut self, colptr: &[usize], rowidx: &[usize], panels: Panels) -> Vec<usize> {
+    fn find_supernodes(&mut self, colptr: &[u32], rowidx: &[u32], panels: Panels) -> Vec<u32> {
         let dim = colptr.len() - 1;
         for j in 0..dim {
-            let below = colptr[j + 1] - colptr[j] - 1;
+            let below = (colptr[j + 1] - colptr[j] - 1) as usize;
             self.nnz_l += below;
             self.multiply_subtracts += below * (below + 1) / 2;
         }
         let mut owner = vec![0; dim];
-        let below = |j: usize| &rowidx[colptr[j] + 1..colptr[j + 1]];
+        let below = |j: usize| &rowidx[colptr[j] as usize + 1..colptr[j + 1] as usize];
         for run in gathered(chains(dim, panels, below), panels, below) {
             let rows = match run.kind {
                 Kind::Chain | Kind::Siblings | Kind::Given => run.below.len(),
                 Kind::Leaves => run.below.len() / run.width,
-                Kind::Ragged => run.lengths.iter().copied().max().unwrap_or(0),
+                Kind::Ragged => run.lengths.iter().copied().max().unwrap_or(0) as usize,
             };
             let height = run.top + rows;
-            owner[run.first..run.first + run.width].fill(self.supernodes.len());
+            owner[run.first..run.first + run.width].fill(index(self.supernodes.len()));
             let node = Supernode {
                 kind: run.kind,
                 first: run.first,
@@ -170,7 +171,7 @@ impl Symbolic {
             if node.kind == Kind::Ragged {
                 let ends = run.lengths.iter().scan(0, |end, length| {
                     *end += length;
-                    Some(index(*end))
+                    Some(*end)
                 });
                 self.starts.push(0);
                 self.starts.extend(ends);
@@ -179,8 +180,9 @@ impl Symbolic {
             let given = run.kind == Kind::Given;
             self.max_beside = self.max_beside.max(if given { run.width } else { rows });
             let next = if node.kind == Kind::Ragged { run.first } else { run.first + run.width };
-            self.ahead.extend(run.below.iter().map(|&row| index(row - next)));
-            self.below.extend(run.below.into_iter().map(index));
+            let next = index(next);
+            self.ahead.extend(run.below.iter().map(|&row| row - next));
+            self.below.extend_from_slice(&run.below);
             self.panel_words += node.words();
             let beside = if node.kind == Kind::Ragged { height } else { run.width * height };
             self.max_panel = self.max_panel.max(beside);
@@ -254,82 +256,101 @@ impl Symbolic {
     ) -> impl Iterator<Item = (usize, usize)> + 'a {
         let own = column + 1..node.chain_of(column).end;
         let below = self.below_column(node, column).iter().map(|&row| row as usize);
-        own.chain(below).map(move |row| (row, self.place(node, column, row)))
+        own.chain(below).map(move |row| (row, self.place(node, column, index(row))))
     }
 
     /// Where in its column of the panel the entry (row, column) of L is.
-    fn place(&self, node: &Supernode, column: usize, row: usize) -> usize {
-        let own = node.chain_of(column);
-        if own.contains(&row) {
-            return row - own.start;
-        }
-        let below = self.below_column(node, column);
-        let place = below.partition_point(|&r| (r as usize) < row);
-        debug_assert_eq!(below.get(place).map(|&r| r as usize), Some(row), "column {column} has no such row");
-        node.top + place
+    fn place(&self, node: &Supernode, column: usize, row: u32) -> usize {
+        self.places(node, column, core::slice::from_ref(&row)).next().unwrap_or_default()
     }
 
-    fn resolve_updates(&mut self, owner: &[usize]) {
+    /// The same for several rows, ascending.
+    fn places<'a>(
+        &'a self,
+        node: &'a Supernode,
+        column: usize,
+        rows: &'a [u32],
+    ) -> impl Iterator<Item = usize> + 'a {
+        let own = node.chain_of(column);
+        let below = self.below_column(node, column);
+        let mut at = 0;
+        rows.iter().map(move |&row| {
+            if own.contains(&(row as usize)) {
+                return row as usize - own.start;
+            }
+            if below[at..].first() != Some(&row) {
+                at += below[at..].partition_point(|&r| r < row);
+            }
+            debug_assert_eq!(below.get(at), Some(&row), "column {column} has no such row");
+            node.top + at
+        })
+    }
+
+    fn resolve_updates(&mut self, owner: &[u32]) {
+        let (mut updates, mut relative, mut positions) = (Vec::new(), Vec::new(), Vec::new());
         for source in 0..self.supernodes.len() {
             let node = self.supernodes[source];
             if node.small() {
-                let begin = self.positions.len();
+                let begin = positions.len();
                 for column in node.lists() {
-                    self.list_positions(&node, column, owner);
+                    self.list_positions(&node, column, owner, &mut positions);
                 }
-                self.supernodes[source].listed = Some((begin, self.positions.len()));
+                self.supernodes[source].listed = Some((begin, positions.len()));
             } else {
-                let begin = self.updates.len();
-                self.find_updates(&node, owner);
-                self.supernodes[source].updates = (begin, self.updates.len());
+                let begin = updates.len();
+                self.find_updates(&node, owner, &mut updates, &mut relative);
+                self.supernodes[source].updates = (begin, updates.len());
             }
         }
+        (self.updates, self.relative, self.positions) = (updates, relative, positions);
     }
 
-    fn find_updates(&mut self, node: &Supernode, owner: &[usize]) {
-        let rows = self.below(node).to_vec();
+    fn find_updates(
+        &self,
+        node: &Supernode,
+        owner: &[u32],
+        updates: &mut Vec<Update>,
+        relative: &mut Vec<u32>,
+    ) {
+        let rows = self.below(node);
         let mut lo = 0;
         while lo < rows.len() {
             let column = rows[lo] as usize;
-            let target = owner[column];
-            let onto = self.supernodes[target];
+            let target = owner[column] as usize;
+            let onto = &self.supernodes[target];
             let end = onto.chain_of(column).end;
             let hi = lo + rows[lo..].partition_point(|&r| (r as usize) < end);
-            let relative = self.relative.len();
-            for &row in &rows[lo..] {
-                self.relative.push(index(self.place(&onto, column, row as usize)));
-            }
-            self.updates.push(Update { target, lo: node.top + lo, hi: node.top + hi, relative });
+            let begin = relative.len();
+            relative.extend(self.places(onto, column, &rows[lo..]).map(index));
+            updates.push(Update { target, lo: node.top + lo, hi: node.top + hi, relative: begin });
             lo = hi;
         }
     }
 
-    fn list_positions(&mut self, node: &Supernode, column: usize, owner: &[usize]) {
-        let rows = self.below_column(node, column).to_vec();
+    fn list_positions(&self, node: &Supernode, column: usize, owner: &[u32], positions: &mut Vec<u32>) {
+        let rows = self.below_column(node, column);
         let end = match node.kind {
             Kind::Ragged => self.column_begin(node, column) + 1 + rows.len(),
             _ => node.panel + node.words(),
         };
         for (j, &column) in rows.iter().enumerate() {
-            let onto = self.supernodes[owner[column as usize]];
-            let begin = self.column_begin(&onto, column as usize) - end;
-            for &row in &rows[j..] {
-                let place = self.place(&onto, column as usize, row as usize);
-                self.positions.push(index(begin + place));
-            }
+            let column = column as usize;
+            let onto = &self.supernodes[owner[column] as usize];
+            let begin = self.column_begin(onto, column) - end;
+            positions.extend(self.places(onto, column, &rows[j..]).map(|place| index(begin + place)));
         }
     }
 
-    fn locate_entries(&mut self, upper: &Upper, owner: &[usize]) {
+    fn locate_entries(&mut self, upper: &Upper, owner: &[u32]) {
         for j in 0..upper.dim() {
-            for k in upper.colptr[j]..upper.colptr[j + 1] {
-                let i = upper.rowidx[k];
+            for k in upper.range(j) {
+                let i = upper.rowidx[k] as usize;
                 // Entry (i, j), i ≤ j, of the upper triangle is entry (j, i) of L's pattern.
-                let node = self.supernodes[owner[i]];
+                let node = self.supernodes[owner[i] as usize];
                 if node.kind == Kind::Given {
                     continue;
                 }
-                let place = self.place(&node, i, j);
+                let place = self.place(&node, i, index(j));
                 match self.loads.last_mut() {
                     Some(last) if last.values + last.places.len() == k => last.places.end += 1,
                     _ => {
@@ -351,52 +372,42 @@ impl Symbolic {
                 continue;
             }
             self.supernodes[at].sources = self.sources.len();
-            self.sources.push(index(upper.colptr[node.first]));
+            self.sources.push(upper.colptr[node.first]);
             for k in node.below.0..node.below.1 {
-                let (begin, end) = (self.below[k] as usize, self.below[k] as usize + 1);
-                let (begin, end) = (upper.colptr[begin], upper.colptr[end]);
-                let before = upper.rowidx[begin..end].partition_point(|&row| row < node.first);
-                self.sources.push(index(begin + before));
+                let row = self.below[k] as usize;
+                let before = upper.column(row).partition_point(|&row| (row as usize) < node.first);
+                self.sources.push(upper.colptr[row] + index(before));
             }
         }
     }
 }
 
-/// Parents and column counts.
-pub(crate) fn elimination_tree(upper: &Upper) -> (Vec<isize>, Vec<usize>) {
-    let dim = upper.dim();
-    let (mut parent, mut counts) = (vec![0isize; dim], vec![0usize; dim]);
-    let mut memory =
-        MemBuffer::new(simplicial::prefactorize_symbolic_cholesky_scratch::<usize>(dim, upper.nnz()));
-    simplicial::prefactorize_symbolic_cholesky(
-        &mut parent,
-        &mut counts,
-        upper.faer(),
-        MemStack::new(&mut memory),
-    );
+/// Parents, those of roots negative, and entries of each column of L.
+pub(crate) fn elimination_tree(upper: &Upper) -> (Vec<i32>, Vec<u32>) {
+    let (mut parent, mut counts) = (vec![0; upper.dim()], vec![0; upper.dim()]);
+    analyse(upper.faer(), &mut parent, &mut counts);
     (parent, counts)
 }
 
+fn analyse<'a>(
+    upper: SymbolicSparseColMatRef<'_, u32>,
+    parent: &'a mut [i32],
+    counts: &mut [u32],
+) -> simplicial::EliminationTreeRef<'a, u32> {
+    let (dim, nnz) = (upper.ncols(), upper.compute_nnz());
+    let mut memory = MemBuffer::new(simplicial::prefactorize_symbolic_cholesky_scratch::<u32>(dim, nnz));
+    simplicial::prefactorize_symbolic_cholesky(parent, counts, upper, MemStack::new(&mut memory))
+}
+
 /// Row indices of each column of L, diagonal first, ascending.
-pub(crate) fn columns_of_l(upper: &Upper) -> Result<(Vec<usize>, Vec<usize>), Error> {
-    let dim = upper.dim();
-    let (mut parent, mut counts) = (vec![0isize; dim], vec![0usize; dim]);
-    let mut memory =
-        MemBuffer::new(simplicial::prefactorize_symbolic_cholesky_scratch::<usize>(dim, upper.nnz()));
-    let tree = simplicial::prefactorize_symbolic_cholesky(
-        &mut parent,
-        &mut counts,
-        upper.faer(),
-        MemStack::new(&mut memory),
-    );
-    let mut memory = MemBuffer::new(simplicial::factorize_simplicial_symbolic_cholesky_scratch::<usize>(dim));
-    let l = simplicial::factorize_simplicial_symbolic_cholesky(
-        upper.faer(),
-        tree,
-        &counts,
-        MemStack::new(&mut memory),
-    )
-    .map_err(|e| Error::Symbolic(format!("{e:?}")))?;
+fn columns_of_l(upper: &Upper) -> Result<(Vec<u32>, Vec<u32>), Error> {
+    let (dim, upper) = (upper.dim(), upper.faer());
+    let (mut parent, mut counts) = (vec![0; dim], vec![0; dim]);
+    let tree = analyse(upper, &mut parent, &mut counts);
+    let mut memory = MemBuffer::new(simplicial::factorize_simplicial_symbolic_cholesky_scratch::<u32>(dim));
+    let l =
+        simplicial::factorize_simplicial_symbolic_cholesky(upper, tree, &counts, MemStack::new(&mut memory))
+            .map_err(|e| Error::Symbolic(format!("{e:?}")))?;
     Ok((l.col_ptr().to_vec(), l.row_idx().to_vec()))
 }
 

@@ -1,29 +1,37 @@
-//! Patterns of symmetric matrices.
+//! Patterns of symmetric matrices. Indices are words of 32 bits, as everything that set-up leaves behind.
 
+use crate::symbolic::index;
+use core::ops::Range;
 use faer::sparse::SymbolicSparseColMatRef;
 
 /// A square matrix's upper triangle, diagonal included, rows ascending in each column.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Upper {
-    pub colptr: Vec<usize>,
-    pub rowidx: Vec<usize>,
+    pub colptr: Vec<u32>,
+    pub rowidx: Vec<u32>,
 }
 
-/// The items in the order of their keys, all below `dim`; equal ones stay in theirs.
-fn ordered(dim: usize, items: Vec<usize>, key: impl Fn(usize) -> usize) -> Vec<usize> {
-    let mut next = vec![0; dim + 1];
-    for &item in &items {
-        next[key(item) + 1] += 1;
+/// Where the items of each key begin, keys below `dim`, and where all end.
+pub(crate) fn begins(dim: usize, keys: impl Iterator<Item = u32>) -> Vec<u32> {
+    let mut begins = vec![0; dim + 1];
+    keys.for_each(|key| begins[key as usize + 1] += 1);
+    let mut end = 0;
+    for begin in &mut begins {
+        end += *begin;
+        *begin = end;
     }
-    for k in 0..dim {
-        next[k + 1] += next[k];
-    }
-    let mut out = vec![0; items.len()];
-    for item in items {
-        let place = &mut next[key(item)];
-        out[*place] = item;
+    begins
+}
+
+/// Items in the order of their keys; equal ones stay in theirs.
+pub(crate) fn ordered(begins: &[u32], items: impl Iterator<Item = (u32, u32)>) -> Vec<u32> {
+    let mut next = begins.to_vec();
+    let mut out = vec![0; begins[begins.len() - 1] as usize];
+    items.for_each(|(key, item)| {
+        let place = &mut next[key as usize];
+        out[*place as usize] = item;
         *place += 1;
-    }
+    });
     out
 }
 
@@ -36,41 +44,61 @@ impl Upper {
         self.rowidx.len()
     }
 
-    pub fn faer(&self) -> SymbolicSparseColMatRef<'_, usize> {
+    /// Range of column `j`'s entries.
+    pub fn range(&self, j: usize) -> Range<usize> {
+        self.colptr[j] as usize..self.colptr[j + 1] as usize
+    }
+
+    /// Row indices of column `j`'s entries.
+    pub fn column(&self, j: usize) -> &[u32] {
+        &self.rowidx[self.range(j)]
+    }
+
+    pub fn faer(&self) -> SymbolicSparseColMatRef<'_, u32> {
         SymbolicSparseColMatRef::new_checked(self.dim(), self.dim(), &self.colptr, None, &self.rowidx)
     }
 
-    /// From unordered positions; also returns where each of them went.
-    pub fn from_positions(dim: usize, positions: &[(usize, usize)]) -> (Self, Vec<usize>) {
-        let by_row = ordered(dim, (0..positions.len()).collect(), |k| positions[k].0);
-        let order = ordered(dim, by_row, |k| positions[k].1);
+    /// From unordered (row, column); also returns where each of them went.
+    pub fn from_positions(dim: usize, positions: &[(u32, u32)]) -> (Self, Vec<u32>) {
+        let rows = begins(dim, positions.iter().map(|at| at.0));
+        let by_row = ordered(&rows, positions.iter().zip(0..).map(|(at, k)| (at.0, k)));
+        let colptr = begins(dim, positions.iter().map(|at| at.1));
+        let order = ordered(&colptr, by_row.iter().map(|&k| (positions[k as usize].1, k)));
         let mut place = vec![0; positions.len()];
-        let mut upper = Self { colptr: vec![0; dim + 1], rowidx: Vec::with_capacity(positions.len()) };
-        for (new, &k) in order.iter().enumerate() {
-            let (row, column) = positions[k];
-            place[k] = new;
-            upper.rowidx.push(row);
-            upper.colptr[column + 1] += 1;
+        for (&k, new) in order.iter().zip(0..) {
+            place[k as usize] = new;
         }
-        for j in 0..dim {
-            upper.colptr[j + 1] += upper.colptr[j];
-        }
-        (upper, place)
+        let rowidx = order.iter().map(|&k| positions[k as usize].0).collect();
+        (Self { colptr, rowidx }, place)
     }
 
     /// The upper triangle of `PKPᵀ`, and where each entry of K went.
-    pub fn permuted(&self, order: &[usize]) -> (Self, Vec<usize>) {
+    pub fn permuted(&self, order: &[u32]) -> (Self, Vec<u32>) {
         let mut inverse = vec![0; order.len()];
-        for (new, &old) in order.iter().enumerate() {
-            inverse[old] = new;
+        for (&old, new) in order.iter().zip(0..) {
+            inverse[old as usize] = new;
         }
         let mut positions = Vec::with_capacity(self.nnz());
         for j in 0..self.dim() {
-            for &i in &self.rowidx[self.colptr[j]..self.colptr[j + 1]] {
-                let (a, b) = (inverse[i], inverse[j]);
-                positions.push((a.min(b), a.max(b)));
-            }
+            let b = inverse[j];
+            positions.extend(self.column(j).iter().map(|&i| {
+                let a = inverse[i as usize];
+                (a.min(b), a.max(b))
+            }));
         }
         Self::from_positions(self.dim(), &positions)
+    }
+
+    /// Below the diagonal, where each column's rows begin, and the rows, ascending.
+    pub fn lower(&self) -> (Vec<u32>, Vec<u32>) {
+        let entries = || {
+            (0..self.dim()).flat_map(|j| {
+                let above = self.column(j).iter().filter(move |&&i| (i as usize) < j);
+                above.map(move |&i| (i, index(j)))
+            })
+        };
+        let begins = begins(self.dim(), entries().map(|at| at.0));
+        let rows = ordered(&begins, entries());
+        (begins, rows)
     }
 }
