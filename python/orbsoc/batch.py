@@ -5,6 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -87,11 +88,15 @@ class BatchSolver:
             raise TypeError(f"`threads` is {threads!r}; it must be a whole number") from None
         if not 1 <= threads <= MOST_THREADS:
             raise ProblemError(f"`threads` is {threads}; it must be at least 1, and at most {MOST_THREADS}")
-        self._problem, self._settings = problem, resolve(settings, overrides)
+        self._problem, self._settings, self._threads = problem, resolve(settings, overrides), threads
         try:
             self._core = _core.BatchSolver(problem, self._settings, threads)
         except _core.CoreError as error:
             raise ProblemError(str(error)) from None
+
+    def __reduce__(self) -> tuple[partial[BatchSolver], tuple[Problem, Settings]]:
+        """A copy, in this process or another, analyses the pattern anew."""
+        return partial(type(self), threads=self._threads), (self._problem, self._settings)
 
     @property
     def problem(self) -> Problem:
@@ -195,7 +200,9 @@ def _starts(problem: Problem, count: int, start: object) -> list[Array]:
     """x, y, z, s of the points to start from, one row a problem; TypeError for what is no such points."""
     if not isinstance(start, BatchSolution | Solution | Start):
         found = type(start).__name__
-        raise TypeError(f"`warm_start` is a {found}; it must be an orbsoc.BatchSolution, Solution or Start")
+        raise TypeError(
+            f"`warm_start` is of type {found}; it must be an orbsoc.BatchSolution, Solution or Start"
+        )
     rows = []
     widths = {"x": problem.n, "y": problem.p, "z": problem.m, "s": problem.m}
     for name, width in widths.items():

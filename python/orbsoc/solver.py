@@ -56,6 +56,10 @@ class Solver:
         self._engine = engine(problem, self.settings)
         self._last: Solution | None = None
 
+    def __reduce__(self) -> tuple[type[Solver], tuple[Problem, Settings], dict[str, Solution | None]]:
+        """A copy, in this process or another, has these data and the last solution, and analyses the pattern anew."""
+        return type(self), (self.problem, self.settings), {"_last": self._last}
+
     @property
     def problem(self) -> Problem:
         """The data that the next solve solves."""
@@ -159,7 +163,7 @@ def start_words(problem: Problem, start: object) -> StartWords:
     if not isinstance(start, Solution | Start):
         found = type(start).__name__
         raise TypeError(
-            f"`warm_start` is a {found}; it must be an orbsoc.Solution, an orbsoc.Start or a bool"
+            f"`warm_start` is of type {found}; it must be an orbsoc.Solution, an orbsoc.Start or a bool"
         )
     words = (start.x, start.y, start.z, start.s)
     sizes = (problem.n, problem.p, problem.m, problem.m)
@@ -184,7 +188,7 @@ def _check_shape(name: str, value: Any, wanted: tuple[int, ...]) -> None:
 
 def check_type(name: str, value: object, wanted: type) -> None:
     if not isinstance(value, wanted):
-        raise TypeError(f"`{name}` is a {type(value).__name__}; it must be an orbsoc.{wanted.__name__}")
+        raise TypeError(f"`{name}` is of type {type(value).__name__}; it must be an orbsoc.{wanted.__name__}")
 
 
 def solution_of(raw: _core.RawSolution) -> Solution:

@@ -179,9 +179,9 @@ def test_numpy_numbers_are_settings() -> None:
 
 
 def test_what_is_no_problem_or_no_settings_is_a_type_error() -> None:
-    with pytest.raises(TypeError, match=r"`problem` is a dict; it must be an orbsoc\.Problem"):
+    with pytest.raises(TypeError, match=r"`problem` is of type dict; it must be an orbsoc\.Problem"):
         orbsoc.solve({"c": [1.0]})
-    with pytest.raises(TypeError, match=r"`settings` is a float; it must be an orbsoc\.Settings"):
+    with pytest.raises(TypeError, match=r"`settings` is of type float; it must be an orbsoc\.Settings"):
         orbsoc.solve(Problem(c=[0.0]), 1e-8)
 
 

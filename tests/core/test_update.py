@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 from collections.abc import Callable
 from typing import Any
 
@@ -112,3 +114,18 @@ def test_an_unknown_name_is_refused_and_replaces_nothing() -> None:
     with pytest.raises(TypeError, match="no data named 'g'"):
         solver.update(c=case(1).c, g=case(1).h)
     assert bits(solver.solve()) == bits(orbsoc.solve(case(0)))
+
+
+@pytest.mark.parametrize("again", [copy.deepcopy, lambda solver: pickle.loads(pickle.dumps(solver))])
+def test_a_copy_of_a_solver_has_its_numbers_its_settings_and_its_last_solution(
+    again: Callable[[orbsoc.Solver], orbsoc.Solver],
+) -> None:
+    solver = orbsoc.Solver(case(0), tol=1e-6)
+    solver.update(**data(case(1)))
+    solver.solve()
+    other = again(solver)
+    solver.update(**data(case(2)))
+    assert other.settings == solver.settings
+    assert bits(other.solve()) == bits(orbsoc.solve(case(1), tol=1e-6)) != bits(solver.solve())
+    other = again(solver)
+    assert bits(other.solve(warm_start=True)) == bits(solver.solve(warm_start=True))

@@ -99,8 +99,8 @@ def test_a_certificate_is_no_start_but_no_error_either() -> None:
 @pytest.mark.parametrize(
     ("start", "error", "words_"),
     [
-        ("cold", TypeError, "`warm_start` is a str"),
-        (np.ones(3), TypeError, "`warm_start` is a ndarray"),
+        ("cold", TypeError, "`warm_start` is of type str"),
+        (np.ones(3), TypeError, "`warm_start` is of type ndarray"),
         (orbsoc.Start(np.ones(2), np.ones(0), np.ones(1), np.ones(1)), orbsoc.ProblemError, "`warm_start.x` has shape"),
         (orbsoc.Start(np.ones(1), np.ones(0), np.ones(1), np.ones(3)), orbsoc.ProblemError, "`warm_start.s` has shape"),
     ],

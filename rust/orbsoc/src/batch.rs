@@ -103,7 +103,7 @@ impl BatchSolver {
     /// the pattern alone.
     ///
     /// # Errors
-    /// What `write` returns, and [`Error::PatternChanged`] when it changed more than numbers.
+    /// [`Error::OfBatch`] with what `write` returns, or with [`Error::PatternChanged`] when it changed more than numbers.
     pub fn solve(
         &mut self,
         count: usize,
@@ -154,8 +154,9 @@ impl BatchSolver {
             let mut take = |problem: &mut Problem| {
                 let Some(k) = desk.next() else { return Ok(None) };
                 problem.copy_numbers(base);
-                write(k, problem)?;
-                base.same_pattern(problem)?;
+                write(k, problem)
+                    .and_then(|()| base.same_pattern(problem))
+                    .map_err(|error| Error::OfBatch { problem: k, error: Box::new(error) })?;
                 Ok(Some(k))
             };
             let worked =

@@ -72,6 +72,13 @@ pub enum Error {
     },
     /// The sparse library refused the pattern.
     Symbolic(String),
+    /// One problem of a batch is no problem.
+    OfBatch {
+        /// Which one.
+        problem: usize,
+        /// What is wrong with it.
+        error: Box<Self>,
+    },
 }
 
 impl fmt::Display for Error {
@@ -102,6 +109,7 @@ impl fmt::Display for Error {
                 write!(f, "`threads` = {count}: the system has none: {detail}")
             }
             Self::Symbolic(detail) => write!(f, "symbolic analysis failed: {detail}"),
+            Self::OfBatch { problem, error } => write!(f, "problem {problem} of the batch: {error}"),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Every error, produced by the misuse that it names (where a test can afford it), and its words.
 
-use orbsoc::{Cones, Csc, Engine, Error, Problem, Settings};
+use orbsoc::{BatchSolver, Cones, Csc, Engine, Error, Problem, Settings};
 
 fn orthant(l: usize) -> Cones {
     Cones { l, q: vec![] }
@@ -86,6 +86,18 @@ fn value_names_the_entry_and_the_number() {
     says(equality(vec![0.0, f64::INFINITY]), &format!("`b` has inf at entry 1: {only}"));
     let entry = Csc::new("G", (1, 1), vec![0, 1], vec![0], vec![f64::NAN]);
     says(entry, &format!("`G` has NaN at entry 0: {only}"));
+}
+
+#[test]
+fn a_batch_names_the_problem() {
+    let base = build(&[1.0; 2], identity(), &[0.0; 2], orthant(2)).unwrap();
+    let mut solver = BatchSolver::new(&base, &Settings::default(), 1).unwrap();
+    let numbers = |k: usize| [1.0, if k == 20 { f64::NAN } else { 1.0 }];
+    says(
+        solver.solve(37, |k, problem| problem.set_c(&numbers(k))),
+        "problem 20 of the batch: `c` has NaN at entry 1: only finite numbers are allowed there",
+    );
+    assert!(solver.solve(7, |k, problem| problem.set_c(&numbers(k))).is_ok());
 }
 
 #[test]
