@@ -47,14 +47,14 @@ struct Abreast<'a> {
     /// Columns of each.
     top: usize,
     rows: Cow<'a, [u32]>,
-    /// Rows of one and the other, all told.
-    rows_of_each: usize,
+    /// Rows of one and the other, added up.
+    rows_added: usize,
 }
 
 impl<'a> Abreast<'a> {
     fn of(at: usize, run: &Run<'a>) -> Self {
-        let rows_of_each = run.below.len();
-        Self { runs: at..at + 1, top: run.width, rows: run.below.clone(), rows_of_each }
+        let rows_added = run.below.len();
+        Self { runs: at..at + 1, top: run.width, rows: run.below.clone(), rows_added }
     }
 
     /// Whether a run may be one of several.
@@ -66,22 +66,23 @@ impl<'a> Abreast<'a> {
         self.runs.len() * self.top
     }
 
-    /// Take the `next` run in where it suits these: all rows are then at most `times` as many as each has in the mean.
-    fn admits(&mut self, next: &Run, times: usize) -> bool {
+    /// Take the `next` run in, and say so, where it suits these: all rows are then at most `times` as many as each has in
+    /// the mean.
+    fn take_in(&mut self, next: &Run, times: usize) -> bool {
         let contained = || self.rows.iter().any(|&row| (next.first..next.end()).contains(&(row as usize)));
         if next.width != self.top || self.width() + self.top > MOST_ABREAST || contained() {
             return false;
         }
-        let entries = self.rows_of_each + next.below.len();
+        let rows_added = self.rows_added + next.below.len();
         if self.rows != next.below {
             let rows = union(&self.rows, &next.below);
-            if rows.len() * (self.runs.len() + 1) > times * entries {
+            if rows.len() * (self.runs.len() + 1) > times * rows_added {
                 return false;
             }
             self.rows = Cow::Owned(rows);
         }
         self.runs.end += 1;
-        self.rows_of_each = entries;
+        self.rows_added = rows_added;
         true
     }
 
@@ -123,7 +124,7 @@ fn abreast<'a>(runs: &mut Vec<Run<'a>>, times: usize, below: impl Fn(usize) -> &
     let mut open: Option<Abreast> = None;
     for (at, run) in runs.iter().enumerate() {
         let suits = Abreast::suits(run);
-        if suits && open.as_mut().is_some_and(|open| open.admits(run, times)) {
+        if suits && open.as_mut().is_some_and(|open| open.take_in(run, times)) {
             continue;
         }
         found.extend(open.take().filter(|open| open.pays(&below)));

@@ -17,6 +17,9 @@ use crate::supernode::Panels;
 use crate::symbolic::{index, Symbolic};
 use crate::upper::Upper;
 
+/// More entries overflow the 32-bit sums of the fill-reducing order, which works in 2.4 times as many words.
+const MOST_ENTRIES: usize = 1 << 29;
+
 /// Blocks of second-order cones up to this dimension are stored densely.
 pub(crate) const SOC_DENSE_MAX: usize = 4;
 
@@ -69,6 +72,9 @@ impl Kkt {
             .map(|cone| block_positions(cone, row0).into_iter().map(|(i, j)| place(i, j)).collect())
             .collect();
 
+        if entries.len() > MOST_ENTRIES {
+            return Err(Error::TooLarge { what: "the KKT matrix", size: entries.len() });
+        }
         let (natural, natural_place) = Upper::from_positions(dim, &entries);
         let order = fill_reducing_order(&natural)?;
         let (permuted, permuted_place) = natural.permuted(&order);

@@ -282,7 +282,8 @@ impl Symbolic {
                 at += below[at..].partition_point(|&r| r < row);
             }
             debug_assert_eq!(below.get(at), Some(&row), "column {column} has no such row");
-            node.top + at
+            at += 1;
+            node.top + at - 1
         })
     }
 
@@ -400,10 +401,14 @@ fn analyse<'a>(
 }
 
 /// Row indices of each column of L, diagonal first, ascending.
-fn columns_of_l(upper: &Upper) -> Result<(Vec<u32>, Vec<u32>), Error> {
+pub(crate) fn columns_of_l(upper: &Upper) -> Result<(Vec<u32>, Vec<u32>), Error> {
     let (dim, upper) = (upper.dim(), upper.faer());
     let (mut parent, mut counts) = (vec![0; dim], vec![0; dim]);
     let tree = analyse(upper, &mut parent, &mut counts);
+    let entries: usize = counts.iter().map(|&count| count as usize).sum();
+    if u32::try_from(entries).is_err() {
+        return Err(Error::TooLarge { what: "the factor of the KKT matrix", size: entries });
+    }
     let mut memory = MemBuffer::new(simplicial::factorize_simplicial_symbolic_cholesky_scratch::<u32>(dim));
     let l =
         simplicial::factorize_simplicial_symbolic_cholesky(upper, tree, &counts, MemStack::new(&mut memory))

@@ -1,4 +1,4 @@
-//! Patterns of symmetric matrices. Indices are words of 32 bits, as everything that set-up leaves behind.
+//! Patterns of symmetric matrices. Indices are words of 32 bits, as in the lists that the numeric kernels follow.
 
 use crate::symbolic::index;
 use core::ops::Range;

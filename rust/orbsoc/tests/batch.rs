@@ -132,7 +132,7 @@ fn one_solver_solves_batch_after_batch_with_the_bits_of_single_solves() {
 fn a_wrong_length_is_an_error_that_names_it() {
     let wrong = |_: usize, problem: &mut Problem| problem.set_c(&[1.0]);
     let error = solve_batch(&base(), 3, wrong, &Settings::default(), 1).unwrap_err();
-    assert_eq!(error.to_string(), "`c` has 1 entries, but the problem needs 6");
+    assert_eq!(error.to_string(), "problem 0 of the batch: `c` has 1 entries, but the problem needs 6");
 }
 
 /// Stop a batch of 61 when `at` problems have ended.
