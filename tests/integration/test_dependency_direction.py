@@ -110,7 +110,7 @@ def test_the_python_check_finds_what_it_must(module: str, source: str, found: se
 # ---- Rust ----
 
 PATTERN = {
-    "beside", "cones", "csc", "error", "kkt", "order", "rows", "stretch", "structure", "supernode", "symbolic", "upper",
+    "beside", "cones", "csc", "elimination", "error", "indices", "kkt", "order", "rows", "stretch", "structure", "supernode", "symbolic", "upper",
 }  # fmt: skip
 """Sizes and index lists of one sparsity pattern: no numbers of the iteration in them."""
 
@@ -119,6 +119,8 @@ RUST_MAY_USE = {
     "kernels": {"kernels", "real"} | PATTERN - {"csc", "error"},
     "beside": PATTERN,
     "cones": PATTERN,
+    "elimination": PATTERN,
+    "indices": PATTERN,
     "order": PATTERN,
     "rows": PATTERN,
     "stretch": PATTERN,

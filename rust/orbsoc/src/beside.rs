@@ -1,7 +1,7 @@
 //! Runs of columns that lie side by side and are worked on together, though none is the parent of the one before it.
 
+use crate::indices::index;
 use crate::supernode::{Kind, Panels, Run, LEAF_ROWS, MOST_LISTED};
-use crate::symbolic::index;
 use core::ops::Range;
 use std::borrow::Cow;
 
@@ -99,12 +99,10 @@ impl<'a> Abreast<'a> {
     /// The first of their runs takes the others in, which are left with no column.
     fn gather(self, runs: &mut [Run<'a>]) {
         let width = self.width();
-        let [first, others @ ..] = &mut runs[self.runs] else { return };
-        for other in others {
-            first.entries += core::mem::take(&mut other.entries);
-            other.width = 0;
-        }
-        (first.kind, first.width) = (Kind::Siblings, width);
+        let entries = runs[self.runs.clone()].iter().map(|run| run.entries).sum();
+        runs[self.runs.clone()].iter_mut().for_each(|run| run.width = 0);
+        let first = &mut runs[self.runs.start];
+        (first.kind, first.width, first.entries) = (Kind::Siblings, width, entries);
         first.nearest = self.rows[0] as usize;
         first.below = self.rows;
     }

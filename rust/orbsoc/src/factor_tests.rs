@@ -1,6 +1,7 @@
 //! LDLᵀ and substitution against a textbook factorisation, faer's, and the definition, on random sparse
 //! quasi-definite matrices of every size from 0 to 64.
 
+use crate::indices::index;
 use crate::kernels::factorization::{factorize, Regularization};
 use crate::kernels::given::Given;
 use crate::kernels::linear_solve::substitute;
@@ -8,7 +9,7 @@ use crate::oracle::Numbers;
 use crate::order::fill_reducing_order;
 use crate::real::{count, Counted, Latency, OperationCounts};
 use crate::supernode::{Kind, Panels};
-use crate::symbolic::{index, Supernode, Symbolic};
+use crate::symbolic::{Supernode, Symbolic};
 use crate::upper::Upper;
 use crate::{Decide, Real};
 use faer::dyn_stack::{MemBuffer, MemStack};

@@ -10,11 +10,12 @@
 use crate::cones::{ConeLayout, Soc};
 use crate::csc::Csc;
 use crate::error::Error;
+use crate::indices::index;
 use crate::order::fill_reducing_order;
 use crate::rows::Rows;
 use crate::stretch::{stretches, Stretch};
 use crate::supernode::Panels;
-use crate::symbolic::{index, Symbolic};
+use crate::symbolic::Symbolic;
 use crate::upper::Upper;
 
 /// More entries overflow the 32-bit sums of the fill-reducing order, which works in 2.4 times as many words.

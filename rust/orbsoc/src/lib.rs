@@ -15,7 +15,7 @@
 //! | to read about | see |
 //! |---|---|
 //! | the user's problem, what comes back | [`Problem`], [`Solution`], [`Settings`] |
-//! | order, elimination tree, KKT pattern | `symbolic`, `kkt` |
+//! | KKT pattern, order, elimination tree, supernodes | `kkt`, `order`, `elimination`, `symbolic` |
 //! | the six modules' kernels | `kernels::{matrix_update, matrix_scaling, factorization, linear_solve, cone_ops, line_search}` |
 //! | statistics and decisions | `ps`, `control` |
 //! | the evidence for a status | `certificate` |
@@ -35,11 +35,13 @@ mod dataflow_tests;
 mod datapath;
 mod desk;
 mod doubt;
+mod elimination;
 mod engine;
 mod error;
 mod execute;
 #[cfg(test)]
 mod factor_tests;
+mod indices;
 mod kernels;
 mod kkt;
 mod mixed;

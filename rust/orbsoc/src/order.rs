@@ -1,10 +1,11 @@
 //! The fill-reducing order: AMD through faer, then rearranged along the elimination tree, which changes
 //! neither fill nor operations, so that the numeric kernels find columns of a kind side by side.
 
+use crate::elimination::elimination_tree;
 use crate::error::Error;
+use crate::indices::{begins, index, ordered};
 use crate::supernode::LEAF_ROWS;
-use crate::symbolic::{elimination_tree, index};
-use crate::upper::{begins, ordered, Upper};
+use crate::upper::Upper;
 use core::ops::Range;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::amd;
@@ -69,23 +70,16 @@ impl Forest {
 
     /// Find the rows of a column of L: the matrix's own, and its children's.
     fn find(&mut self, j: u32) {
-        let (j, begin) = (j as usize, self.rows.len());
-        self.rows.extend_from_within(self.below[j].clone());
-        for k in self.begins[j] as usize..self.begins[j + 1] as usize {
-            // The first row of a child is this column.
-            let child = self.below[self.children[k] as usize].clone();
-            self.rows.extend_from_within(child.start + 1..child.end);
+        let mut found = self.below(j).to_vec();
+        for &child in self.children(j) {
+            // Its first row is this column.
+            found.extend_from_slice(&self.below(child)[1..]);
         }
-        self.rows[begin..].sort_unstable();
-        let mut end = begin;
-        for k in begin..self.rows.len() {
-            if end == begin || self.rows[k] != self.rows[end - 1] {
-                self.rows[end] = self.rows[k];
-                end += 1;
-            }
-        }
-        self.rows.truncate(end);
-        self.below[j] = begin..end;
+        found.sort_unstable();
+        found.dedup();
+        let begin = self.rows.len();
+        self.rows.append(&mut found);
+        self.below[j as usize] = begin..self.rows.len();
     }
 
     /// Columns for the front, group after group.
@@ -102,7 +96,7 @@ impl Forest {
                     self.find(j);
                 }
             }
-            // `None`, not an empty literal: comparing that costs a hundred times as much (decision 0025).
+            // `None`, not an empty literal: comparing that takes 87 ns instead of 1 (decision 0025).
             let kind = |&j: &u32| {
                 let rows = self.below(j);
                 (rows.len(), (rows.len() > LEAF_ROWS).then_some(rows))
@@ -154,8 +148,8 @@ impl Forest {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::elimination::columns_of_l;
     use crate::oracle::Numbers;
-    use crate::symbolic::columns_of_l;
 
     #[test]
     fn rows_found_from_the_children_are_those_of_l() {

@@ -1,9 +1,9 @@
 //! A symmetric matrix by whole rows, of which the upper triangle's values are stored.
 
-use crate::symbolic::index;
+use crate::indices::{begins, ordered};
 
 /// An entry of a row.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Entry {
     /// Which of the values it is.
     pub value: u32,
@@ -13,34 +13,31 @@ pub(crate) struct Entry {
 /// Of each row the diagonal, then what is left of it, then what is right.
 #[derive(Clone, Debug)]
 pub(crate) struct Rows {
-    begin: Vec<usize>,
+    /// Where each row begins, and where all end.
+    begins: Vec<u32>,
     entries: Vec<Entry>,
 }
 
 impl Rows {
     /// From an upper triangle's columns, each ascending with the diagonal last.
     pub fn new(colptr: &[u32], rowidx: &[u32]) -> Self {
-        let dim = colptr.len() - 1;
-        let mut rows: Vec<Vec<Entry>> = vec![Vec::new(); dim];
-        for j in 0..dim {
-            let column = colptr[j] as usize..colptr[j + 1] as usize;
-            for k in column.clone().rev().take(1).chain(column.start..column.end.max(1) - 1) {
-                let (value, i) = (index(k), rowidx[k]);
-                rows[j].push(Entry { value, column: i });
-                if (i as usize) < j {
-                    rows[i as usize].push(Entry { value, column: index(j) });
-                }
-            }
-        }
-        let ends = rows.iter().scan(0, |end, row| {
-            *end += row.len();
-            Some(*end)
-        });
-        Self { begin: core::iter::once(0).chain(ends).collect(), entries: rows.concat() }
+        let columns = || (0..).zip(colptr.windows(2).map(|ends| ends[0]..ends[1] - 1));
+        let entry = |value: u32, row: u32, column: u32| (row, Entry { value, column });
+        let entries = || {
+            let left = columns().flat_map(|(j, above)| {
+                let at = move |k: u32| entry(k, j, rowidx[k as usize]);
+                core::iter::once(at(above.end)).chain(above.map(at))
+            });
+            let right = columns().flat_map(|(j, above)| above.map(move |k| entry(k, rowidx[k as usize], j)));
+            left.chain(right)
+        };
+        let begins = begins(colptr.len() - 1, entries().map(|(row, _)| row));
+        let entries = ordered(&begins, entries());
+        Self { begins, entries }
     }
 
     #[inline(always)]
     pub fn of(&self, row: usize) -> &[Entry] {
-        &self.entries[self.begin[row]..self.begin[row + 1]]
+        &self.entries[self.begins[row] as usize..self.begins[row + 1] as usize]
     }
 }

@@ -3,11 +3,11 @@
 use crate::cones::{ConeLayout, Soc};
 use crate::csc::Csc;
 use crate::error::Error;
+use crate::indices::index;
 use crate::kkt::{Kkt, SOC_DENSE_MAX};
 use crate::problem::{Problem, Reduced};
 use crate::stretch::{stretches, Stretch};
 use crate::supernode::Panels;
-use crate::symbolic::index;
 
 /// Positions of a sparse matrix's entries, column by column.
 #[derive(Clone, Debug)]

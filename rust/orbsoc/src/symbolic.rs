@@ -1,16 +1,13 @@
-//! Symbolic analysis of the KKT matrix: elimination tree, supernodes, and the elimination walk resolved
-//! once into index lists, so that the numeric kernels only follow them.
-//!
-//! faer owns the elimination tree and the pattern of L; nothing of it leaves this file.
+//! Symbolic analysis of the KKT matrix: supernodes, and the elimination walk resolved once into index lists, so
+//! that the numeric kernels only follow them.
 
 use crate::beside::gathered;
+use crate::elimination::columns_of_l;
 use crate::error::Error;
+use crate::indices::index;
 use crate::supernode::{chains, Kind, Panels, MOST_LISTED};
 use crate::upper::Upper;
 use core::ops::Range;
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::sparse::linalg::cholesky::simplicial;
-use faer::sparse::SymbolicSparseColMatRef;
 
 /// A run of columns of L, stored as a dense `height × width` panel, column-major. Each column begins with the rows of its
 /// own chain, those above the diagonal unused; in siblings of one column each, and leaves, that is the diagonal alone.
@@ -69,6 +66,29 @@ impl Supernode {
     fn lists(&self) -> Range<usize> {
         let apart = matches!(self.kind, Kind::Leaves | Kind::Ragged);
         self.first..self.first + if apart { self.width } else { 1 }
+    }
+}
+
+/// Where the rows of one column of L are, asked for in ascending order.
+struct Places<'a> {
+    own: Range<usize>,
+    below: &'a [u32],
+    /// How many of the rows below have been passed.
+    at: usize,
+}
+
+impl Places<'_> {
+    /// Where in its column of the panel a row is.
+    fn of(&mut self, row: u32) -> usize {
+        if self.own.contains(&(row as usize)) {
+            return row as usize - self.own.start;
+        }
+        if self.below[self.at..].first() != Some(&row) {
+            self.at += self.below[self.at..].partition_point(|&r| r < row);
+        }
+        debug_assert_eq!(self.below.get(self.at), Some(&row), "no such row");
+        self.at += 1;
+        self.own.len() + self.at - 1
     }
 }
 
@@ -256,35 +276,13 @@ impl Symbolic {
     ) -> impl Iterator<Item = (usize, usize)> + 'a {
         let own = column + 1..node.chain_of(column).end;
         let below = self.below_column(node, column).iter().map(|&row| row as usize);
-        own.chain(below).map(move |row| (row, self.place(node, column, index(row))))
+        let mut places = self.places_in(node, column);
+        own.chain(below).map(move |row| (row, places.of(index(row))))
     }
 
-    /// Where in its column of the panel the entry (row, column) of L is.
-    fn place(&self, node: &Supernode, column: usize, row: u32) -> usize {
-        self.places(node, column, core::slice::from_ref(&row)).next().unwrap_or_default()
-    }
-
-    /// The same for several rows, ascending.
-    fn places<'a>(
-        &'a self,
-        node: &'a Supernode,
-        column: usize,
-        rows: &'a [u32],
-    ) -> impl Iterator<Item = usize> + 'a {
-        let own = node.chain_of(column);
-        let below = self.below_column(node, column);
-        let mut at = 0;
-        rows.iter().map(move |&row| {
-            if own.contains(&(row as usize)) {
-                return row as usize - own.start;
-            }
-            if below[at..].first() != Some(&row) {
-                at += below[at..].partition_point(|&r| r < row);
-            }
-            debug_assert_eq!(below.get(at), Some(&row), "column {column} has no such row");
-            at += 1;
-            node.top + at - 1
-        })
+    /// Where the entries of one column of L are.
+    fn places_in(&self, node: &Supernode, column: usize) -> Places<'_> {
+        Places { own: node.chain_of(column), below: self.below_column(node, column), at: 0 }
     }
 
     fn resolve_updates(&mut self, owner: &[u32]) {
@@ -322,7 +320,8 @@ impl Symbolic {
             let end = onto.chain_of(column).end;
             let hi = lo + rows[lo..].partition_point(|&r| (r as usize) < end);
             let begin = relative.len();
-            relative.extend(self.places(onto, column, &rows[lo..]).map(index));
+            let mut places = self.places_in(onto, column);
+            relative.extend(rows[lo..].iter().map(|&row| index(places.of(row))));
             updates.push(Update { target, lo: node.top + lo, hi: node.top + hi, relative: begin });
             lo = hi;
         }
@@ -338,7 +337,8 @@ impl Symbolic {
             let column = column as usize;
             let onto = &self.supernodes[owner[column] as usize];
             let begin = self.column_begin(onto, column) - end;
-            positions.extend(self.places(onto, column, &rows[j..]).map(|place| index(begin + place)));
+            let mut places = self.places_in(onto, column);
+            positions.extend(rows[j..].iter().map(|&row| index(begin + places.of(row))));
         }
     }
 
@@ -351,7 +351,7 @@ impl Symbolic {
                 if node.kind == Kind::Given {
                     continue;
                 }
-                let place = self.place(&node, i, index(j));
+                let place = self.places_in(&node, i).of(index(j));
                 match self.loads.last_mut() {
                     Some(last) if last.values + last.places.len() == k => last.places.end += 1,
                     _ => {
@@ -381,42 +381,4 @@ impl Symbolic {
             }
         }
     }
-}
-
-/// Parents, those of roots negative, and entries of each column of L.
-pub(crate) fn elimination_tree(upper: &Upper) -> (Vec<i32>, Vec<u32>) {
-    let (mut parent, mut counts) = (vec![0; upper.dim()], vec![0; upper.dim()]);
-    analyse(upper.faer(), &mut parent, &mut counts);
-    (parent, counts)
-}
-
-fn analyse<'a>(
-    upper: SymbolicSparseColMatRef<'_, u32>,
-    parent: &'a mut [i32],
-    counts: &mut [u32],
-) -> simplicial::EliminationTreeRef<'a, u32> {
-    let (dim, nnz) = (upper.ncols(), upper.compute_nnz());
-    let mut memory = MemBuffer::new(simplicial::prefactorize_symbolic_cholesky_scratch::<u32>(dim, nnz));
-    simplicial::prefactorize_symbolic_cholesky(parent, counts, upper, MemStack::new(&mut memory))
-}
-
-/// Row indices of each column of L, diagonal first, ascending.
-pub(crate) fn columns_of_l(upper: &Upper) -> Result<(Vec<u32>, Vec<u32>), Error> {
-    let (dim, upper) = (upper.dim(), upper.faer());
-    let (mut parent, mut counts) = (vec![0; dim], vec![0; dim]);
-    let tree = analyse(upper, &mut parent, &mut counts);
-    let entries: usize = counts.iter().map(|&count| count as usize).sum();
-    if u32::try_from(entries).is_err() {
-        return Err(Error::TooLarge { what: "the factor of the KKT matrix", size: entries });
-    }
-    let mut memory = MemBuffer::new(simplicial::factorize_simplicial_symbolic_cholesky_scratch::<u32>(dim));
-    let l =
-        simplicial::factorize_simplicial_symbolic_cholesky(upper, tree, &counts, MemStack::new(&mut memory))
-            .map_err(|e| Error::Symbolic(format!("{e:?}")))?;
-    Ok((l.col_ptr().to_vec(), l.row_idx().to_vec()))
-}
-
-/// Indices are stored in 32 bits; sizes were checked when the problem was made, fill here.
-pub(crate) fn index(value: usize) -> u32 {
-    u32::try_from(value).unwrap_or_else(|_| panic!("index {value} does not fit 32 bits"))
 }

@@ -5,13 +5,13 @@
 
 use crate::datapath::Datapath;
 use crate::error::Error;
+use crate::indices::index;
 use crate::problem::Problem;
 use crate::real::{record, Opcode, Operation, Real, Taped, Value};
 use crate::settings::Settings;
 use crate::stage::{Module, Stage};
 use crate::structure::Structure;
 use crate::supernode::Panels;
-use crate::symbolic::index;
 use crate::workspace::Buffer;
 use std::collections::HashMap;
 use std::sync::Arc;

@@ -1,6 +1,6 @@
-//! Patterns of symmetric matrices. Indices are words of 32 bits, as in the lists that the numeric kernels follow.
+//! Patterns of symmetric matrices.
 
-use crate::symbolic::index;
+use crate::indices::{begins, index, ordered};
 use core::ops::Range;
 use faer::sparse::SymbolicSparseColMatRef;
 
@@ -9,30 +9,6 @@ use faer::sparse::SymbolicSparseColMatRef;
 pub(crate) struct Upper {
     pub colptr: Vec<u32>,
     pub rowidx: Vec<u32>,
-}
-
-/// Where the items of each key begin, keys below `dim`, and where all end.
-pub(crate) fn begins(dim: usize, keys: impl Iterator<Item = u32>) -> Vec<u32> {
-    let mut begins = vec![0; dim + 1];
-    keys.for_each(|key| begins[key as usize + 1] += 1);
-    let mut end = 0;
-    for begin in &mut begins {
-        end += *begin;
-        *begin = end;
-    }
-    begins
-}
-
-/// Items in the order of their keys; equal ones stay in theirs.
-pub(crate) fn ordered(begins: &[u32], items: impl Iterator<Item = (u32, u32)>) -> Vec<u32> {
-    let mut next = begins.to_vec();
-    let mut out = vec![0; begins[begins.len() - 1] as usize];
-    items.for_each(|(key, item)| {
-        let place = &mut next[key as usize];
-        out[*place as usize] = item;
-        *place += 1;
-    });
-    out
 }
 
 impl Upper {
@@ -61,7 +37,7 @@ impl Upper {
     /// From unordered (row, column); also returns where each of them went.
     pub fn from_positions(dim: usize, positions: &[(u32, u32)]) -> (Self, Vec<u32>) {
         let rows = begins(dim, positions.iter().map(|at| at.0));
-        let by_row = ordered(&rows, positions.iter().zip(0..).map(|(at, k)| (at.0, k)));
+        let by_row: Vec<u32> = ordered(&rows, positions.iter().zip(0..).map(|(at, k)| (at.0, k)));
         let colptr = begins(dim, positions.iter().map(|at| at.1));
         let order = ordered(&colptr, by_row.iter().map(|&k| (positions[k as usize].1, k)));
         let mut place = vec![0; positions.len()];
