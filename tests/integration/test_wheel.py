@@ -11,6 +11,7 @@ import os
 import subprocess
 import sys
 import tarfile
+import tomllib
 import venv
 import zipfile
 from collections.abc import Mapping
@@ -90,6 +91,24 @@ def test_the_wheel_holds_both_packages_with_their_data_and_nothing_else(wheel: P
     assert PurePosixPath("hw_model/partitions/paper.toml") in names
     assert PurePosixPath("orbsoc/py.typed") in names
     assert PurePosixPath("orbsoc/_core.pyi") in names
+
+
+def test_the_wheel_is_built_with_the_flags_that_cargo_is_configured_with(tmp_path: Path) -> None:
+    (tmp_path / "python").symlink_to(sys.executable)
+    maturin = tmp_path / "maturin"
+    maturin.write_text('#!/bin/sh\necho "$RUSTFLAGS"\n', encoding="utf-8")
+    maturin.chmod(0o755)
+    done = subprocess.run(
+        [ROOT / "scripts" / "build_wheel.sh", tmp_path / "python", tmp_path],
+        cwd=ROOT,
+        env={**os.environ, "RUSTFLAGS": "-C opt-level=3"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    configured = tomllib.loads((ROOT / ".cargo" / "config.toml").read_text(encoding="utf-8"))
+    assert configured["build"]["rustflags"]
+    assert f"-C opt-level=3 {' '.join(configured['build']['rustflags'])} " in done.stdout
 
 
 def test_the_extension_names_no_folder_of_the_machine_that_built_it(wheel: Path) -> None:
