@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from orbsoc import _core, csc
 from orbsoc.errors import ProblemError
-from orbsoc.problem import Problem
+from orbsoc.problem import Problem, checked_cost
 from orbsoc.settings import Settings
 from orbsoc.solution import Array, Certificate, Solution, Start, Status, WarmStart
 from orbsoc.solver import check_type, resolve
@@ -162,7 +162,9 @@ def solve_batch(
     several threads) and at the end; when it returns true, or on Ctrl-C, the batch ends: what has ended is kept, rows under way end with
     their best iterate, INTERRUPTED if that does not meet `tol`, the rest have none. An exception of its own comes out of here,
     and KeyboardInterrupt when all rows had ended by the time of Ctrl-C.
-    Raises ProblemError for shapes that do not fit, numbers that are not finite, or `threads` < 1.
+    `verbose` prints nothing here.
+    Raises ProblemError for shapes that do not fit, numbers that are not finite, a `P` that is not symmetric positive
+    semidefinite, or `threads` < 1.
 
     >>> import numpy as np, orbsoc
     >>> base = orbsoc.Problem(c=[1.0], G=[[-1.0]], h=[0.0], cones=orbsoc.Cones(l=1))
@@ -190,7 +192,7 @@ def _checked(problem: Problem, given: dict[str, ArrayLike | None]) -> tuple[dict
 
 
 def _rows(name: str, value: ArrayLike, width: int) -> Array:
-    array = np.ascontiguousarray(value, dtype=np.float64)
+    array = np.ascontiguousarray(csc.real_numbers(name, value), dtype=np.float64)
     if array.ndim != 2 or array.shape[1] != width:
         raise ProblemError(f"`{name}` has shape {array.shape}; it must be (B, {width}), one row a problem")
     return array
@@ -206,7 +208,7 @@ def _starts(problem: Problem, count: int, start: object) -> list[Array]:
     rows = []
     widths = {"x": problem.n, "y": problem.p, "z": problem.m, "s": problem.m}
     for name, width in widths.items():
-        words = np.asarray(getattr(start, name), dtype=np.float64)
+        words = np.asarray(csc.real_numbers(f"warm_start.{name}", getattr(start, name)), dtype=np.float64)
         if words.shape not in ((width,), (count, width)):
             raise ProblemError(
                 f"`warm_start.{name}` has shape {words.shape}; it must be ({count}, {width}), or ({width},) for all"
@@ -216,10 +218,16 @@ def _starts(problem: Problem, count: int, start: object) -> list[Array]:
 
 
 def _upper_values(problem: Problem, values: Array) -> Array:
-    """Entries on and above the diagonal; raises ProblemError where the entries below do not mirror them."""
-    rows, columns = problem.P.indices, csc.column_of_entry(problem.P)
-    mirrored = np.lexsort((columns, rows))
-    if not np.array_equal(values[:, mirrored], values):
-        k = int(np.flatnonzero((values[:, mirrored] != values).any(axis=1))[0])
-        raise ProblemError(f"`P[{k}]` is not symmetric")
+    """Entries on and above the diagonal; raises ProblemError where a row is no cost that `Problem` would take."""
+    P = problem.P
+    rows, columns = P.indices, csc.column_of_entry(P)
+    finite = np.isfinite(values).all(axis=1)  # the core names what is not
+    coupled = (rows != columns).any()
+    for k in np.flatnonzero(finite & (coupled | (values < 0.0).any(axis=1))):
+        try:
+            checked_cost(csc.from_parts(values[k], P.indices, P.indptr, P.shape))
+        except ProblemError as error:
+            raise ProblemError(f"problem {k} of the batch: {error}") from None
+    mirrored = values[:, np.lexsort((columns, rows))]
+    values = np.where(values == mirrored, values, (values + mirrored) * 0.5)
     return np.ascontiguousarray(values[:, rows <= columns])

@@ -129,6 +129,30 @@ def as_array(name: str, value: Any) -> NDArray[Any]:
         raise ProblemError(f"`{name}` is not an array of numbers: {error}") from error
 
 
+def real_numbers(name: str, value: Any) -> NDArray[Any]:
+    """`value` as an array of real numbers of any type; raises ProblemError naming the argument `name` for others."""
+    array = as_array(name, value)
+    if array.size and array.dtype.kind not in "fiub":
+        raise ProblemError(f"`{name}` has entries of type {array.dtype}; they must be real numbers")
+    return array
+
+
+def vector(name: str, value: Any) -> Array:
+    """`value` as a float64 vector, kept without a copy if it is one; raises ProblemError naming the argument `name`."""
+    array = real_numbers(name, value)
+    if array.ndim != 1:
+        raise ProblemError(f"`{name}` has shape {array.shape}; it must be one-dimensional")
+    return np.ascontiguousarray(array, dtype=np.float64) if array.size else np.zeros(0)
+
+
+def sized_vector(name: str, value: Any, size: int) -> Array:
+    """The same, of the size that a problem needs."""
+    out = vector(name, value)
+    if out.shape != (size,):
+        raise ProblemError(f"`{name}` has shape {out.shape}, but the problem needs ({size},)")
+    return out
+
+
 def canonical(name: str, value: Matrix, n: int) -> Csc:
     """`value` as a finite float64 matrix of n columns; kept without a copy if it is canonical already.
 
@@ -174,6 +198,13 @@ def _check_indices(name: str, matrix: Any) -> None:
         for indices, limit, line in zip(both, matrix.shape, ("row", "column"), strict=True):
             _check_size(name, matrix, indices)
             _check_range(name, indices, limit, line)
+    elif matrix.format == "lil":
+        for k, (indices, values) in enumerate(zip(matrix.rows, matrix.data, strict=True)):
+            if len(indices) != len(values):
+                raise ProblemError(
+                    f"`{name}` has {len(indices)} indices for {len(values)} entries in row {k}; they go together"
+                )
+            _check_range(name, np.asarray(indices), matrix.shape[1], "column")
     elif matrix.format in ("csc", "csr"):
         line, across = ("column", "row") if matrix.format == "csc" else ("row", "column")
         limit, lines = matrix.shape if matrix.format == "csc" else matrix.shape[::-1]

@@ -19,7 +19,7 @@ from orbsoc.errors import ProblemError
 __all__ = ["Cones", "Problem", "ProblemError"]
 
 SYMMETRY_TOLERANCE = 1e-12
-"""Largest |P − Pᵀ| over largest |P| taken for rounding (and averaged away)."""
+"""Largest |Pᵢⱼ − Pⱼᵢ| over √(Pᵢᵢ Pⱼⱼ), which bounds |Pᵢⱼ|, taken for rounding (and averaged away)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,12 +92,12 @@ class Problem:
         h: ArrayLike | None = None,
         cones: Cones | None = None,
     ) -> None:
-        cost = _vector("c", c)
+        cost = csc.vector("c", c)
         n = cost.size
         if n == 0:
             raise ProblemError("`c` is empty; a problem needs at least one variable")
         _finite_vector("c", cost)
-        quadratic = csc.empty(n, n) if P is None else _symmetric(_square(P, n))
+        quadratic = csc.empty(n, n) if P is None else checked_cost(_square(P, n))
         equalities, b_ = _rows("A", A, "b", b, n)
         _finite_vector("b", b_)
         inequalities, h_ = _rows("G", G, "h", h, n)
@@ -108,6 +108,8 @@ class Problem:
                     f"`cones` is missing, but G has {m} rows; Cones(l={m}) makes each an inequality"
                 )
             cones = Cones()
+        if not isinstance(cones, Cones):
+            raise TypeError(f"`cones` is of type {type(cones).__name__}; it must be an orbsoc.Cones")
         if cones.m != m:
             raise ProblemError(
                 f"`cones` add up to {cones.m} rows (l = {cones.l}, q = {_short(cones.q)}), but G has {m} rows"
@@ -181,17 +183,6 @@ def _short(sizes: Sequence[int]) -> str:
     return f"({', '.join(map(str, sizes[:6]))}, … {len(sizes)} cones)"
 
 
-def _vector(name: str, value: ArrayLike) -> Array:
-    array = csc.as_array(name, value)
-    if array.ndim != 1:
-        raise ProblemError(f"`{name}` has shape {array.shape}; it must be one-dimensional")
-    if array.size == 0:
-        return np.zeros(0)
-    if array.dtype.kind not in "fiub":
-        raise ProblemError(f"`{name}` has entries of type {array.dtype}; they must be real numbers")
-    return np.ascontiguousarray(array, dtype=np.float64)
-
-
 def _finite_vector(name: str, values: Array) -> None:
     if not csc.all_finite(values):
         k = int(np.flatnonzero(~np.isfinite(values))[0])
@@ -218,7 +209,7 @@ def _rows(
 ) -> tuple[Csc, Array]:
     """A block of rows and its right-hand side, both given or both absent."""
     if matrix is None:
-        side = np.zeros(0) if vector is None else _vector(name, vector)
+        side = np.zeros(0) if vector is None else csc.vector(name, vector)
         if side.size:
             raise ProblemError(f"`{name}` has {side.size} entries, but {matrix_name} is missing")
         return csc.empty(0, n), side
@@ -228,7 +219,7 @@ def _rows(
         if rows:
             raise ProblemError(f"`{name}` is missing, but {matrix_name} has {rows} rows")
         return block, np.zeros(0)
-    side = _vector(name, vector)
+    side = csc.vector(name, vector)
     if side.size != rows:
         raise ProblemError(f"`{name}` has {side.size} entries, but {matrix_name} has {rows} rows")
     return block, side
@@ -241,7 +232,7 @@ def _square(P: Matrix, n: int) -> Csc:
     return matrix
 
 
-def _symmetric(P: Csc) -> Csc:
+def checked_cost(P: Csc) -> Csc:
     """P if symmetric (up to rounding, then averaged) and positive semidefinite; otherwise the reason why not."""
     rows, columns = P.indices, csc.column_of_entry(P)
     if not np.array_equal(rows, columns):
@@ -269,8 +260,10 @@ def _convex(P: Csc) -> Csc:
 def _averaged(P: Csc) -> Csc:
     """(P + Pᵀ)/2 where the two differ by rounding; raises ProblemError naming the worst pair where by more."""
     values, rows, columns = csc.entries(csc.difference(P, P.T))
-    worst = int(np.argmax(np.abs(values))) if values.size else None
-    if worst is not None and abs(values[worst]) > SYMMETRY_TOLERANCE * np.abs(P.data).max():
+    roots = np.sqrt(np.abs(P.diagonal()))
+    excess = np.abs(values) - SYMMETRY_TOLERANCE * roots[rows] * roots[columns]
+    if excess.size and excess.max() > 0.0:
+        worst = int(np.argmax(excess))
         i, j = int(rows[worst]), int(columns[worst])
         pair = csc.entry(P, i, j), csc.entry(P, j, i)
         raise ProblemError(f"`P` is not symmetric: P[{i}, {j}] is {pair[0]}, but P[{j}, {i}] is {pair[1]}")

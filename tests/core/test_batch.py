@@ -8,6 +8,7 @@ import signal
 import threading
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 import pytest
@@ -94,17 +95,45 @@ def test_shapes_and_certificates_come_back_per_problem() -> None:
         ({"c": np.full((2, 3), np.nan)}, r"^problem 0 of the batch: `c` has NaN at entry 0"),
         ({"h": np.full((2, 7), np.inf)}, "`h` has inf at entry 3"),
         ({"c": np.zeros((1, 3)), "threads": 0}, "`threads` is 0"),
+        ({"c": [["1", "2", "3"]]}, "`c` has entries of type <U1; they must be real numbers"),
+        ({"c": [[1j, 2, 3]]}, "`c` has entries of type complex128; they must be real numbers"),
+        ({"c": [[1.0, 2.0, 3.0], [1.0]]}, "`c` is not an array of numbers"),
+        ({"c": sparse.eye_array(3)}, "`c` has entries of type object; they must be real numbers"),
+        (
+            {"P": [[1.0, 1.0, -1e-3]]},
+            r"^problem 0 of the batch: `P` is not positive semidefinite: P\[2, 2\] is -0.001",
+        ),
+        ({"P": [[1.0, 1.0, np.nan]]}, r"^problem 0 of the batch: `P` has NaN"),
     ],
 )
-def test_misuse_names_the_argument(arguments: dict[str, np.ndarray], message: str) -> None:
+def test_misuse_names_the_argument(arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(ProblemError, match=message):
         orbsoc.solve_batch(BASE, **arguments)
 
 
-def test_an_asymmetric_cost_matrix_is_refused() -> None:
-    base = Problem(P=[[2.0, 1.0], [1.0, 2.0]], c=[1.0, 1.0])
-    with pytest.raises(ProblemError, match=r"`P\[1\]` is not symmetric"):
-        orbsoc.solve_batch(base, P=[[2.0, 1.0, 1.0, 2.0], [2.0, 0.5, 1.0, 2.0]])
+COUPLED = Problem(P=[[2.0, 1.0], [1.0, 2.0]], c=[1.0, 1.0], G=np.eye(2), h=[1.0, 1.0], cones=Cones(l=2))
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ([2.0, 0.5, 1.0, 2.0], r"`P` is not symmetric: P\[\d, \d\] is "),
+        ([2.0, 3.0, 3.0, 2.0], r"`P` is not positive semidefinite: P\[1, 0\] is 3.0"),
+        ([-1.0, 0.0, 0.0, 2.0], r"`P` is not positive semidefinite: P\[0, 0\] is -1.0"),
+    ],
+)
+def test_a_cost_that_no_problem_may_have_is_refused(row: list[float], message: str) -> None:
+    """As it was not: minima that are none came back SOLVED."""
+    with pytest.raises(ProblemError, match=f"^problem 1 of the batch: {message}"):
+        orbsoc.solve_batch(COUPLED, P=[[2.0, 1.0, 1.0, 2.0], row])
+
+
+def test_a_cost_that_is_symmetric_but_for_rounding_is_averaged_as_a_problem_averages_it() -> None:
+    row = [2.0, 1.0 + 4e-14, 1.0, 2.0]
+    alone = orbsoc.solve(
+        Problem(P=np.reshape(row, (2, 2)).T, c=[1.0, 1.0], G=np.eye(2), h=[1.0, 1.0], cones=Cones(l=2))
+    )
+    assert orbsoc.solve_batch(COUPLED, P=[row]).x[0].tobytes() == alone.x.tobytes()
 
 
 def test_a_batch_of_none_is_empty() -> None:

@@ -69,6 +69,15 @@ MALFORMED: list[tuple[dict[str, Any], str]] = [
     ({"P": np.ones((2, 3))}, "`P` has 3 columns, but c has 2 entries"),
     ({"P": np.ones((3, 2))}, "`P` has 3 rows, but c has 2 entries"),
     ({"P": [[2.0, 1.0], [0.5, 2.0]]}, "`P` is not symmetric: P[1, 0] is 0.5, but P[0, 1] is 1.0"),
+    (
+        {
+            "P": [[1e13, 0.0, 0.0], [0.0, 1.0, 0.5], [0.0, 0.1, 1.0]],
+            "c": [0.0] * 3,
+            "A": np.ones((1, 3)),
+            "G": np.ones((2, 3)),
+        },
+        "`P` is not symmetric: P[2, 1] is 0.1, but P[1, 2] is 0.5",
+    ),
     ({"P": [[-1.0, 0.0], [0.0, 1.0]]}, "`P` is not positive semidefinite: P[0, 0] is -1.0"),
     (
         {"P": [[1.0, 2.0], [2.0, 1.0]]},

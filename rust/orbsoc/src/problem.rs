@@ -32,7 +32,9 @@ pub struct Problem {
 
 impl Problem {
     /// Check the data and take them. `p_upper` holds the upper triangle of P; absent matrices
-    /// have no rows (P: is zero).
+    /// have no rows (P: is zero). That P is positive semidefinite is the caller's word, as after
+    /// [`Problem::set_p_values`] (the Python package looks): of a cost that is not convex, a point without slope
+    /// may come back as solved.
     ///
     /// # Errors
     /// Sizes that do not fit, NaN or infinity where none may stand (+∞ in `h` on a nonnegative
