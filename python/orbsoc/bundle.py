@@ -74,7 +74,7 @@ def recording(
     """A callback that keeps each iteration's statistics in `history`, then asks `callback`."""
 
     def watch(progress: Progress) -> object:
-        history.append(progress)
+        history.append(dict(progress))
         return callback(progress) if callback else False
 
     return watch

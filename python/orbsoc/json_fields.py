@@ -9,6 +9,8 @@ from __future__ import annotations
 import json
 import math
 import os
+import stat
+import threading
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeGuard
@@ -86,7 +88,9 @@ def decode_numbers(
     """The list of numbers `value` as an array."""
     entries = checked_list(name, value, size)
     if all(type(entry) is float for entry in entries):
-        return np.array(entries, dtype=float)
+        plain = np.array(entries, dtype=float)
+        if np.isfinite(plain).all():
+            return plain
     return np.array(
         [decode_number(f"{name}[{k}]", entry, words) for k, entry in enumerate(entries)], dtype=float
     )
@@ -96,9 +100,12 @@ def decode_number(name: str, value: Any, words: Sequence[str] = WORDS) -> float:
     """One number, or one of `words` as the number it stands for."""
     if type(value) is float or type(value) is int:
         try:
-            return float(value)
-        except OverflowError as error:
-            raise FieldError(name, f"is {shown(value)}; it is too large") from error
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+        if math.isinf(number):
+            raise FieldError(name, f"is {shown(value)}; it is too large")
+        return number
     if isinstance(value, str) and value in words:
         return float(value)
     allowed = ", ".join(f'"{word}"' for word in words[:-1])
@@ -153,17 +160,27 @@ def read_json(path: str | os.PathLike[str]) -> Any:
     """The document of a file; raises FieldError if it is none, OSError if the file cannot be read."""
     try:
         return json.loads(Path(path).read_text(encoding="utf-8"), parse_constant=_refuse_constant)
-    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
+    except FieldError:
+        raise
+    except (ValueError, RecursionError) as error:  # no JSON, no UTF-8, more digits than Python reads
         raise FieldError("the document", f"is not JSON: {error}") from error
 
 
 def write_json(document: Document, path: str | os.PathLike[str]) -> None:
-    """Write a document beside its place, then move it there; raises OSError, and then leaves what was there."""
-    target = Path(path)
+    """Write a document beside its place, then move it there; raises OSError, and then leaves what was there.
+
+    A link stays one, a file keeps its mode, and what is no file (a pipe, a device) is written to.
+    """
+    target = Path(os.path.realpath(path))
     text = json.dumps(document, allow_nan=False) + "\n"
-    beside = target.with_name(f".{target.name}.{os.getpid()}")
+    if target.exists() and not target.is_file():
+        target.write_text(text, encoding="utf-8")
+        return
+    beside = target.with_name(f".{target.name}.{os.getpid()}.{threading.get_ident()}")
     try:
         beside.write_text(text, encoding="utf-8")
+        if target.exists():
+            beside.chmod(stat.S_IMODE(target.stat().st_mode))
         os.replace(beside, target)
     except BaseException:
         beside.unlink(missing_ok=True)

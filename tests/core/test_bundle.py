@@ -89,6 +89,11 @@ def test_a_solver_bundles_the_data_it_was_updated_to(tmp_path: Path) -> None:
     assert same_bits(orbsoc.solve(bundle.problem, bundle.settings), solution)
 
 
+def test_what_a_callback_does_with_its_statistics_is_its_own_affair(tmp_path: Path) -> None:
+    orbsoc.solve(LP, max_iterations=2, callback=lambda progress: progress.clear(), bundle=tmp_path / "b.json")
+    assert [entry["iteration"] for entry in read_bundle(tmp_path / "b.json").history] == [1.0, 2.0]
+
+
 def test_a_callback_still_sees_each_iteration_and_can_stop_the_solve(tmp_path: Path) -> None:
     seen: list[float] = []
 
