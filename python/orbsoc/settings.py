@@ -6,8 +6,8 @@ from dataclasses import dataclass, fields
 from numbers import Integral, Real
 from typing import Any
 
-COUNT_LIMIT = 2**31 - 1
-"""Largest count that the core holds."""
+COUNTS = {"max_iterations": (1, 100_000), "refinement_max": (0, 100), "ruiz_passes": (0, 100)}
+"""Least and most of each count, as in the core, which allocates for as many in advance."""
 
 _KINDS: dict[str, tuple[type, Any, str]] = {
     "bool": (bool, bool, "True or False"),
@@ -48,12 +48,12 @@ class Settings:
             value = getattr(self, name)
             if not value > 0.0:
                 raise ValueError(f"settings: {name} = {value!r} must be a positive number")
-        for name, least in (("max_iterations", 1), ("refinement_max", 0), ("ruiz_passes", 0)):
+            if name != "max_time_s" and value == float("inf"):
+                raise ValueError(f"settings: {name} = {value!r} must be finite")
+        for name, (least, most) in COUNTS.items():
             value = getattr(self, name)
-            if not least <= value <= COUNT_LIMIT:
-                raise ValueError(
-                    f"settings: {name} = {value!r} must be at least {least}, at most {COUNT_LIMIT}"
-                )
+            if not least <= value <= most:
+                raise ValueError(f"settings: {name} = {value!r} must be at least {least}, at most {most}")
 
     def __str__(self) -> str:
         return "\n".join(f"{f.name:<18} {getattr(self, f.name)}" for f in fields(self))
@@ -64,5 +64,8 @@ def _typed(name: str, annotation: Any, value: Any) -> bool | int | float:
     taken, made, words = _KINDS[annotation]
     if not isinstance(value, taken) or (isinstance(value, bool) and taken is not bool):
         raise TypeError(f"settings: {name} = {value!r} must be {words}")
-    out: bool | int | float = made(value)
+    try:
+        out: bool | int | float = made(value)
+    except OverflowError:
+        raise ValueError(f"settings: {name} is too large, {value!r:.20}…") from None
     return out

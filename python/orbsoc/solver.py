@@ -50,15 +50,20 @@ class Solver:
     """A problem's pattern, analysed once, for solving it again with other numbers."""
 
     def __init__(self, problem: Problem, settings: Settings | None = None, **overrides: Any) -> None:
-        self.settings = resolve(settings, overrides)
+        self._settings = resolve(settings, overrides)
         self._problem = problem
         self._stale = False
-        self._engine = engine(problem, self.settings)
+        self._engine = engine(problem, self._settings)
         self._last: Solution | None = None
 
     def __reduce__(self) -> tuple[type[Solver], tuple[Problem, Settings], dict[str, Solution | None]]:
         """A copy, in this process or another, has these data and the last solution, and analyses the pattern anew."""
         return type(self), (self.problem, self.settings), {"_last": self._last}
+
+    @property
+    def settings(self) -> Settings:
+        """Those of every solve."""
+        return self._settings
 
     @property
     def problem(self) -> Problem:
@@ -93,7 +98,8 @@ class Solver:
         old = self.problem
         for name, value in data.items():
             _check_shape(name, value, getattr(old, name).shape)
-        merged: dict[str, Any] = {name: getattr(old, name) for name in "PcAbGh"} | dict(data)
+        copies = {name: value.copy() if hasattr(value, "copy") else value for name, value in data.items()}
+        merged: dict[str, Any] = {name: getattr(old, name) for name in "PcAbGh"} | copies
         problem = Problem(**merged, cones=old.cones)
         try:
             self._engine.update(problem)
@@ -111,10 +117,12 @@ class Solver:
         """Solve the current data; `callback` and `bundle` are those of `orbsoc.solve`.
 
         `warm_start` is a point to start from: a solution of a problem nearby, an `orbsoc.Start`, or True for this
-        solver's last solution (none before the first). `Solution.warm_start` tells what became of it: a start that
+        solver's last solution, as its holder left it (none before the first). `Solution.warm_start` tells what became of it: a start that
         does not pay is given up for a cold one, and the status is never worse than a cold start's.
         Raises ProblemError if the point's sizes are not the problem's, TypeError if it is no point.
         """
+        if callback is not None and not callable(callback):
+            raise TypeError(f"`callback` is {callback!r}; it must be callable")
         watcher = print_table(callback) if self.settings.verbose else callback
         start = self._last if warm_start is True else warm_start
         words = None if start is None or start is False else start_words(self._problem, start)
@@ -165,13 +173,11 @@ def start_words(problem: Problem, start: object) -> StartWords:
         raise TypeError(
             f"`warm_start` is of type {found}; it must be an orbsoc.Solution, an orbsoc.Start or a bool"
         )
-    words = (start.x, start.y, start.z, start.s)
-    sizes = (problem.n, problem.p, problem.m, problem.m)
-    for name, vector, size in zip("xyzs", words, sizes, strict=True):
-        if vector.shape != (size,):
-            shape = vector.shape
-            raise ProblemError(f"`warm_start.{name}` has shape {shape}, but the problem needs ({size},)")
-    return words
+    sizes = {"x": problem.n, "y": problem.p, "z": problem.m, "s": problem.m}
+    x, y, z, s = (
+        csc.sized_vector(f"warm_start.{name}", getattr(start, name), size) for name, size in sizes.items()
+    )
+    return x, y, z, s
 
 
 def _check_shape(name: str, value: Any, wanted: tuple[int, ...]) -> None:

@@ -13,9 +13,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc import csc
 from orbsoc.csc import Array
-from orbsoc.problem import Cones, Problem, ProblemError
-from orbsoc.solution import Certificate, Status
+from orbsoc.problem import Cones, Problem
+from orbsoc.solution import Certificate, Start, Status
 
 CLAIM_FACTOR = 50.0
 """An infeasibility claim needs a certified radius of this many times the scale of the data.
@@ -110,11 +111,11 @@ class Evidence:
 def verify(problem: Problem, solution: HasPair) -> Verification:
     """The referee's residuals of any solver's x, y, z; the slack is recomputed as h − Gx.
 
-    Raises ProblemError if a vector does not have the problem's size.
+    Raises ProblemError if a vector does not have the problem's size, or is none of real numbers.
     """
-    _check_sizes(problem, solution)
+    at = _point(problem, solution, slack=np.zeros(problem.m))
     with np.errstate(all="ignore"):
-        x, y, z = solution.x, solution.y, solution.z
+        x, y, z = at.x, at.y, at.z
         finite_h, constrains = _constraining(problem)
         slack = np.where(constrains, problem.h - problem.G @ x, 0.0)
         primal = _largest(_norm(problem.A @ x - problem.b), _norm(_outside(slack, problem.cones)))
@@ -123,19 +124,17 @@ def verify(problem: Problem, solution: HasPair) -> Verification:
         return Verification(
             pres=_or_inf(primal / (1.0 + max(_norm(problem.b), _norm(finite_h)))),
             dres=_or_inf(dual / (1.0 + _norm(problem.c))),
-            gap=_gap(*objectives(problem, solution)),
+            gap=_gap(*objectives(problem, at)),
         )
 
 
 def check_certificate(problem: Problem, solution: HasClaim) -> Evidence:
     """The numbers behind the status of `solution`, recomputed on the problem's data.
 
-    Raises ProblemError if a vector does not have the problem's size.
+    Raises ProblemError if a vector does not have the problem's size, or is none of real numbers.
     """
-    _check_sizes(problem, solution)
-    x, y, z, s = solution.x, solution.y, solution.z, solution.s
-    if s.shape != (problem.m,):
-        raise ProblemError(f"`solution.s` has shape {s.shape}, but the problem has {problem.m} cone rows")
+    at = _point(problem, solution, slack=solution.s)
+    x, y, z, s = at.x, at.y, at.z, at.s
     radius = scale = float("nan")
     if solution.status is Status.PRIMAL_INFEASIBLE:
         radius = primal_infeasibility_radius(problem, y, z)
@@ -155,7 +154,7 @@ def check_certificate(problem: Problem, solution: HasClaim) -> Evidence:
             slack_cone=_ratio(_outside(slack, problem.cones), _norm(slack)),
             stationarity=_ratio(Px + problem.c + Ay + Gz, dual_norm),
             dual_cone=_ratio(z - project_dual(problem, z), _norm(z)),
-            gap=_gap(*objectives(problem, solution)),
+            gap=_gap(*objectives(problem, at)),
             radius=radius,
             scale=scale,
         )
@@ -262,8 +261,11 @@ def _radius(gain: float, obstacles: Array) -> float:
     return float("inf") if total == 0.0 else float(gain / total)
 
 
-def _check_sizes(problem: Problem, solution: HasPair) -> None:
-    sizes = (("x", solution.x, problem.n), ("y", solution.y, problem.p), ("z", solution.z, problem.m))
-    for name, vector, size in sizes:
-        if vector.shape != (size,):
-            raise ProblemError(f"`solution.{name}` has shape {vector.shape}, but the problem needs ({size},)")
+def _point(problem: Problem, solution: HasPair, slack: Array) -> Start:
+    """The words of a solution as float64 vectors of the problem's sizes."""
+    return Start(
+        x=csc.sized_vector("solution.x", solution.x, problem.n),
+        y=csc.sized_vector("solution.y", solution.y, problem.p),
+        z=csc.sized_vector("solution.z", solution.z, problem.m),
+        s=csc.sized_vector("solution.s", slack, problem.m),
+    )

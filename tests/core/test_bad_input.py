@@ -20,6 +20,7 @@ from scipy import sparse as scipy_sparse
 
 import orbsoc
 from orbsoc import Cones, Problem, Settings, Status
+from orbsoc.settings import COUNTS
 
 sparse: Any = scipy_sparse  # published without types
 
@@ -159,6 +160,14 @@ def test_read_only_vectors_are_solved() -> None:
         ({"tol": float("nan")}, ValueError, "tol = nan must be a positive number"),
         ({"max_iterations": 2.5}, TypeError, "max_iterations = 2.5 must be an integer"),
         ({"max_iterations": 10**20}, ValueError, "max_iterations = 100000000000000000000 must be at least 1"),
+        (
+            {"max_iterations": 100_001},
+            ValueError,
+            "max_iterations = 100001 must be at least 1, at most 100000",
+        ),
+        ({"refinement_max": 101}, ValueError, "refinement_max = 101 must be at least 0, at most 100"),
+        ({"tol": float("inf")}, ValueError, "tol = inf must be finite"),
+        ({"tol": 10**400}, ValueError, "tol is too large"),
         ({"ruiz_passes": -1}, ValueError, "ruiz_passes = -1 must be at least 0"),
         ({"refinement_max": -1}, ValueError, "refinement_max = -1 must be at least 0"),
         ({"verbose": "yes"}, TypeError, "verbose = 'yes' must be True or False"),
@@ -178,7 +187,23 @@ def test_numpy_numbers_are_settings() -> None:
     assert Settings(tol=np.float32(0.5), max_iterations=np.int64(7)) == Settings(tol=0.5, max_iterations=7)
 
 
+def test_the_largest_counts_are_the_core_s() -> None:
+    largest = {name: most for name, (_, most) in COUNTS.items()}
+    assert orbsoc.solve(Problem(c=[0.0]), **largest).status is orbsoc.Status.SOLVED
+
+
+def test_a_solver_keeps_its_settings() -> None:
+    solver = orbsoc.Solver(Problem(c=[0.0]), tol=1e-6)
+    with pytest.raises(AttributeError, match="settings"):
+        solver.settings = Settings()  # type: ignore[misc]
+    assert solver.settings.tol == 1e-6
+
+
 def test_what_is_no_problem_or_no_settings_is_a_type_error() -> None:
+    with pytest.raises(TypeError, match=r"`cones` is of type dict; it must be an orbsoc\.Cones"):
+        Problem(c=[0.0], cones={"l": 0})
+    with pytest.raises(TypeError, match="`callback` is 3; it must be callable"):
+        orbsoc.solve(Problem(c=[0.0]), callback=3)
     with pytest.raises(TypeError, match=r"`problem` is of type dict; it must be an orbsoc\.Problem"):
         orbsoc.solve({"c": [1.0]})
     with pytest.raises(TypeError, match=r"`settings` is of type float; it must be an orbsoc\.Settings"):
@@ -270,6 +295,22 @@ def test_a_sparse_matrix_with_an_array_missing_is_refused_by_name(part: str, kin
     matrix = sparse.coo_array(np.ones((3, 2), dtype=kind)).asformat(form)
     setattr(matrix, part, getattr(matrix, part)[:0])
     with pytest.raises(orbsoc.ProblemError, match="`G` has"):
+        Problem(c=np.ones(2), G=matrix, h=np.zeros(3), cones=Cones(l=3))
+
+
+@pytest.mark.parametrize(
+    ("part", "row", "said"),
+    [
+        ("rows", [5, 1], "an entry in column 5, but only 2 columns"),
+        ("rows", [-1, 1], "an entry in column -1"),
+        ("data", [1.0], "2 indices for 1 entries in row 1"),
+    ],
+)
+def test_lists_that_do_not_fit_are_refused(part: str, row: list[float], said: str) -> None:
+    """SciPy writes beside its arrays."""
+    matrix = sparse.lil_array(np.ones((3, 2)))
+    getattr(matrix, part)[1] = row
+    with pytest.raises(orbsoc.ProblemError, match=said):
         Problem(c=np.ones(2), G=matrix, h=np.zeros(3), cones=Cones(l=3))
 
 

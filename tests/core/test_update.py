@@ -73,6 +73,19 @@ def test_parts_replaced_one_after_the_other_add_up() -> None:
     assert bits(solver.solve()) == bits(orbsoc.solve(case(2)))
 
 
+def test_the_numbers_are_copied_where_the_cost_matrix_comes_with_them() -> None:
+    problem = orbsoc.Problem(P=np.eye(2), c=[1.0, 1.0], G=-np.eye(2), h=[5.0, 5.0], cones=orbsoc.Cones(l=2))
+    solver, buffer = orbsoc.Solver(problem), np.array([1.0, 2.0])
+    curvature = sparse.csc_array(2.0 * np.eye(2))
+    solver.update(P=curvature, c=buffer)
+    buffer[:] = np.nan
+    curvature.data[:] = 7.0
+    solver.update(h=[4.0, 4.0])
+    assert solver.solve().x == pytest.approx([-0.5, -1.0], abs=1e-7)
+    assert solver.problem.c.tolist() == [1.0, 2.0]
+    assert solver.problem.P.data.tolist() == [2.0, 2.0]
+
+
 def test_the_numbers_are_copied() -> None:
     solver, other = orbsoc.Solver(case(0)), case(1)
     given = data(other)

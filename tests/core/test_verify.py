@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -153,6 +154,14 @@ def test_a_residual_is_attributed_to_its_line() -> None:
     ratios = check_certificate(problem, dataclasses.replace(good, **lines["equality"]))
     assert ratios.equality == 2.0 / (1.0 + 3.0)
     assert ratios.worst_line() == ("equality", 0.5)
+
+
+def test_points_of_integers_and_lists_are_judged_as_those_of_arrays() -> None:
+    problem = Problem(c=[1.0, 2.0], A=[[1.0, 1.0]], b=[3.0], G=-np.eye(2), h=[0.0, 0.0], cones=Cones(l=2))
+    plain = SimpleNamespace(x=[3, 0], y=[-1], z=np.array([0, 1]))
+    assert verify(problem, plain).worst == 0.0
+    with pytest.raises(ProblemError, match=r"`solution\.y` has entries of type object; they must be real numbers"):
+        verify(problem, SimpleNamespace(x=[3, 0], y=None, z=[0, 1]))
 
 
 @pytest.mark.parametrize("name", ["x", "y", "z", "s"])

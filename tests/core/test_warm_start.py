@@ -103,12 +103,22 @@ def test_a_certificate_is_no_start_but_no_error_either() -> None:
         (np.ones(3), TypeError, "`warm_start` is of type ndarray"),
         (orbsoc.Start(np.ones(2), np.ones(0), np.ones(1), np.ones(1)), orbsoc.ProblemError, "`warm_start.x` has shape"),
         (orbsoc.Start(np.ones(1), np.ones(0), np.ones(1), np.ones(3)), orbsoc.ProblemError, "`warm_start.s` has shape"),
+        (orbsoc.Start([1j], [], [1], [1]), orbsoc.ProblemError, "`warm_start.x` has entries of type complex128"),
     ],
 )  # fmt: skip
 def test_what_is_no_start_is_refused_by_name(start: object, error: type[Exception], words_: str) -> None:
     problem = orbsoc.Problem(c=[1.0], G=[[-1.0]], h=[-2.0], cones=orbsoc.Cones(l=1))
     with pytest.raises(error, match=words_):
         orbsoc.Solver(problem).solve(warm_start=start)  # type: ignore[arg-type]
+
+
+def test_a_start_of_lists_and_integers_is_one_of_arrays() -> None:
+    problem = orbsoc.Problem(c=[1.0], G=[[-1.0]], h=[-2.0], cones=orbsoc.Cones(l=1))
+    plain = orbsoc.solve(problem, warm_start=orbsoc.Start([2], [], [1], np.zeros(1, dtype=np.float32)))
+    arrays = orbsoc.solve(
+        problem, warm_start=orbsoc.Start(np.array([2.0]), np.zeros(0), np.ones(1), np.zeros(1))
+    )
+    assert words(plain) == words(arrays)
 
 
 def test_a_bundle_of_a_warm_start_replays_it_bit_for_bit(tmp_path: Path) -> None:

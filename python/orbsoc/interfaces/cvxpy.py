@@ -81,7 +81,7 @@ class CVXPY(ConicSolver):
     def __init__(self, settings: Settings | None = None) -> None:
         base: Any = super()
         base.__init__()
-        self.settings = settings or Settings()
+        self.settings = resolve(settings, {})
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, CVXPY) and self.settings == other.settings
