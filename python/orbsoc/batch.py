@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from orbsoc import _core, csc
+from orbsoc.convexity import all_plainly_convex
 from orbsoc.errors import ProblemError
 from orbsoc.problem import Problem, checked_cost
 from orbsoc.settings import Settings
@@ -223,6 +224,8 @@ def _upper_values(problem: Problem, values: Array) -> Array:
     rows, columns = P.indices, csc.column_of_entry(P)
     finite = np.isfinite(values).all(axis=1)  # the core names what is not
     coupled = (rows != columns).any()
+    if coupled and finite.all() and all_plainly_convex(P, values):
+        return np.ascontiguousarray(values[:, rows <= columns])
     for k in np.flatnonzero(finite & (coupled | (values < 0.0).any(axis=1))):
         try:
             checked_cost(csc.from_parts(values[k], P.indices, P.indptr, P.shape))

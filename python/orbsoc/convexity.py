@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import linalg
 
 from orbsoc import csc
-from orbsoc.csc import Csc
+from orbsoc.csc import Array, Csc
 
 _linalg: Any = linalg  # published without types
 
@@ -17,6 +18,9 @@ SHIFT = 1e-8
 
 DENSE_LIMIT = 200
 """Up to this order a dense Cholesky is faster than the sparse elimination."""
+
+WORDS_AT_ONCE = 2**22
+"""Of dense matrices that are looked at together."""
 
 EIGENVALUE_LIMIT = 500
 """Up to this order the reason names the smallest eigenvalue."""
@@ -64,6 +68,38 @@ def first_nonconvexity(P: Csc) -> str | None:
         return "it has a direction of negative curvature"
     smallest = float(np.linalg.eigvalsh(shifted.toarray())[0]) - SHIFT
     return f"scaled to a unit diagonal, its smallest eigenvalue is {smallest:.3g}"
+
+
+def all_plainly_convex(pattern: Csc, values: Array) -> bool:
+    """Whether each row of `values` (B, nnz), in the pattern, is a symmetric matrix that `first_nonconvexity` takes.
+
+    Many at once, in a tenth of the time; False where that is not plain, if only because they are too large.
+    """
+    n = pattern.shape[0]
+    if n > DENSE_LIMIT:
+        return False
+    rows, columns = pattern.indices, csc.column_of_entry(pattern)
+    some = max(1, WORDS_AT_ONCE // (n * n))
+    return all(_dense_and_convex(rows, columns, values[k : k + some], n) for k in range(0, len(values), some))
+
+
+def _dense_and_convex(rows: NDArray[Any], columns: NDArray[Any], values: Array, n: int) -> bool:
+    matrices = np.zeros((len(values), n, n))
+    matrices[:, rows, columns] = values
+    unit = np.arange(n)
+    diagonal = matrices[:, unit, unit]
+    matrices[:, unit, unit] = 0.0
+    lone = (diagonal == 0.0) & ~matrices.any(axis=2)
+    if not (np.array_equal(matrices, matrices.transpose(0, 2, 1)) and ((diagonal > 0.0) | lone).all()):
+        return False
+    roots = np.sqrt(np.where(lone, 1.0, diagonal))
+    matrices /= roots[:, :, None] * roots[:, None, :]
+    matrices[:, unit, unit] = 1.0 + SHIFT
+    try:
+        np.linalg.cholesky(matrices)
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 def _has_positive_pivots(matrix: Csc) -> bool:

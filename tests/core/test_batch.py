@@ -128,6 +128,19 @@ def test_a_cost_that_no_problem_may_have_is_refused(row: list[float], message: s
         orbsoc.solve_batch(COUPLED, P=[[2.0, 1.0, 1.0, 2.0], row])
 
 
+@pytest.mark.parametrize("order", [3, 210])
+def test_costs_of_any_size_that_are_convex_or_not_are_told_apart(order: int) -> None:
+    """Singular ones, with a row of zeros, and just beyond: dense ones are looked at together."""
+    rng = np.random.default_rng(order)
+    flat = np.append(rng.normal(size=order - 1), 0.0)
+    base = Problem(P=np.outer(flat, flat) + np.diag(flat != 0.0), c=np.zeros(order))
+    convex = np.array([sparse.csc_array(np.outer(flat, flat)).data, 3.0 * base.P.data])
+    assert [status.name for status in orbsoc.solve_batch(base, P=convex).status] == ["SOLVED", "SOLVED"]
+    bent = sparse.csc_array(np.outer(flat, flat) - 1e-3 * np.diag(flat != 0.0)).data
+    with pytest.raises(ProblemError, match=r"^problem 2 of the batch: `P` is not positive semidefinite"):
+        orbsoc.solve_batch(base, P=[*convex, bent])
+
+
 def test_a_cost_that_is_symmetric_but_for_rounding_is_averaged_as_a_problem_averages_it() -> None:
     row = [2.0, 1.0 + 4e-14, 1.0, 2.0]
     alone = orbsoc.solve(

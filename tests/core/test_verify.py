@@ -160,7 +160,9 @@ def test_points_of_integers_and_lists_are_judged_as_those_of_arrays() -> None:
     problem = Problem(c=[1.0, 2.0], A=[[1.0, 1.0]], b=[3.0], G=-np.eye(2), h=[0.0, 0.0], cones=Cones(l=2))
     plain = SimpleNamespace(x=[3, 0], y=[-1], z=np.array([0, 1]))
     assert verify(problem, plain).worst == 0.0
-    with pytest.raises(ProblemError, match=r"`solution\.y` has entries of type object; they must be real numbers"):
+    with pytest.raises(
+        ProblemError, match=r"`solution\.y` has entries of type object; they must be real numbers"
+    ):
         verify(problem, SimpleNamespace(x=[3, 0], y=None, z=[0, 1]))
 
 
