@@ -232,5 +232,6 @@ def _upper_values(problem: Problem, values: Array) -> Array:
         except ProblemError as error:
             raise ProblemError(f"problem {k} of the batch: {error}") from None
     mirrored = values[:, np.lexsort((columns, rows))]
-    values = np.where(values == mirrored, values, (values + mirrored) * 0.5)
+    with np.errstate(over="ignore"):
+        values = np.where(values == mirrored, values, (values + mirrored) * 0.5)
     return np.ascontiguousarray(values[:, rows <= columns])

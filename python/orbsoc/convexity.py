@@ -93,7 +93,8 @@ def _dense_and_convex(rows: NDArray[Any], columns: NDArray[Any], values: Array, 
     if not (np.array_equal(matrices, matrices.transpose(0, 2, 1)) and ((diagonal > 0.0) | lone).all()):
         return False
     roots = np.sqrt(np.where(lone, 1.0, diagonal))
-    matrices /= roots[:, :, None] * roots[:, None, :]
+    with np.errstate(all="ignore"):  # what is no number has no factors
+        matrices /= roots[:, :, None] * roots[:, None, :]
     matrices[:, unit, unit] = 1.0 + SHIFT
     try:
         np.linalg.cholesky(matrices)

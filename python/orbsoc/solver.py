@@ -116,9 +116,10 @@ class Solver:
     ) -> Solution:
         """Solve the current data; `callback` and `bundle` are those of `orbsoc.solve`.
 
-        `warm_start` is a point to start from: a solution of a problem nearby, an `orbsoc.Start`, or True for this
-        solver's last solution, as its holder left it (none before the first). `Solution.warm_start` tells what became of it: a start that
-        does not pay is given up for a cold one, and the status is never worse than a cold start's.
+        `warm_start` is a point to start from: a solution of a problem nearby, an `orbsoc.Start`, or True for
+        this solver's last solution, as its holder left it (none before the first). `Solution.warm_start`
+        tells what became of it: a start that does not pay is given up for a cold one, and the status is never
+        worse than a cold start's.
         Raises ProblemError if the point's sizes are not the problem's, TypeError if it is no point.
         """
         if callback is not None and not callable(callback):

@@ -141,6 +141,15 @@ def test_costs_of_any_size_that_are_convex_or_not_are_told_apart(order: int) -> 
         orbsoc.solve_batch(base, P=[*convex, bent])
 
 
+@pytest.mark.parametrize("size", [1e308, 5e-324])
+def test_costs_at_the_ends_of_the_range_raise_no_warning(size: float) -> None:
+    tiny, off = 5e-324, 0.5 * size
+    batch = orbsoc.solve_batch(COUPLED, P=[[size, off, off, size], [1.0, 0.0, 0.0, 1.0]])
+    assert batch.status[1] is orbsoc.Status.SOLVED
+    with pytest.raises(ProblemError, match=r"^problem 0 of the batch: `P` is not positive semidefinite"):
+        orbsoc.solve_batch(COUPLED, P=[[tiny, 1e300, 1e300, tiny]])
+
+
 def test_a_cost_that_is_symmetric_but_for_rounding_is_averaged_as_a_problem_averages_it() -> None:
     row = [2.0, 1.0 + 4e-14, 1.0, 2.0]
     alone = orbsoc.solve(
