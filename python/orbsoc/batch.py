@@ -222,16 +222,13 @@ def _upper_values(problem: Problem, values: Array) -> Array:
     """Entries on and above the diagonal; raises ProblemError where a row is no cost that `Problem` would take."""
     P = problem.P
     rows, columns = P.indices, csc.column_of_entry(P)
-    finite = np.isfinite(values).all(axis=1)  # the core names what is not
-    coupled = (rows != columns).any()
-    if coupled and finite.all() and all_plainly_convex(P, values):
-        return np.ascontiguousarray(values[:, rows <= columns])
-    for k in np.flatnonzero(finite & (coupled | (values < 0.0).any(axis=1))):
-        try:
-            checked_cost(csc.from_parts(values[k], P.indices, P.indptr, P.shape))
-        except ProblemError as error:
-            raise ProblemError(f"problem {k} of the batch: {error}") from None
-    mirrored = values[:, np.lexsort((columns, rows))]
-    with np.errstate(over="ignore"):
-        values = np.where(values == mirrored, values, (values + mirrored) * 0.5)
+    if not all_plainly_convex(P, values):
+        for k in np.flatnonzero(np.isfinite(values).all(axis=1)):  # the core names numbers that are not
+            try:
+                checked_cost(csc.from_parts(values[k], P.indices, P.indptr, P.shape))
+            except ProblemError as error:
+                raise ProblemError(f"problem {k} of the batch: {error}") from None
+        mirrored = values[:, np.lexsort((columns, rows))]
+        with np.errstate(over="ignore"):
+            values = np.where(values == mirrored, values, (values + mirrored) * 0.5)
     return np.ascontiguousarray(values[:, rows <= columns])

@@ -73,17 +73,19 @@ def first_nonconvexity(P: Csc) -> str | None:
 def all_plainly_convex(pattern: Csc, values: Array) -> bool:
     """Whether each row of `values` (B, nnz), in the pattern, is a symmetric matrix that `first_nonconvexity` takes.
 
-    Many at once, in a tenth of the time; False where that is not plain, if only because they are too large.
+    Looks at many at once; False where that is not plain, if only because they are too large or not finite.
     """
     n = pattern.shape[0]
+    rows, columns = pattern.indices, csc.column_of_entry(pattern)
+    if np.array_equal(rows, columns):
+        return bool(((values >= 0.0) & (values < np.inf)).all())
     if n > DENSE_LIMIT:
         return False
-    rows, columns = pattern.indices, csc.column_of_entry(pattern)
     some = max(1, WORDS_AT_ONCE // (n * n))
-    return all(_dense_and_convex(rows, columns, values[k : k + some], n) for k in range(0, len(values), some))
+    return all(_convex_if_dense(rows, columns, values[k : k + some], n) for k in range(0, len(values), some))
 
 
-def _dense_and_convex(rows: NDArray[Any], columns: NDArray[Any], values: Array, n: int) -> bool:
+def _convex_if_dense(rows: NDArray[Any], columns: NDArray[Any], values: Array, n: int) -> bool:
     matrices = np.zeros((len(values), n, n))
     matrices[:, rows, columns] = values
     unit = np.arange(n)
@@ -96,21 +98,13 @@ def _dense_and_convex(rows: NDArray[Any], columns: NDArray[Any], values: Array, 
     with np.errstate(all="ignore"):  # what is no number has no factors
         matrices /= roots[:, :, None] * roots[:, None, :]
     matrices[:, unit, unit] = 1.0 + SHIFT
-    try:
-        np.linalg.cholesky(matrices)
-    except np.linalg.LinAlgError:
-        return False
-    return True
+    return _have_cholesky_factors(matrices)
 
 
 def _has_positive_pivots(matrix: Csc) -> bool:
     """Whether a symmetric matrix eliminates with positive pivots only, which is positive definiteness."""
     if matrix.shape[0] <= DENSE_LIMIT:
-        try:
-            np.linalg.cholesky(matrix.toarray())
-        except np.linalg.LinAlgError:
-            return False
-        return True
+        return _have_cholesky_factors(matrix.toarray())
     try:
         # Diagonal pivots in a symmetric order make this LDLᵀ: U carries the pivots on its diagonal.
         factors = _linalg.splu(
@@ -120,3 +114,12 @@ def _has_positive_pivots(matrix: Csc) -> bool:
         return False
     symmetric_order = np.array_equal(factors.perm_r, factors.perm_c)
     return symmetric_order and bool((factors.U.diagonal() > 0.0).all())
+
+
+def _have_cholesky_factors(matrices: Array) -> bool:
+    """Whether the last two axes' matrices all have."""
+    try:
+        np.linalg.cholesky(matrices)
+    except np.linalg.LinAlgError:
+        return False
+    return True
