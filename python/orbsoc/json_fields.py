@@ -162,8 +162,10 @@ def read_json(path: str | os.PathLike[str]) -> Any:
         return json.loads(Path(path).read_text(encoding="utf-8"), parse_constant=_refuse_constant)
     except FieldError:
         raise
-    except (ValueError, RecursionError) as error:  # no JSON, no UTF-8, more digits than Python reads
+    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise FieldError("the document", f"is not JSON: {error}") from error
+    except ValueError as error:
+        raise FieldError("the document", "contains an integer of too many digits") from error
 
 
 def write_json(document: Document, path: str | os.PathLike[str]) -> None:
