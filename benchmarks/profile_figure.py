@@ -32,6 +32,15 @@ def factors(measurements: Sequence[Measurement], *, kind: str = "solve") -> dict
     return {solver: np.sort(table[k, kept] / best[kept]) for k, solver in enumerate(times)}
 
 
+def _ticks(reach: float) -> list[float]:
+    """Factors to be named on an axis from 1 to `reach`: round ones first, others where there is room."""
+    chosen: list[float] = []
+    for tick in (1.0, 10.0, 2.0, 5.0, 20.0, 50.0, 100.0, 3.0, 7.0, 1.5):
+        if tick <= reach and all(abs(np.log(tick / other)) >= 0.07 * np.log(reach) for other in chosen):
+            chosen.append(tick)
+    return sorted(chosen)
+
+
 def profile_figure(
     measurements: Sequence[Measurement], header: Mapping[str, str], title: str, path: Path
 ) -> None:
@@ -64,7 +73,7 @@ def profile_figure(
             title=name,
             xlabel="time over the fastest solver's",
         )
-        ticks = [t for t in (1, 1.5, 2, 3, 5, 7, 10, 20, 50) if t <= reach]
+        ticks = _ticks(reach)
         axes.set_xticks(ticks, [f"{t:g}×" for t in ticks])
         axes.minorticks_off()
         axes.grid(alpha=0.3)
