@@ -12,7 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import orbsoc
+from benchmarks.batches import perturbed
 from benchmarks.guidance import powered_descent, rendezvous
+from benchmarks.recorded import insertion
 from orbsoc.bundle import read_bundle
 from tests.core.drawn import problems
 from tests.core.effort import effort
@@ -49,6 +51,18 @@ def test_a_change_of_one_per_cent_takes_less_than_six_tenths_of_the_iterations(
         assert warm.iterations <= cold.iterations + 1
         warm_total, cold_total = warm_total + warm.iterations, cold_total + cold.iterations
     assert warm_total < 0.6 * cold_total
+
+
+@pytest.mark.parametrize("name", ["insertion A-12-0", "insertion B-12-0"])
+def test_a_newton_step_far_out_of_the_cones_is_no_reason_to_give_up(name: str) -> None:
+    """One per cent of each entry of b is another trajectory here: the first heights are up to 1e5."""
+    problem = next(problem for found, _, problem in insertion(12, 1) if found == name)
+    before = orbsoc.solve(problem)
+    for new in perturbed(problem, 0.01, 4, seed=0):
+        warm = orbsoc.solve(new, warm_start=before)
+        assert (warm.status, warm.warm_start) == (orbsoc.Status.SOLVED, "used")
+        assert orbsoc.verify(new, warm).worst <= 1e-7
+        assert warm.iterations <= orbsoc.solve(new).iterations + 1
 
 
 @pytest.mark.parametrize("case", cases(), ids=lambda case: case.name)

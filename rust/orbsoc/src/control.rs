@@ -26,7 +26,7 @@ const PATIENCE: u32 = 15;
 /// Consecutive steps shorter than `SHORT_STEP` before a solve counts as stalled.
 const SHORT_STEPS: u32 = 3;
 const SHORT_STEP: f64 = 1e-4;
-/// A warm start as high up the central path as this, in scaled data, is no better than a cold one.
+/// A point whose residuals put it as high up the central path as this, in scaled data, is no start.
 const HIGHEST_START: f64 = 0.5;
 /// A step as short as this after a warm start says that the point was too near the boundary.
 const STUCK: f64 = 0.01;
@@ -161,7 +161,7 @@ impl Control {
                 let active = &mut work.refinement_active[0];
                 self.judge_refinement(lane, settings, &work.pair_refinement, active)
             }
-            Stage::CenterStart | Stage::NewtonStart => judge_start(work.homogenizer[1].lane(lane)),
+            Stage::CenterStart => judge_start(work.homogenizer[1].lane(lane)),
             Stage::Advance => {
                 self.note_step(work.step_taken[0].lane(lane));
                 Outcome::Next

@@ -149,9 +149,9 @@ stages! {
     /// (−c, b, h − 2s): from a central pair to the equations of the data.
     NewtonStartRhs "newton_start_rhs" LinearSolve
         reads [Q Slack] writes [KktRhs] stales [KktSolution KktError Refinement];
-    /// That step, and onto the central path again, where its error suggests.
+    /// That step, and onto the central path again, where the distance there suggests.
     NewtonStart "newton_start" ConeOps
-        reads [Parameters KktSolution W Cone Point Slack Homogenizer]
+        reads [KktSolution W Cone Point Slack Homogenizer]
         writes [Point Slack Homogenizer] stales [KktRhs Residual W Lambda LambdaInverse Cone];
     /// Residuals, gap, μ; decides termination, and keeps the best iterate and certificates.
     Statistics "statistics" Ps

@@ -3,12 +3,12 @@
 //! The old point, on the new data, is moved to the central path at a height μ₁ that its residuals
 //! suggest ([`Stage::CenterStart`]); one Newton step from there meets the new equations
 //! ([`Stage::NewtonStart`]), wherever it leaves the cones; and what came out is moved to the central
-//! path again, at a height μ₀ that the step's own second-order error suggests. One factorisation, as
-//! the cold start has. Where this does not pay, the solve starts again from cold.
+//! path again, at a height μ₀ that the distance moved suggests. One factorisation, as the cold start
+//! has. Where this does not pay, the solve starts again from cold.
 
 use crate::engine::{Engine, Progress};
 use crate::error::Error;
-use crate::kernels::central_pair::{central_pair, largest_square};
+use crate::kernels::central_pair::central_pair;
 use crate::kernels::reduce::max_abs;
 use crate::kernels::{cone_ops, linear_solve};
 use crate::problem::Problem;
@@ -151,7 +151,7 @@ fn center<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
     let (n, rows) = (structure.n, structure.n + structure.p);
     let (dual, primal) = (max_abs(&w.residual[..n]), max_abs(&w.residual[n..]));
     let worst = primal.max(dual);
-    let both = T::constant(0.15) * (primal * dual);
+    let both = T::constant(0.3) * (primal * dual);
     let one = T::constant(1e-4) * (worst * worst);
     let mu = w.parameters[parameter::START_FLOOR].max(both).max(one);
     for (slack, &residual) in w.slack.iter_mut().zip(&w.residual[rows..]) {
@@ -177,8 +177,8 @@ fn right_hand_side<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
     }
 }
 
-/// Take the step, and move onto the central path: at the height that the largest |dsᵀdz| of a cone
-/// suggests, or, where that move goes far, at one that its square does.
+/// Take the step, and move onto the central path: at μ₁, or, where that move goes far, at a height that its
+/// square suggests. However high that is, κ is at most τ: more would be a lean towards infeasibility.
 ///
 /// s − z stays, so s and z move equally far, and moving twice is moving once.
 #[inline(always)]
@@ -200,8 +200,7 @@ fn newton<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
     for (slack, &delta) in w.slack.iter_mut().zip(delta.iter()) {
         *slack = *slack - delta;
     }
-    let mu = w.homogenizer[1].max(largest_square(cones, scaled));
-    let mu = w.parameters[parameter::START_FLOOR].max(mu);
+    let mu = w.homogenizer[1];
     // What the move costs in feasibility, and the height at which residuals of this size belong.
     let moved = &mut w.scratch[..m];
     moved.copy_from_slice(&w.slack);
@@ -210,7 +209,7 @@ fn newton<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
         *moved = *moved - slack;
     }
     let distance = max_abs(moved);
-    let mu = mu.max(T::constant(0.05) * (distance * distance));
+    let mu = mu.max(T::constant(0.5) * (distance * distance));
     central_pair(cones, mu, &mut w.slack, &mut w.point[rows..]);
-    w.homogenizer.copy_from_slice(&[T::one(), mu, T::zero()]);
+    w.homogenizer.copy_from_slice(&[T::one(), mu.min(T::one()), T::zero()]);
 }

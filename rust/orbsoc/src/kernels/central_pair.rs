@@ -4,7 +4,7 @@
 //! the cone's Jordan algebra) is inside the cone, keeps s − z and has s∘z = μe. With μ = 0 it is the
 //! projection of ±v; with μ > 0, Chen and Harker's and Kanzow's smoothing of it.
 
-use super::reduce::{dot, max_abs, norm2};
+use super::reduce::norm2;
 use crate::cones::ConeLayout;
 use crate::real::Real;
 
@@ -62,15 +62,6 @@ fn roots<T: Real>(v: T, mu: T, four_mu: T) -> (T, T, T) {
     let root = four_mu.add_mul(v, v).sqrt();
     let large = T::constant(0.5) * (v + root);
     (large, mu / large, root)
-}
-
-/// The largest over the cones of ‖·‖² of their part of `scaled`; with W dz, that is |dsᵀdz| for
-/// ds = −W²dz.
-#[inline(always)]
-pub fn largest_square<T: Real>(cones: &ConeLayout, scaled: &[T]) -> T {
-    let top = max_abs(&scaled[..cones.l]);
-    let largest = |top: T, part: &[T]| top.max(dot(part, part));
-    cones.soc.iter().fold(top * top, |top, soc| largest(top, &scaled[soc.rows()]))
 }
 
 #[cfg(test)]
@@ -134,14 +125,6 @@ mod tests {
             for (a, b) in once.iter().zip(&twice).chain(other.iter().zip(&again)) {
                 prop_assert!((a - b).abs() <= 1e-14 * size);
             }
-        }
-
-        #[test]
-        fn the_largest_square_is_over_whole_cones((cones, s, _, _) in anywhere()) {
-            let rows = s[..cones.l].iter().map(|v| v * v);
-            let cone = cones.soc.iter().map(|soc| oracle::dot(&s[soc.rows()], &s[soc.rows()]));
-            let expected = rows.chain(cone).fold(0.0, f64::max);
-            prop_assert!((largest_square(&cones, &s) - expected).abs() <= 1e-14 * expected);
         }
     }
 }
