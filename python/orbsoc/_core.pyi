@@ -6,6 +6,7 @@ from typing import Any, Final, final
 from numpy import float64, uint8, uint32, uint64
 from numpy.typing import NDArray
 
+from orbsoc.csc import Csc
 from orbsoc.problem import Problem
 from orbsoc.settings import Settings
 
@@ -25,6 +26,7 @@ __all__ = [
     "RawSolution",
     "StageInfo",
     "__version__",
+    "check_cost",
     "closing",
     "iteration",
     "operation_counts",
@@ -131,6 +133,7 @@ class StageInfo:
     @property
     def stales(self) -> tuple[str, ...]: ...
 
+def check_cost(cost: Csc) -> None: ...
 def startup() -> list[tuple[str, ...]]: ...
 def warm_startup() -> list[tuple[str, ...]]: ...
 def iteration() -> list[tuple[str, ...]]: ...

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from orbsoc import _core, csc
-from orbsoc.convexity import all_plainly_convex
 from orbsoc.errors import ProblemError
-from orbsoc.problem import Problem, checked_cost
+from orbsoc.problem import Problem, symmetric
 from orbsoc.settings import Settings
 from orbsoc.solution import Array, Certificate, Solution, Start, Status, WarmStart
 from orbsoc.solver import check_type, resolve
@@ -219,16 +218,21 @@ def _starts(problem: Problem, count: int, start: object) -> list[Array]:
 
 
 def _upper_values(problem: Problem, values: Array) -> Array:
-    """Entries on and above the diagonal; raises ProblemError where a row is no cost that `Problem` would take."""
+    """Entries on and above the diagonal; ProblemError where a row is no symmetric matrix that `Problem` would take."""
     P = problem.P
     rows, columns = P.indices, csc.column_of_entry(P)
-    if not all_plainly_convex(P, values):
-        for k in np.flatnonzero(np.isfinite(values).all(axis=1)):  # the core names numbers that are not
+    above = np.flatnonzero(rows <= columns)
+    upper = values.take(above, axis=1)
+    lower = values.take(np.lexsort((columns, rows))[above], axis=1)
+    uneven = upper != lower
+    for k in np.flatnonzero(uneven.any(axis=1)):
+        if np.isfinite(values[k]).all():  # the core names numbers that are not
             try:
-                checked_cost(csc.from_parts(values[k], P.indices, P.indptr, P.shape))
+                symmetric(csc.from_parts(values[k], P.indices, P.indptr, P.shape))
             except ProblemError as error:
                 raise ProblemError(f"problem {k} of the batch: {error}") from None
-        mirrored = values[:, np.lexsort((columns, rows))]
-        with np.errstate(over="ignore"):
-            values = np.where(values == mirrored, values, (values + mirrored) * 0.5)
-    return np.ascontiguousarray(values[:, rows <= columns])
+            with np.errstate(over="ignore"):
+                upper[k] = np.where(uneven[k], (upper[k] + lower[k]) * 0.5, upper[k])
+        else:
+            upper[k] = np.where(uneven[k], np.nan, upper[k])
+    return upper

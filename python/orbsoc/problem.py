@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from orbsoc import csc
-from orbsoc.convexity import first_nonconvexity
+from orbsoc import _core, csc
 from orbsoc.csc import Array, Csc, Matrix
 from orbsoc.errors import ProblemError
 
@@ -97,7 +96,7 @@ class Problem:
         if n == 0:
             raise ProblemError("`c` is empty; a problem needs at least one variable")
         _finite_vector("c", cost)
-        quadratic = csc.empty(n, n) if P is None else checked_cost(_square(P, n))
+        quadratic = csc.empty(n, n) if P is None else _convex(symmetric(_square(P, n)))
         equalities, b_ = _rows("A", A, "b", b, n)
         _finite_vector("b", b_)
         inequalities, h_ = _rows("G", G, "h", h, n)
@@ -232,28 +231,28 @@ def _square(P: Matrix, n: int) -> Csc:
     return matrix
 
 
-def checked_cost(P: Csc) -> Csc:
-    """P if symmetric (up to rounding, then averaged) and positive semidefinite; otherwise the reason why not."""
+def symmetric(P: Csc) -> Csc:
+    """P if symmetric, up to rounding, which is averaged away; otherwise ProblemError with the reason why not."""
     rows, columns = P.indices, csc.column_of_entry(P)
-    if not np.array_equal(rows, columns):
-        upper, lower = rows < columns, rows > columns
-        used = P.data != 0.0
-        if (upper & used).any() != (lower & used).any():
-            raise ProblemError(
-                "`P` has entries on one side of its diagonal only; P takes the full symmetric matrix,"
-                " Problem.from_upper the upper triangle"
-            )
-        order = np.argsort(rows * np.int64(P.shape[0]) + columns, kind="stable")
-        mirrored = np.array_equal(rows[order], columns) and np.array_equal(columns[order], rows)
-        if not (mirrored and np.array_equal(P.data[order], P.data)):
-            return _convex(_averaged(P))
-    return _convex(P)
+    if np.array_equal(rows, columns):
+        return P
+    upper, lower = rows < columns, rows > columns
+    used = P.data != 0.0
+    if (upper & used).any() != (lower & used).any():
+        raise ProblemError(
+            "`P` has entries on one side of its diagonal only; P takes the full symmetric matrix,"
+            " Problem.from_upper the upper triangle"
+        )
+    order = np.argsort(rows * np.int64(P.shape[0]) + columns, kind="stable")
+    mirrored = np.array_equal(rows[order], columns) and np.array_equal(columns[order], rows)
+    return P if mirrored and np.array_equal(P.data[order], P.data) else _averaged(P)
 
 
 def _convex(P: Csc) -> Csc:
-    found = first_nonconvexity(P)
-    if found is not None:
-        raise ProblemError(f"`P` is not positive semidefinite: {found}")
+    try:
+        _core.check_cost(P)
+    except _core.CoreError as error:
+        raise ProblemError(str(error)) from None
     return P
 
 

@@ -111,6 +111,15 @@ def test_misuse_names_the_argument(arguments: dict[str, Any], message: str) -> N
         orbsoc.solve_batch(BASE, **arguments)
 
 
+def test_all_numbers_are_looked_at_before_anything_is_solved() -> None:
+    seen: list[object] = []
+    with pytest.raises(ProblemError, match=r"^problem 99 of the batch: `c` has NaN"):
+        orbsoc.solve_batch(
+            BASE, c=np.vstack([np.ones((99, 3)), np.full((1, 3), np.nan)]), callback=seen.append
+        )
+    assert not seen
+
+
 COUPLED = Problem(P=[[2.0, 1.0], [1.0, 2.0]], c=[1.0, 1.0], G=np.eye(2), h=[1.0, 1.0], cones=Cones(l=2))
 
 
@@ -118,7 +127,7 @@ COUPLED = Problem(P=[[2.0, 1.0], [1.0, 2.0]], c=[1.0, 1.0], G=np.eye(2), h=[1.0,
     ("row", "message"),
     [
         ([2.0, 0.5, 1.0, 2.0], r"`P` is not symmetric: P\[\d, \d\] is "),
-        ([2.0, 3.0, 3.0, 2.0], r"`P` is not positive semidefinite: P\[1, 0\] is 3.0"),
+        ([2.0, 3.0, 3.0, 2.0], r"`P` is not positive semidefinite: P\[0, 1\] is 3.0"),
         ([-1.0, 0.0, 0.0, 2.0], r"`P` is not positive semidefinite: P\[0, 0\] is -1.0"),
     ],
 )

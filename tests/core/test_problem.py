@@ -81,11 +81,11 @@ MALFORMED: list[tuple[dict[str, Any], str]] = [
     ({"P": [[-1.0, 0.0], [0.0, 1.0]]}, "`P` is not positive semidefinite: P[0, 0] is -1.0"),
     (
         {"P": [[1.0, 2.0], [2.0, 1.0]]},
-        "`P` is not positive semidefinite: P[1, 0] is 2.0, P[1, 1] is 1.0 and P[0, 0] is 1.0",
+        "`P` is not positive semidefinite: P[0, 1] is 2.0, P[0, 0] is 1.0 and P[1, 1] is 1.0",
     ),
     (
         {"P": [[1.0, 0.5], [0.5, 0.0]]},
-        "`P` is not positive semidefinite: P[1, 0] is 0.5, P[1, 1] is 0.0 and P[0, 0] is 1.0",
+        "`P` is not positive semidefinite: P[0, 1] is 0.5, P[0, 0] is 1.0 and P[1, 1] is 0.0",
     ),
 ]
 

@@ -119,6 +119,7 @@ RUST_MAY_USE = {
     "kernels": {"kernels", "real"} | PATTERN - {"csc", "error"},
     "beside": PATTERN,
     "cones": PATTERN,
+    "convexity": PATTERN,
     "elimination": PATTERN,
     "indices": PATTERN,
     "order": PATTERN,

@@ -84,15 +84,15 @@ impl BatchSolver {
         for array in [&p, &c, &a, &b, &g, &h].map(Option::as_ref) {
             views.push(array.map(view).transpose()?);
         }
-        let setters: [Setter; 6] = [
-            Problem::set_p_values,
-            Problem::set_c,
-            Problem::set_a_values,
-            Problem::set_b,
-            Problem::set_g_values,
-            Problem::set_h,
-        ];
-        let write = |k: usize, problem: &mut Problem| {
+        let write = |k: usize, problem: &mut Problem, set_p: Setter| {
+            let setters: [Setter; 6] = [
+                set_p,
+                Problem::set_c,
+                Problem::set_a_values,
+                Problem::set_b,
+                Problem::set_g_values,
+                Problem::set_h,
+            ];
             for (view, set) in views.iter().zip(setters) {
                 if let Some((words, width)) = view {
                     set(problem, &words[k * width..(k + 1) * width])?;
@@ -109,12 +109,25 @@ impl BatchSolver {
             Start { x, y, z, s }
         };
         let state = &mut *one_at_a_time(&self.0)?;
-        let inner = &mut state.inner;
+        let State { inner, base, .. } = state;
         let mut watch = Watch::new(callback.as_ref());
         let clock = Instant::now();
         let solutions = py.detach(|| {
+            // All numbers are looked at before anything is solved, so that what is refused costs nothing.
+            let mut one = base.clone();
+            for problem in 0..count {
+                write(problem, &mut one, Problem::set_p_values)
+                    .and_then(|()| base.same_pattern(&one))
+                    .map_err(|error| Error::OfBatch { problem, error: Box::new(error) })?;
+            }
             let observe = |progress: &BatchProgress| watch.look(|py| progress_dict(py, progress));
-            inner.solve_observed(count, write, if points.is_empty() { None } else { Some(&point) }, observe)
+            let trusting = |k: usize, problem: &mut Problem| write(k, problem, Problem::trust_p_values);
+            inner.solve_observed(
+                count,
+                trusting,
+                if points.is_empty() { None } else { Some(&point) },
+                observe,
+            )
         });
         let elapsed = clock.elapsed();
         let stopped = |s: &Solution| s.status == Status::Interrupted;

@@ -55,7 +55,14 @@ fn matrix(name: &'static str, object: &Bound<'_, PyAny>, upper: bool) -> PyResul
     }
 }
 
-/// An `orbsoc.Problem`.
+/// Refuse a cost whose matrix, symmetric and in compressed columns, is not positive semidefinite.
+#[pyfunction]
+pub fn check_cost(cost: &Bound<'_, PyAny>) -> PyResult<()> {
+    let upper = matrix("P", cost, true)?;
+    cost.py().detach(|| orbsoc::check_convex(&upper)).map_err(refuse)
+}
+
+/// An `orbsoc.Problem`, whose P was looked at when it was made.
 pub fn problem(object: &Bound<'_, PyAny>) -> PyResult<Problem> {
     let py = object.py();
     let get = |name| object.getattr(name);
@@ -64,7 +71,7 @@ pub fn problem(object: &Bound<'_, PyAny>) -> PyResult<Problem> {
         l: cones.getattr(intern!(py, "l"))?.extract()?,
         q: cones.getattr(intern!(py, "q"))?.extract()?,
     };
-    Problem::new(
+    Problem::trusted(
         Some(matrix("P", &get(intern!(py, "P"))?, true)?),
         vector(&get(intern!(py, "c"))?)?,
         Some(matrix("A", &get(intern!(py, "A"))?, false)?),

@@ -18,7 +18,7 @@ mod _core {
     #[pymodule_export]
     use super::batch::{BatchSolver, RawBatch};
     #[pymodule_export]
-    use super::convert::CoreError;
+    use super::convert::{check_cost, CoreError};
     #[pymodule_export]
     use super::engine::{Engine, RawSolution};
     #[pymodule_export]

@@ -1,10 +1,12 @@
-//! The elimination tree and the pattern of L. faer owns both; nothing of it leaves this file.
+//! The elimination tree, the pattern of L, and whether there is a Cholesky factor. faer owns all of them; nothing of
+//! it leaves this file.
 
 use crate::error::Error;
 use crate::upper::Upper;
 use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::LltRegularization;
 use faer::sparse::linalg::cholesky::simplicial;
-use faer::sparse::SymbolicSparseColMatRef;
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 
 /// Parents, those of roots negative, and entries of each column of L.
 pub(crate) fn elimination_tree(upper: &Upper) -> (Vec<i32>, Vec<u32>) {
@@ -25,6 +27,11 @@ fn analyse<'a>(
 
 /// Row indices of each column of L, diagonal first, ascending.
 pub(crate) fn columns_of_l(upper: &Upper) -> Result<(Vec<u32>, Vec<u32>), Error> {
+    let l = pattern_of_l(upper)?;
+    Ok((l.col_ptr().to_vec(), l.row_idx().to_vec()))
+}
+
+fn pattern_of_l(upper: &Upper) -> Result<simplicial::SymbolicSimplicialCholesky<u32>, Error> {
     let (dim, upper) = (upper.dim(), upper.faer());
     let (mut parent, mut counts) = (vec![0; dim], vec![0; dim]);
     let tree = analyse(upper, &mut parent, &mut counts);
@@ -33,8 +40,22 @@ pub(crate) fn columns_of_l(upper: &Upper) -> Result<(Vec<u32>, Vec<u32>), Error>
         return Err(Error::TooLarge { what: "the factor of the KKT matrix", size: entries });
     }
     let mut memory = MemBuffer::new(simplicial::factorize_simplicial_symbolic_cholesky_scratch::<u32>(dim));
-    let l =
-        simplicial::factorize_simplicial_symbolic_cholesky(upper, tree, &counts, MemStack::new(&mut memory))
-            .map_err(|e| Error::Symbolic(format!("{e:?}")))?;
-    Ok((l.col_ptr().to_vec(), l.row_idx().to_vec()))
+    simplicial::factorize_simplicial_symbolic_cholesky(upper, tree, &counts, MemStack::new(&mut memory))
+        .map_err(|e| Error::Symbolic(format!("{e:?}")))
+}
+
+/// Whether the matrix with these entries, a word each, has a Cholesky factor.
+pub(crate) fn has_cholesky_factor(upper: &Upper, entries: &[f64]) -> Result<bool, Error> {
+    let l = pattern_of_l(upper)?;
+    let mut words = vec![0.0; l.len_val()];
+    let scratch = simplicial::factorize_simplicial_numeric_llt_scratch::<u32, f64>(upper.dim());
+    let mut memory = MemBuffer::new(scratch);
+    let factor = simplicial::factorize_simplicial_numeric_llt(
+        &mut words,
+        SparseColMatRef::new(upper.faer(), entries),
+        LltRegularization::default(),
+        &l,
+        MemStack::new(&mut memory),
+    );
+    Ok(factor.is_ok())
 }

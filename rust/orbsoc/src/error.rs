@@ -37,6 +37,11 @@ pub enum Error {
         /// The number.
         value: f64,
     },
+    /// P is not positive semidefinite.
+    NotConvex {
+        /// What shows it.
+        detail: String,
+    },
     /// A second-order cone of dimension zero.
     EmptyCone {
         /// Which cone.
@@ -92,6 +97,7 @@ impl fmt::Display for Error {
             Self::Value { argument, index, value } => {
                 write!(f, "`{argument}` has {value} at entry {index}: only finite numbers are allowed there")
             }
+            Self::NotConvex { detail } => write!(f, "`P` is not positive semidefinite: {detail}"),
             Self::EmptyCone { index } => {
                 write!(f, "second-order cone {index} has dimension 0; the smallest has 1")
             }

@@ -14,7 +14,7 @@
 //!
 //! | to read about | see |
 //! |---|---|
-//! | the user's problem, what comes back | [`Problem`], [`Solution`], [`Settings`] |
+//! | the user's problem, what comes back | [`Problem`], [`Solution`], [`Settings`], `convexity` |
 //! | KKT pattern, order, elimination tree, supernodes | `kkt`, `order`, `elimination`, `symbolic` |
 //! | the six modules' kernels | `kernels::{matrix_update, matrix_scaling, factorization, linear_solve, cone_ops, line_search}` |
 //! | statistics and decisions | `ps`, `control` |
@@ -28,6 +28,7 @@ mod cones;
 mod control;
 #[cfg(test)]
 mod control_tests;
+mod convexity;
 mod crew;
 mod csc;
 #[cfg(test)]
@@ -75,6 +76,7 @@ mod workspace;
 
 pub use batch::{solve_batch, solve_batch_from, BatchSolver};
 pub use cones::Cones;
+pub use convexity::check_convex;
 pub use csc::Csc;
 pub use desk::BatchProgress;
 pub use engine::{operation_counts, Engine, Progress};

@@ -1,6 +1,7 @@
 //! The problem in standard form, as the user states it.
 
 use crate::cones::Cones;
+use crate::convexity::check_convex;
 use crate::csc::{finite, Csc};
 use crate::error::Error;
 
@@ -32,14 +33,32 @@ pub struct Problem {
 
 impl Problem {
     /// Check the data and take them. `p_upper` holds the upper triangle of P; absent matrices
-    /// have no rows (P: is zero). That P is positive semidefinite is the caller's word, as after
-    /// [`Problem::set_p_values`] (the Python package looks): of a cost that is not convex, a point without slope
-    /// may come back as solved.
+    /// have no rows (P: is zero).
     ///
     /// # Errors
     /// Sizes that do not fit, NaN or infinity where none may stand (+∞ in `h` on a nonnegative
-    /// row is allowed and means that the row is absent), cones of dimension 0, no variables.
+    /// row is allowed and means that the row is absent), cones of dimension 0, no variables, and
+    /// [`Error::NotConvex`] for a P that is not positive semidefinite.
     pub fn new(
+        p_upper: Option<Csc>,
+        c: Vec<f64>,
+        a: Option<Csc>,
+        b: Vec<f64>,
+        g: Option<Csc>,
+        h: Vec<f64>,
+        cones: Cones,
+    ) -> Result<Self, Error> {
+        let problem = Self::trusted(p_upper, c, a, b, g, h, cones)?;
+        check_convex(&problem.p)?;
+        Ok(problem)
+    }
+
+    /// As [`Problem::new`], with the caller's word that P is positive semidefinite: of a cost that is not convex, a
+    /// point without slope may come back as solved.
+    ///
+    /// # Errors
+    /// As [`Problem::new`], but [`Error::NotConvex`].
+    pub fn trusted(
         p_upper: Option<Csc>,
         c: Vec<f64>,
         a: Option<Csc>,
@@ -137,8 +156,20 @@ impl Problem {
     /// Replace the entries of P's upper triangle, in the order of its columns.
     ///
     /// # Errors
-    /// Another number of entries, or one that is not finite.
+    /// Another number of entries, one that is not finite, or [`Error::NotConvex`]; the old entries stay.
     pub fn set_p_values(&mut self, values: &[f64]) -> Result<(), Error> {
+        let mut new = self.p.clone();
+        new.set_values("P", values)?;
+        check_convex(&new)?;
+        self.p = new;
+        Ok(())
+    }
+
+    /// As [`Problem::set_p_values`], with the caller's word that P is positive semidefinite.
+    ///
+    /// # Errors
+    /// Another number of entries, or one that is not finite.
+    pub fn trust_p_values(&mut self, values: &[f64]) -> Result<(), Error> {
         self.p.set_values("P", values)
     }
 

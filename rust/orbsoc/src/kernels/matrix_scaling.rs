@@ -216,7 +216,7 @@ mod tests {
         let (cost, a, g) = (wide(n, n, true), wide(p, n, false), wide(cones.dim(), n, false));
         let cost = cost.upper_triangle("P").unwrap();
         let (c, b, h) = (numbers.list(n), numbers.list(p), numbers.list(cones.dim()));
-        Problem::new(Some(cost), c, Some(a), b, Some(g), h, cones).unwrap()
+        Problem::trusted(Some(cost), c, Some(a), b, Some(g), h, cones).unwrap()
     }
 
     /// About half of the entries are stored; those that `must` be always are.

@@ -132,7 +132,7 @@ mod tests {
         let cost = numbers.sparse(N, N, 0.8).upper_triangle("P").unwrap();
         let (a, g) = (numbers.sparse(P, N, 0.5), numbers.sparse(cones.dim(), N, 0.4));
         let h = numbers.list(cones.dim());
-        Problem::new(Some(cost), vec![1.0; N], Some(a), vec![0.0; P], Some(g), h, cones).unwrap()
+        Problem::trusted(Some(cost), vec![1.0; N], Some(a), vec![0.0; P], Some(g), h, cones).unwrap()
     }
 
     fn structure(problem: &Problem) -> Structure {

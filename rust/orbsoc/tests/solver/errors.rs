@@ -207,3 +207,26 @@ fn a_cost_matrix_must_be_square() {
         says(result, &format!("`P` has {named}, but `c` has 2"));
     }
 }
+
+#[test]
+fn not_convex() {
+    let cost = |off: f64| Csc::from_dense(&[&[1.0, off], &[0.0, 1.0]], 2);
+    let make = |off| {
+        Problem::new(Some(cost(off)), vec![1.0; 2], None, vec![], Some(identity()), vec![0.0; 2], orthant(2))
+    };
+    let message = "`P` is not positive semidefinite: P[0, 1] is -2.0, P[0, 0] is 1.0 and P[1, 1] is 1.0";
+    says(make(-2.0), message);
+    let mut problem = make(-1.0).unwrap();
+    let before = problem.clone();
+    says(problem.set_p_values(&[1.0, -2.0, 1.0]), message);
+    assert_eq!(problem, before, "refused entries leave the old ones");
+    assert_eq!(problem.trust_p_values(&[1.0, -2.0, 1.0]), Ok(()), "the caller's word");
+    assert_eq!(problem.set_p_values(&[1.0, 0.5, 1.0]), Ok(()));
+
+    let write = |k: usize, problem: &mut Problem| problem.set_p_values(&[1.0, -0.9 * k as f64, 1.0]);
+    says(
+        BatchSolver::new(&before, &Settings::default(), 1).unwrap().solve(3, write),
+        "problem 2 of the batch: `P` is not positive semidefinite: \
+         P[0, 1] is -1.8, P[0, 0] is 1.0 and P[1, 1] is 1.0",
+    );
+}
