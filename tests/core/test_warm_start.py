@@ -53,10 +53,9 @@ def test_a_change_of_one_per_cent_takes_less_than_six_tenths_of_the_iterations(
     assert warm_total < 0.6 * cold_total
 
 
-@pytest.mark.parametrize("name", ["insertion A-12-0", "insertion B-12-0"])
-def test_a_newton_step_far_out_of_the_cones_is_no_reason_to_give_up(name: str) -> None:
-    """One per cent of each entry of b is another trajectory here: the first heights are up to 1e5."""
-    problem = next(problem for found, _, problem in insertion(12, 1) if found == name)
+def test_a_newton_step_out_of_the_cones_is_no_reason_to_give_up() -> None:
+    """One per cent of each entry of b is another trajectory here: heights of up to 1e2."""
+    problem = next(problem for name, _, problem in insertion(12, 1) if name == "insertion B-12-0")
     before = orbsoc.solve(problem)
     for new in perturbed(problem, 0.01, 4, seed=0):
         warm = orbsoc.solve(new, warm_start=before)

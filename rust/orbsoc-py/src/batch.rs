@@ -2,6 +2,7 @@
 
 use crate::convert::{one_at_a_time, problem, refuse, settings};
 use crate::watch::Watch;
+use core::ops::ControlFlow;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use orbsoc::{BatchProgress, Error, Problem, Solution, Start, Status};
 use pyo3::prelude::*;
@@ -115,12 +116,23 @@ impl BatchSolver {
         let solutions = py.detach(|| {
             // All numbers are looked at before anything is solved, so that what is refused costs nothing.
             let mut one = base.clone();
+            let mut stopped = false;
+            let none = BatchProgress { ended: 0, count };
             for problem in 0..count {
+                if watch.glance(|py| progress_dict(py, &none)).is_break() {
+                    stopped = true;
+                    break;
+                }
                 write(problem, &mut one, Problem::set_p_values)
                     .and_then(|()| base.same_pattern(&one))
                     .map_err(|error| Error::OfBatch { problem, error: Box::new(error) })?;
             }
-            let observe = |progress: &BatchProgress| watch.look(|py| progress_dict(py, progress));
+            let observe = |progress: &BatchProgress| {
+                if stopped {
+                    return ControlFlow::Break(());
+                }
+                watch.look(|py| progress_dict(py, progress))
+            };
             let trusting = |k: usize, problem: &mut Problem| write(k, problem, Problem::trust_p_values);
             inner.solve_observed(
                 count,

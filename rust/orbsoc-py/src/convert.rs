@@ -58,8 +58,8 @@ fn matrix(name: &'static str, object: &Bound<'_, PyAny>, upper: bool) -> PyResul
 /// Refuse a cost whose matrix, symmetric and in compressed columns, is not positive semidefinite.
 #[pyfunction]
 pub fn check_cost(cost: &Bound<'_, PyAny>) -> PyResult<()> {
-    let upper = matrix("P", cost, true)?;
-    cost.py().detach(|| orbsoc::check_convex(&upper)).map_err(refuse)
+    let whole = matrix("P", cost, false)?;
+    cost.py().detach(|| orbsoc::check_convex(&whole)).map_err(refuse)
 }
 
 /// An `orbsoc.Problem`, whose P was looked at when it was made.

@@ -44,6 +44,17 @@ impl<'a> Watch<'a> {
         })
     }
 
+    /// As [`Watch::look`], but no more often than every `SIGNAL_INTERVAL`, callback or not.
+    pub fn glance(
+        &mut self,
+        progress: impl for<'py> FnOnce(Python<'py>) -> PyResult<Bound<'py, PyDict>>,
+    ) -> ControlFlow<()> {
+        if self.looked.elapsed() < SIGNAL_INTERVAL {
+            return ControlFlow::Continue(());
+        }
+        self.look(progress)
+    }
+
     /// Ctrl-C ends a solve quietly, in the callback too, where a status `tells` of it. Where none does, as all had ended
     /// when it came, it goes up as ever, and so do exceptions of the callback and of other signals' handlers.
     pub fn conclude(self, tells: impl FnOnce() -> bool) -> PyResult<()> {

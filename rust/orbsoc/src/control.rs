@@ -28,6 +28,8 @@ const SHORT_STEPS: u32 = 3;
 const SHORT_STEP: f64 = 1e-4;
 /// A point whose residuals put it as high up the central path as this, in scaled data, is no start.
 const HIGHEST_START: f64 = 0.5;
+/// … and one whose Newton step ends as high as this.
+pub(crate) const HIGHEST_STEP: f64 = 1e3;
 /// A step as short as this after a warm start says that the point was too near the boundary.
 const STUCK: f64 = 0.01;
 /// Share of `refinement_share` that a walk refines to when the one before it has stalled.
@@ -161,7 +163,8 @@ impl Control {
                 let active = &mut work.refinement_active[0];
                 self.judge_refinement(lane, settings, &work.pair_refinement, active)
             }
-            Stage::CenterStart => judge_start(work.homogenizer[1].lane(lane)),
+            Stage::CenterStart => judge_start(work.homogenizer[1].lane(lane), HIGHEST_START),
+            Stage::NewtonStart => judge_start(work.homogenizer[1].lane(lane), HIGHEST_STEP),
             Stage::Advance => {
                 self.note_step(work.step_taken[0].lane(lane));
                 Outcome::Next
@@ -311,9 +314,9 @@ impl<T: Real> pulp::WithSimd for Keep<'_, T> {
     }
 }
 
-/// Whether a warm start at this height of the central path pays.
-fn judge_start(mu: f64) -> Outcome {
-    if mu < HIGHEST_START {
+/// Whether a warm start pays, being lower on the central path than this.
+fn judge_start(mu: f64, highest: f64) -> Outcome {
+    if mu < highest {
         Outcome::Next
     } else {
         Outcome::Done(Stop::Unprofitable)

@@ -18,11 +18,17 @@ const DENSE: usize = 200;
 /// Up to this order the reason names the smallest eigenvalue.
 const NAMED: usize = 500;
 
-/// Check the matrix of a cost, given its upper triangle, as [`crate::Problem::new`] does.
+/// Check the matrix of a cost, whole or its upper triangle, as [`crate::Problem::new`] does. What lies below the
+/// diagonal is not looked at.
 ///
 /// # Errors
-/// [`Error::NotConvex`] if it is not positive semidefinite, [`Error::Symbolic`] if it is too large to tell.
-pub fn check_convex(upper: &Csc) -> Result<(), Error> {
+/// [`Error::NotConvex`] if it is not positive semidefinite, [`Error::Dimension`] if it is not square.
+pub fn check_convex(matrix: &Csc) -> Result<(), Error> {
+    check_upper(&matrix.upper_triangle("P")?)
+}
+
+/// As [`check_convex`], of a square upper triangle.
+pub(crate) fn check_upper(upper: &Csc) -> Result<(), Error> {
     match nonconvexity(upper)? {
         Some(detail) => Err(Error::NotConvex { detail }),
         None => Ok(()),

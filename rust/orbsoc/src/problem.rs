@@ -1,7 +1,7 @@
 //! The problem in standard form, as the user states it.
 
 use crate::cones::Cones;
-use crate::convexity::check_convex;
+use crate::convexity::check_upper;
 use crate::csc::{finite, Csc};
 use crate::error::Error;
 
@@ -49,7 +49,7 @@ impl Problem {
         cones: Cones,
     ) -> Result<Self, Error> {
         let problem = Self::trusted(p_upper, c, a, b, g, h, cones)?;
-        check_convex(&problem.p)?;
+        check_upper(&problem.p)?;
         Ok(problem)
     }
 
@@ -160,7 +160,7 @@ impl Problem {
     pub fn set_p_values(&mut self, values: &[f64]) -> Result<(), Error> {
         let mut new = self.p.clone();
         new.set_values("P", values)?;
-        check_convex(&new)?;
+        check_upper(&new)?;
         self.p = new;
         Ok(())
     }

@@ -6,6 +6,7 @@
 //! path again, at a height μ₀ that the distance moved suggests. One factorisation, as the cold start
 //! has. Where this does not pay, the solve starts again from cold.
 
+use crate::control::HIGHEST_STEP;
 use crate::engine::{Engine, Progress};
 use crate::error::Error;
 use crate::kernels::central_pair::central_pair;
@@ -178,7 +179,8 @@ fn right_hand_side<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
 }
 
 /// Take the step, and move onto the central path: at μ₁, or, where that move goes far, at a height that its
-/// square suggests. However high that is, κ is at most τ: more would be a lean towards infeasibility.
+/// square suggests. κ is at most τ, as more would be a lean towards infeasibility, unless that height is too much: then it
+/// says so.
 ///
 /// s − z stays, so s and z move equally far, and moving twice is moving once.
 #[inline(always)]
@@ -211,5 +213,6 @@ fn newton<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
     let distance = max_abs(moved);
     let mu = mu.max(T::constant(0.5) * (distance * distance));
     central_pair(cones, mu, &mut w.slack, &mut w.point[rows..]);
-    w.homogenizer.copy_from_slice(&[T::one(), mu.min(T::one()), T::zero()]);
+    let kappa = T::select(mu.lt(T::constant(HIGHEST_STEP)), mu.min(T::one()), mu);
+    w.homogenizer.copy_from_slice(&[T::one(), kappa, T::zero()]);
 }

@@ -1,6 +1,6 @@
 //! Every error, produced by the misuse that it names (where a test can afford it), and its words.
 
-use orbsoc::{BatchSolver, Cones, Csc, Engine, Error, Problem, Settings};
+use orbsoc::{check_convex, BatchSolver, Cones, Csc, Engine, Error, Problem, Settings};
 
 fn orthant(l: usize) -> Cones {
     Cones { l, q: vec![] }
@@ -222,6 +222,14 @@ fn not_convex() {
     assert_eq!(problem, before, "refused entries leave the old ones");
     assert_eq!(problem.trust_p_values(&[1.0, -2.0, 1.0]), Ok(()), "the caller's word");
     assert_eq!(problem.set_p_values(&[1.0, 0.5, 1.0]), Ok(()));
+
+    let whole = Csc::from_dense(&[&[1.0, -2.0], &[-2.0, 1.0]], 2);
+    says(check_convex(&whole), message);
+    assert_eq!(check_convex(&cost(-1.0)), Ok(()));
+    says(
+        check_convex(&Csc::from_dense(&[&[1.0], &[2.0]], 1)),
+        "`P` has 2 rows, but its number of columns is 1",
+    );
 
     let write = |k: usize, problem: &mut Problem| problem.set_p_values(&[1.0, -0.9 * k as f64, 1.0]);
     says(
