@@ -158,8 +158,9 @@ def solve_batch(
     Vectors come as (B, length), matrices as values (B, nnz) in the CSC order of `problem`; what is absent is
     shared. At least one must be given. +inf in `h` must stand on the same rows in every problem.
     `warm_start` holds the points to start from, one row a problem, or one point for all; see `Solver.solve`.
-    `callback` sees how far the batch is: at the beginning, after each iteration of the lanes (about every millisecond with
-    several threads) and at the end; when it returns true, or on Ctrl-C, the batch ends: what has ended is kept, rows under way end with
+    All numbers are looked at before the first problem is solved.
+    `callback` sees how far the batch is: every millisecond while they are, at the beginning, after each iteration of the lanes
+    (about every millisecond with several threads) and at the end; when it returns true, or on Ctrl-C, the batch ends: what has ended is kept, rows under way end with
     their best iterate, INTERRUPTED if that does not meet `tol`, the rest have none. An exception of its own comes out of here,
     and KeyboardInterrupt when all rows had ended by the time of Ctrl-C.
     `verbose` prints nothing here.

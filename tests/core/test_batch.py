@@ -120,6 +120,19 @@ def test_all_numbers_are_looked_at_before_anything_is_solved() -> None:
     assert not seen
 
 
+def test_whoever_watches_is_heard_while_the_numbers_are_looked_at() -> None:
+    """The last row is no cost that a problem may have: looked at to the end, the batch would be refused."""
+    order, count = 150, 400
+    base = Problem(P=np.eye(order) + 1.0, c=np.ones(order))
+    rows = np.tile(base.P.data, (count, 1))
+    rows[-1] *= -1.0
+    batch = orbsoc.solve_batch(base, P=rows, callback=lambda progress: progress["ended"] == 0)
+    assert {status.name for status in batch.status} == {"INTERRUPTED"}
+    assert not batch.iterations.any()
+    with pytest.raises(ProblemError, match=r"^problem 399 of the batch: `P` is not positive semidefinite"):
+        orbsoc.solve_batch(base, P=rows)
+
+
 COUPLED = Problem(P=[[2.0, 1.0], [1.0, 2.0]], c=[1.0, 1.0], G=np.eye(2), h=[1.0, 1.0], cones=Cones(l=2))
 
 
