@@ -24,15 +24,19 @@ HEADER = "iter       objective            dual    primal      dual       gap    
 def print_table(
     callback: Callable[[Mapping[str, float]], object] | None = None,
 ) -> Callable[[Mapping[str, float]], object]:
-    """A callback that writes one line per iteration to standard error, then asks `callback`."""
+    """A callback that writes one line per iteration to standard error, where there is one, then asks `callback`."""
     lines = 0
+
+    def write(line: str) -> None:
+        if sys.stderr is not None:  # a windowed or detached interpreter has none
+            sys.stderr.write(line + "\n")
 
     def watch(progress: Mapping[str, float]) -> object:
         nonlocal lines
         if lines == 0:
-            sys.stderr.write(HEADER + "\n")
+            write(HEADER)
         lines += 1
-        sys.stderr.write(" ".join(form.format(progress[name]) for name, form in COLUMNS.items()) + "\n")
+        write(" ".join(form.format(progress[name]) for name, form in COLUMNS.items()))
         return callback(progress) if callback else False
 
     return watch

@@ -156,10 +156,20 @@ def shown(value: Any) -> str:
     return text if len(text) <= 40 else text[:37] + "…"
 
 
+def _each_once(pairs: list[tuple[str, Any]]) -> Document:
+    """An object, of whose equal keys JSON by itself would let the last one win."""
+    document = dict(pairs)
+    if len(document) < len(pairs):
+        keys = [key for key, _ in pairs]
+        raise FieldError(next(key for key in keys if keys.count(key) > 1), "is set twice")
+    return document
+
+
 def read_json(path: str | os.PathLike[str]) -> Any:
     """The document of a file; raises FieldError if it is none, OSError if the file cannot be read."""
     try:
-        return json.loads(Path(path).read_text(encoding="utf-8"), parse_constant=_refuse_constant)
+        text = Path(path).read_text(encoding="utf-8")
+        return json.loads(text, parse_constant=_refuse_constant, object_pairs_hook=_each_once)
     except FieldError:
         raise
     except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:

@@ -258,7 +258,7 @@ def test_a_copy_of_a_solver_gives_the_same_bits() -> None:
 def test_misuse_of_a_solver_is_named() -> None:
     with pytest.raises(ProblemError, match="`threads` is -1; it must be at least 1"):
         orbsoc.BatchSolver(BASE, threads=-1)
-    with pytest.raises(ProblemError, match=r"`threads` is 100000; .* at most 4096"):
+    with pytest.raises(ProblemError, match=r"`threads` is 100000; .* at most 1024"):
         orbsoc.BatchSolver(BASE, threads=100_000)
     with pytest.raises(TypeError, match=r"`threads` is 2.5; it must be a whole number"):
         orbsoc.BatchSolver(BASE, threads=2.5)  # type: ignore[arg-type]

@@ -107,6 +107,11 @@ def test_verbose_shows_each_iteration_on_standard_error(tmp_path: Path) -> None:
     assert numbered == [str(k) for k in range(1, iterations + 1)]
 
 
+def test_verbose_without_a_standard_error_solves(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stderr", None)
+    assert orbsoc.solve(SOLVABLE, verbose=True).status is orbsoc.Status.SOLVED
+
+
 def test_a_bundle_written_by_one_run_is_replayed_bit_for_bit_by_another(tmp_path: Path) -> None:
     path, bundle = saved(SOLVABLE, tmp_path), tmp_path / "bundle.json"
     options = ("--max-iterations", "3", "--tol", "1e-9")
@@ -133,6 +138,7 @@ BAD = [
     ("p.json", "[1]", (), "p.json: field `the document` must be one JSON object"),
     ("p.json", "{}", (), "field `schema` is None; this command reads 'orbsoc.problem/1' and 'orbsoc.bundle/1'"),
     ("p.json", '{"schema": "orbsoc.problem/1", "n": 1, "p": 0, "m": 0, "c": [1, 2]}', (), "field `c` has 2"),
+    ("p.json", '{"schema": "orbsoc.problem/1", "n": 1, "p": 0, "n": 2}', (), "p.json: field `n` is set twice"),
     ("p.json", '{"schema": "orbsoc.problem/1", "n": 1000000000000, "p": 0, "m": 0}', (), "field `c` has 0"),
     ("p.json", '{"schema": "orbsoc.bundle/1"}', (), "field `history` is None; it must be a list"),
     ("p.json", SOLVABLE, ("--tol", "-1"), "tol = -1.0 must be a positive number"),

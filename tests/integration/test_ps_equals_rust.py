@@ -23,6 +23,9 @@ from tests.zoo import ZooCase, cases, twins
 
 METHOD = Method.from_core(_core)
 ITERATE = ("point", "slack", "homogenizer")
+ERRORS = ("kkt_error", "refinement", "pair_error", "pair_refinement", "refinement_active")
+"""Of linear solves: the Rust loop leaves out those at which no decision looks, a PL's program computes them all."""
+READ = tuple(name for name in METHOD.buffers if name not in ERRORS)
 ZOO = [*cases(), *twins()]
 SETTINGS = Settings()
 
@@ -60,7 +63,7 @@ def test_status_solution_buffers_and_events_are_the_same(case: ZooCase) -> None:
     scheduled = Scheduled(case.problem)
     stepped = scheduled.engine.finish()
     assert scheduled.engine.events() == rust.events()
-    assert words(scheduled.engine, METHOD.buffers) == words(rust, METHOD.buffers)
+    assert words(scheduled.engine, READ) == words(rust, READ)
     assert (stepped.status, stepped.message) == (whole.status, whole.message)
     assert (stepped.iterations, stepped.refinements) == (whole.iterations, whole.refinements)
     for name in ("x", "y", "z", "s"):

@@ -6,17 +6,22 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
-use std::sync::{Mutex, MutexGuard};
+use std::sync::{Mutex, MutexGuard, TryLockError};
 
 pyo3::create_exception!(_core, CoreError, PyValueError, "The solver core refused its input.");
 
 /// What a solver's lock guards, if nobody is solving with it.
 pub fn one_at_a_time<S>(state: &Mutex<S>) -> PyResult<MutexGuard<'_, S>> {
-    state.try_lock().map_err(|_| {
-        PyRuntimeError::new_err(
-            "this solver is already solving, in another thread or in the caller of this callback; \
-             use one Solver for each thread",
-        )
+    state.try_lock().map_err(|refused| {
+        PyRuntimeError::new_err(match refused {
+            TryLockError::WouldBlock => {
+                "this solver is already solving, in another thread or in the caller of this callback; \
+                 use one Solver for each thread"
+            }
+            TryLockError::Poisoned(_) => {
+                "an earlier solve of this solver ended in an internal error and left it unfinished; make a new one"
+            }
+        })
     })
 }
 

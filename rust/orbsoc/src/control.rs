@@ -1,7 +1,7 @@
 //! The decisions of a solve: when to stop, when to refine, what to keep. Decisions compare words that
 //! a stage computed and copy buffers; they do no arithmetic on iterates.
 
-use crate::kernels::linear_solve::refinement;
+use crate::accuracy::Accuracy;
 use crate::ps::stat;
 use crate::real::{Decide, Real};
 use crate::settings::Settings;
@@ -62,7 +62,7 @@ pub(crate) struct Control {
     met: bool,
     idle: u32,
     short_steps: u32,
-    refined: u32,
+    accuracy: Accuracy,
     deadline: Option<Instant>,
     /// Since when the walk is laid aside.
     aside: Option<Instant>,
@@ -145,6 +145,11 @@ impl Control {
         self.improved = false;
     }
 
+    /// Whether a decision will look at the error of the linear solve that a stage makes, if it makes one.
+    pub fn looks(&self, stage: Stage) -> bool {
+        !matches!(stage, Stage::SolvePair | Stage::SolveKkt) || self.accuracy.looks()
+    }
+
     /// What a stage that has run asks of the loop, for the problem in one lane.
     pub fn decide<T: Decide>(
         &mut self,
@@ -182,6 +187,9 @@ impl Control {
         let word = |k: usize| w.statistics[k].lane(lane);
         let (strict, primal, dual) = (word(stat::STRICT), word(stat::PRIMAL_RADIUS), word(stat::DUAL_RADIUS));
         self.improved = false;
+        // A careful walk looks at every error, and so does one from a warm start, which begins where they are large.
+        let trusting = !self.careful && self.warm_start != WarmStart::Used;
+        self.accuracy.renew(trusting.then(|| w.refinement_goal[0].lane(lane)));
         if word(stat::WITNESS) != 0.0 || strict.is_nan() {
             return Outcome::Done(Stop::Stalled);
         }
@@ -251,18 +259,9 @@ impl Control {
         words: &[T],
         active: &mut T,
     ) -> Outcome {
-        let enough = words.chunks_exact(refinement::WORDS).all(|words| {
-            let error = words[refinement::ERROR].lane(lane);
-            let worthwhile = self.refined == 0 || error <= words[refinement::WORTHWHILE].lane(lane);
-            error <= words[refinement::ALLOWED].lane(lane) || !error.is_finite() || !worthwhile
-        });
-        if enough || self.refined >= settings.refinement_max || active.lane(lane) == 0.0 {
-            // Whatever other lanes still refine leaves this one alone.
-            active.set_lane(lane, 0.0);
-            self.refined = 0;
+        if !self.accuracy.wants_more(lane, settings.refinement_max, words, active) {
             return Outcome::Next;
         }
-        self.refined += 1;
         self.refinements += 1;
         Outcome::Repeat
     }

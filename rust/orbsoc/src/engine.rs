@@ -141,15 +141,17 @@ impl<T: Decide> Engine<T> {
     pub fn factorization_multiply_subtracts(&self) -> usize {
         self.path.structure.kkt.symbolic.multiply_subtracts
     }
+
     /// Run one stage and say how to go on.
     pub fn run(&mut self, stage: Stage) -> Outcome {
-        self.run_with(stage, |path| path.execute(stage))
+        self.run_with(stage, |path, _| path.execute(stage))
     }
 
-    /// As [`Engine::run`], with `execute` for the arithmetic.
-    pub(crate) fn run_with(&mut self, stage: Stage, execute: impl FnOnce(&mut Datapath<T>)) -> Outcome {
+    /// As [`Engine::run`], with `execute` for the arithmetic; it is told whether somebody will look at the error of a linear solve.
+    pub(crate) fn run_with(&mut self, stage: Stage, execute: impl FnOnce(&mut Datapath<T>, bool)) -> Outcome {
         self.events.push(Event { stage, iteration: self.control.total_iterations() });
-        execute(&mut self.path);
+        let seen = self.control.looks(stage);
+        execute(&mut self.path, seen);
         let outcome = self.control.decide(0, stage, &self.path.settings, &mut self.path.work);
         if stage == Stage::Statistics {
             keep_best(core::iter::once(Some(&self.control)), &mut self.path.work);
@@ -201,11 +203,12 @@ impl<T: Decide> Engine<T> {
     }
 
     fn perform(&mut self, step: Step) -> Outcome {
+        let mut run = |stage| self.run_with(stage, |path, seen| path.execute_as_far_as(stage, seen));
         match step {
-            Step::Run(stage) => self.run(stage),
+            Step::Run(stage) => run(stage),
             Step::Repeat { stage, until } => loop {
-                match self.run(until) {
-                    Outcome::Repeat => self.run(stage),
+                match run(until) {
+                    Outcome::Repeat => run(stage),
                     other => return other,
                 };
             },

@@ -35,6 +35,7 @@ struct Run<'a, T, const KIND: u8> {
     settings: &'a Settings,
     work: &'a mut Workspace<T>,
     stage: Stage,
+    seen: bool,
 }
 
 impl<T: Real, const KIND: u8> pulp::WithSimd for Run<'_, T, KIND> {
@@ -42,15 +43,17 @@ impl<T: Real, const KIND: u8> pulp::WithSimd for Run<'_, T, KIND> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Self { structure, settings, work, stage } = self;
+        let Self { structure, settings, work, stage, seen } = self;
         match KIND {
             kind::SCALING => matrix_scaling(structure, settings, work, stage),
             kind::UPDATE => matrix_update(structure, work, stage),
             kind::WARM_START => warm_start::execute(structure, work, stage),
             kind::FACTORIZE => factorize(structure, work),
             kind::TRANSFER => transfer(structure, work, stage),
-            kind::SOLVE | kind::REFINE => solve(structure, work, KIND == kind::REFINE),
-            kind::SOLVE_PAIR | kind::REFINE_PAIR => solve_pair(structure, work, KIND == kind::REFINE_PAIR),
+            kind::SOLVE | kind::REFINE => solve(structure, work, KIND == kind::REFINE, seen),
+            kind::SOLVE_PAIR | kind::REFINE_PAIR => {
+                solve_pair(structure, work, KIND == kind::REFINE_PAIR, seen);
+            }
             kind::CONES => cone_operations(structure, work, stage),
             kind::RHS => right_hand_side(structure, work, stage),
             kind::LINE_SEARCH => step_length(structure, work),
@@ -60,16 +63,17 @@ impl<T: Real, const KIND: u8> pulp::WithSimd for Run<'_, T, KIND> {
     }
 }
 
-/// Run a stage's arithmetic.
+/// Run a stage's arithmetic; the error of a linear solve only if somebody will look at it.
 pub(crate) fn execute<T: Real>(
     structure: &Structure,
     settings: &Settings,
     work: &mut Workspace<T>,
     stage: Stage,
+    seen: bool,
 ) {
     macro_rules! run {
         ($kind:ident) => {
-            T::vectorize(Run::<T, { kind::$kind }> { structure, settings, work, stage })
+            T::vectorize(Run::<T, { kind::$kind }> { structure, settings, work, stage, seen })
         };
     }
     match stage {
@@ -197,7 +201,7 @@ fn transfer<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) 
 }
 
 #[inline(always)]
-fn solve<T: Real>(structure: &Structure, w: &mut Workspace<T>, refine: bool) {
+fn solve<T: Real>(structure: &Structure, w: &mut Workspace<T>, refine: bool, seen: bool) {
     let system = linear_solve::System {
         kkt: &structure.kkt,
         values: &w.kkt_values,
@@ -211,14 +215,17 @@ fn solve<T: Real>(structure: &Structure, w: &mut Workspace<T>, refine: bool) {
         let active = w.refinement_active[0];
         linear_solve::refine(system, rhs, scratch, x, error, &mut w.refinement, active);
     } else {
-        let goal = (w.parameters[parameter::REFINEMENT_TOL], w.refinement_goal[0]);
-        linear_solve::solve(system, rhs, goal, scratch, x, error, &mut w.refinement);
-        w.refinement_active[0] = T::one();
+        linear_solve::solve(system, rhs, scratch, x);
+        if seen {
+            let goal = (w.parameters[parameter::REFINEMENT_TOL], w.refinement_goal[0]);
+            linear_solve::measure(system, rhs, goal, x, error, &mut w.refinement);
+            w.refinement_active[0] = T::one();
+        }
     }
 }
 
 #[inline(always)]
-fn solve_pair<T: Real>(structure: &Structure, w: &mut Workspace<T>, refine: bool) {
+fn solve_pair<T: Real>(structure: &Structure, w: &mut Workspace<T>, refine: bool, seen: bool) {
     let system = linear_solve::System {
         kkt: &structure.kkt,
         values: &w.kkt_values,
@@ -232,9 +239,12 @@ fn solve_pair<T: Real>(structure: &Structure, w: &mut Workspace<T>, refine: bool
         let active = w.refinement_active[0];
         linear_solve::refine(system, rhs, scratch, x, error, &mut w.pair_refinement, active);
     } else {
-        let goal = (w.parameters[parameter::REFINEMENT_TOL], w.refinement_goal[0]);
-        linear_solve::solve(system, rhs, goal, scratch, x, error, &mut w.pair_refinement);
-        w.refinement_active[0] = T::one();
+        linear_solve::solve(system, rhs, scratch, x);
+        if seen {
+            let goal = (w.parameters[parameter::REFINEMENT_TOL], w.refinement_goal[0]);
+            linear_solve::measure(system, rhs, goal, x, error, &mut w.pair_refinement);
+            w.refinement_active[0] = T::one();
+        }
     }
 }
 
@@ -344,7 +354,8 @@ fn statistics<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
         &mut w.statistics,
     );
     let (share, floor) = (parameter::REFINEMENT_SHARE, parameter::RESIDUAL_FLOOR);
-    w.refinement_goal[0] = ps::refinement_goal(&w.residual, w.parameters[share], w.parameters[floor]);
+    let tau = w.homogenizer[0];
+    w.refinement_goal[0] = ps::refinement_goal(&w.residual, tau, w.parameters[share], w.parameters[floor]);
     ps::balance_regularization(structure.n, &w.point, &w.parameters, &mut w.regularization);
 }
 

@@ -21,6 +21,7 @@
 //! | the evidence for a status | `certificate` |
 //! | the operation streams of a pattern | [`record_tapes`] |
 
+mod accuracy;
 mod batch;
 mod beside;
 mod certificate;

@@ -82,7 +82,7 @@ impl MixedEngine {
     pub fn run(&mut self, stage: Stage) -> Outcome {
         let Self { wide, narrow, modules } = self;
         if modules.contains(&stage.module()) {
-            wide.run_with(stage, |path| narrow.execute(stage, &mut path.work))
+            wide.run_with(stage, |path, _| narrow.execute(stage, &mut path.work))
         } else {
             wide.run(stage)
         }

@@ -278,10 +278,10 @@ pub(crate) fn cone_product<T: Real>(
 }
 
 /// How large an error of a linear solve may be: a share of the residual that the step is to reduce,
-/// which the error adds to. No residual smaller than `floor` is worth an effort.
+/// which the error adds to. No residual smaller than `floor`, once divided by τ, is worth an effort.
 #[inline(always)]
-pub(crate) fn refinement_goal<T: Real>(residual: &[T], share: T, floor: T) -> T {
-    share * max_abs(residual).max(floor)
+pub(crate) fn refinement_goal<T: Real>(residual: &[T], tau: T, share: T, floor: T) -> T {
+    share * max_abs(residual).max(floor * tau)
 }
 
 /// Share of the way to the boundary that the corrector's step may take: `most` where the predictor promises

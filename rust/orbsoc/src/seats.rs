@@ -161,7 +161,9 @@ impl<T: Decide> Seats<T> {
     /// Run one stage in all lanes; whether a lane asks to repeat.
     fn run(&mut self, stage: Stage) -> bool {
         let Self { path, lanes, .. } = self;
-        path.execute(stage);
+        let busy = lanes.iter().flatten().filter(|seat| seat.busy());
+        let seen = busy.map(|seat| &seat.control).any(|control| control.looks(stage));
+        path.execute_as_far_as(stage, seen);
         let mut again = false;
         for (lane, seat) in lanes.iter_mut().enumerate() {
             let Some(Seat { control, .. }) = seat else { continue };

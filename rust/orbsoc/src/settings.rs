@@ -70,7 +70,7 @@ impl Settings {
     /// [`Error::Setting`] naming the first setting outside its range.
     pub fn validate(&self) -> Result<(), Error> {
         let positive = |name, value: f64| {
-            if value > 0.0 {
+            if value > 0.0 && value.is_finite() {
                 Ok(())
             } else {
                 Err(Error::Setting { name, value, allowed: "a positive number" })
@@ -78,7 +78,9 @@ impl Settings {
         };
         positive("tol", self.tol)?;
         positive("tol_inaccurate", self.tol_inaccurate)?;
-        positive("max_time_s", self.max_time_s)?;
+        if self.max_time_s != f64::INFINITY {
+            positive("max_time_s", self.max_time_s)?;
+        }
         positive("static_regularization", self.static_regularization)?;
         positive("pivot_floor", self.pivot_floor)?;
         positive("dynamic_regularization", self.dynamic_regularization)?;

@@ -250,21 +250,30 @@ pub struct System<'a, T> {
     pub pivot_inverse: &'a [T],
 }
 
-/// Solve, and say how large the error is and what it may be: a share of the right-hand side, or `goal`.
+/// Solve.
 #[inline(always)]
 pub fn solve<T: Real, const R: usize>(
     system: System<T>,
     rhs: &[[T; R]],
-    (relative, goal): (T, T),
     scratch: &mut [[T; R]],
     x: &mut [[T; R]],
-    error: &mut [[T; R]],
-    state: &mut [T],
 ) {
     let System { kkt, values, l, pivot_inverse } = system;
     x.copy_from_slice(rhs);
     substitute(&kkt.symbolic, values, l, pivot_inverse, kkt.rows.is_some(), scratch, x);
-    residual(kkt, values, rhs, x, error);
+}
+
+/// How large the error of a solution is, and what it may be: a share of the right-hand side, or `goal`.
+#[inline(always)]
+pub fn measure<T: Real, const R: usize>(
+    system: System<T>,
+    rhs: &[[T; R]],
+    (relative, goal): (T, T),
+    x: &[[T; R]],
+    error: &mut [[T; R]],
+    state: &mut [T],
+) {
+    residual(system.kkt, system.values, rhs, x, error);
     let (sizes, errors) = (max_abs_of(rhs), error_norms(error));
     for (r, state) in state.chunks_exact_mut(refinement::WORDS).enumerate() {
         state[refinement::ERROR] = errors[r];

@@ -1,0 +1,131 @@
+//! How exact the linear solves of a walk are: whose error is looked at, and whether it is to be refined.
+
+use crate::kernels::linear_solve::refinement;
+use crate::real::Decide;
+
+/// A linear solve whose goal is so many times the last error that was looked at needs no look at its own …
+pub(crate) const UNSEEN_MARGIN: f64 = 1e4;
+/// … or so many times, where both went through the same factors.
+pub(crate) const SAME_FACTORS_MARGIN: f64 = 10.0;
+
+/// What a walk knows of its linear solves.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Accuracy {
+    /// Refinement steps of the solve under way.
+    refined: u32,
+    /// Largest error that was looked at of the last factors, before any refinement.
+    known: Option<f64>,
+    /// Those factors are still in use.
+    same_factors: bool,
+    /// What the errors of this iteration may be; none where all of them are looked at.
+    goal: Option<f64>,
+}
+
+impl Accuracy {
+    /// An iteration begins: there will be new factors, and a new goal.
+    pub fn renew(&mut self, goal: Option<f64>) {
+        (self.same_factors, self.goal) = (false, goal);
+    }
+
+    /// Whether the error of the next linear solve will be looked at. From one iteration to the next errors change little, while goals
+    /// fall with the residual; how much the error of an unseen solve was, the next statistics show.
+    pub fn looks(&self) -> bool {
+        let margin = if self.same_factors { SAME_FACTORS_MARGIN } else { UNSEEN_MARGIN };
+        !self.goal.zip(self.known).is_some_and(|(goal, error)| goal >= margin * error)
+    }
+
+    /// After a linear solve or a refinement step of one lane, whose words these are, three for each right-hand side:
+    /// whether to refine once more.
+    pub fn wants_more<T: Decide>(&mut self, lane: usize, most: u32, words: &[T], active: &mut T) -> bool {
+        let solves = words.chunks_exact(refinement::WORDS);
+        let first = self.refined == 0;
+        let seen = !first || self.looks();
+        if first && seen {
+            self.note(solves.clone().map(|words| words[refinement::ERROR].lane(lane)));
+        }
+        let enough = solves.into_iter().all(|words| {
+            let error = words[refinement::ERROR].lane(lane);
+            let worthwhile = first || error <= words[refinement::WORTHWHILE].lane(lane);
+            error <= words[refinement::ALLOWED].lane(lane) || !error.is_finite() || !worthwhile
+        });
+        if !seen || enough || self.refined >= most || active.lane(lane) == 0.0 {
+            // Whatever other lanes still refine leaves this one alone.
+            active.set_lane(lane, 0.0);
+            self.refined = 0;
+            return false;
+        }
+        self.refined += 1;
+        true
+    }
+
+    fn note(&mut self, errors: impl Iterator<Item = f64>) {
+        let before = self.known.filter(|_| self.same_factors).unwrap_or(0.0);
+        // What is not a number is above every goal.
+        let size = |error: f64| if error.is_nan() { f64::INFINITY } else { error };
+        self.known = Some(errors.map(size).fold(before, f64::max));
+        self.same_factors = true;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What becomes of a solve with this error: whether it was looked at.
+    fn solve(accuracy: &mut Accuracy, error: f64) -> bool {
+        let seen = accuracy.looks();
+        let mut active: f64 = 1.0;
+        accuracy.wants_more(0, 0, &[error, 1e-9, error], &mut active);
+        seen
+    }
+
+    fn after(error: f64) -> Accuracy {
+        let mut accuracy = Accuracy::default();
+        assert!(solve(&mut accuracy, error), "the first of a walk");
+        accuracy
+    }
+
+    #[test]
+    fn a_solve_is_looked_at_where_its_goal_is_near_the_last_known_error() {
+        let mut accuracy = after(1e-8);
+        accuracy.renew(Some(1.1e-4));
+        assert!(!solve(&mut accuracy, 1.0), "nobody sees this error");
+        assert!(!solve(&mut accuracy, 1.0), "nor is anything known of these factors");
+        accuracy.renew(Some(0.9e-4));
+        assert!(solve(&mut accuracy, 1e-9));
+        assert!(!solve(&mut accuracy, 1.0), "the same factors");
+        accuracy.renew(Some(0.9e-5));
+        assert!(solve(&mut accuracy, 1e-5));
+        assert!(solve(&mut accuracy, 1e-7));
+        assert!(solve(&mut accuracy, 1e-7), "the larger error of both counts");
+    }
+
+    #[test]
+    fn without_a_goal_even_a_solve_like_an_exact_one_is_looked_at() {
+        let mut accuracy = after(0.0);
+        accuracy.renew(None);
+        assert!(solve(&mut accuracy, 0.0));
+    }
+
+    #[test]
+    fn after_what_is_not_a_number_everything_is_looked_at() {
+        for broken in [f64::NAN, f64::INFINITY] {
+            let mut accuracy = after(broken);
+            accuracy.renew(Some(f64::MAX));
+            assert!(solve(&mut accuracy, broken));
+        }
+    }
+
+    #[test]
+    fn an_unseen_solve_is_not_refined_whatever_its_words_say() {
+        let mut accuracy = after(1e-8);
+        accuracy.renew(Some(1.0));
+        let mut active: f64 = 1.0;
+        assert!(!accuracy.wants_more(0, 10, &[5.0, 1e-9, 5.0], &mut active));
+        assert!(active.abs() < 0.5, "a neighbour's refinement leaves it alone");
+        assert!(
+            !accuracy.wants_more(0, 10, &[5.0, 1e-9, 5.0], &mut active),
+            "nor when the neighbour asks again"
+        );
+    }
+}
