@@ -160,10 +160,11 @@ def solve_batch(
     shared. At least one must be given. +inf in `h` must stand on the same rows in every problem.
     `warm_start` holds the points to start from, one row a problem, or one point for all; see `Solver.solve`.
     All numbers are looked at before the first problem is solved.
-    `callback` sees how far the batch is: every millisecond while they are, at the beginning, after each iteration of the lanes
-    (about every millisecond with several threads) and at the end; when it returns true, or on Ctrl-C, the batch ends: what has ended is kept, rows under way end with
-    their best iterate, INTERRUPTED if that does not meet `tol`, the rest have none. An exception of its own comes out of here,
-    and KeyboardInterrupt when all rows had ended by the time of Ctrl-C.
+    `callback` sees how far the batch is: every millisecond while they are, at the beginning, after each iteration of
+    the lanes (about every millisecond with several threads) and at the end. When it returns true, or on Ctrl-C, the
+    batch ends: what has ended is kept, rows under way end with their best iterate, INTERRUPTED if that does not meet
+    `tol`, the rest have none. An exception of its own comes out of here, and KeyboardInterrupt when all rows had ended
+    by the time of Ctrl-C.
     `verbose` prints nothing here.
     Raises ProblemError for shapes that do not fit, numbers that are not finite, a `P` that is not symmetric positive
     semidefinite, or `threads` < 1.

@@ -52,6 +52,16 @@ class Scheduled:
         return self.engine.run(stage)
 
 
+def one_by_one(problem: Problem, events: list[tuple[str, int]]) -> _core.Engine:
+    """The stages of `events` in turn, each with every word that it declares."""
+    engine = _core.Engine(problem, SETTINGS)
+    for index, (stage, _iteration) in enumerate(events):
+        engine.run(stage)
+        if stage == "unscale" and index + 1 < len(events):
+            assert engine.begin_again()
+    return engine
+
+
 def stop_after(step: int) -> Callable[[dict[str, float]], bool]:
     return lambda progress: progress["iteration"] >= step
 
@@ -64,6 +74,7 @@ def test_status_solution_buffers_and_events_are_the_same(case: ZooCase) -> None:
     stepped = scheduled.engine.finish()
     assert scheduled.engine.events() == rust.events()
     assert words(scheduled.engine, READ) == words(rust, READ)
+    assert words(scheduled.engine, METHOD.buffers) == words(one_by_one(case.problem, rust.events()), METHOD.buffers)
     assert (stepped.status, stepped.message) == (whole.status, whole.message)
     assert (stepped.iterations, stepped.refinements) == (whole.iterations, whole.refinements)
     for name in ("x", "y", "z", "s"):

@@ -142,12 +142,15 @@ impl<T: Decide> Engine<T> {
         self.path.structure.kkt.symbolic.multiply_subtracts
     }
 
-    /// Run one stage and say how to go on.
+    /// Run one stage, with every word that it declares, and say how to go on.
+    ///
+    /// A whole solve leaves out errors of linear solves that no decision looks at; its numbers are the same otherwise.
     pub fn run(&mut self, stage: Stage) -> Outcome {
         self.run_with(stage, |path, _| path.execute(stage))
     }
 
-    /// As [`Engine::run`], with `execute` for the arithmetic; it is told whether somebody will look at the error of a linear solve.
+    /// As [`Engine::run`], with `execute` for the arithmetic; it is told whether somebody will look at the error of a
+    /// linear solve.
     pub(crate) fn run_with(&mut self, stage: Stage, execute: impl FnOnce(&mut Datapath<T>, bool)) -> Outcome {
         self.events.push(Event { stage, iteration: self.control.total_iterations() });
         let seen = self.control.looks(stage);

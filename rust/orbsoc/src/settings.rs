@@ -69,18 +69,15 @@ impl Settings {
     /// # Errors
     /// [`Error::Setting`] naming the first setting outside its range.
     pub fn validate(&self) -> Result<(), Error> {
+        let check = |holds: bool, name, value: f64, allowed| {
+            if holds { Ok(()) } else { Err(Error::Setting { name, value, allowed }) }
+        };
         let positive = |name, value: f64| {
-            if value > 0.0 && value.is_finite() {
-                Ok(())
-            } else {
-                Err(Error::Setting { name, value, allowed: "a positive number" })
-            }
+            check(value > 0.0 && value.is_finite(), name, value, "a positive, finite number")
         };
         positive("tol", self.tol)?;
         positive("tol_inaccurate", self.tol_inaccurate)?;
-        if self.max_time_s != f64::INFINITY {
-            positive("max_time_s", self.max_time_s)?;
-        }
+        check(self.max_time_s > 0.0, "max_time_s", self.max_time_s, "a positive number")?;
         positive("static_regularization", self.static_regularization)?;
         positive("pivot_floor", self.pivot_floor)?;
         positive("dynamic_regularization", self.dynamic_regularization)?;
@@ -88,22 +85,13 @@ impl Settings {
         positive("refinement_share", self.refinement_share)?;
         // Events are allocated in advance, for as many iterations and refinements as there may be.
         let within = |name, value: u32, range: core::ops::RangeInclusive<u32>, allowed| {
-            if range.contains(&value) {
-                Ok(())
-            } else {
-                Err(Error::Setting { name, value: f64::from(value), allowed })
-            }
+            check(range.contains(&value), name, f64::from(value), allowed)
         };
         within("max_iterations", self.max_iterations, 1..=100_000, "1 to 100000")?;
         within("refinement_max", self.refinement_max, 0..=100, "0 to 100")?;
         within("ruiz_passes", self.ruiz_passes, 0..=100, "0 to 100")?;
-        if !(self.step_fraction > 0.0 && self.step_fraction < 1.0) {
-            return Err(Error::Setting {
-                name: "step_fraction",
-                value: self.step_fraction,
-                allowed: "between 0 and 1, both excluded",
-            });
-        }
+        let fraction = self.step_fraction;
+        check(fraction > 0.0 && fraction < 1.0, "step_fraction", fraction, "between 0 and 1, both excluded")?;
         Ok(())
     }
 }

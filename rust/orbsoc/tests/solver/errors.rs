@@ -116,13 +116,13 @@ fn setting_names_the_setting_its_value_and_what_is_allowed() {
         change(&mut settings);
         says(Engine::<f64>::new(&problem, &settings), message);
     };
-    let positive = "allowed is a positive number";
+    let positive = "allowed is a positive, finite number";
     refused(|s| s.tol = 0.0, &format!("setting `tol` = 0: {positive}"));
     refused(|s| s.tol = f64::NAN, &format!("setting `tol` = NaN: {positive}"));
     refused(|s| s.tol = f64::INFINITY, &format!("setting `tol` = inf: {positive}"));
     refused(|s| s.tol_inaccurate = -1.0, &format!("setting `tol_inaccurate` = -1: {positive}"));
-    refused(|s| s.max_time_s = 0.0, &format!("setting `max_time_s` = 0: {positive}"));
-    refused(|s| s.max_time_s = f64::NAN, &format!("setting `max_time_s` = NaN: {positive}"));
+    refused(|s| s.max_time_s = 0.0, "setting `max_time_s` = 0: allowed is a positive number");
+    refused(|s| s.max_time_s = f64::NAN, "setting `max_time_s` = NaN: allowed is a positive number");
     refused(|s| s.max_iterations = 0, "setting `max_iterations` = 0: allowed is 1 to 100000");
     refused(|s| s.ruiz_passes = 101, "setting `ruiz_passes` = 101: allowed is 0 to 100");
     refused(|s| s.static_regularization = 0.0, &format!("setting `static_regularization` = 0: {positive}"));
