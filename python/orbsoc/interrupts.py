@@ -4,8 +4,41 @@ from __future__ import annotations
 
 import signal
 import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import FrameType, TracebackType
 from typing import Self
+
+
+@contextmanager
+def held() -> Iterator[Callable[[], None]]:
+    """While entered, SIGINT is only remembered; the function given hands it to the handler of before, as leaving does.
+
+    For code over threads and locks of its own, which an exception at any moment could leave taken for ever. Outside
+    the main thread, or where SIGINT is ignored, nothing is held.
+    """
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        yield lambda: None
+        return
+    handler, came = before, False
+
+    def remember(_signum: int, _frame: FrameType | None) -> None:
+        nonlocal came
+        came = True
+
+    def hand_over() -> None:
+        nonlocal came
+        if came:
+            came = False
+            handler(signal.SIGINT, None)
+
+    signal.signal(signal.SIGINT, remember)
+    try:
+        yield hand_over
+    finally:
+        signal.signal(signal.SIGINT, before)
+        hand_over()
 
 
 class Interrupts:

@@ -19,6 +19,7 @@ import orbsoc.solver
 from orbsoc.cli import app
 from orbsoc.ps.driver import Driver
 from orbsoc.settings import Settings
+from tests.processes import started
 
 REC1 = Path(__file__).resolve().parents[2] / "scenarios" / "rec1.toml"
 COMMAND = [sys.executable, "-m", "orbsoc"]
@@ -58,16 +59,12 @@ def test_sigint_while_planning_exits_130_and_leaves_nothing(tmp_path: Path) -> N
         .replace("nodes = 12", "nodes = 90\nmax_nodes = 90"),
         encoding="utf-8",
     )
-    process = subprocess.Popen(
-        [*COMMAND, "plan", str(scenario), "--out", str(tmp_path / "out")],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stdout is not None
-    assert process.stdout.readline().startswith("#=1")
-    process.send_signal(signal.SIGINT)
-    _, stderr = process.communicate(timeout=60)
+    command = [*COMMAND, "plan", str(scenario), "--out", str(tmp_path / "out")]
+    with started(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline().startswith("#=1")
+        process.send_signal(signal.SIGINT)
+        _, stderr = process.communicate(timeout=60)
     assert process.returncode == 130, stderr
     assert "interrupted; nothing was written" in stderr
     assert "Traceback" not in stderr
@@ -163,18 +160,14 @@ MOMENTS = [
 def test_sigint_at_any_moment_exits_130_without_a_trace_or_a_folder(tmp_path: Path, moment: str) -> None:
     """A real signal to a real process, sent when the interpreter reports that it has imported a module."""
     program = [sys.executable, "-X", "importtime", "-m", "orbsoc"]
-    process = subprocess.Popen(
-        [*program, "plan", str(REC1), "--json", "--out", str(tmp_path / "out")],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stderr is not None
-    for line in process.stderr:
-        if line.rstrip().endswith(f" {moment}"):
-            process.send_signal(signal.SIGINT)
-            break
-    stdout, stderr = process.communicate(timeout=60)
+    command = [*program, "plan", str(REC1), "--json", "--out", str(tmp_path / "out")]
+    with started(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stderr is not None
+        for line in process.stderr:
+            if line.rstrip().endswith(f" {moment}"):
+                process.send_signal(signal.SIGINT)
+                break
+        stdout, stderr = process.communicate(timeout=60)
     assert process.returncode == 130, stderr
     assert json.loads(stdout)["exit_code"] == 130
     assert "orbsoc: interrupted" in stderr

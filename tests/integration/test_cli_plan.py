@@ -22,6 +22,7 @@ import orbsoc.report
 from orbsoc.cli import app
 from orbsoc.report import render
 from orbsoc.settings import Settings
+from tests.processes import started
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENARIOS = ROOT / "scenarios"
@@ -362,25 +363,22 @@ def test_check_that_disagrees_exits_1_and_says_by_how_much(
 
 def test_terminal_gets_a_live_table(tmp_path: Path) -> None:
     leader, follower = pty.openpty()
-    process = subprocess.Popen(
-        [*COMMAND, "plan", str(REC1), "--out", str(tmp_path / "out")],
-        stdout=follower,
-        stderr=follower,
-        env={**os.environ, "TERM": "xterm-256color", "COLUMNS": "140"},
-    )
-    os.close(follower)
-    shown, deadline = b"", time.monotonic() + 60
-    while time.monotonic() < deadline:
-        ready, _, _ = select.select([leader], [], [], 0.2)
-        try:
-            chunk = os.read(leader, 65536) if ready else b""
-        except OSError:  # Linux: the other end is closed
-            break
-        if ready and not chunk:
-            break
-        shown += chunk
-    os.close(leader)
-    assert process.wait(timeout=60) == 0
+    command = [*COMMAND, "plan", str(REC1), "--out", str(tmp_path / "out")]
+    environment = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "140"}
+    with started(command, stdout=follower, stderr=follower, env=environment) as process:
+        os.close(follower)
+        shown, deadline = b"", time.monotonic() + 60
+        while time.monotonic() < deadline:
+            ready, _, _ = select.select([leader], [], [], 0.2)
+            try:
+                chunk = os.read(leader, 65536) if ready else b""
+            except OSError:  # Linux: the other end is closed
+                break
+            if ready and not chunk:
+                break
+            shown += chunk
+        os.close(leader)
+        assert process.wait(timeout=60) == 0
     text = shown.decode()
     assert "\x1b[" in text  # redrawn in place
     assert "#=1" not in text

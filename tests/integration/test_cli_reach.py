@@ -27,6 +27,7 @@ from orbsoc.reach.ephemeris import fly_point, oem, opm
 from orbsoc.reach.run import solve_into
 from orbsoc.sweep import DaskCluster, Inline, Report, ShardStore, StoreError, Task, run
 from tests.missions.reach_cases import SCENARIOS, small_scenario
+from tests.processes import started
 
 ENVIRONMENT = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
 
@@ -183,9 +184,7 @@ def test_a_killed_sweep_resumes_to_the_same_table(solved: tuple[Path, Path, str]
     scenario, folder, _stdout = solved
     out = tmp_path / "killed"
     command = [sys.executable, "-m", "orbsoc", "reach", str(scenario), "--out", str(out), "--threads", "1"]
-    with subprocess.Popen(
-        command, env=ENVIRONMENT, start_new_session=True, stdout=subprocess.PIPE
-    ) as process:
+    with started(command, env=ENVIRONMENT, stdout=subprocess.PIPE) as process:
         deadline = time.monotonic() + 300.0
         while not list(out.glob("points/shard=*/part.parquet")) and time.monotonic() < deadline:
             time.sleep(0.02)
@@ -209,7 +208,7 @@ def test_ctrl_c_keeps_the_finished_shards_and_a_resumed_sweep_has_the_same_table
 ) -> None:
     scenario, out = solved[0], tmp_path / "out"
     command = [sys.executable, "-m", "orbsoc", "reach", str(scenario), "--out", str(out), "--threads", "1"]
-    with subprocess.Popen(command, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True) as process:
+    with started(command, env=ENVIRONMENT, stderr=subprocess.PIPE) as process:
         deadline = time.monotonic() + 300.0
         while not list(out.glob("boundary/shard=*/part.parquet")) and time.monotonic() < deadline:
             time.sleep(0.02)

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.missions.reach_cases import small_scenario
+from tests.processes import started
 
 COMMAND = [sys.executable, "-m", "orbsoc", "reach"]
 
@@ -50,22 +51,19 @@ def test_what_else_a_scenario_may_ask_ends_with_files_and_words(tmp_path: Path, 
 
 def test_workers_end_when_their_parent_is_killed(tmp_path: Path) -> None:
     """kill -9 gives the parent no moment to end them."""
-    parent = subprocess.Popen(
-        [*COMMAND, str(small_scenario(tmp_path)), "--out", str(tmp_path / "out"), "--threads", "2"],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
+    command = [*COMMAND, str(small_scenario(tmp_path)), "--out", str(tmp_path / "out"), "--threads", "2"]
     children: list[int] = []
     deadline = time.monotonic() + 60.0
-    while len(children) < 2 and time.monotonic() < deadline:
-        children = _workers_of(parent.pid)
-        time.sleep(0.02)
-    assert len(children) >= 2
-    parent.send_signal(signal.SIGKILL)
-    parent.wait()
-    while any(_runs(child) for child in children) and time.monotonic() < deadline:
-        time.sleep(0.1)
-    assert not any(_runs(child) for child in children)
+    with started(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as parent:
+        while len(children) < 2 and time.monotonic() < deadline:
+            children = _workers_of(parent.pid)
+            time.sleep(0.02)
+        assert len(children) >= 2
+        parent.send_signal(signal.SIGKILL)
+        parent.wait()
+        while any(_runs(child) for child in children) and time.monotonic() < deadline:
+            time.sleep(0.1)
+        assert not any(_runs(child) for child in children)
 
 
 def _workers_of(parent: int) -> list[int]:

@@ -15,6 +15,7 @@ from typer.testing import CliRunner, Result
 import orbsoc
 from orbsoc.bundle import read_bundle
 from orbsoc.cli import app
+from tests.processes import started
 
 COMMAND = [sys.executable, "-m", "orbsoc", "solve"]
 
@@ -182,7 +183,7 @@ def test_ctrl_c_exits_130_and_keeps_the_best_iterate(tmp_path: Path) -> None:
         c=G.T @ -rng.uniform(0.1, 1.0, m), G=G, h=rng.uniform(0.1, 1.0, m), cones=orbsoc.Cones(l=m)
     )
     command = [*COMMAND, saved(problem, tmp_path), "--out", tmp_path, "--verbose"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
+    with started(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
         assert run.stderr is not None
         for line in run.stderr:
             if line.startswith("   1 "):

@@ -74,7 +74,9 @@ def test_status_solution_buffers_and_events_are_the_same(case: ZooCase) -> None:
     stepped = scheduled.engine.finish()
     assert scheduled.engine.events() == rust.events()
     assert words(scheduled.engine, READ) == words(rust, READ)
-    assert words(scheduled.engine, METHOD.buffers) == words(one_by_one(case.problem, rust.events()), METHOD.buffers)
+    assert words(scheduled.engine, METHOD.buffers) == words(
+        one_by_one(case.problem, rust.events()), METHOD.buffers
+    )
     assert (stepped.status, stepped.message) == (whole.status, whole.message)
     assert (stepped.iterations, stepped.refinements) == (whole.iterations, whole.refinements)
     for name in ("x", "y", "z", "s"):

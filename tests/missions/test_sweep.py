@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import errno
+import multiprocessing
 import os
 import signal
+import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +25,7 @@ from orbsoc.sweep import (
     WorkersLost,
     run,
 )
+from orbsoc.sweep.executors import Work
 
 TASKS = [Task("squares", k, 2, {"k": k, "marks": ""}) for k in range(5)]
 
@@ -55,6 +59,31 @@ def dies_once(payload: dict[str, Any]) -> dict[str, np.ndarray]:
 def dies_always(payload: dict[str, Any]) -> dict[str, np.ndarray]:
     os.kill(os.getpid(), signal.SIGKILL)
     return {}
+
+
+def told_to_end_once(payload: dict[str, Any]) -> dict[str, np.ndarray]:
+    """Tells its worker to end the first time task 2 is done, as `kill` does."""
+    flag = Path(payload["marks"])
+    if payload["k"] == 2 and not flag.exists():
+        flag.touch()
+        os.kill(os.getpid(), signal.SIGTERM)
+    return squares({**payload, "marks": ""})
+
+
+def slow_but_for_the_first(payload: dict[str, Any]) -> dict[str, np.ndarray]:
+    if payload["k"]:
+        time.sleep(7200.0)  # longer than any test may take
+    return squares(payload)
+
+
+def deaf_but_for_the_first(payload: dict[str, Any]) -> dict[str, np.ndarray]:
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    return slow_but_for_the_first(payload)
+
+
+def large_but_for_the_first(payload: dict[str, Any]) -> dict[str, np.ndarray]:
+    """Results that take a while to send: a worker is likely to be in the middle of one."""
+    return {"x": np.ones(10_000_000 if payload["k"] else 1)}
 
 
 def unwatched(_report: Report, _task: Task, _columns: Any) -> None:
@@ -119,6 +148,48 @@ def test_a_lost_worker_is_replaced_and_its_shard_done_again(tmp_path: Path) -> N
     run(store, marked(tmp_path), dies_once, Processes(2), unwatched)
     assert (tmp_path / "marks").exists()
     assert [row[0] for row in table_of(store)] == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4]
+
+
+def test_a_worker_that_was_told_to_end_is_replaced(tmp_path: Path) -> None:
+    store = ShardStore.open(tmp_path / "out", {"name": "x"}, resume=False)
+    run(store, marked(tmp_path), told_to_end_once, Processes(2), unwatched)
+    assert [row[0] for row in table_of(store)] == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4]
+
+
+@pytest.mark.parametrize(
+    "work",
+    [slow_but_for_the_first, deaf_but_for_the_first, large_but_for_the_first],
+    ids=lambda work: work.__name__,
+)
+def test_ctrl_c_ends_workers_whatever_they_do_and_leaves_no_thread(tmp_path: Path, work: Work) -> None:
+    store = ShardStore.open(tmp_path / "out", {"name": "x"}, resume=False)
+    threads, shown = threading.enumerate(), list[int]()
+
+    def interrupted(_report: Report, task: Task, _columns: Any) -> None:
+        shown.append(task.number)
+        signal.raise_signal(signal.SIGINT)
+        shown.append(-1)  # not torn out of here
+
+    with pytest.raises(KeyboardInterrupt):
+        run(store, TASKS, work, Processes(2), interrupted)
+    assert shown[:2] == [0, -1]
+    assert store.is_finished(TASKS[0])
+    assert multiprocessing.active_children() == []
+    assert threading.enumerate() == threads
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_other_processes_of_the_caller_are_left_alone(tmp_path: Path) -> None:
+    other = multiprocessing.get_context("spawn").Process(target=time.sleep, args=(7200.0,))
+    other.start()
+    try:
+        store = ShardStore.open(tmp_path / "out", {"name": "x"}, resume=False)
+        with pytest.raises(WorkersLost):
+            run(store, TASKS, dies_always, Processes(1), unwatched)
+        assert other.is_alive()
+    finally:
+        other.kill()
+        other.join()
 
 
 def test_workers_that_always_die_end_the_sweep_with_a_reason(tmp_path: Path) -> None:

@@ -6,24 +6,31 @@ import multiprocessing
 import os
 import signal
 import threading
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from importlib import import_module
+from multiprocessing.process import BaseProcess
 from typing import Any, Protocol
 
+from orbsoc.interrupts import held
+
 from .store import Columns, StoreError, Task
+from .worker import do, follow
 
 Work = Callable[[dict[str, Any]], Columns]
 """A function of a task's payload at the top of a module, so that other processes can find it."""
 
+Results = Generator[tuple[Task, Columns], None, None]
+
 RETRIES = 2
 """How often a task is done again whose worker was lost."""
-PARENT_LOOKED_AT_S = 1.0
-"""How often a worker looks whether its parent lives."""
+SIGNALS_LOOKED_AT_S = 0.1
+"""How often Ctrl-C is looked for while workers work."""
+DISMISSAL_S = 5.0
+"""How long a worker may take to give up its task before it is killed."""
 BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -38,7 +45,7 @@ class Executor(Protocol):
         """Find out what would keep tasks from being done at all, before anything is written. Raises StoreError."""
         ...
 
-    def results(self, work: Work, tasks: Sequence[Task]) -> Iterator[tuple[Task, Columns]]:
+    def results(self, work: Work, tasks: Sequence[Task]) -> Results:
         """Pairs of task and columns as they finish; errors of `work` propagate."""
         ...
 
@@ -50,7 +57,7 @@ class Inline:
     def check(self) -> None:
         """Nothing can be missing."""
 
-    def results(self, work: Work, tasks: Sequence[Task]) -> Iterator[tuple[Task, Columns]]:
+    def results(self, work: Work, tasks: Sequence[Task]) -> Results:
         for task in tasks:
             yield task, work(task.payload)
 
@@ -64,13 +71,14 @@ class Processes:
     def check(self) -> None:
         """Nothing can be missing."""
 
-    def results(self, work: Work, tasks: Sequence[Task]) -> Iterator[tuple[Task, Columns]]:
+    def results(self, work: Work, tasks: Sequence[Task]) -> Results:
         left, losses = list(tasks), 0
         while left:
             try:
-                for task, columns in self._once(work, left):
-                    left.remove(task)
-                    yield task, columns
+                with closing(self._once(work, left)) as results:
+                    for task, columns in results:
+                        left.remove(task)
+                        yield task, columns
             except BrokenProcessPool as error:
                 losses += 1
                 if losses > RETRIES:
@@ -79,34 +87,57 @@ class Processes:
                         " fewer workers"
                     ) from error
 
-    def _once(self, work: Work, tasks: Sequence[Task]) -> Iterator[tuple[Task, Columns]]:
-        with _single_threaded_children():
+    def _once(self, work: Work, tasks: Sequence[Task]) -> Results:
+        others = set(multiprocessing.active_children())
+        with _single_threaded_children(), held() as hand_over_ctrl_c:
             pool = ProcessPoolExecutor(
                 min(self.workers, len(tasks)),
                 multiprocessing.get_context("spawn"),
-                initializer=_follow_the_parent,
+                initializer=follow,
                 initargs=(os.getpid(),),
             )
             try:
                 futures: dict[Future[Columns], Task] = {}
                 waiting = iter(tasks)
                 for task in waiting:
-                    futures[pool.submit(work, task.payload)] = task
+                    futures[_submit(pool, work, task)] = task
                     if len(futures) == 2 * self.workers:
                         break
                 while futures:
-                    done, _pending = wait(futures, return_when=FIRST_COMPLETED)
+                    done, _pending = wait(futures, SIGNALS_LOOKED_AT_S, FIRST_COMPLETED)
+                    hand_over_ctrl_c()
                     for future in done:
                         yield futures.pop(future), future.result()
                         for task in waiting:
-                            futures[pool.submit(work, task.payload)] = task
+                            futures[_submit(pool, work, task)] = task
                             break
-            except BaseException:
-                pool.shutdown(wait=False, cancel_futures=True)
-                for child in multiprocessing.active_children():
-                    child.terminate()
-                raise
-            pool.shutdown()
+            finally:
+                _dismiss(pool, set(multiprocessing.active_children()) - others)
+
+
+def _submit(pool: ProcessPoolExecutor, work: Work, task: Task) -> Future[Columns]:
+    """Submit a task. The worker that may be started for it never hears of Ctrl-C, also before it can ignore it."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        return pool.submit(do, work, task.payload)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _dismiss(pool: ProcessPoolExecutor, workers: set[BaseProcess]) -> None:
+    """End a pool, its thread and its workers, whatever these are doing."""
+
+    def kill() -> None:
+        for worker in workers:
+            worker.kill()
+
+    for worker in workers:
+        worker.terminate()
+    last = threading.Timer(DISMISSAL_S, kill)
+    last.start()
+    pool.shutdown(cancel_futures=True)
+    last.cancel()
+    last.join()
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +162,7 @@ class DaskCluster:
                 f"--dask = {self.address}: no scheduler answers within {self.timeout_s:g} s ({type(error).__name__})"
             ) from error
 
-    def results(self, work: Work, tasks: Sequence[Task]) -> Iterator[tuple[Task, Columns]]:
+    def results(self, work: Work, tasks: Sequence[Task]) -> Results:
         dask, cluster = _dask(), None
         with _single_threaded_children():
             if self.address is None:
@@ -186,15 +217,3 @@ def _single_threaded_children() -> Iterator[None]:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
-
-
-def _follow_the_parent(parent: int) -> None:
-    """Ctrl-C reaches every process of a terminal; the parent decides. Where it is killed its workers end, too."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(PARENT_LOOKED_AT_S)
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 
 from .executors import Executor, Work
@@ -44,15 +45,16 @@ def run(store: ShardStore, tasks: Sequence[Task], work: Work, executor: Executor
     report = Report(len(tasks), shards, rows, before, done, 0.0)
     if not left:
         return report
-    for task, columns in executor.results(work, left):
-        try:
-            store.write(task, columns)
-        except OSError as error:
-            raise StoreError(
-                f"{store.folder / task.place}: cannot be written: {error.strerror}; finished shards are kept, free some"
-                " space and resume"
-            ) from error
-        done, shards = done + task.rows, shards + 1
-        report = Report(len(tasks), shards, rows, before, done, time.perf_counter() - started)
-        watch(report, task, columns)
+    with closing(executor.results(work, left)) as results:
+        for task, columns in results:
+            try:
+                store.write(task, columns)
+            except OSError as error:
+                raise StoreError(
+                    f"{store.folder / task.place}: cannot be written: {error.strerror}; finished shards are kept, free some"
+                    " space and resume"
+                ) from error
+            done, shards = done + task.rows, shards + 1
+            report = Report(len(tasks), shards, rows, before, done, time.perf_counter() - started)
+            watch(report, task, columns)
     return report
