@@ -14,8 +14,8 @@ from typing import Self
 def held() -> Iterator[Callable[[], None]]:
     """While entered, SIGINT is only remembered; the function given hands it to the handler of before, as leaving does.
 
-    For code over threads and locks of its own, which an exception at any moment could leave taken for ever. Outside
-    the main thread, or where SIGINT is ignored, nothing is held.
+    For a step that an exception in its middle would leave half done. Outside the main thread, or where SIGINT is
+    ignored, nothing is held. Left in the reverse order of entering, and never over a `yield` of a generator.
     """
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(before):

@@ -8,6 +8,7 @@ import os
 import signal
 import threading
 import time
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from orbsoc.sweep import (
     WorkersLost,
     run,
 )
-from orbsoc.sweep.executors import Work
+from orbsoc.sweep.worker import Work
 
 TASKS = [Task("squares", k, 2, {"k": k, "marks": ""}) for k in range(5)]
 
@@ -76,14 +77,38 @@ def slow_but_for_the_first(payload: dict[str, Any]) -> dict[str, np.ndarray]:
     return squares(payload)
 
 
-def deaf_but_for_the_first(payload: dict[str, Any]) -> dict[str, np.ndarray]:
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    return slow_but_for_the_first(payload)
-
-
 def large_but_for_the_first(payload: dict[str, Any]) -> dict[str, np.ndarray]:
     """Results that take a while to send: a worker is likely to be in the middle of one."""
     return {"x": np.ones(10_000_000 if payload["k"] else 1)}
+
+
+def dies_while_sending_once(payload: dict[str, Any]) -> dict[str, np.ndarray]:
+    """Kills its worker the first time task 2 is done, with half of the result sent."""
+
+    def half(pipe: Connection, words: Any, _write: Any = None) -> None:
+        os.write(pipe.fileno(), bytes(words)[: len(words) // 2])
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    flag = Path(payload["marks"])
+    if payload["k"] == 2 and not flag.exists():
+        flag.touch()
+        Connection._send = half  # type: ignore[attr-defined]
+    return squares({**payload, "marks": ""})
+
+
+def fails(payload: dict[str, Any]) -> dict[str, np.ndarray]:
+    raise LookupError(f"nothing known of {payload['k']}")
+
+
+class Unsendable(Exception):
+    """Cannot be made again from its arguments, as exceptions of some packages cannot."""
+
+    def __init__(self, one: str, other: str) -> None:
+        super().__init__(f"{one} {other}")
+
+
+def fails_in_its_own_way(_payload: dict[str, Any]) -> dict[str, np.ndarray]:
+    raise Unsendable("neither", "nor")
 
 
 def unwatched(_report: Report, _task: Task, _columns: Any) -> None:
@@ -156,27 +181,65 @@ def test_a_worker_that_was_told_to_end_is_replaced(tmp_path: Path) -> None:
     assert [row[0] for row in table_of(store)] == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4]
 
 
-@pytest.mark.parametrize(
-    "work",
-    [slow_but_for_the_first, deaf_but_for_the_first, large_but_for_the_first],
-    ids=lambda work: work.__name__,
-)
-def test_ctrl_c_ends_workers_whatever_they_do_and_leaves_no_thread(tmp_path: Path, work: Work) -> None:
+def test_a_worker_that_died_while_sending_is_replaced(tmp_path: Path) -> None:
     store = ShardStore.open(tmp_path / "out", {"name": "x"}, resume=False)
-    threads, shown = threading.enumerate(), list[int]()
+    run(store, marked(tmp_path), dies_while_sending_once, Processes(2), unwatched)
+    assert [row[0] for row in table_of(store)] == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4]
 
-    def interrupted(_report: Report, task: Task, _columns: Any) -> None:
-        shown.append(task.number)
+
+def test_workers_are_kept_from_task_to_task(tmp_path: Path) -> None:
+    started: list[Any] = []
+
+    def count(_report: Report, _task: Task, _columns: Any) -> None:
+        started.extend(process for process in multiprocessing.active_children() if process not in started)
+
+    many = [Task("squares", k, 2, {"k": k, "marks": ""}) for k in range(40)]
+    store = ShardStore.open(tmp_path / "out", {"name": "x"}, resume=False)
+    assert run(store, many, squares, Processes(2), count).rows_done == 80
+    assert len(started) == 2
+    assert multiprocessing.active_children() == []
+
+
+def test_what_a_task_raises_says_where(tmp_path: Path) -> None:
+    store = ShardStore.open(tmp_path / "out", {"name": "x"}, resume=False)
+    with pytest.raises(LookupError, match="nothing known of 0") as caught:
+        run(store, TASKS, fails, Processes(1), unwatched)
+    assert "test_sweep.py" in caught.value.__notes__[0]
+    with pytest.raises(RuntimeError, match=r"Unsendable: neither nor[\s\S]*test_sweep\.py"):
+        run(store, TASKS, fails_in_its_own_way, Processes(1), unwatched)
+    assert multiprocessing.active_children() == []
+
+
+@pytest.mark.parametrize(
+    "work", [slow_but_for_the_first, large_but_for_the_first], ids=lambda work: work.__name__
+)
+def test_ctrl_c_ends_workers_whatever_they_do(tmp_path: Path, work: Work) -> None:
+    store = ShardStore.open(tmp_path / "out", {"name": "x"}, resume=False)
+    threads = threading.enumerate()
+
+    def interrupted(_report: Report, _task: Task, _columns: Any) -> None:
         signal.raise_signal(signal.SIGINT)
-        shown.append(-1)  # not torn out of here
 
     with pytest.raises(KeyboardInterrupt):
         run(store, TASKS, work, Processes(2), interrupted)
-    assert shown[:2] == [0, -1]
     assert store.is_finished(TASKS[0])
     assert multiprocessing.active_children() == []
     assert threading.enumerate() == threads
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_sweep_outside_the_main_thread_is_done_too(tmp_path: Path) -> None:
+    store = ShardStore.open(tmp_path / "out", {"name": "x"}, resume=False)
+    thread = threading.Thread(target=run, args=(store, TASKS, squares, Processes(2), unwatched))
+    thread.start()
+    run(
+        ShardStore.open(tmp_path / "other", {"name": "x"}, resume=False),
+        TASKS,
+        squares,
+        Processes(2),
+        unwatched,
+    )
+    thread.join()
+    assert [row[0] for row in table_of(store)] == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4]
 
 
 def test_other_processes_of_the_caller_are_left_alone(tmp_path: Path) -> None:

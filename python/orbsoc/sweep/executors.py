@@ -2,35 +2,24 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import signal
 import threading
-from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing, contextmanager
+from collections import Counter, deque
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
-from multiprocessing.process import BaseProcess
 from typing import Any, Protocol
 
 from orbsoc.interrupts import held
 
 from .store import Columns, StoreError, Task
-from .worker import do, follow
-
-Work = Callable[[dict[str, Any]], Columns]
-"""A function of a task's payload at the top of a module, so that other processes can find it."""
+from .worker import Work, Worker, WorkerLost, answering
 
 Results = Generator[tuple[Task, Columns], None, None]
 
 RETRIES = 2
 """How often a task is done again whose worker was lost."""
-SIGNALS_LOOKED_AT_S = 0.1
-"""How often Ctrl-C is looked for while workers work."""
-DISMISSAL_S = 5.0
-"""How long a worker may take to give up its task before it is killed."""
 BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -72,72 +61,35 @@ class Processes:
         """Nothing can be missing."""
 
     def results(self, work: Work, tasks: Sequence[Task]) -> Results:
-        left, losses = list(tasks), 0
-        while left:
-            try:
-                with closing(self._once(work, left)) as results:
-                    for task, columns in results:
-                        left.remove(task)
-                        yield task, columns
-            except BrokenProcessPool as error:
-                losses += 1
-                if losses > RETRIES:
-                    raise WorkersLost(
-                        f"worker processes died {losses} times (out of memory?); finished shards are kept, resume with"
-                        " fewer workers"
-                    ) from error
-
-    def _once(self, work: Work, tasks: Sequence[Task]) -> Results:
-        others = set(multiprocessing.active_children())
-        with _single_threaded_children(), held() as hand_over_ctrl_c:
-            pool = ProcessPoolExecutor(
-                min(self.workers, len(tasks)),
-                multiprocessing.get_context("spawn"),
-                initializer=follow,
-                initargs=(os.getpid(),),
-            )
-            try:
-                futures: dict[Future[Columns], Task] = {}
-                waiting = iter(tasks)
-                for task in waiting:
-                    futures[_submit(pool, work, task)] = task
-                    if len(futures) == 2 * self.workers:
-                        break
-                while futures:
-                    done, _pending = wait(futures, SIGNALS_LOOKED_AT_S, FIRST_COMPLETED)
-                    hand_over_ctrl_c()
-                    for future in done:
-                        yield futures.pop(future), future.result()
-                        for task in waiting:
-                            futures[_submit(pool, work, task)] = task
-                            break
-            finally:
-                _dismiss(pool, set(multiprocessing.active_children()) - others)
-
-
-def _submit(pool: ProcessPoolExecutor, work: Work, task: Task) -> Future[Columns]:
-    """Submit a task. The worker that may be started for it never hears of Ctrl-C, also before it can ignore it."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        return pool.submit(do, work, task.payload)
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _dismiss(pool: ProcessPoolExecutor, workers: set[BaseProcess]) -> None:
-    """End a pool, its thread and its workers, whatever these are doing."""
-
-    def kill() -> None:
-        for worker in workers:
-            worker.kill()
-
-    for worker in workers:
-        worker.terminate()
-    last = threading.Timer(DISMISSAL_S, kill)
-    last.start()
-    pool.shutdown(cancel_futures=True)
-    last.cancel()
-    last.join()
+        left, losses = deque(tasks), Counter[str]()
+        workers: list[Worker] = []
+        try:
+            while left or any(worker.task for worker in workers):
+                while left and len(workers) < self.workers:
+                    with held(), _single_threaded_children():
+                        workers.append(Worker())
+                    workers[-1].give(work, left.popleft())
+                for worker, task in answering(workers):
+                    try:
+                        columns = worker.take()
+                    except WorkerLost as error:
+                        workers.remove(worker)
+                        worker.end()
+                        left.appendleft(task)
+                        losses[task.place] += 1
+                        if losses[task.place] > RETRIES:
+                            raise WorkersLost(
+                                f"{task.place}: its worker process died {losses[task.place]} times (out of memory?);"
+                                " finished shards are kept, resume with fewer workers"
+                            ) from error
+                        continue
+                    if left:
+                        worker.give(work, left.popleft())
+                    yield task, columns
+        finally:
+            with held():
+                for worker in workers:
+                    worker.end()
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,16 +156,20 @@ def _dask() -> Any:
         raise StoreError("Dask is not installed; pip install 'orbsoc[reach]'") from error
 
 
+_environment = threading.Lock()
+
+
 @contextmanager
 def _single_threaded_children() -> Iterator[None]:
     """Processes started here use one thread each for linear algebra: there is one for every core."""
-    before = {name: os.environ.get(name) for name in BLAS_THREADS}
-    os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
+    with _environment:
+        before = {name: os.environ.get(name) for name in BLAS_THREADS}
+        os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
+        try:
+            yield
+        finally:
+            for name, value in before.items():
+                if value is None:
+                    os.environ.pop(name, None)
+                else:
+                    os.environ[name] = value

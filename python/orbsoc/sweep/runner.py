@@ -7,8 +7,9 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 
-from .executors import Executor, Work
+from .executors import Executor
 from .store import Columns, ShardStore, StoreError, Task
+from .worker import Work
 
 
 @dataclass(frozen=True, slots=True)
