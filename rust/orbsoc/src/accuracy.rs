@@ -3,9 +3,9 @@
 use crate::kernels::linear_solve::refinement;
 use crate::real::Decide;
 
-/// A linear solve whose goal is so many times the last error that was looked at needs no look at its own …
+/// A linear solve whose goal is so many times the largest error that this walk has looked at needs no look at its own …
 pub(crate) const UNSEEN_MARGIN: f64 = 1e4;
-/// … or so many times, where both went through the same factors.
+/// … or so many times, where one through the same factors was looked at.
 pub(crate) const SAME_FACTORS_MARGIN: f64 = 10.0;
 
 /// What a walk knows of its linear solves.
@@ -13,25 +13,30 @@ pub(crate) const SAME_FACTORS_MARGIN: f64 = 10.0;
 pub(crate) struct Accuracy {
     /// Refinement steps of the solve under way.
     refined: u32,
-    /// Largest error that was looked at of the last factors, before any refinement.
+    /// Largest error that was looked at, before any refinement.
     known: Option<f64>,
-    /// Those factors are still in use.
+    /// The factors of the last look are still in use.
     same_factors: bool,
     /// What the errors of this iteration may be; none where all of them are looked at.
     goal: Option<f64>,
+    /// The goal is no smaller than that of the iteration before.
+    risen: bool,
 }
 
 impl Accuracy {
     /// An iteration begins: there will be new factors, and a new goal.
     pub fn renew(&mut self, goal: Option<f64>) {
+        self.risen = goal.zip(self.goal).is_some_and(|(now, before)| now >= before);
         (self.same_factors, self.goal) = (false, goal);
     }
 
-    /// Whether the error of the next linear solve will be looked at. From one iteration to the next errors change little, while goals
-    /// fall with the residual; how much the error of an unseen solve was, the next statistics show.
+    /// Whether the error of the next linear solve will be looked at. From one iteration to the next errors change
+    /// little, as a rule, while goals fall with the residual. Where one does not, an error that nobody looked at may
+    /// be why, and all are looked at; so are those of a walk that knows of none but zero.
     pub fn looks(&self) -> bool {
         let margin = if self.same_factors { SAME_FACTORS_MARGIN } else { UNSEEN_MARGIN };
-        !self.goal.zip(self.known).is_some_and(|(goal, error)| goal >= margin * error)
+        let small = |(goal, known): (f64, f64)| known > 0.0 && goal >= margin * known;
+        self.risen || !self.goal.zip(self.known).is_some_and(small)
     }
 
     /// After a linear solve or a refinement step of one lane, whose words these are, three for each right-hand side:
@@ -59,10 +64,9 @@ impl Accuracy {
     }
 
     fn note(&mut self, errors: impl Iterator<Item = f64>) {
-        let before = self.known.filter(|_| self.same_factors).unwrap_or(0.0);
         // What is not a number is above every goal.
         let size = |error: f64| if error.is_nan() { f64::INFINITY } else { error };
-        self.known = Some(errors.map(size).fold(before, f64::max));
+        self.known = Some(errors.map(size).fold(self.known.unwrap_or(0.0), f64::max));
         self.same_factors = true;
     }
 }
@@ -86,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn a_solve_is_looked_at_where_its_goal_is_near_the_last_known_error() {
+    fn a_solve_is_looked_at_where_its_goal_is_near_the_largest_known_error() {
         let mut accuracy = after(1e-8);
         accuracy.renew(Some(1.1e-4));
         assert!(!solve(&mut accuracy, 1.0), "nobody sees this error");
@@ -98,6 +102,23 @@ mod tests {
         assert!(solve(&mut accuracy, 1e-5));
         assert!(solve(&mut accuracy, 1e-7));
         assert!(solve(&mut accuracy, 1e-7), "the larger error of both counts");
+        accuracy.renew(Some(0.9e-6));
+        assert!(solve(&mut accuracy, 1e-12));
+        assert!(solve(&mut accuracy, 1e-12), "and that of other factors, too");
+    }
+
+    #[test]
+    fn where_the_goal_does_not_fall_all_are_looked_at() {
+        let mut accuracy = after(1e-8);
+        accuracy.renew(Some(1.0));
+        assert!(!solve(&mut accuracy, 1e-8));
+        for goal in [1.0, 2.0] {
+            accuracy.renew(Some(goal));
+            assert!(solve(&mut accuracy, 1e-8));
+            assert!(solve(&mut accuracy, 1e-8), "the same factors, too");
+        }
+        accuracy.renew(Some(1.9));
+        assert!(!solve(&mut accuracy, 1e-8));
     }
 
     #[test]
@@ -105,6 +126,8 @@ mod tests {
         let mut accuracy = after(0.0);
         accuracy.renew(None);
         assert!(solve(&mut accuracy, 0.0));
+        accuracy.renew(Some(1.0));
+        assert!(solve(&mut accuracy, 0.0), "nor does it say anything of others");
     }
 
     #[test]

@@ -70,7 +70,11 @@ impl Settings {
     /// [`Error::Setting`] naming the first setting outside its range.
     pub fn validate(&self) -> Result<(), Error> {
         let check = |holds: bool, name, value: f64, allowed| {
-            if holds { Ok(()) } else { Err(Error::Setting { name, value, allowed }) }
+            if holds {
+                Ok(())
+            } else {
+                Err(Error::Setting { name, value, allowed })
+            }
         };
         let positive = |name, value: f64| {
             check(value > 0.0 && value.is_finite(), name, value, "a positive, finite number")
