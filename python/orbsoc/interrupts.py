@@ -4,41 +4,36 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType, TracebackType
 from typing import Self
 
 
 @contextmanager
-def held() -> Iterator[Callable[[], None]]:
-    """While entered, SIGINT is only remembered; the function given hands it to the handler of before, as leaving does.
+def held() -> Iterator[None]:
+    """While entered, SIGINT is only remembered; on leaving, the handler of before hears of it.
 
     For a step that an exception in its middle would leave half done. Outside the main thread, or where SIGINT is
     ignored, nothing is held. Left in the reverse order of entering, and never over a `yield` of a generator.
     """
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(before):
-        yield lambda: None
+        yield
         return
-    handler, came = before, False
+    came = False
 
     def remember(_signum: int, _frame: FrameType | None) -> None:
         nonlocal came
         came = True
 
-    def hand_over() -> None:
-        nonlocal came
-        if came:
-            came = False
-            handler(signal.SIGINT, None)
-
     signal.signal(signal.SIGINT, remember)
     try:
-        yield hand_over
+        yield
     finally:
         signal.signal(signal.SIGINT, before)
-        hand_over()
+        if came:
+            before(signal.SIGINT, None)
 
 
 class Interrupts:
