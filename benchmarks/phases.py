@@ -153,13 +153,12 @@ def _family(
     say: Say,
 ) -> list[Measurement]:
     path = folder / f"{name}.json"
-    if path.is_file():
-        return from_json(path.read_text(encoding="utf-8"))[1]
-    say(f"{name}: {FAMILIES[name].about}")
-    members = _first_of_groups(instances([name]), effort.problems_a_group)
-    measured = measure(members, found, repeats=effort.repeats, tol=tol, patience_s=effort.patience_s)
-    _write(path, to_json(header, measured))
-    return measured
+    if not path.is_file():
+        say(f"{name}: {FAMILIES[name].about}")
+        members = _first_of_groups(instances([name]), effort.problems_a_group)
+        measured = measure(members, found, repeats=effort.repeats, tol=tol, patience_s=effort.patience_s)
+        _write(path, to_json(header, measured))
+    return from_json(path.read_text(encoding="utf-8"))[1]
 
 
 def _batch(batch: Batch, found: Sequence[Solver], effort: Effort, tol: float, say: Say) -> dict[str, Any]:

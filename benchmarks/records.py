@@ -36,7 +36,7 @@ def records(measurements: Iterable[Measurement]) -> list[dict[str, Any]]:
             "dres": m.verification.dres,
             "gap": m.verification.gap,
             **{
-                f"{name}_{part}_us": round(getattr(spread, part), 2)
+                f"{name}_{part}_us": getattr(spread, part)
                 for name, spread in zip(SPREADS, (m.setup, m.solve, m.total), strict=True)
                 for part in PARTS
             },
@@ -46,10 +46,13 @@ def records(measurements: Iterable[Measurement]) -> list[dict[str, Any]]:
 
 
 def to_csv(header: Mapping[str, str], measurements: Sequence[Measurement]) -> str:
-    """CSV with the header as `# key: value` lines."""
+    """CSV with the header as `# key: value` lines; times to a hundredth of a µs."""
     out = io.StringIO()
     out.writelines(f"# {key}: {value}\n" for key, value in header.items())
-    rows = records(measurements)
+    rows = [
+        {key: round(value, 2) if key.endswith("_us") else value for key, value in record.items()}
+        for record in records(measurements)
+    ]
     writer = csv.DictWriter(out, fieldnames=list(rows[0]), lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
@@ -57,7 +60,7 @@ def to_csv(header: Mapping[str, str], measurements: Sequence[Measurement]) -> st
 
 
 def to_json(header: Mapping[str, str], measurements: Sequence[Measurement]) -> str:
-    """Schema `orbsoc.bench/1`: header and records; a residual that is not finite is null."""
+    """Schema `orbsoc.bench/1`: header and records, every bit of them; a residual that is not finite is null."""
     rows = [
         {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
         for row in records(measurements)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -167,7 +168,7 @@ def test_overhead_is_what_python_adds() -> None:
 
 
 def test_measurements_come_back_from_their_file() -> None:
-    members = results().families["powered_descent"]
+    members = [*results().families["powered_descent"], measurement("SCS", 100.0 / 3.0, residual=math.inf)]
     header, found = from_json(to_json({"date": "d"}, members))
     assert header == {"date": "d"}
     assert found == members
