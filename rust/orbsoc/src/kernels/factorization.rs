@@ -47,8 +47,14 @@ pub fn factorize<T: Real>(
         let (positive, pivot_inverse) = (&positive[own.clone()], &mut pivot_inverse[own]);
         if node.kind == Kind::Given {
             let given = Given::of(symbolic, node, values);
-            given::factor(given, positive, regularization, pivot_inverse, scratch);
-            given::contribute(given, scratch, symbolic.positions_of(node), &mut l[node.panel..]);
+            given::factor(given, positive, regularization, pivot_inverse);
+            given::contribute(
+                given,
+                pivot_inverse,
+                symbolic.positions_of(node),
+                scratch,
+                &mut l[node.panel..],
+            );
             continue;
         }
         if node.kind == Kind::Ragged {

@@ -3,7 +3,7 @@
 //! K₁D⁻¹K₁ᵀ of a condensed form, and every loop is over whole rows.
 
 use super::factorization::{regularized, Regularization};
-use super::reduce::dot_of;
+use super::reduce::{dot, dot_of, dots};
 use crate::real::Real;
 use crate::symbolic::{Supernode, Symbolic};
 
@@ -40,38 +40,85 @@ impl<'a, T> Given<'a, T> {
     }
 }
 
-/// Reciprocal pivots, and the rows below times them into `scaled`, row by row.
+/// Reciprocal pivots.
 #[inline(always)]
 pub fn factor<T: Real>(
     given: Given<T>,
     positive: &[bool],
     regularization: Regularization<T>,
     pivot_inverse: &mut [T],
-    scaled: &mut [T],
 ) {
     for ((inverse, &pivot), &positive) in pivot_inverse.iter_mut().zip(given.source(0)).zip(positive) {
         *inverse = T::one() / regularized(pivot, positive, regularization);
     }
-    for (row, scaled) in scaled.chunks_exact_mut(given.width).take(given.rows()).enumerate() {
-        for ((out, &word), &inverse) in scaled.iter_mut().zip(given.row(row)).zip(&*pivot_inverse) {
-            *out = word * inverse;
+}
+
+/// Subtract each product of two rows, divided by the pivots, from where it is listed. Of the rows divided only as many
+/// are kept as are multiplied at once.
+#[inline(always)]
+pub fn contribute<T: Real>(
+    given: Given<T>,
+    pivot_inverse: &[T],
+    positions: &[u32],
+    scratch: &mut [T],
+    later: &mut [T],
+) {
+    let mut left = Products { given, pivot_inverse, positions, column: 0 };
+    if T::ABREAST {
+        left.contribute::<2>(scratch, later);
+    }
+    left.contribute::<1>(scratch, later);
+}
+
+/// Products that are left: of the rows from `column` on, where they are listed.
+struct Products<'a, T> {
+    given: Given<'a, T>,
+    pivot_inverse: &'a [T],
+    positions: &'a [u32],
+    column: usize,
+}
+
+impl<T: Real> Products<'_, T> {
+    /// `M` columns at once, as long as there are as many.
+    #[inline(always)]
+    fn contribute<const M: usize>(&mut self, scratch: &mut [T], later: &mut [T]) {
+        let (given, rows) = (self.given, self.given.rows());
+        while self.column + M <= rows {
+            let (first, mut positions) = (self.column, [self.positions; M]);
+            let mut scaled: [&[T]; M] = [&[]; M];
+            for (m, row) in scratch.chunks_exact_mut(given.width).take(M).enumerate() {
+                divide(given.row(first + m), self.pivot_inverse, row);
+                scaled[m] = row;
+                (positions[m], self.positions) = self.positions.split_at(rows - first - m);
+            }
+            // Rows that not all of these columns have, column by column.
+            for m in 0..M {
+                for row in m..M - 1 {
+                    let product = dot(scaled[m], given.row(first + row));
+                    subtract(&mut later[positions[m][row - m] as usize], product);
+                }
+            }
+            for row in M - 1..rows - first {
+                let products = dots(scaled, given.row(first + row));
+                for m in 0..M {
+                    subtract(&mut later[positions[m][row - m] as usize], products[m]);
+                }
+            }
+            self.column += M;
         }
     }
 }
 
-/// Subtract each product of two rows from where it is listed, column by column.
 #[inline(always)]
-pub fn contribute<T: Real>(given: Given<T>, scaled: &[T], positions: &[u32], later: &mut [T]) {
-    let mut positions = positions;
-    for (column, scaled) in scaled.chunks_exact(given.width).take(given.rows()).enumerate() {
-        let here;
-        (here, positions) = positions.split_at(given.rows() - column);
-        for (row, &at) in here.iter().enumerate() {
-            let product = dot_of(scaled, given.row(column + row).as_chunks::<1>().0);
-            let word = &mut later[at as usize];
-            *word = *word - product[0];
-        }
+fn divide<T: Real>(words: &[T], pivot_inverse: &[T], out: &mut [T]) {
+    for ((out, &word), &inverse) in out.iter_mut().zip(words).zip(pivot_inverse) {
+        *out = word * inverse;
     }
+}
+
+#[inline(always)]
+fn subtract<T: Real>(word: &mut T, product: T) {
+    *word = *word - product;
 }
 
 /// What the columns' unknowns contribute to the rows `below`, counted from the first `later` one.

@@ -12,6 +12,8 @@ use pulp::{bytemuck, Scalar512b, Simd};
 pub trait EightLanes: Simd {
     /// As [`Real::TILE`].
     const TILE: usize;
+    /// As [`Real::ABREAST`].
+    const ABREAST: bool = false;
     /// Proof that this machine has it. Only asked for where it does.
     fn token() -> Self;
 }
@@ -42,6 +44,7 @@ impl EightLanes for pulp::x86::V3_512b {
 #[cfg(target_arch = "x86_64")]
 impl EightLanes for pulp::x86::V4 {
     const TILE: usize = 4;
+    const ABREAST: bool = true;
 
     #[inline(always)]
     fn token() -> Self {
@@ -94,6 +97,7 @@ impl<S: Simd> Neg for Lanes<S> {
 impl<S: EightLanes> Real for Lanes<S> {
     type Mask = LanesMask<S>;
     const TILE: usize = S::TILE;
+    const ABREAST: bool = S::ABREAST;
 
     #[inline(always)]
     fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output {

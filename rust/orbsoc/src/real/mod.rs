@@ -43,6 +43,9 @@ pub trait Real:
     const TILE: usize;
     /// Whether eight rows fit, too.
     const TALL: bool = false;
+    /// Whether two dots with a vector in common are made abreast: their sums fit, and that vector is far. It changes no
+    /// bit.
+    const ABREAST: bool = false;
 
     /// Run `work`, compiled for the instruction set that these words want.
     fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output;
