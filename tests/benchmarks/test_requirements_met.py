@@ -197,6 +197,7 @@ def test_the_command_measures_writes_and_does_not_measure_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     one = Batch("one", "scp", lambda: [powered_descent(5, seed) for seed in range(2)])
+    monkeypatch.delenv("ORBSOC_PROBLEMS", raising=False)
     monkeypatch.setattr(phases, "BATCHES", {"one": one})
     monkeypatch.setattr(phases, "DEFAULT", ("orbsoc", "clarabel"))
     monkeypatch.setattr(phases, "measure_warm", lambda tol, quick: [])

@@ -112,12 +112,11 @@ def test_misuse_names_the_argument(arguments: dict[str, Any], message: str) -> N
 
 
 def test_all_numbers_are_looked_at_before_anything_is_solved() -> None:
-    seen: list[object] = []
-    with pytest.raises(ProblemError, match=r"^problem 99 of the batch: `c` has NaN"):
-        orbsoc.solve_batch(
-            BASE, c=np.vstack([np.ones((99, 3)), np.full((1, 3), np.nan)]), callback=seen.append
-        )
-    assert not seen
+    seen: list[Mapping[str, int]] = []
+    rows = np.vstack([np.ones((3999, 3)), np.full((1, 3), np.nan)])
+    with pytest.raises(ProblemError, match=r"^problem 3999 of the batch: `c` has NaN"):
+        orbsoc.solve_batch(BASE, c=rows, callback=seen.append)
+    assert not any(progress["ended"] for progress in seen)
 
 
 def test_whoever_watches_is_heard_while_the_numbers_are_looked_at() -> None:
@@ -270,14 +269,19 @@ def test_misuse_of_a_solver_is_named() -> None:
 
 
 def test_a_second_thread_is_told_that_a_solver_is_busy() -> None:
-    """Whichever of the two comes second."""
-    solver = orbsoc.BatchSolver(BASE)
-    data = {"c": np.tile(drawn(200)["c"], (500, 1))}
-    with ThreadPoolExecutor(2) as pool:
-        both = [pool.submit(solver.solve, **data) for _ in range(2)]
-    refused = [run.exception() for run in both if run.exception()]
-    assert [len(run.result()) for run in both if not run.exception()] == [100_000]
-    assert ["already solving" in str(error) for error in refused] == [True]
+    solver, begun, answered = orbsoc.BatchSolver(BASE), threading.Event(), threading.Event()
+
+    def wait(_: Mapping[str, int]) -> None:
+        begun.set()
+        assert answered.wait(60.0)
+
+    with ThreadPoolExecutor(1) as pool:
+        first = pool.submit(solver.solve, **drawn(20), callback=wait)
+        assert begun.wait(60.0)
+        with pytest.raises(RuntimeError, match="already solving"):
+            solver.solve(**drawn(20))
+        answered.set()
+    assert len(first.result()) == 20
 
 
 def test_a_solver_goes_on_in_a_forked_process_with_threads_of_its_own() -> None:
@@ -299,11 +303,12 @@ def test_a_solver_goes_on_in_a_forked_process_with_threads_of_its_own() -> None:
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_a_callback_sees_the_batch_grow_and_may_stop_it(threads: int) -> None:
-    data, seen = drawn(4000), []
+    count, seen = 100_000, []
+    data = drawn(count)
 
     def stop(progress: Mapping[str, int]) -> bool:
         seen.append(progress["ended"])
-        assert progress["count"] == 4000
+        assert progress["count"] == count
         return progress["ended"] >= 16
 
     solver = orbsoc.BatchSolver(BASE, threads=threads)
@@ -311,7 +316,7 @@ def test_a_callback_sees_the_batch_grow_and_may_stop_it(threads: int) -> None:
     assert seen == sorted(seen)
     assert sum(ended >= 16 for ended in seen) == 1
     stopped = np.array([status is orbsoc.Status.INTERRUPTED for status in batch.status])
-    assert 0 < stopped.sum() <= 3984
+    assert 0 < stopped.sum() <= count - 16
     not_begun = stopped & (batch.iterations == 0)
     assert np.isnan(batch.x[not_begun]).all()
     whole = solver.solve(**data)
@@ -366,14 +371,25 @@ def test_the_exception_of_a_signals_handler_comes_out(threads: int) -> None:
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_ctrl_c_stops_a_batch_and_keeps_what_has_ended(threads: int) -> None:
-    """The signal comes from a thread of its own, while the batch runs; far more rows than are solved by then."""
-    solver, data = orbsoc.BatchSolver(BASE, threads=threads), drawn(100_000)
-    del data["P"]  # its check for symmetry takes longer than the timer
-    killer = threading.Timer(0.05, signal.raise_signal, [signal.SIGINT])
+    """The signal comes from a thread of its own, once rows have ended; far more are left."""
+    solver, some = orbsoc.BatchSolver(BASE, threads=threads), threading.Event()
+
+    def kill() -> None:
+        some.wait()
+        signal.raise_signal(signal.SIGINT)
+
+    def watch(progress: Mapping[str, int]) -> None:
+        if progress["ended"]:
+            some.set()
+
+    killer = threading.Thread(target=kill)
     killer.start()
-    batch = solver.solve(**data)
-    killer.join()
+    try:
+        batch = solver.solve(**drawn(100_000), callback=watch)
+        killer.join()
+    except KeyboardInterrupt:
+        pytest.fail("the batch had ended before the signal")
     stopped = np.array([status is orbsoc.Status.INTERRUPTED for status in batch.status])
-    assert stopped.any(), "the batch had ended before the signal"
+    assert stopped.any()
     assert not stopped.all()
     assert len(batch) == 100_000

@@ -177,7 +177,7 @@ def test_bad_input_exits_2_names_its_cause_and_writes_nothing(
 
 def test_ctrl_c_exits_130_and_keeps_the_best_iterate(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
-    n, m = 300, 900
+    n, m = 420, 1260  # tens of milliseconds an iteration
     G = rng.normal(size=(m, n))
     problem = orbsoc.Problem(
         c=G.T @ -rng.uniform(0.1, 1.0, m), G=G, h=rng.uniform(0.1, 1.0, m), cones=orbsoc.Cones(l=m)

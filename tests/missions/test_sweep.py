@@ -8,6 +8,7 @@ import os
 import signal
 import threading
 import time
+from importlib import import_module
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -215,16 +216,18 @@ def test_what_a_task_raises_says_where(tmp_path: Path) -> None:
 )
 def test_ctrl_c_ends_workers_whatever_they_do(tmp_path: Path, work: Work) -> None:
     store = ShardStore.open(tmp_path / "out", {"name": "x"}, resume=False)
-    threads = threading.enumerate()
+    threads, reported = threading.enumerate(), []
 
-    def interrupted(_report: Report, _task: Task, _columns: Any) -> None:
+    def interrupted(_report: Report, task: Task, _columns: Any) -> None:
+        reported.append(task)
         signal.raise_signal(signal.SIGINT)
 
     with pytest.raises(KeyboardInterrupt):
         run(store, TASKS, work, Processes(2), interrupted)
-    assert store.is_finished(TASKS[0])
+    assert len(reported) == 1
+    assert [task for task in TASKS if store.is_finished(task)] == reported
     assert multiprocessing.active_children() == []
-    assert threading.enumerate() == threads
+    assert set(threading.enumerate()) <= set(threads)
 
 
 def test_a_sweep_outside_the_main_thread_is_done_too(tmp_path: Path) -> None:
@@ -322,12 +325,16 @@ def test_an_embedded_cluster_gives_the_same_table(tmp_path: Path) -> None:
 
 @pytest.mark.filterwarnings("ignore")
 def test_a_lost_dask_worker_is_replaced_and_its_shard_done_again(tmp_path: Path) -> None:
-    """The worker is killed in the middle of a task, nobody told it to; the table is that of an undisturbed sweep."""
+    """The worker is killed in the middle of a task, nobody told it to; the table is that of an undisturbed sweep.
+
+    However long another one takes to start: Dask gives it 15 s, and would then wait for ever.
+    """
     pytest.importorskip("distributed", reason="the extra `reach` is not installed")
     here = ShardStore.open(tmp_path / "here", {"name": "x"}, resume=False)
     there = ShardStore.open(tmp_path / "there", {"name": "x"}, resume=False)
     run(here, TASKS, squares, Inline(), unwatched)
-    report = run(there, marked(tmp_path), dies_once, DaskCluster(None, workers=1), unwatched)
+    with import_module("dask.config").set({"distributed.deploy.lost-worker-timeout": "10 ms"}):
+        report = run(there, marked(tmp_path), dies_once, DaskCluster(None, workers=1), unwatched)
     assert (tmp_path / "marks").exists()
     assert (report.shards_done, report.rows_done) == (5, 10)
     assert table_of(there) == table_of(here)

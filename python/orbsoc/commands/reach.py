@@ -58,7 +58,7 @@ def reach(
             chosen = _checked(scenario, device, partition, deadline_ms)
             point = None if ephemeris is None else _point(ephemeris, chosen)
             document = _solve_and_write(
-                chosen, folder, executor, resume, (device, partition, deadline_ms), as_json
+                chosen, folder, executor, resume, (device, partition, deadline_ms), as_json, interrupts
             )
             if point is not None:
                 _write_messages(folder, point)
@@ -146,6 +146,7 @@ def _solve_and_write(
     resume: bool,
     hardware: tuple[str, str, float | None],
     as_json: bool,
+    interrupts: Interrupts,
 ) -> dict[str, Any]:
     from rich.console import Console
 
@@ -158,6 +159,7 @@ def _solve_and_write(
 
     with SweepProgress(Console(stderr=as_json)) as progress:
         reports = solve_into(folder, scenario, executor, progress, resume=resume)
+    interrupts.check()
     found = load(folder)
     device, partition, deadline_ms = hardware
     recorded = RecordedSequence.of(found.domain, grids_in(found))

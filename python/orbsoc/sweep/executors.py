@@ -6,10 +6,10 @@ import os
 import threading
 from collections import Counter, deque
 from collections.abc import Generator, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 from orbsoc.interrupts import held
 
@@ -115,6 +115,10 @@ class DaskCluster:
             ) from error
 
     def results(self, work: Work, tasks: Sequence[Task]) -> Results:
+        with _patience():
+            yield from self._results(work, tasks)
+
+    def _results(self, work: Work, tasks: Sequence[Task]) -> Results:
         dask, cluster = _dask(), None
         with _single_threaded_children():
             if self.address is None:
@@ -154,6 +158,17 @@ def _dask() -> Any:
         return import_module("distributed")
     except ImportError as error:
         raise StoreError("Dask is not installed; pip install 'orbsoc[reach]'") from error
+
+
+def _patience() -> AbstractContextManager[object]:
+    """An embedded cluster gives a lost worker all the time that it needs to start again.
+
+    Dask gives it 15 s, on its clusters of this process, and closes it for good then; work of a cluster that has no other
+    waits for ever.
+    """
+    _dask()
+    setting = {"distributed.deploy.lost-worker-timeout": "1 day"}
+    return cast("AbstractContextManager[object]", import_module("dask.config").set(setting))
 
 
 _environment = threading.Lock()
