@@ -18,6 +18,7 @@ class ConsoleApp(typer.Typer):
     """
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        sys.unraisablehook = _unraisable
         try:
             return super().__call__(*args, **kwargs)
         except KeyboardInterrupt:
@@ -30,6 +31,13 @@ class ConsoleApp(typer.Typer):
                 _say(words, end.code)
             _forget_the_signal()
             raise
+
+
+def _unraisable(lost: sys.UnraisableHookArgs) -> None:
+    """Ctrl-C that comes out where nothing can be raised, as in a weak reference's callback of an import: Python would
+    print a trace and go on. `Interrupts` remembers the signal."""
+    if not issubclass(lost.exc_type, KeyboardInterrupt):
+        sys.__unraisablehook__(lost)
 
 
 def _forget_the_signal() -> None:
