@@ -3,9 +3,10 @@
 //! K₁D⁻¹K₁ᵀ of a condensed form, and every loop is over whole rows.
 
 use super::factorization::{regularized, Regularization};
-use super::reduce::{dot, dot_of, dots};
+use super::reduce::dot_of;
 use crate::real::Real;
 use crate::symbolic::{Supernode, Symbolic};
+use core::ops::Range;
 
 /// Where such columns are among the matrix's words.
 #[derive(Clone, Copy)]
@@ -63,62 +64,41 @@ pub fn contribute<T: Real>(
     scratch: &mut [T],
     later: &mut [T],
 ) {
-    let mut left = Products { given, pivot_inverse, positions, column: 0 };
-    if T::ABREAST {
-        left.contribute::<2>(scratch, later);
-    }
-    left.contribute::<1>(scratch, later);
+    let pairs = if T::ABREAST { given.rows() / 2 * 2 } else { 0 };
+    let positions = contribute_of::<T, 2>(given, 0..pairs, pivot_inverse, positions, scratch, later);
+    contribute_of::<T, 1>(given, pairs..given.rows(), pivot_inverse, positions, scratch, later);
 }
 
-/// Products that are left: of the rows from `column` on, where they are listed.
-struct Products<'a, T> {
-    given: Given<'a, T>,
-    pivot_inverse: &'a [T],
-    positions: &'a [u32],
-    column: usize,
-}
-
-impl<T: Real> Products<'_, T> {
-    /// `M` columns at once, as long as there are as many.
-    #[inline(always)]
-    fn contribute<const M: usize>(&mut self, scratch: &mut [T], later: &mut [T]) {
-        let (given, rows) = (self.given, self.given.rows());
-        while self.column + M <= rows {
-            let (first, mut positions) = (self.column, [self.positions; M]);
-            let mut scaled: [&[T]; M] = [&[]; M];
-            for (m, row) in scratch.chunks_exact_mut(given.width).take(M).enumerate() {
-                divide(given.row(first + m), self.pivot_inverse, row);
-                scaled[m] = row;
-                (positions[m], self.positions) = self.positions.split_at(rows - first - m);
+/// The same for some `columns`, `R` at once; returns the positions of those after them.
+#[inline(always)]
+fn contribute_of<'p, T: Real, const R: usize>(
+    given: Given<T>,
+    columns: Range<usize>,
+    pivot_inverse: &[T],
+    mut positions: &'p [u32],
+    scratch: &mut [T],
+    later: &mut [T],
+) -> &'p [u32] {
+    let scaled = &mut scratch.as_chunks_mut::<R>().0[..given.width];
+    for first in columns.step_by(R) {
+        let mut here: [&[u32]; R] = [&[]; R];
+        for r in 0..R {
+            for ((scaled, &word), &inverse) in scaled.iter_mut().zip(given.row(first + r)).zip(pivot_inverse)
+            {
+                scaled[r] = word * inverse;
             }
-            // Rows that not all of these columns have, column by column.
-            for m in 0..M {
-                for row in m..M - 1 {
-                    let product = dot(scaled[m], given.row(first + row));
-                    subtract(&mut later[positions[m][row - m] as usize], product);
-                }
+            (here[r], positions) = positions.split_at(given.rows() - first - r);
+        }
+        for row in first..given.rows() {
+            let products = dot_of(given.row(row), scaled);
+            // Above its own row a column has none.
+            for r in 0..R.min(row - first + 1) {
+                let word = &mut later[here[r][row - first - r] as usize];
+                *word = *word - products[r];
             }
-            for row in M - 1..rows - first {
-                let products = dots(scaled, given.row(first + row));
-                for m in 0..M {
-                    subtract(&mut later[positions[m][row - m] as usize], products[m]);
-                }
-            }
-            self.column += M;
         }
     }
-}
-
-#[inline(always)]
-fn divide<T: Real>(words: &[T], pivot_inverse: &[T], out: &mut [T]) {
-    for ((out, &word), &inverse) in out.iter_mut().zip(words).zip(pivot_inverse) {
-        *out = word * inverse;
-    }
-}
-
-#[inline(always)]
-fn subtract<T: Real>(word: &mut T, product: T) {
-    *word = *word - product;
+    positions
 }
 
 /// What the columns' unknowns contribute to the rows `below`, counted from the first `later` one.

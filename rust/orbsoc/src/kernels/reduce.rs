@@ -88,44 +88,6 @@ pub fn dot_of<T: Real, const R: usize>(a: &[T], x: &[[T; R]]) -> [T; R] {
     add_of(left, add_of(add_of(b, f), add_of(d, h)))
 }
 
-/// aᵀx for each of `M` vectors a, with the bits of [`dot`]: each word of x is read once.
-#[inline(always)]
-pub fn dots<T: Real, const M: usize>(a: [&[T]; M], x: &[T]) -> [T; M] {
-    let mut dots = [T::zero(); M];
-    let (x_chunks, x_rest) = x.as_chunks::<WAYS>();
-    let (Some((first, x_chunks)), 2..) = (x_chunks.split_first(), M) else {
-        for m in 0..M {
-            dots[m] = dot(a[m], x);
-        }
-        return dots;
-    };
-    let (mut sums, mut chunks): ([[T; WAYS]; M], [&[[T; WAYS]]; M]) = ([*first; M], [&[]; M]);
-    for m in 0..M {
-        let (a, rest) = a[m].split_at(WAYS);
-        for way in 0..WAYS {
-            sums[m][way] = a[way] * first[way];
-        }
-        chunks[m] = &rest.as_chunks().0[..x_chunks.len()];
-    }
-    for (i, x) in x_chunks.iter().enumerate() {
-        for way in 0..WAYS {
-            for m in 0..M {
-                sums[m][way] = sums[m][way].add_mul(chunks[m][i][way], x[way]);
-            }
-        }
-    }
-    for m in 0..M {
-        let rest = &a[m][x.len() - x_rest.len()..];
-        for way in 0..WAYS - 1 {
-            let (Some(&a), Some(&x)) = (rest.get(way), x_rest.get(way)) else { break };
-            sums[m][way] = sums[m][way].add_mul(a, x);
-        }
-        let [a, b, c, d, e, f, g, h] = sums[m];
-        dots[m] = ((a + e) + (c + g)) + ((b + f) + (d + h));
-    }
-    dots
-}
-
 #[inline(always)]
 fn product_of<T: Real, const R: usize>(a: T, mut x: [T; R]) -> [T; R] {
     for word in &mut x {
@@ -387,21 +349,6 @@ mod tests {
             assert_eq!(dot_indexed(&a, &index, &reversed).to_bits(), expected);
             assert_eq!(pulp::Arch::new().dispatch(|| dot(&a, &b)).to_bits(), expected);
             assert_eq!(norm2(&a).to_bits(), dot(&a, &a).sqrt().to_bits());
-        }
-    }
-
-    #[test]
-    fn dots_abreast_have_the_bits_of_each() {
-        fn assert_as_each<const M: usize>(numbers: &mut Numbers, len: usize) {
-            let (lists, x) = ([0; M].map(|_| numbers.list(len)), numbers.list(len));
-            let found = dots(lists.each_ref().map(Vec::as_slice), &x);
-            let expected = lists.each_ref().map(|a| dot(a, &x));
-            assert_eq!(found.map(f64::to_bits), expected.map(f64::to_bits), "{M} of {len} terms");
-        }
-        let mut numbers = Numbers(11);
-        for len in SIZES.chain([300]) {
-            assert_as_each::<1>(&mut numbers, len);
-            assert_as_each::<2>(&mut numbers, len);
         }
     }
 
