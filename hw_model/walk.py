@@ -24,6 +24,9 @@ PROBLEM = "(problem data)"
 START_UP = "equilibrate"
 """Stage that begins every walk, cold or warm."""
 
+PARAMETERS = "parameters"
+"""Buffer that the PS writes anew before it begins another walk of a solve."""
+
 Kind = Literal["build", "compute", "copy", "launch", "interrupt", "flags", "publish", "rest"]
 """`build`: the PS generates the problem of a solve; `launch`: the frame that starts a segment; `flags`: status, data-valid flags and acknowledgement after it;
 `interrupt`: the PS learns, in whichever
@@ -74,6 +77,7 @@ def walk(trace: Trace, partition: Partition) -> list[Action]:
             if e and name == START_UP:
                 works = _end(partition, solve.pattern, residency, outputs)
                 actions += [Action(work, "ps", RESULT, s, iteration, e) for work in works]
+                residency.written([PARAMETERS], "ps")
             stage = pattern.stages[name]
             side = partition.side(stage.module)
             crossing = residency.missing(stage.reads, side)

@@ -16,7 +16,7 @@ from orbsoc.ps import PsScheduler
 from orbsoc.ps.events import Kind
 from orbsoc.settings import Settings
 from tests.core.ps_fake import STAGES, WORDS, FakeEngine, prepare
-from tests.core.test_second_walk import CARELESS, MENDED, badly_scaled
+from tests.core.test_second_walk import CARELESS, MENDED, MENDED_LATE, badly_scaled
 from tests.hw_model.synthetic import stage
 from tests.hw_model.test_walk import copies, trace_of
 from tests.hw_model.tiny import partition
@@ -60,18 +60,25 @@ SMALL = Problem(
 
 
 @pytest.mark.parametrize(
-    ("problem", "settings", "walks"), [(SMALL, Settings(), 1), (badly_scaled(MENDED[0]), CARELESS, 2)]
+    ("problem", "settings", "walks"),
+    [
+        (SMALL, Settings(), 1),
+        (badly_scaled(MENDED[0]), CARELESS, 2),
+        (badly_scaled(MENDED_LATE), CARELESS, 3),
+    ],
 )
 def test_the_walk_is_what_the_emulated_ps_does_with_the_real_solver(
     problem: Problem, settings: Settings, walks: int
 ) -> None:
-    """Also where a walk stalls and another follows."""
+    """Also where a walk stalls and others follow, for which the parameters, and nothing else, go to the PL again."""
     ps = PsScheduler(settings)
     assert ps(problem).status.name == "SOLVED"
     assert [stage for stage, _ in ps.trace["solves"][0]["events"]].count(START_UP) == walks
     trace = parse_trace(ps.trace)
     actions = walk(trace, partition(*PL_MODULES))
     needed = Counter((buffer, side) for _, buffer, side in copies(actions))
+    assert needed["parameters", "pl"] == walks
+    assert needed["raw_g", "pl"] == 1
     moved = Counter(
         (event.name, "pl" if event.kind is Kind.TO_PL else "ps")
         for event in ps.record

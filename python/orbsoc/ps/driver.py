@@ -87,13 +87,14 @@ class Driver:
         warm: bool = False,
         observe: Callable[[], None] | None = None,
     ) -> None:
-        """Load the problem and walk; from cold once more as long as `again` says so.
+        """Load the problem and walk; from cold once more as long as `again` says so, which may set other parameters.
 
         `warm` starts from the point that the engine holds; `observe` is called after each iteration but a walk's last.
         """
         self._publish(self._method.segments[0])
         self._walk_once(warm, observe)
         while again():
+            self._held_by_pl &= ~self._method.rewritten
             self._walk_once(warm=False, observe=observe)
 
     def _walk_once(self, warm: bool, observe: Callable[[], None] | None) -> None:

@@ -17,6 +17,9 @@ Step = tuple[str, ...]
 PROBLEM_DATA = "problem data"
 """Name of segment 0: what the outer loop loads before the first stage."""
 
+PARAMETERS = "parameters"
+"""Buffer that the PS writes anew before another walk of the same solve."""
+
 
 class StageInfo(Protocol):
     """One row of the dataflow table: the module's name, and buffer names."""
@@ -115,6 +118,11 @@ class Method:
             masks = (mask(info.reads), mask(info.writes), mask(info.stales))
             segments.append(Segment(number, stage, module, *masks))
         return cls(first, warm, again, last, repeat, done, buffers, tuple(segments))
+
+    @property
+    def rewritten(self) -> int:
+        """What the PS writes anew before another walk of the same solve."""
+        return sum(1 << position for position, name in enumerate(self.buffers) if name == PARAMETERS)
 
     def names(self, mask: int) -> list[str]:
         """The buffers of a bit mask."""

@@ -289,7 +289,12 @@ impl<'a> Walked<'a> {
             Stop::Interrupted => (Status::Interrupted, "stopped from outside"),
             _ => (Status::NumericalLimit, "no further progress; rescale the data or accept a larger tol"),
         };
-        self.assemble(status, &best, &evidence, format!("best iterate returned: {failed}; {advice}"))
+        let message = if self.control.best.is_finite() {
+            format!("best iterate returned: {failed}; {advice}")
+        } else {
+            format!("no iterate (x is NaN): the first linear solve gave no finite numbers; {advice}")
+        };
+        self.assemble(status, &best, &evidence, message)
     }
 
     /// A certificate of infeasibility that the original data support.

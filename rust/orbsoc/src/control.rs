@@ -33,7 +33,50 @@ pub(crate) const HIGHEST_STEP: f64 = 1e3;
 /// A step as short as this after a warm start says that the point was too near the boundary.
 const STUCK: f64 = 0.01;
 /// Share of `refinement_share` that a walk refines to when the one before it has stalled.
-pub(crate) const CAREFUL: f64 = 0.1;
+const CAREFUL: f64 = 0.1;
+/// So many times `static_regularization` shifts the pivots of a walk after two that stalled far from a solution.
+const FIRM: f64 = 10.0;
+
+/// What a walk does against rounding, a word for each stall before it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Care {
+    /// As the settings say.
+    #[default]
+    Plain,
+    /// Linear solves of more accuracy.
+    Refined,
+    /// That, and larger shifts of the pivots: what elimination rounds off must not hide them.
+    Shifted,
+}
+
+impl Care {
+    /// For a walk after one that stalled with `status`.
+    fn after_stall(self, status: Status) -> Option<Self> {
+        match self {
+            Self::Plain => Some(Self::Refined),
+            Self::Refined if status == Status::NumericalLimit => Some(Self::Shifted),
+            Self::Refined | Self::Shifted => None,
+        }
+    }
+
+    /// Part of `refinement_share` that linear solves are refined to.
+    pub fn refinement(self) -> f64 {
+        if self == Self::Plain {
+            1.0
+        } else {
+            CAREFUL
+        }
+    }
+
+    /// So many times `static_regularization` shifts the pivots.
+    pub fn shift(self) -> f64 {
+        if self == Self::Shifted {
+            FIRM
+        } else {
+            1.0
+        }
+    }
+}
 
 #[derive(Clone, Debug, Default)]
 #[allow(clippy::struct_excessive_bools)] // independent facts about one walk, no state machine
@@ -43,8 +86,8 @@ pub(crate) struct Control {
     /// Steps of earlier walks of the same solve.
     spent: u32,
     pub warm_start: WarmStart,
-    /// This walk follows one that stalled, with linear solves of more accuracy.
-    pub careful: bool,
+    /// More than none after a walk that stalled.
+    pub care: Care,
     /// Refinement steps of the whole solve.
     pub refinements: u32,
     /// Set from outside to stop at the next statistics.
@@ -76,9 +119,9 @@ impl Control {
         Self { best: f64::INFINITY, deadline, ..Self::default() }
     }
 
-    /// For the cold walk that is to follow this one, which ended with `status`, if one is: this one proved neither a
-    /// solution nor that there is none, neither the clock nor the user ended it, and it had started warm, or it stalled
-    /// for the first time.
+    /// For the cold walk that is to follow this one, after which the solve stands at `status`, if one is: nothing is
+    /// proved, neither a solution nor that there is none, neither the clock nor the user ended this walk, and it had
+    /// started warm, or it stalled for the first time, or for the second time far from a solution.
     pub fn again(&self, status: Status) -> Option<Self> {
         let settled = matches!(
             status,
@@ -92,8 +135,8 @@ impl Control {
             None
         } else if self.warm_start == WarmStart::Used {
             Some(self.fallen_back())
-        } else if self.stop == Some(Stop::Stalled) && !self.careful {
-            Some(Self { careful: true, ..self.anew() })
+        } else if self.stop == Some(Stop::Stalled) {
+            self.care.after_stall(status).map(|care| Self { care, ..self.anew() })
         } else {
             None
         }
@@ -188,7 +231,7 @@ impl Control {
         let (strict, primal, dual) = (word(stat::STRICT), word(stat::PRIMAL_RADIUS), word(stat::DUAL_RADIUS));
         self.improved = false;
         // A careful walk looks at every error, and so does one from a warm start, which begins where they are large.
-        let trusting = !self.careful && self.warm_start != WarmStart::Used;
+        let trusting = self.care == Care::Plain && self.warm_start != WarmStart::Used;
         self.accuracy.renew(trusting.then(|| w.refinement_goal[0].lane(lane)));
         if word(stat::WITNESS) != 0.0 || strict.is_nan() {
             return Outcome::Done(Stop::Stalled);

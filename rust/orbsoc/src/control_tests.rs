@@ -1,7 +1,7 @@
 //! When a walk stops, what it keeps, and what it may claim: decisions on made-up statistics.
 
 use crate::certificate::Walked;
-use crate::control::{keep_best, Control};
+use crate::control::{keep_best, Care, Control};
 use crate::kernels::linear_solve::refinement;
 use crate::oracle::mixed_problem;
 use crate::ps::stat;
@@ -248,4 +248,25 @@ fn a_certificate_is_claimed_from_fifty_times_the_data_on_and_not_after_a_limit()
     ] {
         assert_eq!(concluded(stop, 1e9), status, "what was cut short proves nothing");
     }
+}
+
+#[test]
+fn a_stall_is_followed_by_a_careful_walk_and_that_far_from_a_solution_by_one_with_larger_shifts() {
+    let ended = |stop, care| {
+        let mut control = Control::new(&Settings::default());
+        (control.stop, control.care) = (Some(stop), care);
+        control
+    };
+    let next = |care, status| ended(Stop::Stalled, care).again(status).map(|control| control.care);
+    for status in [Status::NumericalLimit, Status::SolvedInaccurate] {
+        assert_eq!(next(Care::Plain, status), Some(Care::Refined));
+        assert_eq!(next(Care::Shifted, status), None);
+    }
+    assert_eq!(next(Care::Refined, Status::NumericalLimit), Some(Care::Shifted));
+    assert_eq!(next(Care::Refined, Status::SolvedInaccurate), None);
+    assert!(ended(Stop::MaxIterations, Care::Refined).again(Status::MaxIterations).is_none());
+    let mut warm = ended(Stop::Stalled, Care::Plain);
+    warm.warm_start = WarmStart::Used;
+    let cold = warm.again(Status::NumericalLimit).unwrap();
+    assert_eq!((cold.care, cold.warm_start), (Care::Plain, WarmStart::FellBack));
 }

@@ -1,5 +1,6 @@
 //! One thread's lanes for a batch: eight problems begin together, stragglers go on beside the next eight.
 
+use crate::control::Care;
 use crate::error::Error;
 use crate::problem::Problem;
 use crate::real::Decide;
@@ -156,7 +157,7 @@ impl<T: Decide> Crew<T> {
     fn hand_over(&mut self, ended: Vec<(Seat, Solution)>, done: &mut Done<'_>) {
         for (seat, solution) in ended {
             if let Some(control) = seat.control.again(solution.status) {
-                let earlier = control.careful.then_some(solution);
+                let earlier = (control.care != Care::Plain).then_some(solution);
                 self.again.push(Seat { control, earlier, ..seat });
             } else {
                 done(seat.index, solution);

@@ -1,7 +1,7 @@
 //! A pattern's buffers in arithmetic `T`, and the arithmetic of each stage on them. No decisions:
 //! engines and batches decide.
 
-use crate::control::CAREFUL;
+use crate::control::Care;
 use crate::error::Error;
 use crate::execute::execute;
 use crate::problem::Problem;
@@ -68,21 +68,21 @@ impl<T: Decide> Datapath<T> {
         for buffer in KEPT {
             self.work.get_mut(buffer).iter_mut().for_each(|word| word.set_lane(lane, 0.0));
         }
-        self.refine_to(lane, 1.0);
+        self.take_care(lane, Care::default());
     }
 
-    /// Get a lane ready for another walk of the same solve, as `careful` as its control says.
-    pub fn restart(&mut self, lane: usize, careful: bool) {
+    /// Get a lane ready for another walk of the same solve.
+    pub fn restart(&mut self, lane: usize, care: Care) {
         self.reset(lane);
-        if careful {
-            self.refine_to(lane, CAREFUL);
-        }
+        self.take_care(lane, care);
     }
 
-    /// Let a lane's linear solves be refined to this part of the refinement share.
-    fn refine_to(&mut self, lane: usize, part: f64) {
-        let share = part * share_at(&self.settings);
-        self.work.parameters[parameter::REFINEMENT_SHARE].set_lane(lane, share);
+    /// Set what a walk of a lane that has been reset does against rounding.
+    pub fn take_care(&mut self, lane: usize, care: Care) {
+        let (settings, words) = (&self.settings, &mut self.work.parameters);
+        words[parameter::REFINEMENT_SHARE].set_lane(lane, care.refinement() * share_at(settings));
+        let shift = care.shift() * settings.static_regularization;
+        words[parameter::STATIC_REGULARIZATION].set_lane(lane, shift);
     }
 
     /// Problems' words into the input buffers, each into its own lane.
@@ -142,7 +142,8 @@ impl<T: Decide> Datapath<T> {
     }
 }
 
-/// Word by word, not lane by lane: the words of all lanes are next to one another. Word k is the number at `origin(k)`.
+/// Word by word, not lane by lane: the words of all lanes are next to one another. Word k is the number at `origin(k)`, or zero
+/// where that is subnormal: its inverse, by which equilibration scales, would be infinite.
 fn fill<'a, T: Decide>(
     to: &mut [T],
     lanes: &[(usize, &'a Problem)],

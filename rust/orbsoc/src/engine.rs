@@ -1,7 +1,7 @@
 //! One solve's state, and the only door to the kernels: [`Engine::run`].
 
 use crate::certificate::Walked;
-use crate::control::{keep_best, Control};
+use crate::control::{keep_best, Care, Control};
 use crate::datapath::Datapath;
 use crate::error::Error;
 use crate::problem::Problem;
@@ -246,16 +246,17 @@ impl<T: Decide> Engine<T> {
     }
 
     /// Whether the walk that ended with `solution` is to be followed by a cold one, for which the engine is then ready:
-    /// it proved neither a solution nor that there is none, neither the clock nor the user ended it, and it had started
-    /// warm, or it stalled for the first time. After a stall, linear solves are refined further.
+    /// nothing is proved, neither a solution nor that there is none, neither the clock nor the user ended the walk, and it
+    /// had started warm, or it stalled for the first time, or for the second time far from a solution. After a stall, linear
+    /// solves are refined further; after the second one, pivots are shifted by more, too. The parameters are other ones.
     pub fn begin_again(&mut self, solution: &Solution) -> bool {
         let Some(control) = self.control.again(solution.status) else {
             return false;
         };
-        if control.careful {
+        if control.care != Care::Plain {
             self.earlier = Some(solution.clone());
         }
-        self.path.restart(0, control.careful);
+        self.path.restart(0, control.care);
         self.control = control;
         true
     }
@@ -269,7 +270,7 @@ fn most_events(settings: &Settings) -> usize {
     };
     let once =
         |startup| runs(startup) + (settings.max_iterations as usize + 1) * runs(ITERATION) + runs(CLOSING);
-    once(WARM_STARTUP) + 2 * once(STARTUP)
+    once(WARM_STARTUP) + 3 * once(STARTUP)
 }
 
 /// Operations of each stage on a problem's pattern, and their longest dependent chain.

@@ -83,8 +83,8 @@ impl<T: Decide> Seats<T> {
             self.lanes.iter().map(|seat| seat.as_ref().map(|seat| &seat.problem)).collect();
         self.path.load(&problems);
         for (lane, seat) in self.lanes.iter().enumerate() {
-            if seat.as_ref().is_some_and(|seat| seat.control.careful) {
-                self.path.restart(lane, true);
+            if let Some(Seat { control, .. }) = seat {
+                self.path.take_care(lane, control.care);
             }
         }
     }

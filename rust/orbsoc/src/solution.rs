@@ -18,7 +18,7 @@ pub enum Status {
     MaxIterations,
     /// The time limit; the best iterate comes along.
     MaxTime,
-    /// No further progress in this arithmetic; the best iterate comes along.
+    /// No further progress in this arithmetic; the best iterate comes along, NaN where there was none.
     NumericalLimit,
     /// Stopped from outside; the best iterate comes along, NaN where a batch had not begun the problem.
     Interrupted,
