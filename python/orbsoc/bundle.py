@@ -60,7 +60,9 @@ class Bundle:
 
 
 def check_place(path: str | PathLike[str]) -> None:
-    """Raise OSError now where a bundle could not be written after the work is done."""
+    """Raise OSError now where a bundle could not be written after the work is done, TypeError where `path` is none."""
+    if not isinstance(path, str | PathLike):
+        raise TypeError(f"`bundle` is {path!r}; it must be the path of a file")
     place = Path(path)
     if not place.parent.is_dir():
         raise FileNotFoundError(f"bundle = {fspath(path)}: there is no folder {place.parent}")

@@ -122,7 +122,9 @@ def all_finite(values: Array) -> bool:
 
 
 def as_array(name: str, value: Any) -> NDArray[Any]:
-    """`value` as NumPy takes it; raises ProblemError naming the argument `name` for a ragged list."""
+    """`value` as NumPy takes it; raises ProblemError naming the argument `name` for a ragged list or masked entries."""
+    if np.ma.is_masked(value):
+        raise ProblemError(f"`{name}` has masked entries; fill them in first")
     try:
         return np.asarray(value)
     except ValueError as error:

@@ -9,6 +9,12 @@ from typing import Any
 COUNTS = {"max_iterations": (1, 100_000), "refinement_max": (0, 100), "ruiz_passes": (0, 100)}
 """Least and most of each count, as in the core, which allocates for as many in advance."""
 
+POSITIVE = (
+    "tol", "tol_inaccurate", "max_time_s", "static_regularization", "pivot_floor", "dynamic_regularization",
+    "refinement_tol", "refinement_share", "step_fraction",
+)  # fmt: skip
+"""What has to be above zero, and, but for the time, finite, as in the core."""
+
 _KINDS: dict[str, tuple[type, Any, str]] = {
     "bool": (bool, bool, "True or False"),
     "int": (Integral, int, "an integer"),
@@ -44,12 +50,14 @@ class Settings:
             value = getattr(self, name)
             if type(value).__name__ != kind:
                 object.__setattr__(self, name, _typed(name, kind, value))
-        for name in ("tol", "tol_inaccurate", "max_time_s"):
+        for name in POSITIVE:
             value = getattr(self, name)
             if not value > 0.0:
                 raise ValueError(f"settings: {name} = {value!r} must be a positive number")
             if name != "max_time_s" and value == float("inf"):
                 raise ValueError(f"settings: {name} = {value!r} must be finite")
+        if self.step_fraction >= 1.0:
+            raise ValueError(f"settings: step_fraction = {self.step_fraction!r} must be less than 1")
         for name, (least, most) in COUNTS.items():
             value = getattr(self, name)
             if not least <= value <= most:

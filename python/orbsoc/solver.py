@@ -104,7 +104,9 @@ class Solver:
         try:
             self._engine.update(problem)
         except _core.CoreError as error:
-            raise ProblemError(str(error)) from None
+            dense = any(f"`{name}`" in str(error) and not csc.is_sparse(data.get(name)) for name in "PAG")
+            hint = "; a zero of a dense matrix is no entry: a sparse one can store it" if dense else ""
+            raise ProblemError(f"{error}{hint}") from None
         self._problem = problem
 
     def solve(

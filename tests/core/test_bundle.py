@@ -36,6 +36,11 @@ def same_bits(one: orbsoc.Solution, other: orbsoc.Solution) -> bool:
     return vectors and counts == (other.status, other.iterations, other.refinements, other.message)
 
 
+def test_what_is_no_path_is_refused_before_the_solve() -> None:
+    with pytest.raises(TypeError, match="`bundle` is 3; it must be the path of a file"):
+        orbsoc.solve(LP, bundle=3)  # type: ignore[arg-type]
+
+
 def test_a_solved_problem_leaves_no_bundle(tmp_path: Path) -> None:
     path = tmp_path / "b.json"
     assert orbsoc.solve(LP, bundle=path).status is orbsoc.Status.SOLVED

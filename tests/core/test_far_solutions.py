@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import orbsoc
@@ -43,6 +44,17 @@ def test_a_radius_that_rounding_may_have_made_is_not_claimed() -> None:
     problem = Problem(P=[[1.0]], c=[0.0], G=steep, h=[0.0, 0.0, 1.0, 0.0], cones=Cones(q=[4]))
     solution = orbsoc.solve(problem)
     assert solution.status not in (Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE), solution.message
+
+
+@pytest.mark.parametrize("value", [1e-307, 1e-310, 5e-324])
+@pytest.mark.parametrize("name", ["P", "c", "G"])
+def test_numbers_whose_inverse_is_infinite_count_as_zero(name: str, value: float) -> None:
+    """x ≥ 0 at a cost of x₁ + x₂, but for the scaled matrix or vector."""
+    data = {"P": np.zeros((2, 2)), "c": np.ones(2), "G": -np.eye(2)}
+    data[name] = value * (np.eye(2) if name == "P" else data[name])
+    solution = orbsoc.solve(Problem(**data, h=np.zeros(2), cones=Cones(l=2)))
+    unbounded = name == "G" and value < 1e-308
+    assert solution.status is (Status.DUAL_INFEASIBLE if unbounded else Status.SOLVED), solution.message
 
 
 @pytest.mark.parametrize("steep", [1e293, 1e300, 1.7e308])

@@ -1,6 +1,6 @@
 //! Python's problem and settings into Rust's.
 
-use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyUntypedArray};
 use orbsoc::{Cones, Csc, Error, Problem, Settings};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::intern;
@@ -108,9 +108,11 @@ pub fn replace_numbers(problem: &mut Problem, data: &Bound<'_, PyDict>) -> PyRes
     Ok(true)
 }
 
-/// Whether `set` took the words of a plain vector.
+/// Whether `set` took the words of a plain vector. One of a class of its own may mean more than its words: a mask, say.
 fn numbers(value: &Bound<'_, PyAny>, set: impl FnOnce(&[f64]) -> Result<(), Error>) -> bool {
-    let plain = value.cast::<PyArray1<f64>>().ok().and_then(|array| array.try_readonly().ok());
+    let plain = value.get_type().is(value.py().get_type::<PyUntypedArray>());
+    let vector = value.cast::<PyArray1<f64>>().ok().filter(|_| plain);
+    let plain = vector.and_then(|array| array.try_readonly().ok());
     plain.is_some_and(|array| array.as_slice().is_ok_and(|words| set(words).is_ok()))
 }
 

@@ -154,7 +154,8 @@ fn fill<'a, T: Decide>(
     for (k, word) in to.iter_mut().enumerate() {
         let at = origin(k);
         for &(lane, numbers) in &lanes {
-            word.set_lane(lane, numbers[at]);
+            let number = numbers[at];
+            word.set_lane(lane, if number.is_subnormal() { 0.0 } else { number });
         }
     }
 }
