@@ -121,10 +121,18 @@ def all_finite(values: Array) -> bool:
     return bool(np.isfinite(values).all())
 
 
+def refuse_masked(name: str, value: Any) -> None:
+    """Raise ProblemError naming the argument `name` if an array, a row of a list or a sparse matrix hides entries."""
+    if is_sparse(value):
+        value = getattr(value, "data", None)
+    rows = value if isinstance(value, list | tuple) else [value]
+    if any(np.ma.is_masked(row) for row in rows):
+        raise ProblemError(f"`{name}` has masked entries; fill them in first")
+
+
 def as_array(name: str, value: Any) -> NDArray[Any]:
     """`value` as NumPy takes it; raises ProblemError naming the argument `name` for a ragged list or masked entries."""
-    if np.ma.is_masked(value):
-        raise ProblemError(f"`{name}` has masked entries; fill them in first")
+    refuse_masked(name, value)
     try:
         return np.asarray(value)
     except ValueError as error:
@@ -133,6 +141,8 @@ def as_array(name: str, value: Any) -> NDArray[Any]:
 
 def real_numbers(name: str, value: Any) -> NDArray[Any]:
     """`value` as an array of real numbers of any type; raises ProblemError naming the argument `name` for others."""
+    if is_sparse(value):
+        raise ProblemError(f"`{name}` is a sparse matrix; it must be an array of numbers")
     array = as_array(name, value)
     if array.size and array.dtype.kind not in "fiub":
         raise ProblemError(f"`{name}` has entries of type {array.dtype}; they must be real numbers")
@@ -144,7 +154,21 @@ def vector(name: str, value: Any) -> Array:
     array = real_numbers(name, value)
     if array.ndim != 1:
         raise ProblemError(f"`{name}` has shape {array.shape}; it must be one-dimensional")
-    return np.ascontiguousarray(array, dtype=np.float64) if array.size else np.zeros(0)
+    if not array.size:
+        return np.zeros(0)
+    return (
+        _narrowed(name, array) if array.dtype.itemsize > 8 else np.ascontiguousarray(array, dtype=np.float64)
+    )
+
+
+def _narrowed(name: str, array: NDArray[Any]) -> Array:
+    """Numbers of more than double precision in it; ProblemError where one becomes infinite."""
+    with np.errstate(over="ignore"):
+        out = np.ascontiguousarray(array, dtype=np.float64)
+    lost = np.flatnonzero(np.isinf(out) & np.isfinite(array))
+    if lost.size:
+        raise ProblemError(f"`{name}[{lost[0]}]` is {array[lost[0]]!s}, beyond double precision")
+    return out
 
 
 def sized_vector(name: str, value: Any, size: int) -> Array:
@@ -165,6 +189,7 @@ def canonical(name: str, value: Matrix, n: int) -> Csc:
     if matrix.ndim != 2:
         raise ProblemError(f"`{name}` has shape {matrix.shape}; it must be two-dimensional")
     if is_sparse(matrix):
+        refuse_masked(name, matrix)
         _check_indices(name, matrix)
     real = matrix.dtype.kind in "fiub"
     if not real and matrix.size:

@@ -97,6 +97,7 @@ class Solver:
             raise TypeError(f"update() has no data named {unknown[0]!r}; known are P, c, A, b, G, h")
         old = self.problem
         for name, value in data.items():
+            csc.refuse_masked(name, value)
             _check_shape(name, value, getattr(old, name).shape)
         copies = {name: value.copy() if hasattr(value, "copy") else value for name, value in data.items()}
         merged: dict[str, Any] = {name: getattr(old, name) for name in "PcAbGh"} | copies
@@ -104,8 +105,10 @@ class Solver:
         try:
             self._engine.update(problem)
         except _core.CoreError as error:
-            dense = any(f"`{name}`" in str(error) and not csc.is_sparse(data.get(name)) for name in "PAG")
-            hint = "; a zero of a dense matrix is no entry: a sparse one can store it" if dense else ""
+            dense = [name for name in "PAG" if data.get(name) is not None and not csc.is_sparse(data[name])]
+            fewer = [name for name in dense if getattr(problem, name).nnz < getattr(old, name).nnz]
+            lost = any(f"`{name}`" in str(error) for name in fewer)
+            hint = "; a zero of a dense matrix is no entry: a sparse one can store it" if lost else ""
             raise ProblemError(f"{error}{hint}") from None
         self._problem = problem
 

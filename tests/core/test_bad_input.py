@@ -154,8 +154,24 @@ def test_masked_entries_are_no_numbers(name: str) -> None:
     assert orbsoc.solve(Problem(**data | {name: unmasked}, cones=Cones(l=2))).status is Status.SOLVED
     with pytest.raises(orbsoc.ProblemError, match=f"`{name}` has masked entries"):
         Problem(**data | {name: hidden}, cones=Cones(l=2))
+    with pytest.raises(orbsoc.ProblemError, match=f"`{name}` has masked entries"):
+        Problem(**data | {name: list(hidden) if name == "G" else hidden}, cones=Cones(l=2))
     with pytest.raises(orbsoc.ProblemError, match="`c` has masked entries"):
         orbsoc.solve_batch(Problem(**data, cones=Cones(l=2)), c=np.ma.array([[1.0, 2.0]], mask=[[0, 1]]))
+
+
+def test_a_finite_number_beyond_double_precision_is_no_absent_row() -> None:
+    far = np.array([np.longdouble("0.0"), np.longdouble("1e400")])
+    if np.isinf(far[1]):
+        pytest.skip("long double is double here")
+    with pytest.raises(orbsoc.ProblemError, match=r"`h\[1\]` is 1e\+400, beyond double precision"):
+        Problem(c=[1.0], G=[[-1.0], [1.0]], h=far, cones=Cones(l=2))
+
+
+def test_a_batch_of_matrices_is_rows_of_their_entries() -> None:
+    problem = Problem(c=np.ones(2), G=-np.eye(2), h=np.zeros(2), cones=Cones(l=2))
+    with pytest.raises(orbsoc.ProblemError, match="`G` is a sparse matrix; it must be an array of numbers"):
+        orbsoc.solve_batch(problem, G=problem.G)
 
 
 def test_read_only_vectors_are_solved() -> None:

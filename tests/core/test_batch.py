@@ -98,7 +98,7 @@ def test_shapes_and_certificates_come_back_per_problem() -> None:
         ({"c": [["1", "2", "3"]]}, "`c` has entries of type <U1; they must be real numbers"),
         ({"c": [[1j, 2, 3]]}, "`c` has entries of type complex128; they must be real numbers"),
         ({"c": [[1.0, 2.0, 3.0], [1.0]]}, "`c` is not an array of numbers"),
-        ({"c": sparse.eye_array(3)}, "`c` has entries of type object; they must be real numbers"),
+        ({"c": sparse.eye_array(3)}, "`c` is a sparse matrix; it must be an array of numbers"),
         (
             {"P": [[1.0, 1.0, -1e-3]]},
             r"^problem 0 of the batch: `P` is not positive semidefinite: P\[2, 2\] is -0.001",

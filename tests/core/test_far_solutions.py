@@ -46,6 +46,45 @@ def test_a_radius_that_rounding_may_have_made_is_not_claimed() -> None:
     assert solution.status not in (Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE), solution.message
 
 
+@pytest.mark.parametrize("slope", [1.0, 1e-2, 1e-3, 1e-5])
+@pytest.mark.parametrize("cost", [1e-2, 1.0, 100.0])
+def test_of_two_certificates_the_stronger_one_is_claimed(slope: float, cost: float) -> None:
+    """No x below 2/slope is feasible, true; but there is a ray along which the cost falls for ever."""
+    problem = Problem(c=[cost * slope], G=[[slope]], h=[-2.0], cones=Cones(l=1))
+    solution = orbsoc.solve(problem)
+    assert solution.status is Status.DUAL_INFEASIBLE, solution.message
+    assert solution.certificate.radius > 1e8
+
+
+def driven(seed: int) -> tuple[Problem, float]:
+    """Unstable dynamics of four states over fifteen steps with a bounded input, and how large the states are without one."""
+    rng = np.random.default_rng([seed, 15, 20])
+    dynamics = rng.normal(size=(4, 4))
+    dynamics *= 2.0 / np.abs(np.linalg.eigvals(dynamics)).max()
+    gain, first, steps = rng.normal(size=(4, 1)), dynamics @ rng.normal(size=4), 15
+    states = np.eye(4 * steps) - np.kron(np.eye(steps, k=-1), dynamics)
+    A = np.hstack([states, np.kron(np.eye(steps), -gain)])
+    G = np.hstack([np.zeros((2 * steps, 4 * steps)), np.vstack([np.eye(steps), -np.eye(steps)])])
+    b = np.r_[first, np.zeros(4 * (steps - 1))]
+    P = np.diag(np.r_[np.ones(4 * steps), np.full(steps, 0.1)])
+    problem = Problem(P=P, c=np.zeros(5 * steps), A=A, b=b, G=G, h=np.full(2 * steps, 0.3), cones=Cones(l=30))
+    return problem, float(np.abs(np.linalg.solve(states, b)).max())
+
+
+def test_a_solution_farther_out_than_the_certificate_reaches_is_not_called_none() -> None:
+    """All are feasible, at states of 1e3 to 1e5; what is claimed must be true of nearer points, at least."""
+    statuses = []
+    for seed in range(20):
+        problem, size = driven(seed)
+        solution = orbsoc.solve(problem)
+        statuses.append(solution.status)
+        if solution.status is Status.PRIMAL_INFEASIBLE:
+            assert solution.certificate.radius <= size * (1.0 + 1e-9)
+    assert statuses[2] is Status.NUMERICAL_LIMIT
+    found = orbsoc.solve(driven(2)[0])
+    assert max(found.certificate.primal_residual, found.certificate.dual_residual) <= 1e-5
+
+
 @pytest.mark.parametrize("value", [1e-307, 1e-310, 5e-324])
 @pytest.mark.parametrize("name", ["P", "c", "G"])
 def test_numbers_whose_inverse_is_infinite_count_as_zero(name: str, value: float) -> None:
@@ -64,6 +103,16 @@ def test_a_slack_beyond_double_precision_is_no_solution(steep: float) -> None:
     solution = orbsoc.solve(problem)
     assert solution.status is Status.NUMERICAL_LIMIT, solution.message
     assert "primal residual inf" in solution.message
+
+
+@pytest.mark.parametrize("decades", range(1, 13))
+def test_rows_of_very_different_sizes_take_few_iterations(decades: int) -> None:
+    """At six decades a linear solve of the usual accuracy spoils the step in τ: 49 iterations without decision 0030."""
+    d = np.array([10.0**-decades, 1.0, 10.0**decades])
+    solution = orbsoc.solve(Problem(c=np.ones(3), G=-np.diag(d), h=-d, cones=Cones(l=3)))
+    assert solution.status is Status.SOLVED
+    assert solution.x == pytest.approx(np.ones(3), rel=1e-6)
+    assert solution.iterations <= 12
 
 
 @pytest.mark.parametrize("steep", [7.9e15, 1e17, 1e20])

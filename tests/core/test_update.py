@@ -98,15 +98,23 @@ def test_the_numbers_are_copied() -> None:
     assert bits(solver.solve()) == bits(orbsoc.solve(case(1)))
 
 
+def csc_of_masked() -> Any:
+    G = case(0).G.copy()  # type: ignore[attr-defined]
+    G.data = np.ma.array(G.data, mask=np.arange(G.nnz) == 1)
+    return G
+
+
 SPOILED: list[tuple[dict[str, Any], str]] = [
     ({"c": np.array([1.0, np.nan, 0.0])}, r"`c\[1\]` is nan"),
     ({"c": np.zeros(2)}, "`c` has 2 entries, but the solver was set up for 3"),
     ({"h": np.full(8, np.inf)}, r"`h\[4\]` is inf"),
-    ({"h": np.ones(8)}, "pattern"),
+    ({"h": np.ones(8)}, r"`h` is \+∞ in other rows"),
+    ({"G": csc_of_masked()}, "`G` has masked entries"),
     ({"b": np.array(["x"])}, "`b` has entries of type"),
     ({"c": np.ma.array([1.0, 2.0, 0.0], mask=[False, True, False])}, "`c` has masked entries"),
     ({"G": sparse.csc_array(np.ones((8, 3)))}, "for$"),
-    ({"G": np.ones((8, 3))}, "a zero of a dense matrix is no entry"),
+    ({"G": np.ones((8, 3))}, "for$"),
+    ({"G": np.zeros((8, 3))}, "a zero of a dense matrix is no entry"),
     ({"A": sparse.csc_array((1, 2))}, r"`A` has shape \(1, 2\)"),
     ({"A": sparse.csc_array(np.array([[1.0, 0.0, np.inf]]))}, r"`A\[0, 2\]` is inf"),
     ({"P": -np.eye(3)}, "`P` is not positive semidefinite"),

@@ -16,7 +16,7 @@ from orbsoc.ps import PsScheduler
 from orbsoc.ps.events import Kind
 from orbsoc.settings import Settings
 from tests.core.ps_fake import STAGES, WORDS, FakeEngine, prepare
-from tests.core.test_second_walk import CARELESS, MENDED, MENDED_LATE, badly_scaled
+from tests.core.test_second_walk import CARELESS, MENDED, TOO_LITTLE, badly_scaled, mended_late
 from tests.hw_model.synthetic import stage
 from tests.hw_model.test_walk import copies, trace_of
 from tests.hw_model.tiny import partition
@@ -64,7 +64,7 @@ SMALL = Problem(
     [
         (SMALL, Settings(), 1),
         (badly_scaled(MENDED[0]), CARELESS, 2),
-        (badly_scaled(MENDED_LATE), CARELESS, 3),
+        (mended_late(), TOO_LITTLE, 3),
     ],
 )
 def test_the_walk_is_what_the_emulated_ps_does_with_the_real_solver(

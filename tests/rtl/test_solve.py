@@ -15,7 +15,7 @@ from orbsoc.rtl_session import RtlPort, RtlSession
 from orbsoc.rtl_solve import SolveOutcome, described, solve_on_rtl
 from orbsoc.rtl_solve_points import FOUR_LANES, TIGHT, quick_solves, run_solves
 from orbsoc.rtl_validation import RtlError, built, problems
-from tests.core.test_second_walk import CARELESS, MENDED_LATE, badly_scaled
+from tests.core.test_second_walk import TOO_LITTLE, mended_late
 from tests.rtl.verilator import require_verilator
 
 RTL = Path(__file__).parents[2] / "rtl"
@@ -47,7 +47,7 @@ def test_whole_solves_on_the_rtl_are_rusts_bit_for_bit_and_the_models_to_one_per
 def test_walks_after_a_stall_are_rusts_on_the_rtl_too() -> None:
     """The third walk has other shifts of the pivots, which the PL must be told."""
     require_verilator()
-    outcome = solve_on_rtl(RTL, "stalls twice", badly_scaled(MENDED_LATE), CARELESS, engine=FOUR_LANES)
+    outcome = solve_on_rtl(RTL, "stalls twice", mended_late(), TOO_LITTLE, engine=FOUR_LANES)
     assert described(outcome) == []
     assert outcome.good
     assert outcome.status == "SOLVED"

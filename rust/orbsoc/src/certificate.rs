@@ -7,7 +7,7 @@ use crate::doubt::{hidden, rounding, wandering, Doubt};
 use crate::problem::Problem;
 use crate::real::Decide;
 use crate::settings::Settings;
-use crate::solution::{Certificate, Solution, Status};
+use crate::solution::{beyond, Certificate, Solution, Status};
 use crate::stage::Stop;
 use crate::structure::Structure;
 use crate::sums::{larger, symmetric_product, Sums};
@@ -29,6 +29,22 @@ struct Candidate {
     y: DVector<f64>,
     z: DVector<f64>,
     s: DVector<f64>,
+}
+
+/// A certificate of infeasibility on the user's data.
+struct Proof {
+    status: Status,
+    at: Candidate,
+    radius: f64,
+    /// The radius over the data's scale.
+    relative: f64,
+}
+
+impl Proof {
+    fn refutes(&self, point: &Candidate) -> bool {
+        let [x, y, z] = [&point.x, &point.y, &point.z].map(DVector::as_slice);
+        !beyond(self.status, self.radius, x, y, z)
+    }
 }
 
 /// What the projection of (head, tail) onto its cone makes of the head, and by what it multiplies the tail;
@@ -268,8 +284,10 @@ impl<'a> Walked<'a> {
         let by_certificate = matches!(stop, Stop::PrimalCertificate | Stop::DualCertificate);
         // A nearly solved problem is not infeasible, however far out its solution lies.
         if by_certificate || (stop == Stop::Stalled && !solved && !usable) {
-            if let Some(solution) = self.infeasible() {
-                return solution;
+            // … and where its products hide what is missing, a point as large as the radius is not refuted by it.
+            let apparent = (!by_certificate && ratio <= self.settings.tol_inaccurate).then_some(&best);
+            if let Some(proof) = self.infeasible(apparent) {
+                return self.claim(&proof);
             }
         }
         if solved {
@@ -297,32 +315,33 @@ impl<'a> Walked<'a> {
         self.assemble(status, &best, &evidence, message)
     }
 
-    /// A certificate of infeasibility that the original data support.
-    fn infeasible(&self) -> Option<Solution> {
-        let problem = self.problem;
+    /// The stronger certificate of infeasibility, of those that the original data support and an `apparent` solution
+    /// does not speak against.
+    fn infeasible(&self, apparent: Option<&Candidate>) -> Option<Proof> {
         let (farkas, ray) = self.witness.split_at_checked(self.structure.unknowns())?;
-        if self.control.primal_radius > 0.0 {
-            let mut at = self.candidate(farkas, false);
-            let (radius, relative) = primal_radius(problem, &mut at);
-            if relative >= RADIUS_CLAIMED {
-                at.x.fill(f64::NAN);
-                let message = format!("no feasible x has ‖x‖∞ < {radius:.3e}");
-                return Some(self.claim(Status::PrimalInfeasible, &at, radius, message));
-            }
-        }
-        if self.control.dual_radius > 0.0 {
-            let mut at = self.candidate(ray, false);
-            let (radius, relative) = dual_radius(problem, &mut at);
-            if relative >= RADIUS_CLAIMED {
-                at.y.fill(f64::NAN);
-                at.z.fill(f64::NAN);
-                let message = format!(
-                    "dual infeasible (unbounded if feasible): no dual point has norm below {radius:.3e}"
-                );
-                return Some(self.claim(Status::DualInfeasible, &at, radius, message));
-            }
-        }
-        None
+        let primal = (self.control.primal_radius > 0.0).then(|| self.farkas(farkas));
+        let dual = (self.control.dual_radius > 0.0).then(|| self.ray(ray));
+        let proofs = primal.into_iter().chain(dual).filter(|proof| {
+            proof.relative >= RADIUS_CLAIMED && apparent.is_none_or(|solution| proof.refutes(solution))
+        });
+        proofs.max_by(|one, other| one.relative.total_cmp(&other.relative))
+    }
+
+    /// That no x is feasible.
+    fn farkas(&self, words: &[f64]) -> Proof {
+        let mut at = self.candidate(words, false);
+        let (radius, relative) = primal_radius(self.problem, &mut at);
+        at.x.fill(f64::NAN);
+        Proof { status: Status::PrimalInfeasible, at, radius, relative }
+    }
+
+    /// That no dual point is.
+    fn ray(&self, words: &[f64]) -> Proof {
+        let mut at = self.candidate(words, false);
+        let (radius, relative) = dual_radius(self.problem, &mut at);
+        at.y.fill(f64::NAN);
+        at.z.fill(f64::NAN);
+        Proof { status: Status::DualInfeasible, at, radius, relative }
     }
 
     /// Read (x, y, z) and perhaps s from words in the user's scaling, into the user's rows.
@@ -341,12 +360,17 @@ impl<'a> Walked<'a> {
         Candidate { x: take(0, n), y: take(n, p), z, s }
     }
 
-    fn claim(&self, status: Status, at: &Candidate, radius: f64, message: String) -> Solution {
-        let none = f64::NAN;
+    fn claim(&self, proof: &Proof) -> Solution {
+        let (none, radius) = (f64::NAN, proof.radius);
         let certificate = Certificate { primal_residual: none, dual_residual: none, gap: none, radius };
-        let infinite = if status == Status::PrimalInfeasible { f64::INFINITY } else { f64::NEG_INFINITY };
+        let (infinite, message) = if proof.status == Status::PrimalInfeasible {
+            (f64::INFINITY, format!("no feasible x has ‖x‖∞ < {radius:.3e}"))
+        } else {
+            let what = "dual infeasible (unbounded if feasible)";
+            (f64::NEG_INFINITY, format!("{what}: no dual point has norm below {radius:.3e}"))
+        };
         let evidence = Evidence { certificate, referee: none, objective: infinite, dual_objective: infinite };
-        self.assemble(status, at, &evidence, message)
+        self.assemble(proof.status, &proof.at, &evidence, message)
     }
 
     fn assemble(&self, status: Status, at: &Candidate, evidence: &Evidence, message: String) -> Solution {

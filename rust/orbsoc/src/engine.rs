@@ -242,7 +242,8 @@ impl<T: Decide> Engine<T> {
     /// The outcome of the walk that ended, with the status that its numbers support; an earlier walk's of the same
     /// solve, where that is the better one.
     pub fn conclude(&self) -> Solution {
-        Walked::new(&self.path, 0, &self.problem, &self.control).conclude().after(self.earlier.as_ref())
+        let walked = Walked::new(&self.path, 0, &self.problem, &self.control).conclude();
+        walked.after(self.earlier.as_ref(), self.path.settings.tol_inaccurate)
     }
 
     /// Whether the walk that ended with `solution` is to be followed by a cold one, for which the engine is then ready:

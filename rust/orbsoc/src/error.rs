@@ -107,6 +107,9 @@ impl fmt::Display for Error {
             Self::TooLarge { what, size } => {
                 write!(f, "{what} has {size} entries, more than 32-bit indices can address")
             }
+            Self::PatternChanged { argument: "h" } => {
+                write!(f, "`h` is +∞ in other rows than the problem this engine was set up for; absent rows stay so")
+            }
             Self::PatternChanged { argument } => write!(
                 f,
                 "`{argument}` does not have the sparsity pattern of the problem this engine was set up for"

@@ -353,10 +353,12 @@ fn statistics<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
         &mut w.centering,
         &mut w.statistics,
     );
-    let (share, floor) = (parameter::REFINEMENT_SHARE, parameter::RESIDUAL_FLOOR);
-    let tau = w.homogenizer[0];
-    w.refinement_goal[0] = ps::refinement_goal(&w.residual, tau, w.parameters[share], w.parameters[floor]);
-    ps::balance_regularization(structure.n, &w.point, &w.parameters, &mut w.regularization);
+    let degree = T::constant(structure.cones.degree() as f64 + 1.0);
+    let complementarity = w.statistics[ps::stat::MU] * degree;
+    let sizes = ps::sizes(structure.n, &w.point);
+    w.refinement_goal[0] =
+        ps::refinement_goal(&w.residual, complementarity, sizes, &w.homogenizer, &w.parameters);
+    ps::balance_regularization(sizes, &w.parameters, &mut w.regularization);
 }
 
 #[inline(always)]

@@ -278,10 +278,30 @@ pub(crate) fn cone_product<T: Real>(
 }
 
 /// How large an error of a linear solve may be: a share of the residual that the step is to reduce,
-/// which the error adds to. No residual smaller than `floor`, once divided by τ, is worth an effort.
+/// which the error adds to. No residual smaller than the floor, once divided by τ, is worth an effort.
+///
+/// An error e also moves dτ by up to ‖(x, y, z)‖ e over the complementarity sᵀz + τκ. Where the point is more than a hundred
+/// times as large as τ, on the way to a solution (κ below τ/1000), it may take no more than the same share of that.
 #[inline(always)]
-pub(crate) fn refinement_goal<T: Real>(residual: &[T], tau: T, share: T, floor: T) -> T {
-    share * max_abs(residual).max(floor * tau)
+pub(crate) fn refinement_goal<T: Real>(
+    residual: &[T],
+    complementarity: T,
+    (size_x, size_yz): (T, T),
+    homogenizer: &[T],
+    parameters: &[T],
+) -> T {
+    let share = parameters[parameter::REFINEMENT_SHARE];
+    let (tau, kappa) = (homogenizer[0], homogenizer[1]);
+    let goal = share * max_abs(residual).max(parameters[parameter::RESIDUAL_FLOOR] * tau);
+    let size = size_x.max(size_yz);
+    let far = (T::constant(100.0) * tau.max(T::constant(1e3) * kappa)).lt(size);
+    T::select(far, goal.min(share * (complementarity / size)), goal)
+}
+
+/// How large x is, and (y, z).
+#[inline(always)]
+pub(crate) fn sizes<T: Real>(n: usize, point: &[T]) -> (T, T) {
+    (max_abs(&point[..n]), max_abs(&point[n..]))
 }
 
 /// Share of the way to the boundary that the corrector's step may take: `most` where the predictor promises
@@ -308,12 +328,11 @@ pub(crate) fn first_regularization<T: Real>(parameters: &[T], out: &mut [T]) {
 /// and to those of y and z, down·‖(y, z)‖, is of one size, its geometric mean being the setting. `up` is never
 /// the larger one: directions in which the cost is flat are what refinement mends last.
 #[inline(always)]
-pub(crate) fn balance_regularization<T: Real>(n: usize, point: &[T], parameters: &[T], out: &mut [T]) {
+pub(crate) fn balance_regularization<T: Real>((size_x, size_yz): (T, T), parameters: &[T], out: &mut [T]) {
     first_regularization(parameters, out);
     let level = parameters[parameter::STATIC_REGULARIZATION];
     let one = T::one();
-    let (size_x, size_yz) = (max_abs(&point[..n]).max(one), max_abs(&point[n..]).max(one));
-    let tilt = (size_yz / size_x).min(one).max(T::constant(1e-6)).sqrt();
+    let tilt = (size_yz.max(one) / size_x.max(one)).min(one).max(T::constant(1e-6)).sqrt();
     out[regularization::UP] = level * tilt;
     out[regularization::DOWN] = level / tilt;
 }

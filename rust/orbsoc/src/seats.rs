@@ -204,7 +204,7 @@ impl<T: Decide> Seats<T> {
         let ended = self.lanes.iter_mut().enumerate().filter_map(|(lane, seat)| {
             let seat = seat.take_if(|seat| !seat.busy())?;
             let walked = Walked::new(path, lane, &seat.problem, &seat.control).conclude();
-            let solution = walked.after(seat.earlier.as_ref());
+            let solution = walked.after(seat.earlier.as_ref(), path.settings.tol_inaccurate);
             Some((seat, solution))
         });
         ended.collect()

@@ -152,8 +152,8 @@ impl Solution {
 
     /// The outcome of a solve whose last walk has this one, after an `earlier` walk that stalled: the better of the two,
     /// with the counts of all walks.
-    pub(crate) fn after(self, earlier: Option<&Self>) -> Self {
-        let Some(earlier) = earlier.filter(|earlier| !self.replaces(earlier)) else {
+    pub(crate) fn after(self, earlier: Option<&Self>, tol_inaccurate: f64) -> Self {
+        let Some(earlier) = earlier.filter(|earlier| !self.replaces(earlier, tol_inaccurate)) else {
             return self;
         };
         let Self { iterations, refinements, warm_start, .. } = self;
@@ -171,16 +171,28 @@ impl Solution {
     }
 
     /// Whether this outcome is worth more than that of an `earlier` walk, which stalled: inaccurate or at a numerical limit. One
-    /// that is nearly solved is not infeasible.
-    fn replaces(&self, earlier: &Self) -> bool {
+    /// that is nearly solved is not infeasible, nor one that appears to be, at a point of which the proof says nothing.
+    fn replaces(&self, earlier: &Self, tol_inaccurate: f64) -> bool {
         let usable = earlier.status == Status::SolvedInaccurate;
         match self.status {
             Status::Solved => true,
-            Status::PrimalInfeasible | Status::DualInfeasible => !usable,
+            Status::PrimalInfeasible | Status::DualInfeasible => {
+                let (x, y, z) = (&earlier.x, &earlier.y, &earlier.z);
+                let apparent = earlier.certificate.worst() <= tol_inaccurate
+                    && beyond(self.status, self.certificate.radius, x, y, z);
+                !(usable || apparent)
+            }
             status if (status == Status::SolvedInaccurate) != usable => !usable,
             _ => self.certificate.worst() < earlier.certificate.worst(),
         }
     }
+}
+
+/// Whether a point is so large that a proof of infeasibility with this radius says nothing of it.
+pub(crate) fn beyond(status: Status, radius: f64, x: &[f64], y: &[f64], z: &[f64]) -> bool {
+    let size = |v: &[f64]| v.iter().fold(0.0, |top: f64, v| top.max(v.abs()));
+    let size = if status == Status::PrimalInfeasible { size(x) } else { size(y).max(size(z)) };
+    size >= radius
 }
 
 #[cfg(test)]

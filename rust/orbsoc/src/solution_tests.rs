@@ -2,6 +2,8 @@
 
 use super::{Certificate, Solution, Status, WarmStart};
 
+const INACCURATE: f64 = 1e-5;
+
 fn outcome(status: Status, residual: f64, iterations: u32) -> Solution {
     let certificate =
         Certificate { primal_residual: residual, dual_residual: 0.0, gap: 0.0, radius: f64::NAN };
@@ -25,7 +27,7 @@ fn outcome(status: Status, residual: f64, iterations: u32) -> Solution {
 /// The status, which walk's numbers, and the message of the second walk after the first.
 fn after(first: (Status, f64), second: (Status, f64)) -> (Status, f64, String) {
     let first = outcome(first.0, first.1, 10);
-    let found = outcome(second.0, second.1, 30).after(Some(&first));
+    let found = outcome(second.0, second.1, 30).after(Some(&first), INACCURATE);
     assert_eq!((found.iterations, found.refinements), (30, 30), "the second's counts include the first's");
     assert_eq!([found.x[0], found.objective], [found.certificate.primal_residual; 2], "of one walk");
     (found.status, found.x[0], found.message)
@@ -48,6 +50,7 @@ fn the_better_status_counts_and_among_equals_the_smaller_residual() {
         ((NumericalLimit, large), (NumericalLimit, small), NumericalLimit, small),
         ((NumericalLimit, small), (MaxIterations, large), NumericalLimit, small),
         ((NumericalLimit, large), (MaxIterations, small), MaxIterations, small),
+        ((NumericalLimit, large), (PrimalInfeasible, small), PrimalInfeasible, small),
         ((NumericalLimit, small), (PrimalInfeasible, large), PrimalInfeasible, large),
         ((SolvedInaccurate, small), (PrimalInfeasible, large), SolvedInaccurate, small),
         ((SolvedInaccurate, small), (DualInfeasible, large), SolvedInaccurate, small),
@@ -67,4 +70,24 @@ fn a_solve_that_was_stopped_says_so() {
     assert_eq!(message, "stopped in another walk; after the one before: residual 1e-7");
     let (_, _, message) = after((Status::NumericalLimit, 1e-3), (Status::NumericalLimit, 1e-7));
     assert_eq!(message, "residual 1e-7");
+}
+
+#[test]
+fn a_proof_does_not_replace_what_appears_to_be_a_solution_farther_out_than_it_reaches() {
+    let claim = |status, radius| {
+        let mut claim = outcome(status, f64::NAN, 30);
+        claim.certificate.radius = radius;
+        claim
+    };
+    let far = |residual| {
+        let mut first = outcome(Status::NumericalLimit, residual, 10);
+        (first.x, first.y, first.z) = (vec![-1e4], vec![1.0], vec![2e3]);
+        first
+    };
+    for (status, size) in [(Status::PrimalInfeasible, 1e4), (Status::DualInfeasible, 2e3)] {
+        let outcome = |residual, radius| claim(status, radius).after(Some(&far(residual)), INACCURATE).status;
+        assert_eq!(outcome(0.5 * INACCURATE, size), Status::NumericalLimit);
+        assert_eq!(outcome(0.5 * INACCURATE, 1.01 * size), status, "it is nearer than that");
+        assert_eq!(outcome(2.0 * INACCURATE, size), status, "it does not appear to be one");
+    }
 }
