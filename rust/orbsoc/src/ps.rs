@@ -280,7 +280,7 @@ pub(crate) fn cone_product<T: Real>(
 /// How large an error of a linear solve may be: a share of the residual that the step is to reduce,
 /// which the error adds to. No residual smaller than the floor, once divided by τ, is worth an effort.
 ///
-/// An error e also moves dτ by up to ‖(x, y, z)‖ e over the complementarity sᵀz + τκ. Where the point is more than a hundred
+/// An error e also moves dτ by up to ‖(x, y, z)‖ e over the complementarity sᵀz + τκ. Where the point is more than a thousand
 /// times as large as τ, on the way to a solution (κ below τ/1000), it may take no more than the same share of that.
 #[inline(always)]
 pub(crate) fn refinement_goal<T: Real>(
@@ -294,7 +294,7 @@ pub(crate) fn refinement_goal<T: Real>(
     let (tau, kappa) = (homogenizer[0], homogenizer[1]);
     let goal = share * max_abs(residual).max(parameters[parameter::RESIDUAL_FLOOR] * tau);
     let size = size_x.max(size_yz);
-    let far = (T::constant(100.0) * tau.max(T::constant(1e3) * kappa)).lt(size);
+    let far = (T::constant(1e3) * tau.max(T::constant(1e3) * kappa)).lt(size);
     T::select(far, goal.min(share * (complementarity / size)), goal)
 }
 
