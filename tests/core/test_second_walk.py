@@ -75,6 +75,10 @@ def walks(problem: Problem, settings: Settings) -> list[orbsoc.Solution]:
     return found
 
 
+def bits(solution: orbsoc.Solution) -> list[bytes]:
+    return [getattr(solution, name).tobytes() for name in "xyzs"]
+
+
 def worst(solution: orbsoc.Solution) -> float:
     found = solution.certificate
     return max(found.primal_residual, found.dual_residual, found.gap)
@@ -88,9 +92,7 @@ def test_the_second_walk_is_that_of_a_tenth_of_the_share(seed: int) -> None:
     careful = orbsoc.solve(problem, CAREFUL)
     assert first.status in (orbsoc.Status.NUMERICAL_LIMIT, orbsoc.Status.SOLVED_INACCURATE)
     assert solution.status is careful.status is orbsoc.Status.SOLVED
-    for name in "xyzs":
-        assert getattr(solution, name).tobytes() == getattr(careful, name).tobytes()
-        assert getattr(solution, name).tobytes() == getattr(last, name).tobytes()
+    assert bits(solution) == bits(careful) == bits(last)
     assert solution.iterations == first.iterations + careful.iterations
     assert solution.refinements == first.refinements + careful.refinements
 
@@ -101,9 +103,7 @@ def test_the_third_walk_has_ten_times_the_shifts() -> None:
     solution, firm = orbsoc.solve(problem, TOO_LITTLE), orbsoc.solve(problem, ENOUGH)
     assert second.status is orbsoc.Status.NUMERICAL_LIMIT
     assert solution.status is firm.status is orbsoc.Status.SOLVED
-    for name in "xyzs":
-        assert getattr(solution, name).tobytes() == getattr(firm, name).tobytes()
-        assert getattr(solution, name).tobytes() == getattr(last, name).tobytes()
+    assert bits(solution) == bits(firm) == bits(last)
     assert solution.iterations == second.iterations + firm.iterations
     assert solution.refinements == second.refinements + firm.refinements
 
@@ -115,8 +115,7 @@ def test_the_best_of_three_stalled_walks_counts() -> None:
     alone = [walks(problem, settings)[0] for settings in (CARELESS, CAREFUL, FIRM)]
     best = min(alone, key=worst)
     assert len({worst(found) for found in alone}) == 3
-    for name in "xyzs":
-        assert getattr(solution, name).tobytes() == getattr(best, name).tobytes()
+    assert bits(solution) == bits(best)
     assert worst(solution) == worst(last) == worst(best)
     assert solution.status is orbsoc.Status.NUMERICAL_LIMIT
     assert solution.iterations == sum(found.iterations for found in alone)
