@@ -1,9 +1,10 @@
 //! PL module *matrix scaling*: Ruiz equilibration of the problem data, and its undoing.
 //!
 //! P̂ = γDPD, Â = EAD, Ĝ = FGD, ĉ = γDc, b̂ = Eb, ĥ = Fh with diagonal D, E, F and one factor per
-//! second-order cone, so that every row and column of the KKT matrix has maximum entry about one.
+//! second-order cone, so that every row and column of the KKT matrix has maximum entry about one; of P and c, too,
+//! unless small costs beside large ones would vanish.
 
-use super::reduce::max_abs;
+use super::reduce::{max_abs, min_abs_above};
 use crate::real::Real;
 use crate::stretch::Alike;
 use crate::structure::{Pattern, Structure};
@@ -16,6 +17,10 @@ pub struct Data<'a, T> {
     pub g: &'a mut [T],
     pub q: &'a mut [T],
 }
+
+/// Regularisation hides what is much smaller than this beside one.
+const LEAST_COST: f64 = 1e-3;
+const NO_COST: f64 = 1e-12;
 
 /// Scale `data` in place. Outputs: (D, E, F) and its reciprocals over the unknowns, (γ, 1/γ).
 #[inline(always)]
@@ -51,7 +56,7 @@ pub fn equilibrate<T: Real>(
     for (q, &scale) in data.q.iter_mut().zip(scale.iter()) {
         *q = *q * scale;
     }
-    let gamma = T::one() / nonzero(max_abs(&data.q[..n]).max(max_abs(data.p)));
+    let gamma = cost_factor(&data.q[..n], data.p);
     for word in data.p.iter_mut().chain(&mut data.q[..n]) {
         *word = *word * gamma;
     }
@@ -60,6 +65,15 @@ pub fn equilibrate<T: Real>(
     }
     cost_scale[0] = gamma;
     cost_scale[1] = T::one() / gamma;
+}
+
+/// γ, which makes the largest entry of the scaled P and c one; but where large costs stand beside small ones, no cost
+/// becomes smaller than `LEAST_COST` that is not smaller already. One below `NO_COST` of the largest is rounding.
+#[inline(always)]
+fn cost_factor<T: Real>(c: &[T], p: &[T]) -> T {
+    let most = nonzero(max_abs(c).max(max_abs(p)));
+    let least = min_abs_above(c, T::constant(NO_COST) * most, most);
+    (T::one() / most).max(T::constant(LEAST_COST) / least.max(T::one()))
 }
 
 /// One where a norm vanishes (nothing to scale), the norm elsewhere.
@@ -360,5 +374,24 @@ mod tests {
             assert_ne!(at.scale[k], 1.0, "unknown {k}");
         }
         assert_eq!(at.cost, [1.0, 1.0], "a cost of zeros is left alone, too");
+    }
+
+    #[test]
+    fn the_cost_factor_keeps_small_costs_in_sight_of_large_ones() {
+        let close = |c: &[f64], p: &[f64], expected: f64| {
+            let found = cost_factor(c, p);
+            assert!(
+                (found - expected).abs() <= 1e-15 * expected,
+                "{c:?}, {p:?}: {found:e}, not {expected:e}"
+            );
+        };
+        close(&[4.0, -0.5], &[2.0], 0.25); // the largest entry
+        close(&[0.0, 0.0], &[2.0], 0.5);
+        close(&[0.0], &[], 1.0); // nothing to scale
+        close(&[-1e2, 1e-5], &[], 1e-2);
+        close(&[1e8, 2.0], &[], 0.5e-3); // 2 becomes LEAST_COST
+        close(&[1e8, 0.2], &[], 1e-3); // what is below one may become smaller than that
+        close(&[1e8, 1e6], &[], 1e-8); // no small cost
+        close(&[1e8, 1e-5], &[], 1e-8); // 1e-13 of the largest: rounding
     }
 }

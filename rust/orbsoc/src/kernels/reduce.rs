@@ -150,6 +150,27 @@ pub fn max_abs<T: Real>(x: &[T]) -> T {
     )
 }
 
+/// min |x_k| of the terms beyond `floor`, and of `most`.
+#[inline(always)]
+pub fn min_abs_above<T: Real>(x: &[T], floor: T, most: T) -> T {
+    reduce(
+        x,
+        x,
+        most,
+        #[inline(always)]
+        |x, _| abs_above(x, floor, most),
+        #[inline(always)]
+        |least, x, _| least.min(abs_above(x, floor, most)),
+        #[inline(always)]
+        |a, b| a.min(b),
+    )
+}
+
+#[inline(always)]
+fn abs_above<T: Real>(x: T, floor: T, otherwise: T) -> T {
+    T::select(floor.lt(x.abs()), x.abs(), otherwise)
+}
+
 /// max |x_k| of each of `R` vectors side by side.
 #[inline(always)]
 pub fn max_abs_of<T: Real, const R: usize>(x: &[[T; R]]) -> [T; R] {
@@ -366,6 +387,20 @@ mod tests {
             assert_eq!(max_negative_product(&vec![1.0; len], &vec![1.0; len]), 0.0);
         }
         assert_eq!((max_abs::<f64>(&[]), max_negative_product::<f64>(&[], &[])), (0.0, 0.0));
+    }
+
+    #[test]
+    fn the_least_magnitude_is_that_of_the_terms_beyond_the_floor() {
+        for len in SIZES.skip(1) {
+            for at in 0..len {
+                let mut a = vec![-3.0; len];
+                a[at] = -0.5;
+                assert_eq!(min_abs_above(&a, 0.25, 8.0), 0.5, "entry {at} of {len}");
+                assert_eq!(min_abs_above(&a, 0.5, 8.0), if len == 1 { 8.0 } else { 3.0 });
+            }
+            assert_eq!(min_abs_above(&vec![0.0; len], 0.0, 8.0), 8.0, "zeros are not beyond zero");
+        }
+        assert_eq!(min_abs_above(&[], 0.0, 8.0), 8.0);
     }
 
     #[test]
