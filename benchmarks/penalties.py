@@ -22,6 +22,7 @@ from benchmarks.answer import Solver
 from benchmarks.families import instances
 from benchmarks.peers import solvers
 from orbsoc.problem import Cones, Problem
+from orbsoc.verify import objectives
 
 sparse: Any = _sparse  # published without types
 
@@ -51,18 +52,15 @@ class Kept:
 def softened(problem: Problem, penalty: float) -> Problem:
     """The problem with Ax + u − v = b, u, v ≥ 0 and `penalty`·Σ(u + v) in the cost; u and v after x, their rows first."""
     p, n = len(problem.b), len(problem.c)
-    slack, kept = sparse.eye_array(2 * p), sparse.csc_array((2 * p, n))
-    eye = sparse.eye_array(p)
+    eye, signs = sparse.eye_array(p), sparse.eye_array(2 * p)
     return Problem(
-        P=None
-        if problem.P is None
-        else sparse.block_diag([problem.P, sparse.csc_array((2 * p, 2 * p))]).tocsc(),
+        P=sparse.block_diag([problem.P, sparse.csc_array((2 * p, 2 * p))]).tocsc(),
         c=np.concatenate([problem.c, np.full(2 * p, penalty)]),
         A=sparse.hstack([problem.A, eye, -eye]).tocsc(),
         b=problem.b,
         G=sparse.vstack(
             [
-                sparse.hstack([kept, -slack]),
+                sparse.hstack([sparse.csc_array((2 * p, n)), -signs]),
                 sparse.hstack([problem.G, sparse.csc_array((len(problem.h), 2 * p))]),
             ]
         ).tocsc(),
@@ -93,12 +91,7 @@ def guidance() -> Iterator[Kept]:
     every = [instance.problem for family in GUIDANCE for instance in instances((family,))]
     for problem in every[::EVERY]:
         known = clarabel.variants[0].solve(problem, TOL)
-        yield Kept(problem, _objective(problem, known.x), float(np.abs(known.y).max()))
-
-
-def _objective(problem: Problem, x: Any) -> float:
-    linear = float(problem.c @ x)
-    return linear if problem.P is None else linear + 0.5 * float(x @ (problem.P @ x))
+        yield Kept(problem, objectives(problem, known)[0], float(np.abs(known.y).max()))
 
 
 def row(kept: list[Kept], decade: int, found: list[Solver]) -> str:
@@ -113,7 +106,7 @@ def row(kept: list[Kept], decade: int, found: list[Solver]) -> str:
             iterations += answer.iterations
             if answer.claim == "SOLVED":
                 claims += 1
-                errors.append(abs(_objective(soft, answer.x) - k.value) / (1.0 + abs(k.value)))
+                errors.append(abs(objectives(soft, answer)[0] - k.value) / (1.0 + abs(k.value)))
         wrong = sum(error > WRONG for error in errors)
         cells.append(
             f"{claims} of {len(exact)} | {iterations / len(exact):.1f} | {wrong} | {max(errors):.0e}"

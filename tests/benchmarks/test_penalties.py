@@ -27,13 +27,13 @@ def check(kept: Kept, decade: int) -> None:
     assert abs(solution.objective - kept.value) <= 1e-5 * (1.0 + abs(kept.value))
 
 
-@pytest.mark.parametrize("decade", [4, 6, 8, 9, 10])
+@pytest.mark.parametrize("decade", [4, 6, 7, 8, 9, 10])
 def test_penalties_of_an_lp_do_not_hide_its_costs(decade: int) -> None:
     for seed in range(20):
         check(linear(seed), decade)
 
 
-@pytest.mark.parametrize("decade", [6, 8])
+@pytest.mark.parametrize("decade", [6, 7, 8])
 def test_virtual_control_does_not_hide_the_fuel(decade: int) -> None:
     check(of_guidance(powered_descent(10, 0)), decade)
     check(of_guidance(next(iter(landing(10, 0, 1)))), decade)
