@@ -60,6 +60,31 @@ def mended_late() -> Problem:
     return columns_apart(24, 1e-6, n=8, m=16, together=4)
 
 
+def unstable_dynamics(seed: int) -> Problem:
+    """Quadratic control of x⁺ = Ax + Bu with small inputs and eigenvalues up to 2: feasible, with states of some 1e3."""
+    rng = np.random.default_rng(seed)
+    steps, states = int(rng.integers(5, 40)), int(rng.integers(1, 5))
+    A = rng.normal(size=(states, states)) * rng.uniform(0.3, 1.2)
+    stride, dynamics = states + 1, np.hstack([rng.normal(size=(states, 1)), -np.eye(states)])
+    rows, b = np.zeros((steps * states, steps * stride)), np.zeros(steps * states)
+    for t in range(steps):
+        here = slice(t * states, (t + 1) * states)
+        rows[here, t * stride : (t + 1) * stride] = dynamics
+        if t:
+            rows[here, (t - 1) * stride + 1 : t * stride] = A
+    b[:states] = -A @ rng.normal(size=states)
+    inputs = np.eye(steps * stride)[::stride]
+    return Problem(
+        P=np.diag(np.tile(np.append(0.01, np.ones(states)), steps)),
+        c=np.zeros(steps * stride),
+        A=rows,
+        b=b,
+        G=np.vstack([inputs, -inputs]),
+        h=np.full(2 * steps, 0.01),
+        cones=Cones(l=2 * steps),
+    )
+
+
 def walks(problem: Problem, settings: Settings) -> list[orbsoc.Solution]:
     """The outcome as it stands after each walk."""
     method, native = Method.from_core(_core), _core.Engine(problem, settings)
@@ -138,6 +163,21 @@ def test_columns_of_very_different_sizes_beside_an_equality_row(smaller: float) 
         assert solution.objective == pytest.approx(wanted.fun, rel=1e-6, abs=1e-6)
         assert batch.x[k].tobytes() == solution.x.tobytes()
         assert batch.iterations[k] == solution.iterations
+
+
+@pytest.mark.parametrize("seed", [606, 1985, 3769, 4765])
+def test_a_stall_on_a_proof_is_walked_again_with_a_hundredth_of_the_shifts(seed: int) -> None:
+    problem = unstable_dynamics(seed)
+    *earlier, last = walks(problem, Settings())
+    solution = orbsoc.solve(problem)
+    light = walks(problem, Settings(static_regularization=1e-10, refinement_share=0.1 * 0.03))[0]
+    assert earlier[-1].status is orbsoc.Status.PRIMAL_INFEASIBLE
+    assert solution.status is light.status
+    assert solution.status in (orbsoc.Status.SOLVED, orbsoc.Status.SOLVED_INACCURATE)
+    assert np.abs(solution.x).max() >= earlier[-1].certificate.radius
+    assert bits(solution) == bits(light) == bits(last)
+    assert solution.iterations == earlier[-1].iterations + light.iterations
+    assert orbsoc.verify(problem, solution).worst < 1e-5
 
 
 def test_without_a_finite_iterate_the_message_says_so() -> None:

@@ -36,6 +36,8 @@ const STUCK: f64 = 0.01;
 const CAREFUL: f64 = 0.1;
 /// So many times `static_regularization` shifts the pivots of a walk after two that stalled far from a solution.
 const FIRM: f64 = 10.0;
+/// … and of a walk after one that stalled on a certificate short of `RADIUS_CONCLUSIVE`.
+const LIGHT: f64 = 0.01;
 
 /// What a walk does against rounding, a word for each stall before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,15 +49,18 @@ pub(crate) enum Care {
     Refined,
     /// That, and larger shifts of the pivots: what elimination rounds off must not hide them.
     Shifted,
+    /// Refined, and smaller shifts: these must not hide a solution with large multipliers.
+    Light,
 }
 
 impl Care {
     /// For a walk after one that stalled with `status`.
     fn after_stall(self, status: Status) -> Option<Self> {
         match self {
+            Self::Plain | Self::Refined if status.is_infeasible() => Some(Self::Light),
             Self::Plain => Some(Self::Refined),
             Self::Refined if status == Status::NumericalLimit => Some(Self::Shifted),
-            Self::Refined | Self::Shifted => None,
+            Self::Refined | Self::Shifted | Self::Light => None,
         }
     }
 
@@ -70,10 +75,10 @@ impl Care {
 
     /// So many times `static_regularization` shifts the pivots.
     pub fn shift(self) -> f64 {
-        if self == Self::Shifted {
-            FIRM
-        } else {
-            1.0
+        match self {
+            Self::Plain | Self::Refined => 1.0,
+            Self::Shifted => FIRM,
+            Self::Light => LIGHT,
         }
     }
 }
@@ -119,18 +124,15 @@ impl Control {
         Self { best: f64::INFINITY, deadline, ..Self::default() }
     }
 
-    /// For the cold walk that is to follow this one, after which the solve stands at `status`, if one is: nothing is
-    /// proved, neither a solution nor that there is none, neither the clock nor the user ended this walk, and it had
-    /// started warm, or it stalled for the first time, or for the second time far from a solution.
+    /// For the cold walk that is to follow this one, after which the solve stands at `status`, if one is: no solution is
+    /// proved, nor that there is none, but by a walk that stalled; neither the clock nor the user ended this walk; and it
+    /// had started warm, or it stalled for the first time, or for the second time far from a solution.
     pub fn again(&self, status: Status) -> Option<Self> {
-        let settled = matches!(
-            status,
-            Status::Solved
-                | Status::PrimalInfeasible
-                | Status::DualInfeasible
-                | Status::MaxTime
-                | Status::Interrupted
-        );
+        let settled = match status {
+            Status::Solved | Status::MaxTime | Status::Interrupted => true,
+            Status::PrimalInfeasible | Status::DualInfeasible => self.stop != Some(Stop::Stalled),
+            Status::SolvedInaccurate | Status::MaxIterations | Status::NumericalLimit => false,
+        };
         if settled {
             None
         } else if self.warm_start == WarmStart::Used {

@@ -251,7 +251,7 @@ fn a_certificate_is_claimed_from_fifty_times_the_data_on_and_not_after_a_limit()
 }
 
 #[test]
-fn a_stall_is_followed_by_a_careful_walk_and_that_far_from_a_solution_by_one_with_larger_shifts() {
+fn a_stall_is_followed_by_a_careful_walk_whose_shifts_fit_what_the_solve_stands_at() {
     let ended = |stop, care| {
         let mut control = Control::new(&Settings::default());
         (control.stop, control.care) = (Some(stop), care);
@@ -264,6 +264,13 @@ fn a_stall_is_followed_by_a_careful_walk_and_that_far_from_a_solution_by_one_wit
     }
     assert_eq!(next(Care::Refined, Status::NumericalLimit), Some(Care::Shifted));
     assert_eq!(next(Care::Refined, Status::SolvedInaccurate), None);
+    for proof in [Status::PrimalInfeasible, Status::DualInfeasible] {
+        assert_eq!(next(Care::Plain, proof), Some(Care::Light));
+        assert_eq!(next(Care::Refined, proof), Some(Care::Light));
+        assert_eq!((next(Care::Shifted, proof), next(Care::Light, proof)), (None, None));
+        assert!(ended(Stop::PrimalCertificate, Care::Plain).again(proof).is_none(), "it is conclusive");
+    }
+    assert_eq!(next(Care::Light, Status::NumericalLimit), None);
     assert!(ended(Stop::MaxIterations, Care::Refined).again(Status::MaxIterations).is_none());
     let mut warm = ended(Stop::Stalled, Care::Plain);
     warm.warm_start = WarmStart::Used;

@@ -38,6 +38,11 @@ impl Status {
             Self::Interrupted => "INTERRUPTED",
         }
     }
+
+    /// Whether it claims that there is no solution.
+    pub(crate) fn is_infeasible(self) -> bool {
+        matches!(self, Self::PrimalInfeasible | Self::DualInfeasible)
+    }
 }
 
 impl fmt::Display for Status {
@@ -157,10 +162,11 @@ impl Solution {
             return self;
         };
         let Self { iterations, refinements, warm_start, .. } = self;
-        // Who stopped the solve is to see that it was stopped; a time limit takes nothing from what was reached before it.
+        // Who stopped the solve is to see that it was stopped; a time limit takes nothing from what was reached before it, and
+        // nothing takes anything from a proof.
         let stopped = match self.status {
-            Status::MaxTime => earlier.status != Status::SolvedInaccurate,
-            status => status == Status::Interrupted,
+            Status::MaxTime => earlier.status == Status::NumericalLimit,
+            status => status == Status::Interrupted && !earlier.status.is_infeasible(),
         };
         let (status, message) = if stopped {
             (self.status, format!("stopped in another walk; after the one before: {}", earlier.message))
@@ -170,18 +176,24 @@ impl Solution {
         Self { status, iterations, warm_start, refinements, message, ..earlier.clone() }
     }
 
-    /// Whether this outcome is worth more than that of an `earlier` walk, which stalled: inaccurate or at a numerical limit. One
-    /// that is nearly solved is not infeasible, nor one that appears to be, at a point of which the proof says nothing.
+    /// Whether this outcome is worth more than that of an `earlier` walk, which stalled: inaccurate, at a numerical limit, or
+    /// on a proof. One that is nearly solved is not infeasible, nor one that appears to be, at a point of which the proof says
+    /// nothing.
     fn replaces(&self, earlier: &Self, tol_inaccurate: f64) -> bool {
+        let stands_against = |point: &Self, proof: &Self| {
+            point.certificate.worst() <= tol_inaccurate
+                && beyond(proof.status, proof.certificate.radius, &point.x, &point.y, &point.z)
+        };
         let usable = earlier.status == Status::SolvedInaccurate;
         match self.status {
-            Status::Solved => true,
-            Status::PrimalInfeasible | Status::DualInfeasible => {
-                let (x, y, z) = (&earlier.x, &earlier.y, &earlier.z);
-                let apparent = earlier.certificate.worst() <= tol_inaccurate
-                    && beyond(self.status, self.certificate.radius, x, y, z);
-                !(usable || apparent)
+            status if status == earlier.status && status.is_infeasible() => {
+                self.certificate.radius > earlier.certificate.radius
             }
+            status if earlier.status.is_infeasible() => {
+                !status.is_infeasible() && stands_against(self, earlier)
+            }
+            Status::Solved => true,
+            Status::PrimalInfeasible | Status::DualInfeasible => !(usable || stands_against(earlier, self)),
             status if (status == Status::SolvedInaccurate) != usable => !usable,
             _ => self.certificate.worst() < earlier.certificate.worst(),
         }

@@ -72,18 +72,48 @@ fn a_solve_that_was_stopped_says_so() {
     assert_eq!(message, "residual 1e-7");
 }
 
+fn claim(status: Status, radius: f64) -> Solution {
+    let mut claim = outcome(status, f64::NAN, 30);
+    claim.certificate.radius = radius;
+    claim
+}
+
+/// ‖x‖ = 1e4, ‖(y, z)‖ = 2e3.
+fn far(status: Status, residual: f64) -> Solution {
+    let mut far = outcome(status, residual, 10);
+    (far.x, far.y, far.z) = (vec![-1e4], vec![1.0], vec![2e3]);
+    far
+}
+
+#[test]
+fn a_proof_yields_to_a_later_solution_farther_out_than_it_reaches_and_to_nothing_else() {
+    use Status::{
+        DualInfeasible, Interrupted, MaxIterations, MaxTime, NumericalLimit, PrimalInfeasible, Solved,
+        SolvedInaccurate,
+    };
+    for (proof, size, other) in
+        [(PrimalInfeasible, 1e4, DualInfeasible), (DualInfeasible, 2e3, PrimalInfeasible)]
+    {
+        let outcome = |radius, status, residual| {
+            far(status, residual).after(Some(&claim(proof, radius)), INACCURATE).status
+        };
+        for status in [Solved, SolvedInaccurate, NumericalLimit] {
+            assert_eq!(outcome(size, status, 0.5 * INACCURATE), status);
+            assert_eq!(outcome(1.01 * size, status, 0.5 * INACCURATE), proof, "the proof speaks of it");
+        }
+        for status in [NumericalLimit, MaxIterations, MaxTime, Interrupted] {
+            assert_eq!(outcome(size, status, 2.0 * INACCURATE), proof, "{status} takes nothing from a proof");
+        }
+        for (status, radius, kept) in [(proof, 99.0, 100.0), (proof, 101.0, 101.0), (other, 101.0, 100.0)] {
+            let found = claim(status, radius).after(Some(&claim(proof, 100.0)), INACCURATE);
+            assert_eq!((found.status, found.certificate.radius), (proof, kept));
+        }
+    }
+}
+
 #[test]
 fn a_proof_does_not_replace_what_appears_to_be_a_solution_farther_out_than_it_reaches() {
-    let claim = |status, radius| {
-        let mut claim = outcome(status, f64::NAN, 30);
-        claim.certificate.radius = radius;
-        claim
-    };
-    let far = |residual| {
-        let mut first = outcome(Status::NumericalLimit, residual, 10);
-        (first.x, first.y, first.z) = (vec![-1e4], vec![1.0], vec![2e3]);
-        first
-    };
+    let far = |residual| far(Status::NumericalLimit, residual);
     for (status, size) in [(Status::PrimalInfeasible, 1e4), (Status::DualInfeasible, 2e3)] {
         let outcome = |residual, radius| claim(status, radius).after(Some(&far(residual)), INACCURATE).status;
         assert_eq!(outcome(0.5 * INACCURATE, size), Status::NumericalLimit);
