@@ -1,5 +1,6 @@
 """A walk that stalls is walked again from cold, with linear solves of ten times the accuracy; one that stalls then, and far
-from a solution, with ten times the shifts of the pivots, too. The best outcome counts."""
+from a solution, with ten times the shifts of the pivots, too, and one that stalls on a proof with a hundredth of them. The best
+outcome counts."""
 
 from __future__ import annotations
 

@@ -37,19 +37,17 @@ def words(engine: _core.Engine, names: tuple[str, ...]) -> Words:
 
 
 class Scheduled:
-    """A solve on the emulated computer that keeps the iterate after every step."""
+    """A solve on the emulated computer, with all its walks, that keeps the iterate after every step."""
 
     def __init__(self, problem: Problem, busy_ticks: int = 1) -> None:
         self.engine = _core.Engine(problem, SETTINGS)
-        self.iterates: list[Words] = []
-        pl = ProgrammableLogic(METHOD, self.run, busy_ticks=busy_ticks)
-        sizes = self.engine.buffer_words()
-        Driver(METHOD, self, pl, words=sizes, record=PsRecord()).run()
+        self.iterates: dict[int, Words] = {}
+        pl = ProgrammableLogic(METHOD, self.engine.run, busy_ticks=busy_ticks)
+        driver = Driver(METHOD, self.engine, pl, words=self.engine.buffer_words(), record=PsRecord())
+        driver.run(again=self.engine.begin_again, observe=self.keep)
 
-    def run(self, stage: str) -> int:
-        if stage == "statistics":
-            self.iterates.append(words(self.engine, ITERATE))
-        return self.engine.run(stage)
+    def keep(self) -> None:
+        self.iterates[self.engine.iteration] = words(self.engine, ITERATE)
 
 
 def one_by_one(problem: Problem, events: list[tuple[str, int]]) -> _core.Engine:
@@ -90,11 +88,11 @@ def test_status_solution_buffers_and_events_are_the_same(case: ZooCase) -> None:
 def test_every_iterate_on_the_way_is_the_same(case: ZooCase) -> None:
     """The Rust loop is stopped after each number of steps, and its iterate compared with the scheduled one."""
     scheduled = Scheduled(case.problem)
-    assert len(scheduled.iterates) == scheduled.engine.finish().iterations + 1
-    for step in range(1, len(scheduled.iterates)):
+    assert list(scheduled.iterates) == list(range(1, scheduled.engine.finish().iterations + 1))
+    for step, iterate in scheduled.iterates.items():
         rust = _core.Engine(case.problem, SETTINGS)
         rust.solve(stop_after(step))
-        assert words(rust, ITERATE) == scheduled.iterates[step], f"after {step} steps"
+        assert words(rust, ITERATE) == iterate, f"after {step} steps"
 
 
 @pytest.mark.parametrize("case", cases()[:5], ids=lambda case: case.name)

@@ -247,9 +247,10 @@ impl<T: Decide> Engine<T> {
     }
 
     /// Whether the walk that ended with `solution` is to be followed by a cold one, for which the engine is then ready:
-    /// nothing is proved, neither a solution nor that there is none, neither the clock nor the user ended the walk, and it
-    /// had started warm, or it stalled for the first time, or for the second time far from a solution. After a stall, linear
-    /// solves are refined further; after the second one, pivots are shifted by more, too. The parameters are other ones.
+    /// neither the clock nor the user ended the walk, nothing is proved but by one that stalled, and it had started warm, or
+    /// it stalled for the first time, or for the second time far from a solution or on a proof. After a stall, linear solves
+    /// are refined further; after the second one, pivots are shifted by more, too, and after a proof by less. The parameters
+    /// are other ones.
     pub fn begin_again(&mut self, solution: &Solution) -> bool {
         let Some(control) = self.control.again(solution.status) else {
             return false;
