@@ -130,8 +130,11 @@ class CtrlC(Watched):
             return getattr(self.native, name)
         return self._run
 
+    def is_time(self, stage: str) -> bool:
+        return stage == "factorize" and bool(self.native.iteration == 1)
+
     def _run(self, stage: str) -> int:
-        if stage == "factorize" and self.native.iteration == 1:
+        if self.is_time(stage):
             os.kill(os.getpid(), signal.SIGINT)
         return self.native.run(stage)
 
@@ -142,6 +145,23 @@ def test_ctrl_c_ends_the_solve_within_one_iteration_and_is_a_status(monkeypatch:
     solution = PsScheduler()(PROBLEM)
     assert solution.status is Status.INTERRUPTED
     assert solution.iterations <= 2
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+class LateCtrlC(CtrlC):
+    """Sends it when the solve has converged."""
+
+    def is_time(self, stage: str) -> bool:
+        return stage == "unscale"
+
+
+def test_ctrl_c_of_which_no_status_tells_goes_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scheduler, "engine", LateCtrlC)
+    before = signal.getsignal(signal.SIGINT)
+    ps = PsScheduler()
+    with pytest.raises(KeyboardInterrupt):
+        ps(PROBLEM)
+    assert [solve["status"] for solve in ps.trace["solves"]] == ["SOLVED"]
     assert signal.getsignal(signal.SIGINT) is before
 
 

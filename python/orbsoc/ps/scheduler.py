@@ -18,7 +18,7 @@ from orbsoc.ps.events import PsRecord
 from orbsoc.ps.pl import ProgrammableLogic
 from orbsoc.ps.segments import Method
 from orbsoc.settings import Settings
-from orbsoc.solution import Solution, Start
+from orbsoc.solution import Solution, Start, Status
 from orbsoc.solver import engine, resolve, solution_of, start_words
 from orbsoc.trace import Latencies, TraceRecorder
 
@@ -68,7 +68,8 @@ class PsScheduler:
     ) -> Solution:
         """Solve on a fresh engine and a fresh PL, and add the solve to the trace; `warm_start` as in `orbsoc.solve`.
 
-        Not converging is a status, and Ctrl-C ends the solve with `Status.INTERRUPTED`, as with `orbsoc.solve`.
+        Not converging is a status, and Ctrl-C ends the solve with `Status.INTERRUPTED`, as with `orbsoc.solve`; where another
+        status stands, as the solve ended at that moment or on a proof, it goes up as KeyboardInterrupt, as it does there.
         Raises `ProtocolError` if PS and PL disagree, and what `orbsoc.solve` raises for wrong data or settings.
         """
         chosen = resolve(settings or self._settings, overrides)
@@ -79,11 +80,13 @@ class PsScheduler:
         words = None if warm_start is None else start_words(problem, warm_start)
         observe = _table(native) if chosen.verbose else None
         started = time.perf_counter()
-        with _ctrl_c_stops(native):
+        with _ctrl_c_stops(native) as stopped:
             warm = words is not None and native.start_from(words)
             driver.run(again=native.begin_again, warm=warm, observe=observe)
         solution = solution_of(native.finish(time.perf_counter() - started))
         self._recorder.add(problem, chosen, native, solution)
+        if stopped.is_set() and solution.status is not Status.INTERRUPTED:
+            raise KeyboardInterrupt
         return solution
 
 
@@ -98,24 +101,26 @@ def _table(native: _core.Engine) -> Callable[[], None]:
 
 
 @contextmanager
-def _ctrl_c_stops(native: _core.Engine) -> Iterator[None]:
-    """Let Ctrl-C end the solve at its next statistics; a handler of the user's own keeps its say.
+def _ctrl_c_stops(native: _core.Engine) -> Iterator[threading.Event]:
+    """Let Ctrl-C end the solve at its next statistics, and say that it came; a handler of the user's own keeps its say.
 
     An exception between two register accesses would leave the PL in mid-launch, so none is let through here.
     """
+    stopped = threading.Event()
     previous = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(previous):
-        yield
+        yield stopped
         return
 
     def stop(signum: int, frame: FrameType | None) -> None:
         try:
             previous(signum, frame)
         except KeyboardInterrupt:
+            stopped.set()
             native.interrupt()
 
     signal.signal(signal.SIGINT, stop)
     try:
-        yield
+        yield stopped
     finally:
         signal.signal(signal.SIGINT, previous)
