@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.problem import Problem
+from orbsoc.conic.problem import Problem
 
 Array = NDArray[np.float64]
 

@@ -15,9 +15,9 @@ from benchmarks.answer import Answer, Array, Solver, Variant
 from benchmarks.batches import Batch
 from benchmarks.measure import COUNTS_BELOW, forced_switches, geometric_mean, undisturbed
 from benchmarks.tables import OURS
-from orbsoc.batch import BatchSolution
-from orbsoc.problem import Problem
-from orbsoc.verify import verify
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.verify import verify
+from orbsoc.solving.batch import BatchSolution
 
 ATTEMPTS = 5
 """Runs of a whole batch made at most until one was undisturbed; else the least time, scaled by its share of a core."""

@@ -18,7 +18,7 @@ from benchmarks.recorded import first_insertions
 from benchmarks.regression import huber, svm
 from benchmarks.six_dof import six_dof
 from benchmarks.statistics import lasso, portfolio, small_lp
-from orbsoc.problem import Problem
+from orbsoc.conic.problem import Problem
 
 SIZE = 64
 SCALED_BY = 0.02

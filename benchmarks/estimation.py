@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from orbsoc.builder import ConicBuilder
-from orbsoc.problem import Problem
+from orbsoc.conic.builder import ConicBuilder
+from orbsoc.conic.problem import Problem
 
 WEIGHT, KNEE = 2.0, 0.5
 """Weight of the measurements against the forces, and the residual beyond which they cost linearly, m."""

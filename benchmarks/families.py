@@ -20,7 +20,7 @@ from benchmarks.recorded import insertion, mission004
 from benchmarks.regression import group_lasso, huber, svm
 from benchmarks.six_dof import landing
 from benchmarks.statistics import lasso, portfolio, small_lp
-from orbsoc.problem import Problem
+from orbsoc.conic.problem import Problem
 
 
 @dataclass(frozen=True, slots=True, eq=False)

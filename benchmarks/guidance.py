@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg as _linalg
 
-from orbsoc.builder import ConicBuilder, Variable
-from orbsoc.problem import Problem
+from orbsoc.conic.builder import ConicBuilder, Variable
+from orbsoc.conic.problem import Problem
 
 Array = NDArray[np.float64]
 

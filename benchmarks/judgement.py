@@ -6,14 +6,9 @@ import math
 from dataclasses import dataclass
 
 from benchmarks.answer import Answer
-from orbsoc.problem import Problem
-from orbsoc.solution import Status
-from orbsoc.verify import (
-    CLAIM_FACTOR,
-    dual_infeasibility_radius,
-    primal_infeasibility_radius,
-    verify,
-)
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.solution import Status
+from orbsoc.conic.verify import CLAIM_FACTOR, dual_infeasibility_radius, primal_infeasibility_radius, verify
 
 LOOSE, TIGHT = 1e-6, 1e-8
 """A solution is verified when max(pres, dres, gap) is no larger."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from orbsoc.builder import ConicBuilder
-from orbsoc.problem import Problem
+from orbsoc.conic.builder import ConicBuilder
+from orbsoc.conic.problem import Problem
 
 VARIABLES = 20
 """Unknowns, whatever the cones' dimension: a solver whose work is linear in the cone takes time linear in it."""

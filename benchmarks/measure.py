@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from benchmarks.answer import Answer, Solver, Variant
 from benchmarks.families import Instance
-from orbsoc.problem import Problem
-from orbsoc.verify import Verification, verify
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.verify import Verification, verify
 
 if sys.platform == "linux":
     import resource

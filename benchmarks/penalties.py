@@ -21,8 +21,8 @@ from scipy.optimize import linprog
 from benchmarks.answer import Solver
 from benchmarks.families import instances
 from benchmarks.peers import solvers
-from orbsoc.problem import Cones, Problem
-from orbsoc.verify import objectives
+from orbsoc.conic.problem import Cones, Problem
+from orbsoc.conic.verify import objectives
 
 sparse: Any = _sparse  # published without types
 

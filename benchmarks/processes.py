@@ -15,8 +15,8 @@ from benchmarks.answer import Solver, Variant
 from benchmarks.judgement import DEFAULTS, LOOSE, TIGHT, Judged, judged, lost
 from benchmarks.peers import solvers
 from benchmarks.public_sets import Listed, load
-from orbsoc.errors import ProblemError
-from orbsoc.problem import Problem
+from orbsoc.conic.errors import ProblemError
+from orbsoc.conic.problem import Problem
 
 START_S = 60.0
 """Time that a process may take to begin."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse as _scipy_sparse
 
-from orbsoc.problem import Cones, Problem
+from orbsoc.conic.problem import Cones, Problem
 
 sparse: Any = _scipy_sparse  # published without types
 

@@ -26,14 +26,14 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from benchmarks.circumstances import commit, machine_class
-from orbsoc.batch import BatchSolution
+from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Status
+from orbsoc.guidance.scp import Rules
 from orbsoc.missions.reachable_domain import load_scenario
 from orbsoc.missions.reachable_domain.condensed import CondensedBatch
 from orbsoc.missions.reachable_domain.domain import Domain
 from orbsoc.missions.reachable_domain.subproblems import Answers, Subproblems
-from orbsoc.scp import Rules
-from orbsoc.settings import Settings
-from orbsoc.solution import Status
+from orbsoc.solving.batch import BatchSolution
 
 Array = NDArray[np.float64]
 SCENARIO = Path(__file__).resolve().parents[1] / "scenarios" / "paper004_reach.toml"

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 import orbsoc
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Solution
 from orbsoc.missions.reachable_insertion import load_scenario, plan
 from orbsoc.missions.reachable_insertion.scenario import ProblemName, Scenario
-from orbsoc.problem import Problem
-from orbsoc.settings import Settings
-from orbsoc.solution import Solution
 
 SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
 NAMES = ("rec1", "rec2", "paper004_insertion", "paper004_insertion_zf196")

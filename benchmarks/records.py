@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from benchmarks.measure import Measurement, Spread
-from orbsoc.verify import Verification
+from orbsoc.conic.verify import Verification
 
 SCHEMA = "orbsoc.bench/1"
 SPREADS = ("setup", "solve", "total")

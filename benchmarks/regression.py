@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse as _sparse
 
-from orbsoc.builder import ConicBuilder
-from orbsoc.problem import Problem
+from orbsoc.conic.builder import ConicBuilder
+from orbsoc.conic.problem import Problem
 
 Array = NDArray[np.float64]
 

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse as _scipy_sparse
 
-from orbsoc.builder import ConicBuilder, Variable
+from orbsoc.conic.builder import ConicBuilder, Variable
+from orbsoc.conic.problem import Problem
 from orbsoc.interfaces import clarabel
-from orbsoc.problem import Problem
 
 Array = NDArray[np.float64]
 sparse: Any = _scipy_sparse  # published without types

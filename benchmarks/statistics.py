@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from scipy import sparse as _sparse
 
-from orbsoc.builder import ConicBuilder
-from orbsoc.problem import Cones, Problem
+from orbsoc.conic.builder import ConicBuilder
+from orbsoc.conic.problem import Cones, Problem
 
 sparse: Any = _sparse  # published without types
 

@@ -15,9 +15,9 @@ from benchmarks.batches import perturbed
 from benchmarks.families import FAMILIES, Instance, instances
 from benchmarks.measure import COUNTS_BELOW
 from benchmarks.six_dof import landing
-from orbsoc.problem import Problem
-from orbsoc.solution import Solution
-from orbsoc.verify import verify
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.solution import Solution
+from orbsoc.conic.verify import verify
 
 CHANGE = 0.01
 CHANGED = 4

@@ -15,35 +15,36 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from hw_model.platform.partition import Partition, load_partition, partition_names
+    from hw_model.platform.platform import Platform, load_platform, platform_names
+    from hw_model.report.report import Report, speedup
+    from hw_model.timing.jitter import Distribution, distribution
+    from hw_model.timing.timeline import Segment, Timeline, simulate
+    from hw_model.timing.trace import Trace, load_trace, parse_trace
+
     from .errors import HwModelError, PartitionError, PlatformError, TraceError
-    from .jitter import Distribution, distribution
-    from .partition import Partition, load_partition, partition_names
-    from .platform import Platform, load_platform, platform_names
-    from .report import Report, speedup
-    from .timeline import Segment, Timeline, simulate
-    from .trace import Trace, load_trace, parse_trace
 
 _HOME = {
     "HwModelError": "errors",
     "PartitionError": "errors",
     "PlatformError": "errors",
     "TraceError": "errors",
-    "Distribution": "jitter",
-    "distribution": "jitter",
-    "Partition": "partition",
-    "load_partition": "partition",
-    "partition_names": "partition",
-    "Platform": "platform",
-    "load_platform": "platform",
-    "platform_names": "platform",
-    "Report": "report",
-    "speedup": "report",
-    "Segment": "timeline",
-    "Timeline": "timeline",
-    "simulate": "timeline",
-    "Trace": "trace",
-    "load_trace": "trace",
-    "parse_trace": "trace",
+    "Distribution": "timing.jitter",
+    "distribution": "timing.jitter",
+    "Partition": "platform.partition",
+    "load_partition": "platform.partition",
+    "partition_names": "platform.partition",
+    "Platform": "platform.platform",
+    "load_platform": "platform.platform",
+    "platform_names": "platform.platform",
+    "Report": "report.report",
+    "speedup": "report.report",
+    "Segment": "timing.timeline",
+    "Timeline": "timing.timeline",
+    "simulate": "timing.timeline",
+    "Trace": "timing.trace",
+    "load_trace": "timing.trace",
+    "parse_trace": "timing.trace",
 }
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""Synthesise the RTL with yosys and record what it takes: hw_model/measurements/synthesis.json, docs/rtl.md (`make area`).
+"""Synthesise the RTL with yosys and record what it takes: hw_model/area/synthesis.json, docs/rtl.md (`make area`).
 
 A row is synthesised again when the RTL, the tool or its parameters changed. All rows take half an hour of one core.
 """
@@ -11,11 +11,11 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from hw_model.area import Shape, engine_area, recorded, shape_of
-from hw_model.platform import load_platform
+from hw_model.area.area import Shape, engine_area, recorded, shape_of
+from hw_model.platform.platform import load_platform
 
 ROOT = Path(__file__).resolve().parent.parent
-RECORD = ROOT / "hw_model" / "measurements" / "synthesis.json"
+RECORD = ROOT / "hw_model" / "area" / "synthesis.json"
 PAGE = ROOT / "docs" / "rtl.md"
 CELLS = ("lut", "lut_shift", "lut_memory", "ff", "dsp", "bram36", "carry4")
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import orbsoc
 from benchmarks.answer import Answer, Solver, Variant
-from orbsoc.problem import Problem
-from orbsoc.solution import Status
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.solution import Status
 
 CLAIMS = (Status.SOLVED, Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE)
 

@@ -11,7 +11,7 @@ from scipy import sparse as _scipy_sparse
 
 from benchmarks.answer import Answer, Array, Solver, Variant, no_cones
 from benchmarks.peers.installed import module
-from orbsoc.problem import Problem
+from orbsoc.conic.problem import Problem
 
 sparse: Any = _scipy_sparse  # published without types
 

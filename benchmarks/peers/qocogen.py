@@ -27,7 +27,7 @@ from scipy import sparse as _scipy_sparse
 
 from benchmarks.answer import Answer, Solve, Solver, Variant
 from benchmarks.peers.installed import MissingSolver, module
-from orbsoc.problem import Problem
+from orbsoc.conic.problem import Problem
 
 sparse: Any = _scipy_sparse  # published without types
 

@@ -10,7 +10,7 @@ from scipy import sparse as _scipy_sparse
 from benchmarks.answer import Answer, Solver, Variant
 from benchmarks.peers.installed import module
 from benchmarks.peers.rows import rows, scattered
-from orbsoc.problem import Problem
+from orbsoc.conic.problem import Problem
 
 sparse: Any = _scipy_sparse  # published without types
 

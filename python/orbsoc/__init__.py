@@ -10,19 +10,20 @@ computer; `orbsoc.missions` plans; the command `orbsoc` does all of it.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from orbsoc.batch import BatchSolution, BatchSolver, solve_batch
-from orbsoc.builder import ConicBuilder
-from orbsoc.problem import Cones, Problem, ProblemError
+from orbsoc.conic.builder import ConicBuilder
+from orbsoc.conic.problem import Cones, Problem, ProblemError
+from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Certificate, Solution, Start, Status
+from orbsoc.conic.verify import verify
 from orbsoc.ps import PsScheduler
-from orbsoc.settings import Settings
-from orbsoc.solution import Certificate, Solution, Start, Status
-from orbsoc.solver import Solver, solve
-from orbsoc.verify import verify
+from orbsoc.solving.batch import BatchSolution, BatchSolver, solve_batch
+from orbsoc.solving.solver import Solver, solve
 
 if TYPE_CHECKING:
-    from orbsoc import missions as missions
-    from orbsoc import reach as reach
     from orbsoc.interfaces.cvxpy import CVXPY as CVXPY
+
+    from . import missions as missions
+    from . import reach as reach
 
 __version__ = "0.1.0"
 

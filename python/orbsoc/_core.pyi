@@ -6,9 +6,9 @@ from typing import Any, Final, final
 from numpy import float64, uint8, uint32, uint64
 from numpy.typing import NDArray
 
-from orbsoc.csc import Csc
-from orbsoc.problem import Problem
-from orbsoc.settings import Settings
+from orbsoc.conic.csc import Csc
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.settings import Settings
 
 __all__ = [
     "DONE",
@@ -203,7 +203,7 @@ class HardwareError(ValueError): ...
 
 @final
 class HardwareProgram:
-    """Schedules of a pattern on an engine. Use `orbsoc.pl_program`."""
+    """Schedules of a pattern on an engine. Use `orbsoc.hw.schedules`."""
 
     def __new__(
         cls,
@@ -233,7 +233,7 @@ class HardwareProgram:
 
 @final
 class ProgramImage:
-    """A program as the RTL's memories hold it. Use `orbsoc.rtl_session`."""
+    """A program as the RTL's memories hold it. Use `orbsoc.rtl.session`."""
 
     @property
     def templates(self) -> list[str]: ...

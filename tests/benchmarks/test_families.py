@@ -19,7 +19,7 @@ from benchmarks.recorded import first_insertions
 from benchmarks.regression import group_lasso, huber, svm
 from benchmarks.six_dof import first_reference, landing, linearised, six_dof
 from benchmarks.statistics import lasso, portfolio, small_lp
-from orbsoc.problem import Problem
+from orbsoc.conic.problem import Problem
 
 MAKERS: dict[str, Callable[[int, int], Problem]] = {
     "powered_descent": partial(powered_descent),

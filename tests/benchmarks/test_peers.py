@@ -11,8 +11,8 @@ import pytest
 import orbsoc
 from benchmarks import peers
 from benchmarks.peers import piqp, qocogen
-from orbsoc.problem import Cones, Problem
-from orbsoc.verify import primal_infeasibility_radius
+from orbsoc.conic.problem import Cones, Problem
+from orbsoc.conic.verify import primal_infeasibility_radius
 
 
 def disc(P: object = None) -> Problem:

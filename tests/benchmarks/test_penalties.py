@@ -9,8 +9,8 @@ import orbsoc
 from benchmarks.guidance import powered_descent
 from benchmarks.penalties import Kept, linear, softened
 from benchmarks.six_dof import landing
-from orbsoc.problem import Problem
-from orbsoc.solution import Status
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.solution import Status
 
 
 def of_guidance(problem: Problem) -> Kept:

@@ -17,7 +17,7 @@ from benchmarks.judgement import Judged, judged, lost
 from benchmarks.peers import solvers
 from benchmarks.processes import SolverProcess
 from benchmarks.public_sets import Listed, listed, load
-from orbsoc.problem import Cones, Problem
+from orbsoc.conic.problem import Cones, Problem
 
 SQUARE = Problem(P=[[2.0]], c=[-2.0], G=[[1.0], [-1.0]], h=[3.0, 0.0], cones=Cones(l=2))
 EMPTY = Problem(c=[1.0], G=[[1.0], [-1.0]], h=[1.0, -2.0], cones=Cones(l=2))

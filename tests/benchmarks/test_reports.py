@@ -18,7 +18,7 @@ from benchmarks.records import to_csv, to_json
 from benchmarks.run import insert
 from benchmarks.tables import comparison_table, group_table
 from benchmarks.verdict import verdict
-from orbsoc.problem import Cones, Problem
+from orbsoc.conic.problem import Cones, Problem
 
 
 @pytest.fixture(autouse=True)

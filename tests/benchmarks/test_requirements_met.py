@@ -24,7 +24,7 @@ from benchmarks.records import from_json, to_json
 from benchmarks.results_page import family_table, page, ratio_table
 from benchmarks.standing import median_residual, standings
 from benchmarks.warm import WarmStart
-from orbsoc.verify import Verification
+from orbsoc.conic.verify import Verification
 
 
 def measurement(

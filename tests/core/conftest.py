@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import pytest
 
-from orbsoc.solution import Solution
+from orbsoc.conic.solution import Solution
 
 
 @pytest.fixture(scope="session")
 def solve() -> Callable[..., Solution]:
-    """`orbsoc.solver.solve`, imported when first asked for: the rest of these tests need no extension module."""
-    from orbsoc.solver import solve
+    """`orbsoc.solving.solver.solve`, imported when first asked for: the rest of these tests need no extension module."""
+    from orbsoc.solving.solver import solve
 
     return solve

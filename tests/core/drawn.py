@@ -8,8 +8,8 @@ import numpy as np
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from orbsoc.problem import Cones, Problem
-from orbsoc.solution import Status
+from orbsoc.conic.problem import Cones, Problem
+from orbsoc.conic.solution import Status
 
 Array = NDArray[np.float64]
 

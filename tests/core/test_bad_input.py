@@ -22,7 +22,7 @@ from scipy import sparse as scipy_sparse
 
 import orbsoc
 from orbsoc import Cones, Problem, Settings, Status, _core
-from orbsoc.settings import COUNTS
+from orbsoc.conic.settings import COUNTS
 
 sparse: Any = scipy_sparse  # published without types
 

@@ -15,7 +15,7 @@ import pytest
 from scipy import sparse
 
 import orbsoc
-from orbsoc.problem import Cones, Problem, ProblemError
+from orbsoc.conic.problem import Cones, Problem, ProblemError
 
 BASE = Problem(
     P=np.diag([1.0, 0.5, 0.25]),

@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import sparse as scipy_sparse
 
-from orbsoc.builder import BuilderError, ConicBuilder, Variable
-from orbsoc.problem import Cones, ProblemError
+from orbsoc.conic.builder import BuilderError, ConicBuilder, Variable
+from orbsoc.conic.problem import Cones, ProblemError
 from tests.core.drawn import Array, Point, point
 
 sparse: Any = scipy_sparse  # published without types

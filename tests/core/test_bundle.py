@@ -13,9 +13,9 @@ import pytest
 from hypothesis import given
 
 import orbsoc
-from orbsoc.bundle import read_bundle
-from orbsoc.errors import FileError
-from orbsoc.iteration_table import COLUMNS
+from orbsoc.conic.errors import FileError
+from orbsoc.solving.bundle import read_bundle
+from orbsoc.solving.iteration_table import COLUMNS
 from tests.core.drawn import problems
 from tests.core.effort import effort
 

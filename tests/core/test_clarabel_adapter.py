@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from orbsoc.conic.problem import Cones, Problem
+from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Status
+from orbsoc.conic.verify import check_certificate, verify
 from orbsoc.interfaces.clarabel import solve
-from orbsoc.problem import Cones, Problem
-from orbsoc.settings import Settings
-from orbsoc.solution import Status
-from orbsoc.verify import check_certificate, verify
 from tests.zoo import cases
 
 INF = float("inf")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import orbsoc
-from orbsoc.problem import Cones, Problem
-from orbsoc.solution import Status
+from orbsoc.conic.problem import Cones, Problem
+from orbsoc.conic.solution import Status
 
 
 @pytest.mark.parametrize("curvature", [1e-4, 1e-5, 1e-6, 3e-7, 1e-7])

@@ -19,9 +19,9 @@ from hypothesis import strategies as st
 from scipy import sparse as scipy_sparse
 
 import orbsoc
-from orbsoc.bundle import read_bundle
-from orbsoc.errors import FileError
-from orbsoc.verify import check_certificate
+from orbsoc.conic.errors import FileError
+from orbsoc.conic.verify import check_certificate
+from orbsoc.solving.bundle import read_bundle
 from tests.core.drawn import problems
 from tests.core.effort import TIMES, effort
 

@@ -9,9 +9,9 @@ import pytest
 
 import orbsoc
 from orbsoc import Settings, _core
-from orbsoc.pl_program import KKT_SOLVES, Engine, EngineError, PlProgram, Segment, Stream, scheduled
-from orbsoc.problem import Problem
-from orbsoc.rtl_validation import mission_004
+from orbsoc.conic.problem import Problem
+from orbsoc.hw.schedules import KKT_SOLVES, Engine, EngineError, PlProgram, Segment, Stream, scheduled
+from orbsoc.rtl.validation import mission_004
 
 REC1 = Path(__file__).resolve().parents[2] / "scenarios" / "rec1.toml"
 WITH_RESIDUALS = Stream(KKT_SOLVES.stages)

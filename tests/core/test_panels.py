@@ -7,7 +7,7 @@ import pytest
 
 import orbsoc
 from orbsoc import _core
-from orbsoc.problem import Problem
+from orbsoc.conic.problem import Problem
 from tests.zoo import ZooCase, cases, twins
 
 SETTINGS = orbsoc.Settings()

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from hw_model.rtl_latency import rtl_latencies
+from hw_model.platform.rtl_latency import rtl_latencies
 from orbsoc import Settings, _core
-from orbsoc.pl_figure import busy_shares
-from orbsoc.pl_program import Engine, EngineError, PlProgram, Stream, pattern_digest, pl_program
-from orbsoc.problem import Cones, Problem
-from orbsoc.rtl_validation import MODULES, problems
+from orbsoc.conic.problem import Cones, Problem
+from orbsoc.hw.schedules import Engine, EngineError, PlProgram, Stream, pattern_digest, pl_program
+from orbsoc.hw.utilisation_figure import busy_shares
+from orbsoc.rtl.validation import MODULES, problems
 
 SMALL = problems()["12 variables, cones 4 6"]
 

@@ -7,8 +7,8 @@ from collections import Counter
 import pytest
 
 from orbsoc import PsScheduler, Settings
-from orbsoc.pl_program import KKT_SOLVES, Engine, PlProgram, pl_program
-from orbsoc.pl_tables import (
+from orbsoc.hw.schedules import KKT_SOLVES, Engine, PlProgram, pl_program
+from orbsoc.rtl.tables import (
     LANES,
     SHAPES,
     WITH_RESIDUALS,
@@ -19,7 +19,7 @@ from orbsoc.pl_tables import (
     stream_rows,
     tables,
 )
-from orbsoc.rtl_validation import MODULES, problems
+from orbsoc.rtl.validation import MODULES, problems
 
 NAME = "6 variables, cones 3"
 PROBLEM = problems()[NAME]

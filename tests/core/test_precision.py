@@ -10,10 +10,10 @@ import pytest
 
 import orbsoc
 from hw_model import speedup
-from hw_model.partition import on_pl
+from hw_model.platform.partition import on_pl
 from orbsoc import Problem, Settings
+from orbsoc.hw.precision import BITS, narrow_settings, solve_narrow
 from orbsoc.missions.reachable_insertion import load_scenario, plan
-from orbsoc.precision import BITS, narrow_settings, solve_narrow
 from tests.core.rendezvous_lp import rendezvous_lp
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"

@@ -14,8 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import sparse as scipy_sparse
 
-from orbsoc import csc
-from orbsoc.problem import Cones, Problem, ProblemError
+from orbsoc.conic import csc
+from orbsoc.conic.problem import Cones, Problem, ProblemError
 from tests.core.drawn import problems
 
 sparse: Any = scipy_sparse  # published without types

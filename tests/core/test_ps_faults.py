@@ -7,7 +7,8 @@ from collections.abc import Callable
 import pytest
 
 from orbsoc import _core
-from orbsoc.problem import Cones, Problem
+from orbsoc.conic.problem import Cones, Problem
+from orbsoc.conic.settings import Settings
 from orbsoc.ps.driver import Driver
 from orbsoc.ps.events import Kind, PsRecord
 from orbsoc.ps.pl import ProgrammableLogic
@@ -25,7 +26,6 @@ from orbsoc.ps.registers import (
     WrongSequence,
 )
 from orbsoc.ps.segments import Method
-from orbsoc.settings import Settings
 from tests.core.ps_fake import METHOD, FakeEngine, prepare
 
 Write = tuple[int, int]

@@ -11,13 +11,13 @@ import pytest
 
 import hw_model
 from orbsoc import _core
-from orbsoc.problem import Cones, Problem
+from orbsoc.conic.problem import Cones, Problem
+from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Status
 from orbsoc.ps import PsScheduler, scheduler
 from orbsoc.ps.events import Kind
 from orbsoc.ps.registers import Module
 from orbsoc.ps.segments import Method
-from orbsoc.settings import Settings
-from orbsoc.solution import Status
 
 PROBLEM = Problem(
     c=[1.0, 2.0], A=[[1.0, 1.0]], b=[1.0], G=[[-1.0, 0.0], [0.0, -1.0]], h=[0, 0], cones=Cones(l=2)

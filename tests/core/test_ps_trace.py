@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import hw_model
-from orbsoc.problem import Cones, Problem
-from orbsoc.settings import Settings
-from orbsoc.solution import Certificate, Solution, Status
-from orbsoc.trace import LATENCY_PRESETS, TraceRecorder, operation_latencies
+from orbsoc.conic.problem import Cones, Problem
+from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Certificate, Solution, Status
+from orbsoc.ps.trace import LATENCY_PRESETS, TraceRecorder, operation_latencies
 from tests.core.ps_fake import STAGES, WORDS, Stage
 
 OPERATIONS = (

@@ -12,12 +12,12 @@ from scipy.optimize import linprog
 
 import orbsoc
 from orbsoc import _core
-from orbsoc.problem import Cones, Problem
+from orbsoc.conic.problem import Cones, Problem
+from orbsoc.conic.settings import Settings
 from orbsoc.ps.driver import Driver
 from orbsoc.ps.events import PsRecord
 from orbsoc.ps.pl import ProgrammableLogic
 from orbsoc.ps.segments import Method
-from orbsoc.settings import Settings
 
 CARELESS = Settings(static_regularization=1e-2, refinement_share=30.0)
 """So much regularisation and so little refinement that some walks stall."""
@@ -94,7 +94,7 @@ def walks(problem: Problem, settings: Settings) -> list[orbsoc.Solution]:
     found = []
 
     def again() -> bool:
-        found.append(orbsoc.solver.solution_of(native.finish()))
+        found.append(orbsoc.solving.solver.solution_of(native.finish()))
         return native.begin_again()
 
     driver.run(again=again)

@@ -16,11 +16,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from orbsoc.errors import FileError
-from orbsoc.json_fields import write_json
-from orbsoc.solution import Certificate, Solution, Status
-from orbsoc.solution_file import write_solution
-from orbsoc.verify import Verification
+from orbsoc.conic.errors import FileError
+from orbsoc.conic.solution import Certificate, Solution, Status
+from orbsoc.conic.solution_file import write_solution
+from orbsoc.conic.verify import Verification
+from orbsoc.files.json_fields import write_json
 
 doubles = st.floats(allow_nan=True, allow_infinity=True, allow_subnormal=True)
 counts = st.integers(0, 2**40)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import orbsoc
-from orbsoc.problem import Cones, Problem
+from orbsoc.conic.problem import Cones, Problem
 
 PROBLEM = Problem(c=[1.0, 1.0], G=-np.eye(2), h=[-1.0, -2.0], cones=Cones(l=2))
 

@@ -12,7 +12,7 @@ import pytest
 from scipy import sparse
 
 import orbsoc
-from orbsoc.problem import Cones, Problem
+from orbsoc.conic.problem import Cones, Problem
 
 DATA = ("c", "A", "b", "G", "h")
 

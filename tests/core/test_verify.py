@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from orbsoc.problem import Cones, Problem, ProblemError
-from orbsoc.solution import Status
-from orbsoc.verify import (
+from orbsoc.conic.problem import Cones, Problem, ProblemError
+from orbsoc.conic.solution import Status
+from orbsoc.conic.verify import (
     Evidence,
     check_certificate,
     dual_infeasibility_radius,

@@ -15,7 +15,7 @@ import orbsoc
 from benchmarks.batches import perturbed
 from benchmarks.guidance import powered_descent, rendezvous
 from benchmarks.recorded import insertion
-from orbsoc.bundle import read_bundle
+from orbsoc.solving.bundle import read_bundle
 from tests.core.drawn import problems
 from tests.core.effort import effort
 from tests.zoo import ZooCase, cases

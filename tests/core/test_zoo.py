@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy import optimize
 
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.solution import Solution, Status
+from orbsoc.conic.verify import check_certificate, verify
 from orbsoc.interfaces import clarabel
-from orbsoc.problem import Problem
-from orbsoc.solution import Solution, Status
-from orbsoc.verify import check_certificate, verify
 from tests.zoo import ZooCase, cases, twins
 
 scipy_optimize: Any = optimize  # published without types
@@ -149,7 +149,7 @@ def test_the_update_that_rescales_columns_keeps_pattern_and_value() -> None:
 
 def test_an_update_that_rescales_columns_is_solved_like_fresh_data() -> None:
     """Known lie: the equilibration of the first data kept for the second."""
-    from orbsoc.solver import Solver
+    from orbsoc.solving.solver import Solver
 
     by_name = {case.name: case for case in BASES}
     before, after = by_name["lie_before_columns_are_rescaled"], by_name["lie_after_columns_are_rescaled"]
@@ -164,7 +164,7 @@ def test_an_update_that_rescales_columns_is_solved_like_fresh_data() -> None:
 
 def test_no_iterate_of_the_previous_solve_is_returned_for_updated_data() -> None:
     """Known lie: a best iterate remembered from the solve before; stopped early, only the new one may come back."""
-    from orbsoc.solver import Solver
+    from orbsoc.solving.solver import Solver
 
     problem = next(case.problem for case in BASES if case.name == "known_socp_sizes")
     b = problem.b + 1e3

@@ -6,7 +6,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from hw_model.platform import Platform, load_platform, platform_names
+from hw_model.platform.platform import Platform, load_platform, platform_names
 from hw_model.vocabulary import MODULES, OPCODES
 
 _BUFFERS = ("a", "b", "c", "d", "e")

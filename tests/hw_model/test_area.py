@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from hw_model.area import (
+from hw_model.area.area import (
     SIGNIFICAND_BITS,
     Datapath,
     Shape,
@@ -23,7 +23,7 @@ from hw_model.area import (
     recorded,
     shape_of,
 )
-from hw_model.platform import load_platform
+from hw_model.platform.platform import load_platform
 
 ROOT = Path(__file__).resolve().parents[2]
 AREA = load_platform("zu9eg").area
@@ -34,7 +34,7 @@ LUT_ERROR = 0.20
 
 def test_the_record_is_of_the_rtl_as_it_stands() -> None:
     script = runpy.run_path(str(ROOT / "scripts" / "record_synthesis.py"))
-    record = json.loads((ROOT / "hw_model" / "measurements" / "synthesis.json").read_text())
+    record = json.loads((ROOT / "hw_model" / "area" / "synthesis.json").read_text())
     assert record["rtl"] == script["rtl_digest"](), "the RTL has changed: run `make area`"
 
 

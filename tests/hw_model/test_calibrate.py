@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from hw_model import ps
-from hw_model.calibrate import CalibrationError, Measured, calibrate, read_measurements
-from hw_model.platform import load_platform, platform_names
-from hw_model.platform_toml import to_toml
-from hw_model.trace import parse_trace
+from hw_model.platform.platform import load_platform, platform_names
+from hw_model.platform.platform_toml import to_toml
+from hw_model.timing import ps
+from hw_model.timing.calibrate import CalibrationError, Measured, calibrate, read_measurements
+from hw_model.timing.trace import parse_trace
 from tests.hw_model.synthetic import synthetic_trace
 
 TRACE = parse_trace(synthetic_trace(iterations=2))

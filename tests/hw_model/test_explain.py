@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from hw_model.area_figure import area_figure
-from hw_model.difference_figure import difference_figure
-from hw_model.explain import Configuration, explain
-from hw_model.gantt_figure import gantt_figure
-from hw_model.partition import load_partition
-from hw_model.platform import Platform, load_platform
-from hw_model.resources import budget
-from hw_model.timeline import simulate
-from hw_model.trace import parse_trace
+from hw_model.area.resources import budget
+from hw_model.figures.area import area_figure
+from hw_model.figures.difference import difference_figure
+from hw_model.figures.gantt import gantt_figure
+from hw_model.platform.partition import load_partition
+from hw_model.platform.platform import Platform, load_platform
+from hw_model.report.explain import Configuration, explain
+from hw_model.timing.timeline import simulate
+from hw_model.timing.trace import parse_trace
 from tests.hw_model.synthetic import synthetic_trace
 from tests.hw_model.test_order import overlapped
 

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hw_model.errors import HwModelError
-from hw_model.jitter import distribution
-from hw_model.platform import Platform, load_platform
-from hw_model.report import speedup
+from hw_model.platform.platform import Platform, load_platform
+from hw_model.report.report import speedup
+from hw_model.timing.jitter import distribution
 from hw_model.vocabulary import PL_MODULES
 from tests.hw_model.random_traces import platforms, traces
 from tests.hw_model.synthetic import synthetic_trace

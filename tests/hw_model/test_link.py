@@ -6,8 +6,8 @@ from statistics import median
 
 import pytest
 
-from hw_model import link, link_fit
-from hw_model.platform import load_platform
+from hw_model.platform.platform import load_platform
+from hw_model.timing import link, link_fit
 from hw_model.vocabulary import Side
 
 LINK = load_platform("xc7z045").link

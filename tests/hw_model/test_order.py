@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hw_model.errors import PlatformError
-from hw_model.platform import Platform, load_platform
-from hw_model.prices import Prices
-from hw_model.timeline import Timeline, lay_out, makespan_picos, order_of, simulate
-from hw_model.trace import parse_trace
+from hw_model.platform.platform import Platform, load_platform
+from hw_model.timing.prices import Prices
+from hw_model.timing.timeline import Timeline, lay_out, makespan_picos, order_of, simulate
+from hw_model.timing.trace import parse_trace
+from hw_model.timing.walk import walk
 from hw_model.vocabulary import PL_MODULES
-from hw_model.walk import walk
 from tests.hw_model.random_traces import platforms, traces
 from tests.hw_model.synthetic import stage, synthetic_trace
 from tests.hw_model.test_walk import trace_of

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from hw_model.errors import PartitionError
-from hw_model.partition import load_partition, parse_partition, partition_names
+from hw_model.platform.partition import load_partition, parse_partition, partition_names
 from hw_model.vocabulary import PL_MODULES
 
 ALLOWED = ", ".join(PL_MODULES)

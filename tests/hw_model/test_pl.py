@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hw_model import pl
 from hw_model.errors import TraceError
-from hw_model.platform import Platform, load_platform
-from hw_model.trace import Stage
+from hw_model.platform.platform import Platform, load_platform
+from hw_model.timing import pl
+from hw_model.timing.trace import Stage
 from tests.hw_model.random_traces import platforms, stages
 from tests.hw_model.synthetic import stage
 from tests.hw_model.tiny import tiny_platform

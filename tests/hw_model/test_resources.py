@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from hw_model.area import KINDS
-from hw_model.partition import load_partition
-from hw_model.platform import Platform, load_platform
-from hw_model.reading import BUDGETED
-from hw_model.resources import Budget, budget
-from hw_model.stage_cycles import Microcode, PlCycles, estimated
-from hw_model.trace import Trace, parse_trace
+from hw_model.area.area import KINDS
+from hw_model.area.resources import Budget, budget
+from hw_model.platform.partition import load_partition
+from hw_model.platform.platform import Platform, load_platform
+from hw_model.report.reading import BUDGETED
+from hw_model.timing.stage_cycles import Microcode, PlCycles, estimated
+from hw_model.timing.trace import Trace, parse_trace
 from tests.hw_model.synthetic import synthetic_trace
 
 TRACE = parse_trace(synthetic_trace(iterations=2))

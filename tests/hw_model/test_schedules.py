@@ -6,16 +6,16 @@ from collections import Counter
 
 import pytest
 
+from hw_model.area.resources import budget
 from hw_model.errors import HwModelError
-from hw_model.partition import load_partition
-from hw_model.platform import load_platform
-from hw_model.report import speedup
-from hw_model.resources import budget
-from hw_model.schedules import CAUSE_OF, Engine, Schedule, scheduled
-from hw_model.stage_cycles import Microcode
-from hw_model.study import Study
-from hw_model.timeline import simulate
-from hw_model.trace import parse_trace
+from hw_model.platform.partition import load_partition
+from hw_model.platform.platform import load_platform
+from hw_model.report.report import speedup
+from hw_model.report.study import Study
+from hw_model.timing.schedules import CAUSE_OF, Engine, Schedule, scheduled
+from hw_model.timing.stage_cycles import Microcode
+from hw_model.timing.timeline import simulate
+from hw_model.timing.trace import parse_trace
 from tests.hw_model.synthetic import synthetic_trace
 
 TRACE = parse_trace(synthetic_trace(iterations=2))

@@ -7,15 +7,15 @@ from pathlib import Path
 import pytest
 
 from hw_model.errors import HwModelError, PartitionError, PlatformError
-from hw_model.limits import limits, roofs
-from hw_model.partition import all_partitions, load_partition
-from hw_model.platform import load_platform
-from hw_model.report import speedup
-from hw_model.split_verdict import verdicts
-from hw_model.study import Point, Study, pareto
-from hw_model.study_figures import amdahl_figure, pareto_figure, roofline_figure
-from hw_model.sweep import SweepError, load_sweep, run
-from hw_model.trace import parse_trace
+from hw_model.figures.study import amdahl_figure, pareto_figure, roofline_figure
+from hw_model.platform.partition import all_partitions, load_partition
+from hw_model.platform.platform import load_platform
+from hw_model.report.report import speedup
+from hw_model.report.split_verdict import verdicts
+from hw_model.report.study import Point, Study, pareto
+from hw_model.report.sweep import SweepError, load_sweep, run
+from hw_model.timing.limits import limits, roofs
+from hw_model.timing.trace import parse_trace
 from hw_model.vocabulary import PL_MODULES
 from tests.hw_model.synthetic import synthetic_trace
 

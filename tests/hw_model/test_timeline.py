@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hw_model.timeline import Timeline, simulate
+from hw_model.timing.timeline import Timeline, simulate
 from hw_model.vocabulary import CAUSES, PL_MODULES, picos_of_cycles
 from tests.hw_model.random_traces import platforms, traces
 from tests.hw_model.synthetic import synthetic_trace

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from hw_model.errors import TraceError
-from hw_model.trace import load_trace, parse_trace
+from hw_model.timing.trace import load_trace, parse_trace
 from tests.hw_model.synthetic import synthetic_trace
 
 Damage = Callable[[dict[str, Any]], object]

@@ -7,9 +7,9 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hw_model.trace import parse_trace
+from hw_model.timing.trace import parse_trace
+from hw_model.timing.walk import Action, walk
 from hw_model.vocabulary import PL_MODULES
-from hw_model.walk import Action, walk
 from tests.hw_model.random_traces import traces
 from tests.hw_model.synthetic import stage, synthetic_trace
 from tests.hw_model.tiny import partition

@@ -7,14 +7,14 @@ from typing import Any
 
 import pytest
 
-from hw_model.timeline import simulate
-from hw_model.trace import parse_trace
+from hw_model.timing.timeline import simulate
+from hw_model.timing.trace import parse_trace
+from hw_model.timing.walk import START_UP, walk
 from hw_model.vocabulary import PL_MODULES
-from hw_model.walk import START_UP, walk
 from orbsoc import Cones, Problem
+from orbsoc.conic.settings import Settings
 from orbsoc.ps import PsScheduler
 from orbsoc.ps.events import Kind
-from orbsoc.settings import Settings
 from tests.core.ps_fake import STAGES, WORDS, FakeEngine, prepare
 from tests.core.test_second_walk import CARELESS, MENDED, TOO_LITTLE, badly_scaled, mended_late
 from tests.hw_model.synthetic import stage

@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from hw_model.partition import Partition, parse_partition
-from hw_model.platform import Platform, load_platform
+from hw_model.platform.partition import Partition, parse_partition
+from hw_model.platform.platform import Platform, load_platform
 from hw_model.vocabulary import PL_MODULES
 from tests.hw_model.synthetic import stage
 

@@ -13,7 +13,7 @@ import pytest
 from matplotlib.image import imread
 from typer.testing import CliRunner, Result
 
-from orbsoc.cli import app
+from orbsoc.commands.app import app
 from tests.integration.small_problem import small_problem
 
 ROOT = Path(__file__).resolve().parents[2]

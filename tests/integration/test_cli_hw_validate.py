@@ -10,12 +10,13 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from orbsoc import rtl_mutations, rtl_validation
-from orbsoc.cli import app
-from orbsoc.pl_program import EngineError, scheduled
-from orbsoc.rtl_mutations import CHECK_MUTATIONS, ENGINE, MODEL_MUTATIONS, MUTATIONS, Catch, Mutation, catches
-from orbsoc.rtl_validation import RtlError, problems
-from orbsoc.settings import Settings
+from orbsoc.commands.app import app
+from orbsoc.conic.settings import Settings
+from orbsoc.hw.schedules import EngineError, scheduled
+from orbsoc.rtl import mutations as rtl_mutations
+from orbsoc.rtl import validation as rtl_validation
+from orbsoc.rtl.mutations import CHECK_MUTATIONS, ENGINE, MODEL_MUTATIONS, MUTATIONS, Catch, Mutation, catches
+from orbsoc.rtl.validation import RtlError, problems
 from tests.rtl.verilator import require_verilator
 
 RTL = Path(__file__).resolve().parents[2] / "rtl"

@@ -13,12 +13,12 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner, Result
 
-import orbsoc.cycle_budget
-import orbsoc.output_folder
-import orbsoc.solver
-from orbsoc.cli import app
+import orbsoc.files.output_folder
+import orbsoc.hw.cycle_budget
+import orbsoc.solving.solver
+from orbsoc.commands.app import app
+from orbsoc.conic.settings import Settings
 from orbsoc.ps.driver import Driver
-from orbsoc.settings import Settings
 from tests.processes import started
 
 REC1 = Path(__file__).resolve().parents[2] / "scenarios" / "rec1.toml"
@@ -42,8 +42,8 @@ def test_ctrl_c_inside_a_solve_exits_130_and_leaves_nothing(
             raise KeyboardInterrupt
         return original(problem, settings)
 
-    original = orbsoc.solver.solve
-    monkeypatch.setattr(orbsoc.solver, "solve", interrupted)
+    original = orbsoc.solving.solver.solve
+    monkeypatch.setattr(orbsoc.solving.solver, "solve", interrupted)
     result = invoke("plan", REC1, "--out", tmp_path / "out")
     assert result.exit_code == 130
     assert "interrupted; nothing was written" in result.stderr
@@ -125,8 +125,8 @@ def test_ctrl_c_while_the_emulated_plan_is_solved_again_exits_130_and_leaves_not
             signal.raise_signal(signal.SIGINT)
         return original(problem, settings)
 
-    original = orbsoc.solver.solve
-    monkeypatch.setattr(orbsoc.cycle_budget, "solve", interrupted)
+    original = orbsoc.solving.solver.solve
+    monkeypatch.setattr(orbsoc.hw.cycle_budget, "solve", interrupted)
     result = invoke("plan", REC1, "--ps", "--out", tmp_path / "out")
     assert result.exit_code == 130
     assert "interrupted; nothing was written" in result.stderr
@@ -140,8 +140,8 @@ def test_ctrl_c_after_the_folder_is_committed_changes_nothing(
         signal.raise_signal(signal.SIGINT)
         move(temporary, folder)
 
-    move = orbsoc.output_folder._move_into_place
-    monkeypatch.setattr(orbsoc.output_folder, "_move_into_place", moved)
+    move = orbsoc.files.output_folder._move_into_place
+    monkeypatch.setattr(orbsoc.files.output_folder, "_move_into_place", moved)
     result = invoke("plan", REC1, "--out", tmp_path / "out")
     assert result.exit_code == 0
     assert (tmp_path / "out" / "plan.json").exists()
@@ -150,8 +150,8 @@ def test_ctrl_c_after_the_folder_is_committed_changes_nothing(
 
 MOMENTS = [
     "orbsoc.missions.reachable_insertion.plan",
-    "hw_model.data_file",
-    "hw_model.timeline",
+    "hw_model.platform.data_file",
+    "hw_model.timing.timeline",
     "matplotlib.figure",
 ]
 
@@ -178,11 +178,11 @@ def test_sigint_at_any_moment_exits_130_without_a_trace_or_a_folder(tmp_path: Pa
 def test_sigint_inside_code_compiled_from_a_string_exits_130_too(tmp_path: Path) -> None:
     """As when a dataclass is being made: CPython then ends `python -m` by the signal, whoever caught the exception."""
     (tmp_path / "interrupted.py").write_text(
-        "import orbsoc.cli\n"
+        "import orbsoc.commands.app\n"
         "def scenario(*arguments):\n"
         "    exec('import signal; signal.raise_signal(signal.SIGINT)')\n"
-        "orbsoc.cli._scenario = scenario\n"
-        "orbsoc.cli.app(['plan', 'any.toml'])\n"
+        "orbsoc.commands.app._scenario = scenario\n"
+        "orbsoc.commands.app.app(['plan', 'any.toml'])\n"
     )
     ended = subprocess.run(
         [sys.executable, "-m", "interrupted"], cwd=tmp_path, capture_output=True, text=True, timeout=60
@@ -195,16 +195,16 @@ def test_sigint_where_nothing_can_be_raised_exits_130_without_a_trace(tmp_path: 
     """As in a weak reference's callback: Python prints such an exception, and goes on."""
     (tmp_path / "interrupted.py").write_text(
         "import signal, weakref\n"
-        "import orbsoc.cli\n"
-        "load = orbsoc.cli._scenario\n"
+        "import orbsoc.commands.app\n"
+        "load = orbsoc.commands.app._scenario\n"
         "class Thing: pass\n"
         "def scenario(*arguments):\n"
         "    thing = Thing()\n"
         "    reference = weakref.ref(thing, lambda _: signal.raise_signal(signal.SIGINT))\n"
         "    del thing\n"
         "    return load(*arguments)\n"
-        "orbsoc.cli._scenario = scenario\n"
-        f"orbsoc.cli.app(['plan', {str(REC1)!r}, '--out', 'out'])\n"
+        "orbsoc.commands.app._scenario = scenario\n"
+        f"orbsoc.commands.app.app(['plan', {str(REC1)!r}, '--out', 'out'])\n"
     )
     ended = subprocess.run(
         [sys.executable, "-m", "interrupted"], cwd=tmp_path, capture_output=True, text=True, timeout=60

@@ -18,10 +18,10 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import orbsoc.interfaces.clarabel
-import orbsoc.report
-from orbsoc.cli import app
-from orbsoc.report import render
-from orbsoc.settings import Settings
+import orbsoc.report.page
+from orbsoc.commands.app import app
+from orbsoc.conic.settings import Settings
+from orbsoc.report.page import render
 from tests.processes import started
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -217,7 +217,7 @@ def test_a_defect_is_one_object_too_and_leaves_no_folder(
     def broken(*_: object) -> None:
         raise RuntimeError("the chip is on fire")
 
-    monkeypatch.setattr(orbsoc.report, "render", broken)
+    monkeypatch.setattr(orbsoc.report.page, "render", broken)
     result = invoke("plan", REC1, "--json", "--out", tmp_path / "out")
     assert result.exit_code == 1
     printed = json.loads(result.stdout)

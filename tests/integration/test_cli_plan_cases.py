@@ -14,13 +14,14 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner, Result
 
-import orbsoc.deadline_cases as study
+import orbsoc.hw.deadlines as study
 from hw_model import load_partition, load_platform, speedup
-from hw_model.platform_toml import to_toml
-from hw_model.timeline import simulate
-from orbsoc import Problem, PsScheduler, pl_program
-from orbsoc.cli import app
-from orbsoc.exact_cycles import exact_cycles
+from hw_model.platform.platform_toml import to_toml
+from hw_model.timing.timeline import simulate
+from orbsoc import Problem, PsScheduler
+from orbsoc.commands.app import app
+from orbsoc.hw import schedules as pl_program
+from orbsoc.hw.exact_cycles import exact_cycles
 from orbsoc.missions.reachable_insertion import dispersed, load_scenario, plan
 
 REC1 = Path(__file__).resolve().parents[2] / "scenarios" / "rec1.toml"

@@ -13,8 +13,8 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import orbsoc
-from orbsoc.bundle import read_bundle
-from orbsoc.cli import app
+from orbsoc.commands.app import app
+from orbsoc.solving.bundle import read_bundle
 from tests.processes import started
 
 COMMAND = [sys.executable, "-m", "orbsoc", "solve"]

@@ -19,11 +19,11 @@ CRATE = ROOT / "rust" / "orbsoc" / "src"
 
 # ---- Python ----
 
-DATA = {"orbsoc.problem", "orbsoc.settings", "orbsoc.solution", "orbsoc.errors"}
+DATA = {"orbsoc.conic.problem", "orbsoc.conic.settings", "orbsoc.conic.solution", "orbsoc.conic.errors"}
 MISSIONS_MAY_USE = DATA | {
-    "orbsoc.batch", "orbsoc.builder", "orbsoc.collocation", "orbsoc.missions", "orbsoc.orbit", "orbsoc.scp", "orbsoc.solver",
+    "orbsoc.solving.batch", "orbsoc.conic.builder", "orbsoc.guidance.collocation", "orbsoc.missions", "orbsoc.orbit", "orbsoc.guidance.scp", "orbsoc.solving.solver",
 }  # fmt: skip
-TOP = {"orbsoc.cli", "orbsoc.report", "orbsoc.__main__"}
+TOP = {"orbsoc.commands.app", "orbsoc.report.page", "orbsoc.__main__"}
 PYTHON_FILES = sorted(path for folder in PACKAGES.values() for path in folder.rglob("*.py"))
 
 
@@ -65,9 +65,13 @@ def violations(module: str, imported: set[str]) -> set[str]:
         bad |= {name for name in imported if not within(name, MISSIONS_MAY_USE)}
     if within(module, {"hw_model"}):
         bad |= {name for name in imported if not within(name, {"hw_model"})}
-    if within(module, {"orbsoc.orbit", "orbsoc.collocation"}):
-        bad |= {name for name in imported if not within(name, {"orbsoc.orbit", "orbsoc.collocation"})}
-    if within(module, {"orbsoc.ps", "orbsoc.solver", "orbsoc.builder", "orbsoc.scp", *DATA}):
+    if within(module, {"orbsoc.orbit", "orbsoc.guidance.collocation"}):
+        bad |= {
+            name for name in imported if not within(name, {"orbsoc.orbit", "orbsoc.guidance.collocation"})
+        }
+    if within(
+        module, {"orbsoc.ps", "orbsoc.solving.solver", "orbsoc.conic.builder", "orbsoc.guidance.scp", *DATA}
+    ):
         bad |= {name for name in imported if within(name, {"orbsoc.missions", "orbsoc.orbit"})}
     if not within(module, TOP):
         bad |= {name for name in imported if within(name, TOP)}
@@ -91,16 +95,20 @@ def test_python_imports_point_the_allowed_way(path: Path) -> None:
             {"orbsoc.ps.scheduler.PsScheduler"},
         ),
         ("orbsoc.missions.a.plan", "def f():\n    import hw_model", {"hw_model"}),
-        ("orbsoc.missions.a.plan", "from orbsoc.builder import ConicBuilder\nfrom .model import Burn", set()),
+        (
+            "orbsoc.missions.a.plan",
+            "from orbsoc.conic.builder import ConicBuilder\nfrom .model import Burn",
+            set(),
+        ),
         (
             "orbsoc.ps.scheduler",
             "from orbsoc.missions import scenario_file",
-            {"orbsoc.missions.scenario_file"},
+            {"orbsoc.guidance.scenario_file"},
         ),
-        ("orbsoc.solver", "from orbsoc import cli", {"orbsoc.cli"}),
-        ("hw_model.trace", "import orbsoc.problem", {"orbsoc.problem"}),
-        ("hw_model.report", "import_module('orbsoc.missions')", {"orbsoc.missions"}),
-        ("orbsoc.cli", "import hw_model, orbsoc.missions, orbsoc.report", set()),
+        ("orbsoc.solving.solver", "from orbsoc import cli", {"orbsoc.commands.app"}),
+        ("hw_model.timing.trace", "import orbsoc.conic.problem", {"orbsoc.conic.problem"}),
+        ("hw_model.report.report", "import_module('orbsoc.missions')", {"orbsoc.missions"}),
+        ("orbsoc.commands.app", "import hw_model, orbsoc.missions, orbsoc.report.page", set()),
     ],
 )
 def test_the_python_check_finds_what_it_must(module: str, source: str, found: set[str]) -> None:
@@ -216,7 +224,7 @@ def test_the_words_of_the_hardware_are_found() -> None:
 
 def test_every_layer_has_sources_to_check() -> None:
     modules = {module_of(path) for path in PYTHON_FILES}
-    assert {"orbsoc.builder", "orbsoc.ps.driver", "orbsoc.missions", "hw_model.trace"} <= modules
+    assert {"orbsoc.conic.builder", "orbsoc.ps.driver", "orbsoc.missions", "hw_model.timing.trace"} <= modules
     assert set(RUST_MAY_USE) <= {rust_module_of(path) for path in RUST_FILES}
 
 

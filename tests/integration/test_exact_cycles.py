@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from hw_model import HwModelError, load_partition, load_platform, parse_trace, speedup
-from hw_model.resources import budget
-from hw_model.schedules import engine_of
-from hw_model.unit_schedules import runs, stretches
+from hw_model.area.resources import budget
+from hw_model.timing.schedules import engine_of
+from hw_model.timing.unit_schedules import runs, stretches
 from orbsoc import Cones, Problem, PsScheduler
-from orbsoc.exact_cycles import exact_cycles, exact_units
+from orbsoc.hw.exact_cycles import exact_cycles, exact_units
+from orbsoc.hw.schedules import Engine, EngineError, PlProgram, pl_program
 from orbsoc.missions.reachable_domain.table import subproblems_on
-from orbsoc.pl_program import Engine, EngineError, PlProgram, pl_program
 from orbsoc.reach.cost import RecordedSequence, domain_cost
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def test_schedules_of_the_expected_engines_are_made_once_each_with_the_first(
         made.append(engine.lanes)
         return pl_program(problem, settings, engine)
 
-    monkeypatch.setattr("orbsoc.exact_cycles.pl_program", counted)
+    monkeypatch.setattr("orbsoc.hw.exact_cycles.pl_program", counted)
     machines = [load_platform("zu9eg").with_value("pl.lanes", lanes) for lanes in (1, 2, 4)]
     expected = [engine_of(machine, "f64") for machine in machines]
     cycles = exact_cycles(recorded.patterns, [*expected, expected[0]._replace(compressed=False)])

@@ -13,10 +13,10 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from hw_model import load_partition, load_platform
-from hw_model.platform_toml import to_toml
-from orbsoc.cli import app
+from hw_model.platform.platform_toml import to_toml
+from orbsoc.commands.app import app
 from orbsoc.commands.hw_precision import ALL
-from orbsoc.workload import load_workload
+from orbsoc.hw.workload import load_workload
 from tests.integration.small_problem import small_problem
 
 KEYS = [row.key for row in load_platform("zu9eg").assumptions() if not row.key.startswith("pl.latencies.")]
@@ -116,16 +116,16 @@ def _no_pictures(monkeypatch: pytest.MonkeyPatch, workload: Path) -> None:
     """Figures show the same numbers and take most of the time; the workload is recorded once a command."""
     monkeypatch.setattr("orbsoc.commands.hw_precision.CHOICES", ((53, ALL), (24, ("factorization",))))
     few = [load_partition(name) for name in ("all_ps", "paper", "factor_only")]
-    monkeypatch.setattr("hw_model.partition.all_partitions", lambda: few)
+    monkeypatch.setattr("hw_model.platform.partition.all_partitions", lambda: few)
     known = {path: load_workload(path) for path in (workload,)}
-    monkeypatch.setattr("orbsoc.workload.load_workload", known.__getitem__)
+    monkeypatch.setattr("orbsoc.hw.workload.load_workload", known.__getitem__)
     for name in (
-        "hw_model.gantt_figure.gantt_figure", "hw_model.difference_figure.difference_figure",
-        "hw_model.area_figure.area_figure", "orbsoc.commands.hw_partition._draw",
-        "orbsoc.pl_figure.utilisation_figure",
+        "hw_model.figures.gantt.gantt_figure", "hw_model.figures.difference.difference_figure",
+        "hw_model.figures.area.area_figure", "orbsoc.commands.hw_partition._draw",
+        "orbsoc.hw.utilisation_figure.utilisation_figure",
     ):  # fmt: skip
         monkeypatch.setattr(name, lambda *_, **__: None)
-    monkeypatch.setattr("orbsoc.exact_cycles.exact_units", lambda _: None)
+    monkeypatch.setattr("orbsoc.hw.exact_cycles.exact_units", lambda _: None)
 
 
 @pytest.mark.parametrize("command", COMMANDS)

@@ -7,7 +7,7 @@ import threading
 
 import pytest
 
-from orbsoc.interrupts import Interrupts, held
+from orbsoc.files.interrupts import Interrupts, held
 
 
 def test_a_held_signal_is_handed_over_at_the_end_also_after_an_error() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from orbsoc.output_folder import OutputFolderError, check_replaceable, write_manifest, written_at_once
+from orbsoc.files.output_folder import OutputFolderError, check_replaceable, write_manifest, written_at_once
 
 
 def write(folder: Path, content: str, names: tuple[str, ...] = ("a.txt",)) -> None:

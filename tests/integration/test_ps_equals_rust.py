@@ -10,15 +10,15 @@ from pathlib import Path
 import pytest
 
 from orbsoc import _core
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.settings import Settings
 from orbsoc.missions.reachable_insertion import load_scenario, plan
-from orbsoc.problem import Problem
 from orbsoc.ps import PsScheduler
 from orbsoc.ps.driver import Driver
 from orbsoc.ps.events import PsRecord
 from orbsoc.ps.pl import ProgrammableLogic
 from orbsoc.ps.segments import Method
-from orbsoc.settings import Settings
-from orbsoc.solver import solve
+from orbsoc.solving.solver import solve
 from tests.zoo import ZooCase, cases, twins
 
 METHOD = Method.from_core(_core)

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 import orbsoc
-from orbsoc.cli import app
+from orbsoc.commands.app import app
 
 ROOT = Path(__file__).resolve().parents[2]
 GUIDE = (ROOT / "docs" / "solver.md").read_text(encoding="utf-8")

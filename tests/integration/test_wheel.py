@@ -87,8 +87,8 @@ def test_the_wheel_holds_both_packages_with_their_data_and_nothing_else(wheel: P
     metadata = {name for name in names if name.parts[0].endswith(".dist-info")}
     assert [name.parent for name in extension] == [PurePosixPath("orbsoc")]
     assert names - extension - metadata == package_files()
-    assert PurePosixPath("hw_model/platforms/zu9eg.toml") in names
-    assert PurePosixPath("hw_model/partitions/paper.toml") in names
+    assert PurePosixPath("hw_model/platform/platforms/zu9eg.toml") in names
+    assert PurePosixPath("hw_model/platform/partitions/paper.toml") in names
     assert PurePosixPath("orbsoc/py.typed") in names
     assert PurePosixPath("orbsoc/_core.pyi") in names
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from orbsoc.collocation import interpolation_matrix, legendre_gauss
+from orbsoc.guidance.collocation import interpolation_matrix, legendre_gauss
 
 # Abramowitz & Stegun, table 25.4: positive abscissas and weights.
 TABLE = {

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import orbsoc
-import orbsoc.cycle_budget
+import orbsoc.hw.cycle_budget
 from orbsoc import Cones, Problem, Settings, Solution, Status
-from orbsoc.cycle_budget import CycleBudget, cycle_budget
-from orbsoc.scp import Iteration
+from orbsoc.guidance.scp import Iteration
+from orbsoc.hw.cycle_budget import CycleBudget, cycle_budget
 
 PROBLEM = Problem(
     c=[1.0, 1.0], A=[[1.0, -1.0]], b=[0.5], G=[[-1.0, 0.0], [0.0, -1.0]], h=[0.0, 0.0], cones=Cones(l=2)
@@ -76,7 +76,9 @@ def test_an_interrupted_solve_is_not_priced(solved: Solution, monkeypatch: pytes
 def test_an_interrupted_comparison_is_not_a_difference(
     solved: Solution, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(orbsoc.cycle_budget, "solve", lambda *_: replace(solved, status=Status.INTERRUPTED))
+    monkeypatch.setattr(
+        orbsoc.hw.cycle_budget, "solve", lambda *_: replace(solved, status=Status.INTERRUPTED)
+    )
     with pytest.raises(KeyboardInterrupt):
         budget(solved, scheduled=True)
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from orbsoc.builder import ConicBuilder
-from orbsoc.collocation import legendre_gauss
+from orbsoc.conic.builder import ConicBuilder
+from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.missions.reachable_insertion.guess import along_velocity, propagated, towards_plane
 from orbsoc.missions.reachable_insertion.model import Burn, Trajectory, add_burn, derivative, linearise
 from orbsoc.missions.reachable_insertion.problems import (

@@ -23,13 +23,7 @@ from orbsoc.missions.reachable_insertion.problems import Row
 from orbsoc.missions.reachable_insertion.record import attitude_csv, iteration_cells, plan_document
 from orbsoc.missions.reachable_insertion.verdict import verdict, violations
 from orbsoc.missions.reachable_insertion.verify import verify
-from orbsoc.orbit import (
-    EARTH,
-    angular_momentum,
-    laplace_vector,
-    propagate_burn,
-    thrust_direction,
-)
+from orbsoc.orbit import EARTH, angular_momentum, laplace_vector, propagate_burn, thrust_direction
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
 

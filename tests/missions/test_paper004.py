@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 import orbsoc
+from orbsoc.guidance.scp import ExitReason
 from orbsoc.interfaces import clarabel
 from orbsoc.missions.reachable_insertion import Plan, PlanStatus, load_scenario, plan
 from orbsoc.missions.reachable_insertion.agreement import agreement
 from orbsoc.missions.reachable_insertion.paper import compare
 from orbsoc.missions.reachable_insertion.problems import Row
 from orbsoc.missions.reachable_insertion.verdict import verdict, violations
-from orbsoc.scp import ExitReason
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
 SOLVERS = {"orbsoc": orbsoc.solve, "clarabel": clarabel.solve}

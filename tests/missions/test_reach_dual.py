@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import orbsoc
+from orbsoc.guidance.scp import Rules
 from orbsoc.missions.reachable_domain.arcs import Arcs
 from orbsoc.missions.reachable_domain.condensed import CondensedBatch, condense
 from orbsoc.missions.reachable_domain.domain import Domain
@@ -18,7 +19,6 @@ from orbsoc.missions.reachable_domain.sequence import Ending, sequences
 from orbsoc.missions.reachable_domain.subproblems import Subproblems
 from orbsoc.missions.reachable_domain.sweeps import GravityGradient, settled
 from orbsoc.missions.reachable_domain.terminal import Aim, LargestOrbit, LargestTilt
-from orbsoc.scp import Rules
 from tests.missions.reach_cases import domain, paper, perigees
 
 COLLOCATION = domain().tools.collocation(12)

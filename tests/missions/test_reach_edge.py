@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from orbsoc.guidance.scenario_file import checked
 from orbsoc.missions.reachable_domain import Scenario, ScenarioError
 from orbsoc.missions.reachable_domain.boundary import edge_note, furthest_planes, inside_box
 from orbsoc.missions.reachable_domain.domain import Domain
@@ -15,7 +16,6 @@ from orbsoc.missions.reachable_domain.evidence import largest_tilts
 from orbsoc.missions.reachable_domain.planes import inclination_and_node
 from orbsoc.missions.reachable_domain.table import PointStatus
 from orbsoc.missions.reachable_domain.terminal import LargestTilt
-from orbsoc.missions.scenario_file import checked
 from orbsoc.orbit import LaunchFrame, eci_from_launch_inertial, rotate_state
 from orbsoc.reach import ReachableDomain, TiltLimit
 from orbsoc.reach.figures import draw_figures

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orbsoc.collocation import legendre_gauss
+from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.missions.reachable_domain import attempts, flight
 from orbsoc.missions.reachable_domain.flight import fly
 from orbsoc.orbit import CanonicalUnits, gauss, propagate_burn
@@ -78,7 +78,7 @@ def test_neither_collocation_nor_the_polishs_integrator_takes_part(monkeypatch: 
     vectors = programmes(1)
     for name in ("integrate", "gauss_steps"):
         monkeypatch.setattr(gauss, name, forbidden)
-    monkeypatch.setattr("orbsoc.collocation.interpolation_matrix", forbidden)
+    monkeypatch.setattr("orbsoc.guidance.collocation.interpolation_matrix", forbidden)
     for cached in (flight._moments, flight._raw_sampling):
         cached.cache_clear()
     assert np.isfinite(fly(BURN, DURATION, vectors).ends).all()

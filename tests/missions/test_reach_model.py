@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import orbsoc
-from orbsoc.collocation import legendre_gauss
+from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.missions.reachable_domain.arcs import Arcs
 from orbsoc.missions.reachable_domain.condensed import condense
 from orbsoc.missions.reachable_domain.conditions import conditions, curvature

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orbsoc.collocation import legendre_gauss
+from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.missions.reachable_domain.domain import Domain
 from orbsoc.missions.reachable_domain.planes import normals, plane_error
 from orbsoc.missions.reachable_domain.table import Origin, PointStatus, PointTable

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from orbsoc.guidance.scenario_file import ScenarioError, checked
 from orbsoc.missions.reachable_domain.boundary import furthest_planes
 from orbsoc.missions.reachable_domain.domain import Domain
 from orbsoc.missions.reachable_domain.scenario import Scenario
 from orbsoc.missions.reachable_domain.table import PointStatus, PointTable
-from orbsoc.missions.scenario_file import ScenarioError, checked
 from tests.missions.reach_cases import paper
 
 INC, RAAN = np.array([28.3]), np.array([335.25])

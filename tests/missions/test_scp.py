@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 import orbsoc
-from orbsoc.builder import ConicBuilder
+from orbsoc.conic.builder import ConicBuilder
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Certificate, Solution, Status
+from orbsoc.guidance.scp import ExitReason, Iteration, Rules, Solve, Step, Subproblem, sequential_convex
 from orbsoc.interfaces.clarabel import solve as clarabel
-from orbsoc.problem import Problem
 from orbsoc.ps.driver import Driver
-from orbsoc.scp import ExitReason, Iteration, Rules, Solve, Step, Subproblem, sequential_convex
-from orbsoc.settings import Settings
-from orbsoc.solution import Certificate, Solution, Status
 
 PROBLEM = Problem(c=[1.0], A=[[1.0]], b=[0.0])
 

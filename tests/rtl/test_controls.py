@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from orbsoc.pl_program import Engine, scheduled
-from orbsoc.precision import narrow_settings
-from orbsoc.problem import Problem
-from orbsoc.rtl_controls import RULES, Bench, control_case, silent_rules
-from orbsoc.rtl_mutations import CHECK_MUTATIONS, ENGINE, Mutation
-from orbsoc.rtl_validation import ADDRESS_BITS, Format, Point, RtlError, built, problems, validate
-from orbsoc.settings import Settings
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.settings import Settings
+from orbsoc.hw.precision import narrow_settings
+from orbsoc.hw.schedules import Engine, scheduled
+from orbsoc.rtl.mutations import CHECK_MUTATIONS, ENGINE, Mutation
+from orbsoc.rtl.rule_violations import RULES, Bench, control_case, silent_rules
+from orbsoc.rtl.validation import ADDRESS_BITS, Format, Point, RtlError, built, problems, validate
 from tests.rtl.engine_sources import RTL
 from tests.rtl.verilator import require_verilator
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from orbsoc.rtl_mutations import MUTATIONS
+from orbsoc.rtl.mutations import MUTATIONS
 from tests.rtl.case_writer import Answer, Case, run_case
 from tests.rtl.compressed import Compressor
 from tests.rtl.engine_sources import RTL

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from orbsoc import _core, rtl_validation
-from orbsoc.pl_program import Engine, scheduled
-from orbsoc.rtl_validation import (
+from orbsoc import _core
+from orbsoc.conic.settings import Settings
+from orbsoc.hw.schedules import Engine, scheduled
+from orbsoc.rtl import validation as rtl_validation
+from orbsoc.rtl.validation import (
     MODULES,
     Point,
     RtlError,
@@ -20,7 +22,6 @@ from orbsoc.rtl_validation import (
     summary,
     validate,
 )
-from orbsoc.settings import Settings
 from tests.rtl.verilator import require_verilator
 
 RTL = Path(__file__).parents[2] / "rtl"

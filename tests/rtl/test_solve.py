@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import orbsoc.rtl_solve as rtl_solve
+import orbsoc.rtl.solve as rtl_solve
 from orbsoc import solve
 from orbsoc.ps.registers import Control, LaunchWhileBusy, LostInterrupt, Register
-from orbsoc.rtl_session import RtlPort, RtlSession
-from orbsoc.rtl_solve import SolveOutcome, described, solve_on_rtl
-from orbsoc.rtl_solve_points import FOUR_LANES, TIGHT, quick_solves, run_solves
-from orbsoc.rtl_validation import RtlError, built, problems
+from orbsoc.rtl.session import RtlPort, RtlSession
+from orbsoc.rtl.solve import SolveOutcome, described, solve_on_rtl
+from orbsoc.rtl.solve_cases import FOUR_LANES, TIGHT, quick_solves, run_solves
+from orbsoc.rtl.validation import RtlError, built, problems
 from tests.core.test_second_walk import TOO_LITTLE, mended_late
 from tests.rtl.verilator import require_verilator
 

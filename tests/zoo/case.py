@@ -9,8 +9,8 @@ from typing import SupportsFloat
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from orbsoc.problem import Cones, Problem
-from orbsoc.solution import Status
+from orbsoc.conic.problem import Cones, Problem
+from orbsoc.conic.solution import Status
 
 Array = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from orbsoc.problem import Cones, Problem
+from orbsoc.conic.problem import Cones, Problem
 from tests.zoo.case import Array, ZooCase, infeasible, solvable, unbounded
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from orbsoc.problem import Cones, Problem
+from orbsoc.conic.problem import Cones, Problem
 from tests.zoo.case import ZooCase, box, infeasible, lp, solvable, unbounded
 
 

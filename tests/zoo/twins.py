@@ -6,7 +6,7 @@ import zlib
 
 import numpy as np
 
-from orbsoc.problem import Problem
+from orbsoc.conic.problem import Problem
 from tests.zoo.case import Array, ZooCase
 
 DECADES = 4.0

@@ -1,1 +1,1 @@
-"""The commands of `orbsoc`, one module each; orbsoc.cli registers them."""
+"""The commands of `orbsoc`, one module each; orbsoc.commands.app registers them."""

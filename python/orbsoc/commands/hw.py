@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import typer
 
-from orbsoc.commands.hw_budget import budget
-from orbsoc.commands.hw_calibrate import calibrate
-from orbsoc.commands.hw_explain import explain
-from orbsoc.commands.hw_partition import partition
-from orbsoc.commands.hw_precision import precision
-from orbsoc.commands.hw_run import run
-from orbsoc.commands.hw_sweep import sweep
-from orbsoc.commands.hw_trace import trace
-from orbsoc.commands.hw_validate import validate
+from .hw_budget import budget
+from .hw_calibrate import calibrate
+from .hw_explain import explain
+from .hw_partition import partition
+from .hw_precision import precision
+from .hw_run import run
+from .hw_sweep import sweep
+from .hw_trace import trace
+from .hw_validate import validate
 
 app = typer.Typer(
     help="Experiments with the modelled PS+PL computer.", no_args_is_help=True, rich_markup_mode=None

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from orbsoc.commands import hw_options as options
-from orbsoc.commands.ending import FAILED, spoken
+from . import hw_options as options
+from .failures import FAILED, spoken
 
 if TYPE_CHECKING:
     from hw_model import Platform
-    from hw_model.resources import Budget
+    from hw_model.area.resources import Budget
 
 
 def budget(
@@ -30,12 +30,12 @@ def budget(
     Exit codes: 0 it fits, 1 it does not, 2 bad input.
     """
     with spoken(as_json):
-        from hw_model.area_figure import area_figure
-        from hw_model.partition import load_partition
-        from hw_model.reading import BUDGETED, require_read
-        from hw_model.resources import budget as priced
+        from hw_model.area.resources import budget as priced
+        from hw_model.figures.area import area_figure
+        from hw_model.platform.partition import load_partition
+        from hw_model.report.reading import BUDGETED, require_read
         from hw_model.vocabulary import count_of
-        from orbsoc.workload import load_workload
+        from orbsoc.hw.workload import load_workload
 
         chosen = options.parsed_settings(settings)
         machine, split = options.computer(device, chosen), load_partition(partition)

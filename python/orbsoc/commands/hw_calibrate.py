@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from orbsoc.commands import hw_options as options
-from orbsoc.commands.ending import spoken
+from . import hw_options as options
+from .failures import spoken
 
 
 def calibrate(
@@ -27,11 +27,11 @@ def calibrate(
     Set the clock that you measured at: --set ps.clock_mhz=1200.0.
     """
     with spoken(as_json):
-        from hw_model.calibrate import calibrate as fit
-        from hw_model.calibrate import read_measurements
-        from hw_model.platform_toml import to_toml
-        from hw_model.reading import CALIBRATED, require_read
-        from orbsoc.workload import load_workload
+        from hw_model.platform.platform_toml import to_toml
+        from hw_model.report.reading import CALIBRATED, require_read
+        from hw_model.timing.calibrate import calibrate as fit
+        from hw_model.timing.calibrate import read_measurements
+        from orbsoc.hw.workload import load_workload
 
         chosen = options.parsed_settings(settings)
         machine = options.computer(device, chosen)

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from orbsoc.commands import hw_options as options
-from orbsoc.commands.ending import spoken
+from . import hw_options as options
+from .failures import spoken
 
 if TYPE_CHECKING:
-    from hw_model.explain import Configuration
+    from hw_model.report.explain import Configuration
 
 _FORM = "DEVICE:PARTITION[:KEY=VALUE,…]"
 
@@ -26,10 +26,10 @@ def explain(
 ) -> None:
     """Say what B takes more or less time for than A, cause by cause and module by module."""
     with spoken(as_json):
-        from hw_model.difference_figure import difference_figure
-        from hw_model.explain import explain as compare
-        from hw_model.reading import TIMELINE, require_read
-        from orbsoc.workload import load_workload
+        from hw_model.figures.difference import difference_figure
+        from hw_model.report.explain import explain as compare
+        from hw_model.report.reading import TIMELINE, require_read
+        from orbsoc.hw.workload import load_workload
 
         (one, set_in_one), (other, set_in_other) = _configuration(a), _configuration(b)
         record = load_workload(workload)
@@ -62,8 +62,8 @@ def explain(
 def _configuration(text: str) -> tuple[Configuration, dict[str, Any]]:
     """A computer and a partition from their short form, and what was set. Raises HwModelError."""
     from hw_model import HwModelError
-    from hw_model.explain import Configuration
-    from hw_model.partition import load_partition
+    from hw_model.platform.partition import load_partition
+    from hw_model.report.explain import Configuration
 
     parts = text.split(":", 2)
     if len(parts) < 2:

@@ -15,9 +15,9 @@ import typer
 
 if TYPE_CHECKING:
     from hw_model import Platform
-    from hw_model.reading import Reading
-    from hw_model.stage_cycles import StageCycles
-    from orbsoc.workload import Workload
+    from hw_model.report.reading import Reading
+    from hw_model.timing.stage_cycles import StageCycles
+    from orbsoc.hw.workload import Workload
 
 WorkloadArgument = Annotated[
     Path,
@@ -111,9 +111,9 @@ def stage_cycles(
     None: schedules, unless there is only a trace. Those of the `computers`, as far as it is known which will be priced,
     are made side by side. Raises WorkloadError when schedules are asked for and there is only a trace.
     """
-    from hw_model.schedules import engine_of
-    from hw_model.stage_cycles import estimated
-    from orbsoc.exact_cycles import exact_cycles
+    from hw_model.timing.schedules import engine_of
+    from hw_model.timing.stage_cycles import estimated
+    from orbsoc.hw.exact_cycles import exact_cycles
 
     if not takes_schedules(workload, exact=exact):
         return estimated
@@ -122,7 +122,7 @@ def stage_cycles(
 
 def takes_schedules(workload: Workload, *, exact: bool | None) -> bool:
     """Whether this workload is priced by schedules. Raises WorkloadError as `stage_cycles` does."""
-    from orbsoc.workload import WorkloadError
+    from orbsoc.hw.workload import WorkloadError
 
     if exact and not workload.problems:
         raise WorkloadError(

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from orbsoc.commands import hw_options as options
-from orbsoc.commands.ending import spoken
+from . import hw_options as options
+from .failures import spoken
 
 if TYPE_CHECKING:
     from hw_model import Platform
-    from hw_model.reading import Reading
-    from hw_model.split_verdict import Verdict
-    from hw_model.stage_cycles import StageCycles
-    from hw_model.study import Point, Study
-    from orbsoc.workload import Workload
+    from hw_model.report.reading import Reading
+    from hw_model.report.split_verdict import Verdict
+    from hw_model.report.study import Point, Study
+    from hw_model.timing.stage_cycles import StageCycles
+    from orbsoc.hw.workload import Workload
 
 
 def partition(
@@ -32,11 +32,11 @@ def partition(
 ) -> None:
     """Price all 64 partitions × lanes × clocks × devices, and say which of them no other beats."""
     with spoken(as_json):
-        from hw_model.partition import load_partition
-        from hw_model.reading import STUDIED, require_read
-        from hw_model.split_verdict import verdicts
-        from hw_model.study import Study, pareto
-        from orbsoc.workload import load_workload
+        from hw_model.platform.partition import load_partition
+        from hw_model.report.reading import STUDIED, require_read
+        from hw_model.report.split_verdict import verdicts
+        from hw_model.report.study import Study, pareto
+        from orbsoc.hw.workload import load_workload
 
         chosen = options.parsed_settings(settings, _AXES)
         computers = _computers(devices, lanes, clocks, chosen)
@@ -85,7 +85,7 @@ def _computers(devices: str, lanes: str, clocks: str, settings: dict[str, Any]) 
 
 
 def _priced(study: Study, computers: list[Platform]) -> list[Point]:
-    from hw_model.partition import all_partitions
+    from hw_model.platform.partition import all_partitions
 
     splits = all_partitions()
     return [point for machine in computers for point in study.points(machine, splits)]
@@ -152,11 +152,11 @@ def _draw(
     folder: Path,
 ) -> None:
     """pareto.png of all; speedup.png of the shipped partitions and the fastest; amdahl.png, roofline.png of one device."""
-    from hw_model.figure import speedup_figure
-    from hw_model.limits import limits, roofs
-    from hw_model.partition import load_partition
-    from hw_model.report import speedup
-    from hw_model.study_figures import amdahl_figure, pareto_figure, roofline_figure
+    from hw_model.figures.speedup import speedup_figure
+    from hw_model.figures.study import amdahl_figure, pareto_figure, roofline_figure
+    from hw_model.platform.partition import load_partition
+    from hw_model.report.report import speedup
+    from hw_model.timing.limits import limits, roofs
 
     pareto_figure(points, front, folder / "pareto.png")
     paper = load_partition("paper")

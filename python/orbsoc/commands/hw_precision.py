@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from orbsoc.commands import hw_options as options
-from orbsoc.commands.ending import spoken
+from . import hw_options as options
+from .failures import spoken
 
 if TYPE_CHECKING:
     from hw_model import Platform
-    from hw_model.stage_cycles import StageCycles
-    from orbsoc.problem import Problem
-    from orbsoc.settings import Settings
+    from hw_model.timing.stage_cycles import StageCycles
+    from orbsoc.conic.problem import Problem
+    from orbsoc.conic.settings import Settings
 
 ALL = ("matrix_update", "matrix_scaling", "factorization", "linear_solve", "cone_ops", "line_search")
 CHOICES: tuple[tuple[int, tuple[str, ...]], ...] = (
@@ -45,10 +45,10 @@ def precision(
     subproblem of each pattern is taken. Segments are scheduled, equal to the RTL.
     """
     with spoken(as_json):
-        from hw_model.reading import NARROWED, require_read
-        from orbsoc.exact_cycles import exact_cycles
-        from orbsoc.settings import Settings
-        from orbsoc.workload import WorkloadError, load_workload
+        from hw_model.report.reading import NARROWED, require_read
+        from orbsoc.conic.settings import Settings
+        from orbsoc.hw.exact_cycles import exact_cycles
+        from orbsoc.hw.workload import WorkloadError, load_workload
 
         chosen = options.parsed_settings(settings)
         machine = options.computer(device, chosen)
@@ -95,10 +95,10 @@ def _row(
 ) -> dict[str, Any]:
     """One solve, and what it would have cost."""
     from hw_model import parse_trace, speedup
-    from hw_model.area import multiplier_dsp
-    from hw_model.partition import on_pl
-    from hw_model.resources import budget
-    from orbsoc.precision import solve_narrow
+    from hw_model.area.area import multiplier_dsp
+    from hw_model.area.resources import budget
+    from hw_model.platform.partition import on_pl
+    from orbsoc.hw.precision import solve_narrow
 
     run = solve_narrow(problem, bits, modules, settings)
     split = on_pl(*modules)

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from orbsoc.commands import hw_options as options
-from orbsoc.commands.ending import BAD_INPUT, spoken, stop
+from . import hw_options as options
+from .failures import BAD_INPUT, spoken, stop
 
 if TYPE_CHECKING:
     from hw_model import Platform
-    from orbsoc.pl_program import Engine, PlProgram
+    from orbsoc.hw.schedules import Engine, PlProgram
 
 
 def run(
@@ -39,11 +39,11 @@ def run(
     Exit codes: 0 done, 2 bad input.
     """
     with spoken(as_json):
-        from hw_model.reading import SCHEDULED, require_read
-        from hw_model.schedules import engine_of
-        from orbsoc.pl_figure import utilisation_figure
-        from orbsoc.pl_program import KKT_SOLVES, pl_program
-        from orbsoc.workload import load_workload
+        from hw_model.report.reading import SCHEDULED, require_read
+        from hw_model.timing.schedules import engine_of
+        from orbsoc.hw.schedules import KKT_SOLVES, pl_program
+        from orbsoc.hw.utilisation_figure import utilisation_figure
+        from orbsoc.hw.workload import load_workload
 
         given = {"pl.lanes": lanes, "pl.banks": banks}
         own = {key: value for key, value in given.items() if value is not None}
@@ -86,7 +86,7 @@ def run(
 
 
 def _engine(machine: Platform, fp: int) -> Engine:
-    from orbsoc.pl_program import Engine, EngineError
+    from orbsoc.hw.schedules import Engine, EngineError
 
     word: Literal[64, 32]
     if fp == 64:
@@ -181,7 +181,7 @@ class Memory:
 
 
 def _memory(program: PlProgram, machine: Platform) -> Memory:
-    from hw_model.area import Shape, bram18, line_bits, storage_bram18
+    from hw_model.area.area import Shape, bram18, line_bits, storage_bram18
 
     engine, segments = program.engine, program.segments.values()
     if engine.address_bits is None:

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from orbsoc.commands import hw_options as options
-from orbsoc.commands.ending import spoken
+from . import hw_options as options
+from .failures import spoken
 
 if TYPE_CHECKING:
-    from hw_model.sweep import Sweep
+    from hw_model.report.sweep import Sweep
 
 
 def sweep(
@@ -28,13 +28,13 @@ def sweep(
 ) -> None:
     """Price every point of a grid and write all of them and the Pareto front of time against resources."""
     with spoken(as_json):
-        from hw_model.partition import load_partition
-        from hw_model.reading import STUDIED
-        from hw_model.study import Study, pareto
-        from hw_model.study_figures import pareto_figure
-        from hw_model.sweep import computers, load_sweep, run
+        from hw_model.figures.study import pareto_figure
+        from hw_model.platform.partition import load_partition
+        from hw_model.report.reading import STUDIED
+        from hw_model.report.study import Study, pareto
+        from hw_model.report.sweep import computers, load_sweep, run
         from hw_model.vocabulary import count_of
-        from orbsoc.workload import load_workload
+        from orbsoc.hw.workload import load_workload
 
         chosen = load_sweep(file)
         record = load_workload(_workload(chosen, workload, file))
@@ -82,7 +82,7 @@ def sweep(
 
 def _workload(chosen: Sweep, given: Path | None, file: Path) -> Path:
     """The workload of the command line, or of the sweep file. Raises SweepError when neither names one."""
-    from hw_model.sweep import SweepError
+    from hw_model.report.sweep import SweepError
 
     place = given or chosen.workload
     if place is None:

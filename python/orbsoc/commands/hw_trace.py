@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from orbsoc.commands import hw_options as options
-from orbsoc.commands.ending import spoken
+from . import hw_options as options
+from .failures import spoken
 
 if TYPE_CHECKING:
     from hw_model import Timeline
@@ -24,12 +24,12 @@ def trace(
     """Lay a recorded run out in time: trace.json for ui.perfetto.dev, gantt.png, and the record itself."""
     with spoken(as_json):
         from hw_model import simulate
-        from hw_model.gantt_figure import gantt_figure
-        from hw_model.partition import load_partition
-        from hw_model.perfetto import as_text, trace_events
-        from hw_model.reading import TIMELINE, require_read
-        from orbsoc.exact_cycles import exact_units
-        from orbsoc.workload import load_workload
+        from hw_model.figures.gantt import gantt_figure
+        from hw_model.platform.partition import load_partition
+        from hw_model.report.perfetto import as_text, trace_events
+        from hw_model.report.reading import TIMELINE, require_read
+        from orbsoc.hw.exact_cycles import exact_units
+        from orbsoc.hw.workload import load_workload
 
         chosen = options.parsed_settings(settings)
         machine, split = options.computer(device, chosen), load_partition(partition)

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from orbsoc.commands import hw_options as options
-from orbsoc.commands.ending import FAILED, spoken
-from orbsoc.commands.hw_validate_mutations import validate_mutations
-from orbsoc.commands.hw_validate_solve import validate_solves
-from orbsoc.commands.hw_validate_tables import print_tables
+from . import hw_options as options
+from .failures import FAILED, spoken
+from .hw_validate_mutations import validate_mutations
+from .hw_validate_solve import validate_solves
+from .hw_validate_tables import print_tables
 
 if TYPE_CHECKING:
-    from orbsoc.rtl_validation import Outcome
+    from orbsoc.rtl.validation import Outcome
 
 
 def validate(
@@ -50,7 +50,7 @@ def validate(
     Exit codes: 0 all equal (and every mutation caught), 1 any difference, 2 no RTL or no Verilator.
     """
     with spoken(as_json):
-        from orbsoc.rtl_validation import (
+        from orbsoc.rtl.validation import (
             all_points,
             kkt_points,
             mission_004,
@@ -59,7 +59,7 @@ def validate(
             rtl_folder,
             rtl_sources,
         )
-        from orbsoc.rtl_validation import validate as compare
+        from orbsoc.rtl.validation import validate as compare
 
         _require_one_run({"--tables": tables, "--mutations": mutations, "--solve": solve}, quick=quick)
         where = out or Path("out") / "hw-validate"
@@ -103,7 +103,7 @@ def validate(
 
 def _document(outcomes: Sequence[Outcome], watched: set[Path], done: int, points: int) -> dict[str, Any]:
     """As JSON; equal when all points ran, and all of them were."""
-    from orbsoc.rtl_validation import summary
+    from orbsoc.rtl.validation import summary
 
     return {
         "schema": "orbsoc.rtl-validation/1",
@@ -118,7 +118,7 @@ def _document(outcomes: Sequence[Outcome], watched: set[Path], done: int, points
 
 def _require_one_run(given: dict[str, bool], *, quick: bool) -> None:
     """Raises RtlError for options of which one would be ignored."""
-    from orbsoc.rtl_validation import RtlError
+    from orbsoc.rtl.validation import RtlError
 
     chosen = [name for name, wanted in given.items() if wanted]
     if len(chosen) > 1:

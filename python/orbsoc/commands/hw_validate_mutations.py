@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, NoReturn
 
 import typer
 
-from orbsoc.commands import hw_options as options
-from orbsoc.commands.ending import FAILED
+from . import hw_options as options
+from .failures import FAILED
 
 if TYPE_CHECKING:
-    from orbsoc.rtl_mutations import Catch
+    from orbsoc.rtl.mutations import Catch
 
 SCHEMA = "orbsoc.rtl-mutations/1"
 
@@ -21,8 +21,8 @@ SCHEMA = "orbsoc.rtl-mutations/1"
 def validate_mutations(folder: Path, where: Path, *, as_json: bool) -> NoReturn:
     """Run every module of a small problem with each mutation, write rtl-mutations.json and .md to `where`, and end with 0
     or, if a mutation goes unnoticed or engine and schedules as they are do not, 1."""
-    from orbsoc.rtl_mutations import ENGINE, catches
-    from orbsoc.rtl_validation import problems
+    from orbsoc.rtl.mutations import ENGINE, catches
+    from orbsoc.rtl.validation import problems
 
     name, problem = list(problems().items())[1]
     options.write_all(where, {})

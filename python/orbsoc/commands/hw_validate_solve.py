@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 
-from orbsoc.commands import hw_options as options
-from orbsoc.commands.ending import FAILED
+from . import hw_options as options
+from .failures import FAILED
 
 if TYPE_CHECKING:
-    from orbsoc.rtl_solve import SolveOutcome
+    from orbsoc.rtl.solve import SolveOutcome
 
 SCHEMA = "orbsoc.rtl-solves/1"
 
 
 def validate_solves(folder: Path, where: Path, *, quick: bool, as_json: bool) -> NoReturn:
     """Run the solves, write rtl-solves.json and rtl-solves.md to `where`, and end with 0 or, at any difference, 1."""
-    from orbsoc.rtl_solve import described
-    from orbsoc.rtl_solve_points import all_solves, quick_solves, run_solves
+    from orbsoc.rtl.solve import described
+    from orbsoc.rtl.solve_cases import all_solves, quick_solves, run_solves
 
     points = (quick_solves if quick else all_solves)(folder.parent / "scenarios")
     options.write_all(where, {})

@@ -7,7 +7,7 @@ from typing import NoReturn
 
 import typer
 
-from orbsoc.commands import hw_options as options
+from . import hw_options as options
 
 DRAWN = ((4, 1), (8, 2))
 """Lanes and dividers of the engines in the figure."""
@@ -19,10 +19,10 @@ def print_tables(scenario: Path, where: Path, *, as_json: bool) -> NoReturn:
 
     Raises RtlError where the scenario is not at hand.
     """
-    from orbsoc.pl_figure import utilisation_figure
-    from orbsoc.pl_program import Engine, pl_program
-    from orbsoc.pl_tables import WITH_RESIDUALS, tables
-    from orbsoc.rtl_validation import mission_004
+    from orbsoc.hw.schedules import Engine, pl_program
+    from orbsoc.hw.utilisation_figure import utilisation_figure
+    from orbsoc.rtl.tables import WITH_RESIDUALS, tables
+    from orbsoc.rtl.validation import mission_004
 
     problems = {
         f"mission 004 {letter}, N = 12": mission_004(scenario, free_perigee=free)

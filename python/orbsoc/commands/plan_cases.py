@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 
-from orbsoc.commands import hw_options as options
-from orbsoc.commands.ending import FAILED, INTERRUPTED, spoken, stop
+from . import hw_options as options
+from .failures import FAILED, INTERRUPTED, spoken, stop
 
 if TYPE_CHECKING:
-    from orbsoc.deadline_cases import Case, DeadlineReport
+    from orbsoc.hw.deadlines import Case, DeadlineReport
 
 EVERY = 10
 """Without a terminal, one line of progress for this many cases."""
@@ -38,16 +38,10 @@ def plan_cases(
     """
     with spoken(as_json):
         from hw_model import HwModelError
-        from hw_model.partition import load_partition
-        from hw_model.reading import BOUNDED
-        from hw_model.schedules import engine_of
-        from orbsoc.deadline_cases import (
-            check_deadline,
-            estimated_cycles,
-            exact_cycles_of,
-            judge,
-            record_cases,
-        )
+        from hw_model.platform.partition import load_partition
+        from hw_model.report.reading import BOUNDED
+        from hw_model.timing.schedules import engine_of
+        from orbsoc.hw.deadlines import check_deadline, estimated_cycles, exact_cycles_of, judge, record_cases
 
         scenario = load()
         machine, split = options.computer(device, None), load_partition(partition)
@@ -116,7 +110,7 @@ def _dispersion() -> dict[str, Any]:
 
 
 def _draw(report: DeadlineReport, path: Path) -> None:
-    from hw_model.deadline_figure import deadline_figure
+    from hw_model.figures.deadline import deadline_figure
 
     planned = [case for case in report.cases if case.status == "verified"]
     if planned:

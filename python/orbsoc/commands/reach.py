@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 
-from orbsoc.commands.ending import BAD_INPUT, FAILED, INTERRUPTED, defect, stop
-from orbsoc.interrupts import Interrupts
+from orbsoc.files.interrupts import Interrupts
+
+from .failures import BAD_INPUT, FAILED, INTERRUPTED, defect, stop
 
 if TYPE_CHECKING:
     from orbsoc.missions.reachable_domain import Scenario
@@ -87,7 +88,7 @@ def _executor(dask: str | None, threads: int | None) -> Executor:
 def _checked(path: Path, device: str, partition: str, deadline_ms: float | None) -> Scenario:
     """The scenario, once everything that can be refused at once has been looked at."""
     from hw_model import HwModelError
-    from orbsoc.cycle_budget import check_names
+    from orbsoc.hw.cycle_budget import check_names
     from orbsoc.missions.reachable_domain import load_scenario
 
     chosen = load_scenario(path)
@@ -150,12 +151,13 @@ def _solve_and_write(
 ) -> dict[str, Any]:
     from rich.console import Console
 
-    from orbsoc.commands.sweep_progress import SweepProgress
     from orbsoc.reach import load
     from orbsoc.reach.cost import RecordedSequence, cost_table, domain_cost, grids_in
     from orbsoc.reach.outputs import write_outputs
     from orbsoc.reach.run import solve_into
     from orbsoc.sweep import StoreError
+
+    from .sweep_progress import SweepProgress
 
     with SweepProgress(Console(stderr=as_json)) as progress:
         reports = solve_into(folder, scenario, executor, progress, resume=resume)
@@ -211,7 +213,7 @@ def _limit(row: dict[str, Any]) -> str:
 def _failure(error: Exception) -> tuple[int, str]:
     """Exit code and words for what a run raised."""
     from hw_model import HwModelError
-    from orbsoc.missions.scenario_file import ScenarioError
+    from orbsoc.guidance.scenario_file import ScenarioError
     from orbsoc.sweep import StoreError, WorkersLost
 
     if isinstance(error, WorkersLost):

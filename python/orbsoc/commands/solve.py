@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from orbsoc.commands.ending import BAD_INPUT, INTERRUPTED, stop
+from .failures import BAD_INPUT, INTERRUPTED, stop
 
 if TYPE_CHECKING:
-    from orbsoc.problem import Problem
-    from orbsoc.settings import Settings
-    from orbsoc.solution import Solution, Start
+    from orbsoc.conic.problem import Problem
+    from orbsoc.conic.settings import Settings
+    from orbsoc.conic.solution import Solution, Start
 
 NOT_SOLVED = 1
 SOLUTION = "solution.json"
@@ -45,12 +45,12 @@ def solve(
     as_json: Annotated[bool, typer.Option("--json", help="print solution.json on standard output")] = False,
 ) -> None:
     """Solve a conic problem, verify the answer on its data, and write solution.json."""
-    from orbsoc.bundle import check_place
-    from orbsoc.json_fields import write_json
-    from orbsoc.solution_file import encode_solution
-    from orbsoc.solver import resolve
-    from orbsoc.solver import solve as run
-    from orbsoc.verify import verify
+    from orbsoc.conic.solution_file import encode_solution
+    from orbsoc.conic.verify import verify
+    from orbsoc.files.json_fields import write_json
+    from orbsoc.solving.bundle import check_place
+    from orbsoc.solving.solver import resolve
+    from orbsoc.solving.solver import solve as run
 
     changes = {"tol": tol, "tol_inaccurate": tol_inaccurate}
     changes |= {"max_iterations": max_iterations, "max_time_s": max_time_s, "verbose": verbose or None}
@@ -80,10 +80,11 @@ def solve(
 
 def _read(path: Path) -> tuple[Problem, Settings, Start | None]:
     """The problem of a problem file with the default settings, or those and the start of a failure bundle."""
-    from orbsoc import bundle, problem_file
-    from orbsoc.errors import FileError, ProblemError
-    from orbsoc.json_fields import FieldError, Fields, read_json, shown
-    from orbsoc.settings import Settings
+    from orbsoc.conic import problem_file
+    from orbsoc.conic.errors import FileError, ProblemError
+    from orbsoc.conic.settings import Settings
+    from orbsoc.files.json_fields import FieldError, Fields, read_json, shown
+    from orbsoc.solve import bundle
 
     try:
         document = read_json(path)
@@ -101,14 +102,14 @@ def _read(path: Path) -> tuple[Problem, Settings, Start | None]:
 
 def _is_claim(solution: Solution) -> bool:
     """Whether x, or y and z, prove that there is no solution."""
-    from orbsoc.solution import Status
+    from orbsoc.conic.solution import Status
 
     return solution.status in (Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE)
 
 
 def _summary(problem: Problem, settings: Settings, solution: Solution, folder: Path) -> list[str]:
     """What was solved, how, how well by the referee's formula, and the verdict last, where the eye is."""
-    from orbsoc.verify import check_certificate, verify
+    from orbsoc.conic.verify import check_certificate, verify
 
     spent = (
         f"{solution.iterations} iterations, set-up {solution.setup_s:.3g} s, solve {solution.solve_s:.3g} s"
@@ -130,7 +131,7 @@ def _summary(problem: Problem, settings: Settings, solution: Solution, folder: P
 
 
 def _exit_code(solution: Solution) -> int:
-    from orbsoc.solution import Status
+    from orbsoc.conic.solution import Status
 
     codes: dict[Any, int] = {Status.SOLVED: 0, Status.INTERRUPTED: INTERRUPTED}
     return codes.get(solution.status, NOT_SOLVED)

@@ -16,12 +16,12 @@ import clarabel as _clarabel
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc import csc
-from orbsoc.csc import Array, Csc
-from orbsoc.problem import Cones, Problem
-from orbsoc.settings import Settings
-from orbsoc.solution import Solution, Status
-from orbsoc.verify import Evidence, check_certificate, objectives
+from orbsoc.conic import csc
+from orbsoc.conic.csc import Array, Csc
+from orbsoc.conic.problem import Cones, Problem
+from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Solution, Status
+from orbsoc.conic.verify import Evidence, check_certificate, objectives
 
 clarabel: Any = _clarabel  # published without types
 

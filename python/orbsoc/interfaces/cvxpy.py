@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from orbsoc import csc
-from orbsoc.csc import Array, Csc, Matrix
-from orbsoc.errors import ProblemError
-from orbsoc.problem import Cones, Problem
-from orbsoc.settings import Settings
-from orbsoc.solution import Solution, Status
-from orbsoc.solver import Solver, resolve
+from orbsoc.conic import csc
+from orbsoc.conic.csc import Array, Csc, Matrix
+from orbsoc.conic.errors import ProblemError
+from orbsoc.conic.problem import Cones, Problem
+from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Solution, Status
+from orbsoc.solving.solver import Solver, resolve
 
 try:
     import cvxpy.settings as _settings

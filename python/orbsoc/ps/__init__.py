@@ -1,6 +1,6 @@
 """Python plays the processing system: it schedules the stages of the solver on an emulated PS+PL computer."""
 
-from orbsoc.ps.registers import ProtocolError
-from orbsoc.ps.scheduler import PsScheduler
+from .registers import ProtocolError
+from .scheduler import PsScheduler
 
 __all__ = ["ProtocolError", "PsScheduler"]

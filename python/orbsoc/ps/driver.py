@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Protocol
 
-from orbsoc.ps.events import Kind, PsRecord
-from orbsoc.ps.registers import (
+from .events import Kind, PsRecord
+from .registers import (
     ERROR_OF_FAULT,
     WORD_BITS,
     WORD_MASK,
@@ -27,7 +27,7 @@ from orbsoc.ps.registers import (
     UnacknowledgedInterrupt,
     WrongSegment,
 )
-from orbsoc.ps.segments import Method, Segment, Step
+from .segments import Method, Segment, Step
 
 POLL_BUDGET = 1000
 """Polls of the interrupt line before a launch counts as lost. Polls, not seconds: the emulation has no clock."""

@@ -9,8 +9,8 @@ from __future__ import annotations
 import enum
 from collections.abc import Callable
 
-from orbsoc.ps.registers import WORD_BITS, WORD_MASK, Control, Fault, Module, Register, Status
-from orbsoc.ps.segments import Method, Segment
+from .registers import WORD_BITS, WORD_MASK, Control, Fault, Module, Register, Status
+from .segments import Method, Segment
 
 
 class _State(enum.Enum):

@@ -11,16 +11,17 @@ from types import FrameType
 from typing import Any
 
 from orbsoc import _core
-from orbsoc.iteration_table import print_table
-from orbsoc.problem import Problem
-from orbsoc.ps.driver import Driver
-from orbsoc.ps.events import PsRecord
-from orbsoc.ps.pl import ProgrammableLogic
-from orbsoc.ps.segments import Method
-from orbsoc.settings import Settings
-from orbsoc.solution import Solution, Start, Status
-from orbsoc.solver import engine, resolve, solution_of, start_words
-from orbsoc.trace import Latencies, TraceRecorder
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Solution, Start, Status
+from orbsoc.solving.iteration_table import print_table
+from orbsoc.solving.solver import engine, resolve, solution_of, start_words
+
+from .driver import Driver
+from .events import PsRecord
+from .pl import ProgrammableLogic
+from .segments import Method
+from .trace import Latencies, TraceRecorder
 
 
 class PsScheduler:

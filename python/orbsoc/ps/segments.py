@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from orbsoc.ps.registers import Module
+from .registers import Module
 
 Step = tuple[str, ...]
 """`(stage,)`, or `(stage, until)`: run `stage` as long as `until` returns REPEAT."""

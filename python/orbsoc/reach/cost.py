@@ -19,16 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 import hw_model
-from orbsoc.exact_cycles import exact_cycles
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.solution import Status
+from orbsoc.hw.exact_cycles import exact_cycles
 from orbsoc.missions.reachable_domain.condensed import condense
 from orbsoc.missions.reachable_domain.domain import Domain
 from orbsoc.missions.reachable_domain.guess import towards_planes
 from orbsoc.missions.reachable_domain.table import subproblems_on
 from orbsoc.missions.reachable_domain.terminal import LargestOrbit
 from orbsoc.orbit import EARTH
-from orbsoc.problem import Problem
 from orbsoc.ps import PsScheduler
-from orbsoc.solution import Status
 
 from .results import ReachableDomain
 
@@ -216,7 +216,7 @@ def _recorded(domain: Domain, nodes: int) -> list[Problem]:
 
 
 def _solvable(domain: Domain, nodes: int, tilt_deg: float, *, feasible: bool = True) -> list[Problem]:
-    from orbsoc.solver import solve
+    from orbsoc.solving.solver import solve
 
     normal = domain.frame.tilted(np.deg2rad([tilt_deg]), np.array([0.5]))
     collocation = domain.tools.collocation(nodes)

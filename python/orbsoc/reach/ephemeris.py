@@ -15,7 +15,7 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.collocation import legendre_gauss
+from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.missions.reachable_domain.boundary import inside_box
 from orbsoc.missions.reachable_domain.table import PointStatus
 from orbsoc.orbit import EARTH, elements_from_state, propagate_burn

@@ -12,7 +12,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from orbsoc.versions import versions
+from orbsoc.files.versions import versions
 
 from .band import write_band
 from .cost import CYCLES, DomainCost
@@ -68,7 +68,7 @@ def points_table(domain: ReachableDomain, cost: DomainCost) -> Any:
 
 def _page(document: Mapping[str, Any], figures: tuple[FigureFile, ...], folder: Path) -> str:
     environment = Environment(
-        loader=PackageLoader("orbsoc", "templates"),
+        loader=PackageLoader("orbsoc.report", "templates"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

@@ -13,13 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.collocation import legendre_gauss
+from orbsoc.guidance.collocation import legendre_gauss
+from orbsoc.guidance.scenario_file import checked
 from orbsoc.missions import reachable_insertion
 from orbsoc.missions.reachable_domain.flight import fly
 from orbsoc.missions.reachable_domain.scenario import Scenario
 from orbsoc.missions.reachable_insertion.plan import Plan, PlanStatus
 from orbsoc.missions.reachable_insertion.verify import commanded
-from orbsoc.missions.scenario_file import checked
 from orbsoc.orbit import (
     EARTH,
     CanonicalUnits,

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, Protocol, cast
 
-from orbsoc.interrupts import held
+from orbsoc.files.interrupts import held
 
 from .store import Columns, StoreError, Task
 from .worker import Work, Worker, WorkerLost, answering

@@ -1,6 +1,6 @@
 """The reachable domain: every orbit that a vehicle can still reach (Li et al. 2025, problem C)."""
 
-from orbsoc.missions.scenario_file import ScenarioError
+from orbsoc.guidance.scenario_file import ScenarioError
 
 from .scenario import Scenario, load_scenario
 

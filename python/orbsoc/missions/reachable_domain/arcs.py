@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.collocation import LegendreGauss, legendre_gauss
+from orbsoc.guidance.collocation import LegendreGauss, legendre_gauss
 from orbsoc.missions.reachable_insertion.model import Burn
 
 from .sweeps import GravityGradient, settled, together

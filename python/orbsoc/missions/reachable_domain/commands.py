@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.collocation import interpolation_matrix, legendre_gauss
+from orbsoc.guidance.collocation import interpolation_matrix, legendre_gauss
 
 from .primer import Extremals
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from orbsoc.problem import Cones, Problem
+from orbsoc.conic.problem import Cones, Problem
 
 from .arcs import EndMap
 from .terminal import EndRows

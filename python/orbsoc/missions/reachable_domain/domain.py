@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.guidance.scp import Rules
 from orbsoc.orbit import EARTH
-from orbsoc.scp import Rules
 
 from .attempts import Tolerances, Tools
 from .pinned import lower_perigees

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.collocation import differentiation_matrix, interpolation_matrix
+from orbsoc.guidance.collocation import differentiation_matrix, interpolation_matrix
 from orbsoc.missions.reachable_insertion.model import Burn
 
 from .arcs import Collocation

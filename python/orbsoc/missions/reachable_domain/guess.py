@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.collocation import interpolation_matrix
+from orbsoc.guidance.collocation import interpolation_matrix
 
 from .arcs import Arcs, Collocation
 

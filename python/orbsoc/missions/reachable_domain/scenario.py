@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from orbsoc.guidance.scenario_file import Complaint, Table, checked, read_toml, refuse
 from orbsoc.missions.reachable_insertion.model import Burn
 from orbsoc.missions.reachable_insertion.scenario import LaunchSite, State, Vehicle
-from orbsoc.missions.scenario_file import Complaint, Table, checked, read_toml, refuse
 from orbsoc.orbit import EARTH, CanonicalUnits, eci_from_launch_inertial, rotate_state
 
 Array = NDArray[np.float64]
@@ -135,7 +135,7 @@ class Scenario(Table):
 
 
 def load_scenario(path: str | PathLike[str]) -> Scenario:
-    """Read and check a scenario file. Raises `orbsoc.missions.scenario_file.ScenarioError`."""
+    """Read and check a scenario file. Raises `orbsoc.guidance.scenario_file.ScenarioError`."""
     return checked(Scenario, read_toml(path), source=str(path))
 
 

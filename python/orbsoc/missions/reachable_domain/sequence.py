@@ -1,6 +1,6 @@
 """Sequential convex programming for many points side by side: one pattern, one batch of subproblems per iteration.
 
-The same rules as `orbsoc.scp`, applied to every point by itself: a point leaves the batch when it converged, when its
+The same rules as `orbsoc.guidance.scp`, applied to every point by itself: a point leaves the batch when it converged, when its
 subproblem has no feasible point, or when its solver failed.
 """
 
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.scp import Rules
+from orbsoc.guidance.scp import Rules
 
 from .arcs import Arcs, Collocation
 from .condensed import condense
@@ -56,7 +56,7 @@ def sequences(
     solve: Subproblems | None = None,
     rules: Rules | None = None,
 ) -> Sequences:
-    """Iterate every point of `aim` from its arc of `start` until a rule of `orbsoc.scp.Rules` stops it.
+    """Iterate every point of `aim` from its arc of `start` until a rule of `orbsoc.guidance.scp.Rules` stops it.
 
     `lowest` (B,) bounds the radius at the nodes from below, canonical.
     """

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.batch import BatchSolution, solve_batch
-from orbsoc.scp import Rules
-from orbsoc.settings import Settings
-from orbsoc.solution import Status
+from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Status
+from orbsoc.guidance.scp import Rules
+from orbsoc.solving.batch import BatchSolution, solve_batch
 
 from .arcs import MOST_EQUALITIES
 from .condensed import PERIGEE_CONE, CondensedBatch

@@ -5,7 +5,7 @@
 56.570006
 """
 
-from orbsoc.missions.scenario_file import ScenarioError
+from orbsoc.guidance.scenario_file import ScenarioError
 
 from .dispersed import Dispersion, dispersed
 from .plan import Plan, PlanStatus, Stage, plan

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbsoc.missions.scenario_file import Complaint, ScenarioError, checked
+from orbsoc.guidance.scenario_file import Complaint, ScenarioError, checked
 
 from .scenario import Scenario
 

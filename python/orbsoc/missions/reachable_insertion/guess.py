@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.collocation import LegendreGauss
+from orbsoc.guidance.collocation import LegendreGauss
 from orbsoc.orbit import EARTH, CanonicalUnits, ConstantsSet, Thruster, propagate_burn
 from orbsoc.orbit.propagate import Steering
 

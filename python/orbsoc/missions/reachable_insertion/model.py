@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
-from orbsoc.builder import ConicBuilder, HasPoint, Term, Variable
-from orbsoc.collocation import LegendreGauss
+from orbsoc.conic.builder import ConicBuilder, HasPoint, Term, Variable
+from orbsoc.guidance.collocation import LegendreGauss
 from orbsoc.orbit import CanonicalUnits, Thruster
 
 Array = NDArray[np.float64]

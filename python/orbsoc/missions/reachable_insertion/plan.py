@@ -10,10 +10,10 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.collocation import legendre_gauss
+from orbsoc.guidance.collocation import legendre_gauss
+from orbsoc.guidance.scp import ExitReason, Iteration, Outcome, Rules, Solve, Subproblem, sequential_convex
 from orbsoc.orbit import EARTH, CanonicalUnits, PropagationError, elements_from_state
 from orbsoc.orbit.propagate import Steering
-from orbsoc.scp import ExitReason, Iteration, Outcome, Rules, Solve, Subproblem, sequential_convex
 
 from .guess import along_velocity, propagated, towards_plane
 from .model import Burn, Trajectory
@@ -158,10 +158,10 @@ def plan(
 
     `solve` is any solver with the call shape of `orbsoc.solve`, which is the default. A target that cannot be
     reached, or a sequence that does not converge, is a status with its reason. Raises
-    `orbsoc.missions.scenario_file.ScenarioError` when `problem` contradicts the scenario.
+    `orbsoc.guidance.scenario_file.ScenarioError` when `problem` contradicts the scenario.
     """
     if solve is None:
-        from orbsoc.solver import solve as solve_in_rust
+        from orbsoc.solving.solver import solve as solve_in_rust
 
         solve = solve_in_rust
     if problem is not None and problem != scenario.problem:

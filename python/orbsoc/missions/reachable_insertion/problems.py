@@ -1,6 +1,6 @@
 """The three convex subproblems of the mission: shortest burn, and largest orbit with the perigee fixed or free.
 
-Each is a `linearise` for `orbsoc.scp`: about a reference it builds the conic problem and reads the next one.
+Each is a `linearise` for `orbsoc.guidance.scp`: about a reference it builds the conic problem and reads the next one.
 
 Terminal conditions H(x_f) = S_H H_f and L(x_f) = S_L L_f of the paper (eqs. 6–7) are six equations of rank
 five, because H·L = 0 on any orbit; linearised, all six together have no solution from any propagated guess.
@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from orbsoc.builder import ConicBuilder, Term, Variable
-from orbsoc.scp import Step, Subproblem
-from orbsoc.solution import Solution
+from orbsoc.conic.builder import ConicBuilder, Term, Variable
+from orbsoc.conic.solution import Solution
+from orbsoc.guidance.scp import Step, Subproblem
 
 from .model import Burn, BurnVariables, Trajectory, add_burn, read_burn, stored
 from .target import LinearVectors, TargetOrbit

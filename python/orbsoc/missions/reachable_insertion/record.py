@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.guidance.scp import Iteration, Rules
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements, pitch_yaw
-from orbsoc.scp import Iteration, Rules
 
 from .paper import compare
 from .plan import Plan, PlanStatus

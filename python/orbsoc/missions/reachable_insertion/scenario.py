@@ -14,15 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, Strict, model_validator
 
-from orbsoc.missions.scenario_file import Complaint, Table, checked, read_toml, refuse
-from orbsoc.orbit import (
-    EARTH,
-    CanonicalUnits,
-    LaunchFrame,
-    Thruster,
-    eci_from_launch_inertial,
-    rotate_state,
-)
+from orbsoc.guidance.scenario_file import Complaint, Table, checked, read_toml, refuse
+from orbsoc.orbit import EARTH, CanonicalUnits, LaunchFrame, Thruster, eci_from_launch_inertial, rotate_state
 
 from .target import TargetOrbit
 
@@ -163,7 +156,7 @@ class Scenario(Table):
 
 
 def load_scenario(path: str | PathLike[str]) -> Scenario:
-    """Read and check a scenario file. Raises `orbsoc.missions.scenario_file.ScenarioError`."""
+    """Read and check a scenario file. Raises `orbsoc.guidance.scenario_file.ScenarioError`."""
     return checked(Scenario, read_toml(path), source=str(path))
 
 

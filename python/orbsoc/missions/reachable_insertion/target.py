@@ -7,12 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.orbit import (
-    angular_momentum,
-    angular_momentum_jacobian,
-    laplace_jacobian,
-    laplace_vector,
-)
+from orbsoc.orbit import angular_momentum, angular_momentum_jacobian, laplace_jacobian, laplace_vector
 
 Array = NDArray[np.float64]
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from orbsoc.guidance.scp import ExitReason
 from orbsoc.orbit import EARTH, CanonicalUnits
-from orbsoc.scp import ExitReason
 
 from .plan import Plan, PlanStatus
 from .problems import Row

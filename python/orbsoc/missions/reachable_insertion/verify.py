@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.collocation import LegendreGauss
+from orbsoc.guidance.collocation import LegendreGauss
 from orbsoc.orbit import (
     EARTH,
     CanonicalUnits,

@@ -1,0 +1,1 @@
+"""Pictures of modelled time and area."""

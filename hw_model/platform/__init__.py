@@ -1,0 +1,1 @@
+"""The computer as tagged parameters: devices, presets, partitions, units' latencies."""

@@ -1,0 +1,96 @@
+"""Which of the six PL modules run on the PL. A partition never changes a number that the solver computes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from hw_model.errors import PartitionError, describe
+from hw_model.vocabulary import PL_MODULES, Module, PlModule, Side
+
+from .data_file import Table, is_table, read, shipped
+
+
+class Partition(BaseModel):
+    """A side for each of the six modules. Stages of class `ps` stay on the PS, always."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: str
+    description: str = ""
+    modules: dict[PlModule, Side]
+
+    def side(self, module: Module) -> Side:
+        """Where the stages of `module` run."""
+        return "ps" if module == "ps" else self.modules[module]
+
+    @property
+    def uses_pl(self) -> bool:
+        """Whether any module runs on the PL."""
+        return "pl" in self.modules.values()
+
+
+def partition_names() -> list[str]:
+    """Names of the partitions that ship."""
+    return shipped("partitions")
+
+
+def load_partition(name_or_path: str | Path) -> Partition:
+    """A shipped partition by name ("paper"), a TOML file, or modules on the PL joined by + ("factorization+cone_ops").
+
+    Raises PartitionError naming the key, its value and what is allowed.
+    """
+    named = str(name_or_path).split("+")
+    if len(named) > 1 or named[0] in PL_MODULES:
+        return on_pl(*named)
+    raw, where = read("partition", "partitions", name_or_path, PartitionError)
+    return parse_partition(raw, where)
+
+
+def on_pl(*modules: str) -> Partition:
+    """The partition with exactly these modules on the PL; PartitionError for one that does not exist."""
+    for name in modules:
+        if name not in PL_MODULES:
+            raise PartitionError(f"partition: no module {name!r}; allowed: {', '.join(PL_MODULES)}")
+        if modules.count(name) > 1:
+            raise PartitionError(f"partition {'+'.join(modules)!r}: names {name!r} twice; name it once")
+    sides = {name: "pl" if name in modules else "ps" for name in PL_MODULES}
+    words = "+".join(name for name in PL_MODULES if name in modules)
+    return parse_partition({"name": words or "all_ps", "modules": sides})
+
+
+def all_partitions() -> list[Partition]:
+    """All 2⁶, the shipped ones under their names."""
+    known = [load_partition(name) for name in partition_names()]
+    names = {tuple(sorted(split.modules.items())): split for split in known}
+    subsets = (
+        [name for k, name in enumerate(PL_MODULES) if bits >> k & 1] for bits in range(2 ** len(PL_MODULES))
+    )
+    splits = [on_pl(*subset) for subset in subsets]
+    return [names.get(tuple(sorted(split.modules.items())), split) for split in splits]
+
+
+def parse_partition(raw: Table, where: str = "partition") -> Partition:
+    """A partition from plain data with the keys of a partition file."""
+    modules = raw.get("modules")
+    if is_table(modules):
+        _check_modules(modules, where)
+    try:
+        return Partition.model_validate(raw)
+    except ValidationError as error:
+        raise PartitionError(f"{where}: {describe(error, Partition)}") from error
+
+
+def _check_modules(modules: Table, where: str) -> None:
+    allowed = ", ".join(PL_MODULES)
+    for name, side in modules.items():
+        if name == "ps":
+            raise PartitionError(
+                f"{where}: `modules.ps` = {side!r}: the PS's own tasks cannot be moved; a partition places {allowed}"
+            )
+        if name not in PL_MODULES:
+            raise PartitionError(f"{where}: `modules.{name}` = {side!r}: no such module; allowed: {allowed}")
+    missing = [name for name in PL_MODULES if name not in modules]
+    if missing:
+        raise PartitionError(f'{where}: `modules` lacks {", ".join(missing)}: each needs "ps" or "pl"')

@@ -1,0 +1,1 @@
+"""Answers from timelines: reports, explanations, sweeps, traces for viewers."""

@@ -1,0 +1,290 @@
+"""The answer to "how fast, and why": a modelled run compared with a baseline, its assumptions first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+from hw_model.errors import HwModelError
+from hw_model.timing.prices import Prices
+from hw_model.timing.stage_cycles import StageCycles, estimated
+from hw_model.timing.timeline import as_partition, as_platform, lay_out, makespan_picos
+from hw_model.timing.trace import parse_trace
+from hw_model.timing.walk import Action, walk
+from hw_model.vocabulary import CAUSES, Cause, Datapath, Side
+
+from .binding import binding_resource
+from .reading import BOUNDED, Reading
+from .rows import (
+    CopyRow,
+    IterationRow,
+    ModuleRow,
+    SolveRow,
+    StageRow,
+    copy_rows,
+    iteration_rows,
+    module_rows,
+    solve_rows,
+    stage_rows,
+)
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from hw_model.platform.parameter import End
+    from hw_model.platform.partition import Partition
+    from hw_model.platform.platform import Assumption, Platform
+    from hw_model.timing.trace import Trace
+
+Verdict = Literal["PASS", "FAIL", "MARGINAL"]
+SCHEMA = "orbsoc.hardware-report/1"
+PICOS_PER_MS = 10**9
+
+NOT_MODELLED = (
+    "Generating a problem is priced by its nonzeros, from an assumed cost each; of the rest of the outer loop, nothing.",
+    "No contention between PS and PL for memory beyond the jitter's bound.",
+    "Copies inside a stage are free unless the trace counts them as moves.",
+    "Whether the buffers and the engine fit into the device is `orbsoc hw budget`'s question.",
+)
+ESTIMATED = (
+    "PL cycles are an estimate between bounds: banks, ports, crossbar and instruction fetch are left out.",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Band:
+    """A result at the nominal parameters, and its ends over the bands of the assumed ones."""
+
+    low: float
+    nominal: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True)
+class Deadline:
+    """PASS: met by the worst case; FAIL: missed even at the fast end without jitter; MARGINAL: in between.
+
+    Margins are deadline minus time, negative when it is missed: nominally, and in the worst case.
+    """
+
+    deadline_ms: float
+    verdict: Verdict
+    margin_ms: float
+    worst_case_margin_ms: float
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """A modelled run of one trace; every number in it is modelled, none measured."""
+
+    device: str
+    description: str
+    core: str
+    partition: str
+    modules_on_pl: tuple[str, ...]
+    baseline: str
+    datapath: Datapath
+    lanes: int
+    pl_clock_mhz: float
+    makespan_ms: Band
+    baseline_ms: Band
+    speedup: Band
+    """Baseline makespan over this one's, both at the same parameters."""
+    worst_case_ms: float
+    """Slow end of every band and every jitter at its bound: no run that the model knows takes longer."""
+    jitter_ms: float
+    """How much of a nominal run jitter can add at most."""
+    makespan_picos: int
+    cycles: dict[Side, int]
+    """Computing cycles of each side, in its own clock."""
+    causes_picos: dict[Cause, int]
+    modules: tuple[ModuleRow, ...]
+    stages: tuple[StageRow, ...]
+    iterations: tuple[IterationRow, ...]
+    solves: tuple[SolveRow, ...]
+    copies: tuple[CopyRow, ...]
+    interrupts: int
+    launches: int
+    deadline: Deadline | None
+    assumptions: tuple[Assumption, ...]
+
+    @property
+    def headline(self) -> str:
+        """One sentence that says how this partition does against the baseline."""
+        times = f"{_ms(self.makespan_ms)} against {_ms(self.baseline_ms)}"
+        what = f"modelled: {self.partition} on {self.device}"
+        if self.partition == self.baseline:
+            return f"{what} takes {_ms(self.makespan_ms)} on one {self.core}"
+        ratio = f"{self.speedup.nominal:.2f}× ({self.speedup.low:.2f}–{self.speedup.high:.2f}×)"
+        if self.speedup.high < 1.0:
+            return f"{what} is SLOWER than {self.baseline}: speedup {ratio}, {times}"
+        if self.speedup.low > 1.0:
+            return f"{what} is faster than {self.baseline}: speedup {ratio}, {times}"
+        leaning = "slower" if self.speedup.nominal < 1.0 else "faster"
+        return f"{what} may be faster or slower than {self.baseline}, nominally {leaning}: speedup {ratio}, {times}"
+
+    @property
+    def deadline_line(self) -> str:
+        """One sentence on the deadline; empty when none was given."""
+        if self.deadline is None:
+            return ""
+        found = self.deadline
+        return (
+            f"modelled deadline verdict: {found.verdict}: {_ms(self.makespan_ms)} against {found.deadline_ms:g} ms, "
+            f"margin {found.margin_ms:+.3f} ms nominally, {found.worst_case_margin_ms:+.3f} ms in the worst case; "
+            f"binding is {self.binding}"
+        )
+
+    @property
+    def binding(self) -> str:
+        """The resource that most of the time is spent on, and its share."""
+        _, share, words = binding_resource(self.causes_picos)
+        return f"{words} ({100 * share:.0f} % of the time)"
+
+    @property
+    def not_modelled(self) -> tuple[str, ...]:
+        """What the numbers leave out."""
+        guessed = any(row.origin == "estimate" for row in self.stages)
+        return ESTIMATED + NOT_MODELLED if guessed else NOT_MODELLED
+
+    @property
+    def slower_modules(self) -> tuple[ModuleRow, ...]:
+        """Modules on the PL that take longer there, copies and interrupts included, than in the baseline."""
+        return tuple(row for row in self.modules if row.side == "pl" and row.picos > row.baseline_picos)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as JSON-able plain data."""
+        plain = asdict(self)
+        return {
+            "schema": SCHEMA,
+            "headline": self.headline,
+            "deadline_line": self.deadline_line,
+            "binding": self.binding,
+            "slower_modules": [row.module for row in self.slower_modules],
+            "not_modelled": list(self.not_modelled),
+            **plain,
+        }
+
+    def to_markdown(self) -> str:
+        """The report as Markdown: verdict, assumptions, then times."""
+        from .markdown import render
+
+        return render(self)
+
+
+def speedup(
+    trace: Mapping[str, Any] | Trace,
+    platform: Platform | str | Path,
+    partition: Partition | str | Path,
+    deadline_ms: float | None = None,
+    baseline: Partition | str | Path = "all_ps",
+    cycles: StageCycles = estimated,
+) -> Report:
+    """Compare `partition` with `baseline` on the same `platform` and trace (objects, names or paths).
+
+    Bands come from the parameters that have `low` and `high`: PS, fabric (PL, link and interrupts) and generation
+    of the problems are taken to their slow and fast ends independently. `deadline_ms` is for the whole trace.
+    Raises TraceError, PlatformError, PartitionError, or HwModelError for an impossible deadline.
+    """
+    if deadline_ms is not None and not (math.isfinite(deadline_ms) and deadline_ms > 0.0):
+        raise HwModelError(f"`deadline_ms` = {deadline_ms!r}: must be a positive number of milliseconds")
+    checked, machine = parse_trace(trace), as_platform(platform)
+    split, base = as_partition(partition), as_partition(baseline)
+    actions, base_actions = walk(checked, split), walk(checked, base)
+    prices = Prices(checked, machine, uses_pl=split.uses_pl, cycles=cycles)
+    timeline = lay_out(actions, prices, split.name)
+    base_prices = Prices(checked, machine, uses_pl=base.uses_pl, cycles=cycles)
+    before = lay_out(base_actions, base_prices, base.name)
+    if not before.makespan_picos or not timeline.makespan_picos:
+        raise HwModelError("the trace takes no time at all: its solves run no operations")
+    times, base_times, ratios = _bands(machine, (prices, actions), (base_prices, base_actions))
+    slowest = prices.on(machine.corner("slow", "slow", "slow"))
+    worst_ms = makespan_picos(actions, slowest, worst=True) / PICOS_PER_MS
+    jitter = makespan_picos(actions, prices, worst=True) - timeline.makespan_picos
+    kinds = [action.work.kind for action in actions]
+    computed: dict[Side, int] = {"ps": 0, "pl": 0}
+    for segment in timeline.segments:
+        computed[segment.side] += segment.cycles
+    causes = timeline.totals("cause")
+    stages = stage_rows(actions, prices)
+    return Report(
+        device=machine.name,
+        description=machine.description,
+        core=machine.ps.core,
+        partition=split.name,
+        modules_on_pl=tuple(name for name, side in split.modules.items() if side == "pl"),
+        baseline=base.name,
+        datapath=checked.datapath,
+        lanes=machine.pl.lanes.value,
+        pl_clock_mhz=machine.pl.clock_mhz.value,
+        makespan_ms=times,
+        baseline_ms=base_times,
+        speedup=ratios,
+        worst_case_ms=worst_ms,
+        jitter_ms=jitter / PICOS_PER_MS,
+        makespan_picos=timeline.makespan_picos,
+        cycles=computed,
+        causes_picos={cause: causes.get((cause,), 0) for cause in CAUSES},
+        modules=tuple(module_rows(actions, timeline, split, before)),
+        stages=tuple(stages),
+        iterations=tuple(iteration_rows(timeline)),
+        solves=tuple(solve_rows(timeline, prices)),
+        copies=tuple(copy_rows(actions, prices)),
+        interrupts=kinds.count("interrupt"),
+        launches=kinds.count("launch"),
+        deadline=None if deadline_ms is None else _judge(deadline_ms, times, worst_ms),
+        assumptions=tuple(machine.assumptions(_reading(checked, (split, base), machine, cycles))),
+    )
+
+
+def _reading(
+    trace: Trace, splits: tuple[Partition, Partition], machine: Platform, cycles: StageCycles
+) -> Reading:
+    """What a comparison of two partitions reads."""
+    with_pl = max(splits, key=lambda split: split.uses_pl)
+    asked = replace(BOUNDED, off_pl=not all(split.uses_pl for split in splits))
+    return asked.of(trace, with_pl, machine, cycles)
+
+
+def _bands(
+    machine: Platform, run: tuple[Prices, list[Action]], base: tuple[Prices, list[Action]]
+) -> tuple[Band, Band, Band]:
+    """Makespans (ms) of run and baseline, and their ratio, over the corners of the assumed bands.
+
+    Every makespan is monotonic in every banded parameter, so its extremes are at corners. So are the
+    ratio's against an all-PS baseline: it falls as the PS gets faster, rises as the fabric does, and comes closer
+    to 1 as the generation, which is the same in both, takes longer.
+    """
+    corners = corners_of(machine)
+
+    def times_ms(prices: Prices, actions: list[Action]) -> list[float]:
+        return [makespan_picos(actions, prices.on(corner)) / PICOS_PER_MS for corner in corners]
+
+    ours, theirs = times_ms(*run), times_ms(*base)
+    return _band(ours), _band(theirs), _band([b / r for b, r in zip(theirs, ours, strict=True)])
+
+
+def corners_of(machine: Platform) -> list[Platform]:
+    """The platform itself, then the ends of its three sets of bands in every combination."""
+    ends: tuple[End, End] = ("slow", "fast")
+    return [machine, *(machine.corner(ps, fabric, build) for ps in ends for fabric in ends for build in ends)]
+
+
+def _band(values: list[float]) -> Band:
+    return Band(min(values), values[0], max(values))
+
+
+def _judge(deadline_ms: float, times: Band, worst_ms: float) -> Deadline:
+    if worst_ms <= deadline_ms:
+        verdict: Verdict = "PASS"
+    elif times.low > deadline_ms:
+        verdict = "FAIL"
+    else:
+        verdict = "MARGINAL"
+    return Deadline(deadline_ms, verdict, deadline_ms - times.nominal, deadline_ms - worst_ms)
+
+
+def _ms(band: Band) -> str:
+    return f"{band.nominal:.3f} ms ({band.low:.3f}–{band.high:.3f})"

@@ -1,0 +1,160 @@
+"""Many configurations of one trace, priced from one walk per partition: points, and which of them no other beats."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from hw_model.area.area import KINDS
+from hw_model.area.resources import Budget, budget
+from hw_model.timing.prices import Prices
+from hw_model.timing.stage_cycles import PlCycles, StageCycles, estimated
+from hw_model.timing.timeline import makespan_picos, tally_of
+from hw_model.timing.walk import Action, Work, walk
+
+from .report import PICOS_PER_MS, Band, corners_of
+
+if TYPE_CHECKING:
+    from hw_model.platform.partition import Partition
+    from hw_model.platform.platform import Platform
+    from hw_model.timing.trace import Trace
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One configuration: modelled times over the corners of the assumed bands (the first is nominal), and area."""
+
+    device: str
+    partition: str
+    lanes: int
+    pl_clock_mhz: float
+    settings: dict[str, Any]
+    """What else was set for this point."""
+    times_ms: tuple[float, ...]
+    baselines_ms: tuple[float, ...]
+    worst_case_ms: float
+    budget: Budget
+
+    @property
+    def time_ms(self) -> Band:
+        return Band(min(self.times_ms), self.times_ms[0], max(self.times_ms))
+
+    @property
+    def speedup(self) -> Band:
+        ratios = [base / time for base, time in zip(self.baselines_ms, self.times_ms, strict=True)]
+        return Band(min(ratios), ratios[0], max(ratios))
+
+    @property
+    def area_share(self) -> float:
+        """Share of the ceiling that the tightest resource takes: above 1, the engine does not fit."""
+        return self.budget.tightest.share / self.budget.tightest.ceiling
+
+    def row(self) -> dict[str, Any]:
+        """Flat, for a table."""
+        uses: dict[str, Any] = {kind: self.budget.of(kind).used for kind in KINDS}
+        time, ratio = self.time_ms, self.speedup
+        return {
+            "device": self.device, "partition": self.partition, "lanes": self.lanes,
+            "pl_clock_mhz": self.pl_clock_mhz, **self.settings,
+            "time_ms": time.nominal, "time_low_ms": time.low, "time_high_ms": time.high,
+            "worst_case_ms": self.worst_case_ms,
+            "speedup": ratio.nominal, "speedup_low": ratio.low, "speedup_high": ratio.high,
+            **uses, "area_share": self.area_share, "tightest": self.budget.tightest.kind, "fits": self.budget.fits,
+        }  # fmt: skip
+
+    def beats(self, other: Point, *, everywhere: bool = False) -> bool:
+        """Whether this one is as fast with no more of any resource, and better in one of them.
+
+        With `everywhere`, as fast at every corner of the bands, not only nominally.
+        """
+        times = list(zip(self.times_ms, other.times_ms, strict=True))[: None if everywhere else 1]
+        uses = [(self.budget.of(kind).used, other.budget.of(kind).used) for kind in KINDS]
+        pairs = [*times, *uses]
+        return all(mine <= theirs for mine, theirs in pairs) and any(mine < theirs for mine, theirs in pairs)
+
+    def equals(self, other: Point) -> bool:
+        """Whether nothing that `beats` compares tells the two apart."""
+        return self.times_ms[0] == other.times_ms[0] and self.budget.uses == other.budget.uses
+
+
+class Study:
+    """Prices points of one trace; each partition is walked once, whatever the number of platforms."""
+
+    def __init__(self, trace: Trace, cycles: StageCycles = estimated) -> None:
+        self.trace = trace
+        self.cycles = cycles
+        self._walks: dict[tuple[tuple[str, str], ...], tuple[list[Action], Counter[Work]]] = {}
+
+    def points(
+        self, platform: Platform, partitions: Iterable[Partition], settings: dict[str, Any] | None = None
+    ) -> list[Point]:
+        """A point per partition on one platform; `settings` is carried along. The baseline is all on the PS."""
+        from hw_model.platform.partition import on_pl
+
+        corners = corners_of(platform)
+        slowest = platform.corner("slow", "slow", "slow")
+        priced = {
+            uses_pl: [self._prices(corner, uses_pl) for corner in (*corners, slowest)]
+            for uses_pl in (True, False)
+        }
+        cycles = _remembered(self.cycles)
+        baselines = self._times(on_pl(), priced[False][:-1])
+        return [
+            Point(
+                device=platform.name,
+                partition=split.name,
+                lanes=platform.pl.lanes.value,
+                pl_clock_mhz=platform.pl.clock_mhz.value,
+                settings=settings or {},
+                times_ms=self._times(split, priced[split.uses_pl][:-1]),
+                baselines_ms=baselines,
+                worst_case_ms=self._worst_ms(split, priced[split.uses_pl][-1]),
+                budget=budget(self.trace, platform, split, cycles),
+            )
+            for split in partitions
+        ]
+
+    def _prices(self, platform: Platform, uses_pl: bool) -> Prices:
+        return Prices(self.trace, platform, uses_pl=uses_pl, cycles=self.cycles)
+
+    def _times(self, split: Partition, priced: Sequence[Prices]) -> tuple[float, ...]:
+        actions, tally = self._walk(split)
+        return tuple(makespan_picos(actions, prices, tally=tally) / PICOS_PER_MS for prices in priced)
+
+    def _worst_ms(self, split: Partition, prices: Prices) -> float:
+        actions, tally = self._walk(split)
+        return makespan_picos(actions, prices, worst=True, tally=tally) / PICOS_PER_MS
+
+    def _walk(self, split: Partition) -> tuple[list[Action], Counter[Work]]:
+        key = tuple(sorted(split.modules.items()))
+        if key not in self._walks:
+            actions = walk(self.trace, split)
+            self._walks[key] = actions, tally_of(actions)
+        return self._walks[key]
+
+
+def pareto(points: Sequence[Point]) -> list[Point]:
+    """The points that fit and that no other point that fits on the same device beats, fastest first."""
+    fitting = sorted((point for point in points if point.budget.fits), key=lambda point: point.times_ms[0])
+    front: list[Point] = []
+    for point in fitting:  # only a faster point, or an equally fast one, can beat it
+        same = [other for other in front if other.device == point.device]
+        if not any(other.beats(point) or other.equals(point) for other in same):
+            front = [other for other in front if other.device != point.device or not point.beats(other)]
+            front.append(point)
+    return front
+
+
+def _remembered(cycles: StageCycles) -> StageCycles:
+    """The same for one platform, each stage asked for once."""
+    known: dict[tuple[int, str], PlCycles] = {}
+
+    def look_up(trace: Trace, platform: Platform, pattern: int, stage: str) -> PlCycles:
+        key = (pattern, stage)
+        if key not in known:
+            known[key] = cycles(trace, platform, pattern, stage)
+        return known[key]
+
+    return look_up

@@ -1,0 +1,163 @@
+"""A sweep file: axes of values, their grid, and the points priced from one trace.
+
+    [axes]
+    device = ["zu9eg", "xc7z045"]
+    partition = ["paper", "factorization+linear_solve"]
+    "pl.lanes" = [1, 2, 4, 8]
+    "pl.clock_mhz" = [100.0, 150.0]
+
+`device` and `partition` default to zu9eg and paper; every other key is a parameter of the platform. Unknown keys are
+errors.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hw_model.errors import HwModelError
+from hw_model.platform.data_file import is_table
+from hw_model.platform.partition import load_partition
+from hw_model.platform.platform import load_platform
+
+from .reading import STUDIED, require_read
+from .study import Point, Study
+
+if TYPE_CHECKING:
+    from hw_model.platform.platform import Platform
+    from hw_model.timing.trace import Trace
+
+MAX_POINTS = 100_000
+
+
+class SweepError(HwModelError):
+    """A sweep file that describes no grid; the message names the key, its value and what is allowed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """Axes of a grid. `workload` is the file to record, relative to the sweep file, where it names one."""
+
+    devices: tuple[str, ...]
+    partitions: tuple[str, ...]
+    axes: Mapping[str, tuple[Any, ...]]
+    workload: Path | None = None
+
+    @property
+    def size(self) -> int:
+        """Number of points."""
+        return (
+            len(self.devices) * len(self.partitions) * math.prod(len(values) for values in self.axes.values())
+        )
+
+
+def load_sweep(path: str | Path) -> Sweep:
+    """A sweep from a TOML file. Raises SweepError, PlatformError or PartitionError by name."""
+    where = f"sweep {Path(path).name}"
+    try:
+        raw = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SweepError(f"{where}: cannot be read: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SweepError(f"{where}: not a TOML file: {error}") from error
+    unknown = sorted(raw.keys() - {"axes", "workload"})
+    if unknown:
+        raise SweepError(f"{where}: `{unknown[0]}` is not a known key; allowed: axes, workload")
+    axes = raw.get("axes")
+    if not is_table(axes):
+        raise SweepError(f"{where}: `axes` is missing; it holds a list of values for each key")
+    flat = {key: _values(where, key, value) for key, value in _flat(where, axes).items()}
+    workload = raw.get("workload")
+    if workload is not None and not isinstance(workload, str):
+        raise SweepError(f"{where}: `workload` = {workload!r}: must be the path of a file")
+    devices, partitions = flat.pop("device", ("zu9eg",)), flat.pop("partition", ("paper",))
+    place = None if workload is None else Path(path).parent / workload
+    return checked(Sweep(devices, partitions, flat, place), where)
+
+
+def checked(sweep: Sweep, where: str) -> Sweep:
+    """The same sweep; raises for unknown names and keys, impossible values, or too many points."""
+    if sweep.size > MAX_POINTS:
+        raise SweepError(f"{where}: {sweep.size} points; at most {MAX_POINTS}")
+    _no_twins(sweep, where)
+    for _ in computers(sweep):
+        pass
+    return sweep
+
+
+def computers(sweep: Sweep) -> Iterator[tuple[Platform, dict[str, Any]]]:
+    """Every computer of the grid with its settings, device by device."""
+    for device in sweep.devices:
+        base = load_platform(device)
+        for values in product(*sweep.axes.values()):
+            settings = dict(zip(sweep.axes, values, strict=True))
+            yield base.with_values(settings), settings
+
+
+def run(
+    trace: Trace, sweep: Sweep, study: Study | None = None, progress: Callable[[int], None] | None = None
+) -> list[Point]:
+    """Every point of the grid, device by device; `progress` is told how many are done.
+
+    Raises IgnoredKeyError for an axis that no point reads.
+    """
+    study = study or Study(trace)
+    splits = [load_partition(name) for name in sweep.partitions]
+    require_read(
+        sweep.axes,
+        (
+            (machine, STUDIED.of(trace, split, machine, study.cycles))
+            for machine, _ in computers(sweep)
+            for split in splits
+        ),
+    )
+    points: list[Point] = []
+    for platform, settings in computers(sweep):
+        shown = {key: value for key, value in settings.items() if key not in ("pl.lanes", "pl.clock_mhz")}
+        points += study.points(platform, splits, shown)
+        if progress is not None:
+            progress(len(points))
+    return points
+
+
+def _flat(where: str, axes: dict[str, Any]) -> dict[str, Any]:
+    """`[axes.pl] lanes = …` and `"pl.lanes" = …` are the same key, which may be there once."""
+    flat: dict[str, Any] = {}
+    for key, value in axes.items():
+        inner = {f"{key}.{name}": item for name, item in value.items()} if is_table(value) else {key: value}
+        for name, item in inner.items():
+            if name in flat:
+                raise SweepError(f"{where}: `axes.{name}` = {item!r}: was given as {flat[name]!r} before")
+            flat[name] = item
+    return flat
+
+
+def _values(where: str, key: str, value: Any) -> tuple[Any, ...]:
+    if not isinstance(value, list) or not value:
+        raise SweepError(f"{where}: `axes.{key}` = {value!r}: must be a list of at least one value")
+    values: list[Any] = value
+    if key in ("device", "partition") and not all(isinstance(item, str) for item in values):
+        raise SweepError(f"{where}: `axes.{key}` = {value!r}: must be a list of names")
+    if any(item in values[:k] for k, item in enumerate(values)):
+        raise SweepError(f"{where}: `axes.{key}` = {value!r}: names a value twice")
+    return tuple(values)
+
+
+def _no_twins(sweep: Sweep, where: str) -> None:
+    """Raise when two names stand for one partition or one device: its points would be counted twice."""
+    for key, names, load in (
+        ("partition", sweep.partitions, lambda name: load_partition(name).modules),
+        ("device", sweep.devices, lambda name: load_platform(name).name),
+    ):
+        seen: list[Any] = []
+        for name in names:
+            found = load(name)
+            if found in seen:
+                twin = names[seen.index(found)]
+                raise SweepError(f"{where}: `axes.{key}`: {name!r} is the same as {twin!r}; name it once")
+            seen.append(found)

@@ -1,0 +1,1 @@
+"""Events, durations and precedence of a recorded solve: its timeline."""

@@ -1,0 +1,72 @@
+"""Time of the PS's work, from operation counts.
+
+One core: cycles = ⌈flops / flop_per_cycle + divisions · div_cycles + roots · sqrt_cycles⌉. A multiply-add counts as
+two flops, every other operation but division and root as one: loads, stores and index arithmetic are inside
+`flop_per_cycle`, which is what sparse kernels sustain. Divisions and roots do not overlap with anything, because the
+pivots and scalings that need them are on the dependent chain.
+
+n cores: `parallel_fraction` of the stage is divided by n, and forking and joining added (Amdahl); the PS knows both
+times beforehand, and uses one core where that is faster.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+from hw_model.vocabulary import OPCODES, Datapath, Opcode
+
+if TYPE_CHECKING:
+    from hw_model.platform.platform import Platform, Ps
+
+    from .trace import Pattern, Stage
+
+_TWO_FLOPS: frozenset[Opcode] = frozenset({"mul_add", "mul_sub"})
+_NOT_STREAMING: frozenset[Opcode] = frozenset({"div", "sqrt"})
+
+
+def flops(stage: Stage) -> int:
+    """Flops of a stage without its divisions and roots."""
+    streaming = (code for code in OPCODES if code not in _NOT_STREAMING)
+    return sum((2 if code in _TWO_FLOPS else 1) * stage.operations[code] for code in streaming)
+
+
+def stage_cycles(stage: Stage, ps: Ps, datapath: Datapath) -> int:
+    """PS clock cycles of one run of `stage` on one core."""
+    if datapath == "f64":
+        div, sqrt = ps.div_f64_cycles.value, ps.sqrt_f64_cycles.value
+    else:
+        div, sqrt = ps.div_f32_cycles.value, ps.sqrt_f32_cycles.value
+    streaming = math.ceil(flops(stage) / ps.flop_per_cycle.value)
+    return streaming + div * stage.count("div") + sqrt * stage.count("sqrt")
+
+
+def build_cycles(pattern: Pattern, ps: Ps) -> int:
+    """PS clock cycles of generating one problem of this pattern, on one core."""
+    return math.ceil(pattern.nnz_kkt * ps.build_flops_per_nonzero.value / ps.flop_per_cycle.value)
+
+
+class Split(NamedTuple):
+    """Work divided between cores: all cycles of the core that leads, and how many of them, at the end, all cores work."""
+
+    cycles: int
+    shared: int
+
+
+def on_cores(cycles: int, platform: Platform, cores: int) -> Split:
+    """Work that takes `cycles` on one core, when `cores` ≥ 1 may share it."""
+    ps = platform.ps
+    if cores == 1:
+        return Split(cycles, 0)
+    fork_join = math.ceil(ps.fork_join_us.value * ps.clock_mhz.value)
+    fraction = ps.parallel_fraction.value
+    together = math.ceil(cycles * (1.0 - fraction + fraction / cores)) + fork_join
+    if together >= cycles:
+        return Split(cycles, 0)
+    return Split(together, math.floor(cycles * fraction / cores))
+
+
+def computing_cores(platform: Platform, *, uses_pl: bool) -> int:
+    """Cores that share a stage: all in use, less one that only controls the PL when work overlaps."""
+    used, overlapped = platform.runtime.cores_used.value, platform.runtime.schedule.value == "overlapped"
+    return used - 1 if overlapped and uses_pl else used

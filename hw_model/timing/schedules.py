@@ -1,0 +1,96 @@
+"""Exact cycles of stages from the schedules of their operation streams, in place of the estimate.
+
+A schedule is asked for by (pattern, stage, engine) and answers with its cycles by cause, as the scheduler names
+them; two causes of it may be one here. docs/pl-machine.md is the engine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+from hw_model.errors import HwModelError
+from hw_model.vocabulary import PL_CAUSES, Datapath, PlCause
+
+from .stage_cycles import Microcode, PlCycles, StageCycles
+
+if TYPE_CHECKING:
+    from hw_model.platform.platform import Platform
+
+    from .trace import Trace
+
+CAUSE_OF: dict[str, PlCause] = {
+    "issue": "issue", "dependency": "dependency", "read_port": "bank", "write_port": "write_port",
+    "result": "write_port", "divider": "divider", "fetch": "fetch", "startup": "drain", "drain": "drain",
+    "finish": "drain",
+}  # fmt: skip
+"""The scheduler's causes → the model's: a taken result register counts as a write port, the ends of a segment as drain."""
+
+
+class Engine(NamedTuple):
+    """What a schedule depends on, beside the operations: the configuration of the PL engine."""
+
+    lanes: int
+    dividers: int
+    banks: int
+    datapath: Datapath
+    compressed: bool
+    """Whether its microcode is: a schedule for few bits, and cycles in which the decoder waits for a line."""
+
+
+@dataclass(frozen=True, slots=True)
+class Schedule:
+    """One segment: cycles by the scheduler's causes, the L0 bound with its bottleneck, and its microcode."""
+
+    causes: Mapping[str, int]
+    lower_bound: int
+    bottleneck: str
+    microcode: Microcode
+
+
+def engine_of(platform: Platform, datapath: Datapath) -> Engine:
+    """The engine of a platform. Raises HwModelError when its `pl.latency_preset` is not the RTL's, which has no schedule."""
+    pl = platform.pl
+    if pl.latency_preset != "orbsoc_rtl":
+        raise HwModelError(
+            f"`pl.latency_preset` = {pl.latency_preset!r}: schedules are made with the latencies of 'orbsoc_rtl' only;"
+            " ask for --estimate, or set pl.latency_preset to orbsoc_rtl"
+        )
+    compressed = pl.microcode_format.value == "compressed"
+    return Engine(pl.lanes.value, pl.dividers.value, pl.banks.value, datapath, compressed)
+
+
+def scheduled(source: Callable[[int, str, Engine], Schedule]) -> StageCycles:
+    """Cycles from `source`, each schedule asked for once.
+
+    Raises HwModelError for a platform that has no schedules (`engine_of`), and for a cause that is not known.
+    """
+    known: dict[tuple[int, str, Engine], PlCycles] = {}
+
+    def look_up(trace: Trace, platform: Platform, pattern: int, stage: str) -> PlCycles:
+        engine = engine_of(platform, trace.datapath)
+        key = (pattern, stage, engine)
+        if key not in known:
+            known[key] = _translated(source(*key), stage)
+        return known[key]
+
+    return look_up
+
+
+def _translated(found: Schedule, stage: str) -> PlCycles:
+    causes: dict[PlCause, int] = dict.fromkeys(PL_CAUSES, 0)
+    for name, cycles in found.causes.items():
+        if name not in CAUSE_OF:
+            raise HwModelError(
+                f"schedule of {stage!r}: cause {name!r} is not known; allowed: {', '.join(CAUSE_OF)}"
+            )
+        if cycles < 0:
+            raise HwModelError(f"schedule of {stage!r}: {name} = {cycles} cycles: must be 0 or more")
+        causes[CAUSE_OF[name]] += cycles
+    result = PlCycles(causes, found.lower_bound, found.bottleneck, "schedule", found.microcode)
+    if result.cycles < found.lower_bound:
+        raise HwModelError(
+            f"schedule of {stage!r}: {result.cycles} cycles are fewer than the bound {found.lower_bound} allows"
+        )
+    return result

@@ -1,0 +1,60 @@
+"""Where the cycles of a stage on the PL come from: the one door through which exact schedules replace the estimate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from hw_model.vocabulary import PlCause
+
+from . import pl
+
+if TYPE_CHECKING:
+    from hw_model.platform.platform import Platform
+
+    from .trace import Trace
+
+Origin = Literal["estimate", "schedule"]
+
+
+@dataclass(frozen=True, slots=True)
+class Microcode:
+    """What a segment's microcode takes: `words`, one a cycle, their bits when flat, and the bits that are stored."""
+
+    words: int
+    flat_bits: int
+    bits: int
+
+
+@dataclass(frozen=True, slots=True)
+class PlCycles:
+    """One run of a stage on the PL engine: cycles by cause, which add up to the whole, and the L0 bound below it.
+
+    `origin`: "schedule" is exact, equal to the RTL cycle for cycle; "estimate" is L1 as pl.py describes it.
+    `microcode`: of a schedule; an estimate knows none.
+    """
+
+    causes: dict[PlCause, int]
+    lower_bound: int
+    bottleneck: str
+    origin: Origin
+    microcode: Microcode | None = None
+
+    @property
+    def cycles(self) -> int:
+        """Sum of the causes."""
+        return sum(self.causes.values())
+
+
+StageCycles = Callable[["Trace", "Platform", int, str], PlCycles]
+"""(trace, platform, pattern, stage) → cycles of one run of that stage on that engine."""
+
+
+def estimated(trace: Trace, platform: Platform, pattern: int, stage: str) -> PlCycles:
+    """The L1 estimate: from operation counts and the longest chain, without banks, ports and fetch."""
+    found = pl.estimate(trace.patterns[pattern].stages[stage], platform.pl, trace.datapath, stage)
+    causes: dict[PlCause, int] = {
+        "issue": found.issue, "dependency": found.dependency, "divider": found.divider, "drain": found.drain,
+    }  # fmt: skip
+    return PlCycles(causes, found.bounds.cycles, found.bounds.bottleneck, "estimate")

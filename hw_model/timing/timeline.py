@@ -1,0 +1,171 @@
+"""The run laid out in time, each segment with one cause.
+
+Serial, as in the paper's protocol, one thing happens at a time and the segments tile the run. Overlapped, those on
+the critical path do: each begins when the one before it ends. So their causes add up to the makespan at every level:
+run, solve, iteration, module, stage.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+from hw_model.platform.partition import Partition, load_partition
+from hw_model.platform.platform import Platform, load_platform
+from hw_model.vocabulary import Cause, Module, Side
+
+from .order import Order, Resource, overlapped, serial
+from .prices import Prices
+from .stage_cycles import StageCycles, estimated
+from .trace import parse_trace
+from .walk import START_UP, Action, Kind, Work, walk
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from .trace import Trace
+
+Level = Literal["cause", "side", "resource", "module", "stage", "kind", "solve", "iteration"]
+
+
+class Segment(NamedTuple):
+    """A stretch of time on one side with one cause; times in picoseconds, `cycles` in that side's clock."""
+
+    start_picos: int
+    duration_picos: int
+    side: Side
+    """Whose time it is: "pl" while the PL computes, else "ps" (link and interrupts occupy the core)."""
+    module: Module
+    stage: str
+    solve: int
+    iteration: int
+    event: int
+    kind: Kind
+    cause: Cause
+    cycles: int
+    detail: str
+    resource: Resource
+    critical: bool
+    """Whether the makespan counts it: always when serial."""
+    shared_cycles: int
+    """Of the PS's cycles, those at the end in which all computing cores work, not one alone."""
+
+    @property
+    def end_picos(self) -> int:
+        """When it ends."""
+        return self.start_picos + self.duration_picos
+
+
+@dataclass(frozen=True, slots=True)
+class Timeline:
+    """A modelled run: its segments in program order; the critical ones are without gap or overlap."""
+
+    platform: str
+    partition: str
+    segments: tuple[Segment, ...]
+    makespan_picos: int
+    cores: int
+    """Cores that may share a stage of the PS."""
+
+    def totals(self, *levels: Level) -> dict[tuple[Any, ...], int]:
+        """Picoseconds per combination of `levels`, e.g. totals("module", "cause"). They sum to the makespan."""
+        found: defaultdict[tuple[Any, ...], int] = defaultdict(int)
+        for segment in self.segments:
+            if segment.critical:
+                found[tuple(getattr(segment, level) for level in levels)] += segment.duration_picos
+        return dict(found)
+
+    def longest_iteration(self) -> tuple[int, int]:
+        """Solve and number of the iteration that takes longest, start-ups apart; (0, 0) when there is none."""
+        times: Counter[tuple[int, int]] = Counter()
+        started = {
+            (segment.solve, segment.iteration) for segment in self.segments if segment.stage == START_UP
+        }
+        for segment in self.segments:
+            if segment.critical and segment.iteration and (segment.solve, segment.iteration) not in started:
+                times[segment.solve, segment.iteration] += segment.duration_picos
+        return max(times, key=lambda key: times[key], default=(0, 0))
+
+    def busy(self) -> dict[Resource, int]:
+        """Picoseconds that each resource works, critical or not."""
+        found: defaultdict[Resource, int] = defaultdict(int)
+        for segment in self.segments:
+            found[segment.resource] += segment.duration_picos
+        return dict(found)
+
+
+def simulate(
+    trace: Mapping[str, Any] | Trace,
+    platform: Platform | str | Path,
+    partition: Partition | str | Path,
+    cycles: StageCycles = estimated,
+) -> Timeline:
+    """The timeline of `trace` on `platform` under `partition` (objects, names or paths).
+
+    `cycles`: where the cycles of a stage on the PL come from. Raises TraceError, PlatformError or PartitionError.
+    """
+    checked = parse_trace(trace)
+    machine = as_platform(platform)
+    split = as_partition(partition)
+    prices = Prices(checked, machine, uses_pl=split.uses_pl, cycles=cycles)
+    return lay_out(walk(checked, split), prices, split.name)
+
+
+def order_of(actions: list[Action], prices: Prices) -> Order:
+    """The precedence that the platform's `runtime.schedule` asks for."""
+    if prices.platform.runtime.schedule.value == "overlapped":
+        return overlapped(actions, prices.trace, prices.by_dma)
+    return serial(actions)
+
+
+def lay_out(actions: list[Action], prices: Prices, partition: str) -> Timeline:
+    """The timeline of `actions` at `prices`."""
+    order = order_of(actions, prices)
+    durations = [prices.duration_picos(action.work) for action in actions]
+    ends = order.ends(durations, max)
+    critical = set(order.critical(ends))
+    segments: list[Segment] = []
+    for k, (work, module, stage, solve, iteration, event) in enumerate(actions):
+        side: Side = work.side if work.kind == "compute" else "ps"
+        now, resource = ends[k] - durations[k], order.resources[k]
+        for cause, picos, cycles, _, detail, shared in prices.parts(work):
+            segments.append(
+                Segment(
+                    now, picos, side, module, stage, solve, iteration, event, work.kind, cause, cycles, detail,
+                    resource, k in critical, shared,
+                )
+            )  # fmt: skip
+            now += picos
+    return Timeline(prices.platform.name, partition, tuple(segments), max(ends, default=0), prices.cores)
+
+
+def tally_of(actions: list[Action]) -> Counter[Work]:
+    """How often each work occurs."""
+    return Counter(action.work for action in actions)
+
+
+def makespan_picos(
+    actions: list[Action], prices: Prices, *, worst: bool = False, tally: Counter[Work] | None = None
+) -> int:
+    """The makespan alone; with `worst`, that of the longest run there can be: every jitter at its bound.
+
+    `tally`: how often each work occurs in `actions`, for who prices one walk many times.
+    """
+    if prices.platform.runtime.schedule.value == "serial":
+        return prices.total_picos(tally or tally_of(actions), worst=worst)
+    durations = [
+        prices.duration_picos(action.work) + worst * prices.jitter_picos(action.work) for action in actions
+    ]
+    return max(order_of(actions, prices).ends(durations, max), default=0)
+
+
+def as_platform(platform: Platform | str | Path) -> Platform:
+    """A platform as it is, or loaded by name or path."""
+    return platform if isinstance(platform, Platform) else load_platform(platform)
+
+
+def as_partition(partition: Partition | str | Path) -> Partition:
+    """A partition as it is, or loaded by name or path."""
+    return partition if isinstance(partition, Partition) else load_partition(partition)

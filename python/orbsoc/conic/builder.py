@@ -1,0 +1,233 @@
+"""Build a conic problem from named variables and blocks of rows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import csc
+from .csc import Array, Csc
+from .problem import Cones, Problem, ProblemError
+
+Index = NDArray[np.intp]
+Block = Any
+"""A (rows, k) array, or a SciPy sparse matrix of that shape."""
+
+
+class BuilderError(ProblemError):
+    """A name or a shape given to the builder is wrong; the message names it."""
+
+
+class HasPoint(Protocol):
+    """Anything with a primal point `x`, a `Solution` for one."""
+
+    @property
+    def x(self) -> Array: ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Variable:
+    """A named array of unknowns; `index` (of the variable's shape) holds their columns in the problem."""
+
+    name: str
+    index: Index
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return self.index.shape
+
+
+Columns = Variable | ArrayLike
+"""A variable, or columns of the problem (usually a slice of some `Variable.index`)."""
+Term = tuple[Columns, Block]
+"""(columns (k,), block (rows, k)): the product block · x[columns]."""
+
+
+class _Rows:
+    """Rows under construction: coordinate entries, right-hand sides, and how many rows there are."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._rows: list[Index] = []
+        self._columns: list[Index] = []
+        self._values: list[Array] = []
+        self._sides: list[Array] = []
+
+    def add(self, entries: list[tuple[Index, Index, Array]], side: Array) -> None:
+        for rows, columns, values in entries:
+            self._rows.append(rows + self.count)
+            self._columns.append(columns)
+            self._values.append(values)
+        self._sides.append(side)
+        self.count += side.size
+
+    def side(self) -> Array:
+        return np.concatenate(self._sides) if self._sides else np.zeros(0)
+
+    def entries(self) -> tuple[Index, Index, Array]:
+        if not self._rows:
+            return np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0)
+        return np.concatenate(self._rows), np.concatenate(self._columns), np.concatenate(self._values)
+
+
+class ConicBuilder:
+    """Collects variables, costs and rows; `build` puts them into standard form, R₊ rows before the cones.
+
+    Exact zeros of dense blocks are left out; every stored entry of a sparse block is kept, zero or not, so a sparse
+    block fixes the pattern of a problem that is built again with other values.
+
+    >>> b = ConicBuilder()
+    >>> x = b.variable("x", 2)
+    >>> b.cost(x, [1.0, 1.0])
+    >>> b.second_order([(x, [[0, 0], [-1, 0], [0, -1]])], [1.0, 0.0, 0.0])  # ‖x‖ ≤ 1
+    >>> b.build()
+    Problem(n=2, p=0, m=3, l=0, q=(3,), nnz: P 0, A 0, G 2)
+    """
+
+    def __init__(self) -> None:
+        self._n = 0
+        self._variables: dict[str, Variable] = {}
+        self._costs: list[tuple[Index, Array]] = []
+        self._quadratic = _Rows()
+        self._equality = _Rows()
+        self._nonnegative = _Rows()
+        self._cone_rows = _Rows()
+        self._cone_sizes: list[int] = []
+
+    def variable(self, name: str, shape: int | tuple[int, ...] = ()) -> Variable:
+        """New unknowns of `shape` (row-major columns); raises BuilderError if the name is taken or the shape empty."""
+        if name in self._variables:
+            raise BuilderError(f"variable `{name}` exists already")
+        dimensions = (shape,) if isinstance(shape, int) else tuple(shape)
+        if any(d < 1 for d in dimensions):
+            raise BuilderError(f"variable `{name}` has shape {dimensions}; every dimension must be 1 or more")
+        size = int(np.prod(dimensions, dtype=np.intp))
+        variable = Variable(name, np.arange(self._n, self._n + size, dtype=np.intp).reshape(dimensions))
+        variable.index.setflags(write=False)
+        self._variables[name] = variable
+        self._n += size
+        return variable
+
+    def cost(self, columns: Columns, coefficients: ArrayLike) -> None:
+        """Add Σ coefficients · x[columns] to the cost; coefficients have the columns' shape or are one number."""
+        index = self._index("cost", columns)
+        values = np.asarray(coefficients, dtype=np.float64)
+        if values.ndim and values.shape != index.shape:
+            raise BuilderError(
+                f"cost: coefficients have shape {values.shape}, but columns have shape {index.shape}"
+            )
+        self._costs.append((index.ravel(), np.broadcast_to(values, index.shape).ravel()))
+
+    def quadratic_cost(self, columns: Columns, block: Block) -> None:
+        """Add ½ x[columns]ᵀ · block · x[columns] to the cost; block is (k, k), symmetric positive semidefinite."""
+        index = self._index("quadratic_cost", columns).ravel()
+        rows, positions, values = self._entries("quadratic_cost", 0, index, block, index.size)
+        self._quadratic.add([(index[rows], positions, values)], np.zeros(0))
+
+    def equality(self, terms: Iterable[Term], rhs: ArrayLike) -> None:
+        """Add rows Σ block · x[columns] = rhs; rhs is (rows,) or one number for all rows."""
+        self._add("equality", self._equality, terms, rhs)
+
+    def nonnegative(self, terms: Iterable[Term], rhs: ArrayLike) -> None:
+        """Add rows rhs − Σ block · x[columns] ≥ 0; rhs is (rows,) or one number for all rows."""
+        self._add("nonnegative", self._nonnegative, terms, rhs)
+
+    def second_order(self, terms: Iterable[Term], rhs: ArrayLike, size: int | None = None) -> None:
+        """Add rows rhs − Σ block · x[columns] ∈ Q^size × Q^size × …; without `size`, one cone of all rows."""
+        before = self._cone_rows.count
+        prepared, side = self._prepare("second_order", terms, rhs)
+        each = side.size if size is None else size
+        if each < 1 or side.size % each:
+            raise BuilderError(f"second_order: {side.size} rows do not divide into cones of size {each}")
+        self._cone_rows.add(prepared, side)
+        self._cone_sizes += [each] * ((self._cone_rows.count - before) // each)
+
+    def build(self) -> Problem:
+        """The problem in standard form; raises BuilderError without variables, ProblemError on bad numbers."""
+        if not self._n:
+            raise BuilderError("no variables: call variable(name, shape) first")
+        c = np.zeros(self._n)
+        for index, values in self._costs:
+            np.add.at(c, index, values)
+        l = self._nonnegative.count
+        upper, lower = self._nonnegative.entries(), self._cone_rows.entries()
+        cone_entries = (
+            np.concatenate([upper[0], lower[0] + l]),
+            np.concatenate([upper[1], lower[1]]),
+            np.concatenate([upper[2], lower[2]]),
+        )
+        h = np.concatenate([self._nonnegative.side(), self._cone_rows.side()])
+        P = self._assemble(self._quadratic.entries(), self._n)
+        return Problem(
+            P=P if P.nnz else None,
+            c=c,
+            A=self._assemble(self._equality.entries(), self._equality.count),
+            b=self._equality.side(),
+            G=self._assemble(cone_entries, h.size),
+            h=h,
+            cones=Cones(l, self._cone_sizes),
+        )
+
+    def value(self, solution: HasPoint, name: str) -> Array:
+        """The values of variable `name` at a solution of the built problem, in the variable's shape."""
+        if name not in self._variables:
+            raise BuilderError(f"no variable `{name}`; there are {', '.join(self._variables) or 'none'}")
+        if solution.x.shape != (self._n,):
+            raise BuilderError(
+                f"the solution has {solution.x.shape} entries, but the variables are {self._n}"
+            )
+        return np.asarray(solution.x[self._variables[name].index])
+
+    def _assemble(self, entries: tuple[Index, Index, Array], rows: int) -> Csc:
+        where_rows, where_columns, values = entries
+        return csc.from_entries(values, where_rows, where_columns, (rows, self._n))
+
+    def _index(self, where: str, columns: Columns) -> Index:
+        if isinstance(columns, Variable):
+            if self._variables.get(columns.name) is not columns:
+                raise BuilderError(f"{where}: variable `{columns.name}` belongs to another builder")
+            return columns.index
+        index = np.asarray(columns)
+        if index.dtype.kind not in "iu":
+            raise BuilderError(f"{where}: columns have type {index.dtype}; they must be integers")
+        if index.size and (index.min() < 0 or index.max() >= self._n):
+            worst = index.min() if index.min() < 0 else index.max()
+            raise BuilderError(f"{where}: column {worst} is not one of the {self._n} variables")
+        return index.astype(np.intp, copy=False)
+
+    def _add(self, where: str, target: _Rows, terms: Iterable[Term], rhs: ArrayLike) -> None:
+        target.add(*self._prepare(where, terms, rhs))
+
+    def _prepare(
+        self, where: str, terms: Iterable[Term], rhs: ArrayLike
+    ) -> tuple[list[tuple[Index, Index, Array]], Array]:
+        side = np.asarray(rhs, dtype=np.float64)
+        if side.ndim > 1:
+            raise BuilderError(f"{where}: rhs has shape {side.shape}; it must be (rows,) or one number")
+        rows = side.size if side.ndim else None
+        entries: list[tuple[Index, Index, Array]] = []
+        for k, (columns, block) in enumerate(terms):
+            if rows is None:
+                rows = int(np.shape(block)[0]) if np.ndim(block) == 2 else 1
+            entries.append(self._entries(where, k, self._index(where, columns).ravel(), block, rows))
+        return entries, np.broadcast_to(side, (1 if rows is None else rows,)).copy()
+
+    def _entries(
+        self, where: str, term: int, index: Index, block: Block, rows: int
+    ) -> tuple[Index, Index, Array]:
+        """Coordinates and values of block · x[index]."""
+        matrix = block if csc.is_sparse(block) else np.asarray(block, dtype=np.float64)
+        if matrix.shape != (rows, index.size):
+            raise BuilderError(
+                f"{where}: the block of term {term} has shape {matrix.shape}; "
+                f"{rows} rows and {index.size} columns need {(rows, index.size)}"
+            )
+        if csc.is_sparse(matrix):
+            values, where_rows, positions = csc.entries(matrix)
+            return where_rows, index[positions], values
+        where_rows, positions = np.nonzero(matrix)
+        return where_rows, index[positions], matrix[where_rows, positions]

@@ -1,0 +1,271 @@
+"""The conic problem in standard form: its data, checked once, when it is built."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from orbsoc import _core
+
+from . import csc
+from .csc import Array, Csc, Matrix
+from .errors import ProblemError
+
+__all__ = ["Cones", "Problem", "ProblemError"]
+
+SYMMETRY_TOLERANCE = 1e-12
+"""Largest |Pᵢⱼ − Pⱼᵢ| over √(Pᵢᵢ Pⱼⱼ), which bounds |Pᵢⱼ|, taken for rounding (and averaged away)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cones:
+    """K = R₊ˡ × Q^q₁ × … × Q^q_k with Q^q = {(t, u): ‖u‖₂ ≤ t}, in the order of the rows of G.
+
+    Raises ProblemError if l < 0 or a cone is smaller than 1.
+    """
+
+    l: int = 0
+    q: Sequence[int] = ()
+
+    def __post_init__(self) -> None:
+        try:
+            object.__setattr__(self, "l", operator.index(self.l))
+            object.__setattr__(self, "q", tuple(map(operator.index, self.q)))
+        except TypeError as error:
+            raise ProblemError(f"`cones` must hold integers, not l = {self.l!r}, q = {self.q!r}") from error
+        if self.l < 0:
+            raise ProblemError(f"`cones.l` is {self.l}; it must be 0 or more")
+        if self.q and min(self.q) < 1:
+            k = next(k for k, size in enumerate(self.q) if size < 1)
+            raise ProblemError(f"`cones.q[{k}]` is {self.q[k]}; a second-order cone has size 1 or more")
+
+    @property
+    def m(self) -> int:
+        """Rows of G that the cones need."""
+        return self.l + sum(self.q)
+
+    def second_order(self) -> Iterator[slice]:
+        """The rows of each second-order cone, in order."""
+        start = self.l
+        for size in self.q:
+            yield slice(start, start + size)
+            start += size
+
+
+@dataclass(frozen=True, slots=True, init=False, eq=False)
+class Problem:
+    """min ½xᵀPx + cᵀx subject to Ax = b, Gx + s = h, s ∈ K.
+
+    Shapes: P (n, n) symmetric positive semidefinite, c (n,), A (p, n), b (p,), G (m, n), h (m,),
+    K = `cones` of m rows, its R₊ rows first. Absent matrices become empty ones. `h = +inf` on an R₊ row means
+    that the row does not constrain. Matrices come in any SciPy format or as dense arrays and are held as CSC
+    with sorted, unique 32-bit indices; what already is so is kept without a copy, and must not be changed.
+
+    Raises ProblemError for wrong shapes, NaN or infinite data, cones that do not add up, P not symmetric or
+    not positive semidefinite, and sizes beyond 32-bit indices.
+
+    >>> Problem(c=[1.0, 2.0], G=[[-1.0, 0.0], [0.0, -1.0]], h=[0.0, 0.0], cones=Cones(l=2))
+    Problem(n=2, p=0, m=2, l=2, q=(), nnz: P 0, A 0, G 2)
+    """
+
+    P: Csc
+    c: Array
+    A: Csc
+    b: Array
+    G: Csc
+    h: Array
+    cones: Cones
+
+    def __init__(
+        self,
+        *,
+        P: Matrix | None = None,
+        c: ArrayLike,
+        A: Matrix | None = None,
+        b: ArrayLike | None = None,
+        G: Matrix | None = None,
+        h: ArrayLike | None = None,
+        cones: Cones | None = None,
+    ) -> None:
+        cost = csc.vector("c", c)
+        n = cost.size
+        if n == 0:
+            raise ProblemError("`c` is empty; a problem needs at least one variable")
+        _finite_vector("c", cost)
+        quadratic = csc.empty(n, n) if P is None else _convex(symmetric(_square(P, n)))
+        equalities, b_ = _rows("A", A, "b", b, n)
+        _finite_vector("b", b_)
+        inequalities, h_ = _rows("G", G, "h", h, n)
+        m = h_.size
+        if cones is None:
+            if m:
+                raise ProblemError(
+                    f"`cones` is missing, but G has {m} rows; Cones(l={m}) makes each an inequality"
+                )
+            cones = Cones()
+        if not isinstance(cones, Cones):
+            raise TypeError(f"`cones` is of type {type(cones).__name__}; it must be an orbsoc.Cones")
+        if cones.m != m:
+            raise ProblemError(
+                f"`cones` add up to {cones.m} rows (l = {cones.l}, q = {_short(cones.q)}), but G has {m} rows"
+            )
+        _check_h(h_, cones.l)
+        for name, value in zip(
+            ("P", "c", "A", "b", "G", "h", "cones"),
+            (quadratic, cost, equalities, b_, inequalities, h_, cones),
+            strict=True,
+        ):
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def from_upper(cls, P: Matrix, **arguments: Any) -> Problem:
+        """The problem whose quadratic cost is given by the upper triangle (with diagonal) of P.
+
+        Raises ProblemError if an entry lies below the diagonal; other arguments are those of `Problem`.
+        """
+        upper = _square(P, np.shape(P)[1] if np.ndim(P) == 2 else 0)
+        columns = csc.column_of_entry(upper)
+        below = np.flatnonzero(upper.indices > columns)
+        if below.size:
+            k = below[0]
+            raise ProblemError(
+                f"`P[{upper.indices[k]}, {columns[k]}]` lies below the diagonal;"
+                " from_upper takes the upper triangle only"
+            )
+        return cls(P=csc.mirrored(upper), **arguments)
+
+    @property
+    def n(self) -> int:
+        """Number of variables."""
+        return self.c.size
+
+    @property
+    def p(self) -> int:
+        """Number of equality rows."""
+        return self.b.size
+
+    @property
+    def m(self) -> int:
+        """Number of cone rows."""
+        return self.h.size
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the problem to a JSON file of schema `orbsoc.problem/1` (see orbsoc.conic.problem_file)."""
+        from .problem_file import write_problem
+
+        write_problem(self, path)
+
+    @staticmethod
+    def load(path: str | PathLike[str]) -> Problem:
+        """Read a JSON file of schema `orbsoc.problem/1`; every number comes back exactly.
+
+        Raises ProblemError naming the field that is missing or damaged, OSError if there is no such file.
+        """
+        from .problem_file import read_problem
+
+        return read_problem(path)
+
+    def __repr__(self) -> str:
+        return (
+            f"Problem(n={self.n}, p={self.p}, m={self.m}, l={self.cones.l}, q={_short(self.cones.q)}, "
+            f"nnz: P {self.P.nnz}, A {self.A.nnz}, G {self.G.nnz})"
+        )
+
+
+def _short(sizes: Sequence[int]) -> str:
+    if len(sizes) <= 8:
+        return str(tuple(sizes))
+    return f"({', '.join(map(str, sizes[:6]))}, … {len(sizes)} cones)"
+
+
+def _finite_vector(name: str, values: Array) -> None:
+    if not csc.all_finite(values):
+        k = int(np.flatnonzero(~np.isfinite(values))[0])
+        raise ProblemError(f"`{name}[{k}]` is {values[k]}; it must be finite")
+
+
+def _check_h(h: Array, l: int) -> None:
+    if csc.all_finite(h):
+        return
+    allowed = np.isfinite(h)
+    allowed[:l] |= h[:l] == np.inf
+    if not allowed.all():
+        k = int(np.flatnonzero(~allowed)[0])
+        rule = (
+            "finite, or +inf for no constraint"
+            if k < l
+            else "finite, because the row is in a second-order cone"
+        )
+        raise ProblemError(f"`h[{k}]` is {h[k]}; it must be {rule}")
+
+
+def _rows(
+    matrix_name: str, matrix: Matrix | None, name: str, vector: ArrayLike | None, n: int
+) -> tuple[Csc, Array]:
+    """A block of rows and its right-hand side, both given or both absent."""
+    if matrix is None:
+        side = np.zeros(0) if vector is None else csc.vector(name, vector)
+        if side.size:
+            raise ProblemError(f"`{name}` has {side.size} entries, but {matrix_name} is missing")
+        return csc.empty(0, n), side
+    block = csc.canonical(matrix_name, matrix, n)
+    rows = block.shape[0]
+    if vector is None:
+        if rows:
+            raise ProblemError(f"`{name}` is missing, but {matrix_name} has {rows} rows")
+        return block, np.zeros(0)
+    side = csc.vector(name, vector)
+    if side.size != rows:
+        raise ProblemError(f"`{name}` has {side.size} entries, but {matrix_name} has {rows} rows")
+    return block, side
+
+
+def _square(P: Matrix, n: int) -> Csc:
+    matrix = csc.canonical("P", P, n)
+    if matrix.shape[0] != n:
+        raise ProblemError(f"`P` has {matrix.shape[0]} rows, but c has {n} entries")
+    return matrix
+
+
+def symmetric(P: Csc) -> Csc:
+    """P if symmetric, up to rounding, which is averaged away; otherwise ProblemError with the reason why not."""
+    rows, columns = P.indices, csc.column_of_entry(P)
+    if np.array_equal(rows, columns):
+        return P
+    upper, lower = rows < columns, rows > columns
+    used = P.data != 0.0
+    if (upper & used).any() != (lower & used).any():
+        raise ProblemError(
+            "`P` has entries on one side of its diagonal only; P takes the full symmetric matrix,"
+            " Problem.from_upper the upper triangle"
+        )
+    order = np.argsort(rows * np.int64(P.shape[0]) + columns, kind="stable")
+    mirrored = np.array_equal(rows[order], columns) and np.array_equal(columns[order], rows)
+    return P if mirrored and np.array_equal(P.data[order], P.data) else _averaged(P)
+
+
+def _convex(P: Csc) -> Csc:
+    try:
+        _core.check_cost(P)
+    except _core.CoreError as error:
+        raise ProblemError(str(error)) from None
+    return P
+
+
+def _averaged(P: Csc) -> Csc:
+    """(P + Pᵀ)/2 where the two differ by rounding; raises ProblemError naming the worst pair where by more."""
+    values, rows, columns = csc.entries(csc.difference(P, P.T))
+    roots = np.sqrt(np.abs(P.diagonal()))
+    excess = np.abs(values) - SYMMETRY_TOLERANCE * roots[rows] * roots[columns]
+    if excess.size and excess.max() > 0.0:
+        worst = int(np.argmax(excess))
+        i, j = int(rows[worst]), int(columns[worst])
+        pair = csc.entry(P, i, j), csc.entry(P, j, i)
+        raise ProblemError(f"`P` is not symmetric: P[{i}, {j}] is {pair[0]}, but P[{j}, {i}] is {pair[1]}")
+    return csc.symmetric_part(P)

@@ -1,0 +1,1 @@
+"""Files that are complete or absent, JSON that names what is damaged, interrupts that lose nothing."""

@@ -1,0 +1,1 @@
+"""What every mission shares: scenario files, collocation, sequential convex programming."""

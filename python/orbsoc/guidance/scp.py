@@ -1,0 +1,206 @@
+"""Sequential convex programming: solve a convex subproblem about a reference, move the reference, repeat.
+
+The loop knows nothing of orbits. A mission hands it `linearise`, which turns a reference into a conic problem
+and a way to read the next reference off its solution; the loop owns tolerances, stop rules and the record of
+what happened, and ends with a typed reason.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Generic, Protocol, TypeVar
+
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Solution, Status
+
+I = TypeVar("I")
+
+
+class Solve(Protocol):
+    """Any conic solver with the call shape of `orbsoc.solve`."""
+
+    def __call__(self, problem: Problem, settings: Settings | None = None, /) -> Solution: ...
+
+
+class ExitReason(enum.Enum):
+    """Why the loop ended; the value is the phrase for a person."""
+
+    CONVERGED = "converged"
+    INFEASIBLE = "converged, but the constraints cannot be met together"
+    SUBPROBLEM_INFEASIBLE = "a subproblem has no feasible point"
+    SUBPROBLEM_FAILED = "a subproblem could not be solved"
+    MAX_ITERATIONS = "iteration limit reached"
+    INTERRUPTED = "interrupted"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rules:
+    """When to stop, and how exactly to solve subproblems on the way. Steps and slack in the mission's units.
+
+    Converged: change < `step_tol` and slack < `slack_tol` in a subproblem asked for at `tight_tol` and solved, or
+    short of it with verified residuals ≤ `final_residual`. Infeasible: the same with slack ≥ `infeasible_slack`.
+    Subproblems are solved at `loose_tol` until a change falls below `tighten_below`; one that its solver left
+    short of its tolerance still shows the way while its verified residuals are ≤ `usable_residual`.
+    """
+
+    step_tol: float = 1e-7
+    slack_tol: float = 1e-7
+    infeasible_slack: float = 1e-6
+    max_iterations: int = 30
+    loose_tol: float = 1e-8
+    tight_tol: float = 1e-10
+    tighten_below: float = 1e-4
+    usable_residual: float = 1e-5
+    final_residual: float = 1e-8
+
+    def __post_init__(self) -> None:
+        for name in self.__dataclass_fields__:
+            value = getattr(self, name)
+            if not value > 0:
+                raise ValueError(f"rules: {name} = {value!r} must be positive")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step(Generic[I]):
+    """What the solution of one subproblem says: the next reference and how far it moved.
+
+    `change` is the largest change of the iterate, `slack` the total violation the subproblem had to allow (0
+    when it allows none), `figures` the mission's own numbers for the iteration table, units in their names.
+    """
+
+    iterate: I
+    change: float
+    slack: float
+    figures: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Subproblem(Generic[I]):
+    """A conic problem about a reference, and how to read its solution."""
+
+    problem: Problem
+    read: Callable[[Solution], Step[I]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Iteration:
+    """One row of the convergence table. `change` and `slack` are NaN when the subproblem gave no point."""
+
+    number: int
+    tolerance: float
+    problem: Problem = field(repr=False)
+    solution: Solution = field(repr=False)
+    change: float
+    slack: float
+    figures: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome(Generic[I]):
+    """How the loop ended: the reason, the last reference it accepted, every iteration, and a sentence."""
+
+    reason: ExitReason
+    iterate: I
+    iterations: tuple[Iteration, ...]
+    message: str
+
+
+def sequential_convex(
+    reference: I,
+    linearise: Callable[[I], Subproblem[I]],
+    *,
+    solve: Solve,
+    rules: Rules | None = None,
+    callback: Callable[[Iteration], None] | None = None,
+) -> Outcome[I]:
+    """Iterate from `reference` until a rule stops the loop; `callback` sees every iteration as it ends.
+
+    Ctrl-C, in the loop, in `callback` or inside the solver, ends it with INTERRUPTED and what was reached so far.
+    Errors of `linearise` (bad data) propagate; a solver that does not converge is a reason, never an exception.
+    """
+    rules = rules or Rules()
+    iterations: list[Iteration] = []
+    tolerance = rules.loose_tol
+
+    def ended(reason: ExitReason, message: str) -> Outcome[I]:
+        return Outcome(reason, reference, tuple(iterations), message)
+
+    number = 0
+    try:
+        for number in range(1, rules.max_iterations + 1):
+            subproblem = linearise(reference)
+            solution = solve(subproblem.problem, Settings(tol=tolerance))
+            step = subproblem.read(solution) if _usable(solution, rules) else None
+            row = _row(number, tolerance, subproblem.problem, solution, step)
+            iterations.append(row)
+            if callback is not None:
+                callback(row)
+            if step is None:
+                return ended(*_failure(number, solution))
+            reference = step.iterate
+            settled = step.change < rules.step_tol and tolerance <= rules.tight_tol
+            if settled and _within(solution, rules.final_residual):
+                if step.slack < rules.slack_tol:
+                    return ended(
+                        ExitReason.CONVERGED,
+                        f"converged in {number} iterations: last change {step.change:.1e}, slack {step.slack:.1e}",
+                    )
+                if step.slack >= rules.infeasible_slack:
+                    return ended(
+                        ExitReason.INFEASIBLE,
+                        f"the steps converged in {number} iterations (last change {step.change:.1e}) at a point"
+                        f" that violates the constraints by {step.slack:.1e} in total",
+                    )
+            if step.change < rules.tighten_below:
+                tolerance = rules.tight_tol
+    except KeyboardInterrupt:
+        return ended(ExitReason.INTERRUPTED, f"interrupted in iteration {number}")
+    last = iterations[-1]
+    return ended(
+        ExitReason.MAX_ITERATIONS,
+        f"no convergence in {rules.max_iterations} iterations: last change {last.change:.1e}"
+        f" (needs < {rules.step_tol:.0e}), slack {last.slack:.1e} (needs < {rules.slack_tol:.0e})",
+    )
+
+
+def _usable(solution: Solution, rules: Rules) -> bool:
+    """Whether to move to this solution: solved, or close enough by its residuals on the original data."""
+    stopped_short = (Status.SOLVED_INACCURATE, Status.NUMERICAL_LIMIT, Status.MAX_ITERATIONS)
+    if solution.status is not Status.SOLVED and solution.status not in stopped_short:
+        return False
+    return _within(solution, rules.usable_residual)
+
+
+def _within(solution: Solution, limit: float) -> bool:
+    """Whether a solution is called solved, or its residuals on the original data are within `limit`."""
+    if solution.status is Status.SOLVED:
+        return True
+    evidence = solution.certificate
+    residuals = (evidence.primal_residual, evidence.dual_residual, evidence.gap)
+    return all(residual <= limit for residual in residuals)
+
+
+def _row(
+    number: int, tolerance: float, problem: Problem, solution: Solution, step: Step[I] | None
+) -> Iteration:
+    if step is None:
+        return Iteration(number, tolerance, problem, solution, float("nan"), float("nan"), {})
+    return Iteration(number, tolerance, problem, solution, step.change, step.slack, step.figures)
+
+
+def _failure(number: int, solution: Solution) -> tuple[ExitReason, str]:
+    status = solution.status
+    if status is Status.INTERRUPTED:
+        return ExitReason.INTERRUPTED, f"interrupted in iteration {number}"
+    if status is Status.PRIMAL_INFEASIBLE:
+        return (
+            ExitReason.SUBPROBLEM_INFEASIBLE,
+            f"the subproblem of iteration {number} has no feasible point: {solution.message}",
+        )
+    return (
+        ExitReason.SUBPROBLEM_FAILED,
+        f"the subproblem of iteration {number} ended with {status.name}: {solution.message}",
+    )

@@ -1,0 +1,1 @@
+"""Price a recorded solve on the emulated computer: workloads, schedules, budgets, deadlines."""

@@ -1,0 +1,149 @@
+"""What a plan's subproblems would cost the emulated computer: the bridge from a plan to `hw_model`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import hw_model
+from hw_model.area.resources import Budget, budget
+from hw_model.timing.schedules import engine_of
+from hw_model.timing.stage_cycles import estimated
+from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Solution, Status
+from orbsoc.guidance.scp import Iteration, Solve
+from orbsoc.ps import PsScheduler
+from orbsoc.solving.solver import solve
+
+from .exact_cycles import exact_cycles
+
+SCOPE = "the conic solves of the plan"
+"""What the time is modelled of: each problem's generation, as assumed, and its solve; not the rest of the outer loop."""
+
+
+@dataclass(frozen=True, slots=True)
+class CycleBudget:
+    """A modelled run of every subproblem of a plan. `same_bits`: scheduled and native solves agree bit for bit.
+
+    `deadline_ms` is what was asked; the report judges it only when there is a verified plan that took the time.
+    """
+
+    report: hw_model.Report
+    same_bits: bool
+    deadline_ms: float | None
+    exact: bool
+    """Whether the PL's cycles are those of schedules, equal to the RTL, or estimated."""
+    area: Budget
+    """What the engine takes of the device."""
+
+    @property
+    def headline(self) -> str:
+        """The model's headline, and what it is about."""
+        return f"{SCOPE}, {self.report.headline}; {self.cycles} PL cycles; {self.fit}"
+
+    @property
+    def cycles(self) -> str:
+        """Where the PL's cycles come from, in a word: "exact" schedules, equal to the RTL, or "estimated"."""
+        if not self.report.modules_on_pl:
+            return "no"
+        return "exact" if self.exact else "estimated"
+
+    @property
+    def deadline_line(self) -> str:
+        """One sentence on the deadline, or on why it is not judged; empty when none was given."""
+        if self.deadline_ms is None:
+            return ""
+        times, found = self.report.makespan_ms, self.report.deadline
+        took = f"{times.nominal:.3f} ms ({times.low:.3f}–{times.high:.3f})"
+        if found is None:
+            return (
+                f"no deadline verdict: there is no verified plan that could meet {self.deadline_ms:g} ms;"
+                f" {SCOPE} that was tried take a modelled {took}"
+            )
+        return (
+            f"modelled deadline verdict for {SCOPE}, {self.cycles} PL cycles: {found.verdict}: {took} against {found.deadline_ms:g} ms,"
+            f" margin {found.margin_ms:+.3f} ms nominally, {found.worst_case_margin_ms:+.3f} ms in the worst case;"
+            f" binding is {self.report.binding};"
+            f" {self.fit}; the rest of the outer loop is not in it"
+        )
+
+    def summary(self) -> dict[str, Any]:
+        """The `hardware` entry of `plan.json`; every number is modelled at the nominal parameters."""
+        report = self.report
+        return {
+            "provenance": "modelled",
+            "scope": SCOPE,
+            "device": report.device,
+            "partition": report.partition,
+            "cycles": dict(report.cycles),
+            "pl_cycles_from": self.cycles,
+            "time_ms": report.makespan_ms.nominal,
+            "speedup": report.speedup.nominal,
+            "verdict": report.deadline.verdict if report.deadline else None,
+            "headline": self.headline,
+            "deadline": self.deadline_line or None,
+            "fits": self.area.fits,
+            "same_bits": self.same_bits,
+        }
+
+    @property
+    def fit(self) -> str:
+        """Whether the engine fits into the device, in words."""
+        return self.area.words if self.report.modules_on_pl else "no engine is needed"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of `hardware.json`."""
+        words = {"headline": self.headline, "deadline_line": self.deadline_line}
+        return {"same_bits": self.same_bits, "scope": SCOPE, **self.report.to_dict(), **words}
+
+
+def check_names(device: str, partition: str, *, exact: bool = True) -> None:
+    """Raise `hw_model.HwModelError` unless both name (or are paths of) what the model knows.
+
+    `exact`: and unless the device's PL has schedules.
+    """
+    machine, split = hw_model.load_platform(device), hw_model.load_partition(partition)
+    if exact and split.uses_pl:
+        engine_of(machine, "f64")
+
+
+def cycle_budget(
+    iterations: Sequence[Iteration],
+    *,
+    device: str,
+    partition: str,
+    deadline_ms: float | None,
+    verified: bool,
+    scheduled: PsScheduler | None = None,
+    exact: bool = True,
+) -> CycleBudget:
+    """Price every subproblem of `iterations` on `device` under `partition`.
+
+    The trace is that of `scheduled`, the scheduler that made the plan, or comes from solving the same subproblems
+    again on a new one. `exact`: cycles of the PL from schedules, not estimated. `deadline_ms` is judged only for a `verified` plan: no deadline is met without one. Either way each is solved by the other path too, and the bits are compared.
+    Raises `hw_model.HwModelError` for unknown names or an impossible deadline, KeyboardInterrupt when a solve was
+    interrupted: a truncated trace would be priced too low.
+    """
+    scheduler = scheduled or PsScheduler()
+    other: Solve = solve if scheduled else scheduler
+    same_bits = True
+    for row in iterations:  # every one, even after a difference: the trace must hold the whole plan
+        again = other(row.problem, Settings(tol=row.tolerance))
+        if again.status is Status.INTERRUPTED:
+            raise KeyboardInterrupt
+        same_bits &= _same_bits(again, row.solution)
+    judged_ms = deadline_ms if verified else None
+    cycles = exact_cycles(scheduler.patterns) if exact else estimated
+    trace, machine = hw_model.parse_trace(scheduler.trace), hw_model.load_platform(device)
+    split = hw_model.load_partition(partition)
+    report = hw_model.speedup(trace, machine, split, deadline_ms=judged_ms, cycles=cycles)
+    return CycleBudget(report, same_bits, deadline_ms, exact, budget(trace, machine, split, cycles))
+
+
+def _same_bits(one: Solution, other: Solution) -> bool:
+    """Whether status, iterations and every word of x, y, s and z are the same; −0 is not 0 here."""
+    ended_alike = (one.status, one.iterations) == (other.status, other.iterations)
+    return ended_alike and all(
+        getattr(one, name).tobytes() == getattr(other, name).tobytes() for name in ("x", "y", "s", "z")
+    )

@@ -1,0 +1,89 @@
+"""Exact schedules for the hardware model: the bridge from `pl_program` to `hw_model.timing.schedules` and its unit tracks."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import product
+from typing import TYPE_CHECKING
+
+from hw_model.timing.schedules import Engine, Schedule, engine_of, scheduled
+from hw_model.timing.stage_cycles import Microcode, StageCycles
+from hw_model.timing.unit_schedules import UnitSchedule, UnitSchedules
+
+from .schedules import Engine as Parameters
+from .schedules import pl_program
+
+if TYPE_CHECKING:
+    from hw_model import Platform, Trace
+    from orbsoc.conic.problem import Problem
+
+    from .schedules import Segment
+
+
+def exact_cycles(problems: Sequence[Problem], expected: Iterable[Engine] = ()) -> StageCycles:
+    """Cycles of the stages of a trace whose patterns are those of `problems`, in its order.
+
+    They equal the RTL's, cycle for cycle, in the microcode's format that the platform names. Those of the engines
+    `expected` are made side by side, when the first of any is asked for. Raises `hw_model.HwModelError` for latencies
+    that are not the RTL's, for which there is no schedule, and `pl_program.EngineError` for an engine that cannot exist.
+    """
+    awaited = {_parameters(engine) for engine in expected}
+    made: dict[tuple[int, Parameters], Mapping[str, Segment]] = {}
+
+    def source(pattern: int, stage: str, engine: Engine) -> Schedule:
+        parameters = _parameters(engine)
+        if (pattern, parameters) not in made:
+            made.update(_side_by_side(problems, {parameters, *awaited}))
+            awaited.clear()
+        found = made[pattern, parameters][stage]
+        causes, bits = found.causes, found.flat_bits
+        if engine.compressed:
+            causes, bits = found.compressed_causes, found.compressed_bits
+        return Schedule(
+            causes, found.lower_bound, found.bottleneck, Microcode(found.words, found.flat_bits, bits)
+        )
+
+    return scheduled(source)
+
+
+def exact_units(problems: Sequence[Problem]) -> UnitSchedules:
+    """What every lane and divider executes in the same segments. Raises as `exact_cycles` does."""
+
+    def look_up(trace: Trace, platform: Platform, pattern: int, stage: str) -> UnitSchedule:
+        engine = engine_of(platform, trace.datapath)
+        program = pl_program(problems[pattern], None, _parameters(engine))
+        began, units, operations = program.core.issues(stage, "compressed" if engine.compressed else "flat")
+        startup = program.segments[stage].causes["startup"]
+        return UnitSchedule(
+            engine.lanes,
+            began.astype(int) + startup,
+            units,
+            operations,
+            tuple(program.core.operation_names()),
+        )
+
+    return look_up
+
+
+def _side_by_side(
+    problems: Sequence[Problem], engines: Iterable[Parameters]
+) -> dict[tuple[int, Parameters], Mapping[str, Segment]]:
+    """The segments of each problem's schedule on each engine, by all cores; after Ctrl-C no more are begun."""
+    keys = list(product(range(len(problems)), engines))
+    pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
+    try:
+        programs = pool.map(lambda key: pl_program(problems[key[0]], None, key[1]).segments, keys)
+        return dict(zip(keys, programs, strict=True))
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _parameters(engine: Engine) -> Parameters:
+    return Parameters(
+        fp=64 if engine.datapath == "f64" else 32,
+        lanes=engine.lanes,
+        dividers=engine.dividers,
+        banks=engine.banks,
+    )

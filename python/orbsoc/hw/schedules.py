@@ -1,0 +1,237 @@
+"""The PL's share of a problem, scheduled exactly: cycles, causes and microcode of every segment on one engine.
+
+Schedules depend on the sparsity pattern and on the engine, never on numbers; they are kept by both. The engine and its
+microcode are described in docs/pl-machine.md; `orbsoc hw validate` runs the same schedules on the RTL.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections import OrderedDict
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from numbers import Integral
+from threading import Lock
+from typing import Any, Literal
+
+import numpy as np
+
+from orbsoc import _core
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.settings import Settings
+
+SCHEMA = "orbsoc.pl-cycles/1"
+_KEPT = 8
+_LEAST_ADDRESS_BITS, _MOST_ADDRESS_BITS = 10, 20
+_MOST = (1 << 32) - 1
+"""The largest number that any field of an engine may be written with; the limits of each are the scheduler's."""
+
+
+class EngineError(ValueError):
+    """An engine that cannot exist, or that is too small for a problem; names the field, its value, what is allowed."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Engine:
+    """One PL engine. `address_bits`: words of storage as a power of two; None: the fewest that hold the problem.
+
+    Raises EngineError for a field that is no whole number, or a negative one; what else no engine can have is refused
+    when a problem is scheduled.
+    """
+
+    fp: Literal[64, 32] = 64
+    lanes: int = 4
+    dividers: int = 1
+    banks: int = 16
+    address_bits: int | None = None
+    microcode_words: int = 1 << 20
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value: object = getattr(self, field.name)
+            if value is None and field.name == "address_bits":
+                continue
+            if isinstance(value, bool) or not isinstance(value, Integral) or not 0 <= int(value) <= _MOST:
+                raise EngineError(f"`{field.name}` = {value!r}: allowed is a whole number from 0 to {_MOST}")
+            object.__setattr__(self, field.name, int(value))
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """One stage on the engine. All in PL cycles unless the name says otherwise.
+
+    `lower_bound` is L0: no schedule is shorter, and `bottleneck` names the resource. `causes` sum to `cycles`,
+    `lane_causes` to `cycles` times lanes. `compressed_cycles` is the time with compressed microcode, and
+    `compressed_causes` sum to it.
+    """
+
+    stage: str
+    module: str
+    cycles: int
+    lower_bound: int
+    bottleneck: str
+    operations: int
+    lane_operations: int
+    utilisation: float
+    words: int
+    flat_bits: int
+    compressed_bits: int
+    compressed_cycles: int
+    causes: dict[str, int]
+    compressed_causes: dict[str, int]
+    lane_causes: dict[str, int]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlProgram:
+    """All segments of one sparsity pattern on one engine (whose `address_bits` are settled)."""
+
+    engine: Engine
+    segments: Mapping[str, Segment]
+    home_words: int
+    """Words of storage that buffers and literals take; temporaries come on top, up to `storage_words`."""
+    storage_words: int
+    core: _core.HardwareProgram
+
+    def document(self) -> dict[str, Any]:
+        """As JSON, schema orbsoc.pl-cycles/1."""
+        return {
+            "schema": SCHEMA,
+            "provenance": "modelled, equal to the RTL cycle for cycle",
+            "engine": asdict(self.engine),
+            "home_words": self.home_words,
+            "storage_words": self.storage_words,
+            "segments": {name: asdict(segment) for name, segment in self.segments.items()},
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Stream:
+    """Stages that are scheduled as one stream, so that each may begin while those before it still run.
+
+    With `leaves`, only as much of them as makes the words of these buffers. Its segment has the stages' names, joined
+    by underscores. Raises EngineError for no stages, no buffers, what is no tuple of names, or a buffer that none of the
+    stages writes; names that no stage or buffer has are the scheduler's to refuse.
+    """
+
+    stages: tuple[str, ...]
+    leaves: tuple[str, ...] | None = None
+
+    def __post_init__(self) -> None:
+        for field, names in (("stages", self.stages), ("leaves", self.leaves)):
+            if (field, names) != ("leaves", None) and not _are_names(names):
+                raise EngineError(f"stream `{field}` = {names!r}: allowed is a tuple of one name or more")
+        _require_written(self.stages, self.leaves or ())
+
+    @property
+    def name(self) -> str:
+        """The segment's."""
+        return "_".join(self.stages)
+
+
+def _are_names(names: object) -> bool:
+    """A tuple with strings in it, and nothing else."""
+    return isinstance(names, tuple) and bool(names) and all(isinstance(name, str) for name in names)
+
+
+def _require_written(stages: tuple[str, ...], leaves: tuple[str, ...]) -> None:
+    known = _core.stages()
+    buffers = {name for stage in known.values() for name in (*stage.reads, *stage.writes)}
+    written = {name for stage in stages if stage in known for name in known[stage].writes}
+    unwritten = [name for name in leaves if name in buffers - written]
+    if unwritten and all(stage in known for stage in stages):
+        allowed = ", ".join(sorted(written))
+        raise EngineError(
+            f"stream `leaves` = {leaves!r}: {unwritten[0]!r} is written by none of {', '.join(stages)}; allowed: {allowed}"
+        )
+
+
+KKT_SOLVES = Stream(("factorize", "solve_pair"), ("factor_l", "pivot_inverse", "pair_solution"))
+"""Factorization and two substitutions, without the residuals and norms that `solve_pair` leaves beside them."""
+
+
+_programs: OrderedDict[tuple[bytes, Settings, Engine, Stream | None], PlProgram] = OrderedDict()
+_keeping = Lock()
+
+
+def pattern_digest(problem: Problem) -> bytes:
+    """What two problems of one sparsity pattern share: equal digests have equal schedules."""
+    digest = hashlib.sha256(repr((problem.cones.l, tuple(problem.cones.q))).encode())
+    for matrix in (problem.P, problem.A, problem.G):
+        digest.update(repr(matrix.shape).encode())
+        digest.update(matrix.indptr.tobytes())
+        digest.update(matrix.indices.tobytes())
+    digest.update(np.isfinite(problem.h).tobytes())  # rows with h = ∞ are absent
+    return digest.digest()
+
+
+def pl_program(
+    problem: Problem,
+    settings: Settings | None = None,
+    engine: Engine | None = None,
+    stream: Stream | None = None,
+) -> PlProgram:
+    """Schedule every stage of the PL modules, or one stream of some; kept, so that asking again for the same pattern and
+    engine is free.
+
+    Raises EngineError if the engine cannot exist or is too small, or a stage or buffer of the stream does not exist.
+    """
+    settings, engine = settings or Settings(), engine or Engine()
+    key = (pattern_digest(problem), settings, engine, stream)
+    found = _programs.get(key) or scheduled(problem, settings, engine, stream)
+    with _keeping:
+        _programs[key] = found
+        _programs.move_to_end(key)
+        if len(_programs) > _KEPT:
+            _programs.popitem(last=False)
+    return found
+
+
+def scheduled(
+    problem: Problem,
+    settings: Settings,
+    engine: Engine,
+    stream: Stream | None = None,
+    *,
+    misread: tuple[str, int] | None = None,
+) -> PlProgram:
+    """As `pl_program`, made anew; its `core` writes validation cases on this very problem's numbers.
+
+    `misread`: a unit (add, mul, div, sqrt, simple), and by how many cycles the scheduler is wrong about it; for showing that
+    a wrong model is found out. It needs `engine.address_bits`.
+    """
+    if engine.address_bits is not None:
+        return _made(problem, settings, engine, stream, engine.address_bits, misread)
+    if misread is not None:
+        raise EngineError(
+            "`address_bits` = None: a scheduler that misreads its table needs the words of storage"
+        )
+    for bits in range(_LEAST_ADDRESS_BITS, _MOST_ADDRESS_BITS):
+        try:
+            return _made(problem, settings, engine, stream, bits)
+        except EngineError as error:
+            if "`address_bits`" not in str(error):
+                raise
+    return _made(problem, settings, engine, stream, _MOST_ADDRESS_BITS)
+
+
+def _made(
+    problem: Problem,
+    settings: Settings,
+    engine: Engine,
+    stream: Stream | None,
+    address_bits: int,
+    misread: tuple[str, int] | None = None,
+) -> PlProgram:
+    fields = asdict(engine) | {"address_bits": address_bits}
+    joined = [] if stream is None else list(stream.stages)
+    leaves = None if stream is None or stream.leaves is None else list(stream.leaves)
+    try:
+        core = _core.HardwareProgram(
+            problem, settings, **fields, joined=joined, leaves=leaves, misread=misread
+        )
+    except _core.HardwareError as error:
+        raise EngineError(str(error)) from error
+    segments = {name: Segment(name, **described) for name, described in core.segments().items()}
+    home, used = core.storage_words
+    return PlProgram(Engine(**fields), segments, home, used, core)

@@ -1,0 +1,136 @@
+"""The record of solves that the hardware model reads: schema "orbsoc.trace/1", plain data, JSON-able.
+
+A trace holds each sparsity pattern once, with its stages, buffers, operation counts and critical paths, and
+every solve as the list of stages it ran. No number of a problem or a solution is in it. Solves of one pattern
+share one entry of `patterns`, so that a plan of many subproblems stays small.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Solution
+
+SCHEMA = "orbsoc.trace/1"
+LATENCY_PRESETS = ("orbsoc_rtl", "vendor_ip")
+"""Families of floating-point units whose critical paths a trace carries; their numbers are hw_model's."""
+
+Latencies = Mapping[str, Mapping[str, int]]
+"""Preset → operation → cycles."""
+
+
+class Recorded(Protocol):
+    """What a trace asks of an engine that has finished a solve."""
+
+    def events(self) -> Sequence[tuple[str, int]]:
+        """(stage, iteration) in execution order."""
+        ...
+
+    def buffer_words(self) -> Mapping[str, int]:
+        """Size of each buffer in words."""
+        ...
+
+
+def operation_latencies(datapath: str = "f64") -> dict[str, dict[str, int]]:
+    """Cycles of every operation code, for each preset; what critical paths are measured in.
+
+    Arithmetic takes its unit's latency from hw_model's presets; c ± a·b is a multiplication and then an
+    addition. Assumed: sign changes, copies, selections and comparisons (of the words, as integers) take 1 cycle.
+    """
+    from hw_model.platform.presets import (
+        preset,  # the hardware's numbers are loaded only when a trace is made
+    )
+
+    one_cycle = dict.fromkeys(("move", "neg", "abs", "min", "max", "compare", "and", "select"), 1)
+    out = {}
+    for name in LATENCY_PRESETS:
+        units = preset("latency", name)[datapath]
+        add, mul, div, sqrt = (
+            int(units[f"{unit}_cycles"]["value"]) for unit in ("add", "mul", "div", "sqrt")
+        )
+        both = mul + add
+        arithmetic = {"mul": mul, "add": add, "sub": add, "mul_add": both, "mul_sub": both, "div": div}
+        out[name] = {**one_cycle, **arithmetic, "sqrt": sqrt}
+    return out
+
+
+class TraceRecorder:
+    """Collects solves into one trace; `latencies` defaults to `operation_latencies()`.
+
+    `core` is the extension module: it has the dataflow table and counts the operations of a new pattern.
+    """
+
+    def __init__(self, core: Any, latencies: Latencies | None = None) -> None:
+        self._core = core
+        self._latencies = operation_latencies() if latencies is None else latencies
+        self._position: dict[bytes, int] = {}
+        self._patterns: list[dict[str, Any]] = []
+        self.problems: list[Problem] = []
+        """The first problem of each pattern, in the order of the trace: what schedules are made from."""
+        self._solves: list[dict[str, Any]] = []
+
+    def add(self, problem: Problem, settings: Settings, engine: Recorded, solution: Solution) -> None:
+        """Append one finished solve."""
+        key = _fingerprint(problem)
+        if key not in self._position:
+            self._patterns.append(self._pattern(problem, settings, engine, solution))
+            self._position[key] = len(self._patterns) - 1
+            self.problems.append(problem)
+        self._solves.append(
+            {
+                "pattern": self._position[key],
+                "status": solution.status.name,
+                "iterations": solution.iterations,
+                "events": [[stage, iteration] for stage, iteration in engine.events()],
+            }
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """The trace so far; later solves do not change what was handed out."""
+        return {
+            "schema": SCHEMA,
+            "datapath": "f64",
+            "patterns": list(self._patterns),
+            "solves": list(self._solves),
+        }
+
+    def _pattern(
+        self, problem: Problem, settings: Settings, engine: Recorded, solution: Solution
+    ) -> dict[str, Any]:
+        counted = self._core.operation_counts(problem, settings, self._latencies)
+        stages = {
+            stage: {
+                "module": info.module,
+                "reads": list(info.reads),
+                "writes": list(info.writes),
+                "operations": dict(counted[stage]["operations"]),
+                "critical_path": dict(counted[stage]["critical_path"]),
+            }
+            for stage, info in self._core.stages().items()
+        }
+        return {
+            "n": problem.n,
+            "p": problem.p,
+            "m": problem.m,
+            "cones": {"l": problem.cones.l, "q": list(problem.cones.q)},
+            "nnz_kkt": solution.nnz_kkt,
+            "nnz_l": solution.nnz_l,
+            "buffers": dict(engine.buffer_words()),
+            "stages": stages,
+        }
+
+
+def _fingerprint(problem: Problem) -> bytes:
+    """The sparsity pattern: sizes, cones, positions of the nonzeros, and which rows constrain at all."""
+    digest = hashlib.sha256(repr((problem.n, problem.p, problem.m, problem.cones)).encode())
+    for matrix in (problem.P, problem.A, problem.G):
+        digest.update(np.asarray(matrix.indptr, np.int64).tobytes())
+        digest.update(np.asarray(matrix.indices, np.int64).tobytes())
+    digest.update(np.isposinf(problem.h).tobytes())
+    return digest.digest()

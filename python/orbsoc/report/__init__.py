@@ -1,0 +1,1 @@
+"""The output of a planning run: data, tables, figures, and one page."""

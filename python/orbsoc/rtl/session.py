@@ -1,0 +1,166 @@
+"""The RTL under Verilator, driven live: its registers, storage and clock over the pipe of rtl/harness/session.hpp."""
+
+from __future__ import annotations
+
+import subprocess
+import tempfile
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc import _core
+from orbsoc.ps.registers import WORD_BITS, WORD_MASK, Register
+from orbsoc.ps.segments import Method
+
+from .validation import RtlError
+
+Addresses = NDArray[np.uint32]
+Bits = NDArray[np.uint64]
+
+TABLE = 0x1000
+"""First byte address of the table of segments; docs/pl-machine.md, "Register file"."""
+TABLE_ENTRY = 64
+_AT_ONCE = 256
+"""Commands under way in the pipe: their answers must fit it while nobody reads them."""
+_CYCLES_PER_POLL = 10_000
+"""How long a poll of the interrupt line lets the PL run, at most: it ends with the interrupt."""
+
+
+class RtlSession:
+    """One running harness, an executable of `rtl_validation.built`; use it as a context.
+
+    Raises RtlError when the harness ends or answers what it should not.
+    """
+
+    def __init__(self, harness: Path) -> None:
+        self._errors = tempfile.TemporaryFile("w+")  # noqa: SIM115  # as long-lived as the session
+        self._process = subprocess.Popen(
+            [harness, "-"],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors, text=True,
+        )  # fmt: skip
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._process.kill()
+        self._process.communicate()
+        self._errors.close()
+
+    def ask(self, command: str) -> str:
+        """One command, one answer."""
+        return self.ask_all([command])[0]
+
+    def ask_all(self, commands: Iterable[str]) -> list[str]:
+        """Many commands, their answers."""
+        pipe_in, pipe_out = self._process.stdin, self._process.stdout
+        assert pipe_in is not None and pipe_out is not None  # noqa: PT018  # both are pipes
+        waiting, answers = list(commands), list[str]()
+        for first in range(0, len(waiting), _AT_ONCE):
+            some = waiting[first : first + _AT_ONCE]
+            try:
+                pipe_in.write("\n".join(some) + "\n")
+                pipe_in.flush()
+            except BrokenPipeError:
+                raise self._broken(some[0]) from None
+            for command in some:
+                answer = pipe_out.readline().strip()
+                if not answer:
+                    raise self._broken(command)
+                answers.append(answer)
+        return answers
+
+    def _broken(self, command: str) -> RtlError:
+        self._errors.seek(0)
+        return RtlError(
+            f"the RTL's session ended at {command!r}: {self._errors.read().strip() or 'no reason given'}"
+        )
+
+    def reset(self) -> None:
+        """Registers, flags and rules afresh; storage counts as unwritten."""
+        self._do(["reset"])
+
+    def load(self, image: _core.ProgramImage, method: Method) -> None:
+        """Microcode, templates and literals of a program, and the table of the method's segments."""
+        self._do(f"template {k:x} {word}" for k, word in enumerate(image.templates))
+        self._do(f"code {line:x} {word}" for line, word in enumerate(image.microcode))
+        self.set_words(*image.literals)
+        for segment in method.segments:
+            start, _ = image.entries.get(segment.stage, (0, 0))
+            entry = TABLE + TABLE_ENTRY * segment.number
+            masks = (segment.reads, segment.writes, segment.stales)
+            words = [start, *(half for mask in masks for half in (mask & WORD_MASK, mask >> WORD_BITS))]
+            for offset, word in enumerate(words, start=1):
+                self.write(entry + 4 * offset, word)
+            self.write(entry, segment.module)  # makes it exist
+
+    def write(self, address: int, value: int) -> None:
+        """Write a register: one clock."""
+        self._do([f"write {address:x} {int(value):x}"])
+
+    def read(self, address: int) -> int:
+        """Read a register: one clock."""
+        return int(self.ask(f"read {address:x}"), 16)
+
+    def wait(self, cycles: int) -> tuple[bool, int]:
+        """Clock until the interrupt is up, `cycles` times at most; whether it is, and the segment's busy cycles."""
+        interrupt, busy = self.ask(f"wait {cycles}").split()
+        return interrupt == "1", int(busy)
+
+    def set_words(self, addresses: Addresses, words: Bits) -> None:
+        """Write words of storage, while nothing runs: one clock each."""
+        pairs = zip(addresses.tolist(), words.tolist(), strict=True)
+        self._do(f"set {address:x} {word:x}" for address, word in pairs)
+
+    def get_words(self, addresses: Addresses) -> Bits:
+        """Read words of storage, while nothing runs: four clocks each."""
+        answers = self.ask_all(f"get {address:x}" for address in addresses.tolist())
+        return np.array([int(answer, 16) for answer in answers], np.uint64)
+
+    def clocks(self) -> int:
+        """Clocks since the session began."""
+        return int(self.ask("clocks"))
+
+    def violations(self) -> Sequence[int]:
+        """How often each rule of a schedule was violated since the reset, in the order of docs/pl-machine.md."""
+        return [int(count) for count in self.ask("violations").split()]
+
+    def _do(self, commands: Iterable[str]) -> None:
+        if any(answer != "ok" for answer in self.ask_all(commands)):
+            raise RtlError("the RTL's session did not carry out a command")
+
+
+class RtlPort:
+    """The RTL's register file as the PS of `orbsoc.ps` sees it; `busy` lists segment and busy cycles of its launches."""
+
+    def __init__(self, session: RtlSession) -> None:
+        self.session = session
+        self.busy: list[tuple[int, int]] = []
+        self._segment = 0
+
+    @property
+    def interrupt(self) -> bool:
+        """Whether the interrupt line is up."""
+        return self.session.wait(0)[0]
+
+    def write(self, address: int, value: int) -> None:
+        """Post one write; an acknowledgement notes what the engine's own counter says of the segment."""
+        if address == Register.SEGMENT:
+            self._segment = value
+        if address == Register.IRQ_ACK:
+            self.busy.append((self._segment, self.session.wait(0)[1]))
+        self.session.write(address, value)
+
+    def read(self, address: int) -> int:
+        """Read one register."""
+        return self.session.read(address)
+
+    def tick(self) -> None:
+        """Let the PL run until its interrupt, or for as long as one poll lasts."""
+        self.session.wait(_CYCLES_PER_POLL)

@@ -1,0 +1,266 @@
+"""A whole interior-point solve on the RTL: six modules in Verilator, Python as the PS, Rust as the referee.
+
+The PS is the one of `PsScheduler`: the same driver walks the same lists, launches every segment through the RTL's
+registers, takes its interrupt, and moves the buffers that cross, word by word, between its memory and the RTL's
+storage. Its own stages, statistics and decisions among them, are those of the Rust engine, on what was moved. A
+second engine runs every stage in Rust, from the problem on; whatever crosses to the PS, and every iterate, must have its bits.
+The RTL decides nothing on the way, so a solve starts cold: a warm start's verdict would be a segment's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc import _core
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.settings import Settings
+from orbsoc.hw.schedules import Engine, pl_program
+from orbsoc.ps.driver import Driver
+from orbsoc.ps.events import Kind, PsRecord
+from orbsoc.ps.segments import Method
+from orbsoc.ps.trace import TraceRecorder
+from orbsoc.solving.solver import solution_of
+
+from .clocks import predicted_clocks
+from .session import RtlPort, RtlSession
+from .validation import Format, built
+
+ITERATE = ("point", "slack", "homogenizer")
+"""Buffers of the iterate: (x, y, z), s, and τ and κ."""
+_SHOWN = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """A word that the RTL made otherwise than Rust; both as hexadecimal bits. `stage` is the last that had run."""
+
+    iteration: int
+    stage: str
+    buffer: str
+    index: int
+    rtl: str
+    rust: str
+
+
+@dataclass(frozen=True, slots=True)
+class Launch:
+    """One run of a segment: busy cycles by the engine's own counter, and by its schedule."""
+
+    stage: str
+    rtl_cycles: int
+    model_cycles: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SolveOutcome:
+    """What a solve on the RTL came to, beside the same solve in Rust and beside the model."""
+
+    problem: str
+    engine: Engine
+    format: Format
+    status: str
+    iterations: int
+    launches: tuple[Launch, ...]
+    iterates: int
+    """Iterates compared, the first and the last among them."""
+    words: int
+    """Words compared: all that crossed to the PS, and all of the iterates."""
+    different_words: int
+    differences: tuple[Difference, ...]
+    """The first few."""
+    same_stages: bool
+    """The loop in Rust, asked for the whole solve, ran the same stages in the same order."""
+    same_solution: bool
+    """… and ended with the same status and the same bits of x, y, z and s."""
+    assertions: int
+    rtl_clocks: int
+    """Of the whole solve, from the announcement of the problem to the last word moved."""
+    model_clocks: dict[str, int]
+    """The same by the hardware model, by cause."""
+
+    @property
+    def busy_error_cycles(self) -> int:
+        """Σ |RTL − schedule| over the launches."""
+        return sum(abs(launch.rtl_cycles - launch.model_cycles) for launch in self.launches)
+
+    @property
+    def clock_error(self) -> float:
+        """Model / RTL − 1, of the clocks of the whole solve."""
+        return sum(self.model_clocks.values()) / self.rtl_clocks - 1.0
+
+    @property
+    def good(self) -> bool:
+        """Same bits, same walk, same end, equal cycles in every launch, clocks within 1 %, no rule violated."""
+        same = not self.different_words and self.same_stages and self.same_solution
+        return same and not self.busy_error_cycles and abs(self.clock_error) <= 0.01 and not self.assertions
+
+
+@dataclass(slots=True, eq=False)
+class _Sides:
+    """The PS with its memory, the RTL's storage, and the referee: where words move and are compared.
+
+    It is the driver's engine (`run`) and its mover (`carry`).
+    """
+
+    ps: _core.ExactEngine
+    rust: _core.ExactEngine
+    session: RtlSession
+    homes: Mapping[str, tuple[NDArray[np.uint32], NDArray[np.uint32]]]
+    """Of each buffer the words that have a place in the RTL's storage, and their addresses."""
+    record: PsRecord
+    fp: int
+    iterates: int = 0
+    words: int = 0
+    different_words: int = 0
+    differences: list[Difference] = field(default_factory=list[Difference])
+    _seen: int = 0
+    _last: str = ""
+
+    def run(self, stage: str) -> int:
+        """Run a stage on the PS; before statistics, compare the iterate."""
+        self._catch_up()
+        if stage == "statistics":
+            self._compare_iterate()
+        return self.ps.run(stage)
+
+    def carry(self, kind: Kind, buffer: str) -> None:
+        """Move the words of a buffer that have a place in the RTL's storage."""
+        self._catch_up()
+        if buffer not in self.homes:
+            return
+        indices, addresses = self.homes[buffer]
+        if kind is Kind.TO_PL:
+            self.session.set_words(addresses, self.ps.words(buffer, indices))
+        else:
+            words = self.session.get_words(addresses)
+            self.ps.set_words(buffer, indices, words)
+            self._compare(buffer, indices, words, self.rust.words(buffer, indices))
+
+    def begin_again(self) -> bool:
+        """Run what is left of a walk in Rust, compare its last iterate, and see whether another walk follows."""
+        self._catch_up()
+        self._compare_iterate()
+        return self.rust.begin_again() and self.ps.begin_again()
+
+    def _catch_up(self) -> None:
+        """Run in Rust the stages that the PS has run or launched since."""
+        events = self.record.after(self._seen)
+        self._seen += len(events)
+        for event in events:
+            if event.kind in (Kind.LAUNCH, Kind.RUN):
+                self.rust.run(event.name)
+                self._last = event.name
+
+    def _compare_iterate(self) -> None:
+        self.iterates += 1
+        for buffer in ITERATE:
+            found, wanted = self.ps.words(buffer), self.rust.words(buffer)
+            self._compare(buffer, np.arange(len(wanted), dtype=np.uint32), found, wanted)
+
+    def _compare(
+        self, buffer: str, indices: NDArray[np.uint32], found: NDArray[np.uint64], wanted: NDArray[np.uint64]
+    ) -> None:
+        """Bit for bit; any NaN equals any other, for the RTL's is the canonical one."""
+        differs = (found != wanted) & ~(self._is_nan(found) & self._is_nan(wanted))
+        self.words += len(found)
+        self.different_words += int(differs.sum())
+        iteration = self.rust.events()[-1][1] if self._last else 0
+        for k in np.flatnonzero(differs)[: _SHOWN - len(self.differences)].tolist():
+            bits = (f"{int(side[k]):0{self.fp // 4}x}" for side in (found, wanted))
+            self.differences.append(Difference(iteration, self._last, buffer, int(indices[k]), *bits))
+
+    def _is_nan(self, words: NDArray[np.uint64]) -> NDArray[np.bool_]:
+        numbers = words.view(np.float64) if self.fp == 64 else words.astype(np.uint32).view(np.float32)
+        return np.isnan(numbers)
+
+
+def solve_on_rtl(
+    rtl: Path,
+    name: str,
+    problem: Problem,
+    settings: Settings | None = None,
+    *,
+    engine: Engine | None = None,
+    form: Format = "flat",
+) -> SolveOutcome:
+    """Solve `problem` on the RTL and compare; `rtl` is its folder, `engine` must leave no field open that matters.
+
+    Raises RtlError if the RTL does not build or its session breaks off, `ProtocolError` if PS and RTL disagree about
+    the state of the computer, `pl_program.EngineError` for an engine that cannot hold the problem.
+    """
+    settings = settings or Settings()
+    program = pl_program(problem, settings, engine)
+    image = _core.program_image(program.core, form)
+    method = Method.from_core(_core)
+    loop = _core.ExactEngine(problem, settings, program.engine.fp)
+    whole = loop.solve()
+    ps, rust = (_core.ExactEngine(problem, settings, program.engine.fp) for _ in range(2))
+    record = PsRecord()
+    with RtlSession(built(rtl, program.engine, form, lines=len(image.microcode))) as session:
+        session.reset()
+        session.load(image, method)
+        before = session.clocks()
+        port = RtlPort(session)
+        sides = _Sides(ps, rust, session, image.homes, record, program.engine.fp)
+        driver = Driver(method, sides, port, words=ps.buffer_words(), record=record, carry=sides.carry)
+        driver.run(again=sides.begin_again)
+        clocks, assertions = session.clocks() - before, sum(session.violations())
+    found = ps.finish()
+    trace = TraceRecorder(_core)
+    trace.add(problem, settings, rust, solution_of(found))
+    cycles = {stage: cycles for stage, (_, cycles) in image.entries.items()}
+    stages = [segment.stage for segment in method.segments]
+    return SolveOutcome(
+        problem=name,
+        engine=program.engine,
+        format=form,
+        status=found.status,
+        iterations=found.iterations,
+        launches=tuple(Launch(stages[s], busy, cycles[stages[s]]) for s, busy in port.busy),
+        iterates=sides.iterates,
+        words=sides.words,
+        different_words=sides.different_words,
+        differences=tuple(sides.differences),
+        same_stages=rust.events() == loop.events(),
+        same_solution=_same(found, whole),
+        assertions=assertions,
+        rtl_clocks=clocks,
+        model_clocks=predicted_clocks(trace.as_dict(), cycles, rtl, program.engine),
+    )
+
+
+def _same(found: _core.RawSolution, whole: _core.RawSolution) -> bool:
+    """The same end, bit for bit; any NaN equals any other."""
+    pairs = [(getattr(found, v), getattr(whole, v)) for v in ("x", "y", "z", "s")]
+    same_bits = all(
+        bool(np.all((one.view(np.uint64) == other.view(np.uint64)) | (np.isnan(one) & np.isnan(other))))
+        for one, other in pairs
+    )
+    return same_bits and (found.status, found.iterations) == (whole.status, whole.iterations)
+
+
+def described(outcome: SolveOutcome) -> Sequence[str]:
+    """What is wrong with an outcome, in words; nothing if it is good."""
+    return [
+        text
+        for wrong, text in (
+            (
+                outcome.different_words,
+                f"{outcome.different_words} words differ; first: {outcome.differences[:1]}",
+            ),
+            (not outcome.same_stages, "the loop in Rust ran other stages"),
+            (not outcome.same_solution, "the loop in Rust ended elsewhere"),
+            (outcome.busy_error_cycles, f"segments are off by {outcome.busy_error_cycles} cycles in all"),
+            (
+                abs(outcome.clock_error) > 0.01,
+                f"the model's clocks are off by {100 * outcome.clock_error:.2f} %",
+            ),
+            (outcome.assertions, f"{outcome.assertions} violations of the rules of a schedule"),
+        )
+        if wrong
+    ]
