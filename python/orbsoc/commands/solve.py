@@ -84,7 +84,7 @@ def _read(path: Path) -> tuple[Problem, Settings, Start | None]:
     from orbsoc.conic.errors import FileError, ProblemError
     from orbsoc.conic.settings import Settings
     from orbsoc.files.json_fields import FieldError, Fields, read_json, shown
-    from orbsoc.solve import bundle
+    from orbsoc.solving import bundle
 
     try:
         document = read_json(path)

@@ -81,7 +81,7 @@ def _from_json(path: Path) -> Workload:
     from orbsoc.conic.errors import FileError, ProblemError
     from orbsoc.conic.settings import Settings
     from orbsoc.files.json_fields import FieldError
-    from orbsoc.solve import bundle
+    from orbsoc.solving import bundle
 
     try:
         document = read_json(path)

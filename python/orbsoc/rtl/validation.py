@@ -103,7 +103,7 @@ def rtl_sources(given: Path | None) -> Path:
 
     Raises RtlError if there is none.
     """
-    tree = Path(__file__).resolve().parents[2] / "rtl"
+    tree = Path(__file__).resolve().parents[3] / "rtl"
     places = [given] if given else [tree, Path("rtl").absolute()]
     for folder in places:
         if (folder / "build.sh").is_file():
