@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from hw_model.vocabulary import Datapath
 
 if TYPE_CHECKING:
-    from hw_model.platform.platform import Area
+    from hw_model.platform.sections import Area
 
 Kind = Literal["lut", "ff", "dsp", "bram36"]
 KINDS: tuple[Kind, ...] = ("lut", "ff", "dsp", "bram36")

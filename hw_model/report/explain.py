@@ -85,8 +85,8 @@ def explain(
         simulate(checked, as_platform(side.platform), as_partition(side.partition), cycles) for side in (a, b)
     )
     parameters = tuple(
-        (mine.key, mine.value, theirs.value)
-        for mine, theirs in zip(a.platform.assumptions(), b.platform.assumptions(), strict=True)
+        (key, mine.value, theirs.value)
+        for (key, mine), (_, theirs) in zip(a.platform.parameters(), b.platform.parameters(), strict=True)
         if mine.value != theirs.value
     )
     moved = tuple(name for name, side in a.partition.modules.items() if b.partition.modules[name] != side)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from hw_model.timing.stage_cycles import StageCycles, estimated
 from hw_model.vocabulary import PL_CAUSES, PL_MODULES
 
+from .assumptions import assumptions
 from .reading import TIMELINE
 from .unit_tracks import unit_arguments, unit_events
 
@@ -96,7 +97,7 @@ def trace_events(
             "unit_tracks": units is not None and partition.uses_pl,
             "parameters": {
                 row.key: {"value": row.value, "tag": row.tag, "source": row.source, "used": row.used}
-                for row in platform.assumptions(reading)
+                for row in assumptions(platform, reading)
             },
         },
     }

@@ -15,6 +15,8 @@ from hw_model.timing.trace import parse_trace
 from hw_model.timing.walk import Action, walk
 from hw_model.vocabulary import CAUSES, Cause, Datapath, Side
 
+from . import markdown
+from .assumptions import Assumption, assumptions
 from .binding import binding_resource
 from .reading import BOUNDED, Reading
 from .rows import (
@@ -35,7 +37,7 @@ if TYPE_CHECKING:
 
     from hw_model.platform.parameter import End
     from hw_model.platform.partition import Partition
-    from hw_model.platform.platform import Assumption, Platform
+    from hw_model.platform.platform import Platform
     from hw_model.timing.trace import Trace
 
 Verdict = Literal["PASS", "FAIL", "MARGINAL"]
@@ -169,9 +171,36 @@ class Report:
 
     def to_markdown(self) -> str:
         """The report as Markdown: verdict, assumptions, then times."""
-        from .markdown import render
-
-        return render(self)
+        parts = [
+            f"# Modelled cycle budget: {self.partition} on {self.device}",
+            f"**{self.headline}.**",
+            *([f"**{self.deadline_line}.**"] if self.deadline else []),
+            *(
+                [
+                    f"Modelled slower on the PL than in {self.baseline}, copies and interrupts included: "
+                    f"{markdown.slower_modules(self.slower_modules)}."
+                ]
+                if self.slower_modules
+                else []
+            ),
+            f"{self.description}. {self.core} as PS; PL engine of {self.lanes} lanes at {self.pl_clock_mhz:g} MHz; "
+            f"datapath {self.datapath}; on the PL: {', '.join(self.modules_on_pl) or 'nothing'}. "
+            "Brackets hold the band over the assumed ranges.",
+            "## Assumptions",
+            markdown.assumption_table(self.assumptions),
+            "Not modelled:\n\n" + "\n".join(f"- {line}" for line in self.not_modelled),
+            "## Modelled time by cause",
+            markdown.cause_table(self.causes_picos),
+            "## Modelled time by module",
+            markdown.module_table(self.modules, self.baseline),
+            "## Modelled cycles of one run of each stage",
+            markdown.stage_table(self.stages),
+            "## Modelled time by iteration",
+            markdown.iteration_table(self.iterations, self.solves),
+            "## Transfers and interrupts",
+            f"{self.launches} launches, {self.interrupts} interrupts.\n{markdown.copy_table(self.copies)}",
+        ]
+        return "\n\n".join(parts) + "\n"
 
 
 def speedup(
@@ -235,7 +264,7 @@ def speedup(
         interrupts=kinds.count("interrupt"),
         launches=kinds.count("launch"),
         deadline=None if deadline_ms is None else _judge(deadline_ms, times, worst_ms),
-        assumptions=tuple(machine.assumptions(_reading(checked, (split, base), machine, cycles))),
+        assumptions=tuple(assumptions(machine, _reading(checked, (split, base), machine, cycles))),
     )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 from hw_model.vocabulary import Side, picos_of_ns
 
 if TYPE_CHECKING:
-    from hw_model.platform.platform import Link, Runtime
+    from hw_model.platform.sections import Link, Runtime
 
 Method = Literal["dma", "core"]
 _REGISTER_BYTES = 4

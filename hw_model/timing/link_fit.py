@@ -18,7 +18,7 @@ import numpy as np
 from . import link
 
 if TYPE_CHECKING:
-    from hw_model.platform.platform import Link
+    from hw_model.platform.sections import Link
 
 FIXED_NS = 1960.0
 """Fixed cost of a DMA transfer, measured separately in the same source."""

@@ -20,7 +20,7 @@ from hw_model.errors import TraceError
 from hw_model.vocabulary import OPCODES, Datapath, Opcode
 
 if TYPE_CHECKING:
-    from hw_model.platform.platform import Latencies, Pl
+    from hw_model.platform.sections import Latencies, Pl
 
     from .trace import Stage
 

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from hw_model.vocabulary import OPCODES, Datapath, Opcode
 
 if TYPE_CHECKING:
-    from hw_model.platform.platform import Platform, Ps
+    from hw_model.platform.platform import Platform
+    from hw_model.platform.sections import Ps
 
     from .trace import Pattern, Stage
 

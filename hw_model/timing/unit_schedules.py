@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from hw_model.platform.platform import Latencies, Platform
+    from hw_model.platform.platform import Platform
+    from hw_model.platform.sections import Latencies
 
     from .trace import Trace
 

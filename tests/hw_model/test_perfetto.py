@@ -13,8 +13,8 @@ import pytest
 
 from hw_model.platform.partition import load_partition
 from hw_model.platform.platform import Platform, load_platform
-from hw_model.report.perfetto import as_text, trace_events
 from hw_model.report import unit_tracks
+from hw_model.report.perfetto import as_text, trace_events
 from hw_model.timing.stage_cycles import PlCycles, StageCycles, estimated
 from hw_model.timing.timeline import simulate
 from hw_model.timing.trace import Trace, parse_trace
@@ -189,7 +189,7 @@ def test_every_segment_reaches_the_trace_viewer(machine: Platform) -> None:
     assert ends == pytest.approx(timeline.makespan_picos / 1e6, abs=1e-3)
     assert document["otherData"]["makespan_us"] == timeline.makespan_picos / 1e6
     echo = document["otherData"]["parameters"]
-    assert echo.keys() == {row.key for row in machine.assumptions()}
+    assert echo.keys() == {key for key, _ in machine.parameters()}
     assert all(row["tag"] in ("sourced", "measured", "assumed") for row in echo.values())
     assert not echo["runtime.ps_jitter_fraction"]["used"]
     assert echo["ps.clock_mhz"]["used"]

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from hw_model.errors import PlatformError
-from hw_model.platform.parameter import Parameter
 from hw_model.platform import rtl_latency
+from hw_model.platform.parameter import Parameter
 from hw_model.platform.platform import Platform, load_platform, platform_names
 from tests.hw_model.tiny import platform_toml, tiny_platform
 
@@ -22,9 +22,9 @@ def test_the_shipped_platforms() -> None:
 def test_a_shipped_platform_loads_and_every_number_has_a_source(name: str) -> None:
     platform = load_platform(name)
     assert platform.name == name
-    rows = platform.assumptions()
-    assert len(rows) == len({row.key for row in rows}) == 79
-    for row in rows:
+    rows = dict(platform.parameters())
+    assert len(rows) == len(list(platform.parameters())) == 79
+    for row in rows.values():
         assert row.tag in ("sourced", "measured", "assumed")
         assert row.source.strip()
         assert (row.low is None) == (row.high is None)
@@ -32,9 +32,9 @@ def test_a_shipped_platform_loads_and_every_number_has_a_source(name: str) -> No
 
 @pytest.mark.parametrize("name", platform_names())
 def test_no_platform_claims_a_measurement_but_that_of_the_rtls_area(name: str) -> None:
-    measured = [row for row in load_platform(name).assumptions() if row.tag == "measured"]
-    assert {row.key.split("_")[0] for row in measured} == {"area.lut", "area.ff"}
-    assert all(row.source.startswith("yosys 0.23 on rtl/") for row in measured)
+    measured = {key: row for key, row in load_platform(name).parameters() if row.tag == "measured"}
+    assert {key.split("_")[0] for key in measured} == {"area.lut", "area.ff"}
+    assert all(row.source.startswith("yosys 0.23 on rtl/") for row in measured.values())
 
 
 def test_link_figures_of_another_part_are_assumed_there() -> None:
@@ -101,7 +101,7 @@ def test_corners_move_every_band_and_nothing_else() -> None:
     assert (slow.runtime.interrupt_entry_us.value, fast.runtime.interrupt_entry_us.value) == (0.5, 1.0)
     assert (slow.pl.overlap_exponent.value, fast.pl.overlap_exponent.value) == (4.0, 2.0)
     for corner in (slow, fast, platform.corner("nominal", "nominal")):
-        for row, was in zip(corner.assumptions(), platform.assumptions(), strict=True):
+        for (_, row), (_, was) in zip(corner.parameters(), platform.parameters(), strict=True):
             assert row.value == was.value or (was.low is not None and row.value in (was.low, was.high))
     assert platform.corner("nominal", "nominal") == platform
 

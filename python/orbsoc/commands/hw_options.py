@@ -159,7 +159,9 @@ def echoed(platform: Platform, reading: Reading) -> list[dict[str, Any]]:
     """Every parameter of a platform with its provenance, and whether the report reads it."""
     from dataclasses import asdict
 
-    return [asdict(row) for row in platform.assumptions(reading)]
+    from hw_model.report.assumptions import assumptions
+
+    return [asdict(row) for row in assumptions(platform, reading)]
 
 
 def say(lines: Sequence[str], document: Mapping[str, Any], folder: Path, *, as_json: bool) -> None:
