@@ -15,7 +15,7 @@ from orbsoc.conic.problem import Cones, Problem, ProblemError
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Certificate, Solution, Start, Status
 from orbsoc.conic.verify import verify
-from orbsoc.ps import PsScheduler
+from orbsoc.hw.emulation import PsScheduler
 from orbsoc.solving.batch import BatchSolution, BatchSolver, solve_batch
 from orbsoc.solving.solver import Solver, solve
 

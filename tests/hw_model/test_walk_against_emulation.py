@@ -11,9 +11,8 @@ from hw_model.timing.timeline import simulate
 from hw_model.timing.trace import parse_trace
 from hw_model.timing.walk import START_UP, walk
 from hw_model.vocabulary import PL_MODULES
-from orbsoc import Cones, Problem
+from orbsoc import Cones, Problem, PsScheduler
 from orbsoc.conic.settings import Settings
-from orbsoc.ps import PsScheduler
 from orbsoc.ps.events import Kind
 from tests.core.ps_fake import STAGES, WORDS, FakeEngine, prepare
 from tests.core.test_second_walk import CARELESS, MENDED, TOO_LITTLE, badly_scaled, mended_late

@@ -25,9 +25,9 @@ from .plan_cases import plan_cases
 
 if TYPE_CHECKING:
     from orbsoc.guidance.scp import Solve
+    from orbsoc.hw.emulation import PsScheduler
     from orbsoc.missions.reachable_insertion import Plan, Scenario
     from orbsoc.missions.reachable_insertion.agreement import Agreement
-    from orbsoc.ps import PsScheduler
     from orbsoc.report.page import Run
 
 app = ConsoleApp(
@@ -244,7 +244,7 @@ def _check_before_planning(folder: Path, hardware: Hardware) -> None:
 
 
 def _scheduler() -> PsScheduler:
-    from orbsoc.ps import PsScheduler
+    from orbsoc.hw.emulation import PsScheduler
 
     return PsScheduler()
 

@@ -13,7 +13,7 @@ from hw_model.timing.stage_cycles import estimated
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Status
 from orbsoc.guidance.scp import Iteration, Solve
-from orbsoc.ps import PsScheduler
+from orbsoc.hw.emulation import PsScheduler
 from orbsoc.solving.solver import solve
 
 from .exact_cycles import exact_cycles

@@ -234,8 +234,8 @@ def judge(
 
 def _plan(scenario: Any, number: int, seed: int) -> tuple[Case, tuple[Problem, ...]]:
     """One case, and a problem of each of its patterns."""
+    from orbsoc.hw.emulation import PsScheduler
     from orbsoc.missions.reachable_insertion import dispersed, plan
-    from orbsoc.ps import PsScheduler
 
     from .schedules import pattern_digest
 

@@ -19,8 +19,10 @@ from orbsoc.ps.driver import Driver
 from orbsoc.ps.events import PsRecord
 from orbsoc.ps.pl import ProgrammableLogic
 from orbsoc.ps.segments import Method
-from orbsoc.ps.trace import TraceRecorder, operation_latencies
+from orbsoc.ps.trace import TraceRecorder
 from orbsoc.solving.solver import solution_of
+
+from .emulation import operation_latencies
 
 if TYPE_CHECKING:
     from orbsoc.conic.problem import Problem

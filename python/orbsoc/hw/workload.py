@@ -55,7 +55,7 @@ def record_trace(trace: dict[str, Any], name: str, what: str, problems: tuple[Pr
 
 def _planned(path: Path) -> Workload:
     from orbsoc import missions
-    from orbsoc.ps import PsScheduler
+    from orbsoc.hw.emulation import PsScheduler
 
     try:
         document = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -104,7 +104,7 @@ def _from_json(path: Path) -> Workload:
 def solved(problem: Problem, settings: Any, path: Path) -> Workload:
     """The record of one solve of `problem` on the emulated computer."""
     from orbsoc.conic.solution import Status
-    from orbsoc.ps import PsScheduler
+    from orbsoc.hw.emulation import PsScheduler
 
     scheduler = PsScheduler(settings)
     if scheduler(problem).status is Status.INTERRUPTED:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 import hw_model
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.solution import Status
+from orbsoc.hw.emulation import PsScheduler
 from orbsoc.hw.exact_cycles import exact_cycles
 from orbsoc.missions.reachable_domain.condensed import condense
 from orbsoc.missions.reachable_domain.domain import Domain
@@ -28,7 +29,6 @@ from orbsoc.missions.reachable_domain.guess import towards_planes
 from orbsoc.missions.reachable_domain.table import subproblems_on
 from orbsoc.missions.reachable_domain.terminal import LargestOrbit
 from orbsoc.orbit import EARTH
-from orbsoc.ps import PsScheduler
 
 from .results import ReachableDomain
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from orbsoc import _core
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
+from orbsoc.hw.emulation import operation_latencies
 from orbsoc.hw.schedules import Engine, pl_program
 from orbsoc.ps.driver import Driver
 from orbsoc.ps.events import Kind, PsRecord
@@ -211,7 +212,7 @@ def solve_on_rtl(
         driver.run(again=sides.begin_again)
         clocks, assertions = session.clocks() - before, sum(session.violations())
     found = ps.finish()
-    trace = TraceRecorder(_core)
+    trace = TraceRecorder(_core, operation_latencies())
     trace.add(problem, settings, rust, solution_of(found))
     cycles = {stage: cycles for stage, (_, cycles) in image.entries.items()}
     stages = [segment.stage for segment in method.segments]
