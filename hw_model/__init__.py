@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition, load_partition, partition_names
     from hw_model.platform.platform import Platform, load_platform, platform_names
-    from hw_model.report.report import Report, speedup
+    from hw_model.report.speedup import Report, speedup
     from hw_model.timing.jitter import Distribution, distribution
     from hw_model.timing.timeline import Segment, Timeline, simulate
     from hw_model.timing.trace import Trace, load_trace, parse_trace
@@ -37,8 +37,8 @@ _HOME = {
     "Platform": "platform.platform",
     "load_platform": "platform.platform",
     "platform_names": "platform.platform",
-    "Report": "report.report",
-    "speedup": "report.report",
+    "Report": "report.speedup",
+    "speedup": "report.speedup",
     "Segment": "timing.timeline",
     "Timeline": "timing.timeline",
     "simulate": "timing.timeline",

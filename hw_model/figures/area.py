@@ -14,7 +14,7 @@ from .drawing import GREEN, RED, blank, finished
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from hw_model.area.resources import Budget
+    from hw_model.area.budget import Budget
 
 
 def area_figure(found: Budget, title: str, path: str | Path | None = None) -> Figure:

@@ -20,7 +20,7 @@ from .drawing import GREEN, GREY, PALE, PLACES, RED, blank, finished, legend
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from hw_model.report.report import Band, Report
+    from hw_model.report.speedup import Band, Report
 
 _GAIN = {"faster": GREEN, "band crosses 1": GREY, "slower": RED}
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from .reading import why_ignored
+from .usage import why_ignored
 
 if TYPE_CHECKING:
     from hw_model.platform.parameter import Tag
     from hw_model.platform.platform import Platform
 
-    from .reading import Reading
+    from .usage import Reading
 
 
 @dataclass(frozen=True, slots=True)

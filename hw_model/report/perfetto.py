@@ -15,8 +15,8 @@ from hw_model.timing.stage_cycles import StageCycles, estimated
 from hw_model.vocabulary import PL_CAUSES, PL_MODULES
 
 from .assumptions import assumptions
-from .reading import TIMELINE
 from .unit_tracks import unit_arguments, unit_events
+from .usage import TIMELINE
 
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition

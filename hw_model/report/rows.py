@@ -10,9 +10,9 @@ from hw_model.vocabulary import CAUSES, MODULES, Cause, Module, Side
 
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition
-    from hw_model.timing.prices import Prices
+    from hw_model.timing.actions import Action
+    from hw_model.timing.durations import Prices
     from hw_model.timing.timeline import Segment, Timeline
-    from hw_model.timing.walk import Action
 
 
 @dataclass(frozen=True, slots=True)

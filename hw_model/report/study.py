@@ -7,14 +7,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hw_model.area.area import KINDS
-from hw_model.area.resources import Budget, budget
-from hw_model.timing.prices import Prices
+from hw_model.area.budget import Budget, budget
+from hw_model.area.engine import KINDS
+from hw_model.timing.actions import Action, Work, walk
+from hw_model.timing.durations import Prices
 from hw_model.timing.stage_cycles import PlCycles, StageCycles, estimated
 from hw_model.timing.timeline import makespan_picos, tally_of
-from hw_model.timing.walk import Action, Work, walk
 
-from .report import PICOS_PER_MS, Band, corners_of
+from .speedup import PICOS_PER_MS, Band, corners_of
 
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition

@@ -25,8 +25,8 @@ from hw_model.platform.data_file import is_table
 from hw_model.platform.partition import load_partition
 from hw_model.platform.platform import load_platform
 
-from .reading import STUDIED, require_read
 from .study import Point, Study
+from .usage import STUDIED, require_read
 
 if TYPE_CHECKING:
     from hw_model.platform.platform import Platform

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from hw_model.errors import HwModelError
 
-from .prices import Prices
+from .actions import walk
+from .durations import Prices
 from .stage_cycles import StageCycles, estimated
 from .timeline import as_partition, as_platform, makespan_picos, order_of
 from .trace import parse_trace
-from .walk import walk
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 from hw_model.vocabulary import PL_CAUSES, Cause, PlModule
 
-from .prices import Prices
+from .actions import walk
+from .durations import Prices
 from .stage_cycles import StageCycles, estimated
 from .timeline import lay_out
-from .walk import walk
 
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition

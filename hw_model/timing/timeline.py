@@ -16,11 +16,11 @@ from hw_model.platform.partition import Partition, load_partition
 from hw_model.platform.platform import Platform, load_platform
 from hw_model.vocabulary import Cause, Module, Side
 
-from .order import Order, Resource, overlapped, serial
-from .prices import Prices
+from .actions import START_UP, Action, Kind, Work, walk
+from .durations import Prices
+from .precedence import Order, Resource, overlapped, serial
 from .stage_cycles import StageCycles, estimated
 from .trace import parse_trace
-from .walk import START_UP, Action, Kind, Work, walk
 
 if TYPE_CHECKING:
     from pathlib import Path

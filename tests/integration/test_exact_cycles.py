@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from hw_model import HwModelError, load_partition, load_platform, parse_trace, speedup
-from hw_model.area.resources import budget
+from hw_model.area.budget import budget
 from hw_model.timing.schedules import engine_of
 from hw_model.timing.unit_schedules import runs, stretches
 from orbsoc import Cones, Problem, PsScheduler

@@ -13,7 +13,7 @@ from .failures import FAILED, spoken
 
 if TYPE_CHECKING:
     from hw_model import Platform
-    from hw_model.area.resources import Budget
+    from hw_model.area.budget import Budget
 
 
 def budget(
@@ -30,10 +30,10 @@ def budget(
     Exit codes: 0 it fits, 1 it does not, 2 bad input.
     """
     with spoken(as_json):
-        from hw_model.area.resources import budget as priced
+        from hw_model.area.budget import budget as priced
         from hw_model.figures.area import area_figure
         from hw_model.platform.partition import load_partition
-        from hw_model.report.reading import BUDGETED, require_read
+        from hw_model.report.usage import BUDGETED, require_read
         from hw_model.vocabulary import count_of
         from orbsoc.hw.workload import load_workload
 

@@ -28,7 +28,7 @@ def calibrate(
     """
     with spoken(as_json):
         from hw_model.platform.platform_toml import to_toml
-        from hw_model.report.reading import CALIBRATED, require_read
+        from hw_model.report.usage import CALIBRATED, require_read
         from hw_model.timing.calibrate import calibrate as fit
         from hw_model.timing.calibrate import read_measurements
         from orbsoc.hw.workload import load_workload

@@ -28,7 +28,7 @@ def explain(
     with spoken(as_json):
         from hw_model.figures.difference import difference_figure
         from hw_model.report.explain import explain as compare
-        from hw_model.report.reading import TIMELINE, require_read
+        from hw_model.report.usage import TIMELINE, require_read
         from orbsoc.hw.workload import load_workload
 
         (one, set_in_one), (other, set_in_other) = _configuration(a), _configuration(b)

@@ -15,7 +15,7 @@ import typer
 
 if TYPE_CHECKING:
     from hw_model import Platform
-    from hw_model.report.reading import Reading
+    from hw_model.report.usage import Reading
     from hw_model.timing.stage_cycles import StageCycles
     from orbsoc.hw.workload import Workload
 

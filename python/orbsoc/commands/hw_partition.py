@@ -13,9 +13,9 @@ from .failures import spoken
 
 if TYPE_CHECKING:
     from hw_model import Platform
-    from hw_model.report.reading import Reading
-    from hw_model.report.split_verdict import Verdict
+    from hw_model.report.partition_verdict import Verdict
     from hw_model.report.study import Point, Study
+    from hw_model.report.usage import Reading
     from hw_model.timing.stage_cycles import StageCycles
     from orbsoc.hw.workload import Workload
 
@@ -33,9 +33,9 @@ def partition(
     """Price all 64 partitions × lanes × clocks × devices, and say which of them no other beats."""
     with spoken(as_json):
         from hw_model.platform.partition import load_partition
-        from hw_model.report.reading import STUDIED, require_read
-        from hw_model.report.split_verdict import verdicts
+        from hw_model.report.partition_verdict import verdicts
         from hw_model.report.study import Study, pareto
+        from hw_model.report.usage import STUDIED, require_read
         from orbsoc.hw.workload import load_workload
 
         chosen = options.parsed_settings(settings, _AXES)
@@ -155,7 +155,7 @@ def _draw(
     from hw_model.figures.speedup import speedup_figure
     from hw_model.figures.study import amdahl_figure, pareto_figure, roofline_figure
     from hw_model.platform.partition import load_partition
-    from hw_model.report.report import speedup
+    from hw_model.report.speedup import speedup
     from hw_model.timing.limits import limits, roofs
 
     pareto_figure(points, front, folder / "pareto.png")

@@ -45,7 +45,7 @@ def precision(
     subproblem of each pattern is taken. Segments are scheduled, equal to the RTL.
     """
     with spoken(as_json):
-        from hw_model.report.reading import NARROWED, require_read
+        from hw_model.report.usage import NARROWED, require_read
         from orbsoc.conic.settings import Settings
         from orbsoc.hw.exact_cycles import exact_cycles
         from orbsoc.hw.workload import WorkloadError, load_workload
@@ -95,8 +95,8 @@ def _row(
 ) -> dict[str, Any]:
     """One solve, and what it would have cost."""
     from hw_model import parse_trace, speedup
-    from hw_model.area.area import multiplier_dsp
-    from hw_model.area.resources import budget
+    from hw_model.area.budget import budget
+    from hw_model.area.engine import multiplier_dsp
     from hw_model.platform.partition import on_pl
     from orbsoc.hw.precision import solve_narrow
 

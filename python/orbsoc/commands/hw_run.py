@@ -39,7 +39,7 @@ def run(
     Exit codes: 0 done, 2 bad input.
     """
     with spoken(as_json):
-        from hw_model.report.reading import SCHEDULED, require_read
+        from hw_model.report.usage import SCHEDULED, require_read
         from hw_model.timing.schedules import engine_of
         from orbsoc.hw.schedules import KKT_SOLVES, pl_program
         from orbsoc.hw.utilisation_figure import utilisation_figure
@@ -181,7 +181,7 @@ class Memory:
 
 
 def _memory(program: PlProgram, machine: Platform) -> Memory:
-    from hw_model.area.area import Shape, bram18, line_bits, storage_bram18
+    from hw_model.area.engine import Shape, bram18, line_bits, storage_bram18
 
     engine, segments = program.engine, program.segments.values()
     if engine.address_bits is None:

@@ -30,9 +30,9 @@ def sweep(
     with spoken(as_json):
         from hw_model.figures.study import pareto_figure
         from hw_model.platform.partition import load_partition
-        from hw_model.report.reading import STUDIED
         from hw_model.report.study import Study, pareto
         from hw_model.report.sweep import computers, load_sweep, run
+        from hw_model.report.usage import STUDIED
         from hw_model.vocabulary import count_of
         from orbsoc.hw.workload import load_workload
 

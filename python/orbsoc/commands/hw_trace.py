@@ -27,7 +27,7 @@ def trace(
         from hw_model.figures.gantt import gantt_figure
         from hw_model.platform.partition import load_partition
         from hw_model.report.perfetto import as_text, trace_events
-        from hw_model.report.reading import TIMELINE, require_read
+        from hw_model.report.usage import TIMELINE, require_read
         from orbsoc.hw.exact_cycles import exact_units
         from orbsoc.hw.workload import load_workload
 

@@ -39,7 +39,7 @@ def plan_cases(
     with spoken(as_json):
         from hw_model import HwModelError
         from hw_model.platform.partition import load_partition
-        from hw_model.report.reading import BOUNDED
+        from hw_model.report.usage import BOUNDED
         from hw_model.timing.schedules import engine_of
         from orbsoc.hw.deadlines import check_deadline, estimated_cycles, exact_cycles_of, judge, record_cases
 

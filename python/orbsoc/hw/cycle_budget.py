@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import hw_model
-from hw_model.area.resources import Budget, budget
+from hw_model.area.budget import Budget, budget
 from hw_model.timing.schedules import engine_of
 from hw_model.timing.stage_cycles import estimated
 from orbsoc.conic.settings import Settings

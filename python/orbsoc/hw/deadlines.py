@@ -203,7 +203,7 @@ def judge(
     cycles_of: Callable[[Case], StageCycles] = estimated_cycles,
 ) -> DeadlineReport:
     """Price every case and judge them together. Raises hw_model.HwModelError for an impossible deadline."""
-    from hw_model.report.binding import binding_resource
+    from hw_model.report.bottleneck import binding_resource
     from hw_model.timing.timeline import simulate
 
     check_deadline(deadline_ms)
@@ -268,9 +268,9 @@ def _pattern_file(folder: Path, digest: str) -> Path:
 def _price(case: Case, platform: Platform, partition: Partition, cycles: StageCycles) -> PricedCase:
     """Times of one case."""
     from hw_model import parse_trace
-    from hw_model.timing.prices import Prices
+    from hw_model.timing.actions import walk
+    from hw_model.timing.durations import Prices
     from hw_model.timing.timeline import makespan_picos, tally_of
-    from hw_model.timing.walk import walk
 
     times = [0, 0, 0]
     if case.trace["solves"]:
@@ -294,7 +294,7 @@ def _area(
 ) -> tuple[bool, str]:
     """Whether the engine fits with the microcode and buffers of every case; one of each set of patterns is asked."""
     from hw_model import parse_trace
-    from hw_model.area.resources import budget
+    from hw_model.area.budget import budget
 
     distinct = {case.patterns: case for case in cases if case.trace["patterns"]}.values()
     budgets = [budget(parse_trace(case.trace), platform, partition, cycles_of(case)) for case in distinct]

@@ -79,7 +79,7 @@ def test_figures_of_the_devices() -> None:
 def test_the_engines_latencies_are_read_from_the_file_that_the_rtl_includes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    rtl = (Path(__file__).resolve().parents[2] / "rtl" / "latency.svh").read_text(encoding="utf-8")
+    rtl = (Path(__file__).resolve().parents[3] / "rtl" / "latency.svh").read_text(encoding="utf-8")
     assert (Path(rtl_latency.__file__).parent / "latency.svh").read_text(encoding="utf-8") == rtl
     monkeypatch.setattr(rtl_latency, "__file__", str(tmp_path / "rtl_latency.py"))
     slower = re.sub(r"F64_(DIV|MUL)_CYCLES = \d+", r"F64_\1_CYCLES = 99", rtl)

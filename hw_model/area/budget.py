@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from hw_model.timing.stage_cycles import Microcode, Origin, StageCycles, estimated
 
-from .area import (
+from .engine import (
     KINDS,
     SIGNIFICAND_BITS,
     Kind,

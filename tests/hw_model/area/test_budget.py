@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from hw_model.area.area import KINDS
-from hw_model.area.resources import Budget, budget
+from hw_model.area.budget import Budget, budget
+from hw_model.area.engine import KINDS
 from hw_model.platform.partition import load_partition
 from hw_model.platform.platform import Platform, load_platform
 from hw_model.report.assumptions import assumptions
-from hw_model.report.reading import BUDGETED
+from hw_model.report.usage import BUDGETED
 from hw_model.timing.stage_cycles import Microcode, PlCycles, estimated
 from hw_model.timing.trace import Trace, parse_trace
 from tests.hw_model.synthetic import synthetic_trace

@@ -7,8 +7,8 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hw_model.timing.actions import Action, walk
 from hw_model.timing.trace import parse_trace
-from hw_model.timing.walk import Action, walk
 from hw_model.vocabulary import PL_MODULES
 from tests.hw_model.random_traces import traces
 from tests.hw_model.synthetic import stage, synthetic_trace

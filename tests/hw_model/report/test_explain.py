@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hw_model.area.resources import budget
+from hw_model.area.budget import budget
 from hw_model.figures.area import area_figure
 from hw_model.figures.difference import difference_figure
 from hw_model.figures.gantt import gantt_figure
@@ -17,7 +17,7 @@ from hw_model.report.explain import Configuration, explain
 from hw_model.timing.timeline import simulate
 from hw_model.timing.trace import parse_trace
 from tests.hw_model.synthetic import synthetic_trace
-from tests.hw_model.test_order import overlapped
+from tests.hw_model.timing.test_precedence import overlapped
 
 TRACE = synthetic_trace(iterations=3, solves=2)
 PNG = b"\x89PNG\r\n\x1a\n"

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
+from hw_model.timing.actions import START_UP, walk
 from hw_model.timing.timeline import simulate
 from hw_model.timing.trace import parse_trace
-from hw_model.timing.walk import START_UP, walk
 from hw_model.vocabulary import PL_MODULES
 from orbsoc import Cones, Problem, PsScheduler
 from orbsoc.conic.settings import Settings
@@ -17,7 +17,7 @@ from orbsoc.ps.events import Kind
 from tests.core.ps_fake import STAGES, WORDS, FakeEngine, prepare
 from tests.core.test_second_walk import CARELESS, MENDED, TOO_LITTLE, badly_scaled, mended_late
 from tests.hw_model.synthetic import stage
-from tests.hw_model.test_walk import copies, trace_of
+from tests.hw_model.timing.test_actions import copies, trace_of
 from tests.hw_model.tiny import partition
 
 

@@ -12,7 +12,7 @@ import pytest
 import hw_model
 from hw_model.errors import HwModelError
 from hw_model.platform.platform import load_platform, platform_names
-from hw_model.report.report import Report, speedup
+from hw_model.report.speedup import Report, speedup
 from hw_model.vocabulary import PL_MODULES
 from tests.hw_model.synthetic import synthetic_trace
 from tests.hw_model.tiny import partition, tiny_platform, tiny_trace

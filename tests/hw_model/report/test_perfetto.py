@@ -20,7 +20,7 @@ from hw_model.timing.timeline import simulate
 from hw_model.timing.trace import Trace, parse_trace
 from hw_model.timing.unit_schedules import UnitSchedule, UnitSchedules
 from tests.hw_model.synthetic import synthetic_trace
-from tests.hw_model.test_order import overlapped
+from tests.hw_model.timing.test_precedence import overlapped
 
 TRACE = parse_trace(synthetic_trace(iterations=3, solves=2))
 ZU9EG = load_platform("zu9eg")

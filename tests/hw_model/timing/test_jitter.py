@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from hw_model.errors import HwModelError
 from hw_model.platform.platform import Platform, load_platform
-from hw_model.report.report import speedup
+from hw_model.report.speedup import speedup
 from hw_model.timing.jitter import distribution
 from hw_model.vocabulary import PL_MODULES
 from tests.hw_model.random_traces import platforms, traces
 from tests.hw_model.synthetic import synthetic_trace
-from tests.hw_model.test_order import overlapped
+from tests.hw_model.timing.test_precedence import overlapped
 from tests.hw_model.tiny import partition, tiny_platform, tiny_trace
 
 TRACE = synthetic_trace(iterations=4)

@@ -8,7 +8,7 @@ import pytest
 
 from hw_model.errors import HwModelError
 from hw_model.figures.speedup import module_figure, speedup_figure
-from hw_model.report.report import speedup
+from hw_model.report.speedup import speedup
 from tests.hw_model.synthetic import synthetic_trace
 
 TRACE = synthetic_trace(iterations=3)

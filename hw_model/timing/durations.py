@@ -14,8 +14,8 @@ from .stage_cycles import PlCycles, StageCycles, estimated
 if TYPE_CHECKING:
     from hw_model.platform.platform import Platform
 
+    from .actions import Work
     from .trace import Trace
-    from .walk import Work
 
 
 class Part(NamedTuple):

@@ -8,17 +8,16 @@ from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from hw_model.errors import HwModelError
-from hw_model.timing.prices import Prices
+from hw_model.timing.actions import Action, walk
+from hw_model.timing.durations import Prices
 from hw_model.timing.stage_cycles import StageCycles, estimated
 from hw_model.timing.timeline import as_partition, as_platform, lay_out, makespan_picos
 from hw_model.timing.trace import parse_trace
-from hw_model.timing.walk import Action, walk
 from hw_model.vocabulary import CAUSES, Cause, Datapath, Side
 
 from . import markdown
 from .assumptions import Assumption, assumptions
-from .binding import binding_resource
-from .reading import BOUNDED, Reading
+from .bottleneck import binding_resource
 from .rows import (
     CopyRow,
     IterationRow,
@@ -31,6 +30,7 @@ from .rows import (
     solve_rows,
     stage_rows,
 )
+from .usage import BOUNDED, Reading
 
 if TYPE_CHECKING:
     from pathlib import Path

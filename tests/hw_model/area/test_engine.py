@@ -8,11 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from hw_model.area.area import (
+from hw_model.area.engine import (
     SIGNIFICAND_BITS,
-    Datapath,
     Shape,
-    Synthesis,
     bram18,
     decoder_flip_flops,
     decoder_luts,
@@ -20,12 +18,12 @@ from hw_model.area.area import (
     line_bits,
     multiplier_dsp,
     or_luts,
-    recorded,
-    shape_of,
 )
+from hw_model.area.synthesis import Synthesis, recorded, shape_of
 from hw_model.platform.platform import load_platform
+from hw_model.vocabulary import Datapath
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 AREA = load_platform("zu9eg").area
 ENGINES = [row for row in recorded() if row.module == "engine"]
 FF_ERROR = 0.05

@@ -1,7 +1,7 @@
-"""What an engine of rtl/ takes of an FPGA: a formula of its shape, and synthesis that it is held against.
+"""What an engine of rtl/ takes of an FPGA, as a formula of its shape; synthesis.py has what it is held against.
 
 Structure gives the crossbars, memories and multipliers; of a lane, a divider and the control there are figures, each
-measured once by synthesis (`[area.orbsoc_rtl]`). `synthesis.json` is the record of yosys on the RTL.
+measured once by synthesis (`[area.orbsoc_rtl]`).
 With U = lanes + dividers units, B banks of 2^ROW words, W bits a word, F bits a microcode word:
 
 DSP: a multiplier of p-bit significands takes ⌈p/17⌉·⌈p/24⌉ DSP48E1 (12 at binary64, 2 at binary32), one a lane.
@@ -13,12 +13,9 @@ LUT: rows, words and write-back are ORs of gated words (`or_luts`), and each por
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
-from functools import cache
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from hw_model.vocabulary import Datapath
 
@@ -146,38 +143,3 @@ def engine_area(shape: Shape, area: Area, code_bits: int) -> dict[Kind, float]:
         "dsp": shape.lanes * multiplier_dsp(SIGNIFICAND_BITS[shape.datapath]),
         "bram36": (storage_bram18(shape) + bram18(1 << code_bits, shape.microcode_bits)) / 2,
     }
-
-
-@dataclass(frozen=True, slots=True)
-class Synthesis:
-    """What yosys made of one module of rtl/ with some parameters."""
-
-    module: str
-    parameters: dict[str, int]
-    lut: int
-    ff: int
-    dsp: int
-    bram36: float
-    fitted: bool
-
-
-RECORD = Path(__file__).parent / "synthesis.json"
-
-
-@cache
-def recorded(path: Path = RECORD) -> tuple[Synthesis, ...]:
-    """A record of synthesis that scripts/record_synthesis.py wrote."""
-    return tuple(_row(row) for row in json.loads(path.read_text())["rows"])
-
-
-def shape_of(row: Synthesis) -> Shape:
-    """The engine that a row of the record is about."""
-    given = row.parameters
-    datapath: Datapath = "f64" if given["FP"] == 64 else "f32"
-    return Shape(datapath, given["LANES"], given["DIVIDERS"], given["BANKS"], given["ADDRESS_BITS"])
-
-
-def _row(row: dict[str, Any]) -> Synthesis:
-    return Synthesis(
-        row["module"], row["parameters"], row["lut"], row["ff"], row["dsp"], row["bram36"], row["fitted"]
-    )

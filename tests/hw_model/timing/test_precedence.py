@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 
 from hw_model.errors import PlatformError
 from hw_model.platform.platform import Platform, load_platform
-from hw_model.timing.prices import Prices
+from hw_model.timing.actions import walk
+from hw_model.timing.durations import Prices
 from hw_model.timing.timeline import Timeline, lay_out, makespan_picos, order_of, simulate
 from hw_model.timing.trace import parse_trace
-from hw_model.timing.walk import walk
 from hw_model.vocabulary import PL_MODULES
 from tests.hw_model.random_traces import platforms, traces
 from tests.hw_model.synthetic import stage, synthetic_trace
-from tests.hw_model.test_walk import trace_of
+from tests.hw_model.timing.test_actions import trace_of
 from tests.hw_model.tiny import partition, tiny_platform
 
 

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Literal, TypeVar
 from hw_model.vocabulary import Side
 
 if TYPE_CHECKING:
+    from .actions import Action, Work
     from .trace import Stage, Trace
-    from .walk import Action, Work
 
 Time = TypeVar("Time")
 Resource = Literal["core", "control", "pl", "dma"]

@@ -10,8 +10,8 @@ from hw_model.errors import HwModelError, PartitionError, PlatformError
 from hw_model.figures.study import amdahl_figure, pareto_figure, roofline_figure
 from hw_model.platform.partition import all_partitions, load_partition
 from hw_model.platform.platform import load_platform
-from hw_model.report.report import speedup
-from hw_model.report.split_verdict import verdicts
+from hw_model.report.partition_verdict import verdicts
+from hw_model.report.speedup import speedup
 from hw_model.report.study import Point, Study, pareto
 from hw_model.report.sweep import SweepError, load_sweep, run
 from hw_model.timing.limits import limits, roofs
