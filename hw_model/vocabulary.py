@@ -1,6 +1,6 @@
 """The words that traces, partitions and platforms share, and how time is counted.
 
-Time is an integer number of picoseconds (`_picos`), so that sums are exact and "the causes add up to
+Time is an integer number of picoseconds (`_picoseconds`), so that sums are exact and "the causes add up to
 the makespan" is an equality. "ps" always means the processing system, never picoseconds.
 """
 
@@ -58,21 +58,21 @@ def by_place(causes: Mapping[Cause, int]) -> dict[str, int]:
     }
 
 
-def picos_of_cycles(parts: Sequence[int], clock_mhz: float) -> list[int]:
+def picoseconds_of_cycles(parts: Sequence[int], clock_mhz: float) -> list[int]:
     """Durations of consecutive parts, each given in whole clock cycles, in picoseconds.
 
     The end of each part is rounded, not its length, so the parts add up to the rounded total
     whatever the clock: 3 cycles at 150 MHz are 20 000 ps as one part and 6667 + 6666 + 6667 as three.
     """
-    picos_per_cycle = Fraction(10**6) / Fraction(clock_mhz)
+    picoseconds_per_cycle = Fraction(10**6) / Fraction(clock_mhz)
     ends = [0]
     cycles = 0
     for part in parts:
         cycles += part
-        ends.append(int(cycles * picos_per_cycle + Fraction(1, 2)))
+        ends.append(int(cycles * picoseconds_per_cycle + Fraction(1, 2)))
     return [end - start for start, end in pairwise(ends)]
 
 
-def picos_of_ns(duration_ns: float) -> int:
+def picoseconds_of_ns(duration_ns: float) -> int:
     """A duration in nanoseconds, rounded to a whole number of picoseconds."""
     return round(duration_ns * 1000.0)

@@ -21,7 +21,7 @@ def difference_figure(found: Difference, path: str | Path | None = None) -> Figu
     changes = {cause: (b - a) / 1e9 for cause, (a, b) in found.by_cause.items() if a != b}
     figure = blank(max(6.0, 2.4 + 0.9 * len(changes)), 4.0)
     axes = figure.add_subplot()
-    level = found.a_picos / 1e9
+    level = found.a_picoseconds / 1e9
     axes.bar(0, level, color=GREY)
     axes.annotate(f"{level:.2f}", (0, level), (0, 3), textcoords="offset points", ha="center", fontsize=8)
     for place, (_, change) in enumerate(changes.items(), 1):
@@ -33,9 +33,9 @@ def difference_figure(found: Difference, path: str | Path | None = None) -> Figu
             f"{change:+.2f}", (place, top), (0, 3), textcoords="offset points", ha="center", fontsize=8
         )
     last = len(changes) + 1
-    axes.bar(last, found.b_picos / 1e9, color=GREY)
+    axes.bar(last, found.b_picoseconds / 1e9, color=GREY)
     axes.annotate(
-        f"{found.b_picos / 1e9:.2f}", (last, found.b_picos / 1e9), (0, 3), textcoords="offset points", ha="center",
+        f"{found.b_picoseconds / 1e9:.2f}", (last, found.b_picoseconds / 1e9), (0, 3), textcoords="offset points", ha="center",
         fontsize=8,
     )  # fmt: skip
     axes.set_xticks(range(last + 1), ["A", *(name.replace("_", " ") for name in changes), "B"], fontsize=8)

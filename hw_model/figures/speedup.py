@@ -89,11 +89,11 @@ def module_figure(report: Report, path: str | Path | None = None) -> Figure:
     figure = blank(7.2, 1.6 + 0.62 * len(report.modules))
     axes = figure.add_subplot()
     for place, row in enumerate(report.modules):
-        axes.barh(place - 0.2, row.baseline_picos / 1e9, height=0.36, color=PALE)
+        axes.barh(place - 0.2, row.baseline_picoseconds / 1e9, height=0.36, color=PALE)
         start = 0.0
-        for name, picos in by_place(row.causes_picos).items():
-            axes.barh(place + 0.2, picos / 1e9, height=0.36, left=start, color=PLACES[name])
-            start += picos / 1e9
+        for name, picoseconds in by_place(row.causes_picoseconds).items():
+            axes.barh(place + 0.2, picoseconds / 1e9, height=0.36, left=start, color=PLACES[name])
+            start += picoseconds / 1e9
     names = [
         "PS's own tasks" if row.module == "ps" else f"{row.module} ({row.side.upper()})"
         for row in report.modules

@@ -19,7 +19,8 @@ _FEW_ITERATIONS = 40
 def slower_modules(rows: Sequence[ModuleRow]) -> str:
     """Modules that the PL slows down, with both times."""
     return ", ".join(
-        f"{row.module} ({_us(row.picos)} µs instead of {_us(row.baseline_picos)} µs)" for row in rows
+        f"{row.module} ({_us(row.picoseconds)} µs instead of {_us(row.baseline_picoseconds)} µs)"
+        for row in rows
     )
 
 
@@ -42,11 +43,12 @@ def assumption_table(rows: Iterable[Assumption]) -> str:
     )
 
 
-def cause_table(causes_picos: Mapping[Cause, int]) -> str:
+def cause_table(causes_picoseconds: Mapping[Cause, int]) -> str:
     """Time and share of each cause."""
-    total = sum(causes_picos.values())
+    total = sum(causes_picoseconds.values())
     rows = [
-        (cause, _us(causes_picos[cause]), f"{100 * causes_picos[cause] / total:.1f} %") for cause in CAUSES
+        (cause, _us(causes_picoseconds[cause]), f"{100 * causes_picoseconds[cause] / total:.1f} %")
+        for cause in CAUSES
     ]
     return _table(("cause", "µs", "share"), [*rows, ("**sum**", _us(total), "100.0 %")])
 
@@ -58,9 +60,9 @@ def module_table(modules: Iterable[ModuleRow], baseline: str) -> str:
     )  # fmt: skip
     rows: list[tuple[str, ...]] = []
     for row in modules:
-        parts = by_place(row.causes_picos)
+        parts = by_place(row.causes_picoseconds)
         computing = parts["PS"] + parts["PL"]
-        times = (computing, parts["link"], parts["interrupt"], row.picos, row.baseline_picos)
+        times = (computing, parts["link"], parts["interrupt"], row.picoseconds, row.baseline_picoseconds)
         rows.append(
             (row.module, row.side.upper(), f"{row.runs}", f"{row.cycles}", *(_us(time) for time in times))
         )
@@ -107,7 +109,7 @@ def iteration_table(iterations: Sequence[IterationRow], solves: Sequence[SolveRo
         )  # fmt: skip
     rows: list[tuple[str, ...]] = []
     for solve, group in groupby(iterations, key=lambda row: row.solve):
-        times = [row.picos for row in group]
+        times = [row.picoseconds for row in group]
         outcome = solves[solve]
         rows.append(
             (
@@ -117,14 +119,14 @@ def iteration_table(iterations: Sequence[IterationRow], solves: Sequence[SolveRo
                 _us(min(times)),
                 _us(mean(times)),
                 _us(max(times)),
-                _us(outcome.picos),
+                _us(outcome.picoseconds),
             )
         )
     return _table(("solve", "status", "iterations", "shortest µs", "mean µs", "longest µs", "sum µs"), rows)
 
 
 def _times(row: IterationRow) -> tuple[str, ...]:
-    return tuple(_us(time) for time in (*by_place(row.causes_picos).values(), row.picos))
+    return tuple(_us(time) for time in (*by_place(row.causes_picoseconds).values(), row.picoseconds))
 
 
 def copy_table(copies: Sequence[CopyRow]) -> str:
@@ -134,13 +136,13 @@ def copy_table(copies: Sequence[CopyRow]) -> str:
         rows = [row for row in copies if row.to == to]
         lines.append(
             f"To the {to.upper()}: {sum(row.count for row in rows)} copies, "
-            f"{sum(row.count * row.size_bytes for row in rows)} bytes, {_us(sum(row.picos for row in rows))} µs."
+            f"{sum(row.count * row.size_bytes for row in rows)} bytes, {_us(sum(row.picoseconds for row in rows))} µs."
         )
     if copies:
         table = _table(
             ("buffer", "to", "copies", "bytes each", "µs"),
             [
-                (row.buffer, row.to.upper(), f"{row.count}", f"{row.size_bytes}", _us(row.picos))
+                (row.buffer, row.to.upper(), f"{row.count}", f"{row.size_bytes}", _us(row.picoseconds))
                 for row in copies
             ],
         )
@@ -148,8 +150,8 @@ def copy_table(copies: Sequence[CopyRow]) -> str:
     return "\n".join(lines)
 
 
-def _us(picos: float) -> str:
-    return f"{picos / 1e6:.3f}"
+def _us(picoseconds: float) -> str:
+    return f"{picoseconds / 1e6:.3f}"
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

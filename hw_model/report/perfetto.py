@@ -61,12 +61,12 @@ def trace_events(
     for (process, name), thread in tracks.items():
         events.append(_named("thread_name", process, thread, name))
     serial = platform.runtime.schedule.value == "serial"
-    period_picos = 1e6 / platform.ps.clock_mhz.value
+    period_picoseconds = 1e6 / platform.ps.clock_mhz.value
     for segment in timeline.segments:
         for process, track in _places(segment, platform, serial):
             events.append(_event(segment, process, tracks[process, track]))
         if segment.shared_cycles:  # the other cores join for the last part
-            start = segment.end_picos - round(segment.shared_cycles * period_picos)
+            start = segment.end_picoseconds - round(segment.shared_cycles * period_picoseconds)
             events += [
                 _event(segment, PS, tracks[PS, f"core {core}"], start) for core in range(1, timeline.cores)
             ]
@@ -77,7 +77,7 @@ def trace_events(
                 "ph": "X",
                 "name": item.name,
                 "cat": item.run.stage,
-                **_span(item.start_picos, item.end_picos),
+                **_span(item.start_picoseconds, item.end_picoseconds),
             }
             events.append(
                 place | {"pid": UNITS, "tid": tracks[UNITS, names[item.unit]], "args": unit_arguments(item)}
@@ -93,7 +93,7 @@ def trace_events(
             else "none",
             "platform": timeline.platform,
             "partition": timeline.partition,
-            "makespan_us": timeline.makespan_picos / 1e6,
+            "makespan_us": timeline.makespan_picoseconds / 1e6,
             "unit_tracks": units is not None and partition.uses_pl,
             "parameters": {
                 row.key: {"value": row.value, "tag": row.tag, "source": row.source, "used": row.used}
@@ -146,14 +146,16 @@ def _places(segment: Segment, platform: Platform, serial: bool) -> list[Track]:
     return [(LINK, _BY_CORE), controlling]
 
 
-def _event(segment: Segment, process: int, thread: int, start_picos: int | None = None) -> dict[str, Any]:
+def _event(
+    segment: Segment, process: int, thread: int, start_picoseconds: int | None = None
+) -> dict[str, Any]:
     computing = segment.kind in ("compute", "build")
-    start = segment.start_picos if start_picos is None else start_picos
+    start = segment.start_picoseconds if start_picoseconds is None else start_picoseconds
     return {
         "ph": "X",
         "name": segment.stage if computing else f"{segment.detail}: {segment.stage}",
         "cat": segment.cause,
-        **_span(start, segment.end_picos),
+        **_span(start, segment.end_picoseconds),
         "pid": process,
         "tid": thread,
         "args": {
@@ -164,9 +166,9 @@ def _event(segment: Segment, process: int, thread: int, start_picos: int | None 
     }  # fmt: skip
 
 
-def _span(start_picos: int, end_picos: int) -> dict[str, float]:
+def _span(start_picoseconds: int, end_picoseconds: int) -> dict[str, float]:
     """Start and duration in microseconds; both ends are rounded to nanoseconds, so that neighbours do not overlap."""
-    start, end = ((picos + 500) // 1000 for picos in (start_picos, end_picos))
+    start, end = ((picoseconds + 500) // 1000 for picoseconds in (start_picoseconds, end_picoseconds))
     return {"ts": start / 1000, "dur": (end - start) / 1000}
 
 

@@ -24,9 +24,9 @@ class ModuleRow:
     runs: int
     cycles: int
     """In the clock of `side`, computing only."""
-    picos: int
-    causes_picos: dict[Cause, int]
-    baseline_picos: int
+    picoseconds: int
+    causes_picoseconds: dict[Cause, int]
+    baseline_picoseconds: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,14 +48,14 @@ class StageRow:
 
 @dataclass(frozen=True, slots=True)
 class IterationRow:
-    """One iteration of one solve, cause by cause; `picos` is their sum."""
+    """One iteration of one solve, cause by cause; `picoseconds` is their sum."""
 
     solve: int
     iteration: int
     ps_cycles: int
     pl_cycles: int
-    picos: int
-    causes_picos: dict[Cause, int]
+    picoseconds: int
+    causes_picoseconds: dict[Cause, int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ class SolveRow:
     solve: int
     status: str
     iterations: int
-    picos: int
+    picoseconds: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,22 +77,22 @@ class CopyRow:
     to: Side
     count: int
     size_bytes: int
-    picos: int
+    picoseconds: int
 
 
 class _Sum:
     """What accumulates for one row."""
 
     def __init__(self) -> None:
-        self.picos = 0
+        self.picoseconds = 0
         self.cycles: dict[Side, int] = {"ps": 0, "pl": 0}
         self.causes: dict[Cause, int] = dict.fromkeys(CAUSES, 0)
 
     def add(self, segment: Segment) -> None:
         self.cycles[segment.side] += segment.cycles
         if segment.critical:
-            self.picos += segment.duration_picos
-            self.causes[segment.cause] += segment.duration_picos
+            self.picoseconds += segment.duration_picoseconds
+            self.causes[segment.cause] += segment.duration_picoseconds
 
 
 def module_rows(
@@ -110,9 +110,9 @@ def module_rows(
             side=partition.side(module),
             runs=runs[module],
             cycles=sums[module].cycles[partition.side(module)],
-            picos=sums[module].picos,
-            causes_picos=sums[module].causes,
-            baseline_picos=before.get((module,), 0),
+            picoseconds=sums[module].picoseconds,
+            causes_picoseconds=sums[module].causes,
+            baseline_picoseconds=before.get((module,), 0),
         )
         for module in MODULES
         if module in sums or (module,) in before
@@ -125,16 +125,18 @@ def iteration_rows(timeline: Timeline) -> list[IterationRow]:
     for segment in timeline.segments:
         sums[segment.solve, segment.iteration].add(segment)
     return [
-        IterationRow(solve, iteration, total.cycles["ps"], total.cycles["pl"], total.picos, total.causes)
+        IterationRow(
+            solve, iteration, total.cycles["ps"], total.cycles["pl"], total.picoseconds, total.causes
+        )
         for (solve, iteration), total in sorted(sums.items())
     ]
 
 
 def solve_rows(timeline: Timeline, prices: Prices) -> list[SolveRow]:
     """A row for every solve."""
-    picos = timeline.totals("solve")
+    picoseconds = timeline.totals("solve")
     return [
-        SolveRow(s, solve.status, solve.iterations, picos.get((s,), 0))
+        SolveRow(s, solve.status, solve.iterations, picoseconds.get((s,), 0))
         for s, solve in enumerate(prices.trace.solves)
     ]
 
@@ -175,8 +177,8 @@ def copy_rows(actions: list[Action], prices: Prices) -> list[CopyRow]:
             to=work.side,
             count=count,
             size_bytes=prices.size_bytes(work),
-            picos=count * sum(part.picos for part in prices.parts(work)),
+            picoseconds=count * sum(part.picoseconds for part in prices.parts(work)),
         )
         for work, count in counts.items()
     ]
-    return sorted(rows, key=lambda row: (-row.picos, row.pattern, row.buffer, row.to))
+    return sorted(rows, key=lambda row: (-row.picoseconds, row.pattern, row.buffer, row.to))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -11,7 +11,7 @@ from hw_model.errors import HwModelError
 from hw_model.timing.actions import Action, walk
 from hw_model.timing.durations import Prices
 from hw_model.timing.stage_cycles import StageCycles, estimated
-from hw_model.timing.timeline import as_partition, as_platform, lay_out, makespan_picos
+from hw_model.timing.timeline import as_partition, as_platform, lay_out, makespan_picoseconds
 from hw_model.timing.trace import parse_trace
 from hw_model.vocabulary import CAUSES, Cause, Datapath, Side
 
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 Verdict = Literal["PASS", "FAIL", "MARGINAL"]
 SCHEMA = "orbsoc.hardware-report/1"
-PICOS_PER_MS = 10**9
+PICOSECONDS_PER_MS = 10**9
 
 NOT_MODELLED = (
     "Generating a problem is priced by its nonzeros, from an assumed cost each; of the rest of the outer loop, nothing.",
@@ -98,10 +98,10 @@ class Report:
     """Slow end of every band and every jitter at its bound: no run that the model knows takes longer."""
     jitter_ms: float
     """How much of a nominal run jitter can add at most."""
-    makespan_picos: int
+    makespan_picoseconds: int
     cycles: dict[Side, int]
     """Computing cycles of each side, in its own clock."""
-    causes_picos: dict[Cause, int]
+    causes_picoseconds: dict[Cause, int]
     modules: tuple[ModuleRow, ...]
     stages: tuple[StageRow, ...]
     iterations: tuple[IterationRow, ...]
@@ -142,7 +142,7 @@ class Report:
     @property
     def binding(self) -> str:
         """The resource that most of the time is spent on, and its share."""
-        _, share, words = binding_resource(self.causes_picos)
+        _, share, words = binding_resource(self.causes_picoseconds)
         return f"{words} ({100 * share:.0f} % of the time)"
 
     @property
@@ -154,11 +154,13 @@ class Report:
     @property
     def slower_modules(self) -> tuple[ModuleRow, ...]:
         """Modules on the PL that take longer there, copies and interrupts included, than in the baseline."""
-        return tuple(row for row in self.modules if row.side == "pl" and row.picos > row.baseline_picos)
+        return tuple(
+            row for row in self.modules if row.side == "pl" and row.picoseconds > row.baseline_picoseconds
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as JSON-able plain data."""
-        plain = asdict(self)
+        plain = asdict(self, dict_factory=_json_object)
         return {
             "schema": SCHEMA,
             "headline": self.headline,
@@ -190,7 +192,7 @@ class Report:
             markdown.assumption_table(self.assumptions),
             "Not modelled:\n\n" + "\n".join(f"- {line}" for line in self.not_modelled),
             "## Modelled time by cause",
-            markdown.cause_table(self.causes_picos),
+            markdown.cause_table(self.causes_picoseconds),
             "## Modelled time by module",
             markdown.module_table(self.modules, self.baseline),
             "## Modelled cycles of one run of each stage",
@@ -226,12 +228,12 @@ def speedup(
     timeline = lay_out(actions, prices, split.name)
     base_prices = Prices(checked, machine, uses_pl=base.uses_pl, cycles=cycles)
     before = lay_out(base_actions, base_prices, base.name)
-    if not before.makespan_picos or not timeline.makespan_picos:
+    if not before.makespan_picoseconds or not timeline.makespan_picoseconds:
         raise HwModelError("the trace takes no time at all: its solves run no operations")
     times, base_times, ratios = _bands(machine, (prices, actions), (base_prices, base_actions))
     slowest = prices.on(machine.corner("slow", "slow", "slow"))
-    worst_ms = makespan_picos(actions, slowest, worst=True) / PICOS_PER_MS
-    jitter = makespan_picos(actions, prices, worst=True) - timeline.makespan_picos
+    worst_ms = makespan_picoseconds(actions, slowest, worst=True) / PICOSECONDS_PER_MS
+    jitter = makespan_picoseconds(actions, prices, worst=True) - timeline.makespan_picoseconds
     kinds = [action.work.kind for action in actions]
     computed: dict[Side, int] = {"ps": 0, "pl": 0}
     for segment in timeline.segments:
@@ -252,10 +254,10 @@ def speedup(
         baseline_ms=base_times,
         speedup=ratios,
         worst_case_ms=worst_ms,
-        jitter_ms=jitter / PICOS_PER_MS,
-        makespan_picos=timeline.makespan_picos,
+        jitter_ms=jitter / PICOSECONDS_PER_MS,
+        makespan_picoseconds=timeline.makespan_picoseconds,
         cycles=computed,
-        causes_picos={cause: causes.get((cause,), 0) for cause in CAUSES},
+        causes_picoseconds={cause: causes.get((cause,), 0) for cause in CAUSES},
         modules=tuple(module_rows(actions, timeline, split, before)),
         stages=tuple(stages),
         iterations=tuple(iteration_rows(timeline)),
@@ -289,7 +291,7 @@ def _bands(
     corners = corners_of(machine)
 
     def times_ms(prices: Prices, actions: list[Action]) -> list[float]:
-        return [makespan_picos(actions, prices.on(corner)) / PICOS_PER_MS for corner in corners]
+        return [makespan_picoseconds(actions, prices.on(corner)) / PICOSECONDS_PER_MS for corner in corners]
 
     ours, theirs = times_ms(*run), times_ms(*base)
     return _band(ours), _band(theirs), _band([b / r for b, r in zip(theirs, ours, strict=True)])
@@ -303,6 +305,11 @@ def corners_of(machine: Platform) -> list[Platform]:
 
 def _band(values: list[float]) -> Band:
     return Band(min(values), values[0], max(values))
+
+
+def _json_object(fields: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    """Fields under the schema's keys, which say `picos`."""
+    return {name.replace("picoseconds", "picos"): value for name, value in fields}
 
 
 def _judge(deadline_ms: float, times: Band, worst_ms: float) -> Deadline:

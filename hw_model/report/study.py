@@ -12,9 +12,9 @@ from hw_model.area.engine import KINDS
 from hw_model.timing.actions import Action, Work, walk
 from hw_model.timing.durations import Prices
 from hw_model.timing.stage_cycles import PlCycles, StageCycles, estimated
-from hw_model.timing.timeline import makespan_picos, tally_of
+from hw_model.timing.timeline import makespan_picoseconds, tally_of
 
-from .speedup import PICOS_PER_MS, Band, corners_of
+from .speedup import PICOSECONDS_PER_MS, Band, corners_of
 
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition
@@ -121,11 +121,13 @@ class Study:
 
     def _times(self, split: Partition, priced: Sequence[Prices]) -> tuple[float, ...]:
         actions, tally = self._walk(split)
-        return tuple(makespan_picos(actions, prices, tally=tally) / PICOS_PER_MS for prices in priced)
+        return tuple(
+            makespan_picoseconds(actions, prices, tally=tally) / PICOSECONDS_PER_MS for prices in priced
+        )
 
     def _worst_ms(self, split: Partition, prices: Prices) -> float:
         actions, tally = self._walk(split)
-        return makespan_picos(actions, prices, worst=True, tally=tally) / PICOS_PER_MS
+        return makespan_picoseconds(actions, prices, worst=True, tally=tally) / PICOSECONDS_PER_MS
 
     def _walk(self, split: Partition) -> tuple[list[Action], Counter[Work]]:
         key = tuple(sorted(split.modules.items()))

@@ -27,8 +27,8 @@ class UnitEvent(NamedTuple):
     """A slice of a unit's track, in picoseconds of the run."""
 
     unit: int
-    start_picos: int
-    end_picos: int
+    start_picoseconds: int
+    end_picoseconds: int
     name: str
     run: Segment
     slice: Slice
@@ -67,7 +67,7 @@ def unit_events(
         in_full = (first.solve, first.iteration) == chosen and len(slices(True)) <= left
         left -= len(slices(True)) if in_full else 0
         for item in slices(in_full):
-            begin, end = (first.start_picos + round(cycle * period) for cycle in (item.begin, item.end))
+            begin, end = (first.start_picoseconds + round(cycle * period) for cycle in (item.begin, item.end))
             yield UnitEvent(item.unit, begin, end, _name(item, first, in_full), first, item, in_full)
 
 

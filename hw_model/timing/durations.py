@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from typing import TYPE_CHECKING, NamedTuple
 
-from hw_model.vocabulary import WORD_BYTES, Cause, picos_of_cycles
+from hw_model.vocabulary import WORD_BYTES, Cause, picoseconds_of_cycles
 
 from . import link, ps
 from .stage_cycles import PlCycles, StageCycles, estimated
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 class Part(NamedTuple):
     """A stretch of one cause. `cycles` counts the clock of the side that computes, 0 where none does.
 
-    `jitter_picos`: how much longer it takes at most.
+    `jitter_picoseconds`: how much longer it takes at most.
     """
 
     cause: Cause
-    picos: int
+    picoseconds: int
     cycles: int
-    jitter_picos: int
+    jitter_picoseconds: int
     detail: str
     """What the PS or link is doing: "compute", "launch", "flags", "publish", "copy x to the PL by dma", … """
     shared_cycles: int = 0
@@ -57,27 +57,27 @@ class Prices:
         return Prices(self.trace, platform, uses_pl=self._uses_pl, cycles=self._cycles)
 
     def parts(self, work: Work) -> tuple[Part, ...]:
-        """The parts of `work`, in order; none is empty. Σ picos is its duration."""
+        """The parts of `work`, in order; none is empty. Σ picoseconds is its duration."""
         known = self._known.get(work)
         if known is None:
-            known = tuple(part for part in self._price(work) if part.picos or part.cycles)
+            known = tuple(part for part in self._price(work) if part.picoseconds or part.cycles)
             self._known[work] = known
         return known
 
-    def duration_picos(self, work: Work) -> int:
+    def duration_picoseconds(self, work: Work) -> int:
         """How long `work` takes without jitter."""
-        return sum(part.picos for part in self.parts(work))
+        return sum(part.picoseconds for part in self.parts(work))
 
-    def jitter_picos(self, work: Work) -> int:
+    def jitter_picoseconds(self, work: Work) -> int:
         """How much longer `work` takes at most."""
-        return sum(part.jitter_picos for part in self.parts(work))
+        return sum(part.jitter_picoseconds for part in self.parts(work))
 
-    def total_picos(self, tally: Counter[Work], *, worst: bool = False) -> int:
+    def total_picoseconds(self, tally: Counter[Work], *, worst: bool = False) -> int:
         """Makespan of work done one piece after another; with `worst`, every jitter at its bound."""
         total = 0
         for work, count in tally.items():
             for part in self.parts(work):
-                total += count * (part.picos + part.jitter_picos if worst else part.picos)
+                total += count * (part.picoseconds + part.jitter_picoseconds if worst else part.picoseconds)
         return total
 
     def pl_cycles(self, work: Work) -> PlCycles:
@@ -101,9 +101,9 @@ class Prices:
             case "rest":
                 return [self._link(link.status(links, pl_clock_mhz), "rest")]
             case "interrupt":
-                picos = link.completion(runtime, links, pl_clock_mhz)
+                picoseconds = link.completion(runtime, links, pl_clock_mhz)
                 late = link.completion_jitter(runtime, links, pl_clock_mhz)
-                return [Part("interrupt", picos, 0, late, runtime.completion.value)]
+                return [Part("interrupt", picoseconds, 0, late, runtime.completion.value)]
             case "copy":
                 return self._crossing(work)
             case "build":
@@ -112,8 +112,14 @@ class Prices:
             case "compute":
                 return self._on_pl(work) if work.side == "pl" else [self._stage_on_ps(work)]
 
-    def _link(self, picos: int, detail: str) -> Part:
-        return Part("link", picos, 0, _share(picos, self.platform.runtime.link_jitter_fraction.value), detail)
+    def _link(self, picoseconds: int, detail: str) -> Part:
+        return Part(
+            "link",
+            picoseconds,
+            0,
+            _share(picoseconds, self.platform.runtime.link_jitter_fraction.value),
+            detail,
+        )
 
     def _copy(self, work: Work) -> link.Copy:
         pl_clock_mhz, line_bytes = self.platform.pl.clock_mhz.value, self.platform.ps.cache_line_bytes.value
@@ -123,11 +129,11 @@ class Prices:
         """Clean, then move to the PL; move to the PS, then invalidate."""
         copy = self._copy(work)
         words = f"copy {work.what} to the {work.side.upper()} by {copy.method}"
-        moved = self._link(copy.picos, words)
-        late = _share(copy.cache_picos, self.platform.runtime.ps_jitter_fraction.value)
+        moved = self._link(copy.picoseconds, words)
+        late = _share(copy.cache_picoseconds, self.platform.runtime.ps_jitter_fraction.value)
         kept = Part(
             "cache",
-            copy.cache_picos,
+            copy.cache_picoseconds,
             0,
             late,
             f"{'clean' if work.side == 'pl' else 'invalidate'} {work.what}",
@@ -149,19 +155,19 @@ class Prices:
 
     def _on_ps(self, one_core_cycles: int, detail: str) -> Part:
         cycles, shared = ps.on_cores(one_core_cycles, self.platform, self.cores)
-        [picos] = picos_of_cycles([cycles], self.platform.ps.clock_mhz.value)
-        late = _share(picos, self.platform.runtime.ps_jitter_fraction.value)
-        return Part("ps", picos, cycles, late, detail, shared)
+        [picoseconds] = picoseconds_of_cycles([cycles], self.platform.ps.clock_mhz.value)
+        late = _share(picoseconds, self.platform.runtime.ps_jitter_fraction.value)
+        return Part("ps", picoseconds, cycles, late, detail, shared)
 
     def _on_pl(self, work: Work) -> list[Part]:
         """A segment is a fixed schedule: it has no jitter."""
         causes = self.pl_cycles(work).causes
-        picos = picos_of_cycles(list(causes.values()), self.platform.pl.clock_mhz.value)
+        picoseconds = picoseconds_of_cycles(list(causes.values()), self.platform.pl.clock_mhz.value)
         return [
             Part(cause, part, cycles, 0, "compute")
-            for (cause, cycles), part in zip(causes.items(), picos, strict=True)
+            for (cause, cycles), part in zip(causes.items(), picoseconds, strict=True)
         ]
 
 
-def _share(picos: int, fraction: float) -> int:
-    return math.ceil(picos * fraction)
+def _share(picoseconds: int, fraction: float) -> int:
+    return math.ceil(picoseconds * fraction)

@@ -18,7 +18,7 @@ from hw_model.errors import HwModelError
 from .actions import walk
 from .durations import Prices
 from .stage_cycles import StageCycles, estimated
-from .timeline import as_partition, as_platform, makespan_picos, order_of
+from .timeline import as_partition, as_platform, makespan_picoseconds, order_of
 from .trace import parse_trace
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ Draw = Callable[[tuple[int, int]], NDArray[np.float64]]
 
 _AT_ONCE = 2**22
 """Draws held in memory at a time."""
-_LONGEST_PICOS = 2**53
+_LONGEST_PICOSECONDS = 2**53
 """Two and a half hours: up to here every sum of times, and every share of one, is exact."""
 
 
@@ -44,13 +44,13 @@ class Distribution:
 
     runs: int
     seed: int
-    picos: NDArray[np.int64]
-    nominal_picos: int
-    bound_picos: int
+    picoseconds: NDArray[np.int64]
+    nominal_picoseconds: int
+    bound_picoseconds: int
 
     def quantile_ms(self, share: float) -> float:
         """The makespan that `share` of the runs stay below or meet, in ms."""
-        return float(np.quantile(self.picos, share, method="higher")) / 1e9
+        return float(np.quantile(self.picoseconds, share, method="higher")) / 1e9
 
     def to_dict(self) -> dict[str, Any]:
         """Nominal, quantiles, maximum and bound in ms, as JSON-able data."""
@@ -58,9 +58,9 @@ class Distribution:
         return {
             "runs": self.runs,
             "seed": self.seed,
-            "nominal_ms": self.nominal_picos / 1e9,
+            "nominal_ms": self.nominal_picoseconds / 1e9,
             **{name: self.quantile_ms(share) for name, share in shares.items()},
-            "bound_ms": self.bound_picos / 1e9,
+            "bound_ms": self.bound_picoseconds / 1e9,
         }
 
 
@@ -84,13 +84,13 @@ def distribution(
     checked, machine, split = parse_trace(trace), as_platform(platform), as_partition(partition)
     prices = Prices(checked, machine, uses_pl=split.uses_pl, cycles=cycles)
     actions = walk(checked, split)
-    bound = makespan_picos(actions, prices, worst=True)
-    if bound > _LONGEST_PICOS:
+    bound = makespan_picoseconds(actions, prices, worst=True)
+    if bound > _LONGEST_PICOSECONDS:
         raise HwModelError(
-            f"a run of {bound / 1e12:.3g} s: at most {_LONGEST_PICOS / 1e12:.0f} s can be drawn run by run"
+            f"a run of {bound / 1e12:.3g} s: at most {_LONGEST_PICOSECONDS / 1e12:.0f} s can be drawn run by run"
         )
-    nominal = np.array([prices.duration_picos(action.work) for action in actions], dtype=np.int64)
-    bounds = np.array([prices.jitter_picos(action.work) for action in actions], dtype=np.int64)
+    nominal = np.array([prices.duration_picoseconds(action.work) for action in actions], dtype=np.int64)
+    bounds = np.array([prices.jitter_picoseconds(action.work) for action in actions], dtype=np.int64)
     order = order_of(actions, prices)
     one_after_another = machine.runtime.schedule.value == "serial"
     sample = draw or _random(seed, machine.runtime.jitter_exponent.value)
@@ -107,7 +107,7 @@ def distribution(
         runs,
         seed,
         np.sort(np.concatenate(found)),
-        makespan_picos(actions, prices),
+        makespan_picoseconds(actions, prices),
         bound,
     )
 

@@ -88,7 +88,7 @@ def roofs(
     totals = lay_out(actions, prices, partition.name).totals("module", "cause")
     rows: list[Roof] = []
     for module, side in partition.modules.items():
-        own = {cause: picos for (name, cause), picos in totals.items() if name == module}
+        own = {cause: picoseconds for (name, cause), picoseconds in totals.items() if name == module}
         computing = sum(own.get(cause, 0) for cause in PL_CAUSES)
         if side == "pl" and computing and work[module]:
             total = sum(own.values())
@@ -101,5 +101,5 @@ def _causes(trace: Trace, platform: Platform, partition: Partition, cycles: Stag
     found: Counter[Cause] = Counter()
     for action in walk(trace, partition):
         for part in prices.parts(action.work):
-            found[part.cause] += part.picos
+            found[part.cause] += part.picoseconds
     return found

@@ -75,8 +75,8 @@ def judge(links: Link) -> list[Point]:
     """Every published figure beside what `links` says of it."""
     size = int(measurements()["size_bytes"])
 
-    def rate(picos: int) -> float:
-        return float(size / (picos * 1e-6))
+    def rate(picoseconds: int) -> float:
+        return float(size / (picoseconds * 1e-6))
 
     models: dict[str, Callable[[float], float]] = {
         "register_read_ns": lambda mhz: link.register_read(links, mhz) / 1000,

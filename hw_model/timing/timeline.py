@@ -33,8 +33,8 @@ Level = Literal["cause", "side", "resource", "module", "stage", "kind", "solve",
 class Segment(NamedTuple):
     """A stretch of time on one side with one cause; times in picoseconds, `cycles` in that side's clock."""
 
-    start_picos: int
-    duration_picos: int
+    start_picoseconds: int
+    duration_picoseconds: int
     side: Side
     """Whose time it is: "pl" while the PL computes, else "ps" (link and interrupts occupy the core)."""
     module: Module
@@ -53,9 +53,9 @@ class Segment(NamedTuple):
     """Of the PS's cycles, those at the end in which all computing cores work, not one alone."""
 
     @property
-    def end_picos(self) -> int:
+    def end_picoseconds(self) -> int:
         """When it ends."""
-        return self.start_picos + self.duration_picos
+        return self.start_picoseconds + self.duration_picoseconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ class Timeline:
     platform: str
     partition: str
     segments: tuple[Segment, ...]
-    makespan_picos: int
+    makespan_picoseconds: int
     cores: int
     """Cores that may share a stage of the PS."""
 
@@ -74,7 +74,7 @@ class Timeline:
         found: defaultdict[tuple[Any, ...], int] = defaultdict(int)
         for segment in self.segments:
             if segment.critical:
-                found[tuple(getattr(segment, level) for level in levels)] += segment.duration_picos
+                found[tuple(getattr(segment, level) for level in levels)] += segment.duration_picoseconds
         return dict(found)
 
     def longest_iteration(self) -> tuple[int, int]:
@@ -85,14 +85,14 @@ class Timeline:
         }
         for segment in self.segments:
             if segment.critical and segment.iteration and (segment.solve, segment.iteration) not in started:
-                times[segment.solve, segment.iteration] += segment.duration_picos
+                times[segment.solve, segment.iteration] += segment.duration_picoseconds
         return max(times, key=lambda key: times[key], default=(0, 0))
 
     def busy(self) -> dict[Resource, int]:
         """Picoseconds that each resource works, critical or not."""
         found: defaultdict[Resource, int] = defaultdict(int)
         for segment in self.segments:
-            found[segment.resource] += segment.duration_picos
+            found[segment.resource] += segment.duration_picoseconds
         return dict(found)
 
 
@@ -123,21 +123,21 @@ def order_of(actions: list[Action], prices: Prices) -> Order:
 def lay_out(actions: list[Action], prices: Prices, partition: str) -> Timeline:
     """The timeline of `actions` at `prices`."""
     order = order_of(actions, prices)
-    durations = [prices.duration_picos(action.work) for action in actions]
+    durations = [prices.duration_picoseconds(action.work) for action in actions]
     ends = order.ends(durations, max)
     critical = set(order.critical(ends))
     segments: list[Segment] = []
     for k, (work, module, stage, solve, iteration, event) in enumerate(actions):
         side: Side = work.side if work.kind == "compute" else "ps"
         now, resource = ends[k] - durations[k], order.resources[k]
-        for cause, picos, cycles, _, detail, shared in prices.parts(work):
+        for cause, picoseconds, cycles, _, detail, shared in prices.parts(work):
             segments.append(
                 Segment(
-                    now, picos, side, module, stage, solve, iteration, event, work.kind, cause, cycles, detail,
+                    now, picoseconds, side, module, stage, solve, iteration, event, work.kind, cause, cycles, detail,
                     resource, k in critical, shared,
                 )
             )  # fmt: skip
-            now += picos
+            now += picoseconds
     return Timeline(prices.platform.name, partition, tuple(segments), max(ends, default=0), prices.cores)
 
 
@@ -146,7 +146,7 @@ def tally_of(actions: list[Action]) -> Counter[Work]:
     return Counter(action.work for action in actions)
 
 
-def makespan_picos(
+def makespan_picoseconds(
     actions: list[Action], prices: Prices, *, worst: bool = False, tally: Counter[Work] | None = None
 ) -> int:
     """The makespan alone; with `worst`, that of the longest run there can be: every jitter at its bound.
@@ -154,9 +154,10 @@ def makespan_picos(
     `tally`: how often each work occurs in `actions`, for who prices one walk many times.
     """
     if prices.platform.runtime.schedule.value == "serial":
-        return prices.total_picos(tally or tally_of(actions), worst=worst)
+        return prices.total_picoseconds(tally or tally_of(actions), worst=worst)
     durations = [
-        prices.duration_picos(action.work) + worst * prices.jitter_picos(action.work) for action in actions
+        prices.duration_picoseconds(action.work) + worst * prices.jitter_picoseconds(action.work)
+        for action in actions
     ]
     return max(order_of(actions, prices).ends(durations, max), default=0)
 

@@ -54,7 +54,7 @@ def test_a_report_has_the_cycles_of_the_schedules(
         assert (row.cycles_each, row.lower_bound_each) == (cycles, found.lower_bound)
         assert sum(row.causes_each.values()) == row.cycles_each
         assert row.origin == "schedule"
-    assert sum(report.causes_picos.values()) == report.makespan_picos
+    assert sum(report.causes_picoseconds.values()) == report.makespan_picoseconds
 
 
 def test_schedules_of_the_expected_engines_are_made_once_each_with_the_first(
@@ -76,7 +76,7 @@ def test_schedules_of_the_expected_engines_are_made_once_each_with_the_first(
         assert sorted(made) == [1, 2, 4]
         alone = speedup(recorded.trace, machine, "paper", cycles=exact_cycles(recorded.patterns))
         made[-1:] = []
-        assert found.makespan_picos == alone.makespan_picos
+        assert found.makespan_picoseconds == alone.makespan_picoseconds
 
 
 def test_single_precision_has_schedules_of_its_own(recorded: PsScheduler) -> None:

@@ -52,8 +52,8 @@ def explain(
                 f"{cause:10s} {one_ms / 1e9:9.3f} {other_ms / 1e9:9.3f} {(other_ms - one_ms) / 1e9:+10.3f}"
                 for cause, (one_ms, other_ms) in found.by_cause.items()
             ),
-            f"{'sum':10s} {found.a_picos / 1e9:9.3f} {found.b_picos / 1e9:9.3f}"
-            f" {(found.b_picos - found.a_picos) / 1e9:+10.3f}",
+            f"{'sum':10s} {found.a_picoseconds / 1e9:9.3f} {found.b_picoseconds / 1e9:9.3f}"
+            f" {(found.b_picoseconds - found.a_picoseconds) / 1e9:+10.3f}",
             found.headline,
         ]
         options.say(lines, document, folder, as_json=as_json)

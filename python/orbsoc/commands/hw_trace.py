@@ -48,7 +48,7 @@ def trace(
             },
         )
         gantt_figure(timeline, folder / "gantt.png")
-        milliseconds = timeline.makespan_picos / 1e9
+        milliseconds = timeline.makespan_picoseconds / 1e9
         words = [
             f"modelled: {split.name} on {machine.name}, {record.origin}: {milliseconds:.3f} ms in"
             f" {len(timeline.segments)} segments; open trace.json in ui.perfetto.dev"

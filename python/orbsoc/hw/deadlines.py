@@ -223,7 +223,7 @@ def judge(
             verdict = "MARGINAL"
         [decides] = (case for case in cases if case.number == longest.case)
         timeline = simulate(decides.trace, platform, partition, cycles_of(decides))
-        causes = {found: picos for (found,), picos in timeline.totals("cause").items()}
+        causes = {found: picoseconds for (found,), picoseconds in timeline.totals("cause").items()}
         cause, share, words = binding_resource(causes)
     fits, area_words = _area(cases, platform, partition, cycles_of)
     return DeadlineReport(
@@ -270,7 +270,7 @@ def _price(case: Case, platform: Platform, partition: Partition, cycles: StageCy
     from hw_model import parse_trace
     from hw_model.timing.actions import walk
     from hw_model.timing.durations import Prices
-    from hw_model.timing.timeline import makespan_picos, tally_of
+    from hw_model.timing.timeline import makespan_picoseconds, tally_of
 
     times = [0, 0, 0]
     if case.trace["solves"]:
@@ -280,10 +280,10 @@ def _price(case: Case, platform: Platform, partition: Partition, cycles: StageCy
         nominal = Prices(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
         fast, slow = (nominal.on(platform.corner(end, end, end)) for end in ("fast", "slow"))
         times = [
-            makespan_picos(actions, prices, worst=prices is slow, tally=tally)
+            makespan_picoseconds(actions, prices, worst=prices is slow, tally=tally)
             for prices in (nominal, fast, slow)
         ]
-    time_ms, fast_ms, worst_ms = (picos / 1e9 for picos in times)
+    time_ms, fast_ms, worst_ms = (picoseconds / 1e9 for picoseconds in times)
     return PricedCase(
         case.number, case.status, case.scp_iterations, sum(case.ipm_iterations), time_ms, fast_ms, worst_ms
     )

@@ -44,7 +44,7 @@ def test_module_bars_have_the_length_of_the_modules(tmp_path: Path) -> None:
     assert (tmp_path / "modules.png").read_bytes().startswith(PNG)
     [axes] = figure.axes
     total = sum(patch.get_width() for patch in axes.patches)
-    expected = sum(row.picos + row.baseline_picos for row in report.modules) / 1e9
+    expected = sum(row.picoseconds + row.baseline_picoseconds for row in report.modules) / 1e9
     assert total == pytest.approx(expected, rel=1e-12)
     assert "Modelled" in axes.get_title()
     assert "modelled" in axes.get_xlabel()

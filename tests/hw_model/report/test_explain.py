@@ -40,14 +40,14 @@ PAIRS = [
 def test_the_parts_of_a_difference_add_up_to_it(a: Configuration, b: Configuration) -> None:
     found = explain(TRACE, a, b)
     for level in (found.by_cause, found.by_module, found.by_module_and_cause):
-        assert sum(pair[0] for pair in level.values()) == found.a_picos
-        assert sum(pair[1] for pair in level.values()) == found.b_picos
-    assert found.a_picos == simulate(TRACE, a.platform, a.partition).makespan_picos
+        assert sum(pair[0] for pair in level.values()) == found.a_picoseconds
+        assert sum(pair[1] for pair in level.values()) == found.b_picoseconds
+    assert found.a_picoseconds == simulate(TRACE, a.platform, a.partition).makespan_picoseconds
     assert found.headline.startswith("modelled: ")
     plain = found.to_dict()
     assert json.loads(json.dumps(plain, allow_nan=False)) == plain
     total = sum(row["difference"] for row in plain["by_cause_ms"].values())
-    assert total == pytest.approx((found.b_picos - found.a_picos) / 1e9, abs=1e-9)
+    assert total == pytest.approx((found.b_picoseconds - found.a_picoseconds) / 1e9, abs=1e-9)
 
 
 def test_a_difference_names_what_was_changed() -> None:
@@ -63,7 +63,7 @@ def test_figures_are_drawn(tmp_path: Path) -> None:
     figure = difference_figure(explain(TRACE, *PAIRS[1]), tmp_path / "b.png")
     bars = [patch.get_height() for patch in figure.axes[0].patches]
     found = explain(TRACE, *PAIRS[1])
-    assert (bars[0], bars[-1]) == (found.a_picos / 1e9, found.b_picos / 1e9)
+    assert (bars[0], bars[-1]) == (found.a_picoseconds / 1e9, found.b_picoseconds / 1e9)
     area_figure(budget(parse_trace(TRACE), A.platform, A.partition), "title", tmp_path / "c.png")
     for name in "abc":
         assert (tmp_path / f"{name}.png").read_bytes().startswith(PNG)

@@ -163,7 +163,7 @@ def test_every_core_that_the_model_uses_is_drawn(schedule: str, cores: int) -> N
         assert len(own) == len(shared)
         for event, segment in zip(own, shared, strict=True):
             start, end = ends_ns(event)
-            assert end == (segment.end_picos + 500) // 1000  # they join for the last part
+            assert end == (segment.end_picoseconds + 500) // 1000  # they join for the last part
             took = 1e3 * segment.shared_cycles / machine.ps.clock_mhz.value
             assert end - start == pytest.approx(took, abs=1.0)
             assert 0 < segment.shared_cycles < segment.cycles
@@ -186,8 +186,8 @@ def test_every_segment_reaches_the_trace_viewer(machine: Platform) -> None:
     on_ps = [event for event in found["core 0"] if event["cat"] == "ps"]
     assert len(others) + len(on_ps) == len(timeline.segments)
     ends = max(event["ts"] + event["dur"] for own in found.values() for event in own)
-    assert ends == pytest.approx(timeline.makespan_picos / 1e6, abs=1e-3)
-    assert document["otherData"]["makespan_us"] == timeline.makespan_picos / 1e6
+    assert ends == pytest.approx(timeline.makespan_picoseconds / 1e6, abs=1e-3)
+    assert document["otherData"]["makespan_us"] == timeline.makespan_picoseconds / 1e6
     echo = document["otherData"]["parameters"]
     assert echo.keys() == {key for key, _ in machine.parameters()}
     assert all(row["tag"] in ("sourced", "measured", "assumed") for row in echo.values())

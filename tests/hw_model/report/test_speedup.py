@@ -23,12 +23,12 @@ TRACE = synthetic_trace(iterations=4)
 def test_speedup_by_hand(tmp_path: Path) -> None:
     report = speedup(tiny_trace(), tiny_platform(tmp_path), partition("factorization"), deadline_ms=0.02)
     # The two runs of test_timeline: 12 536 ns against 154 ns.
-    assert report.makespan_picos == 12_536_000
+    assert report.makespan_picoseconds == 12_536_000
     assert report.speedup.nominal == pytest.approx(154 / 12_536, rel=1e-12)
     assert (report.makespan_ms.nominal, report.baseline_ms.nominal) == pytest.approx((0.012536, 0.000154))
     assert report.cycles == {"ps": 56, "pl": 186}
     assert (report.launches, report.interrupts) == (1, 1)
-    assert [(row.buffer, row.to, row.count, row.size_bytes, row.picos) for row in report.copies] == [
+    assert [(row.buffer, row.to, row.count, row.size_bytes, row.picoseconds) for row in report.copies] == [
         ("v", "pl", 1, 800, 6_000_000), ("w", "ps", 1, 16, 800_000),
     ]  # fmt: skip
     assert "SLOWER" in report.headline
@@ -41,7 +41,7 @@ def test_bands_are_the_runs_at_the_ends() -> None:
     report = speedup(TRACE, platform, "paper")
 
     def run(ps: Any, fabric: Any, build: Any, split: str) -> float:
-        return hw_model.simulate(TRACE, platform.corner(ps, fabric, build), split).makespan_picos / 1e9
+        return hw_model.simulate(TRACE, platform.corner(ps, fabric, build), split).makespan_picoseconds / 1e9
 
     assert report.makespan_ms.low == run("fast", "fast", "fast", "paper")
     assert report.makespan_ms.high == run("slow", "slow", "slow", "paper")
@@ -78,14 +78,14 @@ def test_without_bands_the_band_is_a_point(tmp_path: Path) -> None:
 @pytest.mark.parametrize("split", ["all_ps", "paper", "factor_only"])
 def test_tables_add_up_to_the_makespan(device: str, split: str) -> None:
     report = speedup(synthetic_trace(iterations=3, solves=2), device, split)
-    makespan = report.makespan_picos
-    assert sum(report.causes_picos.values()) == makespan
+    makespan = report.makespan_picoseconds
+    assert sum(report.causes_picoseconds.values()) == makespan
     for rows in (report.modules, report.iterations):
-        assert sum(row.picos for row in rows) == makespan
+        assert sum(row.picoseconds for row in rows) == makespan
         for row in rows:
-            assert sum(row.causes_picos.values()) == row.picos
-    assert sum(row.picos for row in report.solves) == makespan
-    assert sum(row.baseline_picos for row in report.modules) == round(report.baseline_ms.nominal * 1e9)
+            assert sum(row.causes_picoseconds.values()) == row.picoseconds
+    assert sum(row.picoseconds for row in report.solves) == makespan
+    assert sum(row.baseline_picoseconds for row in report.modules) == round(report.baseline_ms.nominal * 1e9)
     assert sum(row.cycles_each * row.runs for row in report.stages) == sum(report.cycles.values())
     assert sum(row.ps_cycles for row in report.iterations) == report.cycles["ps"]
     assert sum(row.pl_cycles for row in report.iterations) == report.cycles["pl"]
@@ -98,7 +98,9 @@ def test_the_baseline_against_itself_is_one_without_transfers() -> None:
     report = speedup(TRACE, "zu9eg", "all_ps")
     assert (report.speedup.low, report.speedup.nominal, report.speedup.high) == (1.0, 1.0, 1.0)
     assert (report.copies, report.interrupts, report.launches) == ((), 0, 0)
-    assert report.causes_picos == dict.fromkeys(report.causes_picos, 0) | {"ps": report.makespan_picos}
+    assert report.causes_picoseconds == dict.fromkeys(report.causes_picoseconds, 0) | {
+        "ps": report.makespan_picoseconds
+    }
     assert report.headline.startswith("modelled: all_ps on zu9eg takes ")
 
 
@@ -112,7 +114,7 @@ def test_any_partition_may_be_the_baseline() -> None:
 def test_more_lanes_are_never_slower(split: str) -> None:
     chosen = partition(split) if split in PL_MODULES else split
     times = [
-        speedup(TRACE, load_platform("zu9eg").with_value("pl.lanes", lanes), chosen).makespan_picos
+        speedup(TRACE, load_platform("zu9eg").with_value("pl.lanes", lanes), chosen).makespan_picoseconds
         for lanes in (1, 2, 3, 4, 8, 16, 64)
     ]
     assert times == sorted(times, reverse=True)
@@ -182,7 +184,7 @@ def test_changing_one_parameter_changes_the_echo_of_that_one_only(split: str) ->
         assert (echo.value, echo.tag) == (value, "assumed")
         same = all(
             getattr(after, what) == getattr(before, what)
-            for what in ("causes_picos", "baseline_ms", "worst_case_ms")
+            for what in ("causes_picoseconds", "baseline_ms", "worst_case_ms")
         )
         assert same == (not row.used), row.key
 
@@ -192,7 +194,7 @@ def test_the_latency_preset_is_echoed_and_felt() -> None:
     after = speedup(TRACE, load_platform("zu9eg").with_value("pl.latency_preset", "vendor_ip"), "paper")
     values = [{row.key: row.value for row in report.assumptions} for report in (before, after)]
     assert [found["pl.latencies.f64.div_cycles"] for found in values] == [32, 57]
-    assert after.makespan_picos != before.makespan_picos
+    assert after.makespan_picoseconds != before.makespan_picoseconds
 
 
 def test_assumptions_of_the_other_datapath_and_of_an_idle_pl_do_not_count_as_used() -> None:

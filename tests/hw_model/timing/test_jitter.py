@@ -30,19 +30,19 @@ def machines() -> list[Platform]:
 @pytest.mark.parametrize("platform", machines(), ids=["serial", "polling", "overlapped"])
 def test_ten_thousand_runs_stay_below_the_bound_and_spread(platform: Platform) -> None:
     found = distribution(TRACE, platform, "paper", runs=10_000, seed=1)
-    assert found.picos.size == 10_000
-    assert found.nominal_picos < found.picos[0] < found.picos[-1] <= found.bound_picos
+    assert found.picoseconds.size == 10_000
+    assert found.nominal_picoseconds < found.picoseconds[0] < found.picoseconds[-1] <= found.bound_picoseconds
     assert found.quantile_ms(0.5) < found.quantile_ms(0.99) <= found.quantile_ms(1.0)
     steady = distribution(
         TRACE, platform.with_value("runtime.jitter_exponent", 1.0), "paper", runs=100, seed=1
     )
-    assert steady.picos[0] > found.quantile_ms(0.5) * 1e9  # uniform draws are larger than cubed ones
+    assert steady.picoseconds[0] > found.quantile_ms(0.5) * 1e9  # uniform draws are larger than cubed ones
 
 
 @pytest.mark.parametrize("platform", machines(), ids=["serial", "polling", "overlapped"])
 def test_the_bound_is_met_when_every_jitter_is_at_its_maximum(platform: Platform) -> None:
     found = distribution(TRACE, platform, "paper", runs=2, draw=np.ones)
-    assert found.picos[-1] <= found.bound_picos <= 1.001 * found.picos[-1]
+    assert found.picoseconds[-1] <= found.bound_picoseconds <= 1.001 * found.picoseconds[-1]
 
 
 @settings(max_examples=30, deadline=None)
@@ -51,10 +51,10 @@ def test_on_any_computer_the_bound_holds_and_is_met(trace, platform, on_pl, side
     machine = overlapped(platform) if side else platform
     split = partition(*on_pl)
     drawn = distribution(trace, machine, split, runs=50, seed=3)
-    assert drawn.nominal_picos <= drawn.picos[0]
-    assert drawn.picos[-1] <= drawn.bound_picos
+    assert drawn.nominal_picoseconds <= drawn.picoseconds[0]
+    assert drawn.picoseconds[-1] <= drawn.bound_picoseconds
     top = distribution(trace, machine, split, runs=1, draw=np.ones)
-    assert top.picos[-1] == top.bound_picos == drawn.bound_picos
+    assert top.picoseconds[-1] == top.bound_picoseconds == drawn.bound_picoseconds
 
 
 def test_without_jitter_every_run_is_the_nominal_one() -> None:
@@ -62,12 +62,14 @@ def test_without_jitter_every_run_is_the_nominal_one() -> None:
     for key in ("runtime.ps_jitter_fraction", "runtime.link_jitter_fraction", "runtime.interrupt_jitter_us"):
         platform = platform.with_value(key, 0.0)
     found = distribution(TRACE, platform, "paper", runs=5)
-    assert set(found.picos.tolist()) == {found.nominal_picos}
-    assert found.bound_picos == found.nominal_picos
+    assert set(found.picoseconds.tolist()) == {found.nominal_picoseconds}
+    assert found.bound_picoseconds == found.nominal_picoseconds
 
 
 def test_the_seed_is_the_run() -> None:
-    one, same, other = (distribution(TRACE, "zu9eg", "paper", runs=20, seed=seed).picos for seed in (7, 7, 8))
+    one, same, other = (
+        distribution(TRACE, "zu9eg", "paper", runs=20, seed=seed).picoseconds for seed in (7, 7, 8)
+    )
     assert one.tolist() == same.tolist() != other.tolist()
 
 
@@ -75,8 +77,8 @@ def test_the_bound_by_hand(tmp_path: Path) -> None:
     """The run of test_timeline: 9440 ns of link at 25 %, 76 ns of PS at 50 %, one interrupt with 2 µs."""
     found = distribution(tiny_trace(), tiny_platform(tmp_path), partition("factorization"), runs=1)
     link_ns, ps_ns = 640 + 640 + 6000 + 240 + 460 + 800 + 640 + 200, 20 + 36
-    assert found.nominal_picos == 12_536_000
-    assert found.bound_picos == 12_536_000 + 250 * link_ns + 500 * ps_ns + 2_000_000
+    assert found.nominal_picoseconds == 12_536_000
+    assert found.bound_picoseconds == 12_536_000 + 250 * link_ns + 500 * ps_ns + 2_000_000
 
 
 def test_a_report_says_the_worst_case_and_judges_by_it(tmp_path: Path) -> None:
@@ -93,9 +95,10 @@ def test_polling_ends_between_one_and_two_reads_after_the_segment(tmp_path: Path
     platform = tiny_platform(tmp_path).with_value("runtime.completion", "polling")
     waits = distribution(tiny_trace(), platform, partition("factorization"), runs=1, draw=np.ones)
     by_interrupt = distribution(tiny_trace(), tiny_platform(tmp_path), partition("factorization"), runs=1)
-    assert waits.nominal_picos == by_interrupt.nominal_picos - 1_000_000 + 200_000
+    assert waits.nominal_picoseconds == by_interrupt.nominal_picoseconds - 1_000_000 + 200_000
     assert (
-        waits.bound_picos - waits.nominal_picos == by_interrupt.bound_picos - 12_536_000 - 2_000_000 + 200_000
+        waits.bound_picoseconds - waits.nominal_picoseconds
+        == by_interrupt.bound_picoseconds - 12_536_000 - 2_000_000 + 200_000
     )
 
 

@@ -59,10 +59,10 @@ def test_a_small_buffer_goes_by_a_core_a_large_one_by_dma() -> None:
     assert link.copy(LINK, 150.0, 7, "pl", LINE) == link.copy(
         LINK, 150.0, 8, "pl", LINE
     )  # a started word is whole
-    assert link.copy(LINK, 150.0, 4, "ps", LINE).picos == link.register_read(LINK, 150.0)
+    assert link.copy(LINK, 150.0, 4, "ps", LINE).picoseconds == link.register_read(LINK, 150.0)
     large = link.copy(LINK, 150.0, SIZE, "pl", LINE)
-    assert (large.method, large.cache_picos) == ("dma", 2048 * 25_000)
-    assert link.copy(LINK, 150.0, SIZE + 1, "ps", LINE).cache_picos == 2049 * 12_000
+    assert (large.method, large.cache_picoseconds) == ("dma", 2048 * 25_000)
+    assert link.copy(LINK, 150.0, SIZE + 1, "ps", LINE).cache_picoseconds == 2049 * 12_000
 
 
 def test_a_fast_pl_clock_is_held_back_by_the_port() -> None:
@@ -73,7 +73,7 @@ def test_a_fast_pl_clock_is_held_back_by_the_port() -> None:
 @pytest.mark.parametrize("to", ["pl", "ps"])
 def test_a_larger_buffer_never_takes_less(to: Side) -> None:
     copies = [link.copy(LINK, 150.0, size, to, LINE) for size in range(1, 40_000, 37)]
-    times = [copy.picos + copy.cache_picos for copy in copies]
+    times = [copy.picoseconds + copy.cache_picoseconds for copy in copies]
     assert times == sorted(times)
     assert {copy.method for copy in copies} == {"core", "dma"}
 

@@ -13,7 +13,7 @@ from hw_model.errors import PlatformError
 from hw_model.platform.platform import Platform, load_platform
 from hw_model.timing.actions import walk
 from hw_model.timing.durations import Prices
-from hw_model.timing.timeline import Timeline, lay_out, makespan_picos, order_of, simulate
+from hw_model.timing.timeline import Timeline, lay_out, makespan_picoseconds, order_of, simulate
 from hw_model.timing.trace import parse_trace
 from hw_model.vocabulary import PL_MODULES
 from tests.hw_model.random_traces import platforms, traces
@@ -33,7 +33,7 @@ def span(timeline: Timeline, name: str, kind: str, nth: int = 0) -> tuple[int, i
     events = sorted({s.event for s in timeline.segments if s.stage == name and s.kind == kind})
     own = [s for s in timeline.segments if (s.stage, s.kind, s.event) == (name, kind, events[nth])]
     first, last = own[0], own[-1]
-    return first.start_picos // 1000, (last.start_picos + last.duration_picos) // 1000
+    return first.start_picoseconds // 1000, (last.start_picoseconds + last.duration_picoseconds) // 1000
 
 
 STAGES = {
@@ -68,9 +68,14 @@ def test_neither_a_read_nor_an_overwrite_overtakes_the_pl(tmp_path: Path, follow
 def test_one_thing_at_a_time_on_each_resource() -> None:
     timeline = simulate(synthetic_trace(iterations=3, solves=2), overlapped(load_platform("zu9eg")), "paper")
     for resource in ("core", "control", "pl", "dma"):
-        own = sorted((s for s in timeline.segments if s.resource == resource), key=lambda s: s.start_picos)
-        assert all(one.start_picos + one.duration_picos <= two.start_picos for one, two in pairwise(own))
-    assert sum(timeline.busy().values()) > timeline.makespan_picos
+        own = sorted(
+            (s for s in timeline.segments if s.resource == resource), key=lambda s: s.start_picoseconds
+        )
+        assert all(
+            one.start_picoseconds + one.duration_picoseconds <= two.start_picoseconds
+            for one, two in pairwise(own)
+        )
+    assert sum(timeline.busy().values()) > timeline.makespan_picoseconds
 
 
 @settings(max_examples=60, deadline=None)
@@ -80,11 +85,11 @@ def test_the_critical_path_tiles_the_makespan_and_its_causes_add_up(trace, platf
     now = 0
     for segment in timeline.segments:
         if segment.critical:
-            assert segment.start_picos == now
-            now += segment.duration_picos
-    assert now == timeline.makespan_picos
+            assert segment.start_picoseconds == now
+            now += segment.duration_picoseconds
+    assert now == timeline.makespan_picoseconds
     for levels in (("cause",), ("module", "cause"), ("solve", "iteration", "stage", "cause"), ("resource",)):
-        assert sum(timeline.totals(*levels).values()) == timeline.makespan_picos
+        assert sum(timeline.totals(*levels).values()) == timeline.makespan_picoseconds
 
 
 @settings(max_examples=60, deadline=None)
@@ -93,10 +98,10 @@ def test_overlapping_is_never_slower_than_the_same_work_one_by_one(trace, platfo
     checked, split, machine = parse_trace(trace), partition(*on_pl), overlapped(platform)
     actions = walk(checked, split)
     prices = Prices(checked, machine, uses_pl=split.uses_pl)
-    one_by_one = sum(prices.duration_picos(action.work) for action in actions)
-    assert makespan_picos(actions, prices) <= one_by_one
+    one_by_one = sum(prices.duration_picoseconds(action.work) for action in actions)
+    assert makespan_picoseconds(actions, prices) <= one_by_one
     assert all(k > max(before, default=-1) for k, before in enumerate(order_of(actions, prices).before))
-    assert lay_out(actions, prices, "").makespan_picos == makespan_picos(actions, prices)
+    assert lay_out(actions, prices, "").makespan_picoseconds == makespan_picoseconds(actions, prices)
 
 
 def test_overlap_needs_a_core_for_control() -> None:

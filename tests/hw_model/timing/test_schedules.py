@@ -39,7 +39,7 @@ def test_a_schedule_is_where_all_reports_take_their_cycles() -> None:
     used = {row.key for row in report.assumptions if row.used}
     assert "pl.banks" in used
     assert "pl.overlap_exponent" not in used
-    assert simulate(TRACE, machine, "paper", cycles).makespan_picos == report.makespan_picos
+    assert simulate(TRACE, machine, "paper", cycles).makespan_picoseconds == report.makespan_picoseconds
     [point] = Study(TRACE, cycles).points(machine, [load_partition("paper")])
     assert point.time_ms == report.makespan_ms
     segments = {name for name, stage in TRACE.patterns[0].stages.items() if stage.module != "ps"}

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hw_model.timing.timeline import Timeline, simulate
-from hw_model.vocabulary import CAUSES, PL_MODULES, picos_of_cycles
+from hw_model.vocabulary import CAUSES, PL_MODULES, picoseconds_of_cycles
 from tests.hw_model.random_traces import platforms, traces
 from tests.hw_model.synthetic import synthetic_trace
 from tests.hw_model.tiny import partition, tiny_platform, tiny_trace
@@ -17,7 +17,7 @@ from tests.hw_model.tiny import partition, tiny_platform, tiny_trace
 
 def lines(timeline: Timeline) -> list[tuple[str, str, str, int]]:
     """(stage, side, cause, nanoseconds) of every segment."""
-    return [(s.stage, s.side, s.cause, s.duration_picos // 1000) for s in timeline.segments]
+    return [(s.stage, s.side, s.cause, s.duration_picoseconds // 1000) for s in timeline.segments]
 
 
 def test_all_ps_by_hand(tmp_path: Path) -> None:
@@ -28,7 +28,7 @@ def test_all_ps_by_hand(tmp_path: Path) -> None:
         ("factor", "ps", "ps", 98),
         ("check", "ps", "ps", 36),
     ]
-    assert timeline.makespan_picos == 154_000
+    assert timeline.makespan_picoseconds == 154_000
 
 
 def test_factorization_on_the_pl_by_hand(tmp_path: Path) -> None:
@@ -54,7 +54,7 @@ def test_factorization_on_the_pl_by_hand(tmp_path: Path) -> None:
         ("check", "ps", "link", 640),
         ("(result)", "ps", "link", 200),
     ]
-    assert timeline.makespan_picos == 12_536_000
+    assert timeline.makespan_picoseconds == 12_536_000
     assert timeline.totals("iteration") == {(0,): 1_300_000, (1,): 11_236_000}
     assert timeline.totals("module", "side") == {
         ("ps", "ps"): 2_976_000,
@@ -74,7 +74,7 @@ def test_a_result_left_on_the_pl_is_brought_back(tmp_path: Path) -> None:
 def test_single_precision_halves_the_words_and_takes_its_own_latencies(tmp_path: Path) -> None:
     trace = tiny_trace() | {"datapath": "f32"}
     timeline = simulate(trace, tiny_platform(tmp_path), partition("factorization"))
-    found = {(s.stage, s.detail, s.cause): s.duration_picos // 1000 for s in timeline.segments}
+    found = {(s.stage, s.detail, s.cause): s.duration_picoseconds // 1000 for s in timeline.segments}
     assert found["factor", "copy v to the PL by dma", "link"] == 2000 + 400 * 5
     assert found["factor", "compute", "divider"] == 2 * 17 * 10
     assert found["check", "compute", "ps"] == 6 + 15
@@ -83,9 +83,9 @@ def test_single_precision_halves_the_words_and_takes_its_own_latencies(tmp_path:
 @pytest.mark.parametrize("clock_mhz", [150.0, 333.3333, 1.0, 997.0])
 def test_rounded_parts_add_up_to_the_rounded_whole(clock_mhz: float) -> None:
     parts = [1, 3, 0, 7, 10**6, 2]
-    [whole] = picos_of_cycles([sum(parts)], clock_mhz)
-    assert sum(picos_of_cycles(parts, clock_mhz)) == whole
-    assert picos_of_cycles([1, 1, 1], 150.0) == [6667, 6666, 6667]
+    [whole] = picoseconds_of_cycles([sum(parts)], clock_mhz)
+    assert sum(picoseconds_of_cycles(parts, clock_mhz)) == whole
+    assert picoseconds_of_cycles([1, 1, 1], 150.0) == [6667, 6666, 6667]
 
 
 @settings(max_examples=60, deadline=None)
@@ -94,23 +94,23 @@ def test_causes_sum_to_the_makespan_at_every_level(trace, platform, on_pl) -> No
     timeline = simulate(trace, platform, partition(*on_pl))
     now = 0
     for segment in timeline.segments:
-        assert segment.start_picos == now
-        assert segment.duration_picos >= 0
+        assert segment.start_picoseconds == now
+        assert segment.duration_picoseconds >= 0
         assert segment.cause in CAUSES
-        now += segment.duration_picos
-    assert now == timeline.makespan_picos
+        now += segment.duration_picoseconds
+    assert now == timeline.makespan_picoseconds
     for levels in (
         ("cause",), ("side",), ("module", "cause"), ("stage", "cause"), ("solve", "iteration", "cause"), ("kind",),
     ):  # fmt: skip
-        assert sum(timeline.totals(*levels).values()) == timeline.makespan_picos
+        assert sum(timeline.totals(*levels).values()) == timeline.makespan_picoseconds
     # Within one level the causes of each member add up to that member.
     for fine, coarse in (
         (("module", "cause"), ("module",)),
         (("solve", "iteration", "cause"), ("solve", "iteration")),
     ):
         whole = timeline.totals(*coarse)
-        for key, picos in timeline.totals(*fine).items():
-            whole[key[:-1]] -= picos
+        for key, picoseconds in timeline.totals(*fine).items():
+            whole[key[:-1]] -= picoseconds
         assert set(whole.values()) <= {0}
 
 
@@ -153,10 +153,10 @@ def test_cache_maintenance_and_cores_by_hand(tmp_path: Path) -> None:
     platform = platform.with_value("link.cache_invalidate_ns_per_line", 2.0)
     timeline = simulate(tiny_trace(), platform, partition("factorization"))
     # v: 800 bytes by DMA are 13 lines of 64; w goes by the core, past the cache.
-    assert [s.duration_picos for s in timeline.segments if s.cause == "cache"] == [13 * 3_000]
+    assert [s.duration_picoseconds for s in timeline.segments if s.cause == "cache"] == [13 * 3_000]
     shared = simulate(tiny_trace(), platform.with_value("runtime.cores_used", 2), "all_ps")
     # Half of a stage is shared by two cores, and forking and joining costs 10 ns where it pays.
-    assert [s.duration_picos // 1000 for s in shared.segments] == [20, 84, 36]
+    assert [s.duration_picoseconds // 1000 for s in shared.segments] == [20, 84, 36]
 
 
 def test_generating_a_problem_comes_first_on_either_side(tmp_path: Path) -> None:
@@ -164,4 +164,4 @@ def test_generating_a_problem_comes_first_on_either_side(tmp_path: Path) -> None
     for split in ("all_ps", "paper"):
         first = simulate(tiny_trace(), platform, split).segments[0]
         # 5 nonzeros of 10 flops at half a flop per nanosecond.
-        assert (first.kind, first.cause, first.duration_picos) == ("build", "ps", 100_000)
+        assert (first.kind, first.cause, first.duration_picoseconds) == ("build", "ps", 100_000)
