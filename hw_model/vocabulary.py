@@ -40,6 +40,7 @@ PL_CAUSES: Final[tuple[PlCause, ...]] = (
     "issue", "dependency", "bank", "divider", "write_port", "fetch", "drain",
 )  # fmt: skip
 CAUSES: Final[tuple[Cause, ...]] = ("ps", *PL_CAUSES, "cache", "link", "interrupt")
+PICOSECONDS_PER_MS: Final = 10**9
 WORD_BYTES: Final[dict[Datapath, int]] = {"f64": 8, "f32": 4}
 
 

@@ -20,7 +20,8 @@ from .drawing import GREEN, GREY, PALE, PLACES, RED, blank, finished, legend
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from hw_model.report.speedup import Band, Report
+    from hw_model.report.bands import Band
+    from hw_model.report.speedup import Report
 
 _GAIN = {"faster": GREEN, "band crosses 1": GREY, "slower": RED}
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from hw_model.platform.platform import Platform
-    from hw_model.report.speedup import Band
+    from hw_model.report.bands import Band
     from hw_model.report.study import Point
     from hw_model.timing.limits import Limits, Roof
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from hw_model.platform.parameter import Tag
     from hw_model.platform.platform import Platform
 
-    from .usage import Reading
+    from .usage import ParameterUse
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,12 +27,12 @@ class Assumption:
     used: bool
 
 
-def assumptions(platform: Platform, reading: Reading) -> list[Assumption]:
-    """Every parameter of `platform`, as a report that reads `reading` uses it."""
+def assumptions(platform: Platform, usage: ParameterUse) -> list[Assumption]:
+    """Every parameter of `platform`, as a report that reads `usage` uses it."""
     return [
         Assumption(
             key, item.value, item.low, item.high, item.tag, item.source,
-            why_ignored(key, platform, reading) is None,
+            why_ignored(key, platform, usage) is None,
         )
         for key, item in platform.parameters()
     ]  # fmt: skip

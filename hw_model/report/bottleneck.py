@@ -21,7 +21,7 @@ _WORDS: dict[Cause, str] = {
 }
 
 
-def binding_resource(causes: Mapping[Cause, int]) -> tuple[Cause, float, str]:
+def bottleneck_of(causes: Mapping[Cause, int]) -> tuple[Cause, float, str]:
     """The cause with the largest share of the total, that share, and its words; ("ps", 0, …) of nothing."""
     total = sum(causes.values())
     nothing: Cause = "ps"

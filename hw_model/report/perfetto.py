@@ -16,7 +16,7 @@ from hw_model.vocabulary import PL_CAUSES, PL_MODULES
 
 from .assumptions import assumptions
 from .unit_tracks import unit_arguments, unit_events
-from .usage import TIMELINE
+from .usage import TIMELINE_USAGE
 
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition
@@ -82,13 +82,13 @@ def trace_events(
             events.append(
                 place | {"pid": UNITS, "tid": tracks[UNITS, names[item.unit]], "args": unit_arguments(item)}
             )
-    reading = TIMELINE.of(trace, partition, platform, cycles)
+    usage = TIMELINE_USAGE.of(trace, partition, platform, cycles)
     return {
         "traceEvents": events,
         "displayTimeUnit": "ns",
         "otherData": {
             "provenance": "modelled, not measured",
-            "pl_cycles": ("exact schedules" if reading.scheduled else "estimated")
+            "pl_cycles": ("exact schedules" if usage.scheduled else "estimated")
             if partition.uses_pl
             else "none",
             "platform": timeline.platform,
@@ -97,7 +97,7 @@ def trace_events(
             "unit_tracks": units is not None and partition.uses_pl,
             "parameters": {
                 row.key: {"value": row.value, "tag": row.tag, "source": row.source, "used": row.used}
-                for row in assumptions(platform, reading)
+                for row in assumptions(platform, usage)
             },
         },
     }

@@ -11,7 +11,7 @@ from hw_model.vocabulary import CAUSES, MODULES, Cause, Module, Side
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition
     from hw_model.timing.actions import Action
-    from hw_model.timing.durations import Prices
+    from hw_model.timing.durations import Durations
     from hw_model.timing.timeline import Segment, Timeline
 
 
@@ -132,24 +132,24 @@ def iteration_rows(timeline: Timeline) -> list[IterationRow]:
     ]
 
 
-def solve_rows(timeline: Timeline, prices: Prices) -> list[SolveRow]:
+def solve_rows(timeline: Timeline, durations: Durations) -> list[SolveRow]:
     """A row for every solve."""
     picoseconds = timeline.totals("solve")
     return [
         SolveRow(s, solve.status, solve.iterations, picoseconds.get((s,), 0))
-        for s, solve in enumerate(prices.trace.solves)
+        for s, solve in enumerate(durations.trace.solves)
     ]
 
 
-def stage_rows(actions: list[Action], prices: Prices) -> list[StageRow]:
+def stage_rows(actions: list[Action], durations: Durations) -> list[StageRow]:
     """A row for every stage that runs, and for the generation of problems, in the order of their first run."""
     runs = Counter(action.work for action in actions if action.work.kind in ("compute", "build"))
     named = {action.work: (action.stage, action.module) for action in actions}
     rows: list[StageRow] = []
     for work, count in runs.items():
         stage, module = named[work]
-        parts = prices.parts(work)
-        found = prices.pl_cycles(work) if work.side == "pl" else None
+        parts = durations.parts(work)
+        found = durations.pl_cycles(work) if work.side == "pl" else None
         rows.append(
             StageRow(
                 pattern=work.pattern,
@@ -167,7 +167,7 @@ def stage_rows(actions: list[Action], prices: Prices) -> list[StageRow]:
     return rows
 
 
-def copy_rows(actions: list[Action], prices: Prices) -> list[CopyRow]:
+def copy_rows(actions: list[Action], durations: Durations) -> list[CopyRow]:
     """A row for every buffer that crosses, per direction, the most expensive first."""
     counts = Counter(action.work for action in actions if action.work.kind == "copy")
     rows = [
@@ -176,8 +176,8 @@ def copy_rows(actions: list[Action], prices: Prices) -> list[CopyRow]:
             buffer=work.what,
             to=work.side,
             count=count,
-            size_bytes=prices.size_bytes(work),
-            picoseconds=count * sum(part.picoseconds for part in prices.parts(work)),
+            size_bytes=durations.size_bytes(work),
+            picoseconds=count * sum(part.picoseconds for part in durations.parts(work)),
         )
         for work, count in counts.items()
     ]

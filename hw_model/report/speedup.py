@@ -8,16 +8,17 @@ from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from hw_model.errors import HwModelError
-from hw_model.timing.actions import Action, walk
-from hw_model.timing.durations import Prices
+from hw_model.timing.actions import Action, actions_of
+from hw_model.timing.durations import Durations
 from hw_model.timing.stage_cycles import StageCycles, estimated
-from hw_model.timing.timeline import as_partition, as_platform, lay_out, makespan_picoseconds
+from hw_model.timing.timeline import Timeline, as_partition, as_platform, lay_out, makespan_picoseconds
 from hw_model.timing.trace import parse_trace
-from hw_model.vocabulary import CAUSES, Cause, Datapath, Side
+from hw_model.vocabulary import CAUSES, PICOSECONDS_PER_MS, Cause, Datapath, Side
 
 from . import markdown
 from .assumptions import Assumption, assumptions
-from .bottleneck import binding_resource
+from .bands import Band, band_of, corners_of
+from .bottleneck import bottleneck_of
 from .rows import (
     CopyRow,
     IterationRow,
@@ -30,19 +31,17 @@ from .rows import (
     solve_rows,
     stage_rows,
 )
-from .usage import BOUNDED, Reading
+from .usage import WORST_CASE_USAGE, ParameterUse
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from hw_model.platform.parameter import End
     from hw_model.platform.partition import Partition
     from hw_model.platform.platform import Platform
     from hw_model.timing.trace import Trace
 
 Verdict = Literal["PASS", "FAIL", "MARGINAL"]
 SCHEMA = "orbsoc.hardware-report/1"
-PICOSECONDS_PER_MS = 10**9
 
 NOT_MODELLED = (
     "Generating a problem is priced by its nonzeros, from an assumed cost each; of the rest of the outer loop, nothing.",
@@ -53,15 +52,6 @@ NOT_MODELLED = (
 ESTIMATED = (
     "PL cycles are an estimate between bounds: banks, ports, crossbar and instruction fetch are left out.",
 )
-
-
-@dataclass(frozen=True, slots=True)
-class Band:
-    """A result at the nominal parameters, and its ends over the bands of the assumed ones."""
-
-    low: float
-    nominal: float
-    high: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,7 +132,7 @@ class Report:
     @property
     def binding(self) -> str:
         """The resource that most of the time is spent on, and its share."""
-        _, share, words = binding_resource(self.causes_picoseconds)
+        _, share, words = bottleneck_of(self.causes_picoseconds)
         return f"{words} ({100 * share:.0f} % of the time)"
 
     @property
@@ -221,90 +211,75 @@ def speedup(
     """
     if deadline_ms is not None and not (math.isfinite(deadline_ms) and deadline_ms > 0.0):
         raise HwModelError(f"`deadline_ms` = {deadline_ms!r}: must be a positive number of milliseconds")
-    checked, machine = parse_trace(trace), as_platform(platform)
-    split, base = as_partition(partition), as_partition(baseline)
-    actions, base_actions = walk(checked, split), walk(checked, base)
-    prices = Prices(checked, machine, uses_pl=split.uses_pl, cycles=cycles)
-    timeline = lay_out(actions, prices, split.name)
-    base_prices = Prices(checked, machine, uses_pl=base.uses_pl, cycles=cycles)
-    before = lay_out(base_actions, base_prices, base.name)
+    trace, platform = parse_trace(trace), as_platform(platform)
+    partition, base = as_partition(partition), as_partition(baseline)
+    actions, durations, timeline = _run(trace, platform, partition, cycles)
+    base_actions, base_durations, before = _run(trace, platform, base, cycles)
     if not before.makespan_picoseconds or not timeline.makespan_picoseconds:
         raise HwModelError("the trace takes no time at all: its solves run no operations")
-    times, base_times, ratios = _bands(machine, (prices, actions), (base_prices, base_actions))
-    slowest = prices.on(machine.corner("slow", "slow", "slow"))
+    times_ms, base_ms = _times_ms(actions, durations), _times_ms(base_actions, base_durations)
+    makespan_ms = band_of(times_ms)
+    slowest = durations.on(platform.corner("slow", "slow", "slow"))
     worst_ms = makespan_picoseconds(actions, slowest, worst=True) / PICOSECONDS_PER_MS
-    jitter = makespan_picoseconds(actions, prices, worst=True) - timeline.makespan_picoseconds
+    jitter = makespan_picoseconds(actions, durations, worst=True) - timeline.makespan_picoseconds
     kinds = [action.work.kind for action in actions]
     computed: dict[Side, int] = {"ps": 0, "pl": 0}
     for segment in timeline.segments:
         computed[segment.side] += segment.cycles
     causes = timeline.totals("cause")
-    stages = stage_rows(actions, prices)
     return Report(
-        device=machine.name,
-        description=machine.description,
-        core=machine.ps.core,
-        partition=split.name,
-        modules_on_pl=tuple(name for name, side in split.modules.items() if side == "pl"),
+        device=platform.name,
+        description=platform.description,
+        core=platform.ps.core,
+        partition=partition.name,
+        modules_on_pl=tuple(name for name, side in partition.modules.items() if side == "pl"),
         baseline=base.name,
-        datapath=checked.datapath,
-        lanes=machine.pl.lanes.value,
-        pl_clock_mhz=machine.pl.clock_mhz.value,
-        makespan_ms=times,
-        baseline_ms=base_times,
-        speedup=ratios,
+        datapath=trace.datapath,
+        lanes=platform.pl.lanes.value,
+        pl_clock_mhz=platform.pl.clock_mhz.value,
+        makespan_ms=makespan_ms,
+        baseline_ms=band_of(base_ms),
+        speedup=band_of([before / after for before, after in zip(base_ms, times_ms, strict=True)]),
         worst_case_ms=worst_ms,
         jitter_ms=jitter / PICOSECONDS_PER_MS,
         makespan_picoseconds=timeline.makespan_picoseconds,
         cycles=computed,
         causes_picoseconds={cause: causes.get((cause,), 0) for cause in CAUSES},
-        modules=tuple(module_rows(actions, timeline, split, before)),
-        stages=tuple(stages),
+        modules=tuple(module_rows(actions, timeline, partition, before)),
+        stages=tuple(stage_rows(actions, durations)),
         iterations=tuple(iteration_rows(timeline)),
-        solves=tuple(solve_rows(timeline, prices)),
-        copies=tuple(copy_rows(actions, prices)),
+        solves=tuple(solve_rows(timeline, durations)),
+        copies=tuple(copy_rows(actions, durations)),
         interrupts=kinds.count("interrupt"),
         launches=kinds.count("launch"),
-        deadline=None if deadline_ms is None else _judge(deadline_ms, times, worst_ms),
-        assumptions=tuple(assumptions(machine, _reading(checked, (split, base), machine, cycles))),
+        deadline=None if deadline_ms is None else _judge(deadline_ms, makespan_ms, worst_ms),
+        assumptions=tuple(assumptions(platform, _usage(trace, (partition, base), platform, cycles))),
     )
 
 
-def _reading(
-    trace: Trace, splits: tuple[Partition, Partition], machine: Platform, cycles: StageCycles
-) -> Reading:
+def _usage(
+    trace: Trace, partitions: tuple[Partition, Partition], platform: Platform, cycles: StageCycles
+) -> ParameterUse:
     """What a comparison of two partitions reads."""
-    with_pl = max(splits, key=lambda split: split.uses_pl)
-    asked = replace(BOUNDED, off_pl=not all(split.uses_pl for split in splits))
-    return asked.of(trace, with_pl, machine, cycles)
+    with_pl = max(partitions, key=lambda partition: partition.uses_pl)
+    asked = replace(WORST_CASE_USAGE, off_pl=not all(partition.uses_pl for partition in partitions))
+    return asked.of(trace, with_pl, platform, cycles)
 
 
-def _bands(
-    machine: Platform, run: tuple[Prices, list[Action]], base: tuple[Prices, list[Action]]
-) -> tuple[Band, Band, Band]:
-    """Makespans (ms) of run and baseline, and their ratio, over the corners of the assumed bands.
-
-    Every makespan is monotonic in every banded parameter, so its extremes are at corners. So are the
-    ratio's against an all-PS baseline: it falls as the PS gets faster, rises as the fabric does, and comes closer
-    to 1 as the generation, which is the same in both, takes longer.
-    """
-    corners = corners_of(machine)
-
-    def times_ms(prices: Prices, actions: list[Action]) -> list[float]:
-        return [makespan_picoseconds(actions, prices.on(corner)) / PICOSECONDS_PER_MS for corner in corners]
-
-    ours, theirs = times_ms(*run), times_ms(*base)
-    return _band(ours), _band(theirs), _band([b / r for b, r in zip(theirs, ours, strict=True)])
+def _run(
+    trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles
+) -> tuple[list[Action], Durations, Timeline]:
+    actions = actions_of(trace, partition)
+    durations = Durations(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
+    return actions, durations, lay_out(actions, durations, partition.name)
 
 
-def corners_of(machine: Platform) -> list[Platform]:
-    """The platform itself, then the ends of its three sets of bands in every combination."""
-    ends: tuple[End, End] = ("slow", "fast")
-    return [machine, *(machine.corner(ps, fabric, build) for ps in ends for fabric in ends for build in ends)]
-
-
-def _band(values: list[float]) -> Band:
-    return Band(min(values), values[0], max(values))
+def _times_ms(actions: list[Action], durations: Durations) -> list[float]:
+    """Makespans at the corners of the assumed bands."""
+    return [
+        makespan_picoseconds(actions, durations.on(corner)) / PICOSECONDS_PER_MS
+        for corner in corners_of(durations.platform)
+    ]
 
 
 def _json_object(fields: Sequence[tuple[str, Any]]) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from hw_model.platform.partition import load_partition
 from hw_model.platform.platform import load_platform
 
 from .study import Point, Study
-from .usage import STUDIED, require_read
+from .usage import STUDY_USAGE, require_used
 
 if TYPE_CHECKING:
     from hw_model.platform.platform import Platform
@@ -107,19 +107,19 @@ def run(
     Raises IgnoredKeyError for an axis that no point reads.
     """
     study = study or Study(trace)
-    splits = [load_partition(name) for name in sweep.partitions]
-    require_read(
+    partitions = [load_partition(name) for name in sweep.partitions]
+    require_used(
         sweep.axes,
         (
-            (machine, STUDIED.of(trace, split, machine, study.cycles))
-            for machine, _ in computers(sweep)
-            for split in splits
+            (platform, STUDY_USAGE.of(trace, partition, platform, study.cycles))
+            for platform, _ in computers(sweep)
+            for partition in partitions
         ),
     )
     points: list[Point] = []
     for platform, settings in computers(sweep):
         shown = {key: value for key, value in settings.items() if key not in ("pl.lanes", "pl.clock_mhz")}
-        points += study.points(platform, splits, shown)
+        points += study.points(platform, partitions, shown)
         if progress is not None:
             progress(len(points))
     return points

@@ -28,7 +28,7 @@ and the clock alone; `written`: all of the platform goes into a file."""
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class ParameterUse:
     """What a report asks of a platform.
 
     `area`: the resources it prices. `on_pl`, `off_pl`: whether runs with and without the PL are in it. `scheduled`: its
@@ -45,15 +45,15 @@ class Reading:
     ps_codes: frozenset[Opcode] = frozenset(OPCODES)
     """Operations that the PS runs at all."""
 
-    def of(self, trace: Trace, split: Partition, machine: Platform, cycles: StageCycles) -> Reading:
+    def of(self, trace: Trace, partition: Partition, platform: Platform, cycles: StageCycles) -> ParameterUse:
         """The same of one trace under one partition, with the cycles from this source."""
-        off_pl = self.off_pl or not split.uses_pl
+        off_pl = self.off_pl or not partition.uses_pl
         return replace(
             self,
-            on_pl=split.uses_pl,
+            on_pl=partition.uses_pl,
             off_pl=off_pl,
-            ps_codes=_codes_on_ps(trace, None if off_pl else split),
-            scheduled=is_scheduled(trace, split, machine, cycles),
+            ps_codes=_codes_on_ps(trace, None if off_pl else partition),
+            scheduled=is_scheduled(trace, partition, platform, cycles),
             datapaths=frozenset({trace.datapath}),
             ps_datapaths=frozenset({trace.ps_datapath or trace.datapath}),
         )
@@ -65,53 +65,53 @@ class Reading:
 
 
 ALL_KINDS: frozenset[Kind] = frozenset({"lut", "ff", "dsp", "bram36"})
-TIMELINE = Reading(frozenset({"times"}))
+TIMELINE_USAGE = ParameterUse(frozenset({"times"}))
 """One run without jitter: trace, explain."""
-BOUNDED = Reading(frozenset({"times", "worst"}))
+WORST_CASE_USAGE = ParameterUse(frozenset({"times", "worst"}))
 """Times with their worst case: plan."""
-STUDIED = Reading(frozenset({"times", "worst", "fit"}), ALL_KINDS, off_pl=True)
+STUDY_USAGE = ParameterUse(frozenset({"times", "worst", "fit"}), ALL_KINDS, off_pl=True)
 """Times and resources against a run on the PS alone: partition, sweep."""
-BUDGETED = Reading(frozenset({"fit"}), ALL_KINDS)
-SCHEDULED = Reading(frozenset({"engine", "memory"}), scheduled=True)
+BUDGET_USAGE = ParameterUse(frozenset({"fit"}), ALL_KINDS)
+SCHEDULE_USAGE = ParameterUse(frozenset({"engine", "memory"}), scheduled=True)
 """Schedules of one engine, and whether their microcode has room: run."""
-NARROWED = Reading(
+PRECISION_USAGE = ParameterUse(
     frozenset({"times"}),
     frozenset({"lut", "dsp", "bram36"}),
     scheduled=True,
     datapaths=frozenset({"f64", "f32"}),
 )
 """Datapaths compared: precision."""
-CALIBRATED = Reading(frozenset({"written"}))
+CALIBRATION_USAGE = ParameterUse(frozenset({"written"}))
 
 
-def _codes_on_ps(trace: Trace, split: Partition | None) -> frozenset[Opcode]:
+def _codes_on_ps(trace: Trace, partition: Partition | None) -> frozenset[Opcode]:
     """Operations that the PS runs under a partition; without one, all stages are its own."""
     ran = {(solve.pattern, name) for solve in trace.solves for name, _ in solve.events}
     stages = [trace.patterns[pattern].stages[name] for pattern, name in ran]
-    own = [stage for stage in stages if split is None or split.side(stage.module) == "ps"]
+    own = [stage for stage in stages if partition is None or partition.side(stage.module) == "ps"]
     return frozenset(code for code in OPCODES if any(stage.operations[code] for stage in own))
 
 
-def is_scheduled(trace: Trace, split: Partition, machine: Platform, cycles: StageCycles) -> bool:
-    """Whether `cycles` answers with schedules for what `split` has on the PL."""
+def is_scheduled(trace: Trace, partition: Partition, platform: Platform, cycles: StageCycles) -> bool:
+    """Whether `cycles` answers with schedules for what `partition` has on the PL."""
     for number, pattern in enumerate(trace.patterns):
         for name, stage in pattern.stages.items():
-            if split.side(stage.module) == "pl":
-                return cycles(trace, machine, number, name).origin == "schedule"
+            if partition.side(stage.module) == "pl":
+                return cycles(trace, platform, number, name).origin == "schedule"
     return False
 
 
-def require_read(settings: Mapping[str, object], readings: Iterable[tuple[Platform, Reading]]) -> None:
-    """Raise IgnoredKeyError for a key that was set and that no one of the readings reads.
+def require_used(settings: Mapping[str, object], usages: Iterable[tuple[Platform, ParameterUse]]) -> None:
+    """Raise IgnoredKeyError for a key that was set and that no one of the usages reads.
 
     `settings`: as `Platform.with_values` takes them, or the axes of a sweep. The reason given is that of the first
-    reading.
+    usage.
     """
     reasons: dict[str, str] = {}
     unread = dict.fromkeys(settings)
-    for machine, reading in readings:
+    for platform, usage in usages:
         for key in list(unread):
-            why = _why_of_setting(key, machine, reading)
+            why = _why_of_setting(key, platform, usage)
             if why is None:
                 del unread[key]
             else:
@@ -122,20 +122,20 @@ def require_read(settings: Mapping[str, object], readings: Iterable[tuple[Platfo
         raise IgnoredKeyError(f"`{key}` = {settings[key]!r} would do nothing here: {reasons[key]}")
 
 
-def why_ignored(key: str, machine: Platform, reading: Reading) -> str | None:
+def why_ignored(key: str, platform: Platform, usage: ParameterUse) -> str | None:
     """Why a report does not read the parameter, and what to do; None when it does."""
-    if "written" in reading.questions:
+    if "written" in usage.questions:
         return "it is what the measurement replaces; leave it out" if key == "ps.flop_per_cycle" else None
     section, _, name = key.partition(".")
     found = {"ps": _ps, "pl": _pl, "link": _link, "runtime": _runtime, "area": _area, "resources": _resources}
-    return found[section](name, machine, reading)
+    return found[section](name, platform, usage)
 
 
-def _why_of_setting(key: str, machine: Platform, reading: Reading) -> str | None:
+def _why_of_setting(key: str, platform: Platform, usage: ParameterUse) -> str | None:
     """`why_ignored` of a key as it is set: `runtime.preset` stands for the parameters in which the presets differ."""
     if key == "runtime.preset":
         reasons = [
-            why_ignored(f"runtime.{name}", machine, reading)
+            why_ignored(f"runtime.{name}", platform, usage)
             for name in (
                 "interrupt_entry_us",
                 "interrupt_jitter_us",
@@ -144,35 +144,35 @@ def _why_of_setting(key: str, machine: Platform, reading: Reading) -> str | None
             )
         ]
         return None if None in reasons else reasons[0]
-    if key == "ps.cores" and "times" in reading.questions and machine.runtime.cores_used.value > 1:
+    if key == "ps.cores" and "times" in usage.questions and platform.runtime.cores_used.value > 1:
         return None  # the limit of what is set beside it
-    return why_ignored(key, machine, reading)
+    return why_ignored(key, platform, usage)
 
 
-def _ps(name: str, machine: Platform, reading: Reading) -> str | None:
-    if "times" not in reading.questions:
+def _ps(name: str, platform: Platform, usage: ParameterUse) -> str | None:
+    if "times" not in usage.questions:
         return _NO_TIMES
     if name == "cores":
         return "it only limits `runtime.cores_used`; set that too"
     if name == "cache_line_bytes":
-        return None if reading.on_pl else _NO_PL
+        return None if usage.on_pl else _NO_PL
     if name in ("parallel_fraction", "fork_join_us"):
-        cores = {computing_cores(machine, uses_pl=way) for way in _ways(reading)}
+        cores = {computing_cores(platform, uses_pl=way) for way in _ways(usage)}
         return None if max(cores) > 1 else "one core computes; set `runtime.cores_used` to more"
     for code in ("div", "sqrt"):
-        if name.startswith(f"{code}_") and code not in reading.ps_codes:
+        if name.startswith(f"{code}_") and code not in usage.ps_codes:
             return f"no stage that the PS runs here has the operation {code}"
-    return _other_datapath(name, reading.ps_datapaths)
+    return _other_datapath(name, usage.ps_datapaths)
 
 
-def _pl(name: str, machine: Platform, reading: Reading) -> str | None:
-    if not reading.asks_cycles:
+def _pl(name: str, platform: Platform, usage: ParameterUse) -> str | None:
+    if not usage.asks_cycles:
         return "this report reads nothing of the PL; leave it out"
-    if not reading.on_pl:
+    if not usage.on_pl:
         return _NO_PL
     if name == "clock_mhz":
-        return None if reading.questions & {"times", "engine"} else f"{_NO_TIMES}; area has no clock"
-    if "engine" in reading.questions:
+        return None if usage.questions & {"times", "engine"} else f"{_NO_TIMES}; area has no clock"
+    if "engine" in usage.questions:
         known = name in ("lanes", "dividers", "banks", "latency_preset")
         return (
             None
@@ -180,88 +180,88 @@ def _pl(name: str, machine: Platform, reading: Reading) -> str | None:
             else "this report lists every segment's cycles and microcode in both formats; leave it out"
         )
     if name in ("overlap_exponent", "segment_overhead_cycles"):
-        return None if not reading.scheduled else "cycles come from exact schedules; ask for --estimate"
+        return None if not usage.scheduled else "cycles come from exact schedules; ask for --estimate"
     if name == "banks":
         return (
             None
-            if reading.scheduled or reading.area
+            if usage.scheduled or usage.area
             else "the estimate knows no banks; ask for schedules (--exact)"
         )
     if name == "microcode_format":
         return (
             None
-            if reading.scheduled or reading.area
+            if usage.scheduled or usage.area
             else "the estimate knows no microcode; ask for schedules (--exact)"
         )
     if name == "microcode_compression":
-        return _compression(machine, reading)
-    return _other_datapath(name, reading.datapaths)
+        return _compression(platform, usage)
+    return _other_datapath(name, usage.datapaths)
 
 
-def _compression(machine: Platform, reading: Reading) -> str | None:
-    if not reading.area:
+def _compression(platform: Platform, usage: ParameterUse) -> str | None:
+    if not usage.area:
         return "this report prices no area; `orbsoc hw budget` does"
-    if machine.pl.microcode_format.value == "flat":
+    if platform.pl.microcode_format.value == "flat":
         return "`pl.microcode_format` is flat, which is not compressed"
-    if reading.scheduled:
+    if usage.scheduled:
         return "the schedules' own microcode is compressed and counted; ask for --estimate to assume a compression"
     return None
 
 
-def _link(name: str, machine: Platform, reading: Reading) -> str | None:
-    if "times" not in reading.questions:
+def _link(name: str, platform: Platform, usage: ParameterUse) -> str | None:
+    if "times" not in usage.questions:
         return _NO_TIMES
-    return None if reading.on_pl else _NO_PL
+    return None if usage.on_pl else _NO_PL
 
 
-def _runtime(name: str, machine: Platform, reading: Reading) -> str | None:
-    if "times" not in reading.questions:
+def _runtime(name: str, platform: Platform, usage: ParameterUse) -> str | None:
+    if "times" not in usage.questions:
         return _NO_TIMES
     if name == "cores_used":
         return None
     if name == "jitter_exponent":
         return "it shapes runs that are drawn (hw_model.timing.jitter.distribution); no report's bound depends on it"
-    if "jitter" in name and "worst" not in reading.questions:
+    if "jitter" in name and "worst" not in usage.questions:
         return (
             "this report is of a run without jitter; `orbsoc hw partition` and `hw sweep` print worst cases"
         )
     if name == "ps_jitter_fraction":
         return None
-    if not reading.on_pl:
+    if not usage.on_pl:
         return _NO_PL
-    if name.startswith("interrupt_") and machine.runtime.completion.value == "polling":
+    if name.startswith("interrupt_") and platform.runtime.completion.value == "polling":
         return "`runtime.completion` is polling; set it to interrupt"
     return None
 
 
-def _area(name: str, machine: Platform, reading: Reading) -> str | None:
+def _area(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     if name.endswith("_ceiling"):
         return (
             None
-            if _compared(name, reading)
+            if _compared(name, usage)
             else "this report does not compare it with a ceiling; `orbsoc hw budget` does"
         )
     kind = name.partition("_")[0]
-    if kind not in reading.area:
+    if kind not in usage.area:
         return f"this report prices no {kind.upper()}; `orbsoc hw budget` does"
-    if not reading.on_pl:
+    if not usage.on_pl:
         return _NO_PL
-    if "decoder" in name and machine.pl.microcode_format.value == "flat":
+    if "decoder" in name and platform.pl.microcode_format.value == "flat":
         return "`pl.microcode_format` is flat, which needs no decoder"
-    return _other_datapath(name, reading.datapaths)
+    return _other_datapath(name, usage.datapaths)
 
 
-def _resources(name: str, machine: Platform, reading: Reading) -> str | None:
+def _resources(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     return (
         None
-        if _compared(name, reading)
+        if _compared(name, usage)
         else "this report does not ask whether it fits; `orbsoc hw budget` does"
     )
 
 
-def _compared(name: str, reading: Reading) -> bool:
+def _compared(name: str, usage: ParameterUse) -> bool:
     """Whether the report asks for the share of the resource that a parameter is about."""
-    return "fit" in reading.questions or ("memory" in reading.questions and name.startswith("bram36"))
+    return "fit" in usage.questions or ("memory" in usage.questions and name.startswith("bram36"))
 
 
 def _other_datapath(name: str, datapaths: frozenset[Datapath]) -> str | None:
@@ -273,9 +273,9 @@ def _other_datapath(name: str, datapaths: frozenset[Datapath]) -> str | None:
     return None
 
 
-def _ways(reading: Reading) -> list[bool]:
+def _ways(usage: ParameterUse) -> list[bool]:
     """Whether the runs of a report use the PL: with, without, or both."""
-    return [True] * reading.on_pl + [False] * (reading.off_pl or not reading.on_pl)
+    return [True] * usage.on_pl + [False] * (usage.off_pl or not usage.on_pl)
 
 
 _NO_TIMES = "this report has no modelled times; `orbsoc hw trace` and `hw partition` have"

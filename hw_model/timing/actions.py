@@ -59,7 +59,7 @@ class Action(NamedTuple):
     """Position in the solve's events: -1 before the first, their number after the last."""
 
 
-def walk(trace: Trace, partition: Partition) -> list[Action]:
+def actions_of(trace: Trace, partition: Partition) -> list[Action]:
     """Copies, launches, computations, interrupts and flag checks of every solve, in order.
 
     Each solve starts with the generation of its data on the PS, and ends when the PS holds what the last stage wrote. So does

@@ -34,8 +34,8 @@ class Part(NamedTuple):
     """Of the cycles, those at the end in which all computing cores work, not one alone."""
 
 
-class Prices:
-    """Prices of the work in one trace on one platform; each distinct piece is priced once.
+class Durations:
+    """Durations of the work in one trace on one platform; each distinct piece is priced once.
 
     `uses_pl`: whether the run that is priced has a PL to control. `cycles`: where a stage's cycles on the PL come
     from.
@@ -52,9 +52,9 @@ class Prices:
         """Cores that may share a stage."""
         self._known: dict[Work, tuple[Part, ...]] = {}
 
-    def on(self, platform: Platform) -> Prices:
+    def on(self, platform: Platform) -> Durations:
         """The same on another platform."""
-        return Prices(self.trace, platform, uses_pl=self._uses_pl, cycles=self._cycles)
+        return Durations(self.trace, platform, uses_pl=self._uses_pl, cycles=self._cycles)
 
     def parts(self, work: Work) -> tuple[Part, ...]:
         """The parts of `work`, in order; none is empty. Σ picoseconds is its duration."""
@@ -64,7 +64,7 @@ class Prices:
             self._known[work] = known
         return known
 
-    def duration_picoseconds(self, work: Work) -> int:
+    def picoseconds(self, work: Work) -> int:
         """How long `work` takes without jitter."""
         return sum(part.picoseconds for part in self.parts(work))
 

@@ -26,7 +26,7 @@ Resource = Literal["core", "control", "pl", "dma"]
 
 
 @dataclass(frozen=True, slots=True)
-class Order:
+class Precedence:
     """For each action its resource and the actions that it waits for, all of them earlier in the list."""
 
     resources: tuple[Resource, ...]
@@ -53,13 +53,13 @@ class Order:
         return path[::-1]
 
 
-def serial(actions: Sequence[Action]) -> Order:
+def serial(actions: Sequence[Action]) -> Precedence:
     """One thing at a time."""
     resources = tuple(_place(action.work, lambda _: True) for action in actions)
-    return Order(resources, tuple((k - 1,) if k else () for k in range(len(actions))))
+    return Precedence(resources, tuple((k - 1,) if k else () for k in range(len(actions))))
 
 
-def overlapped(actions: Sequence[Action], trace: Trace, by_dma: Callable[[Work], bool]) -> Order:
+def overlapped(actions: Sequence[Action], trace: Trace, by_dma: Callable[[Work], bool]) -> Precedence:
     """PS, PL and DMA side by side; `by_dma` says of a copy whether the DMA engine or the controlling core does it."""
     resources = tuple(_place(action.work, by_dma) for action in actions)
     progress = _Progress()
@@ -70,7 +70,7 @@ def overlapped(actions: Sequence[Action], trace: Trace, by_dma: Callable[[Work],
         waits = progress.waits(action, stage) | progress.turn(resources[k])
         progress.done(k, action, stage, resources[k])
         before.append(tuple(sorted(waits)))
-    return Order(resources, tuple(before))
+    return Precedence(resources, tuple(before))
 
 
 def _place(work: Work, by_dma: Callable[[Work], bool]) -> Resource:

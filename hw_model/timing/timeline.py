@@ -16,9 +16,9 @@ from hw_model.platform.partition import Partition, load_partition
 from hw_model.platform.platform import Platform, load_platform
 from hw_model.vocabulary import Cause, Module, Side
 
-from .actions import START_UP, Action, Kind, Work, walk
-from .durations import Prices
-from .precedence import Order, Resource, overlapped, serial
+from .actions import START_UP, Action, Kind, Work, actions_of
+from .durations import Durations
+from .precedence import Precedence, Resource, overlapped, serial
 from .stage_cycles import StageCycles, estimated
 from .trace import parse_trace
 
@@ -31,7 +31,7 @@ Level = Literal["cause", "side", "resource", "module", "stage", "kind", "solve",
 
 
 class Segment(NamedTuple):
-    """A stretch of time on one side with one cause; times in picoseconds, `cycles` in that side's clock."""
+    """An interval of time on one side with one cause; times in picoseconds, `cycles` in that side's clock."""
 
     start_picoseconds: int
     duration_picoseconds: int
@@ -106,31 +106,29 @@ def simulate(
 
     `cycles`: where the cycles of a stage on the PL come from. Raises TraceError, PlatformError or PartitionError.
     """
-    checked = parse_trace(trace)
-    machine = as_platform(platform)
-    split = as_partition(partition)
-    prices = Prices(checked, machine, uses_pl=split.uses_pl, cycles=cycles)
-    return lay_out(walk(checked, split), prices, split.name)
+    trace, platform, partition = parse_trace(trace), as_platform(platform), as_partition(partition)
+    durations = Durations(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
+    return lay_out(actions_of(trace, partition), durations, partition.name)
 
 
-def order_of(actions: list[Action], prices: Prices) -> Order:
+def precedence_of(actions: list[Action], durations: Durations) -> Precedence:
     """The precedence that the platform's `runtime.schedule` asks for."""
-    if prices.platform.runtime.schedule.value == "overlapped":
-        return overlapped(actions, prices.trace, prices.by_dma)
+    if durations.platform.runtime.schedule.value == "overlapped":
+        return overlapped(actions, durations.trace, durations.by_dma)
     return serial(actions)
 
 
-def lay_out(actions: list[Action], prices: Prices, partition: str) -> Timeline:
-    """The timeline of `actions` at `prices`."""
-    order = order_of(actions, prices)
-    durations = [prices.duration_picoseconds(action.work) for action in actions]
-    ends = order.ends(durations, max)
-    critical = set(order.critical(ends))
+def lay_out(actions: list[Action], durations: Durations, partition: str) -> Timeline:
+    """The timeline of `actions`, each as long as `durations` says."""
+    precedence = precedence_of(actions, durations)
+    times = [durations.picoseconds(action.work) for action in actions]
+    ends = precedence.ends(times, max)
+    critical = set(precedence.critical(ends))
     segments: list[Segment] = []
     for k, (work, module, stage, solve, iteration, event) in enumerate(actions):
         side: Side = work.side if work.kind == "compute" else "ps"
-        now, resource = ends[k] - durations[k], order.resources[k]
-        for cause, picoseconds, cycles, _, detail, shared in prices.parts(work):
+        now, resource = ends[k] - times[k], precedence.resources[k]
+        for cause, picoseconds, cycles, _, detail, shared in durations.parts(work):
             segments.append(
                 Segment(
                     now, picoseconds, side, module, stage, solve, iteration, event, work.kind, cause, cycles, detail,
@@ -138,7 +136,9 @@ def lay_out(actions: list[Action], prices: Prices, partition: str) -> Timeline:
                 )
             )  # fmt: skip
             now += picoseconds
-    return Timeline(prices.platform.name, partition, tuple(segments), max(ends, default=0), prices.cores)
+    return Timeline(
+        durations.platform.name, partition, tuple(segments), max(ends, default=0), durations.cores
+    )
 
 
 def tally_of(actions: list[Action]) -> Counter[Work]:
@@ -147,19 +147,19 @@ def tally_of(actions: list[Action]) -> Counter[Work]:
 
 
 def makespan_picoseconds(
-    actions: list[Action], prices: Prices, *, worst: bool = False, tally: Counter[Work] | None = None
+    actions: list[Action], durations: Durations, *, worst: bool = False, tally: Counter[Work] | None = None
 ) -> int:
     """The makespan alone; with `worst`, that of the longest run there can be: every jitter at its bound.
 
-    `tally`: how often each work occurs in `actions`, for who prices one walk many times.
+    `tally`: how often each work occurs in `actions`, where the caller knows it.
     """
-    if prices.platform.runtime.schedule.value == "serial":
-        return prices.total_picoseconds(tally or tally_of(actions), worst=worst)
-    durations = [
-        prices.duration_picoseconds(action.work) + worst * prices.jitter_picoseconds(action.work)
+    if durations.platform.runtime.schedule.value == "serial":
+        return durations.total_picoseconds(tally or tally_of(actions), worst=worst)
+    times = [
+        durations.picoseconds(action.work) + worst * durations.jitter_picoseconds(action.work)
         for action in actions
     ]
-    return max(order_of(actions, prices).ends(durations, max), default=0)
+    return max(precedence_of(actions, durations).ends(times, max), default=0)
 
 
 def as_platform(platform: Platform | str | Path) -> Platform:

@@ -15,7 +15,7 @@ import typer
 
 if TYPE_CHECKING:
     from hw_model import Platform
-    from hw_model.report.usage import Reading
+    from hw_model.report.usage import ParameterUse
     from hw_model.timing.stage_cycles import StageCycles
     from orbsoc.hw.workload import Workload
 
@@ -155,7 +155,7 @@ def as_csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
     return text.getvalue()
 
 
-def echoed(platform: Platform, reading: Reading) -> list[dict[str, Any]]:
+def echoed(platform: Platform, reading: ParameterUse) -> list[dict[str, Any]]:
     """Every parameter of a platform with its provenance, and whether the report reads it."""
     from dataclasses import asdict
 

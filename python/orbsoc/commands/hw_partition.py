@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from hw_model import Platform
     from hw_model.report.partition_verdict import Verdict
     from hw_model.report.study import Point, Study
-    from hw_model.report.usage import Reading
+    from hw_model.report.usage import ParameterUse
     from hw_model.timing.stage_cycles import StageCycles
     from orbsoc.hw.workload import Workload
 
@@ -35,15 +35,15 @@ def partition(
         from hw_model.platform.partition import load_partition
         from hw_model.report.partition_verdict import verdicts
         from hw_model.report.study import Study, pareto
-        from hw_model.report.usage import STUDIED, require_read
+        from hw_model.report.usage import STUDY_USAGE, require_used
         from orbsoc.hw.workload import load_workload
 
         chosen = options.parsed_settings(settings, _AXES)
         computers = _computers(devices, lanes, clocks, chosen)
         record = load_workload(workload)
         cycles = options.stage_cycles(record, exact=exact, computers=computers)
-        reading = STUDIED.of(record.trace, load_partition("paper"), computers[0], cycles)
-        require_read(chosen, ((machine, reading) for machine in computers))
+        reading = STUDY_USAGE.of(record.trace, load_partition("paper"), computers[0], cycles)
+        require_used(chosen, ((machine, reading) for machine in computers))
         study = Study(record.trace, cycles)
         points = _priced(study, computers)
         front, found = pareto(points), verdicts(points)
@@ -94,7 +94,7 @@ def _priced(study: Study, computers: list[Platform]) -> list[Point]:
 def _document(
     record: Workload,
     computers: list[Platform],
-    reading: Reading,
+    reading: ParameterUse,
     points: list[Point],
     front: list[Point],
     found: list[Verdict],

@@ -39,7 +39,7 @@ def plan_cases(
     with spoken(as_json):
         from hw_model import HwModelError
         from hw_model.platform.partition import load_partition
-        from hw_model.report.usage import BOUNDED
+        from hw_model.report.usage import WORST_CASE_USAGE
         from hw_model.timing.schedules import engine_of
         from orbsoc.hw.deadlines import check_deadline, estimated_cycles, exact_cycles_of, judge, record_cases
 
@@ -68,7 +68,7 @@ def plan_cases(
             "seed": seed,
             "dispersion": _dispersion(),
             "assumptions": options.echoed(
-                machine, replace(BOUNDED, on_pl=split.uses_pl, scheduled=exact and split.uses_pl)
+                machine, replace(WORST_CASE_USAGE, on_pl=split.uses_pl, scheduled=exact and split.uses_pl)
             ),
         }
         options.write_all(

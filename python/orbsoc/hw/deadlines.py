@@ -203,7 +203,7 @@ def judge(
     cycles_of: Callable[[Case], StageCycles] = estimated_cycles,
 ) -> DeadlineReport:
     """Price every case and judge them together. Raises hw_model.HwModelError for an impossible deadline."""
-    from hw_model.report.bottleneck import binding_resource
+    from hw_model.report.bottleneck import bottleneck_of
     from hw_model.timing.timeline import simulate
 
     check_deadline(deadline_ms)
@@ -224,7 +224,7 @@ def judge(
         [decides] = (case for case in cases if case.number == longest.case)
         timeline = simulate(decides.trace, platform, partition, cycles_of(decides))
         causes = {found: picoseconds for (found,), picoseconds in timeline.totals("cause").items()}
-        cause, share, words = binding_resource(causes)
+        cause, share, words = bottleneck_of(causes)
     fits, area_words = _area(cases, platform, partition, cycles_of)
     return DeadlineReport(
         platform.name, partition.name, "estimated" if cycles_of is estimated_cycles else "exact", deadline_ms,
@@ -268,16 +268,16 @@ def _pattern_file(folder: Path, digest: str) -> Path:
 def _price(case: Case, platform: Platform, partition: Partition, cycles: StageCycles) -> PricedCase:
     """Times of one case."""
     from hw_model import parse_trace
-    from hw_model.timing.actions import walk
-    from hw_model.timing.durations import Prices
+    from hw_model.timing.actions import actions_of
+    from hw_model.timing.durations import Durations
     from hw_model.timing.timeline import makespan_picoseconds, tally_of
 
     times = [0, 0, 0]
     if case.trace["solves"]:
         trace = parse_trace(case.trace)
-        actions = walk(trace, partition)
+        actions = actions_of(trace, partition)
         tally = tally_of(actions)
-        nominal = Prices(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
+        nominal = Durations(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
         fast, slow = (nominal.on(platform.corner(end, end, end)) for end in ("fast", "slow"))
         times = [
             makespan_picoseconds(actions, prices, worst=prices is slow, tally=tally)

@@ -9,7 +9,7 @@ from hw_model.area.engine import KINDS
 from hw_model.platform.partition import load_partition
 from hw_model.platform.platform import Platform, load_platform
 from hw_model.report.assumptions import assumptions
-from hw_model.report.usage import BUDGETED
+from hw_model.report.usage import BUDGET_USAGE
 from hw_model.timing.stage_cycles import Microcode, PlCycles, estimated
 from hw_model.timing.trace import Trace, parse_trace
 from tests.hw_model.synthetic import synthetic_trace
@@ -97,7 +97,7 @@ def test_a_budget_changes_with_what_it_counts_as_used_and_with_nothing_else(spli
     machine, partition = load_platform("zu9eg"), load_partition(split)
     before = budget(TRACE, machine, partition)
     steps = {"runtime.completion": "polling", "pl.microcode_format": "flat"}
-    for row in assumptions(machine, BUDGETED.of(TRACE, partition, machine, estimated)):
+    for row in assumptions(machine, BUDGET_USAGE.of(TRACE, partition, machine, estimated)):
         if row.key.startswith("pl.latencies.") or row.key in ("runtime.schedule", "runtime.cores_used"):
             continue
         value = row.value

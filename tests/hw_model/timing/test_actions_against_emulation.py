@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from hw_model.timing.actions import START_UP, walk
+from hw_model.timing.actions import START_UP, actions_of
 from hw_model.timing.timeline import simulate
 from hw_model.timing.trace import parse_trace
 from hw_model.vocabulary import PL_MODULES
@@ -37,7 +37,7 @@ def test_the_walk_is_what_the_emulated_ps_does(iterations: int, refinements: int
     """Same moves in the same order, as many register accesses and interrupts as the driver's own record."""
     run = prepare(FakeEngine(iterations, refinements))
     run.driver.run()
-    actions = walk(parse_trace(_trace_of_fake(run.engine)), partition(*PL_MODULES))
+    actions = actions_of(parse_trace(_trace_of_fake(run.engine)), partition(*PL_MODULES))
     moved = [
         (event.name, "pl" if event.kind is Kind.TO_PL else "ps")
         for event in run.record
@@ -74,7 +74,7 @@ def test_the_walk_is_what_the_emulated_ps_does_with_the_real_solver(
     assert ps(problem).status.name == "SOLVED"
     assert [stage for stage, _ in ps.trace["solves"][0]["events"]].count(START_UP) == walks
     trace = parse_trace(ps.trace)
-    actions = walk(trace, partition(*PL_MODULES))
+    actions = actions_of(trace, partition(*PL_MODULES))
     needed = Counter((buffer, side) for _, buffer, side in copies(actions))
     assert needed["parameters", "pl"] == walks
     assert needed["raw_g", "pl"] == 1

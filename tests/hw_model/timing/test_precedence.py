@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from hw_model.errors import PlatformError
 from hw_model.platform.platform import Platform, load_platform
-from hw_model.timing.actions import walk
-from hw_model.timing.durations import Prices
-from hw_model.timing.timeline import Timeline, lay_out, makespan_picoseconds, order_of, simulate
+from hw_model.timing.actions import actions_of
+from hw_model.timing.durations import Durations
+from hw_model.timing.timeline import Timeline, lay_out, makespan_picoseconds, precedence_of, simulate
 from hw_model.timing.trace import parse_trace
 from hw_model.vocabulary import PL_MODULES
 from tests.hw_model.random_traces import platforms, traces
@@ -96,12 +96,14 @@ def test_the_critical_path_tiles_the_makespan_and_its_causes_add_up(trace, platf
 @given(trace=traces(), platform=platforms(), on_pl=st.sets(st.sampled_from(PL_MODULES)))
 def test_overlapping_is_never_slower_than_the_same_work_one_by_one(trace, platform, on_pl) -> None:  # type: ignore[no-untyped-def]
     checked, split, machine = parse_trace(trace), partition(*on_pl), overlapped(platform)
-    actions = walk(checked, split)
-    prices = Prices(checked, machine, uses_pl=split.uses_pl)
-    one_by_one = sum(prices.duration_picoseconds(action.work) for action in actions)
-    assert makespan_picoseconds(actions, prices) <= one_by_one
-    assert all(k > max(before, default=-1) for k, before in enumerate(order_of(actions, prices).before))
-    assert lay_out(actions, prices, "").makespan_picoseconds == makespan_picoseconds(actions, prices)
+    actions = actions_of(checked, split)
+    durations = Durations(checked, machine, uses_pl=split.uses_pl)
+    one_by_one = sum(durations.picoseconds(action.work) for action in actions)
+    assert makespan_picoseconds(actions, durations) <= one_by_one
+    assert all(
+        k > max(before, default=-1) for k, before in enumerate(precedence_of(actions, durations).before)
+    )
+    assert lay_out(actions, durations, "").makespan_picoseconds == makespan_picoseconds(actions, durations)
 
 
 def test_overlap_needs_a_core_for_control() -> None:
