@@ -1,9 +1,9 @@
 """What an engine and a partition take of a device, against what the device holds.
 
-The engine is one that rtl/ can be (area.py), its storage as many words as the buffers need, a power of two. Storage
-holds every buffer that a stage on the PL reads or writes, and temporaries as an allowance. Microcode is one flat word a
-cycle of every segment; compressed, it lies in lines and needs the decoder. How far it is compressed is counted where
-there are schedules, the same bits that `orbsoc hw run` lists, and `pl.microcode_compression` where there are none.
+The engine is one that rtl/ can be (engine.py). Its storage is a power of two of words: every buffer that a stage on the
+PL reads or writes, and an allowance for temporaries. Microcode is one flat word a cycle of every segment; compressed, it
+lies in lines and needs the decoder. Schedules count its bits, as `orbsoc hw run` lists them; an estimate takes
+`pl.microcode_compression`.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from hw_model.timing.trace import Pattern, Trace
 
 TEMPORARIES = 0.25
-"""Storage for intermediate values, as a share of the buffers: an allowance until schedules say the number."""
+"""Storage for intermediate values, as a share of the buffers: an allowance."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,7 @@
-"""Events of the PL's units for a viewer: one iteration operation by operation, all others by their stretches.
+"""Events of the PL's units for a viewer: one iteration operation by operation, all others coarsely.
 
-A plan runs millions of operations, more than a viewer takes. So the longest iteration is drawn in full, as far as
-`MOST_SLICES` allow, and every other run of a segment by stretches that carry how many operations begin in them and
-which. Either way the operations on a unit's track are those of its schedule.
+A plan runs millions of operations, more than a viewer takes. So the longest iteration is drawn in full, up to
+`MOST_SLICES`; every other run of a segment has coarse slices, which carry how many operations begin in them and which.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hw_model.timing.unit_schedules import Slice, UnitSchedules, runs, stretches
+from hw_model.timing.unit_schedules import Slice, UnitSchedules, coarse_slices, exact_slices
 
 if TYPE_CHECKING:
     from hw_model.platform.platform import Platform
@@ -36,7 +35,7 @@ class UnitEvent(NamedTuple):
 
 
 class _Run(NamedTuple):
-    """One run of a segment: its first stretch of time, and how many cycles it takes."""
+    """One run of a segment: its first part, and how many cycles it takes."""
 
     first: Segment
     cycles: int
@@ -60,7 +59,7 @@ def unit_events(
             if (*key, in_full) not in drawn:
                 schedule = schedules(trace, platform, *key)
                 drawn[*key, in_full] = (
-                    runs(schedule, units) if in_full else stretches(schedule, units, run.cycles)
+                    exact_slices(schedule, units) if in_full else coarse_slices(schedule, units, run.cycles)
                 )
             return drawn[*key, in_full]
 

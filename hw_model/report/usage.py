@@ -1,7 +1,7 @@
-"""Which parameters of a platform a report reads, and why it does not read the others.
+"""Parameter usage: which parameters of a platform a report reads, and why it does not read the others.
 
-One table for all reports: it marks the parameters that a report echoes as used, and it refuses a parameter that
-somebody set where nothing reads it. A test changes every parameter under every command and holds the table to it.
+One table for all reports. It marks the parameters that a report echoes as used, and refuses a parameter that is set
+where nothing reads it. A test changes every parameter under every command and compares the outcome with the table.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ and the clock alone; `written`: all of the platform goes into a file."""
 class ParameterUse:
     """What a report asks of a platform.
 
-    `area`: the resources it prices. `on_pl`, `off_pl`: whether runs with and without the PL are in it. `scheduled`: its
+    `area`: the resources it counts. `on_pl`, `off_pl`: whether runs with and without the PL are in it. `scheduled`: its
     cycles come from schedules, not from the estimate.
     """
 
@@ -102,23 +102,22 @@ def is_scheduled(trace: Trace, partition: Partition, platform: Platform, cycles:
 
 
 def require_used(settings: Mapping[str, object], usages: Iterable[tuple[Platform, ParameterUse]]) -> None:
-    """Raise IgnoredKeyError for a key that was set and that no one of the usages reads.
+    """Raise IgnoredKeyError for a key that was set and that none of the usages reads, with the first usage's reason.
 
-    `settings`: as `Platform.with_values` takes them, or the axes of a sweep. The reason given is that of the first
-    usage.
+    `settings`: as `Platform.with_values` takes them, or the axes of a sweep.
     """
     reasons: dict[str, str] = {}
-    unread = dict.fromkeys(settings)
+    unused = dict.fromkeys(settings)
     for platform, usage in usages:
-        for key in list(unread):
+        for key in list(unused):
             why = _why_of_setting(key, platform, usage)
             if why is None:
-                del unread[key]
+                del unused[key]
             else:
                 reasons.setdefault(key, why)
-        if not unread:
+        if not unused:
             return
-    for key in unread:
+    for key in unused:
         raise IgnoredKeyError(f"`{key}` = {settings[key]!r} would do nothing here: {reasons[key]}")
 
 
@@ -149,16 +148,20 @@ def _why_of_setting(key: str, platform: Platform, usage: ParameterUse) -> str | 
     return why_ignored(key, platform, usage)
 
 
+def _unless(used: bool, why: str) -> str | None:
+    return None if used else why
+
+
 def _ps(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     if "times" not in usage.questions:
         return _NO_TIMES
     if name == "cores":
         return "it only limits `runtime.cores_used`; set that too"
     if name == "cache_line_bytes":
-        return None if usage.on_pl else _NO_PL
+        return _unless(usage.on_pl, _NO_PL)
     if name in ("parallel_fraction", "fork_join_us"):
         cores = {computing_cores(platform, uses_pl=way) for way in _ways(usage)}
-        return None if max(cores) > 1 else "one core computes; set `runtime.cores_used` to more"
+        return _unless(max(cores) > 1, "one core computes; set `runtime.cores_used` to more")
     for code in ("div", "sqrt"):
         if name.startswith(f"{code}_") and code not in usage.ps_codes:
             return f"no stage that the PS runs here has the operation {code}"
@@ -171,27 +174,18 @@ def _pl(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     if not usage.on_pl:
         return _NO_PL
     if name == "clock_mhz":
-        return None if usage.questions & {"times", "engine"} else f"{_NO_TIMES}; area has no clock"
+        return _unless(bool(usage.questions & {"times", "engine"}), f"{_NO_TIMES}; area has no clock")
     if "engine" in usage.questions:
-        known = name in ("lanes", "dividers", "banks", "latency_preset")
-        return (
-            None
-            if known
-            else "this report lists every segment's cycles and microcode in both formats; leave it out"
+        return _unless(
+            name in ("lanes", "dividers", "banks", "latency_preset"),
+            "this report lists every segment's cycles and microcode in both formats; leave it out",
         )
     if name in ("overlap_exponent", "segment_overhead_cycles"):
-        return None if not usage.scheduled else "cycles come from exact schedules; ask for --estimate"
-    if name == "banks":
-        return (
-            None
-            if usage.scheduled or usage.area
-            else "the estimate knows no banks; ask for schedules (--exact)"
-        )
-    if name == "microcode_format":
-        return (
-            None
-            if usage.scheduled or usage.area
-            else "the estimate knows no microcode; ask for schedules (--exact)"
+        return _unless(not usage.scheduled, "cycles come from exact schedules; ask for --estimate")
+    if name in ("banks", "microcode_format"):
+        what = name.removesuffix("_format")
+        return _unless(
+            bool(usage.scheduled or usage.area), f"the estimate knows no {what}; ask for schedules (--exact)"
         )
     if name == "microcode_compression":
         return _compression(platform, usage)
@@ -211,7 +205,7 @@ def _compression(platform: Platform, usage: ParameterUse) -> str | None:
 def _link(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     if "times" not in usage.questions:
         return _NO_TIMES
-    return None if usage.on_pl else _NO_PL
+    return _unless(usage.on_pl, _NO_PL)
 
 
 def _runtime(name: str, platform: Platform, usage: ParameterUse) -> str | None:
@@ -236,10 +230,8 @@ def _runtime(name: str, platform: Platform, usage: ParameterUse) -> str | None:
 
 def _area(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     if name.endswith("_ceiling"):
-        return (
-            None
-            if _compared(name, usage)
-            else "this report does not compare it with a ceiling; `orbsoc hw budget` does"
+        return _unless(
+            _compared(name, usage), "this report does not compare it with a ceiling; `orbsoc hw budget` does"
         )
     kind = name.partition("_")[0]
     if kind not in usage.area:
@@ -252,10 +244,8 @@ def _area(name: str, platform: Platform, usage: ParameterUse) -> str | None:
 
 
 def _resources(name: str, platform: Platform, usage: ParameterUse) -> str | None:
-    return (
-        None
-        if _compared(name, usage)
-        else "this report does not ask whether it fits; `orbsoc hw budget` does"
+    return _unless(
+        _compared(name, usage), "this report does not ask whether it fits; `orbsoc hw budget` does"
     )
 
 

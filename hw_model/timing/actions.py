@@ -1,7 +1,7 @@
-"""What happens during a trace under a partition, in order, without any duration.
+"""The sequence of actions of a trace under a partition, without any duration.
 
-The walk decides; prices.py says how long each action takes; timeline.py lays them end to end. The walk
-depends on no platform, so a sweep over platforms walks once.
+durations.py says how long each action takes, precedence.py what it waits for, and timeline.py when it happens. Actions
+depend on no platform, so a sweep over platforms makes them once.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ PROBLEM = "(problem data)"
 """Stage name of the generation of a solve's data, and of the frame that announces them to the PL."""
 
 START_UP = "equilibrate"
-"""Stage that begins every walk, cold or warm."""
+"""Stage that begins every solve attempt, cold or warm."""
 
 PARAMETERS = "parameters"
-"""Buffer that the PS writes anew before it begins another walk of a solve."""
+"""Buffer that the PS writes anew before it restarts a solve."""
 
 Kind = Literal["build", "compute", "copy", "launch", "interrupt", "flags", "publish", "rest"]
-"""`build`: the PS generates the problem of a solve; `launch`: the frame that starts a segment; `flags`: status, data-valid flags and acknowledgement after it;
-`interrupt`: the PS learns, in whichever
-way it waits, that the segment has ended; `publish`: the frame, status and flags by which the PS announces what it wrote itself; `rest`: the status read that ends
+"""`build`: the PS generates the problem of a solve; `launch`: the frame that starts a segment; `interrupt`: the PS learns,
+by interrupt or polling, that the segment has ended; `flags`: status, data-valid flags and acknowledgement after it;
+`publish`: the frame, status and flags by which the PS announces what it wrote itself; `rest`: the status read that ends
 a solve."""
 
 
@@ -62,9 +62,9 @@ class Action(NamedTuple):
 def actions_of(trace: Trace, partition: Partition) -> list[Action]:
     """Copies, launches, computations, interrupts and flag checks of every solve, in order.
 
-    Each solve starts with the generation of its data on the PS, and ends when the PS holds what the last stage wrote. So does
-    each walk, where a solve has several: the PS judges what one has come to before it begins the next.
-    A partition that leaves the PL idle has no protocol: the PS computes and nothing else happens.
+    Each solve starts with the generation of its data on the PS, and ends when the PS holds what the last stage wrote. So
+    does each attempt of a solve with restarts: the PS judges its outcome before the next one. A partition that leaves
+    the PL idle has no protocol: the PS computes and nothing else happens.
     """
     actions: list[Action] = []
     for s, solve in enumerate(trace.solves):
@@ -94,7 +94,7 @@ def actions_of(trace: Trace, partition: Partition) -> list[Action]:
 
 
 def _end(partition: Partition, pattern: int, residency: Residency, outputs: tuple[str, ...]) -> list[Work]:
-    """The end of a walk: nothing may be running, and what the last stage wrote goes to the PS."""
+    """The end of an attempt: the PL is idle, and what the last stage wrote goes to the PS."""
     works = [Work("rest", "ps", pattern, "")] if partition.uses_pl else []
     return works + [Work("copy", "ps", pattern, buffer) for buffer in residency.missing(outputs, "ps")]
 

@@ -1,4 +1,4 @@
-"""How long each piece of work takes on one platform, cause by cause."""
+"""Cost model: how long each piece of work takes on one platform, cause by cause."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Part(NamedTuple):
-    """A stretch of one cause. `cycles` counts the clock of the side that computes, 0 where none does.
+    """Part of a duration with one cause. `cycles` counts the clock of the side that computes, 0 where none does.
 
     `jitter_picoseconds`: how much longer it takes at most.
     """
@@ -35,10 +35,9 @@ class Part(NamedTuple):
 
 
 class Durations:
-    """Durations of the work in one trace on one platform; each distinct piece is priced once.
+    """Durations of the work in one trace on one platform, each distinct piece computed once.
 
-    `uses_pl`: whether the run that is priced has a PL to control. `cycles`: where a stage's cycles on the PL come
-    from.
+    `uses_pl`: whether the run has a PL to control. `cycles`: where a stage's cycles on the PL come from.
     """
 
     def __init__(
@@ -60,7 +59,7 @@ class Durations:
         """The parts of `work`, in order; none is empty. Σ picoseconds is its duration."""
         known = self._known.get(work)
         if known is None:
-            known = tuple(part for part in self._price(work) if part.picoseconds or part.cycles)
+            known = tuple(part for part in self._parts(work) if part.picoseconds or part.cycles)
             self._known[work] = known
         return known
 
@@ -88,7 +87,7 @@ class Durations:
         """Whether a "copy" is done by DMA, not by a core."""
         return self._copy(work).method == "dma"
 
-    def _price(self, work: Work) -> list[Part]:
+    def _parts(self, work: Work) -> list[Part]:
         links, pl_clock_mhz = self.platform.link, self.platform.pl.clock_mhz.value
         runtime = self.platform.runtime
         match work.kind:

@@ -12,7 +12,7 @@ import pytest
 from hw_model import HwModelError, load_partition, load_platform, parse_trace, speedup
 from hw_model.area.budget import budget
 from hw_model.timing.schedules import engine_of
-from hw_model.timing.unit_schedules import runs, stretches
+from hw_model.timing.unit_schedules import coarse_slices, exact_slices
 from orbsoc import Cones, Problem, PsScheduler
 from orbsoc.hw.exact_cycles import exact_cycles, exact_units
 from orbsoc.hw.schedules import Engine, EngineError, PlProgram, pl_program
@@ -117,7 +117,7 @@ def test_units_execute_the_operations_of_the_schedule_one_at_a_time(
     for name, segment in pl_program(PROBLEM, None, Engine(lanes=2)).segments.items():
         schedule = look_up(trace, machine, 0, name)
         length = cycles(trace, machine, 0, name).cycles
-        for found in (runs(schedule, latencies), stretches(schedule, latencies, length)):
+        for found in (exact_slices(schedule, latencies), coarse_slices(schedule, latencies, length)):
             assert sum(item.operations for item in found) == segment.operations
             on_lanes = [item for item in found if item.unit < 2]
             assert sum(item.busy for item in on_lanes) == segment.lane_operations
@@ -125,7 +125,7 @@ def test_units_execute_the_operations_of_the_schedule_one_at_a_time(
             assert all(0 <= item.begin < item.end <= length for item in found)
             for one, two in pairwise(sorted(found)):
                 assert one.unit != two.unit or one.end <= two.begin
-        assert all(item.busy == item.end - item.begin for item in runs(schedule, latencies))
+        assert all(item.busy == item.end - item.begin for item in exact_slices(schedule, latencies))
 
 
 def test_an_engine_that_cannot_exist_is_refused(recorded: PsScheduler) -> None:

@@ -25,8 +25,8 @@ def test_nothing_is_taken_when_nothing_is_on_the_pl() -> None:
 
 @pytest.mark.parametrize("key", ["pl.lanes", "pl.dividers", "pl.banks"])
 def test_more_of_anything_takes_no_less(key: str) -> None:
-    split = load_partition("paper")
-    counts = [budget(TRACE, load_platform("zu9eg").with_value(key, n), split) for n in (1, 2, 4, 8)]
+    partition = load_partition("paper")
+    counts = [budget(TRACE, load_platform("zu9eg").with_value(key, n), partition) for n in (1, 2, 4, 8)]
     for kind in ("lut", "ff", "dsp"):
         used = [found.of(kind).used for found in counts]
         assert used == sorted(used)
@@ -53,16 +53,16 @@ def test_a_small_device_overflows_and_the_tightest_resource_is_named() -> None:
 
 
 def test_fewer_modules_need_less_storage_and_microcode() -> None:
-    machine = load_platform("zu9eg")
-    whole, part = (budget(TRACE, machine, load_partition(name)) for name in ("paper", "factor_only"))
+    platform = load_platform("zu9eg")
+    whole, part = (budget(TRACE, platform, load_partition(name)) for name in ("paper", "factor_only"))
     assert part.storage_words < whole.storage_words
     assert part.microcode_words < whole.microcode_words
 
 
 def test_a_decoder_saves_block_ram_and_takes_lookup_tables() -> None:
-    machine, split = load_platform("zu9eg"), load_partition("paper")
+    platform, partition = load_platform("zu9eg"), load_partition("paper")
     packed, flat = (
-        budget(TRACE, machine.with_value("pl.microcode_format", name), split)
+        budget(TRACE, platform.with_value("pl.microcode_format", name), partition)
         for name in ("compressed", "flat")
     )
     assert packed.microcode_bram36 <= flat.microcode_bram36
@@ -72,14 +72,14 @@ def test_a_decoder_saves_block_ram_and_takes_lookup_tables() -> None:
 
 def test_counted_microcode_is_stored_as_it_is_and_an_assumed_compression_is_not_asked() -> None:
     """The estimate assumes a compression; schedules count one, and each segment begins at a line of its own."""
-    machine, split = load_platform("zu9eg"), load_partition("factor_only")
+    platform, partition = load_platform("zu9eg"), load_partition("factor_only")
 
     def counted(trace: Trace, platform: Platform, pattern: int, stage: str) -> PlCycles:
         return PlCycles({"issue": 20_000}, 0, "issue", "schedule", Microcode(19_000, 5_000_000, 400_000))
 
     def both(by: float) -> tuple[Budget, Budget]:
-        changed = machine.with_value("pl.microcode_compression", by)
-        return budget(TRACE, changed, split), budget(TRACE, changed, split, counted)
+        changed = platform.with_value("pl.microcode_compression", by)
+        return budget(TRACE, changed, partition), budget(TRACE, changed, partition, counted)
 
     (assumed, four), (other, eight) = both(4.0), both(8.0)
     assert assumed.microcode_bits > other.microcode_bits
@@ -92,12 +92,12 @@ def test_counted_microcode_is_stored_as_it_is_and_an_assumed_compression_is_not_
     assert (assumed.microcode_origin, four.microcode_origin) == ("estimate", "schedule")
 
 
-@pytest.mark.parametrize("split", ["paper", "all_ps"])
-def test_a_budget_changes_with_what_it_counts_as_used_and_with_nothing_else(split: str) -> None:
-    machine, partition = load_platform("zu9eg"), load_partition(split)
-    before = budget(TRACE, machine, partition)
+@pytest.mark.parametrize("name", ["paper", "all_ps"])
+def test_a_budget_changes_with_what_it_counts_as_used_and_with_nothing_else(name: str) -> None:
+    platform, partition = load_platform("zu9eg"), load_partition(name)
+    before = budget(TRACE, platform, partition)
     steps = {"runtime.completion": "polling", "pl.microcode_format": "flat"}
-    for row in assumptions(machine, BUDGET_USAGE.of(TRACE, partition, machine, estimated)):
+    for row in assumptions(platform, BUDGET_USAGE.of(TRACE, partition, platform, estimated)):
         if row.key.startswith("pl.latencies.") or row.key in ("runtime.schedule", "runtime.cores_used"):
             continue
         value = row.value
@@ -106,6 +106,6 @@ def test_a_budget_changes_with_what_it_counts_as_used_and_with_nothing_else(spli
         else:
             value = value * 2 if isinstance(value, int) else 0.5 * value + 0.5
         if value != row.value:
-            assert (budget(TRACE, machine.with_value(row.key, value), partition) == before) == (
+            assert (budget(TRACE, platform.with_value(row.key, value), partition) == before) == (
                 not row.used
             ), row.key

@@ -23,8 +23,8 @@ TRACE = synthetic_trace(iterations=3, solves=2)
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
-def configuration(platform: Platform, split: str) -> Configuration:
-    return Configuration(f"{platform.name}:{split}", platform, load_partition(split))
+def configuration(platform: Platform, partition: str) -> Configuration:
+    return Configuration(f"{platform.name}:{partition}", platform, load_partition(partition))
 
 
 A = configuration(load_platform("zu9eg"), "paper")

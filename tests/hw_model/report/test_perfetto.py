@@ -58,14 +58,14 @@ def tracks(document: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
 
 
 def drawn(
-    machine: Platform,
-    split: str = "paper",
+    platform: Platform,
+    name: str = "paper",
     source: StageCycles = cycles,
     schedules: UnitSchedules | None = units,
 ) -> dict[str, Any]:
-    partition = load_partition(split)
-    timeline = simulate(TRACE, machine, partition, source)
-    return trace_events(timeline, TRACE, machine, partition, source, schedules)
+    partition = load_partition(name)
+    timeline = simulate(TRACE, platform, partition, source)
+    return trace_events(timeline, TRACE, platform, partition, source, schedules)
 
 
 def ends_ns(event: dict[str, Any]) -> tuple[int, int]:
@@ -73,17 +73,17 @@ def ends_ns(event: dict[str, Any]) -> tuple[int, int]:
     return start, start + round(1000 * event["dur"])
 
 
-def machines() -> Iterator[Platform]:
+def platforms() -> Iterator[Platform]:
     for clock in (150.0, 333.3, 997.0):
-        machine = ZU9EG.with_values({"pl.clock_mhz": clock, "runtime.cores_used": 3})
-        yield from (machine, machine.with_value("runtime.schedule", "overlapped"))
+        platform = ZU9EG.with_values({"pl.clock_mhz": clock, "runtime.cores_used": 3})
+        yield from (platform, platform.with_value("runtime.schedule", "overlapped"))
     yield overlapped(load_platform("xc7z020"))
     yield ZU9EG.with_value("runtime.completion", "polling")
 
 
-@pytest.mark.parametrize("machine", list(machines()))
-def test_on_one_track_no_event_overlaps_another(machine: Platform) -> None:
-    found = tracks(drawn(machine))
+@pytest.mark.parametrize("platform", list(platforms()))
+def test_on_one_track_no_event_overlaps_another(platform: Platform) -> None:
+    found = tracks(drawn(platform))
     assert {"core 0", "factorization", "lane 0", "lane 1", "lane 3", "divider 0"} <= found.keys()
     for name, own in found.items():
         for one, two in pairwise(own):
@@ -101,7 +101,7 @@ def test_a_units_track_has_the_operations_of_its_schedule_in_every_run() -> None
     assert "lane 2" not in found
 
 
-def test_the_longest_iteration_is_drawn_operation_by_operation_and_the_rest_by_stretches() -> None:
+def test_the_longest_iteration_is_drawn_operation_by_operation_and_the_rest_coarsely() -> None:
     document = drawn(ZU9EG)
     timeline = simulate(TRACE, ZU9EG, "paper", cycles)
     chosen = timeline.longest_iteration()
@@ -151,9 +151,9 @@ def test_without_schedules_there_are_no_units_and_the_document_says_so() -> None
 @pytest.mark.parametrize("cores", [2, 4])
 def test_every_core_that_the_model_uses_is_drawn(schedule: str, cores: int) -> None:
     """Serial: all compute. Overlapped: the last one controls the PL, and does nothing else."""
-    machine = ZU9EG.with_values({"runtime.cores_used": cores, "runtime.schedule": schedule})
-    timeline = simulate(TRACE, machine, "paper", cycles)
-    found = tracks(drawn(machine))
+    platform = ZU9EG.with_values({"runtime.cores_used": cores, "runtime.schedule": schedule})
+    timeline = simulate(TRACE, platform, "paper", cycles)
+    found = tracks(drawn(platform))
     computing = cores - (schedule == "overlapped")
     assert timeline.cores == computing
     shared = [segment for segment in timeline.segments if segment.shared_cycles]
@@ -164,7 +164,7 @@ def test_every_core_that_the_model_uses_is_drawn(schedule: str, cores: int) -> N
         for event, segment in zip(own, shared, strict=True):
             start, end = ends_ns(event)
             assert end == (segment.end_picoseconds + 500) // 1000  # they join for the last part
-            took = 1e3 * segment.shared_cycles / machine.ps.clock_mhz.value
+            took = 1e3 * segment.shared_cycles / platform.ps.clock_mhz.value
             assert end - start == pytest.approx(took, abs=1.0)
             assert 0 < segment.shared_cycles < segment.cycles
     controlling = f"core {cores - 1 if schedule == 'overlapped' else 0}"
@@ -174,10 +174,10 @@ def test_every_core_that_the_model_uses_is_drawn(schedule: str, cores: int) -> N
         assert {event["cat"] for event in found[controlling]} == {"link", "interrupt"}
 
 
-@pytest.mark.parametrize("machine", [ZU9EG, overlapped(load_platform("xc7z020"))])
-def test_every_segment_reaches_the_trace_viewer(machine: Platform) -> None:
-    timeline = simulate(TRACE, machine, "paper")
-    document = drawn(machine, source=estimated, schedules=None)
+@pytest.mark.parametrize("platform", [ZU9EG, overlapped(load_platform("xc7z020"))])
+def test_every_segment_reaches_the_trace_viewer(platform: Platform) -> None:
+    timeline = simulate(TRACE, platform, "paper")
+    document = drawn(platform, source=estimated, schedules=None)
     found = tracks(document)
     causes = [event for name, own in found.items() if name.startswith("cycles: ") for event in own]
     assert len(causes) == sum(segment.side == "pl" for segment in timeline.segments)
@@ -189,7 +189,7 @@ def test_every_segment_reaches_the_trace_viewer(machine: Platform) -> None:
     assert ends == pytest.approx(timeline.makespan_picoseconds / 1e6, abs=1e-3)
     assert document["otherData"]["makespan_us"] == timeline.makespan_picoseconds / 1e6
     echo = document["otherData"]["parameters"]
-    assert echo.keys() == {key for key, _ in machine.parameters()}
+    assert echo.keys() == {key for key, _ in platform.parameters()}
     assert all(row["tag"] in ("sourced", "measured", "assumed") for row in echo.values())
     assert not echo["runtime.ps_jitter_fraction"]["used"]
     assert echo["ps.clock_mhz"]["used"]

@@ -15,13 +15,13 @@ from hw_model.platform.platform import load_platform, platform_names
 from hw_model.report.speedup import Report, speedup
 from hw_model.vocabulary import PL_MODULES
 from tests.hw_model.synthetic import synthetic_trace
-from tests.hw_model.tiny import partition, tiny_platform, tiny_trace
+from tests.hw_model.tiny import partition_of, tiny_platform, tiny_trace
 
 TRACE = synthetic_trace(iterations=4)
 
 
 def test_speedup_by_hand(tmp_path: Path) -> None:
-    report = speedup(tiny_trace(), tiny_platform(tmp_path), partition("factorization"), deadline_ms=0.02)
+    report = speedup(tiny_trace(), tiny_platform(tmp_path), partition_of("factorization"), deadline_ms=0.02)
     # The two runs of test_timeline: 12 536 ns against 154 ns.
     assert report.makespan_picoseconds == 12_536_000
     assert report.speedup.nominal == pytest.approx(154 / 12_536, rel=1e-12)
@@ -40,8 +40,10 @@ def test_bands_are_the_runs_at_the_ends() -> None:
     platform = load_platform("zu9eg")
     report = speedup(TRACE, platform, "paper")
 
-    def run(ps: Any, fabric: Any, build: Any, split: str) -> float:
-        return hw_model.simulate(TRACE, platform.corner(ps, fabric, build), split).makespan_picoseconds / 1e9
+    def run(ps: Any, fabric: Any, build: Any, partition: str) -> float:
+        return (
+            hw_model.simulate(TRACE, platform.corner(ps, fabric, build), partition).makespan_picoseconds / 1e9
+        )
 
     assert report.makespan_ms.low == run("fast", "fast", "fast", "paper")
     assert report.makespan_ms.high == run("slow", "slow", "slow", "paper")
@@ -70,14 +72,14 @@ def test_no_point_inside_the_bands_leaves_the_reported_band() -> None:
 
 
 def test_without_bands_the_band_is_a_point(tmp_path: Path) -> None:
-    report = speedup(tiny_trace(), tiny_platform(tmp_path), partition("factorization"))
+    report = speedup(tiny_trace(), tiny_platform(tmp_path), partition_of("factorization"))
     assert report.speedup.low == report.speedup.nominal == report.speedup.high
 
 
 @pytest.mark.parametrize("device", platform_names())
-@pytest.mark.parametrize("split", ["all_ps", "paper", "factor_only"])
-def test_tables_add_up_to_the_makespan(device: str, split: str) -> None:
-    report = speedup(synthetic_trace(iterations=3, solves=2), device, split)
+@pytest.mark.parametrize("partition", ["all_ps", "paper", "factor_only"])
+def test_tables_add_up_to_the_makespan(device: str, partition: str) -> None:
+    report = speedup(synthetic_trace(iterations=3, solves=2), device, partition)
     makespan = report.makespan_picoseconds
     assert sum(report.causes_picoseconds.values()) == makespan
     for rows in (report.modules, report.iterations):
@@ -110,9 +112,9 @@ def test_any_partition_may_be_the_baseline() -> None:
     assert forth * back == pytest.approx(1.0, rel=1e-12)
 
 
-@pytest.mark.parametrize("split", ["paper", "factor_only", *PL_MODULES])
-def test_more_lanes_are_never_slower(split: str) -> None:
-    chosen = partition(split) if split in PL_MODULES else split
+@pytest.mark.parametrize("partition", ["paper", "factor_only", *PL_MODULES])
+def test_more_lanes_are_never_slower(partition: str) -> None:
+    chosen = partition_of(partition) if partition in PL_MODULES else partition
     times = [
         speedup(TRACE, load_platform("zu9eg").with_value("pl.lanes", lanes), chosen).makespan_picoseconds
         for lanes in (1, 2, 3, 4, 8, 16, 64)
@@ -157,14 +159,14 @@ def test_a_trace_of_nothing_is_refused() -> None:
         speedup(empty, "zu9eg", "all_ps")
 
 
-@pytest.mark.parametrize("split", ["paper", "all_ps"])
-def test_changing_one_parameter_changes_the_echo_of_that_one_only(split: str) -> None:
+@pytest.mark.parametrize("partition", ["paper", "all_ps"])
+def test_changing_one_parameter_changes_the_echo_of_that_one_only(partition: str) -> None:
     """And no parameter that counts as used is ignored: each changes the modelled times."""
     # Two cores, so that they may share work, and a PL clock at which DMA pays and feels the port.
     platform = load_platform("xc7z045").with_value("runtime.cores_used", 2).with_value("pl.clock_mhz", 400.0)
     platform = platform.with_value("link.dma_fixed_us", 0.2).with_value("ps.fork_join_us", 0.1)
     platform = platform.with_value("link.cache_clean_ns_per_line", 1.0)
-    before = speedup(TRACE, platform, split)
+    before = speedup(TRACE, platform, partition)
     steps = {"pl.lanes": 5, "pl.dividers": 2, "link.flags_per_register": 4, "link.ddr_efficiency": 0.5} | {
         "runtime.completion": "polling", "runtime.schedule": "overlapped", "runtime.cores_used": 1,
         "pl.microcode_format": "flat", "ps.cache_line_bytes": 16, "ps.parallel_fraction": 0.7,
@@ -176,7 +178,7 @@ def test_changing_one_parameter_changes_the_echo_of_that_one_only(split: str) ->
         value = (
             steps[row.key] if row.key in steps else row.value * (2 if isinstance(row.value, int) else 1.25)
         )
-        after = speedup(TRACE, platform.with_value(row.key, value), split)
+        after = speedup(TRACE, platform.with_value(row.key, value), partition)
         pairs = zip(after.assumptions, before.assumptions, strict=True)
         changed = {a.key for a, b in pairs if replace(a, used=b.used) != b}
         assert changed == {row.key}
@@ -212,9 +214,9 @@ def test_assumptions_of_the_other_datapath_and_of_an_idle_pl_do_not_count_as_use
 
 
 @pytest.mark.parametrize("device", platform_names())
-@pytest.mark.parametrize("split", ["all_ps", "paper", "factor_only"])
-def test_every_headline_says_modelled(device: str, split: str) -> None:
-    report = speedup(TRACE, device, split, deadline_ms=5.0)
+@pytest.mark.parametrize("partition", ["all_ps", "paper", "factor_only"])
+def test_every_headline_says_modelled(device: str, partition: str) -> None:
+    report = speedup(TRACE, device, partition, deadline_ms=5.0)
     assert "modelled" in report.headline
     assert "modelled" in report.deadline_line
     text = report.to_markdown()
@@ -222,7 +224,7 @@ def test_every_headline_says_modelled(device: str, split: str) -> None:
         "a published measurement", ""
     )
     titles = [line for line in text.splitlines() if line.startswith("#") and "cycle" in line + "time"]
-    assert titles[0] == f"# Modelled cycle budget: {split} on {device}"
+    assert titles[0] == f"# Modelled cycle budget: {partition} on {device}"
     assert all("odelled" in title for title in titles if "time" in title or "cycles" in title)
 
 

@@ -25,44 +25,47 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 def points(*devices: str) -> list[Point]:
     study = Study(TRACE)
-    machines = [
+    platforms = [
         load_platform(device).with_value("pl.lanes", lanes) for device in devices for lanes in (1, 4, 16)
     ]
-    return [point for machine in machines for point in study.points(machine, all_partitions())]
+    return [point for platform in platforms for point in study.points(platform, all_partitions())]
 
 
 def test_all_partitions_are_all_and_the_shipped_ones_keep_their_names() -> None:
     found = all_partitions()
-    assert len({tuple(split.modules.items()) for split in found}) == len(found) == 64
-    assert {"all_ps", "paper", "factor_only"} <= {split.name for split in found}
+    assert len({tuple(partition.modules.items()) for partition in found}) == len(found) == 64
+    assert {"all_ps", "paper", "factor_only"} <= {partition.name for partition in found}
 
 
 def test_modules_joined_by_plus_are_a_partition() -> None:
-    split = load_partition("linear_solve+factorization")
-    assert split.name == "factorization+linear_solve"
-    assert {name for name, side in split.modules.items() if side == "pl"} == {"factorization", "linear_solve"}
+    partition = load_partition("linear_solve+factorization")
+    assert partition.name == "factorization+linear_solve"
+    assert {name for name, side in partition.modules.items() if side == "pl"} == {
+        "factorization",
+        "linear_solve",
+    }
     with pytest.raises(PartitionError, match=r"no module 'line_serch'; allowed: matrix_update, "):
         load_partition("factorization+line_serch")
 
 
 def test_a_point_is_what_the_report_says() -> None:
-    machine = load_platform("xc7z045").with_value("runtime.cores_used", 2)
-    for split in (
+    platform = load_platform("xc7z045").with_value("runtime.cores_used", 2)
+    for partition in (
         load_partition("paper"),
         load_partition("factorization+cone_ops"),
         load_partition("all_ps"),
     ):
-        [point] = Study(TRACE).points(machine, [split])
-        report = speedup(TRACE, machine, split)
+        [point] = Study(TRACE).points(platform, [partition])
+        report = speedup(TRACE, platform, partition)
         assert point.time_ms == report.makespan_ms
         assert point.speedup == report.speedup
         assert point.worst_case_ms == report.worst_case_ms
 
 
 def test_an_overlapped_point_is_what_the_report_says() -> None:
-    machine = load_platform("zu9eg").with_values({"runtime.schedule": "overlapped", "runtime.cores_used": 2})
-    [point] = Study(TRACE).points(machine, [load_partition("paper")])
-    report = speedup(TRACE, machine, "paper")
+    platform = load_platform("zu9eg").with_values({"runtime.schedule": "overlapped", "runtime.cores_used": 2})
+    [point] = Study(TRACE).points(platform, [load_partition("paper")])
+    report = speedup(TRACE, platform, "paper")
     assert (point.time_ms, point.worst_case_ms) == (report.makespan_ms, report.worst_case_ms)
 
 
@@ -100,34 +103,34 @@ def test_a_verdict_names_a_partition_that_is_no_worse_in_anything() -> None:
 
 def test_limits_are_above_what_is_reached_and_in_their_order() -> None:
     for lanes in (1, 8):
-        machine = load_platform("zu9eg").with_value("pl.lanes", lanes)
-        found = limits(TRACE, machine, load_partition("paper"))
-        assert found.speedup == pytest.approx(speedup(TRACE, machine, "paper").speedup.nominal, rel=1e-12)
+        platform = load_platform("zu9eg").with_value("pl.lanes", lanes)
+        found = limits(TRACE, platform, load_partition("paper"))
+        assert found.speedup == pytest.approx(speedup(TRACE, platform, "paper").speedup.nominal, rel=1e-12)
         assert found.speedup < found.free_pl < found.free_pl_and_link
-    idle = limits(TRACE, machine, load_partition("all_ps"))
+    idle = limits(TRACE, platform, load_partition("all_ps"))
     assert (idle.speedup, idle.free_pl, idle.free_pl_and_link) == (1.0, 1.0, 1.0)
 
 
 def test_no_module_is_above_its_roof() -> None:
-    machine = load_platform("zu9eg")
-    rows = roofs(TRACE, machine, load_partition("paper"))
+    platform = load_platform("zu9eg")
+    rows = roofs(TRACE, platform, load_partition("paper"))
     assert {row.module for row in rows} == set(PL_MODULES)
-    peak = machine.pl.lanes.value * machine.pl.clock_mhz.value * 1e-3
+    peak = platform.pl.lanes.value * platform.pl.clock_mhz.value * 1e-3
     assert all(row.gops_with_link < row.gops <= peak for row in rows)
 
 
 def test_figures_are_drawn(tmp_path: Path) -> None:
     found = points("zu9eg")
-    machine, split = load_platform("zu9eg"), load_partition("paper")
+    platform, partition = load_platform("zu9eg"), load_partition("paper")
     pareto_figure(found, pareto(found), tmp_path / "a.png")
     curve = {
-        point.lanes: (point.speedup, limits(TRACE, machine.with_value("pl.lanes", point.lanes), split))
+        point.lanes: (point.speedup, limits(TRACE, platform.with_value("pl.lanes", point.lanes), partition))
         for point in found
         if point.partition == "paper"
     }
     figure = amdahl_figure({"paper": curve}, "zu9eg", tmp_path / "b.png")
     assert next(line.get_ydata()[0] for line in figure.axes[0].lines) == curve[1][0].nominal
-    roofline_figure(roofs(TRACE, machine, split), machine, tmp_path / "c.png")
+    roofline_figure(roofs(TRACE, platform, partition), platform, tmp_path / "c.png")
     for name in "abc":
         assert (tmp_path / f"{name}.png").read_bytes().startswith(PNG)
     with pytest.raises(HwModelError, match="`points` is empty"):
@@ -161,8 +164,8 @@ lanes = [2, 4, 8]
     one = next(
         point for point in found if point.row()["runtime.completion"] == "polling" and point.lanes == 8
     )
-    machine = load_platform(one.device).with_values({"runtime.completion": "polling", "pl.lanes": 8})
-    assert one.time_ms == speedup(TRACE, machine, one.partition).makespan_ms
+    platform = load_platform(one.device).with_values({"runtime.completion": "polling", "pl.lanes": 8})
+    assert one.time_ms == speedup(TRACE, platform, one.partition).makespan_ms
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from hw_model.timing.trace import parse_trace
 from hw_model.vocabulary import PL_MODULES
 from tests.hw_model.random_traces import traces
 from tests.hw_model.synthetic import stage, synthetic_trace
-from tests.hw_model.tiny import partition
+from tests.hw_model.tiny import partition_of
 
 
 def trace_of(stages: dict[str, Any], events: list[str], words: int = 100) -> dict[str, Any]:
@@ -40,33 +40,35 @@ STEPS = {
 
 
 def test_a_buffer_read_twice_crosses_once() -> None:
-    actions = actions_of(parse_trace(trace_of(STEPS, ["use", "use_again", "use"])), partition(*PL_MODULES))
+    actions = actions_of(parse_trace(trace_of(STEPS, ["use", "use_again", "use"])), partition_of(*PL_MODULES))
     assert copies(actions) == [("use", "x", "pl"), ("(result)", "y", "ps")]
 
 
 def test_a_buffer_crosses_again_after_the_other_side_wrote_it() -> None:
     events = ["use", "look", "look", "change", "use", "look"]
-    actions = actions_of(parse_trace(trace_of(STEPS, events)), partition(*PL_MODULES))
+    actions = actions_of(parse_trace(trace_of(STEPS, events)), partition_of(*PL_MODULES))
     assert copies(actions) == [
         ("use", "x", "pl"), ("look", "y", "ps"), ("use", "x", "pl"), ("look", "y", "ps"),
     ]  # fmt: skip
 
 
 def test_what_stays_on_one_side_never_crosses() -> None:
-    actions = actions_of(parse_trace(trace_of(STEPS, ["use", "use_again", "look"])), partition("line_search"))
+    actions = actions_of(
+        parse_trace(trace_of(STEPS, ["use", "use_again", "look"])), partition_of("line_search")
+    )
     # y is made and looked at on the PS; only the line search needs it, and x, on the PL.
     assert copies(actions) == [("use_again", "x", "pl"), ("use_again", "y", "pl")]
 
 
 def test_an_empty_buffer_never_crosses() -> None:
-    actions = actions_of(parse_trace(trace_of(STEPS, ["use", "look"], words=0)), partition(*PL_MODULES))
+    actions = actions_of(parse_trace(trace_of(STEPS, ["use", "look"], words=0)), partition_of(*PL_MODULES))
     assert copies(actions) == []
 
 
 def test_every_solve_starts_from_the_ps() -> None:
     trace = trace_of(STEPS, ["use"])
     trace["solves"] = trace["solves"] * 2
-    actions = actions_of(parse_trace(trace), partition(*PL_MODULES))
+    actions = actions_of(parse_trace(trace), partition_of(*PL_MODULES))
     assert [(a.solve, a.work.what) for a in actions if a.work.kind == "copy"] == [
         (0, "x"), (0, "y"), (1, "x"), (1, "y"),
     ]  # fmt: skip
@@ -76,10 +78,10 @@ def test_every_solve_starts_from_the_ps() -> None:
 @given(trace=traces(), on_pl=st.sets(st.sampled_from(PL_MODULES)))
 def test_every_read_finds_the_latest_version_and_no_copy_is_idle(trace, on_pl) -> None:  # type: ignore[no-untyped-def]
     """Replay with version numbers: each side has a version of each buffer, copies overwrite, writes advance."""
-    checked, split = parse_trace(trace), partition(*on_pl)
+    checked, partition = parse_trace(trace), partition_of(*on_pl)
     version: dict[tuple[str, str], int] = {}
     clock, solve = 0, -1
-    for action in actions_of(checked, split):
+    for action in actions_of(checked, partition):
         if action.solve != solve:
             solve, version = action.solve, {}
         pattern = checked.patterns[action.work.pattern]
@@ -101,9 +103,9 @@ def test_every_read_finds_the_latest_version_and_no_copy_is_idle(trace, on_pl) -
             version.update({(here, buffer): clock for buffer in done.writes})
 
 
-def test_the_walk_does_not_depend_on_counts_or_sizes() -> None:
+def test_actions_do_not_depend_on_counts_or_sizes() -> None:
     trace = synthetic_trace(iterations=2)
-    before = actions_of(parse_trace(trace), partition("factorization"))
+    before = actions_of(parse_trace(trace), partition_of("factorization"))
     for entry in trace["patterns"][0]["stages"].values():
         entry["operations"] = {code: 3 * count + 1 for code, count in entry["operations"].items()}
-    assert actions_of(parse_trace(trace), partition("factorization")) == before
+    assert actions_of(parse_trace(trace), partition_of("factorization")) == before

@@ -1,4 +1,4 @@
-"""The walk is the PS of the emulation, move for move and access for access."""
+"""The actions are those of the emulated PS, move for move and access for access."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.core.ps_fake import STAGES, WORDS, FakeEngine, prepare
 from tests.core.test_second_walk import CARELESS, MENDED, TOO_LITTLE, badly_scaled, mended_late
 from tests.hw_model.synthetic import stage
 from tests.hw_model.timing.test_actions import copies, trace_of
-from tests.hw_model.tiny import partition
+from tests.hw_model.tiny import partition_of
 
 
 def _trace_of_fake(engine: FakeEngine) -> dict[str, Any]:
@@ -33,18 +33,18 @@ def _trace_of_fake(engine: FakeEngine) -> dict[str, Any]:
 
 @pytest.mark.parametrize("iterations", [1, 4])
 @pytest.mark.parametrize("refinements", [0, 2])
-def test_the_walk_is_what_the_emulated_ps_does(iterations: int, refinements: int) -> None:
-    """Same moves in the same order, as many register accesses and interrupts as the driver's own record."""
+def test_the_actions_are_those_of_the_emulated_ps(iterations: int, refinements: int) -> None:
+    """Same moves in the same order, and the register accesses and interrupts of the driver's own record."""
     run = prepare(FakeEngine(iterations, refinements))
     run.driver.run()
-    actions = actions_of(parse_trace(_trace_of_fake(run.engine)), partition(*PL_MODULES))
+    actions = actions_of(parse_trace(_trace_of_fake(run.engine)), partition_of(*PL_MODULES))
     moved = [
         (event.name, "pl" if event.kind is Kind.TO_PL else "ps")
         for event in run.record
         if event.kind in (Kind.TO_PL, Kind.TO_PS)
     ]
     needed = [(buffer, side) for _, buffer, side in copies(actions)]
-    # Within one stage the driver moves in the order of the buffers, the walk in that of the reads.
+    # Within one stage the driver moves in the order of the buffers, the actions in that of the reads.
     assert sorted(moved) == sorted(needed)
     kinds = Counter(action.work.kind for action in actions)
     counts = run.record.counts()
@@ -59,24 +59,24 @@ SMALL = Problem(
 
 
 @pytest.mark.parametrize(
-    ("problem", "settings", "walks"),
+    ("problem", "settings", "attempts"),
     [
         (SMALL, Settings(), 1),
         (badly_scaled(MENDED[0]), CARELESS, 2),
         (mended_late(), TOO_LITTLE, 3),
     ],
 )
-def test_the_walk_is_what_the_emulated_ps_does_with_the_real_solver(
-    problem: Problem, settings: Settings, walks: int
+def test_the_actions_are_those_of_the_emulated_ps_with_the_real_solver(
+    problem: Problem, settings: Settings, attempts: int
 ) -> None:
-    """Also where a walk stalls and others follow, for which the parameters, and nothing else, go to the PL again."""
+    """Also with restarts, for which the parameters, and nothing else, go to the PL again."""
     ps = PsScheduler(settings)
     assert ps(problem).status.name == "SOLVED"
-    assert [stage for stage, _ in ps.trace["solves"][0]["events"]].count(START_UP) == walks
+    assert [stage for stage, _ in ps.trace["solves"][0]["events"]].count(START_UP) == attempts
     trace = parse_trace(ps.trace)
-    actions = actions_of(trace, partition(*PL_MODULES))
+    actions = actions_of(trace, partition_of(*PL_MODULES))
     needed = Counter((buffer, side) for _, buffer, side in copies(actions))
-    assert needed["parameters", "pl"] == walks
+    assert needed["parameters", "pl"] == attempts
     assert needed["raw_g", "pl"] == 1
     moved = Counter(
         (event.name, "pl" if event.kind is Kind.TO_PL else "ps")
@@ -92,11 +92,11 @@ def test_the_walk_is_what_the_emulated_ps_does_with_the_real_solver(
 
 
 def test_the_longest_iteration_holds_no_start_up() -> None:
-    """Not the second walk's either, which has the number of the iteration that ended the first."""
+    """Not a restart's either, which has the number of the iteration that ended the attempt before."""
     ps = PsScheduler(CARELESS)
     ps(badly_scaled(MENDED[0]))
     [_, again] = [number for stage, number in ps.trace["solves"][0]["events"] if stage == START_UP]
-    timeline = simulate(ps.trace, "zu9eg", partition(*PL_MODULES))
+    timeline = simulate(ps.trace, "zu9eg", partition_of(*PL_MODULES))
     solve, longest = timeline.longest_iteration()
     assert solve == 0
     assert longest not in (0, again)

@@ -19,7 +19,7 @@ from hw_model.vocabulary import PL_MODULES
 from tests.hw_model.random_traces import platforms, traces
 from tests.hw_model.synthetic import stage, synthetic_trace
 from tests.hw_model.timing.test_actions import trace_of
-from tests.hw_model.tiny import partition, tiny_platform
+from tests.hw_model.tiny import partition_of, tiny_platform
 
 
 def overlapped(platform: Platform) -> Platform:
@@ -46,7 +46,7 @@ STAGES = {
 
 def test_the_ps_works_beside_the_pl_on_what_the_pl_does_not_touch(tmp_path: Path) -> None:
     platform = overlapped(tiny_platform(tmp_path))
-    timeline = simulate(trace_of(STAGES, ["long", "beside"]), platform, partition("factorization"))
+    timeline = simulate(trace_of(STAGES, ["long", "beside"]), platform, partition_of("factorization"))
     pl, ps = span(timeline, "long", "compute"), span(timeline, "beside", "compute")
     assert pl[0] < ps[1] < pl[1]
     assert ps[0] < pl[1]
@@ -56,7 +56,7 @@ def test_the_ps_works_beside_the_pl_on_what_the_pl_does_not_touch(tmp_path: Path
 def test_neither_a_read_nor_an_overwrite_overtakes_the_pl(tmp_path: Path, follower: str) -> None:
     """`after` reads what the PL writes; `reuse` writes on the PS what the PL has its own copy of, and may not wait."""
     platform = overlapped(tiny_platform(tmp_path))
-    timeline = simulate(trace_of(STAGES, ["long", follower]), platform, partition("factorization"))
+    timeline = simulate(trace_of(STAGES, ["long", follower]), platform, partition_of("factorization"))
     pl, ps = span(timeline, "long", "compute"), span(timeline, follower, "compute")
     if follower == "after":
         assert ps[0] > pl[1]
@@ -81,7 +81,7 @@ def test_one_thing_at_a_time_on_each_resource() -> None:
 @settings(max_examples=60, deadline=None)
 @given(trace=traces(), platform=platforms(), on_pl=st.sets(st.sampled_from(PL_MODULES)))
 def test_the_critical_path_tiles_the_makespan_and_its_causes_add_up(trace, platform, on_pl) -> None:  # type: ignore[no-untyped-def]
-    timeline = simulate(trace, overlapped(platform), partition(*on_pl))
+    timeline = simulate(trace, overlapped(platform), partition_of(*on_pl))
     now = 0
     for segment in timeline.segments:
         if segment.critical:
@@ -95,9 +95,9 @@ def test_the_critical_path_tiles_the_makespan_and_its_causes_add_up(trace, platf
 @settings(max_examples=60, deadline=None)
 @given(trace=traces(), platform=platforms(), on_pl=st.sets(st.sampled_from(PL_MODULES)))
 def test_overlapping_is_never_slower_than_the_same_work_one_by_one(trace, platform, on_pl) -> None:  # type: ignore[no-untyped-def]
-    checked, split, machine = parse_trace(trace), partition(*on_pl), overlapped(platform)
-    actions = actions_of(checked, split)
-    durations = Durations(checked, machine, uses_pl=split.uses_pl)
+    checked, partition, platform = parse_trace(trace), partition_of(*on_pl), overlapped(platform)
+    actions = actions_of(checked, partition)
+    durations = Durations(checked, platform, uses_pl=partition.uses_pl)
     one_by_one = sum(durations.picoseconds(action.work) for action in actions)
     assert makespan_picoseconds(actions, durations) <= one_by_one
     assert all(

@@ -28,9 +28,9 @@ def source(pattern: int, stage: str, engine: Engine) -> Schedule:
 
 
 def test_a_schedule_is_where_all_reports_take_their_cycles() -> None:
-    machine = load_platform("zu9eg").with_value("pl.lanes", 8)
+    platform = load_platform("zu9eg").with_value("pl.lanes", 8)
     cycles = scheduled(source)
-    report = speedup(TRACE, machine, "paper", cycles=cycles)
+    report = speedup(TRACE, platform, "paper", cycles=cycles)
     rows = [row for row in report.stages if row.side == "pl"]
     assert {row.cycles_each for row in rows} == {1000 + 9 * 100}
     assert {row.origin for row in rows} == {"schedule"}
@@ -39,11 +39,11 @@ def test_a_schedule_is_where_all_reports_take_their_cycles() -> None:
     used = {row.key for row in report.assumptions if row.used}
     assert "pl.banks" in used
     assert "pl.overlap_exponent" not in used
-    assert simulate(TRACE, machine, "paper", cycles).makespan_picoseconds == report.makespan_picoseconds
-    [point] = Study(TRACE, cycles).points(machine, [load_partition("paper")])
+    assert simulate(TRACE, platform, "paper", cycles).makespan_picoseconds == report.makespan_picoseconds
+    [point] = Study(TRACE, cycles).points(platform, [load_partition("paper")])
     assert point.time_ms == report.makespan_ms
     segments = {name for name, stage in TRACE.patterns[0].stages.items() if stage.module != "ps"}
-    taken = budget(TRACE, machine, load_partition("paper"), cycles)
+    taken = budget(TRACE, platform, load_partition("paper"), cycles)
     assert (taken.microcode_words, taken.microcode_bits) == (1890 * len(segments), 90_000 * len(segments))
     assert taken.microcode_origin == "schedule"
 

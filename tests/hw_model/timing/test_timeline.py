@@ -12,7 +12,7 @@ from hw_model.timing.timeline import Timeline, simulate
 from hw_model.vocabulary import CAUSES, PL_MODULES, picoseconds_of_cycles
 from tests.hw_model.random_traces import platforms, traces
 from tests.hw_model.synthetic import synthetic_trace
-from tests.hw_model.tiny import partition, tiny_platform, tiny_trace
+from tests.hw_model.tiny import partition_of, tiny_platform, tiny_trace
 
 
 def lines(timeline: Timeline) -> list[tuple[str, str, str, int]]:
@@ -32,7 +32,7 @@ def test_all_ps_by_hand(tmp_path: Path) -> None:
 
 
 def test_factorization_on_the_pl_by_hand(tmp_path: Path) -> None:
-    timeline = simulate(tiny_trace(), tiny_platform(tmp_path), partition("factorization"))
+    timeline = simulate(tiny_trace(), tiny_platform(tmp_path), partition_of("factorization"))
     # A write takes 60 ns, a read 100 + 10 cycles of 10 ns = 200 ns. A frame is 4 writes, its confirmation
     # 2 reads. v: 800 bytes by DMA, 2000 ns + 800 / 0.2; by the core 200 · 60 would be longer.
     # w: 16 bytes by the core, 4 · 200; by DMA 2000 + 16 / 0.1 would be longer.
@@ -66,14 +66,14 @@ def test_factorization_on_the_pl_by_hand(tmp_path: Path) -> None:
 def test_a_result_left_on_the_pl_is_brought_back(tmp_path: Path) -> None:
     trace = tiny_trace()
     trace["solves"][0]["events"] = [["factor", 0]]
-    timeline = simulate(trace, tiny_platform(tmp_path), partition("factorization"))
+    timeline = simulate(trace, tiny_platform(tmp_path), partition_of("factorization"))
     assert lines(timeline)[-2:] == [("(result)", "ps", "link", 200), ("(result)", "ps", "link", 800)]
     assert timeline.segments[-1].detail == "copy w to the PS by core"
 
 
 def test_single_precision_halves_the_words_and_takes_its_own_latencies(tmp_path: Path) -> None:
     trace = tiny_trace() | {"datapath": "f32"}
-    timeline = simulate(trace, tiny_platform(tmp_path), partition("factorization"))
+    timeline = simulate(trace, tiny_platform(tmp_path), partition_of("factorization"))
     found = {(s.stage, s.detail, s.cause): s.duration_picoseconds // 1000 for s in timeline.segments}
     assert found["factor", "copy v to the PL by dma", "link"] == 2000 + 400 * 5
     assert found["factor", "compute", "divider"] == 2 * 17 * 10
@@ -91,7 +91,7 @@ def test_rounded_parts_add_up_to_the_rounded_whole(clock_mhz: float) -> None:
 @settings(max_examples=60, deadline=None)
 @given(trace=traces(), platform=platforms(), on_pl=st.sets(st.sampled_from(PL_MODULES)))
 def test_causes_sum_to_the_makespan_at_every_level(trace, platform, on_pl) -> None:  # type: ignore[no-untyped-def]
-    timeline = simulate(trace, platform, partition(*on_pl))
+    timeline = simulate(trace, platform, partition_of(*on_pl))
     now = 0
     for segment in timeline.segments:
         assert segment.start_picoseconds == now
@@ -118,13 +118,13 @@ def test_causes_sum_to_the_makespan_at_every_level(trace, platform, on_pl) -> No
 @given(trace=traces(), platform=platforms())
 def test_a_partition_moves_work_but_loses_none(trace, platform) -> None:  # type: ignore[no-untyped-def]
     events = sum(len(solve["events"]) for solve in trace["solves"])
-    for split in (partition(), partition("factorization"), partition(*PL_MODULES)):
-        timeline = simulate(trace, platform, split)
+    for partition in (partition_of(), partition_of("factorization"), partition_of(*PL_MODULES)):
+        timeline = simulate(trace, platform, partition)
         done = {(s.solve, s.event) for s in timeline.segments if s.kind == "compute"}
         # A stage without operations takes no PS time; every other one appears exactly once.
         idle = sum(
             not any(trace["patterns"][solve["pattern"]]["stages"][name]["operations"].values())
-            and split.side(trace["patterns"][solve["pattern"]]["stages"][name]["module"]) == "ps"
+            and partition.side(trace["patterns"][solve["pattern"]]["stages"][name]["module"]) == "ps"
             for solve in trace["solves"]
             for name, _ in solve["events"]
         )
@@ -151,7 +151,7 @@ def test_a_module_on_the_pl_interrupts_once_a_run() -> None:
 def test_cache_maintenance_and_cores_by_hand(tmp_path: Path) -> None:
     platform = tiny_platform(tmp_path).with_value("link.cache_clean_ns_per_line", 3.0)
     platform = platform.with_value("link.cache_invalidate_ns_per_line", 2.0)
-    timeline = simulate(tiny_trace(), platform, partition("factorization"))
+    timeline = simulate(tiny_trace(), platform, partition_of("factorization"))
     # v: 800 bytes by DMA are 13 lines of 64; w goes by the core, past the cache.
     assert [s.duration_picoseconds for s in timeline.segments if s.cause == "cache"] == [13 * 3_000]
     shared = simulate(tiny_trace(), platform.with_value("runtime.cores_used", 2), "all_ps")
@@ -161,7 +161,7 @@ def test_cache_maintenance_and_cores_by_hand(tmp_path: Path) -> None:
 
 def test_generating_a_problem_comes_first_on_either_side(tmp_path: Path) -> None:
     platform = tiny_platform(tmp_path).with_value("ps.build_flops_per_nonzero", 10.0)
-    for split in ("all_ps", "paper"):
-        first = simulate(tiny_trace(), platform, split).segments[0]
+    for partition in ("all_ps", "paper"):
+        first = simulate(tiny_trace(), platform, partition).segments[0]
         # 5 nonzeros of 10 flops at half a flop per nanosecond.
         assert (first.kind, first.cause, first.duration_picoseconds) == ("build", "ps", 100_000)
