@@ -68,11 +68,7 @@ def logic_luts(shape: Shape, area: Area) -> int:
     gathered = ports * shape.word_bits * or_luts(banks)
     written = banks * (shape.row_bits + shape.word_bits) * or_luts(units + 1)
     picked = banks * (ports + units + 1)
-    wide = shape.datapath == "f64"
-    lane = area.lut_lane_f64 if wide else area.lut_lane_f32
-    divider = area.lut_divider_f64 if wide else area.lut_divider_f32
-    own = lanes * lane.value + shape.dividers * divider.value + area.lut_control.value
-    return rows + gathered + written + picked + own
+    return rows + gathered + written + picked + _units_and_control(shape, area, "lut")
 
 
 def flip_flops(shape: Shape, area: Area, code_bits: int) -> int:
@@ -83,11 +79,16 @@ def flip_flops(shape: Shape, area: Area, code_bits: int) -> int:
     written = banks * (1 + shape.row_bits + word)
     issue = shape.microcode_bits + code_bits
     host = 2 + shape.address_bits + word
-    wide = shape.datapath == "f64"
-    lane = area.ff_lane_f64 if wide else area.ff_lane_f32
-    divider = area.ff_divider_f64 if wide else area.ff_divider_f32
-    own = lanes * lane.value + shape.dividers * divider.value + area.ff_control.value
-    return read + written + issue + host + own
+    return read + written + issue + host + _units_and_control(shape, area, "ff")
+
+
+def _units_and_control(shape: Shape, area: Area, kind: Literal["lut", "ff"]) -> int:
+    """What lanes, dividers and control take by themselves."""
+    lane, divider, control = (
+        int(getattr(area, f"{kind}_{part}").value)
+        for part in (f"lane_{shape.datapath}", f"divider_{shape.datapath}", "control")
+    )
+    return shape.lanes * lane + shape.dividers * divider + control
 
 
 def decoder_luts(shape: Shape, area: Area) -> int:

@@ -7,6 +7,8 @@ from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict
 
+from hw_model.vocabulary import Datapath
+
 from .parameter import (
     Banks,
     Completion,
@@ -122,6 +124,10 @@ class Pl(Section):
     latency_preset: str
     latencies: LatencyPreset
 
+    def units(self, datapath: Datapath) -> Latencies:
+        """The floating-point units of a datapath."""
+        return self.latencies.f64 if datapath == "f64" else self.latencies.f32
+
 
 class Link(Section):
     """Registers, direct memory access and copies by a core between PS and PL.
@@ -163,9 +169,9 @@ class Link(Section):
 class Runtime(Section):
     """How the PS is programmed: operating system, cores that work on a stage, how it waits, run-to-run jitter.
 
-    `schedule`: "serial", one thing at a time as in the paper, or "overlapped": PS, PL and DMA work side by side
-    where the data allow it, and one core does nothing but control the PL. Jitter lengthens a piece of work by up to its bound, never by more: `_fraction` of its
-    own time, or `_us`; a draw is bound · Uᵏ with U uniform in [0, 1] and k = `jitter_exponent` (1: uniform).
+    `schedule`: "serial", one thing at a time as in the paper, or "overlapped": PS, PL and DMA work side by side where
+    the data allow it, and one core only controls the PL. Jitter lengthens a piece of work by at most its bound:
+    `_fraction` of its own time, or `_us`. A draw is bound · Uᵏ with U uniform in [0, 1], k = `jitter_exponent`.
     """
 
     completion: Parameter[Completion]
@@ -179,7 +185,7 @@ class Runtime(Section):
 
 
 class Area(Section):
-    """Lookup tables and flip-flops of the engine's parts, and how full a device may get (area.py has the formula)."""
+    """Lookup tables and flip-flops of the engine's parts, and how full a device may get (area/engine.py has the formula)."""
 
     lut_control: Parameter[Count]
     lut_lane_f64: Parameter[Count]

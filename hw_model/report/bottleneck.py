@@ -1,4 +1,4 @@
-"""The binding resource: what most of a modelled time is spent on, in words a designer can act on."""
+"""The bottleneck: the cause that takes most of a modelled time, and its name for a designer."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from hw_model.vocabulary import Cause
 
-_WORDS: dict[Cause, str] = {
+_NAMES: dict[Cause, str] = {
     "ps": "the PS core",
     "issue": "the PL's lanes",
     "dependency": "the latency of dependent operations on the PL",
@@ -22,8 +22,8 @@ _WORDS: dict[Cause, str] = {
 
 
 def bottleneck_of(causes: Mapping[Cause, int]) -> tuple[Cause, float, str]:
-    """The cause with the largest share of the total, that share, and its words; ("ps", 0, …) of nothing."""
+    """The cause with the largest share of the total, that share, and its name; ("ps", 0, …) of nothing."""
     total = sum(causes.values())
     nothing: Cause = "ps"
     cause = max(causes, key=lambda name: causes[name], default=nothing)
-    return cause, causes.get(cause, 0) / total if total else 0.0, _WORDS[cause]
+    return cause, causes.get(cause, 0) / total if total else 0.0, _NAMES[cause]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What the other partitions say of one on the same device, lanes and clock.
+    """One partition compared with all others on the same device, lanes and clock.
 
     `better`: the fastest that is no slower and takes no more of any resource; None when there is none.
     `robust`: it is so at every corner of the assumed bands, not only nominally.

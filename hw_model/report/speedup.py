@@ -126,14 +126,14 @@ class Report:
         return (
             f"modelled deadline verdict: {found.verdict}: {_ms(self.makespan_ms)} against {found.deadline_ms:g} ms, "
             f"margin {found.margin_ms:+.3f} ms nominally, {found.worst_case_margin_ms:+.3f} ms in the worst case; "
-            f"binding is {self.binding}"
+            f"binding is {self.bottleneck}"
         )
 
     @property
-    def binding(self) -> str:
+    def bottleneck(self) -> str:
         """The resource that most of the time is spent on, and its share."""
-        _, share, words = bottleneck_of(self.causes_picoseconds)
-        return f"{words} ({100 * share:.0f} % of the time)"
+        _, share, name = bottleneck_of(self.causes_picoseconds)
+        return f"{name} ({100 * share:.0f} % of the time)"
 
     @property
     def not_modelled(self) -> tuple[str, ...]:
@@ -155,7 +155,7 @@ class Report:
             "schema": SCHEMA,
             "headline": self.headline,
             "deadline_line": self.deadline_line,
-            "binding": self.binding,
+            "binding": self.bottleneck,
             "slower_modules": [row.module for row in self.slower_modules],
             "not_modelled": list(self.not_modelled),
             **plain,

@@ -45,7 +45,7 @@ def unit_events(
     timeline: Timeline, trace: Trace, platform: Platform, schedules: UnitSchedules
 ) -> Iterator[UnitEvent]:
     """Every slice of every unit, run by run."""
-    units = platform.pl.latencies.f64 if trace.datapath == "f64" else platform.pl.latencies.f32
+    units = platform.pl.units(trace.datapath)
     period = Fraction(10**6) / Fraction(platform.pl.clock_mhz.value)
     chosen, left = timeline.longest_iteration(), MOST_SLICES
     drawn: dict[tuple[int, str, bool], list[Slice]] = {}

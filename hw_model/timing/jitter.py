@@ -35,7 +35,7 @@ Draw = Callable[[tuple[int, int]], NDArray[np.float64]]
 _AT_ONCE = 2**22
 """Draws held in memory at a time."""
 _LONGEST_PICOSECONDS = 2**53
-"""Two and a half hours: up to here every sum of times, and every share of one, is exact."""
+"""Two and a half hours: up to here every sum and every fraction of times is exact."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

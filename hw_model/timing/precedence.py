@@ -1,4 +1,4 @@
-"""What must end before an action may begin, and on which resource it runs: the precedence that time follows.
+"""Precedence constraints: what must end before an action may begin, and on which resource it runs.
 
 Serial: each action waits for the one before it, as in the paper's protocol. Overlapped: an action waits for the data
 it needs, for readers of what it overwrites, for the last decision of the PS, and for its turn on its resource, where
@@ -86,7 +86,7 @@ def _place(work: Work, by_dma: Callable[[Work], bool]) -> Resource:
 
 
 class _Progress:
-    """What has happened to each side's copy of each buffer, and who is next on each resource."""
+    """What has happened to each side's copy of each buffer, and the last action on each resource."""
 
     def __init__(self) -> None:
         self._last: dict[Resource, int] = {}
@@ -142,7 +142,7 @@ class _Progress:
                 self._gate = {k}
         elif (
             kind == "flags" and stage is not None
-        ):  # the PS knows from now on that the PL's results are valid
+        ):  # from now on the PS knows that the PL's results are valid
             self._make(k, "pl", stage.writes)
 
     def _make(self, k: int, side: Side, buffers: Iterable[str]) -> None:
@@ -154,5 +154,5 @@ class _Progress:
         return {self._made[side, buffer]} if (side, buffer) in self._made else set()
 
     def _unused(self, side: Side, buffer: str) -> set[int]:
-        """Everything that still uses a side's old version."""
+        """Actions that make or read a side's old version."""
         return self._version(side, buffer) | self._readers[side, buffer]

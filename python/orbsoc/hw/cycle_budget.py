@@ -64,7 +64,7 @@ class CycleBudget:
         return (
             f"modelled deadline verdict for {SCOPE}, {self.cycles} PL cycles: {found.verdict}: {took} against {found.deadline_ms:g} ms,"
             f" margin {found.margin_ms:+.3f} ms nominally, {found.worst_case_margin_ms:+.3f} ms in the worst case;"
-            f" binding is {self.report.binding};"
+            f" binding is {self.report.bottleneck};"
             f" {self.fit}; the rest of the outer loop is not in it"
         )
 
