@@ -23,6 +23,7 @@ from orbsoc.commands.app import app
 from orbsoc.hw import schedules as pl_program
 from orbsoc.hw.exact_cycles import exact_cycles
 from orbsoc.missions.reachable_insertion import dispersed, load_scenario, plan
+from orbsoc.ps.trace import pattern_digest
 
 REC1 = Path(__file__).resolve().parents[2] / "scenarios" / "rec1.toml"
 ZU9EG, PAPER = load_platform("zu9eg"), load_partition("paper")
@@ -79,7 +80,7 @@ def test_cases_are_judged_by_schedules_and_their_pattern_is_scheduled_once(
     schedule = pl_program.scheduled
 
     def counted(*arguments: Any) -> pl_program.PlProgram:
-        made.append(pl_program.pattern_digest(arguments[0]).hex()[:16])
+        made.append(pattern_digest(arguments[0]).hex()[:16])
         return schedule(*arguments)
 
     monkeypatch.setattr(pl_program, "scheduled", counted)

@@ -51,7 +51,7 @@ class TraceRecorder:
 
     def add(self, problem: Problem, settings: Settings, engine: Recorded, solution: Solution) -> None:
         """Append one finished solve."""
-        key = _fingerprint(problem)
+        key = pattern_digest(problem)
         if key not in self._position:
             self._patterns.append(self._pattern(problem, settings, engine, solution))
             self._position[key] = len(self._patterns) - 1
@@ -100,11 +100,12 @@ class TraceRecorder:
         }
 
 
-def _fingerprint(problem: Problem) -> bytes:
-    """The sparsity pattern: sizes, cones, positions of the nonzeros, and which rows constrain at all."""
-    digest = hashlib.sha256(repr((problem.n, problem.p, problem.m, problem.cones)).encode())
+def pattern_digest(problem: Problem) -> bytes:
+    """Digest of the sparsity pattern: cones, positions of the nonzeros, and which rows constrain at all."""
+    digest = hashlib.sha256(repr((problem.cones.l, tuple(problem.cones.q))).encode())
     for matrix in (problem.P, problem.A, problem.G):
-        digest.update(np.asarray(matrix.indptr, np.int64).tobytes())
-        digest.update(np.asarray(matrix.indices, np.int64).tobytes())
-    digest.update(np.isposinf(problem.h).tobytes())
+        digest.update(repr(matrix.shape).encode())
+        digest.update(matrix.indptr.tobytes())
+        digest.update(matrix.indices.tobytes())
+    digest.update(np.isfinite(problem.h).tobytes())  # rows with h = ∞ are absent
     return digest.digest()

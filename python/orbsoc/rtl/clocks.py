@@ -1,8 +1,8 @@
 """What the hardware model says that a solve on the RTL takes, in clocks of the simulation.
 
-The L2 model knows nothing of the run but its trace: which stages ran, in order. It walks the partition, prices every
-frame, flag read, move and interrupt on the platform that the harness is (rtl/harness/platform.toml), and takes the
-segments' cycles from their schedules.
+The L2 model knows nothing of the run but its trace: which stages ran, in order. It counts the time of every frame, flag
+read, move and interrupt on the harness's platform (rtl/harness/platform.toml), and takes the segments' cycles from
+their schedules.
 """
 
 from __future__ import annotations
