@@ -12,10 +12,10 @@ from scipy import sparse
 
 from hw_model.platform.rtl_latency import rtl_latencies
 from orbsoc import Settings, _core
+from orbsoc.conic.pattern import pattern_digest
 from orbsoc.conic.problem import Cones, Problem
 from orbsoc.hw.schedules import Engine, EngineError, PlProgram, Stream, pl_program
 from orbsoc.hw.utilisation_figure import busy_shares
-from orbsoc.ps.trace import pattern_digest
 from orbsoc.rtl.validation import MODULES, problems
 
 SMALL = problems()["12 variables, cones 4 6"]

@@ -20,10 +20,10 @@ from hw_model.platform.platform_toml import to_toml
 from hw_model.timing.timeline import simulate
 from orbsoc import Problem, PsScheduler
 from orbsoc.commands.app import app
+from orbsoc.conic.pattern import pattern_digest
 from orbsoc.hw import schedules as pl_program
 from orbsoc.hw.exact_cycles import exact_cycles
 from orbsoc.missions.reachable_insertion import dispersed, load_scenario, plan
-from orbsoc.ps.trace import pattern_digest
 
 REC1 = Path(__file__).resolve().parents[2] / "scenarios" / "rec1.toml"
 ZU9EG, PAPER = load_platform("zu9eg"), load_partition("paper")

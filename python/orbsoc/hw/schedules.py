@@ -13,9 +13,9 @@ from threading import Lock
 from typing import Any, Literal
 
 from orbsoc import _core
+from orbsoc.conic.pattern import pattern_digest
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
-from orbsoc.ps.trace import pattern_digest
 
 SCHEMA = "orbsoc.pl-cycles/1"
 _KEPT = 8

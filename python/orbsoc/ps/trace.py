@@ -7,12 +7,10 @@ share one entry of `patterns`, so that a plan of many subproblems stays small.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
-import numpy as np
-
+from orbsoc.conic.pattern import pattern_digest
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution
@@ -98,14 +96,3 @@ class TraceRecorder:
             "buffers": dict(engine.buffer_words()),
             "stages": stages,
         }
-
-
-def pattern_digest(problem: Problem) -> bytes:
-    """Digest of the sparsity pattern: cones, positions of the nonzeros, and which rows constrain at all."""
-    digest = hashlib.sha256(repr((problem.cones.l, tuple(problem.cones.q))).encode())
-    for matrix in (problem.P, problem.A, problem.G):
-        digest.update(repr(matrix.shape).encode())
-        digest.update(matrix.indptr.tobytes())
-        digest.update(matrix.indices.tobytes())
-    digest.update(np.isfinite(problem.h).tobytes())  # rows with h = ∞ are absent
-    return digest.digest()
