@@ -9,37 +9,26 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise
-from typing import Final, Literal
+from typing import Final, Literal, get_args
 
 Side = Literal["ps", "pl"]
 PlModule = Literal[
-    "matrix_update", "matrix_scaling", "factorization", "linear_solve", "cone_ops", "line_search"
-]
-Module = Literal[
-    "ps", "matrix_update", "matrix_scaling", "factorization", "linear_solve", "cone_ops", "line_search"
-]
+    "matrix_update", "matrix_scaling", "factorization", "linear_solve", "cone_ops", "line_search",
+]  # fmt: skip
+Module = Literal["ps", PlModule]
 Datapath = Literal["f64", "f32"]
 Opcode = Literal[
     "move", "neg", "abs", "mul", "add", "sub", "mul_add", "mul_sub", "div", "sqrt", "min", "max",
     "compare", "and", "select",
 ]  # fmt: skip
 PlCause = Literal["issue", "dependency", "bank", "divider", "write_port", "fetch", "drain"]
-Cause = Literal[
-    "ps", "issue", "dependency", "bank", "divider", "write_port", "fetch", "drain", "cache", "link", "interrupt",
-]  # fmt: skip
+Cause = Literal["ps", PlCause, "cache", "link", "interrupt"]
 
-PL_MODULES: Final[tuple[PlModule, ...]] = (
-    "matrix_update", "matrix_scaling", "factorization", "linear_solve", "cone_ops", "line_search",
-)  # fmt: skip
-MODULES: Final[tuple[Module, ...]] = ("ps", *PL_MODULES)
-OPCODES: Final[tuple[Opcode, ...]] = (
-    "move", "neg", "abs", "mul", "add", "sub", "mul_add", "mul_sub", "div", "sqrt", "min", "max",
-    "compare", "and", "select",
-)  # fmt: skip
-PL_CAUSES: Final[tuple[PlCause, ...]] = (
-    "issue", "dependency", "bank", "divider", "write_port", "fetch", "drain",
-)  # fmt: skip
-CAUSES: Final[tuple[Cause, ...]] = ("ps", *PL_CAUSES, "cache", "link", "interrupt")
+PL_MODULES: Final[tuple[PlModule, ...]] = get_args(PlModule)
+MODULES: Final[tuple[Module, ...]] = get_args(Module)
+OPCODES: Final[tuple[Opcode, ...]] = get_args(Opcode)
+PL_CAUSES: Final[tuple[PlCause, ...]] = get_args(PlCause)
+CAUSES: Final[tuple[Cause, ...]] = get_args(Cause)
 PICOSECONDS_PER_MS: Final = 10**9
 WORD_BYTES: Final[dict[Datapath, int]] = {"f64": 8, "f32": 4}
 

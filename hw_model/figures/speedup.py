@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from hw_model.errors import HwModelError
 from hw_model.vocabulary import by_place, count_of
 
-from .drawing import GREEN, GREY, PALE, PLACES, RED, blank, finished, legend
+from .drawing import GREEN, GREY, PALE, PLACES, RED, blank, finished, legend, note
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,24 +53,12 @@ def speedup_figure(
             place, band.nominal, width=0.7, color=colour if fit else "none", edgecolor=colour,
             hatch=None if fit else "///", yerr=reach, capsize=4,
         )  # fmt: skip
-        axes.annotate(
-            f"{band.nominal:.2f}×" if fit else f"{band.nominal:.2f}×\ndoes not fit",
-            (place, band.high),
-            (0, 3),
-            textcoords="offset points",
-            ha="center",
-            fontsize=9,
-        )
+        text = f"{band.nominal:.2f}×" if fit else f"{band.nominal:.2f}×\ndoes not fit"
+        note(axes, text, (place, band.high), ha="center", fontsize=9)
     shown = {_gain(report.speedup) for report in reports}
     axes.axhline(1.0, color="black", linestyle="--", linewidth=0.8)
     labels = [
-        "\n".join(
-            (
-                report.device,
-                count_of(report.lanes, "lane"),
-                *f"{report.partition}".replace("+", "\n+ ").split("\n"),
-            )
-        )
+        "\n".join((report.device, count_of(report.lanes, "lane"), report.partition.replace("+", "\n+ ")))
         for report in ordered
     ]
     axes.set_xticks(places, labels, fontsize=8)

@@ -16,12 +16,14 @@ if TYPE_CHECKING:
 _FEW_ITERATIONS = 40
 
 
-def slower_modules(rows: Sequence[ModuleRow]) -> str:
-    """Modules that the PL slows down, with both times."""
-    return ", ".join(
+def slower_modules(rows: Sequence[ModuleRow], baseline: str) -> list[str]:
+    """One sentence on the modules that the PL slows down, if there are any."""
+    named = ", ".join(
         f"{row.module} ({_us(row.picoseconds)} µs instead of {_us(row.baseline_picoseconds)} µs)"
         for row in rows
     )
+    text = f"Modelled slower on the PL than in {baseline}, copies and interrupts included: {named}."
+    return [text] if rows else []
 
 
 def assumption_table(rows: Iterable[Assumption]) -> str:

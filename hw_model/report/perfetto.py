@@ -48,18 +48,10 @@ def trace_events(
     tracks = _tracks(platform, with_units=units is not None and partition.uses_pl)
     events: list[dict[str, Any]] = []
     for process in dict.fromkeys(process for process, _ in tracks):
-        events.append(_named("process_name", process, 0, f"{_PROCESSES[process]} (modelled)"))
-        events.append(
-            {
-                "ph": "M",
-                "name": "process_sort_index",
-                "pid": process,
-                "tid": 0,
-                "args": {"sort_index": process},
-            }
-        )
+        events.append(_metadata("process_name", process, 0, name=f"{_PROCESSES[process]} (modelled)"))
+        events.append(_metadata("process_sort_index", process, 0, sort_index=process))
     for (process, name), thread in tracks.items():
-        events.append(_named("thread_name", process, thread, name))
+        events.append(_metadata("thread_name", process, thread, name=name))
     serial = platform.runtime.schedule.value == "serial"
     period_picoseconds = 1e6 / platform.ps.clock_mhz.value
     for segment in timeline.segments:
@@ -172,5 +164,5 @@ def _span(start_picoseconds: int, end_picoseconds: int) -> dict[str, float]:
     return {"ts": start / 1000, "dur": (end - start) / 1000}
 
 
-def _named(what: str, process: int, thread: int, name: str) -> dict[str, Any]:
-    return {"ph": "M", "name": what, "pid": process, "tid": thread, "args": {"name": name}}
+def _metadata(what: str, process: int, thread: int, **arguments: object) -> dict[str, Any]:
+    return {"ph": "M", "name": what, "pid": process, "tid": thread, "args": arguments}

@@ -150,7 +150,6 @@ class Report:
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as JSON-able plain data."""
-        plain = asdict(self, dict_factory=_json_object)
         return {
             "schema": SCHEMA,
             "headline": self.headline,
@@ -158,7 +157,7 @@ class Report:
             "binding": self.bottleneck,
             "slower_modules": [row.module for row in self.slower_modules],
             "not_modelled": list(self.not_modelled),
-            **plain,
+            **asdict(self, dict_factory=_json_object),
         }
 
     def to_markdown(self) -> str:
@@ -167,14 +166,7 @@ class Report:
             f"# Modelled cycle budget: {self.partition} on {self.device}",
             f"**{self.headline}.**",
             *([f"**{self.deadline_line}.**"] if self.deadline else []),
-            *(
-                [
-                    f"Modelled slower on the PL than in {self.baseline}, copies and interrupts included: "
-                    f"{markdown.slower_modules(self.slower_modules)}."
-                ]
-                if self.slower_modules
-                else []
-            ),
+            *markdown.slower_modules(self.slower_modules, self.baseline),
             f"{self.description}. {self.core} as PS; PL engine of {self.lanes} lanes at {self.pl_clock_mhz:g} MHz; "
             f"datapath {self.datapath}; on the PL: {', '.join(self.modules_on_pl) or 'nothing'}. "
             "Brackets hold the band over the assumed ranges.",

@@ -147,9 +147,8 @@ def _remembered(cycles: StageCycles) -> StageCycles:
     known: dict[tuple[int, str], PlCycles] = {}
 
     def look_up(trace: Trace, platform: Platform, pattern: int, stage: str) -> PlCycles:
-        key = (pattern, stage)
-        if key not in known:
-            known[key] = cycles(trace, platform, pattern, stage)
-        return known[key]
+        if (pattern, stage) not in known:
+            known[pattern, stage] = cycles(trace, platform, pattern, stage)
+        return known[pattern, stage]
 
     return look_up
