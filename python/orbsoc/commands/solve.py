@@ -82,6 +82,7 @@ def _read(path: Path) -> tuple[Problem, Settings, Start | None]:
     """The problem of a problem file with the default settings, or those and the start of a failure bundle."""
     from orbsoc.conic import problem_file
     from orbsoc.conic.errors import FileError, ProblemError
+    from orbsoc.conic.problem import Problem
     from orbsoc.conic.settings import Settings
     from orbsoc.files.json_fields import FieldError, Fields, read_json, shown
     from orbsoc.solving import bundle
@@ -93,7 +94,7 @@ def _read(path: Path) -> tuple[Problem, Settings, Start | None]:
             found = bundle.decode_bundle(document)
             return found.problem, found.settings, found.start
         if schema == problem_file.SCHEMA:
-            return problem_file.decode_problem(document), Settings(), None
+            return Problem(**problem_file.decode_problem(document)), Settings(), None
         known = f"{problem_file.SCHEMA!r} and {bundle.SCHEMA!r}"
         raise FieldError("schema", f"is {shown(schema)}; this command reads {known}")
     except (FieldError, ProblemError) as error:

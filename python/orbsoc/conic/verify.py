@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import csc
+from .cones import Cones
 from .csc import Array
-from .problem import Cones, Problem
-from .solution import Certificate, Start, Status
+from .outcome import Certificate, Start, Status
+from .problem import Problem
 
 CLAIM_FACTOR = 50.0
 """An infeasibility claim needs a certified radius of this many times the scale of the data.

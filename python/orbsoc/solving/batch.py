@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from orbsoc import _core
 from orbsoc.conic import csc
+from orbsoc.conic.csc import Array
 from orbsoc.conic.errors import ProblemError
 from orbsoc.conic.problem import Problem, symmetric
 from orbsoc.conic.settings import Settings
-from orbsoc.conic.solution import Array, Certificate, Solution, Start, Status, WarmStart
+from orbsoc.conic.solution import Certificate, Solution, Start, Status, WarmStart
 
 from .solver import check_type, resolve
 

@@ -9,10 +9,11 @@ from typing import Any, cast
 
 from orbsoc import _core
 from orbsoc.conic import csc
+from orbsoc.conic.csc import Array
 from orbsoc.conic.errors import ProblemError
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
-from orbsoc.conic.solution import Array, Certificate, Solution, Start, Status, WarmStart
+from orbsoc.conic.solution import Certificate, Solution, Start, Status, WarmStart
 
 from .iteration_table import print_table
 
