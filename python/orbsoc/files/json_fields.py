@@ -9,14 +9,14 @@ from __future__ import annotations
 import json
 import math
 import os
-import stat
-import threading
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .atomic_write import write_atomically
 
 Document = dict[str, Any]
 
@@ -179,24 +179,8 @@ def read_json(path: str | os.PathLike[str]) -> Any:
 
 
 def write_json(document: Document, path: str | os.PathLike[str]) -> None:
-    """Write a document beside its place, then move it there; raises OSError, and then leaves what was there.
-
-    A link stays one, a file keeps its mode, and what is no file (a pipe, a device) is written to.
-    """
-    target = Path(os.path.realpath(path))
-    text = json.dumps(document, allow_nan=False) + "\n"
-    if target.exists() and not target.is_file():
-        target.write_text(text, encoding="utf-8")
-        return
-    beside = target.with_name(f".{target.name}.{os.getpid()}.{threading.get_ident()}")
-    try:
-        beside.write_text(text, encoding="utf-8")
-        if target.exists():
-            beside.chmod(stat.S_IMODE(target.stat().st_mode))
-        os.replace(beside, target)
-    except BaseException:
-        beside.unlink(missing_ok=True)
-        raise
+    """Write a document as `write_atomically` does."""
+    write_atomically(path, json.dumps(document, allow_nan=False) + "\n")
 
 
 def _refuse_constant(text: str) -> float:
