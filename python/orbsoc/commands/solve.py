@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .failures import BAD_INPUT, INTERRUPTED, stop
+from .failures import FAILED, INTERRUPTED, exit_handling
 
 if TYPE_CHECKING:
     from orbsoc.conic.problem import Problem
     from orbsoc.conic.settings import Settings
     from orbsoc.conic.solution import Solution, Start
 
-NOT_SOLVED = 1
 SOLUTION = "solution.json"
 
 
@@ -55,7 +54,7 @@ def solve(
     changes = {"tol": tol, "tol_inaccurate": tol_inaccurate}
     changes |= {"max_iterations": max_iterations, "max_time_s": max_time_s, "verbose": verbose or None}
     folder = out if out is not None else Path("out") / problem.stem
-    try:
+    with exit_handling(as_json, interrupted="interrupted; nothing was written"):
         stated, base, start = _read(problem)
         settings = resolve(base, {name: value for name, value in changes.items() if value is not None})
         if bundle is not None:
@@ -64,13 +63,6 @@ def solve(
         solution = run(stated, settings, warm_start=start, bundle=bundle)
         document = encode_solution(solution, None if _is_claim(solution) else verify(stated, solution))
         write_json(document, folder / SOLUTION)
-    except KeyboardInterrupt:
-        stop(INTERRUPTED, "interrupted; nothing was written", as_json)
-    except OSError as error:
-        words = f"{error.filename}: {error.strerror}" if error.filename else str(error)
-        stop(BAD_INPUT, words, as_json)
-    except ValueError as error:
-        stop(BAD_INPUT, str(error), as_json)
     if as_json:
         typer.echo(json.dumps(document, allow_nan=False))
     for line in _summary(stated, settings, solution, folder):
@@ -135,4 +127,4 @@ def _exit_code(solution: Solution) -> int:
     from orbsoc.conic.solution import Status
 
     codes: dict[Any, int] = {Status.SOLVED: 0, Status.INTERRUPTED: INTERRUPTED}
-    return codes.get(solution.status, NOT_SOLVED)
+    return codes.get(solution.status, FAILED)

@@ -165,11 +165,11 @@ def record_cases(
     return cases
 
 
-def check_deadline(deadline_ms: float) -> None:
-    """Raise hw_model.HwModelError unless it is a positive number."""
+def check_deadline(deadline_ms: float | None) -> None:
+    """Raise hw_model.HwModelError unless it is absent or a positive number."""
     from hw_model import HwModelError
 
-    if not 0.0 < deadline_ms < float("inf"):
+    if deadline_ms is not None and not 0.0 < deadline_ms < float("inf"):
         raise HwModelError(f"--deadline-ms = {deadline_ms}: must be a positive number of milliseconds")
 
 
