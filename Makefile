@@ -60,7 +60,7 @@ area: $(INSTALLED) ## synthesise the RTL with yosys, and hold the area formula a
 
 fuzz: $(INSTALLED) $(TESTING) ## the fuzzing of every entry point with new seeds, FUZZ=20 times as long as in the suite
 	ORBSOC_FUZZ=$(FUZZ) cargo test --release -p orbsoc --lib --locked
-	ORBSOC_FUZZ=$(FUZZ) $(BIN)/pytest tests/core/test_fuzz.py tests/core/test_bundle.py tests/core/test_warm_start.py
+	ORBSOC_FUZZ=$(FUZZ) $(BIN)/pytest tests/solving/test_fuzz.py tests/solving/test_bundle.py tests/solving/test_warm_start.py
 
 memcheck: ## the core's Rust tests under valgrind, with a fiftieth of their random cases
 	@command -v valgrind > /dev/null || { echo "make memcheck needs valgrind: apt-get install valgrind"; exit 2; }

@@ -21,10 +21,10 @@ from orbsoc.conic.verify import (
     project,
     verify,
 )
-from tests.core.drawn import Array, Point, cones, point
+from tests.strategies import Array, Point, cones, point
 from tests.zoo import cases
+from tests.zoo.false_claims import powell_20_with_100
 from tests.zoo.known import complementary_pair
-from tests.zoo.lies import powell_20_with_100
 
 SEEDS = st.integers(0, 2**32 - 1)
 INF = float("inf")

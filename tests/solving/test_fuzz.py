@@ -22,8 +22,8 @@ import orbsoc
 from orbsoc.conic.errors import FileError
 from orbsoc.conic.verify import check_certificate
 from orbsoc.solving.bundle import read_bundle
-from tests.core.drawn import problems
-from tests.core.effort import TIMES, effort
+from tests.fuzz_budget import TIMES, effort
+from tests.strategies import problems
 
 sparse: Any = scipy_sparse  # published without types
 
