@@ -235,10 +235,9 @@ def judge(
 
 def _plan(scenario: Any, number: int, seed: int) -> tuple[Case, tuple[Problem, ...]]:
     """One case, and a problem of each of its patterns."""
+    from orbsoc.conic.pattern import pattern_digest
     from orbsoc.missions.reachable_insertion import dispersed, plan
     from orbsoc.ps import PsScheduler
-
-    from .schedules import pattern_digest
 
     scheduler = PsScheduler()
     found = plan(dispersed(scenario, number, seed), solve=scheduler)
@@ -252,7 +251,7 @@ def _plan(scenario: Any, number: int, seed: int) -> tuple[Case, tuple[Problem, .
 
 def _keep(problems: Sequence[Problem], folder: Path) -> None:
     """Write one problem of each pattern that the folder lacks."""
-    from .schedules import pattern_digest
+    from orbsoc.conic.pattern import pattern_digest
 
     for problem in problems:
         place = _pattern_file(folder, pattern_digest(problem).hex()[:16])
