@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from benchmarks.answer import Answer
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.solution import Status
-from orbsoc.conic.verify import CLAIM_FACTOR, dual_infeasibility_radius, primal_infeasibility_radius, verify
+from orbsoc.conic.verify import RADIUS_FACTOR, dual_infeasibility_radius, primal_infeasibility_radius, verify
 
 LOOSE, TIGHT = 1e-6, 1e-8
 """A solution is verified when max(pres, dres, gap) is no larger."""
@@ -64,7 +64,7 @@ class Judged:
     @property
     def certified(self) -> bool:
         """Whether the certificate of a claim of infeasibility excludes a ball as large as a claim needs."""
-        return self.radius >= CLAIM_FACTOR
+        return self.radius >= RADIUS_FACTOR
 
     def falsehood(self) -> str:
         """Why the claim is false; empty when it is not."""

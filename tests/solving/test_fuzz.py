@@ -47,8 +47,8 @@ def false_claim(problem: orbsoc.Problem, solution: orbsoc.Solution) -> str | Non
         worst = orbsoc.verify(problem, solution).worst
         return None if worst <= 1e-5 else f"SOLVED, but the referee finds {worst}"
     if solution.status is orbsoc.Status.SOLVED_INACCURATE or solution.status in CLAIMS:
-        evidence = check_certificate(problem, solution)
-        return None if evidence.supports(solution.status, 1.001e-5) else f"{solution.status}: {evidence}"
+        residuals = check_certificate(problem, solution)
+        return None if residuals.supports(solution.status, 1.001e-5) else f"{solution.status}: {residuals}"
     return None
 
 

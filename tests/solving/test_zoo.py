@@ -49,8 +49,8 @@ def test_the_solver_gives_the_known_answer(case: ZooCase) -> None:
         assert found.worst <= (1e-7 if case.scaled else 1e-8), found
         assert relative(solution.objective, reference_objective(case)) <= 1e-7
     else:
-        evidence = check_certificate(case.problem, solution)
-        assert evidence.supports(solution.status, 1e-8), evidence
+        residuals = check_certificate(case.problem, solution)
+        assert residuals.supports(solution.status, 1e-8), residuals
 
 
 @each

@@ -40,7 +40,7 @@ def _unraisable(lost: sys.UnraisableHookArgs) -> None:
 
 
 def _forget_the_signal() -> None:
-    """Let the exit code be ours after a Ctrl-C that has been answered.
+    """Let the exit code stand after a Ctrl-C that has been handled.
 
     CPython remembers a KeyboardInterrupt that left code compiled from a string (dataclasses and named tuples are made
     that way, so an import can be in the middle of one), and at the end of `python -m` dies of SIGINT because of it, also

@@ -1,4 +1,4 @@
-"""`orbsoc solve`: a conic problem, or a failure bundle, from a file; its verdict in words, its solution in a file.
+"""`orbsoc solve`: a conic problem, or a failure bundle, from a file; its verdict on the terminal, its solution in a file.
 
 Exit codes: 0 solved, 1 not solved (the verdict says why), 2 bad input, 130 interrupted.
 """
@@ -61,7 +61,7 @@ def solve(
             check_place(bundle)
         folder.mkdir(parents=True, exist_ok=True)
         solution = run(stated, settings, warm_start=start, bundle=bundle)
-        document = encode_solution(solution, None if _is_claim(solution) else verify(stated, solution))
+        document = encode_solution(solution, None if _is_infeasible(solution) else verify(stated, solution))
         write_json(document, folder / SOLUTION)
     if as_json:
         typer.echo(json.dumps(document, allow_nan=False))
@@ -93,7 +93,7 @@ def _read(path: Path) -> tuple[Problem, Settings, Start | None]:
         raise FileError(f"{path}: {error}") from error
 
 
-def _is_claim(solution: Solution) -> bool:
+def _is_infeasible(solution: Solution) -> bool:
     """Whether x, or y and z, prove that there is no solution."""
     from orbsoc.conic.solution import Status
 
@@ -101,16 +101,16 @@ def _is_claim(solution: Solution) -> bool:
 
 
 def _summary(problem: Problem, settings: Settings, solution: Solution, folder: Path) -> list[str]:
-    """What was solved, how, how well by the referee's formula, and the verdict last, where the eye is."""
+    """What was solved, how, how well by independent verification, and the verdict last."""
     from orbsoc.conic.verify import check_certificate, verify
 
     spent = (
         f"{solution.iterations} iterations, set-up {solution.setup_s:.3g} s, solve {solution.solve_s:.3g} s"
     )
     lines = [repr(problem), f"tolerance {settings.tol:g}; {spent}"]
-    if _is_claim(solution):
-        evidence = check_certificate(problem, solution)
-        lines.append(f"verified on the data of the file: certified radius {evidence.radius:.4g}")
+    if _is_infeasible(solution):
+        radius = check_certificate(problem, solution).radius
+        lines.append(f"verified on the data of the file: certified radius {radius:.4g}")
     else:
         verification = verify(problem, solution)
         lines.append(f"objective {solution.objective:.10g}, dual objective {solution.dual_objective:.10g}")

@@ -12,4 +12,4 @@ class SettingsError(ValueError):
 
 
 class FileError(ValueError):
-    """A file of ours does not hold what its schema says; the message names the file, the field and its value."""
+    """A file does not hold what its schema says; the message names the file, the field and its value."""

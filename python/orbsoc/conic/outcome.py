@@ -36,15 +36,15 @@ class Start:
 
 
 WarmStart = Literal["none", "used", "fell_back"]
-"""What became of the point a solve was to start from: there was none, the solution was reached from it, or it did not
-pay and the solve started again from cold."""
+"""What became of the point a solve was to start from: there was none, the solution was reached from it, or it was
+rejected and the solve restarted from cold."""
 
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
     """Residual ratios recomputed on the original data (1 means exactly at tolerance 1).
 
-    `radius` is the certified radius of an infeasibility claim: no (primal or dual) feasible
+    `radius` is the certified radius of an infeasibility status: no (primal or dual) feasible
     point has an infinity norm below it; NaN for every other status.
     """
 

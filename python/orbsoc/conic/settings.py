@@ -71,9 +71,9 @@ class Settings:
 
 def _typed(name: str, annotation: Any, value: Any) -> bool | int | float:
     """The value as its field's type; TypeError names the field."""
-    taken, made, words = _KINDS[annotation]
+    taken, made, expected = _KINDS[annotation]
     if not isinstance(value, taken) or (isinstance(value, bool) and taken is not bool):
-        raise TypeError(f"settings: {name} = {value!r} must be {words}")
+        raise TypeError(f"settings: {name} = {value!r} must be {expected}")
     try:
         out: bool | int | float = made(value)
     except OverflowError:

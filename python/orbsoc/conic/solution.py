@@ -1,4 +1,4 @@
-"""What a solve returns, whoever solved it."""
+"""What a solve returns, by any solver."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ __all__ = ["Certificate", "Solution", "Start", "Status", "WarmStart"]
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """A primal-dual point of min ½xᵀPx + cᵀx, Ax = b, Gx + s = h, s ∈ K, with its evidence.
+    """A primal-dual point of min ½xᵀPx + cᵀx, Ax = b, Gx + s = h, s ∈ K, with its residuals.
 
     Shapes: x (n,), y (p,), z (m,), s (m,). Times are wall-clock seconds.
     For an infeasibility status (y, z) or x is the certificate, not a solution. `iterations` and `refinements`
-    are those of all walks: of a warm start that was given up and of a walk that stalled, too.
+    are those of all solve attempts, restarts included.
     """
 
     status: Status

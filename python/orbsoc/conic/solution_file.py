@@ -5,7 +5,7 @@ One object:
 - `schema`: "orbsoc.solution/1"; `status`: a name of `orbsoc.Status`; `message`: what was verified, or why not;
 - `x`, `y`, `z`, `s`: numbers; `objective`, `dual_objective`: numbers;
 - `certificate`: {"primal_residual", "dual_residual", "gap", "radius"}, recomputed on the original data by the solver;
-- `verification`: {"pres", "dres", "gap"} of `orbsoc.verify`, or null (not made, or infeasibility is claimed);
+- `verification`: {"pres", "dres", "gap"} of `orbsoc.verify`, or null (not made, or the status is an infeasibility);
 - `warm_start`: "none", "used" or "fell_back"; "none" where it is absent;
 - `iterations`, `refinements`, `nnz_kkt`, `nnz_l`: integers; `setup_s`, `solve_s`: seconds of wall clock.
 
