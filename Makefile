@@ -50,7 +50,7 @@ bench: $(INSTALLED) $(BENCHING) ## time the solver beside its peers (ECOS is GPL
 	    --out out/bench --readme README.md
 
 results: $(INSTALLED) $(BENCHING) ## measure all that is required beside the peers, into docs/results.md (20 min)
-	$(BIN)/python -m benchmarks.musts --out out/musts --page docs/results.md
+	$(BIN)/python -m benchmarks.results --out out/results --page docs/results.md
 
 units: $(INSTALLED) $(TESTING) ## a million vectors per floating-point unit and format, in Verilator
 	ORBSOC_REQUIRE_RTL=1 ORBSOC_UNIT_VECTORS=1000000 $(BIN)/pytest tests/rtl/test_units.py

@@ -1,4 +1,4 @@
-"""Judging one answer to one problem of a set: is it verified, does its claim hold, does it contradict what is known."""
+"""Grading one answer to one problem of a set: is it verified, does its claim hold, does it contradict what is known."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ FALSE_ABOVE = 1e-5
 DEFAULTS = "default"
 """Settings of a row whose solver has only its tolerance set."""
 MAY_BE_SOLVED = frozenset({"lpi_cplex2"})
-"""Infeasible by so little that a point within the tolerance exists: SOLVED is no lie where the residuals support it."""
+"""Infeasible by so little that a point within the tolerance exists: SOLVED is accepted where the residuals support it."""
 
 
 @dataclass(frozen=True, slots=True)
-class Judged:
+class Graded:
     """The row of one solver on one problem. `outcome` is empty when the solver came back, else what became of it."""
 
     set: str
@@ -73,23 +73,25 @@ class Judged:
         allowed = (self.expected, "SOLVED") if self.problem in MAY_BE_SOLVED else (self.expected,)
         if self.claim and self.expected and self.claim not in allowed:
             return f"says {self.claim}, is {self.expected}"
-        ours = self.solver == "orbsoc"
-        if ours and self.claim in (Status.PRIMAL_INFEASIBLE.name, Status.DUAL_INFEASIBLE.name):
+        if self.solver == "orbsoc" and self.claim in (
+            Status.PRIMAL_INFEASIBLE.name,
+            Status.DUAL_INFEASIBLE.name,
+        ):
             return "" if self.certified else f"claims infeasibility at radius {self.radius:.1f} × scale"
         return ""
 
 
-def judged(
+def graded(
     problem: Problem,
     answer: Answer,
     *,
     where: tuple[str, str, str],
     who: tuple[str, str, str],
     tol: float,
-) -> Judged:
+) -> Graded:
     """The row of an answer; `where` is set, problem and expected answer, `who` solver, version and settings."""
     found = verify(problem, answer)
-    return Judged(
+    return Graded(
         *where,
         *who,
         tol,
@@ -107,10 +109,10 @@ def judged(
     )
 
 
-def lost(*, where: tuple[str, str, str], who: tuple[str, str, str], tol: float, outcome: str) -> Judged:
+def lost(*, where: tuple[str, str, str], who: tuple[str, str, str], tol: float, outcome: str) -> Graded:
     """The row of a solver that did not come back."""
     nothing = (math.nan, math.nan, math.inf, math.inf, math.inf, math.nan)
-    return Judged(*where, *who, tol, outcome, "", "", "", 0, *nothing)
+    return Graded(*where, *who, tol, outcome, "", "", "", 0, *nothing)
 
 
 def _radius(problem: Problem, answer: Answer) -> float:
