@@ -19,7 +19,7 @@ from tests.hw_model.synthetic import stage
 from tests.hw_model.test_walk import copies, trace_of
 from tests.hw_model.tiny import partition
 from tests.ps.fake_engine import STAGES, WORDS, FakeEngine, prepare
-from tests.solving.test_restarts import CARELESS, MENDED, TOO_LITTLE, badly_scaled, mended_late
+from tests.solving.restart_problems import RECOVERED, STALLING, WEAK, badly_scaled, recovered_at_third_attempt
 
 
 def _trace_of_fake(engine: FakeEngine) -> dict[str, Any]:
@@ -63,8 +63,8 @@ SMALL = Problem(
     ("problem", "settings", "walks"),
     [
         (SMALL, Settings(), 1),
-        (badly_scaled(MENDED[0]), CARELESS, 2),
-        (mended_late(), TOO_LITTLE, 3),
+        (badly_scaled(RECOVERED[0]), STALLING, 2),
+        (recovered_at_third_attempt(), WEAK, 3),
     ],
 )
 def test_the_walk_is_what_the_emulated_ps_does_with_the_real_solver(
@@ -94,8 +94,8 @@ def test_the_walk_is_what_the_emulated_ps_does_with_the_real_solver(
 
 def test_the_longest_iteration_holds_no_start_up() -> None:
     """Not the second walk's either, which has the number of the iteration that ended the first."""
-    ps = PsScheduler(CARELESS)
-    ps(badly_scaled(MENDED[0]))
+    ps = PsScheduler(STALLING)
+    ps(badly_scaled(RECOVERED[0]))
     [_, again] = [number for stage, number in ps.trace["solves"][0]["events"] if stage == START_UP]
     timeline = simulate(ps.trace, "zu9eg", partition(*PL_MODULES))
     solve, longest = timeline.longest_iteration()

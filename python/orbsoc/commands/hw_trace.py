@@ -67,5 +67,5 @@ def _of_units(timeline: Timeline) -> str:
     solve, iteration = timeline.longest_iteration()
     return (
         f"each lane and divider has a track: solve {solve}, iteration {iteration}, the longest, operation by operation;"
-        " the rest by stretches and what is executed in them"
+        " the rest by intervals and what is executed in them"
     )
