@@ -20,7 +20,7 @@ from . import hw as hw_commands
 from . import reach as reach_command
 from . import solve as solve_command
 from .console_entry import ConsoleApp
-from .failures import BAD_INPUT, FAILED, INTERRUPTED, defect, stop
+from .failures import FAILED, exit_handling
 from .plan_cases import plan_cases
 
 if TYPE_CHECKING:
@@ -136,17 +136,11 @@ def plan(
             exact=exact, as_json=as_json,
         )  # fmt: skip
     with Interrupts() as interrupts:
-        try:
+        with exit_handling(as_json, interrupted="interrupted; nothing was written", interrupts=interrupts):
             chosen = _scenario(scenario, problem, perigee_direction, nodes)
             folder = out if out is not None else Path("out") / f"{scenario.stem}-{chosen.problem}"
             hardware = Hardware(device, partition, deadline_ms, exact)
             run, document = _plan_and_write(chosen, folder, hardware, check, ps, as_json, interrupts)
-        except KeyboardInterrupt:
-            stop(INTERRUPTED, "interrupted; nothing was written", as_json)
-        except Exception as error:
-            if interrupts.received:  # something in between made another error of it
-                stop(INTERRUPTED, "interrupted; nothing was written", as_json)
-            stop(*_failure(error), as_json)
         if as_json:
             typer.echo(json.dumps(document, allow_nan=False))
         _print_summary(document, folder, as_json)
@@ -165,20 +159,6 @@ def schema(what: Annotated[SchemaChoice, typer.Argument(help="which file")]) -> 
         SchemaChoice.REACH_SCENARIO: reachable_domain.Scenario,
     }
     typer.echo(json.dumps(models[what].model_json_schema(), indent=2))
-
-
-def _failure(error: Exception) -> tuple[int, str]:
-    """Exit code and words for what a run raised; the trace is printed when it is a defect of ours."""
-    from hw_model import HwModelError
-    from orbsoc.files.output_folder import OutputFolderError
-    from orbsoc.guidance.scenario_file import ScenarioError
-    from orbsoc.orbit import PropagationError
-
-    if isinstance(error, PropagationError):
-        return FAILED, f"no plan: the burn cannot be flown: {error}"
-    if isinstance(error, (ScenarioError, OutputFolderError, HwModelError, OSError)):
-        return BAD_INPUT, str(error)
-    return defect(error)
 
 
 def _plan_and_write(
@@ -232,15 +212,13 @@ def _scenario(
 
 def _check_before_planning(folder: Path, hardware: Hardware) -> None:
     """Refuse now what would otherwise be refused after the work is done."""
-    from hw_model import HwModelError
     from orbsoc.files.output_folder import check_replaceable
     from orbsoc.hw.cycle_budget import check_names
+    from orbsoc.hw.deadlines import check_deadline
 
     check_replaceable(folder)
     check_names(hardware.device, hardware.partition, exact=hardware.exact)
-    deadline_ms = hardware.deadline_ms
-    if deadline_ms is not None and not 0.0 < deadline_ms < float("inf"):
-        raise HwModelError(f"--deadline-ms = {deadline_ms}: must be a positive number of milliseconds")
+    check_deadline(hardware.deadline_ms)
 
 
 def _scheduler() -> PsScheduler:

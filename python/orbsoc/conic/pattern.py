@@ -1,4 +1,4 @@
-"""What two problems of one sparsity pattern share."""
+"""The identity of a sparsity pattern."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .problem import Problem
 
 
 def pattern_digest(problem: Problem) -> bytes:
-    """Digest of the sparsity pattern: cones, positions of the nonzeros, and which rows constrain at all."""
+    """What two problems of one sparsity pattern share: equal digests have equal schedules."""
     digest = hashlib.sha256(repr((problem.cones.l, tuple(problem.cones.q))).encode())
     for matrix in (problem.P, problem.A, problem.G):
         digest.update(repr(matrix.shape).encode())

@@ -11,12 +11,13 @@ from __future__ import annotations
 import gzip
 import hashlib
 import json
-import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
+
+from orbsoc.files.atomic_write import write_atomically
 
 if TYPE_CHECKING:
     from hw_model import Partition, Platform
@@ -164,11 +165,11 @@ def record_cases(
     return cases
 
 
-def check_deadline(deadline_ms: float) -> None:
-    """Raise hw_model.HwModelError unless it is a positive number."""
+def check_deadline(deadline_ms: float | None) -> None:
+    """Raise hw_model.HwModelError unless it is absent or a positive number."""
     from hw_model import HwModelError
 
-    if not 0.0 < deadline_ms < float("inf"):
+    if deadline_ms is not None and not 0.0 < deadline_ms < float("inf"):
         raise HwModelError(f"--deadline-ms = {deadline_ms}: must be a positive number of milliseconds")
 
 
@@ -255,9 +256,7 @@ def _keep(problems: Sequence[Problem], folder: Path) -> None:
     for problem in problems:
         place = _pattern_file(folder, pattern_digest(problem).hex()[:16])
         if not place.exists():
-            beside = place.with_name(f".{os.getpid()}-{place.name}")
-            problem.save(beside)
-            beside.replace(place)
+            problem.save(place)
 
 
 def _pattern_file(folder: Path, digest: str) -> Path:
@@ -305,9 +304,7 @@ def _area(
 
 def _write(case: Case, key: str, place: Path) -> None:
     text = json.dumps({"schema": RECORD, "study": key, **asdict(case)})
-    beside = place.with_name(f".{place.name}.{os.getpid()}")
-    beside.write_bytes(gzip.compress(text.encode(), mtime=0))
-    beside.replace(place)
+    write_atomically(place, gzip.compress(text.encode(), mtime=0))
 
 
 def _read(place: Path, key: str) -> Case:

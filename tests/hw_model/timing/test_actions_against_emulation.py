@@ -14,11 +14,11 @@ from hw_model.vocabulary import PL_MODULES
 from orbsoc import Cones, Problem, PsScheduler
 from orbsoc.conic.settings import Settings
 from orbsoc.ps.events import Kind
-from tests.core.ps_fake import STAGES, WORDS, FakeEngine, prepare
-from tests.core.test_second_walk import CARELESS, MENDED, TOO_LITTLE, badly_scaled, mended_late
 from tests.hw_model.synthetic import stage
 from tests.hw_model.timing.test_actions import copies, trace_of
 from tests.hw_model.tiny import partition_of
+from tests.ps.fake_engine import STAGES, WORDS, FakeEngine, prepare
+from tests.solving.restart_problems import RECOVERED, STALLING, WEAK, badly_scaled, recovered_at_third_attempt
 
 
 def _trace_of_fake(engine: FakeEngine) -> dict[str, Any]:
@@ -62,8 +62,8 @@ SMALL = Problem(
     ("problem", "settings", "attempts"),
     [
         (SMALL, Settings(), 1),
-        (badly_scaled(MENDED[0]), CARELESS, 2),
-        (mended_late(), TOO_LITTLE, 3),
+        (badly_scaled(RECOVERED[0]), STALLING, 2),
+        (recovered_at_third_attempt(), WEAK, 3),
     ],
 )
 def test_the_actions_are_those_of_the_emulated_ps_with_the_real_solver(
@@ -93,8 +93,8 @@ def test_the_actions_are_those_of_the_emulated_ps_with_the_real_solver(
 
 def test_the_longest_iteration_holds_no_start_up() -> None:
     """Not a restart's either, which has the number of the iteration that ended the attempt before."""
-    ps = PsScheduler(CARELESS)
-    ps(badly_scaled(MENDED[0]))
+    ps = PsScheduler(STALLING)
+    ps(badly_scaled(RECOVERED[0]))
     [_, again] = [number for stage, number in ps.trace["solves"][0]["events"] if stage == START_UP]
     timeline = simulate(ps.trace, "zu9eg", partition_of(*PL_MODULES))
     solve, longest = timeline.longest_iteration()

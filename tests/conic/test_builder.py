@@ -1,0 +1,223 @@
+"""ConicBuilder: what it builds equals the problem assembled by hand, and misuse is refused by name."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import sparse as scipy_sparse
+
+from orbsoc.conic.builder import BuilderError, ConicBuilder, Variable
+from orbsoc.conic.problem import Cones, ProblemError
+from tests.strategies import Array, Point, point
+
+sparse: Any = scipy_sparse  # published without types
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 4), st.integers(1, 6))
+def test_a_built_problem_equals_the_one_assembled_by_hand(seed: int, variables: int, calls: int) -> None:
+    """Random calls in random order; the dense matrices are kept beside, R₊ rows and cone rows apart."""
+    rng = np.random.default_rng(seed)
+    builder = ConicBuilder()
+    held = [
+        builder.variable(f"v{k}", tuple(rng.integers(1, 4, rng.integers(0, 3)))) for k in range(variables)
+    ]
+    n = sum(v.index.size for v in held)
+    c, P = np.zeros(n), np.zeros((n, n))
+    rows: dict[str, list[tuple[Array, Array]]] = {"equality": [], "nonnegative": [], "second_order": []}
+    sizes: list[int] = []
+    for _ in range(calls):
+        variable = held[rng.integers(variables)]
+        coefficients = rng.normal(size=variable.shape)
+        builder.cost(variable, coefficients)
+        c[variable.index.ravel()] += coefficients.ravel()
+        factor = rng.normal(size=(2, variable.index.size))
+        builder.quadratic_cost(variable, factor.T @ factor)
+        P[np.ix_(variable.index.ravel(), variable.index.ravel())] += factor.T @ factor
+
+        kind = str(rng.choice(list(rows)))
+        size, groups = int(rng.integers(1, 5)), int(rng.integers(1, 3))
+        count = size * groups
+        dense, rhs = np.zeros((count, n)), rng.normal(size=count)
+        terms: list[tuple[Any, Any]] = []
+        for _ in range(rng.integers(0, 4)):
+            columns = rng.integers(0, n, rng.integers(1, 5))  # repeated columns add up
+            block = rng.normal(size=(count, columns.size)) * (rng.random((count, columns.size)) < 0.7)
+            np.add.at(dense.T, columns, block.T)
+            terms.append((columns, sparse.csr_array(block) if rng.random() < 0.5 else block))
+        if kind == "second_order":
+            builder.second_order(terms, rhs, size=size)
+            sizes += [size] * groups
+        else:
+            getattr(builder, kind)(terms, rhs)
+        rows[kind].append((dense, rhs))
+
+    problem = builder.build()
+
+    def stacked(*kinds: str) -> tuple[Array, Array]:
+        blocks = [block for kind in kinds for block in rows[kind]]
+        matrices, sides = [np.zeros((0, n)), *(m for m, _ in blocks)], [np.zeros(0), *(r for _, r in blocks)]
+        return np.vstack(matrices), np.concatenate(sides)
+
+    A, b = stacked("equality")
+    G, h = stacked("nonnegative", "second_order")
+    np.testing.assert_allclose(problem.A.toarray(), A, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(problem.G.toarray(), G, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(problem.P.toarray(), P, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(problem.c, c, rtol=0, atol=1e-14)
+    assert np.array_equal(problem.b, b)
+    assert np.array_equal(problem.h, h)
+    assert problem.cones == Cones(sum(r.size for _, r in rows["nonnegative"]), sizes)
+
+
+def test_inequalities_come_before_cones_whatever_the_order_of_calls() -> None:
+    b = ConicBuilder()
+    x = b.variable("x", 2)
+    b.second_order([(x, -np.eye(2))], [5.0, 6.0])
+    b.nonnegative([(x.index[:1], [[2.0]])], [7.0])
+    problem = b.build()
+    assert problem.G.toarray().tolist() == [[2.0, 0.0], [-1.0, 0.0], [0.0, -1.0]]
+    assert problem.h.tolist() == [7.0, 5.0, 6.0]
+    assert problem.cones == Cones(1, [2])
+
+
+def test_one_number_serves_as_right_hand_side_of_all_rows() -> None:
+    b = ConicBuilder()
+    x = b.variable("x", 3)
+    b.equality([(x, np.eye(3))], 4.0)
+    assert b.build().b.tolist() == [4.0, 4.0, 4.0]
+
+
+def test_costs_of_a_column_named_twice_add_up() -> None:
+    b = ConicBuilder()
+    b.variable("x", 2)
+    b.cost([1, 1, 0], [1.0, 2.0, 4.0])
+    b.cost([1], 8.0)
+    assert b.build().c.tolist() == [4.0, 11.0]
+
+
+def test_rows_without_size_make_one_cone_and_with_size_several() -> None:
+    b = ConicBuilder()
+    x = b.variable("x", 6)
+    b.second_order([(x, -np.eye(6))], np.zeros(6))
+    b.second_order([(x, -np.eye(6))], np.zeros(6), size=3)
+    b.second_order([(x, -np.eye(6))], np.zeros(6), size=1)
+    assert b.build().cones == Cones(0, [6, 3, 3, 1, 1, 1, 1, 1, 1])
+
+
+def test_zeros_of_dense_blocks_are_dropped_and_of_sparse_blocks_kept() -> None:
+    b = ConicBuilder()
+    x = b.variable("x", 2)
+    stored = sparse.csr_array((np.array([0.0, 3.0]), np.array([0, 1]), np.array([0, 2])), shape=(1, 2))
+    b.equality([(x, [[0.0, 3.0]])], [1.0])
+    b.equality([(x, stored)], [1.0])
+    assert b.build().A.indptr.tolist() == [0, 1, 3]
+
+
+def test_values_come_back_in_the_shape_of_the_variable() -> None:
+    b = ConicBuilder()
+    b.variable("first", 2)
+    b.variable("grid", (2, 3))
+    b.variable("one")
+    solution = point(b.build(), np.arange(9.0))
+    assert b.value(solution, "grid").tolist() == [[2.0, 3.0, 4.0], [5.0, 6.0, 7.0]]
+    assert b.value(solution, "one").shape == ()
+    assert float(b.value(solution, "one")) == 8.0
+
+
+def test_building_twice_gives_the_same_problem_and_building_on_a_larger_one() -> None:
+    b = ConicBuilder()
+    x = b.variable("x", 2)
+    b.equality([(x, np.eye(2))], [1.0, 2.0])
+    assert np.array_equal(b.build().A.toarray(), b.build().A.toarray())
+    y = b.variable("y", 1)
+    b.equality([(y, [[5.0]])], [3.0])
+    assert b.build().A.toarray().tolist() == [[1, 0, 0], [0, 1, 0], [0, 0, 5]]
+
+
+def foreign() -> Variable:
+    return ConicBuilder().variable("x", 2)
+
+
+MISUSE: list[tuple[Callable[[ConicBuilder, Variable], object], str]] = [
+    (lambda b, x: b.variable("x"), "variable `x` exists already"),
+    (
+        lambda b, x: b.variable("y", (2, 0)),
+        "variable `y` has shape (2, 0); every dimension must be 1 or more",
+    ),
+    (lambda b, x: b.cost(x, [1.0, 2.0]), "cost: coefficients have shape (2,), but columns have shape (3,)"),
+    (lambda b, x: b.cost(foreign(), 1.0), "cost: variable `x` belongs to another builder"),
+    (lambda b, x: b.cost([3], 1.0), "cost: column 3 is not one of the 3 variables"),
+    (lambda b, x: b.cost([-1], 1.0), "cost: column -1 is not one of the 3 variables"),
+    (lambda b, x: b.cost([0.5], 1.0), "cost: columns have type float64; they must be integers"),
+    (
+        lambda b, x: b.equality([(x, np.eye(2))], [1.0, 2.0]),
+        "equality: the block of term 0 has shape (2, 2); 2 rows and 3 columns need (2, 3)",
+    ),
+    (
+        lambda b, x: b.equality([(x, np.eye(3)), (x.index[:1], np.ones(3))], np.ones(3)),
+        "equality: the block of term 1 has shape (3,); 3 rows and 1 columns need (3, 1)",
+    ),
+    (
+        lambda b, x: b.nonnegative([(x, sparse.eye_array(3))], np.ones(2)),
+        "nonnegative: the block of term 0 has shape (3, 3); 2 rows and 3 columns need (2, 3)",
+    ),
+    (
+        lambda b, x: b.nonnegative([], np.ones((2, 2))),
+        "nonnegative: rhs has shape (2, 2); it must be (rows,) or one number",
+    ),
+    (
+        lambda b, x: b.second_order([(x, np.eye(3))], np.ones(3), size=2),
+        "second_order: 3 rows do not divide into cones of size 2",
+    ),
+    (
+        lambda b, x: b.second_order([(x, np.eye(3))], np.ones(3), size=0),
+        "second_order: 3 rows do not divide into cones of size 0",
+    ),
+    (lambda b, x: b.second_order([], np.ones(0)), "second_order: 0 rows do not divide into cones of size 0"),
+    (
+        lambda b, x: b.quadratic_cost(x, np.eye(2)),
+        "quadratic_cost: the block of term 0 has shape (2, 2); 3 rows and 3 columns need (3, 3)",
+    ),
+    (lambda b, x: b.value(point(b.build(), np.zeros(3)), "y"), "no variable `y`; there are x"),
+    (lambda b, x: b.value(foreign_point(), "x"), "the solution has (2,) entries, but the variables are 3"),
+    (lambda b, x: ConicBuilder().build(), "no variables: call variable(name, shape) first"),
+]
+
+
+def foreign_point() -> Point:
+    other = ConicBuilder()
+    other.variable("x", 2)
+    return point(other.build(), np.zeros(2))
+
+
+@pytest.mark.parametrize(("misuse", "message"), MISUSE, ids=[message for _, message in MISUSE])
+def test_misuse_is_refused_by_name(misuse: Callable[[ConicBuilder, Variable], object], message: str) -> None:
+    b = ConicBuilder()
+    x = b.variable("x", 3)
+    with pytest.raises(BuilderError, match=re.escape(message)):
+        misuse(b, x)
+
+
+def test_a_refused_call_leaves_the_builder_as_it_was() -> None:
+    b = ConicBuilder()
+    x = b.variable("x", 3)
+    with pytest.raises(BuilderError):
+        b.second_order([(x, np.eye(3))], np.ones(3), size=2)
+    with pytest.raises(BuilderError):
+        b.equality([(x, np.eye(3)), (x, np.eye(2))], np.ones(3))
+    problem = b.build()
+    assert (problem.p, problem.m) == (0, 0)
+
+
+def test_numbers_that_are_not_finite_are_refused_when_building() -> None:
+    b = ConicBuilder()
+    x = b.variable("x", 1)
+    b.equality([(x, [[float("nan")]])], [1.0])
+    with pytest.raises(ProblemError, match=re.escape("`A[0, 0]` is nan")):
+        b.build()
