@@ -50,7 +50,7 @@ bench: $(INSTALLED) $(BENCHING) ## time the solver beside its peers (ECOS is GPL
 	    --out out/bench --readme README.md
 
 results: $(INSTALLED) $(BENCHING) ## measure all that is required beside the peers, into docs/results.md (20 min)
-	$(BIN)/python -m benchmarks.musts --out out/musts --page docs/results.md
+	$(BIN)/python -m benchmarks.results --out out/results --page docs/results.md
 
 units: $(INSTALLED) $(TESTING) ## a million vectors per floating-point unit and format, in Verilator
 	ORBSOC_REQUIRE_RTL=1 ORBSOC_UNIT_VECTORS=1000000 $(BIN)/pytest tests/rtl/test_units.py
@@ -60,7 +60,7 @@ area: $(INSTALLED) ## synthesise the RTL with yosys, and hold the area formula a
 
 fuzz: $(INSTALLED) $(TESTING) ## the fuzzing of every entry point with new seeds, FUZZ=20 times as long as in the suite
 	ORBSOC_FUZZ=$(FUZZ) cargo test --release -p orbsoc --lib --locked
-	ORBSOC_FUZZ=$(FUZZ) $(BIN)/pytest tests/core/test_fuzz.py tests/core/test_bundle.py tests/core/test_warm_start.py
+	ORBSOC_FUZZ=$(FUZZ) $(BIN)/pytest tests/solving/test_fuzz.py tests/solving/test_bundle.py tests/solving/test_warm_start.py
 
 memcheck: ## the core's Rust tests under valgrind, with a fiftieth of their random cases
 	@command -v valgrind > /dev/null || { echo "make memcheck needs valgrind: apt-get install valgrind"; exit 2; }

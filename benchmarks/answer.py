@@ -18,8 +18,8 @@ class Answer:
     """A primal-dual point in orbsoc's signs, x (n,), y (p,), z (m,), and what the solver says of itself.
 
     Px + c + Aᵀy + Gᵀz = 0 with z ∈ K. Times are seconds on the solver's own clock, without Python's conversions.
-    `claim` is the status in orbsoc's words: SOLVED, PRIMAL_INFEASIBLE, DUAL_INFEASIBLE, or empty for no claim;
-    `message` is what the solver adds in words.
+    `claim` is the status as orbsoc names it: SOLVED, PRIMAL_INFEASIBLE, DUAL_INFEASIBLE, or empty for no claim;
+    `message` is what the solver adds.
     """
 
     x: Array

@@ -14,7 +14,7 @@ import orbsoc
 from benchmarks.answer import Answer, Array, Solver, Variant
 from benchmarks.batches import Batch
 from benchmarks.measure import COUNTS_BELOW, forced_switches, geometric_mean, undisturbed
-from benchmarks.tables import OURS
+from benchmarks.tables import ORBSOC
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.verify import verify
 from orbsoc.solving.batch import BatchSolution
@@ -35,12 +35,12 @@ class Loop:
 
 @dataclass(frozen=True, slots=True)
 class BatchTimes:
-    """Ours is the wall clock of the whole batch, loading, scaling and certificates included, µs per problem."""
+    """`orbsoc_us` is the wall clock of the whole batch, loading, scaling and certificates included, µs per problem."""
 
     name: str
     kind: str
     size: int
-    ours_us: float
+    orbsoc_us: float
     verified: int
     residual: float
     setup_us: float
@@ -58,12 +58,12 @@ class BatchTimes:
     @property
     def ratio(self) -> float:
         """Best peer's solves over our batch: neither with its set-up, which a loop may keep as well."""
-        return self.best.solve_us / self.ours_us if self.best else float("nan")
+        return self.best.solve_us / self.orbsoc_us if self.best else float("nan")
 
     @property
     def total_ratio(self) -> float:
-        """The same with the set-ups of both: of each cold object on the peer's side, once a batch on ours."""
-        return self.best.total_us / (self.ours_us + self.setup_us) if self.best else float("nan")
+        """The same with the set-ups of both: of each cold object on the peer's side, once a batch on orbsoc's."""
+        return self.best.total_us / (self.orbsoc_us + self.setup_us) if self.best else float("nan")
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> BatchTimes:
@@ -99,11 +99,11 @@ def measure_batch(
         name=batch.name,
         kind=batch.kind,
         size=size,
-        ours_us=1e6 * float(np.median(times)) / size,
+        orbsoc_us=1e6 * float(np.median(times)) / size,
         setup_us=1e6 * solution.setup_s / size,
         verified=sum(residual <= COUNTS_BELOW for residual in residuals),
         residual=max(residuals),
-        alone_us=alone.solve_us if (alone := rows.pop(OURS, None)) else math.nan,
+        alone_us=alone.solve_us if (alone := rows.pop(ORBSOC, None)) else math.nan,
         loops=tuple(rows.values()),
     )
 
@@ -193,7 +193,7 @@ def table(rows: Sequence[BatchTimes]) -> str:
     for row in rows:
         best = f"{row.best.solve_us:.1f} ({row.best.solver})" if row.best else "none solves all"
         lines.append(
-            f"| {row.name} | {row.verified} of {row.size} | {row.ours_us:.1f} | {row.alone_us:.1f} | {best} "
+            f"| {row.name} | {row.verified} of {row.size} | {row.orbsoc_us:.1f} | {row.alone_us:.1f} | {best} "
             f"| {row.ratio:.2f} | {row.total_ratio:.2f} |"
         )
     for kind in dict.fromkeys(row.kind for row in rows):

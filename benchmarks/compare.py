@@ -2,7 +2,7 @@
 
 Each commit is checked out beside this one and its `orbsoc-bench` built once; then both run in turn, A B, B A, …, on the
 same problem files, and for every problem (and stage, with `--stages`) the least of a commit's medians over the rounds
-counts. `A` and `B` are whatever git understands; `.` is the checkout as it stands.
+counts. `A` and `B` are any names of commits; `.` is the checkout with its changes.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from benchmarks import families
-from benchmarks.circumstances import ROOT
+from benchmarks.environment import ROOT
 
 HERE = "."
 MEDIAN = "median_us"
@@ -63,7 +63,7 @@ def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 
 def build(commit: str, folder: Path) -> Path:
-    """The commit's `orbsoc-bench`, built unless it is there. Raises CalledProcessError with the tool's words."""
+    """The commit's `orbsoc-bench`, built unless it is there. Raises CalledProcessError with the tool's output."""
     if commit == HERE:
         _run(["cargo", "build", "--release", "--locked", "-p", "orbsoc-bench"], cwd=ROOT)
         return ROOT / "target" / "release" / "orbsoc-bench"
@@ -113,7 +113,7 @@ def _measured(program: Path, problems: Sequence[Path], folder: Path, chosen: arg
 
 
 def _run(command: Sequence[str | Path], cwd: Path | None = None) -> str:
-    """Standard output; a failing command's words are shown."""
+    """Standard output; a failing command's output is shown."""
     done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
     if done.returncode:
         sys.stderr.write(done.stderr)

@@ -17,7 +17,7 @@ from typing import Any
 
 from benchmarks.fingerprint import fingerprint
 from benchmarks.folder_report import report
-from benchmarks.judgement import Judged
+from benchmarks.grading import Graded
 from benchmarks.peers import solvers
 from benchmarks.processes import SolverProcess
 from benchmarks.public_sets import Listed, listed
@@ -26,7 +26,7 @@ VARIABLE = "ORBSOC_PROBLEMS"
 """Environment variable that names the folder when the option does not."""
 LIMIT_S = 20.0
 NAMES = ("orbsoc", "clarabel", "ecos", "qoco", "piqp_sparse", "scs", "highs")
-COLUMNS = [field.name for field in dataclasses.fields(Judged)]
+COLUMNS = [field.name for field in dataclasses.fields(Graded)]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -65,7 +65,7 @@ def measure_sets(
     tol: float,
     limit_s: float = LIMIT_S,
     progress: Callable[[str], None] = lambda line: None,
-) -> list[Judged]:
+) -> list[Graded]:
     """All rows, those already in `out`/sets.csv included; raises ValueError for a solver that is none."""
     out.mkdir(parents=True, exist_ok=True)
     path = out / "sets.csv"
@@ -76,11 +76,11 @@ def measure_sets(
         SolverProcess(name, solver)
         for name, solver in zip((n for n in names if _there(n)), found, strict=True)
     ]
-    known: dict[tuple[str, ...], list[Judged]] = {}
+    known: dict[tuple[str, ...], list[Graded]] = {}
     for row in read_rows(path):
         if row.tol == tol:
             known.setdefault((row.set, row.problem, row.solver, row.release), []).append(row)
-    rows: list[Judged] = []
+    rows: list[Graded] = []
     try:
         for k, problem in enumerate(problems):
             for process in processes:
@@ -103,7 +103,7 @@ def release(process: SolverProcess) -> str:
     return f"{version}+{fingerprint()}" if process.name == "orbsoc" else version
 
 
-def read_rows(path: Path) -> list[Judged]:
+def read_rows(path: Path) -> list[Graded]:
     """The rows of a sets.csv; none when there is no file. Lines cut short are left out."""
     if not path.is_file():
         return []
@@ -112,13 +112,13 @@ def read_rows(path: Path) -> list[Judged]:
     return [_row(row) for row in complete]
 
 
-def _row(texts: Mapping[str, str]) -> Judged:
+def _row(texts: Mapping[str, str]) -> Graded:
     convert: dict[str, Callable[[str], Any]] = {"float": float, "int": int, "str": str}
-    fields = dataclasses.fields(Judged)
-    return Judged(**{field.name: convert[str(field.type)](texts[field.name]) for field in fields})
+    fields = dataclasses.fields(Graded)
+    return Graded(**{field.name: convert[str(field.type)](texts[field.name]) for field in fields})
 
 
-def _append(path: Path, rows: Sequence[Judged]) -> None:
+def _append(path: Path, rows: Sequence[Graded]) -> None:
     """One more line each, after the end of one that an interruption cut short."""
     before = path.read_bytes() if path.exists() else b""
     with path.open("a", newline="", encoding="utf-8") as file:

@@ -164,7 +164,7 @@ def undisturbed(variant: Variant, problem: Problem, tol: float) -> Answer:
     """A cold solve without a forced context switch.
 
     Where several attempts bring none, the one that kept its core for the largest share of the time, with its times
-    scaled by that share: what a core did for others is nobody's solve time.
+    scaled by that fraction: what a core did for other processes is not solve time.
     """
     started = time.perf_counter()
     best, best_share = None, 0.0

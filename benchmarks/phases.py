@@ -17,11 +17,11 @@ from typing import Any
 from benchmarks.answer import Solver
 from benchmarks.batch_measure import BatchTimes, measure_batch
 from benchmarks.batches import BATCHES, Batch
-from benchmarks.circumstances import circumstances
+from benchmarks.environment import environment
 from benchmarks.families import FAMILIES, Instance, instances
 from benchmarks.fingerprint import fingerprint
 from benchmarks.folder import NAMES, measure_sets
-from benchmarks.judgement import Judged
+from benchmarks.grading import Graded
 from benchmarks.measure import Measurement, measure
 from benchmarks.overhead import Overhead, measure_overhead
 from benchmarks.peers import DEFAULT, solvers
@@ -88,7 +88,7 @@ class Results:
     batches: list[BatchTimes]
     warm: list[WarmStart]
     overhead: Overhead | None
-    sets: list[Judged]
+    sets: list[Graded]
 
 
 def measure_all(
@@ -103,7 +103,7 @@ def measure_all(
     for line in missing:
         say(line)
     families: dict[str, list[Measurement]] = {}
-    header = circumstances(found, repeats=effort.repeats, tol=tol)
+    header = environment(found, repeats=effort.repeats, tol=tol)
     header["effort"] = "quick" if effort.quick else "full"
     for name in names:
         families[name] = _family(folder, name, found, effort, tol, header, say)
@@ -169,7 +169,7 @@ def _batch(batch: Batch, found: Sequence[Solver], effort: Effort, tol: float, sa
     return asdict(times)
 
 
-def _sets(out: Path, problems: Path | None, effort: Effort, tol: float, say: Say) -> list[Judged]:
+def _sets(out: Path, problems: Path | None, effort: Effort, tol: float, say: Say) -> list[Graded]:
     if problems is None:
         say("no folder of problems: public sets are left out")
         return []

@@ -12,7 +12,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 from benchmarks.answer import Solver, Variant
-from benchmarks.judgement import DEFAULTS, LOOSE, TIGHT, Judged, judged, lost
+from benchmarks.grading import DEFAULTS, LOOSE, TIGHT, Graded, graded, lost
 from benchmarks.peers import solvers
 from benchmarks.public_sets import Listed, load
 from orbsoc.conic.errors import ProblemError
@@ -42,11 +42,11 @@ def _serve(name: str, pipe: Connection) -> None:
         pipe.send(_answered(solver, question))
 
 
-def _answered(solver: Solver, question: Question) -> list[Judged]:
+def _answered(solver: Solver, question: Question) -> list[Graded]:
     """The row of the solver's defaults; where they do not verify, the best of its other settings, too.
 
     Empty where the solver is not made for the problem. Data that are no convex problem (`VALUES`: P is indefinite) are
-    nobody's: the row says so.
+    no solver's: the row says so.
     """
     asked = question.listed
     try:
@@ -65,7 +65,7 @@ def _answered(solver: Solver, question: Question) -> list[Judged]:
     return rows
 
 
-def _row(solver: Solver, variant: Variant, problem: Problem, question: Question) -> Judged:
+def _row(solver: Solver, variant: Variant, problem: Problem, question: Question) -> Graded:
     asked = question.listed
     where = (asked.set, asked.name, asked.expected)
     who = (solver.name, solver.version, variant.label or DEFAULTS)
@@ -73,7 +73,7 @@ def _row(solver: Solver, variant: Variant, problem: Problem, question: Question)
         answer = variant.solve(problem, question.tol)
     except Exception as error:
         return lost(where=where, who=who, tol=question.tol, outcome=f"raises {type(error).__name__}")
-    return judged(problem, answer, where=where, who=who, tol=question.tol)
+    return graded(problem, answer, where=where, who=who, tol=question.tol)
 
 
 class SolverProcess:
@@ -85,14 +85,14 @@ class SolverProcess:
         self._process: BaseProcess | None = None
         self._pipe: Connection | None = None
 
-    def ask(self, listed: Listed, tol: float, limit_s: float) -> list[Judged]:
+    def ask(self, listed: Listed, tol: float, limit_s: float) -> list[Graded]:
         """The rows, none where the solver does not take part. After a crash or the limit the next starts afresh."""
         pipe = self._started()
         pipe.send(Question(listed, tol))
         outcome = "crashed"
         try:
             if self._answers(pipe, limit_s):
-                rows: list[Judged] = pipe.recv()
+                rows: list[Graded] = pipe.recv()
                 return rows
             outcome = f"time limit of {limit_s:g} s"
         except (EOFError, ConnectionError):

@@ -19,7 +19,7 @@ COLOURS = {"orbsoc": "#c1121f", "Clarabel": "#1d3557", "ECOS": "#2a9d8f", "QOCO"
 def factors(measurements: Sequence[Measurement], *, kind: str = "solve") -> dict[str, Array]:
     """For each solver, its time over the best time on each problem; infinite where its time does not count.
 
-    `kind` is "solve" or "total". Problems that nobody solves are left out. Source: Dolan & Moré 2002.
+    `kind` is "solve" or "total". Problems that no solver solves are left out. Source: Dolan & Moré 2002.
     """
     times: dict[str, dict[str, float]] = {}
     for m in measurements:
@@ -61,10 +61,10 @@ def profile_figure(
             solved = np.isfinite(found)
             steps = np.concatenate([[1.0], found[solved], [reach]])
             heights = np.concatenate([[0.0], share[solved], [share[solved][-1] if solved.any() else 0.0]])
-            ours = solver == "orbsoc"
+            own = solver == "orbsoc"
             label = solver if solved.any() else f"{solver} (none verified)"
             axes.step(
-                steps, heights, where="post", label=label, color=COLOURS.get(solver), lw=2.4 if ours else 1.5
+                steps, heights, where="post", label=label, color=COLOURS.get(solver), lw=2.4 if own else 1.5
             )
         axes.set(
             xscale="log",

@@ -20,12 +20,12 @@ EXPECTED = {
     "primal_infeasible": "PRIMAL_INFEASIBLE",
     "dual_infeasible": "DUAL_INFEASIBLE",
 }
-"""Answers that an index knows, in the words of statuses."""
+"""Answers that an index knows, as statuses."""
 
 
 @dataclass(frozen=True, slots=True)
 class Listed:
-    """One problem of a folder; `expected` is SOLVED, PRIMAL_INFEASIBLE or empty when nobody knows."""
+    """One problem of a folder; `expected` is SOLVED, PRIMAL_INFEASIBLE or empty when it is not known."""
 
     path: str
     set: str

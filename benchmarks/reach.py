@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from benchmarks.circumstances import commit, machine_class
+from benchmarks.environment import commit, machine_class
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Status
 from orbsoc.guidance.scp import Rules
@@ -144,7 +144,7 @@ def solvers() -> dict[str, Timed]:
 
 
 def measure(every: int, repeats: int) -> dict[str, Any]:
-    """Solve the shards of the paper's grid, or of every so many planes of it, with all solvers by turns."""
+    """Solve the shards of the paper's grid, or of every k-th plane of it, with all solvers by turns."""
     scenario = load_scenario(SCENARIO)
     timed = solvers()
     domains = {name: Domain.of(scenario, solve=solve) for name, solve in timed.items()}
@@ -166,30 +166,30 @@ def measure(every: int, repeats: int) -> dict[str, Any]:
         solver: {name: np.concatenate([table[name] for table in found]) for name in names}
         for solver, found in tables.items()
     }
-    ours, theirs = columns["orbsoc"], columns["clarabel"]
-    differ = np.flatnonzero(ours["status"] != theirs["status"])
-    both = (ours["status"] == "reached") & (theirs["status"] == "reached")
+    own, theirs = columns["orbsoc"], columns["clarabel"]
+    differ = np.flatnonzero(own["status"] != theirs["status"])
+    both = (own["status"] == "reached") & (theirs["status"] == "reached")
     ratios = {
-        name: [theirs / ours for theirs, ours in zip(seconds["clarabel"], seconds[name], strict=True)]
+        name: [theirs / own for theirs, own in zip(seconds["clarabel"], seconds[name], strict=True)]
         for name in ("orbsoc", "orbsoc_interior_point")
     }
     return {
         "machine": machine_class(),
         "commit": commit(),
         "every": every,
-        "points": len(ours["status"]),
-        "reached": int((ours["status"] == "reached").sum()),
+        "points": len(own["status"]),
+        "reached": int((own["status"] == "reached").sum()),
         "cpu_s": seconds,
         "clarabel_over": ratios,
         "in_the_solver_cpu_s": {name: solve.cpu_s / repeats for name, solve in timed.items()},
         "subproblems": {name: solve.count // repeats for name, solve in timed.items()},
-        "largest_difference_of_a_rel": float(np.abs(ours["a_km"][both] / theirs["a_km"][both] - 1.0).max()),
+        "largest_difference_of_a_rel": float(np.abs(own["a_km"][both] / theirs["a_km"][both] - 1.0).max()),
         "differences": [
             {
-                "inc_deg": float(ours["inc_deg"][k]),
-                "raan_deg": float(ours["raan_deg"][k]),
-                "perigee_bound_km": float(ours["perigee_bound_km"][k]),
-                "orbsoc": f"{ours['status'][k]}: {ours['evidence'][k]}",
+                "inc_deg": float(own["inc_deg"][k]),
+                "raan_deg": float(own["raan_deg"][k]),
+                "perigee_bound_km": float(own["perigee_bound_km"][k]),
+                "orbsoc": f"{own['status'][k]}: {own['evidence'][k]}",
                 "clarabel": f"{theirs['status'][k]}: {theirs['evidence'][k]}",
             }
             for k in differ
@@ -200,7 +200,7 @@ def measure(every: int, repeats: int) -> dict[str, Any]:
 def main() -> None:
     """Measure and write reach.json."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--every", type=int, default=1, help="take every so many planes")
+    parser.add_argument("--every", type=int, default=1, help="take every k-th plane")
     parser.add_argument("--repeats", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("out/reach-bench"))
     chosen = parser.parse_args()

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.batch_measure import BatchTimes
-from benchmarks.judgement import LOOSE, TIGHT, Judged
+from benchmarks.grading import LOOSE, TIGHT, Graded
 from benchmarks.measure import COUNTS_BELOW, Measurement, geometric_mean
 from benchmarks.overhead import Overhead
+from benchmarks.peer_comparison import MOST_ITERATIONS, REFERENCE, Comparison, comparisons, median_residual
 from benchmarks.phases import Results
-from benchmarks.standing import MOST_ITERATIONS, REFERENCE, Standing, median_residual, standings
-from benchmarks.tables import OURS
+from benchmarks.tables import ORBSOC
 from benchmarks.warm import WarmStart
 
 CONIC = ("Clarabel", "ECOS", "QOCO")
@@ -31,7 +31,7 @@ PEERS = dict.fromkeys(SCP, CONIC) | {
     **dict.fromkeys(QP, ("PIQP sparse",)),
     "large_cones": ("Clarabel",),
 }
-"""Whom each family is compared with; all conic solvers where nothing is said."""
+"""The peers of each family; by default all conic solvers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,9 @@ class Requirement:
 
 def requirements(results: Results) -> list[Requirement]:
     """All, in order."""
-    rows = {name: standings(measured, PEERS.get(name, CONIC)) for name, measured in results.families.items()}
+    rows = {
+        name: comparisons(measured, PEERS.get(name, CONIC)) for name, measured in results.families.items()
+    }
     return [
         *_single(rows),
         *_generated(results.families),
@@ -65,16 +67,16 @@ def requirements(results: Results) -> list[Requirement]:
 
 def table(rows: Iterable[Requirement]) -> str:
     """A Markdown table."""
-    words = {True: "holds", False: "**does not hold**", None: "not measured"}
+    verdicts = {True: "holds", False: "**does not hold**", None: "not measured"}
     lines = ["| # | measure | required | measured | |", "|---|---|---|---|---|"]
     lines += [
-        f"| {row.number} | {row.measure} | {row.required} | {row.measured} | {words[row.holds]} |"
+        f"| {row.number} | {row.measure} | {row.required} | {row.measured} | {verdicts[row.holds]} |"
         for row in rows
     ]
     return "\n".join(lines)
 
 
-def _single(rows: dict[str, list[Standing]]) -> list[Requirement]:
+def _single(rows: dict[str, list[Comparison]]) -> list[Requirement]:
     ratios = [(s.ratio, s.group) for name in SCP for s in rows.get(name, []) if s.ratio == s.ratio]
     title = f"one SCP-type SOCP against the best of {', '.join(CONIC)}, solve"
     if not ratios:
@@ -99,12 +101,12 @@ def _generated(families: dict[str, list[Measurement]]) -> list[Requirement]:
 
 
 def _ratios(measurements: Iterable[Measurement], peer: str, *, by_total: bool) -> list[float]:
-    """The peer's time over ours on every problem that both solve."""
+    """The peer's time over that of orbsoc on every problem that both solve."""
     counted = {(m.problem, m.solver): m for m in measurements if m.counts}
     found: list[float] = []
     for (problem, solver), mine in counted.items():
         theirs = counted.get((problem, peer))
-        if solver == OURS and theirs is not None:
+        if solver == ORBSOC and theirs is not None:
             pair = (theirs.total, mine.total) if by_total else (theirs.solve, mine.solve)
             found.append(pair[0].median / pair[1].median)
     return found
@@ -125,7 +127,7 @@ def _batches(batches: Sequence[BatchTimes]) -> list[Requirement]:
     return [Requirement("2", title, f"≥ {BATCH_MEAN:g} ×", measured, mean >= BATCH_MEAN)]
 
 
-def _small_lp(rows: dict[str, list[Standing]], batches: Sequence[BatchTimes]) -> list[Requirement]:
+def _small_lp(rows: dict[str, list[Comparison]], batches: Sequence[BatchTimes]) -> list[Requirement]:
     ratios = [s.ratio for s in rows.get("small_lp", [])]
     lanes = [row.ratio for row in batches if row.kind == "lp" and row.best]
     return [
@@ -134,7 +136,7 @@ def _small_lp(rows: dict[str, list[Standing]], batches: Sequence[BatchTimes]) ->
     ]
 
 
-def _quadratic(rows: dict[str, list[Standing]]) -> list[Requirement]:
+def _quadratic(rows: dict[str, list[Comparison]]) -> list[Requirement]:
     return [
         _each_at_least(
             "4", f"{name.replace('_', ' ')} against PIQP sparse", [s.ratio for s in rows[name]], 1.0
@@ -144,7 +146,7 @@ def _quadratic(rows: dict[str, list[Standing]]) -> list[Requirement]:
     ]
 
 
-def _cones(rows: dict[str, list[Standing]]) -> list[Requirement]:
+def _cones(rows: dict[str, list[Comparison]]) -> list[Requirement]:
     found = rows.get("large_cones", [])
     parity = _each_at_least(
         "4", "second-order cones of 61–2475 against Clarabel", [s.ratio for s in found], 1.0
@@ -154,7 +156,7 @@ def _cones(rows: dict[str, list[Standing]]) -> list[Requirement]:
     if len(one) < 3:
         return [parity, Requirement("4", title, required, "", None)]
     dimensions = [float(s.group.rpartition(" ")[2]) for s in one]
-    slope = float(np.polyfit(np.log(dimensions), np.log([s.ours_us / s.iterations for s in one]), 1)[0])
+    slope = float(np.polyfit(np.log(dimensions), np.log([s.orbsoc_us / s.iterations for s in one]), 1)[0])
     return [parity, Requirement("4", title, required, f"{slope:.2f}", slope <= LINEAR)]
 
 
@@ -183,7 +185,7 @@ def _iterations(families: dict[str, list[Measurement]]) -> Requirement:
         pairs = [
             (mine, counted[problem, REFERENCE])
             for (problem, solver), mine in counted.items()
-            if solver == OURS and (problem, REFERENCE) in counted
+            if solver == ORBSOC and (problem, REFERENCE) in counted
         ]
         if pairs:
             ratios.append(sum(mine for mine, _ in pairs) / sum(theirs for _, theirs in pairs))
@@ -199,16 +201,16 @@ def _residuals(families: dict[str, list[Measurement]]) -> Requirement:
     title = "worst verified residual by family, against the median peer's worst"
     required = f"no larger, and ≤ {COUNTS_BELOW:g}"
     worse: list[str] = []
-    ours: list[float] = []
+    own: list[float] = []
     for name, measured in families.items():
-        peers = sorted({m.solver for m in measured} - {OURS})
-        ours.append(max(m.verification.worst for m in measured if m.solver == OURS))
+        peers = sorted({m.solver for m in measured} - {ORBSOC})
+        own.append(max(m.verification.worst for m in measured if m.solver == ORBSOC))
         theirs = median_residual(measured, peers)
-        if not ours[-1] <= min(theirs, COUNTS_BELOW):
-            worse.append(f"{name} ({ours[-1]:.1e}, median peer {theirs:.1e})")
-    if not ours:
+        if not own[-1] <= min(theirs, COUNTS_BELOW):
+            worse.append(f"{name} ({own[-1]:.1e}, median peer {theirs:.1e})")
+    if not own:
         return Requirement("1–4", title, required, "", None)
-    text = f"worst {max(ours):.1e}; larger on {', '.join(worse) or 'none'}"
+    text = f"worst {max(own):.1e}; larger on {', '.join(worse) or 'none'}"
     return Requirement("1–4", title, required, text, not worse)
 
 
@@ -235,7 +237,7 @@ def _warm(rows: Sequence[WarmStart]) -> list[Requirement]:
     return found
 
 
-def _sets(rows: Sequence[Judged]) -> list[Requirement]:
+def _sets(rows: Sequence[Graded]) -> list[Requirement]:
     if not rows:
         return [Requirement("7–8", "public sets", "≥ the best peer on each; no false claim", "", None)]
     found: list[Requirement] = []
@@ -247,15 +249,15 @@ def _sets(rows: Sequence[Judged]) -> list[Requirement]:
                 for label in dict.fromkeys(row.label for row in members)
                 if "other settings" not in label
             }
-            ours = counts.pop(OURS, 0)
-            best = max(counts, key=lambda label: counts[label], default="nobody")
+            own = counts.pop(ORBSOC, 0)
+            best = max(counts, key=lambda label: counts[label], default="none")
             problems = len({row.problem for row in members})
-            text = f"{ours} of {problems}; {best} {counts.get(best, 0)}"
+            text = f"{own} of {problems}; {best} {counts.get(best, 0)}"
             title = f"{name}: verified at {tol:g}"
-            found.append(Requirement("7", title, "≥ the best peer", text, ours >= counts.get(best, 0)))
-    lies = [f"{row.set}/{row.problem}" for row in rows if row.solver == OURS and row.falsehood()]
-    text = f"{len(lies)} {', '.join(lies)}".strip()
-    return [*found, Requirement("8", "false claims over the sets", "0", text, not lies)]
+            found.append(Requirement("7", title, "≥ the best peer", text, own >= counts.get(best, 0)))
+    false = [f"{row.set}/{row.problem}" for row in rows if row.solver == ORBSOC and row.falsehood()]
+    text = f"{len(false)} {', '.join(false)}".strip()
+    return [*found, Requirement("8", "false claims over the sets", "0", text, not false)]
 
 
 def _overhead(row: Overhead | None) -> Requirement:

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks import batch_measure, folder_report, requirements, standing, warm
+from benchmarks import batch_measure, folder_report, peer_comparison, requirements, warm
 from benchmarks.families import FAMILIES
 from benchmarks.measure import Measurement, geometric_mean
+from benchmarks.peer_comparison import REFERENCE, median_residual
 from benchmarks.phases import Results
 from benchmarks.profile_figure import profile_figure
 from benchmarks.requirements import CONIC, PEERS, QP, SCP
-from benchmarks.standing import REFERENCE, median_residual
-from benchmarks.tables import OURS, circumstances_line
+from benchmarks.tables import ORBSOC, environment_line
 
 QUICK = "**A quick run**: two problems of each size, few repetitions, some batches only. For figures to quote, a full one."
 PROFILES = {
@@ -29,14 +29,14 @@ def page(results: Results, figures: Mapping[str, str]) -> str:
     """The whole page; `figures` are the paths of the performance profiles, as links see them, by title."""
     sections = [
         "# Results",
-        "Written by `python -m benchmarks.musts`; how it is measured: [benchmarks.md](benchmarks.md).",
-        circumstances_line(results.header),
+        "Written by `python -m benchmarks.results`; how it is measured: [benchmarks.md](benchmarks.md).",
+        environment_line(results.header),
         QUICK if results.header.get("effort") == "quick" else "",
         "## What is required, and what comes out",
         requirements.table(requirements.requirements(results)),
         *(f"![Performance profiles, {title}]({path})" for title, path in figures.items()),
         "## Single problems, by size",
-        standing.__doc__ or "",
+        peer_comparison.__doc__ or "",
         *_families(results.families),
         "## Every peer, by family",
         ratio_table(results.families),
@@ -82,20 +82,20 @@ def _families(families: Mapping[str, Sequence[Measurement]]) -> list[str]:
     found: list[str] = []
     for name, measured in families.items():
         peers = PEERS.get(name, CONIC)
-        rows = standing.standings(measured, peers)
+        rows = peer_comparison.comparisons(measured, peers)
         mean = geometric_mean([row.ratio for row in rows if row.ratio == row.ratio])
         found += [
             f"### {name}: {FAMILIES[name].about}",
             f"Best of {', '.join(peers)}; geometric mean {mean:.2f} ×.",
-            standing.table(rows),
+            peer_comparison.table(rows),
         ]
     return found
 
 
 def ratio_table(families: Mapping[str, Sequence[Measurement]]) -> str:
-    """Geometric means of peer's solve time over ours (least), problem by problem, where both answers verify."""
+    """Geometric means of a peer's solve time over that of orbsoc (least), problem by problem, where both answers verify."""
     peers = list(
-        dict.fromkeys(m.solver for measured in families.values() for m in measured if m.solver != OURS)
+        dict.fromkeys(m.solver for measured in families.values() for m in measured if m.solver != ORBSOC)
     )
     lines = [f"| its solve time over ours | {' | '.join(peers)} |", f"|---|{'--:|' * len(peers)}"]
     for name, measured in families.items():
@@ -103,9 +103,9 @@ def ratio_table(families: Mapping[str, Sequence[Measurement]]) -> str:
         cells: list[str] = []
         for peer in peers:
             ratios = [
-                counted[problem, peer] / ours
-                for (problem, solver), ours in counted.items()
-                if solver == OURS and (problem, peer) in counted
+                counted[problem, peer] / own
+                for (problem, solver), own in counted.items()
+                if solver == ORBSOC and (problem, peer) in counted
             ]
             cells.append(f"{geometric_mean(ratios):.2f} ({min(ratios):.2f})" if ratios else "–")
         lines.append(f"| {name} | {' | '.join(cells)} |")
@@ -119,15 +119,15 @@ def family_table(families: Mapping[str, Sequence[Measurement]]) -> str:
         "|---|--:|--:|--:|--:|--:|--:|",
     ]
     for name, measured in families.items():
-        ours = [m for m in measured if m.solver == OURS]
+        own = [m for m in measured if m.solver == ORBSOC]
         reference = {m.problem: m.iterations for m in measured if m.solver == REFERENCE and m.counts}
-        pairs = [(m.iterations, reference[m.problem]) for m in ours if m.counts and m.problem in reference]
+        pairs = [(m.iterations, reference[m.problem]) for m in own if m.counts and m.problem in reference]
         mine, theirs = (
             (float(np.mean(column)) for column in zip(*pairs, strict=True)) if pairs else (np.nan,) * 2
         )
-        peers = sorted({m.solver for m in measured} - {OURS})
+        peers = sorted({m.solver for m in measured} - {ORBSOC})
         lines.append(
-            f"| {name} | {sum(m.counts for m in ours)} of {len(ours)} | {mine:.2f} | {theirs:.2f} | {mine / theirs:.3f} "
-            f"| {max(m.verification.worst for m in ours):.1e} | {median_residual(measured, peers):.1e} |"
+            f"| {name} | {sum(m.counts for m in own)} of {len(own)} | {mine:.2f} | {theirs:.2f} | {mine / theirs:.3f} "
+            f"| {max(m.verification.worst for m in own):.1e} | {median_residual(measured, peers):.1e} |"
         )
     return "\n".join(lines)

@@ -13,15 +13,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from benchmarks.answer import Solver
-from benchmarks.circumstances import circumstances
+from benchmarks.environment import environment
 from benchmarks.families import FAMILIES, instances
 from benchmarks.measure import Measurement, measure
 from benchmarks.peers import DEFAULT, solvers
 from benchmarks.profile_figure import profile_figure
 from benchmarks.records import to_csv, to_json
 from benchmarks.tables import (
-    circumstances_line,
     comparison_table,
+    environment_line,
     group_table,
     residual_table,
 )
@@ -78,7 +78,7 @@ def _run_family(name: str, found: Sequence[Solver], chosen: argparse.Namespace) 
     """Measure one family, write its files, and return its section in Markdown."""
     _say(f"{name}: generating")
     problems = instances([name])
-    header = circumstances(found, repeats=chosen.repeats, tol=chosen.tol)
+    header = environment(found, repeats=chosen.repeats, tol=chosen.tol)
     measurements = measure(
         problems,
         found,
@@ -105,7 +105,7 @@ def markdown(header: Mapping[str, str], measurements: Sequence[Measurement]) -> 
     """What a reader needs to judge the numbers, then the numbers."""
     return "\n\n".join(
         [
-            circumstances_line(header),
+            environment_line(header),
             group_table(measurements),
             comparison_table(measurements),
             residual_table(measurements),

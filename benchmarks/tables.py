@@ -9,10 +9,10 @@ import numpy as np
 
 from benchmarks.measure import Measurement, geometric_mean
 
-OURS = "orbsoc"
+ORBSOC = "orbsoc"
 
 
-def circumstances_line(header: Mapping[str, str]) -> str:
+def environment_line(header: Mapping[str, str]) -> str:
     """The header as one sentence."""
     return (
         f"Measured {header['date']} on {header['machine']}, orbsoc at {header['commit']}; {header['solvers']}; "
@@ -37,7 +37,7 @@ def group_table(measurements: Sequence[Measurement]) -> str:
 
 def _group_row(label: str, solver: str, rows: Sequence[Measurement]) -> str:
     good = [m for m in rows if m.counts]
-    name = f"**{solver}**" if solver == OURS else solver + ("†" if any(m.variant for m in good) else "")
+    name = f"**{solver}**" if solver == ORBSOC else solver + ("†" if any(m.variant for m in good) else "")
     cells = [label, name, f"{len(good)} of {len(rows)}"]
     if good:
         cells += [
@@ -66,16 +66,16 @@ def _settings_notes(measurements: Sequence[Measurement]) -> list[str]:
 
 
 def comparison_table(measurements: Sequence[Measurement]) -> str:
-    """Peer by peer, over the problems that both solve: how many times as long as ours it takes."""
+    """Peer by peer, over the problems that both solve: the ratio of its times to those of orbsoc."""
     lines = [
         "| against | problems both solve | its solve time over ours, geometric mean (least, most) "
         "| its set-up and solve over ours | our iterations over its, ratio of means | ours faster on |",
         "|---|--:|--:|--:|--:|--:|",
     ]
-    ours = {m.problem: m for m in measurements if m.solver == OURS and m.counts}
+    own = {m.problem: m for m in measurements if m.solver == ORBSOC and m.counts}
     for peer, rows in by_solver(measurements).items():
-        pairs = [(ours[m.problem], m) for m in rows if m.counts and m.problem in ours]
-        if peer == OURS or not pairs:
+        pairs = [(own[m.problem], m) for m in rows if m.counts and m.problem in own]
+        if peer == ORBSOC or not pairs:
             continue
         ratios = [theirs.solve.median / mine.solve.median for mine, theirs in pairs]
         totals = [theirs.total.median / mine.total.median for mine, theirs in pairs]

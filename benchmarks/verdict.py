@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from benchmarks.measure import COUNTS_BELOW, Measurement
-from benchmarks.standing import MOST_ITERATIONS, REFERENCE, median_residual
-from benchmarks.tables import OURS, by_problem
+from benchmarks.peer_comparison import MOST_ITERATIONS, REFERENCE, median_residual
+from benchmarks.tables import ORBSOC, by_problem
 
 LISTED = 6
 """Exceptions named at most; the files have them all."""
@@ -17,10 +17,10 @@ LISTED = 6
 def verdict(measurements: Sequence[Measurement]) -> str:
     """A Markdown list: solved and verified, iterations, time, residual. Each line begins with whether it holds."""
     problems = [
-        ({m.solver: m for m in rows if m.solver != OURS and m.counts}, mine)
+        ({m.solver: m for m in rows if m.solver != ORBSOC and m.counts}, mine)
         for rows in by_problem(measurements).values()
         for mine in rows
-        if mine.solver == OURS
+        if mine.solver == ORBSOC
     ]
     lines = [
         _solved([mine for _, mine in problems]),
@@ -32,12 +32,12 @@ def verdict(measurements: Sequence[Measurement]) -> str:
 
 
 _Compared = tuple[dict[str, Measurement], Measurement]
-"""The peers whose answers count on one problem, by name, and ours."""
+"""The peers whose answers count on one problem, by name, and orbsoc's."""
 
 
-def _solved(ours: Sequence[Measurement]) -> str:
-    failed = [f"{m.problem} ({m.failure})" for m in ours if not m.counts]
-    return f"{_holds(not failed)} solved and verified at {COUNTS_BELOW:g}: {len(ours) - len(failed)} of {len(ours)}{_but(failed)}"
+def _solved(own: Sequence[Measurement]) -> str:
+    failed = [f"{m.problem} ({m.failure})" for m in own if not m.counts]
+    return f"{_holds(not failed)} solved and verified at {COUNTS_BELOW:g}: {len(own) - len(failed)} of {len(own)}{_but(failed)}"
 
 
 def _iterations(problems: Sequence[_Compared]) -> str:
@@ -68,14 +68,14 @@ def _time(problems: Sequence[_Compared]) -> str:
 
 
 def _residual(measurements: Sequence[Measurement]) -> str:
-    """Judged against the median of the peers' worst, all being asked for the same tolerance."""
-    peers = sorted({m.solver for m in measurements} - {OURS})
-    ours = [m.verification.worst for m in measurements if m.solver == OURS and m.counts]
+    """Compared with the median of the peers' worst, all being asked for the same tolerance."""
+    peers = sorted({m.solver for m in measurements} - {ORBSOC})
+    own = [m.verification.worst for m in measurements if m.solver == ORBSOC and m.counts]
     theirs = median_residual(measurements, peers)
-    if not ours or theirs != theirs:
+    if not own or theirs != theirs:
         return ""
     told = ", ".join(f"{name} {median_residual(measurements, [name]):.1e}" for name in peers)
-    return f"{_holds(max(ours) <= theirs)} worst verified residual no worse than the median peer's: {max(ours):.1e}; {told}"
+    return f"{_holds(max(own) <= theirs)} worst verified residual no worse than the median peer's: {max(own):.1e}; {told}"
 
 
 def _holds(holds: bool) -> str:

@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from benchmarks.answer import Solver
-from benchmarks.peers import clarabel, ecos, highs, ours, piqp, qoco, qocogen, scs
+from benchmarks.peers import clarabel, ecos, highs, orbsoc, piqp, qoco, qocogen, scs
 from benchmarks.peers.installed import MissingSolver
 
 MAKERS: dict[str, Callable[[], Solver]] = {
-    "orbsoc": ours.solver,
+    "orbsoc": orbsoc.solver,
     "clarabel": clarabel.solver,
     "ecos": ecos.solver,
     "qoco": qoco.solver,

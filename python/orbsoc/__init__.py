@@ -15,6 +15,7 @@ from orbsoc.conic.problem import Cones, Problem, ProblemError
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Certificate, Solution, Start, Status
 from orbsoc.conic.verify import verify
+from orbsoc.files.versions import __version__ as __version__
 from orbsoc.ps import PsScheduler
 from orbsoc.solving.batch import BatchSolution, BatchSolver, solve_batch
 from orbsoc.solving.solver import Solver, solve
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
 
     from . import missions as missions
     from . import reach as reach
-
-__version__ = "0.1.0"
 
 __all__ = [
     "BatchSolution",

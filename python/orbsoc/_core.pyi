@@ -86,7 +86,7 @@ class RawSolution:
 
 @final
 class Engine:
-    """A solve's state. `run(stage)` is one step of a schedule; `solve` walks the whole schedule."""
+    """A solve's state. `run(stage)` is one step of a schedule; `solve` runs the whole schedule."""
 
     def __new__(cls, problem_: Problem, settings_: Settings) -> Engine: ...
     @property
@@ -111,7 +111,7 @@ class Engine:
 
 @final
 class MixedEngine:
-    """A solve of two precisions, walked by its caller: `bits` significant bits in `modules`, binary64 elsewhere."""
+    """A solve of two precisions, whose caller runs the stages: `bits` significant bits in `modules`, binary64 elsewhere."""
 
     def __new__(
         cls, problem_: Problem, settings_: Settings, bits: int, modules: Sequence[str]

@@ -13,7 +13,7 @@ import pytest
 from benchmarks.answer import Answer
 from benchmarks.folder import measure_sets, read_rows
 from benchmarks.folder_report import counts_table, missed, report, requirement
-from benchmarks.judgement import Judged, judged, lost
+from benchmarks.grading import Graded, graded, lost
 from benchmarks.peers import solvers
 from benchmarks.processes import SolverProcess
 from benchmarks.public_sets import Listed, listed, load
@@ -31,9 +31,9 @@ def row(
     expected: str,
     solver: str = "orbsoc",
     name: str = "a",
-) -> Judged:
+) -> Graded:
     answer = Answer(*point, claim.lower(), 7, 1e-3, 2e-3, claim, "in words")
-    return judged(problem, answer, where=("set", name, expected), who=(solver, "1", "default"), tol=1e-8)
+    return graded(problem, answer, where=("set", name, expected), who=(solver, "1", "default"), tol=1e-8)
 
 
 def write_set(folder: Path) -> list[Listed]:
@@ -136,7 +136,7 @@ def test_a_process_that_dies_or_dawdles_is_an_outcome_and_the_next_question_star
         answered = process.ask(square, 1e-8, 60.0)
         assert [row.verified(1e-6) for row in answered] == [True]
         silent = tmp_path / "silent.npz"
-        os.mkfifo(silent)  # nobody writes to it: whoever opens it waits
+        os.mkfifo(silent)  # no process writes to it: opening it waits
         late = process.ask(replace(none, path=str(silent)), 1e-8, 0.1)
         assert [row.outcome for row in late] == ["time limit of 0.1 s"]
         missing = process.ask(replace(square, path=str(tmp_path / "no.npz")), 1e-8, 60.0)

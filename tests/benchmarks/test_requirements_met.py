@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import musts, phases, requirements, warm
+from benchmarks import phases, requirements, warm
 from benchmarks.batch_measure import BatchTimes, Loop, measure_batch
 from benchmarks.batch_measure import table as batch_table
 from benchmarks.batches import Batch
@@ -18,11 +18,12 @@ from benchmarks.compare import least
 from benchmarks.guidance import powered_descent
 from benchmarks.measure import Measurement, Spread
 from benchmarks.overhead import Overhead, measure_overhead
+from benchmarks.peer_comparison import comparisons, median_residual
 from benchmarks.peers import solvers
 from benchmarks.phases import Results
 from benchmarks.records import from_json, to_json
+from benchmarks.results import main as results_command
 from benchmarks.results_page import family_table, page, ratio_table
-from benchmarks.standing import median_residual, standings
 from benchmarks.warm import WarmStart
 from orbsoc.conic.verify import Verification
 
@@ -64,7 +65,7 @@ def rows(found: Results, number: str) -> list[requirements.Requirement]:
 
 
 def test_a_group_is_compared_with_the_best_peer_that_verifies() -> None:
-    small, large = standings(results().families["powered_descent"], requirements.CONIC)
+    small, large = comparisons(results().families["powered_descent"], requirements.CONIC)
     assert (small.best, small.ratio) == ("ECOS", 3.0)  # QOCO's answer does not count
     assert (large.best, large.ratio) == ("Clarabel", pytest.approx(1.4))
     assert large.iteration_ratio == pytest.approx(1.2)
@@ -203,12 +204,12 @@ def test_the_command_measures_writes_and_does_not_measure_again(
     monkeypatch.setattr(phases, "measure_warm", lambda tol, quick: [])
     monkeypatch.setattr(phases, "measure_overhead", lambda: measure_overhead(repeats=3))
     command = ["--quick", "--family", "small_lp", "--out", str(tmp_path)]
-    assert musts.main(command) == 0
+    assert results_command(command) == 0
     assert "| 5 | mean iterations" in capsys.readouterr().out
     text = (tmp_path / "results.md").read_text()
     assert "### small_lp" in text
     monkeypatch.setattr(phases, "measure", None)  # a second run needs none
     monkeypatch.setattr(phases, "measure_batch", None)
-    assert musts.main(command) == 0
+    assert results_command(command) == 0
     again = (tmp_path / "results.md").read_text()
     assert again.splitlines()[6:] == text.splitlines()[6:]

@@ -15,11 +15,11 @@ from orbsoc import Cones, Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.ps import PsScheduler
 from orbsoc.ps.events import Kind
-from tests.core.ps_fake import STAGES, WORDS, FakeEngine, prepare
-from tests.core.test_second_walk import CARELESS, MENDED, TOO_LITTLE, badly_scaled, mended_late
 from tests.hw_model.synthetic import stage
 from tests.hw_model.test_walk import copies, trace_of
 from tests.hw_model.tiny import partition
+from tests.ps.fake_engine import STAGES, WORDS, FakeEngine, prepare
+from tests.solving.test_restarts import CARELESS, MENDED, TOO_LITTLE, badly_scaled, mended_late
 
 
 def _trace_of_fake(engine: FakeEngine) -> dict[str, Any]:

@@ -162,7 +162,7 @@ def test_calibrate_writes_a_platform_that_the_other_commands_take(workload: Path
         (("partition", "{w}", "--lanes", "two"), "must be numbers joined by commas"),
         (("budget", "{w}.missing"), "No such file"),
         (("budget", "{root}/pyproject.toml"), "`mission` = None: no such mission"),
-        (("budget", "{root}/tests/core/drawn.py"), "is not JSON"),
+        (("budget", "{root}/tests/strategies.py"), "is not JSON"),
     ],
 )
 def test_bad_input_exits_2_and_is_named(

@@ -20,6 +20,7 @@ from hw_model.platform.platform_toml import to_toml
 from hw_model.timing.timeline import simulate
 from orbsoc import Problem, PsScheduler
 from orbsoc.commands.app import app
+from orbsoc.conic.pattern import pattern_digest
 from orbsoc.hw import schedules as pl_program
 from orbsoc.hw.exact_cycles import exact_cycles
 from orbsoc.missions.reachable_insertion import disperse, load_scenario, plan
@@ -79,7 +80,7 @@ def test_cases_are_judged_by_schedules_and_their_pattern_is_scheduled_once(
     schedule = pl_program.scheduled
 
     def counted(*arguments: Any) -> pl_program.PlProgram:
-        made.append(pl_program.pattern_digest(arguments[0]).hex()[:16])
+        made.append(pattern_digest(arguments[0]).hex()[:16])
         return schedule(*arguments)
 
     monkeypatch.setattr(pl_program, "scheduled", counted)

@@ -44,7 +44,7 @@ class Scheduled:
         self.iterates: dict[int, Words] = {}
         pl = ProgrammableLogic(METHOD, self.engine.run, busy_ticks=busy_ticks)
         driver = Driver(METHOD, self.engine, pl, words=self.engine.buffer_words(), record=PsRecord())
-        driver.run(again=self.engine.begin_again, observe=self.keep)
+        driver.run(restart=self.engine.begin_again, observe=self.keep)
 
     def keep(self) -> None:
         self.iterates[self.engine.iteration] = words(self.engine, ITERATE)

@@ -15,8 +15,8 @@ from orbsoc.rtl.session import RtlPort, RtlSession
 from orbsoc.rtl.solve import SolveOutcome, described, solve_on_rtl
 from orbsoc.rtl.solve_cases import FOUR_LANES, TIGHT, quick_solves, run_solves
 from orbsoc.rtl.validation import RtlError, built, problems
-from tests.core.test_second_walk import TOO_LITTLE, mended_late
 from tests.rtl.verilator import require_verilator
+from tests.solving.test_restarts import TOO_LITTLE, mended_late
 
 RTL = Path(__file__).parents[2] / "rtl"
 SMALL = "6 variables, cones 3"

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from types import ModuleType
 
-from tests.zoo import cone, known, lies, linear, quadratic
+from tests.zoo import cone, false_claims, known, linear, quadratic
 from tests.zoo.case import ZooCase
-from tests.zoo.twins import twin
+from tests.zoo.rescaled import twin
 
 __all__ = ["ZooCase", "cases", "twin", "twins"]
 
-MODULES = (linear, quadratic, cone, known, lies)
+MODULES = (linear, quadratic, cone, known, false_claims)
 
 
 def _of(module: ModuleType) -> list[ZooCase]:

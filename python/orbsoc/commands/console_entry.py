@@ -1,14 +1,13 @@
-"""The way in from a shell: whatever ends a command early ends it in words, and as one JSON object with `--json`."""
+"""The way in from a shell: what ends a command outside its body is reported too, as one JSON object with `--json`."""
 
 from __future__ import annotations
 
-import json
 import sys
 from typing import Any
 
 import typer
 
-INTERRUPTED = 130
+from .failures import INTERRUPTED, report_exit
 
 
 class ConsoleApp(typer.Typer):
@@ -22,13 +21,13 @@ class ConsoleApp(typer.Typer):
         try:
             return super().__call__(*args, **kwargs)
         except KeyboardInterrupt:
-            _say("interrupted", INTERRUPTED)
+            _report("interrupted", INTERRUPTED)
             _forget_the_signal()
             sys.exit(INTERRUPTED)
         except SystemExit as end:
-            words = _unsaid(end)
-            if words is not None:
-                _say(words, end.code)
+            message = _unreported(end)
+            if message is not None:
+                _report(message, end.code)
             _forget_the_signal()
             raise
 
@@ -41,7 +40,7 @@ def _unraisable(lost: sys.UnraisableHookArgs) -> None:
 
 
 def _forget_the_signal() -> None:
-    """Let the exit code be ours after a Ctrl-C that has been answered.
+    """Let the exit code stand after a Ctrl-C that has been handled.
 
     CPython remembers a KeyboardInterrupt that left code compiled from a string (dataclasses and named tuples are made
     that way, so an import can be in the middle of one), and at the end of `python -m` dies of SIGINT because of it, also
@@ -50,23 +49,22 @@ def _forget_the_signal() -> None:
     exec("")
 
 
-def _unsaid(end: SystemExit) -> str | None:
-    """Why a command ended that could not say so itself; None when it has spoken, or ended well.
+def _unreported(end: SystemExit) -> str | None:
+    """Why a command ended that could not report it itself; None when it has, or ended well.
 
     Typer leaves the error that it has turned into an exit in the exit's context.
     """
     cause = end.__context__
-    if isinstance(cause, typer.Exit):  # of a command that has spoken, or stands for Ctrl-C
+    if isinstance(cause, typer.Exit):  # of a command that has reported, or stands for Ctrl-C
         return "interrupted" if isinstance(cause.__cause__, KeyboardInterrupt) else None
     if cause is None or not end.code:
         return None
-    spoken = getattr(cause, "format_message", None)  # of the parser's own errors
-    return str(spoken() if spoken else cause)
+    formatted = getattr(cause, "format_message", None)  # of the parser's own errors
+    return str(formatted() if formatted else cause)
 
 
-def _say(words: str, code: object) -> None:
-    """The object on standard output where that is read; the parser has told a person of its own errors."""
-    if "--json" in sys.argv[1:]:
-        typer.echo(json.dumps({"error": words, "exit_code": code}))
+def _report(message: str, code: int | str | None) -> None:
+    """The object with `--json`; the parser has printed its own errors on standard error."""
+    report_exit(code, message, "--json" in sys.argv[1:])
     if code == INTERRUPTED:
-        typer.echo(f"orbsoc: {words}", err=True)
+        typer.echo(f"orbsoc: {message}", err=True)

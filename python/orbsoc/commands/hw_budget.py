@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from . import hw_options as options
-from .failures import FAILED, spoken
+from .failures import FAILED, exit_handling
 
 if TYPE_CHECKING:
     from hw_model import Platform
@@ -29,7 +29,7 @@ def budget(
 
     Exit codes: 0 it fits, 1 it does not, 2 bad input.
     """
-    with spoken(as_json):
+    with exit_handling(as_json):
         from hw_model.area.resources import budget as priced
         from hw_model.figures.area import area_figure
         from hw_model.platform.partition import load_partition

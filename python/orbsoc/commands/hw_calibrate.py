@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from . import hw_options as options
-from .failures import spoken
+from .failures import exit_handling
 
 
 def calibrate(
@@ -26,7 +26,7 @@ def calibrate(
 
     Set the clock that you measured at: --set ps.clock_mhz=1200.0.
     """
-    with spoken(as_json):
+    with exit_handling(as_json):
         from hw_model.platform.platform_toml import to_toml
         from hw_model.report.reading import CALIBRATED, require_read
         from hw_model.timing.calibrate import calibrate as fit

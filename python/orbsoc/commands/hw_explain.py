@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import hw_options as options
-from .failures import spoken
+from .failures import exit_handling
 
 if TYPE_CHECKING:
     from hw_model.report.explain import Configuration
@@ -25,7 +25,7 @@ def explain(
     as_json: options.JsonOption = False,
 ) -> None:
     """Say what B takes more or less time for than A, cause by cause and module by module."""
-    with spoken(as_json):
+    with exit_handling(as_json):
         from hw_model.figures.difference import difference_figure
         from hw_model.report.explain import explain as compare
         from hw_model.report.reading import TIMELINE, require_read

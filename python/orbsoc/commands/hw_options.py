@@ -5,13 +5,14 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from orbsoc.files.atomic_write import write_atomically
 
 if TYPE_CHECKING:
     from hw_model import Platform
@@ -138,9 +139,7 @@ def write_all(folder: Path, files: Mapping[str, str | bytes]) -> None:
     """Write `files` into `folder`, each whole or not at all; a file of that name is replaced, others are left alone."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, content in files.items():
-        beside = folder / f".{name}.{os.getpid()}"
-        beside.write_bytes(content.encode() if isinstance(content, str) else content)
-        beside.replace(folder / name)
+        write_atomically(folder / name, content)
 
 
 def as_json_text(document: Mapping[str, Any]) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import hw_options as options
-from .failures import spoken
+from .failures import exit_handling
 
 if TYPE_CHECKING:
     from hw_model import Platform
@@ -31,7 +31,7 @@ def partition(
     as_json: options.JsonOption = False,
 ) -> None:
     """Price all 64 partitions × lanes × clocks × devices, and say which of them no other beats."""
-    with spoken(as_json):
+    with exit_handling(as_json):
         from hw_model.platform.partition import load_partition
         from hw_model.report.reading import STUDIED, require_read
         from hw_model.report.split_verdict import verdicts

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import hw_options as options
-from .failures import spoken
+from .failures import exit_handling
 
 if TYPE_CHECKING:
     from hw_model import Platform
@@ -44,7 +44,7 @@ def precision(
     Refinement and statistics stay on the PS in binary64, unless their module is narrow too. Of a plan, the first
     subproblem of each pattern is taken. Segments are scheduled, equal to the RTL.
     """
-    with spoken(as_json):
+    with exit_handling(as_json):
         from hw_model.report.reading import NARROWED, require_read
         from orbsoc.conic.settings import Settings
         from orbsoc.hw.exact_cycles import exact_cycles

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from . import hw_options as options
-from .failures import BAD_INPUT, spoken, stop
+from .failures import BAD_INPUT, exit_handling, exit_with
 
 if TYPE_CHECKING:
     from hw_model import Platform
@@ -38,7 +38,7 @@ def run(
 
     Exit codes: 0 done, 2 bad input.
     """
-    with spoken(as_json):
+    with exit_handling(as_json):
         from hw_model.report.reading import SCHEDULED, require_read
         from hw_model.timing.schedules import engine_of
         from orbsoc.hw.schedules import KKT_SOLVES, pl_program
@@ -54,7 +54,9 @@ def run(
         engine_of(machine, "f64")
         record = load_workload(workload)
         if not record.problems:
-            stop(BAD_INPUT, f"{workload}: a trace holds no problem to schedule; name the scenario", as_json)
+            exit_with(
+                BAD_INPUT, f"{workload}: a trace holds no problem to schedule; name the scenario", as_json
+            )
         programs = [pl_program(problem, None, engine) for problem in record.problems]
         streams = [pl_program(problem, None, engine, KKT_SOLVES) for problem in record.problems]
         folder = out or Path("out") / f"hw-run-{record.name}"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from . import hw_options as options
-from .failures import spoken
+from .failures import exit_handling
 
 if TYPE_CHECKING:
     from hw_model.report.sweep import Sweep
@@ -27,7 +27,7 @@ def sweep(
     as_json: options.JsonOption = False,
 ) -> None:
     """Price every point of a grid and write all of them and the Pareto front of time against resources."""
-    with spoken(as_json):
+    with exit_handling(as_json):
         from hw_model.figures.study import pareto_figure
         from hw_model.platform.partition import load_partition
         from hw_model.report.reading import STUDIED

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import hw_options as options
-from .failures import spoken
+from .failures import exit_handling
 
 if TYPE_CHECKING:
     from hw_model import Timeline
@@ -22,7 +22,7 @@ def trace(
     as_json: options.JsonOption = False,
 ) -> None:
     """Lay a recorded run out in time: trace.json for ui.perfetto.dev, gantt.png, and the record itself."""
-    with spoken(as_json):
+    with exit_handling(as_json):
         from hw_model import simulate
         from hw_model.figures.gantt import gantt_figure
         from hw_model.platform.partition import load_partition

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import hw_options as options
-from .failures import FAILED, spoken
+from .failures import FAILED, exit_handling
 from .hw_validate_mutations import validate_mutations
 from .hw_validate_solve import validate_solves
 from .hw_validate_tables import print_tables
@@ -49,7 +49,7 @@ def validate(
 
     Exit codes: 0 all equal (and every mutation caught), 1 any difference, 2 no RTL or no Verilator.
     """
-    with spoken(as_json):
+    with exit_handling(as_json):
         from orbsoc.rtl.validation import (
             all_points,
             kkt_points,

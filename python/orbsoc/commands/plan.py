@@ -22,7 +22,7 @@ import typer
 from orbsoc.files.interrupts import Interrupts
 
 from . import hw_options as options
-from .failures import BAD_INPUT, FAILED, INTERRUPTED, defect, stop
+from .failures import FAILED, exit_handling
 from .plan_cases import plan_cases
 
 if TYPE_CHECKING:
@@ -98,19 +98,13 @@ def plan(
             exact=exact, as_json=as_json,
         )  # fmt: skip
     with Interrupts() as interrupts:
-        try:
+        with exit_handling(as_json, interrupted="interrupted; nothing was written", interrupts=interrupts):
             mission, chosen = _scenario(scenario, _overrides(problem, settings))
             folder = out if out is not None else _default_folder(scenario, chosen)
             run, document = plan_scenario(
                 mission, chosen, folder, device=device, partition=partition, deadline_ms=deadline_ms, exact=exact,
                 check=check is not None, ps=ps, interrupts=interrupts, watch=lambda each: _table(each, as_json),
             )  # fmt: skip
-        except KeyboardInterrupt:
-            stop(INTERRUPTED, "interrupted; nothing was written", as_json)
-        except Exception as error:
-            if interrupts.received:  # something in between made another error of it
-                stop(INTERRUPTED, "interrupted; nothing was written", as_json)
-            stop(*_failure(error), as_json)
         if as_json:
             typer.echo(json.dumps(document, allow_nan=False))
         _print_summary(document, folder, as_json)
@@ -192,20 +186,6 @@ def _default_folder(path: Path, scenario: BaseScenario) -> Path:
     return Path("out") / "-".join(filter(None, (path.stem, scenario.variant)))
 
 
-def _failure(error: Exception) -> tuple[int, str]:
-    """Exit code and message of what a run raised; the trace is printed when it is a defect of orbsoc."""
-    from hw_model import HwModelError
-    from orbsoc.files.output_folder import OutputFolderError
-    from orbsoc.guidance.scenario_file import ScenarioError
-    from orbsoc.orbit import PropagationError
-
-    if isinstance(error, PropagationError):
-        return FAILED, f"no plan: the burn cannot be flown: {error}"
-    if isinstance(error, (ScenarioError, OutputFolderError, HwModelError, OSError)):
-        return BAD_INPUT, str(error)
-    return defect(error)
-
-
 def _check_before_planning(
     folder: Path | None, device: str, partition: str, deadline_ms: float | None, *, exact: bool
 ) -> None:
@@ -213,18 +193,15 @@ def _check_before_planning(
     from hw_model import HwModelError
     from orbsoc.files.output_folder import check_replaceable
     from orbsoc.hw.cycle_budget import check_names
+    from orbsoc.hw.deadlines import check_deadline
 
     if folder is not None:
         check_replaceable(folder)
-    if device == "none":
-        if deadline_ms is not None:
-            raise HwModelError(f"--deadline-ms = {deadline_ms}: there is no time to judge with --device none")
-        return
-    check_names(device, partition, exact=exact)
-    if deadline_ms is not None:
-        from orbsoc.hw.deadlines import check_deadline
-
-        check_deadline(deadline_ms)
+    if device != "none":
+        check_names(device, partition, exact=exact)
+    elif deadline_ms is not None:
+        raise HwModelError(f"--deadline-ms = {deadline_ms}: there is no time to judge with --device none")
+    check_deadline(deadline_ms)
 
 
 def _scheduler() -> PsScheduler:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NoReturn
 import typer
 
 from . import hw_options as options
-from .failures import FAILED, INTERRUPTED, spoken, stop
+from .failures import FAILED, INTERRUPTED, exit_handling, exit_with
 
 if TYPE_CHECKING:
     from orbsoc.guidance.scenario_file import BaseScenario
@@ -37,7 +37,7 @@ def plan_cases(
 
     Exit codes: 0 PASS or MARGINAL, 1 FAIL or an engine that does not fit into the device, 2 bad input, 130 interrupted (finished cases stay for --resume).
     """
-    with spoken(as_json):
+    with exit_handling(as_json):
         from hw_model import HwModelError
         from hw_model.platform.partition import load_partition
         from hw_model.report.reading import BOUNDED
@@ -60,7 +60,7 @@ def plan_cases(
             with Progress(count) as told:
                 cases = record_cases(scenario, count, seed, folder / "cases", resume=resume, progress=told)
         except KeyboardInterrupt:
-            stop(
+            exit_with(
                 INTERRUPTED,
                 f"interrupted; finished cases are in {folder / 'cases'}, --resume goes on",
                 as_json,

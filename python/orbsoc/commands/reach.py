@@ -16,7 +16,7 @@ import typer
 
 from orbsoc.files.interrupts import Interrupts
 
-from .failures import BAD_INPUT, FAILED, INTERRUPTED, defect, stop
+from .failures import FAILED, exit_handling
 
 if TYPE_CHECKING:
     from orbsoc.missions.reachable_domain import Scenario
@@ -53,22 +53,19 @@ def reach(
 ) -> None:
     """Solve every point of the grid and the edge of the domain, verify by propagation, and show what is within reach."""
     folder = out if out is not None else Path("out") / scenario.stem
-    with Interrupts() as interrupts:
-        try:
-            executor = _executor(dask, threads)
-            chosen = _checked(scenario, device, partition, deadline_ms)
-            point = None if ephemeris is None else _point(ephemeris, chosen)
-            document = _solve_and_write(
-                chosen, folder, executor, resume, (device, partition, deadline_ms), as_json, interrupts
-            )
-            if point is not None:
-                _write_messages(folder, point)
-        except KeyboardInterrupt:
-            stop(INTERRUPTED, f"interrupted; finished shards are in {folder}, --resume goes on", as_json)
-        except Exception as error:
-            if interrupts.received:
-                stop(INTERRUPTED, f"interrupted; finished shards are in {folder}, --resume goes on", as_json)
-            stop(*_failure(error), as_json)
+    interrupted = f"interrupted; finished shards are in {folder}, --resume goes on"
+    with (
+        Interrupts() as interrupts,
+        exit_handling(as_json, interrupted=interrupted, interrupts=interrupts),
+    ):
+        executor = _executor(dask, threads)
+        chosen = _checked(scenario, device, partition, deadline_ms)
+        point = None if ephemeris is None else _point(ephemeris, chosen)
+        document = _solve_and_write(
+            chosen, folder, executor, resume, (device, partition, deadline_ms), as_json, interrupts
+        )
+        if point is not None:
+            _write_messages(folder, point)
     if as_json:
         typer.echo(json.dumps(document, allow_nan=False, default=float))
     for line in _lines(document, folder):
@@ -87,14 +84,13 @@ def _executor(dask: str | None, threads: int | None) -> Executor:
 
 def _checked(path: Path, device: str, partition: str, deadline_ms: float | None) -> Scenario:
     """The scenario, once everything that can be refused at once has been looked at."""
-    from hw_model import HwModelError
     from orbsoc.hw.cycle_budget import check_names
+    from orbsoc.hw.deadlines import check_deadline
     from orbsoc.missions.reachable_domain import load_scenario
 
     chosen = load_scenario(path)
     check_names(device, partition)
-    if deadline_ms is not None and not 0.0 < deadline_ms < float("inf"):
-        raise HwModelError(f"--deadline-ms = {deadline_ms}: must be a positive number of milliseconds")
+    check_deadline(deadline_ms)
     return chosen
 
 
@@ -208,18 +204,3 @@ def _limit(row: dict[str, Any]) -> str:
     if "paper_deg" not in row:
         return f"{row['limit']}: {ours}"
     return f"{row['limit']}: {ours}, paper {row['paper_deg']:.2f} deg; {row['reason']}"
-
-
-def _failure(error: Exception) -> tuple[int, str]:
-    """Exit code and words for what a run raised."""
-    from hw_model import HwModelError
-    from orbsoc.guidance.scenario_file import ScenarioError
-    from orbsoc.sweep import StoreError, WorkersLost
-
-    if isinstance(error, WorkersLost):
-        return FAILED, str(error)
-    if isinstance(error, (ScenarioError, StoreError, HwModelError, OSError)):
-        return BAD_INPUT, str(error)
-    if isinstance(error, ModuleNotFoundError):
-        return BAD_INPUT, f"{error.name} is not installed; pip install 'orbsoc[reach]'"
-    return defect(error)

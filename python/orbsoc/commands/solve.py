@@ -1,4 +1,4 @@
-"""`orbsoc solve`: a conic problem, or a failure bundle, from a file; its verdict in words, its solution in a file.
+"""`orbsoc solve`: a conic problem, or a failure bundle, from a file; its verdict on the terminal, its solution in a file.
 
 Exit codes: 0 solved, 1 not solved (the verdict says why), 2 bad input, 130 interrupted.
 """
@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .failures import BAD_INPUT, INTERRUPTED, stop
+from .failures import FAILED, INTERRUPTED, exit_handling
 
 if TYPE_CHECKING:
     from orbsoc.conic.problem import Problem
     from orbsoc.conic.settings import Settings
     from orbsoc.conic.solution import Solution, Start
 
-NOT_SOLVED = 1
 SOLUTION = "solution.json"
 
 
@@ -55,22 +54,15 @@ def solve(
     changes = {"tol": tol, "tol_inaccurate": tol_inaccurate}
     changes |= {"max_iterations": max_iterations, "max_time_s": max_time_s, "verbose": verbose or None}
     folder = out if out is not None else Path("out") / problem.stem
-    try:
+    with exit_handling(as_json, interrupted="interrupted; nothing was written"):
         stated, base, start = _read(problem)
         settings = resolve(base, {name: value for name, value in changes.items() if value is not None})
         if bundle is not None:
             check_place(bundle)
         folder.mkdir(parents=True, exist_ok=True)
         solution = run(stated, settings, warm_start=start, bundle=bundle)
-        document = encode_solution(solution, None if _is_claim(solution) else verify(stated, solution))
+        document = encode_solution(solution, None if _is_infeasible(solution) else verify(stated, solution))
         write_json(document, folder / SOLUTION)
-    except KeyboardInterrupt:
-        stop(INTERRUPTED, "interrupted; nothing was written", as_json)
-    except OSError as error:
-        words = f"{error.filename}: {error.strerror}" if error.filename else str(error)
-        stop(BAD_INPUT, words, as_json)
-    except ValueError as error:
-        stop(BAD_INPUT, str(error), as_json)
     if as_json:
         typer.echo(json.dumps(document, allow_nan=False))
     for line in _summary(stated, settings, solution, folder):
@@ -82,6 +74,7 @@ def _read(path: Path) -> tuple[Problem, Settings, Start | None]:
     """The problem of a problem file with the default settings, or those and the start of a failure bundle."""
     from orbsoc.conic import problem_file
     from orbsoc.conic.errors import FileError, ProblemError
+    from orbsoc.conic.problem import Problem
     from orbsoc.conic.settings import Settings
     from orbsoc.files.json_fields import FieldError, Fields, read_json, shown
     from orbsoc.solving import bundle
@@ -93,14 +86,14 @@ def _read(path: Path) -> tuple[Problem, Settings, Start | None]:
             found = bundle.decode_bundle(document)
             return found.problem, found.settings, found.start
         if schema == problem_file.SCHEMA:
-            return problem_file.decode_problem(document), Settings(), None
+            return Problem(**problem_file.decode_problem(document)), Settings(), None
         known = f"{problem_file.SCHEMA!r} and {bundle.SCHEMA!r}"
         raise FieldError("schema", f"is {shown(schema)}; this command reads {known}")
     except (FieldError, ProblemError) as error:
         raise FileError(f"{path}: {error}") from error
 
 
-def _is_claim(solution: Solution) -> bool:
+def _is_infeasible(solution: Solution) -> bool:
     """Whether x, or y and z, prove that there is no solution."""
     from orbsoc.conic.solution import Status
 
@@ -108,16 +101,16 @@ def _is_claim(solution: Solution) -> bool:
 
 
 def _summary(problem: Problem, settings: Settings, solution: Solution, folder: Path) -> list[str]:
-    """What was solved, how, how well by the referee's formula, and the verdict last, where the eye is."""
+    """What was solved, how, how well by independent verification, and the verdict last."""
     from orbsoc.conic.verify import check_certificate, verify
 
     spent = (
         f"{solution.iterations} iterations, set-up {solution.setup_s:.3g} s, solve {solution.solve_s:.3g} s"
     )
     lines = [repr(problem), f"tolerance {settings.tol:g}; {spent}"]
-    if _is_claim(solution):
-        evidence = check_certificate(problem, solution)
-        lines.append(f"verified on the data of the file: certified radius {evidence.radius:.4g}")
+    if _is_infeasible(solution):
+        radius = check_certificate(problem, solution).radius
+        lines.append(f"verified on the data of the file: certified radius {radius:.4g}")
     else:
         verification = verify(problem, solution)
         lines.append(f"objective {solution.objective:.10g}, dual objective {solution.dual_objective:.10g}")
@@ -134,4 +127,4 @@ def _exit_code(solution: Solution) -> int:
     from orbsoc.conic.solution import Status
 
     codes: dict[Any, int] = {Status.SOLVED: 0, Status.INTERRUPTED: INTERRUPTED}
-    return codes.get(solution.status, NOT_SOLVED)
+    return codes.get(solution.status, FAILED)

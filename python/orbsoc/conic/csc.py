@@ -131,7 +131,7 @@ def refuse_masked(name: str, value: Any) -> None:
 
 
 def as_array(name: str, value: Any) -> NDArray[Any]:
-    """`value` as NumPy takes it; raises ProblemError naming the argument `name` for a ragged list or masked entries."""
+    """`value` as NumPy takes it; raises ProblemError naming the argument `name` for a list of unequal rows or masked entries."""
     refuse_masked(name, value)
     try:
         return np.asarray(value)

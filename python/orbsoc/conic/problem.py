@@ -2,60 +2,27 @@
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from os import PathLike
+from os import PathLike, fspath
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from orbsoc import _core
+from orbsoc.files.json_fields import FieldError, read_json, write_json
 
 from . import csc
+from .cones import Cones
 from .csc import Array, Csc, Matrix
 from .errors import ProblemError
+from .problem_file import decode_problem, encode_problem
 
 __all__ = ["Cones", "Problem", "ProblemError"]
 
 SYMMETRY_TOLERANCE = 1e-12
 """Largest |Pᵢⱼ − Pⱼᵢ| over √(Pᵢᵢ Pⱼⱼ), which bounds |Pᵢⱼ|, taken for rounding (and averaged away)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Cones:
-    """K = R₊ˡ × Q^q₁ × … × Q^q_k with Q^q = {(t, u): ‖u‖₂ ≤ t}, in the order of the rows of G.
-
-    Raises ProblemError if l < 0 or a cone is smaller than 1.
-    """
-
-    l: int = 0
-    q: Sequence[int] = ()
-
-    def __post_init__(self) -> None:
-        try:
-            object.__setattr__(self, "l", operator.index(self.l))
-            object.__setattr__(self, "q", tuple(map(operator.index, self.q)))
-        except TypeError as error:
-            raise ProblemError(f"`cones` must hold integers, not l = {self.l!r}, q = {self.q!r}") from error
-        if self.l < 0:
-            raise ProblemError(f"`cones.l` is {self.l}; it must be 0 or more")
-        if self.q and min(self.q) < 1:
-            k = next(k for k, size in enumerate(self.q) if size < 1)
-            raise ProblemError(f"`cones.q[{k}]` is {self.q[k]}; a second-order cone has size 1 or more")
-
-    @property
-    def m(self) -> int:
-        """Rows of G that the cones need."""
-        return self.l + sum(self.q)
-
-    def second_order(self) -> Iterator[slice]:
-        """The rows of each second-order cone, in order."""
-        start = self.l
-        for size in self.q:
-            yield slice(start, start + size)
-            start += size
 
 
 @dataclass(frozen=True, slots=True, init=False, eq=False)
@@ -157,9 +124,7 @@ class Problem:
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the problem to a JSON file of schema `orbsoc.problem/1` (see orbsoc.conic.problem_file)."""
-        from .problem_file import write_problem
-
-        write_problem(self, path)
+        write_json(encode_problem(self), path)
 
     @staticmethod
     def load(path: str | PathLike[str]) -> Problem:
@@ -167,9 +132,10 @@ class Problem:
 
         Raises ProblemError naming the field that is missing or damaged, OSError if there is no such file.
         """
-        from .problem_file import read_problem
-
-        return read_problem(path)
+        try:
+            return Problem(**decode_problem(read_json(path)))
+        except (FieldError, ProblemError) as error:
+            raise ProblemError(f"{fspath(path)}: {error}") from error
 
     def __repr__(self) -> str:
         return (

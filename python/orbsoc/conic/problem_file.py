@@ -13,8 +13,7 @@ Numbers are written with as many digits as bring the same double back. Unknown f
 
 from __future__ import annotations
 
-from os import PathLike, fspath
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -27,37 +26,32 @@ from orbsoc.files.json_fields import (
     encode_numbers,
     is_list,
     is_object,
-    read_json,
     shown,
-    write_json,
 )
 
 from . import csc
+from .cones import Cones
 from .csc import Csc
-from .errors import ProblemError
-
-if TYPE_CHECKING:
-    from .problem import Problem
 
 SCHEMA = "orbsoc.problem/1"
 _FIELDS = ("schema", "n", "p", "m", "P", "c", "A", "b", "G", "h", "cones")
 _INFINITIES = ("inf", "-inf")
 
 
-def write_problem(problem: Problem, path: str | PathLike[str]) -> None:
-    """Write `problem` as JSON; raises OSError if the path cannot be written."""
-    write_json(encode_problem(problem), path)
+class HasData(Protocol):
+    """An `orbsoc.Problem`: sizes, cones, and the arrays P, c, A, b, G, h."""
+
+    @property
+    def n(self) -> int: ...
+    @property
+    def p(self) -> int: ...
+    @property
+    def m(self) -> int: ...
+    @property
+    def cones(self) -> Cones: ...
 
 
-def read_problem(path: str | PathLike[str]) -> Problem:
-    """Read a file of this schema; raises ProblemError naming the field, OSError if the file cannot be read."""
-    try:
-        return decode_problem(read_json(path))
-    except (FieldError, ProblemError) as error:
-        raise ProblemError(f"{fspath(path)}: {error}") from error
-
-
-def encode_problem(problem: Problem) -> Document:
+def encode_problem(problem: HasData) -> Document:
     """The document of a problem."""
     document: Document = {"schema": SCHEMA, "n": problem.n, "p": problem.p, "m": problem.m}
     for matrix, vector in (("P", "c"), ("A", "b"), ("G", "h")):
@@ -67,10 +61,8 @@ def encode_problem(problem: Problem) -> Document:
     return document
 
 
-def decode_problem(document: Any, prefix: str = "") -> Problem:
-    """The problem of a document; raises FieldError (with `prefix` before the field) or ProblemError."""
-    from .problem import Cones, Problem
-
+def decode_problem(document: Any, prefix: str = "") -> dict[str, Any]:
+    """The arguments of `orbsoc.Problem`; raises FieldError (with `prefix` before the field) or ProblemError."""
     fields = Fields(document, prefix)
     fields.check_names(SCHEMA, _FIELDS)
     n, p, m = fields.count("n"), fields.count("p"), fields.count("m")
@@ -78,7 +70,7 @@ def decode_problem(document: Any, prefix: str = "") -> Problem:
     # Vectors first: they show that the sizes are real before a matrix of those sizes is made.
     c, b, h = (fields.numbers(name, size, _INFINITIES) for name, size in (("c", n), ("b", p), ("h", m)))
     P, A, G = (_matrix(fields, name, rows, n) for name, rows in (("P", n), ("A", p), ("G", m)))
-    return Problem(P=P, c=c, A=A, b=b, G=G, h=h, cones=Cones(l, q))
+    return {"P": P, "c": c, "A": A, "b": b, "G": G, "h": h, "cones": Cones(l, q)}
 
 
 def _matrix(fields: Fields, field: str, rows: int, columns: int) -> Csc:

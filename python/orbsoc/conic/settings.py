@@ -6,6 +6,8 @@ from dataclasses import dataclass, fields
 from numbers import Integral, Real
 from typing import Any
 
+from .errors import SettingsError
+
 COUNTS = {"max_iterations": (1, 100_000), "refinement_max": (0, 100), "ruiz_passes": (0, 100)}
 """Least and most of each count, as in the core, which allocates for as many in advance."""
 
@@ -53,15 +55,15 @@ class Settings:
         for name in POSITIVE:
             value = getattr(self, name)
             if not value > 0.0:
-                raise ValueError(f"settings: {name} = {value!r} must be a positive number")
+                raise SettingsError(f"settings: {name} = {value!r} must be a positive number")
             if name != "max_time_s" and value == float("inf"):
-                raise ValueError(f"settings: {name} = {value!r} must be finite")
+                raise SettingsError(f"settings: {name} = {value!r} must be finite")
         if self.step_fraction >= 1.0:
-            raise ValueError(f"settings: step_fraction = {self.step_fraction!r} must be less than 1")
+            raise SettingsError(f"settings: step_fraction = {self.step_fraction!r} must be less than 1")
         for name, (least, most) in COUNTS.items():
             value = getattr(self, name)
             if not least <= value <= most:
-                raise ValueError(f"settings: {name} = {value!r} must be at least {least}, at most {most}")
+                raise SettingsError(f"settings: {name} = {value!r} must be at least {least}, at most {most}")
 
     def __str__(self) -> str:
         return "\n".join(f"{f.name:<18} {getattr(self, f.name)}" for f in fields(self))
@@ -69,11 +71,11 @@ class Settings:
 
 def _typed(name: str, annotation: Any, value: Any) -> bool | int | float:
     """The value as its field's type; TypeError names the field."""
-    taken, made, words = _KINDS[annotation]
+    taken, made, expected = _KINDS[annotation]
     if not isinstance(value, taken) or (isinstance(value, bool) and taken is not bool):
-        raise TypeError(f"settings: {name} = {value!r} must be {words}")
+        raise TypeError(f"settings: {name} = {value!r} must be {expected}")
     try:
         out: bool | int | float = made(value)
     except OverflowError:
-        raise ValueError(f"settings: {name} is too large, {value!r:.20}…") from None
+        raise SettingsError(f"settings: {name} is too large, {value!r:.20}…") from None
     return out

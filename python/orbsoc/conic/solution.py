@@ -1,70 +1,27 @@
-"""What a solve returns, whoever solved it."""
+"""What a solve returns, by any solver."""
 
 from __future__ import annotations
 
-import enum
 from dataclasses import dataclass
-from os import PathLike
-from typing import Literal
+from os import PathLike, fspath
 
-import numpy as np
-from numpy.typing import NDArray
+from orbsoc.files.json_fields import FieldError, read_json, write_json
 
-Array = NDArray[np.float64]
+from .csc import Array
+from .errors import FileError
+from .outcome import Certificate, Start, Status, WarmStart
+from .solution_file import decode_solution, encode_solution
 
-
-class Status(enum.Enum):
-    """Outcome of a solve. docs/algorithm.md states the numbers that must support each."""
-
-    SOLVED = "solved"
-    SOLVED_INACCURATE = "solved, inaccurate"
-    PRIMAL_INFEASIBLE = "primal infeasible"
-    DUAL_INFEASIBLE = "dual infeasible (unbounded if feasible)"
-    MAX_ITERATIONS = "iteration limit reached"
-    MAX_TIME = "time limit reached"
-    NUMERICAL_LIMIT = "no further progress in this arithmetic"
-    INTERRUPTED = "interrupted"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Start:
-    """A primal-dual point to start a solve from: x (n,), y (p,), z (m,), s (m,), in the problem's own units.
-
-    Rows whose h is +inf take no part, whatever z and s hold there. A point that is not finite elsewhere is no start.
-    """
-
-    x: Array
-    y: Array
-    z: Array
-    s: Array
-
-
-WarmStart = Literal["none", "used", "fell_back"]
-"""What became of the point a solve was to start from: there was none, the solution was reached from it, or it did not
-pay and the solve started again from cold."""
-
-
-@dataclass(frozen=True, slots=True)
-class Certificate:
-    """Residual ratios recomputed on the original data (1 means exactly at tolerance 1).
-
-    `radius` is the certified radius of an infeasibility claim: no (primal or dual) feasible
-    point has an infinity norm below it; NaN for every other status.
-    """
-
-    primal_residual: float
-    dual_residual: float
-    gap: float
-    radius: float
+__all__ = ["Certificate", "Solution", "Start", "Status", "WarmStart"]
 
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """A primal-dual point of min ½xᵀPx + cᵀx, Ax = b, Gx + s = h, s ∈ K, with its evidence.
+    """A primal-dual point of min ½xᵀPx + cᵀx, Ax = b, Gx + s = h, s ∈ K, with its residuals.
 
     Shapes: x (n,), y (p,), z (m,), s (m,). Times are wall-clock seconds.
     For an infeasibility status (y, z) or x is the certificate, not a solution. `iterations` and `refinements`
-    are those of all walks: of a warm start that was given up and of a walk that stalled, too.
+    are those of all solve attempts, restarts included.
     """
 
     status: Status
@@ -86,9 +43,7 @@ class Solution:
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the solution to a JSON file of schema `orbsoc.solution/1` (see orbsoc.conic.solution_file)."""
-        from .solution_file import write_solution
-
-        write_solution(self, path)
+        write_json(encode_solution(self), path)
 
     @staticmethod
     def load(path: str | PathLike[str]) -> Solution:
@@ -96,6 +51,7 @@ class Solution:
 
         Raises FileError naming the field that is missing or damaged, OSError if there is no such file.
         """
-        from .solution_file import read_solution
-
-        return read_solution(path)
+        try:
+            return Solution(**decode_solution(read_json(path)))
+        except FieldError as error:
+            raise FileError(f"{fspath(path)}: {error}") from error

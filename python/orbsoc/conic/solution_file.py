@@ -5,7 +5,7 @@ One object:
 - `schema`: "orbsoc.solution/1"; `status`: a name of `orbsoc.Status`; `message`: what was verified, or why not;
 - `x`, `y`, `z`, `s`: numbers; `objective`, `dual_objective`: numbers;
 - `certificate`: {"primal_residual", "dual_residual", "gap", "radius"}, recomputed on the original data by the solver;
-- `verification`: {"pres", "dres", "gap"} of `orbsoc.verify`, or null (not made, or infeasibility is claimed);
+- `verification`: {"pres", "dres", "gap"} of `orbsoc.verify`, or null (not made, or the status is an infeasibility);
 - `warm_start`: "none", "used" or "fell_back"; "none" where it is absent;
 - `iterations`, `refinements`, `nnz_kkt`, `nnz_l`: integers; `setup_s`, `solve_s`: seconds of wall clock.
 
@@ -15,22 +15,11 @@ Numbers are written with as many digits as bring the same double back; those tha
 
 from __future__ import annotations
 
-from os import PathLike, fspath
-from typing import Any, cast, get_args
+from typing import Any, Protocol, get_args
 
-from orbsoc.files.json_fields import (
-    Document,
-    FieldError,
-    Fields,
-    encode_number,
-    encode_numbers,
-    read_json,
-    shown,
-    write_json,
-)
+from orbsoc.files.json_fields import Document, FieldError, Fields, encode_number, encode_numbers, shown
 
-from .errors import FileError
-from .solution import Certificate, Solution, Status, WarmStart
+from .outcome import Certificate, Status, WarmStart
 from .verify import Verification
 
 SCHEMA = "orbsoc.solution/1"
@@ -44,23 +33,21 @@ _FIELDS = (
 )  # fmt: skip
 
 
-def write_solution(
-    solution: Solution, path: str | PathLike[str], verification: Verification | None = None
-) -> None:
-    """Write `solution` as JSON, with the referee's residuals if given; raises OSError if that cannot be done."""
-    write_json(encode_solution(solution, verification), path)
+class HasOutcome(Protocol):
+    """An `orbsoc.Solution`: these and the other fields of the schema."""
+
+    @property
+    def status(self) -> Status: ...
+    @property
+    def message(self) -> str: ...
+    @property
+    def certificate(self) -> Certificate: ...
+    @property
+    def warm_start(self) -> WarmStart: ...
 
 
-def read_solution(path: str | PathLike[str]) -> Solution:
-    """Read a file of this schema; raises FileError naming the field, OSError if the file cannot be read."""
-    try:
-        return decode_solution(read_json(path))
-    except FieldError as error:
-        raise FileError(f"{fspath(path)}: {error}") from error
-
-
-def encode_solution(solution: Solution, verification: Verification | None = None) -> Document:
-    """The document of a solution."""
+def encode_solution(solution: HasOutcome, verification: Verification | None = None) -> Document:
+    """The document of a solution, with the residuals of the independent verification if given."""
     return {
         "schema": SCHEMA,
         "status": solution.status.name,
@@ -75,8 +62,8 @@ def encode_solution(solution: Solution, verification: Verification | None = None
     }
 
 
-def decode_solution(document: Any, prefix: str = "") -> Solution:
-    """The solution of a document; raises FieldError, with `prefix` before the field."""
+def decode_solution(document: Any, prefix: str = "") -> dict[str, Any]:
+    """The arguments of `orbsoc.Solution`; raises FieldError, with `prefix` before the field."""
     fields = Fields(document, prefix)
     fields.check_names(SCHEMA, _FIELDS)
     status = fields.text("status")
@@ -92,10 +79,9 @@ def decode_solution(document: Any, prefix: str = "") -> Solution:
     values: dict[str, Any] = {name: fields.numbers(name) for name in _VECTORS}
     values |= {name: fields.number(name) for name in _NUMBERS}
     values |= {name: fields.count(name) for name in _COUNTS}
-    return Solution(
-        status=Status[status],
-        message=fields.text("message"),
-        warm_start=cast(WarmStart, warm_start),
-        certificate=Certificate(*(certificate.number(name) for name in _CERTIFICATE)),
-        **values,
-    )
+    return values | {
+        "status": Status[status],
+        "message": fields.text("message"),
+        "warm_start": warm_start,
+        "certificate": Certificate(*(certificate.number(name) for name in _CERTIFICATE)),
+    }

@@ -1,4 +1,4 @@
-"""The referee: residuals, gap and infeasibility certificates recomputed from the data of the problem.
+"""Independent verification: residuals, gap and certificates recomputed from the data of the problem.
 
 Plain NumPy on the problem as the user gave it; nothing here is shared with the code that iterates. Norms are
 ∞-norms unless they say otherwise, and dist_K(v) is the norm of v − Π_K(v), Π_K the Euclidean projection.
@@ -14,18 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import csc
+from .cones import Cones
 from .csc import Array
-from .problem import Cones, Problem
-from .solution import Certificate, Start, Status
+from .outcome import Certificate, Start, Status
+from .problem import Problem
 
-CLAIM_FACTOR = 50.0
-"""An infeasibility claim needs a certified radius of this many times the scale of the data.
+RADIUS_FACTOR = 50.0
+"""An infeasibility status needs a certified radius of at least this factor times the scale of the data.
 
 Certificates of the infeasible NETLIB problems reach 99 and more; the false one known for the feasible POWELL20, 0.4.
 """
 
 
-class HasPair(Protocol):
+class HasPoint(Protocol):
     """Anything with a primal-dual point: x (n,), y (p,), z (m,)."""
 
     @property
@@ -36,8 +37,8 @@ class HasPair(Protocol):
     def z(self) -> Array: ...
 
 
-class HasClaim(HasPair, Protocol):
-    """A primal-dual point with slacks s (m,) and the status claimed for it."""
+class HasStatus(HasPoint, Protocol):
+    """A primal-dual point with slacks s (m,) and its status."""
 
     @property
     def s(self) -> Array: ...
@@ -62,10 +63,10 @@ class Verification:
 
 
 @dataclass(frozen=True, slots=True)
-class Evidence:
-    """The numbers that must support a status, each to be compared with the tolerance ε (radius: with the scale).
+class Residuals:
+    """The residuals that must support a status, each to be compared with the tolerance ε (radius: with the scale).
 
-    Infinite where the point is not finite. `radius` and `scale` are NaN unless infeasibility is claimed.
+    Infinite where the point is not finite. `radius` and `scale` are NaN unless the status is an infeasibility.
     """
 
     equality: float
@@ -81,7 +82,7 @@ class Evidence:
     gap: float
     """|p − d| / (1 + min(|p|, |d|))"""
     radius: float
-    """ρ: no feasible point of the claimed-infeasible side has an ∞-norm below it"""
+    """ρ: no feasible point of the infeasible side has an ∞-norm below it"""
     scale: float
     """max(1, ‖b‖, ‖h‖) for primal, max(1, ‖c‖) for dual infeasibility"""
 
@@ -91,11 +92,11 @@ class Evidence:
         return max(((name, float(getattr(self, name))) for name in names), key=lambda line: line[1])
 
     def supports(self, status: Status, tol: float) -> bool:
-        """Whether these numbers allow `status` to be returned at tolerance `tol` (limits claim nothing)."""
+        """Whether these numbers allow `status` to be returned at tolerance `tol` (always, where it is a limit)."""
         if status in (Status.SOLVED, Status.SOLVED_INACCURATE):
             return self.worst_line()[1] <= tol
         if status in (Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE):
-            return self.radius >= CLAIM_FACTOR * self.scale
+            return self.radius >= RADIUS_FACTOR * self.scale
         return True
 
     def certificate(self) -> Certificate:
@@ -108,8 +109,8 @@ class Evidence:
         )
 
 
-def verify(problem: Problem, solution: HasPair) -> Verification:
-    """The referee's residuals of any solver's x, y, z; the slack is recomputed as h − Gx.
+def verify(problem: Problem, solution: HasPoint) -> Verification:
+    """The residuals of any solver's x, y, z; the slack is recomputed as h − Gx.
 
     Raises ProblemError if a vector does not have the problem's size, or is none of real numbers.
     """
@@ -128,8 +129,8 @@ def verify(problem: Problem, solution: HasPair) -> Verification:
         )
 
 
-def check_certificate(problem: Problem, solution: HasClaim) -> Evidence:
-    """The numbers behind the status of `solution`, recomputed on the problem's data.
+def check_certificate(problem: Problem, solution: HasStatus) -> Residuals:
+    """The residuals behind the status of `solution`, recomputed on the problem's data.
 
     Raises ProblemError if a vector does not have the problem's size, or is none of real numbers.
     """
@@ -148,7 +149,7 @@ def check_certificate(problem: Problem, solution: HasClaim) -> Evidence:
         slack = np.where(constrains, s, 0.0)
         Px, Ay, Gz = problem.P @ x, problem.A.T @ y, problem.G.T @ z
         dual_norm = _largest(_norm(Px), _norm(Ay), _norm(Gz), _norm(problem.c))
-        return Evidence(
+        return Residuals(
             equality=_ratio(Ax - problem.b, _largest(_norm(Ax), _norm(problem.b))),
             inequality=_ratio(Gx + slack - finite_h, _largest(_norm(Gx), _norm(finite_h))),
             slack_cone=_ratio(_outside(slack, problem.cones), _norm(slack)),
@@ -186,7 +187,7 @@ def dual_infeasibility_radius(problem: Problem, x: Array) -> float:
         return _radius(-float(problem.c @ x), obstacles)
 
 
-def objectives(problem: Problem, solution: HasPair) -> tuple[float, float]:
+def objectives(problem: Problem, solution: HasPoint) -> tuple[float, float]:
     """The primal objective ½xᵀPx + cᵀx and the dual objective −½xᵀPx − bᵀy − hᵀz."""
     x = solution.x
     finite_h, _ = _constraining(problem)
@@ -217,8 +218,8 @@ def _project_second_order(v: Array) -> Array:
     if tail_norm <= -head:
         return np.zeros_like(v)
     # Outside K and its polar (or not finite): the nearest point is on the ray (1, u/‖u‖).
-    height = 0.5 * (head + tail_norm)
-    return np.concatenate([[height], (height / tail_norm) * v[1:]])
+    t = 0.5 * (head + tail_norm)
+    return np.concatenate([[t], (t / tail_norm) * v[1:]])
 
 
 def _outside(v: Array, cones: Cones) -> Array:
@@ -261,8 +262,8 @@ def _radius(gain: float, obstacles: Array) -> float:
     return float("inf") if total == 0.0 else float(gain / total)
 
 
-def _point(problem: Problem, solution: HasPair, slack: Array) -> Start:
-    """The words of a solution as float64 vectors of the problem's sizes."""
+def _point(problem: Problem, solution: HasPoint, slack: Array) -> Start:
+    """The entries of a solution as float64 vectors of the problem's sizes."""
     return Start(
         x=csc.sized_vector("solution.x", solution.x, problem.n),
         y=csc.sized_vector("solution.y", solution.y, problem.p),

@@ -9,8 +9,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import stat
-import threading
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeGuard
@@ -18,9 +16,11 @@ from typing import Any, TypeGuard
 import numpy as np
 from numpy.typing import NDArray
 
+from .atomic_write import write_atomically
+
 Document = dict[str, Any]
 
-WORDS = ("inf", "-inf", "nan")
+NON_FINITE = ("inf", "-inf", "nan")
 """How the numbers that JSON lacks are written."""
 
 
@@ -72,18 +72,18 @@ class Fields:
         return value
 
     def number(self, field: str) -> float:
-        """A number, or one of WORDS."""
-        return decode_number(self.name(field), self.document.get(field), WORDS)
+        """A number, or one of NON_FINITE."""
+        return decode_number(self.name(field), self.document.get(field), NON_FINITE)
 
     def numbers(
-        self, field: str, size: int | None = None, words: Sequence[str] = WORDS
+        self, field: str, size: int | None = None, non_finite: Sequence[str] = NON_FINITE
     ) -> NDArray[np.float64]:
         """A list of numbers, of `size` if given; absent is an empty one."""
-        return decode_numbers(self.name(field), self.document.get(field, []), size, words)
+        return decode_numbers(self.name(field), self.document.get(field, []), size, non_finite)
 
 
 def decode_numbers(
-    name: str, value: Any, size: int | None, words: Sequence[str] = WORDS
+    name: str, value: Any, size: int | None, non_finite: Sequence[str] = NON_FINITE
 ) -> NDArray[np.float64]:
     """The list of numbers `value` as an array."""
     entries = checked_list(name, value, size)
@@ -92,12 +92,12 @@ def decode_numbers(
         if np.isfinite(plain).all():
             return plain
     return np.array(
-        [decode_number(f"{name}[{k}]", entry, words) for k, entry in enumerate(entries)], dtype=float
+        [decode_number(f"{name}[{k}]", entry, non_finite) for k, entry in enumerate(entries)], dtype=float
     )
 
 
-def decode_number(name: str, value: Any, words: Sequence[str] = WORDS) -> float:
-    """One number, or one of `words` as the number it stands for."""
+def decode_number(name: str, value: Any, non_finite: Sequence[str] = NON_FINITE) -> float:
+    """One number, or one of `non_finite` as the number it stands for."""
     if type(value) is float or type(value) is int:
         try:
             number = float(value)
@@ -106,10 +106,10 @@ def decode_number(name: str, value: Any, words: Sequence[str] = WORDS) -> float:
         if math.isinf(number):
             raise FieldError(name, f"is {shown(value)}; it is too large")
         return number
-    if isinstance(value, str) and value in words:
+    if isinstance(value, str) and value in non_finite:
         return float(value)
-    allowed = ", ".join(f'"{word}"' for word in words[:-1])
-    raise FieldError(name, f'is {shown(value)}; it must be a number, {allowed} or "{words[-1]}"')
+    allowed = ", ".join(f'"{name}"' for name in non_finite[:-1])
+    raise FieldError(name, f'is {shown(value)}; it must be a number, {allowed} or "{non_finite[-1]}"')
 
 
 def decode_integers(name: str, value: Any, size: int) -> NDArray[np.int64]:
@@ -157,7 +157,7 @@ def shown(value: Any) -> str:
 
 
 def _each_once(pairs: list[tuple[str, Any]]) -> Document:
-    """An object, of whose equal keys JSON by itself would let the last one win."""
+    """An object; a key that is set twice is refused, of which `json` takes the last."""
     document = dict(pairs)
     if len(document) < len(pairs):
         keys = [key for key, _ in pairs]
@@ -179,24 +179,8 @@ def read_json(path: str | os.PathLike[str]) -> Any:
 
 
 def write_json(document: Document, path: str | os.PathLike[str]) -> None:
-    """Write a document beside its place, then move it there; raises OSError, and then leaves what was there.
-
-    A link stays one, a file keeps its mode, and what is no file (a pipe, a device) is written to.
-    """
-    target = Path(os.path.realpath(path))
-    text = json.dumps(document, allow_nan=False) + "\n"
-    if target.exists() and not target.is_file():
-        target.write_text(text, encoding="utf-8")
-        return
-    beside = target.with_name(f".{target.name}.{os.getpid()}.{threading.get_ident()}")
-    try:
-        beside.write_text(text, encoding="utf-8")
-        if target.exists():
-            beside.chmod(stat.S_IMODE(target.stat().st_mode))
-        os.replace(beside, target)
-    except BaseException:
-        beside.unlink(missing_ok=True)
-        raise
+    """Write a document as `write_atomically` does."""
+    write_atomically(path, json.dumps(document, allow_nan=False) + "\n")
 
 
 def _refuse_constant(text: str) -> float:

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any
 
 MANIFEST = "plan.json"
-"""The file that makes a folder ours: it names its schema and every file beside it."""
+"""The file that marks a folder as an output of orbsoc: it names its schema and every file beside it."""
 SCHEMA = "orbsoc.plan/1"
 
 
 class OutputFolderError(ValueError):
-    """The output folder cannot be written, or holds files that are not ours to replace."""
+    """The output folder cannot be written, or holds files that orbsoc did not write."""
 
 
 def check_replaceable(folder: Path) -> None:

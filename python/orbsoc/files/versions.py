@@ -5,6 +5,9 @@ from __future__ import annotations
 import platform
 from importlib import metadata
 
+__version__ = "0.1.0"
+"""The version of this package."""
+
 PACKAGES = ("orbsoc", "numpy", "scipy", "clarabel", "matplotlib")
 
 

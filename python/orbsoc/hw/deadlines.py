@@ -11,12 +11,13 @@ from __future__ import annotations
 import gzip
 import hashlib
 import json
-import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
+
+from orbsoc.files.atomic_write import write_atomically
 
 if TYPE_CHECKING:
     from hw_model import Partition, Platform
@@ -165,11 +166,11 @@ def record_cases(
     return cases
 
 
-def check_deadline(deadline_ms: float) -> None:
-    """Raise hw_model.HwModelError unless it is a positive number."""
+def check_deadline(deadline_ms: float | None) -> None:
+    """Raise hw_model.HwModelError unless it is absent or a positive number."""
     from hw_model import HwModelError
 
-    if not 0.0 < deadline_ms < float("inf"):
+    if deadline_ms is not None and not 0.0 < deadline_ms < float("inf"):
         raise HwModelError(f"--deadline-ms = {deadline_ms}: must be a positive number of milliseconds")
 
 
@@ -235,10 +236,9 @@ def judge(
 
 def _plan(scenario: Any, number: int, seed: int) -> tuple[Case, tuple[Problem, ...]]:
     """One case, and a problem of each of its patterns."""
+    from orbsoc.conic.pattern import pattern_digest
     from orbsoc.missions.registry import dispersible
     from orbsoc.ps import PsScheduler
-
-    from .schedules import pattern_digest
 
     scheduler, mission = PsScheduler(), dispersible(scenario)
     found = mission.plan(mission.disperse(scenario, number, seed), solve=scheduler)
@@ -252,14 +252,12 @@ def _plan(scenario: Any, number: int, seed: int) -> tuple[Case, tuple[Problem, .
 
 def _keep(problems: Sequence[Problem], folder: Path) -> None:
     """Write one problem of each pattern that the folder lacks."""
-    from .schedules import pattern_digest
+    from orbsoc.conic.pattern import pattern_digest
 
     for problem in problems:
         place = _pattern_file(folder, pattern_digest(problem).hex()[:16])
         if not place.exists():
-            beside = place.with_name(f".{os.getpid()}-{place.name}")
-            problem.save(beside)
-            beside.replace(place)
+            problem.save(place)
 
 
 def _pattern_file(folder: Path, digest: str) -> Path:
@@ -307,9 +305,7 @@ def _area(
 
 def _write(case: Case, key: str, place: Path) -> None:
     text = json.dumps({"schema": RECORD, "study": key, **asdict(case)})
-    beside = place.with_name(f".{place.name}.{os.getpid()}")
-    beside.write_bytes(gzip.compress(text.encode(), mtime=0))
-    beside.replace(place)
+    write_atomically(place, gzip.compress(text.encode(), mtime=0))
 
 
 def _read(place: Path, key: str) -> Case:

@@ -6,7 +6,6 @@ microcode are described in docs/pl-machine.md; `orbsoc hw validate` runs the sam
 
 from __future__ import annotations
 
-import hashlib
 from collections import OrderedDict
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
@@ -14,9 +13,8 @@ from numbers import Integral
 from threading import Lock
 from typing import Any, Literal
 
-import numpy as np
-
 from orbsoc import _core
+from orbsoc.conic.pattern import pattern_digest
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 
@@ -152,17 +150,6 @@ KKT_SOLVES = Stream(("factorize", "solve_pair"), ("factor_l", "pivot_inverse", "
 
 _programs: OrderedDict[tuple[bytes, Settings, Engine, Stream | None], PlProgram] = OrderedDict()
 _keeping = Lock()
-
-
-def pattern_digest(problem: Problem) -> bytes:
-    """What two problems of one sparsity pattern share: equal digests have equal schedules."""
-    digest = hashlib.sha256(repr((problem.cones.l, tuple(problem.cones.q))).encode())
-    for matrix in (problem.P, problem.A, problem.G):
-        digest.update(repr(matrix.shape).encode())
-        digest.update(matrix.indptr.tobytes())
-        digest.update(matrix.indices.tobytes())
-    digest.update(np.isfinite(problem.h).tobytes())  # rows with h = ∞ are absent
-    return digest.digest()
 
 
 def pl_program(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from orbsoc.orbit.array import Array
+from orbsoc.conic.csc import Array
 
 from .schedules import PlProgram
 

@@ -70,6 +70,7 @@ def _from_json(path: Path) -> Workload:
     from hw_model.timing.trace import SCHEMA as TRACE
     from orbsoc.conic import problem_file
     from orbsoc.conic.errors import FileError, ProblemError
+    from orbsoc.conic.problem import Problem
     from orbsoc.conic.settings import Settings
     from orbsoc.files.json_fields import FieldError
     from orbsoc.solving import bundle
@@ -80,7 +81,7 @@ def _from_json(path: Path) -> Workload:
         if schema == TRACE:
             return record_trace(document, path.stem, f"trace {path.name}")
         if schema == problem_file.SCHEMA:
-            return solved(problem_file.decode_problem(document), Settings(), path)
+            return solved(Problem(**problem_file.decode_problem(document)), Settings(), path)
         if schema == bundle.SCHEMA:
             found = bundle.decode_bundle(document)
             return solved(found.problem, found.settings, path)

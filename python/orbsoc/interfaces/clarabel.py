@@ -1,7 +1,7 @@
 """Clarabel behind the call shape of `orbsoc.solve`: an independent answer to the same problem.
 
 Clarabel solves min ½xᵀPx + qᵀx, Âx + s = b̂, s ∈ {0}ᵖ × K with Px + q + Âᵀẑ = 0, ẑ ∈ ℝᵖ × K. With Â = (A; G) and
-b̂ = (b; h) its multipliers are ours in the same order and sign, ẑ = (y, z). Its presolve is off, and rows with
+b̂ = (b; h) its multipliers are those of orbsoc in the same order and sign, ẑ = (y, z). Its presolve is off, and rows with
 h = +inf are left out here (slack +inf, multiplier 0 on return).
 Source: Goulart & Chen, "Clarabel: an interior-point solver for conic programs with quadratic objectives", 2024.
 """
@@ -21,7 +21,7 @@ from orbsoc.conic.csc import Array, Csc
 from orbsoc.conic.problem import Cones, Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Status
-from orbsoc.conic.verify import Evidence, check_certificate, objectives
+from orbsoc.conic.verify import Residuals, check_certificate, objectives
 
 clarabel: Any = _clarabel  # published without types
 
@@ -34,14 +34,14 @@ STATUS = {
     "MaxTime": Status.MAX_TIME,
     "CallbackTerminated": Status.INTERRUPTED,
 }
-"""Clarabel's words for ours; everything else, its "almost" infeasible claims included, is NUMERICAL_LIMIT."""
+"""Clarabel's statuses as those of orbsoc; all others, "almost" infeasible ones included, are NUMERICAL_LIMIT."""
 
 
 def solve(problem: Problem, settings: Settings | None = None, **overrides: Any) -> Solution:
     """Solve with Clarabel, one thread; `overrides` are fields of `Settings`, as in `solve(problem, tol=1e-10)`.
 
     `tol` is Clarabel's tol_gap_abs, tol_gap_rel and tol_feas, `tol_inaccurate` its reduced ones. Clarabel judges
-    scaled data, so its claim is checked on the original data, and lowered with a message where the numbers do
+    scaled data, so its status is checked on the original data, and lowered with a message where the numbers do
     not support it. Raises TypeError for an unknown setting, ValueError for a setting out of range.
     """
     chosen = replace(settings or Settings(), **overrides)
@@ -70,13 +70,13 @@ def solve(problem: Problem, settings: Settings | None = None, **overrides: Any) 
         refinements=0,
         setup_s=ready - started,
         solve_s=finished - ready,
-        certificate=_NO_EVIDENCE.certificate(),
+        certificate=_NO_RESIDUALS.certificate(),
         message="",
         nnz_kkt=int(engine.get_info().linsolver.nnzA),
         nnz_l=int(engine.get_info().linsolver.nnzL),
     )
-    evidence = check_certificate(problem, point)
-    status, message = _supported(point.status, name, evidence, chosen)
+    residuals = check_certificate(problem, point)
+    status, message = _supported(point.status, name, residuals, chosen)
     ray = status in (Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE)
     primal, dual = (float("nan"), float("nan")) if ray else objectives(problem, point)
     return replace(
@@ -85,11 +85,11 @@ def solve(problem: Problem, settings: Settings | None = None, **overrides: Any) 
         message=message,
         objective=primal,
         dual_objective=dual,
-        certificate=evidence.certificate(),
+        certificate=residuals.certificate(),
     )
 
 
-_NO_EVIDENCE = Evidence(*[float("nan")] * 8)
+_NO_RESIDUALS = Residuals(*[float("nan")] * 8)
 
 
 def _settings(chosen: Settings) -> Any:
@@ -122,18 +122,18 @@ def _second_order(size: int) -> Any:
     return clarabel.SecondOrderConeT(size) if size > 1 else clarabel.NonnegativeConeT(1)
 
 
-def _supported(claimed: Status, name: str, evidence: Evidence, chosen: Settings) -> tuple[Status, str]:
-    """The strongest status that the evidence supports, with what to say about it."""
+def _supported(claimed: Status, name: str, residuals: Residuals, chosen: Settings) -> tuple[Status, str]:
+    """The strongest status that the residuals support, with what to say about it."""
     tolerance = chosen.tol if claimed is Status.SOLVED else chosen.tol_inaccurate
-    if evidence.supports(claimed, tolerance):
+    if residuals.supports(claimed, tolerance):
         return claimed, f"Clarabel: {name}"
     if claimed in (Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE):
         reason = (
-            f"its certificate excludes points below {evidence.radius:.3g} only (scale {evidence.scale:.3g})"
+            f"its certificate excludes points below {residuals.radius:.3g} only (scale {residuals.scale:.3g})"
         )
         return Status.NUMERICAL_LIMIT, f"Clarabel: {name}, but {reason}"
-    line, value = evidence.worst_line()
+    line, value = residuals.worst_line()
     reason = f"on the original data {line} is {value:.3g}, above {tolerance:.3g}"
-    if evidence.supports(Status.SOLVED_INACCURATE, chosen.tol_inaccurate):
+    if residuals.supports(Status.SOLVED_INACCURATE, chosen.tol_inaccurate):
         return Status.SOLVED_INACCURATE, f"Clarabel: {name}, but {reason}"
     return Status.NUMERICAL_LIMIT, f"Clarabel: {name}, but {reason}"

@@ -1,7 +1,7 @@
 """orbsoc as a solver of CVXPY: `cvxpy_problem.solve(solver=orbsoc.CVXPY())`.
 
 CVXPY states min ½xᵀPx + cᵀx + d, Âx + s = b̂, s ∈ {0}ᵖ × R₊ˡ × Q^q₁ × …, with bounds on x apart. Its first p rows are
-our A, the others our G; a finite bound becomes a row of R₊ after CVXPY's own, two equal bounds a row of A. Multipliers
+A here, the others G; a finite bound becomes a row of R₊ after CVXPY's own, two equal bounds a row of A. Multipliers
 have the same order and sign on both sides; those of bounds have no place in CVXPY.
 
 CVXPY asks for solver options as keywords of `solve`: they are the fields of `orbsoc.Settings`.
@@ -51,7 +51,7 @@ STATUS = {
     Status.MAX_TIME: _s.USER_LIMIT,
     Status.NUMERICAL_LIMIT: _s.SOLVER_ERROR,
 }
-"""Our words in CVXPY's. INTERRUPTED has none: Ctrl-C goes on as KeyboardInterrupt."""
+"""Statuses of orbsoc as CVXPY's. INTERRUPTED has none: Ctrl-C goes on as KeyboardInterrupt."""
 
 CITATION = """
 @software{orbsoc,

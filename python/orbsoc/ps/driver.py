@@ -1,6 +1,6 @@
-"""The PS: walks the step lists of the method, and launches each stage through the register file.
+"""The PS: runs the step lists of the method, and launches each stage through the register file.
 
-The walk is the same few lines as the loop in Rust, over the same lists. The PS compares words, branches, moves
+A solve attempt is the loop of the Rust engine, over the same lists. The PS compares words, branches, moves
 data and answers interrupts; it computes nothing, and it never asks the engine for a whole solve.
 """
 
@@ -83,32 +83,32 @@ class Driver:
     def run(
         self,
         *,
-        again: Callable[[], bool] = lambda: False,
+        restart: Callable[[], bool] = lambda: False,
         warm: bool = False,
         observe: Callable[[], None] | None = None,
     ) -> None:
-        """Load the problem and walk; from cold once more as long as `again` says so, which may set other parameters.
+        """Load the problem and solve; restart from cold as long as `restart` asks for it, which may set parameters.
 
-        `warm` starts from the point that the engine holds; `observe` is called after each iteration but a walk's last.
+        `warm` starts from the point that the engine holds; `observe` is called after each iteration but an attempt's last.
         """
         self._publish(self._method.segments[0])
-        self._walk_once(warm, observe)
-        while again():
+        self._attempt(warm, observe)
+        while restart():
             self._held_by_pl &= ~self._method.rewritten
-            self._walk_once(warm=False, observe=observe)
+            self._attempt(warm=False, observe=observe)
 
-    def _walk_once(self, warm: bool, observe: Callable[[], None] | None) -> None:
+    def _attempt(self, warm: bool, observe: Callable[[], None] | None) -> None:
         """Start up, iterate until a stage says DONE, close, and fetch what the last stage wrote."""
-        outcome = self._walk(self._method.warm_startup if warm else self._method.startup)
+        outcome = self._run_steps(self._method.warm_startup if warm else self._method.startup)
         while outcome != self._method.done:
-            outcome = self._walk(self._method.iteration)
+            outcome = self._run_steps(self._method.iteration)
             if observe is not None and outcome != self._method.done:
                 observe()
-        self._walk(self._method.closing)
+        self._run_steps(self._method.closing)
         self._require_rest()
         self._move(Kind.TO_PS, self._last.writes & ~self._held_by_ps)
 
-    def _walk(self, steps: Iterable[Step]) -> int | None:
+    def _run_steps(self, steps: Iterable[Step]) -> int | None:
         """Run the steps in order, as the Rust loop does; stop at DONE."""
         outcome = None
         for stage, *until in steps:

@@ -15,7 +15,7 @@ from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Start, Status
 from orbsoc.solving.iteration_table import print_table
-from orbsoc.solving.solver import engine, resolve, solution_of, start_words
+from orbsoc.solving.solver import engine, resolve, solution_of, start_values
 
 from .driver import Driver
 from .events import PsRecord
@@ -78,12 +78,12 @@ class PsScheduler:
         self.record = PsRecord()
         pl = ProgrammableLogic(self._method, native.run)
         driver = Driver(self._method, native, pl, words=native.buffer_words(), record=self.record)
-        words = None if warm_start is None else start_words(problem, warm_start)
+        values = None if warm_start is None else start_values(problem, warm_start)
         observe = _table(native) if chosen.verbose else None
         started = time.perf_counter()
         with _ctrl_c_stops(native) as stopped:
-            warm = words is not None and native.start_from(words)
-            driver.run(again=native.begin_again, warm=warm, observe=observe)
+            warm = values is not None and native.start_from(values)
+            driver.run(restart=native.begin_again, warm=warm, observe=observe)
         solution = solution_of(native.finish(time.perf_counter() - started))
         self._recorder.add(problem, chosen, native, solution)
         if stopped.is_set() and solution.status is not Status.INTERRUPTED:
@@ -103,7 +103,7 @@ def _table(native: _core.Engine) -> Callable[[], None]:
 
 @contextmanager
 def _ctrl_c_stops(native: _core.Engine) -> Iterator[threading.Event]:
-    """Let Ctrl-C end the solve at its next statistics, and say that it came; a handler of the user's own keeps its say.
+    """Let Ctrl-C end the solve at its next statistics, and say that it came; a handler of the user's own is called first.
 
     An exception between two register accesses would leave the PL in mid-launch, so none is let through here.
     """

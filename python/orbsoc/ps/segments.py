@@ -18,7 +18,7 @@ PROBLEM_DATA = "problem data"
 """Name of segment 0: what the outer loop loads before the first stage."""
 
 PARAMETERS = "parameters"
-"""Buffer that the PS writes anew before another walk of the same solve."""
+"""Buffer that the PS writes anew before a restart."""
 
 
 class StageInfo(Protocol):
@@ -101,8 +101,8 @@ class Method:
         Raises ValueError if a list names a stage that the table lacks, or a stage an unknown module.
         """
         lists = (startup, warm_startup, iteration, closing)
-        first, warm, again, last = (tuple(map(tuple, steps)) for steps in lists)
-        unknown = [name for step in (*first, *warm, *again, *last) for name in step if name not in stages]
+        first, warm, repeated, last = (tuple(map(tuple, steps)) for steps in lists)
+        unknown = [name for step in (*first, *warm, *repeated, *last) for name in step if name not in stages]
         if unknown:
             raise ValueError(f"stage {unknown[0]!r} is in a step list, but not in the dataflow table")
         buffers = tuple(dict.fromkeys(b for info in stages.values() for b in _touched(info)))
@@ -117,11 +117,11 @@ class Method:
             module = _module(stage, info.module)
             masks = (mask(info.reads), mask(info.writes), mask(info.stales))
             segments.append(Segment(number, stage, module, *masks))
-        return cls(first, warm, again, last, repeat, done, buffers, tuple(segments))
+        return cls(first, warm, repeated, last, repeat, done, buffers, tuple(segments))
 
     @property
     def rewritten(self) -> int:
-        """What the PS writes anew before another walk of the same solve."""
+        """What the PS writes anew before a restart."""
         return sum(1 << position for position, name in enumerate(self.buffers) if name == PARAMETERS)
 
     def names(self, mask: int) -> list[str]:

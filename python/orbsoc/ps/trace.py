@@ -7,12 +7,10 @@ share one entry of `patterns`, so that a plan of many subproblems stays small.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
-import numpy as np
-
+from orbsoc.conic.pattern import pattern_digest
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution
@@ -77,7 +75,7 @@ class TraceRecorder:
 
     def add(self, problem: Problem, settings: Settings, engine: Recorded, solution: Solution) -> None:
         """Append one finished solve."""
-        key = _fingerprint(problem)
+        key = pattern_digest(problem)
         if key not in self._position:
             self._patterns.append(self._pattern(problem, settings, engine, solution))
             self._position[key] = len(self._patterns) - 1
@@ -124,13 +122,3 @@ class TraceRecorder:
             "buffers": dict(engine.buffer_words()),
             "stages": stages,
         }
-
-
-def _fingerprint(problem: Problem) -> bytes:
-    """The sparsity pattern: sizes, cones, positions of the nonzeros, and which rows constrain at all."""
-    digest = hashlib.sha256(repr((problem.n, problem.p, problem.m, problem.cones)).encode())
-    for matrix in (problem.P, problem.A, problem.G):
-        digest.update(np.asarray(matrix.indptr, np.int64).tobytes())
-        digest.update(np.asarray(matrix.indices, np.int64).tobytes())
-    digest.update(np.isposinf(problem.h).tobytes())
-    return digest.digest()

@@ -5,13 +5,13 @@ from __future__ import annotations
 import base64
 import json
 import math
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from orbsoc.files.atomic_write import write_atomically
 from orbsoc.files.versions import versions
 
 from .band import write_band
@@ -45,12 +45,12 @@ def write_outputs(
     write_netcdf(domain, folder / CUBE, cost)
     parquet.write_table(points_table(domain, cost), folder / POINTS_FILE)
     parquet.write_table(pa.table(dict(domain.boundary)), folder / BOUNDARY_FILE)
-    _replace(folder / REPORT, _page(document, figures, folder))
+    write_atomically(folder / REPORT, _page(document, figures, folder))
     document["files"] = sorted(
         [SUMMARY, POINTS_FILE, BOUNDARY_FILE, CUBE, REPORT, BAND, *(figure.name for figure in figures)]
     )
     finite: dict[str, Any] = _finite(document)
-    _replace(folder / SUMMARY, json.dumps(finite, indent=2, allow_nan=False) + "\n")
+    write_atomically(folder / SUMMARY, json.dumps(finite, indent=2, allow_nan=False) + "\n")
     return finite
 
 
@@ -96,9 +96,3 @@ def _finite(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [_finite(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _replace(path: Path, text: str) -> None:
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    temporary.write_text(text, encoding="utf-8")
-    temporary.replace(path)

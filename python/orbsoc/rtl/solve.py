@@ -208,7 +208,7 @@ def solve_on_rtl(
         port = RtlPort(session)
         sides = _Sides(ps, rust, session, image.homes, record, program.engine.fp)
         driver = Driver(method, sides, port, words=ps.buffer_words(), record=record, carry=sides.carry)
-        driver.run(again=sides.begin_again)
+        driver.run(restart=sides.begin_again)
         clocks, assertions = session.clocks() - before, sum(session.violations())
     found = ps.finish()
     trace = TraceRecorder(_core)

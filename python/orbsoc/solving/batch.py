@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from orbsoc import _core
 from orbsoc.conic import csc
+from orbsoc.conic.csc import Array
 from orbsoc.conic.errors import ProblemError
 from orbsoc.conic.problem import Problem, symmetric
 from orbsoc.conic.settings import Settings
-from orbsoc.conic.solution import Array, Certificate, Solution, Start, Status, WarmStart
+from orbsoc.conic.solution import Certificate, Solution, Start, Status, WarmStart
 
 from .solver import check_type, resolve
 
@@ -60,7 +61,7 @@ class BatchSolution:
         return len(self.message)
 
     def certificates(self) -> Iterator[Certificate]:
-        """The evidence of each problem, in order."""
+        """The certificate of each problem, in order."""
         columns = (self.primal_residual, self.dual_residual, self.gap, self.radius)
         for row in zip(*columns, strict=True):
             yield Certificate(*map(float, row))
@@ -161,7 +162,7 @@ def solve_batch(
     Vectors come as (B, length), matrices as values (B, nnz) in the CSC order of `problem`; what is absent is
     shared. At least one must be given. +inf in `h` must stand on the same rows in every problem.
     `warm_start` holds the points to start from, one row a problem, or one point for all; see `Solver.solve`.
-    All numbers are looked at before the first problem is solved.
+    All numbers are checked before the first problem is solved.
     `callback` sees how far the batch is: every millisecond while they are, at the beginning, after each iteration of
     the lanes (about every millisecond with several threads) and at the end. When it returns true, or on Ctrl-C, the
     batch ends: what has ended is kept, rows under way end with their best iterate, INTERRUPTED if that does not meet
@@ -213,12 +214,12 @@ def _starts(problem: Problem, count: int, start: object) -> list[Array]:
     rows = []
     widths = {"x": problem.n, "y": problem.p, "z": problem.m, "s": problem.m}
     for name, width in widths.items():
-        words = np.asarray(csc.real_numbers(f"warm_start.{name}", getattr(start, name)), dtype=np.float64)
-        if words.shape not in ((width,), (count, width)):
+        values = np.asarray(csc.real_numbers(f"warm_start.{name}", getattr(start, name)), dtype=np.float64)
+        if values.shape not in ((width,), (count, width)):
             raise ProblemError(
-                f"`warm_start.{name}` has shape {words.shape}; it must be ({count}, {width}), or ({width},) for all"
+                f"`warm_start.{name}` has shape {values.shape}; it must be ({count}, {width}), or ({width},) for all"
             )
-        rows.append(np.ascontiguousarray(np.broadcast_to(words, (count, width))))
+        rows.append(np.ascontiguousarray(np.broadcast_to(values, (count, width))))
     return rows
 
 

@@ -21,6 +21,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
+from orbsoc import _core
 from orbsoc.conic.errors import FileError, ProblemError
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.problem_file import decode_problem, encode_problem
@@ -38,6 +39,7 @@ from orbsoc.files.json_fields import (
     read_json,
     write_json,
 )
+from orbsoc.files.versions import __version__
 
 SCHEMA = "orbsoc.bundle/1"
 _FIELDS = ("schema", "problem", "settings", "solution", "start", "history", "versions")
@@ -113,9 +115,9 @@ def decode_bundle(document: Any) -> Bundle:
     history = [Fields(entry, f"history[{k}]") for k, entry in enumerate(entries)]
     versions = top.inner("versions")
     return Bundle(
-        problem=decode_problem(top.document.get("problem"), "problem"),
+        problem=Problem(**decode_problem(top.document.get("problem"), "problem")),
         settings=_decode_settings(top.inner("settings")),
-        solution=decode_solution(top.document.get("solution"), "solution"),
+        solution=Solution(**decode_solution(top.document.get("solution"), "solution")),
         history=tuple({key: entry.number(key) for key in entry.document} for entry in history),
         versions={key: versions.text(key) for key in versions.document},
         start=_decode_start(top),
@@ -137,8 +139,6 @@ def versions() -> dict[str, str]:
     """What a replay depends on."""
     import numpy
     import scipy
-
-    from orbsoc import __version__, _core
 
     return {
         "orbsoc": __version__,

@@ -9,10 +9,11 @@ from typing import Any, cast
 
 from orbsoc import _core
 from orbsoc.conic import csc
+from orbsoc.conic.csc import Array
 from orbsoc.conic.errors import ProblemError
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
-from orbsoc.conic.solution import Array, Certificate, Solution, Start, Status, WarmStart
+from orbsoc.conic.solution import Certificate, Solution, Start, Status, WarmStart
 
 from .iteration_table import print_table
 
@@ -125,7 +126,7 @@ class Solver:
 
         `warm_start` is a point to start from: a solution of a problem nearby, an `orbsoc.Start`, or True for
         this solver's last solution, as its holder left it (none before the first). `Solution.warm_start`
-        tells what became of it: a start that does not pay is given up for a cold one, and the status is never
+        tells what became of it: a rejected one is followed by a restart from cold, and the status is never
         worse than a cold start's.
         Raises ProblemError if the point's sizes are not the problem's, TypeError if it is no point.
         """
@@ -133,15 +134,15 @@ class Solver:
             raise TypeError(f"`callback` is {callback!r}; it must be callable")
         watcher = print_table(callback) if self.settings.verbose else callback
         start = self._last if warm_start is True else warm_start
-        words = None if start is None or start is False else start_words(self._problem, start)
+        values = None if start is None or start is False else start_values(self._problem, start)
         if bundle is not None:
-            self._last = self._solve_recorded(watcher, words, bundle)
+            self._last = self._solve_recorded(watcher, values, bundle)
         else:
-            self._last = solution_of(self._engine.solve(watcher, words))
+            self._last = solution_of(self._engine.solve(watcher, values))
         return self._last
 
     def _solve_recorded(
-        self, callback: Callback | None, start: StartWords | None, place: str | PathLike[str]
+        self, callback: Callback | None, start: StartValues | None, place: str | PathLike[str]
     ) -> Solution:
         from .bundle import Bundle, check_place, recording, versions, write_bundle
 
@@ -171,10 +172,10 @@ def engine(problem: Problem, settings: Settings) -> _core.Engine:
         raise ProblemError(str(error)) from None
 
 
-StartWords = tuple[Array, Array, Array, Array]
+StartValues = tuple[Array, Array, Array, Array]
 
 
-def start_words(problem: Problem, start: object) -> StartWords:
+def start_values(problem: Problem, start: object) -> StartValues:
     """x, y, z, s of a point to start from; ProblemError or TypeError if it is none of this problem's sizes."""
     if not isinstance(start, Solution | Start):
         found = type(start).__name__

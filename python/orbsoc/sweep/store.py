@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +11,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from orbsoc.files.atomic_write import write_atomically
 
 MANIFEST = "sweep.json"
 SCHEMA = "orbsoc.sweep/1"
@@ -64,7 +65,8 @@ class ShardStore:
                 )
             else:
                 folder.mkdir(parents=True, exist_ok=True)
-                _write_text(manifest, {"schema": SCHEMA, "identity": identity, "scenario": dict(document)})
+                content = {"schema": SCHEMA, "identity": identity, "scenario": dict(document)}
+                write_atomically(manifest, json.dumps(content, indent=2) + "\n")
         except OSError as error:
             raise StoreError(f"--out = {folder}: cannot be written: {error.strerror}") from error
         return store
@@ -86,19 +88,14 @@ class ShardStore:
 
     def write(self, task: Task, columns: Columns) -> None:
         """Put a shard in its place, whole or not at all. Raises OSError."""
+        import pyarrow as pa
         import pyarrow.parquet as parquet
 
+        stream = pa.BufferOutputStream()
+        parquet.write_table(_table(columns), stream)
         place = self.folder / task.place
         place.mkdir(parents=True, exist_ok=True)
-        temporary = place / f".{PART}.{os.getpid()}"
-        try:
-            with temporary.open("wb") as stream:
-                parquet.write_table(_table(columns), stream)
-                stream.flush()
-                os.fsync(stream.fileno())
-            temporary.replace(place / PART)
-        finally:
-            temporary.unlink(missing_ok=True)
+        write_atomically(place / PART, stream.getvalue().to_pybytes(), durable=True)
 
     def read(self, dataset: str) -> dict[str, NDArray[Any]]:
         """All finished shards of a dataset in order of their numbers, as columns. Raises StoreError without any."""
@@ -135,12 +132,6 @@ def _read(path: Path) -> dict[str, Any]:
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         raise StoreError(f"{path}: is not the manifest of a sweep")
     return document
-
-
-def _write_text(path: Path, document: Mapping[str, Any]) -> None:
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    temporary.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
-    temporary.replace(path)
 
 
 def _table(columns: Columns) -> Any:

@@ -16,8 +16,8 @@ from benchmarks.batches import perturbed
 from benchmarks.guidance import powered_descent, rendezvous
 from benchmarks.recorded import insertion
 from orbsoc.solving.bundle import read_bundle
-from tests.core.drawn import problems
-from tests.core.effort import effort
+from tests.fuzz_budget import effort
+from tests.strategies import problems
 from tests.zoo import ZooCase, cases
 
 FIELDS = ("x", "y", "z", "s")

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from orbsoc.conic.errors import FileError
 from orbsoc.conic.solution import Certificate, Solution, Status
-from orbsoc.conic.solution_file import write_solution
+from orbsoc.conic.solution_file import encode_solution
 from orbsoc.conic.verify import Verification
 from orbsoc.files.json_fields import write_json
 
@@ -70,7 +70,7 @@ SOLUTION = Solution(
 
 def test_the_document_is_strict_json_and_carries_the_verification(tmp_path: Path) -> None:
     path = tmp_path / "s.json"
-    write_solution(SOLUTION, path, Verification(1e-9, float("inf"), 0.0))
+    write_json(encode_solution(SOLUTION, Verification(1e-9, float("inf"), 0.0)), path)
     document = json.loads(path.read_text(), parse_constant=lambda word: pytest.fail(word))
     assert document["schema"] == "orbsoc.solution/1"
     assert document["status"] == "SOLVED"

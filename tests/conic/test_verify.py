@@ -14,17 +14,17 @@ from hypothesis import strategies as st
 from orbsoc.conic.problem import Cones, Problem, ProblemError
 from orbsoc.conic.solution import Status
 from orbsoc.conic.verify import (
-    Evidence,
+    Residuals,
     check_certificate,
     dual_infeasibility_radius,
     primal_infeasibility_radius,
     project,
     verify,
 )
-from tests.core.drawn import Array, Point, cones, point
+from tests.strategies import Array, Point, cones, point
 from tests.zoo import cases
+from tests.zoo.false_claims import powell_20_with_100
 from tests.zoo.known import complementary_pair
-from tests.zoo.lies import powell_20_with_100
 
 SEEDS = st.integers(0, 2**32 - 1)
 INF = float("inf")
@@ -119,8 +119,8 @@ def test_a_point_that_is_not_finite_supports_nothing(name: str, poison: float) -
     if name != "s":
         assert verify(problem, wrong).worst == INF
     for status in (Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE):
-        evidence = check_certificate(problem, dataclasses.replace(wrong, status=status))
-        assert not evidence.supports(status, 1e-8)
+        residuals = check_certificate(problem, dataclasses.replace(wrong, status=status))
+        assert not residuals.supports(status, 1e-8)
 
 
 def test_a_cone_of_one_row_that_is_not_a_number_is_infinitely_far() -> None:
@@ -149,8 +149,8 @@ def test_a_residual_is_attributed_to_its_line() -> None:
         "gap": {"y": np.array([1.0]), "z": np.array([1.0, 0.0])},
     }
     for line, change in lines.items():
-        evidence = check_certificate(problem, dataclasses.replace(good, **change))
-        assert getattr(evidence, line) > 0.0, line
+        residuals = check_certificate(problem, dataclasses.replace(good, **change))
+        assert getattr(residuals, line) > 0.0, line
     ratios = check_certificate(problem, dataclasses.replace(good, **lines["equality"]))
     assert ratios.equality == 2.0 / (1.0 + 3.0)
     assert ratios.worst_line() == ("equality", 0.5)
@@ -224,18 +224,18 @@ def test_the_false_certificate_of_powell_20_does_not_support_a_claim() -> None:
     for noise in (0.0, 1e-12, 1e-9, 1e-6):
         z = 1.0 + noise * rng.normal(size=problem.m)
         claim = point(problem, np.zeros(problem.n), z=z, status=Status.PRIMAL_INFEASIBLE)
-        evidence = check_certificate(problem, claim)
-        assert evidence.scale == 99.5
-        assert not evidence.supports(Status.PRIMAL_INFEASIBLE, 1e-8)
+        residuals = check_certificate(problem, claim)
+        assert residuals.scale == 99.5
+        assert not residuals.supports(Status.PRIMAL_INFEASIBLE, 1e-8)
 
 
 def test_a_claim_needs_fifty_times_the_scale() -> None:
     numbers = dict.fromkeys(("equality", "inequality", "slack_cone", "stationarity", "dual_cone", "gap"), 1.0)
     for status in (Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE):
-        assert Evidence(**numbers, radius=5000.0, scale=100.0).supports(status, 1e-8)
-        assert not Evidence(**numbers, radius=4999.0, scale=100.0).supports(status, 1e-8)
-    assert not Evidence(**numbers, radius=INF, scale=1.0).supports(Status.SOLVED, 0.999)
-    assert Evidence(**numbers, radius=float("nan"), scale=float("nan")).supports(
+        assert Residuals(**numbers, radius=5000.0, scale=100.0).supports(status, 1e-8)
+        assert not Residuals(**numbers, radius=4999.0, scale=100.0).supports(status, 1e-8)
+    assert not Residuals(**numbers, radius=INF, scale=1.0).supports(Status.SOLVED, 0.999)
+    assert Residuals(**numbers, radius=float("nan"), scale=float("nan")).supports(
         Status.SOLVED_INACCURATE, 1.0
     )
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from orbsoc.ps.pl import ProgrammableLogic
 from orbsoc.ps.registers import ERROR_OF_FAULT, Control, Fault, Module, Register, Status
 from orbsoc.ps.segments import Method
-from tests.core.ps_fake import DONE, ITERATION, METHOD, NEXT, REPEAT, STAGES, STARTUP, FakeEngine, Stage
+from tests.ps.fake_engine import DONE, ITERATION, METHOD, NEXT, REPEAT, STAGES, STARTUP, FakeEngine, Stage
 
 NUMBER = {segment.stage: segment.number for segment in METHOD.segments}
 MODULE = {segment.stage: segment.module for segment in METHOD.segments}

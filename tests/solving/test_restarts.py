@@ -97,7 +97,7 @@ def walks(problem: Problem, settings: Settings) -> list[orbsoc.Solution]:
         found.append(orbsoc.solving.solver.solution_of(native.finish()))
         return native.begin_again()
 
-    driver.run(again=again)
+    driver.run(restart=again)
     return found
 
 

@@ -16,7 +16,7 @@ from scipy import sparse as scipy_sparse
 
 from orbsoc.conic import csc
 from orbsoc.conic.problem import Cones, Problem, ProblemError
-from tests.core.drawn import problems
+from tests.strategies import problems
 
 sparse: Any = scipy_sparse  # published without types
 

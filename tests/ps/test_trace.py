@@ -13,7 +13,7 @@ from orbsoc.conic.problem import Cones, Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Certificate, Solution, Status
 from orbsoc.ps.trace import LATENCY_PRESETS, TraceRecorder, operation_latencies
-from tests.core.ps_fake import STAGES, WORDS, Stage
+from tests.ps.fake_engine import STAGES, WORDS, Stage
 
 OPERATIONS = (
     "move", "neg", "abs", "mul", "add", "sub", "mul_add", "mul_sub",

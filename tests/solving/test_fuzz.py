@@ -22,8 +22,8 @@ import orbsoc
 from orbsoc.conic.errors import FileError
 from orbsoc.conic.verify import check_certificate
 from orbsoc.solving.bundle import read_bundle
-from tests.core.drawn import problems
-from tests.core.effort import TIMES, effort
+from tests.fuzz_budget import TIMES, effort
+from tests.strategies import problems
 
 sparse: Any = scipy_sparse  # published without types
 
@@ -47,8 +47,8 @@ def false_claim(problem: orbsoc.Problem, solution: orbsoc.Solution) -> str | Non
         worst = orbsoc.verify(problem, solution).worst
         return None if worst <= 1e-5 else f"SOLVED, but the referee finds {worst}"
     if solution.status is orbsoc.Status.SOLVED_INACCURATE or solution.status in CLAIMS:
-        evidence = check_certificate(problem, solution)
-        return None if evidence.supports(solution.status, 1.001e-5) else f"{solution.status}: {evidence}"
+        residuals = check_certificate(problem, solution)
+        return None if residuals.supports(solution.status, 1.001e-5) else f"{solution.status}: {residuals}"
     return None
 
 

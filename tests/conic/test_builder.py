@@ -14,7 +14,7 @@ from scipy import sparse as scipy_sparse
 
 from orbsoc.conic.builder import BuilderError, ConicBuilder, Variable
 from orbsoc.conic.problem import Cones, ProblemError
-from tests.core.drawn import Array, Point, point
+from tests.strategies import Array, Point, point
 
 sparse: Any = scipy_sparse  # published without types
 

@@ -15,7 +15,7 @@ from benchmarks.answer import Solver
 ROOT = Path(__file__).resolve().parents[1]
 
 
-def circumstances(solvers: Sequence[Solver], *, repeats: int, tol: float) -> dict[str, str]:
+def environment(solvers: Sequence[Solver], *, repeats: int, tol: float) -> dict[str, str]:
     """Keys and values, in order, of the header."""
     return {
         "date": datetime.now(UTC).date().isoformat(),

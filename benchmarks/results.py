@@ -1,6 +1,6 @@
 """Everything that is required of the solver beside its peers, by one command:
 
-    python -m benchmarks.musts --problems DIR --out out/musts --page docs/results.md
+    python -m benchmarks.results --problems DIR --out out/results --page docs/results.md
 
 About twenty minutes on a quiet machine of two cores; `--quick` takes about three and measures less of everything.
 An interrupted run goes on where it was left; another build of orbsoc is measured anew.
@@ -51,12 +51,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.musts",
+        prog="python -m benchmarks.results",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--problems", default=os.environ.get(VARIABLE), help=f"public sets; or {VARIABLE}")
-    parser.add_argument("--out", type=Path, default=Path("out/musts"), help="where parts are kept")
+    parser.add_argument("--out", type=Path, default=Path("out/results"), help="where parts are kept")
     parser.add_argument("--page", type=Path, help="the results page; default OUT/results.md")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--tol", type=float, default=1e-8)

@@ -1,4 +1,4 @@
-"""Where orbsoc stands beside its peers, group by group: the figures that the speed requirements are judged by.
+"""Where orbsoc stands beside its peers, group by group: the figures of the speed requirements.
 
 A time is a problem's median over the repetitions; a group's figure is the median over its problems of the ratio
 best peer / orbsoc, both on the same problem. Only times of verified answers count.
@@ -12,22 +12,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.measure import Measurement
-from benchmarks.tables import OURS, by_group, by_problem
+from benchmarks.tables import ORBSOC, by_group, by_problem
 
 REFERENCE = "Clarabel"
-"""Whose iterations ours are compared with."""
+"""The solver with which the iterations of orbsoc are compared."""
 MOST_ITERATIONS = 1.15
-"""Ours may take this many times the reference's iterations, in the mean."""
+"""The largest ratio of the mean iterations of orbsoc to those of the reference."""
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
-    """One group. Times in µs, NaN where there is none; `ratio` is the best peer's solve time over ours."""
+class Comparison:
+    """One group. Times in µs, NaN where there is none; `ratio` is the best peer's solve time over that of orbsoc."""
 
     group: str
     problems: int
     verified: int
-    ours_us: float
+    orbsoc_us: float
     best_us: float
     best: str
     ratio: float
@@ -36,7 +36,7 @@ class Standing:
     iterations: float
     reference_iterations: float
     residual: float
-    """The worst of ours, verified."""
+    """The worst of orbsoc, verified."""
     peers_residual: float
     """The median over the peers of each one's worst."""
 
@@ -45,20 +45,20 @@ class Standing:
         return self.iterations / self.reference_iterations
 
 
-def standings(measurements: Iterable[Measurement], peers: Sequence[str]) -> list[Standing]:
-    """One for each group, in order; `peers` names those whose best time ours is compared with."""
-    return [_standing(group, members, peers) for group, members in by_group(measurements).items()]
+def comparisons(measurements: Iterable[Measurement], peers: Sequence[str]) -> list[Comparison]:
+    """One for each group, in order; `peers` names those whose best time orbsoc is compared with."""
+    return [_comparison(group, members, peers) for group, members in by_group(measurements).items()]
 
 
-def _standing(group: str, members: Sequence[Measurement], peers: Sequence[str]) -> Standing:
+def _comparison(group: str, members: Sequence[Measurement], peers: Sequence[str]) -> Comparison:
     rows = list(by_problem(members).values())
-    ours = [m for m in members if m.solver == OURS]
+    own = [m for m in members if m.solver == ORBSOC]
     pairs: list[tuple[Measurement, Measurement]] = []
     totals: list[float] = []
     iterations: list[tuple[int, int]] = []
     for row in rows:
         counted = {m.solver: m for m in row if m.counts}
-        mine = counted.get(OURS)
+        mine = counted.get(ORBSOC)
         rivals = [counted[name] for name in peers if name in counted]
         if mine is None or not rivals:
             continue
@@ -68,18 +68,18 @@ def _standing(group: str, members: Sequence[Measurement], peers: Sequence[str]) 
             iterations.append((mine.iterations, counted[REFERENCE].iterations))
     winners = [best.solver for _, best in pairs]
     means = [float(np.mean(column)) for column in zip(*iterations, strict=True)] or [float("nan")] * 2
-    return Standing(
+    return Comparison(
         group=group,
         problems=len(rows),
-        verified=sum(m.counts for m in ours),
-        ours_us=_median([m.solve.median for m, _ in pairs]),
+        verified=sum(m.counts for m in own),
+        orbsoc_us=_median([m.solve.median for m, _ in pairs]),
         best_us=_median([best.solve.median for _, best in pairs]),
         best=max(dict.fromkeys(winners), key=winners.count) if winners else "",
         ratio=_median([best.solve.median / m.solve.median for m, best in pairs]),
         total_ratio=_median(totals),
         iterations=means[0],
         reference_iterations=means[1],
-        residual=max((m.verification.worst for m in ours), default=float("nan")),
+        residual=max((m.verification.worst for m in own), default=float("nan")),
         peers_residual=median_residual(members, peers),
     )
 
@@ -93,7 +93,7 @@ def median_residual(measurements: Iterable[Measurement], peers: Sequence[str]) -
     return _median(list(worst.values()))
 
 
-def table(rows: Sequence[Standing]) -> str:
+def table(rows: Sequence[Comparison]) -> str:
     """A Markdown table, a row each group."""
     lines = [
         "| problems | verified | orbsoc, µs | best peer, µs | its time over ours | with set-up | iterations | Clarabel's "
@@ -102,7 +102,7 @@ def table(rows: Sequence[Standing]) -> str:
     ]
     for s in rows:
         lines.append(
-            f"| {s.group} | {s.verified} of {s.problems} | {s.ours_us:.0f} | {s.best_us:.0f} ({s.best}) "
+            f"| {s.group} | {s.verified} of {s.problems} | {s.orbsoc_us:.0f} | {s.best_us:.0f} ({s.best}) "
             f"| {s.ratio:.2f} | {s.total_ratio:.2f} | {s.iterations:.1f} | {s.reference_iterations:.1f} "
             f"| {s.residual:.1e} | {s.peers_residual:.1e} |"
         )

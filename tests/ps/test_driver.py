@@ -12,7 +12,7 @@ from orbsoc.ps.events import Kind
 from orbsoc.ps.pl import ProgrammableLogic
 from orbsoc.ps.registers import LaunchTimeout, LostInterrupt, ReadBeforeValid
 from orbsoc.ps.segments import Method
-from tests.core.ps_fake import (
+from tests.ps.fake_engine import (
     DONE,
     REPEAT,
     STAGES,

@@ -1,4 +1,4 @@
-"""Judging one answer to one problem of a set: is it verified, does its claim hold, does it contradict what is known."""
+"""Grading one answer to one problem of a set: is it verified, does its claim hold, does it contradict what is known."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from benchmarks.answer import Answer
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.solution import Status
-from orbsoc.conic.verify import CLAIM_FACTOR, dual_infeasibility_radius, primal_infeasibility_radius, verify
+from orbsoc.conic.verify import RADIUS_FACTOR, dual_infeasibility_radius, primal_infeasibility_radius, verify
 
 LOOSE, TIGHT = 1e-6, 1e-8
 """A solution is verified when max(pres, dres, gap) is no larger."""
@@ -17,11 +17,11 @@ FALSE_ABOVE = 1e-5
 DEFAULTS = "default"
 """Settings of a row whose solver has only its tolerance set."""
 MAY_BE_SOLVED = frozenset({"lpi_cplex2"})
-"""Infeasible by so little that a point within the tolerance exists: SOLVED is no lie where the residuals support it."""
+"""Infeasible by so little that a point within the tolerance exists: SOLVED is accepted where the residuals support it."""
 
 
 @dataclass(frozen=True, slots=True)
-class Judged:
+class Graded:
     """The row of one solver on one problem. `outcome` is empty when the solver came back, else what became of it."""
 
     set: str
@@ -64,7 +64,7 @@ class Judged:
     @property
     def certified(self) -> bool:
         """Whether the certificate of a claim of infeasibility excludes a ball as large as a claim needs."""
-        return self.radius >= CLAIM_FACTOR
+        return self.radius >= RADIUS_FACTOR
 
     def falsehood(self) -> str:
         """Why the claim is false; empty when it is not."""
@@ -73,23 +73,25 @@ class Judged:
         allowed = (self.expected, "SOLVED") if self.problem in MAY_BE_SOLVED else (self.expected,)
         if self.claim and self.expected and self.claim not in allowed:
             return f"says {self.claim}, is {self.expected}"
-        ours = self.solver == "orbsoc"
-        if ours and self.claim in (Status.PRIMAL_INFEASIBLE.name, Status.DUAL_INFEASIBLE.name):
+        if self.solver == "orbsoc" and self.claim in (
+            Status.PRIMAL_INFEASIBLE.name,
+            Status.DUAL_INFEASIBLE.name,
+        ):
             return "" if self.certified else f"claims infeasibility at radius {self.radius:.1f} × scale"
         return ""
 
 
-def judged(
+def graded(
     problem: Problem,
     answer: Answer,
     *,
     where: tuple[str, str, str],
     who: tuple[str, str, str],
     tol: float,
-) -> Judged:
+) -> Graded:
     """The row of an answer; `where` is set, problem and expected answer, `who` solver, version and settings."""
     found = verify(problem, answer)
-    return Judged(
+    return Graded(
         *where,
         *who,
         tol,
@@ -107,10 +109,10 @@ def judged(
     )
 
 
-def lost(*, where: tuple[str, str, str], who: tuple[str, str, str], tol: float, outcome: str) -> Judged:
+def lost(*, where: tuple[str, str, str], who: tuple[str, str, str], tol: float, outcome: str) -> Graded:
     """The row of a solver that did not come back."""
     nothing = (math.nan, math.nan, math.inf, math.inf, math.inf, math.nan)
-    return Judged(*where, *who, tol, outcome, "", "", "", 0, *nothing)
+    return Graded(*where, *who, tol, outcome, "", "", "", 0, *nothing)
 
 
 def _radius(problem: Problem, answer: Answer) -> float:

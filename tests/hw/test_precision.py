@@ -14,7 +14,7 @@ from hw_model.platform.partition import on_pl
 from orbsoc import Problem, Settings
 from orbsoc.hw.precision import BITS, narrow_settings, solve_narrow
 from orbsoc.missions.reachable_insertion import load_scenario, plan
-from tests.core.rendezvous_lp import rendezvous_lp
+from tests.hw.rendezvous_lp import rendezvous_lp
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
 REC1 = SCENARIOS / "rec1.toml"

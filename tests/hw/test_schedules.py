@@ -12,8 +12,9 @@ from scipy import sparse
 
 from hw_model.platform.rtl_latency import rtl_latencies
 from orbsoc import Settings, _core
+from orbsoc.conic.pattern import pattern_digest
 from orbsoc.conic.problem import Cones, Problem
-from orbsoc.hw.schedules import Engine, EngineError, PlProgram, Stream, pattern_digest, pl_program
+from orbsoc.hw.schedules import Engine, EngineError, PlProgram, Stream, pl_program
 from orbsoc.hw.utilisation_figure import busy_shares
 from orbsoc.rtl.validation import MODULES, problems
 

@@ -26,7 +26,7 @@ from orbsoc.ps.registers import (
     WrongSequence,
 )
 from orbsoc.ps.segments import Method
-from tests.core.ps_fake import METHOD, FakeEngine, prepare
+from tests.ps.fake_engine import METHOD, FakeEngine, prepare
 
 Write = tuple[int, int]
 Perturbation = Callable[[int, Write], list[Write]]

@@ -16,8 +16,8 @@ import orbsoc
 from orbsoc.conic.errors import FileError
 from orbsoc.solving.bundle import read_bundle
 from orbsoc.solving.iteration_table import COLUMNS
-from tests.core.drawn import problems
-from tests.core.effort import effort
+from tests.fuzz_budget import effort
+from tests.strategies import problems
 
 LP = orbsoc.Problem(
     c=[1.0, 1.0], G=[[-1.0, 0.0], [0.0, -2.0]], h=[-2.0, 1.0], cones=orbsoc.Cones(l=2)
