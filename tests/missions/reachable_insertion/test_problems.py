@@ -22,7 +22,7 @@ from orbsoc.missions.reachable_insertion.scenario import load_scenario
 from orbsoc.missions.reachable_insertion.target import LinearVectors, TargetOrbit
 from orbsoc.orbit import EARTH, CanonicalUnits, angular_momentum, laplace_vector
 
-SCENARIO = load_scenario(Path(__file__).resolve().parents[2] / "scenarios" / "rec1.toml")
+SCENARIO = load_scenario(Path(__file__).resolve().parents[3] / "scenarios" / "rec1.toml")
 UNITS = CanonicalUnits.of(EARTH)
 START_SI = SCENARIO.initial.vector()
 THRUSTER = SCENARIO.vehicle.thruster()

@@ -17,7 +17,7 @@ from orbsoc.missions.reachable_insertion import PlanStatus, ScenarioError, load_
 from orbsoc.missions.reachable_insertion.verdicts import verdict
 from orbsoc.orbit import eci_from_launch_inertial, rotate_state
 
-SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
+SCENARIOS = Path(__file__).resolve().parents[3] / "scenarios"
 REC1 = (SCENARIOS / "rec1.toml").read_text(encoding="utf-8")
 
 

@@ -21,7 +21,7 @@ from orbsoc.missions.reachable_insertion.paper import compare
 from orbsoc.missions.reachable_insertion.problems import Row
 from orbsoc.missions.reachable_insertion.verdicts import verdict, violations
 
-SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
+SCENARIOS = Path(__file__).resolve().parents[3] / "scenarios"
 SOLVERS = {"orbsoc": orbsoc.solve, "clarabel": clarabel.solve}
 REC1, REC2 = "rec1", "rec2"
 ZF196, PRINTED = "paper004_insertion_zf196", "paper004_insertion"

@@ -10,7 +10,7 @@ import pytest
 from orbsoc.guidance.monte_carlo import CLIP_SIGMA
 from orbsoc.missions.reachable_insertion import DISPERSION, ScenarioError, disperse, load_scenario
 
-SCENARIO = load_scenario(Path(__file__).resolve().parents[2] / "scenarios" / "rec1.toml")
+SCENARIO = load_scenario(Path(__file__).resolve().parents[3] / "scenarios" / "rec1.toml")
 
 
 def test_a_case_is_its_seed_and_number() -> None:

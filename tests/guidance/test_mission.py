@@ -28,7 +28,7 @@ def invoke(*arguments: object) -> Result:
 @pytest.fixture
 def toy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A scenario of a mission that is registered by one line."""
-    monkeypatch.setitem(registry.MODULES, "toy", "tests.missions.toy_mission")
+    monkeypatch.setitem(registry.MODULES, "toy", "tests.guidance.toy_mission")
     path = tmp_path / "push.toml"
     path.write_text(TOY, encoding="utf-8")
     return path
