@@ -11,7 +11,6 @@ from typer.testing import CliRunner, Result
 import orbsoc
 import orbsoc.missions
 from orbsoc.commands.app import app
-from orbsoc.commands.plan import plan_file
 from orbsoc.guidance.mission import DOCUMENT_KEYS, Dispersible, Mission, PlanStatus
 from orbsoc.guidance.scenario_file import BaseScenario, ScenarioError, Table, checked
 from orbsoc.missions import registry
@@ -81,7 +80,9 @@ def test_any_key_of_a_new_mission_is_overridden(toy: Path, tmp_path: Path) -> No
 
 
 def test_a_python_user_runs_the_same_pipeline_in_one_line(toy: Path, tmp_path: Path) -> None:
-    run = plan_file(toy, settings={"part_m_s": 15.0}, deadline_ms=50.0, check=True, out=tmp_path / "out")
+    run = orbsoc.plan_file(
+        toy, settings={"part_m_s": 15.0}, deadline_ms=50.0, check=True, out=tmp_path / "out"
+    )
     assert run.plan.status is PlanStatus.VERIFIED
     assert run.succeeded
     assert run.budget is not None
@@ -178,3 +179,18 @@ def test_an_unknown_key_of_an_optional_table_is_named() -> None:
             ScenarioError, match=r"latitude = 1\.0: unknown key; allowed here: latitude_deg\. Did"
         ):
             checked(Scenario, {"mission": "any", "name": "any", **change}, source="here")
+
+
+def test_a_paper_is_reproduced_by_number_or_mission(toy: Path, tmp_path: Path) -> None:
+    name = "reachable_insertion"
+    result = invoke("reproduce", name, "--scenarios", SCENARIOS, "--out", tmp_path / "out", "--json")
+    assert result.exit_code == 0, result.output
+    rows = json.loads(result.stdout)["missions"][name]
+    found = {row["quantity"]: (row["paper"], row["ours"], row["tolerance"], row["verdict"]) for row in rows}
+    expected = ("56.57 s", "56.570 s", "±0.005 s", "met by construction")
+    assert found["rec1, min_time: shortest burn"] == expected
+    assert found["paper004_insertion, max_energy: apogee height"][1] == "infeasible"
+    assert "| quantity | source | paper | ours |" in (tmp_path / "out" / "reproduce.md").read_text()
+    unknown = invoke("reproduce", "005", "--scenarios", SCENARIOS)
+    assert unknown.exit_code == 2
+    assert "no such mission; allowed: all, " in " ".join(unknown.stderr.split())

@@ -20,6 +20,7 @@ from orbsoc.guidance.scenario_file import BaseScenario
 from orbsoc.guidance.scp import Iteration, Solve
 from orbsoc.guidance.vehicle import Vector
 
+PAPER = ""
 COLUMNS: dict[str, Any] = {}
 DISPERSION = Dispersion((Spread("axis", "axis", 0.01), Spread("part", "part_m_s", 0.1)), source="assumed")
 TOLERANCE = 1e-8

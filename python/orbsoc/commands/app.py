@@ -10,6 +10,7 @@ from .console_entry import ConsoleApp
 from .hw import app as hw
 from .plan import plan
 from .reach import reach
+from .reproduce import reproduce
 from .schema import schema
 from .solve import solve
 
@@ -31,4 +32,5 @@ app.command()(solve)
 app.add_typer(hw, name="hw")
 app.command()(reach)
 app.command()(plan)
+app.command()(reproduce)
 app.command()(schema)

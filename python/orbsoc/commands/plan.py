@@ -1,8 +1,8 @@
 """`orbsoc plan`: scenario → mission by its key → plan → check → price → write.
 
-`plan_file` is the same for a Python user, who reads its result instead of the files:
+`orbsoc.plan_file` is the same for a Python user, who reads its result instead of the files:
 
->>> run = plan_file("scenarios/rec1.toml", out="out/rec1")  # doctest: +SKIP
+>>> run = orbsoc.plan_file("scenarios/rec1.toml", out="out/rec1")  # doctest: +SKIP
 >>> run.plan.status  # doctest: +SKIP
 <PlanStatus.VERIFIED: 'verified'>
 """

@@ -7,16 +7,18 @@ from typing import Annotated
 
 import typer
 
-from orbsoc.missions.registry import MISSIONS
+from orbsoc.missions.registry import MISSIONS, SCHEMAS
 
-ALIASES = {"scenario": "reachable_insertion", "reach-scenario": "reachable_domain"}
+NAMES = ", ".join([*MISSIONS, *SCHEMAS])
 
 
 def schema(
-    name: Annotated[str, typer.Argument(help=f"mission: {', '.join([*MISSIONS, *ALIASES])}", metavar="NAME")],
+    name: Annotated[
+        str, typer.Argument(help=f"mission, or another name of its files: {NAMES}", metavar="NAME")
+    ],
 ) -> None:
     """Print the JSON Schema of a mission's scenario files."""
-    mission = ALIASES.get(name, name)
+    mission = SCHEMAS.get(name, name)
     if mission not in MISSIONS:
-        raise typer.BadParameter(f"{name!r} is no mission; allowed: {', '.join([*MISSIONS, *ALIASES])}")
+        raise typer.BadParameter(f"{name!r}: no such mission; allowed: {', '.join([*MISSIONS, *SCHEMAS])}")
     typer.echo(json.dumps(MISSIONS[mission].Scenario.model_json_schema(), indent=2))

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from math import isfinite
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, runtime_checkable
@@ -37,15 +37,25 @@ class PlanStatus(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class PaperRow:
-    """One printed result of a paper: where it stands, its value, the one computed here, the verdict, and why."""
+    """One printed result of a paper: where it stands, its value, the one computed here, the verdict, and why.
+
+    Verdicts: reproduced, misprint, not reproduced, inferred, met by construction, other data.
+    """
 
     quantity: str
     source: str
     paper: str
     ours: str
     verdict: str
-    """"reproduced", "misprint", "not reproduced", "inferred", "met by construction", "other data"."""
     reason: str
+    tolerance: str = ""
+    """Within which the verdict takes two numbers for the same."""
+
+    def to_dict(self) -> dict[str, str]:
+        """A row of `paper` in plan.json."""
+        found = asdict(self)
+        del found["tolerance"]
+        return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,6 +193,11 @@ class Mission(Protocol):
     @property
     def Scenario(self) -> type[BaseScenario]:
         """The scenario file; `orbsoc schema NAME` prints its JSON Schema."""
+        ...
+
+    @property
+    def PAPER(self) -> str:
+        """Number of the paper that it is after, "004", for `orbsoc reproduce 004`; empty for none."""
         ...
 
     @property

@@ -21,6 +21,9 @@ MODULES = {
     "reachable_insertion": "orbsoc.missions.reachable_insertion",
 }
 
+SCHEMAS = {"scenario": "reachable_insertion", "reach-scenario": "reachable_domain"}
+"""Other names that `orbsoc schema` takes."""
+
 
 class _Imported(Mapping[str, "Mission"]):
     """The missions of `MODULES`, each imported when it is first asked for."""

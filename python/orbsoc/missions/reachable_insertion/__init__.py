@@ -13,9 +13,12 @@ from .dispersion import DISPERSION, disperse
 from .planner import COLUMNS, Plan, plan, reproduce
 from .scenario import Scenario, load_scenario
 
+PAPER = "004"
+
 __all__ = [
     "COLUMNS",
     "DISPERSION",
+    "PAPER",
     "Plan",
     "PlanStatus",
     "Scenario",

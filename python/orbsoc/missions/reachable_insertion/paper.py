@@ -77,6 +77,8 @@ _ANGLES = {
     "min_time": ((-2.0, 1.0), (-11.0, -6.0)),
     "max_energy": ((-50.0, 50.0), (-11.0, -6.0)),
 }
+ANGLE_DEG = 0.5
+"""Of the printed whole degrees."""
 _ANGLES_REASON = (
     "the printed pitch and yaw ranges of the two problems are not attainable together for any data inside the"
     " rounding of table 3"
@@ -130,7 +132,8 @@ def _row(
         reason = (
             f"the data set of this name gives {expected}; this scenario was made from other data or settings"
         )
-    return PaperRow(quantity, source, f"{paper:.2f} {unit}", text, verdict, reason)
+    tolerance = f"±{known.tolerance:g} {unit}"
+    return PaperRow(quantity, source, f"{paper:.2f} {unit}", text, verdict, reason, tolerance)
 
 
 def _agree(ours: float | None, known: _Known) -> bool:
@@ -147,7 +150,7 @@ def _angle_rows(plan: BurnPlan) -> Iterable[PaperRow]:
     for name, printed, radians in zip(("pitch", "yaw"), _ANGLES[plan.scenario.problem], angles, strict=True):
         degrees = np.rad2deg(radians)
         low, high = float(degrees.min()), float(degrees.max())
-        same = abs(low - printed[0]) <= 0.5 and abs(high - printed[1]) <= 0.5
+        same = abs(low - printed[0]) <= ANGLE_DEG and abs(high - printed[1]) <= ANGLE_DEG
         yield PaperRow(
             f"{name} range",
             f"section 3.2, {figure}",
@@ -155,4 +158,5 @@ def _angle_rows(plan: BurnPlan) -> Iterable[PaperRow]:
             f"{low:.2f}° … {high:.2f}°",
             "reproduced" if same else "not reproduced",
             "" if same else _ANGLES_REASON,
+            f"±{ANGLE_DEG:g}°",
         )

@@ -67,7 +67,7 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
             for stage in plan.stages
         ],
         "subproblems": [row.to_dict() for row in plan.subproblems],
-        "paper": [asdict(row) for row in compare(plan)],
+        "paper": [row.to_dict() for row in compare(plan)],
         "trajectory": None if found is None else trajectory_document(plan),
         "settings": asdict(Rules(max_iterations=plan.scenario.method.max_iterations)),
         "constants": EARTH.to_dict(),
