@@ -48,14 +48,14 @@ def plan_cases(
 
         scenario = load()
         dispersion = dispersible(scenario).DISPERSION
-        machine, split = options.computer(device, None), load_partition(partition)
+        platform, split = options.computer(device, None), load_partition(partition)
         if deadline_ms is None:
             raise HwModelError("--cases judges a deadline: give --deadline-ms")
         check_deadline(deadline_ms)
         if count < 1:
             raise HwModelError(f"--cases = {count}: must be at least 1")
         if exact and split.uses_pl:
-            engine_of(machine, "f64")  # refuse now what has no schedules
+            engine_of(platform, "f64")  # refuse now what has no schedules
         try:
             with Progress(count) as told:
                 cases = record_cases(scenario, count, seed, folder / "cases", resume=resume, progress=told)
@@ -66,7 +66,7 @@ def plan_cases(
                 as_json,
             )
         cycles_of = exact_cycles_of(cases, folder / "cases") if exact else estimated_cycles
-        report = judge(cases, machine, split, deadline_ms, cycles_of)
+        report = judge(cases, platform, split, deadline_ms, cycles_of)
         document = report.to_dict() | {
             "scenario": scenario.model_dump(mode="json"),
             "seed": seed,
@@ -76,7 +76,7 @@ def plan_cases(
                 "clip_sigma": CLIP_SIGMA,
             },
             "assumptions": options.echoed(
-                machine, replace(BOUNDED, on_pl=split.uses_pl, scheduled=exact and split.uses_pl)
+                platform, replace(BOUNDED, on_pl=split.uses_pl, scheduled=exact and split.uses_pl)
             ),
         }
         options.write_all(

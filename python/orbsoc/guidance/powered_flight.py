@@ -122,7 +122,7 @@ def linearise(burn: Burn, at: Trajectory, *, free_duration: bool) -> Linearisati
     value = derivative(burn, at)
     by_duration = np.zeros_like(value)
     if free_duration:
-        # A longer burn stretches every node's time, so the vehicle is lighter there: ∂k/∂T = k q (τ+1)/(2m).
+        # A longer burn moves every node later, where the vehicle is lighter: ∂k/∂T = k q (τ+1)/(2m).
         lightening = thrust * burn.flow * (elapsed / at.duration) / (1.0 - burn.flow * elapsed)
         by_duration = value / at.duration
         by_duration[:, 3:] += half * lightening[:, None] * at.controls

@@ -103,9 +103,9 @@ def check_names(device: str, partition: str, *, exact: bool = True) -> None:
 
     `exact`: and unless the device's PL has schedules.
     """
-    machine, split = hw_model.load_platform(device), hw_model.load_partition(partition)
+    platform, split = hw_model.load_platform(device), hw_model.load_partition(partition)
     if exact and split.uses_pl:
-        engine_of(machine, "f64")
+        engine_of(platform, "f64")
 
 
 def cycle_budget(
@@ -135,10 +135,10 @@ def cycle_budget(
         same_bits &= _same_bits(again, row.solution)
     judged_ms = deadline_ms if verified else None
     cycles = exact_cycles(scheduler.patterns) if exact else estimated
-    trace, machine = hw_model.parse_trace(scheduler.trace), hw_model.load_platform(device)
+    trace, platform = hw_model.parse_trace(scheduler.trace), hw_model.load_platform(device)
     split = hw_model.load_partition(partition)
-    report = hw_model.speedup(trace, machine, split, deadline_ms=judged_ms, cycles=cycles)
-    return CycleBudget(report, same_bits, deadline_ms, exact, budget(trace, machine, split, cycles))
+    report = hw_model.speedup(trace, platform, split, deadline_ms=judged_ms, cycles=cycles)
+    return CycleBudget(report, same_bits, deadline_ms, exact, budget(trace, platform, split, cycles))
 
 
 def _same_bits(one: Solution, other: Solution) -> bool:
