@@ -7,6 +7,7 @@ import pytest
 
 import orbsoc
 from orbsoc.guidance.collocation import legendre_gauss
+from orbsoc.guidance.powered_flight import Trajectory
 from orbsoc.missions.reachable_domain.arcs import Arcs
 from orbsoc.missions.reachable_domain.condensed import condense
 from orbsoc.missions.reachable_domain.conditions import conditions, curvature
@@ -21,7 +22,6 @@ from orbsoc.missions.reachable_domain.planes import (
     plane_error,
 )
 from orbsoc.missions.reachable_domain.terminal import LargestOrbit, LargestTilt
-from orbsoc.missions.reachable_insertion.model import Trajectory
 from orbsoc.missions.reachable_insertion.problems import Iterate, MaxEnergyFreePerigee
 from orbsoc.missions.reachable_insertion.target import TargetOrbit
 from tests.missions.reach_cases import domain, paper, perigees

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.guidance.powered_flight import Burn
 from orbsoc.missions.reachable_domain.flight import fly
 from orbsoc.missions.reachable_domain.planes import cross, in_plane_axes
-from orbsoc.missions.reachable_insertion.model import Burn
 
 Array = NDArray[np.float64]
 

@@ -14,10 +14,10 @@ import pytest
 import orbsoc
 import orbsoc.missions
 from orbsoc.missions.reachable_insertion import PlanStatus, ScenarioError, load_scenario, plan
-from orbsoc.missions.reachable_insertion.verdict import verdict
+from orbsoc.missions.reachable_insertion.verdicts import verdict
 from orbsoc.orbit import eci_from_launch_inertial, rotate_state
 
-SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
+SCENARIOS = Path(__file__).resolve().parents[3] / "scenarios"
 REC1 = (SCENARIOS / "rec1.toml").read_text(encoding="utf-8")
 
 
@@ -182,7 +182,10 @@ def test_fixed_perigee_direction_of_a_circular_target_is_refused_and_free_is_not
     scenario = load_scenario(circular_target(tmp_path))
     with pytest.raises(ScenarioError, match=r"target\.perigee_direction = 'fixed': .*circular"):
         scenario.with_changes(problem="max_energy")
-    assert scenario.with_changes(problem="max_energy", perigee_direction="free").problem == "max_energy"
+    assert (
+        scenario.with_changes(problem="max_energy", target={"perigee_direction": "free"}).problem
+        == "max_energy"
+    )
 
 
 def test_target_out_of_reach_is_a_status_in_words_not_an_exception(tmp_path: Path) -> None:

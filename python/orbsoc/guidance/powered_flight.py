@@ -15,8 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from orbsoc.conic.builder import ConicBuilder, HasPoint, Term, Variable
-from orbsoc.guidance.collocation import LegendreGauss
 from orbsoc.orbit import CanonicalUnits, Thruster
+from orbsoc.orbit.propagate import Steering
+
+from .collocation import LegendreGauss
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -120,7 +122,7 @@ def linearise(burn: Burn, at: Trajectory, *, free_duration: bool) -> Linearisati
     value = derivative(burn, at)
     by_duration = np.zeros_like(value)
     if free_duration:
-        # A longer burn stretches every node's time, so the vehicle is lighter there: ∂k/∂T = k q (τ+1)/(2m).
+        # A longer burn moves every node later, where the vehicle is lighter: ∂k/∂T = k q (τ+1)/(2m).
         lightening = thrust * burn.flow * (elapsed / at.duration) / (1.0 - burn.flow * elapsed)
         by_duration = value / at.duration
         by_duration[:, 3:] += half * lightening[:, None] * at.controls
@@ -166,6 +168,15 @@ def read_burn(
         end=builder.value(solution, "end"),
         duration=float(duration),
     )
+
+
+def commanded(grid: LegendreGauss, controls: Array, duration_s: float) -> Steering:
+    """The steering an attitude programme of nodal directions stands for."""
+
+    def steering(t_s: float, _state: Array) -> Array:
+        return np.asarray(grid.interpolate(controls, 2.0 * t_s / duration_s - 1.0)[0])
+
+    return steering
 
 
 def stored(block: ArrayLike) -> sparse.coo_array:
