@@ -30,9 +30,9 @@ from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Status
 from orbsoc.guidance.scp import Rules
 from orbsoc.missions.reachable_domain import load_scenario
-from orbsoc.missions.reachable_domain.condensed import CondensedBatch
-from orbsoc.missions.reachable_domain.domain import Domain
-from orbsoc.missions.reachable_domain.subproblems import Answers, Subproblems
+from orbsoc.missions.reachable_domain.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.direct.condensed import CondensedBatch
+from orbsoc.missions.reachable_domain.direct.subproblems import Answers, Subproblems
 from orbsoc.solving.batch import BatchSolution
 
 Array = NDArray[np.float64]

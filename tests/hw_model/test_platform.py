@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from hw_model.errors import PlatformError
-from hw_model.platform.parameter import Parameter
 from hw_model.platform import rtl_latency
+from hw_model.platform.parameter import Parameter
 from hw_model.platform.platform import Platform, load_platform, platform_names
 from tests.hw_model.tiny import platform_toml, tiny_platform
 

@@ -16,11 +16,11 @@ from hw_model.timing.unit_schedules import runs, stretches
 from orbsoc import Cones, Problem, PsScheduler
 from orbsoc.hw.exact_cycles import exact_cycles, exact_units
 from orbsoc.hw.schedules import Engine, EngineError, PlProgram, pl_program
-from orbsoc.missions.reachable_domain.table import subproblems_on
-from orbsoc.reach.cost import RecordedSequence, domain_cost
+from orbsoc.missions.reachable_domain.continuation.table import subproblems_on
+from orbsoc.missions.reachable_domain.cost import RecordedSequence, domain_cost
 
 if TYPE_CHECKING:
-    from orbsoc.reach.results import ReachableDomain
+    from orbsoc.missions.reachable_domain.query.results import ReachableDomain
 
 PROBLEM = Problem(
     P=np.eye(4), c=[1.0, -2.0, 0.5, 1.0], A=[[1.0, 1.0, 0.0, 0.0]], b=[1.0],

@@ -156,9 +156,9 @@ def drawn_points() -> list[tuple[float, float, float]]:
 
     Drawn with what is judged, because only it knows where the edge is; the referee knows nothing of that.
     """
-    from orbsoc.missions.reachable_domain.evidence import largest_tilts
-    from orbsoc.missions.reachable_domain.planes import inclination_and_node
-    from orbsoc.missions.reachable_domain.terminal import LargestTilt
+    from orbsoc.missions.reachable_domain.continuation.largest_tilt import largest_tilts
+    from orbsoc.missions.reachable_domain.direct.terminal import LargestTilt
+    from orbsoc.orbit.planes import inclination_and_node
     from tests.missions.reach_cases import domain, perigees
 
     draw = np.random.default_rng(2025)

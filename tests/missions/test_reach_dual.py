@@ -9,16 +9,16 @@ import pytest
 
 import orbsoc
 from orbsoc.guidance.scp import Rules
-from orbsoc.missions.reachable_domain.arcs import Arcs
-from orbsoc.missions.reachable_domain.condensed import CondensedBatch, condense
-from orbsoc.missions.reachable_domain.domain import Domain
-from orbsoc.missions.reachable_domain.dual import DualSolutions, solve_dual
-from orbsoc.missions.reachable_domain.guess import towards_planes
-from orbsoc.missions.reachable_domain.planes import normals
-from orbsoc.missions.reachable_domain.sequence import Ending, sequences
-from orbsoc.missions.reachable_domain.subproblems import Subproblems
-from orbsoc.missions.reachable_domain.sweeps import GravityGradient, settled
-from orbsoc.missions.reachable_domain.terminal import Aim, LargestOrbit, LargestTilt
+from orbsoc.missions.reachable_domain.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.direct.arcs import Arcs
+from orbsoc.missions.reachable_domain.direct.condensed import CondensedBatch, condense
+from orbsoc.missions.reachable_domain.direct.dual import DualSolutions, solve_dual
+from orbsoc.missions.reachable_domain.direct.guess import towards_planes
+from orbsoc.missions.reachable_domain.direct.picard import GravityGradient, settled
+from orbsoc.missions.reachable_domain.direct.sequence import Ending, sequences
+from orbsoc.missions.reachable_domain.direct.subproblems import Subproblems
+from orbsoc.missions.reachable_domain.direct.terminal import Aim, LargestOrbit, LargestTilt
+from orbsoc.orbit.planes import normals
 from tests.missions.reach_cases import domain, paper, perigees
 
 COLLOCATION = domain().tools.collocation(12)

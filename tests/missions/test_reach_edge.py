@@ -10,16 +10,16 @@ import pytest
 
 from orbsoc.guidance.scenario_file import checked
 from orbsoc.missions.reachable_domain import Scenario, ScenarioError
-from orbsoc.missions.reachable_domain.boundary import edge_note, furthest_planes, inside_box
-from orbsoc.missions.reachable_domain.domain import Domain
-from orbsoc.missions.reachable_domain.evidence import largest_tilts
-from orbsoc.missions.reachable_domain.planes import inclination_and_node
-from orbsoc.missions.reachable_domain.table import PointStatus
-from orbsoc.missions.reachable_domain.terminal import LargestTilt
+from orbsoc.missions.reachable_domain.continuation.boundary import edge_note, furthest_planes, inside_box
+from orbsoc.missions.reachable_domain.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.continuation.largest_tilt import largest_tilts
+from orbsoc.missions.reachable_domain.continuation.table import PointStatus
+from orbsoc.missions.reachable_domain.direct.terminal import LargestTilt
+from orbsoc.missions.reachable_domain.figures.draw import draw_figures
+from orbsoc.missions.reachable_domain.files.summary import summary
 from orbsoc.orbit import LaunchFrame, eci_from_launch_inertial, rotate_state
+from orbsoc.orbit.planes import inclination_and_node
 from orbsoc.reach import ReachableDomain, TiltLimit
-from orbsoc.reach.figures import draw_figures
-from orbsoc.reach.summary import summary
 from tests.missions.reach_cases import domain, paper, perigees
 
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from orbsoc.missions.reachable_domain.boundary import furthest_planes
-from orbsoc.missions.reachable_domain.domain import Domain
+from orbsoc.missions.reachable_domain.continuation.boundary import furthest_planes
+from orbsoc.missions.reachable_domain.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.files.summary import summary
+from orbsoc.missions.reachable_domain.query.envelope import is_paper_case
 from orbsoc.reach import ReachableDomain
-from orbsoc.reach.envelope import is_paper_case
-from orbsoc.reach.summary import summary
 from tests.missions.reach_cases import paper
 
 SPAN = {"first": 27.3, "last": 29.3, "step": 2.0}

@@ -10,15 +10,15 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
-from orbsoc.missions.reachable_domain.boundary import furthest_planes
-from orbsoc.missions.reachable_domain.domain import Domain
+from orbsoc.missions.reachable_domain.continuation.boundary import furthest_planes
+from orbsoc.missions.reachable_domain.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.figures.band_page import write_band
+from orbsoc.missions.reachable_domain.figures.draw import draw_figures
+from orbsoc.missions.reachable_domain.figures.ellipses import VIEW_KM, band_title, largest_ellipses
+from orbsoc.missions.reachable_domain.figures.orbits import draw_band, drawn_extent
+from orbsoc.missions.reachable_domain.figures.planes import cell_edges, draw_maps, log_ticks
 from orbsoc.orbit import EARTH
 from orbsoc.reach import ReachableDomain
-from orbsoc.reach.band import write_band
-from orbsoc.reach.ellipses import VIEW_KM, band_title, largest_ellipses
-from orbsoc.reach.figures import draw_figures
-from orbsoc.reach.orbit_figures import draw_band, drawn_extent
-from orbsoc.reach.plane_figures import cell_edges, draw_maps, log_ticks
 from tests.missions.reach_cases import paper
 
 RADIUS_KM = EARTH.earth_radius_m / 1e3

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from orbsoc.guidance.collocation import legendre_gauss
-from orbsoc.missions.reachable_domain import attempts, flight
-from orbsoc.missions.reachable_domain.flight import fly
+from orbsoc.missions.reachable_domain.continuation import attempts
+from orbsoc.missions.reachable_domain.flight import propagation as flight
+from orbsoc.missions.reachable_domain.flight.propagation import fly
 from orbsoc.orbit import CanonicalUnits, gauss, propagate_burn
 from tests.missions.reach_cases import domain, paper
 

@@ -8,12 +8,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from orbsoc.missions.reachable_domain.boundary import furthest_planes
-from orbsoc.missions.reachable_domain.domain import Domain
-from orbsoc.missions.reachable_domain.table import PointStatus
+from orbsoc.missions.reachable_domain.continuation.boundary import furthest_planes
+from orbsoc.missions.reachable_domain.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.continuation.table import PointStatus
+from orbsoc.missions.reachable_domain.query.largest_orbit import LargestOrbits
 from orbsoc.orbit import Elements, state_from_elements
 from orbsoc.reach import OrbitError, ReachableDomain, Verdict
-from orbsoc.reach.largest import LargestOrbits
 from tests.missions.reach_cases import paper
 
 GRID = {

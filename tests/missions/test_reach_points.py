@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from orbsoc.guidance.collocation import legendre_gauss
-from orbsoc.missions.reachable_domain.domain import Domain
-from orbsoc.missions.reachable_domain.planes import normals, plane_error
-from orbsoc.missions.reachable_domain.table import Origin, PointStatus, PointTable
+from orbsoc.missions.reachable_domain.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.continuation.table import Origin, PointStatus, PointTable
+from orbsoc.missions.reachable_domain.figures.planes import cell_limits
 from orbsoc.orbit import elements_from_state, propagate_burn
-from orbsoc.reach.plane_figures import cell_limits
+from orbsoc.orbit.planes import normals, plane_error
 from tests.missions.reach_cases import domain, paper
 
 # i, Ω (deg), h_p ≥ (km): a, h_a, h_p, smallest altitude (km), from indirect and direct methods that agree to 2e-6.

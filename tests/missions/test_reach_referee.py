@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from orbsoc.missions.reachable_domain.evidence import largest_tilts
-from orbsoc.missions.reachable_domain.planes import normals
-from orbsoc.missions.reachable_domain.table import PointStatus, PointTable
-from orbsoc.missions.reachable_domain.terminal import LargestTilt
+from orbsoc.missions.reachable_domain.continuation.largest_tilt import largest_tilts
+from orbsoc.missions.reachable_domain.continuation.table import PointStatus, PointTable
+from orbsoc.missions.reachable_domain.direct.terminal import LargestTilt
+from orbsoc.orbit.planes import normals
 from tests.missions.reach_cases import domain, perigees
 from tests.missions.reach_referee import RECORD, Referee, plane_axes, tilt_axes
 

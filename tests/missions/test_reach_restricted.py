@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from orbsoc.guidance.scenario_file import ScenarioError, checked
-from orbsoc.missions.reachable_domain.boundary import furthest_planes
-from orbsoc.missions.reachable_domain.domain import Domain
+from orbsoc.missions.reachable_domain.continuation.boundary import furthest_planes
+from orbsoc.missions.reachable_domain.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.continuation.table import PointStatus, PointTable
 from orbsoc.missions.reachable_domain.scenario import Scenario
-from orbsoc.missions.reachable_domain.table import PointStatus, PointTable
 from tests.missions.reach_cases import paper
 
 INC, RAAN = np.array([28.3]), np.array([335.25])

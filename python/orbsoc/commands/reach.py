@@ -127,8 +127,8 @@ def _point(text: str, scenario: Scenario) -> tuple[float, float, float]:
 
 def _write_messages(folder: Path, point: tuple[float, float, float]) -> None:
     """Write point.oem and point.opm. Raises StoreError when the point has no plan."""
+    from orbsoc.missions.reachable_domain.files.ephemeris import fly_point, oem, opm
     from orbsoc.reach import load
-    from orbsoc.reach.ephemeris import fly_point, oem, opm
     from orbsoc.sweep import StoreError
 
     found = load(folder)
@@ -151,10 +151,10 @@ def _solve_and_write(
 ) -> dict[str, Any]:
     from rich.console import Console
 
+    from orbsoc.missions.reachable_domain.cost import RecordedSequence, cost_table, domain_cost, grids_in
+    from orbsoc.missions.reachable_domain.files.outputs import write_outputs
+    from orbsoc.missions.reachable_domain.files.results_folder import solve_into
     from orbsoc.reach import load
-    from orbsoc.reach.cost import RecordedSequence, cost_table, domain_cost, grids_in
-    from orbsoc.reach.outputs import write_outputs
-    from orbsoc.reach.run import solve_into
     from orbsoc.sweep import StoreError
 
     from .sweep_progress import SweepProgress

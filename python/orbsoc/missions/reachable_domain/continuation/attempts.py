@@ -1,0 +1,382 @@
+"""One attempt at many points: the sequence, the flight, and what follows where the flight disagrees.
+
+A plan on N nodes is flown. Where it does not keep its promise, Newton's method on the indirect equations starts from
+its multipliers and the primer it finds is flown; where that fails too, the sequence is run again on a finer grid and
+both are tried once more. What is never flown to its promise is not counted as reached.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.guidance.scp import Rules
+from orbsoc.missions.reachable_insertion.model import Burn
+
+from ..direct.arcs import Arcs, Collocation
+from ..direct.guess import resampled
+from ..direct.sequence import Ending, sequences
+from ..direct.subproblems import Subproblems
+from ..direct.terminal import LargestOrbit
+from ..flight.attitude import Commands, primer_commands
+from ..flight.orbits import RADIUS_M, Flown
+from ..flight.propagation import FIRST_STEPS, Flights, fly
+from ..indirect.primer import Extremals
+from ..indirect.shooting import Indirect, Unknowns, from_sequences
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Index = NDArray[np.intp]
+
+PRIMER_NODES = (16, 32, 64)
+"""Nodes of the attitude programme of a polished plan, tried in this order: one with the first of NEWTON_STEPS, two with
+the second, all with the others."""
+NEWTON_STEPS = (6, 16, 40, 160)
+"""Gauss steps of an extremal; more where its steering swings so fast that the flight of its programme disagrees, as many as
+the last only where fewer found an extremal at all."""
+MOST_GRIDS = 5
+"""Grids of a sequence, from 4 to 64 nodes."""
+SPENT = ("subproblems", "solver_iterations", "newton_steps")
+"""What attempts at a point add up."""
+CLEAR_MISS = 100.0
+"""A flight that misses by so many times its own error is not flown more accurately."""
+POLISHED_FLIGHT_STEPS = 12
+"""Steps in which the flight of a polished plan begins: near the edge its steering swings fast."""
+CORRECTIONS = 6
+"""How often what is asked along a bound on the altitude may be moved by what the flight missed."""
+ALONG_BOUND_SMA_REL = 0.01
+"""Along a bound on the altitude, on the finest grid, the flown orbit is the answer; one further from the promise is another
+plan's."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerances:
+    """What a flown plan must keep: see `orbits.Flown.kept`."""
+
+    sma_rel: float = 1e-6
+    plane_rad: float = 1e-6
+    bound_m: float = 1.0
+    raw_excess: float = 1e-4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tools:
+    """What attempts work with: the burn, grids, Newton, tolerances, and a solver of batches.
+
+    `lowest` is the smallest radius allowed on the way, canonical, −inf for none.
+    """
+
+    burn: Burn
+    duration: float
+    nodes: int
+    fine_nodes: int
+    lowest: float
+    rules: Rules
+    tolerances: Tolerances
+    solve: Subproblems
+
+    @property
+    def grids(self) -> tuple[int, ...]:
+        """Nodes of the grids that a sequence may be run on, coarsest first."""
+        found = {self.fine_nodes, self.nodes}
+        nodes = self.nodes
+        while nodes < self.fine_nodes:
+            found.add(nodes)
+            nodes *= 2
+        return tuple(sorted(found))
+
+    def collocation(self, nodes: int) -> Collocation:
+        return Collocation.of(self.burn, self.duration, nodes)
+
+    def indirect(self, steps: int) -> Indirect:
+        return Indirect(self.burn, self.duration, steps)
+
+    @property
+    def bounded(self) -> bool:
+        """Whether the altitude is bounded."""
+        return bool(np.isfinite(self.lowest))
+
+    def sma_rel_along_bound(self, nodes: int) -> float:
+        """How far promise and flight may be apart along a bound on the altitude, on a grid of so many nodes."""
+        return self.tolerances.sma_rel if nodes < self.fine_nodes else ALONG_BOUND_SMA_REL
+
+    def judge(
+        self,
+        commands: Commands,
+        aim: LargestOrbit,
+        promised_sma: Array,
+        *,
+        pinned: bool,
+        steps: int = FIRST_STEPS,
+    ) -> Flown:
+        """Fly commands, in so many steps or more, and compare."""
+
+        def compared(which: Index, flights: Flights) -> Flown:
+            goal = aim[which]
+            return Flown.judge(
+                flights,
+                promised_sma[which],
+                goal.normal,
+                goal.perigee,
+                direction=goal.perigee_direction,
+                pinned=pinned,
+                lowest_allowed=self.lowest,
+            )
+
+        def clear_miss(which: Index, flights: Flights) -> Flags:
+            return ~self.kept(compared(which, flights), slack=CLEAR_MISS * flights.error)
+
+        flights = fly(self.burn, self.duration, commands.vectors, steps=steps, give_up=clear_miss)
+        return compared(np.arange(len(aim)), flights)
+
+    def kept(self, flown: Flown, *, slack: Array | float = 0.0, sma_rel: float | None = None) -> Flags:
+        """Whether promises are kept, with so much slack; `sma_rel` overrides how well the semi-major axis is. Along a
+        bound on the altitude the best steering has corners, between whose nodes the interpolant of any grid is longer
+        than 1: there its length is reported, and the flight alone decides."""
+        t = self.tolerances
+        return flown.kept(
+            sma_rel=t.sma_rel + slack if sma_rel is None else sma_rel,
+            plane_rad=t.plane_rad + slack,
+            bound=t.bound_m / RADIUS_M + slack,
+            raw_excess=np.inf if self.bounded else t.raw_excess,
+        )
+
+
+@dataclass(slots=True, eq=False)
+class Attempts:
+    """What attempts at B points arrived at.
+
+    `ending` (B,) holds `Ending` values of the last sequence, `verified` (B,) says whether the flown plan kept its
+    promise, `nodes` (B,) are those of the last sequence and `polished` (B,) whether Newton found the plan. `arcs` are
+    references on the coarse grid to continue from; `commands` (B,) holds programmes (N, 3) or None; `subproblems`
+    (B, MOST_GRIDS) counts those solved on each of `Tools.grids`.
+    """
+
+    ending: NDArray[np.int8]
+    verified: Flags
+    polished: Flags
+    nodes: NDArray[np.int16]
+    arcs: Arcs
+    flown: Flown
+    commands: NDArray[np.object_]
+    subproblems: NDArray[np.int32]
+    solver_iterations: NDArray[np.int32]
+    newton_steps: NDArray[np.int32]
+
+    @classmethod
+    def none(cls, start: Arcs, nodes: int) -> Attempts:
+        """Nothing found yet."""
+        count = len(start)
+        return cls(
+            ending=np.zeros(count, np.int8),
+            verified=np.zeros(count, bool),
+            polished=np.zeros(count, bool),
+            nodes=np.full(count, nodes, np.int16),
+            arcs=start.copy(),
+            flown=Flown.unknown(count),
+            commands=np.full(count, None, dtype=object),
+            subproblems=np.zeros((count, MOST_GRIDS), np.int32),
+            solver_iterations=np.zeros(count, np.int32),
+            newton_steps=np.zeros(count, np.int32),
+        )
+
+    def __getitem__(self, which: Index) -> Attempts:
+        return Attempts(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
+
+    def put(self, which: Index, other: Attempts) -> None:
+        """Overwrite some points by other attempts at them, adding up what was spent."""
+        for name in self.__dataclass_fields__:
+            mine, theirs = getattr(self, name), getattr(other, name)
+            if isinstance(mine, (Arcs, Flown)):
+                mine.put(which, theirs)
+            elif name in SPENT:
+                mine[which] += theirs
+            else:
+                mine[which] = theirs
+
+    def accept(self, which: Index, commands: Commands, flown: Flown, verified: Flags) -> None:
+        """Take flown programmes for the points `which`."""
+        self.flown.put(which, flown)
+        self.verified[which] = verified
+        for k, vectors in zip(which, commands.vectors, strict=True):
+            self.commands[k] = vectors
+
+
+def attempt(tools: Tools, aim: LargestOrbit, start: Arcs) -> Attempts:
+    """Try every point of `aim` from its arc of `start`, both on the coarse grid."""
+    out = _on_grid(tools, aim, start, tools.nodes)
+    coarse, nodes = tools.collocation(tools.nodes), tools.nodes
+    while nodes < tools.fine_nodes:
+        again = np.flatnonzero((out.ending == Ending.CONVERGED) & ~out.verified)
+        if not again.size:
+            break
+        nodes = min(2 * nodes, tools.fine_nodes)
+        grid = tools.collocation(nodes)
+        finer = _on_grid(tools, aim[again], resampled(coarse, out.arcs[again], grid), nodes)
+        finer.arcs = resampled(grid, finer.arcs, coarse)
+        better = finer.ending == Ending.CONVERGED
+        out.put(again[better], finer[np.flatnonzero(better)])
+        out.ending[again[~better]] = finer.ending[~better]
+    return out
+
+
+def attempt_on_fine_grid(tools: Tools, aim: LargestOrbit, start: Arcs) -> Attempts:
+    """Try every point of `aim` from its arc of `start` on the finest grid; the arcs returned are on the coarse one."""
+    out = _on_grid(tools, aim, start, tools.fine_nodes)
+    out.arcs = resampled(tools.collocation(tools.fine_nodes), out.arcs, tools.collocation(tools.nodes))
+    return out
+
+
+def _on_grid(tools: Tools, aim: LargestOrbit, start: Arcs, nodes: int) -> Attempts:
+    """Sequence, flight and polish on one grid; the arcs returned are on this grid."""
+    out = Attempts.none(start, nodes)
+    everyone = np.arange(len(aim))
+    _sequence(tools, aim, out, everyone)
+    if tools.bounded:
+        _along_bound(tools, aim, out)
+    return out
+
+
+def _sequence(
+    tools: Tools,
+    aim: LargestOrbit,
+    out: Attempts,
+    which: Index,
+    *,
+    asked: LargestOrbit | None = None,
+    lowest: Array | None = None,
+) -> None:
+    """Run the sequence for the points `which`, fly what converged, polish what does not keep its promise.
+
+    With `lowest` (B,) bounding the radius at the nodes there is no polish, and `asked` may differ from the aim that the
+    flight is judged by.
+    """
+    nodes = int(out.nodes[which[0]])
+    collocation = tools.collocation(nodes)
+    goal = (aim if asked is None else asked)[which]
+    found = sequences(collocation, goal, out.arcs[which], lowest=lowest, solve=tools.solve, rules=tools.rules)
+    out.ending[which] = found.ending
+    out.subproblems[which, tools.grids.index(nodes)] += found.iterations
+    out.solver_iterations[which] += found.inner_iterations
+    out.verified[which] = False
+    reached = np.flatnonzero(found.ending == Ending.CONVERGED)
+    if not reached.size:
+        return
+    here = which[reached]
+    out.arcs.put(here, found.arcs[reached])
+    commands = Commands(found.arcs.controls[reached])
+    flown = tools.judge(commands, aim[here], _sma(found.arcs.ends[reached]), pinned=aim.pinned)
+    if lowest is not None:
+        out.accept(here, commands, flown, tools.kept(flown, sma_rel=tools.sma_rel_along_bound(nodes)))
+        return
+    out.accept(here, commands, flown, tools.kept(flown))
+    if aim.pinned:
+        return
+    promise_kept = out.verified[here] | (
+        tools.bounded & tools.kept(replace(flown, altitude_short=0.0 * flown.sma))
+    )
+    bad = np.flatnonzero(~promise_kept)
+    if bad.size:
+        unknowns = from_sequences(collocation, aim[which], found, reached[bad])
+        polish(tools, aim, out, here[bad], unknowns)
+
+
+def polish(
+    tools: Tools, aim: LargestOrbit, out: Attempts, which: Index, start: Unknowns, *, pinned: bool = False
+) -> Unknowns:
+    """Newton from `start` for the points `which`, with finer steps where they are needed; take what converges and
+    flies to its promise. Where the solution with coarser steps lies too far off to lead to the next, `start` is tried
+    again. Returns the unknowns arrived at."""
+    unknowns = start[np.arange(len(which))]
+    left, moved = np.arange(len(which)), np.zeros(len(which), bool)
+    for level, steps in enumerate(NEWTON_STEPS):
+        if level == len(NEWTON_STEPS) - 1:
+            left = left[moved[left]]
+        if not left.size:
+            break
+        found = tools.indirect(steps).solve(aim[which[left]], unknowns[left], pinned=pinned)
+        misled = np.flatnonzero(moved[left] & ~found.converged)
+        if misled.size:
+            found.put(
+                misled,
+                tools.indirect(steps).solve(aim[which[left[misled]]], start[left[misled]], pinned=pinned),
+            )
+        out.newton_steps[which[left]] += found.steps
+        there = np.flatnonzero(found.converged)
+        unknowns.put(left[there], found.unknowns[there])
+        moved[left[there]] = True
+        if there.size:
+            points = which[left[there]]
+            extremals = found.flown[there]
+            promised = _sma(extremals.ends[:, :6])
+            nodes = PRIMER_NODES[: level + 1]
+            _fly_primers(tools, aim[points], out, points, extremals, promised, nodes, pinned=pinned)
+        left = left[~out.polished[which[left]]]
+    return unknowns
+
+
+def _fly_primers(
+    tools: Tools,
+    aim: LargestOrbit,
+    out: Attempts,
+    points: Index,
+    extremals: Extremals,
+    promised_sma: Array,
+    choice: tuple[int, ...],
+    *,
+    pinned: bool,
+) -> None:
+    """Command the primers of extremals on the fewest nodes that fly to the promise, and take those plans."""
+    left = np.arange(len(points))
+    for nodes in choice:
+        commands = primer_commands(extremals, nodes).vectors[left]
+        flown = tools.judge(
+            Commands(commands), aim[left], promised_sma[left], pinned=pinned, steps=POLISHED_FLIGHT_STEPS
+        )
+        good = tools.kept(flown)
+        done = points[left[good]]
+        out.polished[done] = True
+        out.accept(done, Commands(commands[good]), flown[good], good[good])
+        left = left[~good]
+        if not left.size:
+            return
+
+
+def _along_bound(tools: Tools, aim: LargestOrbit, out: Attempts) -> None:
+    """Bound the altitude at the nodes, where the flight passes too low, and ask for what makes the flight arrive.
+
+    Between the nodes the arc dips below the bound, and the interpolant of steering with corners ends off the plane: the
+    bound is raised, the plane turned and the perigee raised by what the last flight missed.
+    """
+    short = out.flown.altitude_short > tools.tolerances.bound_m / RADIUS_M
+    short |= aim.pinned & ~out.verified
+    low = np.flatnonzero((out.ending == Ending.CONVERGED) & short)
+    lowest, asked = np.full(len(aim), tools.lowest), aim
+    sma_rel = tools.sma_rel_along_bound(int(out.nodes[0]))
+    for correction in range(CORRECTIONS):
+        if correction > 0:
+            low = low[(out.ending[low] == Ending.CONVERGED) & ~out.verified[low]]
+            low = low[out.flown.sma_error[low] <= sma_rel]
+            lowest[low] += 1.05 * out.flown.altitude_short[low]
+            asked = _turned_by_the_miss(asked, aim, out.flown, low)
+        if not low.size:
+            return
+        out.polished[low] = False
+        _sequence(tools, aim, out, low, asked=asked, lowest=lowest[low])
+
+
+def _turned_by_the_miss(asked: LargestOrbit, aim: LargestOrbit, flown: Flown, which: Index) -> LargestOrbit:
+    """What to ask for next, given what `asked` led to for the points `which`."""
+    normal, perigee = asked.normal.copy(), asked.perigee.copy()
+    low = aim.perigee[which] - flown.perigee[which]
+    turned = normal[which] + (aim.normal[which] - flown.normal[which])
+    normal[which] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+    perigee[which] += low if aim.pinned else np.maximum(low, 0.0)
+    return asked.moved(normal, perigee)
+
+
+def _sma(ends: Array) -> Array:
+    """Semi-major axes of end states (B, 6), canonical."""
+    return np.asarray(1.0 / (2.0 / np.linalg.norm(ends[:, :3], axis=1) - (ends[:, 3:] ** 2).sum(axis=1)))

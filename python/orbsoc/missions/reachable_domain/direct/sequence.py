@@ -1,0 +1,119 @@
+"""Sequential convex programming for many points side by side: one pattern, one batch of subproblems per iteration.
+
+The same rules as `orbsoc.guidance.scp`, applied to every point by itself: a point leaves the batch when it converged, when its
+subproblem has no feasible point, or when its solver failed.
+"""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.guidance.scp import Rules
+
+from .altitude import altitude_rows
+from .arcs import Arcs, Collocation
+from .condensed import condense
+from .subproblems import Answers, Subproblems
+from .terminal import Aim
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+class Ending(enum.IntEnum):
+    """How the sequence of one point ended."""
+
+    RUNNING = 0
+    CONVERGED = 1
+    INFEASIBLE = 2
+    SOLVER_FAILED = 3
+    MAX_ITERATIONS = 4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sequences:
+    """What B sequences arrived at. `ending` (B,) holds `Ending` values, `iterations` counts subproblems,
+    `inner_iterations` the iterations of their solvers, `change` is the last step. The arcs have the multipliers of the
+    last subproblem."""
+
+    arcs: Arcs
+    ending: NDArray[np.int8]
+    iterations: NDArray[np.int32]
+    inner_iterations: NDArray[np.int32]
+    change: Array
+
+
+def sequences(
+    collocation: Collocation,
+    aim: Aim,
+    start: Arcs,
+    *,
+    lowest: Array | None = None,
+    solve: Subproblems | None = None,
+    rules: Rules | None = None,
+) -> Sequences:
+    """Iterate every point of `aim` from its arc of `start` until a rule of `orbsoc.guidance.scp.Rules` stops it.
+
+    `lowest` (B,) bounds the radius at the nodes from below, canonical.
+    """
+    state = _State.of(start, rules or Rules())
+    solve = solve or Subproblems.threaded()
+    for _number in range(state.rules.max_iterations):
+        which = np.flatnonzero(state.ending == Ending.RUNNING)
+        if not which.size:
+            break
+        about, goal = state.arcs[which], aim[which]
+        linear = collocation.end_map(about)
+        path = None if lowest is None else altitude_rows(collocation, linear, about, lowest[which])
+        batch = condense(linear, goal.rows(about.ends), path=path)
+        answers = solve(batch, about.multipliers, state.tight[which], state.rules)
+        moved = collocation.arcs(linear, answers.controls.reshape(about.controls.shape))
+        state.advance(which, answers, moved, collocation.change(moved, about))
+    state.ending[state.ending == Ending.RUNNING] = Ending.MAX_ITERATIONS
+    return Sequences(state.arcs, state.ending, state.iterations, state.inner_iterations, state.change)
+
+
+@dataclass(slots=True, eq=False)
+class _State:
+    """Where every point of a batch of sequences stands; `tight` (B,) says whose subproblems are solved tightly."""
+
+    rules: Rules
+    arcs: Arcs
+    ending: NDArray[np.int8]
+    tight: NDArray[np.bool_]
+    iterations: NDArray[np.int32]
+    inner_iterations: NDArray[np.int32]
+    change: Array
+
+    @classmethod
+    def of(cls, start: Arcs, rules: Rules) -> _State:
+        count = len(start)
+        return cls(
+            rules=rules,
+            arcs=start.copy(),
+            ending=np.zeros(count, np.int8),
+            tight=np.zeros(count, bool),
+            iterations=np.zeros(count, np.int32),
+            inner_iterations=np.zeros(count, np.int32),
+            change=np.full(count, np.inf),
+        )
+
+    def advance(self, which: Index, answers: Answers, moved: Arcs, step: Array) -> None:
+        """Move the points `which` to the answers of their subproblems, and stop those that ended."""
+        rules = self.rules
+        self.iterations[which] += 1
+        self.inner_iterations[which] += answers.iterations
+        usable = answers.usable
+        ok = which[usable]
+        self.arcs.put(ok, moved[usable])
+        self.arcs.multipliers[ok] = answers.multipliers[usable]
+        self.change[ok] = step[usable]
+        lost = which[~usable]
+        self.ending[lost] = np.where(answers.infeasible[~usable], Ending.INFEASIBLE, Ending.SOLVER_FAILED)
+        done = usable & answers.exact & (step < rules.step_tol) & self.tight[which]
+        self.ending[which[done]] = Ending.CONVERGED
+        self.tight[which] |= usable & (step < rules.tighten_below)

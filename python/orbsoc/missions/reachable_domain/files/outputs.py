@@ -1,0 +1,104 @@
+"""The files beside the shards: boundary, summary, figures, NetCDF, report. All rewritten whole from the shards."""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from orbsoc.files.versions import versions
+
+from ..cost import CYCLES, DomainCost
+from ..figures.band_page import write_band
+from ..figures.draw import FigureFile, draw_figures
+from ..query.results import ReachableDomain
+from .netcdf import write_netcdf
+from .summary import summary
+
+SUMMARY, POINTS_FILE, BOUNDARY_FILE, CUBE, REPORT, BAND = (
+    "summary.json",
+    "points.parquet",
+    "boundary.parquet",
+    "domain.nc",
+    "report.html",
+    "band.html",
+)
+SCHEMA = "orbsoc.reach/1"
+
+
+def write_outputs(
+    folder: Path, domain: ReachableDomain, cost: DomainCost, extra: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Write everything but the shards into `folder`; returns the content of `summary.json`."""
+    import pyarrow as pa
+    import pyarrow.parquet as parquet
+
+    document = {"schema": SCHEMA, **summary(domain), **extra, "versions": versions()}
+    figures = draw_figures(domain, folder)
+    write_band(domain, folder / BAND)
+    write_netcdf(domain, folder / CUBE, cost)
+    parquet.write_table(points_table(domain, cost), folder / POINTS_FILE)
+    parquet.write_table(pa.table(dict(domain.boundary)), folder / BOUNDARY_FILE)
+    _replace(folder / REPORT, _page(document, figures, folder))
+    document["files"] = sorted(
+        [SUMMARY, POINTS_FILE, BOUNDARY_FILE, CUBE, REPORT, BAND, *(figure.name for figure in figures)]
+    )
+    finite: dict[str, Any] = _finite(document)
+    _replace(folder / SUMMARY, json.dumps(finite, indent=2, allow_nan=False) + "\n")
+    return finite
+
+
+def points_table(domain: ReachableDomain, cost: DomainCost) -> Any:
+    """The whole table as one of Arrow, in the grid's order, with the modelled cycles of every point; their field's metadata
+    say in what unit and where they come from. Attitude programmes stay with the shards."""
+    import pyarrow as pa
+
+    plain = {name: values for name, values in domain.points.items() if name != "commands"}
+    table = pa.table(plain)
+    about = {"unit": cost.unit, "provenance": "modelled", "source": cost.source}
+    about |= {"device": cost.device, "partition": cost.partition}
+    return table.append_column(pa.field(CYCLES, pa.float64(), metadata=about), pa.array(cost.cycles))
+
+
+def _page(document: Mapping[str, Any], figures: tuple[FigureFile, ...], folder: Path) -> str:
+    environment = Environment(
+        loader=PackageLoader("orbsoc.report", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["digits"] = _digits
+    images = [
+        {
+            "caption": figure.caption,
+            "data": base64.b64encode((folder / figure.name).read_bytes()).decode("ascii"),
+        }
+        for figure in figures
+    ]
+    return environment.get_template("reach.html.j2").render(found=document, images=images, band=BAND)
+
+
+def _digits(value: float | None, form: str = "%.2f") -> str:
+    return "–" if value is None or not math.isfinite(value) else form % value
+
+
+def _finite(value: Any) -> Any:
+    """JSON has no NaN: null instead."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _replace(path: Path, text: str) -> None:
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    temporary.write_text(text, encoding="utf-8")
+    temporary.replace(path)
