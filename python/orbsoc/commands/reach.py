@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -151,7 +152,9 @@ def _solve_and_write(
 ) -> dict[str, Any]:
     from rich.console import Console
 
-    from orbsoc.missions.reachable_domain.cost import RecordedSequence, cost_table, domain_cost, grids_in
+    import hw_model
+    from orbsoc.hw.representative_solves import RepresentativeSolves
+    from orbsoc.missions.reachable_domain.cost import DomainCost, representative_subproblems
     from orbsoc.missions.reachable_domain.files.outputs import write_outputs
     from orbsoc.missions.reachable_domain.files.results_folder import solve_into
     from orbsoc.reach import load
@@ -164,14 +167,25 @@ def _solve_and_write(
     interrupts.check()
     found = load(folder)
     device, partition, deadline_ms = hardware
-    recorded = RecordedSequence.of(found.domain, grids_in(found))
-    cost = domain_cost(found, device=device, partition=partition, deadline_ms=deadline_ms, recorded=recorded)
+    solves = {
+        nodes: RepresentativeSolves.of(problems)
+        for nodes, problems in representative_subproblems(found).items()
+    }
+
+    def cost_on(device: str, partition: str, deadline_ms: float | None = None) -> DomainCost:
+        prices = {nodes: solve.price(device, partition) for nodes, solve in solves.items()}
+        return DomainCost.of(found, device, partition, prices, deadline_ms)
+
+    cost = cost_on(device, partition, deadline_ms)
     fresh = sum(report.rows_done - report.rows_before for report in reports)
     extra = {
         "elapsed_s": sum(report.elapsed_s for report in reports) if fresh else None,
         "rows_solved_in_this_run": fresh,
         "hardware": {**cost.to_dict(), "words": cost.words},
-        "hardware_table": [row.to_dict() for row in cost_table(found, recorded)],
+        "hardware_table": [
+            cost_on(*names).to_dict()
+            for names in product(hw_model.platform_names(), hw_model.partition_names())
+        ],
     }
     try:
         return write_outputs(folder, found, cost, extra)

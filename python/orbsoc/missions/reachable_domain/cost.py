@@ -1,11 +1,10 @@
 """What the sweep would cost on the emulated computer: for each point its subproblems, times what one of them takes.
 
 A point's cycles are the sum over its grids of subproblems × interior-point iterations × cycles per iteration. The first is
-the point's own, from the table. The others are those of the grid's sparsity pattern on a device under a partition: the
-subproblems of cold sequences are solved on the emulated computer, and the cycle model prices their exact schedules, the
-start of a solve included. Whatever this machine did (most of them it solves by Newton on the dual), the emulated one is
-priced by its interior-point method. Data generation, flights and Newton's polish are the PS's own and not priced; a
-subproblem of the edge counts as one of the plane, which has one equality row more.
+the point's own, from the table. The others are the price of a solve of the grid's sparsity pattern, which the caller finds
+from the representative subproblems given here. Whatever this machine did (most of them it solves by Newton on the dual),
+the emulated one is priced by its interior-point method. Data generation, flights and Newton's polish are the PS's own and
+not priced; a subproblem of the edge counts as one of the plane, which has one equality row more.
 """
 
 from __future__ import annotations
@@ -13,17 +12,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from itertools import product
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-import hw_model
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.solution import Status
-from orbsoc.hw.exact_cycles import exact_cycles
 from orbsoc.orbit import EARTH
-from orbsoc.ps import PsScheduler
+from orbsoc.solving.solver import solve
 
 from .continuation.domain import Domain
 from .continuation.table import subproblems_on
@@ -34,10 +31,23 @@ from .query.results import ReachableDomain
 
 CYCLES = "modelled_pl_cycles"
 """The column of a point's cycles."""
-RECORDED_EACH = 3
+PRICED_EACH = 3
 """Subproblems of a sequence that are priced, each at both tolerances of the sequence."""
 TILTS_DEG = (3.0, 1.0, 0.3, 0.1, 0.0)
 """Tilts of the plane that the priced sequence steers to, the first within reach."""
+
+
+class Price(Protocol):
+    """Modelled price of a solve of one pattern, as `orbsoc.hw.representative_solves.SolvePrice`."""
+
+    @property
+    def iterations(self) -> float: ...
+    @property
+    def cycles_per_iteration(self) -> float: ...
+    @property
+    def most_cycles(self) -> float: ...
+    @property
+    def pl_clock_mhz(self) -> float: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +78,27 @@ class DomainCost:
     patterns: tuple[PatternCost, ...]
     cycles: NDArray[np.float64]
     deadline_ms: float | None
+
+    @classmethod
+    def of(
+        cls,
+        found: ReachableDomain,
+        device: str,
+        partition: str,
+        prices: Mapping[int, Price],
+        deadline_ms: float | None = None,
+    ) -> DomainCost:
+        """Price the subproblems that the table counts; `prices` has one for the nodes of every grid in use."""
+        cycles, clock = np.zeros(len(found.points["status"])), float("nan")
+        patterns: list[PatternCost] = []
+        for nodes, price in prices.items():
+            own, clock = found.points[subproblems_on(nodes)], price.pl_clock_mhz
+            pattern = PatternCost(
+                nodes, int(own.sum()), price.iterations, price.cycles_per_iteration, price.most_cycles
+            )
+            cycles += own * pattern.cycles
+            patterns.append(pattern)
+        return cls(device, partition, clock, tuple(patterns), cycles, deadline_ms)
 
     @property
     def domain_s(self) -> float:
@@ -123,88 +154,16 @@ class DomainCost:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class RecordedSequence:
-    """Traces of subproblems of cold sequences by the nodes of their grid, the interior-point iterations of each, and the
-    problems of their patterns, which are what schedules are made from."""
-
-    traces: Mapping[int, tuple[dict[str, Any], ...]]
-    iterations: Mapping[int, tuple[int, ...]]
-    patterns: Mapping[int, tuple[tuple[Problem, ...], ...]]
-
-    @classmethod
-    def of(cls, domain: Domain, grids: tuple[int, ...] | None = None) -> RecordedSequence:
-        """Solve the subproblems of two sequences a grid on the emulated computer, one of them on finer grids.
-
-        Raises KeyboardInterrupt when interrupted.
-        """
-        traces: dict[int, tuple[dict[str, Any], ...]] = {}
-        iterations: dict[int, tuple[int, ...]] = {}
-        patterns: dict[int, tuple[tuple[Problem, ...], ...]] = {}
-        rules = domain.tools.rules
-        for nodes in grids or domain.tools.grids:
-            found: list[tuple[dict[str, Any], int, tuple[Problem, ...]]] = []
-            for problem, tol in product(_recorded(domain, nodes), (rules.loose_tol, rules.tight_tol)):
-                scheduler = PsScheduler(tol=tol)
-                solution = scheduler(problem)
-                if solution.status is Status.INTERRUPTED:
-                    raise KeyboardInterrupt
-                found.append((scheduler.trace, solution.iterations, scheduler.patterns))
-            traces[nodes] = tuple(trace for trace, _, _ in found)
-            iterations[nodes] = tuple(count for _, count, _ in found)
-            patterns[nodes] = tuple(problems for _, _, problems in found)
-        return cls(traces, iterations, patterns)
+def representative_subproblems(found: ReachableDomain) -> dict[int, list[tuple[Problem, float]]]:
+    """Subproblems of cold sequences and the tolerances to solve them to, by the nodes of every grid that the table counts
+    subproblems on. Raises KeyboardInterrupt when interrupted."""
+    domain, rules = found.domain, found.domain.tools.rules
+    grids = [n for n in domain.tools.grids if found.points[subproblems_on(n)].any()]
+    tolerances = (rules.loose_tol, rules.tight_tol)
+    return {nodes: list(product(_representatives(domain, nodes), tolerances)) for nodes in grids}
 
 
-def domain_cost(
-    found: ReachableDomain,
-    *,
-    device: str,
-    partition: str,
-    deadline_ms: float | None = None,
-    recorded: RecordedSequence | None = None,
-) -> DomainCost:
-    """Price the subproblems that the table counts. Raises `hw_model.HwModelError` for unknown names, and for a device
-    whose PL has no schedules."""
-    recorded = recorded or RecordedSequence.of(found.domain, grids_in(found))
-    cycles, clock = np.zeros(len(found.points["status"])), float("nan")
-    patterns: list[PatternCost] = []
-    for nodes, traces in recorded.traces.items():
-        reports = [
-            hw_model.speedup(trace, device, partition, cycles=exact_cycles(problems))
-            for trace, problems in zip(traces, recorded.patterns[nodes], strict=True)
-        ]
-        clock = reports[0].pl_clock_mhz
-        priced = np.array([1e3 * report.makespan_ms.nominal * clock for report in reports])
-        iterations = np.array(recorded.iterations[nodes], float)
-        own = found.points[subproblems_on(nodes)]
-        pattern = PatternCost(
-            nodes=nodes,
-            subproblems=int(own.sum()),
-            iterations=float(iterations.mean()),
-            cycles_per_iteration=float(priced.sum() / iterations.sum()),
-            most_cycles=float(priced.max()),
-        )
-        cycles += own * pattern.cycles
-        patterns.append(pattern)
-    return DomainCost(device, partition, clock, tuple(patterns), cycles, deadline_ms)
-
-
-def cost_table(found: ReachableDomain, recorded: RecordedSequence) -> list[DomainCost]:
-    """The cost on every device and under every partition that the model ships."""
-    return [
-        domain_cost(found, device=device, partition=partition, recorded=recorded)
-        for device in hw_model.platform_names()
-        for partition in hw_model.partition_names()
-    ]
-
-
-def grids_in(found: ReachableDomain) -> tuple[int, ...]:
-    """The grids on which the table counts subproblems."""
-    return tuple(n for n in found.domain.tools.grids if found.points[subproblems_on(n)].any())
-
-
-def _recorded(domain: Domain, nodes: int) -> list[Problem]:
+def _representatives(domain: Domain, nodes: int) -> list[Problem]:
     """The first subproblems of cold sequences to a plane tilted a few degrees, less where that is out of reach: at the
     lowest perigee bound of the grid, which is idle there, and on the coarsest grid also at the highest, which binds.
     Where nothing is within reach, the first subproblem, which says so."""
@@ -216,8 +175,6 @@ def _recorded(domain: Domain, nodes: int) -> list[Problem]:
 
 
 def _solvable(domain: Domain, nodes: int, tilt_deg: float, *, feasible: bool = True) -> list[Problem]:
-    from orbsoc.solving.solver import solve
-
     normal = domain.frame.tilted(np.deg2rad([tilt_deg]), np.array([0.5]))
     collocation = domain.tools.collocation(nodes)
     heights = domain.scenario.grid.perigee_height_km.values()[[0, -1]]
@@ -225,12 +182,14 @@ def _solvable(domain: Domain, nodes: int, tilt_deg: float, *, feasible: bool = T
     for height_km in heights if nodes == domain.tools.nodes else heights[:1]:
         aim = LargestOrbit(normal, np.array([1.0 + 1e3 * height_km / EARTH.earth_radius_m]))
         arcs = towards_planes(collocation, normal)
-        for _ in range(RECORDED_EACH if nodes == domain.tools.nodes else 1):
+        for _ in range(PRICED_EACH if nodes == domain.tools.nodes else 1):
             linear = collocation.end_map(arcs)
             problem = condense(linear, aim.rows(arcs.ends)).problem(0)
             if not feasible:
                 return [problem]
             solution = solve(problem)
+            if solution.status is Status.INTERRUPTED:
+                raise KeyboardInterrupt
             if solution.status is not Status.SOLVED:
                 break
             problems.append(problem)
