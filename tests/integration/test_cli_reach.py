@@ -26,7 +26,7 @@ from orbsoc.missions.reachable_domain.files.ephemeris import fly_point, oem, opm
 from orbsoc.missions.reachable_domain.files.results_folder import solve_into
 from orbsoc.orbit import Elements
 from orbsoc.sweep import DaskCluster, Inline, Report, ShardStore, StoreError, Task, run
-from tests.missions.reach_cases import SCENARIOS, small_scenario
+from tests.missions.reachable_domain.cases import SCENARIOS, small_scenario
 from tests.processes import started
 
 ENVIRONMENT = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}

@@ -27,7 +27,7 @@ CLEAR_RAD = float(np.deg2rad(0.3))
 
 RESOLUTION_RAD = float(np.deg2rad(0.005))
 """No furthest tilt is known better than this, whatever it changed by: on 48 nodes they are within 0.004 degrees of
-those of a nonlinear program on 256 points (tests/missions/test_reach_referee.py)."""
+those of a nonlinear program on 256 points (tests/missions/reachable_domain/test_against_nonlinear_program.py)."""
 
 
 @dataclass(slots=True, eq=False)

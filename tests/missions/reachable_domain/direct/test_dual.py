@@ -19,7 +19,7 @@ from orbsoc.missions.reachable_domain.direct.sequence import Ending, sequences
 from orbsoc.missions.reachable_domain.direct.subproblems import Subproblems
 from orbsoc.missions.reachable_domain.direct.terminal import Aim, LargestOrbit, LargestTilt
 from orbsoc.orbit.planes import normals
-from tests.missions.reach_cases import domain, paper, perigees
+from tests.missions.reachable_domain.cases import domain, paper, perigees
 
 COLLOCATION = domain().tools.collocation(12)
 PLANES = normals(np.deg2rad([28.18, 24.3, 20.3]), np.deg2rad([335.36, 334.25, 322.25]))

@@ -20,7 +20,7 @@ from orbsoc.missions.reachable_domain.files.summary import summary
 from orbsoc.orbit import LaunchFrame, eci_from_launch_inertial, rotate_state
 from orbsoc.orbit.planes import inclination_and_node
 from orbsoc.reach import ReachableDomain, TiltLimit
-from tests.missions.reach_cases import domain, paper, perigees
+from tests.missions.reachable_domain.cases import domain, paper, perigees
 
 
 def test_the_edge_is_the_same_at_opposite_azimuths() -> None:

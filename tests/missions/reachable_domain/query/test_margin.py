@@ -14,7 +14,7 @@ from orbsoc.missions.reachable_domain.continuation.table import PointStatus
 from orbsoc.missions.reachable_domain.query.largest_orbit import LargestOrbits
 from orbsoc.orbit import Elements, state_from_elements
 from orbsoc.reach import OrbitError, ReachableDomain, Verdict
-from tests.missions.reach_cases import paper
+from tests.missions.reachable_domain.cases import paper
 
 GRID = {
     "inclination_deg": {"first": 24.3, "last": 34.3, "step": 2.0},

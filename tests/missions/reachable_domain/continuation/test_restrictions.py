@@ -10,7 +10,7 @@ from orbsoc.missions.reachable_domain.continuation.boundary import furthest_plan
 from orbsoc.missions.reachable_domain.continuation.domain import Domain
 from orbsoc.missions.reachable_domain.continuation.table import PointStatus, PointTable
 from orbsoc.missions.reachable_domain.scenario import Scenario
-from tests.missions.reach_cases import paper
+from tests.missions.reachable_domain.cases import paper
 
 INC, RAAN = np.array([28.3]), np.array([335.25])
 

@@ -1,6 +1,6 @@
 """The domain against a referee that shares nothing with it: recorded answers of IPOPT, and a few asked for anew.
 
-`python -m tests.missions.reach_referee` records them again.
+`python -m tests.missions.reachable_domain.nonlinear_program` records them again.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from orbsoc.missions.reachable_domain.continuation.largest_tilt import largest_t
 from orbsoc.missions.reachable_domain.continuation.table import PointStatus, PointTable
 from orbsoc.missions.reachable_domain.direct.terminal import LargestTilt
 from orbsoc.orbit.planes import normals
-from tests.missions.reach_cases import domain, perigees
-from tests.missions.reach_referee import RECORD, Referee, plane_axes, tilt_axes
+from tests.missions.reachable_domain.cases import domain, perigees
+from tests.missions.reachable_domain.nonlinear_program import RECORD, Referee, plane_axes, tilt_axes
 
 RECORDED = json.loads(RECORD.read_text(encoding="utf-8"))
 

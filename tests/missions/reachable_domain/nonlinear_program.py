@@ -4,7 +4,7 @@ Direct collocation of constant-thrust flight on Radau points of many short inter
 one nonlinear program; no linearisation, no elimination, no multipliers, no shared code but the constants. The perigee
 condition is (|H|²/ρ − 1)² ≥ |L|² in squares of vectors. Needs CasADi, a test extra.
 
-`python -m tests.missions.reach_referee` solves the recorded points again and writes `data/reach_referee.json`.
+`python -m tests.missions.reachable_domain.nonlinear_program` solves the recorded points again and writes `data/nonlinear_program.json`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ TIME = RADIUS / SPEED
 START = np.array([-4780421.0, 4388673.2, 1069366.2, -4944.1088, -4692.4264, -3389.3615])
 MASS, THRUST, FLOW, BURN_S = 160000.0, 270000.0, 60.0, 1200.0
 INTERVALS, DEGREE = 64, 4
-RECORD = Path(__file__).resolve().parent / "data" / "reach_referee.json"
+RECORD = Path(__file__).resolve().parent / "data" / "nonlinear_program.json"
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,7 @@ def drawn_points() -> list[tuple[float, float, float]]:
     from orbsoc.missions.reachable_domain.continuation.largest_tilt import largest_tilts
     from orbsoc.missions.reachable_domain.direct.terminal import LargestTilt
     from orbsoc.orbit.planes import inclination_and_node
-    from tests.missions.reach_cases import domain, perigees
+    from tests.missions.reachable_domain.cases import domain, perigees
 
     draw = np.random.default_rng(2025)
     azimuth, height = draw.uniform(0.0, 2.0 * np.pi, 60), draw.uniform(100.0, 500.0, 60).round(1)

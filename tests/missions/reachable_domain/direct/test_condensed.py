@@ -17,7 +17,7 @@ from orbsoc.missions.reachable_insertion.model import Trajectory
 from orbsoc.missions.reachable_insertion.problems import Iterate, MaxEnergyFreePerigee
 from orbsoc.missions.reachable_insertion.target import TargetOrbit
 from orbsoc.orbit.planes import TiltFrame, cross, in_plane_axes, inclination_and_node, normals, plane_error
-from tests.missions.reach_cases import domain, paper, perigees
+from tests.missions.reachable_domain.cases import domain, paper, perigees
 
 PLANES = normals(np.deg2rad([28.18, 20.3, 33.3]), np.deg2rad([335.36, 322.25, 340.25]))
 PERIGEES = perigees(100.0, 250.0, 400.0)

@@ -11,7 +11,7 @@ from orbsoc.missions.reachable_domain.continuation.table import Origin, PointSta
 from orbsoc.missions.reachable_domain.figures.planes import cell_limits
 from orbsoc.orbit import elements_from_state, propagate_burn
 from orbsoc.orbit.planes import normals, plane_error
-from tests.missions.reach_cases import domain, paper
+from tests.missions.reachable_domain.cases import domain, paper
 
 # i, Ω (deg), h_p ≥ (km): a, h_a, h_p, smallest altitude (km), from indirect and direct methods that agree to 2e-6.
 REFERENCES = {

@@ -19,7 +19,7 @@ from orbsoc.missions.reachable_domain.figures.orbits import draw_band, drawn_ext
 from orbsoc.missions.reachable_domain.figures.planes import cell_edges, draw_maps, log_ticks
 from orbsoc.orbit import EARTH
 from orbsoc.reach import ReachableDomain
-from tests.missions.reach_cases import paper
+from tests.missions.reachable_domain.cases import paper
 
 RADIUS_KM = EARTH.earth_radius_m / 1e3
 MIXED = (1000.0, np.inf, 2.0e6, np.nan)

@@ -7,7 +7,7 @@ import pytest
 
 from orbsoc.orbit import propagate_burn
 from orbsoc.orbit.runge_kutta import RungeKuttaArc, force_times, integrate_explicitly, refined
-from tests.missions.six_burns import DURATION_S, START_SI, UNITS, VEHICLE, direction, push
+from tests.orbit.steered_burns import DURATION_S, START_SI, UNITS, VEHICLE, direction, push
 
 
 def burns(ends: np.ndarray) -> RungeKuttaArc:

@@ -10,7 +10,7 @@ import numpy as np
 from orbsoc.missions.reachable_domain import Scenario, load_scenario
 from orbsoc.missions.reachable_domain.continuation.domain import Domain
 
-SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
+SCENARIOS = Path(__file__).resolve().parents[3] / "scenarios"
 
 
 @cache

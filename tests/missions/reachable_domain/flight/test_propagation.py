@@ -10,7 +10,7 @@ from orbsoc.missions.reachable_domain.continuation import attempts
 from orbsoc.missions.reachable_domain.flight import propagation as flight
 from orbsoc.missions.reachable_domain.flight.propagation import fly
 from orbsoc.orbit import CanonicalUnits, gauss, propagate_burn
-from tests.missions.reach_cases import domain, paper
+from tests.missions.reachable_domain.cases import domain, paper
 
 BURN, DURATION = domain().tools.burn, domain().tools.duration
 UNITS = CanonicalUnits.of()

@@ -13,7 +13,7 @@ from orbsoc.missions.reachable_domain.continuation.domain import Domain
 from orbsoc.missions.reachable_domain.files.summary import summary
 from orbsoc.missions.reachable_domain.query.envelope import is_paper_case
 from orbsoc.reach import ReachableDomain
-from tests.missions.reach_cases import paper
+from tests.missions.reachable_domain.cases import paper
 
 SPAN = {"first": 27.3, "last": 29.3, "step": 2.0}
 GRID = {

@@ -7,7 +7,7 @@ import pytest
 
 from orbsoc.orbit import propagate_burn
 from orbsoc.orbit.gauss import gauss_steps, integrate
-from tests.missions.six_burns import DURATION_S, START_SI, UNITS, VEHICLE, direction, push
+from tests.orbit.steered_burns import DURATION_S, START_SI, UNITS, VEHICLE, direction, push
 
 
 def gauss_ends(steps: int) -> np.ndarray:
