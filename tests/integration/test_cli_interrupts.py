@@ -149,7 +149,7 @@ def test_ctrl_c_after_the_folder_is_committed_changes_nothing(
 
 
 MOMENTS = [
-    "orbsoc.missions.reachable_insertion.plan",
+    "orbsoc.missions.reachable_insertion.planner",
     "hw_model.platform.data_file",
     "hw_model.timing.timeline",
     "matplotlib.figure",

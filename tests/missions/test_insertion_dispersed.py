@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from orbsoc.missions.reachable_insertion import Dispersion, ScenarioError, dispersed, load_scenario
-from orbsoc.missions.reachable_insertion.dispersed import CLIP_SIGMA
+from orbsoc.missions.reachable_insertion.dispersion import CLIP_SIGMA
 
 SCENARIO = load_scenario(Path(__file__).resolve().parents[2] / "scenarios" / "rec1.toml")
 

@@ -10,8 +10,8 @@ import pytest
 
 from orbsoc.conic.builder import ConicBuilder
 from orbsoc.guidance.collocation import legendre_gauss
+from orbsoc.guidance.powered_flight import Burn, Trajectory, add_burn, derivative, linearise
 from orbsoc.missions.reachable_insertion.guess import along_velocity, propagated, towards_plane
-from orbsoc.missions.reachable_insertion.model import Burn, Trajectory, add_burn, derivative, linearise
 from orbsoc.missions.reachable_insertion.problems import (
     Iterate,
     MaxEnergyFixedPerigee,

@@ -21,8 +21,8 @@ from orbsoc.missions.reachable_insertion import Plan, Scenario, load_scenario, p
 from orbsoc.missions.reachable_insertion.plots import draw_figures
 from orbsoc.missions.reachable_insertion.problems import Row
 from orbsoc.missions.reachable_insertion.record import attitude_csv, iteration_cells, plan_document
-from orbsoc.missions.reachable_insertion.verdict import verdict, violations
-from orbsoc.missions.reachable_insertion.verify import verify
+from orbsoc.missions.reachable_insertion.verdicts import verdict, violations
+from orbsoc.missions.reachable_insertion.verification import verify
 from orbsoc.orbit import EARTH, angular_momentum, laplace_vector, propagate_burn, thrust_direction
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"

@@ -19,7 +19,7 @@ from orbsoc.missions.reachable_insertion import Plan, PlanStatus, load_scenario,
 from orbsoc.missions.reachable_insertion.agreement import agreement
 from orbsoc.missions.reachable_insertion.paper import compare
 from orbsoc.missions.reachable_insertion.problems import Row
-from orbsoc.missions.reachable_insertion.verdict import verdict, violations
+from orbsoc.missions.reachable_insertion.verdicts import verdict, violations
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
 SOLVERS = {"orbsoc": orbsoc.solve, "clarabel": clarabel.solve}

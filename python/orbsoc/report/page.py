@@ -18,7 +18,7 @@ from orbsoc.files.output_folder import write_manifest, written_at_once
 from orbsoc.files.versions import versions
 from orbsoc.hw.cycle_budget import CycleBudget
 from orbsoc.missions.reachable_insertion.agreement import Agreement
-from orbsoc.missions.reachable_insertion.plan import Plan
+from orbsoc.missions.reachable_insertion.planner import Plan
 from orbsoc.missions.reachable_insertion.plots import FigureFile, draw_figures
 from orbsoc.missions.reachable_insertion.record import ATTITUDE_COLUMNS, attitude_csv, plan_document
 

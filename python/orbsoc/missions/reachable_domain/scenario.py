@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from orbsoc.guidance.powered_flight import Burn
 from orbsoc.guidance.scenario_file import Complaint, Table, checked, read_toml, refuse
-from orbsoc.missions.reachable_insertion.model import Burn
 from orbsoc.missions.reachable_insertion.scenario import LaunchSite, State, Vehicle
 from orbsoc.orbit import EARTH, CanonicalUnits, eci_from_launch_inertial, rotate_state
 

@@ -7,8 +7,8 @@
 
 from orbsoc.guidance.scenario_file import ScenarioError
 
-from .dispersed import Dispersion, dispersed
-from .plan import Plan, PlanStatus, Stage, plan
+from .dispersion import Dispersion, dispersed
+from .planner import Plan, PlanStatus, Stage, plan
 from .scenario import Scenario, load_scenario
 
 __all__ = [

@@ -8,7 +8,7 @@ import numpy as np
 
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements, elements_from_state
 
-from .plan import Plan
+from .planner import Plan
 
 TIME_REL = 1e-7
 """Largest relative difference of the burn time that counts as agreement."""

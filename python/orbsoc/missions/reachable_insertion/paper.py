@@ -15,7 +15,7 @@ import numpy as np
 
 from orbsoc.orbit import pitch_yaw
 
-from .plan import Plan, PlanStatus
+from .planner import Plan, PlanStatus
 from .scenario import PaperCase
 
 Verdict = Literal["reproduced", "misprint", "not reproduced", "met by construction", "other data"]

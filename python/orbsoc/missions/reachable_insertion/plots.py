@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from orbsoc.orbit import EARTH, CanonicalUnits, pitch_yaw
 
-from .plan import Plan
-from .verify import Verification
+from .planner import Plan
+from .verification import Verification
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

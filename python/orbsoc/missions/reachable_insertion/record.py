@@ -13,8 +13,8 @@ from orbsoc.guidance.scp import Iteration, Rules
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements, pitch_yaw
 
 from .paper import compare
-from .plan import Plan, PlanStatus
-from .verdict import verdict, violations
+from .planner import Plan, PlanStatus
+from .verdicts import verdict, violations
 
 Array = NDArray[np.float64]
 

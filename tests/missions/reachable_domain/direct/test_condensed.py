@@ -7,13 +7,13 @@ import pytest
 
 import orbsoc
 from orbsoc.guidance.collocation import legendre_gauss
+from orbsoc.guidance.powered_flight import Trajectory
 from orbsoc.missions.reachable_domain.direct.altitude import altitude_rows
 from orbsoc.missions.reachable_domain.direct.arcs import Arcs
 from orbsoc.missions.reachable_domain.direct.condensed import condense
 from orbsoc.missions.reachable_domain.direct.guess import resampled, towards_planes
 from orbsoc.missions.reachable_domain.direct.terminal import LargestOrbit, LargestTilt
 from orbsoc.missions.reachable_domain.indirect.conditions import conditions, curvature
-from orbsoc.missions.reachable_insertion.model import Trajectory
 from orbsoc.missions.reachable_insertion.problems import Iterate, MaxEnergyFreePerigee
 from orbsoc.missions.reachable_insertion.target import TargetOrbit
 from orbsoc.orbit.planes import TiltFrame, cross, in_plane_axes, inclination_and_node, normals, plane_error

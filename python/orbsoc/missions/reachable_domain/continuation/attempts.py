@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.guidance.powered_flight import Burn
 from orbsoc.guidance.scp import Rules
-from orbsoc.missions.reachable_insertion.model import Burn
 
 from ..direct.arcs import Arcs, Collocation
 from ..direct.guess import resampled

@@ -5,7 +5,7 @@ with h = T/2, gravity g and thrust acceleration k. Velocity is eliminated, and t
 takes to zero, is split off; then, linearised about a reference R̂, so are the positions: M(R − R₀) = kU + q with
 M = (D²/h²) ⊗ I − diag(Gᵢ), q = g + G(R₀ − R̂), Gᵢ = ∂g/∂r at node i. The end state follows from
 r_f = r₀ + wᵀ(D R + d₀r₀), v_f = v₀ + hΣwᵢ(gᵢ + kᵢuᵢ): six numbers, affine in the 3N controls. The convex subproblem
-needs no other unknowns. The vehicle and its mass are those of `reachable_insertion.model.Burn`.
+needs no other unknowns. The vehicle and its mass are those of `guidance.powered_flight.Burn`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import LegendreGauss, legendre_gauss
-from orbsoc.missions.reachable_insertion.model import Burn
+from orbsoc.guidance.powered_flight import Burn
 
 from .picard import GravityGradient, settled, together
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss, legvander
 from numpy.typing import NDArray
 
-from orbsoc.missions.reachable_insertion.model import Burn
+from orbsoc.guidance.powered_flight import Burn
 from orbsoc.orbit.runge_kutta import RungeKuttaArc, force_times, integrate_explicitly, refined
 
 from .lowest_point import lowest_radius

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.missions.reachable_insertion.model import Burn
+from orbsoc.guidance.powered_flight import Burn
 from orbsoc.orbit.gauss import GaussSteps, extrapolation, gauss_steps, integrate
 
 from .variation import variational_matrices

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import differentiation_matrix, interpolation_matrix
-from orbsoc.missions.reachable_insertion.model import Burn
+from orbsoc.guidance.powered_flight import Burn
 
 from ..direct.arcs import Collocation
 from ..direct.sequence import Sequences

@@ -17,8 +17,8 @@ from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.scenario_file import checked
 from orbsoc.missions import reachable_insertion
 from orbsoc.missions.reachable_domain.scenario import Scenario
-from orbsoc.missions.reachable_insertion.plan import Plan, PlanStatus
-from orbsoc.missions.reachable_insertion.verify import commanded
+from orbsoc.missions.reachable_insertion.planner import Plan, PlanStatus
+from orbsoc.missions.reachable_insertion.verification import commanded
 from orbsoc.orbit import (
     EARTH,
     CanonicalUnits,

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.missions.reachable_insertion.model import Burn
+from orbsoc.guidance.powered_flight import Burn
 from orbsoc.orbit.planes import cross, in_plane_axes
 
 from ..flight.propagation import fly

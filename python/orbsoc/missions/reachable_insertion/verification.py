@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import LegendreGauss
+from orbsoc.guidance.powered_flight import Trajectory
 from orbsoc.orbit import (
     EARTH,
     CanonicalUnits,
@@ -26,7 +27,6 @@ from orbsoc.orbit import (
 )
 from orbsoc.orbit.propagate import Steering
 
-from .model import Trajectory
 from .problems import Iterate
 from .scenario import Scenario
 from .target import TargetOrbit

@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import legendre_gauss
+from orbsoc.guidance.powered_flight import Burn, Trajectory
 from orbsoc.guidance.scp import ExitReason, Iteration, Outcome, Rules, Solve, Subproblem, sequential_convex
 from orbsoc.orbit import EARTH, CanonicalUnits, PropagationError, elements_from_state
 from orbsoc.orbit.propagate import Steering
 
 from .guess import along_velocity, propagated, towards_plane
-from .model import Burn, Trajectory
 from .problems import Iterate, MaxEnergyFixedPerigee, MaxEnergyFreePerigee, MinTime
 from .scenario import ProblemName, Scenario
 from .target import TargetOrbit
-from .verify import Verification, commanded, verify
+from .verification import Verification, commanded, verify
 
 Array = NDArray[np.float64]
 Linearise = Callable[[Iterate], Subproblem[Iterate]]

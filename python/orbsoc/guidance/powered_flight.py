@@ -15,8 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from orbsoc.conic.builder import ConicBuilder, HasPoint, Term, Variable
-from orbsoc.guidance.collocation import LegendreGauss
 from orbsoc.orbit import CanonicalUnits, Thruster
+
+from .collocation import LegendreGauss
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

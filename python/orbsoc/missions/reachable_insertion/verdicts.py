@@ -9,7 +9,7 @@ import numpy as np
 from orbsoc.guidance.scp import ExitReason
 from orbsoc.orbit import EARTH, CanonicalUnits
 
-from .plan import Plan, PlanStatus
+from .planner import Plan, PlanStatus
 from .problems import Row
 
 
