@@ -34,7 +34,7 @@ class Answer:
     value: float
 
 
-class Referee:
+class NonlinearProgram:
     """`tilt=False`: the largest semi-major axis on a plane. `tilt=True`: the largest tilt at an azimuth."""
 
     def __init__(self, *, tilt: bool, intervals: int = INTERVALS) -> None:
@@ -75,12 +75,12 @@ class Referee:
         low += [0.0, 0.0]
         high += [np.inf, np.inf]
         energy = ca.sumsqr(v) / 2.0 - 1.0 / ca.norm_2(r)
-        goal = ca.atan2(ca.dot(momentum, second), ca.dot(momentum, normal)) if tilt else energy
+        objective = ca.atan2(ca.dot(momentum, second), ca.dot(momentum, normal)) if tilt else energy
         options = {
             "print_time": False,
             "ipopt": {"print_level": 0, "tol": 1e-10, "max_iter": 500, "sb": "yes"},
         }
-        program = {"x": ca.veccat(x, u), "p": data, "f": -goal, "g": ca.vertcat(*rules)}
+        program = {"x": ca.veccat(x, u), "p": data, "f": -objective, "g": ca.vertcat(*rules)}
         self._solver = ca.nlpsol("referee", "ipopt", program, options)
         self._low, self._high = low, high
 
@@ -90,8 +90,8 @@ class Referee:
         guess = self._flight(steer_to)
         data = np.concatenate([axes.ravel(), [1.0 + 1e3 * perigee_km / RADIUS]])
         found = self._solver(x0=guess, p=data, lbg=self._low, ubg=self._high)
-        goal = -float(found["f"])
-        value = float(np.rad2deg(goal)) if self._tilt else -RADIUS / 2e3 / goal
+        objective = -float(found["f"])
+        value = float(np.rad2deg(objective)) if self._tilt else -RADIUS / 2e3 / objective
         return Answer(bool(self._solver.stats()["success"]), value)
 
     def _basis(self) -> tuple[np.ndarray, np.ndarray]:
@@ -173,7 +173,7 @@ def drawn_points() -> list[tuple[float, float, float]]:
     ]
 
 
-def nearest_miss(energy: Referee, tilt: Referee) -> dict[str, Any]:
+def nearest_miss(energy: NonlinearProgram, tilt: NonlinearProgram) -> dict[str, Any]:
     """The plane of the 1° grid that is missed by least at 100 km: whether a burn onto it was found, the azimuth and tilt at
     which it lies, and the furthest tilt there."""
     inc, raan, height = 16.3, 332.25, 100.0
@@ -197,7 +197,7 @@ def nearest_miss(energy: Referee, tilt: Referee) -> dict[str, Any]:
 
 def main() -> None:
     """Record the referee's answers."""
-    energy, tilt = Referee(tilt=False), Referee(tilt=True)
+    energy, tilt = NonlinearProgram(tilt=False), NonlinearProgram(tilt=True)
     points: list[dict[str, Any]] = []
     for inc, raan, height in drawn_points():
         axes = plane_axes(inc, raan)

@@ -17,7 +17,7 @@ from orbsoc.missions.reachable_domain.continuation.table import PointStatus, Poi
 from orbsoc.missions.reachable_domain.direct.terminal import LargestTilt
 from orbsoc.orbit.planes import normals
 from tests.missions.reachable_domain.cases import domain, perigees
-from tests.missions.reachable_domain.nonlinear_program import RECORD, Referee, plane_axes, tilt_axes
+from tests.missions.reachable_domain.nonlinear_program import RECORD, NonlinearProgram, plane_axes, tilt_axes
 
 RECORDED = json.loads(RECORD.read_text(encoding="utf-8"))
 
@@ -35,8 +35,8 @@ def ours() -> list[PointTable]:
 
 def edge_at(azimuth_deg: np.ndarray, height_km: np.ndarray) -> np.ndarray:
     """Our furthest tilts, degrees."""
-    aim = LargestTilt(domain().frame, np.deg2rad(azimuth_deg), perigees(*height_km))
-    return np.rad2deg(largest_tilts(domain().tools, aim).tilt)
+    target = LargestTilt(domain().frame, np.deg2rad(azimuth_deg), perigees(*height_km))
+    return np.rad2deg(largest_tilts(domain().tools, target).tilt)
 
 
 def test_sixty_random_points_agree_with_the_nonlinear_program() -> None:
@@ -66,7 +66,7 @@ def test_the_boundary_agrees_with_the_largest_tilts_of_the_nonlinear_program() -
 def test_the_referee_still_says_so() -> None:
     """Two recorded points, the edge point of the paper's grid, and a furthest tilt, solved by IPOPT now."""
     pytest.importorskip("casadi", reason="CasADi, a test extra, is not installed")
-    energy, tilt = Referee(tilt=False), Referee(tilt=True)
+    energy, tilt = NonlinearProgram(tilt=False), NonlinearProgram(tilt=True)
     for row in (RECORDED["points"][0], RECORDED["points"][-1]):
         axes = plane_axes(row["inc_deg"], row["raan_deg"])
         answer = energy(axes, row["perigee_km"], axes[2])

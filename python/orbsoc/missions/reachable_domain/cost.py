@@ -180,11 +180,11 @@ def _solvable(domain: Domain, nodes: int, tilt_deg: float, *, feasible: bool = T
     heights = domain.scenario.grid.perigee_height_km.values()[[0, -1]]
     problems: list[Problem] = []
     for height_km in heights if nodes == domain.tools.nodes else heights[:1]:
-        aim = LargestOrbit(normal, np.array([1.0 + 1e3 * height_km / EARTH.earth_radius_m]))
+        target = LargestOrbit(normal, np.array([1.0 + 1e3 * height_km / EARTH.earth_radius_m]))
         arcs = towards_planes(collocation, normal)
         for _ in range(PRICED_EACH if nodes == domain.tools.nodes else 1):
             linear = collocation.end_map(arcs)
-            problem = condense(linear, aim.rows(arcs.ends)).problem(0)
+            problem = condense(linear, target.rows(arcs.ends)).problem(0)
             if not feasible:
                 return [problem]
             solution = solve(problem)

@@ -10,7 +10,7 @@ import pytest
 
 from orbsoc.guidance.scenario_file import checked
 from orbsoc.missions.reachable_domain import Scenario, ScenarioError
-from orbsoc.missions.reachable_domain.continuation.boundary import edge_note, furthest_planes, inside_box
+from orbsoc.missions.reachable_domain.continuation.boundary import edge_note, inside_box, solve_boundary
 from orbsoc.missions.reachable_domain.continuation.domain import Domain
 from orbsoc.missions.reachable_domain.continuation.largest_tilt import largest_tilts
 from orbsoc.missions.reachable_domain.continuation.table import PointStatus
@@ -31,7 +31,7 @@ def test_the_edge_is_the_same_at_opposite_azimuths() -> None:
 
 
 def test_half_the_azimuths_stand_for_all() -> None:
-    found = furthest_planes(domain(), np.array([0.0, 60.0]))
+    found = solve_boundary(domain(), np.array([0.0, 60.0]))
     bounds = paper().boundary.perigee_height_km.count
     assert len(found["tilt_deg"]) == 4 * bounds
     np.testing.assert_array_equal(found["azimuth_deg"][::bounds], [0.0, 60.0, 180.0, 240.0])
@@ -42,8 +42,8 @@ def test_half_the_azimuths_stand_for_all() -> None:
 
 
 def test_a_sequence_that_goes_to_and_fro_on_twelve_nodes_ends_on_more() -> None:
-    aim = LargestTilt(domain().frame, np.deg2rad([12.5]), perigees(100.0))
-    found = largest_tilts(domain().tools, aim)
+    target = LargestTilt(domain().frame, np.deg2rad([12.5]), perigees(100.0))
+    found = largest_tilts(domain().tools, target)
     assert found.nodes[0] == 48
     assert np.rad2deg(found.tilt[0]) == pytest.approx(13.959, abs=0.005)
 
@@ -131,7 +131,7 @@ def test_launch_inertial_states_are_turned_into_eci() -> None:
 
 
 def test_points_of_the_edge_outside_the_search_box_are_called_so() -> None:
-    found = furthest_planes(domain(), np.array([0.0, 60.0]))
+    found = solve_boundary(domain(), np.array([0.0, 60.0]))
     outside = found["status"] == PointStatus.OUTSIDE.value
     assert outside.any()
     assert not outside.all()
@@ -142,8 +142,8 @@ def test_points_of_the_edge_outside_the_search_box_are_called_so() -> None:
 def test_a_bound_on_the_altitude_moves_the_edge_inwards_and_reached_planes_lie_within_it() -> None:
     high = Domain.of(paper().with_changes(burn={"minimum_altitude_km": 180.0}))
     azimuth = np.deg2rad(np.arange(0.0, 180.0, 22.5))
-    aim = LargestTilt(domain().frame, azimuth, perigees(*[100.0] * 8))
-    free, bounded = (np.rad2deg(largest_tilts(d.tools, aim).tilt) for d in (domain(), high))
+    target = LargestTilt(domain().frame, azimuth, perigees(*[100.0] * 8))
+    free, bounded = (np.rad2deg(largest_tilts(d.tools, target).tilt) for d in (domain(), high))
     assert (bounded < free - 0.05).all()
     assert (free - bounded < 0.3).all()
     reached, not_reached = PointStatus.REACHED.value, PointStatus.NOT_REACHED.value
@@ -168,7 +168,7 @@ def test_an_edge_that_is_not_the_scenarios_own_is_not_drawn(tmp_path: Path, peri
         perigee=perigee, grid={**grid, "perigee_height_km": heights}, boundary={"perigee_height_km": heights}
     )
     ready = Domain.of(scenario)
-    edge = furthest_planes(ready, np.arange(0.0, 180.0, 30.0))
+    edge = solve_boundary(ready, np.arange(0.0, 180.0, 30.0))
     found = ReachableDomain(scenario, ready.solve_planes(*ready.planes()).columns, edge)
     figures = draw_figures(found, tmp_path)
     assert "boundary.png" not in {figure.name for figure in figures}

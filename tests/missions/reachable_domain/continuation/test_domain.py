@@ -70,7 +70,11 @@ def test_the_perigee_goes_down_to_its_bound_where_it_must() -> None:
     assert table["a_km"][0] == pytest.approx(22986.1191, rel=1e-6)
     assert table["lowest_km"][0] == pytest.approx(50.0, abs=0.06)
     np.testing.assert_allclose(table["perigee_km"], [100.0, 300.0, 400.0], atol=1e-3)
-    assert list(table["origin"]) == [Origin.PINNED.value, Origin.PINNED.value, Origin.CONTINUED.value]
+    assert list(table["origin"]) == [
+        Origin.PERIGEE_AT_BOUND.value,
+        Origin.PERIGEE_AT_BOUND.value,
+        Origin.CONTINUATION.value,
+    ]
     assert_flies(table, 0)
 
 
@@ -111,7 +115,7 @@ def test_points_that_only_the_furthest_tilt_leads_to_are_reached() -> None:
     """Cold, a subproblem of this point has no feasible point; it lies 0.033 degrees within the edge."""
     table = domain().solve_planes([31.3], [323.25], [100.0])
     assert table["status"][0] == PointStatus.REACHED.value
-    assert table["origin"][0] == Origin.EXTREME.value
+    assert table["origin"][0] == Origin.LARGEST_TILT.value
     assert_flies(table, 0)
 
 
@@ -119,8 +123,8 @@ def test_held_and_continued_plans_are_what_every_point_finds_for_itself() -> Non
     alone = Domain.of(paper().with_changes(method={"continuation": "none"}))
     planes = ([24.3, 30.3], [334.25, 344.25], [100.0, 300.0, 350.0, 450.0])
     waves, cold = domain().solve_planes(*planes), alone.solve_planes(*planes)
-    assert Origin.HELD.value in waves["origin"]
-    assert Origin.CONTINUED.value in waves["origin"]
+    assert Origin.REUSED.value in waves["origin"]
+    assert Origin.CONTINUATION.value in waves["origin"]
     assert set(cold["origin"]) == {Origin.COLD.value}
     np.testing.assert_allclose(waves["a_km"], cold["a_km"], rtol=1e-6)
     np.testing.assert_allclose(waves["argp_deg"], cold["argp_deg"], atol=1e-2)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from orbsoc.guidance.scenario_file import ScenarioError, checked
-from orbsoc.missions.reachable_domain.continuation.boundary import furthest_planes
+from orbsoc.missions.reachable_domain.continuation.boundary import solve_boundary
 from orbsoc.missions.reachable_domain.continuation.domain import Domain
 from orbsoc.missions.reachable_domain.continuation.table import PointStatus, PointTable
 from orbsoc.missions.reachable_domain.scenario import Scenario
@@ -35,13 +35,13 @@ def test_a_plan_whose_perigee_lies_elsewhere_is_not_counted(argp_deg: float) -> 
 def test_a_perigee_at_its_bound_keeps_the_altitude_too() -> None:
     """Newton alone dives below 120 km on the way; the largest orbit with the perigee above its bound is larger."""
     bound = {"minimum_altitude_km": 120.0}
-    pinned = solved(200.0, burn=bound, perigee={"condition": "equal"})
+    perigee_at_bound = solved(200.0, burn=bound, perigee={"condition": "equal"})
     above = solved(200.0, burn=bound)
-    assert pinned["status"][0] == above["status"][0] == PointStatus.REACHED.value
-    assert pinned["perigee_km"][0] == pytest.approx(200.0, abs=1e-3)
-    assert pinned["lowest_km"][0] >= 119.999
+    assert perigee_at_bound["status"][0] == above["status"][0] == PointStatus.REACHED.value
+    assert perigee_at_bound["perigee_km"][0] == pytest.approx(200.0, abs=1e-3)
+    assert perigee_at_bound["lowest_km"][0] >= 119.999
     assert above["perigee_km"][0] > 201.0
-    assert pinned["a_km"][0] < above["a_km"][0]
+    assert perigee_at_bound["a_km"][0] < above["a_km"][0]
 
 
 def test_a_bound_that_no_orbit_meets_is_no_failure_of_the_solver() -> None:
@@ -49,7 +49,7 @@ def test_a_bound_that_no_orbit_meets_is_no_failure_of_the_solver() -> None:
     assert table["status"][0] == PointStatus.NOT_REACHED.value
     assert "no subproblem is feasible" in table["evidence"][0]
     heights = {"first": 100.0, "last": 2100.0, "step": 2000.0}
-    edge = furthest_planes(
+    edge = solve_boundary(
         Domain.of(paper().with_changes(boundary={"perigee_height_km": heights})), np.array([0.0])
     )
     assert set(edge["status"][edge["perigee_bound_km"] == 2100.0]) == {PointStatus.NOT_REACHED.value}

@@ -21,7 +21,7 @@ from tests.missions.reachable_domain.cases import domain, paper, perigees
 
 PLANES = normals(np.deg2rad([28.18, 20.3, 33.3]), np.deg2rad([335.36, 322.25, 340.25]))
 PERIGEES = perigees(100.0, 250.0, 400.0)
-AIM = LargestOrbit(PLANES, PERIGEES)
+TARGET = LargestOrbit(PLANES, PERIGEES)
 TILT = LargestTilt(domain().frame, np.array([0.3, 2.0, 5.0]), PERIGEES)
 COLLOCATION = domain().tools.collocation(12)
 GUESS = towards_planes(COLLOCATION, PLANES)
@@ -43,14 +43,14 @@ def full_form(k: int, about: Arcs) -> tuple[orbsoc.Problem, MaxEnergyFreePerigee
 @pytest.mark.parametrize("k", range(3))
 def test_condensed_and_full_form_have_one_solution(k: int) -> None:
     linear = COLLOCATION.end_map(GUESS)
-    batch = condense(linear, AIM.rows(GUESS.ends))
+    batch = condense(linear, TARGET.rows(GUESS.ends))
     condensed, (full, _model) = batch.problem(k), full_form(k, GUESS)
     assert (full.n, full.p, full.m) == (114, 80, 51)
     assert (condensed.n, condensed.p, condensed.m) == (36, 2, 51)
     mine = orbsoc.solve(condensed, tol=1e-10)
     theirs = orbsoc.solve(full, tol=1e-10)
     assert mine.status is theirs.status is orbsoc.Status.SOLVED
-    constant = AIM.rows(GUESS.ends).cost[k] @ linear.constant[k]
+    constant = TARGET.rows(GUESS.ends).cost[k] @ linear.constant[k]
     assert mine.objective + constant == pytest.approx(theirs.objective, rel=1e-9)
     np.testing.assert_allclose(mine.x, theirs.x[72:108], atol=1e-4)  # flat optimum: ‖u‖ = 1 at a gap of 1e-10
     moved = COLLOCATION.arcs(linear, mine.x.reshape(1, 12, 3).repeat(3, axis=0))
@@ -80,11 +80,11 @@ def test_the_end_map_meets_the_collocation_equations() -> None:
     )
 
 
-@pytest.mark.parametrize("aim", [AIM, TILT], ids=["orbit", "tilt"])
-def test_terminal_rows_are_the_first_order_expansion(aim: LargestOrbit | LargestTilt) -> None:
+@pytest.mark.parametrize("target", [TARGET, TILT], ids=["orbit", "tilt"])
+def test_terminal_rows_are_the_first_order_expansion(target: LargestOrbit | LargestTilt) -> None:
     """Rows at the reference have the value of the exact conditions, and their slope."""
     ends = GUESS.ends
-    rows, exact = aim.rows(ends), conditions(aim, ends)
+    rows, exact = target.rows(ends), conditions(target, ends)
     np.testing.assert_allclose(-rows.cost, exact.objective, atol=1e-13)
     np.testing.assert_allclose(rows.equal, exact.gradients[:, : rows.equal.shape[1]], atol=1e-13)
     at_reference = (rows.equal @ ends[:, :, None])[..., 0] - rows.equal_rhs
@@ -92,9 +92,13 @@ def test_terminal_rows_are_the_first_order_expansion(aim: LargestOrbit | Largest
     head = rows.cone_rhs - (rows.cone @ ends[:, :, None])[..., 0]
     momentum = cross(ends[:, :3], ends[:, 3:])
     laplace = cross(ends[:, 3:], momentum) - ends[:, :3] / np.linalg.norm(ends[:, :3], axis=1)[:, None]
-    normal = aim.normal if isinstance(aim, LargestOrbit) else aim.frame.tilted(aim.tilts(ends), aim.azimuth)
+    normal = (
+        target.normal
+        if isinstance(target, LargestOrbit)
+        else target.frame.tilted(target.tilts(ends), target.azimuth)
+    )
     np.testing.assert_allclose(
-        head[:, 0], (momentum * normal).sum(axis=1) ** 2 / aim.perigee - 1.0, atol=1e-12
+        head[:, 0], (momentum * normal).sum(axis=1) ** 2 / target.perigee - 1.0, atol=1e-12
     )
     in_plane = laplace - (laplace * normal).sum(axis=1)[:, None] * normal
     np.testing.assert_allclose(
@@ -102,14 +106,14 @@ def test_terminal_rows_are_the_first_order_expansion(aim: LargestOrbit | Largest
     )
 
 
-@pytest.mark.parametrize("aim", [AIM, TILT, LargestOrbit(PLANES, PERIGEES, in_plane_axes(PLANES)[0])])
-def test_gradients_and_curvature_agree_with_finite_differences(aim: LargestOrbit | LargestTilt) -> None:
+@pytest.mark.parametrize("target", [TARGET, TILT, LargestOrbit(PLANES, PERIGEES, in_plane_axes(PLANES)[0])])
+def test_gradients_and_curvature_agree_with_finite_differences(target: LargestOrbit | LargestTilt) -> None:
     ends, step = GUESS.ends, 1e-6
     multipliers = np.random.default_rng(3).normal(size=(3, 4))
-    here, bend = conditions(aim, ends), curvature(aim, ends, multipliers)
+    here, bend = conditions(target, ends), curvature(target, ends, multipliers)
     for j in range(6):
         nudge = step * np.eye(6)[j]
-        ahead, behind = conditions(aim, ends + nudge), conditions(aim, ends - nudge)
+        ahead, behind = conditions(target, ends + nudge), conditions(target, ends - nudge)
         slope = (ahead.values - behind.values) / (2 * step)
         np.testing.assert_allclose(here.gradients[:, :, j], slope, atol=1e-8)
         total = [c.objective + (multipliers[:, :, None] * c.gradients).sum(axis=1) for c in (ahead, behind)]

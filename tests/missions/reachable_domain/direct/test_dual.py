@@ -14,10 +14,10 @@ from orbsoc.missions.reachable_domain.direct.arcs import Arcs
 from orbsoc.missions.reachable_domain.direct.condensed import CondensedBatch, condense
 from orbsoc.missions.reachable_domain.direct.dual import DualSolutions, solve_dual
 from orbsoc.missions.reachable_domain.direct.guess import towards_planes
-from orbsoc.missions.reachable_domain.direct.picard import GravityGradient, settled
+from orbsoc.missions.reachable_domain.direct.picard import GravityGradient, solve_picard
 from orbsoc.missions.reachable_domain.direct.sequence import Ending, sequences
 from orbsoc.missions.reachable_domain.direct.subproblems import Subproblems
-from orbsoc.missions.reachable_domain.direct.terminal import Aim, LargestOrbit, LargestTilt
+from orbsoc.missions.reachable_domain.direct.terminal import LargestOrbit, LargestTilt, Target
 from orbsoc.orbit.planes import normals
 from tests.missions.reachable_domain.cases import domain, paper, perigees
 
@@ -30,22 +30,22 @@ AZIMUTHS = [30.0, 30.0, 40.0]
 
 
 @cache
-def converged(kind: str) -> tuple[Aim, Arcs]:
+def converged(kind: str) -> tuple[Target, Arcs]:
     """Aims whose cone pair is apart, on the cone, or at its vertex, and the arcs that they converge to."""
     if kind == "vertex":
-        aim: Aim = LargestTilt(domain().frame, np.deg2rad(AZIMUTHS), perigees(400.0, 500.0, 400.0))
+        target: Target = LargestTilt(domain().frame, np.deg2rad(AZIMUTHS), perigees(400.0, 500.0, 400.0))
         normal = domain().frame.tilted(np.full(3, np.deg2rad(10.0)), np.deg2rad(AZIMUTHS))
     else:
-        aim, normal = LargestOrbit(PLANES, APART if kind == "apart" else TOUCHING), PLANES
+        target, normal = LargestOrbit(PLANES, APART if kind == "apart" else TOUCHING), PLANES
     found = sequences(
-        COLLOCATION, aim, towards_planes(COLLOCATION, normal), solve=Subproblems.threaded(dual=False)
+        COLLOCATION, target, towards_planes(COLLOCATION, normal), solve=Subproblems.threaded(dual=False)
     )
     assert (found.ending == Ending.CONVERGED).all()
-    return aim, found.arcs
+    return target, found.arcs
 
 
-def subproblem(aim: Aim, about: Arcs) -> CondensedBatch:
-    return condense(COLLOCATION.end_map(about), aim.rows(about.ends))
+def subproblem(target: Target, about: Arcs) -> CondensedBatch:
+    return condense(COLLOCATION.end_map(about), target.rows(about.ends))
 
 
 def newton(batch: CondensedBatch, near: np.ndarray) -> DualSolutions:
@@ -66,9 +66,9 @@ def nudged(arcs: Arcs) -> Arcs:
 @pytest.mark.parametrize("kind", ["apart", "touching", "vertex"])
 def test_newton_and_the_interior_point_method_find_one_solution(kind: str) -> None:
     """From the multipliers of a subproblem nearby, and with every residual of `orbsoc.verify` at its tolerance."""
-    aim, arcs = converged(kind)
+    target, arcs = converged(kind)
     about = nudged(arcs)
-    batch = subproblem(aim, about)
+    batch = subproblem(target, about)
     found = newton(batch, about.multipliers)
     assert found.solved.all()
     assert (found.steps >= 1).all()
@@ -111,20 +111,20 @@ def test_a_bound_that_begins_to_bind_is_found_from_no_multiplier() -> None:
 
 def test_what_newton_cannot_solve_is_not_called_solved() -> None:
     """A subproblem without a feasible point, and multipliers of the wrong place."""
-    aim, arcs = converged("touching")
+    target, arcs = converged("touching")
     far = LargestOrbit(normals(np.deg2rad([60.0] * 3), np.deg2rad([335.0] * 3)), TOUCHING)
     assert not newton(subproblem(far, arcs), arcs.multipliers).solved.any()
     wrong = arcs.multipliers.copy()
     wrong[:, 3:] = [5.0, 0.1, 0.0]  # as on a circular orbit
-    found = newton(subproblem(aim, arcs), wrong)
+    found = newton(subproblem(target, arcs), wrong)
     assert not found.solved.any()
 
 
 def test_the_interior_point_method_answers_for_the_rest() -> None:
-    aim, arcs = converged("touching")
+    target, arcs = converged("touching")
     near = arcs.multipliers.copy()
     near[0], near[1, 3:] = np.nan, [5.0, 0.1, 0.0]
-    batch = subproblem(aim, nudged(arcs))
+    batch = subproblem(target, nudged(arcs))
     rules = Rules()
     tight = np.ones(3, bool)
     mixed = Subproblems.threaded()(batch, near, tight, rules)
@@ -154,7 +154,7 @@ def test_motion_that_the_sweeps_do_not_settle_is_factorised() -> None:
     positions[:, :, 1] = 0.6
     gravity = GravityGradient.at(positions)
     constant = np.random.default_rng(1).normal(size=(12, 3, 2))
-    found = settled(COLLOCATION.twice, gravity, constant)
-    left = np.tensordot(np.linalg.inv(COLLOCATION.twice), found, axes=1) - gravity.times(found)
-    scale = np.abs(np.linalg.inv(COLLOCATION.twice)).max() + np.abs(gravity.dense()).max()
+    found = solve_picard(COLLOCATION.double_integral, gravity, constant)
+    left = np.tensordot(np.linalg.inv(COLLOCATION.double_integral), found, axes=1) - gravity.times(found)
+    scale = np.abs(np.linalg.inv(COLLOCATION.double_integral)).max() + np.abs(gravity.dense()).max()
     np.testing.assert_allclose(left, constant, atol=1e-12 * scale * max(1.0, np.abs(found).max()))

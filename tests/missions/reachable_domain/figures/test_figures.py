@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
-from orbsoc.missions.reachable_domain.continuation.boundary import furthest_planes
+from orbsoc.missions.reachable_domain.continuation.boundary import solve_boundary
 from orbsoc.missions.reachable_domain.continuation.domain import Domain
 from orbsoc.missions.reachable_domain.figures.band_page import write_band
 from orbsoc.missions.reachable_domain.figures.draw import draw_figures
@@ -55,7 +55,7 @@ def drawn(apogees_km: tuple[float, ...], *, condition: str = "at_least") -> Reac
         "ecc": 1.0 - perigee / sma,
         "status": np.where(np.isnan(apogee), "not reached after these attempts", "reached").astype(object),
     }
-    return ReachableDomain(scenario, points, furthest_planes(ready, np.arange(4) * 45.0))
+    return ReachableDomain(scenario, points, solve_boundary(ready, np.arange(4) * 45.0))
 
 
 def figure_of(size: tuple[float, float]) -> Figure:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from orbsoc.missions.reachable_domain.continuation.boundary import furthest_planes
+from orbsoc.missions.reachable_domain.continuation.boundary import solve_boundary
 from orbsoc.missions.reachable_domain.continuation.domain import Domain
 from orbsoc.missions.reachable_domain.files.summary import summary
 from orbsoc.missions.reachable_domain.query.envelope import is_paper_case
@@ -31,7 +31,7 @@ def solved(thrust_n: float, lowest_km: float = 100.0) -> ReachableDomain:
     return ReachableDomain(
         scenario,
         ready.solve_planes(*ready.planes()).columns,
-        furthest_planes(ready, np.arange(24) * 7.5),
+        solve_boundary(ready, np.arange(24) * 7.5),
     )
 
 

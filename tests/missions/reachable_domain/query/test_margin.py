@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from orbsoc.missions.reachable_domain.continuation.boundary import furthest_planes
+from orbsoc.missions.reachable_domain.continuation.boundary import solve_boundary
 from orbsoc.missions.reachable_domain.continuation.domain import Domain
 from orbsoc.missions.reachable_domain.continuation.table import PointStatus
 from orbsoc.missions.reachable_domain.query.largest_orbit import LargestOrbits
@@ -28,7 +28,7 @@ EDGE = {"azimuths": 32, "perigee_height_km": {"first": 100.0, "last": 500.0, "st
 def solved() -> ReachableDomain:
     scenario = paper().with_changes(grid=GRID, boundary=EDGE)
     ready = Domain.of(scenario)
-    edge = furthest_planes(ready, np.arange(16) * 180.0 / 16)
+    edge = solve_boundary(ready, np.arange(16) * 180.0 / 16)
     return ReachableDomain(scenario, ready.solve_planes(*ready.planes()).columns, edge)
 
 
@@ -54,7 +54,7 @@ def in_orbit(*, thrust_n: float, mass_flow_kg_s: float, duration_s: float) -> Re
         boundary={"azimuths": 8, "perigee_height_km": {"first": 100.0, "last": 400.0, "step": 300.0}},
     )
     ready = Domain.of(scenario)
-    edge = furthest_planes(ready, np.arange(4) * 45.0)
+    edge = solve_boundary(ready, np.arange(4) * 45.0)
     return ReachableDomain(scenario, ready.solve_planes(*ready.planes()).columns, edge)
 
 
@@ -171,11 +171,11 @@ def test_a_perigee_height_that_the_tables_lack_is_called_so(height_km: float) ->
 
 def test_tables_for_one_perigee_direction_say_nothing_of_another() -> None:
     """The largest orbit with its perigee at 209° bounds none with its perigee elsewhere."""
-    pinned = paper().with_changes(
+    perigee_at_bound = paper().with_changes(
         grid=GRID, boundary=EDGE, perigee={"argp_deg": NATURAL_DEG + 90.0, "condition": "equal"}
     )
     tables = {**solved().points, "a_km": np.full_like(solved().points["a_km"], 7283.0)}
-    found = ReachableDomain(pinned, tables, solved().boundary)
+    found = ReachableDomain(perigee_at_bound, tables, solved().boundary)
     assert found.can_reach(orbit(21500.0, NATURAL_DEG + 90.0)).verdict is Verdict.BEYOND
     natural = found.can_reach(orbit(21500.0, NATURAL_DEG))
     assert natural.verdict is Verdict.NOT_IN_TABLES

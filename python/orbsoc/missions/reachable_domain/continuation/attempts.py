@@ -20,7 +20,7 @@ from ..direct.guess import resampled
 from ..direct.sequence import Ending, sequences
 from ..direct.subproblems import Subproblems
 from ..direct.terminal import LargestOrbit
-from ..flight.attitude import Commands, primer_commands
+from ..flight.attitude import Programmes, primer_programmes
 from ..flight.orbits import RADIUS_M, Flown
 from ..flight.propagation import FIRST_STEPS, Flights, fly
 from ..indirect.primer import Extremals
@@ -102,34 +102,34 @@ class Tools:
         """How far promise and flight may be apart along a bound on the altitude, on a grid of so many nodes."""
         return self.tolerances.sma_rel if nodes < self.fine_nodes else ALONG_BOUND_SMA_REL
 
-    def judge(
+    def verify(
         self,
-        commands: Commands,
-        aim: LargestOrbit,
+        programmes: Programmes,
+        target: LargestOrbit,
         promised_sma: Array,
         *,
-        pinned: bool,
+        perigee_at_bound: bool,
         steps: int = FIRST_STEPS,
     ) -> Flown:
         """Fly commands, in so many steps or more, and compare."""
 
         def compared(which: Index, flights: Flights) -> Flown:
-            goal = aim[which]
-            return Flown.judge(
+            part = target[which]
+            return Flown.compare(
                 flights,
                 promised_sma[which],
-                goal.normal,
-                goal.perigee,
-                direction=goal.perigee_direction,
-                pinned=pinned,
+                part.normal,
+                part.perigee,
+                direction=part.perigee_direction,
+                perigee_at_bound=perigee_at_bound,
                 lowest_allowed=self.lowest,
             )
 
         def clear_miss(which: Index, flights: Flights) -> Flags:
             return ~self.kept(compared(which, flights), slack=CLEAR_MISS * flights.error)
 
-        flights = fly(self.burn, self.duration, commands.vectors, steps=steps, give_up=clear_miss)
-        return compared(np.arange(len(aim)), flights)
+        flights = fly(self.burn, self.duration, programmes.vectors, steps=steps, give_up=clear_miss)
+        return compared(np.arange(len(target)), flights)
 
     def kept(self, flown: Flown, *, slack: Array | float = 0.0, sma_rel: float | None = None) -> Flags:
         """Whether promises are kept, with so much slack; `sma_rel` overrides how well the semi-major axis is. Along a
@@ -160,7 +160,7 @@ class Attempts:
     nodes: NDArray[np.int16]
     arcs: Arcs
     flown: Flown
-    commands: NDArray[np.object_]
+    programmes: NDArray[np.object_]
     subproblems: NDArray[np.int32]
     solver_iterations: NDArray[np.int32]
     newton_steps: NDArray[np.int32]
@@ -176,7 +176,7 @@ class Attempts:
             nodes=np.full(count, nodes, np.int16),
             arcs=start.copy(),
             flown=Flown.unknown(count),
-            commands=np.full(count, None, dtype=object),
+            programmes=np.full(count, None, dtype=object),
             subproblems=np.zeros((count, MOST_GRIDS), np.int32),
             solver_iterations=np.zeros(count, np.int32),
             newton_steps=np.zeros(count, np.int32),
@@ -196,17 +196,17 @@ class Attempts:
             else:
                 mine[which] = theirs
 
-    def accept(self, which: Index, commands: Commands, flown: Flown, verified: Flags) -> None:
+    def accept(self, which: Index, programmes: Programmes, flown: Flown, verified: Flags) -> None:
         """Take flown programmes for the points `which`."""
         self.flown.put(which, flown)
         self.verified[which] = verified
-        for k, vectors in zip(which, commands.vectors, strict=True):
-            self.commands[k] = vectors
+        for k, vectors in zip(which, programmes.vectors, strict=True):
+            self.programmes[k] = vectors
 
 
-def attempt(tools: Tools, aim: LargestOrbit, start: Arcs) -> Attempts:
+def attempt(tools: Tools, target: LargestOrbit, start: Arcs) -> Attempts:
     """Try every point of `aim` from its arc of `start`, both on the coarse grid."""
-    out = _on_grid(tools, aim, start, tools.nodes)
+    out = _on_grid(tools, target, start, tools.nodes)
     coarse, nodes = tools.collocation(tools.nodes), tools.nodes
     while nodes < tools.fine_nodes:
         again = np.flatnonzero((out.ending == Ending.CONVERGED) & ~out.verified)
@@ -214,7 +214,7 @@ def attempt(tools: Tools, aim: LargestOrbit, start: Arcs) -> Attempts:
             break
         nodes = min(2 * nodes, tools.fine_nodes)
         grid = tools.collocation(nodes)
-        finer = _on_grid(tools, aim[again], resampled(coarse, out.arcs[again], grid), nodes)
+        finer = _on_grid(tools, target[again], resampled(coarse, out.arcs[again], grid), nodes)
         finer.arcs = resampled(grid, finer.arcs, coarse)
         better = finer.ending == Ending.CONVERGED
         out.put(again[better], finer[np.flatnonzero(better)])
@@ -222,30 +222,30 @@ def attempt(tools: Tools, aim: LargestOrbit, start: Arcs) -> Attempts:
     return out
 
 
-def attempt_on_fine_grid(tools: Tools, aim: LargestOrbit, start: Arcs) -> Attempts:
+def attempt_on_fine_grid(tools: Tools, target: LargestOrbit, start: Arcs) -> Attempts:
     """Try every point of `aim` from its arc of `start` on the finest grid; the arcs returned are on the coarse one."""
-    out = _on_grid(tools, aim, start, tools.fine_nodes)
+    out = _on_grid(tools, target, start, tools.fine_nodes)
     out.arcs = resampled(tools.collocation(tools.fine_nodes), out.arcs, tools.collocation(tools.nodes))
     return out
 
 
-def _on_grid(tools: Tools, aim: LargestOrbit, start: Arcs, nodes: int) -> Attempts:
+def _on_grid(tools: Tools, target: LargestOrbit, start: Arcs, nodes: int) -> Attempts:
     """Sequence, flight and polish on one grid; the arcs returned are on this grid."""
     out = Attempts.none(start, nodes)
-    everyone = np.arange(len(aim))
-    _sequence(tools, aim, out, everyone)
+    all_points = np.arange(len(target))
+    _sequence(tools, target, out, all_points)
     if tools.bounded:
-        _along_bound(tools, aim, out)
+        _along_bound(tools, target, out)
     return out
 
 
 def _sequence(
     tools: Tools,
-    aim: LargestOrbit,
+    target: LargestOrbit,
     out: Attempts,
     which: Index,
     *,
-    asked: LargestOrbit | None = None,
+    requested: LargestOrbit | None = None,
     lowest: Array | None = None,
 ) -> None:
     """Run the sequence for the points `which`, fly what converged, polish what does not keep its promise.
@@ -255,8 +255,8 @@ def _sequence(
     """
     nodes = int(out.nodes[which[0]])
     collocation = tools.collocation(nodes)
-    goal = (aim if asked is None else asked)[which]
-    found = sequences(collocation, goal, out.arcs[which], lowest=lowest, solve=tools.solve, rules=tools.rules)
+    part = (target if requested is None else requested)[which]
+    found = sequences(collocation, part, out.arcs[which], lowest=lowest, solve=tools.solve, rules=tools.rules)
     out.ending[which] = found.ending
     out.subproblems[which, tools.grids.index(nodes)] += found.iterations
     out.solver_iterations[which] += found.inner_iterations
@@ -266,25 +266,33 @@ def _sequence(
         return
     here = which[reached]
     out.arcs.put(here, found.arcs[reached])
-    commands = Commands(found.arcs.controls[reached])
-    flown = tools.judge(commands, aim[here], _sma(found.arcs.ends[reached]), pinned=aim.pinned)
+    programmes = Programmes(found.arcs.controls[reached])
+    flown = tools.verify(
+        programmes, target[here], _sma(found.arcs.ends[reached]), perigee_at_bound=target.perigee_at_bound
+    )
     if lowest is not None:
-        out.accept(here, commands, flown, tools.kept(flown, sma_rel=tools.sma_rel_along_bound(nodes)))
+        out.accept(here, programmes, flown, tools.kept(flown, sma_rel=tools.sma_rel_along_bound(nodes)))
         return
-    out.accept(here, commands, flown, tools.kept(flown))
-    if aim.pinned:
+    out.accept(here, programmes, flown, tools.kept(flown))
+    if target.perigee_at_bound:
         return
     promise_kept = out.verified[here] | (
         tools.bounded & tools.kept(replace(flown, altitude_short=0.0 * flown.sma))
     )
     bad = np.flatnonzero(~promise_kept)
     if bad.size:
-        unknowns = from_sequences(collocation, aim[which], found, reached[bad])
-        polish(tools, aim, out, here[bad], unknowns)
+        unknowns = from_sequences(collocation, target[which], found, reached[bad])
+        polish(tools, target, out, here[bad], unknowns)
 
 
 def polish(
-    tools: Tools, aim: LargestOrbit, out: Attempts, which: Index, start: Unknowns, *, pinned: bool = False
+    tools: Tools,
+    target: LargestOrbit,
+    out: Attempts,
+    which: Index,
+    start: Unknowns,
+    *,
+    perigee_at_bound: bool = False,
 ) -> Unknowns:
     """Newton from `start` for the points `which`, with finer steps where they are needed; take what converges and
     flies to its promise. Where the solution with coarser steps lies too far off to lead to the next, `start` is tried
@@ -296,12 +304,16 @@ def polish(
             left = left[moved[left]]
         if not left.size:
             break
-        found = tools.indirect(steps).solve(aim[which[left]], unknowns[left], pinned=pinned)
+        found = tools.indirect(steps).solve(
+            target[which[left]], unknowns[left], perigee_at_bound=perigee_at_bound
+        )
         misled = np.flatnonzero(moved[left] & ~found.converged)
         if misled.size:
             found.put(
                 misled,
-                tools.indirect(steps).solve(aim[which[left[misled]]], start[left[misled]], pinned=pinned),
+                tools.indirect(steps).solve(
+                    target[which[left[misled]]], start[left[misled]], perigee_at_bound=perigee_at_bound
+                ),
             )
         out.newton_steps[which[left]] += found.steps
         there = np.flatnonzero(found.converged)
@@ -312,69 +324,84 @@ def polish(
             extremals = found.flown[there]
             promised = _sma(extremals.ends[:, :6])
             nodes = PRIMER_NODES[: level + 1]
-            _fly_primers(tools, aim[points], out, points, extremals, promised, nodes, pinned=pinned)
+            _fly_primers(
+                tools,
+                target[points],
+                out,
+                points,
+                extremals,
+                promised,
+                nodes,
+                perigee_at_bound=perigee_at_bound,
+            )
         left = left[~out.polished[which[left]]]
     return unknowns
 
 
 def _fly_primers(
     tools: Tools,
-    aim: LargestOrbit,
+    target: LargestOrbit,
     out: Attempts,
     points: Index,
     extremals: Extremals,
     promised_sma: Array,
     choice: tuple[int, ...],
     *,
-    pinned: bool,
+    perigee_at_bound: bool,
 ) -> None:
     """Command the primers of extremals on the fewest nodes that fly to the promise, and take those plans."""
     left = np.arange(len(points))
     for nodes in choice:
-        commands = primer_commands(extremals, nodes).vectors[left]
-        flown = tools.judge(
-            Commands(commands), aim[left], promised_sma[left], pinned=pinned, steps=POLISHED_FLIGHT_STEPS
+        programmes = primer_programmes(extremals, nodes).vectors[left]
+        flown = tools.verify(
+            Programmes(programmes),
+            target[left],
+            promised_sma[left],
+            perigee_at_bound=perigee_at_bound,
+            steps=POLISHED_FLIGHT_STEPS,
         )
         good = tools.kept(flown)
         done = points[left[good]]
         out.polished[done] = True
-        out.accept(done, Commands(commands[good]), flown[good], good[good])
+        out.accept(done, Programmes(programmes[good]), flown[good], good[good])
         left = left[~good]
         if not left.size:
             return
 
 
-def _along_bound(tools: Tools, aim: LargestOrbit, out: Attempts) -> None:
+def _along_bound(tools: Tools, target: LargestOrbit, out: Attempts) -> None:
     """Bound the altitude at the nodes, where the flight passes too low, and ask for what makes the flight arrive.
 
     Between the nodes the arc dips below the bound, and the interpolant of steering with corners ends off the plane: the
     bound is raised, the plane turned and the perigee raised by what the last flight missed.
     """
     short = out.flown.altitude_short > tools.tolerances.bound_m / RADIUS_M
-    short |= aim.pinned & ~out.verified
+    short |= target.perigee_at_bound & ~out.verified
     low = np.flatnonzero((out.ending == Ending.CONVERGED) & short)
-    lowest, asked = np.full(len(aim), tools.lowest), aim
+    lowest, requested = np.full(len(target), tools.lowest), target
     sma_rel = tools.sma_rel_along_bound(int(out.nodes[0]))
     for correction in range(CORRECTIONS):
         if correction > 0:
             low = low[(out.ending[low] == Ending.CONVERGED) & ~out.verified[low]]
             low = low[out.flown.sma_error[low] <= sma_rel]
             lowest[low] += 1.05 * out.flown.altitude_short[low]
-            asked = _turned_by_the_miss(asked, aim, out.flown, low)
+            requested = _turned_by_the_miss(requested, target, out.flown, low)
         if not low.size:
             return
         out.polished[low] = False
-        _sequence(tools, aim, out, low, asked=asked, lowest=lowest[low])
+        _sequence(tools, target, out, low, requested=requested, lowest=lowest[low])
 
 
-def _turned_by_the_miss(asked: LargestOrbit, aim: LargestOrbit, flown: Flown, which: Index) -> LargestOrbit:
+def _turned_by_the_miss(
+    requested: LargestOrbit, target: LargestOrbit, flown: Flown, which: Index
+) -> LargestOrbit:
     """What to ask for next, given what `asked` led to for the points `which`."""
-    normal, perigee = asked.normal.copy(), asked.perigee.copy()
-    low = aim.perigee[which] - flown.perigee[which]
-    turned = normal[which] + (aim.normal[which] - flown.normal[which])
+    normal, perigee = requested.normal.copy(), requested.perigee.copy()
+    low = target.perigee[which] - flown.perigee[which]
+    turned = normal[which] + (target.normal[which] - flown.normal[which])
     normal[which] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
-    perigee[which] += low if aim.pinned else np.maximum(low, 0.0)
-    return asked.moved(normal, perigee)
+    perigee[which] += low if target.perigee_at_bound else np.maximum(low, 0.0)
+    return requested.moved(normal, perigee)
 
 
 def _sma(ends: Array) -> Array:

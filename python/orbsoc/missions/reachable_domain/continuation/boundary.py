@@ -36,14 +36,14 @@ COLUMNS = (
 _STATUS = [PointStatus.NOT_REACHED.value, PointStatus.SOLVER_FAILED.value, PointStatus.OUTSIDE.value]
 
 
-def furthest_planes(domain: Domain, azimuth_deg: Array) -> dict[str, NDArray[Any]]:
+def solve_boundary(domain: Domain, azimuth_deg: Array) -> dict[str, NDArray[Any]]:
     """Columns `COLUMNS` for azimuths and their opposites × the scenario's boundary heights; NaN tilts where no orbit meets
     the bound, or the sequence failed. The iterations stand with the azimuths that were solved."""
     heights = domain.scenario.boundary.perigee_height_km.values()
     azimuth = np.repeat(azimuth_deg, len(heights))
     bound = np.tile(heights, len(azimuth_deg))
-    aim = LargestTilt(domain.frame, np.deg2rad(azimuth), 1.0 + 1e3 * bound / RADIUS_M)
-    found = largest_tilts(domain.tools, aim)
+    target = LargestTilt(domain.frame, np.deg2rad(azimuth), 1.0 + 1e3 * bound / RADIUS_M)
+    found = largest_tilts(domain.tools, target)
     azimuth, tilt = np.concatenate([azimuth, azimuth + 180.0]), np.tile(found.tilt, 2)
     inc, raan = inclination_and_node(domain.frame.tilted(tilt, np.deg2rad(azimuth)))
     inc_deg, raan_deg = np.rad2deg(inc), np.rad2deg(raan)

@@ -66,7 +66,7 @@ class Domain:
         heights = self.scenario.grid.perigee_height_km.values() if heights_km is None else heights_km
         argp = None if perigee.argp_deg is None else float(np.deg2rad(perigee.argp_deg))
         planes = PlaneSet(np.asarray(inc_deg), np.asarray(raan_deg), np.asarray(heights), argp)
-        continued = self.scenario.method.continuation == "wavefront"
-        front = Wavefront.over(self.tools, self.frame, planes, continued=continued)
+        continuation = self.scenario.method.continuation == "wavefront"
+        front = Wavefront.over(self.tools, self.frame, planes, continuation=continuation)
         table = front.run()
         return lower_perigees(front) if perigee.condition == "equal" else table

@@ -31,7 +31,7 @@ those of a nonlinear program on 256 points (tests/missions/reachable_domain/test
 
 
 @dataclass(slots=True, eq=False)
-class Extremes:
+class BoundaryPoints:
     """The largest tilts (B,) found, NaN where the sequence failed, `infeasible` (B,) where it failed because no orbit at all
     meets the perigee bound, their change (B,) from the grid before, the arcs that reach them on the coarse grid, the
     nodes (B,) of the grid that found them, and what was spent. `fine` has the arcs on the finest grid of the points
@@ -48,17 +48,17 @@ class Extremes:
     fine: Arcs | None
 
 
-def largest_tilts(tools: Tools, aim: LargestTilt, *, tilt_in_doubt: Array | None = None) -> Extremes:
+def largest_tilts(tools: Tools, target: LargestTilt, *, needed_tilt: Array | None = None) -> BoundaryPoints:
     """The largest tilt of every azimuth and perigee bound of `aim`, on finer and finer grids, with the bound on the altitude
     at their nodes if there is one (between the finest ones the arc may dip below it by some hundred metres).
 
     With `tilt_in_doubt` (B,) the grid is refined only where the gap to these tilts is not clear.
     """
     nodes, grid = tools.nodes, tools.collocation(tools.nodes)
-    normal = aim.frame.tilted(np.full(len(aim), START_TILT_RAD), aim.azimuth)
+    normal = target.frame.tilted(np.full(len(target), START_TILT_RAD), target.azimuth)
     arcs = towards_planes(grid, normal)
-    count = len(aim)
-    out = Extremes(
+    count = len(target)
+    out = BoundaryPoints(
         tilt=np.full(count, np.nan),
         infeasible=np.zeros(count, bool),
         change=np.full(count, np.nan),
@@ -72,13 +72,13 @@ def largest_tilts(tools: Tools, aim: LargestTilt, *, tilt_in_doubt: Array | None
     todo = np.arange(count)
     while todo.size:
         lowest = np.full(todo.size, tools.lowest) if tools.bounded else None
-        found = sequences(grid, aim[todo], arcs, lowest=lowest, solve=tools.solve, rules=tools.rules)
+        found = sequences(grid, target[todo], arcs, lowest=lowest, solve=tools.solve, rules=tools.rules)
         out.subproblems[todo, tools.grids.index(nodes)] += found.iterations
         out.solver_iterations[todo] += found.inner_iterations
         ok = found.ending == Ending.CONVERGED
         out.infeasible[todo] = found.ending == Ending.INFEASIBLE
         done = todo[ok]
-        tilt = aim[done].tilts(found.arcs.ends[ok])
+        tilt = target[done].tilts(found.arcs.ends[ok])
         out.change[done] = np.abs(tilt - out.tilt[done])
         out.tilt[done] = tilt
         out.nodes[done] = nodes
@@ -88,8 +88,8 @@ def largest_tilts(tools: Tools, aim: LargestTilt, *, tilt_in_doubt: Array | None
             break
         # A sequence that goes to and fro on a coarse grid, as some do, is a start on a finer one all the same.
         unclear = ok | (found.ending == Ending.MAX_ITERATIONS)
-        if tilt_in_doubt is not None:
-            unclear &= ~(tilt_in_doubt[todo] - out.tilt[todo] >= CLEAR_RAD)
+        if needed_tilt is not None:
+            unclear &= ~(needed_tilt[todo] - out.tilt[todo] >= CLEAR_RAD)
         todo = todo[unclear]
         finer = tools.collocation(min(2 * nodes, tools.fine_nodes))
         arcs = resampled(grid, found.arcs[np.flatnonzero(unclear)], finer)

@@ -42,35 +42,35 @@ def lower_perigees(front: Wavefront) -> PointTable:
     # The plan of the highest such bound is the free optimum; find its multipliers by a sequence that starts at its end.
     source = planes * bounds + top
     owner = np.where(front.plans.verified[source], source, front.plan_below(source))
-    aim = front.aim(source)
-    unknowns, ready = _free_optimum(front, source, aim, front.plans[owner])
+    target = front.target(source)
+    unknowns, ready = _free_optimum(front, source, target, front.plans[owner])
     height, arcs = table["perigee_km"][source].copy(), front.plans.arcs[owner]
     for bound in range(bounds - 1, -1, -1):
         here = np.flatnonzero(grid[planes, bound])
         rows = planes[here] * bounds + bound
-        goal = np.full(here.size, front.planes.heights_km[bound])
-        found = _descend(front, rows, height[here], goal, unknowns, here, ready[here])
+        bound_km = np.full(here.size, front.planes.heights_km[bound])
+        found = _descend(front, rows, height[here], bound_km, unknowns, here, ready[here])
         ready[here] &= found.verified
-        height[here] = np.where(found.verified, goal, height[here])
+        height[here] = np.where(found.verified, bound_km, height[here])
         table.write_spent(rows, found)
         if front.tools.bounded:
             _keep_altitude(front, rows, found, arcs, here)
         good = found.verified
-        table.write_plans(rows[good], found[np.flatnonzero(good)], Origin.PINNED)
+        table.write_plans(rows[good], found[np.flatnonzero(good)], Origin.PERIGEE_AT_BOUND)
         _write_failures(table, rows[~good])
     return table
 
 
 def _free_optimum(
-    front: Wavefront, rows: Index, aim: LargestOrbit, plans: Attempts
+    front: Wavefront, rows: Index, target: LargestOrbit, plans: Attempts
 ) -> tuple[Unknowns, NDArray[np.bool_]]:
     """Extremals of plans whose perigee condition is idle; rows of the table pay for them."""
     tools = front.tools
     collocation = tools.collocation(tools.nodes)
-    found = sequences(collocation, aim, plans.arcs, solve=tools.solve, rules=tools.rules)
-    start = from_sequences(collocation, aim, found, np.arange(len(aim)))
-    extrema = tools.indirect(12).solve(aim, start)
-    counts = np.zeros((len(aim), MOST_GRIDS), np.int32)
+    found = sequences(collocation, target, plans.arcs, solve=tools.solve, rules=tools.rules)
+    start = from_sequences(collocation, target, found, np.arange(len(target)))
+    extrema = tools.indirect(12).solve(target, start)
+    counts = np.zeros((len(target), MOST_GRIDS), np.int32)
     counts[:, tools.grids.index(tools.nodes)] = found.iterations
     front.table.write_subproblems(rows, counts, found.inner_iterations)
     front.table["newton_steps"][rows] += extrema.steps
@@ -81,7 +81,7 @@ def _descend(
     front: Wavefront,
     rows: Index,
     height: Array,
-    goal: Array,
+    bound_km: Array,
     unknowns: Unknowns,
     which: Index,
     ready: NDArray[np.bool_],
@@ -92,19 +92,21 @@ def _descend(
     live = np.flatnonzero(ready)
     if not live.size:
         return out
-    steps = int(np.ceil((height[live] - goal[live]).max() / LONGEST_STEP_KM)) or 1
+    steps = int(np.ceil((height[live] - bound_km[live]).max() / LONGEST_STEP_KM)) or 1
     for step in range(1, steps + 1):
-        at = height[live] + (goal[live] - height[live]) * step / steps
-        full = front.aim(rows[live])
-        aim = LargestOrbit(full.normal, 1.0 + 1e3 * at / RADIUS_M, full.perigee_direction)
+        at = height[live] + (bound_km[live] - height[live]) * step / steps
+        full = front.target(rows[live])
+        target = LargestOrbit(full.normal, 1.0 + 1e3 * at / RADIUS_M, full.perigee_direction)
         if step < steps:
-            found = tools.indirect(12).solve(aim, unknowns[which[live]], pinned=True)
+            found = tools.indirect(12).solve(target, unknowns[which[live]], perigee_at_bound=True)
             unknowns.put(which[live], found.unknowns)
             out.newton_steps[live] += found.steps
             live = live[found.converged]
         else:
             part = Attempts.none(out.arcs[live], tools.nodes)
-            reached = polish(tools, aim, part, np.arange(live.size), unknowns[which[live]], pinned=True)
+            reached = polish(
+                tools, target, part, np.arange(live.size), unknowns[which[live]], perigee_at_bound=True
+            )
             unknowns.put(which[live], reached)
             out.put(live, part)
     return out
@@ -118,8 +120,8 @@ def _keep_altitude(front: Wavefront, rows: Index, found: Attempts, arcs: Arcs, p
     left = np.flatnonzero(~found.verified)
     if not left.size:
         return
-    aim = replace(front.aim(rows[left]), pinned=True)
-    more = attempt(front.tools, aim, arcs[planes[left]])
+    target = replace(front.target(rows[left]), perigee_at_bound=True)
+    more = attempt(front.tools, target, arcs[planes[left]])
     front.table.write_spent(rows[left], more)
     good = np.flatnonzero(more.verified)
     found.put(left[good], more[good])
@@ -132,5 +134,9 @@ def _write_failures(table: PointTable, rows: Index) -> None:
     ]
     table.clear_plans(rows)
     table.write_failures(
-        rows, PointStatus.SOLVER_FAILED, Origin.PINNED, words * rows.size, np.full(rows.size, np.nan)
+        rows,
+        PointStatus.SOLVER_FAILED,
+        Origin.PERIGEE_AT_BOUND,
+        words * rows.size,
+        np.full(rows.size, np.nan),
     )

@@ -29,10 +29,10 @@ class Origin(enum.StrEnum):
     """Where a row's plan or evidence comes from."""
 
     COLD = "cold start"
-    CONTINUED = "continued from the bound below"
-    HELD = "plan of a lower bound, whose perigee is high enough"
-    EXTREME = "restart from the furthest tilt at its azimuth"
-    PINNED = "perigee lowered to its bound by Newton"
+    CONTINUATION = "continued from the bound below"
+    REUSED = "plan of a lower bound, whose perigee is high enough"
+    LARGEST_TILT = "restart from the furthest tilt at its azimuth"
+    PERIGEE_AT_BOUND = "perigee lowered to its bound by Newton"
     BELOW = "not reached at a lower bound already"
     FREE = "restart from the plan with the perigee direction free"
 
@@ -105,8 +105,8 @@ class PointTable:
         self["origin"][rows] = origin.value if isinstance(origin, Origin) else origin
         self["level"][rows] = np.where(found.polished, "polished", "collocated")
         self["nodes"][rows] = found.nodes
-        self["command_nodes"][rows] = [len(vectors) for vectors in found.commands]
-        for row, vectors in zip(rows, found.commands, strict=True):
+        self["command_nodes"][rows] = [len(vectors) for vectors in found.programmes]
+        for row, vectors in zip(rows, found.programmes, strict=True):
             self["commands"][row] = vectors.ravel()
         self.write_flown(rows, found.flown)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..direct.subproblems import Subproblems
 from ..scenario import Scenario
-from .boundary import furthest_planes
+from .boundary import solve_boundary
 from .domain import Domain
 
 AZIMUTHS_PER_SHARD = 24
@@ -56,7 +56,7 @@ def solve_grid_shard(payload: Mapping[str, Any], solve: Subproblems | None = Non
 
 def solve_boundary_shard(payload: Mapping[str, Any]) -> Columns:
     """The table of one shard of the boundary."""
-    return furthest_planes(_domain(payload), np.array(payload["azimuth_deg"]))
+    return solve_boundary(_domain(payload), np.array(payload["azimuth_deg"]))
 
 
 def _scenario(payload: Mapping[str, Any]) -> Scenario:

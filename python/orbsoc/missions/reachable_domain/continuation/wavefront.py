@@ -20,7 +20,7 @@ from ..direct.sequence import Ending
 from ..direct.terminal import LargestOrbit, LargestTilt
 from ..flight.orbits import RADIUS_M
 from .attempts import SPENT, Attempts, Tools, attempt, attempt_on_fine_grid
-from .largest_tilt import RESOLUTION_RAD, Extremes, largest_tilts
+from .largest_tilt import RESOLUTION_RAD, BoundaryPoints, largest_tilts
 from .table import Origin, PointStatus, PointTable
 
 Array = NDArray[np.float64]
@@ -46,7 +46,7 @@ class PlaneSet:
     def normal(self) -> Array:
         return normals(np.deg2rad(self.inc_deg), np.deg2rad(self.raan_deg))
 
-    def aim(self, planes: Index, bound: Index, *, free: bool = False) -> LargestOrbit:
+    def target(self, planes: Index, bound: Index, *, free: bool = False) -> LargestOrbit:
         """Planes and bounds, one a point."""
         normal = self.normal[planes]
         perigee = 1.0 + 1e3 * self.heights_km[bound] / RADIUS_M
@@ -79,23 +79,23 @@ class Wavefront:
     tools: Tools
     frame: TiltFrame
     planes: PlaneSet
-    continued: bool
+    continuation: bool
     table: PointTable
     plans: Attempts
 
     @classmethod
-    def over(cls, tools: Tools, frame: TiltFrame, planes: PlaneSet, *, continued: bool) -> Wavefront:
+    def over(cls, tools: Tools, frame: TiltFrame, planes: PlaneSet, *, continuation: bool) -> Wavefront:
         """Nothing tried yet; without `continued` every point is started cold by itself."""
         cold = towards_planes(tools.collocation(tools.nodes), planes.normal)
         plane = np.repeat(np.arange(len(planes)), len(planes.heights_km))
         plans = Attempts.none(cold[plane], tools.nodes)
-        return cls(tools, frame, planes, continued, planes.blank(frame, tools.grids), plans)
+        return cls(tools, frame, planes, continuation, planes.blank(frame, tools.grids), plans)
 
     def run(self) -> PointTable:
         """The lowest bound of every plane, then all bounds that its plan does not meet, then what is left."""
         bounds = len(self.planes.heights_km)
         first = np.arange(0, len(self.table), bounds)
-        if not self.continued:
+        if not self.continuation:
             self._try(np.arange(len(self.table)), Origin.COLD)
         else:
             self._try(first, Origin.COLD)
@@ -105,31 +105,31 @@ class Wavefront:
     def _settle(self) -> None:
         """Until every row has a status: hold, continue, and explain the lowest failure of every plane."""
         while True:
-            self._hold_and_continue()
+            self._reuse_or_continue()
             lowest = self._lowest_failures()
             if not lowest.size:
                 return
             self._explain(lowest)
 
-    def _hold_and_continue(self) -> None:
+    def _reuse_or_continue(self) -> None:
         """Give every open row above a plan that plan where its perigee is high enough, and try the others from it."""
         open_rows = np.flatnonzero((self.table["status"] == "") & (self.plans.ending == Ending.RUNNING))
         source = self.plan_below(open_rows)
         rows, source = open_rows[source >= 0], source[source >= 0]
-        if not rows.size or not self.continued:
+        if not rows.size or not self.continuation:
             return
         perigee = 1.0 + 1e3 * self.table["perigee_bound_km"][rows] / RADIUS_M
         high = self.plans.flown.perigee[source] >= perigee
-        held = self.plans[source[high]]
-        held.flown.perigee_short[:] = 0.0
-        self.table.write_plans(rows[high], held, Origin.HELD)
+        reused = self.plans[source[high]]
+        reused.flown.perigee_short[:] = 0.0
+        self.table.write_plans(rows[high], reused, Origin.REUSED)
         self.plans.arcs.put(rows[~high], self.plans.arcs[source[~high]])
         if (~high).any():
-            self._try(rows[~high], Origin.CONTINUED)
+            self._try(rows[~high], Origin.CONTINUATION)
 
     def _try(self, rows: Index, origin: Origin) -> None:
         """Attempt rows from the arcs that stand in `plans`; rows that fail stay open."""
-        found = attempt(self.tools, self.aim(rows), self.plans.arcs[rows])
+        found = attempt(self.tools, self.target(rows), self.plans.arcs[rows])
         self._take(rows, found, origin)
 
     def _take(self, rows: Index, found: Attempts, origin: Origin) -> None:
@@ -155,49 +155,51 @@ class Wavefront:
         planes = np.flatnonzero(opened.any(axis=1))
         return np.asarray(planes * opened.shape[1] + opened[planes].argmax(axis=1))
 
-    def aim(self, rows: Index, *, free: bool = False) -> LargestOrbit:
+    def target(self, rows: Index, *, free: bool = False) -> LargestOrbit:
         """What rows of the table aim at; `free` leaves the perigee direction free whatever is asked."""
         bounds = len(self.planes.heights_km)
-        return self.planes.aim(rows // bounds, rows % bounds, free=free)
+        return self.planes.target(rows // bounds, rows % bounds, free=free)
 
     def _explain(self, rows: Index) -> None:
         """Seek the edge of the domain at the azimuths of rows without a plan; restart from it, or say how far off."""
         table = self.table
         tilt, azimuth = np.deg2rad(table["tilt_deg"][rows]), np.deg2rad(table["azimuth_deg"][rows])
-        aim = LargestTilt(self.frame, azimuth, self.aim(rows, free=True).perigee)
-        edge = largest_tilts(self.tools, aim, tilt_in_doubt=tilt)
+        target = LargestTilt(self.frame, azimuth, self.target(rows, free=True).perigee)
+        edge = largest_tilts(self.tools, target, needed_tilt=tilt)
         table.write_subproblems(rows, edge.subproblems, edge.solver_iterations)
         gap = tilt - edge.tilt
         beyond = np.flatnonzero(gap > 0.0)
         words = [self._beyond(rows[k], gap[k], edge.nodes[k]) for k in beyond]
-        table.write_failures(rows[beyond], PointStatus.NOT_REACHED, Origin.EXTREME, words, edge.tilt[beyond])
+        table.write_failures(
+            rows[beyond], PointStatus.NOT_REACHED, Origin.LARGEST_TILT, words, edge.tilt[beyond]
+        )
         self._close_above(rows[beyond])
         inside = np.flatnonzero(~(gap > 0.0))
         if inside.size:
             self._restart(rows[inside], edge, inside)
 
-    def _restart(self, rows: Index, edge: Extremes, points: Index) -> None:
+    def _restart(self, rows: Index, edge: BoundaryPoints, points: Index) -> None:
         """Start again from the trajectories of the furthest tilt, which lies beyond these planes, on the finest grid."""
         place = {int(point): k for k, point in enumerate(edge.fine_points)}
         known = np.array([k for k, point in enumerate(points) if int(point) in place], np.intp)
         if known.size and edge.fine is not None:
             start = edge.fine[np.array([place[int(points[k])] for k in known])]
-            self._take(rows[known], self._from_edge(rows[known], start), Origin.EXTREME)
+            self._take(rows[known], self._from_edge(rows[known], start), Origin.LARGEST_TILT)
         left = np.flatnonzero(~self.plans.verified[rows])
-        tilt, doubt = edge.tilt[points], np.fmax(edge.change[points], RESOLUTION_RAD)
+        tilt, uncertainty = edge.tilt[points], np.fmax(edge.change[points], RESOLUTION_RAD)
         gap = np.deg2rad(self.table["tilt_deg"][rows]) - tilt
         infeasible = self.plans.ending[rows] == Ending.INFEASIBLE
         nowhere = infeasible & edge.infeasible[points]
         # No orbit meets the bound, or not what else is asked, or the plane lies at the edge as far as that is known.
-        explained = nowhere | (infeasible & self._restricted) | (-gap <= doubt)
+        explained = nowhere | (infeasible & self._restricted) | (-gap <= uncertainty)
         # A sequence that converged to plans none of which flies has not failed; it has not reached the point either.
         failed = ~explained & (np.isnan(gap) | (self.plans.ending[rows] != Ending.CONVERGED))
         for status, which in (
             (PointStatus.NOT_REACHED, left[~failed[left]]),
             (PointStatus.SOLVER_FAILED, left[failed[left]]),
         ):
-            words = [NOWHERE if nowhere[k] else self._inside(rows[k], gap[k], doubt[k]) for k in which]
-            self.table.write_failures(rows[which], status, Origin.EXTREME, words, tilt[which])
+            words = [NOWHERE if nowhere[k] else self._inside(rows[k], gap[k], uncertainty[k]) for k in which]
+            self.table.write_failures(rows[which], status, Origin.LARGEST_TILT, words, tilt[which])
         self._close_above(rows[left[explained[left]]])
 
     def _close_above(self, rows: Index) -> None:
@@ -217,10 +219,10 @@ class Wavefront:
         return self.tools.bounded or self.planes.argp is not None
 
     def _from_edge(self, rows: Index, start: Arcs) -> Attempts:
-        free = attempt_on_fine_grid(self.tools, self.aim(rows, free=True), start)
+        free = attempt_on_fine_grid(self.tools, self.target(rows, free=True), start)
         if self.planes.argp is None:
             return free
-        found = attempt(self.tools, self.aim(rows), free.arcs)
+        found = attempt(self.tools, self.target(rows), free.arcs)
         for name in SPENT:
             getattr(found, name)[:] += getattr(free, name)
         return found
@@ -233,14 +235,14 @@ class Wavefront:
             f" {_WORDS[Ending(self.plans.ending[row])]}"
         )
 
-    def _inside(self, row: int, gap: float, doubt: float) -> str:
+    def _inside(self, row: int, gap: float, uncertainty: float) -> str:
         """Evidence of a plane within the edge that no plan was found for."""
         if np.isnan(gap):
             return "neither a plan nor the furthest tilt at its azimuth was found"
         ending = Ending(self.plans.ending[row])
         where = (
             f"at perigee >= {self.table['perigee_bound_km'][row]:g} km lies {-np.rad2deg(gap):.4f} deg within the"
-            f" furthest tilt at its azimuth (which is known to {np.rad2deg(doubt):.4f} deg)"
+            f" furthest tilt at its azimuth (which is known to {np.rad2deg(uncertainty):.4f} deg)"
         )
         if self._restricted and ending == Ending.INFEASIBLE:
             return f"{where} of the less restricted domain, but no subproblem is feasible, cold or from that tilt"

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from orbsoc.guidance.collocation import LegendreGauss, legendre_gauss
 from orbsoc.guidance.powered_flight import Burn
 
-from .picard import GravityGradient, settled, together
+from .picard import GravityGradient, blocks, solve_picard
 
 Array = NDArray[np.float64]
 
@@ -85,7 +85,7 @@ class Collocation:
     duration: float
     grid: LegendreGauss
     thrust: Array
-    twice: Array
+    double_integral: Array
     straight: Array
     slope: Array
 
@@ -99,7 +99,7 @@ class Collocation:
             duration=duration,
             grid=grid,
             thrust=burn.thrust_acceleration(times),
-            twice=np.asarray(np.linalg.inv(first @ first) * half**2),
+            double_integral=np.asarray(np.linalg.inv(first @ first) * half**2),
             straight=burn.start[:3] + np.outer(times, burn.start[3:]),
             slope=np.asarray(grid.weights @ first),
         )
@@ -118,7 +118,7 @@ class Collocation:
         """Linearise about reference arcs."""
         count, n, weights = len(about), self.grid.size, 0.5 * self.duration * self.grid.weights
         sensitivity, offset = np.empty((count, 6, n, 3)), np.empty((count, n, 3))
-        for part in together(count):
+        for part in blocks(count):
             positions = np.ascontiguousarray(about.positions[part].transpose(1, 2, 0))
             gravity = GravityGradient.at(positions)
             sensitivity[part] = self._adjoint(gravity).transpose(3, 2, 0, 1)
@@ -143,16 +143,16 @@ class Collocation:
             rows[:, c, c] = self.slope[:, None]
             rows[:, c, 3:] = (weighted * gravity.q[:, c, None]) * gravity.q
             rows[:, c, 3 + c] -= weighted[:, 0] * gravity.kappa
-        return settled(np.ascontiguousarray(self.twice.T), gravity, rows)
+        return solve_picard(np.ascontiguousarray(self.double_integral.T), gravity, rows)
 
     def arcs(self, linear: EndMap, controls: Array) -> Arcs:
         """The linearised arcs that controls (B, N, 3) fly."""
         positions = np.empty_like(controls)
-        for part in together(len(controls), columns=1):
+        for part in blocks(len(controls), columns=1):
             about, pushed = linear.about[part], self.thrust[:, None] * controls[part] + linear.offset[part]
             about, pushed = (np.ascontiguousarray(x.transpose(1, 2, 0)) for x in (about, pushed))
             straight = self.straight[:, :, None]
-            found = settled(self.twice, GravityGradient.at(about), pushed, about - straight)
+            found = solve_picard(self.double_integral, GravityGradient.at(about), pushed, about - straight)
             positions[part] = (found + straight).transpose(2, 0, 1)
         return Arcs(positions, controls, linear.ends(controls))
 
@@ -161,7 +161,7 @@ class Collocation:
         count, size = len(about), self.size
         gravity = GravityGradient.at(np.ascontiguousarray(about.transpose(1, 2, 0)))
         unit = np.eye(size).reshape(self.grid.size, 3, size, 1).repeat(count, axis=3)
-        return settled(self.twice, gravity, unit).reshape(size, size, count).transpose(2, 0, 1)
+        return solve_picard(self.double_integral, gravity, unit).reshape(size, size, count).transpose(2, 0, 1)
 
     def change(self, one: Arcs, other: Arcs) -> Array:
         """Largest change of a node's state or of the end state, (B,)."""

@@ -17,7 +17,7 @@ from scipy import sparse
 from orbsoc.conic.problem import Cones, Problem
 
 from .arcs import EndMap
-from .terminal import EndRows
+from .terminal import TerminalRows
 
 Array = NDArray[np.float64]
 
@@ -83,7 +83,7 @@ def base_problem(shape: Shape) -> Problem:
     return Problem(c=np.ones(n), A=np.ones((shape.equal, n)), b=np.zeros(shape.equal), G=G, h=h, cones=cones)
 
 
-def condense(linear: EndMap, end: EndRows, *, path: tuple[Array, Array] | None = None) -> CondensedBatch:
+def condense(linear: EndMap, end: TerminalRows, *, path: tuple[Array, Array] | None = None) -> CondensedBatch:
     """Write rows on the end state as rows on the controls; `path` (rows (B, l, 3N), rhs (B, l)) adds bounds."""
     count, n = len(linear.constant), linear.by_control.shape[2]
     nodes = n // 3

@@ -26,15 +26,15 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
-APART, TOUCHING, VERTEX = 0, 1, 2
+INACTIVE, BOUNDARY, VERTEX = 0, 1, 2
 """Where a cone pair is: z = 0; both on the cone; s = 0."""
-NOTHING = 1e-6
+NO_MULTIPLIER = 1e-6
 """A multiplier of the cone this small is none; it comes back where the cone is left."""
 INSIDE = 1e-4
 """A multiplier this far inside its cone, relative to its size, means that the slack is at the vertex."""
 STEPS = 12
 """Limit of Newton steps; from the subproblem before it takes two to four."""
-TOGETHER = 1024
+BLOCK = 1024
 """Points that step together: what fits in a core's cache."""
 LARGEST_TURN = 0.5
 """Of the cone's direction a, rad, in a step."""
@@ -68,7 +68,7 @@ class _Points:
     rhs: Array
     equal: Array
     perigee: Array
-    place: NDArray[np.int8]
+    regime: NDArray[np.int8]
 
     def __getitem__(self, which: Index) -> _Points:
         return _Points(*(getattr(self, name)[which] for name in self.__slots__))
@@ -81,10 +81,12 @@ def solve_dual(batch: CondensedBatch, equal: Array, perigee: Array, tolerance: A
     rhs = np.concatenate([batch.b, batch.h[:, -3:]], axis=1)
     radius = np.sqrt(perigee[:, 1] ** 2 + perigee[:, 2] ** 2)
     inside = perigee[:, 0] - radius > INSIDE * perigee[:, 0]
-    place = np.where(perigee[:, 0] <= NOTHING, APART, np.where(inside, VERTEX, TOUCHING)).astype(np.int8)
-    start = np.where((place == APART)[:, None], 0.0, perigee)
-    start[place == TOUCHING, 0] = radius[place == TOUCHING]
-    here = _Points(batch.c, slopes, rhs, equal.copy(), start, place)
+    regime = np.where(perigee[:, 0] <= NO_MULTIPLIER, INACTIVE, np.where(inside, VERTEX, BOUNDARY)).astype(
+        np.int8
+    )
+    start = np.where((regime == INACTIVE)[:, None], 0.0, perigee)
+    start[regime == BOUNDARY, 0] = radius[regime == BOUNDARY]
+    here = _Points(batch.c, slopes, rhs, equal.copy(), start, regime)
     found = DualSolutions(
         solved=np.zeros(count, bool),
         x=np.zeros((count, n)),
@@ -96,8 +98,8 @@ def solve_dual(batch: CondensedBatch, equal: Array, perigee: Array, tolerance: A
         gap=np.full(count, np.inf),
     )
     with np.errstate(all="ignore"):
-        for first in range(0, count, TOGETHER):
-            part = np.arange(first, min(first + TOGETHER, count))
+        for first in range(0, count, BLOCK):
+            part = np.arange(first, min(first + BLOCK, count))
             _newton(here[part], found, part, tolerance)
     return found
 
@@ -147,7 +149,7 @@ def _enter_cone(here: _Points, slack: Array, pull: Array, length: Array, toleran
     would make it. Returns these points."""
     p = here.equal.shape[1]
     radius = np.sqrt((slack[:, p + 1 :] ** 2).sum(axis=1))
-    which = np.flatnonzero((here.place == APART) & (radius - slack[:, p] > tolerance))
+    which = np.flatnonzero((here.regime == INACTIVE) & (radius - slack[:, p] > tolerance))
     if which.size:
         axis = np.concatenate(
             [np.ones((which.size, 1)), -slack[which, p + 1 :] / radius[which, None]], axis=1
@@ -156,7 +158,7 @@ def _enter_cone(here: _Points, slack: Array, pull: Array, length: Array, toleran
         along = np.einsum("bni,bni->bn", moves, pull[which])
         bend = ((np.einsum("bni,bni->bn", moves, moves) - along**2) / length[which]).sum(axis=1)
         here.perigee[which] = ((radius - slack[:, p])[which] / bend)[:, None] * axis
-        here.place[which] = TOUCHING
+        here.regime[which] = BOUNDARY
     return which
 
 
@@ -164,12 +166,12 @@ def _errors(here: _Points, slack: Array) -> tuple[Array, Array]:
     """The equations' values (B, k), and the axes (B, p + 3, k) along which w moves, null where it does not: k = p + 3 with
     a point at the vertex, else p + 2."""
     count, p = here.equal.shape
-    touching, vertex = np.flatnonzero(here.place == TOUCHING), np.flatnonzero(here.place == VERTEX)
+    boundary, vertex = np.flatnonzero(here.regime == BOUNDARY), np.flatnonzero(here.regime == VERTEX)
     axes = np.zeros((count, p + 3, p + 3 if vertex.size else p + 2))
     axes[:, np.arange(p), np.arange(p)] = 1.0
-    a = here.perigee[touching, 1:] / here.perigee[touching, :1]
-    axes[touching, p, p], axes[touching, p + 1 :, p] = 1.0, a
-    axes[touching, p + 1, p + 1], axes[touching, p + 2, p + 1] = -a[:, 1], a[:, 0]
+    a = here.perigee[boundary, 1:] / here.perigee[boundary, :1]
+    axes[boundary, p, p], axes[boundary, p + 1 :, p] = 1.0, a
+    axes[boundary, p + 1, p + 1], axes[boundary, p + 2, p + 1] = -a[:, 1], a[:, 0]
     if vertex.size:
         axes[vertex[:, None], p + np.arange(3), p + np.arange(3)] = 1.0
     return (slack[:, None] @ axes)[:, 0], axes
@@ -182,13 +184,13 @@ def _advance(here: _Points, slack: Array, error: Array, axes: Array, pull: Array
     moves *= np.repeat(1.0 / np.sqrt(length), 3, axis=1)[:, None]
     along = (moves * pull.reshape(count, 1, -1)) @ _per_node(moves.shape[2])
     matrix = moves @ moves.transpose(0, 2, 1) - along @ along.transpose(0, 2, 1)
-    touching, vertex = here.place == TOUCHING, here.place == VERTEX
-    size = np.where(touching, here.perigee[:, 0], 1.0)
-    direction = np.where(touching[:, None], here.perigee[:, 1:] / size[:, None], 0.0)
-    matrix[:, p, p + 1] += np.where(touching, error[:, p + 1] / size, 0.0)
+    boundary, vertex = here.regime == BOUNDARY, here.regime == VERTEX
+    size = np.where(boundary, here.perigee[:, 0], 1.0)
+    direction = np.where(boundary[:, None], here.perigee[:, 1:] / size[:, None], 0.0)
+    matrix[:, p, p + 1] += np.where(boundary, error[:, p + 1] / size, 0.0)
     matrix[:, p + 1, p + 1] -= (slack[:, p + 1 :] * direction).sum(axis=1) / size
-    matrix[:, p, p] += here.place == APART
-    matrix[:, p + 1, p + 1] += here.place == APART
+    matrix[:, p, p] += here.regime == INACTIVE
+    matrix[:, p + 1, p + 1] += here.regime == INACTIVE
     if width == p + 3:
         matrix[:, p + 2, p + 2] += ~vertex
     matrix[~np.isfinite(matrix).all(axis=(1, 2))] = np.eye(width)
@@ -202,7 +204,7 @@ def _advance(here: _Points, slack: Array, error: Array, axes: Array, pull: Array
     cosine, sine = np.cos(turn), np.sin(turn)
     x, y = direction.T
     turned = np.stack([np.ones(count), cosine * x - sine * y, sine * x + cosine * y], axis=1)
-    here.perigee[touching] = (longer[:, None] * turned)[touching]
+    here.perigee[boundary] = (longer[:, None] * turned)[boundary]
     if width == p + 3:
         here.perigee[vertex] += step[vertex, p:]
 

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-SWEEPS = 40
-UNCHECKED = 6
+MAX_ITERATIONS = 40
+UNCHECKED_ITERATIONS = 6
 """Sweeps before the first that is looked at."""
-SETTLED = 1e-9
+TOLERANCE = 1e-9
 """Change of a sweep, relative to the largest number of X or 1, that ends them."""
-TOGETHER = 768
+BLOCK = 768
 """Columns of X that are swept together, of all trajectories: what fits in a core's cache."""
 
 
@@ -62,33 +62,35 @@ class GravityGradient:
         return out
 
 
-def settled(twice: Array, gravity: GravityGradient, constant: Array, guess: Array | None = None) -> Array:
+def solve_picard(
+    double_integral: Array, gravity: GravityGradient, constant: Array, guess: Array | None = None
+) -> Array:
     """X of L X = C + GX, with `twice` = L⁻¹ (N, N)."""
-    n, shape = len(twice), constant.shape
-    x = guess if guess is not None else (twice @ constant.reshape(n, -1)).reshape(shape)
+    n, shape = len(double_integral), constant.shape
+    x = guess if guess is not None else (double_integral @ constant.reshape(n, -1)).reshape(shape)
     pulled, moved, old = np.empty(shape), np.empty(shape), np.empty(shape)
-    for sweep in range(SWEEPS):
+    for number in range(MAX_ITERATIONS):
         gravity.times(x, pulled)
         pulled += constant
-        np.matmul(twice, pulled.reshape(n, -1), out=moved.reshape(n, -1))
-        if sweep >= UNCHECKED:
+        np.matmul(double_integral, pulled.reshape(n, -1), out=moved.reshape(n, -1))
+        if number >= UNCHECKED_ITERATIONS:
             change = np.subtract(moved, x, out=pulled)
-            if not max(change.max(), -change.min()) > SETTLED * max(1.0, moved.max()):
+            if not max(change.max(), -change.min()) > TOLERANCE * max(1.0, moved.max()):
                 return moved
         x, moved, old = moved, old, moved
-    return _factorised(twice, gravity, constant)
+    return _factorised(double_integral, gravity, constant)
 
 
-def together(count: int, *, columns: int = 6) -> Iterator[slice]:
+def blocks(count: int, *, columns: int = 6) -> Iterator[slice]:
     """Parts of so many trajectories, with so many columns of X each, that are swept together."""
-    each = max(TOGETHER // columns, 1)
+    each = max(BLOCK // columns, 1)
     for start in range(0, count, each):
         yield slice(start, start + each)
 
 
-def _factorised(twice: Array, gravity: GravityGradient, constant: Array) -> Array:
-    n, count = len(twice), constant.shape[-1]
-    system = np.broadcast_to(np.kron(np.linalg.inv(twice), np.eye(3)), (count, 3 * n, 3 * n)).copy()
+def _factorised(double_integral: Array, gravity: GravityGradient, constant: Array) -> Array:
+    n, count = len(double_integral), constant.shape[-1]
+    system = np.broadcast_to(np.kron(np.linalg.inv(double_integral), np.eye(3)), (count, 3 * n, 3 * n)).copy()
     blocks, k = system.reshape(count, n, 3, n, 3), np.arange(n)
     blocks[:, k, :, k, :] -= gravity.dense().transpose(1, 0, 2, 3)
     right = np.moveaxis(constant, -1, 0).reshape(count, 3 * n, -1)

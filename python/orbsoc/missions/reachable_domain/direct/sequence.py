@@ -18,7 +18,7 @@ from .altitude import altitude_rows
 from .arcs import Arcs, Collocation
 from .condensed import condense
 from .subproblems import Answers, Subproblems
-from .terminal import Aim
+from .terminal import Target
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -49,7 +49,7 @@ class Sequences:
 
 def sequences(
     collocation: Collocation,
-    aim: Aim,
+    target: Target,
     start: Arcs,
     *,
     lowest: Array | None = None,
@@ -66,10 +66,10 @@ def sequences(
         which = np.flatnonzero(state.ending == Ending.RUNNING)
         if not which.size:
             break
-        about, goal = state.arcs[which], aim[which]
+        about, part = state.arcs[which], target[which]
         linear = collocation.end_map(about)
         path = None if lowest is None else altitude_rows(collocation, linear, about, lowest[which])
-        batch = condense(linear, goal.rows(about.ends), path=path)
+        batch = condense(linear, part.rows(about.ends), path=path)
         answers = solve(batch, about.multipliers, state.tight[which], state.rules)
         moved = collocation.arcs(linear, answers.controls.reshape(about.controls.shape))
         state.advance(which, answers, moved, collocation.change(moved, about))

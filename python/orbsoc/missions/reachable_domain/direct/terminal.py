@@ -22,7 +22,7 @@ Mask = NDArray[np.bool_] | NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class EndRows:
+class TerminalRows:
     """Rows on the end state x of B points: minimise cost·x s.t. equal·x = equal_rhs, bound·x ≤ bound_rhs,
     cone_rhs − cone·x ∈ Q³.
 
@@ -38,12 +38,12 @@ class EndRows:
     cone_rhs: Array
 
 
-class Aim(Protocol):
+class Target(Protocol):
     """What B points aim at; `rows` linearises it about end states (B, 6)."""
 
     def __len__(self) -> int: ...
 
-    def __getitem__(self, which: Mask) -> Aim: ...
+    def __getitem__(self, which: Mask) -> Target: ...
 
     @property
     def has_cone(self) -> bool: ...
@@ -51,7 +51,7 @@ class Aim(Protocol):
     @property
     def perigee(self) -> Array: ...
 
-    def rows(self, ends: Array) -> EndRows: ...
+    def rows(self, ends: Array) -> TerminalRows: ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +65,7 @@ class LargestOrbit:
     normal: Array
     perigee: Array
     perigee_direction: Array | None = None
-    pinned: bool = False
+    perigee_at_bound: bool = False
 
     def __len__(self) -> int:
         return len(self.normal)
@@ -73,12 +73,12 @@ class LargestOrbit:
     @property
     def has_cone(self) -> bool:
         """Whether the perigee is a cone, or bounds about a fixed direction."""
-        return self.perigee_direction is None and not self.pinned
+        return self.perigee_direction is None and not self.perigee_at_bound
 
     def __getitem__(self, which: Mask) -> LargestOrbit:
         fixed = self.perigee_direction
         direction = None if fixed is None else fixed[which]
-        return LargestOrbit(self.normal[which], self.perigee[which], direction, self.pinned)
+        return LargestOrbit(self.normal[which], self.perigee[which], direction, self.perigee_at_bound)
 
     def moved(self, normal: Array, perigee: Array) -> LargestOrbit:
         """The same on planes of other unit normals (B, 3), with other perigee radii (B,)."""
@@ -86,9 +86,9 @@ class LargestOrbit:
         if fixed is not None:
             fixed = fixed - (fixed * normal).sum(axis=1, keepdims=True) * normal
             fixed = fixed / np.linalg.norm(fixed, axis=1, keepdims=True)
-        return LargestOrbit(normal, perigee, fixed, self.pinned)
+        return LargestOrbit(normal, perigee, fixed, self.perigee_at_bound)
 
-    def rows(self, ends: Array) -> EndRows:
+    def rows(self, ends: Array) -> TerminalRows:
         linear = linear_vectors(ends)
         first, second = in_plane_axes(self.normal)
         axes = np.stack([first, second], axis=1)
@@ -97,17 +97,17 @@ class LargestOrbit:
         cost = -np.hstack([r / np.linalg.norm(r, axis=1, keepdims=True) ** 3, v])
         if self.perigee_direction is None:
             cone, cone_rhs = _perigee_cone(linear, self.normal, axes, self.perigee)
-            if self.pinned:
+            if self.perigee_at_bound:
                 touching, touching_rhs = _touching(linear, axes, cone, cone_rhs)
                 equal = np.concatenate([equal, touching], axis=1)
                 equal_rhs = np.concatenate([equal_rhs, touching_rhs], axis=1)
-                return EndRows(cost, equal, equal_rhs, *_none(len(ends)), *_none(len(ends)))
-            return EndRows(cost, equal, equal_rhs, *_none(len(ends)), cone, cone_rhs)
+                return TerminalRows(cost, equal, equal_rhs, *_none(len(ends)), *_none(len(ends)))
+            return TerminalRows(cost, equal, equal_rhs, *_none(len(ends)), cone, cone_rhs)
         ahead = cross(self.normal, self.perigee_direction)
         straight = np.stack([ahead, self.perigee_direction], axis=1)
         cone, cone_rhs = _perigee_cone(linear, self.normal, straight, self.perigee)
         # q·L = 0, l·L ≥ 0 and l·L ≤ (n·H)²/ρ − 1: rows 1 and 2 of the cone are −q·L and −l·L.
-        return EndRows(
+        return TerminalRows(
             cost,
             np.concatenate([equal, -cone[:, 1:2]], axis=1),
             np.concatenate([equal_rhs, -cone_rhs[:, 1:2]], axis=1),
@@ -146,7 +146,7 @@ class LargestTilt:
         towards = self.frame.directions(self.azimuth)
         return np.asarray(np.arctan2((momentum * towards).sum(axis=1), momentum @ self.frame.normal))
 
-    def rows(self, ends: Array) -> EndRows:
+    def rows(self, ends: Array) -> TerminalRows:
         linear = linear_vectors(ends)
         towards = self.frame.directions(self.azimuth)
         hinge = cross(self.frame.normal, towards)
@@ -159,7 +159,7 @@ class LargestTilt:
         cost = -(uphill[:, None] @ linear.momentum_slope / size)[:, 0]
         equal, equal_rhs = hinge[:, None] @ linear.momentum_slope, -_apply(hinge[:, None], linear.momentum)
         cone, cone_rhs = _perigee_cone(linear, normal, axes, self.perigee)
-        return EndRows(cost, equal, equal_rhs, *_none(len(ends)), cone, cone_rhs)
+        return TerminalRows(cost, equal, equal_rhs, *_none(len(ends)), cone, cone_rhs)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -22,7 +22,7 @@ LENGTHS_AT = np.linspace(-1.0, 1.0, 201)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Commands:
+class Programmes:
     """Programmes of B points on one grid: `vectors` (B, N, 3)."""
 
     vectors: Array
@@ -32,7 +32,7 @@ class Commands:
         return int(self.vectors.shape[1])
 
 
-def primer_commands(flown: Extremals, nodes: int) -> Commands:
+def primer_programmes(flown: Extremals, nodes: int) -> Programmes:
     """The primers of extremals at Legendre–Gauss nodes, each programme scaled to a largest length of 1 on the way."""
     scheme = flown.scheme
     at = 0.5 * scheme.duration * (legendre_gauss(nodes).nodes + 1.0)
@@ -45,4 +45,4 @@ def primer_commands(flown: Extremals, nodes: int) -> Commands:
         vectors[:, k] = np.einsum("s,sdb->bd", row, primers[step[k]])
     between = interpolation_matrix(legendre_gauss(nodes).nodes, LENGTHS_AT) @ vectors
     largest = np.sqrt(np.einsum("bkd,bkd->bk", between, between).max(axis=1))
-    return Commands(vectors / largest[:, None, None])
+    return Programmes(vectors / largest[:, None, None])

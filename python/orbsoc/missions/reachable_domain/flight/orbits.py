@@ -79,7 +79,7 @@ class Flown:
     raw_least: Array
 
     @classmethod
-    def judge(
+    def compare(
         cls,
         flights: Flights,
         promised_sma: Array,
@@ -87,7 +87,7 @@ class Flown:
         perigee: Array,
         *,
         direction: Array | None,
-        pinned: bool,
+        perigee_at_bound: bool,
         lowest_allowed: float,
     ) -> Flown:
         """Compare flights with their promises and bounds; `direction` (B, 3) is where the perigee is to lie."""
@@ -102,7 +102,7 @@ class Flown:
             lowest=flights.lowest,
             sma_error=np.abs(orbits.sma / promised_sma - 1.0),
             plane_error=plane_error(flights.ends, normal),
-            perigee_short=np.abs(short) if pinned else np.maximum(short, 0.0),
+            perigee_short=np.abs(short) if perigee_at_bound else np.maximum(short, 0.0),
             altitude_short=np.maximum(lowest_allowed - flights.lowest, 0.0),
             direction_error=orbits.turned_from(direction, normal),
             raw_most=flights.raw_most,

@@ -34,7 +34,7 @@ ERROR = 2e-8
 """Largest estimated error of a flight, canonical: 13 cm, or 0.16 mm/s."""
 RAW_SAMPLES = 201
 """Times at which the raw interpolant's length is looked at."""
-TOGETHER = 512
+BLOCK = 512
 """Burns that are flown together: what fits in a core's cache."""
 
 
@@ -72,8 +72,8 @@ def fly(
     count = len(programmes)
     out = Flights(np.full((count, 6), np.nan), *(np.full(count, np.nan) for _ in range(4)))
     equal = np.linspace(0.0, duration, steps + 1)
-    for first in range(0, count, TOGETHER):
-        left, ends = np.arange(first, min(first + TOGETHER, count)), equal
+    for first in range(0, count, BLOCK):
+        left, ends = np.arange(first, min(first + BLOCK, count)), equal
         while left.size:
             found, arc = _flown(burn, ends, programmes[left])
             out.put(left, found)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from orbsoc.orbit.planes import cross, in_plane_axes
 
-from ..direct.terminal import Aim, LargestOrbit, LargestTilt
+from ..direct.terminal import LargestOrbit, LargestTilt, Target
 
 Array = NDArray[np.float64]
 Vector = NDArray[Any]
@@ -35,23 +35,23 @@ class Conditions:
     values: Vector
 
 
-def held_rows(aim: Aim) -> NDArray[np.bool_]:
+def active_rows(target: Target) -> NDArray[np.bool_]:
     """Which rows an aim asks for, (B, 4); the perigee's is True where it may become active."""
-    flags = np.ones((len(aim), ROWS), bool)
-    if isinstance(aim, LargestTilt):
+    flags = np.ones((len(target), ROWS), bool)
+    if isinstance(target, LargestTilt):
         flags[:, [ACROSS, DIRECTION]] = False
-    elif isinstance(aim, LargestOrbit):
-        flags[:, DIRECTION] = aim.perigee_direction is not None
+    elif isinstance(target, LargestOrbit):
+        flags[:, DIRECTION] = target.perigee_direction is not None
     return flags
 
 
-def conditions(aim: Aim, ends: Vector) -> Conditions:
+def conditions(target: Target, ends: Vector) -> Conditions:
     """Evaluate at end states (B, 6), real or complex."""
     r, v = ends[:, :3], ends[:, 3:]
     rr, vv, rv = _dot(r, r), _dot(v, v), _dot(r, v)
     norm = np.sqrt(rr)[:, None]
     energy_slope = np.concatenate([r / norm**3, v], axis=1)
-    rho = aim.perigee
+    rho = target.perigee
     energy = 0.5 * vv - 1.0 / norm[:, 0]
     square = rr * vv - rv**2
     square_slope = 2.0 * np.concatenate(
@@ -63,20 +63,20 @@ def conditions(aim: Aim, ends: Vector) -> Conditions:
     gradients = np.zeros((len(ends), ROWS, 6), ends.dtype)
     values = np.zeros((len(ends), ROWS), ends.dtype)
     gradients[:, PERIGEE], values[:, PERIGEE] = perigee_slope, perigee
-    if isinstance(aim, LargestTilt):
-        towards = aim.frame.directions(aim.azimuth)
-        hinge = cross(aim.frame.normal, towards)
+    if isinstance(target, LargestTilt):
+        towards = target.frame.directions(target.azimuth)
+        hinge = cross(target.frame.normal, towards)
         gradients[:, PLANE], values[:, PLANE] = _component(hinge, r, v)
         up_slope, up = _component(towards, r, v)
-        along_slope, along = _component(np.broadcast_to(aim.frame.normal, towards.shape), r, v)
+        along_slope, along = _component(np.broadcast_to(target.frame.normal, towards.shape), r, v)
         size = (up**2 + along**2)[:, None]
         return Conditions((along[:, None] * up_slope - up[:, None] * along_slope) / size, gradients, values)
-    assert isinstance(aim, LargestOrbit)
-    first, second = in_plane_axes(aim.normal)
+    assert isinstance(target, LargestOrbit)
+    first, second = in_plane_axes(target.normal)
     gradients[:, PLANE], values[:, PLANE] = _component(first, r, v)
     gradients[:, ACROSS], values[:, ACROSS] = _component(second, r, v)
-    if aim.perigee_direction is not None:
-        q = cross(aim.normal, aim.perigee_direction)
+    if target.perigee_direction is not None:
+        q = cross(target.normal, target.perigee_direction)
         qr, qv = _dot(q, r), _dot(q, v)
         values[:, DIRECTION] = vv * qr - rv * qv - qr / norm[:, 0]
         by_r = (vv - 1.0 / norm[:, 0])[:, None] * q - v * qv[:, None] + r * (qr[:, None] / norm**3)
@@ -85,12 +85,12 @@ def conditions(aim: Aim, ends: Vector) -> Conditions:
     return Conditions(energy_slope, gradients, values)
 
 
-def curvature(aim: Aim, ends: Array, multipliers: Array) -> Array:
+def curvature(target: Target, ends: Array, multipliers: Array) -> Array:
     """∇²(J + Σ ν c) at end states, (B, 6, 6)."""
     point = np.repeat(np.arange(len(ends)), 6)
     nudged = ends[point].astype(np.complex128)
     nudged += 1j * STEP * np.tile(np.eye(6), (len(ends), 1))
-    at = conditions(aim[point], nudged)
+    at = conditions(target[point], nudged)
     slope = at.objective.imag + (multipliers[point, None] @ at.gradients.imag)[:, 0]
     return np.asarray(slope.reshape(len(ends), 6, 6).swapaxes(1, 2) / STEP)
 

@@ -20,10 +20,10 @@ from .variation import variational_matrices
 
 Array = NDArray[np.float64]
 
-FIRST_SWEEPS, SWEEPS = 4, 1
+FIRST_ITERATIONS, ITERATIONS = 4, 1
 """Fixed-point sweeps of the sensitivity equations in the first step, and in the others, which start from the one before:
 they only shape Newton's step."""
-FLOWN_TOGETHER, TOGETHER = 512, 64
+FLIGHT_BLOCK, BLOCK = 512, 64
 """Extremals that are flown together, and whose sensitivities are found together: what fits in a core's cache."""
 
 
@@ -79,8 +79,8 @@ def extremals(burn: Burn, duration: float, primers: Array, *, steps: int) -> Ext
 
     ends, nodes = np.empty((len(primers), 12)), np.empty((len(scheme.times), 6, len(primers)))
     with np.errstate(all="ignore"):
-        for first in range(0, len(primers), FLOWN_TOGETHER):
-            part = slice(first, first + FLOWN_TOGETHER)
+        for first in range(0, len(primers), FLIGHT_BLOCK):
+            part = slice(first, first + FLIGHT_BLOCK)
             at = primers[part].T
             start = np.repeat(burn.start[:, None], at.shape[1], axis=1)
             position, velocity = np.concatenate([start[:3], at[:3]]), np.concatenate([start[3:], at[3:]])
@@ -96,8 +96,8 @@ def sensitivity(burn: Burn, flown: Extremals) -> Array:
     out = np.empty((len(flown.ends), 12, 6))
     thrust = burn.thrust_acceleration(flown.scheme.times)
     with np.errstate(all="ignore"):
-        for first in range(0, len(out), TOGETHER):
-            part = slice(first, first + TOGETHER)
+        for first in range(0, len(out), BLOCK):
+            part = slice(first, first + BLOCK)
             out[part] = _integrated(flown.scheme, variational_matrices(thrust, flown.nodes[:, :, part]))
     return out
 
@@ -114,7 +114,7 @@ def _integrated(scheme: GaussSteps, field: Array) -> Array:
         drift = y + scheme.offsets[:, None, None, None] * rate
         nodes = drift + (ahead @ push).reshape(drift.shape)
         push = (here @ nodes).reshape(stages, -1)
-        for _ in range(SWEEPS if step else FIRST_SWEEPS):
+        for _ in range(ITERATIONS if step else FIRST_ITERATIONS):
             nodes = drift + (scheme.double @ push).reshape(drift.shape)
             push = (here @ nodes).reshape(stages, -1)
         y = y + scheme.length * rate + (scheme.lever @ push).reshape(y.shape)

@@ -18,8 +18,8 @@ from orbsoc.guidance.powered_flight import Burn
 
 from ..direct.arcs import Collocation
 from ..direct.sequence import Sequences
-from ..direct.terminal import Aim
-from .conditions import PERIGEE, ROWS, conditions, curvature, held_rows
+from ..direct.terminal import Target
+from .conditions import PERIGEE, ROWS, active_rows, conditions, curvature
 from .primer import Extremals, extremals, sensitivity
 
 Array = NDArray[np.float64]
@@ -44,15 +44,15 @@ class Unknowns:
 
     primers: Array
     multipliers: Array
-    held: Flags
+    active: Flags
 
     def __getitem__(self, which: Index | Flags) -> Unknowns:
-        return Unknowns(self.primers[which], self.multipliers[which], self.held[which])
+        return Unknowns(self.primers[which], self.multipliers[which], self.active[which])
 
     def put(self, which: Index | Flags, other: Unknowns) -> None:
         self.primers[which] = other.primers
         self.multipliers[which] = other.multipliers
-        self.held[which] = other.held
+        self.active[which] = other.active
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,28 +84,28 @@ class Indirect:
     duration: float
     steps: int = 12
 
-    def solve(self, aim: Aim, start: Unknowns, *, pinned: bool = False) -> Extrema:
+    def solve(self, target: Target, start: Unknowns, *, perigee_at_bound: bool = False) -> Extrema:
         """Newton from `start`; `pinned` holds the perigee at ρ instead of above it."""
-        count = len(aim)
-        found = Unknowns(start.primers.copy(), start.multipliers.copy(), start.held.copy())
-        if pinned:
-            found.held[:, PERIGEE] = True
+        count = len(target)
+        found = Unknowns(start.primers.copy(), start.multipliers.copy(), start.active.copy())
+        if perigee_at_bound:
+            found.active[:, PERIGEE] = True
         flown, residual = self.flown(found), np.full(count, np.inf)
         steps = np.zeros(count, np.int32)
         todo = np.arange(count)
         for _ in range(SWITCHES):
             part, arrived = found[todo], flown if todo.size == count else flown[todo]
-            residual[todo], taken = self._newton(aim[todo], part, arrived)
+            residual[todo], taken = self._newton(target[todo], part, arrived)
             if arrived is not flown:
                 flown.put(todo, arrived)
             steps[todo] += taken
             found.put(todo, part)
-            if pinned:
+            if perigee_at_bound:
                 break
-            todo = todo[self._wrong_side(aim[todo], found[todo], flown.ends[todo, :6], residual[todo])]
+            todo = todo[self._wrong_side(target[todo], found[todo], flown.ends[todo, :6], residual[todo])]
             if not todo.size:
                 break
-            found.held[todo, PERIGEE] ^= True
+            found.active[todo, PERIGEE] ^= True
             residual[todo] = np.inf
         return Extrema(found, flown, residual, steps)
 
@@ -113,16 +113,16 @@ class Indirect:
         """The extremals themselves."""
         return extremals(self.burn, self.duration, unknowns.primers, steps=self.steps)
 
-    def _wrong_side(self, aim: Aim, at: Unknowns, ends: Array, residual: Array) -> Flags:
-        value = conditions(aim, ends).values[:, PERIGEE]
-        held = at.held[:, PERIGEE]
-        wrong = np.where(held, at.multipliers[:, PERIGEE] < -1e-9, value < -1e-9)
+    def _wrong_side(self, target: Target, at: Unknowns, ends: Array, residual: Array) -> Flags:
+        value = conditions(target, ends).values[:, PERIGEE]
+        active = at.active[:, PERIGEE]
+        wrong = np.where(active, at.multipliers[:, PERIGEE] < -1e-9, value < -1e-9)
         return np.asarray(wrong & (residual <= TOLERANCE))
 
-    def _newton(self, aim: Aim, at: Unknowns, arrived: Extremals) -> tuple[Array, NDArray[np.int32]]:
+    def _newton(self, target: Target, at: Unknowns, arrived: Extremals) -> tuple[Array, NDArray[np.int32]]:
         """Damped Newton, in place on `at` and its extremals; residuals and steps taken. Points that stall are left."""
-        count = len(aim)
-        size = _size(residuals(aim, arrived.ends, at))
+        count = len(target)
+        size = _size(residuals(target, arrived.ends, at))
         steps, stalls = np.zeros(count, np.int32), np.zeros(count, np.int32)
         live = np.flatnonzero((size > TOLERANCE) & np.isfinite(size))
         flown = arrived[live]
@@ -133,10 +133,10 @@ class Indirect:
             here, before = at[live], size[live]
             stale = np.flatnonzero(old)
             if stale.size:
-                matrix[stale] = self._matrix(aim[live[stale]], here[stale], flown[stale])
-            step = _solved(matrix, residuals(aim[live], flown.ends, here))
+                matrix[stale] = self._matrix(target[live[stale]], here[stale], flown[stale])
+            step = _solved(matrix, residuals(target[live], flown.ends, here))
             steps[live] += 1
-            size[live] = self._backtrack(aim[live], here, flown, step, before)
+            size[live] = self._backtrack(target[live], here, flown, step, before)
             at.put(live, here)
             stalls[live] = np.where(size[live] > STALLED * before, stalls[live] + 1, 0)
             going = (size[live] < before) & (size[live] > TOLERANCE) & (stalls[live] < STALLS)
@@ -147,23 +147,23 @@ class Indirect:
         arrived.put(live, flown)
         return size, steps
 
-    def _matrix(self, aim: Aim, at: Unknowns, flown: Extremals) -> Array:
+    def _matrix(self, target: Target, at: Unknowns, flown: Extremals) -> Array:
         """Derivatives of `residuals` by [p₀, ṗ₀, ν], (B, 10, 10)."""
         ends = flown.ends[:, :6]
         by_start = sensitivity(self.burn, flown)
-        here = conditions(aim, ends)
-        bend = curvature(aim, ends, at.multipliers)
+        here = conditions(target, ends)
+        bend = curvature(target, ends, at.multipliers)
         matrix = np.zeros((len(ends), 6 + ROWS, 6 + ROWS))
         matrix[:, :3, :6], matrix[:, 3:6, :6] = -by_start[:, 9:], by_start[:, 6:9]
         matrix[:, :6, :6] -= bend @ by_start[:, :6]
         matrix[:, :6, 6:] = -here.gradients.swapaxes(1, 2)
-        matrix[:, 6:, :6] = np.where(at.held[:, :, None], here.gradients @ by_start[:, :6], 0.0)
+        matrix[:, 6:, :6] = np.where(at.active[:, :, None], here.gradients @ by_start[:, :6], 0.0)
         k = np.arange(ROWS)
-        matrix[:, 6 + k, 6 + k] = np.where(at.held, 0.0, 1.0)
+        matrix[:, 6 + k, 6 + k] = np.where(at.active, 0.0, 1.0)
         matrix[~np.isfinite(matrix).all(axis=(1, 2))] = np.eye(6 + ROWS)
         return matrix
 
-    def _backtrack(self, aim: Aim, at: Unknowns, flown: Extremals, step: Array, size: Array) -> Array:
+    def _backtrack(self, target: Target, at: Unknowns, flown: Extremals, step: Array, size: Array) -> Array:
         """Move by the longest of the halved steps that makes the residual smaller, in place on `at` and `flown`, and
         stay where none does; the residuals (B,)."""
         found = size.copy()
@@ -172,10 +172,10 @@ class Indirect:
         for _ in range(HALVINGS):
             here = at[left]
             trial = Unknowns(
-                here.primers + share * step[left, :6], here.multipliers + share * step[left, 6:], here.held
+                here.primers + share * step[left, :6], here.multipliers + share * step[left, 6:], here.active
             )
             there = self.flown(trial)
-            trial_size = _size(residuals(aim[left], there.ends, trial))
+            trial_size = _size(residuals(target[left], there.ends, trial))
             good = np.flatnonzero(trial_size < size[left])
             at.put(left[good], trial[good])
             flown.put(left[good], there[good])
@@ -196,32 +196,32 @@ def _solved(matrix: Array, values: Array) -> Array:
         return np.asarray(-(np.linalg.pinv(matrix) @ values[:, :, None])[:, :, 0])
 
 
-def residuals(aim: Aim, flown_ends: Array, at: Unknowns) -> Array:
+def residuals(target: Target, flown_ends: Array, at: Unknowns) -> Array:
     """λ(t_f) − ∇J − Σ ν ∇c and the held rows' values (ν itself where a row is not held), (B, 10)."""
-    here = conditions(aim, flown_ends[:, :6])
+    here = conditions(target, flown_ends[:, :6])
     costate = np.concatenate([-flown_ends[:, 9:], flown_ends[:, 6:9]], axis=1)
     slope = here.objective + (at.multipliers[:, :, None] * here.gradients).sum(axis=1)
-    rows = np.where(at.held, here.values, at.multipliers)
+    rows = np.where(at.active, here.values, at.multipliers)
     return np.concatenate([costate - slope, rows], axis=1)
 
 
-def from_sequences(collocation: Collocation, aim: Aim, found: Sequences, which: Index) -> Unknowns:
+def from_sequences(collocation: Collocation, target: Target, found: Sequences, which: Index) -> Unknowns:
     """Unknowns read off the multipliers of the last convex subproblems of the points `which`."""
-    arcs, goal = found.arcs[which], aim[which]
+    arcs, part = found.arcs[which], target[which]
     linear = collocation.end_map(arcs)
-    rows = goal.rows(arcs.ends)
+    rows = part.rows(arcs.ends)
     p = rows.equal.shape[1]
     costate = -rows.cost - (arcs.multipliers[:, :p, None] * rows.equal).sum(axis=1)
-    perigee = rows.cone if goal.has_cone else rows.bound
+    perigee = rows.cone if part.has_cone else rows.bound
     costate -= (arcs.multipliers[:, 3 : 3 + perigee.shape[1], None] * perigee).sum(axis=1)
     nodes = (costate[:, None] @ linear.by_control)[:, 0].reshape(arcs.controls.shape)
     nodes = nodes / (0.5 * collocation.duration * collocation.grid.weights * collocation.thrust)[:, None]
-    here = conditions(goal, arcs.ends)
-    held = held_rows(goal)
-    held[:, PERIGEE] = here.values[:, PERIGEE] < 1e-6
-    weights = np.where(held[:, :, None], here.gradients, 0.0)
+    here = conditions(part, arcs.ends)
+    active = active_rows(part)
+    active[:, PERIGEE] = here.values[:, PERIGEE] < 1e-6
+    weights = np.where(active[:, :, None], here.gradients, 0.0)
     fitted = np.linalg.pinv(weights.swapaxes(1, 2), rcond=1e-12) @ (costate - here.objective)[:, :, None]
-    return Unknowns(_initial_primers(collocation, nodes), np.where(held, fitted[:, :, 0], 0.0), held)
+    return Unknowns(_initial_primers(collocation, nodes), np.where(active, fitted[:, :, 0], 0.0), active)
 
 
 def _initial_primers(collocation: Collocation, nodes: Array) -> Array:

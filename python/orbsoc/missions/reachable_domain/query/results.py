@@ -139,18 +139,18 @@ class ReachableDomain:
         table = free.solve_planes(np.array([inc]), np.array([raan]), np.array([height]))
         perigee = np.array([1.0 + 1e3 * height / EARTH.earth_radius_m])
         edge = largest_tilts(free.tools, LargestTilt(free.frame, np.deg2rad([azimuth]), perigee))
-        tilt, doubt = np.rad2deg(edge.tilt[0]), np.rad2deg(np.fmax(edge.change[0], RESOLUTION_RAD))
+        tilt, uncertainty = np.rad2deg(edge.tilt[0]), np.rad2deg(np.fmax(edge.change[0], RESOLUTION_RAD))
         status = table["status"][0]
         if status == PointStatus.REACHED.value:
             largest = float(table["a_km"][0])
             if largest < 0.0:  # a hyperbola has more energy than any ellipse
-                return float(tilt), float(doubt), float("inf"), 0.0
+                return float(tilt), float(uncertainty), float("inf"), 0.0
             error = np.fmax(table["sma_error_rel"][0], self.scenario.verification.sma_rel)
-            return float(tilt), float(doubt), largest, largest * float(error)
+            return float(tilt), float(uncertainty), largest, largest * float(error)
         # On a plane beyond the edge there is no orbit at all; of one within it that no plan was found for nothing is known.
-        beyond = status == PointStatus.NOT_REACHED.value and not table["tilt_deg"][0] < tilt - doubt
+        beyond = status == PointStatus.NOT_REACHED.value and not table["tilt_deg"][0] < tilt - uncertainty
         largest = -np.inf if beyond else np.nan
-        return float(tilt), float(doubt), float(largest), 0.0
+        return float(tilt), float(uncertainty), float(largest), 0.0
 
     @cached_property
     def largest(self) -> LargestOrbits:
