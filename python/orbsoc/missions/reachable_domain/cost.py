@@ -70,7 +70,7 @@ class PatternCost:
 @dataclass(frozen=True, slots=True, eq=False)
 class DomainCost:
     """Modelled cost on one device under one partition: per grid, per point in PL clock cycles (`cycles`, in the table's
-    order), and of the whole domain. `points_per_s` counts every point of the table, held ones included."""
+    order), and of the whole domain. `points_per_s` counts every point of the table, those with a reused plan included."""
 
     device: str
     partition: str
@@ -165,7 +165,7 @@ def representative_subproblems(found: ReachableDomain) -> dict[int, list[tuple[P
 
 def _representatives(domain: Domain, nodes: int) -> list[Problem]:
     """The first subproblems of cold sequences to a plane tilted a few degrees, less where that is out of reach: at the
-    lowest perigee bound of the grid, which is idle there, and on the coarsest grid also at the highest, which binds.
+    lowest perigee bound of the grid, which is inactive there, and on the coarsest grid also at the highest, which is active.
     Where nothing is within reach, the first subproblem, which says so."""
     for tilt_deg in TILTS_DEG:
         problems = _solvable(domain, nodes, tilt_deg)

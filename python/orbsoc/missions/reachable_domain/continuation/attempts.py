@@ -1,8 +1,8 @@
 """One attempt at many points: the sequence, the flight, and what follows where the flight disagrees.
 
-A plan on N nodes is flown. Where it does not keep its promise, Newton's method on the indirect equations starts from
-its multipliers and the primer it finds is flown; where that fails too, the sequence is run again on a finer grid and
-both are tried once more. What is never flown to its promise is not counted as reached.
+A plan on N nodes is flown. Where the flight does not confirm it, Newton's method on the indirect equations starts from
+its multipliers, and the primer that it finds is flown. Where that fails too, the sequence is run again on a finer grid
+and both are tried once more. A plan that no flight confirms does not count as reached.
 """
 
 from __future__ import annotations
@@ -34,21 +34,21 @@ PRIMER_NODES = (16, 32, 64)
 """Nodes of the attitude programme of a polished plan, tried in this order: one with the first of NEWTON_STEPS, two with
 the second, all with the others."""
 NEWTON_STEPS = (6, 16, 40, 160)
-"""Gauss steps of an extremal; more where its steering swings so fast that the flight of its programme disagrees, as many as
-the last only where fewer found an extremal at all."""
+"""Gauss steps of an extremal; more where its steering swings so fast that the flight of its programme disagrees, the last
+number only where fewer steps found an extremal at all."""
 MOST_GRIDS = 5
 """Grids of a sequence, from 4 to 64 nodes."""
 SPENT = ("subproblems", "solver_iterations", "newton_steps")
-"""What attempts at a point add up."""
+"""Counters that attempts at a point add up."""
 CLEAR_MISS = 100.0
-"""A flight that misses by so many times its own error is not flown more accurately."""
+"""A flight whose miss exceeds its own error by this factor is not flown more accurately."""
 POLISHED_FLIGHT_STEPS = 12
 """Steps in which the flight of a polished plan begins: near the edge its steering swings fast."""
 CORRECTIONS = 6
-"""How often what is asked along a bound on the altitude may be moved by what the flight missed."""
+"""Limit of corrections of the requested target, along a bound on the altitude, by the miss of the flight."""
 ALONG_BOUND_SMA_REL = 0.01
-"""Along a bound on the altitude, on the finest grid, the flown orbit is the answer; one further from the promise is another
-plan's."""
+"""Along a bound on the altitude, on the finest grid, the flown orbit is the answer; one further from the prediction is
+another plan's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +99,7 @@ class Tools:
         return bool(np.isfinite(self.lowest))
 
     def sma_rel_along_bound(self, nodes: int) -> float:
-        """How far promise and flight may be apart along a bound on the altitude, on a grid of so many nodes."""
+        """How far prediction and flight may differ along a bound on the altitude, on a grid of `nodes` nodes."""
         return self.tolerances.sma_rel if nodes < self.fine_nodes else ALONG_BOUND_SMA_REL
 
     def verify(
@@ -111,7 +111,7 @@ class Tools:
         perigee_at_bound: bool,
         steps: int = FIRST_STEPS,
     ) -> Flown:
-        """Fly commands, in so many steps or more, and compare."""
+        """Fly programmes, in `steps` steps or more, and compare each flight with its target and predicted semi-major axis."""
 
         def compared(which: Index, flights: Flights) -> Flown:
             part = target[which]
@@ -132,7 +132,7 @@ class Tools:
         return compared(np.arange(len(target)), flights)
 
     def kept(self, flown: Flown, *, slack: Array | float = 0.0, sma_rel: float | None = None) -> Flags:
-        """Whether promises are kept, with so much slack; `sma_rel` overrides how well the semi-major axis is. Along a
+        """Whether flights are within the tolerances plus `slack`; `sma_rel` overrides that of the semi-major axis. Along a
         bound on the altitude the best steering has corners, between whose nodes the interpolant of any grid is longer
         than 1: there its length is reported, and the flight alone decides."""
         t = self.tolerances
@@ -148,9 +148,9 @@ class Tools:
 class Attempts:
     """What attempts at B points arrived at.
 
-    `ending` (B,) holds `Ending` values of the last sequence, `verified` (B,) says whether the flown plan kept its
-    promise, `nodes` (B,) are those of the last sequence and `polished` (B,) whether Newton found the plan. `arcs` are
-    references on the coarse grid to continue from; `commands` (B,) holds programmes (N, 3) or None; `subproblems`
+    `ending` (B,) holds `Ending` values of the last sequence, `verified` (B,) says whether the flight confirmed
+    the plan, `nodes` (B,) are those of the last sequence and `polished` (B,) whether Newton found the plan. `arcs` are
+    references on the coarse grid to continue from; `programmes` (B,) holds vectors (N, 3) or None; `subproblems`
     (B, MOST_GRIDS) counts those solved on each of `Tools.grids`.
     """
 
@@ -186,7 +186,7 @@ class Attempts:
         return Attempts(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
 
     def put(self, which: Index, other: Attempts) -> None:
-        """Overwrite some points by other attempts at them, adding up what was spent."""
+        """Overwrite some points by other attempts at them, adding up the counters."""
         for name in self.__dataclass_fields__:
             mine, theirs = getattr(self, name), getattr(other, name)
             if isinstance(mine, (Arcs, Flown)):
@@ -205,7 +205,7 @@ class Attempts:
 
 
 def attempt(tools: Tools, target: LargestOrbit, start: Arcs) -> Attempts:
-    """Try every point of `aim` from its arc of `start`, both on the coarse grid."""
+    """Try every point of `target` from its arc of `start`, both on the coarse grid."""
     out = _on_grid(tools, target, start, tools.nodes)
     coarse, nodes = tools.collocation(tools.nodes), tools.nodes
     while nodes < tools.fine_nodes:
@@ -223,7 +223,7 @@ def attempt(tools: Tools, target: LargestOrbit, start: Arcs) -> Attempts:
 
 
 def attempt_on_fine_grid(tools: Tools, target: LargestOrbit, start: Arcs) -> Attempts:
-    """Try every point of `aim` from its arc of `start` on the finest grid; the arcs returned are on the coarse one."""
+    """Try every point of `target` from its arc of `start` on the finest grid; the arcs returned are on the coarse one."""
     out = _on_grid(tools, target, start, tools.fine_nodes)
     out.arcs = resampled(tools.collocation(tools.fine_nodes), out.arcs, tools.collocation(tools.nodes))
     return out
@@ -248,10 +248,10 @@ def _sequence(
     requested: LargestOrbit | None = None,
     lowest: Array | None = None,
 ) -> None:
-    """Run the sequence for the points `which`, fly what converged, polish what does not keep its promise.
+    """Run the sequence for the points `which`, fly what converged, polish what the flight does not confirm.
 
-    With `lowest` (B,) bounding the radius at the nodes there is no polish, and `asked` may differ from the aim that the
-    flight is judged by.
+    With `lowest` (B,) bounding the radius at the nodes there is no polish, and the `requested` target may differ from the one
+    that the flight is compared with.
     """
     nodes = int(out.nodes[which[0]])
     collocation = tools.collocation(nodes)
@@ -295,7 +295,7 @@ def polish(
     perigee_at_bound: bool = False,
 ) -> Unknowns:
     """Newton from `start` for the points `which`, with finer steps where they are needed; take what converges and
-    flies to its promise. Where the solution with coarser steps lies too far off to lead to the next, `start` is tried
+    is confirmed by its flight. Where the solution with coarser steps lies too far off to lead to the next, `start` is tried
     again. Returns the unknowns arrived at."""
     unknowns = start[np.arange(len(which))]
     left, moved = np.arange(len(which)), np.zeros(len(which), bool)
@@ -349,7 +349,7 @@ def _fly_primers(
     *,
     perigee_at_bound: bool,
 ) -> None:
-    """Command the primers of extremals on the fewest nodes that fly to the promise, and take those plans."""
+    """Make programmes of the primers of extremals on the fewest nodes that a flight confirms, and take those plans."""
     left = np.arange(len(points))
     for nodes in choice:
         programmes = primer_programmes(extremals, nodes).vectors[left]
@@ -370,7 +370,7 @@ def _fly_primers(
 
 
 def _along_bound(tools: Tools, target: LargestOrbit, out: Attempts) -> None:
-    """Bound the altitude at the nodes, where the flight passes too low, and ask for what makes the flight arrive.
+    """Bound the altitude at the nodes, where the flight passes too low, and request what makes the flight arrive.
 
     Between the nodes the arc dips below the bound, and the interpolant of steering with corners ends off the plane: the
     bound is raised, the plane turned and the perigee raised by what the last flight missed.
@@ -395,7 +395,7 @@ def _along_bound(tools: Tools, target: LargestOrbit, out: Attempts) -> None:
 def _turned_by_the_miss(
     requested: LargestOrbit, target: LargestOrbit, flown: Flown, which: Index
 ) -> LargestOrbit:
-    """What to ask for next, given what `asked` led to for the points `which`."""
+    """The next requested target, given what `requested` led to for the points `which`."""
     normal, perigee = requested.normal.copy(), requested.perigee.copy()
     low = target.perigee[which] - flown.perigee[which]
     turned = normal[which] + (target.normal[which] - flown.normal[which])

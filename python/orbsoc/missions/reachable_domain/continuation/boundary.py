@@ -1,9 +1,9 @@
-"""The boundary of the reachable domain: the furthest tilt at each azimuth about the current plane, a curve per bound.
+"""The boundary of the reachable domain: the largest tilt at each azimuth about the current plane, a curve per bound.
 
 The perigee is free to lie in any direction and above its bound; a bound on the altitude is kept. What a scenario asks of the
 perigee beyond that makes the domain smaller: `edge_note` says so, and its edge is not drawn.
 
-No grid and no bisection: the furthest tilt is itself the optimum of a convex sequence (`terminal.LargestTilt`). The
+No grid and no bisection: the largest tilt is itself the optimum of a convex sequence (`terminal.LargestTilt`). The
 error of a point is estimated by the change from a grid of half as many nodes, on which it depends most.
 
 A burn mirrored in the current plane is a burn from the same state, and tilts the orbit as much the other way: the edge at

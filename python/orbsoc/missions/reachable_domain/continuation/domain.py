@@ -48,7 +48,7 @@ class Domain:
         return cls(scenario, tools, TiltFrame.about(momentum / np.linalg.norm(momentum)))
 
     def with_free_perigee(self) -> Domain:
-        """The same domain with the perigee anywhere at its bound or above: all that more is asked of lies within it."""
+        """The same domain with the perigee anywhere at its bound or above: the scenario's own domain lies within it."""
         if self.scenario.perigee == Perigee():
             return self
         free = self.scenario.with_changes(perigee={"condition": "at_least", "argp_deg": None})

@@ -1,7 +1,7 @@
-"""Why a point was not reached: the furthest tilt at its azimuth, found by its own sequence.
+"""Boundary points: the largest tilt at an azimuth, found by its own sequence.
 
-The set of reachable planes at a perigee bound is asked for its edge in the direction of the point. Where the edge falls
-short of the point's tilt, that gap is the evidence; where it does not, the extreme trajectory is a better start.
+A boundary point tells why a point at its azimuth was not reached. Where the largest tilt falls short of the point's tilt,
+that gap is the evidence; where it does not, the trajectory to the boundary point is a better start.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 START_TILT_RAD = float(np.deg2rad(10.0))
-"""Tilt of the plane that the cold start of an extreme steers to."""
+"""Tilt of the plane that the cold start steers to."""
 CLEAR_RAD = float(np.deg2rad(0.3))
 """A gap that a finer grid does not close: the coarse grid's error of the tilt stays below 0.1 degrees."""
 
 RESOLUTION_RAD = float(np.deg2rad(0.005))
-"""No furthest tilt is known better than this, whatever it changed by: on 48 nodes they are within 0.004 degrees of
+"""No largest tilt is known better than this, whatever it changed by: on 48 nodes they are within 0.004 degrees of
 those of a nonlinear program on 256 points (tests/missions/reachable_domain/test_against_nonlinear_program.py)."""
 
 
@@ -34,7 +34,7 @@ those of a nonlinear program on 256 points (tests/missions/reachable_domain/test
 class BoundaryPoints:
     """The largest tilts (B,) found, NaN where the sequence failed, `infeasible` (B,) where it failed because no orbit at all
     meets the perigee bound, their change (B,) from the grid before, the arcs that reach them on the coarse grid, the
-    nodes (B,) of the grid that found them, and what was spent. `fine` has the arcs on the finest grid of the points
+    nodes (B,) of the grid that found them, and the counters. `fine` has the arcs on the finest grid of the points
     `fine_points`."""
 
     tilt: Array
@@ -49,10 +49,10 @@ class BoundaryPoints:
 
 
 def largest_tilts(tools: Tools, target: LargestTilt, *, needed_tilt: Array | None = None) -> BoundaryPoints:
-    """The largest tilt of every azimuth and perigee bound of `aim`, on finer and finer grids, with the bound on the altitude
+    """The largest tilt of every azimuth and perigee bound of `target`, on finer and finer grids, with the bound on the altitude
     at their nodes if there is one (between the finest ones the arc may dip below it by some hundred metres).
 
-    With `tilt_in_doubt` (B,) the grid is refined only where the gap to these tilts is not clear.
+    With `needed_tilt` (B,) the grid is refined only where the gap to these tilts is not clear.
     """
     nodes, grid = tools.nodes, tools.collocation(tools.nodes)
     normal = target.frame.tilted(np.full(len(target), START_TILT_RAD), target.azimuth)

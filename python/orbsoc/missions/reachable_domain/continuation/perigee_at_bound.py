@@ -1,7 +1,6 @@
 """Perigee at its bound, not above it: the plans of the ≥ problem with their perigees lowered, bound by bound.
 
-Holding r_p = ρ where the largest orbit wants a higher perigee is not a convex restriction, and the sequence need not
-converge there. Newton on the indirect equations does: it starts from the largest orbit, where the multiplier of the
+r_p = ρ is not a convex restriction where the largest orbit has a higher perigee, and the sequence need not converge there. Newton on the indirect equations does: it starts from the largest orbit, where the multiplier of the
 perigee is zero, and follows the perigee down in steps.
 """
 
@@ -64,7 +63,7 @@ def lower_perigees(front: Wavefront) -> PointTable:
 def _free_optimum(
     front: Wavefront, rows: Index, target: LargestOrbit, plans: Attempts
 ) -> tuple[Unknowns, NDArray[np.bool_]]:
-    """Extremals of plans whose perigee condition is idle; rows of the table pay for them."""
+    """Extremals of plans whose perigee condition is inactive; their cost is added to rows of the table."""
     tools = front.tools
     collocation = tools.collocation(tools.nodes)
     found = sequences(collocation, target, plans.arcs, solve=tools.solve, rules=tools.rules)
@@ -86,7 +85,7 @@ def _descend(
     which: Index,
     ready: NDArray[np.bool_],
 ) -> Attempts:
-    """Follow the perigees of `which` from their heights to the goal (km); `unknowns` moves along."""
+    """Follow the perigees of `which` from their heights to the bound (km); `unknowns` moves along."""
     tools = front.tools
     out = Attempts.none(front.plans.arcs[rows], tools.nodes)
     live = np.flatnonzero(ready)

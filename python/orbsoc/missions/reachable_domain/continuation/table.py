@@ -42,9 +42,9 @@ FLOATS = (
     "argp_deg", "lowest_km", "sma_error_rel", "plane_error_rad", "perigee_short_m", "altitude_short_m",
     "raw_most_rel", "raw_least_rel", "furthest_tilt_deg",
 )  # fmt: skip
-"""Columns of numbers. Heights are over the equatorial radius; errors compare the flown plan with its promise and its
-bounds; `raw_most_rel` and `raw_least_rel` are the extremes of ‖u‖ − 1 of the attitude programme between its nodes (a polished
-one is a primer, whose length has no meaning below 1); `furthest_tilt_deg` is the evidence of a point that was not reached, NaN where none was sought."""
+"""Columns of numbers. Heights are over the equatorial radius; errors compare the flown plan with its prediction and
+its bounds; `raw_most_rel` and `raw_least_rel` are the extremes of ‖u‖ − 1 of the attitude programme between its nodes (a polished
+one is a primer, whose length has no meaning below 1); `furthest_tilt_deg` is the boundary point at the azimuth of a point that was not reached, NaN where none was sought."""
 COUNTS = ("nodes", "command_nodes", "sequence_iterations", "solver_iterations", "newton_steps")
 """Columns of integers: nodes of the last sequence and of the attitude programme, subproblems solved for this row,
 iterations in them (Newton steps on the dual, interior-point iterations), Newton steps of the polish. Beside them there is
@@ -61,14 +61,14 @@ WORDS = ("status", "origin", "level", "evidence")
 
 @dataclass(slots=True, eq=False)
 class PointTable:
-    """Columns by name, all of one length; `commands` holds flattened programmes (3N,) or None."""
+    """Columns by name, all of one length; `commands` has flattened programmes (3N,) or None."""
 
     columns: dict[str, NDArray[Any]]
     grids: tuple[int, ...]
 
     @classmethod
     def empty(cls, rows: int, grids: tuple[int, ...]) -> PointTable:
-        """Nothing known of so many rows, of which sequences may be run on `grids`."""
+        """Nothing known of `rows` rows, for which sequences may be run on `grids`."""
         columns: dict[str, NDArray[Any]] = {name: np.full(rows, np.nan) for name in FLOATS}
         columns |= {name: np.zeros(rows, np.int32) for name in (*COUNTS, *map(subproblems_on, grids))}
         columns |= {name: np.full(rows, "", dtype=object) for name in WORDS}
@@ -100,7 +100,7 @@ class PointTable:
         self["solver_iterations"][rows] += iterations
 
     def write_plans(self, rows: Index, found: Attempts, origin: Origin | NDArray[np.object_]) -> None:
-        """Rows whose plans were flown to their promise."""
+        """Rows whose plans a flight confirmed."""
         self["status"][rows] = PointStatus.REACHED.value
         self["origin"][rows] = origin.value if isinstance(origin, Origin) else origin
         self["level"][rows] = np.where(found.polished, "polished", "collocated")

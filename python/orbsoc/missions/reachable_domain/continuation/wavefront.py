@@ -1,7 +1,7 @@
 """All perigee bounds of a set of planes: from the lowest bound upwards, each plane from its own plan below.
 
 A plan that is optimal for a bound and whose perigee lies above a higher bound is optimal for that one too: the higher
-bound only removes orbits. So a plane's plan is held until its perigee falls short, and is then continued from bound to
+bound only removes orbits. So a plane's plan is reused until its perigee falls short, and is then continued from bound to
 bound. Likewise what is not reached at a bound is not reached at a higher one.
 """
 
@@ -85,7 +85,7 @@ class Wavefront:
 
     @classmethod
     def over(cls, tools: Tools, frame: TiltFrame, planes: PlaneSet, *, continuation: bool) -> Wavefront:
-        """Nothing tried yet; without `continued` every point is started cold by itself."""
+        """Nothing tried yet; without `continuation` every point is started cold by itself."""
         cold = towards_planes(tools.collocation(tools.nodes), planes.normal)
         plane = np.repeat(np.arange(len(planes)), len(planes.heights_km))
         plans = Attempts.none(cold[plane], tools.nodes)
@@ -103,7 +103,7 @@ class Wavefront:
         return self.table
 
     def _settle(self) -> None:
-        """Until every row has a status: hold, continue, and explain the lowest failure of every plane."""
+        """Until every row has a status: reuse and continue plans, and explain the lowest failure of every plane."""
         while True:
             self._reuse_or_continue()
             lowest = self._lowest_failures()
@@ -156,7 +156,7 @@ class Wavefront:
         return np.asarray(planes * opened.shape[1] + opened[planes].argmax(axis=1))
 
     def target(self, rows: Index, *, free: bool = False) -> LargestOrbit:
-        """What rows of the table aim at; `free` leaves the perigee direction free whatever is asked."""
+        """Targets of rows of the table; `free` leaves the perigee direction free whatever the scenario says."""
         bounds = len(self.planes.heights_km)
         return self.planes.target(rows // bounds, rows % bounds, free=free)
 
@@ -190,7 +190,7 @@ class Wavefront:
         gap = np.deg2rad(self.table["tilt_deg"][rows]) - tilt
         infeasible = self.plans.ending[rows] == Ending.INFEASIBLE
         nowhere = infeasible & edge.infeasible[points]
-        # No orbit meets the bound, or not what else is asked, or the plane lies at the edge as far as that is known.
+        # No orbit meets the bound, or the other conditions, or the plane lies at the boundary as far as that is known.
         explained = nowhere | (infeasible & self._restricted) | (-gap <= uncertainty)
         # A sequence that converged to plans none of which flies has not failed; it has not reached the point either.
         failed = ~explained & (np.isnan(gap) | (self.plans.ending[rows] != Ending.CONVERGED))
@@ -215,7 +215,7 @@ class Wavefront:
 
     @property
     def _restricted(self) -> bool:
-        """Whether more is asked than the evidence of the furthest tilt knows of."""
+        """Whether the scenario has conditions that the largest tilt does not take into account."""
         return self.tools.bounded or self.planes.argp is not None
 
     def _from_edge(self, rows: Index, start: Arcs) -> Attempts:

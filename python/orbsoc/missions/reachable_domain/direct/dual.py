@@ -2,11 +2,11 @@
 
 With multipliers w = (y, z) of the plane's rows and the perigee cone, d = c + Aᵀy + Gᵀz has three components a node, the
 best controls are uᵢ = −dᵢ/|dᵢ|, and what is left to maximise is D(w) = −b·y − h·z − Σ|dᵢ|: five variables instead of
-36, concave, and smooth where no dᵢ vanishes. Its optimum has b = Au and a cone pair z, s = h − Gu in one of three places:
-z = 0 and s inside; z = t(1, a) with |a| = 1, t > 0 and s = σ(1, −a); or, on a circular orbit, z inside and s = 0. Newton
-keeps to the place where it starts, but goes from the first to the second where s leaves the cone.
+36, concave, and smooth where no dᵢ vanishes. Its optimum has b = Au and a complementary cone pair z, s = h − Gu of
+one of three kinds: z = 0 and s inside; z = t(1, a) with |a| = 1, t > 0 and s = σ(1, −a); or, on a circular orbit, z inside
+and s = 0. Newton keeps the kind it starts with, but goes from the first to the second where s leaves the cone.
 
-Nothing is taken on trust: a point counts as solved when its pair meets every line of docs/algorithm.md's table for
+A point counts as solved when its pair meets every line of docs/algorithm.md's table for
 `SOLVED`; the stationarity line holds by construction. Whatever is left (no multipliers nearby, a cone to let go of, a node
 without thrust, no solution at all) is for an interior-point method. Source of the dual: Boyd &
 Vandenberghe, Convex Optimization, 2004, §5.1.
@@ -27,7 +27,7 @@ Flags = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
 INACTIVE, BOUNDARY, VERTEX = 0, 1, 2
-"""Where a cone pair is: z = 0; both on the cone; s = 0."""
+"""Kinds of complementary cone pairs: z = 0; both on the cone's boundary; s = 0."""
 NO_MULTIPLIER = 1e-6
 """A multiplier of the cone this small is none; it comes back where the cone is left."""
 INSIDE = 1e-4
@@ -35,7 +35,7 @@ INSIDE = 1e-4
 STEPS = 12
 """Limit of Newton steps; from the subproblem before it takes two to four."""
 BLOCK = 1024
-"""Points that step together: what fits in a core's cache."""
+"""Points in a block: what fits in a core's cache."""
 LARGEST_TURN = 0.5
 """Of the cone's direction a, rad, in a step."""
 LEAST_SHARE = 0.1
@@ -61,7 +61,7 @@ class DualSolutions:
 
 @dataclass(slots=True, eq=False)
 class _Points:
-    """Points under way: their data and where they stand, all in the first axis; `place` holds APART, TOUCHING, VERTEX."""
+    """Data and iterates of the points of a block, the first axis of each; `regime` has INACTIVE, BOUNDARY or VERTEX."""
 
     cost: Array
     slopes: Array
@@ -219,7 +219,7 @@ def _take(
     length: Array,
     tolerance: Array,
 ) -> None:
-    """Judge the pairs of points `which` and note those that are solutions."""
+    """Check the pairs of points `which` and store those that are solutions."""
     at, rows, p = here[which], live[which], here.equal.shape[1]
     x, short, s = controls[which], slack[which, :p], slack[which, p:]
     z = at.perigee

@@ -1,9 +1,9 @@
 """Solve (L ⊗ I − diag(Gᵢ)) X = C for many trajectories, L (N, N) shared: the linearised motion, without factorising it.
 
 L is the twofold differentiation over a burn or its transpose, so L⁻¹ integrates twice, and X ← L⁻¹(C + GX) is the
-Picard iteration of a linear differential equation: after k sweeps the error is of the order of (T²/r³)ᵏ/(2k)!, ten
-sweeps to rounding for a burn of a quarter of an orbit. A sweep is one matrix product for all trajectories. Where it does
-not settle the equations are factorised. Arrays have trajectories last: C and X are (N, 3, …, B).
+Picard iteration of a linear differential equation: after k iterations the error is of the order of (T²/r³)ᵏ/(2k)!, ten
+iterations to rounding for a burn of a quarter of an orbit. An iteration is one matrix product for all trajectories.
+Where it does not converge the equations are factorised. Arrays have trajectories last: C and X are (N, 3, …, B).
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ Array = NDArray[np.float64]
 
 MAX_ITERATIONS = 40
 UNCHECKED_ITERATIONS = 6
-"""Sweeps before the first that is looked at."""
+"""Iterations before the first convergence check."""
 TOLERANCE = 1e-9
-"""Change of a sweep, relative to the largest number of X or 1, that ends them."""
+"""Change of an iteration, relative to the largest number of X or 1, at which it has converged."""
 BLOCK = 768
-"""Columns of X that are swept together, of all trajectories: what fits in a core's cache."""
+"""Columns of X in a block, of all its trajectories: what fits in a core's cache."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,7 +82,7 @@ def solve_picard(
 
 
 def blocks(count: int, *, columns: int = 6) -> Iterator[slice]:
-    """Parts of so many trajectories, with so many columns of X each, that are swept together."""
+    """Blocks of `count` trajectories with `columns` columns of X each."""
     each = max(BLOCK // columns, 1)
     for start in range(0, count, each):
         yield slice(start, start + each)

@@ -56,7 +56,7 @@ def sequences(
     solve: Subproblems | None = None,
     rules: Rules | None = None,
 ) -> Sequences:
-    """Iterate every point of `aim` from its arc of `start` until a rule of `orbsoc.guidance.scp.Rules` stops it.
+    """Iterate every point of `target` from its arc of `start` until a rule of `orbsoc.guidance.scp.Rules` stops it.
 
     `lowest` (B,) bounds the radius at the nodes from below, canonical.
     """
@@ -79,7 +79,7 @@ def sequences(
 
 @dataclass(slots=True, eq=False)
 class _State:
-    """Where every point of a batch of sequences stands; `tight` (B,) says whose subproblems are solved tightly."""
+    """The state of a batch of sequences; `tight` (B,) says which subproblems are solved tightly."""
 
     rules: Rules
     arcs: Arcs

@@ -1,7 +1,6 @@
 """Solve a batch of condensed subproblems: Newton on the dual from multipliers nearby, an interior-point method else.
 
-Every subproblem is answered for by one of them, within the tolerance asked for and judged by one table (`dual`,
-docs/algorithm.md). Only the interior-point method says that a subproblem has no feasible point.
+Each subproblem is solved by one of them to the requested tolerance, by the same criteria (`dual`, docs/algorithm.md). Only the interior-point method says that a subproblem has no feasible point.
 """
 
 from __future__ import annotations
@@ -65,7 +64,7 @@ class Subproblems:
 
     @classmethod
     def threaded(cls, threads: int = 1, *, dual: bool = True) -> Subproblems:
-        """With `orbsoc.solve_batch` on so many threads."""
+        """With `orbsoc.solve_batch` on `threads` threads."""
 
         def solve(batch: CondensedBatch, settings: Settings) -> BatchSolution:
             return solve_batch(

@@ -1,8 +1,8 @@
-"""What is asked of the end state, linearised about a reference end state: rows on x_f for B points at once.
+"""Terminal conditions and objectives, linearised about a reference end state: rows on x_f for B points at once.
 
-Two objectives share them. `LargestOrbit`: the most energy on a given plane. `LargestTilt`: the plane tilted furthest
-from the current one at a given azimuth, whose optimum is the boundary of the reachable domain. Both ask for a perigee
-radius of at least ρ: ‖(a₁·L, a₂·L)‖ ≤ (n·H)²/ρ − 1, one three-dimensional cone, well defined on a circular orbit; the
+Two targets share them. `LargestOrbit`: the most energy on a given plane. `LargestTilt`: the plane tilted furthest from
+the current one at a given azimuth; its optimum is the boundary of the reachable domain. Both bound the perigee radius
+from below by ρ: ‖(a₁·L, a₂·L)‖ ≤ (n·H)²/ρ − 1, one three-dimensional cone, well defined on a circular orbit; the
 square is linearised. With the perigee direction fixed the cone becomes a row q·L = 0 and two bounds on l·L.
 Source: Li et al. 2025, eqs. 6–9, with its terminal rows replaced as docs/decisions/0011 says.
 """
@@ -39,7 +39,7 @@ class TerminalRows:
 
 
 class Target(Protocol):
-    """What B points aim at; `rows` linearises it about end states (B, 6)."""
+    """The targets of B points; `rows` linearises them about end states (B, 6)."""
 
     def __len__(self) -> int: ...
 
@@ -58,8 +58,8 @@ class Target(Protocol):
 class LargestOrbit:
     """Most energy on the planes of `normal` (B, 3) with perigee radius ≥ `perigee` (B,), canonical.
 
-    `perigee_direction` (B, 3), unit and in the plane, fixes where the perigee lies; None leaves it free. `pinned` holds the
-    perigee at its radius instead of above it; with a direction given as well, that is left to Newton (`continuation.perigee_at_bound`).
+    `perigee_direction` (B, 3), unit and in the plane, fixes where the perigee lies; None leaves it free. With `perigee_at_bound`
+    the perigee is at its radius, not above it; with a direction given as well, that is left to Newton (`continuation.perigee_at_bound`).
     """
 
     normal: Array

@@ -11,7 +11,7 @@ from ..query.results import ReachableDomain
 from .ellipses import EARTH_KM, band_title, largest_ellipses
 
 SHADES = 12
-"""Orbits are drawn in so many groups of one colour: a trace a line would be slow to turn."""
+"""Groups of one colour in which orbits are drawn: a trace a line would be slow to turn."""
 
 
 def write_band(domain: ReachableDomain, path: Path) -> None:

@@ -3,8 +3,8 @@
 Source of the formats: CCSDS 502.0-B-3, Orbit Data Messages. Times count from ignition at a given epoch, UTC.
 
 A scenario names neither a date nor where its x axis points among the stars, so its axes are none of the registered frames:
-the messages call them SCENARIO_ECI and say in comments what is known of them. Whoever knows the sidereal angle of that x axis
-turns states and nodes by it.
+the messages call them SCENARIO_ECI and say in comments what is known of them. A reader who knows the sidereal angle of that
+x axis turns states and nodes by it.
 """
 
 from __future__ import annotations

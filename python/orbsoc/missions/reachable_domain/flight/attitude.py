@@ -1,6 +1,6 @@
 """Attitude programmes: vectors at Legendre–Gauss nodes whose interpolant, normalised, is the thrust direction.
 
-A plan of the convex sequence commands its unit controls. A polished plan commands primer vectors at their own lengths:
+The programme of a convex sequence is its unit controls. That of a polished plan is primer vectors at their own lengths:
 the primer is smooth where its direction swings, so a few nodes hold it.
 """
 
@@ -18,7 +18,7 @@ from ..indirect.primer import Extremals
 Array = NDArray[np.float64]
 
 LENGTHS_AT = np.linspace(-1.0, 1.0, 201)
-"""Times, on [−1, 1], at which a programme's length is looked at."""
+"""Times, on [−1, 1], at which a programme's length is sampled."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

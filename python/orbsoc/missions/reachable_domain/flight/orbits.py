@@ -1,4 +1,4 @@
-"""Orbits of many end states, and whether flown plans keep what was promised and asked."""
+"""Orbits of many end states, and whether flights confirm plans: predictions, planes and bounds."""
 
 from __future__ import annotations
 
@@ -58,9 +58,9 @@ class Orbits:
 class Flown:
     """What B flown plans reached and by how much they miss: everything (B,), canonical lengths, radians.
 
-    `normal` (B, 3) is the unit normal of the plane reached. `sma_error` is relative to the promise; `perigee_short` and `altitude_short` are how far a bound is missed, 0 where
-    it is kept (a pinned perigee counts both ways), `direction_error` by how much the eccentricity vector is turned away from
-    the direction asked for, |Δe|, 0 where none is. `raw_most` and `raw_least` are the extremes of the programme's
+    `normal` (B, 3) is the unit normal of the plane reached. `sma_error` is relative to the prediction; `perigee_short` and `altitude_short` are how far a bound is missed, 0 where
+    it is kept (a perigee to be at its bound counts both ways), `direction_error` by how much the eccentricity vector is turned away from
+    the requested direction, |Δe|, 0 where none is. `raw_most` and `raw_least` are the extremes of the programme's
     length between its nodes; the flight normalises it, but a length above 1 betrays a grid that is too coarse.
     """
 
@@ -90,7 +90,7 @@ class Flown:
         perigee_at_bound: bool,
         lowest_allowed: float,
     ) -> Flown:
-        """Compare flights with their promises and bounds; `direction` (B, 3) is where the perigee is to lie."""
+        """Compare flights with their predictions and bounds; `direction` (B, 3) is where the perigee is to lie."""
         orbits = Orbits.of(flights.ends, normal)
         short = perigee - orbits.perigee
         return cls(
@@ -124,7 +124,7 @@ class Flown:
         return cls(*(np.full(shapes.get(field.name, (count,)), np.nan) for field in fields(cls)))
 
     def kept(self, *, sma_rel: Limit, plane_rad: Limit, bound: Limit, raw_excess: float) -> Flags:
-        """Whether every promise and bound is kept within tolerances, one for all or (B,); False where a number is missing."""
+        """Whether every prediction and bound is kept within tolerances, one for all or (B,); False where a number is missing."""
         flown = (self.sma_error <= sma_rel) & (self.plane_error <= plane_rad)
         flown &= (self.perigee_short <= bound) & (self.altitude_short <= bound)
         flown &= self.direction_error <= plane_rad

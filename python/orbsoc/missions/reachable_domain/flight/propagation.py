@@ -1,8 +1,8 @@
-"""Fly plans: propagate what their attitude programmes command, many at once, and say what orbits they reach.
+"""Fly plans: propagate their attitude programmes, many at once, to the orbits that they reach.
 
 The commanded direction is the degree N − 1 interpolant of the programme's vectors, normalised, at constant thrust
 (docs/algorithm.md). Integrated by DOP853 (`orbsoc.orbit.runge_kutta`) with the force written down here: neither the
-collocation that promises a plan nor the Gauss integrator that polishes it takes part, and the interpolant is evaluated as
+collocation that predicts a plan nor the Gauss integrator that polishes it takes part, and the interpolant is evaluated as
 a sum of Legendre polynomials, not by the collocation's formula. Where a flight's estimated error is
 too large, its steps are cut and it is flown again.
 """
@@ -27,15 +27,15 @@ Flags = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
 FIRST_STEPS, MOST_STEPS = 8, 2048
-"""Steps of a flight, and those beyond which it is given up: what it reached then is NaN, and keeps no promise."""
+"""Steps of a flight, and those beyond which it is given up: what it reached then is NaN, and confirms no plan."""
 MOST_PIECES = 8
 """Into which a step is cut at once."""
 ERROR = 2e-8
 """Largest estimated error of a flight, canonical: 13 cm, or 0.16 mm/s."""
 RAW_SAMPLES = 201
-"""Times at which the raw interpolant's length is looked at."""
+"""Times at which the raw interpolant's length is sampled."""
 BLOCK = 512
-"""Burns that are flown together: what fits in a core's cache."""
+"""Burns in a block: what fits in a core's cache."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

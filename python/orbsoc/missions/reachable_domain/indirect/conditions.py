@@ -36,7 +36,7 @@ class Conditions:
 
 
 def active_rows(target: Target) -> NDArray[np.bool_]:
-    """Which rows an aim asks for, (B, 4); the perigee's is True where it may become active."""
+    """The active rows of a target, (B, 4); the perigee's is True where it may become active."""
     flags = np.ones((len(target), ROWS), bool)
     if isinstance(target, LargestTilt):
         flags[:, [ACROSS, DIRECTION]] = False

@@ -21,10 +21,10 @@ from .variation import variational_matrices
 Array = NDArray[np.float64]
 
 FIRST_ITERATIONS, ITERATIONS = 4, 1
-"""Fixed-point sweeps of the sensitivity equations in the first step, and in the others, which start from the one before:
+"""Fixed-point iterations of the sensitivity equations in the first step, and in the others, which start from the one before:
 they only shape Newton's step."""
 FLIGHT_BLOCK, BLOCK = 512, 64
-"""Extremals that are flown together, and whose sensitivities are found together: what fits in a core's cache."""
+"""Extremals in a block of flights, and of sensitivities: what fits in a core's cache."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,7 +92,7 @@ def extremals(burn: Burn, duration: float, primers: Array, *, steps: int) -> Ext
 
 
 def sensitivity(burn: Burn, flown: Extremals) -> Array:
-    """∂[r, v, p, ṗ](t_f)/∂[p₀, ṗ₀], shape (B, 12, 6), along flown extremals, to a few digits (see SWEEPS)."""
+    """∂[r, v, p, ṗ](t_f)/∂[p₀, ṗ₀], shape (B, 12, 6), along flown extremals, to a few digits (see ITERATIONS)."""
     out = np.empty((len(flown.ends), 12, 6))
     thrust = burn.thrust_acceleration(flown.scheme.times)
     with np.errstate(all="ignore"):

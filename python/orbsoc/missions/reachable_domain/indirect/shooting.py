@@ -1,9 +1,9 @@
 """Newton's method on the indirect equations: what the convex sequence approaches, found to the last digits.
 
 Unknowns of a point are the initial primer (p₀, ṗ₀) and a multiplier ν of each terminal row; equations are
-λ(t_f) = ∇J + Σ ν ∇c with λ = (−ṗ, p), and c = 0 of the rows that are held. The perigee row is smooth in the form
-|H|²/(2ρ²) − 1/ρ − E ≥ 0 (the squared radial velocity at ρ is not positive ⇔ r_p ≥ ρ). It is held where it is pinned,
-and else where it has to be: a point that ends with a negative value or multiplier is solved again the other way.
+λ(t_f) = ∇J + Σ ν ∇c with λ = (−ṗ, p), and c = 0 of the active rows. The perigee row is smooth in the form
+|H|²/(2ρ²) − 1/ρ − E ≥ 0 (the squared radial velocity at ρ is not positive ⇔ r_p ≥ ρ). It is active where the perigee
+is to be at its bound, and else where it has to be: a point that ends with a negative value or multiplier is solved again the other way.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ TOLERANCE = 1e-10
 MAX_STEPS = 20
 HALVINGS = 4
 STEADY = 0.01
-"""A step that leaves a smaller share of the residual is followed by one with the same matrix."""
+"""A step that leaves a smaller fraction of the residual is followed by one with the same matrix."""
 STALLED, STALLS = 0.7, 3
-"""A point is given up after so many steps in a row that leave more than this share of the residual."""
+"""A point is given up after STALLS steps in a row that each leave more than the fraction STALLED of the residual."""
 SWITCHES = 3
 """How often the perigee row may change sides."""
 
 
 @dataclass(slots=True, eq=False)
 class Unknowns:
-    """Initial primers [p₀, ṗ₀] (B, 6), multipliers (B, 4), and which rows are held (B, 4)."""
+    """Initial primers [p₀, ṗ₀] (B, 6), multipliers (B, 4), and the active rows (B, 4)."""
 
     primers: Array
     multipliers: Array
@@ -85,7 +85,7 @@ class Indirect:
     steps: int = 12
 
     def solve(self, target: Target, start: Unknowns, *, perigee_at_bound: bool = False) -> Extrema:
-        """Newton from `start`; `pinned` holds the perigee at ρ instead of above it."""
+        """Newton from `start`; with `perigee_at_bound` the perigee is at ρ, not above it."""
         count = len(target)
         found = Unknowns(start.primers.copy(), start.multipliers.copy(), start.active.copy())
         if perigee_at_bound:
@@ -197,7 +197,7 @@ def _solved(matrix: Array, values: Array) -> Array:
 
 
 def residuals(target: Target, flown_ends: Array, at: Unknowns) -> Array:
-    """λ(t_f) − ∇J − Σ ν ∇c and the held rows' values (ν itself where a row is not held), (B, 10)."""
+    """λ(t_f) − ∇J − Σ ν ∇c and the active rows' values (ν itself where a row is not active), (B, 10)."""
     here = conditions(target, flown_ends[:, :6])
     costate = np.concatenate([-flown_ends[:, 9:], flown_ends[:, 6:9]], axis=1)
     slope = here.objective + (at.multipliers[:, :, None] * here.gradients).sum(axis=1)

@@ -1,4 +1,4 @@
-"""The orbit asked about: an ellipse above the ground, every number finite, angles in radians."""
+"""The requested orbit: an ellipse above the ground, every number finite, angles in radians."""
 
 from __future__ import annotations
 

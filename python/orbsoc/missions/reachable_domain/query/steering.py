@@ -1,8 +1,8 @@
 """Steer a burn onto an orbit: the smallest change of an attitude programme, and of its duration, whose flight ends there.
 
 The shortest burn onto an orbit may turn around within seconds where its primer vector passes near zero, which no
-grid's interpolant holds: its flight misses by some thousandths. A burn that misses by so little is mended by Newton's method
-on the flight itself: five conditions (angular momentum, and the Laplace vector in the orbit's plane), one unknown for every
+grid's interpolant holds: its flight misses by some thousandths. Newton's method on the flight
+itself removes such a miss: five conditions (angular momentum, and the Laplace vector in the orbit's plane), one unknown for every
 component of the programme's vectors and one for the duration, the step of least norm. What comes out is a little longer
 than the shortest burn and is on the orbit.
 """
