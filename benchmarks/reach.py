@@ -6,7 +6,7 @@ process. `--every K` takes every Kth plane. Three solvers of the same subproblem
 
 - `orbsoc`: Newton on the dual from the multipliers before, its interior-point method where there are none or that fails;
 - `orbsoc_interior_point`: its interior-point method, `solve_batch`, for every subproblem;
-- `clarabel`: one kept solver per pattern whose data is updated, on one thread; what it calls solved is believed.
+- `clarabel`: one solver per pattern with updated data, on one thread; what it calls solved is accepted.
 
 Writes reach.json: seconds, the seconds in the solvers' calls alone, verdicts, and every point on which they do not agree.
 """
@@ -69,7 +69,7 @@ class ClarabelLoop:
             x[k], dual[k], slack[k] = found.x, found.z, found.s[base.p :]
             status[k] = STATUS.get(str(found.status), Status.NUMERICAL_LIMIT)
             iterations[k] = found.iterations
-            # Below the tolerance asked for it is believed; what stopped short is judged by its own residuals.
+            # Below the requested tolerance it is accepted; what stopped short is checked by its own residuals.
             worst[k] = max(found.r_prim, found.r_dual)
         nothing = np.zeros(count)
         return BatchSolution(
@@ -144,7 +144,7 @@ def solvers() -> dict[str, Timed]:
 
 
 def measure(every: int, repeats: int) -> dict[str, Any]:
-    """Solve the shards of the paper's grid, or of every so many planes of it, with all solvers by turns."""
+    """Solve the shards of the paper's grid, or of every `every`-th plane of it, with all solvers by turns."""
     scenario = load_scenario(SCENARIO)
     timed = solvers()
     domains = {name: Domain.of(scenario, solve=solve) for name, solve in timed.items()}
@@ -200,7 +200,7 @@ def measure(every: int, repeats: int) -> dict[str, Any]:
 def main() -> None:
     """Measure and write reach.json."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--every", type=int, default=1, help="take every so many planes")
+    parser.add_argument("--every", type=int, default=1, help="take every EVERY-th plane")
     parser.add_argument("--repeats", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("out/reach-bench"))
     chosen = parser.parse_args()

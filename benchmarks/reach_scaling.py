@@ -37,7 +37,7 @@ EXECUTORS: dict[str, Callable[[int], Executor]] = {
 
 
 def arithmetic(payload: dict[str, Any]) -> Columns:
-    """So many turns of a loop that touches no memory to speak of."""
+    """A loop that touches almost no memory."""
     value = 0
     for k in range(payload["turns"]):
         value = (value * 1103515245 + k) & 0x7FFFFFFF
@@ -45,7 +45,7 @@ def arithmetic(payload: dict[str, Any]) -> Columns:
 
 
 def turns_for(seconds: float) -> int:
-    """How many turns of `arithmetic` take so much processor time."""
+    """Turns of `arithmetic` that take `seconds` of processor time."""
     turns = 2_000_000
     started = time.process_time()
     arithmetic({"turns": turns})
@@ -66,7 +66,7 @@ def elapsed_s(tasks: list[Task], work: Work, executor: Executor) -> float:
 
 
 def measure(shards: int, used: int, rounds: int) -> dict[str, Any]:
-    """Sweep the first `used` of so many equal shards of the paper's grid, by turns with as much arithmetic."""
+    """Sweep the first `used` of `shards` equal shards of the paper's grid, by turns with as much arithmetic."""
     scenario = load_scenario(SCENARIO)
     planes = scenario.grid.inclination_deg.count * scenario.grid.raan_deg.count
     scenario = scenario.with_changes(method={"planes_per_shard": -(-planes // shards)})

@@ -1,4 +1,4 @@
-"""Six burns from one state, each with a steering law of its own: what the integrators are held against SciPy on."""
+"""Six burns from one state with different steering laws, to compare the integrators with SciPy."""
 
 from __future__ import annotations
 

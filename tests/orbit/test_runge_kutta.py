@@ -36,7 +36,7 @@ def test_a_batch_of_burns_agrees_with_scipy_to_1e_12() -> None:
 
 
 def circle(count: int) -> tuple[float, float]:
-    """True and estimated error after 2 radians of a circular orbit in so many steps."""
+    """True and estimated error after 2 radians of a circular orbit in `count` steps."""
 
     def force(_k: int, r: np.ndarray) -> np.ndarray:
         return -r / np.linalg.norm(r, axis=0) ** 3

@@ -325,7 +325,7 @@ def test_an_embedded_cluster_gives_the_same_table(tmp_path: Path) -> None:
 
 @pytest.mark.filterwarnings("ignore")
 def test_a_lost_dask_worker_is_replaced_and_its_shard_done_again(tmp_path: Path) -> None:
-    """The worker is killed in the middle of a task, nobody told it to; the table is that of an undisturbed sweep.
+    """The worker is killed in the middle of a task without a request; the table is that of an undisturbed sweep.
 
     However long another one takes to start: Dask gives it 15 s, and would then wait for ever.
     """

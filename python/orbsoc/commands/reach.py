@@ -87,7 +87,7 @@ def _executor(dask: str | None, threads: int | None) -> Executor:
 
 
 def _checked(path: Path, device: str, partition: str, deadline_ms: float | None) -> Scenario:
-    """The scenario, once everything that can be refused at once has been looked at."""
+    """The scenario, after all checks that need no solve."""
     from hw_model import HwModelError
     from orbsoc.hw.cycle_budget import check_names
     from orbsoc.missions.reachable_domain import load_scenario

@@ -1,4 +1,4 @@
-"""A referee of the reachable domain that shares nothing with what it judges: the whole nonlinear problem, by IPOPT.
+"""Independent verification of the reachable domain, without its code: the whole nonlinear problem, by IPOPT.
 
 Direct collocation of constant-thrust flight on Radau points of many short intervals, unit thrust vectors as unknowns,
 one nonlinear program; no linearisation, no elimination, no multipliers, no shared code but the constants. The perigee
@@ -154,7 +154,7 @@ def tilt_axes(azimuth_deg: float) -> np.ndarray:
 def drawn_points() -> list[tuple[float, float, float]]:
     """Forty planes anywhere in the domain and twenty within a degree of its edge, at random perigee bounds.
 
-    Drawn with what is judged, because only it knows where the edge is; the referee knows nothing of that.
+    Drawn with the code under test, because only it knows the edge; the nonlinear program does not use it.
     """
     from orbsoc.missions.reachable_domain.continuation.largest_tilt import largest_tilts
     from orbsoc.missions.reachable_domain.direct.terminal import LargestTilt
@@ -196,7 +196,7 @@ def nearest_miss(energy: NonlinearProgram, tilt: NonlinearProgram) -> dict[str, 
 
 
 def main() -> None:
-    """Record the referee's answers."""
+    """Record the answers of the nonlinear program."""
     energy, tilt = NonlinearProgram(tilt=False), NonlinearProgram(tilt=True)
     points: list[dict[str, Any]] = []
     for inc, raan, height in drawn_points():

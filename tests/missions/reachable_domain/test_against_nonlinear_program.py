@@ -1,4 +1,4 @@
-"""The domain against a referee that shares nothing with it: recorded answers of IPOPT, and a few asked for anew.
+"""Independent verification by a nonlinear program: recorded answers of IPOPT, and a few solved anew.
 
 `python -m tests.missions.reachable_domain.nonlinear_program` records them again.
 """
@@ -63,7 +63,7 @@ def test_the_boundary_agrees_with_the_largest_tilts_of_the_nonlinear_program() -
     np.testing.assert_allclose(tilts, column(rows, "tilt_deg"), rtol=0, atol=0.02)
 
 
-def test_the_referee_still_says_so() -> None:
+def test_the_nonlinear_program_still_says_so() -> None:
     """Two recorded points, the edge point of the paper's grid, and a furthest tilt, solved by IPOPT now."""
     pytest.importorskip("casadi", reason="CasADi, a test extra, is not installed")
     energy, tilt = NonlinearProgram(tilt=False), NonlinearProgram(tilt=True)
@@ -81,7 +81,7 @@ def test_the_referee_still_says_so() -> None:
 
 
 def test_the_reached_planes_of_the_1_degree_grid_are_those_within_the_edge() -> None:
-    """At 100 km, 825 planes: the sweep's verdicts and the furthest tilts at the planes' azimuths agree on every one.
+    """At 100 km, 825 planes: the sweep's verdicts and the largest tilts at the planes' azimuths agree on every one.
 
     610 are reached. The nearest miss, i 16.3, Ω 332.25, lies 0.035 degrees beyond the edge, and IPOPT does not find a
     way there either; five reached planes lie within 0.035 degrees.
@@ -103,7 +103,7 @@ def test_the_reached_planes_of_the_1_degree_grid_are_those_within_the_edge() -> 
     )
 
 
-def test_the_nearest_miss_of_the_grid_is_beyond_the_edge_for_the_referee_too() -> None:
+def test_the_nearest_miss_of_the_grid_is_beyond_the_edge_for_the_nonlinear_program_too() -> None:
     """IPOPT finds no burn onto it, and its furthest tilt there falls as short as ours: 0.033 and 0.035 degrees."""
     miss = RECORDED["nearest_miss"]
     assert miss["converged"]

@@ -1,4 +1,4 @@
-"""The edge of the domain: its mirror symmetry, its interpolation and the error that states, and scenario axes."""
+"""The boundary of the domain: its mirror symmetry, and what restricts it."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from orbsoc.guidance.scenario_file import checked
-from orbsoc.missions.reachable_domain import Scenario, ScenarioError
 from orbsoc.missions.reachable_domain.continuation.boundary import edge_note, inside_box, solve_boundary
 from orbsoc.missions.reachable_domain.continuation.domain import Domain
 from orbsoc.missions.reachable_domain.continuation.largest_tilt import largest_tilts
@@ -17,9 +15,8 @@ from orbsoc.missions.reachable_domain.continuation.table import PointStatus
 from orbsoc.missions.reachable_domain.direct.terminal import LargestTilt
 from orbsoc.missions.reachable_domain.figures.draw import draw_figures
 from orbsoc.missions.reachable_domain.files.summary import summary
-from orbsoc.orbit import LaunchFrame, eci_from_launch_inertial, rotate_state
 from orbsoc.orbit.planes import inclination_and_node
-from orbsoc.reach import ReachableDomain, TiltLimit
+from orbsoc.reach import ReachableDomain
 from tests.missions.reachable_domain.cases import domain, paper, perigees
 
 
@@ -48,86 +45,11 @@ def test_a_sequence_that_goes_to_and_fro_on_twelve_nodes_ends_on_more() -> None:
     assert np.rad2deg(found.tilt[0]) == pytest.approx(13.959, abs=0.005)
 
 
-def curve(azimuth_deg: np.ndarray, height_km: np.ndarray) -> np.ndarray:
-    """A smooth edge to interpolate."""
-    beta = np.deg2rad(azimuth_deg)
-    return 10.0 + 4.0 * np.cos(2.0 * beta) + np.sin(4.0 * beta) - 2e-3 * height_km - 4e-6 * height_km**2
-
-
-def limit(azimuths: int) -> TiltLimit:
-    beta, height = np.arange(azimuths) * 360.0 / azimuths, np.arange(100.0, 501.0, 100.0)
-    table = curve(beta[:, None], height[None, :])
-    return TiltLimit(beta, height, table, np.full(table.shape, 1e-4))
-
-
-@pytest.mark.parametrize("azimuths", [16, 32, 64])
-def test_the_stated_interpolation_error_covers_the_true_one(azimuths: int) -> None:
-    draw = np.random.default_rng(azimuths)
-    beta, height = draw.uniform(-360.0, 720.0, 200), draw.uniform(100.0, 500.0, 200)
-    found = limit(azimuths)
-    assert (np.abs(found(beta, height) - curve(beta, height)) <= found.error_deg(beta, height)).all()
-    assert np.isnan(found(10.0, 90.0))
-
-
-def boundary_of(found: TiltLimit) -> dict[str, np.ndarray]:
-    """The columns that make a limit."""
-    beta, height = np.meshgrid(found.azimuth_deg, found.height_km, indexing="ij")
-    columns = {
-        "azimuth_deg": beta,
-        "perigee_bound_km": height,
-        "tilt_deg": found.table,
-        "tilt_change_deg": found.change,
-    }
-    return {name: values.ravel().copy() for name, values in columns.items()}
-
-
-@pytest.mark.parametrize("azimuth", [0, 13])
-def test_a_hole_in_the_boundary_is_bridged_and_its_error_stated(azimuth: int) -> None:
-    whole = limit(32)
-    columns = boundary_of(whole)
-    columns["tilt_deg"][5 * azimuth + 2] = np.nan
-    bridged = TiltLimit.of(columns)
-    miss = abs(bridged.table[azimuth, 2] - whole.table[azimuth, 2])
-    assert 0.0 < miss < 0.1
-    assert miss <= bridged.change[azimuth, 2] <= bridged.error_deg(whole.azimuth_deg[azimuth], 300.0)
-
-
-def test_a_height_with_many_holes_has_no_edge_and_the_others_keep_theirs() -> None:
-    whole = limit(16)
-    columns = boundary_of(whole)
-    columns["tilt_deg"][::5][:3] = np.nan
-    found = TiltLimit.of(columns)
-    lowest, second = whole.height_km[:2]
-    assert not found.covers(lowest)
-    assert np.isnan(found(10.0, lowest))
-    assert found(10.0, second) == pytest.approx(whole(10.0, second), abs=1e-12)
-    columns["tilt_deg"][:] = np.nan
-    assert np.isnan(TiltLimit.of(columns)(10.0, second))
-
-
 def test_the_search_box_may_lie_across_360_degrees() -> None:
     raan = {"first": 350.0, "last": 370.0, "step": 5.0}
     wide = domain().of(paper().with_changes(grid={"raan_deg": raan}))
     found = inside_box(wide, np.array([30.0, 30.0, 30.0, 30.0]), np.array([355.0, 5.0, 10.0, 11.0]))
     assert list(found) == [True, True, True, False]
-
-
-def test_launch_inertial_states_are_turned_into_eci() -> None:
-    """The paper's axes at Wenchang, azimuth 105 degrees: the scenario's vector, given in them, comes back."""
-    site = {"geocentric_latitude_deg": 19.6140, "azimuth_deg": 105.0, "inertial_longitude_deg": 110.955}
-    frame = LaunchFrame(*np.deg2rad(list(site.values())))
-    state = rotate_state(eci_from_launch_inertial(frame).T, paper().initial_eci())
-    np.testing.assert_allclose(state, [3.04e6, 5.83e6, 1.61e5, 6.68e3, -3.60e3, 6.07e2], rtol=1e-2)
-    document = {
-        **paper().model_dump(),
-        "axes": "launch_inertial",
-        "launch_site": site,
-        "initial": {"position_m": list(state[:3]), "velocity_m_s": list(state[3:])},
-    }
-    turned = checked(Scenario, document, source="test")
-    np.testing.assert_allclose(turned.initial_eci(), paper().initial_eci(), rtol=1e-12)
-    with pytest.raises(ScenarioError, match="launch_site: is missing"):
-        checked(Scenario, {**document, "launch_site": None}, source="test")
 
 
 def test_points_of_the_edge_outside_the_search_box_are_called_so() -> None:

@@ -8,7 +8,6 @@ import pytest
 from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.missions.reachable_domain.continuation.domain import Domain
 from orbsoc.missions.reachable_domain.continuation.table import Origin, PointStatus, PointTable
-from orbsoc.missions.reachable_domain.figures.planes import cell_limits
 from orbsoc.orbit import elements_from_state, propagate_burn
 from orbsoc.orbit.planes import normals, plane_error
 from tests.missions.reachable_domain.cases import domain, paper
@@ -148,8 +147,3 @@ def test_a_coarse_extremal_far_off_does_not_lead_astray() -> None:
     table = domain().solve_planes([19.3], [341.25], np.array([100.0, 110.0, 120.0]))
     assert (table["status"] == PointStatus.REACHED.value).all()
     assert table["a_km"][2] == pytest.approx(6843.5987, rel=1e-6)
-
-
-def test_maps_show_their_outer_cells_whole() -> None:
-    assert cell_limits(np.array([20.0, 24.0, 28.0])) == (18.0, 30.0)
-    assert cell_limits(np.array([20.0])) == (19.5, 20.5)

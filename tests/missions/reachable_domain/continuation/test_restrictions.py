@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orbsoc.guidance.scenario_file import ScenarioError, checked
 from orbsoc.missions.reachable_domain.continuation.boundary import solve_boundary
 from orbsoc.missions.reachable_domain.continuation.domain import Domain
 from orbsoc.missions.reachable_domain.continuation.table import PointStatus, PointTable
-from orbsoc.missions.reachable_domain.scenario import Scenario
 from tests.missions.reachable_domain.cases import paper
 
 INC, RAAN = np.array([28.3]), np.array([335.25])
@@ -54,19 +52,3 @@ def test_a_bound_that_no_orbit_meets_is_no_failure_of_the_solver() -> None:
     )
     assert set(edge["status"][edge["perigee_bound_km"] == 2100.0]) == {PointStatus.NOT_REACHED.value}
     assert np.isfinite(edge["tilt_deg"][edge["perigee_bound_km"] == 100.0]).all()
-
-
-@pytest.mark.parametrize(
-    ("table", "key", "value", "words"),
-    [
-        ("burn", "minimum_altitude_km", 250.0, "the burn begins below it; must be at most 198.8"),
-        ("method", "fine_nodes", 8, "must be at least method.nodes = 12"),
-    ],
-)
-def test_what_contradicts_the_rest_of_the_scenario_is_refused(
-    table: str, key: str, value: float, words: str
-) -> None:
-    document = paper().model_dump()
-    document[table][key] = value
-    with pytest.raises(ScenarioError, match=f"{table}.{key} = {value:g}: {words}"):
-        checked(Scenario, document, source="test")

@@ -1,4 +1,4 @@
-"""Newton on the dual of the condensed subproblem: against the interior-point method, in each place of the cone pair."""
+"""Newton on the dual of the condensed subproblem: against the interior-point method, for each kind of complementary cone pair."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from orbsoc.missions.reachable_domain.direct.arcs import Arcs
 from orbsoc.missions.reachable_domain.direct.condensed import CondensedBatch, condense
 from orbsoc.missions.reachable_domain.direct.dual import DualSolutions, solve_dual
 from orbsoc.missions.reachable_domain.direct.guess import towards_planes
-from orbsoc.missions.reachable_domain.direct.picard import GravityGradient, solve_picard
 from orbsoc.missions.reachable_domain.direct.sequence import Ending, sequences
 from orbsoc.missions.reachable_domain.direct.subproblems import Subproblems
 from orbsoc.missions.reachable_domain.direct.terminal import LargestOrbit, LargestTilt, Target
@@ -31,7 +30,7 @@ AZIMUTHS = [30.0, 30.0, 40.0]
 
 @cache
 def converged(kind: str) -> tuple[Target, Arcs]:
-    """Aims whose cone pair is apart, on the cone, or at its vertex, and the arcs that they converge to."""
+    """Targets whose cone pair is inactive, on the boundary, or at the vertex, and the arcs that they converge to."""
     if kind == "vertex":
         target: Target = LargestTilt(domain().frame, np.deg2rad(AZIMUTHS), perigees(400.0, 500.0, 400.0))
         normal = domain().frame.tilted(np.full(3, np.deg2rad(10.0)), np.deg2rad(AZIMUTHS))
@@ -110,7 +109,7 @@ def test_a_bound_that_begins_to_bind_is_found_from_no_multiplier() -> None:
 
 
 def test_what_newton_cannot_solve_is_not_called_solved() -> None:
-    """A subproblem without a feasible point, and multipliers of the wrong place."""
+    """A subproblem without a feasible point, and multipliers of the wrong kind."""
     target, arcs = converged("touching")
     far = LargestOrbit(normals(np.deg2rad([60.0] * 3), np.deg2rad([335.0] * 3)), TOUCHING)
     assert not newton(subproblem(far, arcs), arcs.multipliers).solved.any()
@@ -146,15 +145,3 @@ def test_sweeps_with_and_without_the_dual_agree_on_every_verdict() -> None:
     np.testing.assert_allclose(both[0]["a_km"], both[1]["a_km"], rtol=1e-7)
     inner = [table["solver_iterations"][table.reached()].sum() for table in both]
     assert inner[0] < 0.5 * inner[1]
-
-
-def test_motion_that_the_sweeps_do_not_settle_is_factorised() -> None:
-    """Deep in the well of gravity, many revolutions: Picard's iteration diverges long before it converges."""
-    positions = np.full((12, 3, 2), 0.03)
-    positions[:, :, 1] = 0.6
-    gravity = GravityGradient.at(positions)
-    constant = np.random.default_rng(1).normal(size=(12, 3, 2))
-    found = solve_picard(COLLOCATION.double_integral, gravity, constant)
-    left = np.tensordot(np.linalg.inv(COLLOCATION.double_integral), found, axes=1) - gravity.times(found)
-    scale = np.abs(np.linalg.inv(COLLOCATION.double_integral)).max() + np.abs(gravity.dense()).max()
-    np.testing.assert_allclose(left, constant, atol=1e-12 * scale * max(1.0, np.abs(found).max()))

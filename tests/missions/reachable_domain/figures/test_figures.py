@@ -16,7 +16,7 @@ from orbsoc.missions.reachable_domain.figures.band_page import write_band
 from orbsoc.missions.reachable_domain.figures.draw import draw_figures
 from orbsoc.missions.reachable_domain.figures.ellipses import VIEW_KM, band_title, largest_ellipses
 from orbsoc.missions.reachable_domain.figures.orbits import draw_band, drawn_extent
-from orbsoc.missions.reachable_domain.figures.planes import cell_edges, draw_maps, log_ticks
+from orbsoc.missions.reachable_domain.figures.planes import cell_edges, cell_limits, draw_maps, log_ticks
 from orbsoc.orbit import EARTH
 from orbsoc.reach import ReachableDomain
 from tests.missions.reachable_domain.cases import paper
@@ -137,3 +137,8 @@ def test_ticks_follow_the_data() -> None:
     assert log_ticks(300.0, 4.0e6) == [1.0e3, 1.0e4, 1.0e5, 1.0e6]
     assert log_ticks(2100.0, 4100.0) == [2100.0, 4100.0]
     assert log_ticks(900.0, 1100.0) == [1000.0]
+
+
+def test_maps_show_their_outer_cells_whole() -> None:
+    assert cell_limits(np.array([20.0, 24.0, 28.0])) == (18.0, 30.0)
+    assert cell_limits(np.array([20.0])) == (19.5, 20.5)

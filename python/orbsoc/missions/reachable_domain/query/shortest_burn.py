@@ -1,8 +1,8 @@
 """The shortest burn onto one very orbit, its perigee's height and direction included: problem A of the paper.
 
 The reachable domain leaves the perigee its freedom; an orbit does not. What decides about it is a burn that ends on it:
-`missions.reachable_insertion` seeks the shortest, `steering` mends it where its flight misses, and an integrator that neither
-of them uses flies what is left.
+The mission `reachable_insertion` seeks the shortest, `steering` corrects it where its flight misses, and an integrator that
+neither of them uses flies the result.
 """
 
 from __future__ import annotations
