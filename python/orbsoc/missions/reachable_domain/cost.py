@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.solution import Status
-from orbsoc.orbit import EARTH
 from orbsoc.solving.solver import solve
 
 from .continuation.domain import Domain
@@ -27,6 +26,7 @@ from .continuation.table import subproblems_on
 from .direct.condensed import condense
 from .direct.guess import towards_planes
 from .direct.terminal import LargestOrbit
+from .flight.orbits import canonical_radius
 from .query.results import ReachableDomain
 
 CYCLES = "modelled_pl_cycles"
@@ -180,7 +180,7 @@ def _solvable(domain: Domain, nodes: int, tilt_deg: float, *, feasible: bool = T
     heights = domain.scenario.grid.perigee_height_km.values()[[0, -1]]
     problems: list[Problem] = []
     for height_km in heights if nodes == domain.tools.nodes else heights[:1]:
-        target = LargestOrbit(normal, np.array([1.0 + 1e3 * height_km / EARTH.earth_radius_m]))
+        target = LargestOrbit(normal, np.array([canonical_radius(height_km)]))
         arcs = towards_planes(collocation, normal)
         for _ in range(PRICED_EACH if nodes == domain.tools.nodes else 1):
             linear = collocation.end_map(arcs)

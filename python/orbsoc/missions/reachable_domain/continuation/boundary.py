@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from orbsoc.orbit.planes import inclination_and_node
 
 from ..direct.terminal import LargestTilt
-from ..flight.orbits import RADIUS_M
+from ..flight.orbits import canonical_radius
 from .domain import Domain
 from .largest_tilt import largest_tilts
 from .table import PointStatus
@@ -42,7 +42,7 @@ def solve_boundary(domain: Domain, azimuth_deg: Array) -> dict[str, NDArray[Any]
     heights = domain.scenario.boundary.perigee_height_km.values()
     azimuth = np.repeat(azimuth_deg, len(heights))
     bound = np.tile(heights, len(azimuth_deg))
-    target = LargestTilt(domain.frame, np.deg2rad(azimuth), 1.0 + 1e3 * bound / RADIUS_M)
+    target = LargestTilt(domain.frame, np.deg2rad(azimuth), canonical_radius(bound))
     found = largest_tilts(domain.tools, target)
     azimuth, tilt = np.concatenate([azimuth, azimuth + 180.0]), np.tile(found.tilt, 2)
     inc, raan = inclination_and_node(domain.frame.tilted(tilt, np.deg2rad(azimuth)))

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.guidance.scp import Rules
-from orbsoc.orbit import EARTH
 from orbsoc.orbit.planes import TiltFrame, cross
 
 from ..direct.subproblems import Subproblems
+from ..flight.orbits import canonical_radius
 from ..scenario import Perigee, Scenario
 from .attempts import Tolerances, Tools
 from .perigee_at_bound import lower_perigees
@@ -39,7 +39,7 @@ class Domain:
             duration=scenario.duration,
             nodes=method.nodes,
             fine_nodes=method.fine_nodes,
-            lowest=-np.inf if lowest_km is None else 1.0 + 1e3 * lowest_km / EARTH.earth_radius_m,
+            lowest=-np.inf if lowest_km is None else canonical_radius(lowest_km),
             rules=Rules(max_iterations=method.max_iterations),
             tolerances=Tolerances(limits.sma_rel, limits.plane_rad, limits.bound_m),
             solve=solve or Subproblems.threaded(threads),

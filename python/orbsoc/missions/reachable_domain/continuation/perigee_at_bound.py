@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..direct.arcs import Arcs
 from ..direct.sequence import Ending, sequences
 from ..direct.terminal import LargestOrbit
-from ..flight.orbits import RADIUS_M
+from ..flight.orbits import canonical_radius
 from ..indirect.shooting import Unknowns, from_sequences
 from .attempts import MOST_GRIDS, Attempts, attempt, polish
 from .table import Origin, PointStatus, PointTable
@@ -95,7 +95,7 @@ def _descend(
     for step in range(1, steps + 1):
         at = height[live] + (bound_km[live] - height[live]) * step / steps
         full = front.target(rows[live])
-        target = LargestOrbit(full.normal, 1.0 + 1e3 * at / RADIUS_M, full.perigee_direction)
+        target = LargestOrbit(full.normal, canonical_radius(at), full.perigee_direction)
         if step < steps:
             found = tools.indirect(12).solve(target, unknowns[which[live]], perigee_at_bound=True)
             unknowns.put(which[live], found.unknowns)

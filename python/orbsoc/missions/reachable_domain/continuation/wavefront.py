@@ -18,7 +18,7 @@ from ..direct.arcs import Arcs
 from ..direct.guess import towards_planes
 from ..direct.sequence import Ending
 from ..direct.terminal import LargestOrbit, LargestTilt
-from ..flight.orbits import RADIUS_M
+from ..flight.orbits import canonical_radius
 from .attempts import SPENT, Attempts, Tools, attempt, attempt_on_fine_grid
 from .largest_tilt import RESOLUTION_RAD, BoundaryPoints, largest_tilts
 from .table import Origin, PointStatus, PointTable
@@ -49,7 +49,7 @@ class PlaneSet:
     def target(self, planes: Index, bound: Index, *, free: bool = False) -> LargestOrbit:
         """Planes and bounds, one a point."""
         normal = self.normal[planes]
-        perigee = 1.0 + 1e3 * self.heights_km[bound] / RADIUS_M
+        perigee = canonical_radius(self.heights_km[bound])
         if self.argp is None or free:
             return LargestOrbit(normal, perigee)
         node, ahead = in_plane_axes(normal)
@@ -118,7 +118,7 @@ class Wavefront:
         rows, source = open_rows[source >= 0], source[source >= 0]
         if not rows.size or not self.continuation:
             return
-        perigee = 1.0 + 1e3 * self.table["perigee_bound_km"][rows] / RADIUS_M
+        perigee = canonical_radius(self.table["perigee_bound_km"][rows])
         high = self.plans.flown.perigee[source] >= perigee
         reused = self.plans[source[high]]
         reused.flown.perigee_short[:] = 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +16,15 @@ from .propagation import Flights
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Limit = Array | float
+N = TypeVar("N", float, Array)
 
 RADIUS_M = EARTH.earth_radius_m
 """One canonical length."""
+
+
+def canonical_radius(height_km: N) -> N:
+    """Radius of a height over the equatorial radius, canonical; of a number or an array."""
+    return 1.0 + 1e3 * height_km / RADIUS_M
 
 
 @dataclass(frozen=True, slots=True, eq=False)

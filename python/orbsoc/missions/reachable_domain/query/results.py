@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.missions.reachable_domain.scenario import Scenario
-from orbsoc.orbit import EARTH, Elements
+from orbsoc.orbit import Elements
 from orbsoc.orbit.planes import normals
 from orbsoc.sweep import ShardStore, StoreError
 
@@ -21,6 +21,7 @@ from ..continuation.domain import Domain
 from ..continuation.largest_tilt import RESOLUTION_RAD, largest_tilts
 from ..continuation.table import PointStatus
 from ..direct.terminal import LargestTilt
+from ..flight.orbits import canonical_radius
 from .largest_orbit import LargestOrbits
 from .margin import Margin, Verdict
 from .requested_orbit import check_orbit
@@ -137,7 +138,7 @@ class ReachableDomain:
     ) -> tuple[float, float, float, float]:
         free = self.domain.with_free_perigee()
         table = free.solve_planes(np.array([inc]), np.array([raan]), np.array([height]))
-        perigee = np.array([1.0 + 1e3 * height / EARTH.earth_radius_m])
+        perigee = np.array([canonical_radius(height)])
         edge = largest_tilts(free.tools, LargestTilt(free.frame, np.deg2rad([azimuth]), perigee))
         tilt, uncertainty = np.rad2deg(edge.tilt[0]), np.rad2deg(np.fmax(edge.change[0], RESOLUTION_RAD))
         status = table["status"][0]
