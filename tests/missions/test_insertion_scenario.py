@@ -182,7 +182,10 @@ def test_fixed_perigee_direction_of_a_circular_target_is_refused_and_free_is_not
     scenario = load_scenario(circular_target(tmp_path))
     with pytest.raises(ScenarioError, match=r"target\.perigee_direction = 'fixed': .*circular"):
         scenario.with_changes(problem="max_energy")
-    assert scenario.with_changes(problem="max_energy", perigee_direction="free").problem == "max_energy"
+    assert (
+        scenario.with_changes(problem="max_energy", target={"perigee_direction": "free"}).problem
+        == "max_energy"
+    )
 
 
 def test_target_out_of_reach_is_a_status_in_words_not_an_exception(tmp_path: Path) -> None:

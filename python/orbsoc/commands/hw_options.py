@@ -59,7 +59,10 @@ def computer(device: str, settings: Mapping[str, Any] | None = None) -> Platform
 
 
 def parsed_settings(
-    settings: Sequence[str] | None, elsewhere: Mapping[str, str] | None = None, option: str = "--set "
+    settings: Sequence[str] | None,
+    elsewhere: Mapping[str, str] | None = None,
+    option: str = "--set ",
+    example: str = "pl.lanes=8",
 ) -> dict[str, Any]:
     """KEY=VALUE pairs; a value is a TOML value, or else text.
 
@@ -73,7 +76,7 @@ def parsed_settings(
     for item in settings or ():
         key, equals, text = (part.strip() for part in item.partition("="))
         if not equals or not key:
-            raise PlatformError(f"{option}{item!r}: must be KEY=VALUE, e.g. pl.lanes=8")
+            raise PlatformError(f"{option}{item!r}: must be KEY=VALUE, e.g. {example}")
         if key in found:
             raise IgnoredKeyError(f"{option}{item!r}: `{key}` was set to {found[key]!r} before; set it once")
         if elsewhere and key in elsewhere:

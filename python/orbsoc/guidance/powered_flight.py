@@ -16,6 +16,7 @@ from scipy import sparse
 
 from orbsoc.conic.builder import ConicBuilder, HasPoint, Term, Variable
 from orbsoc.orbit import CanonicalUnits, Thruster
+from orbsoc.orbit.propagate import Steering
 
 from .collocation import LegendreGauss
 
@@ -167,6 +168,15 @@ def read_burn(
         end=builder.value(solution, "end"),
         duration=float(duration),
     )
+
+
+def commanded(grid: LegendreGauss, controls: Array, duration_s: float) -> Steering:
+    """The steering an attitude programme of nodal directions stands for."""
+
+    def steering(t_s: float, _state: Array) -> Array:
+        return np.asarray(grid.interpolate(controls, 2.0 * t_s / duration_s - 1.0)[0])
+
+    return steering
 
 
 def stored(block: ArrayLike) -> sparse.coo_array:

@@ -10,9 +10,9 @@ import hw_model
 from hw_model.area.resources import Budget, budget
 from hw_model.timing.schedules import engine_of
 from hw_model.timing.stage_cycles import estimated
-from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Status
-from orbsoc.guidance.scp import Iteration, Solve
+from orbsoc.guidance.mission import SolvedProblem
+from orbsoc.guidance.scp import Solve
 from orbsoc.ps import PsScheduler
 from orbsoc.solving.solver import solve
 
@@ -109,7 +109,7 @@ def check_names(device: str, partition: str, *, exact: bool = True) -> None:
 
 
 def cycle_budget(
-    iterations: Sequence[Iteration],
+    subproblems: Sequence[SolvedProblem],
     *,
     device: str,
     partition: str,
@@ -118,7 +118,7 @@ def cycle_budget(
     scheduled: PsScheduler | None = None,
     exact: bool = True,
 ) -> CycleBudget:
-    """Price every subproblem of `iterations` on `device` under `partition`.
+    """Price every subproblem of a plan on `device` under `partition`.
 
     The trace is that of `scheduled`, the scheduler that made the plan, or comes from solving the same subproblems
     again on a new one. `exact`: cycles of the PL from schedules, not estimated. `deadline_ms` is judged only for a `verified` plan: no deadline is met without one. Either way each is solved by the other path too, and the bits are compared.
@@ -128,8 +128,8 @@ def cycle_budget(
     scheduler = scheduled or PsScheduler()
     other: Solve = solve if scheduled else scheduler
     same_bits = True
-    for row in iterations:  # every one, even after a difference: the trace must hold the whole plan
-        again = other(row.problem, Settings(tol=row.tolerance))
+    for row in subproblems:  # every one, even after a difference: the trace must hold the whole plan
+        again = other(row.problem, row.settings)
         if again.status is Status.INTERRUPTED:
             raise KeyboardInterrupt
         same_bits &= _same_bits(again, row.solution)

@@ -127,10 +127,11 @@ class DeadlineReport:
 
 def study_key(scenario: Any, seed: int) -> str:
     """What the records of one study share: scenario, dispersion, seed and versions."""
-    from orbsoc.missions.reachable_insertion import Dispersion
+    from orbsoc.missions.registry import dispersible
     from orbsoc.solving.bundle import versions
 
-    parts = [scenario.model_dump(mode="json"), asdict(Dispersion()), seed, versions()]
+    dispersion = dispersible(scenario).DISPERSION.to_dict()
+    parts = [scenario.model_dump(mode="json"), dispersion, seed, versions()]
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -234,18 +235,18 @@ def judge(
 
 def _plan(scenario: Any, number: int, seed: int) -> tuple[Case, tuple[Problem, ...]]:
     """One case, and a problem of each of its patterns."""
-    from orbsoc.missions.reachable_insertion import dispersed, plan
+    from orbsoc.missions.registry import dispersible
     from orbsoc.ps import PsScheduler
 
     from .schedules import pattern_digest
 
-    scheduler = PsScheduler()
-    found = plan(dispersed(scenario, number, seed), solve=scheduler)
+    scheduler, mission = PsScheduler(), dispersible(scenario)
+    found = mission.plan(mission.disperse(scenario, number, seed), solve=scheduler)
     if found.status.name == "INTERRUPTED":
         raise KeyboardInterrupt
-    iterations = tuple(row.solution.iterations for row in found.iterations)
+    iterations = tuple(row.solution.iterations for row in found.subproblems)
     digests = tuple(pattern_digest(problem).hex()[:16] for problem in scheduler.patterns)
-    case = Case(number, found.status.value, len(found.iterations), iterations, scheduler.trace, digests)
+    case = Case(number, found.status.value, len(iterations), iterations, scheduler.trace, digests)
     return case, scheduler.patterns
 
 

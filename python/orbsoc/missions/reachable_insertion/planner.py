@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
-import enum
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from itertools import chain
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import legendre_gauss
-from orbsoc.guidance.powered_flight import Burn, Trajectory
-from orbsoc.guidance.scp import ExitReason, Iteration, Outcome, Rules, Solve, Subproblem, sequential_convex
-from orbsoc.orbit import EARTH, CanonicalUnits, PropagationError, elements_from_state
+from orbsoc.guidance.mission import Column, Difference, FigureFile, PaperRow, PlanStatus
+from orbsoc.guidance.powered_flight import Burn, Trajectory, commanded
+from orbsoc.guidance.scenario_file import read_toml
+from orbsoc.guidance.scp import ExitReason, Iteration, Rules, Solve, Subproblem, sequential_convex
+from orbsoc.orbit import EARTH, CanonicalUnits, elements_from_state
 from orbsoc.orbit.propagate import Steering
 
+from .burn_plan import BurnPlan, Stage
+from .comparison import differences
 from .guess import along_velocity, propagated, towards_plane
+from .paper import compare
+from .plots import draw_figures
 from .problems import Iterate, MaxEnergyFixedPerigee, MaxEnergyFreePerigee, MinTime
-from .scenario import ProblemName, Scenario
+from .record import attitude_csv, plan_document
+from .scenario import ProblemName, Scenario, load_scenario
 from .target import TargetOrbit
-from .verification import Verification, commanded, verify
+from .verification import Verification, verify
 
 Array = NDArray[np.float64]
 Linearise = Callable[[Iterate], Subproblem[Iterate]]
@@ -29,54 +36,31 @@ GROWTH = 1.5
 """Factor by which the grid grows when the propagation does not confirm a plan."""
 
 
-class PlanStatus(enum.Enum):
-    """What a plan is worth."""
-
-    VERIFIED = "verified"
-    NOT_VERIFIED = "not_verified"
-    INFEASIBLE = "infeasible"
-    FAILED = "failed"
-    INTERRUPTED = "interrupted"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Stage:
-    """One run of the sequence on one grid; `note` says why it was run."""
-
-    nodes: int
-    note: str
-    outcome: Outcome[Iterate]
+COLUMNS = {
+    "nodes": Column("nodes", ".0f"),
+    "time_of_flight_s": Column("burn", ".6f", "s"),
+    "perigee_height_km": Column("perigee", ".3f", "km"),
+    "apogee_height_km": Column("apogee", ".3f", "km"),
+}
+"""Columns of the iteration table that are this mission's own."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Plan:
-    """What was planned, how, and what the propagation says of it.
+class Plan(BurnPlan):
+    """A plan as `guidance.mission.Plan` has it."""
 
-    `iterate` is the last one reached; it is a plan to fly only when `status` is VERIFIED. `verification` is None
-    when the sequence did not converge to a feasible point.
-    """
+    def to_dict(self) -> dict[str, Any]:
+        return plan_document(self)
 
-    scenario: Scenario
-    target: TargetOrbit
-    status: PlanStatus
-    exit_reason: ExitReason
-    message: str
-    stages: tuple[Stage, ...]
-    iterate: Iterate
-    verification: Verification | None
+    def tables(self) -> dict[str, str]:
+        table = attitude_csv(self)
+        return {} if table is None else {"attitude.csv": table}
 
-    @property
-    def iterations(self) -> tuple[Iteration, ...]:
-        """Every subproblem solved, over all stages."""
-        return tuple(chain.from_iterable(stage.outcome.iterations for stage in self.stages))
+    def figures(self, folder: Path) -> tuple[FigureFile, ...]:
+        return draw_figures(self, folder)
 
-    @property
-    def trajectory(self) -> Trajectory:
-        return self.iterate.trajectory
-
-    @property
-    def time_of_flight_s(self) -> float:
-        return self.trajectory.duration * CanonicalUnits.of(EARTH).time_s
+    def differences(self, other: Plan) -> tuple[Difference, ...]:
+        return differences(self, other)
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,4 +207,14 @@ def _conclude(mission: _Mission, stages: list[Stage], best: Stage, verification:
     )
 
 
-__all__ = ["Plan", "PlanStatus", "PropagationError", "Stage", "plan"]
+def reproduce(scenarios: Path) -> tuple[PaperRow, ...]:
+    """Both problems of every scenario in a folder that names a case of the paper; each row's quantity names its plan."""
+    rows: list[PaperRow] = []
+    for path in sorted(scenarios.glob("*.toml")):
+        if read_toml(path).get("mission") != "reachable_insertion":
+            continue
+        scenario = load_scenario(path)
+        for problem in ("min_time", "max_energy") if scenario.compare_with else ():
+            found = compare(plan(scenario.with_changes(problem=problem)))
+            rows += (replace(row, quantity=f"{scenario.name}, {problem}: {row.quantity}") for row in found)
+    return tuple(rows)

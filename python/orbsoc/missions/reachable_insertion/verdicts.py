@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import ExitReason
 from orbsoc.orbit import EARTH, CanonicalUnits
 
-from .planner import Plan, PlanStatus
+from .burn_plan import BurnPlan
 from .problems import Row
 
 
@@ -22,14 +23,14 @@ class Violation:
     words: str
 
 
-def violations(plan: Plan) -> tuple[Violation, ...]:
+def violations(plan: BurnPlan) -> tuple[Violation, ...]:
     """Terminal rows the sequence had to leave violated, worst first; empty for a feasible plan."""
     floor = 1e-9  # below it the slack is the solver's, not the trajectory's
     found = [Violation(row, value, _in_words(plan, row, value)) for row, value in plan.iterate.slack]
     return tuple(sorted((v for v in found if abs(v.value) > floor), key=lambda v: -abs(v.value)))
 
 
-def verdict(plan: Plan) -> str:
+def verdict(plan: BurnPlan) -> str:
     """One or two sentences: what was found, what the propagation says, and what to try when it is no plan."""
     if plan.status is PlanStatus.VERIFIED:
         return f"VERIFIED: {_achievement(plan)}. {_evidence(plan)}"
@@ -45,7 +46,7 @@ def verdict(plan: Plan) -> str:
     )
 
 
-def _achievement(plan: Plan) -> str:
+def _achievement(plan: BurnPlan) -> str:
     assert plan.verification is not None
     orbit = plan.verification.planned_orbit
     shape = f"{orbit.perigee_height_m() / 1e3:.2f} × {orbit.apogee_height_m() / 1e3:.2f} km"
@@ -58,7 +59,7 @@ def _achievement(plan: Plan) -> str:
     )
 
 
-def _evidence(plan: Plan) -> str:
+def _evidence(plan: BurnPlan) -> str:
     found = plan.verification
     assert found is not None
     return (
@@ -68,7 +69,7 @@ def _evidence(plan: Plan) -> str:
     )
 
 
-def _objection(plan: Plan) -> str:
+def _objection(plan: BurnPlan) -> str:
     found = plan.verification
     assert found is not None
     text = f"the propagation does not confirm it: {'; '.join(found.failures)}"
@@ -77,7 +78,7 @@ def _objection(plan: Plan) -> str:
     return f"{text}. Raise method.max_nodes above {plan.scenario.method.max_nodes}"
 
 
-def _infeasible(plan: Plan) -> str:
+def _infeasible(plan: BurnPlan) -> str:
     found = violations(plan)
     worst = found[0].words if found else "no row stands out"
     longest_s = plan.scenario.vehicle.longest_burn_s
@@ -91,13 +92,13 @@ def _infeasible(plan: Plan) -> str:
     )
 
 
-def _what_to_try(plan: Plan) -> str:
+def _what_to_try(plan: BurnPlan) -> str:
     if plan.scenario.problem == "max_energy":
         return "try a longer burn.duration_s, another target plane or perigee height, or more method.nodes"
     return "try another burn.duration_s as first guess, a nearer target, or more method.nodes"
 
 
-def _in_words(plan: Plan, row: Row, value: float) -> str:
+def _in_words(plan: BurnPlan, row: Row, value: float) -> str:
     target = plan.target
     momentum = plan.iterate.momentum_scale * target.momentum
     units = CanonicalUnits.of(EARTH)
@@ -124,7 +125,7 @@ def _in_words(plan: Plan, row: Row, value: float) -> str:
     return f"the perigee too low by {low_km:.2f} km"
 
 
-def _perigee_shortfall_m(plan: Plan, value: float) -> float:
+def _perigee_shortfall_m(plan: BurnPlan, value: float) -> float:
     """Slack s in e ≤ p/r_p − 1 + s lets the perigee sink by about r_p s/(1 + e)."""
     height_km = plan.scenario.target.perigee_height_km or 0.0
     return abs(value) * (EARTH.earth_radius_m + 1e3 * height_km)

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.collocation import LegendreGauss
-from orbsoc.guidance.powered_flight import Trajectory
+from orbsoc.guidance.powered_flight import Trajectory, commanded
 from orbsoc.orbit import (
     EARTH,
     CanonicalUnits,
@@ -25,7 +24,6 @@ from orbsoc.orbit import (
     propagate_burn,
     rotate_state,
 )
-from orbsoc.orbit.propagate import Steering
 
 from .problems import Iterate
 from .scenario import Scenario
@@ -81,15 +79,6 @@ class Verification:
     @property
     def verified(self) -> bool:
         return not self.failures
-
-
-def commanded(grid: LegendreGauss, controls: Array, duration_s: float) -> Steering:
-    """The steering an attitude programme of nodal directions stands for."""
-
-    def steering(t_s: float, _state: Array) -> Array:
-        return np.asarray(grid.interpolate(controls, 2.0 * t_s / duration_s - 1.0)[0])
-
-    return steering
 
 
 def fly(scenario: Scenario, trajectory: Trajectory, *, samples: int = SAMPLES) -> Flight:

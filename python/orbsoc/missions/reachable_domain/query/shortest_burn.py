@@ -9,16 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import legendre_gauss
-from orbsoc.guidance.scenario_file import checked
-from orbsoc.missions import reachable_insertion
+from orbsoc.guidance.mission import PlanStatus
+from orbsoc.guidance.powered_flight import commanded
+from orbsoc.guidance.scenario_file import BaseScenario, checked
 from orbsoc.missions.reachable_domain.scenario import Scenario
-from orbsoc.missions.reachable_insertion.planner import Plan, PlanStatus
-from orbsoc.missions.reachable_insertion.verification import commanded
+from orbsoc.missions.registry import MISSIONS
 from orbsoc.orbit import (
     EARTH,
     CanonicalUnits,
@@ -34,6 +35,7 @@ from .steering import OrbitConditions, Programme, steered_onto
 
 Array = NDArray[np.float64]
 
+INSERTION = MISSIONS["reachable_insertion"]
 MOST_NODES = 48
 """Of the grids on which the burn is sought: some orbits need steering that swings around within seconds."""
 MISS = 1e-6
@@ -79,7 +81,7 @@ def shortest_burn(scenario: Scenario, orbit: Elements) -> ShortestBurn:
     if conditions.miss(units.state_from_si(scenario.initial_eci())) <= MISS:
         return ShortestBurn(0.0, allowed_s, converged=True, verified=True, why_not="")
     try:
-        plan = reachable_insertion.plan(_insertion(scenario, target))
+        plan: Any = INSERTION.plan(_insertion(scenario, target))
     except (PropagationError, ValueError) as error:  # a start or a step of the sequence cannot be flown
         return ShortestBurn.none(str(error).partition("\n")[0])
     if plan.verification is None or plan.status not in (PlanStatus.VERIFIED, PlanStatus.NOT_VERIFIED):
@@ -94,7 +96,7 @@ def shortest_burn(scenario: Scenario, orbit: Elements) -> ShortestBurn:
     return ShortestBurn(planned_s, allowed_s - planned_s, True, False, why_not)
 
 
-def _programmes(scenario: Scenario, plan: Plan, orbit: OrbitConditions) -> Iterator[Programme]:
+def _programmes(scenario: Scenario, plan: Any, orbit: OrbitConditions) -> Iterator[Programme]:
     """The planned attitude programme, then what steers onto the orbit from it, on the coarsest grid and
     on its own."""
     burn, arc = scenario.canonical_burn(), plan.trajectory
@@ -130,7 +132,7 @@ def _broken(scenario: Scenario, orbit: OrbitConditions, programme: Programme) ->
     return ""
 
 
-def _insertion(scenario: Scenario, target: Array) -> reachable_insertion.Scenario:
+def _insertion(scenario: Scenario, target: Array) -> BaseScenario:
     """The insertion onto the orbit through a state (6,), SI, as a scenario of its own; its launch site only names axes."""
     site = {"geocentric_latitude_deg": 0.0, "azimuth_deg": 90.0, "inertial_longitude_deg": 0.0}
     start = scenario.initial_eci()
@@ -147,4 +149,4 @@ def _insertion(scenario: Scenario, target: Array) -> reachable_insertion.Scenari
         "method": {"nodes": scenario.method.nodes, "max_nodes": max(scenario.method.nodes, MOST_NODES)},
         "verification": {"angular_momentum_rel": MISS, "laplace_rel": MISS},
     }
-    return checked(reachable_insertion.Scenario, document, source=scenario.name)
+    return checked(INSERTION.Scenario, document, source=scenario.name)
