@@ -158,6 +158,7 @@ def _solve_and_write(
     from orbsoc.missions.reachable_domain.files.outputs import write_outputs
     from orbsoc.missions.reachable_domain.files.results_folder import solve_into
     from orbsoc.reach import load
+    from orbsoc.report.page import render
     from orbsoc.sweep import StoreError
 
     from .sweep_progress import SweepProgress
@@ -188,7 +189,7 @@ def _solve_and_write(
         ],
     }
     try:
-        return write_outputs(folder, found, cost, extra)
+        return write_outputs(folder, found, cost, extra, render)
     except OSError as error:
         raise StoreError(
             f"--out = {folder}: tables and figures cannot be written: {error.strerror or error}; all shards are kept,"

@@ -6,9 +6,10 @@ Drawn with Matplotlib's Agg canvas, without pyplot: no global state, no display.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from orbsoc.guidance.mission import FigureFile
 
 from ..continuation.boundary import edge_note
 from ..query.results import ReachableDomain
@@ -27,14 +28,6 @@ STYLE: Any = {
     "figure.titlesize": 11,
 }
 DOTS_PER_INCH = 150
-
-
-@dataclass(frozen=True, slots=True)
-class FigureFile:
-    """A figure that was written: its file name, and a caption that says what it shows."""
-
-    name: str
-    caption: str
 
 
 def draw_figures(domain: ReachableDomain, folder: Path) -> tuple[FigureFile, ...]:

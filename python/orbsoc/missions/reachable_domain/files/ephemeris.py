@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import legendre_gauss
+from orbsoc.guidance.powered_flight import commanded
 from orbsoc.orbit import EARTH, elements_from_state, propagate_burn
 
 from ..continuation.boundary import inside_box
@@ -66,13 +67,10 @@ def fly_point(
             f"{where}: {points['status'][row]}, so there is nothing to fly: {points['evidence'][row]}"
         )
     vectors = points["commands"][row].reshape(-1, 3)
-    grid, scenario = legendre_gauss(len(vectors)), domain.scenario
-    duration_s = scenario.burn.duration_s
+    scenario, duration_s = domain.scenario, domain.scenario.burn.duration_s
     times_s = np.append(np.arange(0.0, duration_s - 1e-9, step_s), duration_s)
 
-    def steering(t_s: float, _state: Array) -> Array:
-        return np.asarray(grid.interpolate(vectors, 2.0 * t_s / duration_s - 1.0)[0])
-
+    steering = commanded(legendre_gauss(len(vectors)), vectors, duration_s)
     states = propagate_burn(scenario.initial_eci(), scenario.vehicle.thruster(), steering, times_s)
     name = f"{scenario.name} {inc_deg:g} {raan_deg:g} {perigee_km:g}"
     x_axis = NODES_FROM_GREENWICH if is_paper_case(scenario) else NODES_FROM

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
-
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from orbsoc.files.versions import versions
 
 from ..cost import CYCLES, DomainCost
 from ..figures.band_page import write_band
-from ..figures.draw import FigureFile, draw_figures
+from ..figures.draw import draw_figures
 from ..query.results import ReachableDomain
 from .netcdf import write_netcdf
 from .summary import summary
@@ -30,12 +27,19 @@ SUMMARY, POINTS_FILE, BOUNDARY_FILE, CUBE, REPORT, BAND = (
     "band.html",
 )
 SCHEMA = "orbsoc.reach/1"
+TEMPLATE = "reach.html.j2"
+"""Beside this file."""
+
+Render = Callable[..., str]
 
 
 def write_outputs(
-    folder: Path, domain: ReachableDomain, cost: DomainCost, extra: Mapping[str, Any]
+    folder: Path, domain: ReachableDomain, cost: DomainCost, extra: Mapping[str, Any], render: Render
 ) -> dict[str, Any]:
-    """Write everything but the shards into `folder`; returns the content of `summary.json`."""
+    """Write everything but the shards into `folder`; returns the content of `summary.json`.
+
+    `render` makes the report's page: `orbsoc.report.page.render`.
+    """
     import pyarrow as pa
     import pyarrow.parquet as parquet
 
@@ -45,7 +49,8 @@ def write_outputs(
     write_netcdf(domain, folder / CUBE, cost)
     parquet.write_table(points_table(domain, cost), folder / POINTS_FILE)
     parquet.write_table(pa.table(dict(domain.boundary)), folder / BOUNDARY_FILE)
-    _replace(folder / REPORT, _page(document, figures, folder))
+    page = render(TEMPLATE, figures, folder, folder=Path(__file__).parent, found=document, band=BAND)
+    _replace(folder / REPORT, page)
     document["files"] = sorted(
         [SUMMARY, POINTS_FILE, BOUNDARY_FILE, CUBE, REPORT, BAND, *(figure.name for figure in figures)]
     )
@@ -64,29 +69,6 @@ def points_table(domain: ReachableDomain, cost: DomainCost) -> Any:
     about = {"unit": cost.unit, "provenance": "modelled", "source": cost.source}
     about |= {"device": cost.device, "partition": cost.partition}
     return table.append_column(pa.field(CYCLES, pa.float64(), metadata=about), pa.array(cost.cycles))
-
-
-def _page(document: Mapping[str, Any], figures: tuple[FigureFile, ...], folder: Path) -> str:
-    environment = Environment(
-        loader=PackageLoader("orbsoc.report", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["digits"] = _digits
-    images = [
-        {
-            "caption": figure.caption,
-            "data": base64.b64encode((folder / figure.name).read_bytes()).decode("ascii"),
-        }
-        for figure in figures
-    ]
-    return environment.get_template("reach.html.j2").render(found=document, images=images, band=BAND)
-
-
-def _digits(value: float | None, form: str = "%.2f") -> str:
-    return "–" if value is None or not math.isfinite(value) else form % value
 
 
 def _finite(value: Any) -> Any:

@@ -1,7 +1,7 @@
 """The shortest burn onto one very orbit, its perigee's height and direction included: problem A of the paper.
 
-The reachable domain leaves the perigee its freedom; an orbit does not. What decides about it is a burn that ends on it:
-The mission `reachable_insertion` seeks the shortest, `steering` corrects it where its flight misses, and an integrator that
+The reachable domain leaves the perigee its freedom; an orbit does not. A burn that ends on the orbit decides.
+The mission `reachable_insertion` seeks the shortest one, `steering` corrects it where its flight misses, and an integrator that
 neither of them uses flies the result.
 """
 
