@@ -17,9 +17,9 @@ from orbsoc.guidance.scp import Rules
 
 from ..direct.arcs import Arcs, Collocation
 from ..direct.guess import resampled
-from ..direct.sequence import Ending, sequences
+from ..direct.sequence import Ending, Sequences, Watch, sequences
 from ..direct.subproblems import Subproblems
-from ..direct.terminal import LargestOrbit
+from ..direct.terminal import LargestOrbit, Target
 from ..flight.attitude import Programmes, primer_programmes
 from ..flight.orbits import RADIUS_M, Flown
 from ..flight.propagation import FIRST_STEPS, Flights, fly
@@ -76,6 +76,7 @@ class Tools:
     rules: Rules
     tolerances: Tolerances
     solve: Subproblems
+    watch: Watch | None = None
 
     @property
     def grids(self) -> tuple[int, ...]:
@@ -92,6 +93,14 @@ class Tools:
 
     def indirect(self, steps: int) -> Indirect:
         return Indirect(self.burn, self.duration, steps)
+
+    def sequences(
+        self, collocation: Collocation, target: Target, start: Arcs, *, lowest: Array | None = None
+    ) -> Sequences:
+        """Sequences of every point of `target` from its arc of `start`."""
+        return sequences(
+            collocation, target, start, lowest=lowest, solve=self.solve, rules=self.rules, watch=self.watch
+        )
 
     @property
     def bounded(self) -> bool:
@@ -256,7 +265,7 @@ def _sequence(
     nodes = int(out.nodes[which[0]])
     collocation = tools.collocation(nodes)
     part = (target if requested is None else requested)[which]
-    found = sequences(collocation, part, out.arcs[which], lowest=lowest, solve=tools.solve, rules=tools.rules)
+    found = tools.sequences(collocation, part, out.arcs[which], lowest=lowest)
     out.ending[which] = found.ending
     out.subproblems[which, tools.grids.index(nodes)] += found.iterations
     out.solver_iterations[which] += found.inner_iterations

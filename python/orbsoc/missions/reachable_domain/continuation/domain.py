@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from orbsoc.guidance.scp import Rules
 from orbsoc.orbit.planes import TiltFrame, cross
 
+from ..direct.sequence import Watch
 from ..direct.subproblems import Subproblems
 from ..flight.orbits import canonical_radius
 from ..scenario import Perigee, Scenario
@@ -30,8 +31,16 @@ class Domain:
     frame: TiltFrame
 
     @classmethod
-    def of(cls, scenario: Scenario, *, solve: Subproblems | None = None, threads: int = 1) -> Domain:
-        """Make a scenario ready; `solve` solves batches of subproblems, by default with `orbsoc.solve_batch`."""
+    def of(
+        cls,
+        scenario: Scenario,
+        *,
+        solve: Subproblems | None = None,
+        threads: int = 1,
+        watch: Watch | None = None,
+    ) -> Domain:
+        """Make a scenario ready; `solve` solves batches of subproblems, by default with `orbsoc.solve_batch`, and `watch`
+        sees them."""
         burn, method, limits = scenario.canonical_burn(), scenario.method, scenario.verification
         lowest_km = scenario.burn.minimum_altitude_km
         tools = Tools(
@@ -43,6 +52,7 @@ class Domain:
             rules=Rules(max_iterations=method.max_iterations),
             tolerances=Tolerances(limits.sma_rel, limits.plane_rad, limits.bound_m),
             solve=solve or Subproblems.threaded(threads),
+            watch=watch,
         )
         momentum = cross(burn.start[:3], burn.start[3:])
         return cls(scenario, tools, TiltFrame.about(momentum / np.linalg.norm(momentum)))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..direct.arcs import Arcs
 from ..direct.guess import resampled, towards_planes
-from ..direct.sequence import Ending, sequences
+from ..direct.sequence import Ending
 from ..direct.terminal import LargestTilt
 from .attempts import MOST_GRIDS, Tools
 
@@ -72,7 +72,7 @@ def largest_tilts(tools: Tools, target: LargestTilt, *, needed_tilt: Array | Non
     todo = np.arange(count)
     while todo.size:
         lowest = np.full(todo.size, tools.lowest) if tools.bounded else None
-        found = sequences(grid, target[todo], arcs, lowest=lowest, solve=tools.solve, rules=tools.rules)
+        found = tools.sequences(grid, target[todo], arcs, lowest=lowest)
         out.subproblems[todo, tools.grids.index(nodes)] += found.iterations
         out.solver_iterations[todo] += found.inner_iterations
         ok = found.ending == Ending.CONVERGED

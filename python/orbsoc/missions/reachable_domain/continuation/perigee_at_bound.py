@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..direct.arcs import Arcs
-from ..direct.sequence import Ending, sequences
+from ..direct.sequence import Ending
 from ..direct.terminal import LargestOrbit
 from ..flight.orbits import canonical_radius
 from ..indirect.shooting import Unknowns, from_sequences
@@ -66,7 +66,7 @@ def _free_optimum(
     """Extremals of plans whose perigee condition is inactive; their cost is added to rows of the table."""
     tools = front.tools
     collocation = tools.collocation(tools.nodes)
-    found = sequences(collocation, target, plans.arcs, solve=tools.solve, rules=tools.rules)
+    found = tools.sequences(collocation, target, plans.arcs)
     start = from_sequences(collocation, target, found, np.arange(len(target)))
     extrema = tools.indirect(12).solve(target, start)
     counts = np.zeros((len(target), MOST_GRIDS), np.int32)

@@ -7,6 +7,7 @@ subproblem has no feasible point, or when its solver failed.
 from __future__ import annotations
 
 import enum
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,8 @@ from .terminal import Target
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+Watch = Callable[[Arcs, Array], None]
+"""Sees the arcs that a batch of subproblems leads to, and how far they moved (B,), NaN for those without a solution."""
 
 
 class Ending(enum.IntEnum):
@@ -55,10 +58,11 @@ def sequences(
     lowest: Array | None = None,
     solve: Subproblems | None = None,
     rules: Rules | None = None,
+    watch: Watch | None = None,
 ) -> Sequences:
     """Iterate every point of `target` from its arc of `start` until a rule of `orbsoc.guidance.scp.Rules` stops it.
 
-    `lowest` (B,) bounds the radius at the nodes from below, canonical.
+    `lowest` (B,) bounds the radius at the nodes from below, canonical; `watch` sees every batch of subproblems.
     """
     state = _State.of(start, rules or Rules())
     solve = solve or Subproblems.threaded()
@@ -72,7 +76,10 @@ def sequences(
         batch = condense(linear, part.rows(about.ends), path=path)
         answers = solve(batch, about.multipliers, state.tight[which], state.rules)
         moved = collocation.arcs(linear, answers.controls.reshape(about.controls.shape))
-        state.advance(which, answers, moved, collocation.change(moved, about))
+        change = collocation.change(moved, about)
+        state.advance(which, answers, moved, change)
+        if watch is not None:
+            watch(moved, np.where(answers.usable, change, np.nan))
     state.ending[state.ending == Ending.RUNNING] = Ending.MAX_ITERATIONS
     return Sequences(state.arcs, state.ending, state.iterations, state.inner_iterations, state.change)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Status
 from orbsoc.guidance.scp import Rules
-from orbsoc.solving.batch import BatchSolution, solve_batch
+from orbsoc.solving.batch import solve_batch
 
 from .arcs import MOST_EQUALITIES
 from .condensed import PERIGEE_CONE, CondensedBatch
@@ -24,7 +25,21 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
-SolveMany = Callable[[CondensedBatch, Settings], BatchSolution]
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SolvedBatch:
+    """What an interior-point method says of B subproblems: `Status` members (B,), x (B, n), y (B, p), z (B, m), iterations
+    and the largest verified residual (B,)."""
+
+    status: NDArray[np.object_]
+    x: Array
+    y: Array
+    z: Array
+    iterations: NDArray[np.integer[Any]]
+    residual: Array
+
+
+SolveMany = Callable[[CondensedBatch, Settings], SolvedBatch]
 """Solves a batch of condensed subproblems by an interior-point method."""
 
 
@@ -66,17 +81,11 @@ class Subproblems:
     def threaded(cls, threads: int = 1, *, dual: bool = True) -> Subproblems:
         """With `orbsoc.solve_batch` on `threads` threads."""
 
-        def solve(batch: CondensedBatch, settings: Settings) -> BatchSolution:
-            return solve_batch(
-                batch.base,
-                c=batch.c,
-                A=batch.A,
-                b=batch.b,
-                G=batch.G,
-                h=batch.h,
-                settings=settings,
-                threads=threads,
-            )
+        def solve(batch: CondensedBatch, settings: Settings) -> SolvedBatch:
+            data = {name: getattr(batch, name) for name in ("c", "A", "b", "G", "h")}
+            found = solve_batch(batch.base, **data, settings=settings, threads=threads)
+            residual = np.maximum(np.maximum(found.primal_residual, found.dual_residual), found.gap)
+            return SolvedBatch(found.status, found.x, found.y, found.z, found.iterations, residual)
 
         return cls(solve, dual)
 
@@ -113,7 +122,7 @@ def _by_dual(batch: CondensedBatch, near: Array, tolerance: Array, out: Answers)
 
 
 def _take_interior(
-    out: Answers, which: Index, batch: CondensedBatch, found: BatchSolution, rules: Rules
+    out: Answers, which: Index, batch: CondensedBatch, found: SolvedBatch, rules: Rules
 ) -> None:
     """Note what the interior-point method says of the points `which`; KeyboardInterrupt when Ctrl-C stopped it."""
     if Status.INTERRUPTED in found.status:
@@ -123,10 +132,9 @@ def _take_interior(
     out.controls[which] = found.x
     out.multipliers[which, :p] = found.y
     out.multipliers[which, MOST_EQUALITIES:] = found.z[:, :3] if batch.base.cones.l else found.z[:, -3:]
-    worst = np.maximum(np.maximum(found.primal_residual, found.dual_residual), found.gap)
     solved = found.status == Status.SOLVED
     stopped_short = (Status.SOLVED_INACCURATE, Status.NUMERICAL_LIMIT, Status.MAX_ITERATIONS)
     short = np.array([status in stopped_short for status in found.status], bool)
-    out.usable[which] = solved | (short & (worst <= rules.usable_residual))
-    out.exact[which] = solved | (worst <= rules.final_residual)
+    out.usable[which] = solved | (short & (found.residual <= rules.usable_residual))
+    out.exact[which] = solved | (found.residual <= rules.final_residual)
     out.infeasible[which] = found.status == Status.PRIMAL_INFEASIBLE
