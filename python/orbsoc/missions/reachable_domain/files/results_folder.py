@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from orbsoc.missions.reachable_domain.scenario import Scenario
 from orbsoc.sweep import Executor, Report, ShardStore, Task, run
 from orbsoc.sweep.store import Columns
 
 from ..continuation.domain import Domain
 from ..continuation.tasks import boundary_shards, grid_shards, solve_boundary_shard, solve_grid_shard
 from ..query.results import BOUNDARY, POINTS
+from ..scenario import Scenario
 
 Watcher = Callable[[Report, Task, Columns], None]
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from orbsoc.missions.reachable_domain.scenario import Scenario
 from orbsoc.orbit.planes import inclination_and_node
 
 from ..continuation.boundary import edge_note
+from ..scenario import Scenario
 from .results import ReachableDomain
 
 Array = NDArray[np.float64]

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.missions.reachable_domain.scenario import Scenario
 from orbsoc.orbit import Elements
 from orbsoc.orbit.planes import normals
 from orbsoc.sweep import ShardStore, StoreError
@@ -22,6 +21,7 @@ from ..continuation.largest_tilt import RESOLUTION_RAD, largest_tilts
 from ..continuation.table import PointStatus
 from ..direct.terminal import LargestTilt
 from ..flight.orbits import canonical_radius
+from ..scenario import Scenario
 from .largest_orbit import LargestOrbits
 from .margin import Margin, Verdict
 from .requested_orbit import check_orbit

@@ -18,7 +18,6 @@ from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.powered_flight import commanded
 from orbsoc.guidance.scenario_file import BaseScenario, checked
-from orbsoc.missions.reachable_domain.scenario import Scenario
 from orbsoc.missions.registry import MISSIONS
 from orbsoc.orbit import (
     EARTH,
@@ -31,6 +30,7 @@ from orbsoc.orbit import (
 )
 
 from ..flight.propagation import fly
+from ..scenario import Scenario
 from .steering import OrbitConditions, Programme, steered_onto
 
 Array = NDArray[np.float64]
