@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from orbsoc.guidance.collocation import legendre_gauss
-from orbsoc.missions.reachable_domain.continuation import attempts
+from orbsoc.missions.reachable_domain.continuation import tools
 from orbsoc.missions.reachable_domain.flight import propagation as flight
 from orbsoc.missions.reachable_domain.flight.propagation import fly
 from orbsoc.orbit import CanonicalUnits, gauss, propagate_burn
@@ -93,7 +93,7 @@ def test_no_plan_counts_whose_raw_programme_is_longer_than_1_by_1e_4() -> None:
     reached = table.reached()
     assert table["raw_most_rel"][reached].max() <= 1e-4
     assert (table["raw_least_rel"][reached] <= table["raw_most_rel"][reached]).all()
-    assert attempts.Tolerances().raw_excess == 1e-4
+    assert tools.Tolerances().raw_excess == 1e-4
     lenient = domain().of(paper())
     object.__setattr__(lenient.tools.tolerances, "raw_excess", np.inf)
     loose = lenient.solve_planes(inc[::10], raan[::10], np.array([100.0]))

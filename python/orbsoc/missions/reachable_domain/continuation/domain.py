@@ -14,9 +14,9 @@ from ..direct.sequence import Watch
 from ..direct.subproblems import Subproblems
 from ..flight.orbits import canonical_radius
 from ..scenario import Perigee, Scenario
-from .attempts import Tolerances, Tools
 from .perigee_at_bound import lower_perigees
 from .table import PointTable
+from .tools import Tolerances, Tools
 from .wavefront import PlaneSet, Wavefront
 
 Array = NDArray[np.float64]

@@ -15,7 +15,7 @@ from ..direct.arcs import Arcs
 from ..direct.guess import resampled, towards_planes
 from ..direct.sequence import Ending
 from ..direct.terminal import LargestTilt
-from .attempts import MOST_GRIDS, Tools
+from .tools import MOST_GRIDS, Tools
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -16,8 +16,9 @@ from ..direct.sequence import Ending
 from ..direct.terminal import LargestOrbit
 from ..flight.orbits import canonical_radius
 from ..indirect.shooting import Unknowns, from_sequences
-from .attempts import MOST_GRIDS, Attempts, attempt, polish
+from .attempts import Attempts, attempt, polish
 from .table import Origin, PointStatus, PointTable
+from .tools import MOST_GRIDS
 from .wavefront import Wavefront
 
 Array = NDArray[np.float64]

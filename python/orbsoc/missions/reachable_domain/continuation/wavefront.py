@@ -19,9 +19,10 @@ from ..direct.guess import towards_planes
 from ..direct.sequence import Ending
 from ..direct.terminal import LargestOrbit, LargestTilt
 from ..flight.orbits import canonical_radius
-from .attempts import SPENT, Attempts, Tools, attempt, attempt_on_fine_grid
+from .attempts import SPENT, Attempts, attempt, attempt_on_fine_grid
 from .largest_tilt import RESOLUTION_RAD, BoundaryPoints, largest_tilts
 from .table import Origin, PointStatus, PointTable
+from .tools import Tools
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from orbsoc.guidance.collocation import LegendreGauss, legendre_gauss
 from orbsoc.guidance.powered_flight import Burn
 
+from ..batch import Batch
 from .picard import GravityGradient, blocks, solve_picard
 
 Array = NDArray[np.float64]
@@ -27,7 +28,7 @@ MOST_EQUALITIES = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Arcs:
+class Arcs(Batch):
     """B burns on one grid, canonical: positions (B, N, 3), controls (B, N, 3) and end states (B, 6).
 
     `multipliers` (B, 6) are those of the subproblem that a burn solves: up to three of the end's equalities, then three
@@ -45,20 +46,6 @@ class Arcs:
 
     def __len__(self) -> int:
         return len(self.ends)
-
-    def __getitem__(self, which: NDArray[np.intp] | NDArray[np.bool_] | slice) -> Arcs:
-        return Arcs(self.positions[which], self.controls[which], self.ends[which], self.multipliers[which])
-
-    def put(self, which: NDArray[np.intp], other: Arcs) -> None:
-        """Overwrite some burns, in place."""
-        self.positions[which] = other.positions
-        self.controls[which] = other.controls
-        self.ends[which] = other.ends
-        self.multipliers[which] = other.multipliers
-
-    def copy(self) -> Arcs:
-        """Burns of their own."""
-        return Arcs(self.positions.copy(), self.controls.copy(), self.ends.copy(), self.multipliers.copy())
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -20,6 +20,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from ..batch import Batch
 from .condensed import CondensedBatch
 
 Array = NDArray[np.float64]
@@ -60,7 +61,7 @@ class DualSolutions:
 
 
 @dataclass(slots=True, eq=False)
-class _Points:
+class _Points(Batch):
     """Data and iterates of the points of a block, the first axis of each; `regime` has INACTIVE, BOUNDARY or VERTEX."""
 
     cost: Array
@@ -69,9 +70,6 @@ class _Points:
     equal: Array
     perigee: Array
     regime: NDArray[np.int8]
-
-    def __getitem__(self, which: Index) -> _Points:
-        return _Points(*(getattr(self, name)[which] for name in self.__slots__))
 
 
 def solve_dual(batch: CondensedBatch, equal: Array, perigee: Array, tolerance: Array) -> DualSolutions:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from orbsoc.orbit import EARTH
 from orbsoc.orbit.planes import in_plane_axes, orbit_normal, plane_error
 
+from ..batch import Batch
 from .propagation import Flights
 
 Array = NDArray[np.float64]
@@ -62,7 +63,7 @@ class Orbits:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Flown:
+class Flown(Batch):
     """What B flown plans reached and by how much they miss: everything (B,), canonical lengths, radians.
 
     `normal` (B, 3) is the unit normal of the plane reached. `sma_error` is relative to the prediction; `perigee_short` and `altitude_short` are how far a bound is missed, 0 where
@@ -115,14 +116,6 @@ class Flown:
             raw_most=flights.raw_most,
             raw_least=flights.raw_least,
         )
-
-    def __getitem__(self, which: NDArray[np.intp] | Flags) -> Flown:
-        return Flown(*(getattr(self, field.name)[which] for field in fields(self)))
-
-    def put(self, which: NDArray[np.intp] | Flags, other: Flown) -> None:
-        """Overwrite some rows, in place."""
-        for field in fields(self):
-            getattr(self, field.name)[which] = getattr(other, field.name)
 
     @classmethod
     def unknown(cls, count: int) -> Flown:

@@ -10,7 +10,7 @@ too large, its steps are cut and it is flown again.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from orbsoc.guidance.powered_flight import Burn
 from orbsoc.orbit.runge_kutta import RungeKuttaArc, force_times, integrate_explicitly, refined
 
+from ..batch import Batch
 from .lowest_point import lowest_radius
 
 Array = NDArray[np.float64]
@@ -39,7 +40,7 @@ BLOCK = 512
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Flights:
+class Flights(Batch):
     """B propagated burns, canonical: end states (B, 6), smallest radius (B,) on the way, the extremes of the raw
     interpolant's length (B,), and the estimated error (B,) of the propagation."""
 
@@ -48,11 +49,6 @@ class Flights:
     raw_most: Array
     raw_least: Array
     error: Array
-
-    def put(self, which: Index, other: Flights) -> None:
-        """Overwrite some of them, in place."""
-        for field in fields(self):
-            getattr(self, field.name)[which] = getattr(other, field.name)
 
 
 GivenUp = Callable[[Index, Flights], Flags]

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from orbsoc.guidance.collocation import differentiation_matrix, interpolation_matrix
 from orbsoc.guidance.powered_flight import Burn
 
+from ..batch import Batch
 from ..direct.arcs import Collocation
 from ..direct.sequence import Sequences
 from ..direct.terminal import Target
@@ -39,20 +40,12 @@ SWITCHES = 3
 
 
 @dataclass(slots=True, eq=False)
-class Unknowns:
+class Unknowns(Batch):
     """Initial primers [p₀, ṗ₀] (B, 6), multipliers (B, 4), and the active rows (B, 4)."""
 
     primers: Array
     multipliers: Array
     active: Flags
-
-    def __getitem__(self, which: Index | Flags) -> Unknowns:
-        return Unknowns(self.primers[which], self.multipliers[which], self.active[which])
-
-    def put(self, which: Index | Flags, other: Unknowns) -> None:
-        self.primers[which] = other.primers
-        self.multipliers[which] = other.multipliers
-        self.active[which] = other.active
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +80,7 @@ class Indirect:
     def solve(self, target: Target, start: Unknowns, *, perigee_at_bound: bool = False) -> Extrema:
         """Newton from `start`; with `perigee_at_bound` the perigee is at ρ, not above it."""
         count = len(target)
-        found = Unknowns(start.primers.copy(), start.multipliers.copy(), start.active.copy())
+        found = start.copy()
         if perigee_at_bound:
             found.active[:, PERIGEE] = True
         flown, residual = self.flown(found), np.full(count, np.inf)
