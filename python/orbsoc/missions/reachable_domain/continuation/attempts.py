@@ -171,10 +171,10 @@ def _sequence(
     out.accept(here, programmes, flown, tools.kept(flown))
     if target.perigee_at_bound:
         return
-    promise_kept = out.verified[here] | (
+    confirmed = out.verified[here] | (
         tools.bounded & tools.kept(replace(flown, altitude_short=0.0 * flown.sma))
     )
-    bad = np.flatnonzero(~promise_kept)
+    bad = np.flatnonzero(~confirmed)
     if bad.size:
         unknowns = from_sequences(collocation, target[which], found, reached[bad])
         polish(tools, target, out, here[bad], unknowns)
@@ -217,7 +217,7 @@ def polish(
         if there.size:
             points = which[left[there]]
             extremals = found.flown[there]
-            promised = _sma(extremals.ends[:, :6])
+            predicted = _sma(extremals.ends[:, :6])
             nodes = PRIMER_NODES[: level + 1]
             _fly_primers(
                 tools,
@@ -225,7 +225,7 @@ def polish(
                 out,
                 points,
                 extremals,
-                promised,
+                predicted,
                 nodes,
                 perigee_at_bound=perigee_at_bound,
             )
@@ -239,7 +239,7 @@ def _fly_primers(
     out: Attempts,
     points: Index,
     extremals: Extremals,
-    promised_sma: Array,
+    predicted_sma: Array,
     choice: tuple[int, ...],
     *,
     perigee_at_bound: bool,
@@ -251,7 +251,7 @@ def _fly_primers(
         flown = tools.verify(
             Programmes(programmes),
             target[left],
-            promised_sma[left],
+            predicted_sma[left],
             perigee_at_bound=perigee_at_bound,
             steps=POLISHED_FLIGHT_STEPS,
         )

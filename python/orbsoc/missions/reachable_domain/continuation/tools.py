@@ -96,7 +96,7 @@ class Tools:
         self,
         programmes: Programmes,
         target: LargestOrbit,
-        promised_sma: Array,
+        predicted_sma: Array,
         *,
         perigee_at_bound: bool,
         steps: int = FIRST_STEPS,
@@ -107,7 +107,7 @@ class Tools:
             part = target[which]
             return Flown.compare(
                 flights,
-                promised_sma[which],
+                predicted_sma[which],
                 part.normal,
                 part.perigee,
                 direction=part.perigee_direction,

@@ -180,7 +180,7 @@ class Wavefront:
             self._restart(rows[inside], edge, inside)
 
     def _restart(self, rows: Index, edge: BoundaryPoints, points: Index) -> None:
-        """Start again from the trajectories of the furthest tilt, which lies beyond these planes, on the finest grid."""
+        """Start again from the trajectories of the largest tilt, which lies beyond these planes, on the finest grid."""
         place = {int(point): k for k, point in enumerate(edge.fine_points)}
         known = np.array([k for k, point in enumerate(points) if int(point) in place], np.intp)
         if known.size and edge.fine is not None:

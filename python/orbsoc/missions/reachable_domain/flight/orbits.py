@@ -90,7 +90,7 @@ class Flown(Batch):
     def compare(
         cls,
         flights: Flights,
-        promised_sma: Array,
+        predicted_sma: Array,
         normal: Array,
         perigee: Array,
         *,
@@ -108,7 +108,7 @@ class Flown(Batch):
             argp=orbits.argp,
             normal=orbit_normal(flights.ends),
             lowest=flights.lowest,
-            sma_error=np.abs(orbits.sma / promised_sma - 1.0),
+            sma_error=np.abs(orbits.sma / predicted_sma - 1.0),
             plane_error=plane_error(flights.ends, normal),
             perigee_short=np.abs(short) if perigee_at_bound else np.maximum(short, 0.0),
             altitude_short=np.maximum(lowest_allowed - flights.lowest, 0.0),

@@ -27,7 +27,7 @@ class Verdict(enum.StrEnum):
 class Margin:
     """What is left of the domain beyond an orbit; a margin that is clearly negative rules the orbit out.
 
-    `tilt_deg` is what is left of the furthest tilt at the orbit's azimuth and perigee height, `sma_km` what is left of
+    `tilt_deg` is what is left of the largest tilt at the orbit's azimuth and perigee height, `sma_km` what is left of
     the largest semi-major axis on its plane, both with the perigee where it suits best; each with the error it may have.
     NaN is unknown; `sma_km` is +inf where the plane's largest orbit is a hyperbola, which is larger than any ellipse, and
     −inf where there is none. `over_floor_km` is the orbit's apogee over the least altitude that the burn may pass, inf

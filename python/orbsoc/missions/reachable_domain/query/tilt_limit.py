@@ -1,4 +1,4 @@
-"""The boundary as a function: the furthest tilt at any azimuth and perigee height, with the error of interpolating it."""
+"""The boundary as a function: the largest tilt at any azimuth and perigee height, with the error of interpolating it."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class TiltLimit:
         return cls(azimuth, height, table, change)
 
     def __call__(self, azimuth_deg: ArrayLike, height_km: ArrayLike) -> Array:
-        """The furthest tilt (degrees); NaN for heights outside the table."""
+        """The largest tilt (degrees); NaN for heights outside the table."""
         return self._interpolate(self.azimuth_deg, self.table, azimuth_deg, height_km)
 
     def covers(self, height_km: ArrayLike) -> NDArray[np.bool_]:
