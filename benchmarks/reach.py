@@ -125,7 +125,7 @@ def solvers() -> dict[str, Timed]:
 
 
 def measure(every: int, repeats: int) -> dict[str, Any]:
-    """Solve the shards of the paper's grid, or of every `every`-th plane of it, with all solvers by turns."""
+    """Solve the shards of the paper's grid, or of every k-th plane of it, with all solvers by turns."""
     scenario = load_scenario(SCENARIO)
     timed = solvers()
     domains = {name: Domain.of(scenario, solve=solve) for name, solve in timed.items()}
@@ -181,7 +181,7 @@ def measure(every: int, repeats: int) -> dict[str, Any]:
 def main() -> None:
     """Measure and write reach.json."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--every", type=int, default=1, help="take every EVERY-th plane")
+    parser.add_argument("--every", type=int, default=1, help="take every k-th plane")
     parser.add_argument("--repeats", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("out/reach-bench"))
     chosen = parser.parse_args()

@@ -37,7 +37,7 @@ EXECUTORS: dict[str, Callable[[int], Executor]] = {
 
 
 def arithmetic(payload: dict[str, Any]) -> Columns:
-    """A loop that touches almost no memory."""
+    """`turns` turns of a loop that touches almost no memory."""
     value = 0
     for k in range(payload["turns"]):
         value = (value * 1103515245 + k) & 0x7FFFFFFF
@@ -66,7 +66,7 @@ def elapsed_s(tasks: list[Task], work: Work, executor: Executor) -> float:
 
 
 def measure(shards: int, used: int, rounds: int) -> dict[str, Any]:
-    """Sweep the first `used` of `shards` equal shards of the paper's grid, by turns with as much arithmetic."""
+    """Sweep the first `used` of the equal shards of the paper's grid, by turns with as much arithmetic."""
     scenario = load_scenario(SCENARIO)
     planes = scenario.grid.inclination_deg.count * scenario.grid.raan_deg.count
     scenario = scenario.with_changes(method={"planes_per_shard": -(-planes // shards)})
