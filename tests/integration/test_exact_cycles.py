@@ -15,12 +15,13 @@ from hw_model.timing.schedules import engine_of
 from hw_model.timing.unit_schedules import coarse_slices, exact_slices
 from orbsoc import Cones, Problem, PsScheduler
 from orbsoc.hw.exact_cycles import exact_cycles, exact_units
+from orbsoc.hw.representative_solves import RepresentativeSolves
 from orbsoc.hw.schedules import Engine, EngineError, PlProgram, pl_program
-from orbsoc.missions.reachable_domain.table import subproblems_on
-from orbsoc.reach.cost import RecordedSequence, domain_cost
+from orbsoc.missions.reachable_domain.continuation.table import subproblems_on
+from orbsoc.missions.reachable_domain.cost import DomainCost
 
 if TYPE_CHECKING:
-    from orbsoc.reach.results import ReachableDomain
+    from orbsoc.missions.reachable_domain.query.results import ReachableDomain
 
 PROBLEM = Problem(
     P=np.eye(4), c=[1.0, -2.0, 0.5, 1.0], A=[[1.0, 1.0, 0.0, 0.0]], b=[1.0],
@@ -159,16 +160,14 @@ READ, WRITE, FINISH = 3, 1, 1  # docs/pl-machine.md
 
 def test_points_of_a_reachable_domain_are_priced_by_schedules(recorded: PsScheduler) -> None:
     points = {"status": np.zeros(1), subproblems_on(12): np.array([1])}
-    sequence = RecordedSequence(
-        {12: (recorded.trace,)},
-        {12: (recorded.trace["solves"][0]["iterations"],)},
-        {12: (recorded.patterns,)},
+    solves = RepresentativeSolves(
+        (recorded.trace,), (recorded.trace["solves"][0]["iterations"],), (recorded.patterns,)
     )
-    found = domain_cost(
+    found = DomainCost.of(
         cast("ReachableDomain", SimpleNamespace(points=points)),
-        device="zu9eg",
-        partition="paper",
-        recorded=sequence,
+        "zu9eg",
+        "paper",
+        {12: solves.price("zu9eg", "paper")},
     )
     report = speedup(recorded.trace, "zu9eg", "paper", cycles=exact_cycles(recorded.patterns))
     own = 1e3 * report.makespan_ms.nominal * report.pl_clock_mhz
