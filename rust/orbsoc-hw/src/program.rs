@@ -1,13 +1,13 @@
 //! Every segment of a pattern on one engine.
 
-use crate::compact::compact;
-use crate::compressed::Compressed;
-use crate::configuration::Configuration;
 use crate::error::Error;
-use crate::graph::Graph;
-use crate::layout::Layout;
-use crate::microcode::{flat, Microcode};
-use crate::schedule::{Aim, Schedule, Scheduler};
+use crate::machine::configuration::Configuration;
+use crate::microcode::compact::compact;
+use crate::microcode::compressed::Compressed;
+use crate::microcode::flat::{flat, Microcode};
+use crate::schedule::scheduler::{Aim, Schedule, Scheduler};
+use crate::stream::graph::Graph;
+use crate::stream::layout::Layout;
 use orbsoc::{Buffer, Problem, Recording, Stage, Tape};
 
 /// A stage of a PL module, scheduled, or several as one stream.

@@ -1,12 +1,12 @@
 //! One operation into one cycle: which lane or divider, which bank, and every port reserved.
 
-use crate::causes::Accounts;
-use crate::code::Code;
-use crate::configuration::Configuration;
-use crate::edges::Edges;
-use crate::graph::{Graph, Node, Operand};
-use crate::layout::{Layout, Literals};
-use crate::reservation::{Conflict, Reads, Reservation};
+use super::causes::Accounts;
+use super::reservation::{Conflict, Reads, Reservation};
+use crate::machine::configuration::Configuration;
+use crate::machine::operation::Code;
+use crate::stream::edges::Edges;
+use crate::stream::graph::{Graph, Node, Operand};
+use crate::stream::layout::{Layout, Literals};
 
 /// A node's place.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,7 @@
 //! Runs of like operations: what a lane does one after the other costs a compressed microcode few bits.
 
-use crate::code::Code;
-use crate::graph::{Graph, Node, Operand};
+use super::graph::{Graph, Node, Operand};
+use crate::machine::operation::Code;
 
 /// For each node the one that continues its run, and the number of its run; for each run its first node and its length.
 pub(crate) struct Vectors {

@@ -1,9 +1,9 @@
 //! The in-order engine: the same words, but it waits by itself, and its fetch has gaps.
 //! docs/pl-machine.md, "In-order sequencer".
 
-use crate::configuration::Configuration;
 use crate::error::Error;
-use crate::schedule::{Issue, Schedule};
+use crate::machine::configuration::Configuration;
+use crate::schedule::scheduler::{Issue, Schedule};
 
 /// When fetch delivers: a seeded generator, below `level` of 256 a gap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,14 +1,14 @@
 //! The file in which a schedule meets the RTL; docs/pl-machine.md, "Validation cases".
 
-use crate::compressed::Compressed;
-use crate::configuration::Configuration;
+use super::in_order::{run_in_order, Gaps};
+use super::machine::{Fault, Machine};
+use super::snapshots::{Snapshot, Snapshots};
 use crate::error::Error;
-use crate::in_order::{run_in_order, Gaps};
-use crate::machine::{Fault, Machine};
-use crate::microcode::{flat, Microcode};
+use crate::machine::configuration::Configuration;
+use crate::machine::timing::Precision;
+use crate::microcode::compressed::Compressed;
+use crate::microcode::flat::{flat, Microcode};
 use crate::program::{Program, Segment};
-use crate::snapshots::{Snapshot, Snapshots};
-use crate::timing::Precision;
 use core::fmt::Write;
 use orbsoc::{Buffer, Decide, Module};
 

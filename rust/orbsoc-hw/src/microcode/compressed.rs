@@ -1,13 +1,13 @@
 //! Compressed microcode: the same words in fewer bits, for a decoder in front of the issue register.
 //! docs/pl-machine.md, "Compressed microcode".
 
-use crate::code::Code;
-use crate::configuration::Configuration;
-use crate::encoder::{encode, Index, Item, EMPTY, LAST, RUN_BITS, SAME};
+use super::encoder::{encode, Index, Item, EMPTY, LAST, RUN_BITS, SAME};
+use super::flat::Microcode;
+use super::template::{choose, Format, Kept, Mode, Template, Wishes};
 use crate::error::Error;
-use crate::microcode::Microcode;
-use crate::schedule::{Issue, Schedule};
-use crate::template::{choose, Format, Kept, Mode, Template, Wishes};
+use crate::machine::configuration::Configuration;
+use crate::machine::operation::Code;
+use crate::schedule::scheduler::{Issue, Schedule};
 
 /// The compressed microcode of several segments, with their common templates.
 #[derive(Clone, Debug)]

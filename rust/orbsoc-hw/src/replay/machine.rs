@@ -1,11 +1,11 @@
 //! The engine in Rust: flat microcode on words of storage, from addresses alone, with every rule of the
 //! contract checked. It is what the RTL is compared with, and what proves a schedule.
 
-use crate::arithmetic::compute;
-use crate::configuration::Configuration;
 use crate::error::Error;
-use crate::microcode::{decode, Microcode};
-use crate::schedule::Issue;
+use crate::machine::arithmetic::compute;
+use crate::machine::configuration::Configuration;
+use crate::microcode::flat::{decode, Microcode};
+use crate::schedule::scheduler::Issue;
 use core::fmt;
 
 /// A broken rule; the names are those of the RTL's assertions.

@@ -1,9 +1,9 @@
 //! Flat microcode: one word a cycle, every field of every unit in its place. docs/pl-machine.md, "Flat microcode".
 
-use crate::code::Code;
-use crate::configuration::Configuration;
 use crate::error::Error;
-use crate::schedule::{Issue, Schedule};
+use crate::machine::configuration::Configuration;
+use crate::machine::operation::Code;
+use crate::schedule::scheduler::{Issue, Schedule};
 
 /// Words of equal width, packed from bit 0 of their first 64-bit limb on.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,9 +1,9 @@
 //! Words for results without a home: from their issue to their last reader's.
 
-use crate::configuration::Configuration;
+use super::placement::Place;
 use crate::error::Error;
-use crate::graph::{Graph, Operand};
-use crate::placement::Place;
+use crate::machine::configuration::Configuration;
+use crate::stream::graph::{Graph, Operand};
 use std::collections::{BinaryHeap, VecDeque};
 
 /// The address of every result, and how many words of storage are in use. Banks are given, and `order` is that of issue.

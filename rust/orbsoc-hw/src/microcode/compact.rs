@@ -1,11 +1,11 @@
 //! Schedules for few bits of compressed microcode: results settle where neighbours of the kernel are neighbours in
 //! storage, lanes keep to their runs, and a segment takes the way that costs it little time.
 
-use crate::by_cycle::Habit;
-use crate::compressed::Compressed;
+use super::compressed::Compressed;
 use crate::error::Error;
-use crate::schedule::{Schedule, Scheduler};
-use crate::urgency::Urgency;
+use crate::schedule::cycle_driven::Habit;
+use crate::schedule::priority::Urgency;
+use crate::schedule::scheduler::{Schedule, Scheduler};
 use std::cell::OnceCell;
 
 /// From the fewest bits on, as a rule.

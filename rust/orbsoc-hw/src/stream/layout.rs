@@ -3,8 +3,8 @@
 //! Every word that some segment reads, or leaves for somebody to read, has a home. Homes run in the
 //! order of the buffers, so neighbours are in neighbouring banks and the vectors of the kernels meet no conflict.
 
-use crate::configuration::Configuration;
 use crate::error::Error;
+use crate::machine::configuration::Configuration;
 use orbsoc::real::Value;
 use orbsoc::{word_of, Buffer, Recording, Tape};
 use std::collections::HashMap;

@@ -4,8 +4,8 @@
 //! a value that several words share, and a word or literal that another word takes over, costs a `move`. A word is
 //! overwritten only after its last reader: anti-dependencies are edges like any other, without latency.
 
-use crate::code::Code;
-use crate::layout::Layout;
+use super::layout::Layout;
+use crate::machine::operation::Code;
 use orbsoc::real::Value;
 use orbsoc::{Buffer, Tape};
 use std::collections::HashMap;

@@ -1,8 +1,8 @@
 //! What is taken, cycle by cycle: lanes, result registers, read ports, write ports, dividers.
 
-use crate::code::Code;
-use crate::configuration::Configuration;
-use crate::intervals::Intervals;
+use super::intervals::Intervals;
+use crate::machine::configuration::Configuration;
+use crate::machine::operation::Code;
 
 /// Why an operation whose operands are there cannot be issued in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,11 +1,11 @@
 //! List scheduling cycle by cycle, lane by lane: a lane goes on with the run that it is in; a lane without one takes
 //! the most urgent operation that is ready. Runs keep neighbours together: they meet fewer conflicts, and compress.
 
-use crate::calendar::Calendar;
-use crate::placement::Placement;
-use crate::ready::Ready;
-use crate::urgency::Urgency;
-use crate::vectors::Vectors;
+use super::event_queue::Calendar;
+use super::placement::Placement;
+use super::priority::Urgency;
+use super::ready::Ready;
+use crate::stream::chains::Vectors;
 
 /// Operations that a lane without a run tries in a cycle.
 const TRIES: usize = 12;
@@ -304,11 +304,11 @@ fn lanes_of(mask: u32) -> impl Iterator<Item = usize> {
 
 #[cfg(test)]
 mod tests {
-    use crate::compact::HABITS;
-    use crate::configuration::Configuration;
-    use crate::graph::Graph;
-    use crate::layout::Layout;
-    use crate::schedule::Scheduler;
+    use crate::machine::configuration::Configuration;
+    use crate::microcode::compact::HABITS;
+    use crate::schedule::scheduler::Scheduler;
+    use crate::stream::graph::Graph;
+    use crate::stream::layout::Layout;
     use orbsoc::{record_tapes, Cones, Csc, Problem, Settings};
 
     fn problem() -> Problem {

@@ -1,18 +1,18 @@
 //! Scheduling: every operation gets its cycle, its unit and its addresses. Nothing is left for the engine to decide.
 
-use crate::bounds::Bounds;
-use crate::by_cycle::{Habit, Walk};
-use crate::causes::Causes;
-use crate::code::Code;
-use crate::configuration::Configuration;
-use crate::edges::Edges;
+use super::bounds::Bounds;
+use super::causes::Causes;
+use super::cycle_driven::{Habit, Walk};
+use super::placement::{in_order, Place, Placement};
+use super::priority::Urgency;
+use super::registers::assign_rows;
 use crate::error::Error;
-use crate::graph::{Graph, Operand};
-use crate::layout::{Layout, Literals};
-use crate::placement::{in_order, Place, Placement};
-use crate::rows::assign_rows;
-use crate::urgency::Urgency;
-use crate::vectors::Vectors;
+use crate::machine::configuration::Configuration;
+use crate::machine::operation::Code;
+use crate::stream::chains::Vectors;
+use crate::stream::edges::Edges;
+use crate::stream::graph::{Graph, Operand};
+use crate::stream::layout::{Layout, Literals};
 use std::cell::OnceCell;
 
 /// One operation in its place.

@@ -1,8 +1,8 @@
 //! Who waits for whom, how long, and how long the way to the end is from everywhere.
 
-use crate::code::Code;
-use crate::configuration::Configuration;
-use crate::graph::Graph;
+use super::graph::Graph;
+use crate::machine::configuration::Configuration;
+use crate::machine::operation::Code;
 use std::cell::OnceCell;
 
 /// Whom a node waits for: until the result is in storage, or (`false`) only until the other one has begun.

@@ -1,8 +1,8 @@
 //! Templates of the compressed microcode: an opcode, and how each of its fields is written.
 
-use crate::code::Code;
-use crate::configuration::Configuration;
-use crate::schedule::Issue;
+use crate::machine::configuration::Configuration;
+use crate::machine::operation::Code;
+use crate::schedule::scheduler::Issue;
 
 /// How a field is written; docs/pl-machine.md, "Compressed microcode".
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

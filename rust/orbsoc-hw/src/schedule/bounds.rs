@@ -1,8 +1,8 @@
 //! L0: cycles that no schedule can go below, and the resource that says so.
 
-use crate::configuration::Configuration;
-use crate::edges::Edges;
-use crate::graph::{Graph, Operand};
+use crate::machine::configuration::Configuration;
+use crate::stream::edges::Edges;
+use crate::stream::graph::{Graph, Operand};
 
 /// Lower bounds of a segment's busy cycles, one a resource.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,8 +1,8 @@
 //! A whole program as the engine's memories hold it: microcode of all segments, templates, literals.
 
-use crate::microcode::{flat, Microcode};
+use super::validation::{word_bits, Entry, Format, Sequence};
+use crate::microcode::flat::{flat, Microcode};
 use crate::program::Program;
-use crate::validation::{word_bits, Entry, Format, Sequence};
 use orbsoc::Stage;
 
 /// What is loaded before the first segment runs; the homes of the buffers' words are the layout's.

@@ -1,9 +1,9 @@
 //! Schedules as the bits of compressed microcode. docs/pl-machine.md, "Compressed microcode".
 
-use crate::code::Code;
-use crate::microcode::Microcode;
-use crate::schedule::{Issue, Schedule};
-use crate::template::{Fits, Format, Kept, Template, TEMPLATE_ENTRY};
+use super::flat::Microcode;
+use super::template::{Fits, Format, Kept, Template, TEMPLATE_ENTRY};
+use crate::machine::operation::Code;
+use crate::schedule::scheduler::{Issue, Schedule};
 
 /// Kinds of items.
 pub(crate) const SAME: u64 = 0;

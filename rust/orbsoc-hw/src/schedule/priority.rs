@@ -1,6 +1,6 @@
 //! Who goes first.
 
-use crate::edges::Edges;
+use crate::stream::edges::Edges;
 
 /// Nodes from the most urgent on, and the place of each among them: first who has the longest way to the end, and of
 /// equal ways the earlier one in the kernel; of ways about as long, too, where neighbours shall stay together.

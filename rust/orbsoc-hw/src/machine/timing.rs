@@ -1,6 +1,6 @@
 //! Latencies, read from the files that the RTL includes; no number of them is written here.
 
-use crate::code::Code;
+use super::operation::Code;
 use crate::error::Error;
 use std::sync::OnceLock;
 
@@ -40,8 +40,8 @@ pub struct Timing {
     pub template_bits: u32,
 }
 
-const UNITS: &str = include_str!("../../../rtl/latency.svh");
-const ENGINE: &str = include_str!("../../../rtl/engine.svh");
+const UNITS: &str = include_str!("../../../../rtl/latency.svh");
+const ENGINE: &str = include_str!("../../../../rtl/engine.svh");
 const MOST_CYCLES: u32 = 50;
 const UNITS_MISREAD: &str = "add, mul, div, sqrt or simple";
 

@@ -1,7 +1,7 @@
 //! What the units compute, word by word, in the bits of the RTL.
 
-use crate::code::Code;
-use crate::timing::Precision;
+use super::operation::Code;
+use super::timing::Precision;
 
 /// The canonical quiet NaN of the arithmetic units.
 fn quiet(precision: Precision) -> u64 {

@@ -1,9 +1,9 @@
 //! What cycles go to. Every cycle has one cause, and the causes sum to the makespan.
 
-use crate::configuration::Configuration;
-use crate::graph::Graph;
-use crate::placement::Place;
-use crate::reservation::Conflict;
+use super::placement::Place;
+use super::reservation::Conflict;
+use crate::machine::configuration::Configuration;
+use crate::stream::graph::Graph;
 
 /// Cycles by cause.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! An engine: how many of everything.
 
+use super::timing::{Precision, Timing};
 use crate::error::Error;
-use crate::timing::{Precision, Timing};
 
 /// Parameters of one engine. Two engines with equal parameters run the same microcode in the same cycles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
