@@ -3,18 +3,11 @@
 
 use super::compressed::Compressed;
 use crate::error::Error;
-use crate::schedule::cycle_driven::Habit;
+use crate::schedule::cycle_driven::HABITS;
 use crate::schedule::priority::Urgency;
 use crate::schedule::scheduler::{Schedule, Scheduler};
 use std::cell::OnceCell;
 
-/// From the fewest bits on, as a rule.
-pub(crate) const HABITS: [Habit; 4] = [
-    Habit { nodes_per_cycle: Some(2), patience: 0, apart: true },
-    Habit { nodes_per_cycle: Some(8), patience: 1, apart: true },
-    Habit { nodes_per_cycle: None, patience: 0, apart: true },
-    Habit::URGENT,
-];
 /// A segment may take this share longer than with flat microcode.
 const SHARE: u32 = 20;
 

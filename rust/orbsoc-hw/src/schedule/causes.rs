@@ -1,9 +1,7 @@
 //! What cycles go to. Every cycle has one cause, and the causes sum to the makespan.
 
-use super::placement::Place;
 use super::reservation::Conflict;
 use crate::machine::configuration::Configuration;
-use crate::stream::graph::Graph;
 
 /// Cycles by cause.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -104,20 +102,20 @@ impl Accounts {
         *at(&mut self.waits, to) -= 1;
     }
 
-    /// Causes of whole cycles, and of lanes within them, of a segment of `words` that ends after `end`.
+    /// Causes of whole cycles, and of lanes within them, of a segment of `words` that ends after `end`. `issued`: the
+    /// cycle of every operation, and whether a divider takes it.
     pub fn settle(
         mut self,
-        graph: &Graph,
-        places: &[Place],
+        issued: impl Iterator<Item = (u32, bool)>,
         words: u32,
         end: u32,
         configuration: &Configuration,
     ) -> (Causes, Causes) {
         let (timing, lanes) = (configuration.timing(), configuration.lanes as u32);
         let mut began = vec![(0u32, false); words as usize];
-        for (node, place) in graph.nodes.iter().zip(places) {
-            let (on_lanes, any) = &mut began[place.cycle as usize];
-            *on_lanes += u32::from(!node.code.on_divider());
+        for (cycle, on_divider) in issued {
+            let (on_lanes, any) = &mut began[cycle as usize];
+            *on_lanes += u32::from(!on_divider);
             *any = true;
         }
         let whys = self.whys(words);

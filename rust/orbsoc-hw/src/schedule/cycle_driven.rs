@@ -26,6 +26,14 @@ impl Habit {
     pub const URGENT: Self = Self { nodes_per_cycle: None, patience: 0, apart: false };
 }
 
+/// From the fewest bits on, as a rule.
+pub(crate) const HABITS: [Habit; 4] = [
+    Habit { nodes_per_cycle: Some(2), patience: 0, apart: true },
+    Habit { nodes_per_cycle: Some(8), patience: 1, apart: true },
+    Habit { nodes_per_cycle: None, patience: 0, apart: true },
+    Habit::URGENT,
+];
+
 /// A lane's run: its last operation, and for how long the next one has been refused.
 #[derive(Clone, Copy, Default)]
 struct Lane {
@@ -304,8 +312,8 @@ fn lanes_of(mask: u32) -> impl Iterator<Item = usize> {
 
 #[cfg(test)]
 mod tests {
+    use super::HABITS;
     use crate::machine::configuration::Configuration;
-    use crate::microcode::compact::HABITS;
     use crate::schedule::scheduler::Scheduler;
     use crate::stream::graph::Graph;
     use crate::stream::layout::Layout;

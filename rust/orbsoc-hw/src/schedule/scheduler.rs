@@ -180,7 +180,8 @@ impl<'a> Scheduler<'a> {
             assign_rows(self.segment, graph, &places, &order, first_free, configuration)?;
         let timing = configuration.timing();
         let end = end.max(words);
-        let (causes, slots) = accounts.settle(graph, &places, words, end, configuration);
+        let issued = places.iter().map(|place| (place.cycle, place.code.on_divider()));
+        let (causes, slots) = accounts.settle(issued, words, end, configuration);
         let lane_operations = graph.nodes.iter().filter(|node| !node.code.on_divider()).count() as u32;
         Ok(Schedule {
             issues: issues(graph, self.layout.literals(), &places, &order, &addresses),
