@@ -14,6 +14,7 @@ mod measure;
 mod problem_file;
 mod results;
 mod schedules;
+mod spread;
 mod stages;
 
 use arguments::{Arguments, Command, HELP};
@@ -47,7 +48,7 @@ fn run() -> Result<(), Failure> {
             let measured = measure::measure(&problems, &plan)?;
             print!("{}", results::table(&measured));
             if plan.stages {
-                print!("\n{}", stages::table(&measured));
+                print!("\n{}", results::stage_table(&measured));
             }
             if let Some(path) = &plan.out {
                 results::write(path, &measured, &plan)?;

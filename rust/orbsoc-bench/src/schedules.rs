@@ -1,7 +1,7 @@
 //! How fast operation streams become schedules of the programmable logic, lanes by lanes.
 
 use crate::arguments::Plan;
-use crate::measure::{microseconds, Spread};
+use crate::spread::{microseconds, Spread};
 use crate::Failure;
 use orbsoc::{record_tapes, Problem, Recording, Settings};
 use orbsoc_hw::{schedule, Compressed, Configuration, Graph, Layout, Microcode, Program};
