@@ -1,8 +1,8 @@
-//! From the operation stream of a sparsity pattern to the cycles of the programmable logic, exactly.
+//! From the operation stream of a sparsity pattern to the exact cycles of the programmable logic.
 //!
 //! ```text
-//! Tape ─ graph ─ schedule ─┬─ cycles, utilisation, causes        docs/pl-machine.md is the engine
-//!  layout ─────────────────┴─ microcode ─ machine (replay) ≡ RTL
+//! Tape ─ stream ─ schedule ─┬─ cycles, utilisation, causes        docs/pl-machine.md is the engine
+//!        (graph, layout)    └─ microcode ─ program ─ replay ≡ RTL
 //! ```
 #![allow(clippy::cast_possible_truncation)] // cycles, nodes and addresses of a segment fit 32 bits
 

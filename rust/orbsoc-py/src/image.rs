@@ -33,7 +33,7 @@ pub fn program_image(
     let (format, program) = program.in_format(format, Gaps { seed, level })?;
     let image = py.detach(|| Image::new(program, format));
     let mut homes: BTreeMap<&'static str, (Vec<u32>, Vec<u32>)> = BTreeMap::new();
-    for (buffer, index, address) in program.layout.homes() {
+    for (buffer, index, address) in program.layout.locations() {
         let (indices, addresses) = homes.entry(buffer.name()).or_default();
         indices.push(index);
         addresses.push(address);

@@ -1,4 +1,4 @@
-//! What the units compute, word by word, in the bits of the RTL.
+//! Arithmetic of the units, bit-identical to the RTL.
 
 use super::operation::Code;
 use super::timing::Precision;
@@ -11,7 +11,7 @@ fn quiet(precision: Precision) -> u64 {
     }
 }
 
-/// The result of an operation; words not read may be anything.
+/// The result of an operation; words that it does not read are arbitrary.
 pub fn compute(precision: Precision, code: Code, [a, b, c]: [u64; 3]) -> u64 {
     let sign = 1u64 << (precision.bits() - 1);
     let ones = u64::MAX >> (64 - precision.bits());
@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_numbers_are_canonical_unless_only_their_sign_is_touched() {
+    fn nans_are_canonical_unless_only_their_sign_changes() {
         let odd = 0xfff0_0000_0000_0001;
         let of = |code| compute(Precision::F64, code, [odd, 0, 0]);
         assert_eq!([Code::Add, Code::Mul, Code::Sqrt].map(of), [quiet(Precision::F64); 3]);
@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn the_chain_does_what_products_and_sums_do() {
+    fn the_multiply_add_computes_products_and_sums() {
         let values = [0.0, -0.0, 1.0, -3.5, f64::INFINITY, f64::NAN, 5e-324, -1e308].map(f64::to_bits);
         let (one, minus_zero) = (1.0f64.to_bits(), (-0.0f64).to_bits());
         for a in values {

@@ -1,4 +1,4 @@
-//! An engine: how many of everything.
+//! Parameters of an engine.
 
 use super::timing::{Precision, Timing};
 use crate::error::Error;
@@ -18,7 +18,7 @@ pub struct Configuration {
     pub address_bits: u32,
     /// Words that the microcode memory holds, of all segments together.
     pub microcode_words: usize,
-    /// Latencies to schedule for; `None`: the RTL's. Others are for showing that a model that is wrong is found out.
+    /// Latencies to schedule for; `None`: the RTL's. Tests use wrong ones to show that validation finds them.
     pub timing: Option<Timing>,
 }
 

@@ -94,8 +94,8 @@ impl Code {
         }
     }
 
-    /// The same result by the whole chain of a lane, bit for bit: a·b = −0 + a·b and c ± a = c ± a·1.
-    pub fn by_chain(self) -> Option<Self> {
+    /// The multiply-add with the same result, bit for bit: a·b = −0 + a·b and c ± a = c ± a·1.
+    pub fn as_multiply_add(self) -> Option<Self> {
         match self {
             Self::Mul | Self::Add => Some(Self::AddMul),
             Self::Sub => Some(Self::SubMul),

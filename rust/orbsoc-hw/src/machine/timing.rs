@@ -22,7 +22,7 @@ impl Precision {
     }
 }
 
-/// Cycles of everything that takes any; docs/pl-machine.md.
+/// Latencies and depths, in cycles, and widths, in bits; docs/pl-machine.md.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(missing_docs)] // the names are those of the contract
 pub struct Timing {
@@ -72,10 +72,10 @@ impl Timing {
         }
     }
 
-    /// With one unit's cycles off by `by`: what a model believes that misread its table.
+    /// The same table with one unit's latency changed by `by`, as a wrong model would have it.
     ///
     /// # Errors
-    /// [`Error::Configuration`] for a unit that there is not, and for cycles that it cannot have.
+    /// [`Error::Configuration`] for an unknown unit, and for a latency out of range.
     pub fn misread(mut self, unit: &str, by: i32) -> Result<Self, Error> {
         let (field, cycles) = match unit {
             "add" => ("add", &mut self.add),
@@ -92,7 +92,7 @@ impl Timing {
         Err(Error::Configuration { field, value: (*cycles).into(), allowed: "1 to 50 cycles" })
     }
 
-    /// From operands at a unit to its result.
+    /// Cycles from the operands at a unit to its result.
     pub fn latency(&self, code: Code) -> u32 {
         match code {
             Code::Mul => self.mul,
@@ -104,7 +104,7 @@ impl Timing {
         }
     }
 
-    /// From an issue to that of an operation that reads the result.
+    /// Cycles from an issue to that of an operation that reads the result.
     pub fn distance(&self, code: Code) -> u32 {
         self.latency(code) + self.read + self.write
     }
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chain_is_a_product_and_then_a_sum() {
+    fn a_multiply_add_is_a_product_and_then_a_sum() {
         let t = Timing::of(Precision::F64);
         assert_eq!(t.latency(Code::SubMul), t.latency(Code::Mul) + t.latency(Code::Sub));
         assert_eq!(t.distance(Code::Move), t.simple + t.read + t.write);

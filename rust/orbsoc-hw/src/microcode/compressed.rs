@@ -1,15 +1,15 @@
-//! Compressed microcode: the same words in fewer bits, for a decoder in front of the issue register.
+//! Compressed microcode: delta-encoded words for a decoder in front of the issue register.
 //! docs/pl-machine.md, "Compressed microcode".
 
 use super::encoder::{encode, Index, Item, EMPTY, LAST, RUN_BITS, SAME};
 use super::flat::Microcode;
-use super::template::{choose, Format, Kept, Mode, Template, Wishes};
+use super::template::{choose, Candidates, Format, LaneState, Mode, Template};
 use crate::error::Error;
 use crate::machine::configuration::Configuration;
 use crate::machine::operation::Code;
 use crate::schedule::scheduler::{Issue, Schedule};
 
-/// The compressed microcode of several segments, with their common templates.
+/// The compressed microcode of several segments, with their common table of templates.
 #[derive(Clone, Debug)]
 pub struct Compressed {
     format: Format,
@@ -22,7 +22,7 @@ pub struct Compressed {
     pub freezes: Vec<Vec<u32>>,
 }
 
-/// One segment's lines, and what they cost in time.
+/// One segment's lines and cycles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub struct CompressedSegment {
@@ -48,11 +48,11 @@ impl Compressed {
         for schedule in schedules {
             let (stream, items) = encode(schedule, &index);
             let (start, count) = (lines.len(), stream.bits.div_ceil(format.fetch()));
-            let waits = waits(&items, count, format.fetch());
-            let frozen = waits.len() as u32;
+            let stalls = fetch_stalls(&items, count, format.fetch());
+            let frozen = stalls.len() as u32;
             let cycles = schedule.cycles + 1 + frozen;
             segments.push(CompressedSegment { start, lines: count, bits: stream.bits, frozen, cycles });
-            freezes.push(waits);
+            freezes.push(stalls);
             lines.append(&stream.lines(format.fetch()));
         }
         Self { format, table, lines, segments, freezes }
@@ -64,7 +64,7 @@ impl Compressed {
         let table = table(&[schedule], &format);
         let (stream, items) = encode(schedule, &Index::new(&format, &table));
         let lines = stream.bits.div_ceil(format.fetch());
-        schedule.cycles + 1 + waits(&items, lines, format.fetch()).len() as u32
+        schedule.cycles + 1 + fetch_stalls(&items, lines, format.fetch()).len() as u32
     }
 
     /// Bits of microcode in use, without the table.
@@ -78,23 +78,23 @@ impl Compressed {
     }
 }
 
-/// The templates that suit some schedules together.
+/// The common table of templates of some schedules.
 fn table(schedules: &[&Schedule], format: &Format) -> Vec<Template> {
-    let mut wishes = Wishes::new();
+    let mut candidates = Candidates::new();
     for schedule in schedules {
-        let mut lanes = vec![Kept::default(); format.lanes];
+        let mut lanes = vec![LaneState::default(); format.lanes];
         for issue in schedule.issues.iter().filter(|issue| !issue.code.on_divider()) {
             let lane = &mut lanes[issue.unit as usize];
-            let wish = lane.fits(issue, format).shortest();
-            lane.write(issue, wish, format, |_, _| ());
-            wishes.add(wish);
+            let shortest = lane.modes(issue, format).shortest();
+            lane.write(issue, shortest, format, |_, _| ());
+            candidates.add(shortest);
         }
     }
-    choose(&wishes, format)
+    choose(&candidates, format)
 }
 
-/// The words that are waited for while the next item is not yet complete in the buffer, once a cycle.
-fn waits(items: &[Item], lines: usize, fetch: usize) -> Vec<u32> {
+/// For each cycle in which the next item is not complete in the buffer: the word that waits.
+fn fetch_stalls(items: &[Item], lines: usize, fetch: usize) -> Vec<u32> {
     let (mut fill, mut fetched, mut word, mut found) = (fetch, 1, 0, Vec::new());
     let mut items = items.iter().copied();
     let (mut rest, mut next) = (0, items.next());
@@ -119,7 +119,7 @@ fn waits(items: &[Item], lines: usize, fetch: usize) -> Vec<u32> {
     found
 }
 
-/// Flat words from compressed lines, as the decoder makes them.
+/// Decode a segment, as the RTL's decoder does.
 ///
 /// # Errors
 /// [`Error::Damaged`] where the stream ends within an item.
@@ -135,7 +135,8 @@ pub fn decompress(
         end: (start + lines) * compressed.format.fetch(),
     };
     let format = &compressed.format;
-    let (mut lanes, mut current) = (vec![Kept::default(); format.lanes], vec![Template::NONE; format.lanes]);
+    let (mut lanes, mut current) =
+        (vec![LaneState::default(); format.lanes], vec![Template::NONE; format.lanes]);
     let (mut issues, mut cycle) = (Vec::new(), 0);
     loop {
         let kind = reader.take(2)?;
@@ -197,7 +198,7 @@ impl Reader<'_> {
 
     fn lane(
         &mut self,
-        kept: &mut Kept,
+        state: &mut LaneState,
         code: Code,
         template: Template,
         (cycle, unit): (u32, u8),
@@ -205,21 +206,21 @@ impl Reader<'_> {
         let format = self.compressed.format;
         let used = Template::full(code).modes;
         for k in (0..4).filter(|&k| used[k] == Mode::Full) {
-            kept.address[k] = match template.modes[k] {
-                Mode::Kept if k == 3 => kept.address[2],
-                Mode::Kept => kept.address[k],
-                Mode::Step => format.sum(kept.address[k], kept.step[k]),
+            state.address[k] = match template.modes[k] {
+                Mode::Kept if k == 3 => state.address[2],
+                Mode::Kept => state.address[k],
+                Mode::Step => format.sum(state.address[k], state.step[k]),
                 Mode::Short => {
-                    kept.step[k] = format.long(self.take(format.short_bits)?);
-                    format.sum(kept.address[k], kept.step[k])
+                    state.step[k] = format.sign_extend(self.take(format.short_bits)?);
+                    format.sum(state.address[k], state.step[k])
                 }
                 Mode::Full => self.take(format.address_bits)? as u32,
             };
         }
         let mut operands = [0; 3];
         for (k, operand) in operands.iter_mut().enumerate() {
-            *operand = if code.reads()[k] { kept.address[k] } else { 0 };
+            *operand = if code.reads()[k] { state.address[k] } else { 0 };
         }
-        Ok(Issue { cycle, unit, code, operands, destination: kept.address[3] })
+        Ok(Issue { cycle, unit, code, operands, destination: state.address[3] })
     }
 }

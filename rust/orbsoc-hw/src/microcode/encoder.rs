@@ -1,7 +1,7 @@
-//! Schedules as the bits of compressed microcode. docs/pl-machine.md, "Compressed microcode".
+//! Encoder of the compressed microcode. docs/pl-machine.md, "Compressed microcode".
 
 use super::flat::Microcode;
-use super::template::{Fits, Format, Kept, Template, TEMPLATE_ENTRY};
+use super::template::{FieldModes, Format, LaneState, Template, TEMPLATE_ENTRY};
 use crate::machine::operation::Code;
 use crate::schedule::scheduler::{Issue, Schedule};
 
@@ -13,10 +13,10 @@ pub(crate) const LAST: u64 = 3;
 /// Bits of a run of empty words.
 pub(crate) const RUN_BITS: usize = 8;
 
-/// An item: its length, and the words that it stands for.
+/// An item: its bits, and the number of words that it encodes.
 pub(crate) type Item = (usize, u32);
 
-/// Bits in their order.
+/// A bit stream.
 #[derive(Default)]
 pub(crate) struct Stream {
     limbs: Vec<u64>,
@@ -53,12 +53,12 @@ impl Stream {
     }
 }
 
-/// A table of templates, as it is looked up for writing.
+/// A table of templates, indexed for the encoder.
 pub(crate) struct Index<'a> {
     format: &'a Format,
     table: &'a [Template],
-    /// Of each template what it needs, and the bits of its payload.
-    needs: Vec<Fits>,
+    /// For each template the modes that it needs, and the bits of its payload.
+    needs: Vec<FieldModes>,
     payload: Vec<usize>,
     /// The number of a template by its bits; none: `table.len()`.
     number: Vec<u16>,
@@ -79,29 +79,29 @@ impl<'a> Index<'a> {
         }
     }
 
-    /// The number of the cheapest template for an operation: the lane's current one, if it costs as little.
-    fn cheapest(&self, fits: Fits, current: usize) -> usize {
+    /// The number of the cheapest template for an operation; of equally cheap ones the lane's current one.
+    fn cheapest(&self, modes: FieldModes, current: usize) -> usize {
         let cost = |number: usize| {
             let payload = self.payload[number];
-            // Of equal cost, the one that leaves the lane with a template that suits its run.
+            // Of equal cost, the one with less payload: it is the better one for the rest of the chain.
             (payload + if number == current { 0 } else { self.format.template_bits }, payload)
         };
-        let number = usize::from(self.number[fits.shortest().bits()]);
+        let number = usize::from(self.number[modes.shortest().bits()]);
         if number < self.table.len() {
-            // Nothing else is shorter, and only staying costs less than a change.
-            let stays = number == current || current != 0 && fits.allow(self.needs[current]);
+            // No other template is shorter; only keeping the current one may cost less than a change.
+            let stays = number == current || current != 0 && modes.allow(self.needs[current]);
             return if stays && cost(current) <= cost(number) { current } else { number };
         }
-        let possible = (1..self.table.len()).filter(|&k| fits.allow(self.needs[k]));
+        let possible = (1..self.table.len()).filter(|&k| modes.allow(self.needs[k]));
         possible.min_by_key(|&k| cost(k)).unwrap_or(0)
     }
 }
 
-/// A schedule's bits, item by item.
+/// Encode a schedule: its bits, and its items.
 pub(crate) fn encode(schedule: &Schedule, index: &Index<'_>) -> (Stream, Vec<Item>) {
     let mut writer = Writer {
         index,
-        lanes: vec![Kept::default(); index.format.lanes],
+        lanes: vec![LaneState::default(); index.format.lanes],
         current: vec![0; index.format.lanes],
         templates: vec![0; index.format.lanes],
         stream: Stream::default(),
@@ -109,7 +109,7 @@ pub(crate) fn encode(schedule: &Schedule, index: &Index<'_>) -> (Stream, Vec<Ite
     };
     let (mut next, mut cycle) = (schedule.issues.as_slice(), 0);
     while cycle < schedule.words {
-        // Empty words up to the next one that is not, or to the last.
+        // Empty words up to the next issue, or to the last word.
         let coming = next.first().map_or(schedule.words - 1, |issue| issue.cycle);
         writer.empty_words(coming - cycle);
         let (word, rest) = next.split_at(next.iter().take_while(|issue| issue.cycle == coming).count());
@@ -121,8 +121,8 @@ pub(crate) fn encode(schedule: &Schedule, index: &Index<'_>) -> (Stream, Vec<Ite
 
 struct Writer<'a> {
     index: &'a Index<'a>,
-    lanes: Vec<Kept>,
-    /// Numbers of the templates that the lanes used last, and of this word's.
+    lanes: Vec<LaneState>,
+    /// Template numbers of the lanes in the last word and in this one.
     current: Vec<usize>,
     templates: Vec<usize>,
     stream: Stream,
@@ -150,8 +150,8 @@ impl Writer<'_> {
             if issue.code.on_divider() {
                 divider_ops |= u64::from(issue.code.field()) << (2 * unit);
             } else {
-                let fits = self.lanes[unit].fits(issue, format);
-                self.templates[unit] = self.index.cheapest(fits, self.current[unit]);
+                let modes = self.lanes[unit].modes(issue, format);
+                self.templates[unit] = self.index.cheapest(modes, self.current[unit]);
             }
         }
         self.header(divider_ops, last);
@@ -171,7 +171,7 @@ impl Writer<'_> {
         self.items.push((self.stream.bits - from, 1));
     }
 
-    /// What changes from the last word to this one.
+    /// The kind of an item, and what changes from the last word to this one.
     fn header(&mut self, divider_ops: u64, last: bool) {
         let format = self.index.format;
         if self.templates == self.current && divider_ops == 0 && !last {

@@ -1,4 +1,4 @@
-//! Flat microcode: one word a cycle, every field of every unit in its place. docs/pl-machine.md, "Flat microcode".
+//! Flat microcode: one word a cycle, with fixed fields for every unit. docs/pl-machine.md, "Flat microcode".
 
 use crate::error::Error;
 use crate::machine::configuration::Configuration;
@@ -30,7 +30,7 @@ impl Microcode {
         self.data.len() / self.limbs
     }
 
-    /// No word at all.
+    /// Whether there is no word.
     pub fn is_empty(&self) -> bool {
         self.data.is_empty()
     }
@@ -135,10 +135,10 @@ pub fn flat(schedule: &Schedule, configuration: &Configuration) -> Microcode {
     microcode
 }
 
-/// What a flat word issues, and whether it is its segment's last.
+/// Decode a flat word: what it issues, and whether it is its segment's last.
 ///
 /// # Errors
-/// [`Error::Damaged`] when an opcode is none.
+/// [`Error::Damaged`] when an opcode is invalid.
 pub fn decode(
     microcode: &Microcode,
     word: usize,

@@ -1,10 +1,10 @@
-//! Templates of the compressed microcode: an opcode, and how each of its fields is written.
+//! Templates of the compressed microcode: an opcode and the encoding of each of its fields.
 
 use crate::machine::configuration::Configuration;
 use crate::machine::operation::Code;
 use crate::schedule::scheduler::Issue;
 
-/// How a field is written; docs/pl-machine.md, "Compressed microcode".
+/// How a field is encoded; docs/pl-machine.md, "Compressed microcode".
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum Mode {
     Kept,
@@ -24,7 +24,7 @@ impl Template {
     /// No operation.
     pub const NONE: Self = Self { field: 0, modes: [Mode::Kept; 4] };
 
-    /// Every field in full: fits any operation of its code.
+    /// Escape: every field in full, for any operation of its code.
     pub fn full(code: Code) -> Self {
         let [a, b, c] = code.reads().map(|reads| if reads { Mode::Full } else { Mode::Kept });
         Self { field: code.field(), modes: [a, b, c, Mode::Full] }
@@ -36,10 +36,10 @@ impl Template {
         usize::from(self.field) | modes.sum::<usize>()
     }
 
-    /// What is written by this template fits these modes.
-    pub fn needs(self) -> Fits {
+    /// The modes that this template needs.
+    pub fn needs(self) -> FieldModes {
         let modes = self.modes.iter().enumerate().map(|(k, &mode)| 1 << (4 * k + mode as usize));
-        Fits { field: self.field, modes: modes.sum() }
+        FieldModes { field: self.field, modes: modes.sum() }
     }
 
     /// Bits of the fields of one operation.
@@ -52,31 +52,31 @@ impl Template {
         self.modes.iter().map(bits).sum()
     }
 
-    /// Whether it can write all that another one writes. Steps are short, for they came as short fields.
-    fn serves(self, other: Self) -> bool {
-        let serves = |(k, (mine, theirs)): (usize, (&Mode, &Mode))| {
+    /// Whether it can encode all operations of another template. Steps fit short fields, since they came from them.
+    fn covers(self, other: Self) -> bool {
+        let covers = |(k, (mine, theirs)): (usize, (&Mode, &Mode))| {
             mine == theirs
                 || *mine == Mode::Full
                 || *mine == Mode::Short && *theirs != Mode::Full && (k < 3 || *theirs != Mode::Kept)
         };
-        self.field == other.field && self.modes.iter().zip(&other.modes).enumerate().all(serves)
+        self.field == other.field && self.modes.iter().zip(&other.modes).enumerate().all(covers)
     }
 }
 
-/// For each field of an operation the modes in which it can be written: four bits a field.
+/// The modes that can encode each field of an operation: four bits a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Fits {
+pub(crate) struct FieldModes {
     field: u8,
     modes: u16,
 }
 
-impl Fits {
-    /// Whether an operation that needs `needed` can be written where these modes fit.
+impl FieldModes {
+    /// Whether all the modes of `needed` are among these.
     pub fn allow(self, needed: Self) -> bool {
         self.field == needed.field && needed.modes & !self.modes == 0
     }
 
-    /// The shortest way to write each field.
+    /// The template with the shortest mode of each field.
     pub fn shortest(self) -> Template {
         let mode = |k: usize| match (self.modes >> (4 * k) & 15).trailing_zeros() {
             0 => Mode::Kept,
@@ -88,16 +88,16 @@ impl Fits {
     }
 }
 
-/// Addresses and steps that a lane keeps.
+/// Decoder state of a lane: the last address and step of each field.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Kept {
+pub(crate) struct LaneState {
     pub address: [u32; 4],
     pub step: [u32; 4],
 }
 
-impl Kept {
-    /// How an operation's fields can be written from here. A field that is not used is kept.
-    pub fn fits(&self, issue: &Issue, format: &Format) -> Fits {
+impl LaneState {
+    /// The modes that can encode an operation in this state. An unused field is kept.
+    pub fn modes(&self, issue: &Issue, format: &Format) -> FieldModes {
         let [a, b, c] = issue.code.reads();
         let mut modes = 0;
         for (k, used) in [a, b, c, true].into_iter().enumerate() {
@@ -108,10 +108,10 @@ impl Kept {
             let field = u16::from(kept) | u16::from(step) << 1 | u16::from(short) << 2 | 1 << 3;
             modes |= if used { field } else { 1 } << (4 * k);
         }
-        Fits { field: issue.code.field(), modes }
+        FieldModes { field: issue.code.field(), modes }
     }
 
-    /// Write an operation, field by field: each that adds to the payload goes to `put` as value and bits.
+    /// Encode an operation: `put` gets the value and the bits of each field of the payload.
     pub fn write(
         &mut self,
         issue: &Issue,
@@ -126,7 +126,7 @@ impl Kept {
                 Mode::Kept | Mode::Step => {}
                 Mode::Short => {
                     let step = format.difference(wanted, self.address[k]);
-                    put(format.short(step), format.short_bits);
+                    put(format.truncate(step), format.short_bits);
                     self.step[k] = step;
                 }
                 Mode::Full => put(u64::from(wanted), format.address_bits),
@@ -145,7 +145,7 @@ fn field(issue: &Issue, k: usize) -> u32 {
 }
 
 /// Bits of a template's number for which lines have room.
-const LONGEST_NUMBER: usize = 7;
+const MAX_TEMPLATE_BITS: usize = 7;
 
 /// Widths of the stream's parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -170,18 +170,18 @@ impl Format {
         }
     }
 
-    /// Bits of a line: 32 for each lane, and as many as let the longest item fit into three lines, for the decoder's
-    /// buffer takes no further line when it holds more than that.
+    /// Bits of a line: 32 a lane, or more if the longest item needs it. An item must fit three lines: with more in it,
+    /// the decoder's buffer takes no further line.
     pub fn fetch(&self) -> usize {
         let item = |template_bits: usize| {
             let lane = 1 + template_bits + 4 * self.address_bits;
             2 + self.lanes * lane + self.dividers * (2 + 3 * self.address_bits)
         };
         debug_assert!(
-            self.template_bits <= LONGEST_NUMBER,
-            "lines are made for shorter numbers of templates"
+            self.template_bits <= MAX_TEMPLATE_BITS,
+            "lines have no room for these template numbers"
         );
-        32 * self.lanes.max(item(LONGEST_NUMBER).div_ceil(96))
+        32 * self.lanes.max(item(MAX_TEMPLATE_BITS).div_ceil(96))
     }
 
     pub fn mask(&self) -> u32 {
@@ -203,108 +203,107 @@ impl Format {
     }
 
     /// A short step as a short field.
-    fn short(&self, step: u32) -> u64 {
+    fn truncate(&self, step: u32) -> u64 {
         debug_assert!(self.is_short(step), "{step} is no short step");
         u64::from(step) & ((1 << self.short_bits) - 1)
     }
 
     /// A short field as a step.
-    pub fn long(&self, short: u64) -> u32 {
+    pub fn sign_extend(&self, short: u64) -> u32 {
         let sign = 1u64 << (self.short_bits - 1);
         ((short ^ sign).wrapping_sub(sign) as u32) & self.mask()
     }
 }
 
-/// How often each template was the shortest for an operation.
-pub(crate) struct Wishes(Vec<(Template, u64)>);
+/// Candidate templates: for how many operations each is the shortest.
+pub(crate) struct Candidates(Vec<(Template, u64)>);
 
-impl Wishes {
-    /// None yet.
+impl Candidates {
     pub fn new() -> Self {
         Self(vec![(Template::NONE, 0); 1 << TEMPLATE_ENTRY])
     }
 
-    /// Once more.
+    /// Count one operation.
     pub fn add(&mut self, template: Template) {
-        let (wish, times) = &mut self.0[template.bits()];
-        (*wish, *times) = (template, *times + 1);
+        let (candidate, uses) = &mut self.0[template.bits()];
+        (*candidate, *uses) = (template, *uses + 1);
     }
 
-    /// Those that there are, and how often.
+    /// Templates with their counts.
     fn all(&self) -> impl Iterator<Item = (Template, u64)> + '_ {
-        self.0.iter().copied().filter(|(_, times)| *times > 0)
+        self.0.iter().copied().filter(|(_, uses)| *uses > 0)
     }
 }
 
 /// Bits of a table's entry.
 pub(crate) const TEMPLATE_ENTRY: usize = 12;
 
-/// The templates worth a place in the table: one for anything of each code, then, one by one, those that save most over
-/// what is in it already.
-pub(crate) fn choose(wishes: &Wishes, format: &Format) -> Vec<Template> {
+/// Greedy selection of the table: the escape of each code, then one by one the templates that save most bits.
+pub(crate) fn choose(candidates: &Candidates, format: &Format) -> Vec<Template> {
     let mut table = vec![Template::NONE];
     for code in Code::ALL.into_iter().filter(|code| !code.on_divider()) {
-        if wishes.all().any(|(wish, _)| wish.field == code.field()) {
+        if candidates.all().any(|(candidate, _)| candidate.field == code.field()) {
             table.push(Template::full(code));
         }
     }
-    let mut costly = Costly::new(wishes, &table, format);
+    let mut selection = Selection::new(candidates, &table, format);
     let size = 1 << format.template_bits;
     while table.len() < size {
-        let Some(best) = costly.relieve() else { break };
+        let Some(best) = selection.select() else { break };
         table.push(best);
     }
     table.resize(size, Template::NONE);
     table
 }
 
-/// What operations would be written by, and the bits that they cost with the table so far.
-struct Costly(Vec<Wish>);
+/// Candidates that are not selected yet.
+struct Selection(Vec<Candidate>);
 
-struct Wish {
+struct Candidate {
     template: Template,
     bits: usize,
-    times: u64,
+    uses: u64,
+    /// Bits of one of its operations with the table so far.
     cost: usize,
-    /// The wishes that it serves.
-    serves: Vec<usize>,
+    /// The candidates that it covers.
+    covers: Vec<usize>,
 }
 
-impl Costly {
-    fn new(wishes: &Wishes, table: &[Template], format: &Format) -> Self {
-        let mut all: Vec<_> = wishes.all().collect();
-        all.sort_unstable_by_key(|&(template, times)| (core::cmp::Reverse(times), template));
-        all.truncate(WORTHWHILE);
-        let wish = |&(template, times): &(Template, u64)| {
+impl Selection {
+    fn new(candidates: &Candidates, table: &[Template], format: &Format) -> Self {
+        let mut all: Vec<_> = candidates.all().collect();
+        all.sort_unstable_by_key(|&(template, uses)| (core::cmp::Reverse(uses), template));
+        all.truncate(MAX_CANDIDATES);
+        let candidate = |&(template, uses): &(Template, u64)| {
             let full = table.iter().find(|full| full.field == template.field);
-            let served = all.iter().enumerate().filter(|(_, (other, _))| template.serves(*other));
-            let serves = served.map(|(k, _)| k).collect();
+            let covered = all.iter().enumerate().filter(|(_, (other, _))| template.covers(*other));
+            let covers = covered.map(|(k, _)| k).collect();
             let cost = full.map_or(0, |full| full.payload(format));
-            Wish { template, bits: template.payload(format), times, cost, serves }
+            Candidate { template, bits: template.payload(format), uses, cost, covers }
         };
-        Self(all.iter().map(wish).collect())
+        Self(all.iter().map(candidate).collect())
     }
 
-    /// What a wish's template would save.
-    fn saved(&self, wish: &Wish) -> u64 {
-        let served = wish.serves.iter().map(|&k| &self.0[k]);
-        served.map(|other| other.times * other.cost.saturating_sub(wish.bits) as u64).sum()
+    /// Bits that a candidate would save.
+    fn saved(&self, candidate: &Candidate) -> u64 {
+        let covered = candidate.covers.iter().map(|&k| &self.0[k]);
+        covered.map(|other| other.uses * other.cost.saturating_sub(candidate.bits) as u64).sum()
     }
 
-    /// The template that saves most, if any saves; its savings are made.
-    fn relieve(&mut self) -> Option<Template> {
-        let saving = self.0.iter().map(|wish| (self.saved(wish), wish.template)).enumerate();
+    /// Select the template that saves most bits, if one saves any.
+    fn select(&mut self) -> Option<Template> {
+        let saving = self.0.iter().map(|candidate| (self.saved(candidate), candidate.template)).enumerate();
         let (best, (saved, template)) = saving.max_by_key(|(_, saving)| *saving)?;
-        let (bits, serves) = (self.0[best].bits, core::mem::take(&mut self.0[best].serves));
-        for k in serves {
+        let (bits, covers) = (self.0[best].bits, core::mem::take(&mut self.0[best].covers));
+        for k in covers {
             self.0[k].cost = bits.min(self.0[k].cost);
         }
         (saved > 0).then_some(template)
     }
 }
 
-/// Wishes that are looked at, the most frequent ones: rarer ones save nothing.
-const WORTHWHILE: usize = 128;
+/// Only the most frequent candidates are considered: rarer ones save nothing.
+const MAX_CANDIDATES: usize = 128;
 
 #[cfg(test)]
 mod tests {
@@ -315,25 +314,25 @@ mod tests {
     }
 
     #[test]
-    fn the_table_has_a_template_for_anything_and_then_what_saves_most_beside_it() {
+    fn the_table_has_an_escape_and_then_what_saves_most_beside_it() {
         use Mode::{Full, Kept, Short, Step};
         let format = Format::new(&Configuration::default());
         let runs = sub_mul([Step, Kept, Step, Kept]);
         let gaps = sub_mul([Step, Kept, Short, Kept]);
         let rare = sub_mul([Short, Kept, Short, Kept]);
-        let mut wishes = Wishes::new();
-        for (template, times) in [(runs, 100), (gaps, 30), (rare, 1)] {
-            (0..times).for_each(|_| wishes.add(template));
+        let mut candidates = Candidates::new();
+        for (template, uses) in [(runs, 100), (gaps, 30), (rare, 1)] {
+            (0..uses).for_each(|_| candidates.add(template));
         }
-        let table = choose(&wishes, &format);
+        let table = choose(&candidates, &format);
         assert_eq!(table.len(), 1 << format.template_bits);
         assert_eq!(table[..2], [Template::NONE, Template::full(Code::SubMul)]);
-        // 100 × 60 bits for runs alone, 130 × 54 for the one that serves gaps, too, 131 × 48 for the one that serves all.
+        // 100 × 60 bits for runs alone, 130 × 54 for the one that covers gaps, too, 131 × 48 for the one that covers all.
         // Then 100 × 6 for runs, and 48 for the rare one.
         assert_eq!(table[2..5], [gaps, runs, rare]);
         assert!(table[5..].iter().all(|&template| template == Template::NONE));
-        assert!(rare.serves(gaps) && gaps.serves(runs) && !runs.serves(gaps));
-        assert!(!sub_mul([Short, Short, Short, Short]).serves(sub_mul([Full, Kept, Kept, Step])));
-        assert!(!sub_mul([Short; 4]).serves(runs), "the word of c is not a step from the last destination");
+        assert!(rare.covers(gaps) && gaps.covers(runs) && !runs.covers(gaps));
+        assert!(!sub_mul([Short, Short, Short, Short]).covers(sub_mul([Full, Kept, Kept, Step])));
+        assert!(!sub_mul([Short; 4]).covers(runs), "the word of c is not a step from the last destination");
     }
 }

@@ -1,18 +1,18 @@
-//! A whole program as the engine's memories hold it: microcode of all segments, templates, literals.
+//! Memory image of a program: microcode of all segments, templates, literals.
 
 use super::validation::{word_bits, Entry, Format, Sequence};
 use crate::microcode::flat::{flat, Microcode};
 use crate::program::Program;
 use orbsoc::Stage;
 
-/// What is loaded before the first segment runs; the homes of the buffers' words are the layout's.
+/// What is loaded before the first segment runs; the layout has the addresses of the buffers' words.
 #[derive(Clone, Debug)]
 pub struct Image {
     /// Of compressed microcode, in the order of their numbers.
     pub templates: Vec<String>,
     /// Lines of all segments.
     pub microcode: Microcode,
-    /// Where each segment's lines are, and its busy cycles.
+    /// Position of each segment's lines, and its busy cycles.
     pub entries: Vec<(Stage, Entry)>,
     /// Address and bits of every literal.
     pub literals: Vec<(u32, u64)>,

@@ -1,11 +1,11 @@
-//! The in-order engine: the same words, but it waits by itself, and its fetch has gaps.
+//! The in-order engine: it issues the same words with a scoreboard, and its fetch has gaps.
 //! docs/pl-machine.md, "In-order sequencer".
 
 use crate::error::Error;
 use crate::machine::configuration::Configuration;
 use crate::schedule::scheduler::{Issue, Schedule};
 
-/// When fetch delivers: a seeded generator, below `level` of 256 a gap.
+/// Gaps of the fetch: in each cycle one with probability `level`/256, from a seeded generator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub struct Gaps {
@@ -14,7 +14,7 @@ pub struct Gaps {
 }
 
 impl Gaps {
-    /// Never a gap.
+    /// No gaps.
     pub const NONE: Self = Self { seed: 1, level: 0 };
 
     /// # Errors
@@ -31,22 +31,22 @@ impl Gaps {
     }
 }
 
-/// Cycles of a run, and what they went to.
+/// Cycles of a run, by cause.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dynamic {
     /// Cycles for which the engine is busy.
     pub cycles: u32,
     /// Cycles in which a word was issued.
     pub issue: u32,
-    /// The head had a hazard.
+    /// The head of the queue had a hazard.
     pub hazard: u32,
     /// The queue was empty.
     pub fetch: u32,
 }
 
-/// The cycles of a schedule's words, issued in order, each as soon as nothing is in its way.
+/// The cycles of a schedule's words, issued in order, each as soon as it has no hazard.
 ///
-/// It ends for gaps that [`Gaps::validate`] allows.
+/// Terminates for gaps that [`Gaps::validate`] allows.
 pub fn run_in_order(schedule: &Schedule, gaps: Gaps, configuration: &Configuration) -> Dynamic {
     let timing = configuration.timing();
     let words: Vec<&[Issue]> = schedule.issues.chunk_by(|a, b| a.cycle == b.cycle).collect();
@@ -79,17 +79,17 @@ pub fn run_in_order(schedule: &Schedule, gaps: Gaps, configuration: &Configurati
         }
         fetched += usize::from(push);
         queue = queue + u32::from(push) - u32::from(go);
-        engine.pass(cycle);
+        engine.end_cycle(cycle);
         cycle += 1;
     }
     out.cycles = timing.startup + end.max(cycle) + timing.finish;
     out
 }
 
-/// What is on its way.
+/// Results in flight, and the ports that they will take.
 struct Scoreboard<'a> {
     configuration: &'a Configuration,
-    there: Vec<u32>,
+    ready_from: Vec<u32>,
     results: Vec<u64>,
     writes: Vec<u64>,
     divider_free: Vec<u32>,
@@ -101,7 +101,7 @@ impl<'a> Scoreboard<'a> {
     fn new(configuration: &'a Configuration) -> Self {
         Self {
             configuration,
-            there: vec![0; configuration.words()],
+            ready_from: vec![0; configuration.words()],
             results: vec![0; WINDOW],
             writes: vec![0; WINDOW],
             divider_free: vec![0; configuration.dividers],
@@ -112,8 +112,8 @@ impl<'a> Scoreboard<'a> {
         (cycle + self.configuration.timing().latency(issue.code)) as usize % WINDOW
     }
 
-    /// A cycle is over, and its reservations with it: their places come round again.
-    fn pass(&mut self, cycle: u32) {
+    /// End a cycle: its slot of the ring buffer is cleared.
+    fn end_cycle(&mut self, cycle: u32) {
         (self.results[cycle as usize % WINDOW], self.writes[cycle as usize % WINDOW]) = (0, 0);
     }
 
@@ -121,14 +121,14 @@ impl<'a> Scoreboard<'a> {
         word.iter().all(|issue| {
             let reads = issue.operands.iter().zip(issue.code.reads());
             let words = reads.filter_map(|(&address, reads)| reads.then_some(address));
-            let there = words.chain([issue.destination]).all(|a| self.there[a as usize] <= cycle);
+            let ready = words.chain([issue.destination]).all(|a| self.ready_from[a as usize] <= cycle);
             let slot = self.slot(issue, cycle);
             let unit = if issue.code.on_divider() {
                 self.divider_free[issue.unit as usize] <= cycle
             } else {
                 self.results[slot] >> issue.unit & 1 == 0
             };
-            there && unit && self.writes[slot] >> self.configuration.bank(issue.destination) & 1 == 0
+            ready && unit && self.writes[slot] >> self.configuration.bank(issue.destination) & 1 == 0
         })
     }
 
@@ -141,6 +141,6 @@ impl<'a> Scoreboard<'a> {
             self.results[slot] |= 1 << issue.unit;
         }
         self.writes[slot] |= 1 << self.configuration.bank(issue.destination);
-        self.there[issue.destination as usize] = cycle + timing.distance(issue.code);
+        self.ready_from[issue.destination as usize] = cycle + timing.distance(issue.code);
     }
 }

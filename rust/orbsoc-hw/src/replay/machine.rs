@@ -1,5 +1,5 @@
-//! The engine in Rust: flat microcode on words of storage, from addresses alone, with every rule of the
-//! contract checked. It is what the RTL is compared with, and what proves a schedule.
+//! Simulator of the engine: it runs flat microcode on words of storage and checks every rule of the contract. Schedules
+//! are verified by it, and the RTL is compared with it.
 
 use crate::error::Error;
 use crate::machine::arithmetic::compute;
@@ -8,7 +8,7 @@ use crate::microcode::flat::{decode, Microcode};
 use crate::schedule::scheduler::Issue;
 use core::fmt;
 
-/// A broken rule; the names are those of the RTL's assertions.
+/// A rule of the contract, named as the RTL's assertion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)] // docs/pl-machine.md, "One operation in time"
 pub enum Rule {
@@ -24,11 +24,11 @@ pub enum Rule {
 /// Where a rule was broken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Violation {
-    /// Which.
+    /// The rule.
     pub rule: Rule,
-    /// In which cycle after the first word's.
+    /// The cycle after the first word's.
     pub cycle: u32,
-    /// Which word of storage.
+    /// The word of storage.
     pub address: u32,
 }
 
@@ -51,20 +51,20 @@ pub enum Fault {
 pub struct Machine {
     configuration: Configuration,
     storage: Vec<Option<u64>>,
-    /// From which cycle on a word may be read.
-    there: Vec<u32>,
+    /// The first cycle in which each word may be read.
+    readable_from: Vec<u32>,
     results: Vec<u64>,
     writes: Vec<u64>,
     divider_free: Vec<u32>,
 }
 
 impl Machine {
-    /// An engine whose words nobody has written.
+    /// An engine with uninitialised storage.
     pub fn new(configuration: &Configuration) -> Self {
         Self {
             configuration: *configuration,
             storage: vec![None; configuration.words()],
-            there: vec![0; configuration.words()],
+            readable_from: vec![0; configuration.words()],
             results: Vec::new(),
             writes: Vec::new(),
             divider_free: vec![0; configuration.dividers],
@@ -76,17 +76,17 @@ impl Machine {
         self.storage[address as usize] = Some(word);
     }
 
-    /// A word, if it was ever written.
+    /// A word, if it is initialised.
     pub fn word(&self, address: u32) -> Option<u64> {
         self.storage[address as usize]
     }
 
-    /// Run a segment; the cycles for which the engine is busy.
+    /// Run a segment. Returns the cycles for which the engine is busy.
     ///
     /// # Errors
     /// The first rule that the microcode breaks.
     pub fn run(&mut self, microcode: &Microcode, start: usize) -> Result<u32, Fault> {
-        self.there.fill(0);
+        self.readable_from.fill(0);
         self.results.clear();
         self.writes.clear();
         self.divider_free.fill(0);
@@ -135,7 +135,7 @@ impl Machine {
             return Err(broken(Rule::ReadConflict));
         }
         reads.push((replica, bank, address));
-        if self.there[address as usize] > cycle {
+        if self.readable_from[address as usize] > cycle {
             return Err(broken(Rule::ReadPending));
         }
         self.storage[address as usize].ok_or(broken(Rule::ReadUnwritten))
@@ -146,7 +146,7 @@ impl Machine {
         let broken = |rule| Err(Violation { rule, cycle, address: destination });
         let timing = self.configuration.timing();
         let appears = cycle + timing.latency(code);
-        if self.there[destination as usize] > cycle {
+        if self.readable_from[destination as usize] > cycle {
             return broken(Rule::WritePending);
         }
         if code.on_divider() {
@@ -155,20 +155,20 @@ impl Machine {
                 return broken(Rule::DividerBusy);
             }
             *free = appears;
-        } else if taken(&mut self.results, appears, unit as usize) {
+        } else if reserve(&mut self.results, appears, unit as usize) {
             return broken(Rule::ResultConflict);
         }
-        if taken(&mut self.writes, appears, self.configuration.bank(destination)) {
+        if reserve(&mut self.writes, appears, self.configuration.bank(destination)) {
             return broken(Rule::WriteConflict);
         }
-        self.there[destination as usize] = cycle + timing.distance(code);
+        self.readable_from[destination as usize] = cycle + timing.distance(code);
         self.storage[destination as usize] = Some(result);
         Ok(())
     }
 }
 
-/// Take a bit of a cycle; whether it was taken already.
-fn taken(reserved: &mut Vec<u64>, cycle: u32, bit: usize) -> bool {
+/// Reserve a bit of a cycle; whether it was reserved already.
+fn reserve(reserved: &mut Vec<u64>, cycle: u32, bit: usize) -> bool {
     if reserved.len() <= cycle as usize {
         reserved.resize(cycle as usize + 1, 0);
     }

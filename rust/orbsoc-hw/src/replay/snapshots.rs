@@ -1,10 +1,10 @@
-//! Words of real solves: what every buffer holds before each stage.
+//! Snapshots of a solve: the words of every buffer before and after each stage.
 
 use orbsoc::{Buffer, Decide, Engine, Error, Outcome, Problem, Settings, Stage, Step};
 use orbsoc::{Start, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 use std::collections::HashMap;
 
-/// The engine as it stands before a stage, and after it.
+/// The engine before a stage, and after it.
 #[derive(Clone, Debug)]
 #[allow(missing_docs)]
 pub struct Snapshot<T> {
@@ -37,34 +37,34 @@ impl<T: Decide> Snapshot<T> {
 pub struct Snapshots<T>(HashMap<Stage, Snapshot<T>>);
 
 impl<T> Snapshots<T> {
-    /// That of a stage; none if the solve ended before it.
+    /// The snapshot of a stage; none if the solve ended before it.
     pub fn of(&self, stage: Stage) -> Option<&Snapshot<T>> {
         self.0.get(&stage)
     }
 }
 
 impl<T: Decide> Snapshots<T> {
-    /// For stages that run as one stream: their surroundings, from where the last of them stood. None if the solve
-    /// ended before it.
+    /// The snapshot of stages that run as one stream, from the state before the last of them; none if the solve ended
+    /// before it.
     pub fn joined(&self, stages: &[Stage]) -> Option<Snapshot<T>> {
         Some(Snapshot::of(&self.of(*stages.last()?)?.before, stages))
     }
 }
 
-/// Solve a problem and keep the surroundings of the last run of every stage, on the walk that tapes record. A
-/// refinement that was never asked for is run from where it would have been. The stages that only a warm start has are
-/// run from near the solution.
+/// Solve a problem with the arithmetic that tapes record, and keep a snapshot of the last run of every stage. A
+/// refinement that the solve did not need is run from where it would have been. The stages of a warm start are run from
+/// a point near the solution.
 ///
 /// # Errors
 /// As [`Engine::new`].
 pub fn snapshots<T: Decide>(problem: &Problem, settings: &Settings) -> Result<Snapshots<T>, Error> {
-    let mut cold = Walk { engine: Engine::<T>::exact(problem, settings)?, last: HashMap::new() };
+    let mut cold = Recorder { engine: Engine::<T>::exact(problem, settings)?, last: HashMap::new() };
     cold.steps(STARTUP);
     while cold.steps(ITERATION) {}
     cold.steps(CLOSING);
     let mut near = cold.engine.conclude();
     near.x.iter_mut().for_each(|x| *x += 0.01 * (1.0 + x.abs()));
-    let mut warm = Walk { engine: cold.engine, last: HashMap::new() };
+    let mut warm = Recorder { engine: cold.engine, last: HashMap::new() };
     if warm.engine.start_from(&Start::from(&near))? {
         warm.steps(WARM_STARTUP);
     }
@@ -74,12 +74,13 @@ pub fn snapshots<T: Decide>(problem: &Problem, settings: &Settings) -> Result<Sn
     Ok(Snapshots(both.collect()))
 }
 
-struct Walk<T> {
+/// A solve that keeps the engine before the last run of every stage.
+struct Recorder<T> {
     engine: Engine<T>,
     last: HashMap<Stage, Engine<T>>,
 }
 
-impl<T: Decide> Walk<T> {
+impl<T: Decide> Recorder<T> {
     /// Perform a list; false if a stage ended it.
     fn steps(&mut self, steps: &[Step]) -> bool {
         steps.iter().all(|step| !matches!(self.perform(*step), Outcome::Done(_)))

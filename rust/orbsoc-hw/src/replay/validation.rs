@@ -1,4 +1,4 @@
-//! The file in which a schedule meets the RTL; docs/pl-machine.md, "Validation cases".
+//! Validation cases: the files that compare a schedule with the RTL; docs/pl-machine.md, "Validation cases".
 
 use super::in_order::{run_in_order, Gaps};
 use super::machine::{Fault, Machine};
@@ -12,7 +12,7 @@ use crate::program::{Program, Segment};
 use core::fmt::Write;
 use orbsoc::{Buffer, Decide, Module};
 
-/// Which sequencer runs the microcode.
+/// The format of the microcode, and the sequencer that runs it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Format {
@@ -21,18 +21,18 @@ pub enum Format {
     InOrder(Gaps),
 }
 
-/// One segment's run: words before, words after, cycles.
+/// One segment's run: storage before and after.
 struct Run<'a> {
     segment: &'a Segment,
     memory: Vec<(u32, u64)>,
     expect: Vec<(u32, u64)>,
 }
 
-/// A case that runs every stage of a module on the words of a solve, or an error that says what differs: the machine
-/// in Rust must make the engine's words before the RTL is asked.
+/// A case that runs every stage of a module on the words of a solve. The simulator must reproduce the words of the
+/// solver first; an error says what differs.
 ///
 /// # Errors
-/// [`Error::Damaged`] if the microcode breaks a rule or makes another word than the kernel; [`Error::Configuration`]
+/// [`Error::Damaged`] if the microcode breaks a rule or computes another word than the kernel; [`Error::Configuration`]
 /// as [`Gaps::validate`].
 pub fn validation_case<T: Decide>(
     program: &Program,
@@ -66,7 +66,7 @@ pub fn validation_case<T: Decide>(
     Ok(text(&program.configuration, &sequence, &runs))
 }
 
-/// Microcode of segments, one after the other.
+/// Concatenated microcode of segments.
 pub(crate) struct Sequence {
     configuration: Configuration,
     format: Format,
@@ -74,7 +74,7 @@ pub(crate) struct Sequence {
     pub microcode: Microcode,
 }
 
-/// Where a segment's microcode is, and its busy cycles.
+/// Position of a segment's microcode, and its busy cycles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub struct Entry {
@@ -133,7 +133,7 @@ fn run<'a, T: Decide>(
     let mut machine = Machine::new(configuration);
     let mut memory: Vec<(u32, u64)> =
         program.layout.constants().map(|(value, address)| (address, bits(value))).collect();
-    for (buffer, index, address) in program.layout.homes() {
+    for (buffer, index, address) in program.layout.locations() {
         memory.push((address, bits(snapshot.before(buffer)[index as usize].value())));
     }
     for &(address, word) in &memory {
@@ -146,7 +146,7 @@ fn run<'a, T: Decide>(
     if cycles != segment.schedule.cycles {
         return Err(damaged(format!("{name}: {cycles} cycles, not {}", segment.schedule.cycles)));
     }
-    for (buffer, index, address) in program.layout.homes() {
+    for (buffer, index, address) in program.layout.locations() {
         let left = segment.leaves.as_ref().is_none_or(|buffers| buffers.contains(&buffer));
         let words = if left { snapshot.after(buffer) } else { snapshot.before(buffer) };
         let expected = words[index as usize].value();
@@ -162,7 +162,7 @@ fn run<'a, T: Decide>(
     Ok(Run { segment, memory, expect: written.collect() })
 }
 
-/// Whether the words are those of the program's pattern.
+/// Check that the words are those of the program's pattern.
 fn same_pattern<T: Decide>(program: &Program, snapshot: &Snapshot<T>) -> Result<(), Error> {
     for &buffer in Buffer::ALL {
         let (found, expected) = (snapshot.before(buffer).len(), program.layout.words_of(buffer));
@@ -176,7 +176,7 @@ fn same_pattern<T: Decide>(program: &Program, snapshot: &Snapshot<T>) -> Result<
     }
 }
 
-/// Words of a single-precision solve are binary32 numbers already.
+/// The bits of a value; those of a single-precision solve are exact in binary32.
 pub(crate) fn word_bits(precision: Precision, value: f64) -> u64 {
     match precision {
         Precision::F64 => value.to_bits(),

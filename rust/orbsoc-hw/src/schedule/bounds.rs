@@ -1,19 +1,19 @@
-//! L0: cycles that no schedule can go below, and the resource that says so.
+//! Lower bounds of the cycles of any schedule, and the resource that sets them.
 
 use crate::machine::configuration::Configuration;
 use crate::stream::edges::Edges;
 use crate::stream::graph::{Graph, Operand};
 
-/// Lower bounds of a segment's busy cycles, one a resource.
+/// Lower bounds of a segment's busy cycles, one for each resource.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bounds {
-    /// Every operation but divisions and roots takes a lane for a cycle.
+    /// Every operation but divisions and roots occupies a lane for a cycle.
     pub issue: u32,
-    /// The longest chain of dependent operations.
+    /// The critical path.
     pub dependency: u32,
-    /// Every division and root takes a divider for as long as it runs.
+    /// Every division and root occupies a divider for its latency.
     pub divider: u32,
-    /// Every result takes a write port, every word that is read a read port, for a cycle.
+    /// Every result occupies a write port, every word that is read a read port, for a cycle.
     pub bank: u32,
 }
 
@@ -25,12 +25,12 @@ impl Bounds {
         let on_dividers = || graph.nodes.iter().filter(|node| node.code.on_divider());
         let busy: u32 = on_dividers().map(|node| timing.latency(node.code)).sum();
         let lanes = graph.nodes.len() as u32 - on_dividers().count() as u32;
-        // What follows the last issue: its way to storage.
+        // From the last issue until its result is in storage.
         let after = |least: u32| if graph.nodes.is_empty() { 0 } else { least + timing.read + timing.write };
         let tail = |count: u32| if count == 0 { 0 } else { count + after(timing.simple) };
         Self {
             issue: around + tail(lanes.div_ceil(configuration.lanes as u32)),
-            dependency: around + edges.longest(),
+            dependency: around + edges.critical_path(),
             divider: around
                 + busy.div_ceil(configuration.dividers as u32)
                 + if busy > 0 { after(1) } else { 0 },
@@ -55,24 +55,24 @@ impl Bounds {
     }
 }
 
-/// Cycles for which the busiest bank's port is taken, whatever the order.
+/// Cycles for which the busiest bank's port is occupied in any order.
 fn bank_cycles(graph: &Graph, configuration: &Configuration) -> u32 {
-    let mut homes = vec![0u32; configuration.banks];
+    let mut written = vec![0u32; configuration.banks];
     let mut words = vec![[0u32; 3]; configuration.banks];
     let mut seen = vec![[false; 3]; graph.words()];
     for node in &graph.nodes {
-        if let Some(home) = node.home {
-            homes[configuration.bank(home)] += 1;
+        if let Some(location) = node.location {
+            written[configuration.bank(location)] += 1;
         }
         for (replica, operand) in node.operands.iter().enumerate() {
-            // What commutes may read from either of two replicas.
+            // Commutative operations may read a and b from either replica.
             if let (Some(Operand::Fixed(address)), false) = (operand, node.code.commutes() && replica < 2) {
                 let known = core::mem::replace(&mut seen[*address as usize][replica], true);
                 words[configuration.bank(*address)][replica] += u32::from(!known);
             }
         }
     }
-    let written = (graph.nodes.len() as u32).div_ceil(configuration.banks as u32);
+    let evenly = (graph.nodes.len() as u32).div_ceil(configuration.banks as u32);
     let read = words.into_iter().flatten().max().unwrap_or(0);
-    homes.into_iter().max().unwrap_or(0).max(written).max(read)
+    written.into_iter().max().unwrap_or(0).max(evenly).max(read)
 }

@@ -1,4 +1,4 @@
-//! What cycles go to. Every cycle has one cause, and the causes sum to the makespan.
+//! Cycle accounting: every cycle has one cause, and the causes sum to the makespan.
 
 use super::reservation::Conflict;
 use crate::machine::configuration::Configuration;
@@ -8,17 +8,17 @@ use crate::machine::configuration::Configuration;
 pub struct Causes {
     /// An operation began.
     pub issue: u32,
-    /// No operand was there in time.
+    /// No operation had its operands.
     pub dependency: u32,
     /// A bank was already reading another word.
     pub read_port: u32,
-    /// A bank was already going to be written.
+    /// A bank was already written in the result's cycle.
     pub write_port: u32,
     /// No lane's result register was free.
     pub result: u32,
     /// A divider was busy, or its result awaited.
     pub divider: u32,
-    /// The next word was not there.
+    /// The next word was not fetched yet.
     pub fetch: u32,
     /// Before the first word.
     pub startup: u32,
@@ -50,34 +50,34 @@ impl Causes {
         self.named().iter().map(|(_, cycles)| cycles).sum()
     }
 
-    fn count(&mut self, why: Why) -> &mut u32 {
-        match why {
-            Why::Dependency => &mut self.dependency,
-            Why::Conflict(Conflict::ReadPort) => &mut self.read_port,
-            Why::Conflict(Conflict::WritePort) => &mut self.write_port,
-            Why::Conflict(Conflict::Result) => &mut self.result,
-            Why::Divider => &mut self.divider,
+    fn count(&mut self, reason: Reason) -> &mut u32 {
+        match reason {
+            Reason::Dependency => &mut self.dependency,
+            Reason::Conflict(Conflict::ReadPort) => &mut self.read_port,
+            Reason::Conflict(Conflict::WritePort) => &mut self.write_port,
+            Reason::Conflict(Conflict::Result) => &mut self.result,
+            Reason::Divider => &mut self.divider,
         }
     }
 }
 
-/// Why nothing began.
+/// Why a lane was idle.
 #[derive(Clone, Copy)]
-enum Why {
+enum Reason {
     Dependency,
     Divider,
     Conflict(Conflict),
 }
 
-/// What happened while operations were placed.
+/// Stalls noted while operations are placed.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Accounts {
-    /// The first conflict that turned an operation away from a cycle.
-    refused: Vec<Option<Conflict>>,
-    /// Cycles in which an operation's last operand arrived, and whether from a divider.
+pub(crate) struct Stalls {
+    /// The first conflict of each cycle.
+    conflicts: Vec<Option<Conflict>>,
+    /// Cycles in which an operation's last operand arrived; true: only from dividers.
     arrived: Vec<Option<bool>>,
-    /// Where waits for a busy divider begin and end.
-    waits: Vec<i32>,
+    /// Difference array of the operations that wait for a busy divider.
+    divider_waits: Vec<i32>,
 }
 
 fn at<T: Clone + Default>(list: &mut Vec<T>, cycle: u32) -> &mut T {
@@ -87,9 +87,9 @@ fn at<T: Clone + Default>(list: &mut Vec<T>, cycle: u32) -> &mut T {
     &mut list[cycle as usize]
 }
 
-impl Accounts {
-    pub fn refused(&mut self, cycle: u32, conflict: Conflict) {
-        at(&mut self.refused, cycle).get_or_insert(conflict);
+impl Stalls {
+    pub fn conflict(&mut self, cycle: u32, conflict: Conflict) {
+        at(&mut self.conflicts, cycle).get_or_insert(conflict);
     }
 
     pub fn arrived(&mut self, cycle: u32, from_divider: bool) {
@@ -97,14 +97,14 @@ impl Accounts {
         *all &= from_divider;
     }
 
-    pub fn divider_wait(&mut self, from: u32, to: u32) {
-        *at(&mut self.waits, from) += 1;
-        *at(&mut self.waits, to) -= 1;
+    pub fn wait_for_divider(&mut self, from: u32, to: u32) {
+        *at(&mut self.divider_waits, from) += 1;
+        *at(&mut self.divider_waits, to) -= 1;
     }
 
-    /// Causes of whole cycles, and of lanes within them, of a segment of `words` that ends after `end`. `issued`: the
-    /// cycle of every operation, and whether a divider takes it.
-    pub fn settle(
+    /// Causes of the cycles, and of the lanes within them, of a segment of `words` that ends after `end`. `issued`: the
+    /// cycle of every operation, and whether it is on a divider.
+    pub fn causes(
         mut self,
         issued: impl Iterator<Item = (u32, bool)>,
         words: u32,
@@ -118,7 +118,7 @@ impl Accounts {
             *on_lanes += u32::from(!on_divider);
             *any = true;
         }
-        let whys = self.whys(words);
+        let reasons = self.reasons(words);
         let around = Causes {
             startup: timing.startup,
             drain: end - words,
@@ -128,33 +128,33 @@ impl Accounts {
         let (mut causes, mut slots) = (around, Causes::default());
         (slots.startup, slots.drain, slots.finish) =
             (lanes * around.startup, lanes * around.drain, lanes * around.finish);
-        for ((on_lanes, any), why) in began.into_iter().zip(whys) {
+        for ((on_lanes, any), reason) in began.into_iter().zip(reasons) {
             slots.issue += on_lanes;
-            *slots.count(why) += lanes - on_lanes;
-            *(if any { &mut causes.issue } else { causes.count(why) }) += 1;
+            *slots.count(reason) += lanes - on_lanes;
+            *(if any { &mut causes.issue } else { causes.count(reason) }) += 1;
         }
         (causes, slots)
     }
 
-    /// Why a lane was idle in each cycle, if one was.
-    fn whys(&mut self, words: u32) -> Vec<Why> {
-        let mut whys = vec![Why::Dependency; words as usize];
+    /// For each cycle the reason why a lane was idle, if one was.
+    fn reasons(&mut self, words: u32) -> Vec<Reason> {
+        let mut reasons = vec![Reason::Dependency; words as usize];
         let mut waiting = 0;
         for cycle in 0..words {
-            waiting += *at(&mut self.waits, cycle);
+            waiting += *at(&mut self.divider_waits, cycle);
             if waiting > 0 {
-                whys[cycle as usize] = Why::Divider;
+                reasons[cycle as usize] = Reason::Divider;
             }
         }
         let mut next_from_divider = false;
         for cycle in (0..words).rev() {
             next_from_divider = at(&mut self.arrived, cycle).unwrap_or(next_from_divider);
-            if let Some(conflict) = at(&mut self.refused, cycle) {
-                whys[cycle as usize] = Why::Conflict(*conflict);
+            if let Some(conflict) = at(&mut self.conflicts, cycle) {
+                reasons[cycle as usize] = Reason::Conflict(*conflict);
             } else if next_from_divider {
-                whys[cycle as usize] = Why::Divider;
+                reasons[cycle as usize] = Reason::Divider;
             }
         }
-        whys
+        reasons
     }
 }

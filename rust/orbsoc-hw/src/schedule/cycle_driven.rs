@@ -1,301 +1,299 @@
-//! List scheduling cycle by cycle, lane by lane: a lane goes on with the run that it is in; a lane without one takes
-//! the most urgent operation that is ready. Runs keep neighbours together: they meet fewer conflicts, and compress.
+//! Cycle-driven list scheduling: in each cycle a free lane continues its operation chain; a lane without one starts the
+//! ready operation of the highest priority. Neighbours of a chain meet fewer bank conflicts, and compress.
 
-use super::event_queue::Calendar;
+use super::event_queue::EventQueue;
 use super::placement::Placement;
-use super::priority::Urgency;
-use super::ready::Ready;
-use crate::stream::chains::Vectors;
+use super::priority::Priorities;
+use super::ready::ReadySet;
+use crate::stream::chains::Chains;
 
-/// Operations that a lane without a run tries in a cycle.
-const TRIES: usize = 12;
+/// Operations that a lane without a chain tries in a cycle.
+const MAX_TRIES: usize = 12;
 
-/// How lanes keep to their runs.
+/// How strictly lanes keep to their chains.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Habit {
-    /// How many nodes earlier in the kernel weigh as much as a cycle more to the end; none: nothing does.
+pub(crate) struct SchedulingPolicy {
+    /// As in [`Priorities::new`].
     pub nodes_per_cycle: Option<u32>,
-    /// Cycles that a lane waits for a port before it leaves its run.
-    pub patience: u32,
-    /// A lane takes from another one's run only when there is nothing else.
-    pub apart: bool,
+    /// Cycles that a lane waits for a port before it leaves its chain.
+    pub max_stalls: u32,
+    /// A lane takes from another lane's chain only if nothing else is ready.
+    pub exclusive: bool,
 }
 
-impl Habit {
-    /// The most urgent first, whatever run it is in.
-    pub const URGENT: Self = Self { nodes_per_cycle: None, patience: 0, apart: false };
+impl SchedulingPolicy {
+    /// Critical path first, in any chain.
+    pub const CRITICAL_PATH: Self = Self { nodes_per_cycle: None, max_stalls: 0, exclusive: false };
+    /// As a rule, the fewest bits of microcode first.
+    pub const ALL: [Self; 4] = [
+        Self { nodes_per_cycle: Some(2), max_stalls: 0, exclusive: true },
+        Self { nodes_per_cycle: Some(8), max_stalls: 1, exclusive: true },
+        Self { nodes_per_cycle: None, max_stalls: 0, exclusive: true },
+        Self::CRITICAL_PATH,
+    ];
 }
 
-/// From the fewest bits on, as a rule.
-pub(crate) const HABITS: [Habit; 4] = [
-    Habit { nodes_per_cycle: Some(2), patience: 0, apart: true },
-    Habit { nodes_per_cycle: Some(8), patience: 1, apart: true },
-    Habit { nodes_per_cycle: None, patience: 0, apart: true },
-    Habit::URGENT,
-];
-
-/// A lane's run: its last operation, and for how long the next one has been refused.
+/// The last operation of a lane's chain, and the cycles for which its successor has been refused.
 #[derive(Clone, Copy, Default)]
 struct Lane {
     last: Option<u32>,
-    held: u32,
+    stalls: u32,
 }
 
-/// The way through the cycles of a segment, as far as it has come.
-pub(crate) struct Walk<'a> {
+/// The schedule of a segment up to the current cycle.
+pub(crate) struct CycleScheduler<'a> {
     placement: Placement<'a>,
-    urgency: &'a Urgency,
-    vectors: &'a Vectors,
-    habit: Habit,
-    /// How many lanes are in each run, and how many of its operations wait for one.
-    claims: Vec<u8>,
-    waiting: Vec<u8>,
-    /// For how many each node still waits.
-    waits: Vec<u32>,
-    /// Whether each node waits for nothing but a lane.
+    priorities: &'a Priorities,
+    chains: &'a Chains,
+    policy: SchedulingPolicy,
+    /// For each chain the lanes that are in it, and its operations that are ready for a lane.
+    owners: Vec<u8>,
+    ready_of_chain: Vec<u8>,
+    /// Predecessors of each node that are not placed.
+    unplaced_predecessors: Vec<u32>,
+    /// Whether each node is ready for a lane.
     is_ready: Vec<bool>,
-    /// Ranks by urgency: of operations for lanes, of those in another lane's run if lanes keep apart, of those for
-    /// dividers.
-    ready: Ready,
-    claimed: Ready,
-    divisions: Ready,
+    /// Ready operations of free chains, of owned chains if the policy is exclusive, and of dividers.
+    ready: ReadySet,
+    owned: ReadySet,
+    divisions: ReadySet,
     /// Nodes by the cycle in which they become ready.
-    calendar: Calendar,
+    queue: EventQueue,
     lanes: Vec<Lane>,
-    /// Placed, their readers not yet told.
+    /// Placed nodes whose successors are not notified yet.
     placed: Vec<u32>,
-    /// Who was due last.
-    due: Vec<u32>,
+    /// Scratch: the events of one cycle.
+    events: Vec<u32>,
     now: u32,
-    /// How many nodes are not placed, and how many of them are for lanes.
-    left: usize,
-    left_to_lanes: u32,
-    /// What waits for the nodes that are placed is not in storage before.
-    end: u32,
+    unplaced: usize,
+    unplaced_on_lanes: u32,
+    /// Lower bound of the end: the longest path from a placed node.
+    end_bound: u32,
 }
 
-impl<'a> Walk<'a> {
-    /// At the first cycle, with an urgency that weighs nodes as the habit does.
-    pub fn new(placement: Placement<'a>, urgency: &'a Urgency, vectors: &'a Vectors, habit: Habit) -> Self {
-        let waits = placement.edges.waiting().count.clone();
-        let nodes = waits.len();
-        let mut calendar = Calendar::new(nodes);
-        (0..nodes as u32).filter(|&k| waits[k as usize] == 0).for_each(|k| calendar.add(0, k));
+impl<'a> CycleScheduler<'a> {
+    /// Before the first cycle. The priorities must be those of the policy.
+    pub fn new(
+        placement: Placement<'a>,
+        priorities: &'a Priorities,
+        chains: &'a Chains,
+        policy: SchedulingPolicy,
+    ) -> Self {
+        let unplaced_predecessors = placement.edges.successors().predecessor_counts.clone();
+        let nodes = unplaced_predecessors.len();
+        let mut queue = EventQueue::new(nodes);
+        (0..nodes as u32).filter(|&k| unplaced_predecessors[k as usize] == 0).for_each(|k| queue.push(0, k));
         let on_lanes = placement.graph.nodes.iter().filter(|node| !node.code.on_divider());
         Self {
-            left_to_lanes: on_lanes.count() as u32,
-            end: 0,
-            urgency,
-            vectors,
-            habit,
-            claims: vec![0; vectors.heads().len()],
-            waiting: vec![0; vectors.heads().len()],
-            waits,
+            unplaced_on_lanes: on_lanes.count() as u32,
+            end_bound: 0,
+            priorities,
+            chains,
+            policy,
+            owners: vec![0; chains.heads().len()],
+            ready_of_chain: vec![0; chains.heads().len()],
+            unplaced_predecessors,
             is_ready: vec![false; nodes],
-            ready: Ready::new(nodes),
-            claimed: Ready::new(nodes),
-            divisions: Ready::new(nodes),
-            calendar,
+            ready: ReadySet::new(nodes),
+            owned: ReadySet::new(nodes),
+            divisions: ReadySet::new(nodes),
+            queue,
             lanes: vec![Lane::default(); placement.configuration.lanes],
             placed: Vec::new(),
-            due: Vec::new(),
+            events: Vec::new(),
             now: 0,
-            left: nodes,
+            unplaced: nodes,
             placement,
         }
     }
 
-    /// Go on until all nodes are placed, or until the end is sure to come after a limit; whether all are placed.
+    /// Schedule until all nodes are placed, or until the end must exceed `limit`. Whether the schedule is complete and
+    /// ends within it; an interrupted one may be run again.
     pub fn run(&mut self, limit: u32) -> bool {
-        while self.left > 0 {
+        while self.unplaced > 0 {
             let lanes = self.lanes.len() as u32;
-            if self.end.max(self.now + self.left_to_lanes.div_ceil(lanes)) > limit {
+            if self.end_bound.max(self.now + self.unplaced_on_lanes.div_ceil(lanes)) > limit {
                 return false;
             }
-            self.cycle();
+            self.schedule_cycle();
         }
         self.placement.end() <= limit
     }
 
-    /// Where the nodes are.
     pub fn placement(self) -> Placement<'a> {
         self.placement
     }
 
-    /// Fill one cycle, or as much of it as can be before more becomes ready within it.
-    fn cycle(&mut self) {
-        while self.calendar.is_due(self.now) {
-            let mut due = core::mem::take(&mut self.due);
-            self.calendar.take(self.now, &mut due);
-            for &k in &due {
-                self.welcome(k);
+    /// Fill the current cycle. If more becomes ready within it, it stays current.
+    fn schedule_cycle(&mut self) {
+        while self.queue.has_events(self.now) {
+            let mut events = core::mem::take(&mut self.events);
+            self.queue.pop(self.now, &mut events);
+            for &k in &events {
+                self.mark_ready(k);
             }
-            self.due = due;
-            self.tell();
+            self.events = events;
+            self.notify_successors();
         }
-        self.divide();
-        // What has something to do in this cycle is taken, goes on with its run, or waits for a port.
+        self.issue_divisions();
         let free = self.placement.free_lanes(self.now);
-        let idle = lanes_of(free).filter(|&lane| !self.go_on(lane)).fold(0u32, |all, k| all | 1 << k);
+        let idle =
+            lanes_of(free).filter(|&lane| !self.continue_chain(lane)).fold(0u32, |all, k| all | 1 << k);
         // What one lane was refused, the others do not try.
         let mut from = [0, 0];
-        lanes_of(idle).for_each(|lane| self.begin(lane, &mut from));
-        self.tell();
-        if !self.calendar.is_due(self.now) {
+        lanes_of(idle).for_each(|lane| self.start_chain(lane, &mut from));
+        self.notify_successors();
+        if !self.queue.has_events(self.now) {
             self.now += 1;
         }
     }
 
-    /// A node is ready. One that is alone and short goes at once, into the first gap: a lane full of long
-    /// operations has its result register taken in every cycle to come but the last few.
-    fn welcome(&mut self, k: u32) {
+    /// A node becomes ready. A short operation that is a chain by itself is placed at once, in the first gap: in a lane
+    /// full of long operations only the last few cycles have a free result register.
+    fn mark_ready(&mut self, k: u32) {
         let code = self.placement.graph.nodes[k as usize].code;
         let timing = self.placement.configuration.timing();
-        let rank = self.urgency.rank(k);
+        let position = self.priorities.position(k);
         if code.on_divider() {
-            self.divisions.insert(rank);
-        } else if timing.latency(code) == timing.simple && self.vectors.is_alone(k) {
+            self.divisions.insert(position);
+        } else if timing.latency(code) == timing.simple && self.chains.is_single(k) {
             self.placement.place_from(k, self.now);
-            self.left_to_lanes -= 1;
+            self.unplaced_on_lanes -= 1;
             self.placed.push(k);
         } else {
             self.is_ready[k as usize] = true;
-            self.waiting[self.vectors.run(k) as usize] += 1;
-            self.among(k).insert(rank);
+            self.ready_of_chain[self.chains.chain(k) as usize] += 1;
+            self.ready_set_of(k).insert(position);
         }
     }
 
-    fn divide(&mut self) {
-        while let Some(rank) = self.divisions.next(0) {
-            let k = self.urgency.of_rank(rank);
+    fn issue_divisions(&mut self) {
+        while let Some(position) = self.divisions.next(0) {
+            let k = self.priorities.node_at(position);
             if !self.placement.divider_free(k, self.now) {
-                self.placement.accounts.divider_wait(self.now, self.now + 1);
+                self.placement.stalls.wait_for_divider(self.now, self.now + 1);
                 return;
             }
-            self.divisions.remove(rank);
+            self.divisions.remove(position);
             self.placement.place_from(k, self.now);
             self.placed.push(k);
         }
     }
 
-    /// Whether a free lane goes on with its run, or waits for a port.
-    fn go_on(&mut self, lane: usize) -> bool {
-        let next = self.lanes[lane].last.and_then(|last| self.following(last));
+    /// Whether a free lane continues its chain, or stalls in it.
+    fn continue_chain(&mut self, lane: usize) -> bool {
+        let next = self.lanes[lane].last.and_then(|last| self.next_in_chain(last));
         let Some(k) = next.filter(|&k| self.is_ready[k as usize]) else { return false };
         if self.placement.try_place(k, self.now, 1 << lane).is_ok() {
-            self.take(lane, k);
+            self.assign(lane, k);
             return true;
         }
-        self.lanes[lane].held += 1;
-        self.lanes[lane].held <= self.habit.patience
+        self.lanes[lane].stalls += 1;
+        self.lanes[lane].stalls <= self.policy.max_stalls
     }
 
-    /// What follows a node in its run; lanes that keep apart go past what another one took.
-    fn following(&self, k: u32) -> Option<u32> {
-        let mut next = self.vectors.next(k);
-        while let Some(k) = next.filter(|&k| self.habit.apart && self.placement.is_placed(k)) {
-            next = self.vectors.next(k);
+    /// The successor of a node in its chain; if the policy is exclusive, the first that is not placed.
+    fn next_in_chain(&self, k: u32) -> Option<u32> {
+        let mut next = self.chains.next(k);
+        while let Some(k) = next.filter(|&k| self.policy.exclusive && self.placement.is_placed(k)) {
+            next = self.chains.next(k);
         }
         next
     }
 
-    /// Give a lane the most urgent operation that it can take, of those from a rank on of the free runs and of the
-    /// claimed ones; the ranks move on after those tried.
-    fn begin(&mut self, lane: usize, from: &mut [u32; 2]) {
-        self.lanes[lane].held = 0;
-        let sets = if self.habit.apart { 2 } else { 1 };
-        for (claimed, from) in [false, true].into_iter().zip(from).take(sets) {
-            for _ in 0..TRIES {
-                let ready = if claimed { &self.claimed } else { &self.ready };
-                let Some(rank) = ready.next(*from) else { break };
-                *from = rank + 1;
-                let k = self.urgency.of_rank(rank);
+    /// Assign the first ready operation that a lane can take. The positions `from`, of free and of owned chains, advance
+    /// past those tried.
+    fn start_chain(&mut self, lane: usize, from: &mut [u32; 2]) {
+        self.lanes[lane].stalls = 0;
+        let sets = if self.policy.exclusive { 2 } else { 1 };
+        for (owned, from) in [false, true].into_iter().zip(from).take(sets) {
+            for _ in 0..MAX_TRIES {
+                let ready = if owned { &self.owned } else { &self.ready };
+                let Some(position) = ready.next(*from) else { break };
+                *from = position + 1;
+                let k = self.priorities.node_at(position);
                 if self.placement.try_place(k, self.now, 1 << lane).is_ok() {
-                    self.take(lane, k);
+                    self.assign(lane, k);
                     return;
                 }
             }
         }
     }
 
-    fn take(&mut self, lane: usize, k: u32) {
-        let rank = self.urgency.rank(k);
-        self.among(k).remove(rank);
-        self.left_to_lanes -= 1;
+    /// Record that a lane issues a node, which is placed already.
+    fn assign(&mut self, lane: usize, k: u32) {
+        let position = self.priorities.position(k);
+        let chain = self.chains.chain(k);
+        self.ready_set_of(k).remove(position);
+        self.unplaced_on_lanes -= 1;
         self.is_ready[k as usize] = false;
-        self.waiting[self.vectors.run(k) as usize] -= 1;
-        let before = core::mem::replace(&mut self.lanes[lane], Lane { last: Some(k), held: 0 }).last;
+        self.ready_of_chain[chain as usize] -= 1;
+        let previous = core::mem::replace(&mut self.lanes[lane], Lane { last: Some(k), stalls: 0 }).last;
         self.placed.push(k);
-        if self.habit.apart {
-            self.change_runs(before.map(|last| self.vectors.run(last)), self.vectors.run(k));
-        }
-    }
-
-    /// A lane leaves a run, if it was in one, for another, or goes on with it.
-    fn change_runs(&mut self, from: Option<u32>, to: u32) {
-        if from != Some(to) {
-            self.claim(to);
-            if let Some(run) = from {
-                self.leave(run);
+        let left = previous.map(|last| self.chains.chain(last));
+        if self.policy.exclusive && left != Some(chain) {
+            self.acquire(chain);
+            if let Some(left) = left {
+                self.release(left);
             }
         }
     }
 
-    /// The ready operations among which a node is, or would be.
-    fn among(&mut self, k: u32) -> &mut Ready {
-        if self.habit.apart && self.claims[self.vectors.run(k) as usize] > 0 {
-            &mut self.claimed
+    /// The set that holds a node while it is ready for a lane.
+    fn ready_set_of(&mut self, k: u32) -> &mut ReadySet {
+        if self.policy.exclusive && self.owners[self.chains.chain(k) as usize] > 0 {
+            &mut self.owned
         } else {
             &mut self.ready
         }
     }
 
-    fn claim(&mut self, run: u32) {
-        self.claims[run as usize] += 1;
-        if self.claims[run as usize] == 1 {
-            self.for_ready_of(run, |this, rank| {
-                this.ready.remove(rank);
-                this.claimed.insert(rank);
+    fn acquire(&mut self, chain: u32) {
+        self.owners[chain as usize] += 1;
+        if self.owners[chain as usize] == 1 {
+            self.for_each_ready(chain, |this, position| {
+                this.ready.remove(position);
+                this.owned.insert(position);
             });
         }
     }
 
-    fn leave(&mut self, run: u32) {
-        self.claims[run as usize] -= 1;
-        if self.claims[run as usize] == 0 {
-            self.for_ready_of(run, |this, rank| {
-                this.claimed.remove(rank);
-                this.ready.insert(rank);
+    fn release(&mut self, chain: u32) {
+        self.owners[chain as usize] -= 1;
+        if self.owners[chain as usize] == 0 {
+            self.for_each_ready(chain, |this, position| {
+                this.owned.remove(position);
+                this.ready.insert(position);
             });
         }
     }
 
-    /// Do something with the ranks of a run's operations that wait for a lane.
-    fn for_ready_of(&mut self, run: u32, act: impl Fn(&mut Self, u32)) {
-        let mut left = self.waiting[run as usize];
-        let mut next = Some(self.vectors.heads()[run as usize]);
+    /// Call `act` with the position of every ready operation of a chain.
+    fn for_each_ready(&mut self, chain: u32, act: impl Fn(&mut Self, u32)) {
+        let mut left = self.ready_of_chain[chain as usize];
+        let mut next = Some(self.chains.heads()[chain as usize]);
         while let Some(k) = next.filter(|_| left > 0) {
             if self.is_ready[k as usize] {
-                act(self, self.urgency.rank(k));
+                act(self, self.priorities.position(k));
                 left -= 1;
             }
-            next = self.vectors.next(k);
+            next = self.chains.next(k);
         }
     }
 
-    /// Tell the readers of what was placed; those who wait for nothing more enter the calendar.
-    fn tell(&mut self) {
+    /// Notify the successors of the nodes placed; those without unplaced predecessors enter the event queue.
+    fn notify_successors(&mut self) {
         let mut placed = core::mem::take(&mut self.placed);
-        let (waiting, paths) = (self.placement.edges.waiting(), self.placement.edges.paths());
-        self.left -= placed.len();
+        let (successors, paths) = (self.placement.edges.successors(), self.placement.edges.paths_to_sink());
+        self.unplaced -= placed.len();
         for k in placed.drain(..) {
-            self.end = self.end.max(self.placement.places[k as usize].cycle + paths[k as usize]);
-            let readers = waiting.first[k as usize] as usize..waiting.first[k as usize + 1] as usize;
-            for &reader in &waiting.list[readers] {
-                self.waits[reader as usize] -= 1;
-                if self.waits[reader as usize] == 0 {
-                    let when = self.placement.ready(reader).max(self.now);
-                    self.calendar.add(when, reader);
+            self.end_bound = self.end_bound.max(self.placement.places[k as usize].cycle + paths[k as usize]);
+            let range = successors.first[k as usize] as usize..successors.first[k as usize + 1] as usize;
+            for &successor in &successors.list[range] {
+                self.unplaced_predecessors[successor as usize] -= 1;
+                if self.unplaced_predecessors[successor as usize] == 0 {
+                    let cycle = self.placement.ready_cycle(successor).max(self.now);
+                    self.queue.push(cycle, successor);
                 }
             }
         }
@@ -312,7 +310,7 @@ fn lanes_of(mask: u32) -> impl Iterator<Item = usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::HABITS;
+    use super::SchedulingPolicy;
     use crate::machine::configuration::Configuration;
     use crate::schedule::scheduler::Scheduler;
     use crate::stream::graph::Graph;
@@ -327,9 +325,9 @@ mod tests {
         Problem::new(None, vec![1.0; 5], None, vec![], Some(g), vec![1.0; 9], cones).expect("sizes fit")
     }
 
-    /// Left before its end or not, a walk says whether it is longer than its limit, and goes on as if never left.
+    /// Interrupted or not, a run says whether the schedule exceeds the limit, and resumes to the same schedule.
     #[test]
-    fn a_walk_is_left_exactly_when_it_is_too_long() {
+    fn a_run_is_interrupted_exactly_when_the_schedule_is_too_long() {
         let recording = record_tapes(&problem(), &Settings::default()).unwrap();
         for lanes in [1, 2, 8] {
             let configuration = Configuration { lanes, banks: 4, ..Configuration::default() };
@@ -337,18 +335,23 @@ mod tests {
             for tape in &recording.tapes {
                 let graph = Graph::new(tape, &layout);
                 let scheduler = Scheduler::new(tape.stage.name(), &graph, &layout, &configuration);
-                for habit in HABITS {
-                    let urgency = scheduler.urgency(habit);
-                    let new = || scheduler.walk(&graph, &urgency, habit);
+                for policy in SchedulingPolicy::ALL {
+                    let priorities = scheduler.priorities(policy);
+                    let new = || scheduler.by_cycle(&graph, &priorities, policy);
                     let mut whole = new();
                     assert!(whole.run(u32::MAX));
                     let places = whole.placement();
                     let end = places.end();
                     for limit in [0, end / 2, end.saturating_sub(1), end, end + 1] {
-                        let mut walk = new();
-                        assert_eq!(walk.run(limit), end <= limit, "{} {habit:?} {limit}", tape.stage.name());
-                        assert!(walk.run(end));
-                        let again = walk.placement();
+                        let mut interrupted = new();
+                        assert_eq!(
+                            interrupted.run(limit),
+                            end <= limit,
+                            "{} {policy:?} {limit}",
+                            tape.stage.name()
+                        );
+                        assert!(interrupted.run(end));
+                        let again = interrupted.placement();
                         let cycles = |of: &super::Placement<'_>| {
                             of.places.iter().map(|place| place.cycle).collect::<Vec<_>>()
                         };

@@ -1,41 +1,41 @@
-//! Who is due in which cycle.
+//! Event queue of the cycle-driven scheduler.
 
-const NOBODY: u32 = u32::MAX;
+const NONE: u32 = u32::MAX;
 
-/// Nodes by cycle: a list for each cycle, threaded through the nodes, the last one added first.
+/// Nodes by cycle: one linked list a cycle, threaded through the nodes, newest first.
 #[derive(Clone, Debug)]
-pub(crate) struct Calendar {
-    last: Vec<u32>,
-    before: Vec<u32>,
+pub(crate) struct EventQueue {
+    newest: Vec<u32>,
+    previous: Vec<u32>,
 }
 
-impl Calendar {
+impl EventQueue {
     pub fn new(nodes: usize) -> Self {
-        Self { last: Vec::new(), before: vec![NOBODY; nodes] }
+        Self { newest: Vec::new(), previous: vec![NONE; nodes] }
     }
 
-    pub fn add(&mut self, cycle: u32, node: u32) {
+    pub fn push(&mut self, cycle: u32, node: u32) {
         let cycle = cycle as usize;
-        if cycle >= self.last.len() {
-            self.last.resize(2 * cycle + 64, NOBODY);
+        if cycle >= self.newest.len() {
+            self.newest.resize(2 * cycle + 64, NONE);
         }
-        self.before[node as usize] = core::mem::replace(&mut self.last[cycle], node);
+        self.previous[node as usize] = core::mem::replace(&mut self.newest[cycle], node);
     }
 
-    pub fn is_due(&self, cycle: u32) -> bool {
-        self.last.get(cycle as usize).is_some_and(|&node| node != NOBODY)
+    pub fn has_events(&self, cycle: u32) -> bool {
+        self.newest.get(cycle as usize).is_some_and(|&node| node != NONE)
     }
 
-    /// Put those of a cycle, in the order in which they were added, into a list; they leave the calendar.
-    pub fn take(&mut self, cycle: u32, due: &mut Vec<u32>) {
-        due.clear();
-        let Some(last) = self.last.get_mut(cycle as usize) else { return };
-        let mut node = core::mem::replace(last, NOBODY);
-        while node != NOBODY {
-            due.push(node);
-            node = self.before[node as usize];
+    /// Move the nodes of a cycle, oldest first, from the queue into `events`.
+    pub fn pop(&mut self, cycle: u32, events: &mut Vec<u32>) {
+        events.clear();
+        let Some(newest) = self.newest.get_mut(cycle as usize) else { return };
+        let mut node = core::mem::replace(newest, NONE);
+        while node != NONE {
+            events.push(node);
+            node = self.previous[node as usize];
         }
-        due.reverse();
+        events.reverse();
     }
 }
 
@@ -44,16 +44,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_is_due_once_in_the_order_of_adding() {
-        let mut calendar = Calendar::new(4);
+    fn each_event_occurs_once_in_the_order_of_pushing() {
+        let mut queue = EventQueue::new(4);
         for (cycle, node) in [(5, 2), (0, 1), (5, 0), (5, 3)] {
-            calendar.add(cycle, node);
+            queue.push(cycle, node);
         }
-        assert!(calendar.is_due(5) && !calendar.is_due(4) && !calendar.is_due(1000));
-        let mut due = vec![7];
+        assert!(queue.has_events(5) && !queue.has_events(4) && !queue.has_events(1000));
+        let mut events = vec![7];
         for (cycle, expected) in [(5, vec![2, 0, 3]), (5, vec![]), (0, vec![1]), (1000, vec![])] {
-            calendar.take(cycle, &mut due);
-            assert_eq!(due, expected);
+            queue.pop(cycle, &mut events);
+            assert_eq!(events, expected);
         }
     }
 }

@@ -1,11 +1,11 @@
-//! When a unit that takes one operation at a time is busy.
+//! Busy intervals of a unit that is not pipelined.
 
-/// Disjoint intervals `[start, end)` in rising order; those that touch are one.
+/// Disjoint intervals `[start, end)` in ascending order; adjacent ones are merged.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Intervals(Vec<(u32, u32)>);
 
 impl Intervals {
-    /// The first cycle from `from` on that begins `length` free ones.
+    /// The first cycle from `from` on at which `length` free cycles begin.
     pub fn gap(&self, from: u32, length: u32) -> u32 {
         let mut start = from;
         let first = self.0.partition_point(|&(_, end)| end <= from);
@@ -18,7 +18,7 @@ impl Intervals {
         start
     }
 
-    /// Take `start..end`, which is free.
+    /// Add `start..end`, which is free.
     pub fn take(&mut self, start: u32, end: u32) {
         let at = self.0.partition_point(|&(_, before)| before < start);
         let (mut start, mut end, mut joined) = (start, end, at);

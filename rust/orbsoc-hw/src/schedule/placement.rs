@@ -1,6 +1,6 @@
-//! One operation into one cycle: which lane or divider, which bank, and every port reserved.
+//! Placement of one operation in one cycle: its lane or divider, its bank, and the ports that it reserves.
 
-use super::causes::Accounts;
+use super::causes::Stalls;
 use super::reservation::{Conflict, Reads, Reservation};
 use crate::machine::configuration::Configuration;
 use crate::machine::operation::Code;
@@ -11,7 +11,7 @@ use crate::stream::layout::{Layout, Literals};
 /// A node's place.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
-    /// The node's, or the chain that does the same.
+    /// The node's code, or the multiply-add that computes the same.
     pub code: Code,
     pub cycle: u32,
     pub unit: u8,
@@ -22,30 +22,30 @@ pub(crate) struct Place {
 
 /// Nodes in the order of cycles, and of lanes, then dividers, within one.
 pub(crate) fn in_order(places: &[Place], configuration: &Configuration) -> Vec<u32> {
-    const NOBODY: u32 = u32::MAX;
+    const EMPTY: u32 = u32::MAX;
     let units = configuration.lanes + configuration.dividers;
     let words = places.iter().map(|place| place.cycle as usize + 1).max().unwrap_or(0);
-    let mut slots = vec![NOBODY; words * units];
+    let mut slots = vec![EMPTY; words * units];
     for (place, k) in places.iter().zip(0..) {
         let first = if place.code.on_divider() { configuration.lanes } else { 0 };
         slots[place.cycle as usize * units + first + usize::from(place.unit)] = k;
     }
-    slots.retain(|&k| k != NOBODY);
+    slots.retain(|&k| k != EMPTY);
     slots
 }
 
-/// All lanes, for operations that stand alone.
+/// All lanes, for operations outside a lane's chain.
 pub(crate) const ANY_LANE: u32 = u32::MAX;
 
-const NOWHERE: Place = Place { code: Code::Move, cycle: u32::MAX, unit: 0, bank: 0, swapped: false };
+const UNPLACED: Place = Place { code: Code::Move, cycle: u32::MAX, unit: 0, bank: 0, swapped: false };
 
-/// The places of a graph's nodes so far. Sources must be placed before their readers.
+/// A partial schedule. Predecessors must be placed before their successors.
 pub(crate) struct Placement<'a> {
     pub graph: &'a Graph,
     pub configuration: &'a Configuration,
     pub edges: &'a Edges,
     pub places: Vec<Place>,
-    pub accounts: Accounts,
+    pub stalls: Stalls,
     reservation: Reservation,
     literals: Literals,
     preferred_bank: u8,
@@ -59,13 +59,13 @@ impl<'a> Placement<'a> {
         configuration: &'a Configuration,
         edges: &'a Edges,
     ) -> Self {
-        let least = edges.longest().max(graph.nodes.len() as u32 / configuration.lanes as u32);
+        let least = edges.critical_path().max(graph.nodes.len() as u32 / configuration.lanes as u32);
         Self {
             graph,
             configuration,
             edges,
-            places: vec![NOWHERE; graph.nodes.len()],
-            accounts: Accounts::default(),
+            places: vec![UNPLACED; graph.nodes.len()],
+            stalls: Stalls::default(),
             reservation: Reservation::new(configuration, least + least / 8),
             literals: layout.literals(),
             preferred_bank: 0,
@@ -74,7 +74,7 @@ impl<'a> Placement<'a> {
     }
 
     pub fn is_placed(&self, k: u32) -> bool {
-        self.places[k as usize].cycle != NOWHERE.cycle
+        self.places[k as usize].cycle != UNPLACED.cycle
     }
 
     /// The first cycle in which everything is in storage.
@@ -87,33 +87,33 @@ impl<'a> Placement<'a> {
         self.distances[code as usize]
     }
 
-    /// The first cycle in which a node's operands are there. All it waits for must be placed.
-    pub fn ready(&mut self, k: u32) -> u32 {
+    /// The first cycle in which a node has its operands and its word may be overwritten.
+    pub fn ready_cycle(&mut self, k: u32) -> u32 {
         let (mut ready, mut after_divider) = (0, false);
-        for &(source, result) in self.edges.into(k) {
+        for &(source, result) in self.edges.predecessors(k) {
             let place = self.places[source as usize];
             let wait = if result { self.distance(place.code) } else { 0 };
             if place.cycle + wait >= ready {
                 (ready, after_divider) = (place.cycle + wait, place.code.on_divider());
             }
         }
-        self.accounts.arrived(ready, after_divider);
+        self.stalls.arrived(ready, after_divider);
         ready
     }
 
-    /// Place a node in the first cycle that takes it.
+    /// Place a node in the first possible cycle.
     pub fn place(&mut self, k: u32) {
-        let ready = self.ready(k);
+        let ready = self.ready_cycle(k);
         self.place_from(k, ready);
     }
 
-    /// Place a node in the first cycle from `cycle` on that takes it.
+    /// Place a node in the first possible cycle from `cycle` on.
     pub fn place_from(&mut self, k: u32, mut cycle: u32) {
         let code = self.graph.nodes[k as usize].code;
         loop {
             if code.on_divider() {
                 let (free, _) = self.reservation.divider_from(cycle, code);
-                self.accounts.divider_wait(cycle, free);
+                self.stalls.wait_for_divider(cycle, free);
                 cycle = free;
             } else {
                 cycle = self.reservation.open_from(cycle);
@@ -133,18 +133,18 @@ impl<'a> Placement<'a> {
         self.reservation.free_lanes(cycle)
     }
 
-    /// Whether a divider takes a node now.
+    /// Whether a divider is free for a node in a cycle.
     pub fn divider_free(&mut self, k: u32, cycle: u32) -> bool {
         self.reservation.divider_from(cycle, self.graph.nodes[k as usize].code).0 == cycle
     }
 
-    /// Place a node in a cycle, in one of the lanes of a mask, or say what is in the way.
+    /// Place a node in a cycle, in one of the lanes of a mask, or return the conflict.
     pub fn try_place(&mut self, k: u32, cycle: u32, lanes: u32) -> Result<(), Conflict> {
         self.reservation.reach(cycle);
         let tried = self.find(&self.graph.nodes[k as usize], cycle, lanes);
         match tried {
             Ok(place) => self.places[k as usize] = place,
-            Err(conflict) => self.accounts.refused(cycle, conflict),
+            Err(conflict) => self.stalls.conflict(cycle, conflict),
         }
         tried.map(|_| ())
     }
@@ -157,10 +157,10 @@ impl<'a> Placement<'a> {
         } else {
             let mut lanes = self.reservation.lanes_for(cycle, code) & allowed;
             if lanes == 0 {
-                // The result register is taken too soon: the whole chain takes longer and may find it free.
-                code = code.by_chain().ok_or(Conflict::Result)?;
+                // The result register is taken in that cycle. As a multiply-add the operation takes longer.
+                code = code.as_multiply_add().ok_or(Conflict::Result)?;
                 lanes = self.reservation.lanes_for(cycle, code) & allowed;
-                self.fill(node.code, &mut reads);
+                self.add_literal(node.code, &mut reads);
             }
             if lanes == 0 {
                 return Err(Conflict::Result);
@@ -169,7 +169,7 @@ impl<'a> Placement<'a> {
         };
         let mut swapped = false;
         if !self.reservation.may_read(cycle, &reads) {
-            // In a run, a lane keeps the operands where they were: exchanged, they would cost their full addresses.
+            // Within a chain operands are not exchanged: their addresses would no longer compress.
             reads.swap();
             swapped = true;
             if allowed != ANY_LANE || !code.commutes() || !self.reservation.may_read(cycle, &reads) {
@@ -182,7 +182,7 @@ impl<'a> Placement<'a> {
         Ok(Place { code, cycle, unit: unit as u8, bank: bank as u8, swapped })
     }
 
-    /// What a node reads; its sources must be placed.
+    /// What a node reads.
     fn reads(&self, node: &Node) -> Reads {
         let mut reads = Reads::default();
         for (replica, operand) in node.operands.iter().enumerate() {
@@ -200,8 +200,8 @@ impl<'a> Placement<'a> {
         reads
     }
 
-    /// The literal that makes a chain of a product or a sum.
-    fn fill(&self, code: Code, reads: &mut Reads) {
+    /// Read the literal that makes a product or a sum a multiply-add.
+    fn add_literal(&self, code: Code, reads: &mut Reads) {
         let (missing, address) = match code {
             Code::Mul => (2, self.literals.minus_zero),
             _ => (1, self.literals.one),
@@ -209,10 +209,10 @@ impl<'a> Placement<'a> {
         reads.set(missing, self.configuration.bank(address) as u8, address);
     }
 
-    /// The bank of the home; or that of the accumulator, whose word it may take over; or the next one in turn.
+    /// The bank of the location; or that of the accumulator, whose word may be reused; or the next one, round robin.
     fn bank(&mut self, node: &Node, free: u64) -> Option<usize> {
-        if let Some(home) = node.home {
-            let bank = self.configuration.bank(home);
+        if let Some(location) = node.location {
+            let bank = self.configuration.bank(location);
             return (free >> bank & 1 == 1).then_some(bank);
         }
         if let Some(Operand::Node(source)) = node.operands[2] {

@@ -1,23 +1,22 @@
-//! Who goes first.
+//! Priorities of the list schedulers: critical-path length.
 
 use crate::stream::edges::Edges;
 
-/// Nodes from the most urgent on, and the place of each among them: first who has the longest way to the end, and of
-/// equal ways the earlier one in the kernel; of ways about as long, too, where neighbours shall stay together.
+/// Nodes in order of priority, and each node's position in that order: longest path to a sink first, then kernel order.
 ///
-/// Urgency decreases along every edge, since ways get shorter (or, from a word's reader to its overwriter, at least
-/// not longer) and numbers higher.
-pub(crate) struct Urgency {
+/// Priority never increases along an edge: paths get shorter (along an anti-dependence, at least not longer) and node
+/// numbers higher.
+pub(crate) struct Priorities {
     order: Vec<u32>,
-    rank: Vec<u32>,
+    position: Vec<u32>,
 }
 
-impl Urgency {
-    /// `nodes_per_cycle`: how many nodes earlier in the kernel weigh as much as a cycle more to the end; none: nothing
-    /// does.
+impl Priorities {
+    /// `nodes_per_cycle`: how many nodes earlier in the kernel weigh as much as one cycle of path length; none: path
+    /// length alone decides.
     pub fn new(edges: &Edges, nodes_per_cycle: Option<u32>) -> Self {
-        let paths = edges.paths();
-        let urgency: Vec<u32> = match nodes_per_cycle {
+        let paths = edges.paths_to_sink();
+        let keys: Vec<u32> = match nodes_per_cycle {
             None => paths.to_vec(),
             Some(nodes) => {
                 let later = (1..=paths.len() as u32).rev();
@@ -25,37 +24,37 @@ impl Urgency {
                 both.map(|(path, later)| path.saturating_mul(nodes).saturating_add(later)).collect()
             }
         };
-        let order = falling(&urgency);
-        let mut rank = vec![0; order.len()];
-        order.iter().zip(0..).for_each(|(&k, place)| rank[k as usize] = place);
-        Self { order, rank }
+        let order = sort_descending(&keys);
+        let mut position = vec![0; order.len()];
+        order.iter().zip(0..).for_each(|(&k, place)| position[k as usize] = place);
+        Self { order, position }
     }
 
-    /// Nodes from the most urgent on.
+    /// Nodes, the highest priority first.
     pub fn order(&self) -> &[u32] {
         &self.order
     }
 
-    /// A node's place in that order.
-    pub fn rank(&self, k: u32) -> u32 {
-        self.rank[k as usize]
+    /// A node's position in that order.
+    pub fn position(&self, k: u32) -> u32 {
+        self.position[k as usize]
     }
 
-    /// The node in a place of that order.
-    pub fn of_rank(&self, rank: u32) -> u32 {
-        self.order[rank as usize]
+    /// The node at a position.
+    pub fn node_at(&self, position: u32) -> u32 {
+        self.order[position as usize]
     }
 }
 
-/// Positions of keys from the largest key on, of equal keys the first one first: digit by digit.
-fn falling(keys: &[u32]) -> Vec<u32> {
+/// Stable radix sort: indices of the keys, the largest key first.
+fn sort_descending(keys: &[u32]) -> Vec<u32> {
     const DIGIT: u32 = 11;
-    let most = keys.iter().copied().max().unwrap_or(0);
+    let largest = keys.iter().copied().max().unwrap_or(0);
     let mut order: Vec<u32> = (0..keys.len() as u32).collect();
     let mut sorted = vec![0; keys.len()];
     let mut shift = 0;
-    while shift < u32::BITS && most >> shift > 0 {
-        let digit = |k: u32| ((most - keys[k as usize]) >> shift) as usize & ((1 << DIGIT) - 1);
+    while shift < u32::BITS && largest >> shift > 0 {
+        let digit = |k: u32| ((largest - keys[k as usize]) >> shift) as usize & ((1 << DIGIT) - 1);
         let mut next = [0u32; (1 << DIGIT) + 1];
         for &k in &order {
             next[digit(k) + 1] += 1;
@@ -89,7 +88,7 @@ mod tests {
             let keys: Vec<u32> = (0..count).map(|_| draw()).collect();
             let mut expected: Vec<u32> = (0..count).collect();
             expected.sort_by_key(|&k| core::cmp::Reverse(keys[k as usize]));
-            assert_eq!(falling(&keys), expected);
+            assert_eq!(sort_descending(&keys), expected);
         }
     }
 }

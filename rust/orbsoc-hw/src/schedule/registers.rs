@@ -1,16 +1,17 @@
-//! Words for results without a home: from their issue to their last reader's.
+//! Register allocation: words for temporaries, from their issue to that of their last reader.
 
 use super::placement::Place;
 use crate::error::Error;
 use crate::machine::configuration::Configuration;
 use crate::stream::graph::{Graph, Operand};
+use core::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
 
-/// The address of every result, and how many words of storage are in use. Banks are given, and `order` is that of issue.
+/// The address of every result, and one past the highest address in use. Banks are given; `order` is that of issue.
 ///
 /// # Errors
 /// [`Error::Storage`] when a bank is full.
-pub(crate) fn assign_rows(
+pub(crate) fn allocate_registers(
     segment: &'static str,
     graph: &Graph,
     places: &[Place],
@@ -18,28 +19,28 @@ pub(crate) fn assign_rows(
     first: u32,
     configuration: &Configuration,
 ) -> Result<(Vec<u32>, u32), Error> {
-    let mut last = vec![0u32; graph.nodes.len()];
+    let mut last_read = vec![0u32; graph.nodes.len()];
     for (node, place) in graph.nodes.iter().zip(places) {
         for source in node.sources() {
-            last[source as usize] = last[source as usize].max(place.cycle);
+            last_read[source as usize] = last_read[source as usize].max(place.cycle);
         }
     }
     let mut pool = Pool::new(configuration, first, graph.nodes.len());
     let mut address = vec![0; graph.nodes.len()];
     for &k in order {
         let (node, place) = (&graph.nodes[k as usize], places[k as usize]);
-        let heir = match node.operands[2] {
-            Some(Operand::Node(source)) if graph.nodes[source as usize].home.is_none() => {
+        let reused = match node.operands[2] {
+            Some(Operand::Node(source)) if graph.nodes[source as usize].location.is_none() => {
                 let source = source as usize;
-                let free = last[source] == place.cycle && graph.uses[source] == 1;
+                let free = last_read[source] == place.cycle && graph.uses[source] == 1;
                 (free && places[source].bank == place.bank).then_some(source)
             }
             _ => None,
         };
-        address[k as usize] = match (node.home, heir) {
-            (Some(home), _) => home,
+        address[k as usize] = match (node.location, reused) {
+            (Some(location), _) => location,
             (None, Some(source)) => {
-                pool.taken_over[source] = true;
+                pool.reused[source] = true;
                 address[source]
             }
             (None, None) => pool.take(place.bank, place.cycle).ok_or(Error::Storage {
@@ -48,26 +49,26 @@ pub(crate) fn assign_rows(
                 available: configuration.words(),
             })?,
         };
-        if node.home.is_none() {
-            pool.held.push(core::cmp::Reverse((last[k as usize], k, address[k as usize])));
+        if node.location.is_none() {
+            pool.recent.push(Reverse((last_read[k as usize], k, address[k as usize])));
         }
     }
-    Ok((address, pool.highest))
+    Ok((address, pool.end))
 }
 
-/// Free words, bank by bank: fresh ones in rising order, then those that were given back longest ago.
+/// Free words of each bank: unused ones in ascending order, then released ones, oldest first.
 struct Pool {
     limit: u32,
     banks: u32,
-    fresh: Vec<u32>,
-    returned: Vec<VecDeque<u32>>,
-    /// Words in use: the cycle of their last reader, the node that holds them. Those held since the heap was last
-    /// looked at stand beside it: as long as there are fresh words, nobody looks.
-    leaving: BinaryHeap<core::cmp::Reverse<(u32, u32, u32)>>,
-    held: Vec<core::cmp::Reverse<(u32, u32, u32)>>,
-    highest: u32,
-    /// Nodes whose word went on to the next partial result.
-    taken_over: Vec<bool>,
+    unused: Vec<u32>,
+    released: Vec<VecDeque<u32>>,
+    /// Live ranges by end: the cycle of the last reader, the node, its word.
+    live: BinaryHeap<Reverse<(u32, u32, u32)>>,
+    /// Live ranges that are not in the heap yet: as long as there are unused words, it is not needed.
+    recent: Vec<Reverse<(u32, u32, u32)>>,
+    end: u32,
+    /// Nodes whose word the next partial sum reuses.
+    reused: Vec<bool>,
 }
 
 impl Pool {
@@ -76,34 +77,34 @@ impl Pool {
         Self {
             limit: configuration.words() as u32,
             banks,
-            fresh: (0..banks).map(|bank| first + (bank + banks - first % banks) % banks).collect(),
-            returned: vec![VecDeque::new(); banks as usize],
-            leaving: BinaryHeap::new(),
-            held: Vec::new(),
-            highest: first,
-            taken_over: vec![false; nodes],
+            unused: (0..banks).map(|bank| first + (bank + banks - first % banks) % banks).collect(),
+            released: vec![VecDeque::new(); banks as usize],
+            live: BinaryHeap::new(),
+            recent: Vec::new(),
+            end: first,
+            reused: vec![false; nodes],
         }
     }
 
     /// A word for a result that is issued in `cycle`.
     fn take(&mut self, bank: u8, cycle: u32) -> Option<u32> {
-        let fresh = &mut self.fresh[usize::from(bank)];
-        if *fresh < self.limit {
-            *fresh += self.banks;
-            self.highest = self.highest.max(*fresh - self.banks + 1);
-            return Some(*fresh - self.banks);
+        let unused = &mut self.unused[usize::from(bank)];
+        if *unused < self.limit {
+            *unused += self.banks;
+            self.end = self.end.max(*unused - self.banks + 1);
+            return Some(*unused - self.banks);
         }
-        self.leaving.extend(self.held.drain(..));
-        while let Some(&core::cmp::Reverse((last, node, address))) = self.leaving.peek() {
-            // A word that is read for the last time in this very cycle may be its own reader's.
-            if last >= cycle {
+        self.live.extend(self.recent.drain(..));
+        while let Some(&Reverse((last_read, node, address))) = self.live.peek() {
+            // The last reader itself may have reused the word in this cycle.
+            if last_read >= cycle {
                 break;
             }
-            self.leaving.pop();
-            if !self.taken_over[node as usize] {
-                self.returned[(address % self.banks) as usize].push_back(address);
+            self.live.pop();
+            if !self.reused[node as usize] {
+                self.released[(address % self.banks) as usize].push_back(address);
             }
         }
-        self.returned[usize::from(bank)].pop_front()
+        self.released[usize::from(bank)].pop_front()
     }
 }

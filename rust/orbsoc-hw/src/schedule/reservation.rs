@@ -1,10 +1,10 @@
-//! What is taken, cycle by cycle: lanes, result registers, read ports, write ports, dividers.
+//! Reservation table: lanes, result registers, read ports, write ports and dividers, cycle by cycle.
 
 use super::intervals::Intervals;
 use crate::machine::configuration::Configuration;
 use crate::machine::operation::Code;
 
-/// Why an operation whose operands are there cannot be issued in a cycle.
+/// Why a ready operation cannot be issued in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Conflict {
     ReadPort,
@@ -12,8 +12,8 @@ pub(crate) enum Conflict {
     Result,
 }
 
-/// What an operation reads in each replica: the bank, as a bit of a mask, and which value. Reading one value twice is
-/// reading it once. No bit: no read.
+/// What an operation reads in each replica: the bank, as a bit of a mask, and the value. No bit: no read. Equal values
+/// share a port.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Reads {
     pub banks: [u64; 3],
@@ -21,7 +21,7 @@ pub(crate) struct Reads {
 }
 
 impl Reads {
-    /// Read a value, named so that equal words have equal names.
+    /// Read a value; equal words have equal numbers.
     pub fn set(&mut self, replica: usize, bank: u8, value: u32) {
         self.banks[replica] = 1 << bank;
         self.values[replica] = value;
@@ -39,21 +39,21 @@ impl Reads {
 struct Cycle {
     /// Lanes in which an operation begins.
     lanes: u32,
-    /// Lanes in which a result appears, counted from the issue that has no latency.
+    /// Lanes whose result register is written.
     results: u32,
-    /// Banks written by results that appear in this cycle.
+    /// Banks that receive these results.
     writes: u64,
     /// Banks read in each replica.
     reads: [u64; 3],
-    /// The last of the words read in each replica, counted from one.
+    /// Head of the list of words read in each replica, counted from one.
     words: [u32; 3],
 }
 
-/// A word that is read, and the one before it in its cycle and replica, counted from one.
+/// A word that is read, and the next one in the list of its cycle and replica, counted from one.
 #[derive(Clone, Copy, Debug)]
 struct Word {
     value: u32,
-    before: u32,
+    next: u32,
 }
 
 /// The reservations of a segment. Operations may be placed in any order.
@@ -67,16 +67,16 @@ pub(crate) struct Reservation {
     cycles: Vec<Cycle>,
     words: Vec<Word>,
     dividers: Vec<Intervals>,
-    /// The first cycle from each on that is worth a try.
+    /// Disjoint-set forest: the parent of an open cycle is itself, that of a closed cycle a later one.
     open: Vec<u32>,
     refusals: Vec<u8>,
 }
 
-/// Refusals after which nothing more is tried in a cycle that still has a lane free.
-const PATIENCE: u8 = 12;
+/// Refusals after which a cycle is closed although a lane is free.
+const MAX_REFUSALS: u8 = 12;
 
 impl Reservation {
-    /// Nothing is taken, with room for some cycles at first.
+    /// An empty table with room for `cycles`.
     pub fn new(configuration: &Configuration, cycles: u32) -> Self {
         let latencies = Code::ALL.map(|code| configuration.timing().latency(code));
         Self {
@@ -92,7 +92,7 @@ impl Reservation {
         }
     }
 
-    /// Have room for whatever begins in a cycle.
+    /// Make room for operations issued in a cycle.
     pub fn reach(&mut self, cycle: u32) {
         let last = (cycle + self.longest) as usize;
         if last >= self.cycles.len() {
@@ -109,7 +109,7 @@ impl Reservation {
         self.latencies[code as usize]
     }
 
-    /// The first cycle from `from` on in which a lane may be free.
+    /// The first open cycle from `from` on; paths are compressed.
     pub fn open_from(&mut self, from: u32) -> u32 {
         let mut end = from;
         loop {
@@ -134,15 +134,15 @@ impl Reservation {
         self.open[cycle as usize] = cycle + 1;
     }
 
-    /// Note that an operation found no place in a cycle.
+    /// Note that an operation was refused in a cycle.
     pub fn refuse(&mut self, cycle: u32) {
         self.refusals[cycle as usize] += 1;
-        if self.refusals[cycle as usize] >= PATIENCE {
+        if self.refusals[cycle as usize] >= MAX_REFUSALS {
             self.close(cycle);
         }
     }
 
-    /// Whether all of these reads have a port, operand by operand.
+    /// Whether all of these reads have a port.
     pub fn may_read(&self, cycle: u32, reads: &Reads) -> bool {
         let taken = &self.cycles[cycle as usize].reads;
         (0..3).all(|replica| {
@@ -150,15 +150,15 @@ impl Reservation {
         })
     }
 
-    /// Whether a word is read in a cycle anyway.
+    /// Whether a word is read in a cycle already.
     fn is_read(&self, cycle: u32, replica: usize, value: u32) -> bool {
-        let mut last = self.cycles[cycle as usize].words[replica];
-        while last > 0 {
-            let word = self.words[last as usize - 1];
+        let mut at = self.cycles[cycle as usize].words[replica];
+        while at > 0 {
+            let word = self.words[at as usize - 1];
             if word.value == value {
                 return true;
             }
-            last = word.before;
+            at = word.next;
         }
         false
     }
@@ -169,7 +169,7 @@ impl Reservation {
             let bank = reads.banks[replica];
             if bank & !taken.reads[replica] != 0 {
                 taken.reads[replica] |= bank;
-                self.words.push(Word { value: reads.values[replica], before: taken.words[replica] });
+                self.words.push(Word { value: reads.values[replica], next: taken.words[replica] });
                 taken.words[replica] = self.words.len() as u32;
             }
         }
@@ -180,25 +180,25 @@ impl Reservation {
         self.lanes & !self.cycles[cycle as usize].lanes
     }
 
-    /// Lanes in which an operation may begin and end, as bits.
+    /// Lanes whose issue slot and result register are free, as bits.
     pub fn lanes_for(&self, cycle: u32, code: Code) -> u32 {
         let end = (cycle + self.latency(code)) as usize;
         self.lanes & !self.cycles[cycle as usize].lanes & !self.cycles[end].results
     }
 
-    /// Banks that may be written by an operation issued in this cycle, as bits.
+    /// Banks whose write port is free for the result of an operation issued in this cycle, as bits.
     pub fn banks_for(&self, cycle: u32, code: Code) -> u64 {
         self.banks & !self.cycles[(cycle + self.latency(code)) as usize].writes
     }
 
-    /// The first cycle from `from` on in which one of the dividers has time for an operation, and the divider.
+    /// The first cycle from `from` on in which a divider is free for an operation, and the divider.
     pub fn divider_from(&self, from: u32, code: Code) -> (u32, usize) {
         let length = self.latency(code);
         let firsts = self.dividers.iter().enumerate().map(|(k, busy)| (busy.gap(from, length), k));
         firsts.min().unwrap_or((from, 0))
     }
 
-    /// Take everything that an operation needs.
+    /// Reserve all resources of an operation.
     pub fn take(&mut self, cycle: u32, code: Code, unit: usize, reads: &Reads, bank: usize) {
         let end = cycle + self.latency(code);
         self.cycles[end as usize].writes |= 1 << bank;

@@ -1,21 +1,21 @@
-//! Scheduling: every operation gets its cycle, its unit and its addresses. Nothing is left for the engine to decide.
+//! Static scheduling of a segment: of two list schedulers, the shorter schedule. The engine decides nothing at run time.
 
 use super::bounds::Bounds;
 use super::causes::Causes;
-use super::cycle_driven::{Habit, Walk};
+use super::cycle_driven::{CycleScheduler, SchedulingPolicy};
 use super::placement::{in_order, Place, Placement};
-use super::priority::Urgency;
-use super::registers::assign_rows;
+use super::priority::Priorities;
+use super::registers::allocate_registers;
 use crate::error::Error;
 use crate::machine::configuration::Configuration;
 use crate::machine::operation::Code;
-use crate::stream::chains::Vectors;
+use crate::stream::chains::Chains;
 use crate::stream::edges::Edges;
 use crate::stream::graph::{Graph, Operand};
 use crate::stream::layout::{Layout, Literals};
 use std::cell::OnceCell;
 
-/// One operation in its place.
+/// One scheduled operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub struct Issue {
@@ -29,10 +29,10 @@ pub struct Issue {
     pub destination: u32,
 }
 
-/// A segment, ready to be written as microcode.
+/// A scheduled segment.
 #[derive(Clone, Debug)]
 pub struct Schedule {
-    /// In the order of cycles, and of units within one.
+    /// In order of cycles, then of units.
     pub issues: Vec<Issue>,
     /// Microcode words: cycles up to the last issue.
     pub words: u32,
@@ -42,22 +42,22 @@ pub struct Schedule {
     pub lane_operations: u32,
     /// Lower bounds of the cycles.
     pub bounds: Bounds,
-    /// What every cycle went to.
+    /// Cycles by cause.
     pub causes: Causes,
-    /// What every lane did in every cycle.
+    /// Issue slots of the lanes by cause.
     pub slots: Causes,
-    /// Words of storage that are used, temporaries included.
+    /// Words of storage in use, temporaries included.
     pub storage: u32,
 }
 
 impl Schedule {
-    /// Share of the lanes' busy cycles in which an operation began.
+    /// Fraction of the lanes' busy cycles in which an operation was issued.
     pub fn utilisation(&self, configuration: &Configuration) -> f64 {
         f64::from(self.lane_operations) / (f64::from(self.cycles) * configuration.lanes as f64)
     }
 }
 
-/// What a schedule is made for.
+/// What a schedule minimises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aim {
     /// Fewest cycles.
@@ -66,7 +66,7 @@ pub enum Aim {
     Compact,
 }
 
-/// Schedule a graph of a layout for the fewest cycles; temporaries go behind its words.
+/// Schedule a graph for the fewest cycles; temporaries follow the words of the layout.
 ///
 /// # Errors
 /// [`Error::Storage`] when the temporaries do not fit.
@@ -79,15 +79,15 @@ pub fn schedule(
     Scheduler::new(segment, graph, layout, configuration).fast()
 }
 
-/// What all schedules of a graph have in common.
+/// Schedules of one graph, with what they have in common.
 pub(crate) struct Scheduler<'a> {
     segment: &'static str,
     pub graph: &'a Graph,
     pub layout: &'a Layout,
     pub configuration: &'a Configuration,
     edges: Edges,
-    vectors: OnceCell<Vectors>,
-    urgent: OnceCell<Urgency>,
+    chains: OnceCell<Chains>,
+    critical_path: OnceCell<Priorities>,
 }
 
 impl<'a> Scheduler<'a> {
@@ -104,8 +104,8 @@ impl<'a> Scheduler<'a> {
             layout,
             configuration,
             edges,
-            vectors: OnceCell::new(),
-            urgent: OnceCell::new(),
+            chains: OnceCell::new(),
+            critical_path: OnceCell::new(),
         }
     }
 
@@ -116,72 +116,75 @@ impl<'a> Scheduler<'a> {
     pub fn fast(&self) -> Result<Schedule, Error> {
         let (graph, configuration) = (self.graph, self.configuration);
         let bounds = Bounds::new(graph, &self.edges, configuration);
-        let by_urgency = || place_by_urgency(self.placement(graph), self.urgent());
+        let by_operation = || place_by_priority(self.placement(graph), self.critical_path());
         let by_cycle = |limit| {
-            let mut walk = self.walk(graph, self.urgent(), Habit::URGENT);
-            walk.run(limit).then(|| walk.placement())
+            let mut scheduler = self.by_cycle(graph, self.critical_path(), SchedulingPolicy::CRITICAL_PATH);
+            scheduler.run(limit).then(|| scheduler.placement())
         };
-        let by_cycle_only = graph.nodes.len() > ONE_WAY && bounds.issue > bounds.dependency;
+        let large = graph.nodes.len() > LARGE;
+        let by_cycle_only = large && bounds.issue > bounds.dependency;
         let placement = if let Some(placement) = by_cycle_only.then(|| by_cycle(u32::MAX)).flatten() {
             placement
         } else {
-            let one = by_urgency();
-            let most = bounds.cycles() - configuration.timing().startup - configuration.timing().finish;
-            if graph.nodes.len() > ONE_WAY || one.end() <= most + most / NEAR {
+            let one = by_operation();
+            let least = bounds.cycles() - configuration.timing().startup - configuration.timing().finish;
+            if large || one.end() <= least + least / NEAR {
                 one
             } else {
-                // Neither way is always the shorter one: the cycles decide.
+                // Neither scheduler is always the better one.
                 by_cycle(one.end()).unwrap_or(one)
             }
         };
-        self.finished(placement, bounds, self.layout.words())
+        self.finish(placement, bounds, self.layout.words())
     }
 
-    /// Nodes from the most urgent on.
-    pub fn urgent(&self) -> &Urgency {
-        self.urgent.get_or_init(|| self.urgency(Habit::URGENT))
+    /// Priorities by path length alone.
+    pub fn critical_path(&self) -> &Priorities {
+        self.critical_path.get_or_init(|| self.priorities(SchedulingPolicy::CRITICAL_PATH))
     }
 
-    /// Nodes from the most urgent on, as lanes of a habit weigh them.
-    pub fn urgency(&self, habit: Habit) -> Urgency {
-        Urgency::new(&self.edges, habit.nodes_per_cycle)
+    /// Priorities of a policy.
+    pub fn priorities(&self, policy: SchedulingPolicy) -> Priorities {
+        Priorities::new(&self.edges, policy.nodes_per_cycle)
     }
 
-    /// A schedule to be made lane by lane, with lanes of a habit, of the same graph but for the words of its results.
-    pub fn walk<'b>(&'b self, graph: &'b Graph, urgency: &'b Urgency, habit: Habit) -> Walk<'b> {
-        Walk::new(self.placement(graph), urgency, self.vectors(), habit)
+    /// A cycle-driven scheduler of the same graph, whose results may have other locations.
+    pub fn by_cycle<'b>(
+        &'b self,
+        graph: &'b Graph,
+        priorities: &'b Priorities,
+        policy: SchedulingPolicy,
+    ) -> CycleScheduler<'b> {
+        let chains = self.chains.get_or_init(|| Chains::new(self.graph));
+        CycleScheduler::new(self.placement(graph), priorities, chains, policy)
     }
 
-    /// The schedule of a walk at its end, where results have words below `settled`.
+    /// The schedule of a cycle-driven scheduler that has placed all nodes; temporaries begin at `first_free`.
     ///
     /// # Errors
     /// As [`Scheduler::fast`].
-    pub fn walked(&self, walk: Walk<'_>, settled: u32) -> Result<Schedule, Error> {
-        let placement = walk.placement();
+    pub fn completed(&self, scheduler: CycleScheduler<'_>, first_free: u32) -> Result<Schedule, Error> {
+        let placement = scheduler.placement();
         let bounds = Bounds::new(placement.graph, &self.edges, self.configuration);
-        self.finished(placement, bounds, settled)
+        self.finish(placement, bounds, first_free)
     }
 
     fn placement<'b>(&'b self, graph: &'b Graph) -> Placement<'b> {
         Placement::new(graph, self.layout, self.configuration, &self.edges)
     }
 
-    fn vectors(&self) -> &Vectors {
-        self.vectors.get_or_init(|| Vectors::new(self.graph))
-    }
-
-    fn finished(&self, placement: Placement<'_>, bounds: Bounds, first_free: u32) -> Result<Schedule, Error> {
+    fn finish(&self, placement: Placement<'_>, bounds: Bounds, first_free: u32) -> Result<Schedule, Error> {
         let configuration = self.configuration;
         let end = placement.end();
-        let Placement { graph, places, accounts, .. } = placement;
+        let Placement { graph, places, stalls, .. } = placement;
         let words = places.iter().map(|place| place.cycle + 1).max().unwrap_or(1);
         let order = in_order(&places, configuration);
         let (addresses, storage) =
-            assign_rows(self.segment, graph, &places, &order, first_free, configuration)?;
+            allocate_registers(self.segment, graph, &places, &order, first_free, configuration)?;
         let timing = configuration.timing();
         let end = end.max(words);
         let issued = places.iter().map(|place| (place.cycle, place.code.on_divider()));
-        let (causes, slots) = accounts.settle(issued, words, end, configuration);
+        let (causes, slots) = stalls.causes(issued, words, end, configuration);
         let lane_operations = graph.nodes.iter().filter(|node| !node.code.on_divider()).count() as u32;
         Ok(Schedule {
             issues: issues(graph, self.layout.literals(), &places, &order, &addresses),
@@ -196,14 +199,14 @@ impl<'a> Scheduler<'a> {
     }
 }
 
-/// Larger segments are scheduled one way only: lane by lane if the lanes bound them, else by urgency.
-const ONE_WAY: usize = 1 << 15;
-/// A schedule that is this share above its bound is not tried another way.
+/// Segments with more nodes are scheduled once: cycle by cycle if the lanes bound them, else operation by operation.
+const LARGE: usize = 1 << 15;
+/// A schedule within 1/`NEAR` of its lower bound is not tried another way.
 const NEAR: u32 = 200;
 
-/// Place the most urgent first, each in the first cycle that takes it; a later one may fill a gap before an earlier one.
-fn place_by_urgency<'a>(mut placement: Placement<'a>, urgency: &Urgency) -> Placement<'a> {
-    urgency.order().iter().for_each(|&k| placement.place(k));
+/// Operation-driven list scheduling: in order of priority, each node in its first possible cycle, gaps included.
+fn place_by_priority<'a>(mut placement: Placement<'a>, priorities: &Priorities) -> Placement<'a> {
+    priorities.order().iter().for_each(|&k| placement.place(k));
     placement
 }
 

@@ -1,80 +1,78 @@
-//! Runs of like operations: what a lane does one after the other costs a compressed microcode few bits.
+//! Operation chains for one lane: like operations that, one after the other, take few bits of compressed microcode.
 
 use super::graph::{Graph, Node, Operand};
 use crate::machine::operation::Code;
 
-/// For each node the one that continues its run, and the number of its run; for each run its first node and its length.
-pub(crate) struct Vectors {
+/// For each node its successor in its chain and the chain's number; for each chain its first node and its length.
+pub(crate) struct Chains {
     next: Vec<Option<u32>>,
-    run: Vec<u32>,
+    chain: Vec<u32>,
     heads: Vec<u32>,
     length: Vec<u32>,
 }
 
-/// Operations of a run at most.
-const LONGEST: u32 = 64;
+const MAX_LENGTH: u32 = 64;
 
-impl Vectors {
-    /// Runs of a graph: operations of one code that share a factor, in the order of the kernel; and neighbours of one
-    /// code that do not read each other.
+impl Chains {
+    /// A chain has operations of one code that share a factor, in kernel order, or neighbours of one code. No operation
+    /// of a chain reads another one's result.
     pub fn new(graph: &Graph) -> Self {
         let nodes = graph.nodes.len();
-        let mut vectors =
-            Self { next: vec![None; nodes], run: vec![0; nodes], heads: Vec::new(), length: Vec::new() };
+        let mut chains =
+            Self { next: vec![None; nodes], chain: vec![0; nodes], heads: Vec::new(), length: Vec::new() };
         let factors = Factors::of(graph);
-        // Of each factor, the last operation that has it so far, counted from one.
-        let mut last = vec![0u32; factors.times.len()];
+        // The last operation of each factor, counted from one.
+        let mut last = vec![0u32; factors.uses.len()];
         for k in 0..nodes {
-            let before = match factors.shared(k) {
+            let previous = match factors.shared(k) {
                 Some(key) => core::mem::replace(&mut last[key as usize], k as u32 + 1).checked_sub(1),
                 None => (k as u32).checked_sub(1).filter(|&p| {
-                    let alone = factors.shared(p as usize).is_none();
-                    alone && graph.nodes[p as usize].code == graph.nodes[k].code
+                    let unshared = factors.shared(p as usize).is_none();
+                    unshared && graph.nodes[p as usize].code == graph.nodes[k].code
                 }),
             };
-            let run = before.map(|p| vectors.run[p as usize]).filter(|&run| {
-                let reads = |source: u32| vectors.run[source as usize] == run;
-                vectors.length[run as usize] < LONGEST && !graph.nodes[k].sources().any(reads)
+            let chain = previous.map(|p| chains.chain(p)).filter(|&chain| {
+                let reads = |source: u32| chains.chain(source) == chain;
+                chains.length[chain as usize] < MAX_LENGTH && !graph.nodes[k].sources().any(reads)
             });
-            if let (Some(run), Some(p)) = (run, before) {
-                vectors.next[p as usize] = Some(k as u32);
-                vectors.run[k] = run;
-                vectors.length[run as usize] += 1;
+            if let (Some(chain), Some(p)) = (chain, previous) {
+                chains.next[p as usize] = Some(k as u32);
+                chains.chain[k] = chain;
+                chains.length[chain as usize] += 1;
             } else {
-                vectors.run[k] = vectors.length.len() as u32;
-                vectors.length.push(1);
-                vectors.heads.push(k as u32);
+                chains.chain[k] = chains.length.len() as u32;
+                chains.length.push(1);
+                chains.heads.push(k as u32);
             }
         }
-        vectors
+        chains
     }
 
-    /// A node's run.
-    pub fn run(&self, k: u32) -> u32 {
-        self.run[k as usize]
+    /// The number of a node's chain.
+    pub fn chain(&self, k: u32) -> u32 {
+        self.chain[k as usize]
     }
 
-    /// The first operation of every run.
+    /// The first operation of every chain.
     pub fn heads(&self) -> &[u32] {
         &self.heads
     }
 
-    /// The operation that continues a node's run.
+    /// A node's successor in its chain.
     pub fn next(&self, k: u32) -> Option<u32> {
         self.next[k as usize]
     }
 
-    /// Whether a node's run is the node alone.
-    pub fn is_alone(&self, k: u32) -> bool {
-        self.length[self.run[k as usize] as usize] == 1
+    /// Whether a node's chain has no other operation.
+    pub fn is_single(&self, k: u32) -> bool {
+        self.length[self.chain(k) as usize] == 1
     }
 }
 
-/// The factor b of every operation that may exchange it with a, together with the operation's code, as a number; and
-/// how many operations have each.
+/// For every commutative operation its factor b and its code as one key; for each key the number of operations.
 struct Factors {
     keys: Vec<Option<u32>>,
-    times: Vec<u32>,
+    uses: Vec<u32>,
 }
 
 impl Factors {
@@ -93,13 +91,13 @@ impl Factors {
             Some(operand * codes + numbers[node.code as usize]?)
         };
         let keys: Vec<Option<u32>> = graph.nodes.iter().map(key).collect();
-        let mut times = vec![0; (words as usize + keys.len()) * codes as usize];
-        keys.iter().flatten().for_each(|&key| times[key as usize] += 1);
-        Self { keys, times }
+        let mut uses = vec![0; (words as usize + keys.len()) * codes as usize];
+        keys.iter().flatten().for_each(|&key| uses[key as usize] += 1);
+        Self { keys, uses }
     }
 
-    /// The factor of an operation that is not the only one to have it.
+    /// The key of an operation whose factor another operation has, too.
     fn shared(&self, k: usize) -> Option<u32> {
-        self.keys[k].filter(|&key| self.times[key as usize] > 1)
+        self.keys[k].filter(|&key| self.uses[key as usize] > 1)
     }
 }

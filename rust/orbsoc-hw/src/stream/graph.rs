@@ -1,8 +1,8 @@
-//! A tape as the engine's operations: what must come before what, and which results have a home.
+//! Dataflow graph of a tape: the engine's operations, their dependences and the locations of their results.
 //!
-//! Results that no store needs are dropped. A result that a buffer's word keeps is computed into that word's home;
-//! a value that several words share, and a word or literal that another word takes over, costs a `move`. A word is
-//! overwritten only after its last reader: anti-dependencies are edges like any other, without latency.
+//! Dead results are eliminated. A stored result is computed into the word that stores it. A further copy of a result,
+//! and a stored word or literal, costs a `move`. A word is overwritten only after its last reader: anti-dependences are
+//! edges without latency.
 
 use super::layout::Layout;
 use crate::machine::operation::Code;
@@ -26,12 +26,12 @@ pub struct Node {
     pub code: Code,
     /// a, b, c; absent where the operation does not read.
     pub operands: [Option<Operand>; 3],
-    /// Where the result must be written; none: anywhere.
-    pub home: Option<u32>,
+    /// Architectural location of the result; none: a temporary.
+    pub location: Option<u32>,
 }
 
 impl Node {
-    /// The nodes whose results it reads, once for each operand.
+    /// The nodes whose results it reads, one for each operand.
     pub fn sources(&self) -> impl Iterator<Item = u32> + '_ {
         self.operands.iter().flatten().filter_map(|operand| match operand {
             Operand::Node(k) => Some(*k),
@@ -43,11 +43,11 @@ impl Node {
 /// The operations of a segment. Every edge goes from a lower node to a higher one.
 #[derive(Clone, Debug)]
 pub struct Graph {
-    /// In an order in which they could run one after the other.
+    /// In topological order.
     pub nodes: Vec<Node>,
-    /// Anti-dependencies: reader, then overwriter.
-    pub overwrites: Vec<(u32, u32)>,
-    /// How often each result is read.
+    /// Reader, then overwriter.
+    pub anti_dependences: Vec<(u32, u32)>,
+    /// Number of reads of each result.
     pub uses: Vec<u32>,
 }
 
@@ -58,12 +58,12 @@ impl Graph {
         lowering.operations();
         lowering.stores();
         let mut graph = lowering.finish();
-        graph.inherit_homes(layout.words());
-        graph.find_overwrites(layout.words());
+        graph.coalesce_accumulators(layout.words());
+        graph.find_anti_dependences(layout.words());
         graph
     }
 
-    /// Words that the graph reads or writes at fixed addresses lie below this.
+    /// One past the highest fixed address that the graph reads or writes.
     pub(crate) fn words(&self) -> usize {
         let fixed = |operand: &Option<Operand>| match operand {
             Some(Operand::Fixed(address)) => address + 1,
@@ -71,12 +71,12 @@ impl Graph {
         };
         let of = |node: &Node| {
             let read = node.operands.iter().map(fixed).max().unwrap_or(0);
-            read.max(node.home.map_or(0, |home| home + 1))
+            read.max(node.location.map_or(0, |location| location + 1))
         };
         self.nodes.iter().map(of).max().unwrap_or(0) as usize
     }
 
-    /// Whoever reads words that `overwritten` names: word, reader; sorted.
+    /// Readers of the words that `overwritten` names: word, reader; sorted.
     fn readers(&self, overwritten: &[Option<u32>]) -> Vec<(u32, u32)> {
         let mut readers = Vec::new();
         for (node, k) in self.nodes.iter().zip(0..) {
@@ -94,33 +94,37 @@ impl Graph {
         readers
     }
 
-    /// Let the partial results of a chain of sums live where its end does: a word's old content that only the head of
-    /// the chain reads is free from there on.
-    fn inherit_homes(&mut self, words: u32) {
+    /// Give the partial sums of an accumulation the location of its result, if only the first operation of the
+    /// accumulation reads the word's old content.
+    fn coalesce_accumulators(&mut self, words: u32) {
         let mut writers = vec![None; words as usize];
         for (node, k) in self.nodes.iter().zip(0..) {
-            if let Some(home) = node.home {
-                writers[home as usize] = Some(k);
+            if let Some(location) = node.location {
+                writers[location as usize] = Some(k);
             }
         }
         let readers = self.readers(&writers);
-        for (home, last) in writers.into_iter().enumerate().filter_map(|(w, k)| k.map(|k| (w as u32, k))) {
-            let mut chain = vec![last];
-            while let Some(previous) = self.sole_accumulator(chain[chain.len() - 1]) {
-                chain.push(previous);
+        for (location, last) in writers.into_iter().enumerate().filter_map(|(w, k)| k.map(|k| (w as u32, k)))
+        {
+            let mut accumulation = vec![last];
+            while let Some(previous) = self.sole_accumulator(accumulation[accumulation.len() - 1]) {
+                accumulation.push(previous);
             }
-            let head = chain[chain.len() - 1];
-            let from = readers.partition_point(|&(word, _)| word < home);
-            if readers[from..].iter().take_while(|(word, _)| *word == home).all(|&(_, reader)| reader == head)
+            let head = accumulation[accumulation.len() - 1];
+            let from = readers.partition_point(|&(word, _)| word < location);
+            if readers[from..]
+                .iter()
+                .take_while(|(word, _)| *word == location)
+                .all(|&(_, reader)| reader == head)
             {
-                for k in chain {
-                    self.nodes[k as usize].home = Some(home);
+                for k in accumulation {
+                    self.nodes[k as usize].location = Some(location);
                 }
             }
         }
     }
 
-    /// The homeless node that only `k` reads, as the accumulator of a sum.
+    /// The temporary that only `k` reads, as the accumulator of a sum.
     fn sole_accumulator(&self, k: u32) -> Option<u32> {
         let node = &self.nodes[k as usize];
         let accumulator = match node.operands[2] {
@@ -128,48 +132,49 @@ impl Graph {
             _ => return None,
         };
         let previous = &self.nodes[accumulator as usize];
-        (self.uses[accumulator as usize] == 1 && previous.home.is_none()).then_some(accumulator)
+        (self.uses[accumulator as usize] == 1 && previous.location.is_none()).then_some(accumulator)
     }
 
-    /// Give every result that has no home a word of its own from `first` on, the partial results of a chain of sums one
-    /// for all, in the order of the kernel: neighbours there are neighbours in storage. All or, where the words end
-    /// before `limit`, none. The first word that is free thereafter.
-    pub fn settle(&mut self, first: u32, limit: u32) -> u32 {
-        let homeless: Vec<u32> = (0..self.nodes.len() as u32).filter(|&k| self.home(k).is_none()).collect();
+    /// Assign locations to all temporaries, from `first` on in kernel order: neighbours there are neighbours in
+    /// storage. The partial sums of an accumulation share one word. Nothing changes if the words do not fit below
+    /// `limit`. Returns the first free word.
+    pub fn assign_locations(&mut self, first: u32, limit: u32) -> u32 {
+        let temporaries: Vec<u32> =
+            (0..self.nodes.len() as u32).filter(|&k| self.location(k).is_none()).collect();
         let mut continued = vec![false; self.nodes.len()];
-        for previous in homeless.iter().filter_map(|&k| self.sole_accumulator(k)) {
+        for previous in temporaries.iter().filter_map(|&k| self.sole_accumulator(k)) {
             continued[previous as usize] = true;
         }
-        let ends: Vec<u32> = homeless.into_iter().filter(|&k| !continued[k as usize]).collect();
+        let ends: Vec<u32> = temporaries.into_iter().filter(|&k| !continued[k as usize]).collect();
         if ends.len() > limit.saturating_sub(first) as usize {
             return first;
         }
-        for (&end, home) in ends.iter().zip(first..) {
+        for (&end, location) in ends.iter().zip(first..) {
             let mut next = Some(end);
             while let Some(k) = next {
                 next = self.sole_accumulator(k);
-                self.nodes[k as usize].home = Some(home);
+                self.nodes[k as usize].location = Some(location);
             }
         }
         first + ends.len() as u32
     }
 
-    fn home(&self, k: u32) -> Option<u32> {
-        self.nodes[k as usize].home
+    fn location(&self, k: u32) -> Option<u32> {
+        self.nodes[k as usize].location
     }
 
-    fn find_overwrites(&mut self, words: u32) {
+    fn find_anti_dependences(&mut self, words: u32) {
         let mut first: Vec<Option<u32>> = vec![None; words as usize];
         for (node, k) in self.nodes.iter().zip(0..) {
-            if let Some(home) = node.home {
-                first[home as usize].get_or_insert(k);
+            if let Some(location) = node.location {
+                first[location as usize].get_or_insert(k);
             }
         }
         let pairs = self.readers(&first).into_iter().filter_map(|(word, reader)| {
             first[word as usize].filter(|&writer| writer != reader).map(|writer| (reader, writer))
         });
-        self.overwrites = pairs.collect();
-        self.overwrites.sort_unstable();
+        self.anti_dependences = pairs.collect();
+        self.anti_dependences.sort_unstable();
     }
 }
 
@@ -182,9 +187,8 @@ struct Lowering<'a> {
     constants: Vec<Option<u32>>,
     /// Node of each live result.
     node_of: Vec<Option<u32>>,
-    /// Words that are overwritten before one of their readers, as the tape has them in its mind, and the
-    /// temporary that keeps their content.
-    kept: HashMap<u32, u32>,
+    /// For each word that is stored elsewhere although it is overwritten: the temporary that saves its old content.
+    saved: HashMap<u32, u32>,
 }
 
 impl<'a> Lowering<'a> {
@@ -195,26 +199,26 @@ impl<'a> Lowering<'a> {
             nodes: Vec::new(),
             constants: tape.constants.iter().map(|&value| layout.constant(value)).collect(),
             node_of: vec![None; tape.operations.len()],
-            kept: HashMap::new(),
+            saved: HashMap::new(),
         }
     }
 
-    /// Results that some live store needs.
+    /// Results that a store needs, directly or not.
     fn live(&self) -> Vec<bool> {
         let mut live = vec![false; self.tape.operations.len()];
-        let wake = |value: Value, live: &mut Vec<bool>| {
+        let mark = |value: Value, live: &mut Vec<bool>| {
             if let Value::Result(k) = value {
                 live[k as usize] = true;
             }
         };
         for store in &self.tape.stores {
-            wake(store.value, &mut live);
+            mark(store.value, &mut live);
         }
         for k in (0..live.len()).rev() {
             if live[k] {
                 let operation = &self.tape.operations[k];
                 for value in [Some(operation.a), operation.b, operation.c].into_iter().flatten() {
-                    wake(value, &mut live);
+                    mark(value, &mut live);
                 }
             }
         }
@@ -223,7 +227,7 @@ impl<'a> Lowering<'a> {
 
     fn address(&self, value: Value) -> Option<u32> {
         match value {
-            Value::Word { buffer, index } => self.layout.home(Buffer::ALL[usize::from(buffer)], index),
+            Value::Word { buffer, index } => self.layout.location(Buffer::ALL[usize::from(buffer)], index),
             Value::Constant(k) => self.constants[k as usize],
             Value::Result(_) => None,
         }
@@ -234,36 +238,36 @@ impl<'a> Lowering<'a> {
             Value::Result(k) => Operand::Node(self.node_of[k as usize].expect("operands come first")),
             fixed => {
                 let address = self.address(fixed).expect("the layout has every word of its recording");
-                self.kept.get(&address).map_or(Operand::Fixed(address), |&k| Operand::Node(k))
+                self.saved.get(&address).map_or(Operand::Fixed(address), |&k| Operand::Node(k))
             }
         }
     }
 
-    fn push(&mut self, code: Code, operands: [Option<Operand>; 3], home: Option<u32>) -> u32 {
-        self.nodes.push(Node { code, operands, home });
+    fn push(&mut self, code: Code, operands: [Option<Operand>; 3], location: Option<u32>) -> u32 {
+        self.nodes.push(Node { code, operands, location });
         self.nodes.len() as u32 - 1
     }
 
-    /// Words that a store moves elsewhere although the segment overwrites them: read them first.
-    fn keep_moved_words(&mut self) {
+    /// Save every word that is stored elsewhere although the segment overwrites it.
+    fn save_overwritten_words(&mut self) {
         let stores = || self.tape.stores.iter();
         let overwritten: std::collections::HashSet<u32> =
-            stores().filter_map(|store| self.layout.home(store.buffer, store.index)).collect();
+            stores().filter_map(|store| self.layout.location(store.buffer, store.index)).collect();
         let moved: Vec<u32> = stores()
             .filter(|store| matches!(store.value, Value::Word { .. }))
             .filter_map(|store| self.address(store.value))
             .filter(|address| overwritten.contains(address))
             .collect();
         for address in moved {
-            if !self.kept.contains_key(&address) {
+            if !self.saved.contains_key(&address) {
                 let k = self.push(Code::Move, [Some(Operand::Fixed(address)), None, None], None);
-                self.kept.insert(address, k);
+                self.saved.insert(address, k);
             }
         }
     }
 
     fn operations(&mut self) {
-        self.keep_moved_words();
+        self.save_overwritten_words();
         let live = self.live();
         for (k, operation) in self.tape.operations.iter().enumerate() {
             if live[k] {
@@ -274,7 +278,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// Homes for results, moves for the rest.
+    /// A stored result gets the store's location if that is free; every other store is a `move`.
     fn stores(&mut self) {
         let mut last_reader: Vec<Option<u32>> = vec![None; self.layout.words() as usize];
         for (k, node) in self.nodes.iter().enumerate() {
@@ -285,17 +289,17 @@ impl<'a> Lowering<'a> {
             }
         }
         for store in &self.tape.stores {
-            let Some(home) = self.layout.home(store.buffer, store.index) else { continue };
+            let Some(location) = self.layout.location(store.buffer, store.index) else { continue };
             let node = if let Value::Result(k) = store.value { self.node_of[k as usize] } else { None };
             if let Some(k) = node {
-                let free = last_reader[home as usize].is_none_or(|reader| reader <= k);
-                if free && self.nodes[k as usize].home.is_none() {
-                    self.nodes[k as usize].home = Some(home);
+                let free = last_reader[location as usize].is_none_or(|reader| reader <= k);
+                if free && self.nodes[k as usize].location.is_none() {
+                    self.nodes[k as usize].location = Some(location);
                     continue;
                 }
             }
             let source = self.operand(store.value);
-            self.push(Code::Move, [Some(source), None, None], Some(home));
+            self.push(Code::Move, [Some(source), None, None], Some(location));
         }
     }
 
@@ -304,6 +308,6 @@ impl<'a> Lowering<'a> {
         for node in &self.nodes {
             node.sources().for_each(|k| uses[k as usize] += 1);
         }
-        Graph { nodes: self.nodes, overwrites: Vec::new(), uses }
+        Graph { nodes: self.nodes, anti_dependences: Vec::new(), uses }
     }
 }

@@ -1,7 +1,7 @@
-//! Where the buffers' words and the constants live: one map for all segments of a pattern.
+//! Storage layout: the addresses of the buffers' words and of the constants, one map for all segments of a pattern.
 //!
-//! Every word that some segment reads, or leaves for somebody to read, has a home. Homes run in the
-//! order of the buffers, so neighbours are in neighbouring banks and the vectors of the kernels meet no conflict.
+//! Every word that a segment reads or writes has an architectural location. Locations follow the order of the buffers:
+//! neighbouring words lie in neighbouring banks, so the vector operations of the kernels meet no bank conflict.
 
 use crate::error::Error;
 use crate::machine::configuration::Configuration;
@@ -9,26 +9,26 @@ use orbsoc::real::Value;
 use orbsoc::{word_of, Buffer, Recording, Tape};
 use std::collections::HashMap;
 
-/// Words that the scheduler itself asks for.
+/// Addresses of the literals that the scheduler needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Literals {
     pub one: u32,
     pub minus_zero: u32,
 }
 
-/// Addresses of everything that outlives a segment.
+/// Addresses of every word that outlives a segment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Layout {
-    homes: Vec<Vec<Option<u32>>>,
+    locations: Vec<Vec<Option<u32>>>,
     constants: HashMap<u64, u32>,
     words: u32,
 }
 
 impl Layout {
-    /// The homes of a pattern.
+    /// The layout of a pattern.
     ///
     /// # Errors
-    /// [`Error::Storage`] when they alone do not fit.
+    /// [`Error::Storage`] when it does not fit.
     pub fn new(recording: &Recording, configuration: &Configuration) -> Result<Self, Error> {
         let mut used: Vec<Vec<bool>> = recording.words.iter().map(|&words| vec![false; words]).collect();
         let mut constants: Vec<u64> = vec![1f64.to_bits(), (-0f64).to_bits()];
@@ -40,10 +40,10 @@ impl Layout {
             next += 1;
             next - 1
         };
-        let homes =
+        let locations =
             used.iter().map(|words| words.iter().map(|&used| used.then(&mut take)).collect()).collect();
         let constants = constants.into_iter().map(|bits| (bits, take())).collect();
-        let layout = Self { homes, constants, words: next };
+        let layout = Self { locations, constants, words: next };
         if next as usize > configuration.words() {
             let (needed, available) = (next as usize, configuration.words());
             return Err(Error::Storage { needed_by: "buffers", needed, available });
@@ -51,19 +51,19 @@ impl Layout {
         Ok(layout)
     }
 
-    /// Words that are taken; temporaries begin here.
+    /// Words in use; temporaries begin here.
     pub fn words(&self) -> u32 {
         self.words
     }
 
-    /// Words of a buffer, whether some segment touches them or not.
+    /// Length of a buffer, unused words included.
     pub fn words_of(&self, buffer: Buffer) -> usize {
-        self.homes[buffer as usize].len()
+        self.locations[buffer as usize].len()
     }
 
-    /// The address of a buffer's word; none if no segment touches it.
-    pub fn home(&self, buffer: Buffer, index: u32) -> Option<u32> {
-        self.homes[buffer as usize].get(index as usize).copied().flatten()
+    /// The address of a buffer's word; none if no segment reads or writes it.
+    pub fn location(&self, buffer: Buffer, index: u32) -> Option<u32> {
+        self.locations[buffer as usize].get(index as usize).copied().flatten()
     }
 
     /// The address of a literal.
@@ -76,11 +76,11 @@ impl Layout {
         Literals { one: of(1.0), minus_zero: of(-0.0) }
     }
 
-    /// All homes: buffer, word, address.
-    pub fn homes(&self) -> impl Iterator<Item = (Buffer, u32, u32)> + '_ {
-        let words = |buffer: Buffer| self.homes[buffer as usize].iter().enumerate();
+    /// All locations: buffer, word, address.
+    pub fn locations(&self) -> impl Iterator<Item = (Buffer, u32, u32)> + '_ {
+        let words = |buffer: Buffer| self.locations[buffer as usize].iter().enumerate();
         let of = move |&buffer: &Buffer| {
-            words(buffer).filter_map(move |(k, home)| home.map(|address| (buffer, k as u32, address)))
+            words(buffer).filter_map(move |(k, location)| location.map(|address| (buffer, k as u32, address)))
         };
         Buffer::ALL.iter().flat_map(of)
     }
