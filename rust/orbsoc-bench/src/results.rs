@@ -1,4 +1,4 @@
-//! Results as a table and as CSV: a line for each problem and part, the parts being set-up, solve and stages.
+//! Results as tables and as CSV: one line for each problem and part (set-up, solve, batch, stages).
 
 use crate::arguments::Plan;
 use crate::measure::Measured;
@@ -13,7 +13,7 @@ pub const SETUP: &str = "setup";
 pub const SOLVE: &str = "solve";
 const COLUMNS: &str = "problem,part,calls,median_us,q1_us,q3_us,iterations,refinements,status,residual";
 
-/// One line of a file, as far as comparisons need it.
+/// The fields of a line that comparisons need.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
     pub median_us: f64,
@@ -49,7 +49,7 @@ pub fn table(measured: &[Measured]) -> String {
     out
 }
 
-/// All problems together, the most expensive stage first: means over the problems of each one's medians.
+/// Stages, the most expensive first: means over the problems of their medians.
 pub fn stage_table(measured: &[Measured]) -> String {
     let mut rows: Vec<(&str, &str, f64, f64)> = Vec::new();
     let problems = measured.len() as f64;
@@ -70,10 +70,10 @@ pub fn stage_table(measured: &[Measured]) -> String {
         "stage", "module", "runs/solve", "us/solve", "us/run", "share"
     );
     for (stage, module, calls, time) in rows {
-        let share = 100.0 * time / total;
+        let percent = 100.0 * time / total;
         let _ = writeln!(
             out,
-            "{stage:<18} {module:<14} {calls:>10.1} {time:>12.2} {:>10.3} {share:>6.1}%",
+            "{stage:<18} {module:<14} {calls:>10.1} {time:>12.2} {:>10.3} {percent:>6.1}%",
             time / calls
         );
     }

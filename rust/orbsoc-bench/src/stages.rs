@@ -1,13 +1,13 @@
-//! Where a solve's microseconds go: a clock around every stage of the method's lists.
+//! Time of a solve by stage: a clock around every stage of the method.
 
 use crate::spread::{microseconds, Spread};
 use orbsoc::{Engine, Outcome, Stage, Step, CLOSING, ITERATION, STARTUP};
 use std::time::Instant;
 
-/// Name of what follows the lists: the status and its evidence, recomputed on the user's data.
+/// Name of the last part: the status and its residuals, recomputed on the user's data.
 pub const CONCLUDE: &str = "conclude";
 
-/// One stage on one problem: runs in a solve, and microseconds of all of them together.
+/// One stage on one problem: runs in a solve, and their total microseconds.
 #[derive(Clone, Debug)]
 pub struct StageTimes {
     pub stage: &'static str,
@@ -16,31 +16,31 @@ pub struct StageTimes {
     pub time: Spread,
 }
 
-/// Times of repeated solves of one problem, stage by stage.
+/// Times of repeated solves of one problem, by stage.
 #[derive(Clone, Default)]
 pub struct Clocks {
     solves: Vec<Vec<(f64, usize)>>,
 }
 
 impl Clocks {
-    /// Solve once, walking the lists as `Engine::solve` does.
+    /// Time one solve attempt, with the steps of `Engine::solve`.
     pub fn time(&mut self, engine: Engine<f64>) {
-        let mut walk = Walk { engine, times: vec![(0.0, 0); Stage::ALL.len() + 1] };
+        let mut attempt = Attempt { engine, times: vec![(0.0, 0); Stage::ALL.len() + 1] };
         for step in STARTUP {
-            walk.perform(*step);
+            attempt.perform(*step);
         }
-        while !ITERATION.iter().any(|step| matches!(walk.perform(*step), Outcome::Done(_))) {}
+        while !ITERATION.iter().any(|step| matches!(attempt.perform(*step), Outcome::Done(_))) {}
         for step in CLOSING {
-            walk.perform(*step);
+            attempt.perform(*step);
         }
         let start = Instant::now();
-        let solution = walk.engine.conclude();
-        walk.times[Stage::ALL.len()] = (microseconds(start), 1);
+        let solution = attempt.engine.conclude();
+        attempt.times[Stage::ALL.len()] = (microseconds(start), 1);
         drop(solution);
-        self.solves.push(walk.times);
+        self.solves.push(attempt.times);
     }
 
-    /// The stages that ran, in the order of their definition.
+    /// The stages that ran, in order of definition.
     pub fn summary(&self) -> Vec<StageTimes> {
         let names = Stage::ALL.iter().map(|s| (s.name(), s.module().name())).chain([(CONCLUDE, "ps")]);
         let Some(first) = self.solves.first() else { return Vec::new() };
@@ -57,12 +57,13 @@ impl Clocks {
     }
 }
 
-struct Walk {
+/// A solve attempt; by stage, microseconds and runs.
+struct Attempt {
     engine: Engine<f64>,
     times: Vec<(f64, usize)>,
 }
 
-impl Walk {
+impl Attempt {
     fn perform(&mut self, step: Step) -> Outcome {
         match step {
             Step::Run(stage) => self.run(stage),
