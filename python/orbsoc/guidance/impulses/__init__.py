@@ -2,10 +2,11 @@
 
 from .generation import Generated, Round, generate
 from .programme import CSV_COLUMNS, ImpulseFileError, ImpulseProgramme
-from .unknowns import Affine, Cost, Impulses, ImpulsesError
+from .unknowns import KICK, Affine, Cost, Impulses, ImpulsesError
 
 __all__ = [
     "CSV_COLUMNS",
+    "KICK",
     "Affine",
     "Cost",
     "Generated",

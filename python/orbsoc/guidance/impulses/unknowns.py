@@ -61,6 +61,8 @@ class Impulses:
     frame (R, T, N). `forced`, if given, is the state at a time that a known disturbance alone makes of 0 at `start_s`.
     States are functions of all impulses before them, or, `linked`, of a state variable at the last one: many more
     unknowns and far fewer entries, better where states are bounded at many times.
+    With `movable`, velocity changes (N, 3) near the ones sought, the impulses may move by `move`, a variable (N,), s:
+    to first order, as if impulse k were the one given. The caller bounds the moves.
 
     >>> from orbsoc.orbit.relative import ClohessyWiltshire
     >>> import orbsoc
@@ -83,6 +85,7 @@ class Impulses:
         start_s: float | None = None,
         forced: Callable[[float], Array] | None = None,
         linked: bool = False,
+        movable: ArrayLike | None = None,
         name: str = "dv",
     ) -> None:
         times = np.array(times_s, dtype=np.float64)
@@ -103,6 +106,11 @@ class Impulses:
         self._conditions: list[_Condition] = []
         self._cost: Cost | None = None
         self.dv: Variable = builder.variable(name, (times.size, 3))
+        self.move: Variable | None = None
+        self._moves = np.zeros((times.size, 6))
+        if movable is not None:
+            self.move = builder.variable(f"{name} move", times.size)
+            self._moves = self._moved(np.asarray(movable, dtype=np.float64))
         self._states: Variable | None = None
         if linked and times.size > 1:
             self._states = builder.variable(f"{name} state", (times.size - 1, 6))
@@ -116,7 +124,7 @@ class Impulses:
         if t_s < self.start_s:
             raise ImpulsesError(f"t_s = {t_s:g}: must not be before the start at {self.start_s:g}")
         if self._states is None:
-            terms = [(self.dv.index[j], self._kick(t_s, j)) for j in range(k + 1)]
+            terms = [term for j in range(k + 1) for term in self._kick(t_s, j)]
             return Affine(tuple(terms), self._coasted(t_s, self.start_s, self.start))
         return self._after(k, t_s)
 
@@ -160,11 +168,18 @@ class Impulses:
         self._note(name, [t_s], [rows], "nonnegative", before)
 
     def within(
-        self, times_s: Sequence[float] | Array, centres: ArrayLike, bound: float | Variable, *, name: str
+        self,
+        times_s: Sequence[float] | Array,
+        centres: ArrayLike,
+        bound: float | Variable,
+        *,
+        name: str,
+        also: Sequence[Term] = (),
     ) -> None:
         """Require ‖position(t) − centre‖ ≤ bound at times on one arc, (K,), with centres (K, 3).
 
         The state at an impulse's time is that after it: one position. `bound` is a number or a variable of one column.
+        `also` are further terms of the 3K rows.
         """
         times, points = np.asarray(times_s, dtype=np.float64), np.asarray(centres, dtype=np.float64)
         last = np.searchsorted(self.times_s, times, side="right")
@@ -177,7 +192,7 @@ class Impulses:
         ]
         offset = np.concatenate([each.offset for each in states]) - points.ravel()
         limit = np.repeat(bound.index.ravel(), times.size) if isinstance(bound, Variable) else bound
-        self.builder.norm(terms, offset, bound=limit, size=3, name=name)
+        self.builder.norm([*terms, *also], offset, bound=limit, size=3, name=name)
         self._note(name, times, [POSITION] * times.size, "norm", False)
 
     def primer(self, solution: HasDuals, times_s: ArrayLike) -> Array:
@@ -225,8 +240,21 @@ class Impulses:
     ) -> None:
         self._conditions.append(_Condition(name, np.asarray(times_s), np.asarray(matrices), kind, before))
 
-    def _kick(self, t_s: float, k: int) -> Array:
-        return self.motion.transition(t_s, float(self.times_s[k])) @ KICK
+    def _kick(self, t_s: float, k: int) -> list[Term]:
+        """What impulse k, and its move, add to the state at a later time."""
+        transition = self.motion.transition(t_s, float(self.times_s[k]))
+        terms: list[Term] = [(self.dv.index[k], transition @ KICK)]
+        if self.move is not None:
+            terms.append((self.move.index[k : k + 1], (transition @ self._moves[k])[:, None]))
+        return terms
+
+    def _moved(self, dv_m_s: Array) -> Array:
+        """Of each impulse, what a second's delay does to the state at its time: −A (0, dv), with ẋ = A x."""
+        found = np.empty((self.times_s.size, 6))
+        for k, t in enumerate(self.times_s.tolist()):
+            rate = 0.5 * (self.motion.transition(t + 1.0, t) - self.motion.transition(t - 1.0, t))
+            found[k] = -rate @ KICK @ dv_m_s[k]
+        return found
 
     def _coasted(self, t_s: float, from_s: float, state: Array) -> Array:
         """A known state carried on, with what the disturbance adds."""
@@ -238,12 +266,8 @@ class Impulses:
     def _after(self, k: int, t_s: float) -> Affine:
         """The state on the arc of impulse k, by the state variable at it; −1 is the coast before the first."""
         if k < 1:
-            terms = ((self.dv.index[0], self._kick(t_s, 0)),) if k == 0 else ()
-            return Affine(terms, self._coasted(t_s, self.start_s, self.start))
+            return Affine(tuple(self._kick(t_s, 0) if k == 0 else ()), self._coasted(t_s, self.start_s, self.start))
         assert self._states is not None
         at = float(self.times_s[k])
-        transition = self.motion.transition(t_s, at)
-        return Affine(
-            ((self._states.index[k - 1], transition), (self.dv.index[k], transition @ KICK)),
-            self._coasted(t_s, at, np.zeros(6)),
-        )
+        state = (self._states.index[k - 1], self.motion.transition(t_s, at))
+        return Affine((state, *self._kick(t_s, k)), self._coasted(t_s, at, np.zeros(6)))
