@@ -2,7 +2,7 @@
 
 from .atmosphere import density_kg_m3
 from .coast import coast, coast_with_transitions
-from .forces import EARTH_J2, Drag, Force, J2, PointMass
+from .forces import EARTH_J2, J2, Drag, Force, PointMass
 
 __all__ = [
     "EARTH_J2",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any, cast
 
 import numpy as np
@@ -95,7 +96,7 @@ def _integrated(
     stops = (
         [0, *range(1, times.size)] if impulses is not None else [0, *([times.size - 1] * (times.size > 1))]
     )
-    for first, last in zip(stops, stops[1:], strict=False):
+    for first, last in pairwise(stops):
         start = at[first].copy()
         if impulses is not None:
             start[:, 3:6] += impulses[first]

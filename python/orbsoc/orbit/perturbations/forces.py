@@ -62,7 +62,7 @@ class J2:
     j2: float = EARTH_J2
 
     def acceleration(self, states: Array) -> Array:
-        r, (k, square, ratio) = states[:, :3], self._parts(states)
+        r, (k, _, ratio) = states[:, :3], self._parts(states)
         shape = np.stack([5.0 * ratio - 1.0, 5.0 * ratio - 1.0, 5.0 * ratio - 3.0], axis=1)
         return np.asarray(k[:, None] * r * shape)
 
