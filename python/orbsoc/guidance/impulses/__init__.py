@@ -1,0 +1,18 @@
+"""Impulses: a programme of them as data, as unknowns of a conic problem, and by column generation with a bound."""
+
+from .generation import Generated, Round, generate
+from .programme import CSV_COLUMNS, ImpulseFileError, ImpulseProgramme
+from .unknowns import Affine, Cost, Impulses, ImpulsesError
+
+__all__ = [
+    "CSV_COLUMNS",
+    "Affine",
+    "Cost",
+    "Generated",
+    "ImpulseFileError",
+    "ImpulseProgramme",
+    "Impulses",
+    "ImpulsesError",
+    "Round",
+    "generate",
+]
