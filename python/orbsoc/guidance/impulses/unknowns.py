@@ -57,6 +57,8 @@ class _Condition:
 class Impulses:
     """N velocity changes at given times as a variable (N, 3) of a builder, and the states that follow from them.
 
+    With `axes`, the variable is (N, axes): of (R, T, N), those along which the engine fires; (0, 1) stays in the plane.
+
     `start` is the state (6,) at `start_s`, the first impulse's time by default; `motion` and all vectors are in the
     frame (R, T, N). `forced`, if given, is the state at a time that a known disturbance alone makes of 0 at `start_s`.
     States are functions of all impulses before them, or, `linked`, of a state variable at the last one: many more
@@ -83,6 +85,7 @@ class Impulses:
         start_s: float | None = None,
         forced: Callable[[float], Array] | None = None,
         linked: bool = False,
+        axes: Sequence[int] = (0, 1, 2),
         name: str = "dv",
     ) -> None:
         times = np.array(times_s, dtype=np.float64)
@@ -100,9 +103,11 @@ class Impulses:
                 f"start has shape {self.start.shape}; it must be (6,), a position and a velocity"
             )
         self._forced = forced
+        self.axes = tuple(axes)
+        self._engine = KICK[:, self.axes]
         self._conditions: list[_Condition] = []
         self._cost: Cost | None = None
-        self.dv: Variable = builder.variable(name, (times.size, 3))
+        self.dv: Variable = builder.variable(name, (times.size, len(self.axes)))
         self._states: Variable | None = None
         if linked and times.size > 1:
             self._states = builder.variable(f"{name} state", (times.size - 1, 6))
@@ -125,12 +130,13 @@ class Impulses:
         builder, dv, name = self.builder, self.dv, f"{self.name} {kind}"
         identity = np.eye(dv.index.size)
         if kind == "norms":
-            builder.sum_of_norms(name, [(dv, identity)], size=3, weight=weight)
+            builder.sum_of_norms(name, [(dv, identity)], size=len(self.axes), weight=weight)
         elif kind == "absolutes":
             builder.sum_of_absolutes(name, [(dv, identity)], weight=weight)
         else:
             largest = builder.variable(name, 1)
-            builder.norm([(dv, identity)], bound=np.repeat(largest.index, len(dv.index)), size=3, name=name)
+            bounds = np.repeat(largest.index, len(dv.index))
+            builder.norm([(dv, identity)], bound=bounds, size=len(self.axes), name=name)
             builder.cost(largest, weight)
         self._cost = kind
 
@@ -209,11 +215,14 @@ class Impulses:
                 "the primer bounds a cost that is the sum of norms or of absolutes; call cost first"
             )
         order = 2 if self._cost == "norms" else np.inf
-        return np.asarray(np.linalg.norm(self.primer(solution, times_s), ord=order, axis=1))
+        primer = self.primer(solution, times_s)[:, self.axes]
+        return np.asarray(np.linalg.norm(primer, ord=order, axis=1))
 
     def programme(self, solution: HasPoint) -> ImpulseProgramme:
         """The impulses of a solution."""
-        return ImpulseProgramme(self.times_s, self.builder.value(solution, self.name))
+        found = np.zeros((self.times_s.size, 3))
+        found[:, self.axes] = self.builder.value(solution, self.name)
+        return ImpulseProgramme(self.times_s, found)
 
     def _note(
         self,
@@ -226,7 +235,7 @@ class Impulses:
         self._conditions.append(_Condition(name, np.asarray(times_s), np.asarray(matrices), kind, before))
 
     def _kick(self, t_s: float, k: int) -> Array:
-        return self.motion.transition(t_s, float(self.times_s[k])) @ KICK
+        return self.motion.transition(t_s, float(self.times_s[k])) @ self._engine
 
     def _coasted(self, t_s: float, from_s: float, state: Array) -> Array:
         """A known state carried on, with what the disturbance adds."""
@@ -244,6 +253,6 @@ class Impulses:
         at = float(self.times_s[k])
         transition = self.motion.transition(t_s, at)
         return Affine(
-            ((self._states.index[k - 1], transition), (self.dv.index[k], transition @ KICK)),
+            ((self._states.index[k - 1], transition), (self.dv.index[k], transition @ self._engine)),
             self._coasted(t_s, at, np.zeros(6)),
         )
