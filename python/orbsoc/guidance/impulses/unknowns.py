@@ -50,7 +50,7 @@ class _Condition:
     name: str
     times_s: Array
     matrices: Array
-    kind: Literal["equality", "nonnegative", "norm"]
+    kind: Literal["equality", "nonnegative", "norm", "cone"]
     before: bool
 
 
@@ -107,6 +107,8 @@ class Impulses:
         self._engine = KICK[:, self.axes]
         self._conditions: list[_Condition] = []
         self._cost: Cost | None = None
+        self.bounds: Variable | None = None
+        """Of the cost: of each norm (N,), of each component (N · axes,), or of the largest norm (1,)."""
         self.dv: Variable = builder.variable(name, (times.size, len(self.axes)))
         self._states: Variable | None = None
         if linked and times.size > 1:
@@ -130,11 +132,11 @@ class Impulses:
         builder, dv, name = self.builder, self.dv, f"{self.name} {kind}"
         identity = np.eye(dv.index.size)
         if kind == "norms":
-            builder.sum_of_norms(name, [(dv, identity)], size=len(self.axes), weight=weight)
+            self.bounds = builder.sum_of_norms(name, [(dv, identity)], size=len(self.axes), weight=weight)
         elif kind == "absolutes":
-            builder.sum_of_absolutes(name, [(dv, identity)], weight=weight)
+            self.bounds = builder.sum_of_absolutes(name, [(dv, identity)], weight=weight)
         else:
-            largest = builder.variable(name, 1)
+            self.bounds = largest = builder.variable(name, 1)
             bounds = np.repeat(largest.index, len(dv.index))
             builder.norm([(dv, identity)], bound=bounds, size=len(self.axes), name=name)
             builder.cost(largest, weight)
@@ -165,6 +167,19 @@ class Impulses:
         self.builder.nonnegative(found.terms, np.asarray(limit) - found.offset, name=name)
         self._note(name, [t_s], [rows], "nonnegative", before)
 
+    def cone(
+        self, t_s: float, matrix: ArrayLike, offset: ArrayLike, *, extra: Sequence[Term] = (), name: str
+    ) -> None:
+        """Require matrix · state + offset ∈ Q at a time: its first row is at least the norm of the others.
+
+        `extra` terms are added to the rows, for bounds that depend on other unknowns.
+        """
+        rows = np.asarray(matrix, dtype=np.float64)
+        found = -rows @ self.state(t_s)
+        less = [(columns, -np.asarray(block)) for columns, block in extra]
+        self.builder.second_order([*found.terms, *less], np.asarray(offset) - found.offset, name=name)
+        self._note(name, [t_s], [rows], "cone", False)
+
     def within(
         self, times_s: Sequence[float] | Array, centres: ArrayLike, bound: float | Variable, *, name: str
     ) -> None:
@@ -187,7 +202,7 @@ class Impulses:
         self._note(name, times, [POSITION] * times.size, "norm", False)
 
     def primer(self, solution: HasDuals, times_s: ArrayLike) -> Array:
-        """The primer vector (K, 3) at times, from the multipliers of `meet`, `below` and `within`.
+        """The primer vector (K, 3) at times, from the multipliers of the conditions.
 
         It is along each impulse that is not zero, and of length 1 there, or of the cost's weight. Impulses at other
         times save nothing where it is nowhere longer; of absolute components, its largest component is what counts.
@@ -197,6 +212,7 @@ class Impulses:
         for condition in self._conditions:
             dual = self.builder.dual(solution, condition.name)
             weights = -dual[:, 1:] if condition.kind == "norm" else dual.reshape(len(condition.times_s), -1)
+            weights = -weights if condition.kind == "cone" else weights
             for t, rows, weight in zip(condition.times_s, condition.matrices, weights, strict=True):
                 to_start = self.motion.transition(float(t), self.start_s).T
                 events.append((float(t), condition.before, to_start @ (rows.T @ weight)))
@@ -229,7 +245,7 @@ class Impulses:
         name: str,
         times_s: Sequence[float] | Array,
         matrices: Sequence[Array],
-        kind: Literal["equality", "nonnegative", "norm"],
+        kind: Literal["equality", "nonnegative", "norm", "cone"],
         before: bool,
     ) -> None:
         self._conditions.append(_Condition(name, np.asarray(times_s), np.asarray(matrices), kind, before))
