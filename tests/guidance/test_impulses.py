@@ -243,3 +243,20 @@ def test_misuse_is_refused() -> None:
         impulses.within([2.0, 4.0], np.zeros((2, 3)), 1.0, name="tube")
     with pytest.raises(ImpulsesError, match="call cost first"):
         impulses.primer_size(orbsoc.solve(builder.build()), [1.0])
+
+
+@pytest.mark.parametrize("cost", ["norms", "absolutes"])
+def test_an_engine_in_the_plane_plans_as_all_axes_do(cost: Cost) -> None:
+    start = START * np.array([1, 1, 0, 1, 1, 0])
+    found = []
+    for axes in ((0, 1), (0, 1, 2)):
+        impulses = Impulses(
+            orbsoc.ConicBuilder(), MOTION, [0.0, 1500.0, 4000.0], start, start_s=0.0, axes=axes
+        )
+        impulses.cost(cost)
+        impulses.meet(4000.0, np.zeros(2), matrix=np.eye(6)[[0, 1]], name="capture")
+        solution = orbsoc.solve(impulses.builder.build(), tol=1e-9)
+        found.append(impulses.programme(solution))
+        primer = impulses.primer_size(solution, impulses.times_s)
+        assert primer[found[-1].sizes_m_s > 1e-6] == pytest.approx(1.0, abs=1e-6)
+    assert found[0].dv_m_s == pytest.approx(found[1].dv_m_s, abs=1e-6)

@@ -67,7 +67,7 @@ def test_the_drift_ellipse_is_the_free_motion(state: np.ndarray, rate: float, t:
 
 @pytest.mark.parametrize("rate", [0.0, -1e-3, float("nan"), float("inf")])
 def test_a_rate_that_is_none_is_refused(rate: float) -> None:
-    with pytest.raises(ValueError, match="mean_motion_rad_s = .*: must be positive and finite"):
+    with pytest.raises(ValueError, match=r"mean_motion_rad_s = .*: must be positive and finite"):
         ClohessyWiltshire(rate)
 
 

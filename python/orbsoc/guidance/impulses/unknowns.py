@@ -50,12 +50,14 @@ class _Condition:
     name: str
     times_s: Array
     matrices: Array
-    kind: Literal["equality", "nonnegative", "norm"]
+    kind: Literal["equality", "nonnegative", "norm", "cone"]
     before: bool
 
 
 class Impulses:
     """N velocity changes at given times as a variable (N, 3) of a builder, and the states that follow from them.
+
+    With `axes`, the variable is (N, axes): of (R, T, N), those along which the engine fires; (0, 1) stays in the plane.
 
     `start` is the state (6,) at `start_s`, the first impulse's time by default; `motion` and all vectors are in the
     frame (R, T, N). `forced`, if given, is the state at a time that a known disturbance alone makes of 0 at `start_s`.
@@ -85,6 +87,7 @@ class Impulses:
         start_s: float | None = None,
         forced: Callable[[float], Array] | None = None,
         linked: bool = False,
+        axes: Sequence[int] = (0, 1, 2),
         movable: ArrayLike | None = None,
         name: str = "dv",
     ) -> None:
@@ -103,9 +106,13 @@ class Impulses:
                 f"start has shape {self.start.shape}; it must be (6,), a position and a velocity"
             )
         self._forced = forced
+        self.axes = tuple(axes)
+        self._engine = KICK[:, self.axes]
         self._conditions: list[_Condition] = []
         self._cost: Cost | None = None
-        self.dv: Variable = builder.variable(name, (times.size, 3))
+        self.bounds: Variable | None = None
+        """Of the cost: of each norm (N,), of each component (N · axes,), or of the largest norm (1,)."""
+        self.dv: Variable = builder.variable(name, (times.size, len(self.axes)))
         self.move: Variable | None = None
         self._moves = np.zeros((times.size, 6))
         if movable is not None:
@@ -133,12 +140,13 @@ class Impulses:
         builder, dv, name = self.builder, self.dv, f"{self.name} {kind}"
         identity = np.eye(dv.index.size)
         if kind == "norms":
-            builder.sum_of_norms(name, [(dv, identity)], size=3, weight=weight)
+            self.bounds = builder.sum_of_norms(name, [(dv, identity)], size=len(self.axes), weight=weight)
         elif kind == "absolutes":
-            builder.sum_of_absolutes(name, [(dv, identity)], weight=weight)
+            self.bounds = builder.sum_of_absolutes(name, [(dv, identity)], weight=weight)
         else:
-            largest = builder.variable(name, 1)
-            builder.norm([(dv, identity)], bound=np.repeat(largest.index, len(dv.index)), size=3, name=name)
+            self.bounds = largest = builder.variable(name, 1)
+            bounds = np.repeat(largest.index, len(dv.index))
+            builder.norm([(dv, identity)], bound=bounds, size=len(self.axes), name=name)
             builder.cost(largest, weight)
         self._cost = kind
 
@@ -166,6 +174,19 @@ class Impulses:
         found = rows @ self.state(t_s, before=before)
         self.builder.nonnegative(found.terms, np.asarray(limit) - found.offset, name=name)
         self._note(name, [t_s], [rows], "nonnegative", before)
+
+    def cone(
+        self, t_s: float, matrix: ArrayLike, offset: ArrayLike, *, extra: Sequence[Term] = (), name: str
+    ) -> None:
+        """Require matrix · state + offset ∈ Q at a time: its first row is at least the norm of the others.
+
+        `extra` terms are added to the rows, for bounds that depend on other unknowns.
+        """
+        rows = np.asarray(matrix, dtype=np.float64)
+        found = -rows @ self.state(t_s)
+        less = [(columns, -np.asarray(block)) for columns, block in extra]
+        self.builder.second_order([*found.terms, *less], np.asarray(offset) - found.offset, name=name)
+        self._note(name, [t_s], [rows], "cone", False)
 
     def within(
         self,
@@ -196,7 +217,7 @@ class Impulses:
         self._note(name, times, [POSITION] * times.size, "norm", False)
 
     def primer(self, solution: HasDuals, times_s: ArrayLike) -> Array:
-        """The primer vector (K, 3) at times, from the multipliers of `meet`, `below` and `within`.
+        """The primer vector (K, 3) at times, from the multipliers of the conditions.
 
         It is along each impulse that is not zero, and of length 1 there, or of the cost's weight. Impulses at other
         times save nothing where it is nowhere longer; of absolute components, its largest component is what counts.
@@ -206,6 +227,7 @@ class Impulses:
         for condition in self._conditions:
             dual = self.builder.dual(solution, condition.name)
             weights = -dual[:, 1:] if condition.kind == "norm" else dual.reshape(len(condition.times_s), -1)
+            weights = -weights if condition.kind == "cone" else weights
             for t, rows, weight in zip(condition.times_s, condition.matrices, weights, strict=True):
                 to_start = self.motion.transition(float(t), self.start_s).T
                 events.append((float(t), condition.before, to_start @ (rows.T @ weight)))
@@ -224,18 +246,21 @@ class Impulses:
                 "the primer bounds a cost that is the sum of norms or of absolutes; call cost first"
             )
         order = 2 if self._cost == "norms" else np.inf
-        return np.asarray(np.linalg.norm(self.primer(solution, times_s), ord=order, axis=1))
+        primer = self.primer(solution, times_s)[:, self.axes]
+        return np.asarray(np.linalg.norm(primer, ord=order, axis=1))
 
     def programme(self, solution: HasPoint) -> ImpulseProgramme:
         """The impulses of a solution."""
-        return ImpulseProgramme(self.times_s, self.builder.value(solution, self.name))
+        found = np.zeros((self.times_s.size, 3))
+        found[:, self.axes] = self.builder.value(solution, self.name)
+        return ImpulseProgramme(self.times_s, found)
 
     def _note(
         self,
         name: str,
         times_s: Sequence[float] | Array,
         matrices: Sequence[Array],
-        kind: Literal["equality", "nonnegative", "norm"],
+        kind: Literal["equality", "nonnegative", "norm", "cone"],
         before: bool,
     ) -> None:
         self._conditions.append(_Condition(name, np.asarray(times_s), np.asarray(matrices), kind, before))
@@ -243,7 +268,7 @@ class Impulses:
     def _kick(self, t_s: float, k: int) -> list[Term]:
         """What impulse k, and its move, add to the state at a later time."""
         transition = self.motion.transition(t_s, float(self.times_s[k]))
-        terms: list[Term] = [(self.dv.index[k], transition @ KICK)]
+        terms: list[Term] = [(self.dv.index[k], transition @ self._engine)]
         if self.move is not None:
             terms.append((self.move.index[k : k + 1], (transition @ self._moves[k])[:, None]))
         return terms
@@ -253,7 +278,7 @@ class Impulses:
         found = np.empty((self.times_s.size, 6))
         for k, t in enumerate(self.times_s.tolist()):
             rate = 0.5 * (self.motion.transition(t + 1.0, t) - self.motion.transition(t - 1.0, t))
-            found[k] = -rate @ KICK @ dv_m_s[k]
+            found[k] = -rate @ self._engine @ dv_m_s[k]
         return found
 
     def _coasted(self, t_s: float, from_s: float, state: Array) -> Array:
@@ -266,7 +291,9 @@ class Impulses:
     def _after(self, k: int, t_s: float) -> Affine:
         """The state on the arc of impulse k, by the state variable at it; −1 is the coast before the first."""
         if k < 1:
-            return Affine(tuple(self._kick(t_s, 0) if k == 0 else ()), self._coasted(t_s, self.start_s, self.start))
+            return Affine(
+                tuple(self._kick(t_s, 0) if k == 0 else ()), self._coasted(t_s, self.start_s, self.start)
+            )
         assert self._states is not None
         at = float(self.times_s[k])
         state = (self._states.index[k - 1], self.motion.transition(t_s, at))
