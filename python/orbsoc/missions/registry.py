@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 MODULES = {
     "reachable_domain": "orbsoc.missions.reachable_domain",
     "reachable_insertion": "orbsoc.missions.reachable_insertion",
+    "passive_safety": "orbsoc.missions.passive_safety",
 }
 
 SCHEMAS = {"scenario": "reachable_insertion", "reach-scenario": "reachable_domain"}
