@@ -1,9 +1,9 @@
 """Second-order cones on a system-on-chip, for orbits.
 
 `orbsoc.solve(problem)` solves a conic problem; `orbsoc.PsScheduler` runs the same solve on the emulated PS+PL
-computer; `orbsoc.missions` plans; the command `orbsoc` does all of it.
+computer; `orbsoc.missions` plans; `orbsoc.plan_file` and the command `orbsoc` do all of it.
 
-`orbsoc.CVXPY`, `orbsoc.missions` and `orbsoc.reach` are imported when they are first named; the first needs CVXPY
+`orbsoc.CVXPY`, `orbsoc.plan_file`, `orbsoc.missions` and `orbsoc.reach` are imported when they are first named; the first needs CVXPY
 (`pip install 'orbsoc[cvxpy]'`) and raises ImportError without it, the last what `pip install 'orbsoc[reach]'` brings.
 """
 
@@ -16,11 +16,12 @@ from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Certificate, Solution, Start, Status
 from orbsoc.conic.verify import verify
 from orbsoc.files.versions import __version__ as __version__
-from orbsoc.ps import PsScheduler
+from orbsoc.hw.emulation import PsScheduler
 from orbsoc.solving.batch import BatchSolution, BatchSolver, solve_batch
 from orbsoc.solving.solver import Solver, solve
 
 if TYPE_CHECKING:
+    from orbsoc.commands.plan import plan_file as plan_file
     from orbsoc.interfaces.cvxpy import CVXPY as CVXPY
 
     from . import missions as missions
@@ -46,9 +47,12 @@ __all__ = [
 ]
 
 
+_LAZY = {"CVXPY": "orbsoc.interfaces.cvxpy", "plan_file": "orbsoc.commands.plan"}
+
+
 def __getattr__(name: str) -> Any:
-    if name == "CVXPY":
-        return import_module("orbsoc.interfaces.cvxpy").CVXPY
+    if name in _LAZY:
+        return getattr(import_module(_LAZY[name]), name)
     if name in ("missions", "reach"):
         return import_module(f"orbsoc.{name}")
     raise AttributeError(f"module 'orbsoc' has no attribute {name!r}")

@@ -25,7 +25,7 @@ ASKED = Settings(tol=1e-6)
 
 @cache
 def mission_004() -> Problem:
-    return plan(load_scenario(REC1)).iterations[0].problem
+    return plan(load_scenario(REC1)).subproblems[0].problem
 
 
 PROBLEMS = {"mission 004": mission_004, "rendezvous": rendezvous_lp}

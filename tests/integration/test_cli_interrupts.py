@@ -149,7 +149,7 @@ def test_ctrl_c_after_the_folder_is_committed_changes_nothing(
 
 
 MOMENTS = [
-    "orbsoc.missions.reachable_insertion.plan",
+    "orbsoc.missions.reachable_insertion.planner",
     "hw_model.platform.data_file",
     "hw_model.timing.timeline",
     "matplotlib.figure",
@@ -181,7 +181,7 @@ def test_sigint_inside_code_compiled_from_a_string_exits_130_too(tmp_path: Path)
         "import orbsoc.commands.app\n"
         "def scenario(*arguments):\n"
         "    exec('import signal; signal.raise_signal(signal.SIGINT)')\n"
-        "orbsoc.commands.app._scenario = scenario\n"
+        "orbsoc.commands.plan._scenario = scenario\n"
         "orbsoc.commands.app.app(['plan', 'any.toml'])\n"
     )
     ended = subprocess.run(
@@ -196,14 +196,14 @@ def test_sigint_where_nothing_can_be_raised_exits_130_without_a_trace(tmp_path: 
     (tmp_path / "interrupted.py").write_text(
         "import signal, weakref\n"
         "import orbsoc.commands.app\n"
-        "load = orbsoc.commands.app._scenario\n"
+        "load = orbsoc.commands.plan._scenario\n"
         "class Thing: pass\n"
         "def scenario(*arguments):\n"
         "    thing = Thing()\n"
         "    reference = weakref.ref(thing, lambda _: signal.raise_signal(signal.SIGINT))\n"
         "    del thing\n"
         "    return load(*arguments)\n"
-        "orbsoc.commands.app._scenario = scenario\n"
+        "orbsoc.commands.plan._scenario = scenario\n"
         f"orbsoc.commands.app.app(['plan', {str(REC1)!r}, '--out', 'out'])\n"
     )
     ended = subprocess.run(
@@ -217,7 +217,7 @@ def test_sigint_where_nothing_can_be_raised_exits_130_without_a_trace(tmp_path: 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ([str(REC1), "--nodes", "many"], "'--nodes'"),
+        ([str(REC1), "--seed", "many"], "'--seed'"),
         ([str(REC1), "--velocity", "7"], "--velocity"),
         ([], "SCENARIO.toml"),
     ],

@@ -18,10 +18,11 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import orbsoc.interfaces.clarabel
-import orbsoc.report.page
+import orbsoc.report.run
 from orbsoc.commands.app import app
 from orbsoc.conic.settings import Settings
-from orbsoc.report.page import render
+from orbsoc.missions import reachable_insertion
+from orbsoc.report.run import report_page
 from tests.processes import started
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -206,7 +207,8 @@ def test_report_puts_a_dash_for_every_number_the_document_leaves_out(rec1: tuple
         document["subproblems"][-1][key] = None
     for key in ("nodes", "time_of_flight_s", "perigee_height_km", "apogee_height_km"):
         del document["subproblems"][0][key]
-    page = Page(render(document, (), hardware, folder))
+    tables = {"attitude.csv": "t_s,pitch_deg"}
+    page = Page(report_page(reachable_insertion, document, hardware, tables, (), folder))
     assert "apogee height (km)–––" in page.text.replace("\n", "")
     assert "None" not in page.text
 
@@ -217,7 +219,7 @@ def test_a_defect_is_one_object_too_and_leaves_no_folder(
     def broken(*_: object) -> None:
         raise RuntimeError("the chip is on fire")
 
-    monkeypatch.setattr(orbsoc.report.page, "render", broken)
+    monkeypatch.setattr(orbsoc.report.run, "report_page", broken)
     result = invoke("plan", REC1, "--json", "--out", tmp_path / "out")
     assert result.exit_code == 1
     printed = json.loads(result.stdout)
@@ -251,7 +253,7 @@ def test_emulated_computer_writes_the_same_plan(rec1: tuple[Path, Result], tmp_p
 
 def test_overrides_reach_the_plan(tmp_path: Path) -> None:
     result = invoke(
-        "plan", REC1, "--problem", "max_energy", "--perigee-direction", "free", "--nodes", "9",
+        "plan", REC1, "--problem", "max_energy", "--set", "target.perigee_direction=free", "--set", "method.nodes=9",
         "--device", "xc7z045", "--partition", "factor_only", "--json", "--out", tmp_path / "out",
     )  # fmt: skip
     document = json.loads(result.stdout)
@@ -280,7 +282,7 @@ def test_default_output_folder_is_named_after_scenario_and_problem(
 
 BAD_ARGUMENTS = {
     "missing file": (["absent.toml"], r"absent\.toml: file: no such file"),
-    "one node": ([REC1, "--nodes", "1"], r"method\.nodes = 1: .*greater than or equal to 2"),
+    "one node": ([REC1, "--set", "method.nodes=1"], r"method\.nodes = 1: .*greater than or equal to 2"),
     "unknown device": ([REC1, "--device", "moon"], r"'moon' is not known; known: .*zu9eg"),
     "unknown partition": ([REC1, "--partition", "none"], r"'none' is not known; known: .*paper"),
     "negative deadline": ([REC1, "--deadline-ms", "-1"], r"--deadline-ms = -1\.0: must be a positive number"),

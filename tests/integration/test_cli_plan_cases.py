@@ -23,7 +23,7 @@ from orbsoc.commands.app import app
 from orbsoc.conic.pattern import pattern_digest
 from orbsoc.hw import schedules as pl_program
 from orbsoc.hw.exact_cycles import exact_cycles
-from orbsoc.missions.reachable_insertion import dispersed, load_scenario, plan
+from orbsoc.missions.reachable_insertion import disperse, load_scenario, plan
 
 REC1 = Path(__file__).resolve().parents[2] / "scenarios" / "rec1.toml"
 ZU9EG, PAPER = load_platform("zu9eg"), load_partition("paper")
@@ -88,7 +88,7 @@ def test_cases_are_judged_by_schedules_and_their_pattern_is_scheduled_once(
     found = study.judge(cases, ZU9EG, PAPER, 50.0, study.exact_cycles_of(cases, folder))
     assert made == list(cases[0].patterns) == [path.stem[8:] for path in folder.glob("pattern-*.json")]
     scheduler = PsScheduler()
-    plan(dispersed(load_scenario(REC1), 0, 0), solve=scheduler)
+    plan(disperse(load_scenario(REC1), 0, 0), solve=scheduler)
     report = speedup(scheduler.trace, ZU9EG, PAPER, cycles=exact_cycles(scheduler.patterns))
     assert (found.cases[0].time_ms, found.cases[0].worst_ms) == (
         report.makespan_ms.nominal, report.worst_case_ms,
@@ -239,6 +239,9 @@ def test_what_binds_is_the_longest_plans_critical_path(recorded: tuple[Path, lis
     found = study.judge(recorded[1], platform, PAPER, 50.0)
     longest = max(range(4), key=lambda k: found.cases[k].worst_ms)
     timeline = simulate(recorded[1][longest].trace, platform, PAPER)
-    shares = {cause: picos / timeline.makespan_picos for (cause,), picos in timeline.totals("cause").items()}
+    shares = {
+        cause: picoseconds / timeline.makespan_picoseconds
+        for (cause,), picoseconds in timeline.totals("cause").items()
+    }
     assert found.binding_cause == max(shares, key=lambda cause: shares[cause])
     assert found.binding_share == pytest.approx(max(shares.values()))

@@ -9,11 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from orbsoc import _core
+from orbsoc import PsScheduler, _core
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.missions.reachable_insertion import load_scenario, plan
-from orbsoc.ps import PsScheduler
 from orbsoc.ps.driver import Driver
 from orbsoc.ps.events import PsRecord
 from orbsoc.ps.pl import ProgrammableLogic

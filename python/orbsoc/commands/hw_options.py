@@ -16,7 +16,7 @@ from orbsoc.files.atomic_write import write_atomically
 
 if TYPE_CHECKING:
     from hw_model import Platform
-    from hw_model.report.reading import Reading
+    from hw_model.report.usage import ParameterUse
     from hw_model.timing.stage_cycles import StageCycles
     from orbsoc.hw.workload import Workload
 
@@ -60,7 +60,10 @@ def computer(device: str, settings: Mapping[str, Any] | None = None) -> Platform
 
 
 def parsed_settings(
-    settings: Sequence[str] | None, elsewhere: Mapping[str, str] | None = None, option: str = "--set "
+    settings: Sequence[str] | None,
+    elsewhere: Mapping[str, str] | None = None,
+    option: str = "--set ",
+    example: str = "pl.lanes=8",
 ) -> dict[str, Any]:
     """KEY=VALUE pairs; a value is a TOML value, or else text.
 
@@ -74,7 +77,7 @@ def parsed_settings(
     for item in settings or ():
         key, equals, text = (part.strip() for part in item.partition("="))
         if not equals or not key:
-            raise PlatformError(f"{option}{item!r}: must be KEY=VALUE, e.g. pl.lanes=8")
+            raise PlatformError(f"{option}{item!r}: must be KEY=VALUE, e.g. {example}")
         if key in found:
             raise IgnoredKeyError(f"{option}{item!r}: `{key}` was set to {found[key]!r} before; set it once")
         if elsewhere and key in elsewhere:
@@ -154,11 +157,13 @@ def as_csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
     return text.getvalue()
 
 
-def echoed(platform: Platform, reading: Reading) -> list[dict[str, Any]]:
+def echoed(platform: Platform, reading: ParameterUse) -> list[dict[str, Any]]:
     """Every parameter of a platform with its provenance, and whether the report reads it."""
     from dataclasses import asdict
 
-    return [asdict(row) for row in platform.assumptions(reading)]
+    from hw_model.report.assumptions import assumptions
+
+    return [asdict(row) for row in assumptions(platform, reading)]
 
 
 def say(lines: Sequence[str], document: Mapping[str, Any], folder: Path, *, as_json: bool) -> None:

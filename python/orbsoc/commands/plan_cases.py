@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import typer
 
@@ -13,6 +13,7 @@ from . import hw_options as options
 from .failures import FAILED, INTERRUPTED, exit_handling, exit_with
 
 if TYPE_CHECKING:
+    from orbsoc.guidance.scenario_file import BaseScenario
     from orbsoc.hw.deadlines import Case, DeadlineReport
 
 EVERY = 10
@@ -20,7 +21,7 @@ EVERY = 10
 
 
 def plan_cases(
-    load: Callable[[], Any],
+    load: Callable[[], BaseScenario],
     folder: Path,
     *,
     count: int,
@@ -39,19 +40,22 @@ def plan_cases(
     with exit_handling(as_json):
         from hw_model import HwModelError
         from hw_model.platform.partition import load_partition
-        from hw_model.report.reading import BOUNDED
+        from hw_model.report.usage import WORST_CASE_USAGE
         from hw_model.timing.schedules import engine_of
+        from orbsoc.guidance.monte_carlo import CLIP_SIGMA
         from orbsoc.hw.deadlines import check_deadline, estimated_cycles, exact_cycles_of, judge, record_cases
+        from orbsoc.missions.registry import dispersible
 
         scenario = load()
-        machine, split = options.computer(device, None), load_partition(partition)
+        dispersion = dispersible(scenario).DISPERSION
+        platform, split = options.computer(device, None), load_partition(partition)
         if deadline_ms is None:
             raise HwModelError("--cases judges a deadline: give --deadline-ms")
         check_deadline(deadline_ms)
         if count < 1:
             raise HwModelError(f"--cases = {count}: must be at least 1")
         if exact and split.uses_pl:
-            engine_of(machine, "f64")  # refuse now what has no schedules
+            engine_of(platform, "f64")  # refuse now what has no schedules
         try:
             with Progress(count) as told:
                 cases = record_cases(scenario, count, seed, folder / "cases", resume=resume, progress=told)
@@ -62,13 +66,17 @@ def plan_cases(
                 as_json,
             )
         cycles_of = exact_cycles_of(cases, folder / "cases") if exact else estimated_cycles
-        report = judge(cases, machine, split, deadline_ms, cycles_of)
+        report = judge(cases, platform, split, deadline_ms, cycles_of)
         document = report.to_dict() | {
             "scenario": scenario.model_dump(mode="json"),
             "seed": seed,
-            "dispersion": _dispersion(),
+            "dispersion": {
+                "tag": dispersion.source,
+                "sigma": dispersion.to_dict(),
+                "clip_sigma": CLIP_SIGMA,
+            },
             "assumptions": options.echoed(
-                machine, replace(BOUNDED, on_pl=split.uses_pl, scheduled=exact and split.uses_pl)
+                platform, replace(WORST_CASE_USAGE, on_pl=split.uses_pl, scheduled=exact and split.uses_pl)
             ),
         }
         options.write_all(
@@ -101,12 +109,6 @@ def _words(report: DeadlineReport) -> list[str]:
 
 def _tally(counts: dict[str, int]) -> str:
     return ", ".join(f"{value} ({count}×)" for value, count in counts.items())
-
-
-def _dispersion() -> dict[str, Any]:
-    from orbsoc.missions.reachable_insertion import Dispersion
-
-    return {"tag": "assumed", "sigma": asdict(Dispersion()), "clip_sigma": 3.0}
 
 
 def _draw(report: DeadlineReport, path: Path) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from math import isfinite
 from types import TracebackType
 from typing import Self
 
@@ -10,23 +11,44 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
+from .mission import Column
 from .scp import Iteration
 
-Cells = Callable[[Iteration], Mapping[str, str]]
-"""A mission's row of the table, by column title."""
+
+def iteration_cells(row: Iteration, columns: Mapping[str, Column]) -> dict[str, str]:
+    """One row of the table, by column title; `columns` are the mission's own, by the name of the figure."""
+    figures = row.figures
+
+    def scientific(value: float) -> str:
+        return f"{value:.1e}" if isfinite(value) else "–"
+
+    return {
+        "#": str(row.number),
+        **{
+            f"{column.title} {column.unit}".rstrip(): format(figures[name], column.form)
+            if name in figures
+            else "–"
+            for name, column in columns.items()
+        },
+        "change": scientific(row.change),
+        "slack": scientific(row.slack),
+        "tolerance": f"{row.tolerance:.0e}",
+        "solver": f"{row.solution.status.name.lower()} in {row.solution.iterations}",
+        "solve ms": f"{1e3 * row.solution.solve_s:.2f}",
+    }
 
 
 class IterationTable:
     """Shows every iteration it is called with. Use as a context manager; one table per run."""
 
-    def __init__(self, console: Console, cells: Cells) -> None:
+    def __init__(self, console: Console, columns: Mapping[str, Column]) -> None:
         self._console = console
-        self._cells = cells
+        self._columns = columns
         self._table: Table | None = None
         self._live: Live | None = None
 
     def __call__(self, iteration: Iteration) -> None:
-        row = self._cells(iteration)
+        row = iteration_cells(iteration, self._columns)
         if self._live is None:
             self._print(row)
             return

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar, cast, get_args
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import PydanticCustomError
 
 
@@ -20,7 +20,27 @@ class Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
+class BaseScenario(Table):
+    """A whole scenario file: which mission it is of, its name, and what the mission adds."""
+
+    mission: str
+    name: str = Field(min_length=1)
+
+    @property
+    def variant(self) -> str:
+        """What tells apart the plans of one file, for the name of an output folder; empty where it holds one."""
+        return ""
+
+    def with_changes(self, **changes: Any) -> Self:
+        """A checked copy: `with_changes(problem="max_energy", method={"nodes": 16})` keeps the table's other keys.
+
+        Raises ScenarioError when a change contradicts the rest.
+        """
+        return checked(type(self), merged(self.model_dump(), changes), source=self.name)
+
+
 T = TypeVar("T", bound=BaseModel)
+S = TypeVar("S", bound=BaseScenario)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,12 +88,49 @@ def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
         raise _unreadable(source, f"not TOML: {error}") from error
 
 
+def read_document(path: str | PathLike[str], settings: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """The document of a scenario file with `settings` in place of its own: values by dotted key, "vehicle.thrust_n".
+
+    Raises ScenarioError as `read_toml` does.
+    """
+    return merged(read_toml(path), nested(settings or {}))
+
+
+def nested(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values by dotted key as tables: {"vehicle.thrust_n": 2.0} is {"vehicle": {"thrust_n": 2.0}}."""
+    found: dict[str, Any] = {}
+    for key, value in values.items():
+        *tables, last = key.split(".")
+        change = {last: value}
+        for table in reversed(tables):
+            change = {table: change}
+        found = merged(found, change)
+    return found
+
+
+def merged(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """The document with the values of `changes`; of a table in both, keys that are not named stay."""
+    found = dict(document)
+    for key, value in changes.items():
+        old = found.get(key)
+        tables = isinstance(old, Mapping) and isinstance(value, Mapping)
+        found[key] = merged(cast(Mapping[str, Any], old), value) if tables else value
+    return found
+
+
+def load(model: type[S], path: str | PathLike[str], settings: Mapping[str, Any] | None = None) -> S:
+    """A mission's scenario file, checked; `settings` as in `read_document`. Raises ScenarioError."""
+    return checked(model, read_document(path, settings), source=str(path))
+
+
 def checked(model: type[T], document: Mapping[str, Any], *, source: str) -> T:
-    """The document as `model`; raises ScenarioError with every complaint."""
+    """The document as `model`; raises ScenarioError with every complaint, or that it is of another mission."""
     try:
         return model.model_validate(dict(document))
     except ValidationError as error:
-        raise ScenarioError(source, complaints(model, error)) from error
+        found = complaints(model, error)
+        foreign = [each for each in found if each.key == "mission"] if "mission" in document else []
+        raise ScenarioError(source, foreign or found) from error
 
 
 def complaints(model: type[BaseModel], error: ValidationError) -> list[Complaint]:
@@ -86,6 +143,9 @@ def complaints(model: type[BaseModel], error: ValidationError) -> list[Complaint
             found.append(Complaint(context["key"], context["value"], context["allowed"]))
         elif detail["type"] == "extra_forbidden":
             found.append(_unknown_key(model, location, detail["input"]))
+        elif location == ["mission"] and detail["type"] == "literal_error":
+            allowed = f"a scenario of another mission; must be {context['expected']}"
+            found.append(Complaint("mission", repr(detail["input"]), allowed))
         elif detail["type"] == "missing":
             found.append(Complaint(".".join(location), "", "is missing and has no default"))
         else:
@@ -103,12 +163,13 @@ def _unknown_key(model: type[BaseModel], location: list[str], value: Any) -> Com
 
 
 def _table_at(model: type[BaseModel], location: list[str]) -> type[BaseModel]:
-    """The model of the table at a dotted location."""
+    """The model of the table at a dotted location; of an optional table or a list of tables, the table's."""
     for part in location:
+        if part.isdigit():
+            continue
         annotation = model.model_fields[part].annotation
-        assert isinstance(annotation, type)
-        assert issubclass(annotation, BaseModel)
-        model = annotation
+        found = [annotation, *get_args(annotation)]
+        [model] = [each for each in found if isinstance(each, type) and issubclass(each, BaseModel)]
     return model
 
 

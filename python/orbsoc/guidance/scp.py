@@ -10,7 +10,8 @@ from __future__ import annotations
 import enum
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Generic, Protocol, TypeVar
+from math import isfinite
+from typing import Any, Generic, Protocol, TypeVar
 
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
@@ -87,15 +88,42 @@ class Subproblem(Generic[I]):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Iteration:
-    """One row of the convergence table. `change` and `slack` are NaN when the subproblem gave no point."""
+    """One row of the convergence table. `change` and `slack` are NaN when the subproblem gave no point.
+
+    A mission that is one conic problem has one: `Iteration(1, tolerance, problem, solution)`.
+    """
 
     number: int
     tolerance: float
     problem: Problem = field(repr=False)
     solution: Solution = field(repr=False)
-    change: float
-    slack: float
-    figures: Mapping[str, float]
+    change: float = 0.0
+    slack: float = 0.0
+    figures: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def settings(self) -> Settings:
+        """The settings that it was solved with."""
+        return Settings(tol=self.tolerance)
+
+    def to_dict(self) -> dict[str, Any]:
+        """A row of `subproblems` in plan.json; times are wall-clock, measured on this machine."""
+        problem, solution = self.problem, self.solution
+        measured = {"change": self.change, "slack": self.slack, **self.figures}
+        return {
+            "iterations": solution.iterations,
+            "status": solution.status.name,
+            "n": problem.n,
+            "p": problem.p,
+            "m": problem.m,
+            "nnz_kkt": solution.nnz_kkt,
+            "nnz_l": solution.nnz_l,
+            "setup_us": 1e6 * solution.setup_s,
+            "solve_us": 1e6 * solution.solve_s,
+            "refinements": solution.refinements,
+            "tolerance": self.tolerance,
+            **{name: value if isfinite(value) else None for name, value in measured.items()},
+        }
 
 
 @dataclass(frozen=True, slots=True, eq=False)

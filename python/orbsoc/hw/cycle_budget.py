@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import hw_model
-from hw_model.area.resources import Budget, budget
+from hw_model.area.budget import Budget, budget
 from hw_model.timing.schedules import engine_of
 from hw_model.timing.stage_cycles import estimated
-from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Status
-from orbsoc.guidance.scp import Iteration, Solve
-from orbsoc.ps import PsScheduler
+from orbsoc.guidance.mission import SolvedProblem
+from orbsoc.guidance.scp import Solve
+from orbsoc.hw.emulation import PsScheduler
 from orbsoc.solving.solver import solve
 
 from .exact_cycles import exact_cycles
@@ -64,7 +64,7 @@ class CycleBudget:
         return (
             f"modelled deadline verdict for {SCOPE}, {self.cycles} PL cycles: {found.verdict}: {took} against {found.deadline_ms:g} ms,"
             f" margin {found.margin_ms:+.3f} ms nominally, {found.worst_case_margin_ms:+.3f} ms in the worst case;"
-            f" binding is {self.report.binding};"
+            f" binding is {self.report.bottleneck};"
             f" {self.fit}; the rest of the outer loop is not in it"
         )
 
@@ -103,13 +103,13 @@ def check_names(device: str, partition: str, *, exact: bool = True) -> None:
 
     `exact`: and unless the device's PL has schedules.
     """
-    machine, split = hw_model.load_platform(device), hw_model.load_partition(partition)
+    platform, split = hw_model.load_platform(device), hw_model.load_partition(partition)
     if exact and split.uses_pl:
-        engine_of(machine, "f64")
+        engine_of(platform, "f64")
 
 
 def cycle_budget(
-    iterations: Sequence[Iteration],
+    subproblems: Sequence[SolvedProblem],
     *,
     device: str,
     partition: str,
@@ -118,7 +118,7 @@ def cycle_budget(
     scheduled: PsScheduler | None = None,
     exact: bool = True,
 ) -> CycleBudget:
-    """Price every subproblem of `iterations` on `device` under `partition`.
+    """Price every subproblem of a plan on `device` under `partition`.
 
     The trace is that of `scheduled`, the scheduler that made the plan, or comes from solving the same subproblems
     again on a new one. `exact`: cycles of the PL from schedules, not estimated. `deadline_ms` is judged only for a `verified` plan: no deadline is met without one. Either way each is solved by the other path too, and the bits are compared.
@@ -128,17 +128,17 @@ def cycle_budget(
     scheduler = scheduled or PsScheduler()
     other: Solve = solve if scheduled else scheduler
     same_bits = True
-    for row in iterations:  # every one, even after a difference: the trace must hold the whole plan
-        again = other(row.problem, Settings(tol=row.tolerance))
+    for row in subproblems:  # every one, even after a difference: the trace must hold the whole plan
+        again = other(row.problem, row.settings)
         if again.status is Status.INTERRUPTED:
             raise KeyboardInterrupt
         same_bits &= _same_bits(again, row.solution)
     judged_ms = deadline_ms if verified else None
     cycles = exact_cycles(scheduler.patterns) if exact else estimated
-    trace, machine = hw_model.parse_trace(scheduler.trace), hw_model.load_platform(device)
+    trace, platform = hw_model.parse_trace(scheduler.trace), hw_model.load_platform(device)
     split = hw_model.load_partition(partition)
-    report = hw_model.speedup(trace, machine, split, deadline_ms=judged_ms, cycles=cycles)
-    return CycleBudget(report, same_bits, deadline_ms, exact, budget(trace, machine, split, cycles))
+    report = hw_model.speedup(trace, platform, split, deadline_ms=judged_ms, cycles=cycles)
+    return CycleBudget(report, same_bits, deadline_ms, exact, budget(trace, platform, split, cycles))
 
 
 def _same_bits(one: Solution, other: Solution) -> bool:

@@ -6,7 +6,6 @@ is then priced from that record without solving again.
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -54,20 +53,12 @@ def record_trace(trace: dict[str, Any], name: str, what: str, problems: tuple[Pr
 
 
 def _planned(path: Path) -> Workload:
-    from orbsoc import missions
-    from orbsoc.ps import PsScheduler
+    from orbsoc.hw.emulation import PsScheduler
+    from orbsoc.missions.registry import load_scenario
 
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise WorkloadError(f"{path}: not a TOML file: {error}") from error
-    name = document.get("mission")
-    if name not in missions.MISSIONS:
-        known = ", ".join(missions.MISSIONS)
-        raise WorkloadError(f"{path}: `mission` = {name!r}: no such mission; allowed: {known}")
-    mission = getattr(missions, name)
     scheduler = PsScheduler()
-    plan = mission.plan(mission.load_scenario(path), solve=scheduler)
+    mission, scenario = load_scenario(path)
+    plan = mission.plan(scenario, solve=scheduler)
     if plan.status.name == "INTERRUPTED":
         raise KeyboardInterrupt
     if not scheduler.trace["solves"]:
@@ -105,7 +96,7 @@ def _from_json(path: Path) -> Workload:
 def solved(problem: Problem, settings: Any, path: Path) -> Workload:
     """The record of one solve of `problem` on the emulated computer."""
     from orbsoc.conic.solution import Status
-    from orbsoc.ps import PsScheduler
+    from orbsoc.hw.emulation import PsScheduler
 
     scheduler = PsScheduler(settings)
     if scheduler(problem).status is Status.INTERRUPTED:

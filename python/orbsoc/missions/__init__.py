@@ -1,24 +1,27 @@
-"""Missions: one folder per paper, each a scenario, a model, a plan, its figures.
-
-Every mission package has the same face: `Scenario`, `plan(scenario, *, solve=…) -> Plan`. A mission builds conic
-problems and hands them to whatever `solve` it is given; it knows no registers, cycles or partitions.
+"""Missions: one folder each, with a scenario, a model, a plan and its figures; all satisfy `guidance.mission.Mission`.
 
 Missions are imported when they are first used: `orbsoc.missions.reachable_insertion.plan(scenario)`.
 """
 
 from __future__ import annotations
 
-from importlib import import_module
-from types import ModuleType
+from typing import TYPE_CHECKING
 
-MISSIONS = ("reachable_domain", "reachable_insertion")
+from .registry import MISSIONS
+
+if TYPE_CHECKING:
+    from orbsoc.guidance.mission import Mission
 
 __all__ = ["MISSIONS"]
 
 
-def __getattr__(name: str) -> ModuleType:
+def __getattr__(name: str) -> Mission:
     if name not in MISSIONS:
         raise AttributeError(
             f"module 'orbsoc.missions' has no attribute {name!r}; missions: {', '.join(MISSIONS)}"
         )
-    return import_module(f".{name}", __name__)
+    return MISSIONS[name]
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *MISSIONS})

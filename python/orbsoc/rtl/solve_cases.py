@@ -77,9 +77,10 @@ def _mission_004(scenarios: Path, nodes: int, engine: Engine = FOUR_LANES) -> So
     """The first subproblem of rec1 with this many nodes. Raises RtlError where the scenario is not at hand."""
     scenario = scenarios / "rec1.toml"
     require_scenario(scenario)
-    from orbsoc.missions.reachable_insertion import load_scenario, plan
-    from orbsoc.ps import PsScheduler
+    from orbsoc.hw.emulation import PsScheduler
+    from orbsoc.missions.registry import load_scenario
 
     recorder = PsScheduler()
-    plan(load_scenario(scenario).with_changes(nodes=nodes), solve=recorder)
+    mission, chosen = load_scenario(scenario, {"method.nodes": nodes})
+    mission.plan(chosen, solve=recorder)
     return SolvePoint(f"mission 004, N = {nodes}", recorder.patterns[0], TIGHT, engine)

@@ -231,13 +231,11 @@ def mission_004(file: Path, *, free_perigee: bool) -> Problem:
     Raises RtlError where the scenario is not at hand: another problem would be another validation.
     """
     require_scenario(file)
-    from orbsoc.missions.reachable_insertion import load_scenario, plan
+    from orbsoc.missions.registry import load_scenario
 
-    scenario = load_scenario(file)
-    if free_perigee:
-        target = scenario.target.model_copy(update={"perigee_direction": "free"})
-        scenario = scenario.model_copy(update={"problem": "max_energy", "target": target})
-    return plan(scenario).iterations[0].problem
+    free = {"problem": "max_energy", "target.perigee_direction": "free"}
+    mission, scenario = load_scenario(file, free if free_perigee else None)
+    return mission.plan(scenario).subproblems[0].problem
 
 
 def require_scenario(file: Path) -> None:

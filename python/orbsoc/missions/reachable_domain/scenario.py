@@ -5,21 +5,20 @@ Source of the quantities: Li et al. 2025, tables 1 and 2. The paper's axes are l
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from os import PathLike
-from typing import Annotated, Any, Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from orbsoc.guidance.scenario_file import Complaint, Table, checked, read_toml, refuse
-from orbsoc.missions.reachable_insertion.model import Burn
-from orbsoc.missions.reachable_insertion.scenario import LaunchSite, State, Vehicle
+from orbsoc.guidance.powered_flight import Burn
+from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
+from orbsoc.guidance.vehicle import LaunchSite, Positive, State, Vehicle, state_complaints
 from orbsoc.orbit import EARTH, CanonicalUnits, eci_from_launch_inertial, rotate_state
 
 Array = NDArray[np.float64]
-Positive = Annotated[float, Field(gt=0.0)]
 
 MOST_POINTS = 10_000_000
 """Points of the largest grid that is taken; above, a step is in another unit."""
@@ -89,11 +88,10 @@ class Verification(Table):
     bound_m: Positive = Field(default=1.0, description="perigee radius and minimum altitude")
 
 
-class Scenario(Table):
+class Scenario(BaseScenario):
     """One reachable domain: vehicle, state, burn, what is asked of the perigee, where to look."""
 
     mission: Literal["reachable_domain"]
-    name: str = Field(min_length=1)
     axes: Literal["launch_inertial", "eci"]
     vehicle: Vehicle
     launch_site: LaunchSite | None = None
@@ -126,17 +124,10 @@ class Scenario(Table):
         """Burn time, canonical."""
         return self.burn.duration_s / CanonicalUnits.of().time_s
 
-    def with_changes(self, **tables: dict[str, Any]) -> Scenario:
-        """A checked copy with keys of some tables replaced: `with_changes(method={"nodes": 16})`."""
-        document = self.model_dump()
-        for table, changes in tables.items():
-            document[table] = {**document[table], **changes}
-        return checked(Scenario, document, source=self.name)
 
-
-def load_scenario(path: str | PathLike[str]) -> Scenario:
-    """Read and check a scenario file. Raises `orbsoc.guidance.scenario_file.ScenarioError`."""
-    return checked(Scenario, read_toml(path), source=str(path))
+def load_scenario(path: str | PathLike[str], settings: Mapping[str, Any] | None = None) -> Scenario:
+    """Read and check a scenario file; `settings` override keys. Raises `orbsoc.guidance.scenario_file.ScenarioError`."""
+    return load(Scenario, path, settings)
 
 
 def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
@@ -167,27 +158,7 @@ def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
 def _state_complaints(scenario: Scenario) -> Iterator[Complaint]:
     if scenario.axes == "launch_inertial" and scenario.launch_site is None:
         yield Complaint("launch_site", "", 'is missing, and axes = "launch_inertial" needs it')
-    x = scenario.initial.vector()
-    radius, speed = float(np.linalg.norm(x[:3])), float(np.linalg.norm(x[3:]))
-    if radius < EARTH.earth_radius_m:
-        yield Complaint(
-            "initial.position_m",
-            str(list(scenario.initial.position_m)),
-            f"lies {radius:.6g} m from the Earth's centre, below the ground; must be at least"
-            f" {EARTH.earth_radius_m:.0f} m (metres from the centre, not km, not height)",
-        )
-    if not 1.0e2 <= speed <= 5.0e4:
-        yield Complaint(
-            "initial.velocity_m_s",
-            str(list(scenario.initial.velocity_m_s)),
-            f"is a speed of {speed:.6g} m/s; must be within 100…50000 m/s (m/s, not km/s)",
-        )
-    elif np.linalg.norm(np.cross(x[:3], x[3:])) <= 1e-6 * radius * speed:
-        yield Complaint(
-            "initial.velocity_m_s",
-            str(list(scenario.initial.velocity_m_s)),
-            "must not be parallel to the position",
-        )
+    yield from state_complaints("initial", scenario.initial)
 
 
 def _altitude_complaints(scenario: Scenario) -> Iterator[Complaint]:

@@ -5,20 +5,27 @@
 56.570006
 """
 
+from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError
 
-from .dispersed import Dispersion, dispersed
-from .plan import Plan, PlanStatus, Stage, plan
+from .burn_plan import Stage
+from .dispersion import DISPERSION, disperse
+from .planner import COLUMNS, Plan, plan, reproduce
 from .scenario import Scenario, load_scenario
 
+PAPER = "004"
+
 __all__ = [
-    "Dispersion",
+    "COLUMNS",
+    "DISPERSION",
+    "PAPER",
     "Plan",
     "PlanStatus",
     "Scenario",
     "ScenarioError",
     "Stage",
-    "dispersed",
+    "disperse",
     "load_scenario",
     "plan",
+    "reproduce",
 ]

@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import LegendreGauss
+from orbsoc.guidance.powered_flight import Trajectory
 from orbsoc.orbit import EARTH, CanonicalUnits, ConstantsSet, Thruster, propagate_burn
 from orbsoc.orbit.propagate import Steering
-
-from .model import Trajectory
 
 Array = NDArray[np.float64]
 

@@ -13,24 +13,13 @@ from typing import Literal
 
 import numpy as np
 
+from orbsoc.guidance.mission import PaperRow, PlanStatus
 from orbsoc.orbit import pitch_yaw
 
-from .plan import Plan, PlanStatus
+from .burn_plan import BurnPlan
 from .scenario import PaperCase
 
 Verdict = Literal["reproduced", "misprint", "not reproduced", "met by construction", "other data"]
-
-
-@dataclass(frozen=True, slots=True)
-class PaperRow:
-    """One printed result: where it stands, its value, ours, the verdict, and why."""
-
-    quantity: str
-    source: str
-    paper: str
-    ours: str
-    verdict: Verdict
-    reason: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,13 +77,15 @@ _ANGLES = {
     "min_time": ((-2.0, 1.0), (-11.0, -6.0)),
     "max_energy": ((-50.0, 50.0), (-11.0, -6.0)),
 }
+ANGLE_DEG = 0.5
+"""Of the printed whole degrees."""
 _ANGLES_REASON = (
     "the printed pitch and yaw ranges of the two problems are not attainable together for any data inside the"
     " rounding of table 3"
 )
 
 
-def compare(plan: Plan) -> tuple[PaperRow, ...]:
+def compare(plan: BurnPlan) -> tuple[PaperRow, ...]:
     """Rows for what the paper prints about this problem; empty when the scenario names no case of the paper."""
     case = plan.scenario.compare_with
     if case is None:
@@ -102,13 +93,13 @@ def compare(plan: Plan) -> tuple[PaperRow, ...]:
     return tuple(_min_time(plan, case) if plan.scenario.problem == "min_time" else _max_energy(plan, case))
 
 
-def _min_time(plan: Plan, case: PaperCase) -> Iterable[PaperRow]:
+def _min_time(plan: BurnPlan, case: PaperCase) -> Iterable[PaperRow]:
     ours = plan.time_of_flight_s if plan.verification else None
     yield _row("shortest burn", "section 3.2", _BURN_S, ours, _TIME[case], unit="s", digits=3)
     yield from _angle_rows(plan)
 
 
-def _max_energy(plan: Plan, case: PaperCase) -> Iterable[PaperRow]:
+def _max_energy(plan: BurnPlan, case: PaperCase) -> Iterable[PaperRow]:
     orbit = plan.verification.planned_orbit if plan.verification else None
     perigee = orbit.perigee_height_m() / 1e3 if orbit else None
     apogee = orbit.apogee_height_m() / 1e3 if orbit else None
@@ -141,7 +132,8 @@ def _row(
         reason = (
             f"the data set of this name gives {expected}; this scenario was made from other data or settings"
         )
-    return PaperRow(quantity, source, f"{paper:.2f} {unit}", text, verdict, reason)
+    tolerance = f"±{known.tolerance:g} {unit}"
+    return PaperRow(quantity, source, f"{paper:.2f} {unit}", text, verdict, reason, tolerance)
 
 
 def _agree(ours: float | None, known: _Known) -> bool:
@@ -150,7 +142,7 @@ def _agree(ours: float | None, known: _Known) -> bool:
     return math.isclose(ours, known.value, rel_tol=0.0, abs_tol=known.tolerance)
 
 
-def _angle_rows(plan: Plan) -> Iterable[PaperRow]:
+def _angle_rows(plan: BurnPlan) -> Iterable[PaperRow]:
     if plan.verification is None or plan.status is PlanStatus.INFEASIBLE:
         return
     angles = pitch_yaw(plan.verification.flight.direction)
@@ -158,7 +150,7 @@ def _angle_rows(plan: Plan) -> Iterable[PaperRow]:
     for name, printed, radians in zip(("pitch", "yaw"), _ANGLES[plan.scenario.problem], angles, strict=True):
         degrees = np.rad2deg(radians)
         low, high = float(degrees.min()), float(degrees.max())
-        same = abs(low - printed[0]) <= 0.5 and abs(high - printed[1]) <= 0.5
+        same = abs(low - printed[0]) <= ANGLE_DEG and abs(high - printed[1]) <= ANGLE_DEG
         yield PaperRow(
             f"{name} range",
             f"section 3.2, {figure}",
@@ -166,4 +158,5 @@ def _angle_rows(plan: Plan) -> Iterable[PaperRow]:
             f"{low:.2f}° … {high:.2f}°",
             "reproduced" if same else "not reproduced",
             "" if same else _ANGLES_REASON,
+            f"±{ANGLE_DEG:g}°",
         )

@@ -8,17 +8,17 @@ canvas and without pyplot: no global state, no display.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import EARTH, CanonicalUnits, pitch_yaw
 
-from .plan import Plan
-from .verify import Verification
+from .burn_plan import BurnPlan
+from .verification import Verification
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -43,15 +43,7 @@ STYLE: Any = {
 DOTS_PER_INCH = 160
 
 
-@dataclass(frozen=True, slots=True)
-class FigureFile:
-    """A figure that was written: its file name, and a caption that says what it shows."""
-
-    name: str
-    caption: str
-
-
-def draw_figures(plan: Plan, folder: Path) -> tuple[FigureFile, ...]:
+def draw_figures(plan: BurnPlan, folder: Path) -> tuple[FigureFile, ...]:
     """Write the figures of a plan that was flown into `folder`; empty when there is nothing to show."""
     found = plan.verification
     if found is None:
@@ -66,7 +58,7 @@ def draw_figures(plan: Plan, folder: Path) -> tuple[FigureFile, ...]:
         )
 
 
-def _velocity(plan: Plan, found: Verification, folder: Path) -> FigureFile:
+def _velocity(plan: BurnPlan, found: Verification, folder: Path) -> FigureFile:
     nodes = CanonicalUnits.of(EARTH).state_to_si(plan.trajectory.states)[:, 3:] / 1e3
     curve = found.flight.propagated[:, 3:] / 1e3
     error = (found.flight.planned - found.flight.propagated)[:, 3:]
@@ -80,7 +72,7 @@ def _velocity(plan: Plan, found: Verification, folder: Path) -> FigureFile:
     )
 
 
-def _position(plan: Plan, found: Verification, folder: Path) -> FigureFile:
+def _position(plan: BurnPlan, found: Verification, folder: Path) -> FigureFile:
     nodes = CanonicalUnits.of(EARTH).state_to_si(plan.trajectory.states)[:, :3] / 1e3
     curve = found.flight.propagated[:, :3] / 1e3
     error = (found.flight.planned - found.flight.propagated)[:, :3]
@@ -95,7 +87,7 @@ def _position(plan: Plan, found: Verification, folder: Path) -> FigureFile:
 
 
 def _components_figure(
-    plan: Plan,
+    plan: BurnPlan,
     found: Verification,
     nodes: Array,
     curve: Array,
@@ -120,7 +112,7 @@ def _components_figure(
     return figure
 
 
-def _attitude(plan: Plan, found: Verification, folder: Path) -> FigureFile:
+def _attitude(plan: BurnPlan, found: Verification, folder: Path) -> FigureFile:
     figure, axes = _panels(heights=(1.0, 1.0, 0.7), size=(7.2, 6.2))
     node_times = _node_times(plan)
     flown, nodal = pitch_yaw(found.flight.direction), pitch_yaw(plan.trajectory.controls)
@@ -181,7 +173,7 @@ def _legend_above(axes: Axes) -> None:
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.1, handlelength=1.5)
 
 
-def _finish(axes: Sequence[Axes], plan: Plan) -> None:
+def _finish(axes: Sequence[Axes], plan: BurnPlan) -> None:
     for panel in axes:
         panel.yaxis.set_major_locator(_few_ticks())
     axes[-1].set_xlabel("time since ignition (s)")
@@ -198,11 +190,11 @@ def _few_ticks() -> Any:
     return MaxNLocator(nbins=5, min_n_ticks=3)
 
 
-def _node_times(plan: Plan) -> Array:
+def _node_times(plan: BurnPlan) -> Array:
     return plan.trajectory.elapsed() * CanonicalUnits.of(EARTH).time_s
 
 
-def _title(plan: Plan) -> str:
+def _title(plan: BurnPlan) -> str:
     what = "shortest burn" if plan.scenario.problem == "min_time" else "largest orbit"
     if plan.scenario.problem == "max_energy" and plan.scenario.target.perigee_direction == "free":
         what += ", perigee direction free"

@@ -20,9 +20,9 @@ from scipy import sparse
 
 from orbsoc.conic.builder import ConicBuilder, Term, Variable
 from orbsoc.conic.solution import Solution
+from orbsoc.guidance.powered_flight import Burn, BurnVariables, Trajectory, add_burn, read_burn, stored
 from orbsoc.guidance.scp import Step, Subproblem
 
-from .model import Burn, BurnVariables, Trajectory, add_burn, read_burn, stored
 from .target import LinearVectors, TargetOrbit
 
 Array = NDArray[np.float64]

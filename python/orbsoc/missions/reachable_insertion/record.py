@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.scp import Iteration, Rules
+from orbsoc.guidance.mission import PlanStatus
+from orbsoc.guidance.scp import Rules
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements, pitch_yaw
 
+from .burn_plan import BurnPlan
 from .paper import compare
-from .plan import Plan, PlanStatus
-from .verdict import verdict, violations
+from .verdicts import verdict, violations
 
 Array = NDArray[np.float64]
 
 
-def plan_document(plan: Plan) -> dict[str, Any]:
+def plan_document(plan: BurnPlan) -> dict[str, Any]:
     """Everything about the plan that JSON can hold; angles in degrees, lengths as the key says, null for absent.
 
     `orbit`, `propagated_orbit` and `terminal_error` are null unless the sequence converged to a feasible point.
@@ -55,7 +55,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
         "violations": [
             {"row": v.row.value, "value_canonical": v.value, "words": v.words} for v in violations(plan)
         ],
-        "scp_iterations": len(plan.iterations),
+        "scp_iterations": len(plan.subproblems),
         "nodes": plan.trajectory.grid.size,
         "stages": [
             {
@@ -66,8 +66,8 @@ def plan_document(plan: Plan) -> dict[str, Any]:
             }
             for stage in plan.stages
         ],
-        "subproblems": [subproblem_document(row) for row in plan.iterations],
-        "paper": [asdict(row) for row in compare(plan)],
+        "subproblems": [row.to_dict() for row in plan.subproblems],
+        "paper": [row.to_dict() for row in compare(plan)],
         "trajectory": None if found is None else trajectory_document(plan),
         "settings": asdict(Rules(max_iterations=plan.scenario.method.max_iterations)),
         "constants": EARTH.to_dict(),
@@ -91,28 +91,7 @@ def orbit_document(orbit: Elements) -> dict[str, float | None]:
     return {name: _number(value) for name, value in found.items()}
 
 
-def subproblem_document(row: Iteration) -> dict[str, Any]:
-    """One iteration of the sequence; times are wall-clock, measured on this machine."""
-    problem, solution = row.problem, row.solution
-    return {
-        "iterations": solution.iterations,
-        "status": solution.status.name,
-        "n": problem.n,
-        "p": problem.p,
-        "m": problem.m,
-        "nnz_kkt": solution.nnz_kkt,
-        "nnz_l": solution.nnz_l,
-        "setup_us": 1e6 * solution.setup_s,
-        "solve_us": 1e6 * solution.solve_s,
-        "refinements": solution.refinements,
-        "tolerance": row.tolerance,
-        "change": _number(row.change),
-        "slack": _number(row.slack),
-        **{name: _number(value) for name, value in row.figures.items()},
-    }
-
-
-def trajectory_document(plan: Plan) -> dict[str, Any]:
+def trajectory_document(plan: BurnPlan) -> dict[str, Any]:
     """The collocated solution at its nodes and at cut-off, SI, launch-inertial axes."""
     units = CanonicalUnits.of(EARTH)
     trajectory = plan.trajectory
@@ -132,7 +111,7 @@ def trajectory_document(plan: Plan) -> dict[str, Any]:
 ATTITUDE_COLUMNS = ("t_s", "pitch_deg", "yaw_deg", "ux", "uy", "uz")
 
 
-def attitude_programme(plan: Plan) -> Array | None:
+def attitude_programme(plan: BurnPlan) -> Array | None:
     """Rows (K, 6) of `ATTITUDE_COLUMNS`, uniform in time, launch-inertial axes; None when there is no plan to fly.
 
     The directions are the ones the verification flew: the interpolant of the nodal thrust, normalised.
@@ -144,7 +123,7 @@ def attitude_programme(plan: Plan) -> Array | None:
     return np.column_stack([flight.times_s, np.rad2deg(pitch), np.rad2deg(yaw), flight.direction])
 
 
-def attitude_csv(plan: Plan) -> str | None:
+def attitude_csv(plan: BurnPlan) -> str | None:
     """`attitude.csv`: a header of `ATTITUDE_COLUMNS` and one line per time; None when there is no plan to fly."""
     rows = attitude_programme(plan)
     if rows is None:
@@ -153,31 +132,6 @@ def attitude_csv(plan: Plan) -> str | None:
     return "\n".join(lines) + "\n"
 
 
-def iteration_cells(row: Iteration) -> Mapping[str, str]:
-    """One row of the live iteration table, by column title."""
-    figures = row.figures
-
-    def number(name: str, form: str) -> str:
-        return format(figures[name], form) if name in figures else "–"
-
-    return {
-        "#": str(row.number),
-        "nodes": number("nodes", ".0f"),
-        "burn s": number("time_of_flight_s", ".6f"),
-        "perigee km": number("perigee_height_km", ".3f"),
-        "apogee km": number("apogee_height_km", ".3f"),
-        "change": _scientific(row.change),
-        "slack": _scientific(row.slack),
-        "tolerance": f"{row.tolerance:.0e}",
-        "solver": f"{row.solution.status.name.lower()} in {row.solution.iterations}",
-        "solve ms": f"{1e3 * row.solution.solve_s:.2f}",
-    }
-
-
 def _number(value: float) -> float | None:
     """The value as JSON can hold it: an int stays one, NaN and infinity become null."""
     return value if np.isfinite(value) else None
-
-
-def _scientific(value: float) -> str:
-    return f"{value:.1e}" if np.isfinite(value) else "–"

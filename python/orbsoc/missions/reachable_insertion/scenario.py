@@ -1,78 +1,28 @@
 """What a scenario file of this mission may say, and the physics it must not contradict.
 
-Source of the quantities: Li et al. 2025, table 3. The paper prints neither the launch site, which its orbital
-elements and its frame need, nor the dry mass of its eq. 5; both are keys here.
+Source of the quantities: Li et al. 2025, table 3.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from os import PathLike
-from typing import Annotated, Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, Strict, model_validator
+from pydantic import Field, model_validator
 
-from orbsoc.guidance.scenario_file import Complaint, Table, checked, read_toml, refuse
-from orbsoc.orbit import EARTH, CanonicalUnits, LaunchFrame, Thruster, eci_from_launch_inertial, rotate_state
+from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
+from orbsoc.guidance.vehicle import LaunchSite, Positive, State, Vehicle, state_complaints
+from orbsoc.orbit import CanonicalUnits, eci_from_launch_inertial, rotate_state
 
 from .target import TargetOrbit
 
 Array = NDArray[np.float64]
-Vector = Annotated[tuple[float, float, float], Strict(False)]
-Positive = Annotated[float, Field(gt=0.0)]
 ProblemName = Literal["min_time", "max_energy"]
 PerigeeDirection = Literal["fixed", "free"]
 PaperCase = Literal["paper004_as_printed", "paper004_zf196", "paper004_rec1", "paper004_rec2"]
-
-SPEED_RANGE_M_S = (1.0e2, 5.0e4)
-"""Speeds a powered vehicle near the Earth can have; outside, the numbers are in another unit."""
-
-
-HIGHEST_MASS_KG = 1.0e8
-"""Twenty times the heaviest launcher flown (Starship, 5e6 kg); above, the number is in another unit."""
-HIGHEST_THRUST_N = 1.0e9
-"""Over ten times the strongest launcher flown (Starship, 7.4e7 N); above, the number is in another unit."""
-
-
-class Vehicle(Table):
-    """Constant thrust and mass flow."""
-
-    mass_kg: float = Field(gt=0.0, le=HIGHEST_MASS_KG, description="mass at ignition")
-    dry_mass_kg: float = Field(ge=0.0, description="mass that must remain at cut-off")
-    thrust_n: float = Field(gt=0.0, le=HIGHEST_THRUST_N, description="constant thrust")
-    mass_flow_kg_s: Positive = Field(description="constant propellant flow")
-
-    def thruster(self) -> Thruster:
-        return Thruster(self.mass_kg, self.thrust_n, self.mass_flow_kg_s)
-
-    @property
-    def longest_burn_s(self) -> float:
-        """Burn time that leaves exactly the dry mass."""
-        return (self.mass_kg - self.dry_mass_kg) / self.mass_flow_kg_s
-
-
-class LaunchSite(Table):
-    """Where the launch-inertial axes pointed when they were frozen."""
-
-    geocentric_latitude_deg: float = Field(ge=-90.0, le=90.0)
-    azimuth_deg: float = Field(ge=-360.0, le=360.0, description="of the x axis, from north over east")
-    inertial_longitude_deg: float = Field(ge=-360.0, le=360.0, description="from the x axis of ECI")
-
-    def frame(self) -> LaunchFrame:
-        angles = (self.geocentric_latitude_deg, self.azimuth_deg, self.inertial_longitude_deg)
-        return LaunchFrame(*(float(np.deg2rad(angle)) for angle in angles))
-
-
-class State(Table):
-    """Position and velocity, Earth-centred, in the scenario's axes."""
-
-    position_m: Vector
-    velocity_m_s: Vector
-
-    def vector(self) -> Array:
-        return np.array([*self.position_m, *self.velocity_m_s])
 
 
 class Target(State):
@@ -109,11 +59,10 @@ class Verification(Table):
     thrust_excess: Positive = Field(default=1e-4, description="of the raw control interpolant over 1")
 
 
-class Scenario(Table):
+class Scenario(BaseScenario):
     """One insertion: vehicle, initial state, target orbit, burn time, and how to solve and judge it."""
 
     mission: Literal["reachable_insertion"]
-    name: str = Field(min_length=1)
     problem: ProblemName
     axes: Literal["launch_inertial", "eci"] = "launch_inertial"
     compare_with: PaperCase | None = None
@@ -130,23 +79,10 @@ class Scenario(Table):
         refuse(physical_complaints(self))
         return self
 
-    def with_changes(
-        self,
-        *,
-        problem: ProblemName | None = None,
-        perigee_direction: PerigeeDirection | None = None,
-        nodes: int | None = None,
-    ) -> Scenario:
-        """A checked copy; raises ScenarioError when the change contradicts the rest."""
-        document = self.model_dump()
-        if problem is not None:
-            document["problem"] = problem
-        if perigee_direction is not None:
-            document["target"]["perigee_direction"] = perigee_direction
-        if nodes is not None:
-            document["method"]["nodes"] = nodes
-            document["method"]["max_nodes"] = max(nodes, self.method.max_nodes)
-        return checked(Scenario, document, source=self.name)
+    @property
+    def variant(self) -> str:
+        """The problem: a file holds two."""
+        return self.problem
 
     def launch_inertial(self, state: State) -> Array:
         """A state of this scenario in launch-inertial axes, [r_m, v_m_s]."""
@@ -155,40 +91,17 @@ class Scenario(Table):
         return rotate_state(eci_from_launch_inertial(self.launch_site.frame()).T, state.vector())
 
 
-def load_scenario(path: str | PathLike[str]) -> Scenario:
-    """Read and check a scenario file. Raises `orbsoc.guidance.scenario_file.ScenarioError`."""
-    return checked(Scenario, read_toml(path), source=str(path))
+def load_scenario(path: str | PathLike[str], settings: Mapping[str, Any] | None = None) -> Scenario:
+    """Read and check a scenario file; `settings` override keys. Raises `orbsoc.guidance.scenario_file.ScenarioError`."""
+    return load(Scenario, path, settings)
 
 
 def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
     """What contradicts physics or the problem asked for, most basic first."""
-    yield from _state_complaints("initial", scenario.initial)
-    yield from _state_complaints("target", scenario.target)
+    yield from state_complaints("initial", scenario.initial)
+    yield from state_complaints("target", scenario.target)
     yield from _mass_complaints(scenario)
     yield from _problem_complaints(scenario)
-
-
-def _state_complaints(key: str, state: State) -> Iterator[Complaint]:
-    x = state.vector()
-    radius, speed = float(np.linalg.norm(x[:3])), float(np.linalg.norm(x[3:]))
-    if radius < EARTH.earth_radius_m:
-        yield Complaint(
-            f"{key}.position_m",
-            str(list(state.position_m)),
-            f"lies {radius:.6g} m from the Earth's centre, below the ground; must be at least"
-            f" {EARTH.earth_radius_m:.0f} m (metres from the centre, not km, not height)",
-        )
-    low, high = SPEED_RANGE_M_S
-    if not low <= speed <= high:
-        yield Complaint(
-            f"{key}.velocity_m_s",
-            str(list(state.velocity_m_s)),
-            f"is a speed of {speed:.6g} m/s; must be within {low:.0f}…{high:.0f} m/s (m/s, not km/s)",
-        )
-    elif np.linalg.norm(np.cross(x[:3], x[3:])) <= 1e-6 * radius * speed:
-        yield Complaint(
-            f"{key}.velocity_m_s", str(list(state.velocity_m_s)), "must not be parallel to the position"
-        )
 
 
 def _mass_complaints(scenario: Scenario) -> Iterator[Complaint]:

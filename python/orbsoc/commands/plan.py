@@ -1,0 +1,284 @@
+"""`orbsoc plan`: scenario → mission by its key → plan → check → price → write.
+
+`orbsoc.plan_file` is the same for a Python user, who reads its result instead of the files:
+
+>>> run = orbsoc.plan_file("scenarios/rec1.toml", out="out/rec1")  # doctest: +SKIP
+>>> run.plan.status  # doctest: +SKIP
+<PlanStatus.VERIFIED: 'verified'>
+"""
+
+from __future__ import annotations
+
+import enum
+import json
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from orbsoc.files.interrupts import Interrupts
+
+from . import hw_options as options
+from .failures import FAILED, exit_handling
+from .plan_cases import plan_cases
+
+if TYPE_CHECKING:
+    from orbsoc.guidance.mission import Agreement, Mission, Plan
+    from orbsoc.guidance.scenario_file import BaseScenario
+    from orbsoc.guidance.scp import Iteration
+    from orbsoc.hw.cycle_budget import CycleBudget
+    from orbsoc.hw.emulation import PsScheduler
+    from orbsoc.report.run import PlanRun
+
+    Watch = Callable[[Mission], AbstractContextManager[Callable[[Iteration], None] | None]]
+
+
+class CheckChoice(enum.StrEnum):
+    """Solvers that can answer independently."""
+
+    CLARABEL = "clarabel"
+
+
+def plan(
+    scenario: Annotated[Path, typer.Argument(help="scenario file, TOML", metavar="SCENARIO.toml")],
+    problem: Annotated[str | None, typer.Option(help="short for --set problem=…")] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            help="override a key of the scenario, e.g. method.nodes=16; repeatable",
+            metavar="KEY=VALUE",
+        ),
+    ] = None,
+    device: Annotated[
+        str, typer.Option(help="platform of the cycle budget: name or TOML file; none leaves it out")
+    ] = "zu9eg",
+    partition: Annotated[str, typer.Option(help="what runs on the PL: name or TOML file")] = "paper",
+    deadline_ms: Annotated[
+        float | None,
+        typer.Option(
+            help="judge the modelled time of the conic solves of the plan against this;"
+            " a missed deadline does not change the exit code"
+        ),
+    ] = None,
+    cases: Annotated[
+        int | None,
+        typer.Option(help="plan this many dispersed cases instead, and judge the deadline over all of them"),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="of the dispersion")] = 0,
+    resume: Annotated[bool, typer.Option("--resume", help="keep the cases that the folder has")] = False,
+    exact: Annotated[
+        bool,
+        typer.Option(
+            "--exact/--estimate",
+            help="cycles of the PL from schedules, equal to the RTL, or estimated",
+            show_default=False,
+        ),
+    ] = True,
+    check: Annotated[CheckChoice | None, typer.Option(help="plan again with another solver, compare")] = None,
+    ps: Annotated[bool, typer.Option("--ps", help="plan on the emulated PS+PL computer")] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="output folder; out/NAME or out/NAME-PROBLEM by default", metavar="DIR"),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print plan.json on standard output")] = False,
+) -> None:
+    """Plan one mission, verify it by propagation, and price the computer that would have planned it.
+
+    Exit codes: 0 verified, 1 not verified or a check failed, 2 bad input, 130 interrupted.
+    """
+    if cases is not None:
+        plan_cases(
+            lambda: _scenario(scenario, _overrides(problem, settings))[1],
+            out if out is not None else Path("out") / f"{scenario.stem}-cases",
+            count=cases, seed=seed, resume=resume, device=device, partition=partition, deadline_ms=deadline_ms,
+            exact=exact, as_json=as_json,
+        )  # fmt: skip
+    with Interrupts() as interrupts:
+        with exit_handling(as_json, interrupted="interrupted; nothing was written", interrupts=interrupts):
+            mission, chosen = _scenario(scenario, _overrides(problem, settings))
+            folder = out if out is not None else _default_folder(scenario, chosen)
+            run, document = plan_scenario(
+                mission, chosen, folder, device=device, partition=partition, deadline_ms=deadline_ms, exact=exact,
+                check=check is not None, ps=ps, interrupts=interrupts, watch=lambda each: _table(each, as_json),
+            )  # fmt: skip
+        if as_json:
+            typer.echo(json.dumps(document, allow_nan=False))
+        _print_summary(document, folder, as_json)
+        raise typer.Exit(0 if run.succeeded else FAILED)
+
+
+def plan_file(
+    path: str | PathLike[str],
+    *,
+    settings: Mapping[str, Any] | None = None,
+    out: str | PathLike[str] | None = None,
+    **options: Any,
+) -> PlanRun:
+    """Plan a scenario file of any mission, price it, and write the folder `out` if one is given.
+
+    `settings` override keys of the scenario, {"method.nodes": 16}; `options` are those of `plan_scenario`. Raises
+    ScenarioError, `hw_model.HwModelError`, OutputFolderError, PropagationError; KeyboardInterrupt when interrupted.
+    """
+    mission, scenario = _scenario(Path(path), settings)
+    return plan_scenario(mission, scenario, None if out is None else Path(out), **options)[0]
+
+
+def plan_scenario(
+    mission: Mission,
+    scenario: BaseScenario,
+    folder: Path | None,
+    *,
+    device: str = "zu9eg",
+    partition: str = "paper",
+    deadline_ms: float | None = None,
+    exact: bool = True,
+    check: bool = False,
+    ps: bool = False,
+    interrupts: Interrupts | None = None,
+    watch: Watch | None = None,
+) -> tuple[PlanRun, dict[str, Any]]:
+    """Plan, check, price, write into `folder`; with it the document of `plan.json`.
+
+    Device "none" leaves the price out, `check` plans again with Clarabel, `ps` plans on the emulated computer, `watch`
+    gives what sees each subproblem. Raises before or instead of writing anything, KeyboardInterrupt after any Ctrl-C.
+    """
+    from orbsoc.report.run import PlanRun, write_run
+
+    interrupts = interrupts or Interrupts()
+    _check_before_planning(folder, device, partition, deadline_ms, exact=exact)
+    scheduler = _scheduler() if ps else None
+    with watch(mission) if watch else nullcontext() as callback:
+        found = _uninterrupted(mission.plan(scenario, solve=scheduler, callback=callback))
+    interrupts.check()
+    compared = _compared(mission, scenario, found) if check else None
+    interrupts.check()
+    budget = None
+    if device != "none":
+        budget = _priced(found, scheduler, device, partition, deadline_ms, exact=exact)
+    interrupts.check()
+    solver = "orbsoc on the emulated PS+PL computer" if ps else "orbsoc"
+    run = PlanRun(mission, found, solver, budget, compared)
+    document = run.to_dict()
+    if folder is not None:
+        write_run(folder, run, document, commit=interrupts.commit)
+    return run, document
+
+
+def _scenario(path: Path, settings: Mapping[str, Any] | None) -> tuple[Mission, BaseScenario]:
+    from orbsoc.missions.registry import load_scenario
+
+    return load_scenario(path, settings)
+
+
+def _overrides(problem: str | None, settings: list[str] | None) -> dict[str, Any]:
+    """Values by key of the scenario. Raises HwModelError for what is no pair or set twice."""
+    if problem is None:
+        return options.parsed_settings(settings, example="method.nodes=16")
+    taken = {"problem": "--problem"}
+    return {"problem": problem, **options.parsed_settings(settings, taken, example="method.nodes=16")}
+
+
+def _default_folder(path: Path, scenario: BaseScenario) -> Path:
+    return Path("out") / "-".join(filter(None, (path.stem, scenario.variant)))
+
+
+def _check_before_planning(
+    folder: Path | None, device: str, partition: str, deadline_ms: float | None, *, exact: bool
+) -> None:
+    """Refuse now what would otherwise be refused after the work is done."""
+    from hw_model import HwModelError
+    from orbsoc.files.output_folder import check_replaceable
+    from orbsoc.hw.cycle_budget import check_names
+    from orbsoc.hw.deadlines import check_deadline
+
+    if folder is not None:
+        check_replaceable(folder)
+    if device != "none":
+        check_names(device, partition, exact=exact)
+    elif deadline_ms is not None:
+        raise HwModelError(f"--deadline-ms = {deadline_ms}: there is no time to judge with --device none")
+    check_deadline(deadline_ms)
+
+
+def _scheduler() -> PsScheduler:
+    from orbsoc.hw.emulation import PsScheduler
+
+    return PsScheduler()
+
+
+def _table(mission: Mission, as_json: bool) -> AbstractContextManager[Callable[[Iteration], None]]:
+    """The iterations as they happen."""
+    from rich.console import Console
+
+    from orbsoc.guidance.progress import IterationTable
+
+    return IterationTable(Console(stderr=as_json), mission.COLUMNS)
+
+
+def _uninterrupted(found: Plan) -> Plan:
+    """The plan; raises KeyboardInterrupt when it was interrupted."""
+    from orbsoc.guidance.mission import PlanStatus
+
+    if found.status is PlanStatus.INTERRUPTED:
+        raise KeyboardInterrupt
+    return found
+
+
+def _compared(mission: Mission, scenario: BaseScenario, found: Plan) -> Agreement:
+    """The comparison with the same plan made by Clarabel."""
+    from orbsoc.guidance.mission import Agreement
+    from orbsoc.interfaces.clarabel import solve
+
+    return Agreement.of(found, _uninterrupted(mission.plan(scenario, solve=solve)))
+
+
+def _priced(
+    found: Plan,
+    scheduler: PsScheduler | None,
+    device: str,
+    partition: str,
+    deadline_ms: float | None,
+    *,
+    exact: bool,
+) -> CycleBudget | None:
+    """What every subproblem costs the computer; None where there is none."""
+    from orbsoc.guidance.mission import PlanStatus
+    from orbsoc.hw.cycle_budget import cycle_budget
+
+    if not found.subproblems:
+        return None
+    return cycle_budget(
+        found.subproblems,
+        device=device,
+        partition=partition,
+        deadline_ms=deadline_ms,
+        verified=found.status is PlanStatus.VERIFIED,
+        scheduled=scheduler,
+        exact=exact,
+    )
+
+
+def _print_summary(document: dict[str, Any], folder: Path, as_json: bool) -> None:
+    """The verdict last, where the eye is; plain text, one fact per line, on standard error beside JSON."""
+    from rich.console import Console
+
+    console = Console(stderr=as_json)
+    lines = [""]
+    hardware, check = document["hardware"], document["check"]
+    if check:
+        lines.append(
+            f"{check['solver']}: {'agrees' if check['agrees'] else 'DOES NOT AGREE'}; {check['words']}"
+        )
+    if hardware:
+        lines.append(hardware["headline"])
+        if hardware["deadline"]:
+            lines.append(hardware["deadline"])
+        if not hardware["same_bits"]:
+            lines.append("the scheduled solves DO NOT return the bits of the native ones")
+    lines += [document["verdict"], f"written to {folder}"]
+    for line in lines:
+        console.print(line, markup=False, highlight=False, soft_wrap=True)

@@ -1,0 +1,240 @@
+"""What a mission is to everything outside its folder: the protocols `Mission`, `Plan` and `Dispersible`, and their data.
+
+A module satisfies `Mission`, so that `orbsoc.missions.reachable_insertion.plan(scenario)` is a function call. A mission
+builds conic problems and hands them to the `solve` that it is given; it knows no registers, cycles or partitions.
+
+A new mission is one folder in `missions/`, one line in `missions/registry.py`, scenarios, a page in the docs and tests.
+A file `report.html.j2` in its folder extends the report page of every plan, `report/templates/plan.html.j2`.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from math import isfinite
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Solution
+
+from .monte_carlo import Dispersion
+from .scenario_file import BaseScenario
+from .scp import Iteration, Solve
+
+
+class PlanStatus(enum.Enum):
+    """What a plan is worth."""
+
+    VERIFIED = "verified"
+    NOT_VERIFIED = "not_verified"
+    INFEASIBLE = "infeasible"
+    FAILED = "failed"
+    INTERRUPTED = "interrupted"
+
+
+@dataclass(frozen=True, slots=True)
+class PaperRow:
+    """One printed result of a paper: where it stands, its value, the one computed here, the verdict, and why.
+
+    Verdicts: reproduced, misprint, not reproduced, inferred, met by construction, other data.
+    """
+
+    quantity: str
+    source: str
+    paper: str
+    ours: str
+    verdict: str
+    reason: str
+    tolerance: str = ""
+    """Within which the verdict takes two numbers for the same."""
+
+    def to_dict(self) -> dict[str, str]:
+        """A row of `paper` in plan.json."""
+        found = asdict(self)
+        del found["tolerance"]
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class FigureFile:
+    """A figure that was written: its file name, and a caption that says what it shows."""
+
+    name: str
+    caption: str
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """How far two plans of one scenario are apart in one quantity, and the limit up to which they agree."""
+
+    name: str
+    """Key in `plan.json`."""
+    quantity: str
+    value: float
+    limit: float
+    unit: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """Two plans of one scenario, made by two solvers: their statuses, and how far they are apart."""
+
+    ours: str
+    theirs: str
+    differences: tuple[Difference, ...]
+
+    @classmethod
+    def of(cls, ours: Plan, theirs: Plan) -> Agreement:
+        return cls(ours.status.value, theirs.status.value, tuple(ours.differences(theirs)))
+
+    @property
+    def agrees(self) -> bool:
+        """The same status, and every difference within its limit."""
+        return self.ours == self.theirs and all(each.value <= each.limit for each in self.differences)
+
+    @property
+    def words(self) -> str:
+        """One sentence with every difference beside its limit."""
+        if self.ours != self.theirs:
+            return f"the plan is {self.ours}, but the other solver's is {self.theirs}"
+        if not self.differences:
+            return f"both plans are {self.ours}"
+        return ", ".join(
+            f"{each.quantity} {'' if k else 'differs '}by {each.value:.1e}{each.unit and f' {each.unit}'}"
+            f" (limit {each.limit:.0e})"
+            for k, each in enumerate(self.differences)
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """The `check` entry of `plan.json`, without the solver's name."""
+        values = {each.name: each.value if isfinite(each.value) else None for each in self.differences}
+        return {
+            "ours": self.ours,
+            "theirs": self.theirs,
+            **values,
+            "agrees": self.agrees,
+            "words": self.words,
+        }
+
+
+class Column(NamedTuple):
+    """A column of the iteration table: its title, the format of its numbers, and their unit."""
+
+    title: str
+    form: str
+    unit: str = ""
+
+
+class SolvedProblem(Protocol):
+    """A conic problem as it was solved; an `Iteration` of a sequence is one."""
+
+    @property
+    def problem(self) -> Problem: ...
+    @property
+    def solution(self) -> Solution: ...
+    @property
+    def settings(self) -> Settings: ...
+    def to_dict(self) -> dict[str, Any]: ...
+
+
+class Plan(Protocol):
+    """What commands and reports may ask of a plan."""
+
+    @property
+    def status(self) -> PlanStatus: ...
+    @property
+    def message(self) -> str:
+        """How the sequence or the solve ended, in a sentence."""
+        ...
+
+    @property
+    def verification(self) -> Any:
+        """What a check that is independent of the solver found; None where there was nothing to check."""
+        ...
+
+    @property
+    def subproblems(self) -> Sequence[SolvedProblem]:
+        """Every conic problem that was solved, in order; each is priced."""
+        ...
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of `plan.json` that is the mission's; at least `DOCUMENT_KEYS`."""
+        ...
+
+    def tables(self) -> Mapping[str, str]:
+        """Text of the tables for other programs, by file name: attitude.csv, impulses.csv."""
+        ...
+
+    def figures(self, folder: Path) -> tuple[FigureFile, ...]:
+        """Write the figures into `folder`; empty where there is nothing to show."""
+        ...
+
+    def differences(self, other: Any, /) -> Sequence[Difference]:
+        """How far another plan of the same scenario is from this one; empty where nothing can be compared."""
+        ...
+
+
+DOCUMENT_KEYS = ("mission", "name", "status", "message", "verdict", "subproblems", "scenario")
+"""Keys of every plan's document. `verdict` is the answer in one or two sentences, without a full stop."""
+
+
+@runtime_checkable
+class Mission(Protocol):
+    """What `missions.MISSIONS` holds."""
+
+    @property
+    def __file__(self) -> str | None:
+        """Of the module; its report template may stand beside it."""
+        ...
+
+    @property
+    def Scenario(self) -> type[BaseScenario]:
+        """The scenario file; `orbsoc schema NAME` prints its JSON Schema."""
+        ...
+
+    @property
+    def PAPER(self) -> str:
+        """Number of the paper that it is after, "004", for `orbsoc reproduce 004`; empty for none."""
+        ...
+
+    @property
+    def COLUMNS(self) -> Mapping[str, Column]:
+        """Columns of the iteration table that are the mission's own, by the name of the figure."""
+        ...
+
+    def plan(
+        self,
+        scenario: Any,
+        /,
+        *,
+        solve: Solve | None = None,
+        callback: Callable[[Iteration], None] | None = None,
+    ) -> Plan:
+        """Plan the scenario with `solve`, `orbsoc.solve` by default; `callback` sees every solved subproblem.
+
+        What cannot be reached or does not converge is a status with its reason, Ctrl-C is INTERRUPTED.
+        """
+        ...
+
+    def reproduce(self, scenarios: Path, /) -> Sequence[PaperRow]:
+        """What the mission's paper prints, beside what the scenarios of that folder give."""
+        ...
+
+
+@runtime_checkable
+class Dispersible(Mission, Protocol):
+    """A mission with dispersed cases, for `orbsoc plan … --cases`."""
+
+    @property
+    def DISPERSION(self) -> Dispersion: ...
+
+    def disperse(self, scenario: Any, number: int, seed: int = 0, /) -> Any:
+        """Case `number` of the scenario, itself a scenario; case 0 is not dispersed. The draws depend on (seed, number)
+        alone. Raises ScenarioError for a negative number or seed, and where a draw contradicts physics."""
+        ...
+
+
+# A mission that is flown in a closed loop will satisfy `Flyable`, a third protocol beside these.

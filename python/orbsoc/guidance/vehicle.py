@@ -1,0 +1,92 @@
+"""Tables of a scenario file that describe a powered vehicle: its engine, its state, the axes of its launch.
+
+Source of the quantities: Li et al. 2025, tables 1 and 3. The paper prints neither the launch site, which its orbital
+elements and its frame need, nor the dry mass of its eq. 5; both are keys here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, Strict
+
+from orbsoc.orbit import EARTH, LaunchFrame, Thruster
+
+from .scenario_file import Complaint, Table
+
+Array = NDArray[np.float64]
+Vector = Annotated[tuple[float, float, float], Strict(False)]
+Positive = Annotated[float, Field(gt=0.0)]
+
+SPEED_RANGE_M_S = (1.0e2, 5.0e4)
+"""Speeds a powered vehicle near the Earth can have; outside, the numbers are in another unit."""
+HIGHEST_MASS_KG = 1.0e8
+"""Twenty times the heaviest launcher flown (Starship, 5e6 kg); above, the number is in another unit."""
+HIGHEST_THRUST_N = 1.0e9
+"""Over ten times the strongest launcher flown (Starship, 7.4e7 N); above, the number is in another unit."""
+
+
+class Vehicle(Table):
+    """Constant thrust and mass flow."""
+
+    mass_kg: float = Field(gt=0.0, le=HIGHEST_MASS_KG, description="mass at ignition")
+    dry_mass_kg: float = Field(ge=0.0, description="mass that must remain at cut-off")
+    thrust_n: float = Field(gt=0.0, le=HIGHEST_THRUST_N, description="constant thrust")
+    mass_flow_kg_s: Positive = Field(description="constant propellant flow")
+
+    def thruster(self) -> Thruster:
+        return Thruster(self.mass_kg, self.thrust_n, self.mass_flow_kg_s)
+
+    @property
+    def longest_burn_s(self) -> float:
+        """Burn time that leaves exactly the dry mass."""
+        return (self.mass_kg - self.dry_mass_kg) / self.mass_flow_kg_s
+
+
+class LaunchSite(Table):
+    """Where the launch-inertial axes pointed when they were frozen."""
+
+    geocentric_latitude_deg: float = Field(ge=-90.0, le=90.0)
+    azimuth_deg: float = Field(ge=-360.0, le=360.0, description="of the x axis, from north over east")
+    inertial_longitude_deg: float = Field(ge=-360.0, le=360.0, description="from the x axis of ECI")
+
+    def frame(self) -> LaunchFrame:
+        angles = (self.geocentric_latitude_deg, self.azimuth_deg, self.inertial_longitude_deg)
+        return LaunchFrame(*(float(np.deg2rad(angle)) for angle in angles))
+
+
+class State(Table):
+    """Position and velocity, Earth-centred, in the scenario's axes."""
+
+    position_m: Vector
+    velocity_m_s: Vector
+
+    def vector(self) -> Array:
+        return np.array([*self.position_m, *self.velocity_m_s])
+
+
+def state_complaints(key: str, state: State) -> Iterator[Complaint]:
+    """What no state of a vehicle above the Earth can be; `key` is the table's."""
+    x = state.vector()
+    radius, speed = float(np.linalg.norm(x[:3])), float(np.linalg.norm(x[3:]))
+    if radius < EARTH.earth_radius_m:
+        yield Complaint(
+            f"{key}.position_m",
+            str(list(state.position_m)),
+            f"lies {radius:.6g} m from the Earth's centre, below the ground; must be at least"
+            f" {EARTH.earth_radius_m:.0f} m (metres from the centre, not km, not height)",
+        )
+    low, high = SPEED_RANGE_M_S
+    if not low <= speed <= high:
+        yield Complaint(
+            f"{key}.velocity_m_s",
+            str(list(state.velocity_m_s)),
+            f"is a speed of {speed:.6g} m/s; must be within {low:.0f}…{high:.0f} m/s (m/s, not km/s)",
+        )
+    elif np.linalg.norm(np.cross(x[:3], x[3:])) <= 1e-6 * radius * speed:
+        yield Complaint(
+            f"{key}.velocity_m_s", str(list(state.velocity_m_s)), "must not be parallel to the position"
+        )

@@ -1,0 +1,56 @@
+"""What was planned, as data: the stages of the sequence, the last iterate, and what the propagation says of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import chain
+
+from orbsoc.guidance.mission import PlanStatus
+from orbsoc.guidance.powered_flight import Trajectory
+from orbsoc.guidance.scp import ExitReason, Iteration, Outcome
+from orbsoc.orbit import EARTH, CanonicalUnits
+
+from .problems import Iterate
+from .scenario import Scenario
+from .target import TargetOrbit
+from .verification import Verification
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stage:
+    """One run of the sequence on one grid; `note` says why it was run."""
+
+    nodes: int
+    note: str
+    outcome: Outcome[Iterate]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BurnPlan:
+    """What was planned, how, and what the propagation says of it.
+
+    `iterate` is the last one reached; it is a plan to fly only when `status` is VERIFIED. `verification` is None
+    when the sequence did not converge to a feasible point.
+    """
+
+    scenario: Scenario
+    target: TargetOrbit
+    status: PlanStatus
+    exit_reason: ExitReason
+    message: str
+    stages: tuple[Stage, ...]
+    iterate: Iterate
+    verification: Verification | None
+
+    @property
+    def subproblems(self) -> tuple[Iteration, ...]:
+        """Every subproblem solved, over all stages."""
+        return tuple(chain.from_iterable(stage.outcome.iterations for stage in self.stages))
+
+    @property
+    def trajectory(self) -> Trajectory:
+        return self.iterate.trajectory
+
+    @property
+    def time_of_flight_s(self) -> float:
+        return self.trajectory.duration * CanonicalUnits.of(EARTH).time_s

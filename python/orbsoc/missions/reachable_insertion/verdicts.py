@@ -1,0 +1,131 @@
+"""What a plan says in words: the verdict first, every violated row by name and in units a person can picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from orbsoc.guidance.mission import PlanStatus
+from orbsoc.guidance.scp import ExitReason
+from orbsoc.orbit import EARTH, CanonicalUnits
+
+from .burn_plan import BurnPlan
+from .problems import Row
+
+
+@dataclass(frozen=True, slots=True)
+class Violation:
+    """One terminal row that could not be met: its name, its canonical value, and what that means."""
+
+    row: Row
+    value: float
+    words: str
+
+
+def violations(plan: BurnPlan) -> tuple[Violation, ...]:
+    """Terminal rows the sequence had to leave violated, worst first; empty for a feasible plan."""
+    floor = 1e-9  # below it the slack is the solver's, not the trajectory's
+    found = [Violation(row, value, _in_words(plan, row, value)) for row, value in plan.iterate.slack]
+    return tuple(sorted((v for v in found if abs(v.value) > floor), key=lambda v: -abs(v.value)))
+
+
+def verdict(plan: BurnPlan) -> str:
+    """One or two sentences: what was found, what the propagation says, and what to try when it is no plan."""
+    if plan.status is PlanStatus.VERIFIED:
+        return f"VERIFIED: {_achievement(plan)}. {_evidence(plan)}"
+    if plan.status is PlanStatus.NOT_VERIFIED:
+        return f"NOT VERIFIED, do not fly: {_achievement(plan)}, but {_objection(plan)}"
+    if plan.status is PlanStatus.INFEASIBLE:
+        return _infeasible(plan)
+    if plan.status is PlanStatus.INTERRUPTED:
+        return f"INTERRUPTED: {plan.message}; there is no plan"
+    return (
+        f"NO ANSWER: {plan.message}. This is not evidence that the target is out of reach;"
+        f" {_what_to_try(plan)}"
+    )
+
+
+def _achievement(plan: BurnPlan) -> str:
+    assert plan.verification is not None
+    orbit = plan.verification.planned_orbit
+    shape = f"{orbit.perigee_height_m() / 1e3:.2f} × {orbit.apogee_height_m() / 1e3:.2f} km"
+    if plan.scenario.problem == "min_time":
+        return f"the shortest burn found onto the target orbit, {shape}, takes {plan.time_of_flight_s:.3f} s"
+    direction = plan.scenario.target.perigee_direction
+    return (
+        f"the largest orbit found for a burn of {plan.time_of_flight_s:.3f} s is {shape}, in the target plane"
+        f" with the perigee direction {direction}"
+    )
+
+
+def _evidence(plan: BurnPlan) -> str:
+    found = plan.verification
+    assert found is not None
+    return (
+        "Flown by an independent integrator, the attitude programme ends within"
+        f" {found.angular_momentum_rel:.0e} of the promised angular momentum and {found.laplace_rel:.0e} of the"
+        f" promised eccentricity vector, on a grid of {plan.trajectory.grid.size} nodes"
+    )
+
+
+def _objection(plan: BurnPlan) -> str:
+    found = plan.verification
+    assert found is not None
+    text = f"the propagation does not confirm it: {'; '.join(found.failures)}"
+    if plan.stages[-1].outcome.reason is not ExitReason.CONVERGED:
+        return f"{text}. On {plan.stages[-1].nodes} nodes the sequence ended thus: {plan.message}"
+    return f"{text}. Raise method.max_nodes above {plan.scenario.method.max_nodes}"
+
+
+def _infeasible(plan: BurnPlan) -> str:
+    found = violations(plan)
+    worst = found[0].words if found else "no row stands out"
+    longest_s = plan.scenario.vehicle.longest_burn_s
+    burn = f"a burn of {plan.time_of_flight_s:.3f} s" if plan.scenario.problem == "max_energy" else "a burn"
+    if plan.scenario.problem == "min_time" and plan.time_of_flight_s > 0.999 * longest_s:
+        burn += f", even one of all the propellant ({longest_s:.3f} s),"
+    return (
+        f"INFEASIBLE: {burn} that meets all terminal conditions was not found. The closest one leaves {worst}."
+        f" The steps converged there with a total violation of {sum(abs(v.value) for v in found):.1e}"
+        f" (canonical units), which is local evidence from one starting point, not a proof; {_what_to_try(plan)}"
+    )
+
+
+def _what_to_try(plan: BurnPlan) -> str:
+    if plan.scenario.problem == "max_energy":
+        return "try a longer burn.duration_s, another target plane or perigee height, or more method.nodes"
+    return "try another burn.duration_s as first guess, a nearer target, or more method.nodes"
+
+
+def _in_words(plan: BurnPlan, row: Row, value: float) -> str:
+    target = plan.target
+    momentum = plan.iterate.momentum_scale * target.momentum
+    units = CanonicalUnits.of(EARTH)
+    if row in (Row.LEAN_TO_PERIGEE, Row.LEAN_ACROSS):
+        angle = abs(value) / momentum
+        speed_m_s = angle * float(np.linalg.norm(plan.trajectory.end[3:])) * units.speed_m_s
+        axis = "line of apsides" if row is Row.LEAN_ACROSS else "in-plane normal of the line of apsides"
+        return (
+            f"the orbit plane tilted by {np.rad2deg(angle):.4f}° about the {axis} (some {speed_m_s:.1f} m/s of"
+            " velocity out of the plane)"
+        )
+    if row is Row.MOMENTUM:
+        radius = float(np.linalg.norm(plan.trajectory.end[:3]))
+        return (
+            f"the angular momentum too {'small' if value < 0 else 'large'} by {abs(value) / momentum:.2e} of itself"
+            f" (about {abs(value) / radius * units.speed_m_s:.1f} m/s of horizontal velocity)"
+        )
+    if row is Row.ECCENTRICITY:
+        return f"the eccentricity too {'small' if value < 0 else 'large'} by {abs(value):.2e}"
+    if row is Row.PERIGEE_DIRECTION:
+        eccentricity = max(plan.iterate.laplace_scale * target.eccentricity, abs(value))
+        return f"the perigee direction off by {np.rad2deg(np.arctan2(abs(value), eccentricity)):.3f}°"
+    low_km = _perigee_shortfall_m(plan, value) / 1e3
+    return f"the perigee too low by {low_km:.2f} km"
+
+
+def _perigee_shortfall_m(plan: BurnPlan, value: float) -> float:
+    """Slack s in e ≤ p/r_p − 1 + s lets the perigee sink by about r_p s/(1 + e)."""
+    height_km = plan.scenario.target.perigee_height_km or 0.0
+    return abs(value) * (EARTH.earth_radius_m + 1e3 * height_km)

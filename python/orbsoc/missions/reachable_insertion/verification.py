@@ -1,0 +1,173 @@
+"""Fly the plan: propagate what the attitude programme commands, and judge the orbit it reaches.
+
+The commanded direction is the degree N − 1 Lagrange interpolant of the controls at the Legendre–Gauss nodes,
+normalised, at constant thrust. Propagating the raw interpolant instead would "verify" the over-promise of a
+coarse grid, which quietly throttles above 1 between nodes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.guidance.powered_flight import Trajectory, commanded
+from orbsoc.orbit import (
+    EARTH,
+    CanonicalUnits,
+    Elements,
+    angular_momentum,
+    eci_from_launch_inertial,
+    elements_from_state,
+    laplace_vector,
+    propagate_burn,
+    rotate_state,
+)
+
+from .problems import Iterate
+from .scenario import Scenario
+from .target import TargetOrbit
+
+Array = NDArray[np.float64]
+
+SAMPLES = 401
+"""Points at which the plan is sampled for checking, figures and the attitude file (at least 200)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Flight:
+    """The plan sampled at `times_s` (K,), launch-inertial axes.
+
+    `direction` (K, 3) is the commanded unit thrust, `raw_norm` (K,) the length of the interpolant before it was
+    normalised; `planned` and `propagated` (K, 6) are [r_m, v_m_s] of collocation and of the integrator.
+    """
+
+    times_s: Array
+    direction: Array
+    raw_norm: Array
+    planned: Array
+    propagated: Array
+
+    @property
+    def lowest_altitude_m(self) -> float:
+        """Smallest height over the equatorial radius along the propagated arc."""
+        return float(np.linalg.norm(self.propagated[:, :3], axis=1).min()) - EARTH.earth_radius_m
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Verification:
+    """What the propagation found; `failures` names every tolerance that is not met, empty when verified.
+
+    `angular_momentum_rel` = |ΔH|/|H| and `laplace_rel` = |ΔL|/μ against the orbit that was asked for (the planned
+    one where the problem leaves it open); `plane_rad` is the angle between the reached and the target plane;
+    `perigee_error_m` is reached − required perigee radius, NaN when the problem requires none.
+    `thrust_excess` and `thrust_deficit` are max‖u‖ − 1 and min‖u‖ − 1 of the raw interpolant.
+    """
+
+    flight: Flight
+    planned_orbit: Elements
+    propagated_orbit: Elements
+    angular_momentum_rel: float
+    laplace_rel: float
+    plane_rad: float
+    perigee_error_m: float
+    thrust_excess: float
+    thrust_deficit: float
+    failures: tuple[str, ...]
+
+    @property
+    def verified(self) -> bool:
+        return not self.failures
+
+
+def fly(scenario: Scenario, trajectory: Trajectory, *, samples: int = SAMPLES) -> Flight:
+    """Propagate the commanded burn with the independent integrator; `samples` uniform times, both ends included.
+
+    Raises `orbsoc.orbit.PropagationError`.
+    """
+    units = CanonicalUnits.of(EARTH)
+    duration_s = trajectory.duration * units.time_s
+    tau = np.linspace(-1.0, 1.0, samples)
+    times_s = 0.5 * duration_s * (tau + 1.0)
+    raw = trajectory.grid.interpolate(trajectory.controls, tau)
+    raw_norm = np.linalg.norm(raw, axis=1)
+    start_si = scenario.launch_inertial(scenario.initial)
+    planned = trajectory.grid.interpolate_from_start(units.state_from_si(start_si), trajectory.states, tau)
+    return Flight(
+        times_s=times_s,
+        direction=raw / raw_norm[:, None],
+        raw_norm=raw_norm,
+        planned=units.state_to_si(planned),
+        propagated=propagate_burn(
+            start_si,
+            scenario.vehicle.thruster(),
+            commanded(trajectory.grid, trajectory.controls, duration_s),
+            times_s,
+        ),
+    )
+
+
+def verify(scenario: Scenario, target: TargetOrbit, iterate: Iterate) -> Verification:
+    """Fly the plan and compare the orbit it reaches with the one it promises."""
+    units = CanonicalUnits.of(EARTH)
+    trajectory = iterate.trajectory
+    flight = fly(scenario, trajectory)
+    reached = units.state_from_si(flight.propagated[-1])
+    momentum, laplace = _promised(scenario, target, iterate)
+    h = angular_momentum(reached[:3], reached[3:])
+    delta_h = float(np.linalg.norm(h - momentum) / np.linalg.norm(momentum))
+    delta_l = float(np.linalg.norm(laplace_vector(reached[:3], reached[3:], 1.0) - laplace))
+    plane = float(np.arctan2(np.linalg.norm(np.cross(h, target.normal)), h @ target.normal))
+    planned_orbit = orbit_of(scenario, units.state_to_si(trajectory.end))
+    propagated_orbit = orbit_of(scenario, flight.propagated[-1])
+    perigee_error = float("nan")
+    if scenario.problem == "max_energy" and scenario.target.perigee_height_km is not None:
+        perigee_error = propagated_orbit.perigee_height_m() - 1e3 * scenario.target.perigee_height_km
+    excess, deficit = float(flight.raw_norm.max()) - 1.0, float(flight.raw_norm.min()) - 1.0
+
+    rules = scenario.verification
+    checks = [
+        ("|ΔH|/|H|", delta_h, rules.angular_momentum_rel),
+        ("|ΔL|/μ", delta_l, rules.laplace_rel),
+        ("plane error in rad", plane, rules.plane_rad),
+        ("max‖u‖ − 1 between nodes", excess, rules.thrust_excess),
+        ("depth below the ground in m", max(0.0, -flight.lowest_altitude_m), 0.0),
+    ]
+    if scenario.problem == "max_energy":
+        free = scenario.target.perigee_direction == "free"
+        shortfall = max(0.0, -perigee_error) if free else abs(perigee_error)
+        checks.append(("perigee error in m", shortfall, rules.perigee_m))
+    return Verification(
+        flight=flight,
+        planned_orbit=planned_orbit,
+        propagated_orbit=propagated_orbit,
+        angular_momentum_rel=delta_h,
+        laplace_rel=delta_l,
+        plane_rad=plane,
+        perigee_error_m=perigee_error,
+        thrust_excess=excess,
+        thrust_deficit=deficit,
+        failures=tuple(
+            f"{name} is {value:.2e}, allowed {limit:.0e}"
+            for name, value, limit in checks
+            if not value <= limit
+        ),
+    )
+
+
+def orbit_of(scenario: Scenario, state_si: Array) -> Elements:
+    """Osculating elements in ECI of a launch-inertial state."""
+    state = rotate_state(eci_from_launch_inertial(scenario.launch_site.frame()), state_si)
+    return elements_from_state(state[:3], state[3:])
+
+
+def _promised(scenario: Scenario, target: TargetOrbit, iterate: Iterate) -> tuple[Array, Array]:
+    """Canonical H and L that the burn has to end with."""
+    if scenario.problem == "max_energy" and scenario.target.perigee_direction == "free":
+        end = iterate.trajectory.end
+        return angular_momentum(end[:3], end[3:]), laplace_vector(end[:3], end[3:], 1.0)
+    return (
+        iterate.momentum_scale * target.momentum * target.normal,
+        iterate.laplace_scale * target.eccentricity * target.perigee,
+    )

@@ -1,0 +1,77 @@
+"""Every mission by name: the one place outside a mission's folder that knows it. A mission is one line here.
+
+>>> mission, scenario = load_scenario("scenarios/rec1.toml")  # doctest: +SKIP
+>>> mission.plan(scenario).status  # doctest: +SKIP
+<PlanStatus.VERIFIED: 'verified'>
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from importlib import import_module
+from os import PathLike
+from typing import TYPE_CHECKING, Any, cast
+
+if TYPE_CHECKING:
+    from orbsoc.guidance.mission import Dispersible, Mission
+    from orbsoc.guidance.scenario_file import BaseScenario
+
+MODULES = {
+    "reachable_domain": "orbsoc.missions.reachable_domain",
+    "reachable_insertion": "orbsoc.missions.reachable_insertion",
+}
+
+SCHEMAS = {"scenario": "reachable_insertion", "reach-scenario": "reachable_domain"}
+"""Other names that `orbsoc schema` takes."""
+
+
+class _Imported(Mapping[str, "Mission"]):
+    """The missions of `MODULES`, each imported when it is first asked for."""
+
+    def __getitem__(self, name: str) -> Mission:
+        return cast("Mission", import_module(MODULES[name]))
+
+    def __contains__(self, name: object) -> bool:
+        return name in MODULES
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(MODULES)
+
+    def __len__(self) -> int:
+        return len(MODULES)
+
+
+MISSIONS: Mapping[str, Mission] = _Imported()
+
+
+def load_scenario(
+    path: str | PathLike[str], settings: Mapping[str, Any] | None = None
+) -> tuple[Mission, BaseScenario]:
+    """The mission that the file's `mission` names, and its scenario; `settings` override values, by dotted key.
+
+    Raises `orbsoc.guidance.scenario_file.ScenarioError`.
+    """
+    from orbsoc.guidance.scenario_file import Complaint, ScenarioError, checked, read_document
+
+    document = read_document(path, settings)
+    name = document.get("mission")
+    if name not in MISSIONS:
+        allowed = f"no such mission; allowed: {', '.join(MISSIONS)}"
+        raise ScenarioError(str(path), [Complaint("`mission`", repr(name), allowed)])
+    mission = MISSIONS[str(name)]
+    return mission, checked(mission.Scenario, document, source=str(path))
+
+
+def dispersible(scenario: BaseScenario) -> Dispersible:
+    """The scenario's mission, which has dispersed cases. Raises ScenarioError for one without."""
+    from orbsoc.guidance.mission import Dispersible
+    from orbsoc.guidance.scenario_file import Complaint, ScenarioError
+
+    mission = MISSIONS[scenario.mission]
+    if isinstance(mission, Dispersible):
+        return mission
+    able = ", ".join(name for name in MISSIONS if isinstance(MISSIONS[name], Dispersible))
+    allowed = (
+        f"this mission has no dispersed cases; missions with them: {able}; without --cases it is planned once"
+    )
+    raise ScenarioError(scenario.name, [Complaint("mission", repr(scenario.mission), allowed)])

@@ -1,0 +1,96 @@
+"""The output of a planning run: `plan.json`, tables, figures, `hardware.json`, `report.html`.
+
+All of it is built from one plan document, so that the report can say nothing that `plan.json` does not.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from orbsoc.files.output_folder import write_manifest, written_at_once
+from orbsoc.files.versions import versions
+from orbsoc.guidance.mission import Agreement, FigureFile, Mission, Plan, PlanStatus
+from orbsoc.hw.cycle_budget import CycleBudget
+
+from .page import render
+
+TEMPLATE = "plan.html.j2"
+OWN_TEMPLATE = "report.html.j2"
+"""In a mission's folder: extends `TEMPLATE`."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanRun:
+    """A plan and what was found out about it; `solver` says in words what solved the subproblems."""
+
+    mission: Mission
+    plan: Plan
+    solver: str
+    budget: CycleBudget | None
+    check: Agreement | None
+
+    @property
+    def succeeded(self) -> bool:
+        """Verified, and neither the second solver nor the emulated computer disagrees."""
+        same_bits = self.budget is None or self.budget.same_bits
+        agrees = self.check is None or self.check.agrees
+        return self.plan.status is PlanStatus.VERIFIED and agrees and same_bits
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of `plan.json`, apart from its schema and file list."""
+        return {
+            **self.plan.to_dict(),
+            "solver": self.solver,
+            "hardware": self.budget and self.budget.summary(),
+            "check": self.check and {**self.check.to_dict(), "solver": "clarabel"},
+            "versions": versions(),
+        }
+
+
+def write_run(
+    folder: Path, run: PlanRun, document: dict[str, Any], *, commit: Callable[[], None] = lambda: None
+) -> None:
+    """Write everything into `folder`, complete or not at all; raises `orbsoc.files.output_folder.OutputFolderError`.
+
+    `commit` is called when all is written and about to move into place; what it raises keeps the folder as it was.
+    """
+    with written_at_once(folder) as place:
+        tables = run.plan.tables()
+        for name, text in tables.items():
+            (place / name).write_text(text, encoding="utf-8")
+        figures = run.plan.figures(place)
+        hardware = run.budget.to_dict() if run.budget else None
+        if hardware is not None:
+            text = json.dumps(hardware, indent=2, allow_nan=False)
+            (place / "hardware.json").write_text(text + "\n", encoding="utf-8")
+        page = report_page(run.mission, document, hardware, tables, figures, place)
+        (place / "report.html").write_text(page, encoding="utf-8")
+        write_manifest(place, document)
+        commit()
+
+
+def report_page(
+    mission: Mission,
+    document: dict[str, Any],
+    hardware: dict[str, Any] | None,
+    tables: Mapping[str, str],
+    figures: tuple[FigureFile, ...],
+    place: Path,
+) -> str:
+    """The page of a plan's document, with the figures in `place`; of each table its columns are told."""
+    folder = Path(mission.__file__).parent if mission.__file__ else None
+    own = folder is not None and (folder / OWN_TEMPLATE).is_file()
+    return render(
+        OWN_TEMPLATE if own else TEMPLATE,
+        figures,
+        place,
+        folder=folder if own else None,
+        plan=document,
+        hardware=hardware,
+        columns=mission.COLUMNS,
+        tables={name: ", ".join(text.partition("\n")[0].split(",")) for name, text in tables.items()},
+    )
