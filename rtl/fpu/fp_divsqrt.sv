@@ -26,7 +26,7 @@ module fp_divsqrt #(
   localparam logic signed [X-1:0] INFINITE = X'((1 << EXP) - 1);
   localparam logic signed [X-1:0] BIAS = X'((1 << (EXP - 1)) - 1);
 
-  // One token walks through the cycles of an operation.
+  // One token passes through the cycles of an operation.
   logic [STEPS+1:0] token;
   always_ff @(posedge clock) begin
     if (reset) token <= '0;
