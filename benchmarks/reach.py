@@ -6,7 +6,7 @@ process. `--every K` takes every Kth plane. Three solvers of the same subproblem
 
 - `orbsoc`: Newton on the dual from the multipliers before, its interior-point method where there are none or that fails;
 - `orbsoc_interior_point`: its interior-point method, `solve_batch`, for every subproblem;
-- `clarabel`: one kept solver per pattern whose data is updated, on one thread; what it calls solved is believed.
+- `clarabel`: one solver per pattern with updated data, on one thread; what it calls solved is accepted.
 
 Writes reach.json: seconds, the seconds in the solvers' calls alone, verdicts, and every point on which they do not agree.
 """
@@ -30,10 +30,9 @@ from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Status
 from orbsoc.guidance.scp import Rules
 from orbsoc.missions.reachable_domain import load_scenario
-from orbsoc.missions.reachable_domain.condensed import CondensedBatch
-from orbsoc.missions.reachable_domain.domain import Domain
-from orbsoc.missions.reachable_domain.subproblems import Answers, Subproblems
-from orbsoc.solving.batch import BatchSolution
+from orbsoc.missions.reachable_domain.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.direct.condensed import CondensedBatch
+from orbsoc.missions.reachable_domain.direct.subproblems import Answers, SolvedBatch, Subproblems
 
 Array = NDArray[np.float64]
 SCENARIO = Path(__file__).resolve().parents[1] / "scenarios" / "paper004_reach.toml"
@@ -55,41 +54,23 @@ class ClarabelLoop:
     def __init__(self) -> None:
         self._kept: dict[tuple[int, float], tuple[Any, NDArray[np.intp]]] = {}
 
-    def __call__(self, batch: CondensedBatch, settings: Settings) -> BatchSolution:
+    def __call__(self, batch: CondensedBatch, settings: Settings) -> SolvedBatch:
         base, count = batch.base, len(batch)
         solver, order = self._solver(batch, settings.tol)
         data = np.concatenate([batch.A, batch.G], axis=1)[:, order]
         sides = np.concatenate([batch.b, batch.h], axis=1)
         x, dual = np.empty((count, base.n)), np.empty((count, base.p + base.m))
-        slack, status = np.empty((count, base.m)), np.empty(count, dtype=object)
+        status = np.empty(count, dtype=object)
         iterations, worst = np.zeros(count, np.uint32), np.zeros(count)
         for k in range(count):
             solver.update(q=batch.c[k], A=data[k], b=sides[k])
             found = solver.solve()
-            x[k], dual[k], slack[k] = found.x, found.z, found.s[base.p :]
+            x[k], dual[k] = found.x, found.z
             status[k] = STATUS.get(str(found.status), Status.NUMERICAL_LIMIT)
             iterations[k] = found.iterations
-            # Below the tolerance asked for it is believed; what stopped short is judged by its own residuals.
+            # Below the requested tolerance it is accepted; what stopped short is checked by its own residuals.
             worst[k] = max(found.r_prim, found.r_dual)
-        nothing = np.zeros(count)
-        return BatchSolution(
-            status=status,
-            x=x,
-            y=dual[:, : base.p],
-            z=dual[:, base.p :],
-            s=slack,
-            objective=nothing,
-            dual_objective=nothing,
-            iterations=iterations,
-            refinements=np.zeros(count, np.uint32),
-            primal_residual=worst,
-            dual_residual=worst,
-            gap=worst,
-            radius=nothing,
-            message=[""] * count,
-            warm_start=["none"] * count,
-            solve_s=0.0,
-        )
+        return SolvedBatch(status, x, dual[:, : base.p], dual[:, base.p :], iterations, worst)
 
     def _solver(self, batch: CondensedBatch, tolerance: float) -> tuple[Any, NDArray[np.intp]]:
         """The kept solver of the pattern at a tolerance, and where its values stand in [A, G]."""

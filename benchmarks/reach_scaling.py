@@ -23,8 +23,8 @@ import numpy as np
 
 from benchmarks.environment import commit, machine_class
 from orbsoc.missions.reachable_domain import load_scenario
-from orbsoc.missions.reachable_domain.domain import Domain
-from orbsoc.missions.reachable_domain.tasks import grid_shards, solve_grid_shard
+from orbsoc.missions.reachable_domain.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.continuation.tasks import grid_shards, solve_grid_shard
 from orbsoc.sweep import DaskCluster, Executor, Processes, Report, ShardStore, Task, run
 from orbsoc.sweep.executors import Work
 from orbsoc.sweep.store import Columns
@@ -45,7 +45,7 @@ def arithmetic(payload: dict[str, Any]) -> Columns:
 
 
 def turns_for(seconds: float) -> int:
-    """How many turns of `arithmetic` take so much processor time."""
+    """Turns of `arithmetic` that take `seconds` of processor time."""
     turns = 2_000_000
     started = time.process_time()
     arithmetic({"turns": turns})

@@ -17,35 +17,23 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition, load_partition, partition_names
     from hw_model.platform.platform import Platform, load_platform, platform_names
-    from hw_model.report.report import Report, speedup
+    from hw_model.report.speedup import Report, speedup
     from hw_model.timing.jitter import Distribution, distribution
     from hw_model.timing.timeline import Segment, Timeline, simulate
     from hw_model.timing.trace import Trace, load_trace, parse_trace
 
     from .errors import HwModelError, PartitionError, PlatformError, TraceError
 
-_HOME = {
-    "HwModelError": "errors",
-    "PartitionError": "errors",
-    "PlatformError": "errors",
-    "TraceError": "errors",
-    "Distribution": "timing.jitter",
-    "distribution": "timing.jitter",
-    "Partition": "platform.partition",
-    "load_partition": "platform.partition",
-    "partition_names": "platform.partition",
-    "Platform": "platform.platform",
-    "load_platform": "platform.platform",
-    "platform_names": "platform.platform",
-    "Report": "report.report",
-    "speedup": "report.report",
-    "Segment": "timing.timeline",
-    "Timeline": "timing.timeline",
-    "simulate": "timing.timeline",
-    "Trace": "timing.trace",
-    "load_trace": "timing.trace",
-    "parse_trace": "timing.trace",
+_NAMES = {
+    "errors": ("HwModelError", "PartitionError", "PlatformError", "TraceError"),
+    "timing.jitter": ("Distribution", "distribution"),
+    "platform.partition": ("Partition", "load_partition", "partition_names"),
+    "platform.platform": ("Platform", "load_platform", "platform_names"),
+    "report.speedup": ("Report", "speedup"),
+    "timing.timeline": ("Segment", "Timeline", "simulate"),
+    "timing.trace": ("Trace", "load_trace", "parse_trace"),
 }
+_MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
 
 __all__ = [
     "Distribution",
@@ -72,6 +60,6 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    if name not in _HOME:
+    if name not in _MODULE_OF:
         raise AttributeError(f"module 'hw_model' has no attribute {name!r}")
-    return getattr(import_module(f".{_HOME[name]}", __name__), name)
+    return getattr(import_module(f".{_MODULE_OF[name]}", __name__), name)

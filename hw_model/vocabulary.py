@@ -1,6 +1,6 @@
 """The words that traces, partitions and platforms share, and how time is counted.
 
-Time is an integer number of picoseconds (`_picos`), so that sums are exact and "the causes add up to
+Time is an integer number of picoseconds (`_picoseconds`), so that sums are exact and "the causes add up to
 the makespan" is an equality. "ps" always means the processing system, never picoseconds.
 """
 
@@ -9,37 +9,27 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise
-from typing import Final, Literal
+from typing import Final, Literal, get_args
 
 Side = Literal["ps", "pl"]
 PlModule = Literal[
-    "matrix_update", "matrix_scaling", "factorization", "linear_solve", "cone_ops", "line_search"
-]
-Module = Literal[
-    "ps", "matrix_update", "matrix_scaling", "factorization", "linear_solve", "cone_ops", "line_search"
-]
+    "matrix_update", "matrix_scaling", "factorization", "linear_solve", "cone_ops", "line_search",
+]  # fmt: skip
+Module = Literal["ps", PlModule]
 Datapath = Literal["f64", "f32"]
 Opcode = Literal[
     "move", "neg", "abs", "mul", "add", "sub", "mul_add", "mul_sub", "div", "sqrt", "min", "max",
     "compare", "and", "select",
 ]  # fmt: skip
 PlCause = Literal["issue", "dependency", "bank", "divider", "write_port", "fetch", "drain"]
-Cause = Literal[
-    "ps", "issue", "dependency", "bank", "divider", "write_port", "fetch", "drain", "cache", "link", "interrupt",
-]  # fmt: skip
+Cause = Literal["ps", PlCause, "cache", "link", "interrupt"]
 
-PL_MODULES: Final[tuple[PlModule, ...]] = (
-    "matrix_update", "matrix_scaling", "factorization", "linear_solve", "cone_ops", "line_search",
-)  # fmt: skip
-MODULES: Final[tuple[Module, ...]] = ("ps", *PL_MODULES)
-OPCODES: Final[tuple[Opcode, ...]] = (
-    "move", "neg", "abs", "mul", "add", "sub", "mul_add", "mul_sub", "div", "sqrt", "min", "max",
-    "compare", "and", "select",
-)  # fmt: skip
-PL_CAUSES: Final[tuple[PlCause, ...]] = (
-    "issue", "dependency", "bank", "divider", "write_port", "fetch", "drain",
-)  # fmt: skip
-CAUSES: Final[tuple[Cause, ...]] = ("ps", *PL_CAUSES, "cache", "link", "interrupt")
+PL_MODULES: Final[tuple[PlModule, ...]] = get_args(PlModule)
+MODULES: Final[tuple[Module, ...]] = get_args(Module)
+OPCODES: Final[tuple[Opcode, ...]] = get_args(Opcode)
+PL_CAUSES: Final[tuple[PlCause, ...]] = get_args(PlCause)
+CAUSES: Final[tuple[Cause, ...]] = get_args(Cause)
+PICOSECONDS_PER_MS: Final = 10**9
 WORD_BYTES: Final[dict[Datapath, int]] = {"f64": 8, "f32": 4}
 
 
@@ -58,21 +48,21 @@ def by_place(causes: Mapping[Cause, int]) -> dict[str, int]:
     }
 
 
-def picos_of_cycles(parts: Sequence[int], clock_mhz: float) -> list[int]:
+def picoseconds_of_cycles(parts: Sequence[int], clock_mhz: float) -> list[int]:
     """Durations of consecutive parts, each given in whole clock cycles, in picoseconds.
 
     The end of each part is rounded, not its length, so the parts add up to the rounded total
     whatever the clock: 3 cycles at 150 MHz are 20 000 ps as one part and 6667 + 6666 + 6667 as three.
     """
-    picos_per_cycle = Fraction(10**6) / Fraction(clock_mhz)
+    picoseconds_per_cycle = Fraction(10**6) / Fraction(clock_mhz)
     ends = [0]
     cycles = 0
     for part in parts:
         cycles += part
-        ends.append(int(cycles * picos_per_cycle + Fraction(1, 2)))
+        ends.append(int(cycles * picoseconds_per_cycle + Fraction(1, 2)))
     return [end - start for start, end in pairwise(ends)]
 
 
-def picos_of_ns(duration_ns: float) -> int:
+def picoseconds_of_ns(duration_ns: float) -> int:
     """A duration in nanoseconds, rounded to a whole number of picoseconds."""
     return round(duration_ns * 1000.0)

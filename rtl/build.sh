@@ -33,7 +33,7 @@ if [ ! -x "$built" ]; then
   mkdir -p "$cache"
   work=$(mktemp -d "$cache/building.XXXXXX")
   trap 'rm -rf "$work"' EXIT
-  # One unit for all of the model: in several, the headers cost more than the code.
+  # One translation unit for the model: in several, the headers cost more than the code.
   model() {
     # Unused: a parameter file included for one of its numbers; bits of an address that a unit does not have.
     # shellcheck disable=SC2086  # the list is meant to be split
@@ -50,7 +50,7 @@ if [ ! -x "$built" ]; then
   if [ ! -d "$runtime" ]; then
     mkdir "$work/runtime"
     mv "$work"/model/verilated*.o "$work/runtime"
-    # Another build may have been first: then there is one, and that will do.
+    # A concurrent build may have finished first; its result is the same.
     if ! mv -T "$work/runtime" "$runtime" 2>"$work/log" && [ ! -d "$runtime" ]; then
       cat "$work/log" >&2
       exit 1

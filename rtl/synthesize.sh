@@ -3,7 +3,7 @@
 # Usage: rtl/synthesize.sh MODULE [NAME=VALUE ...]      e.g. rtl/synthesize.sh engine FP=64 LANES=4 CHECKS=0 CODE_BITS=12
 # LUT counts LUTs used as logic and as shift registers or memory; BRAM36 counts a RAMB18 as half; no timing is implied.
 set -eu
-cd "$(dirname "$0")"   # cells are named after files: no name shall depend on where this is
+cd "$(dirname "$0")"   # cells are named after files: names must not depend on the location of this folder
 module=$1
 shift
 

@@ -11,7 +11,8 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from hw_model.area.area import Shape, engine_area, recorded, shape_of
+from hw_model.area.engine import Shape, engine_area
+from hw_model.area.synthesis import recorded, shape_of
 from hw_model.platform.platform import load_platform
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -9,12 +9,12 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .drawing import GREEN, RED, blank, finished
+from .drawing import GREEN, RED, blank, finished, note
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from hw_model.area.resources import Budget
+    from hw_model.area.budget import Budget
 
 
 def area_figure(found: Budget, title: str, path: str | Path | None = None) -> Figure:
@@ -27,10 +27,8 @@ def area_figure(found: Budget, title: str, path: str | Path | None = None) -> Fi
         percent = min(share, 1.25 * longest)  # of a device that has none of it, any use is infinite
         axes.barh(place, percent, height=0.6, color=GREEN if use.fits else RED)
         axes.plot([100 * use.ceiling] * 2, [place - 0.4, place + 0.4], color="black", linewidth=1.5)
-        axes.annotate(
-            f"{use.used:,} of {use.available:,}".replace(",", " "), (max(percent, 100 * use.ceiling), place), (5, 0),
-            textcoords="offset points", va="center", fontsize=8,
-        )  # fmt: skip
+        amounts = f"{use.used:,} of {use.available:,}".replace(",", " ")
+        note(axes, amounts, (max(percent, 100 * use.ceiling), place), (5, 0), va="center")
     axes.set_yticks(range(len(found.uses)), [use.kind.upper() for use in found.uses])
     axes.invert_yaxis()
     axes.set_xlim(0.0, 1.25 * longest)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from hw_model.errors import HwModelError
 
-from .drawing import BLUE, ORANGE, blank, finished, legend
+from .drawing import BLUE, ORANGE, blank, finished, legend, note
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,14 +38,7 @@ def deadline_figure(
         axes.hist(times, bins=2 * count, range=ends, color=colour, alpha=0.75)
     axes.axvline(deadline_ms, color="black", linewidth=1.5)
     right = axes.get_xaxis_transform()
-    axes.annotate(
-        f"deadline {deadline_ms:g} ms",
-        (deadline_ms, 1.0),
-        (4, -10),
-        xycoords=right,
-        textcoords="offset points",
-        fontsize=8,
-    )
+    note(axes, f"deadline {deadline_ms:g} ms", (deadline_ms, 1.0), (4, -10), xycoords=right)
     axes.set_xlim(0.0, 1.15 * max(deadline_ms, *worst_ms))
     axes.set_xlabel("modelled time of all conic solves of a plan, ms")
     axes.set_ylabel("cases")

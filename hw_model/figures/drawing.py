@@ -10,9 +10,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # Okabe and Ito.
@@ -33,6 +34,13 @@ def blank(width: float, height: float) -> Figure:
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
+
+
+def note(
+    axes: Axes, text: str, at: tuple[float, float], offset: tuple[float, float] = (0, 3), **options: Any
+) -> None:
+    """Text beside a point, `offset` points away."""
+    axes.annotate(text, at, offset, textcoords="offset points", **{"fontsize": 8, **options})
 
 
 def legend(figure: Figure, colours: Mapping[str, str]) -> None:

@@ -38,11 +38,13 @@ def gantt_figure(timeline: Timeline, path: str | Path | None = None) -> Figure:
     return finished(figure, path)
 
 
-def _draw(axes: Axes, segments: Sequence[Segment], picos: float) -> None:
-    origin = min((s.start_picos for s in segments), default=0)
+def _draw(axes: Axes, segments: Sequence[Segment], picoseconds: float) -> None:
+    origin = min((s.start_picoseconds for s in segments), default=0)
     for place, row in enumerate(_ROWS):
         own = [s for s in segments if _row(s) == row]
-        spans: Any = [((s.start_picos - origin) / picos, s.duration_picos / picos) for s in own]
+        spans: Any = [
+            ((s.start_picoseconds - origin) / picoseconds, s.duration_picoseconds / picoseconds) for s in own
+        ]
         colour = PLACES.get(row, PLACES["PL"])
         axes.broken_barh(spans, (place - 0.4, 0.8), facecolors=colour, edgecolors=colour, linewidth=0.4)
     axes.set_yticks(range(len(_ROWS)), [name.replace("_", " ") for name in _ROWS], fontsize=8)

@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING
 from hw_model.errors import HwModelError
 from hw_model.vocabulary import by_place, count_of
 
-from .drawing import GREEN, GREY, PALE, PLACES, RED, blank, finished, legend
+from .drawing import GREEN, GREY, PALE, PLACES, RED, blank, finished, legend, note
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from hw_model.report.report import Band, Report
+    from hw_model.report.bands import Band
+    from hw_model.report.speedup import Report
 
 _GAIN = {"faster": GREEN, "band crosses 1": GREY, "slower": RED}
 
@@ -52,24 +53,12 @@ def speedup_figure(
             place, band.nominal, width=0.7, color=colour if fit else "none", edgecolor=colour,
             hatch=None if fit else "///", yerr=reach, capsize=4,
         )  # fmt: skip
-        axes.annotate(
-            f"{band.nominal:.2f}×" if fit else f"{band.nominal:.2f}×\ndoes not fit",
-            (place, band.high),
-            (0, 3),
-            textcoords="offset points",
-            ha="center",
-            fontsize=9,
-        )
+        text = f"{band.nominal:.2f}×" if fit else f"{band.nominal:.2f}×\ndoes not fit"
+        note(axes, text, (place, band.high), ha="center", fontsize=9)
     shown = {_gain(report.speedup) for report in reports}
     axes.axhline(1.0, color="black", linestyle="--", linewidth=0.8)
     labels = [
-        "\n".join(
-            (
-                report.device,
-                count_of(report.lanes, "lane"),
-                *f"{report.partition}".replace("+", "\n+ ").split("\n"),
-            )
-        )
+        "\n".join((report.device, count_of(report.lanes, "lane"), report.partition.replace("+", "\n+ ")))
         for report in ordered
     ]
     axes.set_xticks(places, labels, fontsize=8)
@@ -89,11 +78,11 @@ def module_figure(report: Report, path: str | Path | None = None) -> Figure:
     figure = blank(7.2, 1.6 + 0.62 * len(report.modules))
     axes = figure.add_subplot()
     for place, row in enumerate(report.modules):
-        axes.barh(place - 0.2, row.baseline_picos / 1e9, height=0.36, color=PALE)
+        axes.barh(place - 0.2, row.baseline_picoseconds / 1e9, height=0.36, color=PALE)
         start = 0.0
-        for name, picos in by_place(row.causes_picos).items():
-            axes.barh(place + 0.2, picos / 1e9, height=0.36, left=start, color=PLACES[name])
-            start += picos / 1e9
+        for name, picoseconds in by_place(row.causes_picoseconds).items():
+            axes.barh(place + 0.2, picoseconds / 1e9, height=0.36, left=start, color=PLACES[name])
+            start += picoseconds / 1e9
     names = [
         "PS's own tasks" if row.module == "ps" else f"{row.module} ({row.side.upper()})"
         for row in report.modules

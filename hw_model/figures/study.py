@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING
 
 from hw_model.errors import HwModelError
 
-from .drawing import BLUE, GREY, PALE, RED, SERIES, blank, finished
+from .drawing import BLUE, GREY, PALE, RED, SERIES, blank, finished, note
 
 if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
     from hw_model.platform.platform import Platform
-    from hw_model.report.report import Band
+    from hw_model.report.bands import Band
     from hw_model.report.study import Point
     from hw_model.timing.limits import Limits, Roof
 
@@ -123,10 +123,9 @@ def roofline_figure(rows: Sequence[Roof], platform: Platform, path: str | Path |
     left, right = min([0.1, *known]) / 2, 10 * max([10.0, *known])
     ridge = peak / bandwidth
     axes.plot([left, ridge, right], [left * bandwidth, peak, peak], color="black", linewidth=1.2)
-    axes.annotate(f"{platform.pl.lanes.value} lanes at {clock_mhz:g} MHz: {peak:.2f} Gop/s", (right, peak), (0, 4),
-                  textcoords="offset points", ha="right", fontsize=8)  # fmt: skip
-    axes.annotate(f"DMA {1000 * bandwidth:.0f} MB/s", (0.6 * ridge, 0.6 * peak), (-6, 4), textcoords="offset points",
-                  ha="right", fontsize=8)  # fmt: skip
+    lanes = f"{platform.pl.lanes.value} lanes at {clock_mhz:g} MHz: {peak:.2f} Gop/s"
+    note(axes, lanes, (right, peak), (0, 4), ha="right")
+    note(axes, f"DMA {1000 * bandwidth:.0f} MB/s", (0.6 * ridge, 0.6 * peak), (-6, 4), ha="right")
     for colour, row in zip(SERIES, rows, strict=False):
         place = min(row.intensity, right / 1.5)
         axes.plot([place, place], [row.gops_with_link, row.gops], color=colour, linewidth=1.0)

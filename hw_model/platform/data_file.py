@@ -28,8 +28,13 @@ def read(kind: str, folder: str, name_or_path: str | Path, error: type[HwModelEr
             )
         path = Path(__file__).parent / folder / f"{name_or_path}.toml"
     where = f"{kind} {path.name}"
+    return read_toml(path, where, error), where
+
+
+def read_toml(path: Path, where: str, error: type[HwModelError]) -> Table:
+    """The tables of a file; `where` is how messages call it."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8")), where
+        return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as failure:
         raise error(f"{where}: cannot be read: {failure.strerror}") from failure
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as failure:

@@ -10,7 +10,7 @@ Tag = Literal["sourced", "measured", "assumed"]
 End = Literal["slow", "nominal", "fast"]
 Number = TypeVar("Number", int, float, str)
 
-# Wide enough for any computer, and so narrow that no price leaves the range of its arithmetic.
+# Wide enough for any computer, and so narrow that no time leaves the range of its arithmetic.
 PsClock = Annotated[float, Field(ge=0.001, le=5000.0, strict=True, allow_inf_nan=False)]
 PlClock = Annotated[float, Field(ge=0.001, le=1000.0, strict=True, allow_inf_nan=False)]
 Duration = Annotated[float, Field(ge=0.0, le=1e9, strict=True, allow_inf_nan=False)]

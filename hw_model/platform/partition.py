@@ -63,12 +63,12 @@ def on_pl(*modules: str) -> Partition:
 def all_partitions() -> list[Partition]:
     """All 2⁶, the shipped ones under their names."""
     known = [load_partition(name) for name in partition_names()]
-    names = {tuple(sorted(split.modules.items())): split for split in known}
+    names = {tuple(sorted(partition.modules.items())): partition for partition in known}
     subsets = (
         [name for k, name in enumerate(PL_MODULES) if bits >> k & 1] for bits in range(2 ** len(PL_MODULES))
     )
-    splits = [on_pl(*subset) for subset in subsets]
-    return [names.get(tuple(sorted(split.modules.items())), split) for split in splits]
+    partitions = [on_pl(*subset) for subset in subsets]
+    return [names.get(tuple(sorted(partition.modules.items())), partition) for partition in partitions]
 
 
 def parse_partition(raw: Table, where: str = "partition") -> Partition:

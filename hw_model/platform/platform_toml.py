@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-from .platform import Section, parameters_of
+from .sections import Section
 
 if TYPE_CHECKING:
     from .parameter import Parameter
@@ -22,7 +22,7 @@ def to_toml(platform: Platform) -> str:
         lines += ["", f"[{name}]"]
         plain = {key: getattr(section, key) for key in type(section).model_fields}
         lines += [f"{key} = {json.dumps(value)}" for key, value in plain.items() if isinstance(value, str)]
-        lines += [f"{key} = {_entry(item)}" for key, item in parameters_of(section)]
+        lines += [f"{key} = {_entry(item)}" for key, item in section.own_parameters()]
     return "\n".join(lines) + "\n"
 
 

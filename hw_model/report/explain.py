@@ -32,8 +32,8 @@ class Difference:
 
     a: str
     b: str
-    a_picos: int
-    b_picos: int
+    a_picoseconds: int
+    b_picoseconds: int
     by_cause: dict[Cause, tuple[int, int]]
     by_module: dict[Module, tuple[int, int]]
     by_module_and_cause: dict[tuple[Module, Cause], tuple[int, int]]
@@ -45,16 +45,16 @@ class Difference:
     @property
     def headline(self) -> str:
         """One sentence: which is faster, by how much, and the largest cause."""
-        change = self.b_picos - self.a_picos
+        change = self.b_picoseconds - self.a_picoseconds
         if not change:
-            return f"modelled: {self.a} and {self.b} take the same time, {self.a_picos / 1e9:.3f} ms"
+            return f"modelled: {self.a} and {self.b} take the same time, {self.a_picoseconds / 1e9:.3f} ms"
         cause = max(
             self.by_cause, key=lambda name: (self.by_cause[name][1] - self.by_cause[name][0]) * change
         )
         part = self.by_cause[cause][1] - self.by_cause[cause][0]
         return (
-            f"modelled: {self.b} takes {self.b_picos / 1e9:.3f} ms, {self.a} {self.a_picos / 1e9:.3f} ms:"
-            f" {change / 1e9:+.3f} ms ({self.a_picos / self.b_picos:.2f}×), of which {cause} is {part / 1e9:+.3f} ms"
+            f"modelled: {self.b} takes {self.b_picoseconds / 1e9:.3f} ms, {self.a} {self.a_picoseconds / 1e9:.3f} ms:"
+            f" {change / 1e9:+.3f} ms ({self.a_picoseconds / self.b_picoseconds:.2f}×), of which {cause} is {part / 1e9:+.3f} ms"
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -63,8 +63,8 @@ class Difference:
             "schema": "orbsoc.hardware-difference/1",
             "provenance": "modelled",
             "headline": self.headline,
-            "a": {"name": self.a, "time_ms": self.a_picos / 1e9},
-            "b": {"name": self.b, "time_ms": self.b_picos / 1e9},
+            "a": {"name": self.a, "time_ms": self.a_picoseconds / 1e9},
+            "b": {"name": self.b, "time_ms": self.b_picoseconds / 1e9},
             "moved": list(self.moved),
             "parameters": [{"key": key, "a": one, "b": other} for key, one, other in self.parameters],
             "by_cause_ms": {cause: _ms(pair) for cause, pair in self.by_cause.items()},
@@ -85,8 +85,8 @@ def explain(
         simulate(checked, as_platform(side.platform), as_partition(side.partition), cycles) for side in (a, b)
     )
     parameters = tuple(
-        (mine.key, mine.value, theirs.value)
-        for mine, theirs in zip(a.platform.assumptions(), b.platform.assumptions(), strict=True)
+        (key, mine.value, theirs.value)
+        for (key, mine), (_, theirs) in zip(a.platform.parameters(), b.platform.parameters(), strict=True)
         if mine.value != theirs.value
     )
     moved = tuple(name for name, side in a.partition.modules.items() if b.partition.modules[name] != side)
@@ -95,8 +95,8 @@ def explain(
     return Difference(
         a.name,
         b.name,
-        one.makespan_picos,
-        other.makespan_picos,
+        one.makespan_picoseconds,
+        other.makespan_picoseconds,
         {cause: causes[cause,] for cause in CAUSES if (cause,) in causes},
         {module: modules[module,] for module in MODULES if (module,) in modules},
         {(m, c): both[m, c] for m in MODULES for c in CAUSES if (m, c) in both},

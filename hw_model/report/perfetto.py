@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any
 from hw_model.timing.stage_cycles import StageCycles, estimated
 from hw_model.vocabulary import PL_CAUSES, PL_MODULES
 
-from .reading import TIMELINE
+from .assumptions import assumptions
 from .unit_tracks import unit_arguments, unit_events
+from .usage import TIMELINE_USAGE
 
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition
@@ -47,25 +48,17 @@ def trace_events(
     tracks = _tracks(platform, with_units=units is not None and partition.uses_pl)
     events: list[dict[str, Any]] = []
     for process in dict.fromkeys(process for process, _ in tracks):
-        events.append(_named("process_name", process, 0, f"{_PROCESSES[process]} (modelled)"))
-        events.append(
-            {
-                "ph": "M",
-                "name": "process_sort_index",
-                "pid": process,
-                "tid": 0,
-                "args": {"sort_index": process},
-            }
-        )
+        events.append(_metadata("process_name", process, 0, name=f"{_PROCESSES[process]} (modelled)"))
+        events.append(_metadata("process_sort_index", process, 0, sort_index=process))
     for (process, name), thread in tracks.items():
-        events.append(_named("thread_name", process, thread, name))
+        events.append(_metadata("thread_name", process, thread, name=name))
     serial = platform.runtime.schedule.value == "serial"
-    period_picos = 1e6 / platform.ps.clock_mhz.value
+    period_picoseconds = 1e6 / platform.ps.clock_mhz.value
     for segment in timeline.segments:
         for process, track in _places(segment, platform, serial):
             events.append(_event(segment, process, tracks[process, track]))
         if segment.shared_cycles:  # the other cores join for the last part
-            start = segment.end_picos - round(segment.shared_cycles * period_picos)
+            start = segment.end_picoseconds - round(segment.shared_cycles * period_picoseconds)
             events += [
                 _event(segment, PS, tracks[PS, f"core {core}"], start) for core in range(1, timeline.cores)
             ]
@@ -76,27 +69,27 @@ def trace_events(
                 "ph": "X",
                 "name": item.name,
                 "cat": item.run.stage,
-                **_span(item.start_picos, item.end_picos),
+                **_span(item.start_picoseconds, item.end_picoseconds),
             }
             events.append(
                 place | {"pid": UNITS, "tid": tracks[UNITS, names[item.unit]], "args": unit_arguments(item)}
             )
-    reading = TIMELINE.of(trace, partition, platform, cycles)
+    usage = TIMELINE_USAGE.of(trace, partition, platform, cycles)
     return {
         "traceEvents": events,
         "displayTimeUnit": "ns",
         "otherData": {
             "provenance": "modelled, not measured",
-            "pl_cycles": ("exact schedules" if reading.scheduled else "estimated")
+            "pl_cycles": ("exact schedules" if usage.scheduled else "estimated")
             if partition.uses_pl
             else "none",
             "platform": timeline.platform,
             "partition": timeline.partition,
-            "makespan_us": timeline.makespan_picos / 1e6,
+            "makespan_us": timeline.makespan_picoseconds / 1e6,
             "unit_tracks": units is not None and partition.uses_pl,
             "parameters": {
                 row.key: {"value": row.value, "tag": row.tag, "source": row.source, "used": row.used}
-                for row in platform.assumptions(reading)
+                for row in assumptions(platform, usage)
             },
         },
     }
@@ -145,14 +138,16 @@ def _places(segment: Segment, platform: Platform, serial: bool) -> list[Track]:
     return [(LINK, _BY_CORE), controlling]
 
 
-def _event(segment: Segment, process: int, thread: int, start_picos: int | None = None) -> dict[str, Any]:
+def _event(
+    segment: Segment, process: int, thread: int, start_picoseconds: int | None = None
+) -> dict[str, Any]:
     computing = segment.kind in ("compute", "build")
-    start = segment.start_picos if start_picos is None else start_picos
+    start = segment.start_picoseconds if start_picoseconds is None else start_picoseconds
     return {
         "ph": "X",
         "name": segment.stage if computing else f"{segment.detail}: {segment.stage}",
         "cat": segment.cause,
-        **_span(start, segment.end_picos),
+        **_span(start, segment.end_picoseconds),
         "pid": process,
         "tid": thread,
         "args": {
@@ -163,11 +158,11 @@ def _event(segment: Segment, process: int, thread: int, start_picos: int | None 
     }  # fmt: skip
 
 
-def _span(start_picos: int, end_picos: int) -> dict[str, float]:
+def _span(start_picoseconds: int, end_picoseconds: int) -> dict[str, float]:
     """Start and duration in microseconds; both ends are rounded to nanoseconds, so that neighbours do not overlap."""
-    start, end = ((picos + 500) // 1000 for picos in (start_picos, end_picos))
+    start, end = ((picoseconds + 500) // 1000 for picoseconds in (start_picoseconds, end_picoseconds))
     return {"ts": start / 1000, "dur": (end - start) / 1000}
 
 
-def _named(what: str, process: int, thread: int, name: str) -> dict[str, Any]:
-    return {"ph": "M", "name": what, "pid": process, "tid": thread, "args": {"name": name}}
+def _metadata(what: str, process: int, thread: int, **arguments: object) -> dict[str, Any]:
+    return {"ph": "M", "name": what, "pid": process, "tid": thread, "args": arguments}

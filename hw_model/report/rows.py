@@ -10,9 +10,9 @@ from hw_model.vocabulary import CAUSES, MODULES, Cause, Module, Side
 
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition
-    from hw_model.timing.prices import Prices
+    from hw_model.timing.actions import Action
+    from hw_model.timing.durations import Durations
     from hw_model.timing.timeline import Segment, Timeline
-    from hw_model.timing.walk import Action
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,9 +24,9 @@ class ModuleRow:
     runs: int
     cycles: int
     """In the clock of `side`, computing only."""
-    picos: int
-    causes_picos: dict[Cause, int]
-    baseline_picos: int
+    picoseconds: int
+    causes_picoseconds: dict[Cause, int]
+    baseline_picoseconds: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,14 +48,14 @@ class StageRow:
 
 @dataclass(frozen=True, slots=True)
 class IterationRow:
-    """One iteration of one solve, cause by cause; `picos` is their sum."""
+    """One iteration of one solve, cause by cause; `picoseconds` is their sum."""
 
     solve: int
     iteration: int
     ps_cycles: int
     pl_cycles: int
-    picos: int
-    causes_picos: dict[Cause, int]
+    picoseconds: int
+    causes_picoseconds: dict[Cause, int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ class SolveRow:
     solve: int
     status: str
     iterations: int
-    picos: int
+    picoseconds: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,22 +77,22 @@ class CopyRow:
     to: Side
     count: int
     size_bytes: int
-    picos: int
+    picoseconds: int
 
 
 class _Sum:
     """What accumulates for one row."""
 
     def __init__(self) -> None:
-        self.picos = 0
+        self.picoseconds = 0
         self.cycles: dict[Side, int] = {"ps": 0, "pl": 0}
         self.causes: dict[Cause, int] = dict.fromkeys(CAUSES, 0)
 
     def add(self, segment: Segment) -> None:
         self.cycles[segment.side] += segment.cycles
         if segment.critical:
-            self.picos += segment.duration_picos
-            self.causes[segment.cause] += segment.duration_picos
+            self.picoseconds += segment.duration_picoseconds
+            self.causes[segment.cause] += segment.duration_picoseconds
 
 
 def module_rows(
@@ -110,9 +110,9 @@ def module_rows(
             side=partition.side(module),
             runs=runs[module],
             cycles=sums[module].cycles[partition.side(module)],
-            picos=sums[module].picos,
-            causes_picos=sums[module].causes,
-            baseline_picos=before.get((module,), 0),
+            picoseconds=sums[module].picoseconds,
+            causes_picoseconds=sums[module].causes,
+            baseline_picoseconds=before.get((module,), 0),
         )
         for module in MODULES
         if module in sums or (module,) in before
@@ -125,29 +125,31 @@ def iteration_rows(timeline: Timeline) -> list[IterationRow]:
     for segment in timeline.segments:
         sums[segment.solve, segment.iteration].add(segment)
     return [
-        IterationRow(solve, iteration, total.cycles["ps"], total.cycles["pl"], total.picos, total.causes)
+        IterationRow(
+            solve, iteration, total.cycles["ps"], total.cycles["pl"], total.picoseconds, total.causes
+        )
         for (solve, iteration), total in sorted(sums.items())
     ]
 
 
-def solve_rows(timeline: Timeline, prices: Prices) -> list[SolveRow]:
+def solve_rows(timeline: Timeline, durations: Durations) -> list[SolveRow]:
     """A row for every solve."""
-    picos = timeline.totals("solve")
+    picoseconds = timeline.totals("solve")
     return [
-        SolveRow(s, solve.status, solve.iterations, picos.get((s,), 0))
-        for s, solve in enumerate(prices.trace.solves)
+        SolveRow(s, solve.status, solve.iterations, picoseconds.get((s,), 0))
+        for s, solve in enumerate(durations.trace.solves)
     ]
 
 
-def stage_rows(actions: list[Action], prices: Prices) -> list[StageRow]:
+def stage_rows(actions: list[Action], durations: Durations) -> list[StageRow]:
     """A row for every stage that runs, and for the generation of problems, in the order of their first run."""
     runs = Counter(action.work for action in actions if action.work.kind in ("compute", "build"))
     named = {action.work: (action.stage, action.module) for action in actions}
     rows: list[StageRow] = []
     for work, count in runs.items():
         stage, module = named[work]
-        parts = prices.parts(work)
-        found = prices.pl_cycles(work) if work.side == "pl" else None
+        parts = durations.parts(work)
+        found = durations.pl_cycles(work) if work.side == "pl" else None
         rows.append(
             StageRow(
                 pattern=work.pattern,
@@ -165,7 +167,7 @@ def stage_rows(actions: list[Action], prices: Prices) -> list[StageRow]:
     return rows
 
 
-def copy_rows(actions: list[Action], prices: Prices) -> list[CopyRow]:
+def copy_rows(actions: list[Action], durations: Durations) -> list[CopyRow]:
     """A row for every buffer that crosses, per direction, the most expensive first."""
     counts = Counter(action.work for action in actions if action.work.kind == "copy")
     rows = [
@@ -174,9 +176,9 @@ def copy_rows(actions: list[Action], prices: Prices) -> list[CopyRow]:
             buffer=work.what,
             to=work.side,
             count=count,
-            size_bytes=prices.size_bytes(work),
-            picos=count * sum(part.picos for part in prices.parts(work)),
+            size_bytes=durations.size_bytes(work),
+            picoseconds=count * sum(part.picoseconds for part in durations.parts(work)),
         )
         for work, count in counts.items()
     ]
-    return sorted(rows, key=lambda row: (-row.picos, row.pattern, row.buffer, row.to))
+    return sorted(rows, key=lambda row: (-row.picoseconds, row.pattern, row.buffer, row.to))

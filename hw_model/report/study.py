@@ -1,4 +1,4 @@
-"""Many configurations of one trace, priced from one walk per partition: points, and which of them no other beats."""
+"""Many configurations of one trace: their times and areas, and the Pareto front."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hw_model.area.area import KINDS
-from hw_model.area.resources import Budget, budget
-from hw_model.timing.prices import Prices
+from hw_model.area.budget import Budget, budget
+from hw_model.area.engine import KINDS
+from hw_model.platform.partition import on_pl
+from hw_model.timing.actions import Action, Work, actions_of
+from hw_model.timing.durations import Durations
 from hw_model.timing.stage_cycles import PlCycles, StageCycles, estimated
-from hw_model.timing.timeline import makespan_picos, tally_of
-from hw_model.timing.walk import Action, Work, walk
+from hw_model.timing.timeline import makespan_picoseconds, tally_of
+from hw_model.vocabulary import PICOSECONDS_PER_MS
 
-from .report import PICOS_PER_MS, Band, corners_of
+from .bands import Band, band_of, corners_of
 
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition
@@ -39,12 +41,11 @@ class Point:
 
     @property
     def time_ms(self) -> Band:
-        return Band(min(self.times_ms), self.times_ms[0], max(self.times_ms))
+        return band_of(self.times_ms)
 
     @property
     def speedup(self) -> Band:
-        ratios = [base / time for base, time in zip(self.baselines_ms, self.times_ms, strict=True)]
-        return Band(min(ratios), ratios[0], max(ratios))
+        return band_of([base / time for base, time in zip(self.baselines_ms, self.times_ms, strict=True)])
 
     @property
     def area_share(self) -> float:
@@ -80,59 +81,53 @@ class Point:
 
 
 class Study:
-    """Prices points of one trace; each partition is walked once, whatever the number of platforms."""
+    """Evaluates points of one trace; the actions of each partition are made once, whatever the number of platforms."""
 
     def __init__(self, trace: Trace, cycles: StageCycles = estimated) -> None:
         self.trace = trace
         self.cycles = cycles
-        self._walks: dict[tuple[tuple[str, str], ...], tuple[list[Action], Counter[Work]]] = {}
+        self._actions: dict[tuple[tuple[str, str], ...], tuple[list[Action], Counter[Work]]] = {}
 
     def points(
         self, platform: Platform, partitions: Iterable[Partition], settings: dict[str, Any] | None = None
     ) -> list[Point]:
         """A point per partition on one platform; `settings` is carried along. The baseline is all on the PS."""
-        from hw_model.platform.partition import on_pl
-
-        corners = corners_of(platform)
-        slowest = platform.corner("slow", "slow", "slow")
-        priced = {
-            uses_pl: [self._prices(corner, uses_pl) for corner in (*corners, slowest)]
+        at_corners = {
+            uses_pl: [
+                Durations(self.trace, corner, uses_pl=uses_pl, cycles=self.cycles)
+                for corner in corners_of(platform)
+            ]
             for uses_pl in (True, False)
         }
         cycles = _remembered(self.cycles)
-        baselines = self._times(on_pl(), priced[False][:-1])
+
+        # corners_of begins with the nominal platform and the slowest one.
+        def times_ms(partition: Partition) -> tuple[float, ...]:
+            return tuple(self._ms(partition, durations) for durations in at_corners[partition.uses_pl])
+
+        baselines = times_ms(on_pl())
         return [
             Point(
                 device=platform.name,
-                partition=split.name,
+                partition=partition.name,
                 lanes=platform.pl.lanes.value,
                 pl_clock_mhz=platform.pl.clock_mhz.value,
                 settings=settings or {},
-                times_ms=self._times(split, priced[split.uses_pl][:-1]),
+                times_ms=times_ms(partition),
                 baselines_ms=baselines,
-                worst_case_ms=self._worst_ms(split, priced[split.uses_pl][-1]),
-                budget=budget(self.trace, platform, split, cycles),
+                worst_case_ms=self._ms(partition, at_corners[partition.uses_pl][1], worst=True),
+                budget=budget(self.trace, platform, partition, cycles),
             )
-            for split in partitions
+            for partition in partitions
         ]
 
-    def _prices(self, platform: Platform, uses_pl: bool) -> Prices:
-        return Prices(self.trace, platform, uses_pl=uses_pl, cycles=self.cycles)
-
-    def _times(self, split: Partition, priced: Sequence[Prices]) -> tuple[float, ...]:
-        actions, tally = self._walk(split)
-        return tuple(makespan_picos(actions, prices, tally=tally) / PICOS_PER_MS for prices in priced)
-
-    def _worst_ms(self, split: Partition, prices: Prices) -> float:
-        actions, tally = self._walk(split)
-        return makespan_picos(actions, prices, worst=True, tally=tally) / PICOS_PER_MS
-
-    def _walk(self, split: Partition) -> tuple[list[Action], Counter[Work]]:
-        key = tuple(sorted(split.modules.items()))
-        if key not in self._walks:
-            actions = walk(self.trace, split)
-            self._walks[key] = actions, tally_of(actions)
-        return self._walks[key]
+    def _ms(self, partition: Partition, durations: Durations, *, worst: bool = False) -> float:
+        key = tuple(sorted(partition.modules.items()))
+        if key not in self._actions:
+            actions = actions_of(self.trace, partition)
+            self._actions[key] = actions, tally_of(actions)
+        actions, tally = self._actions[key]
+        return makespan_picoseconds(actions, durations, worst=worst, tally=tally) / PICOSECONDS_PER_MS
 
 
 def pareto(points: Sequence[Point]) -> list[Point]:
@@ -152,9 +147,8 @@ def _remembered(cycles: StageCycles) -> StageCycles:
     known: dict[tuple[int, str], PlCycles] = {}
 
     def look_up(trace: Trace, platform: Platform, pattern: int, stage: str) -> PlCycles:
-        key = (pattern, stage)
-        if key not in known:
-            known[key] = cycles(trace, platform, pattern, stage)
-        return known[key]
+        if (pattern, stage) not in known:
+            known[pattern, stage] = cycles(trace, platform, pattern, stage)
+        return known[pattern, stage]
 
     return look_up

@@ -13,7 +13,6 @@ errors.
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
@@ -21,12 +20,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hw_model.errors import HwModelError
-from hw_model.platform.data_file import is_table
+from hw_model.platform.data_file import is_table, read_toml
 from hw_model.platform.partition import load_partition
 from hw_model.platform.platform import load_platform
 
-from .reading import STUDIED, require_read
 from .study import Point, Study
+from .usage import STUDY_USAGE, require_used
 
 if TYPE_CHECKING:
     from hw_model.platform.platform import Platform
@@ -59,12 +58,7 @@ class Sweep:
 def load_sweep(path: str | Path) -> Sweep:
     """A sweep from a TOML file. Raises SweepError, PlatformError or PartitionError by name."""
     where = f"sweep {Path(path).name}"
-    try:
-        raw = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise SweepError(f"{where}: cannot be read: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise SweepError(f"{where}: not a TOML file: {error}") from error
+    raw = read_toml(Path(path), where, SweepError)
     unknown = sorted(raw.keys() - {"axes", "workload"})
     if unknown:
         raise SweepError(f"{where}: `{unknown[0]}` is not a known key; allowed: axes, workload")
@@ -107,19 +101,19 @@ def run(
     Raises IgnoredKeyError for an axis that no point reads.
     """
     study = study or Study(trace)
-    splits = [load_partition(name) for name in sweep.partitions]
-    require_read(
+    partitions = [load_partition(name) for name in sweep.partitions]
+    require_used(
         sweep.axes,
         (
-            (machine, STUDIED.of(trace, split, machine, study.cycles))
-            for machine, _ in computers(sweep)
-            for split in splits
+            (platform, STUDY_USAGE.of(trace, partition, platform, study.cycles))
+            for platform, _ in computers(sweep)
+            for partition in partitions
         ),
     )
     points: list[Point] = []
     for platform, settings in computers(sweep):
         shown = {key: value for key, value in settings.items() if key not in ("pl.lanes", "pl.clock_mhz")}
-        points += study.points(platform, splits, shown)
+        points += study.points(platform, partitions, shown)
         if progress is not None:
             progress(len(points))
     return points

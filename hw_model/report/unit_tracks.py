@@ -1,8 +1,7 @@
-"""Events of the PL's units for a viewer: one iteration operation by operation, all others by their stretches.
+"""Events of the PL's units for a viewer: one iteration operation by operation, all others coarsely.
 
-A plan runs millions of operations, more than a viewer takes. So the longest iteration is drawn in full, as far as
-`MOST_SLICES` allow, and every other run of a segment by stretches that carry how many operations begin in them and
-which. Either way the operations on a unit's track are those of its schedule.
+A plan runs millions of operations, more than a viewer takes. So the longest iteration is drawn in full, up to
+`MOST_SLICES`; every other run of a segment has coarse slices, which carry how many operations begin in them and which.
 """
 
 from __future__ import annotations
@@ -10,9 +9,10 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator
 from fractions import Fraction
+from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hw_model.timing.unit_schedules import Slice, UnitSchedules, runs, stretches
+from hw_model.timing.unit_schedules import Slice, UnitSchedules, coarse_slices, exact_slices
 
 if TYPE_CHECKING:
     from hw_model.platform.platform import Platform
@@ -27,47 +27,33 @@ class UnitEvent(NamedTuple):
     """A slice of a unit's track, in picoseconds of the run."""
 
     unit: int
-    start_picos: int
-    end_picos: int
+    start_picoseconds: int
+    end_picoseconds: int
     name: str
     run: Segment
     slice: Slice
     in_full: bool
 
 
-class _Run(NamedTuple):
-    """One run of a segment: its first stretch of time, and how many cycles it takes."""
-
-    first: Segment
-    cycles: int
-
-
 def unit_events(
     timeline: Timeline, trace: Trace, platform: Platform, schedules: UnitSchedules
 ) -> Iterator[UnitEvent]:
     """Every slice of every unit, run by run."""
-    units = platform.pl.latencies.f64 if trace.datapath == "f64" else platform.pl.latencies.f32
+    units = platform.pl.units(trace.datapath)
     period = Fraction(10**6) / Fraction(platform.pl.clock_mhz.value)
     chosen, left = timeline.longest_iteration(), MOST_SLICES
-    drawn: dict[tuple[int, str, bool], list[Slice]] = {}
-    for run in _pl_runs(timeline):
-        first = run.first
-        pattern = trace.solves[first.solve].pattern
 
-        def slices(
-            in_full: bool, run: _Run = run, key: tuple[int, str] = (pattern, first.stage)
-        ) -> list[Slice]:
-            if (*key, in_full) not in drawn:
-                schedule = schedules(trace, platform, *key)
-                drawn[*key, in_full] = (
-                    runs(schedule, units) if in_full else stretches(schedule, units, run.cycles)
-                )
-            return drawn[*key, in_full]
+    @cache
+    def slices(pattern: int, stage: str, cycles: int, in_full: bool) -> list[Slice]:
+        schedule = schedules(trace, platform, pattern, stage)
+        return exact_slices(schedule, units) if in_full else coarse_slices(schedule, units, cycles)
 
-        in_full = (first.solve, first.iteration) == chosen and len(slices(True)) <= left
-        left -= len(slices(True)) if in_full else 0
-        for item in slices(in_full):
-            begin, end = (first.start_picos + round(cycle * period) for cycle in (item.begin, item.end))
+    for first, cycles in _pl_runs(timeline):
+        of_run = trace.solves[first.solve].pattern, first.stage, cycles
+        in_full = (first.solve, first.iteration) == chosen and len(slices(*of_run, True)) <= left
+        left -= len(slices(*of_run, True)) if in_full else 0
+        for item in slices(*of_run, in_full):
+            begin, end = (first.start_picoseconds + round(cycle * period) for cycle in (item.begin, item.end))
             yield UnitEvent(item.unit, begin, end, _name(item, first, in_full), first, item, in_full)
 
 
@@ -88,10 +74,10 @@ def _name(item: Slice, first: Segment, in_full: bool) -> str:
     return name if item.operations == 1 else f"{name} ×{item.operations}"
 
 
-def _pl_runs(timeline: Timeline) -> list[_Run]:
-    """Runs of segments on the PL, in the order of the run."""
+def _pl_runs(timeline: Timeline) -> list[tuple[Segment, int]]:
+    """Runs of segments on the PL, in order: the first part of each, and its cycles."""
     parts: defaultdict[tuple[int, int], list[Segment]] = defaultdict(list)
     for segment in timeline.segments:
         if segment.side == "pl":
             parts[segment.solve, segment.event].append(segment)
-    return [_Run(own[0], sum(part.cycles for part in own)) for own in parts.values()]
+    return [(own[0], sum(part.cycles for part in own)) for own in parts.values()]

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from hw_model.errors import HwModelError
 
-from .prices import Prices
+from .actions import actions_of
+from .durations import Durations
 from .stage_cycles import StageCycles, estimated
-from .timeline import as_partition, as_platform, makespan_picos, order_of
+from .timeline import as_partition, as_platform, makespan_picoseconds, precedence_of
 from .trace import parse_trace
-from .walk import walk
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -34,8 +34,8 @@ Draw = Callable[[tuple[int, int]], NDArray[np.float64]]
 
 _AT_ONCE = 2**22
 """Draws held in memory at a time."""
-_LONGEST_PICOS = 2**53
-"""Two and a half hours: up to here every sum of times, and every share of one, is exact."""
+_LONGEST_PICOSECONDS = 2**53
+"""Two and a half hours: up to here every sum and every fraction of times is exact."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,13 +44,13 @@ class Distribution:
 
     runs: int
     seed: int
-    picos: NDArray[np.int64]
-    nominal_picos: int
-    bound_picos: int
+    picoseconds: NDArray[np.int64]
+    nominal_picoseconds: int
+    bound_picoseconds: int
 
     def quantile_ms(self, share: float) -> float:
         """The makespan that `share` of the runs stay below or meet, in ms."""
-        return float(np.quantile(self.picos, share, method="higher")) / 1e9
+        return float(np.quantile(self.picoseconds, share, method="higher")) / 1e9
 
     def to_dict(self) -> dict[str, Any]:
         """Nominal, quantiles, maximum and bound in ms, as JSON-able data."""
@@ -58,9 +58,9 @@ class Distribution:
         return {
             "runs": self.runs,
             "seed": self.seed,
-            "nominal_ms": self.nominal_picos / 1e9,
+            "nominal_ms": self.nominal_picoseconds / 1e9,
             **{name: self.quantile_ms(share) for name, share in shares.items()},
-            "bound_ms": self.bound_picos / 1e9,
+            "bound_ms": self.bound_picoseconds / 1e9,
         }
 
 
@@ -81,33 +81,33 @@ def distribution(
     """
     if runs < 1:
         raise HwModelError(f"`runs` = {runs!r}: must be at least 1")
-    checked, machine, split = parse_trace(trace), as_platform(platform), as_partition(partition)
-    prices = Prices(checked, machine, uses_pl=split.uses_pl, cycles=cycles)
-    actions = walk(checked, split)
-    bound = makespan_picos(actions, prices, worst=True)
-    if bound > _LONGEST_PICOS:
+    trace, platform, partition = parse_trace(trace), as_platform(platform), as_partition(partition)
+    durations = Durations(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
+    actions = actions_of(trace, partition)
+    bound = makespan_picoseconds(actions, durations, worst=True)
+    if bound > _LONGEST_PICOSECONDS:
         raise HwModelError(
-            f"a run of {bound / 1e12:.3g} s: at most {_LONGEST_PICOS / 1e12:.0f} s can be drawn run by run"
+            f"a run of {bound / 1e12:.3g} s: at most {_LONGEST_PICOSECONDS / 1e12:.0f} s can be drawn run by run"
         )
-    nominal = np.array([prices.duration_picos(action.work) for action in actions], dtype=np.int64)
-    bounds = np.array([prices.jitter_picos(action.work) for action in actions], dtype=np.int64)
-    order = order_of(actions, prices)
-    one_after_another = machine.runtime.schedule.value == "serial"
-    sample = draw or _random(seed, machine.runtime.jitter_exponent.value)
+    nominal = np.array([durations.picoseconds(action.work) for action in actions], dtype=np.int64)
+    bounds = np.array([durations.jitter_picoseconds(action.work) for action in actions], dtype=np.int64)
+    precedence = precedence_of(actions, durations)
+    one_after_another = platform.runtime.schedule.value == "serial"
+    sample = draw or _random(seed, platform.runtime.jitter_exponent.value)
     found: list[NDArray[np.int64]] = []
     step = max(1, _AT_ONCE // max(1, len(actions)))
     for first in range(0, runs, step):
         extra = sample((len(actions), min(step, runs - first))) * bounds[:, None]
-        durations = nominal[:, None] + np.floor(extra).astype(np.int64)
+        times = nominal[:, None] + np.floor(extra).astype(np.int64)
         if one_after_another:
-            found.append(durations.sum(axis=0))
+            found.append(times.sum(axis=0))
         else:
-            found.append(np.maximum.reduce(order.ends(list(durations), np.maximum)))
+            found.append(np.maximum.reduce(precedence.ends(list(times), np.maximum)))
     return Distribution(
         runs,
         seed,
         np.sort(np.concatenate(found)),
-        makespan_picos(actions, prices),
+        makespan_picoseconds(actions, durations),
         bound,
     )
 

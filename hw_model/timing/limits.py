@@ -9,12 +9,13 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from hw_model.platform.partition import on_pl
 from hw_model.vocabulary import PL_CAUSES, Cause, PlModule
 
-from .prices import Prices
+from .actions import actions_of
+from .durations import Durations
 from .stage_cycles import StageCycles, estimated
 from .timeline import lay_out
-from .walk import walk
 
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition
@@ -62,8 +63,6 @@ class Roof:
 
 def limits(trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles = estimated) -> Limits:
     """Amdahl's limits of `partition`; the platform's schedule must be serial, where causes add."""
-    from hw_model.platform.partition import on_pl
-
     causes = _causes(trace, platform, partition, cycles)
     base = sum(_causes(trace, platform, on_pl(), cycles).values())
     total, ours = sum(causes.values()), causes["ps"]
@@ -75,8 +74,8 @@ def roofs(
     trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles = estimated
 ) -> list[Roof]:
     """A row per module on the PL that runs."""
-    prices = Prices(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
-    actions = walk(trace, partition)
+    durations = Durations(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
+    actions = actions_of(trace, partition)
     work: Counter[str] = Counter()
     sizes: Counter[str] = Counter()
     for action in actions:
@@ -84,11 +83,11 @@ def roofs(
             stage = trace.patterns[action.work.pattern].stages[action.work.what]
             work[action.module] += sum(stage.operations.values())
         elif action.work.kind == "copy":
-            sizes[action.module] += prices.size_bytes(action.work)
-    totals = lay_out(actions, prices, partition.name).totals("module", "cause")
+            sizes[action.module] += durations.size_bytes(action.work)
+    totals = lay_out(actions, durations, partition.name).totals("module", "cause")
     rows: list[Roof] = []
     for module, side in partition.modules.items():
-        own = {cause: picos for (name, cause), picos in totals.items() if name == module}
+        own = {cause: picoseconds for (name, cause), picoseconds in totals.items() if name == module}
         computing = sum(own.get(cause, 0) for cause in PL_CAUSES)
         if side == "pl" and computing and work[module]:
             total = sum(own.values())
@@ -97,9 +96,9 @@ def roofs(
 
 
 def _causes(trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles) -> Counter[Cause]:
-    prices = Prices(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
+    durations = Durations(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
     found: Counter[Cause] = Counter()
-    for action in walk(trace, partition):
-        for part in prices.parts(action.work):
-            found[part.cause] += part.picos
+    for action in actions_of(trace, partition):
+        for part in durations.parts(action.work):
+            found[part.cause] += part.picoseconds
     return found

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from hw_model.vocabulary import Side, picos_of_ns
+from hw_model.vocabulary import Side, picoseconds_of_ns
 
 if TYPE_CHECKING:
-    from hw_model.platform.platform import Link, Runtime
+    from hw_model.platform.sections import Link, Runtime
 
 Method = Literal["dma", "core"]
 _REGISTER_BYTES = 4
@@ -48,8 +48,8 @@ class Copy(NamedTuple):
     """How one buffer crosses: the fastest way, which the PS knows beforehand."""
 
     method: Method
-    picos: int
-    cache_picos: int
+    picoseconds: int
+    cache_picoseconds: int
     """Cache maintenance beside it; 0 for a copy by a core, to which the PL's memory is not cached."""
 
 
@@ -67,7 +67,7 @@ def dma(link: Link, pl_clock_mhz: float, size_bytes: int, to: Side) -> int:
     # 1 MB/s is 1e-3 bytes/ns.
     port = link.port_mb_s.value * link.ddr_efficiency.value
     bytes_per_ns = min(per_cycle.value * pl_clock_mhz, port) * 1e-3
-    return picos_of_ns(link.dma_fixed_us.value * 1000.0 + size_bytes / bytes_per_ns)
+    return picoseconds_of_ns(link.dma_fixed_us.value * 1000.0 + size_bytes / bytes_per_ns)
 
 
 def core_copy(link: Link, pl_clock_mhz: float, size_bytes: int, to: Side) -> int:
@@ -79,24 +79,24 @@ def core_copy(link: Link, pl_clock_mhz: float, size_bytes: int, to: Side) -> int
         first = register_read(link, pl_clock_mhz)
         fixed, cycles = link.core_read_ns_per_byte.value, link.core_read_pl_cycles_per_byte.value
     rest = max(0, -(-size_bytes // _REGISTER_BYTES) - 1)
-    return first + picos_of_ns(rest * _REGISTER_BYTES * (fixed + cycles * 1000.0 / pl_clock_mhz))
+    return first + picoseconds_of_ns(rest * _REGISTER_BYTES * (fixed + cycles * 1000.0 / pl_clock_mhz))
 
 
 def cache_maintenance(link: Link, size_bytes: int, to: Side, line_bytes: int) -> int:
     """Cleaning (to the PL) or invalidating (to the PS) the lines of a buffer, in picoseconds."""
     each = link.cache_clean_ns_per_line if to == "pl" else link.cache_invalidate_ns_per_line
-    return picos_of_ns(-(-size_bytes // line_bytes) * each.value)
+    return picoseconds_of_ns(-(-size_bytes // line_bytes) * each.value)
 
 
 def register_write(link: Link) -> int:
     """A posted 4-byte write, in picoseconds."""
-    return picos_of_ns(link.register_write_ns.value)
+    return picoseconds_of_ns(link.register_write_ns.value)
 
 
 def register_read(link: Link, pl_clock_mhz: float) -> int:
     """A 4-byte read, in picoseconds: a fixed part and a number of PL cycles."""
     cycles = link.register_read_pl_cycles.value
-    return picos_of_ns(link.register_read_fixed_ns.value + cycles * 1000.0 / pl_clock_mhz)
+    return picoseconds_of_ns(link.register_read_fixed_ns.value + cycles * 1000.0 / pl_clock_mhz)
 
 
 def frame(link: Link) -> int:
@@ -128,11 +128,11 @@ def completion(runtime: Runtime, link: Link, pl_clock_mhz: float) -> int:
     """
     if runtime.completion.value == "polling":
         return register_read(link, pl_clock_mhz)
-    return picos_of_ns(runtime.interrupt_entry_us.value * 1000.0)
+    return picoseconds_of_ns(runtime.interrupt_entry_us.value * 1000.0)
 
 
 def completion_jitter(runtime: Runtime, link: Link, pl_clock_mhz: float) -> int:
     """How much longer than `completion` that takes at most, in picoseconds."""
     if runtime.completion.value == "polling":
         return register_read(link, pl_clock_mhz)
-    return picos_of_ns(runtime.interrupt_jitter_us.value * 1000.0)
+    return picoseconds_of_ns(runtime.interrupt_jitter_us.value * 1000.0)

@@ -18,7 +18,7 @@ import numpy as np
 from . import link
 
 if TYPE_CHECKING:
-    from hw_model.platform.platform import Link
+    from hw_model.platform.sections import Link
 
 FIXED_NS = 1960.0
 """Fixed cost of a DMA transfer, measured separately in the same source."""
@@ -75,8 +75,8 @@ def judge(links: Link) -> list[Point]:
     """Every published figure beside what `links` says of it."""
     size = int(measurements()["size_bytes"])
 
-    def rate(picos: int) -> float:
-        return float(size / (picos * 1e-6))
+    def rate(picoseconds: int) -> float:
+        return float(size / (picoseconds * 1e-6))
 
     models: dict[str, Callable[[float], float]] = {
         "register_read_ns": lambda mhz: link.register_read(links, mhz) / 1000,

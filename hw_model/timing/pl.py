@@ -20,7 +20,7 @@ from hw_model.errors import TraceError
 from hw_model.vocabulary import OPCODES, Datapath, Opcode
 
 if TYPE_CHECKING:
-    from hw_model.platform.platform import Latencies, Pl
+    from hw_model.platform.sections import Latencies, Pl
 
     from .trace import Stage
 
@@ -82,7 +82,7 @@ def bounds(stage: Stage, pl: Pl, datapath: Datapath, name: str = "stage") -> Bou
             f"`stages.{name}.critical_path` has no entry {pl.latency_preset!r} "
             f"(the platform's latency preset); it has: {known}"
         )
-    units = pl.latencies.f64 if datapath == "f64" else pl.latencies.f32
+    units = pl.units(datapath)
     latencies = _latencies(units)
     serial = sum(count * latencies[code] for code, count in stage.operations.items())
     if chain > serial:
@@ -111,7 +111,7 @@ def estimate(stage: Stage, pl: Pl, datapath: Datapath, name: str = "stage") -> E
     stalls = busy - floor.issue
     waiting = shares[1] + shares[2]
     divider = round(stalls * shares[2] / waiting) if waiting > 0.0 else 0
-    units = pl.latencies.f64 if datapath == "f64" else pl.latencies.f32
+    units = pl.units(datapath)
     drain = units.mul_cycles.value + units.add_cycles.value + pl.segment_overhead_cycles.value
     return Estimate(floor, floor.issue, stalls - divider, divider, drain)
 

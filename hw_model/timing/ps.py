@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from hw_model.vocabulary import OPCODES, Datapath, Opcode
 
 if TYPE_CHECKING:
-    from hw_model.platform.platform import Platform, Ps
+    from hw_model.platform.platform import Platform
+    from hw_model.platform.sections import Ps
 
     from .trace import Pattern, Stage
 
@@ -46,24 +47,24 @@ def build_cycles(pattern: Pattern, ps: Ps) -> int:
     return math.ceil(pattern.nnz_kkt * ps.build_flops_per_nonzero.value / ps.flop_per_cycle.value)
 
 
-class Split(NamedTuple):
+class SharedWork(NamedTuple):
     """Work divided between cores: all cycles of the core that leads, and how many of them, at the end, all cores work."""
 
     cycles: int
     shared: int
 
 
-def on_cores(cycles: int, platform: Platform, cores: int) -> Split:
+def on_cores(cycles: int, platform: Platform, cores: int) -> SharedWork:
     """Work that takes `cycles` on one core, when `cores` ≥ 1 may share it."""
     ps = platform.ps
     if cores == 1:
-        return Split(cycles, 0)
+        return SharedWork(cycles, 0)
     fork_join = math.ceil(ps.fork_join_us.value * ps.clock_mhz.value)
     fraction = ps.parallel_fraction.value
     together = math.ceil(cycles * (1.0 - fraction + fraction / cores)) + fork_join
     if together >= cycles:
-        return Split(cycles, 0)
-    return Split(together, math.floor(cycles * fraction / cores))
+        return SharedWork(cycles, 0)
+    return SharedWork(together, math.floor(cycles * fraction / cores))
 
 
 def computing_cores(platform: Platform, *, uses_pl: bool) -> int:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
 from hw_model.errors import HwModelError
@@ -17,8 +18,6 @@ from .stage_cycles import Microcode, PlCycles, StageCycles
 
 if TYPE_CHECKING:
     from hw_model.platform.platform import Platform
-
-    from .trace import Trace
 
 CAUSE_OF: dict[str, PlCause] = {
     "issue": "issue", "dependency": "dependency", "read_port": "bank", "write_port": "write_port",
@@ -66,16 +65,14 @@ def scheduled(source: Callable[[int, str, Engine], Schedule]) -> StageCycles:
 
     Raises HwModelError for a platform that has no schedules (`engine_of`), and for a cause that is not known.
     """
-    known: dict[tuple[int, str, Engine], PlCycles] = {}
 
-    def look_up(trace: Trace, platform: Platform, pattern: int, stage: str) -> PlCycles:
-        engine = engine_of(platform, trace.datapath)
-        key = (pattern, stage, engine)
-        if key not in known:
-            known[key] = _translated(source(*key), stage)
-        return known[key]
+    @cache
+    def on_engine(pattern: int, stage: str, engine: Engine) -> PlCycles:
+        return _translated(source(pattern, stage, engine), stage)
 
-    return look_up
+    return lambda trace, platform, pattern, stage: on_engine(
+        pattern, stage, engine_of(platform, trace.datapath)
+    )
 
 
 def _translated(found: Schedule, stage: str) -> PlCycles:

@@ -1,4 +1,4 @@
-"""Where the cycles of a stage on the PL come from: the one door through which exact schedules replace the estimate."""
+"""Where the cycles of a stage on the PL come from: the interface through which exact schedules replace the estimate."""
 
 from __future__ import annotations
 

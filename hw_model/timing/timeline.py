@@ -16,11 +16,11 @@ from hw_model.platform.partition import Partition, load_partition
 from hw_model.platform.platform import Platform, load_platform
 from hw_model.vocabulary import Cause, Module, Side
 
-from .order import Order, Resource, overlapped, serial
-from .prices import Prices
+from .actions import START_UP, Action, Kind, Work, actions_of
+from .durations import Durations
+from .precedence import Precedence, Resource, overlapped, serial
 from .stage_cycles import StageCycles, estimated
 from .trace import parse_trace
-from .walk import START_UP, Action, Kind, Work, walk
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,10 +31,10 @@ Level = Literal["cause", "side", "resource", "module", "stage", "kind", "solve",
 
 
 class Segment(NamedTuple):
-    """A stretch of time on one side with one cause; times in picoseconds, `cycles` in that side's clock."""
+    """An interval of time on one side with one cause; times in picoseconds, `cycles` in that side's clock."""
 
-    start_picos: int
-    duration_picos: int
+    start_picoseconds: int
+    duration_picoseconds: int
     side: Side
     """Whose time it is: "pl" while the PL computes, else "ps" (link and interrupts occupy the core)."""
     module: Module
@@ -53,9 +53,9 @@ class Segment(NamedTuple):
     """Of the PS's cycles, those at the end in which all computing cores work, not one alone."""
 
     @property
-    def end_picos(self) -> int:
+    def end_picoseconds(self) -> int:
         """When it ends."""
-        return self.start_picos + self.duration_picos
+        return self.start_picoseconds + self.duration_picoseconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ class Timeline:
     platform: str
     partition: str
     segments: tuple[Segment, ...]
-    makespan_picos: int
+    makespan_picoseconds: int
     cores: int
     """Cores that may share a stage of the PS."""
 
@@ -74,7 +74,7 @@ class Timeline:
         found: defaultdict[tuple[Any, ...], int] = defaultdict(int)
         for segment in self.segments:
             if segment.critical:
-                found[tuple(getattr(segment, level) for level in levels)] += segment.duration_picos
+                found[tuple(getattr(segment, level) for level in levels)] += segment.duration_picoseconds
         return dict(found)
 
     def longest_iteration(self) -> tuple[int, int]:
@@ -85,14 +85,14 @@ class Timeline:
         }
         for segment in self.segments:
             if segment.critical and segment.iteration and (segment.solve, segment.iteration) not in started:
-                times[segment.solve, segment.iteration] += segment.duration_picos
+                times[segment.solve, segment.iteration] += segment.duration_picoseconds
         return max(times, key=lambda key: times[key], default=(0, 0))
 
     def busy(self) -> dict[Resource, int]:
         """Picoseconds that each resource works, critical or not."""
         found: defaultdict[Resource, int] = defaultdict(int)
         for segment in self.segments:
-            found[segment.resource] += segment.duration_picos
+            found[segment.resource] += segment.duration_picoseconds
         return dict(found)
 
 
@@ -106,39 +106,39 @@ def simulate(
 
     `cycles`: where the cycles of a stage on the PL come from. Raises TraceError, PlatformError or PartitionError.
     """
-    checked = parse_trace(trace)
-    machine = as_platform(platform)
-    split = as_partition(partition)
-    prices = Prices(checked, machine, uses_pl=split.uses_pl, cycles=cycles)
-    return lay_out(walk(checked, split), prices, split.name)
+    trace, platform, partition = parse_trace(trace), as_platform(platform), as_partition(partition)
+    durations = Durations(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
+    return lay_out(actions_of(trace, partition), durations, partition.name)
 
 
-def order_of(actions: list[Action], prices: Prices) -> Order:
+def precedence_of(actions: list[Action], durations: Durations) -> Precedence:
     """The precedence that the platform's `runtime.schedule` asks for."""
-    if prices.platform.runtime.schedule.value == "overlapped":
-        return overlapped(actions, prices.trace, prices.by_dma)
+    if durations.platform.runtime.schedule.value == "overlapped":
+        return overlapped(actions, durations.trace, durations.by_dma)
     return serial(actions)
 
 
-def lay_out(actions: list[Action], prices: Prices, partition: str) -> Timeline:
-    """The timeline of `actions` at `prices`."""
-    order = order_of(actions, prices)
-    durations = [prices.duration_picos(action.work) for action in actions]
-    ends = order.ends(durations, max)
-    critical = set(order.critical(ends))
+def lay_out(actions: list[Action], durations: Durations, partition: str) -> Timeline:
+    """The timeline of `actions`, each as long as `durations` says."""
+    precedence = precedence_of(actions, durations)
+    times = [durations.picoseconds(action.work) for action in actions]
+    ends = precedence.ends(times, max)
+    critical = set(precedence.critical(ends))
     segments: list[Segment] = []
     for k, (work, module, stage, solve, iteration, event) in enumerate(actions):
         side: Side = work.side if work.kind == "compute" else "ps"
-        now, resource = ends[k] - durations[k], order.resources[k]
-        for cause, picos, cycles, _, detail, shared in prices.parts(work):
+        now, resource = ends[k] - times[k], precedence.resources[k]
+        for cause, picoseconds, cycles, _, detail, shared in durations.parts(work):
             segments.append(
                 Segment(
-                    now, picos, side, module, stage, solve, iteration, event, work.kind, cause, cycles, detail,
+                    now, picoseconds, side, module, stage, solve, iteration, event, work.kind, cause, cycles, detail,
                     resource, k in critical, shared,
                 )
             )  # fmt: skip
-            now += picos
-    return Timeline(prices.platform.name, partition, tuple(segments), max(ends, default=0), prices.cores)
+            now += picoseconds
+    return Timeline(
+        durations.platform.name, partition, tuple(segments), max(ends, default=0), durations.cores
+    )
 
 
 def tally_of(actions: list[Action]) -> Counter[Work]:
@@ -146,19 +146,20 @@ def tally_of(actions: list[Action]) -> Counter[Work]:
     return Counter(action.work for action in actions)
 
 
-def makespan_picos(
-    actions: list[Action], prices: Prices, *, worst: bool = False, tally: Counter[Work] | None = None
+def makespan_picoseconds(
+    actions: list[Action], durations: Durations, *, worst: bool = False, tally: Counter[Work] | None = None
 ) -> int:
     """The makespan alone; with `worst`, that of the longest run there can be: every jitter at its bound.
 
-    `tally`: how often each work occurs in `actions`, for who prices one walk many times.
+    `tally`: how often each work occurs in `actions`, where the caller knows it.
     """
-    if prices.platform.runtime.schedule.value == "serial":
-        return prices.total_picos(tally or tally_of(actions), worst=worst)
-    durations = [
-        prices.duration_picos(action.work) + worst * prices.jitter_picos(action.work) for action in actions
+    if durations.platform.runtime.schedule.value == "serial":
+        return durations.total_picoseconds(tally or tally_of(actions), worst=worst)
+    times = [
+        durations.picoseconds(action.work) + worst * durations.jitter_picoseconds(action.work)
+        for action in actions
     ]
-    return max(order_of(actions, prices).ends(durations, max), default=0)
+    return max(precedence_of(actions, durations).ends(times, max), default=0)
 
 
 def as_platform(platform: Platform | str | Path) -> Platform:

@@ -27,7 +27,7 @@ from hw_model.vocabulary import MODULES, OPCODES, Datapath, Module, Opcode
 
 SCHEMA = "orbsoc.trace/1"
 Count = Annotated[int, Field(ge=0, le=2**53, strict=True)]
-"""What JSON carries exactly; so no price of a damaged trace leaves the range of its arithmetic."""
+"""What JSON carries exactly; so no time of a damaged trace leaves the range of its arithmetic."""
 
 
 class _Record(BaseModel):

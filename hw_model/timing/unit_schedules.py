@@ -1,8 +1,8 @@
 """What every lane and divider of the PL engine executes while a segment runs, and the same as slices to draw.
 
-A lane is held for one cycle by each operation that begins on it, a divider until it takes the next. `runs` are the
-operations as they are, neighbours of one kind as one slice; `stretches` are what a long solve is drawn with: a slice
-goes on as long as no pause is longer than a share of the segment.
+A lane is held for one cycle by each operation that begins on it, a divider until it takes the next. `exact_slices` joins
+neighbours of one kind only; `coarse_slices`, for long solves, joins operations until a pause exceeds a share of the
+segment.
 """
 
 from __future__ import annotations
@@ -16,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from hw_model.platform.platform import Latencies, Platform
+    from hw_model.platform.platform import Platform
+    from hw_model.platform.sections import Latencies
 
     from .trace import Trace
 
 PAUSE = 1 / 16
-"""A pause that is longer than this share of the segment ends a stretch."""
+"""A pause that is longer than this share of the segment ends a coarse slice."""
 
 Integers = NDArray[np.integer[Any]]
 Flags = NDArray[np.bool_]
@@ -52,7 +53,7 @@ UnitSchedules = Callable[["Trace", "Platform", int, str], UnitSchedule]
 
 @dataclass(frozen=True, slots=True, order=True)
 class Slice:
-    """A stretch of one unit's time in PL cycles from the start of its segment.
+    """An interval of one unit's time in PL cycles from the start of its segment.
 
     `operations` begin in it, and the unit is held in `busy` of its cycles; `mix` counts them by name, the most first.
     """
@@ -65,13 +66,13 @@ class Slice:
     mix: tuple[tuple[str, int], ...]
 
 
-def runs(schedule: UnitSchedule, units: Latencies) -> list[Slice]:
-    """Every operation, those that follow each other without a pause and are of one kind as one slice."""
+def exact_slices(schedule: UnitSchedule, units: Latencies) -> list[Slice]:
+    """Every operation; those of one kind without a pause between them are one slice."""
     return _slices(schedule, units, lambda pauses, changes: (pauses > 0) | changes)
 
 
-def stretches(schedule: UnitSchedule, units: Latencies, cycles: int) -> list[Slice]:
-    """Stretches without a long pause, for a segment that takes `cycles`."""
+def coarse_slices(schedule: UnitSchedule, units: Latencies, cycles: int) -> list[Slice]:
+    """Intervals without a long pause, for a segment that takes `cycles`."""
     longest = PAUSE * cycles
     return _slices(schedule, units, lambda pauses, _: pauses > longest)
 
@@ -79,7 +80,7 @@ def stretches(schedule: UnitSchedule, units: Latencies, cycles: int) -> list[Sli
 def _slices(
     schedule: UnitSchedule, units: Latencies, ends: Callable[[Integers, Flags], Flags]
 ) -> list[Slice]:
-    """Slices that end where `ends`, of the pauses between neighbours and of where their kinds differ, says so."""
+    """Slices that end where `ends(pauses between neighbours, whether their kinds differ)` is true."""
     if not len(schedule.began):
         return []
     order = schedule.order

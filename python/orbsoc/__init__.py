@@ -16,7 +16,7 @@ from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Certificate, Solution, Start, Status
 from orbsoc.conic.verify import verify
 from orbsoc.files.versions import __version__ as __version__
-from orbsoc.ps import PsScheduler
+from orbsoc.hw.emulation import PsScheduler
 from orbsoc.solving.batch import BatchSolution, BatchSolver, solve_batch
 from orbsoc.solving.solver import Solver, solve
 

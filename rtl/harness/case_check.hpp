@@ -1,4 +1,4 @@
-// Whether a case is one for this engine: its configuration and format, and that every word, address and run fits.
+// Check that a case fits this engine: configuration and format, and every word, address and run.
 #pragma once
 #include <set>
 #include <stdexcept>
@@ -52,7 +52,8 @@ inline void check_words(const Run &run, const std::string &list, const std::vect
   }
 }
 
-// Runs share out the microcode: each starts at the first line or where one ends, and ends where one starts or at the last line.
+// Runs partition the microcode: each starts at the first line or where another ends, and ends at the last line or where
+// another starts.
 inline void check_runs(const Case &c) {
   const uint64_t lines = c.microcode.size();
   std::set<uint64_t> starts = {lines}, ends = {0};

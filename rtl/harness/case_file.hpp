@@ -23,7 +23,7 @@ struct Case {
   std::vector<Run> runs;
 };
 
-// Reads one token after the other; every error names the file's token at fault.
+// Token reader; every error names the wrong token of the file.
 class CaseReader {
  public:
   explicit CaseReader(const std::string &path) : file(path) {

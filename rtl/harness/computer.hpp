@@ -1,4 +1,4 @@
-// The engine under Verilator with the ports of a computer around it: clock, registers, storage, microcode.
+// Driver of the engine under Verilator: clock, registers, storage, microcode.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -33,7 +33,7 @@ template <std::size_t N> void set_port(VlWide<N> &port, const std::string &hex) 
 
 class Computer {
  public:
-  // Registers, flags and checks afresh; microcode stays, storage counts as unwritten.
+  // Reset registers, flags and checks; microcode stays, storage counts as unwritten.
   void reset() {
     dut.reset = 1;
     clock();
@@ -83,7 +83,7 @@ class Computer {
     return dut.host_value;
   }
 
-  // Every word of storage, by address: a read a clock, four clocks under way, while nothing runs.
+  // Every word of storage, by address, while the engine is idle: one read a clock, latency four clocks.
   std::vector<uint64_t> read_storage() {
     constexpr uint64_t UNDER_WAY = 3;
     std::vector<uint64_t> words(STORAGE_WORDS);
@@ -145,7 +145,7 @@ class Computer {
 
   std::array<uint64_t, RULE_COUNT> violations{};
   uint64_t busy_cycles = 0;  // counted from outside
-  uint64_t clocks = 0;       // since the computer was made, whatever it does
+  uint64_t clocks = 0;       // since construction
 
  private:
   Vengine dut;

@@ -18,7 +18,7 @@ constexpr uint32_t DONE_BIT = 2, COMPLETED = uint32_t(THE_SEQUENCE) << 24 | uint
 
 using Lines = std::vector<std::string>;
 
-// One line if status or interrupt are not what they must be at this moment.
+// One line if status or interrupt are not as expected.
 void demand(Computer &computer, uint32_t wanted, bool interrupt, const char *when, Lines &complaints) {
   const bool raised = computer.interrupt();
   const uint32_t status = computer.read_register(STATUS);
@@ -28,7 +28,7 @@ void demand(Computer &computer, uint32_t wanted, bool interrupt, const char *whe
   complaints.push_back(line);
 }
 
-// The segment through the registers, as the PS does it; a line for each moment at which they were otherwise.
+// Run the segment through the registers, as the PS does; one line for each unexpected status or interrupt.
 Lines launch(Computer &computer, const Run &run) {
   Lines complaints;
   const uint16_t entry = TABLE + 64 * THE_SEGMENT;
@@ -48,14 +48,14 @@ Lines launch(Computer &computer, const Run &run) {
   return complaints;
 }
 
-// Words that no program makes by chance, every one another.
+// Pseudo-random words, all different, that no program computes by chance.
 uint64_t filling(uint64_t address) {
   uint64_t word = (address + 1) * 0x9e3779b97f4a7c15;
   word = (word ^ (word >> 29)) * 0xbf58476d1ce4e5b9;
   return (word ^ (word >> 32)) & WORD_MASK;
 }
 
-// What the storage has to hold, word by word: it is filled before the first run, and nothing else is ever forgotten.
+// Fill the storage before the first run; returns its expected content.
 std::vector<uint64_t> filled(Computer &computer) {
   std::vector<uint64_t> storage(STORAGE_WORDS);
   computer.reset();
@@ -86,7 +86,7 @@ bool execute(Computer &computer, const Run &run, std::vector<uint64_t> &storage)
       differences.push_back(line);
     }
   }
-  storage = found;  // the next run answers for itself alone
+  storage = found;  // differences are not reported again for the next run
   uint64_t asserted = 0;
   for (uint64_t count : computer.violations) asserted += count;
   std::printf("run %s cycles %" PRIu64 " expected %" PRIu64 " different %" PRIu64 " asserted %" PRIu64 "\n", run.name.c_str(),

@@ -1,4 +1,4 @@
-// What the units must give: the host's binary64 and binary32 arithmetic, every NaN made the canonical one; for
+// Reference arithmetic of the units: the host's binary64 and binary32 arithmetic, with canonical NaNs; for
 // other formats, binary64 arithmetic rounded once more, which is exact where 2 P + 2 <= 53 (P: significand bits).
 #pragma once
 #include <cmath>

@@ -1,4 +1,4 @@
-// The engine driven live over a pipe, so that any program can be its PS: `engine -`. One command a line, one answer
+// Session over a pipe, so that any program can be the engine's PS: `engine -`. One command a line, one answer
 // line each; numbers are hexadecimal but for counts.
 //   reset                    ok
 //   template INDEX WORD      ok

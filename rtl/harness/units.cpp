@@ -37,7 +37,7 @@ class Bench {
     dut.root = op == Op::sqrt;
     const uint64_t cycles = iterative ? vectors * uint64_t(latency) + 1 : vectors + uint64_t(latency);
     for (uint64_t cycle = 0, i = 0; cycle < cycles;) {
-      // Compare what comes out, then give what goes in, then clock.
+      // Compare the outputs, set the inputs, clock.
       const bool due = iterative ? cycle > 0 && cycle % uint64_t(latency) == 0 : cycle >= uint64_t(latency);
       if (due && op != Op::less) {
         check(op, expected.front(), output(op), outcome);
@@ -61,7 +61,7 @@ class Bench {
   }
 
  private:
-  // Now and then a cycle without enable: nothing may move.
+  // Random cycles without enable: no register may change.
   void stumble() {
     pause = pause * 6364136223846793005ull + 1442695040888963407ull;
     if (pause >> 61 != 0) return;

@@ -1,4 +1,4 @@
-// Top of the unit test: one of each floating-point unit, beside each other.
+// Top of the unit test: one of each floating-point unit.
 module units #(
     parameter int EXP = 11,
     parameter int MAN = 52,

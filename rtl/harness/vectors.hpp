@@ -1,4 +1,4 @@
-// Operands that find bugs in floating-point units: seeded, the same on every machine.
+// Test operands for floating-point units: seeded, the same on every machine.
 #pragma once
 #include <cstdint>
 #include <utility>
@@ -90,7 +90,7 @@ class Vectors {
     const int a = uniform(0, largest());
     return {make(a, runs()), make(next() % 2 ? a + uniform(-f.man - 4, f.man + 4) : uniform(0, largest()), runs())};
   }
-  // Exact ties, and one unit in the last place beside them.
+  // Exact ties, and their neighbours in the last place.
   std::pair<uint64_t, uint64_t> halfway() {
     const int e = uniform(f.man + 8, largest());
     const int p = f.man + 1;

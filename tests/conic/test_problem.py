@@ -332,7 +332,7 @@ def test_absent_blocks_may_be_left_out_of_a_file(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("dtype", [complex, "U3", object])
 def test_empty_data_of_any_type_are_empty(dtype: Any) -> None:
-    """Without a word or a warning: what is not there has no type."""
+    """Without an error or a warning: what is not there has no type."""
     problem = Problem(
         c=[1.0, 2.0],
         A=np.zeros((0, 2), dtype),

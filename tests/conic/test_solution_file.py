@@ -71,7 +71,7 @@ SOLUTION = Solution(
 def test_the_document_is_strict_json_and_carries_the_verification(tmp_path: Path) -> None:
     path = tmp_path / "s.json"
     write_json(encode_solution(SOLUTION, Verification(1e-9, float("inf"), 0.0)), path)
-    document = json.loads(path.read_text(), parse_constant=lambda word: pytest.fail(word))
+    document = json.loads(path.read_text(), parse_constant=lambda name: pytest.fail(name))
     assert document["schema"] == "orbsoc.solution/1"
     assert document["status"] == "SOLVED"
     assert document["verification"] == {"pres": 1e-9, "dres": "inf", "gap": 0.0}

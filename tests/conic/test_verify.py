@@ -1,4 +1,4 @@
-"""The referee: its formulas against a second, dense writing of them, and its certificates against true bounds."""
+"""Independent verification: its formulas against a second, dense writing of them, and its certificates against true bounds."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ def tiny_platform(folder: Path, **changes: str) -> Platform:
     return load_platform(path)
 
 
-def partition(*on_pl: str) -> Partition:
+def partition_of(*on_pl: str) -> Partition:
     """These modules on the PL, the others on the PS."""
     sides = {module: "pl" if module in on_pl else "ps" for module in PL_MODULES}
     return parse_partition({"name": "+".join(on_pl) or "none", "modules": sides})

@@ -108,7 +108,9 @@ def test_an_option_that_would_be_ignored_is_refused(arguments: list[str], words:
 def test_an_installed_package_finds_the_rtl_of_the_tree_it_is_called_in(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(rtl_validation, "__file__", str(tmp_path / "site" / "orbsoc" / "rtl" / "validation.py"))
+    monkeypatch.setattr(
+        rtl_validation, "__file__", str(tmp_path / "site" / "orbsoc" / "rtl" / "validation.py")
+    )
     monkeypatch.chdir(RTL.parent)
     assert rtl_validation.rtl_sources(None) == RTL
     monkeypatch.chdir(tmp_path)

@@ -76,12 +76,12 @@ def signal_inside(monkeypatch: pytest.MonkeyPatch, call: int, *, heeded: bool) -
     run = Driver.run
     calls = 0
 
-    def interrupted(driver: Driver, **walk: Any) -> None:
+    def interrupted(driver: Driver, **arguments: Any) -> None:
         nonlocal calls
         calls += 1
         if calls == call and heeded:
             signal.raise_signal(signal.SIGINT)
-        run(driver, **walk)
+        run(driver, **arguments)
         if calls == call and not heeded:
             signal.raise_signal(signal.SIGINT)
 
@@ -176,7 +176,7 @@ def test_sigint_at_any_moment_exits_130_without_a_trace_or_a_folder(tmp_path: Pa
 
 
 def test_sigint_inside_code_compiled_from_a_string_exits_130_too(tmp_path: Path) -> None:
-    """As when a dataclass is being made: CPython then ends `python -m` by the signal, whoever caught the exception."""
+    """As when a dataclass is being made: CPython then ends `python -m` by the signal, whatever caught the exception."""
     (tmp_path / "interrupted.py").write_text(
         "import orbsoc.commands.app\n"
         "def scenario(*arguments):\n"

@@ -239,6 +239,9 @@ def test_what_binds_is_the_longest_plans_critical_path(recorded: tuple[Path, lis
     found = study.judge(recorded[1], platform, PAPER, 50.0)
     longest = max(range(4), key=lambda k: found.cases[k].worst_ms)
     timeline = simulate(recorded[1][longest].trace, platform, PAPER)
-    shares = {cause: picos / timeline.makespan_picos for (cause,), picos in timeline.totals("cause").items()}
+    shares = {
+        cause: picoseconds / timeline.makespan_picoseconds
+        for (cause,), picoseconds in timeline.totals("cause").items()
+    }
     assert found.binding_cause == max(shares, key=lambda cause: shares[cause])
     assert found.binding_share == pytest.approx(max(shares.values()))

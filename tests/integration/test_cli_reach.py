@@ -20,13 +20,13 @@ import pytest
 
 import orbsoc.reach
 from orbsoc.missions.reachable_domain import Scenario, load_scenario
-from orbsoc.missions.reachable_domain.domain import Domain
-from orbsoc.missions.reachable_domain.tasks import grid_shards, solve_grid_shard
+from orbsoc.missions.reachable_domain.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.continuation.tasks import grid_shards, solve_grid_shard
+from orbsoc.missions.reachable_domain.files.ephemeris import fly_point, oem, opm
+from orbsoc.missions.reachable_domain.files.results_folder import solve_into
 from orbsoc.orbit import Elements
-from orbsoc.reach.ephemeris import fly_point, oem, opm
-from orbsoc.reach.run import solve_into
 from orbsoc.sweep import DaskCluster, Inline, Report, ShardStore, StoreError, Task, run
-from tests.missions.reach_cases import SCENARIOS, small_scenario
+from tests.missions.reachable_domain.cases import SCENARIOS, small_scenario
 from tests.processes import started
 
 ENVIRONMENT = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.missions.reach_cases import small_scenario
+from tests.missions.reachable_domain.cases import small_scenario
 from tests.processes import started
 
 COMMAND = [sys.executable, "-m", "orbsoc", "reach"]

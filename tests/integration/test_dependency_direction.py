@@ -224,6 +224,22 @@ def test_kernels_use_no_crate_that_computes_for_them(path: Path) -> None:
     assert re.findall(r"\b(?:faer|pulp|nalgebra|pyo3)::", code_of(path.read_text(encoding="utf-8"))) == []
 
 
+# ---- Packages of a crate, lowest first: each may use those before it. ----
+
+HW = ROOT / "rust" / "orbsoc-hw" / "src"
+HW_PACKAGES = ("error", "machine", "stream", "schedule", "microcode", "program", "replay")
+
+
+@pytest.mark.parametrize(("source", "packages"), [(HW, HW_PACKAGES)], ids=["orbsoc-hw"])
+def test_packages_use_only_those_below_them(source: Path, packages: tuple[str, ...]) -> None:
+    assert set(packages) == {path.stem for path in source.iterdir()} - {"lib"}
+    for path in source.rglob("*.rs"):
+        package = path.relative_to(source).with_suffix("").parts[0]
+        below = packages[: packages.index(package)] if package != "lib" else packages
+        used = used_by(path.read_text(encoding="utf-8"), package, nested=path.parent != source)
+        assert used <= set(below), path.relative_to(source)
+
+
 @pytest.mark.parametrize(
     ("source", "module", "nested", "used"),
     [

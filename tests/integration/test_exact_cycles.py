@@ -10,17 +10,18 @@ import numpy as np
 import pytest
 
 from hw_model import HwModelError, load_partition, load_platform, parse_trace, speedup
-from hw_model.area.resources import budget
+from hw_model.area.budget import budget
 from hw_model.timing.schedules import engine_of
-from hw_model.timing.unit_schedules import runs, stretches
+from hw_model.timing.unit_schedules import coarse_slices, exact_slices
 from orbsoc import Cones, Problem, PsScheduler
 from orbsoc.hw.exact_cycles import exact_cycles, exact_units
+from orbsoc.hw.representative_solves import RepresentativeSolves
 from orbsoc.hw.schedules import Engine, EngineError, PlProgram, pl_program
-from orbsoc.missions.reachable_domain.table import subproblems_on
-from orbsoc.reach.cost import RecordedSequence, domain_cost
+from orbsoc.missions.reachable_domain.continuation.table import subproblems_on
+from orbsoc.missions.reachable_domain.cost import DomainCost
 
 if TYPE_CHECKING:
-    from orbsoc.reach.results import ReachableDomain
+    from orbsoc.missions.reachable_domain.query.results import ReachableDomain
 
 PROBLEM = Problem(
     P=np.eye(4), c=[1.0, -2.0, 0.5, 1.0], A=[[1.0, 1.0, 0.0, 0.0]], b=[1.0],
@@ -54,7 +55,7 @@ def test_a_report_has_the_cycles_of_the_schedules(
         assert (row.cycles_each, row.lower_bound_each) == (cycles, found.lower_bound)
         assert sum(row.causes_each.values()) == row.cycles_each
         assert row.origin == "schedule"
-    assert sum(report.causes_picos.values()) == report.makespan_picos
+    assert sum(report.causes_picoseconds.values()) == report.makespan_picoseconds
 
 
 def test_schedules_of_the_expected_engines_are_made_once_each_with_the_first(
@@ -76,7 +77,7 @@ def test_schedules_of_the_expected_engines_are_made_once_each_with_the_first(
         assert sorted(made) == [1, 2, 4]
         alone = speedup(recorded.trace, machine, "paper", cycles=exact_cycles(recorded.patterns))
         made[-1:] = []
-        assert found.makespan_picos == alone.makespan_picos
+        assert found.makespan_picoseconds == alone.makespan_picoseconds
 
 
 def test_single_precision_has_schedules_of_its_own(recorded: PsScheduler) -> None:
@@ -117,7 +118,7 @@ def test_units_execute_the_operations_of_the_schedule_one_at_a_time(
     for name, segment in pl_program(PROBLEM, None, Engine(lanes=2)).segments.items():
         schedule = look_up(trace, machine, 0, name)
         length = cycles(trace, machine, 0, name).cycles
-        for found in (runs(schedule, latencies), stretches(schedule, latencies, length)):
+        for found in (exact_slices(schedule, latencies), coarse_slices(schedule, latencies, length)):
             assert sum(item.operations for item in found) == segment.operations
             on_lanes = [item for item in found if item.unit < 2]
             assert sum(item.busy for item in on_lanes) == segment.lane_operations
@@ -125,7 +126,7 @@ def test_units_execute_the_operations_of_the_schedule_one_at_a_time(
             assert all(0 <= item.begin < item.end <= length for item in found)
             for one, two in pairwise(sorted(found)):
                 assert one.unit != two.unit or one.end <= two.begin
-        assert all(item.busy == item.end - item.begin for item in runs(schedule, latencies))
+        assert all(item.busy == item.end - item.begin for item in exact_slices(schedule, latencies))
 
 
 def test_an_engine_that_cannot_exist_is_refused(recorded: PsScheduler) -> None:
@@ -159,16 +160,14 @@ READ, WRITE, FINISH = 3, 1, 1  # docs/pl-machine.md
 
 def test_points_of_a_reachable_domain_are_priced_by_schedules(recorded: PsScheduler) -> None:
     points = {"status": np.zeros(1), subproblems_on(12): np.array([1])}
-    sequence = RecordedSequence(
-        {12: (recorded.trace,)},
-        {12: (recorded.trace["solves"][0]["iterations"],)},
-        {12: (recorded.patterns,)},
+    solves = RepresentativeSolves(
+        (recorded.trace,), (recorded.trace["solves"][0]["iterations"],), (recorded.patterns,)
     )
-    found = domain_cost(
+    found = DomainCost.of(
         cast("ReachableDomain", SimpleNamespace(points=points)),
-        device="zu9eg",
-        partition="paper",
-        recorded=sequence,
+        "zu9eg",
+        "paper",
+        {12: solves.price("zu9eg", "paper")},
     )
     report = speedup(recorded.trace, "zu9eg", "paper", cycles=exact_cycles(recorded.patterns))
     own = 1e3 * report.makespan_ms.nominal * report.pl_clock_mhz

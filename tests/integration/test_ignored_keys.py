@@ -19,7 +19,7 @@ from orbsoc.commands.hw_precision import ALL
 from orbsoc.hw.workload import load_workload
 from tests.integration.small_problem import small_problem
 
-KEYS = [row.key for row in load_platform("zu9eg").assumptions() if not row.key.startswith("pl.latencies.")]
+KEYS = [key for key, _ in load_platform("zu9eg").parameters() if not key.startswith("pl.latencies.")]
 KEYS += ["pl.latency_preset", "runtime.preset"]
 
 # Two values a key, so that one of them is felt: few cores or ports bind at one end only.

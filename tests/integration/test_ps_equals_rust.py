@@ -9,49 +9,48 @@ from pathlib import Path
 
 import pytest
 
-from orbsoc import _core
+from orbsoc import PsScheduler, _core
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.missions.reachable_insertion import load_scenario, plan
-from orbsoc.ps import PsScheduler
 from orbsoc.ps.driver import Driver
 from orbsoc.ps.events import PsRecord
 from orbsoc.ps.pl import ProgrammableLogic
 from orbsoc.ps.segments import Method
 from orbsoc.solving.solver import solve
-from tests.zoo import ZooCase, cases, twins
+from tests.zoo import ZooCase, cases, rescaled_twins
 
 METHOD = Method.from_core(_core)
 ITERATE = ("point", "slack", "homogenizer")
 ERRORS = ("kkt_error", "refinement", "pair_error", "pair_refinement", "refinement_active")
 """Of linear solves: the Rust loop leaves out those at which no decision looks, a PL's program computes them all."""
 READ = tuple(name for name in METHOD.buffers if name not in ERRORS)
-ZOO = [*cases(), *twins()]
+ZOO = [*cases(), *rescaled_twins()]
 SETTINGS = Settings()
 
-Words = dict[str, bytes]
+Contents = dict[str, bytes]
 
 
-def words(engine: _core.Engine, names: tuple[str, ...]) -> Words:
+def contents(engine: _core.Engine, names: tuple[str, ...]) -> Contents:
     return {name: engine.buffer(name).tobytes() for name in names}
 
 
 class Scheduled:
-    """A solve on the emulated computer, with all its walks, that keeps the iterate after every step."""
+    """A solve on the emulated computer, with all its attempts, that keeps the iterate after every step."""
 
     def __init__(self, problem: Problem, busy_ticks: int = 1) -> None:
         self.engine = _core.Engine(problem, SETTINGS)
-        self.iterates: dict[int, Words] = {}
+        self.iterates: dict[int, Contents] = {}
         pl = ProgrammableLogic(METHOD, self.engine.run, busy_ticks=busy_ticks)
         driver = Driver(METHOD, self.engine, pl, words=self.engine.buffer_words(), record=PsRecord())
         driver.run(restart=self.engine.begin_again, observe=self.keep)
 
     def keep(self) -> None:
-        self.iterates[self.engine.iteration] = words(self.engine, ITERATE)
+        self.iterates[self.engine.iteration] = contents(self.engine, ITERATE)
 
 
 def one_by_one(problem: Problem, events: list[tuple[str, int]]) -> _core.Engine:
-    """The stages of `events` in turn, each with every word that it declares."""
+    """The stages of `events` in turn, each with every entry that it declares."""
     engine = _core.Engine(problem, SETTINGS)
     for index, (stage, _iteration) in enumerate(events):
         engine.run(stage)
@@ -71,8 +70,8 @@ def test_status_solution_buffers_and_events_are_the_same(case: ZooCase) -> None:
     scheduled = Scheduled(case.problem)
     stepped = scheduled.engine.finish()
     assert scheduled.engine.events() == rust.events()
-    assert words(scheduled.engine, READ) == words(rust, READ)
-    assert words(scheduled.engine, METHOD.buffers) == words(
+    assert contents(scheduled.engine, READ) == contents(rust, READ)
+    assert contents(scheduled.engine, METHOD.buffers) == contents(
         one_by_one(case.problem, rust.events()), METHOD.buffers
     )
     assert (stepped.status, stepped.message) == (whole.status, whole.message)
@@ -92,7 +91,7 @@ def test_every_iterate_on_the_way_is_the_same(case: ZooCase) -> None:
     for step, iterate in scheduled.iterates.items():
         rust = _core.Engine(case.problem, SETTINGS)
         rust.solve(stop_after(step))
-        assert words(rust, ITERATE) == iterate, f"after {step} steps"
+        assert contents(rust, ITERATE) == iterate, f"after {step} steps"
 
 
 @pytest.mark.parametrize("case", cases()[:5], ids=lambda case: case.name)

@@ -3,17 +3,27 @@
 from __future__ import annotations
 
 import re
+import shlex
 from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.main import get_command
 
+from orbsoc.commands.app import app
 from orbsoc.conic.problem import Cones, Problem
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 TEXTS = {name: (ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "CONTRIBUTING.md")}
 EXAMPLES = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
+SHELL = "".join(re.findall(r"```sh\n(.*?)```", README, flags=re.DOTALL))
+COMMANDS = re.findall(r"^orbsoc (.*)", SHELL, flags=re.MULTILINE)
+
+
+def test_the_first_screen_shows_the_architecture() -> None:
+    assert "docs/figures/architecture.svg" in README[:400]
+    assert len(README.splitlines()) <= 90
 
 
 def test_there_is_an_example_for_each_of_the_two_python_audiences() -> None:
@@ -43,7 +53,7 @@ def test_every_make_target_named_exists(text: str) -> None:
 def test_every_file_named_or_linked_exists(text: str) -> None:
     linked = re.findall(r"\]\((?!http)([^)#]+)\)", text)
     named = re.findall(
-        r"`((?:python|rust|hw_model|tests|docs|scripts|scenarios|requirements)/[\w./-]+\w)`", text
+        r"`((?:python|rust|hw_model|rtl|benchmarks|tests|docs|scripts|scenarios|requirements)/[\w./-]+\w)`", text
     )
     missing = [name for name in (*linked, *named) if not (ROOT / name).exists()]
     assert missing == []
@@ -56,8 +66,24 @@ def test_the_layout_lists_folders_that_exist() -> None:
     assert [folder for folder in folders if not (ROOT / folder).is_dir()] == []
 
 
-def test_the_scenarios_of_the_commands_exist() -> None:
-    commands = re.findall(r"^orbsoc (?:plan|hw \w+) (\S+)", README, flags=re.MULTILINE)
-    assert len(commands) == 7
-    assert [name for name in commands if not (ROOT / name).is_file()] == []
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_is_accepted_with_its_options(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    words = shlex.split(command, comments=True)
+    assert [word for word in words if word.startswith("scenarios/") and not Path(word).is_file()] == []
+    command_of = get_command(app)
+    while hasattr(command_of, "commands"):
+        command_of = command_of.commands[words.pop(0)]
+    command_of.make_context("orbsoc", words).close()
+
+
+def test_make_demo_runs_the_command_shown() -> None:
     assert re.search(r"`(orbsoc plan [^`]*)`", README)[1] in (ROOT / "Makefile").read_text()
+
+
+def test_the_benchmarks_are_those_of_the_generated_table() -> None:
+    """Ratios, in the same words; `make bench` renews the table, and then this page must follow."""
+    table = (ROOT / "docs" / "mission004-benchmark.md").read_text(encoding="utf-8")
+    for peer in ("Clarabel", "ECOS", "QOCO"):
+        row = re.search(rf"^\| {peer} \| [\d.]+ \(.*", README, flags=re.MULTILINE)[0]
+        assert row.replace(f"| {peer} |", f"| {peer} | 49 |", 1) in table

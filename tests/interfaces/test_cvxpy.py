@@ -1,4 +1,4 @@
-"""orbsoc as CVXPY's solver: values, duals, statuses, options and bounds, beside Clarabel as referee."""
+"""orbsoc as CVXPY's solver: values, duals, statuses, options and bounds, with Clarabel as reference."""
 
 from __future__ import annotations
 

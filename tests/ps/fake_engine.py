@@ -73,13 +73,13 @@ class FakeEngine:
 
     def solve(self) -> None:
         """The whole solve: the loop as Rust has it."""
-        _walk(self, STARTUP)
-        while _walk(self, ITERATION) != DONE:
+        _run_steps(self, STARTUP)
+        while _run_steps(self, ITERATION) != DONE:
             pass
-        _walk(self, CLOSING)
+        _run_steps(self, CLOSING)
 
 
-def _walk(engine: FakeEngine, steps: tuple[tuple[str, ...], ...]) -> int:
+def _run_steps(engine: FakeEngine, steps: tuple[tuple[str, ...], ...]) -> int:
     outcome = NEXT
     for stage, *until in steps:
         if until:

@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 
 import hw_model
-from orbsoc import _core
+from orbsoc import PsScheduler, _core
 from orbsoc.conic.problem import Cones, Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Status
-from orbsoc.ps import PsScheduler, scheduler
+from orbsoc.ps import scheduler
 from orbsoc.ps.events import Kind
 from orbsoc.ps.registers import Module
 from orbsoc.ps.segments import Method

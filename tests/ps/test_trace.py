@@ -12,7 +12,8 @@ import hw_model
 from orbsoc.conic.problem import Cones, Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Certificate, Solution, Status
-from orbsoc.ps.trace import LATENCY_PRESETS, TraceRecorder, operation_latencies
+from orbsoc.hw.emulation import LATENCY_PRESETS, operation_latencies
+from orbsoc.ps.trace import TraceRecorder
 from tests.ps.fake_engine import STAGES, WORDS, Stage
 
 OPERATIONS = (
@@ -64,7 +65,7 @@ def solution(status: Status = Status.SOLVED) -> Solution:
 
 def recorded(*problems: Problem) -> tuple[TraceRecorder, FakeCore]:
     core = FakeCore()
-    recorder = TraceRecorder(core)
+    recorder = TraceRecorder(core, operation_latencies())
     for each in problems:
         recorder.add(each, Settings(), FinishedEngine(), solution())
     return recorder, core

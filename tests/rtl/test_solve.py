@@ -16,7 +16,7 @@ from orbsoc.rtl.solve import SolveOutcome, described, solve_on_rtl
 from orbsoc.rtl.solve_cases import FOUR_LANES, TIGHT, quick_solves, run_solves
 from orbsoc.rtl.validation import RtlError, built, problems
 from tests.rtl.verilator import require_verilator
-from tests.solving.test_restarts import TOO_LITTLE, mended_late
+from tests.solving.restart_problems import WEAK, recovered_at_third_attempt
 
 RTL = Path(__file__).parents[2] / "rtl"
 SMALL = "6 variables, cones 3"
@@ -47,7 +47,7 @@ def test_whole_solves_on_the_rtl_are_rusts_bit_for_bit_and_the_models_to_one_per
 def test_walks_after_a_stall_are_rusts_on_the_rtl_too() -> None:
     """The third walk has other shifts of the pivots, which the PL must be told."""
     require_verilator()
-    outcome = solve_on_rtl(RTL, "stalls twice", mended_late(), TOO_LITTLE, engine=FOUR_LANES)
+    outcome = solve_on_rtl(RTL, "stalls twice", recovered_at_third_attempt(), WEAK, engine=FOUR_LANES)
     assert described(outcome) == []
     assert outcome.good
     assert outcome.status == "SOLVED"

@@ -6,7 +6,7 @@ import json
 import subprocess
 from pathlib import Path
 
-from hw_model.area.area import recorded
+from hw_model.area.synthesis import recorded
 from tests.rtl.verilator import require_yosys
 
 SYNTHESIZE = Path(__file__).resolve().parents[2] / "rtl" / "synthesize.sh"

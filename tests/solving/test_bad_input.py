@@ -375,7 +375,7 @@ def test_lists_that_do_not_fit_are_refused(part: str, row: list[float], said: st
 def test_indices_that_do_not_fit_are_refused_before_entries_are_lost(
     form: str, part: str, values: list[float], said: str
 ) -> None:
-    """SciPy converts such a matrix into another one, without a word."""
+    """SciPy converts such a matrix into another one, without an error."""
     matrix = sparse.coo_matrix(np.ones((3, 2)))
     matrix = sparse.bsr_matrix(matrix, blocksize=(1, 1)) if form == "bsr" else matrix.asformat(form)
     setattr(matrix, part, np.array(values, dtype=getattr(matrix, part).dtype))

@@ -28,7 +28,7 @@ BASE = Problem(
 )
 
 
-def drawn(count: int, seed: int = 0) -> dict[str, np.ndarray]:
+def random_rows(count: int, seed: int = 0) -> dict[str, np.ndarray]:
     """Random costs, right-hand sides and matrix values, some of them infeasible."""
     rng = np.random.default_rng(seed)
     b = rng.uniform(-1.0, 1.0, (count, 1))
@@ -56,7 +56,7 @@ def own_problem(data: dict[str, np.ndarray], k: int) -> Problem:
 @pytest.mark.parametrize("threads", [1, 2])
 @pytest.mark.parametrize("names", ["c", "bh", "AG", "cbhAGP"])
 def test_every_row_has_the_bits_of_its_own_solve(names: str, threads: int) -> None:
-    data = {name: value for name, value in drawn(37).items() if name in names}
+    data = {name: value for name, value in random_rows(37).items() if name in names}
     batch = orbsoc.solve_batch(BASE, **data, threads=threads)
     assert len(batch) == 37
     for k in range(37):
@@ -70,14 +70,14 @@ def test_every_row_has_the_bits_of_its_own_solve(names: str, threads: int) -> No
 
 
 def test_infeasible_neighbours_are_found_and_harm_nobody() -> None:
-    batch = orbsoc.solve_batch(BASE, **drawn(29))
+    batch = orbsoc.solve_batch(BASE, **random_rows(29))
     names = [status.name for status in batch.status]
     assert names.count("PRIMAL_INFEASIBLE") == len(range(0, 29, 7))
     assert names.count("SOLVED") == 29 - len(range(0, 29, 7))
 
 
 def test_shapes_and_certificates_come_back_per_problem() -> None:
-    batch = orbsoc.solve_batch(BASE, c=drawn(5)["c"])
+    batch = orbsoc.solve_batch(BASE, c=random_rows(5)["c"])
     assert (batch.x.shape, batch.y.shape, batch.z.shape, batch.s.shape) == ((5, 3), (5, 1), (5, 7), (5, 7))
     certificates = list(batch.certificates())
     assert len(certificates) == 5
@@ -187,7 +187,7 @@ def test_a_batch_of_none_is_empty() -> None:
 
 def test_rows_start_from_points_as_their_own_solves_do() -> None:
     """From near, from another's solution, and from no point at all."""
-    data = {name: value for name, value in drawn(29).items() if name in "cbh"}
+    data = {name: value for name, value in random_rows(29).items() if name in "cbh"}
     before = orbsoc.solve_batch(BASE, **data)
     moved = data | {"c": data["c"] * 1.001}
     points = orbsoc.Start(x=before.x.copy(), y=before.y, z=before.z.copy(), s=before.s)
@@ -230,14 +230,14 @@ def test_a_point_that_does_not_fit_is_named() -> None:
 def test_a_solver_gives_every_batch_the_bits_of_a_fresh_one() -> None:
     """Batches of other sizes, an infeasible one and a refused one in between."""
     solver = orbsoc.BatchSolver(BASE, threads=2)
-    first = drawn(37)
+    first = random_rows(37)
     before = solver.solve(**first)
     solver.solve(b=np.full((11, 1), 50.0))
     spoilt = first["c"].copy()
     spoilt[20, 1] = np.nan
     with pytest.raises(ProblemError, match=r"^problem 20 of the batch: `c` has NaN at entry 1"):
         solver.solve(c=spoilt)
-    second = drawn(5, seed=3)
+    second = random_rows(5, seed=3)
     for data, found in ((first, solver.solve(**first)), (second, solver.solve(**second))):
         fresh = orbsoc.solve_batch(BASE, **data)
         for name in ("x", "y", "z", "s", "iterations", "primal_residual"):
@@ -251,7 +251,7 @@ def test_a_copy_of_a_solver_gives_the_same_bits() -> None:
     solver = orbsoc.BatchSolver(BASE, threads=2, tol=1e-6)
     other = pickle.loads(pickle.dumps(solver))
     assert (other.settings, other.problem.n) == (solver.settings, BASE.n)
-    assert other.solve(**drawn(9)).x.tobytes() == solver.solve(**drawn(9)).x.tobytes()
+    assert other.solve(**random_rows(9)).x.tobytes() == solver.solve(**random_rows(9)).x.tobytes()
 
 
 def test_misuse_of_a_solver_is_named() -> None:
@@ -261,7 +261,7 @@ def test_misuse_of_a_solver_is_named() -> None:
         orbsoc.BatchSolver(BASE, threads=100_000)
     with pytest.raises(TypeError, match=r"`threads` is 2.5; it must be a whole number"):
         orbsoc.BatchSolver(BASE, threads=2.5)  # type: ignore[arg-type]
-    assert len(orbsoc.BatchSolver(BASE, threads=np.int64(2)).solve(**drawn(3))) == 3
+    assert len(orbsoc.BatchSolver(BASE, threads=np.int64(2)).solve(**random_rows(3))) == 3
     with pytest.raises(TypeError, match="`problem` is of type list"):
         orbsoc.BatchSolver([])  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="tolerance"):
@@ -276,10 +276,10 @@ def test_a_second_thread_is_told_that_a_solver_is_busy() -> None:
         assert answered.wait(60.0)
 
     with ThreadPoolExecutor(1) as pool:
-        first = pool.submit(solver.solve, **drawn(20), callback=wait)
+        first = pool.submit(solver.solve, **random_rows(20), callback=wait)
         assert begun.wait(60.0)
         with pytest.raises(RuntimeError, match="already solving"):
-            solver.solve(**drawn(20))
+            solver.solve(**random_rows(20))
         answered.set()
     assert len(first.result()) == 20
 
@@ -287,7 +287,7 @@ def test_a_second_thread_is_told_that_a_solver_is_busy() -> None:
 def test_a_solver_goes_on_in_a_forked_process_with_threads_of_its_own() -> None:
     """A fork has none of its parent's threads."""
     solver = orbsoc.BatchSolver(BASE, threads=2)
-    data = drawn(20)
+    data = random_rows(20)
     before = solver.solve(**data).x.tobytes()
     context = multiprocessing.get_context("fork")
     ours, its = context.Pipe()
@@ -304,7 +304,7 @@ def test_a_solver_goes_on_in_a_forked_process_with_threads_of_its_own() -> None:
 @pytest.mark.parametrize("threads", [1, 2])
 def test_a_callback_sees_the_batch_grow_and_may_stop_it(threads: int) -> None:
     count, seen = 100_000, []
-    data = drawn(count)
+    data = random_rows(count)
 
     def stop(progress: Mapping[str, int]) -> bool:
         seen.append(progress["ended"])
@@ -333,7 +333,7 @@ def test_a_callbacks_exception_comes_out_and_ctrl_c_in_it_is_a_status(threads: i
     def interrupt(_: object) -> None:
         raise KeyboardInterrupt
 
-    solver, data = orbsoc.BatchSolver(BASE, threads=threads), drawn(4000)
+    solver, data = orbsoc.BatchSolver(BASE, threads=threads), random_rows(4000)
     with pytest.raises(TypeError, match="`callback` is 3; it must be callable"):
         solver.solve(**data, callback=3)  # type: ignore[arg-type]
     with pytest.raises(ZeroDivisionError):
@@ -350,7 +350,7 @@ def test_ctrl_c_that_no_row_tells_of_is_raised(threads: int) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        orbsoc.solve_batch(BASE, **drawn(9), threads=threads, callback=interrupt)
+        orbsoc.solve_batch(BASE, **random_rows(9), threads=threads, callback=interrupt)
 
 
 @pytest.mark.parametrize("threads", [1, 2])
@@ -358,7 +358,7 @@ def test_the_exception_of_a_signals_handler_comes_out(threads: int) -> None:
     def expire(*_: object) -> None:
         raise TimeoutError
 
-    data = drawn(100_000)
+    data = random_rows(100_000)
     before = signal.signal(signal.SIGALRM, expire)
     try:
         signal.setitimer(signal.ITIMER_REAL, 0.02)
@@ -372,7 +372,7 @@ def test_the_exception_of_a_signals_handler_comes_out(threads: int) -> None:
 @pytest.mark.parametrize("threads", [1, 2])
 def test_ctrl_c_stops_a_batch_and_keeps_what_has_ended(threads: int) -> None:
     """The signal comes from a thread of its own; where it missed the rows' solving, it is sent earlier or later."""
-    solver, data = orbsoc.BatchSolver(BASE, threads=threads), drawn(100_000)
+    solver, data = orbsoc.BatchSolver(BASE, threads=threads), random_rows(100_000)
     delay_s = solver.solve(**data).solve_s / 2.0
     for _ in range(8):
         killer = threading.Timer(delay_s, signal.raise_signal, [signal.SIGINT])

@@ -16,7 +16,7 @@ import orbsoc
 from orbsoc.conic.errors import FileError
 from orbsoc.solving.bundle import read_bundle
 from orbsoc.solving.iteration_table import COLUMNS
-from tests.fuzz_budget import effort
+from tests.fuzz_budget import fuzz_budget
 from tests.strategies import problems
 
 LP = orbsoc.Problem(
@@ -72,7 +72,7 @@ def test_a_bundle_repeats_the_solve_bit_for_bit(
 
 
 @given(problems())
-@effort(40)
+@fuzz_budget(40)
 def test_recording_changes_no_bit_and_every_bundle_replays(
     tmp_path_factory: pytest.TempPathFactory, problem: orbsoc.Problem
 ) -> None:

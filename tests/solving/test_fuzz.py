@@ -22,7 +22,7 @@ import orbsoc
 from orbsoc.conic.errors import FileError
 from orbsoc.conic.verify import check_certificate
 from orbsoc.solving.bundle import read_bundle
-from tests.fuzz_budget import TIMES, effort
+from tests.fuzz_budget import TIMES, fuzz_budget
 from tests.strategies import problems
 
 sparse: Any = scipy_sparse  # published without types
@@ -45,7 +45,7 @@ def false_claim(problem: orbsoc.Problem, solution: orbsoc.Solution) -> str | Non
         return "a vector has the wrong size"
     if solution.status is orbsoc.Status.SOLVED:
         worst = orbsoc.verify(problem, solution).worst
-        return None if worst <= 1e-5 else f"SOLVED, but the referee finds {worst}"
+        return None if worst <= 1e-5 else f"SOLVED, but verification finds {worst}"
     if solution.status is orbsoc.Status.SOLVED_INACCURATE or solution.status in CLAIMS:
         residuals = check_certificate(problem, solution)
         return None if residuals.supports(solution.status, 1.001e-5) else f"{solution.status}: {residuals}"
@@ -53,7 +53,7 @@ def false_claim(problem: orbsoc.Problem, solution: orbsoc.Solution) -> str | Non
 
 
 @given(problems())
-@effort(400)
+@fuzz_budget(400)
 def test_no_status_is_claimed_without_support(problem: orbsoc.Problem) -> None:
     """Entries over 16 decades, absent blocks, infinite bounds."""
     assert false_claim(problem, orbsoc.solve(problem)) is None
@@ -84,7 +84,7 @@ def extreme(draw: st.DrawFn) -> orbsoc.Problem:
 
 
 @given(extreme())
-@effort(300)
+@fuzz_budget(300)
 def test_the_ends_of_double_precision_break_nothing(problem: orbsoc.Problem) -> None:
     assert false_claim(problem, orbsoc.solve(problem)) is None
 
@@ -119,7 +119,7 @@ def solvable(draw: st.DrawFn) -> orbsoc.Problem:
 
 
 @given(solvable())
-@effort(400)
+@fuzz_budget(400)
 def test_a_problem_with_a_known_solution_is_solved(problem: orbsoc.Problem) -> None:
     solution = orbsoc.solve(problem)
     assert solution.status in (orbsoc.Status.SOLVED, orbsoc.Status.SOLVED_INACCURATE), solution.message
@@ -127,7 +127,7 @@ def test_a_problem_with_a_known_solution_is_solved(problem: orbsoc.Problem) -> N
 
 
 @given(problems(), problems())
-@effort(100)
+@fuzz_budget(100)
 def test_an_update_solves_like_a_fresh_solver_or_changes_nothing(
     one: orbsoc.Problem, other: orbsoc.Problem
 ) -> None:
@@ -149,7 +149,7 @@ scalars = st.one_of(
 
 @st.composite
 def garbage(draw: st.DrawFn) -> Any:
-    """Scalars, ragged lists, arrays of any kind and shape, sparse matrices with broken insides."""
+    """Scalars, lists of unequal rows, arrays of any kind and shape, sparse matrices with broken insides."""
     kind = draw(st.integers(0, 4))
     if kind == 0:
         return draw(scalars)
@@ -177,7 +177,7 @@ NAMES = ("P", "c", "A", "b", "G", "h")
     st.lists(st.one_of(st.integers(-2, 6), scalars), max_size=3),
     scalars,
 )
-@effort(600)
+@fuzz_budget(600)
 def test_garbage_is_a_problem_or_an_error_that_names_an_argument(
     arguments: dict[str, Any], q: list[Any], l: Any
 ) -> None:
@@ -196,7 +196,7 @@ SETTINGS = [field.name for field in dataclasses.fields(orbsoc.Settings) if field
 
 
 @given(st.dictionaries(st.sampled_from(SETTINGS), scalars, min_size=1, max_size=3))
-@effort(300)
+@fuzz_budget(300)
 def test_a_setting_is_obeyed_or_refused_by_name(overrides: dict[str, Any]) -> None:
     problem = orbsoc.Problem(c=[1.0, 1.0], G=-np.eye(2), h=[-1.0, 2.0], cones=orbsoc.Cones(q=[2]))
     bounds = {"max_iterations": 50, "refinement_max": 50, "ruiz_passes": 50}
@@ -239,7 +239,7 @@ def damaged(draw: st.DrawFn, document: Any) -> Any:
 
 
 @given(st.data())
-@effort(300)
+@fuzz_budget(300)
 def test_a_damaged_file_is_read_or_refused_by_its_path(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
 ) -> None:
@@ -268,7 +268,7 @@ def test_a_damaged_file_is_read_or_refused_by_its_path(
 
 
 @given(st.sampled_from(["problem", "solution", "bundle"]), st.one_of(st.binary(), st.text().map(str.encode)))
-@effort(150)
+@fuzz_budget(150)
 def test_a_file_of_noise_is_refused_by_its_path(
     tmp_path_factory: pytest.TempPathFactory, kind: str, noise: bytes
 ) -> None:

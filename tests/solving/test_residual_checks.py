@@ -1,4 +1,4 @@
-"""Errors of linear solves that no decision looks at do not let a walk go astray (decision 0026)."""
+"""A skipped residual check of a linear solve does not let an attempt diverge (decision 0026)."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import numpy as np
 import orbsoc
 
 
-def test_an_unseen_error_does_not_excuse_the_next_one() -> None:
-    """Nothing but h, in cones of unlike sizes: an error that raises the residual raises the goal of the next iteration."""
+def test_an_error_that_was_not_checked_does_not_excuse_the_next_one() -> None:
+    """Nothing but h, in cones of unlike sizes: an error that raises the residual raises the refinement tolerance of the next iteration."""
     h = np.zeros(12)
     h[2:9] = [
         3707.7304026986044, 26731.82146830528, -8042.454927466083, 19326.652847828365, 9037.204563968013,
@@ -17,7 +17,5 @@ def test_an_unseen_error_does_not_excuse_the_next_one() -> None:
     problem = orbsoc.Problem(c=[0.0], G=np.zeros((12, 1)), h=h, cones=orbsoc.Cones(l=3, q=[6, 3]))
     solution = orbsoc.solve(problem, tol=1e-5)
     assert solution.status is orbsoc.Status.SOLVED
-    assert (
-        solution.iterations <= 4
-    )  # 9, in two walks, where the last error was trusted whatever became of the goal
+    assert solution.iterations <= 4  # 9, in two attempts, where the last error was trusted at any tolerance
     np.testing.assert_allclose(solution.s, h, atol=1e-4 * h.max())

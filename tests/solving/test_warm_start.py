@@ -16,14 +16,14 @@ from benchmarks.batches import perturbed
 from benchmarks.guidance import powered_descent, rendezvous
 from benchmarks.recorded import insertion
 from orbsoc.solving.bundle import read_bundle
-from tests.fuzz_budget import effort
+from tests.fuzz_budget import fuzz_budget
 from tests.strategies import problems
 from tests.zoo import ZooCase, cases
 
 FIELDS = ("x", "y", "z", "s")
 
 
-def words(solution: orbsoc.Solution) -> tuple[object, ...]:
+def entries(solution: orbsoc.Solution) -> tuple[object, ...]:
     arrays = tuple(getattr(solution, name).tobytes() for name in FIELDS)
     return (*arrays, solution.status, solution.iterations, solution.refinements, solution.warm_start)
 
@@ -69,7 +69,7 @@ def test_the_emulated_computer_starts_warm_with_the_same_bits(case: ZooCase) -> 
     problem = case.problem
     before = orbsoc.solve(moved(problem, 0.01), max_iterations=30)
     rust = orbsoc.solve(problem, warm_start=before)
-    assert words(orbsoc.PsScheduler()(problem, warm_start=before)) == words(rust)
+    assert entries(orbsoc.PsScheduler()(problem, warm_start=before)) == entries(rust)
     cold = orbsoc.solve(problem)
     assert rust.status is cold.status
     assert rust.iterations <= cold.iterations + 1 or rust.warm_start == "fell_back"
@@ -83,17 +83,17 @@ def test_a_solver_starts_from_its_last_solution() -> None:
     new = moved(problem, 1e-3)
     solver.update(b=new.b, c=new.c, h=new.h)
     again = solver.solve(warm_start=True)
-    assert words(again) == words(orbsoc.solve(new, warm_start=first))
+    assert entries(again) == entries(orbsoc.solve(new, warm_start=first))
     assert again.warm_start == "used"
     assert again.iterations < first.iterations
-    assert words(solver.solve()) == words(orbsoc.solve(new)), "a cold start remembers nothing"
+    assert entries(solver.solve()) == entries(orbsoc.solve(new)), "a cold start remembers nothing"
 
 
 def test_an_explicit_point_is_a_start_and_a_hopeless_one_falls_back() -> None:
     problem = powered_descent(10, 1)
     cold = orbsoc.solve(problem)
     point = orbsoc.Start(cold.x, cold.y, cold.z, cold.s)
-    assert words(orbsoc.solve(problem, warm_start=point)) == words(orbsoc.solve(problem, warm_start=cold))
+    assert entries(orbsoc.solve(problem, warm_start=point)) == entries(orbsoc.solve(problem, warm_start=cold))
     far = orbsoc.Start(cold.x + 1e6, cold.y, cold.z, cold.s)
     given_up = orbsoc.solve(problem, warm_start=far)
     assert given_up.warm_start == "fell_back"
@@ -131,7 +131,7 @@ def test_a_start_of_lists_and_integers_is_one_of_arrays() -> None:
     arrays = orbsoc.solve(
         problem, warm_start=orbsoc.Start(np.array([2.0]), np.zeros(0), np.ones(1), np.zeros(1))
     )
-    assert words(plain) == words(arrays)
+    assert entries(plain) == entries(arrays)
 
 
 def test_a_bundle_of_a_warm_start_replays_it_bit_for_bit(tmp_path: Path) -> None:
@@ -141,8 +141,8 @@ def test_a_bundle_of_a_warm_start_replays_it_bit_for_bit(tmp_path: Path) -> None
     limited = orbsoc.solve(new, warm_start=before, max_iterations=2, bundle=tmp_path / "b.json")
     bundle = read_bundle(tmp_path / "b.json")
     assert bundle.start is not None
-    assert words(orbsoc.solve(bundle.problem, bundle.settings, warm_start=bundle.start)) == words(limited)
-    assert words(bundle.solution) == words(limited)
+    assert entries(orbsoc.solve(bundle.problem, bundle.settings, warm_start=bundle.start)) == entries(limited)
+    assert entries(bundle.solution) == entries(limited)
 
 
 def test_the_callback_and_the_clock_rule_over_both_starts() -> None:
@@ -158,7 +158,7 @@ def test_the_callback_and_the_clock_rule_over_both_starts() -> None:
 @given(
     problems(), st.integers(0, 2**32 - 1), st.sampled_from([0.0, 1e-6, 1.0, 1e8, 1e300, math.inf, math.nan])
 )
-@effort(60)
+@fuzz_budget(60)
 def test_from_any_point_the_status_is_no_worse_than_from_cold(
     problem: orbsoc.Problem, seed: int, size: float
 ) -> None:
@@ -172,4 +172,4 @@ def test_from_any_point_the_status_is_no_worse_than_from_cold(
     if cold.status in (orbsoc.Status.SOLVED, orbsoc.Status.PRIMAL_INFEASIBLE, orbsoc.Status.DUAL_INFEASIBLE):
         assert warm.status not in (orbsoc.Status.NUMERICAL_LIMIT, orbsoc.Status.MAX_ITERATIONS)
     if not np.isfinite(size):
-        assert words(warm)[:-1] == words(cold)[:-1]
+        assert entries(warm)[:-1] == entries(cold)[:-1]

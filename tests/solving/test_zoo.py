@@ -1,4 +1,4 @@
-"""The zoo: its own answers are right, and the solver gives them, on every problem and on its badly scaled twin."""
+"""The zoo: its own answers are right, and the solver gives them, on every problem and on its rescaled twin."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from orbsoc.conic.solution import Status
 from orbsoc.conic.verify import check_certificate, verify
 from orbsoc.interfaces import clarabel
 from orbsoc.solving.solver import solve
-from tests.zoo import ZooCase, cases, twins
+from tests.zoo import ZooCase, cases, rescaled_twins
 
 scipy_optimize: Any = optimize  # published without types
 
 BASES = cases()
-TWINS = twins()
+TWINS = rescaled_twins()
 ALL = [*BASES, *TWINS]
 INFEASIBLE = {Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE}
 
@@ -35,7 +35,7 @@ def reference_objective(case: ZooCase) -> float:
         return case.objective
     base = next(b for b in BASES if b.name == case.name.removesuffix("_scaled"))
     answer = clarabel.solve(base.problem)
-    assert answer.status is Status.SOLVED, f"no referee for {case.name}: {answer.message}"
+    assert answer.status is Status.SOLVED, f"no reference for {case.name}: {answer.message}"
     return answer.objective
 
 
@@ -89,7 +89,7 @@ LINEAR = [case for case in BASES if is_linear(case.problem)]
 
 @pytest.mark.parametrize("case", LINEAR, ids=[case.name for case in LINEAR])
 def test_a_simplex_method_agrees_on_every_linear_program(case: ZooCase) -> None:
-    """HiGHS (through SciPy), a method of another kind, is the second referee of the LPs."""
+    """HiGHS (through SciPy), a method of another kind, verifies a second time the LPs."""
     problem = case.problem
     rows = np.isfinite(problem.h)
     answer = scipy_optimize.linprog(
@@ -148,7 +148,7 @@ def test_the_update_that_rescales_columns_keeps_pattern_and_value() -> None:
 
 
 def test_an_update_that_rescales_columns_is_solved_like_fresh_data() -> None:
-    """Known lie: the equilibration of the first data kept for the second."""
+    """Known false claim: the equilibration of the first data kept for the second."""
     from orbsoc.solving.solver import Solver
 
     by_name = {case.name: case for case in BASES}
@@ -163,7 +163,7 @@ def test_an_update_that_rescales_columns_is_solved_like_fresh_data() -> None:
 
 
 def test_no_iterate_of_the_previous_solve_is_returned_for_updated_data() -> None:
-    """Known lie: a best iterate remembered from the solve before; stopped early, only the new one may come back."""
+    """Known false claim: a best iterate remembered from the solve before; stopped early, only the new one may come back."""
     from orbsoc.solving.solver import Solver
 
     problem = next(case.problem for case in BASES if case.name == "known_socp_sizes")

@@ -1,6 +1,6 @@
-"""A zoo of small conic problems with known answers, and the badly scaled twin of each.
+"""A zoo of small conic problems with known answers, and the rescaled twin of each.
 
-`cases()` lists the problems, `twins()` the same in other units; every function of the modules below that returns a
+`cases()` lists the problems, `rescaled_twins()` the same in other units; every function of the modules below that returns a
 `ZooCase` is one case.
 """
 
@@ -10,9 +10,9 @@ from types import ModuleType
 
 from tests.zoo import cone, false_claims, known, linear, quadratic
 from tests.zoo.case import ZooCase
-from tests.zoo.rescaled import twin
+from tests.zoo.rescaled import rescaled_twin
 
-__all__ = ["ZooCase", "cases", "twin", "twins"]
+__all__ = ["ZooCase", "cases", "rescaled_twin", "rescaled_twins"]
 
 MODULES = (linear, quadratic, cone, known, false_claims)
 
@@ -32,6 +32,6 @@ def cases() -> list[ZooCase]:
     return [case for module in MODULES for case in _of(module)]
 
 
-def twins() -> list[ZooCase]:
-    """The badly scaled twin of every case."""
-    return [twin(case) for case in cases()]
+def rescaled_twins() -> list[ZooCase]:
+    """The rescaled twin of every case."""
+    return [rescaled_twin(case) for case in cases()]

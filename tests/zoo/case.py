@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 class ZooCase:
     """A problem and the statuses a solver may return for it.
 
-    `objective` is the known optimal value (None: a second solver is the referee); `scaled` says that the data are
-    badly scaled; `clarabel_fails` why Clarabel cannot be the referee here (then the known answer alone is).
+    `objective` is the known optimal value (None: a second solver gives the reference); `scaled` says that the data are
+    badly scaled; `clarabel_fails` why Clarabel cannot verify here (then the known answer alone does).
     """
 
     name: str

@@ -180,7 +180,7 @@ def dependent_equalities() -> ZooCase:
 
 
 def robust_program() -> ZooCase:
-    """aᵢᵀx + 0.1‖x‖ ≤ 1 for six random rows; a second solver is the referee."""
+    """aᵢᵀx + 0.1‖x‖ ≤ 1 for six random rows; a second solver gives the reference."""
     rng = np.random.default_rng(21)
     cones: list[tuple[Array, Array]] = []
     for _ in range(6):
@@ -191,7 +191,7 @@ def robust_program() -> ZooCase:
 
 
 def soft_landing() -> ZooCase:
-    """Least total thrust of a point mass from (4, 2) to rest in eight steps; a second solver is the referee."""
+    """Least total thrust of a point mass from (4, 2) to rest in eight steps; a second solver gives the reference."""
     steps, dt = 8, 1.0
     n = 4 + 7 * steps  # state 0, then per step: thrust (2), its norm (1), next state (4)
     F = np.eye(4) + dt * np.eye(4, k=2)

@@ -51,7 +51,7 @@ def _transport_costs() -> tuple[Array, Array, Array]:
 
 
 def before_columns_are_rescaled() -> ZooCase:
-    """A transport problem as first set up; a second solver is the referee."""
+    """A transport problem as first set up; a second solver gives the reference."""
     A, b, c = _transport_costs()
     return solvable("lie_before_columns_are_rescaled", lp(c, -np.eye(12), np.zeros(12), A, b))
 

@@ -97,7 +97,7 @@ def hock_schittkowski_76() -> ZooCase:
 
 
 def portfolio() -> ZooCase:
-    """Least variance at a required return, long only; no closed form, a second solver is the referee."""
+    """Least variance at a required return, long only; no closed form, a second solver gives the reference."""
     rng = np.random.default_rng(11)
     factors = rng.normal(size=(8, 3))
     P = factors @ factors.T + np.diag(rng.uniform(0.1, 0.5, 8))
@@ -108,7 +108,7 @@ def portfolio() -> ZooCase:
 
 
 def tracking() -> ZooCase:
-    """Ten steps of a bounded double integrator to the origin; a second solver is the referee."""
+    """Ten steps of a bounded double integrator to the origin; a second solver gives the reference."""
     steps = 10
     F, B = np.array([[1.0, 0.2], [0.0, 1.0]]), np.array([[0.02], [0.2]])
     n = 3 * steps

@@ -1,4 +1,4 @@
-"""The badly scaled twin of a case: the same problem in other units, row by row and column by column."""
+"""The rescaled twin of a case: the same problem in other units, row by row and column by column."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CLARABEL_FAILS = {
     "known_qp_farkas_scaled": "stops at a certificate of radius 1.9e4, 2.7 times the scale of the data",
     "lie_far_feasible_set_scaled": "stops after one iteration with Gx + s − h = 2e-5: relative to ‖x‖ of 1e5",
 }
-"""Twins on which Clarabel 0.11.1 at 1e-8 misses the known answer, and how; the known answer alone is the referee."""
+"""Twins on which Clarabel 0.11.1 at 1e-8 misses the known answer, and how; the known answer alone is the reference."""
 
 
 def _factors(rng: np.random.Generator, size: int) -> Array:
@@ -44,7 +44,7 @@ def rescale(problem: Problem, rows: Array, cone_rows: Array, columns: Array) -> 
     )
 
 
-def twin(case: ZooCase) -> ZooCase:
+def rescaled_twin(case: ZooCase) -> ZooCase:
     """`case` with rows and columns scaled by factors between 1e-4 and 1e4, chosen by its name; same known answer."""
     rng = np.random.default_rng(zlib.crc32(case.name.encode()))
     problem = case.problem

@@ -13,7 +13,7 @@ from .failures import FAILED, exit_handling
 
 if TYPE_CHECKING:
     from hw_model import Platform
-    from hw_model.area.resources import Budget
+    from hw_model.area.budget import Budget
 
 
 def budget(
@@ -30,10 +30,10 @@ def budget(
     Exit codes: 0 it fits, 1 it does not, 2 bad input.
     """
     with exit_handling(as_json):
-        from hw_model.area.resources import budget as priced
+        from hw_model.area.budget import budget as priced
         from hw_model.figures.area import area_figure
         from hw_model.platform.partition import load_partition
-        from hw_model.report.reading import BUDGETED, require_read
+        from hw_model.report.usage import BUDGET_USAGE, require_used
         from hw_model.vocabulary import count_of
         from orbsoc.hw.workload import load_workload
 
@@ -41,8 +41,8 @@ def budget(
         machine, split = options.computer(device, chosen), load_partition(partition)
         record = load_workload(workload)
         cycles = options.stage_cycles(record, exact=exact)
-        reading = BUDGETED.of(record.trace, split, machine, cycles)
-        require_read(chosen, [(machine, reading)])
+        reading = BUDGET_USAGE.of(record.trace, split, machine, cycles)
+        require_used(chosen, [(machine, reading)])
         found = priced(record.trace, machine, split, cycles)
         title = f"{split.name} on {machine.name}, {count_of(machine.pl.lanes.value, 'lane')}"
         verdict = (

@@ -28,14 +28,14 @@ def calibrate(
     """
     with exit_handling(as_json):
         from hw_model.platform.platform_toml import to_toml
-        from hw_model.report.reading import CALIBRATED, require_read
+        from hw_model.report.usage import CALIBRATION_USAGE, require_used
         from hw_model.timing.calibrate import calibrate as fit
         from hw_model.timing.calibrate import read_measurements
         from orbsoc.hw.workload import load_workload
 
         chosen = options.parsed_settings(settings)
         machine = options.computer(device, chosen)
-        require_read(chosen, [(machine, CALIBRATED)])
+        require_used(chosen, [(machine, CALIBRATION_USAGE)])
         rows = read_measurements(measured)
         record = load_workload(workload)
         found = fit(record.trace, machine, rows, f"calibrated with {measured.name} ({record.origin})")
@@ -53,7 +53,7 @@ def calibrate(
             "high": found.high,
             "modules": [asdict(row) | {"error": row.error} for row in found.modules],
             "skipped_stages": list(found.skipped),
-            "assumptions": options.echoed(found.platform, CALIBRATED),
+            "assumptions": options.echoed(found.platform, CALIBRATION_USAGE),
         }
         folder = out or Path("out") / f"hw-calibrate-{record.name}"
         name = f"{machine.name}-calibrated.toml"

@@ -28,7 +28,7 @@ def explain(
     with exit_handling(as_json):
         from hw_model.figures.difference import difference_figure
         from hw_model.report.explain import explain as compare
-        from hw_model.report.reading import TIMELINE, require_read
+        from hw_model.report.usage import TIMELINE_USAGE, require_used
         from orbsoc.hw.workload import load_workload
 
         (one, set_in_one), (other, set_in_other) = _configuration(a), _configuration(b)
@@ -36,8 +36,8 @@ def explain(
         cycles = options.stage_cycles(record, exact=exact)
         assumptions: dict[str, list[dict[str, Any]]] = {}
         for side, chosen, keys in (("a", one, set_in_one), ("b", other, set_in_other)):
-            reading = TIMELINE.of(record.trace, chosen.partition, chosen.platform, cycles)
-            require_read(keys, [(chosen.platform, reading)])
+            reading = TIMELINE_USAGE.of(record.trace, chosen.partition, chosen.platform, cycles)
+            require_used(keys, [(chosen.platform, reading)])
             assumptions[side] = options.echoed(chosen.platform, reading)
         found = compare(record.trace, one, other, cycles)
         document = found.to_dict() | {"workload": record.origin, "assumptions": assumptions}
@@ -52,8 +52,8 @@ def explain(
                 f"{cause:10s} {one_ms / 1e9:9.3f} {other_ms / 1e9:9.3f} {(other_ms - one_ms) / 1e9:+10.3f}"
                 for cause, (one_ms, other_ms) in found.by_cause.items()
             ),
-            f"{'sum':10s} {found.a_picos / 1e9:9.3f} {found.b_picos / 1e9:9.3f}"
-            f" {(found.b_picos - found.a_picos) / 1e9:+10.3f}",
+            f"{'sum':10s} {found.a_picoseconds / 1e9:9.3f} {found.b_picoseconds / 1e9:9.3f}"
+            f" {(found.b_picoseconds - found.a_picoseconds) / 1e9:+10.3f}",
             found.headline,
         ]
         options.say(lines, document, folder, as_json=as_json)

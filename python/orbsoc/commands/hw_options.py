@@ -16,7 +16,7 @@ from orbsoc.files.atomic_write import write_atomically
 
 if TYPE_CHECKING:
     from hw_model import Platform
-    from hw_model.report.reading import Reading
+    from hw_model.report.usage import ParameterUse
     from hw_model.timing.stage_cycles import StageCycles
     from orbsoc.hw.workload import Workload
 
@@ -157,11 +157,13 @@ def as_csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
     return text.getvalue()
 
 
-def echoed(platform: Platform, reading: Reading) -> list[dict[str, Any]]:
+def echoed(platform: Platform, reading: ParameterUse) -> list[dict[str, Any]]:
     """Every parameter of a platform with its provenance, and whether the report reads it."""
     from dataclasses import asdict
 
-    return [asdict(row) for row in platform.assumptions(reading)]
+    from hw_model.report.assumptions import assumptions
+
+    return [asdict(row) for row in assumptions(platform, reading)]
 
 
 def say(lines: Sequence[str], document: Mapping[str, Any], folder: Path, *, as_json: bool) -> None:

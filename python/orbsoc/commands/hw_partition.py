@@ -13,9 +13,9 @@ from .failures import exit_handling
 
 if TYPE_CHECKING:
     from hw_model import Platform
-    from hw_model.report.reading import Reading
-    from hw_model.report.split_verdict import Verdict
+    from hw_model.report.partition_verdict import Verdict
     from hw_model.report.study import Point, Study
+    from hw_model.report.usage import ParameterUse
     from hw_model.timing.stage_cycles import StageCycles
     from orbsoc.hw.workload import Workload
 
@@ -33,17 +33,17 @@ def partition(
     """Price all 64 partitions × lanes × clocks × devices, and say which of them no other beats."""
     with exit_handling(as_json):
         from hw_model.platform.partition import load_partition
-        from hw_model.report.reading import STUDIED, require_read
-        from hw_model.report.split_verdict import verdicts
+        from hw_model.report.partition_verdict import verdicts
         from hw_model.report.study import Study, pareto
+        from hw_model.report.usage import STUDY_USAGE, require_used
         from orbsoc.hw.workload import load_workload
 
         chosen = options.parsed_settings(settings, _AXES)
         computers = _computers(devices, lanes, clocks, chosen)
         record = load_workload(workload)
         cycles = options.stage_cycles(record, exact=exact, computers=computers)
-        reading = STUDIED.of(record.trace, load_partition("paper"), computers[0], cycles)
-        require_read(chosen, ((machine, reading) for machine in computers))
+        reading = STUDY_USAGE.of(record.trace, load_partition("paper"), computers[0], cycles)
+        require_used(chosen, ((machine, reading) for machine in computers))
         study = Study(record.trace, cycles)
         points = _priced(study, computers)
         front, found = pareto(points), verdicts(points)
@@ -94,7 +94,7 @@ def _priced(study: Study, computers: list[Platform]) -> list[Point]:
 def _document(
     record: Workload,
     computers: list[Platform],
-    reading: Reading,
+    reading: ParameterUse,
     points: list[Point],
     front: list[Point],
     found: list[Verdict],
@@ -155,7 +155,7 @@ def _draw(
     from hw_model.figures.speedup import speedup_figure
     from hw_model.figures.study import amdahl_figure, pareto_figure, roofline_figure
     from hw_model.platform.partition import load_partition
-    from hw_model.report.report import speedup
+    from hw_model.report.speedup import speedup
     from hw_model.timing.limits import limits, roofs
 
     pareto_figure(points, front, folder / "pareto.png")

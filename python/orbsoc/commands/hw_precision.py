@@ -45,14 +45,14 @@ def precision(
     subproblem of each pattern is taken. Segments are scheduled, equal to the RTL.
     """
     with exit_handling(as_json):
-        from hw_model.report.reading import NARROWED, require_read
+        from hw_model.report.usage import PRECISION_USAGE, require_used
         from orbsoc.conic.settings import Settings
         from orbsoc.hw.exact_cycles import exact_cycles
         from orbsoc.hw.workload import WorkloadError, load_workload
 
         chosen = options.parsed_settings(settings)
         machine = options.computer(device, chosen)
-        require_read(chosen, [(machine, NARROWED)])
+        require_used(chosen, [(machine, PRECISION_USAGE)])
         if not 0.0 < tol < 1.0:
             raise WorkloadError(f"--tol = {tol}: must be above 0 and below 1, for residuals are relative")
         asked = Settings(tol=tol, tol_inaccurate=max(1e-5, 10.0 * tol))
@@ -72,7 +72,7 @@ def precision(
             "workload": record.origin,
             "tol": tol,
             "rows": rows,
-            "assumptions": options.echoed(machine, NARROWED),
+            "assumptions": options.echoed(machine, PRECISION_USAGE),
         }
         folder = out or Path("out") / f"hw-precision-{record.name}"
         options.write_all(
@@ -95,8 +95,8 @@ def _row(
 ) -> dict[str, Any]:
     """One solve, and what it would have cost."""
     from hw_model import parse_trace, speedup
-    from hw_model.area.area import multiplier_dsp
-    from hw_model.area.resources import budget
+    from hw_model.area.budget import budget
+    from hw_model.area.engine import multiplier_dsp
     from hw_model.platform.partition import on_pl
     from orbsoc.hw.precision import solve_narrow
 

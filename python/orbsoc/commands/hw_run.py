@@ -39,7 +39,7 @@ def run(
     Exit codes: 0 done, 2 bad input.
     """
     with exit_handling(as_json):
-        from hw_model.report.reading import SCHEDULED, require_read
+        from hw_model.report.usage import SCHEDULE_USAGE, require_used
         from hw_model.timing.schedules import engine_of
         from orbsoc.hw.schedules import KKT_SOLVES, pl_program
         from orbsoc.hw.utilisation_figure import utilisation_figure
@@ -49,7 +49,7 @@ def run(
         own = {key: value for key, value in given.items() if value is not None}
         chosen = options.parsed_settings(settings, {key: f"--{key[3:]}" for key in own})
         machine = options.computer(device, chosen | own)
-        require_read(chosen, [(machine, SCHEDULED)])
+        require_used(chosen, [(machine, SCHEDULE_USAGE)])
         engine = _engine(machine, fp)
         engine_of(machine, "f64")
         record = load_workload(workload)
@@ -68,7 +68,7 @@ def run(
             "patterns": [program.document() for program in programs],
             "memory": [asdict(_memory(program, machine)) for program in programs],
             "kkt_solves": [stream.document() for stream in streams],
-            "assumptions": options.echoed(machine, SCHEDULED),
+            "assumptions": options.echoed(machine, SCHEDULE_USAGE),
         }
         rows = [
             {"pattern": p} | _row(program, name)
@@ -183,7 +183,7 @@ class Memory:
 
 
 def _memory(program: PlProgram, machine: Platform) -> Memory:
-    from hw_model.area.area import Shape, bram18, line_bits, storage_bram18
+    from hw_model.area.engine import Shape, bram18, line_bits, storage_bram18
 
     engine, segments = program.engine, program.segments.values()
     if engine.address_bits is None:

@@ -30,9 +30,9 @@ def sweep(
     with exit_handling(as_json):
         from hw_model.figures.study import pareto_figure
         from hw_model.platform.partition import load_partition
-        from hw_model.report.reading import STUDIED
         from hw_model.report.study import Study, pareto
         from hw_model.report.sweep import computers, load_sweep, run
+        from hw_model.report.usage import STUDY_USAGE
         from hw_model.vocabulary import count_of
         from orbsoc.hw.workload import load_workload
 
@@ -53,7 +53,7 @@ def sweep(
             | {key: list(values) for key, values in chosen.axes.items()},
             "pareto": [point.row() for point in front],
             "assumptions": {
-                name: options.echoed(machine, STUDIED.of(record.trace, widest, machine, cycles))
+                name: options.echoed(machine, STUDY_USAGE.of(record.trace, widest, machine, cycles))
                 for name, machine in sorted(first.items())
             },
         }

@@ -27,7 +27,7 @@ def trace(
         from hw_model.figures.gantt import gantt_figure
         from hw_model.platform.partition import load_partition
         from hw_model.report.perfetto import as_text, trace_events
-        from hw_model.report.reading import TIMELINE, require_read
+        from hw_model.report.usage import TIMELINE_USAGE, require_used
         from orbsoc.hw.exact_cycles import exact_units
         from orbsoc.hw.workload import load_workload
 
@@ -35,7 +35,7 @@ def trace(
         machine, split = options.computer(device, chosen), load_partition(partition)
         record = load_workload(workload)
         cycles = options.stage_cycles(record, exact=exact)
-        require_read(chosen, [(machine, TIMELINE.of(record.trace, split, machine, cycles))])
+        require_used(chosen, [(machine, TIMELINE_USAGE.of(record.trace, split, machine, cycles))])
         timeline = simulate(record.trace, machine, split, cycles)
         folder = out or Path("out") / f"hw-trace-{record.name}"
         units = exact_units(record.problems) if options.takes_schedules(record, exact=exact) else None
@@ -48,7 +48,7 @@ def trace(
             },
         )
         gantt_figure(timeline, folder / "gantt.png")
-        milliseconds = timeline.makespan_picos / 1e9
+        milliseconds = timeline.makespan_picoseconds / 1e9
         words = [
             f"modelled: {split.name} on {machine.name}, {record.origin}: {milliseconds:.3f} ms in"
             f" {len(timeline.segments)} segments; open trace.json in ui.perfetto.dev"
@@ -67,5 +67,5 @@ def _of_units(timeline: Timeline) -> str:
     solve, iteration = timeline.longest_iteration()
     return (
         f"each lane and divider has a track: solve {solve}, iteration {iteration}, the longest, operation by operation;"
-        " the rest by stretches and what is executed in them"
+        " the rest by intervals and what is executed in them"
     )

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from orbsoc.guidance.scenario_file import BaseScenario
     from orbsoc.guidance.scp import Iteration
     from orbsoc.hw.cycle_budget import CycleBudget
-    from orbsoc.ps import PsScheduler
+    from orbsoc.hw.emulation import PsScheduler
     from orbsoc.report.run import PlanRun
 
     Watch = Callable[[Mission], AbstractContextManager[Callable[[Iteration], None] | None]]
@@ -205,7 +205,7 @@ def _check_before_planning(
 
 
 def _scheduler() -> PsScheduler:
-    from orbsoc.ps import PsScheduler
+    from orbsoc.hw.emulation import PsScheduler
 
     return PsScheduler()
 

@@ -40,7 +40,7 @@ def plan_cases(
     with exit_handling(as_json):
         from hw_model import HwModelError
         from hw_model.platform.partition import load_partition
-        from hw_model.report.reading import BOUNDED
+        from hw_model.report.usage import WORST_CASE_USAGE
         from hw_model.timing.schedules import engine_of
         from orbsoc.guidance.monte_carlo import CLIP_SIGMA
         from orbsoc.hw.deadlines import check_deadline, estimated_cycles, exact_cycles_of, judge, record_cases
@@ -76,7 +76,7 @@ def plan_cases(
                 "clip_sigma": CLIP_SIGMA,
             },
             "assumptions": options.echoed(
-                platform, replace(BOUNDED, on_pl=split.uses_pl, scheduled=exact and split.uses_pl)
+                platform, replace(WORST_CASE_USAGE, on_pl=split.uses_pl, scheduled=exact and split.uses_pl)
             ),
         }
         options.write_all(

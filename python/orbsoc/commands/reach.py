@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -83,7 +84,7 @@ def _executor(dask: str | None, threads: int | None) -> Executor:
 
 
 def _checked(path: Path, device: str, partition: str, deadline_ms: float | None) -> Scenario:
-    """The scenario, once everything that can be refused at once has been looked at."""
+    """The scenario, after all checks that need no solve."""
     from orbsoc.hw.cycle_budget import check_names
     from orbsoc.hw.deadlines import check_deadline
     from orbsoc.missions.reachable_domain import load_scenario
@@ -123,8 +124,8 @@ def _point(text: str, scenario: Scenario) -> tuple[float, float, float]:
 
 def _write_messages(folder: Path, point: tuple[float, float, float]) -> None:
     """Write point.oem and point.opm. Raises StoreError when the point has no plan."""
+    from orbsoc.missions.reachable_domain.files.ephemeris import fly_point, oem, opm
     from orbsoc.reach import load
-    from orbsoc.reach.ephemeris import fly_point, oem, opm
     from orbsoc.sweep import StoreError
 
     found = load(folder)
@@ -147,10 +148,13 @@ def _solve_and_write(
 ) -> dict[str, Any]:
     from rich.console import Console
 
+    import hw_model
+    from orbsoc.hw.representative_solves import RepresentativeSolves
+    from orbsoc.missions.reachable_domain.cost import DomainCost, representative_subproblems
+    from orbsoc.missions.reachable_domain.files.outputs import write_outputs
+    from orbsoc.missions.reachable_domain.files.results_folder import solve_into
     from orbsoc.reach import load
-    from orbsoc.reach.cost import RecordedSequence, cost_table, domain_cost, grids_in
-    from orbsoc.reach.outputs import write_outputs
-    from orbsoc.reach.run import solve_into
+    from orbsoc.report.page import render
     from orbsoc.sweep import StoreError
 
     from .sweep_progress import SweepProgress
@@ -160,17 +164,28 @@ def _solve_and_write(
     interrupts.check()
     found = load(folder)
     device, partition, deadline_ms = hardware
-    recorded = RecordedSequence.of(found.domain, grids_in(found))
-    cost = domain_cost(found, device=device, partition=partition, deadline_ms=deadline_ms, recorded=recorded)
+    solves = {
+        nodes: RepresentativeSolves.of(problems)
+        for nodes, problems in representative_subproblems(found).items()
+    }
+
+    def cost_on(device: str, partition: str, deadline_ms: float | None = None) -> DomainCost:
+        prices = {nodes: solve.price(device, partition) for nodes, solve in solves.items()}
+        return DomainCost.of(found, device, partition, prices, deadline_ms)
+
+    cost = cost_on(device, partition, deadline_ms)
     fresh = sum(report.rows_done - report.rows_before for report in reports)
     extra = {
         "elapsed_s": sum(report.elapsed_s for report in reports) if fresh else None,
         "rows_solved_in_this_run": fresh,
         "hardware": {**cost.to_dict(), "words": cost.words},
-        "hardware_table": [row.to_dict() for row in cost_table(found, recorded)],
+        "hardware_table": [
+            cost_on(*names).to_dict()
+            for names in product(hw_model.platform_names(), hw_model.partition_names())
+        ],
     }
     try:
-        return write_outputs(folder, found, cost, extra)
+        return write_outputs(folder, found, cost, extra, render)
     except OSError as error:
         raise StoreError(
             f"--out = {folder}: tables and figures cannot be written: {error.strerror or error}; all shards are kept,"

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import hw_model
-from hw_model.area.resources import Budget, budget
+from hw_model.area.budget import Budget, budget
 from hw_model.timing.schedules import engine_of
 from hw_model.timing.stage_cycles import estimated
 from orbsoc.conic.solution import Solution, Status
 from orbsoc.guidance.mission import SolvedProblem
 from orbsoc.guidance.scp import Solve
-from orbsoc.ps import PsScheduler
+from orbsoc.hw.emulation import PsScheduler
 from orbsoc.solving.solver import solve
 
 from .exact_cycles import exact_cycles
@@ -64,7 +64,7 @@ class CycleBudget:
         return (
             f"modelled deadline verdict for {SCOPE}, {self.cycles} PL cycles: {found.verdict}: {took} against {found.deadline_ms:g} ms,"
             f" margin {found.margin_ms:+.3f} ms nominally, {found.worst_case_margin_ms:+.3f} ms in the worst case;"
-            f" binding is {self.report.binding};"
+            f" binding is {self.report.bottleneck};"
             f" {self.fit}; the rest of the outer loop is not in it"
         )
 

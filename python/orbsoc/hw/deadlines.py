@@ -205,7 +205,7 @@ def judge(
     cycles_of: Callable[[Case], StageCycles] = estimated_cycles,
 ) -> DeadlineReport:
     """Price every case and judge them together. Raises hw_model.HwModelError for an impossible deadline."""
-    from hw_model.report.binding import binding_resource
+    from hw_model.report.bottleneck import bottleneck_of
     from hw_model.timing.timeline import simulate
 
     check_deadline(deadline_ms)
@@ -225,8 +225,8 @@ def judge(
             verdict = "MARGINAL"
         [decides] = (case for case in cases if case.number == longest.case)
         timeline = simulate(decides.trace, platform, partition, cycles_of(decides))
-        causes = {found: picos for (found,), picos in timeline.totals("cause").items()}
-        cause, share, words = binding_resource(causes)
+        causes = {found: picoseconds for (found,), picoseconds in timeline.totals("cause").items()}
+        cause, share, words = bottleneck_of(causes)
     fits, area_words = _area(cases, platform, partition, cycles_of)
     return DeadlineReport(
         platform.name, partition.name, "estimated" if cycles_of is estimated_cycles else "exact", deadline_ms,
@@ -237,8 +237,8 @@ def judge(
 def _plan(scenario: Any, number: int, seed: int) -> tuple[Case, tuple[Problem, ...]]:
     """One case, and a problem of each of its patterns."""
     from orbsoc.conic.pattern import pattern_digest
+    from orbsoc.hw.emulation import PsScheduler
     from orbsoc.missions.registry import dispersible
-    from orbsoc.ps import PsScheduler
 
     scheduler, mission = PsScheduler(), dispersible(scenario)
     found = mission.plan(mission.disperse(scenario, number, seed), solve=scheduler)
@@ -267,22 +267,22 @@ def _pattern_file(folder: Path, digest: str) -> Path:
 def _price(case: Case, platform: Platform, partition: Partition, cycles: StageCycles) -> PricedCase:
     """Times of one case."""
     from hw_model import parse_trace
-    from hw_model.timing.prices import Prices
-    from hw_model.timing.timeline import makespan_picos, tally_of
-    from hw_model.timing.walk import walk
+    from hw_model.timing.actions import actions_of
+    from hw_model.timing.durations import Durations
+    from hw_model.timing.timeline import makespan_picoseconds, tally_of
 
     times = [0, 0, 0]
     if case.trace["solves"]:
         trace = parse_trace(case.trace)
-        actions = walk(trace, partition)
+        actions = actions_of(trace, partition)
         tally = tally_of(actions)
-        nominal = Prices(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
+        nominal = Durations(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
         fast, slow = (nominal.on(platform.corner(end, end, end)) for end in ("fast", "slow"))
         times = [
-            makespan_picos(actions, prices, worst=prices is slow, tally=tally)
+            makespan_picoseconds(actions, prices, worst=prices is slow, tally=tally)
             for prices in (nominal, fast, slow)
         ]
-    time_ms, fast_ms, worst_ms = (picos / 1e9 for picos in times)
+    time_ms, fast_ms, worst_ms = (picoseconds / 1e9 for picoseconds in times)
     return PricedCase(
         case.number, case.status, case.scp_iterations, sum(case.ipm_iterations), time_ms, fast_ms, worst_ms
     )
@@ -293,7 +293,7 @@ def _area(
 ) -> tuple[bool, str]:
     """Whether the engine fits with the microcode and buffers of every case; one of each set of patterns is asked."""
     from hw_model import parse_trace
-    from hw_model.area.resources import budget
+    from hw_model.area.budget import budget
 
     distinct = {case.patterns: case for case in cases if case.trace["patterns"]}.values()
     budgets = [budget(parse_trace(case.trace), platform, partition, cycles_of(case)) for case in distinct]

@@ -1,4 +1,4 @@
-"""Exact schedules for the hardware model: the bridge from `pl_program` to `hw_model.timing.schedules` and its unit tracks."""
+"""Exact schedules for the hardware model: from `hw.schedules` to `hw_model.timing.schedules` and its unit tracks."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def exact_cycles(problems: Sequence[Problem], expected: Iterable[Engine] = ()) -
 
     They equal the RTL's, cycle for cycle, in the microcode's format that the platform names. Those of the engines
     `expected` are made side by side, when the first of any is asked for. Raises `hw_model.HwModelError` for latencies
-    that are not the RTL's, for which there is no schedule, and `pl_program.EngineError` for an engine that cannot exist.
+    that are not the RTL's, for which there is no schedule, and `hw.schedules.EngineError` for an engine that cannot exist.
     """
     awaited = {_parameters(engine) for engine in expected}
     made: dict[tuple[int, Parameters], Mapping[str, Segment]] = {}
@@ -70,7 +70,7 @@ def exact_units(problems: Sequence[Problem]) -> UnitSchedules:
 def _side_by_side(
     problems: Sequence[Problem], engines: Iterable[Parameters]
 ) -> dict[tuple[int, Parameters], Mapping[str, Segment]]:
-    """The segments of each problem's schedule on each engine, by all cores; after Ctrl-C no more are begun."""
+    """The segments of each problem's schedule on each engine, by all cores; Ctrl-C begins no further ones."""
     keys = list(product(range(len(problems)), engines))
     pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
     try:

@@ -1,8 +1,8 @@
 """What a narrower datapath on the PL does to a solve: iterations, verified residuals, and a trace to price.
 
 Stages of the chosen modules compute with few significant bits on words of their own (`_core.MixedEngine`); statistics,
-termination and every module that is not chosen stay in binary64 on the PS. The answer is judged as ever, in binary64
-on the data as given, so that a narrow datapath cannot claim what it has not reached.
+termination and every module that is not chosen stay in binary64 on the PS. The answer is verified in binary64 on the
+data as given.
 """
 
 from __future__ import annotations
@@ -19,8 +19,10 @@ from orbsoc.ps.driver import Driver
 from orbsoc.ps.events import PsRecord
 from orbsoc.ps.pl import ProgrammableLogic
 from orbsoc.ps.segments import Method
-from orbsoc.ps.trace import TraceRecorder, operation_latencies
+from orbsoc.ps.trace import TraceRecorder
 from orbsoc.solving.solver import solution_of
+
+from .emulation import operation_latencies
 
 if TYPE_CHECKING:
     from orbsoc.conic.problem import Problem
@@ -32,7 +34,7 @@ BITS = (53, 24, 20, 16, 12)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NarrowRun:
-    """One solve with a narrow datapath. Residuals are the referee's, in binary64 on the original data."""
+    """One solve with a narrow datapath. Residuals are those of independent verification, in binary64."""
 
     bits: int
     modules: tuple[str, ...]
@@ -52,11 +54,11 @@ class NarrowRun:
 def narrow_settings(settings: Settings, bits: int) -> Settings:
     """Settings whose regularisation a factor of `bits` significant bits can see, with refinement to undo it.
 
-    The static regularisation is 2 √2^(1 − bits), twice the square root of the spacing of numbers: less, and pivots
-    drown in rounding; more, and refinement, which gains a factor of about K's smallest eigenvalue over it a step, takes
-    too long. (Scanned on mission 004 with a factor of 24 bits: 3.5e-4, half of it, ends between 1e-6 and 4e-6 for
-    refinement shares of 0.001 to 0.03; 7e-4 reaches 2e-7 to 7e-7 in one or two iterations more than binary64; 1e-2
-    fails.) The tolerance stays what it is.
+    The static regularisation is 2 √2^(1 − bits), twice the square root of the spacing of numbers. With less, rounding
+    errors swamp the pivots; with more, refinement takes too many steps, for each gains a factor of about K's smallest
+    eigenvalue over the regularisation. Scanned on mission 004 with a factor of 24 bits: half of it (3.5e-4) ends between
+    1e-6 and 4e-6 for refinement factors of 0.001 to 0.03; 7e-4 reaches 2e-7 to 7e-7 in one or two iterations more than
+    binary64; 1e-2 fails. The tolerance stays.
     """
     if bits >= 53:
         return settings
@@ -75,9 +77,7 @@ def solve_narrow(
 ) -> NarrowRun:
     """Solve with `bits` significant bits in `modules`, scheduled by the emulated PS through the register file.
 
-    One walk: where it stalls, nothing is begun again.
-
-    Raises ValueError for bits or modules that do not exist, and what `orbsoc.solve` raises for wrong data.
+    One attempt: a stall does not restart the solve. Raises ValueError for bits or modules that do not exist, and what `orbsoc.solve` raises for wrong data.
     """
     if bits not in BITS:
         allowed = ", ".join(map(str, BITS))

@@ -1,7 +1,6 @@
 """The PL's share of a problem, scheduled exactly: cycles, causes and microcode of every segment on one engine.
 
-Schedules depend on the sparsity pattern and on the engine, never on numbers; they are kept by both. The engine and its
-microcode are described in docs/pl-machine.md; `orbsoc hw validate` runs the same schedules on the RTL.
+Schedules depend on the sparsity pattern and on the engine, never on numbers. The engine and its microcode are described in docs/pl-machine.md; `orbsoc hw validate` runs the same schedules on the RTL.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ SCHEMA = "orbsoc.pl-cycles/1"
 _KEPT = 8
 _LEAST_ADDRESS_BITS, _MOST_ADDRESS_BITS = 10, 20
 _MOST = (1 << 32) - 1
-"""The largest number that any field of an engine may be written with; the limits of each are the scheduler's."""
+"""Largest number of any field of an engine; the scheduler limits each field further."""
 
 
 class EngineError(ValueError):
@@ -33,8 +32,8 @@ class EngineError(ValueError):
 class Engine:
     """One PL engine. `address_bits`: words of storage as a power of two; None: the fewest that hold the problem.
 
-    Raises EngineError for a field that is no whole number, or a negative one; what else no engine can have is refused
-    when a problem is scheduled.
+    Raises EngineError for a field that is no whole number, or a negative one. The scheduler refuses what else no engine
+    can have.
     """
 
     fp: Literal[64, 32] = 64
@@ -158,8 +157,7 @@ def pl_program(
     engine: Engine | None = None,
     stream: Stream | None = None,
 ) -> PlProgram:
-    """Schedule every stage of the PL modules, or one stream of some; kept, so that asking again for the same pattern and
-    engine is free.
+    """Schedule every stage of the PL modules, or one stream of some; cached by pattern and engine.
 
     Raises EngineError if the engine cannot exist or is too small, or a stage or buffer of the stream does not exist.
     """
@@ -184,8 +182,8 @@ def scheduled(
 ) -> PlProgram:
     """As `pl_program`, made anew; its `core` writes validation cases on this very problem's numbers.
 
-    `misread`: a unit (add, mul, div, sqrt, simple), and by how many cycles the scheduler is wrong about it; for showing that
-    a wrong model is found out. It needs `engine.address_bits`.
+    `misread`: a unit (add, mul, div, sqrt, simple), and by how many cycles the scheduler is wrong about it: a mutation of
+    the model. It needs `engine.address_bits`.
     """
     if engine.address_bits is not None:
         return _made(problem, settings, engine, stream, engine.address_bits, misread)

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-
-from orbsoc.conic.csc import Array
+from numpy.typing import NDArray
 
 from .schedules import PlProgram
+
+Array = NDArray[np.float64]
 
 BINS = 120
 

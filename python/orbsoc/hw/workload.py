@@ -53,8 +53,8 @@ def record_trace(trace: dict[str, Any], name: str, what: str, problems: tuple[Pr
 
 
 def _planned(path: Path) -> Workload:
+    from orbsoc.hw.emulation import PsScheduler
     from orbsoc.missions.registry import load_scenario
-    from orbsoc.ps import PsScheduler
 
     scheduler = PsScheduler()
     mission, scenario = load_scenario(path)
@@ -96,7 +96,7 @@ def _from_json(path: Path) -> Workload:
 def solved(problem: Problem, settings: Any, path: Path) -> Workload:
     """The record of one solve of `problem` on the emulated computer."""
     from orbsoc.conic.solution import Status
-    from orbsoc.ps import PsScheduler
+    from orbsoc.hw.emulation import PsScheduler
 
     scheduler = PsScheduler(settings)
     if scheduler(problem).status is Status.INTERRUPTED:

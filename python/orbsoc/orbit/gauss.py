@@ -3,7 +3,7 @@
 r̈ = f(t, r) is advanced in steps of length h through s Gauss nodes c: with the Butcher matrix A and weights b,
 r(c) = r₀ + hc v₀ + h²A²f, r₁ = r₀ + hv₀ + h²bᵀA f, v₁ = v₀ + hbᵀf. The nodes' f is found by fixed-point iteration,
 which contracts by about h²/r³ on an orbit; it starts from the f of the step before, extrapolated. A few motions are
-swept over all steps at once instead, which finds the same nodes in fewer and larger operations. Shares nothing with the
+iterated over all steps at once instead, which finds the same nodes in fewer and larger operations. Shares nothing with the
 optimiser's collocation, which is global and first order. Source: Hairer, Nørsett & Wanner, Solving Ordinary
 Differential Equations I, II.7 and II.14.
 """
@@ -18,14 +18,14 @@ import numpy as np
 
 from .array import Array
 
-SWEEPS = 40
-"""Limit of fixed-point sweeps; a step that needs as many is far too long, and reports NaN."""
-SETTLED = 1e-13
-"""Change of a node's position, in canonical units, at which the sweeps end: what is left is the contraction's share of it."""
+MAX_ITERATIONS = 40
+"""Limit of fixed-point iterations; a step that needs more is far too long, and reports NaN."""
+TOLERANCE = 1e-13
+"""Change of a node's position, in canonical units, at which they have converged: what is left is the contraction's share of it."""
 FEW = 3072
-"""Motions times nodes up to which a sweep goes over all steps: beyond, its matrix product costs more than it saves."""
+"""Motions times nodes up to which an iteration covers all steps: beyond, its matrix product costs more than it saves."""
 EXTRAPOLATED = 5
-"""Degree of the polynomial through a step's f that starts the sweeps of the next."""
+"""Degree of the polynomial through a step's f that starts the iterations of the next."""
 
 Force = Callable[[slice, Array], Array]
 """Acceleration (s, d, B) at positions (s, d, B) of the nodes that a slice of the node times names."""
@@ -102,7 +102,7 @@ def _step_by_step(scheme: GaussSteps, position: Array, velocity: Array, force: F
     """A step after the other."""
     stages, count = scheme.stages, position.size
     r, v = position, velocity
-    square = 0.5 * scheme.offsets[:, None, None] ** 2  # the first sweep starts from a parabola
+    square = 0.5 * scheme.offsets[:, None, None] ** 2  # the first iteration starts from a parabola
     ahead = extrapolation(scheme)
     acceleration = np.empty((0, count))
     found = np.empty((scheme.steps * stages, *position.shape))
@@ -113,14 +113,14 @@ def _step_by_step(scheme: GaussSteps, position: Array, velocity: Array, force: F
             nodes = drift + (ahead @ acceleration).reshape(drift.shape)
         else:
             nodes = drift + square * force(window, drift)[:1]
-        for _ in range(SWEEPS):
+        for _ in range(MAX_ITERATIONS):
             acceleration = force(window, nodes).reshape(stages, count)
             moved = drift + (scheme.double @ acceleration).reshape(drift.shape)
             change, nodes = np.abs(moved - nodes), moved
-            if not (change > SETTLED).any():  # a motion that is NaN holds up none of the others
+            if not (change > TOLERANCE).any():  # a motion that is NaN holds up none of the others
                 break
         else:
-            nodes = np.where(change.max(axis=(0, 1)) > SETTLED, np.nan, nodes)
+            nodes = np.where(change.max(axis=(0, 1)) > TOLERANCE, np.nan, nodes)
             acceleration = force(window, nodes).reshape(stages, count)
         found[window] = nodes
         r = r + scheme.length * v + (scheme.lever @ acceleration).reshape(r.shape)
@@ -129,15 +129,15 @@ def _step_by_step(scheme: GaussSteps, position: Array, velocity: Array, force: F
 
 
 def _at_once(scheme: GaussSteps, position: Array, velocity: Array, force: Force) -> GaussArc | None:
-    """All steps in one sweep after the other; None where they do not settle."""
+    """All steps in each iteration; None where they do not converge."""
     whole, window, count = _whole(scheme), slice(0, len(scheme.times)), position.size
     drift = position + scheme.times[:, None, None] * velocity
     nodes = drift + 0.5 * scheme.times[:, None, None] ** 2 * force(window, drift)[:1]
-    for _ in range(SWEEPS):
+    for _ in range(MAX_ITERATIONS):
         acceleration = force(window, nodes).reshape(-1, count)
         moved = drift + (whole.double @ acceleration).reshape(drift.shape)
         change, nodes = np.abs(moved - nodes), moved
-        if not (change > SETTLED).any():
+        if not (change > TOLERANCE).any():
             break
     else:
         return None

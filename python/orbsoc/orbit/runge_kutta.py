@@ -58,7 +58,7 @@ def tableau(length: float) -> Tableau:
 
 
 def force_times(ends: ArrayLike) -> Array:
-    """When the force is asked for in steps between `ends` (K + 1,): at the start, at the stages of every step after its
+    """Times at which the force is evaluated in steps between `ends` (K + 1,): at the start, at the stages of every step after its
     first, and at the end; (11 K + 2,), for the first stage of a step is the end of the one before."""
     at = np.asarray(ends, np.float64)
     within = at[:-1, None] + np.diff(at)[:, None] * tableau(1.0).nodes[1:]

@@ -28,20 +28,11 @@ class PsScheduler:
     """Python plays the PS: a callable that solves stage by stage through the register file of an emulated PL.
 
     The answer has the bits of `orbsoc.solve`. `settings` and `overrides` (fields of `Settings`) are the default of
-    every call; a call's own come before them. `latencies` (preset → operation →
-    cycles) replaces hw_model's presets in the trace.
-
-    >>> from orbsoc import Cones, Problem
-    >>> ps = PsScheduler(tol=1e-9)
-    >>> ps(Problem(c=[1.0], G=[[-1.0]], h=[-2.0], cones=Cones(l=1))).status.name
-    'SOLVED'
-    >>> len(ps.trace["solves"])
-    1
+    every call; a call's own come before them. `latencies` (preset → operation → cycles) are those of the trace's
+    critical paths; `orbsoc.PsScheduler` takes the hardware model's.
     """
 
-    def __init__(
-        self, settings: Settings | None = None, *, latencies: Latencies | None = None, **overrides: Any
-    ) -> None:
+    def __init__(self, settings: Settings | None = None, *, latencies: Latencies, **overrides: Any) -> None:
         self._settings = resolve(settings, overrides)
         self._recorder = TraceRecorder(_core, latencies)
         self._method = Method.from_core(_core)

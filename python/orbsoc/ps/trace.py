@@ -16,11 +16,8 @@ from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution
 
 SCHEMA = "orbsoc.trace/1"
-LATENCY_PRESETS = ("orbsoc_rtl", "vendor_ip")
-"""Families of floating-point units whose critical paths a trace carries; their numbers are hw_model's."""
-
 Latencies = Mapping[str, Mapping[str, int]]
-"""Preset → operation → cycles."""
+"""Preset of floating-point units → operation → cycles; a trace carries the critical paths of each preset."""
 
 
 class Recorded(Protocol):
@@ -35,38 +32,15 @@ class Recorded(Protocol):
         ...
 
 
-def operation_latencies(datapath: str = "f64") -> dict[str, dict[str, int]]:
-    """Cycles of every operation code, for each preset; what critical paths are measured in.
-
-    Arithmetic takes its unit's latency from hw_model's presets; c ± a·b is a multiplication and then an
-    addition. Assumed: sign changes, copies, selections and comparisons (of the words, as integers) take 1 cycle.
-    """
-    from hw_model.platform.presets import (
-        preset,  # the hardware's numbers are loaded only when a trace is made
-    )
-
-    one_cycle = dict.fromkeys(("move", "neg", "abs", "min", "max", "compare", "and", "select"), 1)
-    out = {}
-    for name in LATENCY_PRESETS:
-        units = preset("latency", name)[datapath]
-        add, mul, div, sqrt = (
-            int(units[f"{unit}_cycles"]["value"]) for unit in ("add", "mul", "div", "sqrt")
-        )
-        both = mul + add
-        arithmetic = {"mul": mul, "add": add, "sub": add, "mul_add": both, "mul_sub": both, "div": div}
-        out[name] = {**one_cycle, **arithmetic, "sqrt": sqrt}
-    return out
-
-
 class TraceRecorder:
-    """Collects solves into one trace; `latencies` defaults to `operation_latencies()`.
+    """Collects solves into one trace.
 
     `core` is the extension module: it has the dataflow table and counts the operations of a new pattern.
     """
 
-    def __init__(self, core: Any, latencies: Latencies | None = None) -> None:
+    def __init__(self, core: Any, latencies: Latencies) -> None:
         self._core = core
-        self._latencies = operation_latencies() if latencies is None else latencies
+        self._latencies = latencies
         self._position: dict[bytes, int] = {}
         self._patterns: list[dict[str, Any]] = []
         self.problems: list[Problem] = []

@@ -1,8 +1,8 @@
 """What the hardware model says that a solve on the RTL takes, in clocks of the simulation.
 
-The L2 model knows nothing of the run but its trace: which stages ran, in order. It walks the partition, prices every
-frame, flag read, move and interrupt on the platform that the harness is (rtl/harness/platform.toml), and takes the
-segments' cycles from their schedules.
+The L2 model knows nothing of the run but its trace: which stages ran, in order. It counts the time of every frame, flag
+read, move and interrupt on the harness's platform (rtl/harness/platform.toml), and takes the segments' cycles from
+their schedules.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from hw_model import Platform, Trace
 
 PLATFORM = Path("harness") / "platform.toml"
-_PICOS_PER_CLOCK = 10_000
+_PICOSECONDS_PER_CLOCK = 10_000
 
 
 def session_platform(rtl: Path, engine: Engine) -> Platform:
@@ -49,9 +49,9 @@ def predicted_clocks(
         return PlCycles({"issue": cycles[stage]}, 0, "schedule", "schedule")
 
     timeline = simulate(parsed, session_platform(rtl, engine), "paper", source)
-    by_cause = {cause: picos for (cause,), picos in timeline.totals("cause").items()}
+    by_cause = {cause: picoseconds for (cause,), picoseconds in timeline.totals("cause").items()}
     del by_cause["ps"]
     return {
-        "pl" if cause == "issue" else cause: round(picos / _PICOS_PER_CLOCK)
-        for cause, picos in by_cause.items()
+        "pl" if cause == "issue" else cause: round(picoseconds / _PICOSECONDS_PER_CLOCK)
+        for cause, picoseconds in by_cause.items()
     }

@@ -1,9 +1,9 @@
-"""Engines and schedulers that are wrong in one place (V5), none of which may go unnoticed.
+"""Mutation tests of RTL and scheduler (V5): each is wrong in one place, and validation must notice.
 
 A mutation of the RTL is a changed line in a copy of its sources; one of the model is a schedule for latencies or banks that
 the engine does not have. Either is caught by a cycle more or less, by a word that differs, by an assertion of the RTL's own
 checks, or by counter, status or interrupt saying what is not so; a mutation of the checks, by a control that breaks
-every rule (rtl_controls.py).
+every rule (rule_violations.py).
 """
 
 from __future__ import annotations

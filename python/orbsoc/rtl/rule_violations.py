@@ -1,4 +1,4 @@
-"""A program that breaks the rules of a schedule, for any harness: that its checks are silent elsewhere then means something.
+"""A program that breaks every rule of a schedule: a positive control for the RTL's checks.
 
 The segment `control` breaks every rule of docs/pl-machine.md at least once. An engine whose checks were left out, or of which one
 cannot fire, is found by it; nothing else that it leaves is of interest.

@@ -25,13 +25,13 @@ TABLE = 0x1000
 """First byte address of the table of segments; docs/pl-machine.md, "Register file"."""
 TABLE_ENTRY = 64
 _AT_ONCE = 256
-"""Commands under way in the pipe: their answers must fit it while nobody reads them."""
+"""Commands sent before their answers are read: the answers must fit the pipe."""
 _CYCLES_PER_POLL = 10_000
-"""How long a poll of the interrupt line lets the PL run, at most: it ends with the interrupt."""
+"""How long one poll of the interrupt line lets the PL run, at most."""
 
 
 class RtlSession:
-    """One running harness, an executable of `rtl_validation.built`; use it as a context.
+    """One running harness, an executable of `validation.built`; use it as a context.
 
     Raises RtlError when the harness ends or answers what it should not.
     """

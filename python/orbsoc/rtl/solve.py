@@ -1,6 +1,6 @@
-"""A whole interior-point solve on the RTL: six modules in Verilator, Python as the PS, Rust as the referee.
+"""A whole interior-point solve on the RTL: six modules in Verilator, Python as the PS, Rust as the reference.
 
-The PS is the one of `PsScheduler`: the same driver walks the same lists, launches every segment through the RTL's
+The PS is the one of `PsScheduler`: the same driver runs the same lists, launches every segment through the RTL's
 registers, takes its interrupt, and moves the buffers that cross, word by word, between its memory and the RTL's
 storage. Its own stages, statistics and decisions among them, are those of the Rust engine, on what was moved. A
 second engine runs every stage in Rust, from the problem on; whatever crosses to the PS, and every iterate, must have its bits.
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from orbsoc import _core
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
+from orbsoc.hw.emulation import operation_latencies
 from orbsoc.hw.schedules import Engine, pl_program
 from orbsoc.ps.driver import Driver
 from orbsoc.ps.events import Kind, PsRecord
@@ -95,14 +96,14 @@ class SolveOutcome:
 
     @property
     def good(self) -> bool:
-        """Same bits, same walk, same end, equal cycles in every launch, clocks within 1 %, no rule violated."""
+        """Same bits, same stages, same end, equal cycles in every launch, clocks within 1 %, no rule violated."""
         same = not self.different_words and self.same_stages and self.same_solution
         return same and not self.busy_error_cycles and abs(self.clock_error) <= 0.01 and not self.assertions
 
 
 @dataclass(slots=True, eq=False)
 class _Sides:
-    """The PS with its memory, the RTL's storage, and the referee: where words move and are compared.
+    """The PS with its memory, the RTL's storage, and the reference in Rust: where words move and are compared.
 
     It is the driver's engine (`run`) and its mover (`carry`).
     """
@@ -142,7 +143,7 @@ class _Sides:
             self._compare(buffer, indices, words, self.rust.words(buffer, indices))
 
     def begin_again(self) -> bool:
-        """Run what is left of a walk in Rust, compare its last iterate, and see whether another walk follows."""
+        """Finish the attempt in Rust, compare its last iterate, and say whether a restart follows."""
         self._catch_up()
         self._compare_iterate()
         return self.rust.begin_again() and self.ps.begin_again()
@@ -191,7 +192,7 @@ def solve_on_rtl(
     """Solve `problem` on the RTL and compare; `rtl` is its folder, `engine` must leave no field open that matters.
 
     Raises RtlError if the RTL does not build or its session breaks off, `ProtocolError` if PS and RTL disagree about
-    the state of the computer, `pl_program.EngineError` for an engine that cannot hold the problem.
+    the state of the computer, `hw.schedules.EngineError` for an engine that cannot hold the problem.
     """
     settings = settings or Settings()
     program = pl_program(problem, settings, engine)
@@ -211,7 +212,7 @@ def solve_on_rtl(
         driver.run(restart=sides.begin_again)
         clocks, assertions = session.clocks() - before, sum(session.violations())
     found = ps.finish()
-    trace = TraceRecorder(_core)
+    trace = TraceRecorder(_core, operation_latencies())
     trace.add(problem, settings, rust, solution_of(found))
     cycles = {stage: cycles for stage, (_, cycles) in image.entries.items()}
     stages = [segment.stage for segment in method.segments]
@@ -245,7 +246,7 @@ def _same(found: _core.RawSolution, whole: _core.RawSolution) -> bool:
 
 
 def described(outcome: SolveOutcome) -> Sequence[str]:
-    """What is wrong with an outcome, in words; nothing if it is good."""
+    """The faults of an outcome as sentences; none if it is good."""
     return [
         text
         for wrong, text in (

@@ -77,8 +77,8 @@ def _mission_004(scenarios: Path, nodes: int, engine: Engine = FOUR_LANES) -> So
     """The first subproblem of rec1 with this many nodes. Raises RtlError where the scenario is not at hand."""
     scenario = scenarios / "rec1.toml"
     require_scenario(scenario)
+    from orbsoc.hw.emulation import PsScheduler
     from orbsoc.missions.registry import load_scenario
-    from orbsoc.ps import PsScheduler
 
     recorder = PsScheduler()
     mission, chosen = load_scenario(scenario, {"method.nodes": nodes})

@@ -115,7 +115,7 @@ class DaskCluster:
             ) from error
 
     def results(self, work: Work, tasks: Sequence[Task]) -> Results:
-        with _patience():
+        with _without_worker_timeout():
             yield from self._results(work, tasks)
 
     def _results(self, work: Work, tasks: Sequence[Task]) -> Results:
@@ -160,7 +160,7 @@ def _dask() -> Any:
         raise StoreError("Dask is not installed; pip install 'orbsoc[reach]'") from error
 
 
-def _patience() -> AbstractContextManager[object]:
+def _without_worker_timeout() -> AbstractContextManager[object]:
     """An embedded cluster gives a lost worker all the time that it needs to start again.
 
     Dask gives it 15 s, on its clusters of this process, and closes it for good then; work of a cluster that has no other

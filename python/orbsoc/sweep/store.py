@@ -42,7 +42,7 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class ShardStore:
-    """A results folder. `identity` is what the sweep was asked for: the same folder never holds two of them."""
+    """A results folder. `identity` is that of the requested sweep: a folder never holds two of them."""
 
     folder: Path
     identity: str
@@ -78,7 +78,7 @@ class ShardStore:
         return cls(folder, document["identity"])
 
     def document(self) -> dict[str, Any]:
-        """What the sweep was asked for."""
+        """The document of the requested sweep."""
         scenario: dict[str, Any] = _read(self.folder / MANIFEST)["scenario"]
         return scenario
 

@@ -19,8 +19,8 @@ from .store import Columns, Task
 Work = Callable[[dict[str, Any]], Columns]
 """A function of a task's payload at the top of a module, so that other processes can find it."""
 
-PARENT_LOOKED_AT_S = 1.0
-"""How often a worker looks whether its parent lives."""
+PARENT_CHECK_S = 1.0
+"""Interval at which a worker checks that its parent lives."""
 
 
 class WorkerLost(RuntimeError):
@@ -89,7 +89,7 @@ def _serve(pipe: Connection, parent: int) -> None:
 
     def follow() -> None:
         while os.getppid() == parent:
-            time.sleep(PARENT_LOOKED_AT_S)
+            time.sleep(PARENT_CHECK_S)
         os._exit(1)
 
     threading.Thread(target=follow, daemon=True).start()

@@ -37,17 +37,16 @@ pub struct Plan {
     pub repeats: usize,
     pub tol: f64,
     pub stages: bool,
-    /// Nothing of a solve before is left in a core's caches.
+    /// Set-ups begin with cold caches.
     pub cold: bool,
-    /// Variants of each problem that are solved together; 0 for none.
+    /// Variants of each problem that are solved in one batch; 0: none.
     pub batch: usize,
     pub label: String,
     pub out: Option<PathBuf>,
 }
 
 impl Arguments {
-    pub fn parse(words: impl Iterator<Item = String>) -> Result<Self, Failure> {
-        let mut words = words;
+    pub fn parse(mut arguments: impl Iterator<Item = String>) -> Result<Self, Failure> {
         let mut plan = Plan {
             paths: Vec::new(),
             repeats: 30,
@@ -59,24 +58,26 @@ impl Arguments {
             out: None,
         };
         let mut schedule = false;
-        while let Some(word) = words.next() {
-            let mut value = || words.next().ok_or(format!("{word} needs a value; see --help"));
-            match word.as_str() {
+        while let Some(argument) = arguments.next() {
+            let mut value = || arguments.next().ok_or(format!("{argument} needs a value; see --help"));
+            match argument.as_str() {
                 "--help" | "-h" => return Ok(Self { command: Command::Help }),
                 "--compare" => {
                     let (before, after) = (value()?.into(), value()?.into());
                     return Ok(Self { command: Command::Compare { before, after } });
                 }
-                "--repeats" => plan.repeats = positive(&word, &value()?)?,
-                "--batch" => plan.batch = positive(&word, &value()?)?,
-                "--tol" => plan.tol = positive(&word, &value()?)?,
+                "--repeats" => plan.repeats = positive(&argument, &value()?)?,
+                "--batch" => plan.batch = positive(&argument, &value()?)?,
+                "--tol" => plan.tol = positive(&argument, &value()?)?,
                 "--label" => plan.label = value()?,
                 "--out" => plan.out = Some(value()?.into()),
                 "--stages" => plan.stages = true,
                 "--cold" => plan.cold = true,
                 "--schedule" => schedule = true,
-                _ if word.starts_with('-') => return Err(format!("unknown option {word}; see --help")),
-                _ => plan.paths.push(word.into()),
+                _ if argument.starts_with('-') => {
+                    return Err(format!("unknown option {argument}; see --help"))
+                }
+                _ => plan.paths.push(argument.into()),
             }
         }
         if plan.paths.is_empty() {

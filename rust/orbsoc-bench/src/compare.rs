@@ -1,4 +1,4 @@
-//! Two results beside each other: the ratio after/before, below 1 where the later one is faster.
+//! Comparison of two results: the ratio after/before, below 1 where the later one is faster.
 
 use crate::results::{Line, Lines, SETUP, SOLVE};
 use crate::Failure;
@@ -54,7 +54,7 @@ pub fn report(before: &Lines, after: &Lines) -> Result<String, Failure> {
     Ok(out)
 }
 
-/// Iterations, and the status where it is not the same.
+/// Iterations, and the status if it changed.
 fn changes(old: &Line, new: &Line) -> String {
     let iterations = if old.iterations == new.iterations {
         old.iterations.to_string()

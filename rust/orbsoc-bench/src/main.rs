@@ -14,13 +14,14 @@ mod measure;
 mod problem_file;
 mod results;
 mod schedules;
+mod spread;
 mod stages;
 
 use arguments::{Arguments, Command, HELP};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// What went wrong, in words for the person at the terminal.
+/// An error message for the terminal.
 type Failure = String;
 
 fn main() -> ExitCode {
@@ -47,7 +48,7 @@ fn run() -> Result<(), Failure> {
             let measured = measure::measure(&problems, &plan)?;
             print!("{}", results::table(&measured));
             if plan.stages {
-                print!("\n{}", stages::table(&measured));
+                print!("\n{}", results::stage_table(&measured));
             }
             if let Some(path) = &plan.out {
                 results::write(path, &measured, &plan)?;
@@ -79,7 +80,7 @@ fn load(paths: &[PathBuf]) -> Result<Vec<(String, orbsoc::Problem)>, Failure> {
     files.iter().map(|file| Ok((name(file), problem_file::read(file)?))).collect()
 }
 
-/// Folder and file without its ending: the same file name may occur in several folders.
+/// Folder and file stem: the same file name may occur in several folders.
 fn name(file: &Path) -> String {
     let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     match file.parent().filter(|folder| folder.file_name().is_some()) {

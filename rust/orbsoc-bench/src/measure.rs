@@ -1,48 +1,25 @@
-//! Timing: a fresh engine for every solve, problems interleaved, medians with quartiles.
+//! Timing of solves: a fresh engine each time, problems interleaved, medians with quartiles.
 
 use crate::arguments::Plan;
-use crate::stages::{self, StageTimes};
+use crate::spread::{microseconds, Spread};
+use crate::stages::{Clocks, StageTimes};
 use crate::Failure;
 use orbsoc::{BatchSolver, Engine, Problem, Settings, Solution};
 use std::time::Instant;
 
-/// Median and quartiles in microseconds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spread {
-    pub median: f64,
-    pub q1: f64,
-    pub q3: f64,
-}
-
-impl Spread {
-    /// Quantiles interpolated linearly between the sorted values; at least one value is needed.
-    pub fn of(values: &[f64]) -> Self {
-        let mut sorted = values.to_vec();
-        sorted.sort_unstable_by(f64::total_cmp);
-        let at = |share: f64| {
-            let place = share * (sorted.len() - 1) as f64;
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 ≤ place < sorted.len()
-            let below = place as usize;
-            let above = (below + 1).min(sorted.len() - 1);
-            sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
-        };
-        Self { median: at(0.5), q1: at(0.25), q3: at(0.75) }
-    }
-}
-
-/// What was measured on one problem.
+/// The measurements on one problem.
 pub struct Measured {
     pub problem: String,
     pub setup: Spread,
     pub solve: Spread,
     pub solution: Solution,
-    /// For each problem of a batch, when one was asked for.
+    /// Time per problem of a batch, if one was requested.
     pub batch: Option<Spread>,
-    /// Empty unless stages were asked for.
+    /// Empty unless stages were requested.
     pub stages: Vec<StageTimes>,
 }
 
-/// Time all problems `plan.repeats` times; the stages, with a clock around each, in solves of their own.
+/// Time all problems `plan.repeats` times; stages are timed in separate solves.
 pub fn measure(problems: &[(String, Problem)], plan: &Plan) -> Result<Vec<Measured>, Failure> {
     let settings = Settings { tol: plan.tol, ..Settings::default() };
     let mut setups = vec![Vec::with_capacity(plan.repeats); problems.len()];
@@ -53,13 +30,13 @@ pub fn measure(problems: &[(String, Problem)], plan: &Plan) -> Result<Vec<Measur
     for (name, problem) in problems.iter().filter(|_| plan.batch > 0) {
         lanes.push(BatchSolver::new(problem, &settings, 1).map_err(|e| format!("{name}: {e}"))?);
     }
-    let mut other = vec![0u64; if plan.cold { OTHER_WORDS } else { 0 }];
-    let mut clocks = vec![stages::Clocks::default(); problems.len()];
+    let mut other = vec![0u64; if plan.cold { CACHE_WORDS } else { 0 }];
+    let mut clocks = vec![Clocks::default(); problems.len()];
     for repeat in 0..plan.repeats {
         for (k, (name, problem)) in problems.iter().enumerate() {
             let refuse = |e: orbsoc::Error| format!("{name}: {e}");
             if plan.cold {
-                cool(&mut other);
+                evict(&mut other);
             }
             let start = Instant::now();
             let mut engine = Engine::<f64>::new(problem, &settings).map_err(refuse)?;
@@ -94,18 +71,18 @@ pub fn measure(problems: &[(String, Problem)], plan: &Plan) -> Result<Vec<Measur
     Ok(measured)
 }
 
-/// Words of memory that replace what a core's own caches hold: 16 MiB.
-const OTHER_WORDS: usize = 2 << 20;
+/// 64-bit words that fill a core's caches: 16 MiB.
+const CACHE_WORDS: usize = 2 << 20;
 
-/// Do some other work.
-fn cool(other: &mut [u64]) {
+/// Evict everything else from the caches.
+fn evict(other: &mut [u64]) {
     for (k, word) in other.iter_mut().enumerate() {
         *word = word.wrapping_add(k as u64);
     }
     std::hint::black_box(other);
 }
 
-/// Solve variants of a problem, whose c, b and h differ by up to a thousandth of each number.
+/// Solve variants of a problem: each number of c, b and h differs by up to a thousandth.
 fn variants(solver: &mut BatchSolver, count: usize) -> Result<Vec<Solution>, orbsoc::Error> {
     solver.solve(count, |k, problem| {
         let mut state = k as u64;
@@ -121,20 +98,4 @@ fn variants(solver: &mut BatchSolver, count: usize) -> Result<Vec<Solution>, orb
         problem.set_b(&b)?;
         problem.set_h(&h)
     })
-}
-
-/// Since `start`.
-pub fn microseconds(start: Instant) -> f64 {
-    start.elapsed().as_secs_f64() * 1e6
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Spread;
-
-    #[test]
-    fn quartiles_interpolate() {
-        assert_eq!(Spread::of(&[4.0, 1.0, 3.0, 2.0]), Spread { median: 2.5, q1: 1.75, q3: 3.25 });
-        assert_eq!(Spread::of(&[7.0]), Spread { median: 7.0, q1: 7.0, q3: 7.0 });
-    }
 }

@@ -50,7 +50,7 @@ struct Sizes {
 #[serde(untagged)]
 enum Number {
     Finite(f64),
-    Word(Infinity),
+    Text(Infinity),
 }
 
 #[derive(Deserialize)]
@@ -96,7 +96,7 @@ impl Number {
     fn value(&self) -> f64 {
         match self {
             Self::Finite(value) => *value,
-            Self::Word(Infinity::Inf) => f64::INFINITY,
+            Self::Text(Infinity::Inf) => f64::INFINITY,
         }
     }
 }

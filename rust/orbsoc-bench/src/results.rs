@@ -1,7 +1,8 @@
-//! Results as a table and as CSV: a line for each problem and part, the parts being set-up, solve and stages.
+//! Results as tables and as CSV: one line for each problem and part (set-up, solve, batch, stages).
 
 use crate::arguments::Plan;
-use crate::measure::{Measured, Spread};
+use crate::measure::Measured;
+use crate::spread::Spread;
 use crate::Failure;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -12,7 +13,7 @@ pub const SETUP: &str = "setup";
 pub const SOLVE: &str = "solve";
 const COLUMNS: &str = "problem,part,calls,median_us,q1_us,q3_us,iterations,refinements,status,residual";
 
-/// One line of a file, as far as comparisons need it.
+/// The fields of a line that comparisons need.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
     pub median_us: f64,
@@ -45,6 +46,38 @@ pub fn table(measured: &[Measured]) -> String {
             s.certificate.worst()
         );
     }
+    out
+}
+
+/// Stages, the most expensive first: means over the problems of their medians.
+pub fn stage_table(measured: &[Measured]) -> String {
+    let mut rows: Vec<(&str, &str, f64, f64)> = Vec::new();
+    let problems = measured.len() as f64;
+    for times in measured.iter().flat_map(|m| &m.stages) {
+        let (calls, time) = (times.calls as f64 / problems, times.time.median / problems);
+        match rows.iter_mut().find(|row| row.0 == times.stage) {
+            Some(row) => {
+                row.2 += calls;
+                row.3 += time;
+            }
+            None => rows.push((times.stage, times.module, calls, time)),
+        }
+    }
+    rows.sort_by(|a, b| b.3.total_cmp(&a.3));
+    let total: f64 = rows.iter().map(|row| row.3).sum();
+    let mut out = format!(
+        "{:<18} {:<14} {:>10} {:>12} {:>10} {:>7}\n",
+        "stage", "module", "runs/solve", "us/solve", "us/run", "share"
+    );
+    for (stage, module, calls, time) in rows {
+        let percent = 100.0 * time / total;
+        let _ = writeln!(
+            out,
+            "{stage:<18} {module:<14} {calls:>10.1} {time:>12.2} {:>10.3} {percent:>6.1}%",
+            time / calls
+        );
+    }
+    let _ = writeln!(out, "{:<18} {:<14} {:>10} {total:>12.2}", "sum", "", "");
     out
 }
 

@@ -1,7 +1,7 @@
-//! How fast operation streams become schedules of the programmable logic, lanes by lanes.
+//! Speed of the schedulers of the programmable logic, by number of lanes.
 
 use crate::arguments::Plan;
-use crate::measure::{microseconds, Spread};
+use crate::spread::{microseconds, Spread};
 use crate::Failure;
 use orbsoc::{record_tapes, Problem, Recording, Settings};
 use orbsoc_hw::{schedule, Compressed, Configuration, Graph, Layout, Microcode, Program};
@@ -18,13 +18,13 @@ pub struct Row {
     lanes: usize,
     /// Of all stages.
     operations: usize,
-    /// Microseconds within the scheduler, graphs given.
+    /// Microseconds of the scheduler alone.
     schedule: Spread,
-    /// Of a program with graphs, layout and schedules for the fewest cycles.
+    /// Microseconds of a program: layout, graphs and schedules for the fewest cycles.
     program: Spread,
-    /// Of that and the compressed program, for which several schedules are tried and compressed.
+    /// Microseconds of that and of the compressed program, for which several policies are tried.
     both: Spread,
-    /// Of all microcode, flat and compressed: programs with the same one have the same schedules.
+    /// Hash of all microcode, flat and compressed.
     fingerprint: u64,
 }
 
@@ -83,7 +83,7 @@ fn fitting(recording: &Recording, lanes: usize) -> Result<Configuration, Failure
         .map_err(|e| e.to_string())
 }
 
-/// Operations of all stages, and microseconds that their schedules take.
+/// Operations of all stages, and microseconds of their scheduling.
 fn schedule_all(recording: &Recording, engine: &Configuration) -> Result<(usize, f64), Failure> {
     let layout = Layout::new(recording, engine).map_err(|e| e.to_string())?;
     let graphs: Vec<_> =

@@ -1,4 +1,4 @@
-//! What can be wrong with a configuration, or with a stream for it.
+//! Errors of a configuration, or of a stream for it.
 
 use core::fmt;
 
@@ -19,7 +19,7 @@ pub enum Error {
     Storage {
         /// The segment that needs most, or "buffers".
         needed_by: &'static str,
-        /// Words that are needed at least.
+        /// Lower bound of the words that are needed.
         needed: usize,
         /// Words that the configuration has.
         available: usize,
@@ -36,7 +36,7 @@ pub enum Error {
         /// The stage.
         stage: String,
     },
-    /// Words of another pattern than the one recorded.
+    /// Words of a pattern other than the recorded one.
     Pattern {
         /// The buffer.
         buffer: &'static str,

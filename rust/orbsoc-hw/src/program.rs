@@ -1,23 +1,23 @@
-//! Every segment of a pattern on one engine.
+//! Program: all segments of a pattern, scheduled for one engine.
 
-use crate::compact::compact;
-use crate::compressed::Compressed;
-use crate::configuration::Configuration;
 use crate::error::Error;
-use crate::graph::Graph;
-use crate::layout::Layout;
-use crate::microcode::{flat, Microcode};
-use crate::schedule::{Aim, Schedule, Scheduler};
+use crate::machine::configuration::Configuration;
+use crate::microcode::compact::compact;
+use crate::microcode::compressed::Compressed;
+use crate::microcode::flat::{flat, Microcode};
+use crate::schedule::scheduler::{Aim, Schedule, Scheduler};
+use crate::stream::graph::Graph;
+use crate::stream::layout::Layout;
 use orbsoc::{Buffer, Problem, Recording, Stage, Tape};
 
-/// A stage of a PL module, scheduled, or several as one stream.
+/// A scheduled stage of a PL module, or several as one stream.
 #[derive(Clone, Debug)]
 pub struct Segment {
     /// The stage, or the first of them.
     pub stage: Stage,
-    /// Those that follow it in the stream.
+    /// The stages that follow it in the stream.
     pub then: Vec<Stage>,
-    /// The buffers that it leaves as its stages do; none: all of them.
+    /// The buffers that it writes as its stages do; none: all of them.
     pub leaves: Option<Vec<Buffer>>,
     /// Its first word of microcode.
     pub start: usize,
@@ -41,7 +41,7 @@ pub struct Program {
     pub configuration: Configuration,
     /// The problem whose pattern was recorded.
     pub problem: Problem,
-    /// Where everything lives.
+    /// Addresses of buffers and literals.
     pub layout: Layout,
     /// In the order of the dataflow table.
     pub segments: Vec<Segment>,
@@ -68,8 +68,8 @@ impl Program {
         Ok(program)
     }
 
-    /// Schedule all tapes of a recording for the fewest cycles, and for few bits: as twice [`Program::with_aim`], for
-    /// less work.
+    /// Schedule all tapes of a recording for the fewest cycles, and for few bits: [`Program::with_aim`] twice, for less
+    /// work.
     ///
     /// # Errors
     /// As [`Program::new`].
@@ -82,8 +82,8 @@ impl Program {
         Ok((fast, compact))
     }
 
-    /// Schedule some stages as one stream, so that each may begin while those before it still run: a program of this
-    /// one segment, on the layout of all. With `leaves`, only as much of it as makes the words of these buffers.
+    /// Schedule some stages as one stream, so that each may begin while those before it still run: a program of one
+    /// segment, on the layout of all. With `leaves`, operations that these buffers do not need are eliminated.
     ///
     /// # Errors
     /// As [`Program::new`]; [`Error::NoSegment`] for a stage of the processing system, or for no stage.
@@ -100,7 +100,7 @@ impl Program {
         Ok(program)
     }
 
-    /// One stream of some stages, for the fewest cycles and for few bits: as twice [`Program::joined`], for less work.
+    /// One stream of some stages, for the fewest cycles and for few bits: [`Program::joined`] twice, for less work.
     ///
     /// # Errors
     /// As [`Program::joined`].
@@ -158,7 +158,7 @@ impl Program {
         Ok(())
     }
 
-    /// Say which stages the only segment is.
+    /// Name the stages of the only segment.
     fn name(&mut self, stages: &[Stage], leaves: Option<&[Buffer]>) {
         for segment in &mut self.segments {
             segment.then = stages[1..].to_vec();
@@ -189,7 +189,7 @@ impl Program {
     }
 }
 
-/// Some stages as one tape, which leaves some buffers as they do, or all.
+/// Some stages as one tape, which writes some buffers as they do, or all.
 fn joined(recording: &Recording, stages: &[Stage], leaves: Option<&[Buffer]>) -> Result<Tape, Error> {
     let none = |stage: &str| Error::NoSegment { stage: stage.to_owned() };
     let tape = |stage: Stage| recording.tape(stage).ok_or_else(|| none(stage.name()));

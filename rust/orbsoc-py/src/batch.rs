@@ -10,7 +10,7 @@ use pyo3::types::PyDict;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// One row of numbers a problem, or nothing: then the base problem's numbers are shared.
+/// One row of numbers for each problem; none: all problems have the base problem's numbers.
 type Rows<'py> = Option<PyReadonlyArray2<'py, f64>>;
 
 type Setter = fn(&mut Problem, &[f64]) -> Result<(), Error>;
@@ -36,7 +36,7 @@ pub struct RawBatch {
     solve_s: f64,
 }
 
-/// One batch at a time: a second thread is told so.
+/// One batch at a time: a second thread gets an error.
 #[pyclass(module = "orbsoc._core", frozen)]
 pub struct BatchSolver(Mutex<State>);
 
@@ -63,7 +63,7 @@ impl BatchSolver {
         })
     }
 
-    /// Solve `count` problems with the GIL released; the arrays are C-contiguous, one row a problem.
+    /// Solve `count` problems with the GIL released; the arrays are C-contiguous, one row for each problem.
     /// `callback(progress)` returning true, or Ctrl-C, stops the batch.
     #[pyo3(signature = (count, *, p=None, c=None, a=None, b=None, g=None, h=None, start=None, callback=None))]
     #[allow(clippy::too_many_arguments)] // the six parts of a problem
@@ -114,7 +114,7 @@ impl BatchSolver {
         let mut watch = Watch::new(callback.as_ref());
         let clock = Instant::now();
         let solutions = py.detach(|| {
-            // All numbers are looked at before anything is solved, so that what is refused costs nothing.
+            // All numbers are checked before the first solve.
             let mut one = base.clone();
             let mut stopped = false;
             let none = BatchProgress { ended: 0, count };
@@ -155,7 +155,7 @@ fn progress_dict<'py>(py: Python<'py>, at: &BatchProgress) -> PyResult<Bound<'py
     Ok(out)
 }
 
-/// The words of an array, and how many of them are a problem's.
+/// The entries of an array, and their number for one problem.
 fn view<'a>(array: &'a PyReadonlyArray2<'_, f64>) -> PyResult<(&'a [f64], usize)> {
     Ok((array.as_slice()?, array.as_array().ncols()))
 }

@@ -1,4 +1,4 @@
-//! Python's problem and settings into Rust's.
+//! Conversion of Python's problems and settings.
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyUntypedArray};
 use orbsoc::{Cones, Csc, Error, Problem, Settings};
@@ -10,7 +10,7 @@ use std::sync::{Mutex, MutexGuard, TryLockError};
 
 pyo3::create_exception!(_core, CoreError, PyValueError, "The solver core refused its input.");
 
-/// What a solver's lock guards, if nobody is solving with it.
+/// The content of a solver's lock, if no solve holds it.
 pub fn one_at_a_time<S>(state: &Mutex<S>) -> PyResult<MutexGuard<'_, S>> {
     state.try_lock().map_err(|refused| {
         PyRuntimeError::new_err(match refused {
@@ -67,7 +67,7 @@ pub fn check_cost(cost: &Bound<'_, PyAny>) -> PyResult<()> {
     cost.py().detach(|| orbsoc::check_convex(&whole)).map_err(refuse)
 }
 
-/// An `orbsoc.Problem`, whose P was looked at when it was made.
+/// An `orbsoc.Problem`; its constructor has checked P.
 pub fn problem(object: &Bound<'_, PyAny>) -> PyResult<Problem> {
     let py = object.py();
     let get = |name| object.getattr(name);
@@ -88,8 +88,8 @@ pub fn problem(object: &Bound<'_, PyAny>) -> PyResult<Problem> {
     .map_err(refuse)
 }
 
-/// Put plain data, by name, in place of a problem's numbers; whether all of them were plain, or else the problem is
-/// half changed. Plain are float64 vectors c, b, h without gaps, and such matrices A, G of the problem's pattern.
+/// Replace a problem's numbers by plain data, by name. Whether all data were plain; if not, the problem is partly
+/// changed. Plain are contiguous float64 vectors c, b, h, and such matrices A, G of the problem's pattern.
 pub fn replace_numbers(problem: &mut Problem, data: &Bound<'_, PyDict>) -> PyResult<bool> {
     for (name, value) in data {
         let name = name.cast::<PyString>()?;
@@ -108,7 +108,7 @@ pub fn replace_numbers(problem: &mut Problem, data: &Bound<'_, PyDict>) -> PyRes
     Ok(true)
 }
 
-/// Whether `set` took the words of a plain vector. One of a class of its own may mean more than its words: a mask, say.
+/// Whether `set` accepted a plain vector. A subclass is not plain: it may mean more than its entries, such as a mask.
 fn numbers(value: &Bound<'_, PyAny>, set: impl FnOnce(&[f64]) -> Result<(), Error>) -> bool {
     let plain = value.get_type().is(value.py().get_type::<PyUntypedArray>());
     let vector = value.cast::<PyArray1<f64>>().ok().filter(|_| plain);
@@ -116,7 +116,7 @@ fn numbers(value: &Bound<'_, PyAny>, set: impl FnOnce(&[f64]) -> Result<(), Erro
     plain.is_some_and(|array| array.as_slice().is_ok_and(|words| set(words).is_ok()))
 }
 
-/// The entries of a matrix in compressed columns if its pattern is `kept`'s.
+/// The entries of a matrix in compressed columns if it has the pattern of `kept`.
 fn entries<'py>(matrix: &Bound<'py, PyAny>, kept: &Csc) -> PyResult<Option<Bound<'py, PyAny>>> {
     let py = matrix.py();
     let in_columns = matrix.getattr_opt(intern!(py, "format"))?;

@@ -48,13 +48,13 @@ fn borrowed([x, y, z, s]: &[Vec<f64>; 4]) -> Start<'_> {
     Start { x, y, z, s }
 }
 
-/// One solve at a time: a second thread, or the solve's own callback, is told so.
+/// One solve at a time: a second thread, or the solve's own callback, gets an error.
 #[pyclass(module = "orbsoc._core", frozen)]
 pub struct Engine(Mutex<State>);
 
 struct State {
     inner: orbsoc::Engine<f64>,
-    /// What the next update changes; between updates, the engine's own problem.
+    /// The problem that the next update changes; between updates, equal to the engine's.
     problem: Problem,
     setup: Duration,
 }
@@ -79,8 +79,8 @@ impl Engine {
         py.detach(|| state.update()).map_err(refuse)
     }
 
-    /// The same for the plain case, without a walk over all of Python's data: float64 vectors c, b, h and
-    /// matrices A, G of the kept pattern, by name. False, and nothing changed, if anything is not plain.
+    /// Fast path of the same for plain data: float64 vectors c, b, h and matrices A, G of the same pattern, by name.
+    /// Returns false, and changes nothing, if any of it is not plain.
     fn update_numbers(&self, py: Python<'_>, data: &Bound<'_, PyDict>) -> PyResult<bool> {
         let state = &mut *self.state()?;
         if replace_numbers(&mut state.problem, data)? {
@@ -90,7 +90,7 @@ impl Engine {
         Ok(false)
     }
 
-    /// c, b, h, and the entries of A and G, as they stand.
+    /// The present c, b, h, and entries of A and G.
     fn numbers<'py>(&self, py: Python<'py>) -> PyResult<[Bound<'py, PyArray1<f64>>; 5]> {
         let problem = &self.state()?.problem;
         let words = [problem.c(), problem.b(), problem.h(), problem.a().values(), problem.g().values()];
@@ -124,13 +124,13 @@ impl Engine {
         Ok(state.raw(py, solution.map_err(refuse)?, elapsed))
     }
 
-    /// Load a point to start from; whether the warm list is to be walked, and not the cold one.
+    /// Load a starting point. Whether the warm start is accepted; if not, the caller runs the cold start.
     #[allow(clippy::needless_pass_by_value)] // what the binding hands over is owned
     fn start_from(&self, start: Point<'_>) -> PyResult<bool> {
         self.state()?.inner.start_from(&borrowed(&owned(&start))).map_err(refuse)
     }
 
-    /// Whether the walk that ended is to be followed by a cold one, for which the engine is then ready.
+    /// Whether the finished attempt must be restarted; if so, the engine is ready for a cold start.
     fn begin_again(&self) -> PyResult<bool> {
         let inner = &mut self.state()?.inner;
         let solution = inner.conclude();
@@ -152,7 +152,7 @@ impl Engine {
         Ok(())
     }
 
-    /// The solution of a walk that ended; `solve_s` is what the caller measured.
+    /// The solution of a finished attempt; `solve_s` is the caller's measurement.
     #[pyo3(signature = (solve_s=0.0))]
     fn finish(&self, py: Python<'_>, solve_s: f64) -> PyResult<RawSolution> {
         let state = self.state()?;
@@ -195,7 +195,7 @@ impl Engine {
 }
 
 impl State {
-    /// Make `self.problem` the engine's; refused, it is the engine's old one again.
+    /// Load `self.problem` into the engine; after an error, `self.problem` is the engine's old one.
     fn update(&mut self) -> Result<(), Error> {
         let start = Instant::now();
         let updated = self.inner.update(&self.problem);

@@ -1,4 +1,4 @@
-//! The engine whose buffers are laid out as the tapes' are, word by word: one side of a comparison with the RTL.
+//! The engine whose buffers have the layout of the tapes, for comparison with the RTL.
 
 use crate::convert::{one_at_a_time, problem, refuse, settings};
 use crate::engine::{raw_solution, stage_of, RawSolution, DONE, NEXT, REPEAT};
@@ -90,7 +90,7 @@ impl ExactEngine {
         Ok(raw_solution(py, solution, sizes, (Duration::ZERO, Duration::ZERO)))
     }
 
-    /// The bits of some words of a buffer, of all of them without `indices`.
+    /// The bits of the words of a buffer at `indices`; without them, of all words.
     #[pyo3(signature = (buffer, indices=None))]
     #[allow(clippy::needless_pass_by_value)] // what the binding hands over is owned
     fn words<'py>(
@@ -152,7 +152,7 @@ impl ExactEngine {
         }))
     }
 
-    /// The solution of a walk that ended.
+    /// The solution of a finished attempt.
     fn finish(&self, py: Python<'_>) -> PyResult<RawSolution> {
         let state = self.state()?;
         let (solution, sizes) = with!(&*state, engine => (engine.conclude(), engine.kkt_sizes()));
@@ -170,7 +170,7 @@ fn bits<T: Word>(words: &[T]) -> Vec<u64> {
     words.iter().map(|word| word.bits()).collect()
 }
 
-/// Whether every index is there.
+/// Set words by their bits. Whether every index is in range.
 fn set<T: Word>(words: &mut [T], pairs: impl Iterator<Item = (u32, u64)>) -> bool {
     for (index, bits) in pairs {
         match words.get_mut(index as usize) {

@@ -27,7 +27,7 @@ pub struct HardwareProgram {
     program: Program,
     /// The same segments, scheduled for few bits.
     compact: Program,
-    /// Of those.
+    /// Their microcode.
     compressed: Compressed,
     problem: Problem,
     settings: Settings,
@@ -85,14 +85,14 @@ impl HardwareProgram {
         })
     }
 
-    /// Words of storage: those with a home, and the most that a segment uses.
+    /// Words of storage: architectural locations, and the maximum that a segment uses.
     #[getter]
     fn storage_words(&self) -> (u32, u32) {
         let most = self.program.segments.iter().map(|segment| segment.schedule.storage).max();
         (self.program.layout.words(), most.unwrap_or(0))
     }
 
-    /// One dictionary a segment.
+    /// One dictionary for each segment.
     fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let out = PyDict::new(py);
         for (number, segment) in self.program.segments.iter().enumerate() {
@@ -181,7 +181,7 @@ fn buffer_of(name: &str) -> PyResult<Buffer> {
 }
 
 impl HardwareProgram {
-    /// A format by its name, and the schedules that are made for it.
+    /// A format by its name, and its schedules.
     pub fn in_format(&self, name: &str, gaps: Gaps) -> PyResult<(Format, &Program)> {
         gaps.validate().map_err(unfit)?;
         match name {

@@ -1,4 +1,4 @@
-//! A scheduled program as the RTL's memories hold it.
+//! Memory image of a scheduled program.
 
 use crate::hardware::HardwareProgram;
 use numpy::{IntoPyArray, PyArray1};
@@ -16,11 +16,11 @@ pub struct ProgramImage {
     entries: BTreeMap<&'static str, (usize, u32)>,
     /// Addresses, bits.
     literals: (Array<u32>, Array<u64>),
-    /// By buffer: indices of the words that have a home, addresses.
+    /// By buffer: indices of the words that have an architectural location, addresses.
     homes: BTreeMap<&'static str, (Array<u32>, Array<u32>)>,
 }
 
-/// What is loaded into microcode memory and storage before the first segment, and where the buffers live.
+/// What is loaded into microcode memory and storage before the first segment, and the addresses of the buffers.
 #[pyfunction]
 #[pyo3(signature = (program, format, *, seed=1, level=0))]
 pub fn program_image(
@@ -33,7 +33,7 @@ pub fn program_image(
     let (format, program) = program.in_format(format, Gaps { seed, level })?;
     let image = py.detach(|| Image::new(program, format));
     let mut homes: BTreeMap<&'static str, (Vec<u32>, Vec<u32>)> = BTreeMap::new();
-    for (buffer, index, address) in program.layout.homes() {
+    for (buffer, index, address) in program.layout.locations() {
         let (indices, addresses) = homes.entry(buffer.name()).or_default();
         indices.push(index);
         addresses.push(address);

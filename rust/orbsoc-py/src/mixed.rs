@@ -49,7 +49,7 @@ impl MixedEngine {
         Ok(())
     }
 
-    /// The solution of a walk that ended; `solve_s` is what the caller measured.
+    /// The solution of a finished attempt; `solve_s` is the caller's measurement.
     #[pyo3(signature = (solve_s=0.0))]
     fn finish(&self, py: Python<'_>, solve_s: f64) -> PyResult<RawSolution> {
         let state = self.state()?;

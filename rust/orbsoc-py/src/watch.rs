@@ -1,4 +1,4 @@
-//! Who may stop a running solve: Ctrl-C and the user's callback.
+//! Interruption of a running solve by Ctrl-C or the user's callback.
 
 use core::ops::ControlFlow;
 use pyo3::exceptions::PyKeyboardInterrupt;
@@ -6,10 +6,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::time::{Duration, Instant};
 
-/// How often a running solve looks for Ctrl-C; shorter iterations are grouped.
+/// Interval at which a running solve checks for Ctrl-C; shorter iterations are grouped.
 const SIGNAL_INTERVAL: Duration = Duration::from_millis(1);
 
-/// Watches one solve, whose thread has let go of the GIL.
+/// Watches one solve, whose thread has released the GIL.
 pub struct Watch<'a> {
     callback: Option<&'a Py<PyAny>>,
     looked: Instant,
@@ -23,7 +23,7 @@ impl<'a> Watch<'a> {
         Self { callback, looked: Instant::now(), raised: None, interrupted: false }
     }
 
-    /// After an iteration: whether to go on. Who has a callback is shown each one.
+    /// After an iteration: whether to continue. A callback sees every iteration.
     pub fn look(
         &mut self,
         progress: impl for<'py> FnOnce(Python<'py>) -> PyResult<Bound<'py, PyDict>>,
@@ -55,8 +55,8 @@ impl<'a> Watch<'a> {
         self.look(progress)
     }
 
-    /// Ctrl-C ends a solve quietly, in the callback too, where a status `tells` of it. Where none does, as all had ended
-    /// when it came, it goes up as ever, and so do exceptions of the callback and of other signals' handlers.
+    /// Ctrl-C, also one in the callback, ends a solve without an exception if a status `tells` of it. Without such a status
+    /// (all solves had ended) it is raised, as are exceptions of the callback and of other signals' handlers.
     pub fn conclude(self, tells: impl FnOnce() -> bool) -> PyResult<()> {
         match self.raised {
             Some(error) => Err(error),

@@ -188,7 +188,7 @@ def test_clarabel_gives_the_same_plan(name: str, problem: str, direction: str) -
 
 
 def test_emulated_computer_plans_with_the_same_bits() -> None:
-    from orbsoc.ps import PsScheduler
+    from orbsoc import PsScheduler
 
     scheduled = plan(load_scenario(SCENARIOS / "rec1.toml"), solve=PsScheduler())
     native = planned("orbsoc", REC1, "min_time")

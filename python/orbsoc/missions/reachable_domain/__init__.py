@@ -1,7 +1,11 @@
-"""The reachable domain: every orbit that a vehicle can still reach (Li et al. 2025, problem C)."""
+"""The reachable domain: every orbit that a vehicle can still reach (Li et al. 2025, problem C).
+
+`orbsoc reach` solves it and `orbsoc.reach` reads it; `plan` plans one point of it.
+"""
 
 from orbsoc.guidance.scenario_file import ScenarioError
 
+from .planner import COLUMNS, Plan, plan, reproduce
 from .scenario import Scenario, load_scenario
 
-__all__ = ["Scenario", "ScenarioError", "load_scenario"]
+__all__ = ["COLUMNS", "Plan", "Scenario", "ScenarioError", "load_scenario", "plan", "reproduce"]

@@ -1,4 +1,4 @@
-//! What holds for every schedule on every engine.
+//! Properties of every schedule on every engine.
 
 use crate::problem::problem;
 use orbsoc::{record_tapes, Buffer, Module, Problem, Settings, Stage};
@@ -47,7 +47,7 @@ proptest! {
         cases: 24, rng_seed: RngSeed::Fixed(5), failure_persistence: None, ..Default::default()
     })]
 
-    /// From addresses, in scheduled order, on the words of a solve, by a machine that checks every rule.
+    /// Replayed on the words of a solve by a machine that checks every rule.
     #[test]
     fn microcode_makes_the_kernels_words_in_the_schedules_cycles(problem in problems(), engine in engines()) {
         let program = program(&problem, &engine);
@@ -66,7 +66,7 @@ proptest! {
         prop_assert!(made.is_ok(), "{:?}", made.err());
     }
 
-    /// Schedules for few bits, with what they settle in storage, on the same machine.
+    /// The same for compact schedules, whose temporaries have locations.
     #[test]
     fn compact_schedules_make_the_kernels_words_too(problem in problems(), engine in engines()) {
         let settings = Settings::default();
@@ -118,8 +118,8 @@ proptest! {
         }
     }
 
-    /// List schedules have anomalies: taking a conflict away may change every choice after it. What is promised is
-    /// that they stay small: a tenth, and for short segments the depth of a lane.
+    /// List schedules have anomalies: without a conflict, every later choice may change. They stay below a tenth and,
+    /// for short segments, below the depth of a lane.
     #[test]
     fn more_of_anything_is_never_much_slower(problem in problems(), engine in engines()) {
         let before = program(&problem, &engine);
@@ -136,20 +136,20 @@ proptest! {
         }
     }
 
-    /// From addresses, too: the machine replays the stream on the words of a solve before a case is written.
+    /// The machine replays the stream on the words of a solve before a case is written.
     #[test]
     fn stages_in_one_stream_make_their_words_in_no_more_time(problem in problems(), engine in engines()) {
         let settings = Settings::default();
         let recording = record_tapes(&problem, &settings).unwrap();
         let stages = [Stage::Factorize, Stage::SolvePair];
-        let kept = [Buffer::FactorL, Buffer::PivotInverse, Buffer::PairSolution];
+        let leaves = [Buffer::FactorL, Buffer::PivotInverse, Buffer::PairSolution];
         let of = |leaves| Program::joined(&recording, &engine, Aim::Fast, &stages, leaves).unwrap();
-        let (all, some) = (of(None), of(Some(&kept)));
-        let apart = program(&problem, &engine);
-        let apart: u32 =
-            stages.iter().map(|&stage| apart.segment(stage).unwrap().schedule.cycles).sum();
+        let (all, some) = (of(None), of(Some(&leaves)));
+        let separate = program(&problem, &engine);
+        let separate: u32 =
+            stages.iter().map(|&stage| separate.segment(stage).unwrap().schedule.cycles).sum();
         let cycles = |program: &Program| program.segments[0].schedule.cycles;
-        prop_assert!(cycles(&all) <= apart + apart / 10, "{} {apart}", cycles(&all));
+        prop_assert!(cycles(&all) <= separate + separate / 10, "{} {separate}", cycles(&all));
         let operations = |program: &Program| program.segments[0].schedule.issues.len();
         prop_assert!(operations(&some) <= operations(&all));
         let words = snapshots::<f64>(&problem, &settings).unwrap();

@@ -1,11 +1,10 @@
-//! Problems of every kind of block, for the tests of this crate.
+//! Random problems with every kind of block, for the tests of this crate.
 
 use orbsoc::{Cones, Csc, Problem};
 
-/// `SplitMix64`.
-struct Numbers(u64);
+struct SplitMix64(u64);
 
-impl Numbers {
+impl SplitMix64 {
     fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
@@ -34,7 +33,7 @@ fn times(matrix: &Csc, x: &[f64]) -> Vec<f64> {
 /// A strictly feasible, bounded problem: P, A, `l` rows, cones of dimensions `q`.
 pub fn problem(seed: u64, n: usize, p: usize, l: usize, q: &[usize]) -> Problem {
     let cones = Cones { l, q: q.to_vec() };
-    let mut numbers = Numbers(seed);
+    let mut numbers = SplitMix64(seed);
     let (a, g) = (numbers.sparse(p, n, 0.6), numbers.sparse(cones.dim(), n, 0.5));
     let diagonal: Vec<Vec<f64>> =
         (0..n).map(|i| (0..n).map(|j| if i == j { 0.5 } else { 0.0 }).collect()).collect();

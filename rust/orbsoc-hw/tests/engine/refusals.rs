@@ -1,4 +1,4 @@
-//! Engines that cannot be, streams that do not fit, microcode that is broken.
+//! Errors: invalid engines, streams that do not fit, damaged microcode.
 
 use crate::problem::problem;
 use orbsoc::{record_tapes, Cones, Csc, Module, Problem, Settings, Stage};
@@ -102,7 +102,7 @@ fn a_word_with_an_opcode_that_is_none_is_damaged() {
     }
 }
 
-/// Break a schedule in one place, and see which rule the machine finds broken.
+/// The rule that the machine reports for a schedule that is changed in one place.
 fn fault(change: impl FnOnce(&mut Vec<orbsoc_hw::Issue>, &Configuration)) -> Rule {
     let program = small();
     let mut schedule = program.segment(Stage::Factorize).unwrap().schedule.clone();
@@ -117,7 +117,7 @@ fn fault(change: impl FnOnce(&mut Vec<orbsoc_hw::Issue>, &Configuration)) -> Rul
 
 #[test]
 fn a_broken_rule_is_found_by_name() {
-    // A reader of a result, right behind it.
+    // A reader issued one cycle after its operand.
     let early = fault(|issues, _| {
         let (producer, reader) = (0..issues.len())
             .flat_map(|k| (k + 1..issues.len()).map(move |j| (k, j)))
@@ -134,7 +134,7 @@ fn a_broken_rule_is_found_by_name() {
         issues[reader.expect("still there")].cycle = free;
     });
     assert!(matches!(early, Rule::ReadPending | Rule::ReadUnwritten), "{early:?}");
-    // Two lanes that read two words of one bank.
+    // Two lanes read two words of one bank.
     let ports = fault(|issues, engine| {
         let two = issues.windows(2).position(|w| w[0].cycle == w[1].cycle && !w[1].code.on_divider());
         let k = two.expect("two operations in one cycle");
@@ -142,8 +142,8 @@ fn a_broken_rule_is_found_by_name() {
         issues[k + 1].operands[0] = engine.banks as u32;
     });
     assert_eq!(ports, Rule::ReadConflict);
-    let nobody = fault(|issues, engine| issues[0].operands[0] = engine.words() as u32 - 1);
-    assert_eq!(nobody, Rule::ReadUnwritten);
+    let unwritten = fault(|issues, engine| issues[0].operands[0] = engine.words() as u32 - 1);
+    assert_eq!(unwritten, Rule::ReadUnwritten);
 }
 
 #[test]

@@ -1,0 +1,146 @@
+"""What an engine of rtl/ takes of an FPGA, as a formula of its shape; synthesis.py has what it is held against.
+
+Structure gives the crossbars, memories and multipliers; of a lane, a divider and the control there are figures, each
+measured once by synthesis (`[area.orbsoc_rtl]`).
+With U = lanes + dividers units, B banks of 2^ROW words, W bits a word, F bits a microcode word:
+
+DSP: a multiplier of p-bit significands takes ⌈p/17⌉·⌈p/24⌉ DSP48E1 (12 at binary64, 2 at binary32), one a lane.
+BRAM: three replicas of each bank, and the microcode; each memory in the shape that takes the fewest halves.
+FF: of 2U + L read ports two picks a bank and an operand, of 3B read banks a row, of B write banks a row, word and enable;
+the issue register and program counter; the PS's port; lanes, dividers, control.
+LUT: rows, words and write-back are ORs of gated words (`or_luts`), and each port picks its bank; lanes, dividers, control.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from hw_model.vocabulary import Datapath
+
+if TYPE_CHECKING:
+    from hw_model.platform.sections import Area
+
+Kind = Literal["lut", "ff", "dsp", "bram36"]
+KINDS: tuple[Kind, ...] = ("lut", "ff", "dsp", "bram36")
+WIDTH_BITS: dict[Datapath, int] = {"f64": 64, "f32": 32}
+SIGNIFICAND_BITS: dict[Datapath, int] = {"f64": 53, "f32": 24}
+REPLICAS = 3
+"""Copies of each bank, one a read port: operands a, b and c."""
+
+_WHOLE = ((512, 72), (1024, 36), (2048, 18), (4096, 9), (8192, 4), (16384, 2), (32768, 1))
+_HALF = ((512, 36), (1024, 18), (2048, 9), (4096, 4), (8192, 2), (16384, 1))
+"""(rows, bits) that a block RAM, or half of one, can be; one write and one read port."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """An engine as the RTL's parameters say it, but for its microcode. `banks` is a power of two."""
+
+    datapath: Datapath
+    lanes: int
+    dividers: int
+    banks: int
+    address_bits: int
+
+    @property
+    def word_bits(self) -> int:
+        """Bits of a word of storage."""
+        return WIDTH_BITS[self.datapath]
+
+    @property
+    def row_bits(self) -> int:
+        """Bits of a row's number in its bank."""
+        return max(0, self.address_bits - math.ceil(math.log2(self.banks)))
+
+    @property
+    def microcode_bits(self) -> int:
+        """Bits of a flat microcode word (docs/pl-machine.md, Flat microcode)."""
+        return 1 + self.lanes * (4 * self.address_bits + 4) + self.dividers * (3 * self.address_bits + 2)
+
+
+def logic_luts(shape: Shape, area: Area) -> int:
+    """Lookup tables: logic, shift registers and the table of segments."""
+    units, lanes, banks = shape.lanes + shape.dividers, shape.lanes, shape.banks
+    ports = 2 * units + lanes
+    rows = banks * shape.row_bits * (2 * or_luts(units) + or_luts(lanes))
+    gathered = ports * shape.word_bits * or_luts(banks)
+    written = banks * (shape.row_bits + shape.word_bits) * or_luts(units + 1)
+    picked = banks * (ports + units + 1)
+    return rows + gathered + written + picked + _units_and_control(shape, area, "lut")
+
+
+def flip_flops(shape: Shape, area: Area, code_bits: int) -> int:
+    """Flip-flops, with a program counter of `code_bits`."""
+    units, lanes, banks, word = shape.lanes + shape.dividers, shape.lanes, shape.banks, shape.word_bits
+    ports = 2 * units + lanes
+    read = ports * (2 * banks + word) + REPLICAS * banks * shape.row_bits
+    written = banks * (1 + shape.row_bits + word)
+    issue = shape.microcode_bits + code_bits
+    host = 2 + shape.address_bits + word
+    return read + written + issue + host + _units_and_control(shape, area, "ff")
+
+
+def _units_and_control(shape: Shape, area: Area, kind: Literal["lut", "ff"]) -> int:
+    """What lanes, dividers and control take by themselves."""
+    lane, divider, control = (
+        int(getattr(area, f"{kind}_{part}").value)
+        for part in (f"lane_{shape.datapath}", f"divider_{shape.datapath}", "control")
+    )
+    return shape.lanes * lane + shape.dividers * divider + control
+
+
+def decoder_luts(shape: Shape, area: Area) -> int:
+    """Lookup tables of the decoder of compressed microcode: its buffer's shifter, and each lane's fields."""
+    buffer = line_bits(shape) * area.lut_decoder_per_line_bit.value
+    return buffer + shape.lanes * area.lut_decoder_per_lane.value
+
+
+def decoder_flip_flops(shape: Shape, area: Area) -> int:
+    """Flip-flops of the decoder: four lines and what fills them, and each lane's template, addresses and steps."""
+    return 4 * line_bits(shape) + area.ff_decoder.value + shape.lanes * area.ff_decoder_per_lane.value
+
+
+def line_bits(shape: Shape) -> int:
+    """Bits of a line of compressed microcode: 32 a lane, and room for the longest item in three lines."""
+    item = 2 + shape.lanes * (4 * shape.address_bits + 8) + shape.dividers * (3 * shape.address_bits + 2)
+    return 32 * max(shape.lanes, -(-item // 96))
+
+
+def or_luts(words: int) -> int:
+    """LUT6 of one bit of the OR of that many words, each with its own enable, as yosys maps it.
+
+    Up to eight words it finds the tree over two inputs a word; of 16 and 32 words it takes 9 to 11 and 24 a bit,
+    two for three words and no longer two for five.
+    """
+    return math.ceil((2 * words - 1) / 5) if words <= 8 else math.ceil(2 * words / 3)
+
+
+def storage_bram18(shape: Shape) -> int:
+    """Halves of block RAMs of the storage, all replicas."""
+    return REPLICAS * shape.banks * bram18(1 << shape.row_bits, shape.word_bits)
+
+
+def multiplier_dsp(significand_bits: int) -> int:
+    """DSP48E1 of a multiplier of two significands: 24 × 17 bits, unsigned, each."""
+    return -(-significand_bits // 17) * -(-significand_bits // 24)
+
+
+def bram18(rows: int, bits: int) -> int:
+    """Halves of block RAMs of a memory of `rows` × `bits`, in the shape that takes the fewest, whole ones or halves."""
+
+    def tiles(depth: int, width: int) -> int:
+        return -(-rows // depth) * -(-bits // width)
+
+    return min(min(2 * tiles(*shape) for shape in _WHOLE), min(tiles(*shape) for shape in _HALF))
+
+
+def engine_area(shape: Shape, area: Area, code_bits: int) -> dict[Kind, float]:
+    """What the whole engine takes, with flat microcode of 2^`code_bits` words."""
+    return {
+        "lut": logic_luts(shape, area),
+        "ff": flip_flops(shape, area, code_bits),
+        "dsp": shape.lanes * multiplier_dsp(SIGNIFICAND_BITS[shape.datapath]),
+        "bram36": (storage_bram18(shape) + bram18(1 << code_bits, shape.microcode_bits)) / 2,
+    }

@@ -1,0 +1,216 @@
+"""The tables of a platform file: what the model knows of PS, PL, link, runtime, area and resources."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, ClassVar, Self
+
+from pydantic import BaseModel, ConfigDict
+
+from hw_model.vocabulary import Datapath
+
+from .parameter import (
+    Banks,
+    Completion,
+    Count,
+    Duration,
+    End,
+    Exponent,
+    Fraction01,
+    MicrocodeFormat,
+    Parameter,
+    PlClock,
+    PsClock,
+    Rate,
+    Schedule,
+    Units,
+)
+
+
+class Section(BaseModel):
+    """One table of a platform file: unknown keys are errors."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    more_is_faster: ClassVar[frozenset[str]] = frozenset()
+    """Parameters whose large values shorten the run; of all others, the small values do."""
+
+    def own_parameters(self) -> Iterator[tuple[str, Parameter[Any]]]:
+        """Name and value of each parameter of this table itself, in the order of its declaration."""
+        for name in type(self).model_fields:
+            item = getattr(self, name)
+            if isinstance(item, Parameter):
+                yield name, item
+
+    def parameters(self, prefix: str = "") -> Iterator[tuple[str, Parameter[Any]]]:
+        """Key and value of every parameter, those of inner tables last."""
+        for name, item in self.own_parameters():
+            yield f"{prefix}{name}", item
+        for name in type(self).model_fields:
+            item = getattr(self, name)
+            if isinstance(item, Section):
+                yield from item.parameters(f"{prefix}{name}.")
+
+    def at(self, end: End) -> Self:
+        """This section with every banded parameter at its `slow` or `fast` end."""
+        moved = {
+            name: item.at(end, more_is_faster=name in self.more_is_faster)
+            for name, item in self.own_parameters()
+        }
+        return self.model_copy(update=moved)
+
+
+class Ps(Section):
+    """Processor cores and their caches; `flop_per_cycle` is what one core sustains on sparse kernels.
+
+    `build_flops_per_nonzero`: what generating a subproblem's matrices costs, per KKT nonzero. When a stage runs on
+    n cores (`runtime.cores_used`), `parallel_fraction` of it is divided by n, and `fork_join_us` is added.
+    """
+
+    more_is_faster: ClassVar[frozenset[str]] = frozenset({"clock_mhz", "flop_per_cycle", "parallel_fraction"})
+
+    core: str
+    cores: Parameter[Units]
+    clock_mhz: Parameter[PsClock]
+    flop_per_cycle: Parameter[Rate]
+    div_f64_cycles: Parameter[Units]
+    sqrt_f64_cycles: Parameter[Units]
+    div_f32_cycles: Parameter[Units]
+    sqrt_f32_cycles: Parameter[Units]
+    build_flops_per_nonzero: Parameter[Duration]
+    cache_line_bytes: Parameter[Units]
+    parallel_fraction: Parameter[Fraction01]
+    fork_join_us: Parameter[Duration]
+
+
+class Latencies(Section):
+    """Floating-point units of one datapath: result after `_cycles`, next operation after `_interval_cycles`."""
+
+    add_cycles: Parameter[Units]
+    mul_cycles: Parameter[Units]
+    div_cycles: Parameter[Units]
+    sqrt_cycles: Parameter[Units]
+    div_interval_cycles: Parameter[Units]
+    sqrt_interval_cycles: Parameter[Units]
+
+
+class LatencyPreset(Section):
+    """The same family of units in both widths."""
+
+    f64: Latencies
+    f32: Latencies
+
+
+class Pl(Section):
+    """The PL engine: `lanes` issue one operation a cycle each; divisions and roots go to `dividers`.
+
+    `banks` of storage and the `microcode_format` ("flat", or "compressed", which takes fewer bits and some more cycles)
+    enter exact schedules and the budget; `microcode_compression` (flat bits over stored bits) a budget from estimates
+    alone, for schedules count the bits.
+    """
+
+    more_is_faster: ClassVar[frozenset[str]] = frozenset(
+        {"clock_mhz", "lanes", "dividers", "overlap_exponent"}
+    )
+
+    clock_mhz: Parameter[PlClock]
+    lanes: Parameter[Units]
+    dividers: Parameter[Units]
+    banks: Parameter[Banks]
+    microcode_format: Parameter[MicrocodeFormat]
+    microcode_compression: Parameter[Exponent]
+    segment_overhead_cycles: Parameter[Count]
+    overlap_exponent: Parameter[Exponent]
+    latency_preset: str
+    latencies: LatencyPreset
+
+    def units(self, datapath: Datapath) -> Latencies:
+        """The floating-point units of a datapath."""
+        return self.latencies.f64 if datapath == "f64" else self.latencies.f32
+
+
+class Link(Section):
+    """Registers, direct memory access and copies by a core between PS and PL.
+
+    The PS cleans its cache line by line before the PL reads by DMA, and invalidates it before it reads what DMA
+    wrote; both cost 0 on a coherent port.
+    """
+
+    more_is_faster: ClassVar[frozenset[str]] = frozenset(
+        {
+            "dma_to_pl_bytes_per_pl_cycle",
+            "dma_to_ps_bytes_per_pl_cycle",
+            "port_mb_s",
+            "ddr_efficiency",
+            "flags_per_register",
+        }
+    )
+
+    register_write_ns: Parameter[Duration]
+    register_read_fixed_ns: Parameter[Duration]
+    register_read_pl_cycles: Parameter[Duration]
+    core_write_ns_per_byte: Parameter[Duration]
+    core_write_pl_cycles_per_byte: Parameter[Duration]
+    core_read_ns_per_byte: Parameter[Duration]
+    core_read_pl_cycles_per_byte: Parameter[Duration]
+    dma_fixed_us: Parameter[Duration]
+    dma_to_pl_bytes_per_pl_cycle: Parameter[Rate]
+    dma_to_ps_bytes_per_pl_cycle: Parameter[Rate]
+    port_mb_s: Parameter[Rate]
+    ddr_efficiency: Parameter[Fraction01]
+    cache_clean_ns_per_line: Parameter[Duration]
+    cache_invalidate_ns_per_line: Parameter[Duration]
+    frame_register_writes: Parameter[Count]
+    status_register_reads: Parameter[Count]
+    flags_per_register: Parameter[Units]
+    acknowledge_register_writes: Parameter[Count]
+
+
+class Runtime(Section):
+    """How the PS is programmed: operating system, cores that work on a stage, how it waits, run-to-run jitter.
+
+    `schedule`: "serial", one thing at a time as in the paper, or "overlapped": PS, PL and DMA work side by side where
+    the data allow it, and one core only controls the PL. Jitter lengthens a piece of work by at most its bound:
+    `_fraction` of its own time, or `_us`. A draw is bound · Uᵏ with U uniform in [0, 1], k = `jitter_exponent`.
+    """
+
+    completion: Parameter[Completion]
+    schedule: Parameter[Schedule]
+    interrupt_entry_us: Parameter[Duration]
+    cores_used: Parameter[Units]
+    ps_jitter_fraction: Parameter[Duration]
+    link_jitter_fraction: Parameter[Duration]
+    interrupt_jitter_us: Parameter[Duration]
+    jitter_exponent: Parameter[Exponent]
+
+
+class Area(Section):
+    """Lookup tables and flip-flops of the engine's parts, and how full a device may get (area/engine.py has the formula)."""
+
+    lut_control: Parameter[Count]
+    lut_lane_f64: Parameter[Count]
+    lut_lane_f32: Parameter[Count]
+    lut_divider_f64: Parameter[Count]
+    lut_divider_f32: Parameter[Count]
+    ff_control: Parameter[Count]
+    ff_lane_f64: Parameter[Count]
+    ff_lane_f32: Parameter[Count]
+    ff_divider_f64: Parameter[Count]
+    ff_divider_f32: Parameter[Count]
+    lut_decoder_per_lane: Parameter[Count]
+    lut_decoder_per_line_bit: Parameter[Count]
+    ff_decoder: Parameter[Count]
+    ff_decoder_per_lane: Parameter[Count]
+    lut_ceiling: Parameter[Fraction01]
+    ff_ceiling: Parameter[Fraction01]
+    dsp_ceiling: Parameter[Fraction01]
+    bram36_ceiling: Parameter[Fraction01]
+
+
+class Resources(Section):
+    """What the PL of the device holds. It does not enter any time; the budget compares against it."""
+
+    lut: Parameter[Count]
+    ff: Parameter[Count]
+    dsp: Parameter[Count]
+    bram36: Parameter[Count]

@@ -1,0 +1,293 @@
+"""The answer to "how fast, and why": a modelled run compared with a baseline, its assumptions first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+from hw_model.errors import HwModelError
+from hw_model.timing.actions import Action, actions_of
+from hw_model.timing.durations import Durations
+from hw_model.timing.stage_cycles import StageCycles, estimated
+from hw_model.timing.timeline import Timeline, as_partition, as_platform, lay_out, makespan_picoseconds
+from hw_model.timing.trace import parse_trace
+from hw_model.vocabulary import CAUSES, PICOSECONDS_PER_MS, Cause, Datapath, Side
+
+from . import markdown
+from .assumptions import Assumption, assumptions
+from .bands import Band, band_of, corners_of
+from .bottleneck import bottleneck_of
+from .rows import (
+    CopyRow,
+    IterationRow,
+    ModuleRow,
+    SolveRow,
+    StageRow,
+    copy_rows,
+    iteration_rows,
+    module_rows,
+    solve_rows,
+    stage_rows,
+)
+from .usage import WORST_CASE_USAGE, ParameterUse
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from hw_model.platform.partition import Partition
+    from hw_model.platform.platform import Platform
+    from hw_model.timing.trace import Trace
+
+Verdict = Literal["PASS", "FAIL", "MARGINAL"]
+SCHEMA = "orbsoc.hardware-report/1"
+
+NOT_MODELLED = (
+    "Generating a problem is priced by its nonzeros, from an assumed cost each; of the rest of the outer loop, nothing.",
+    "No contention between PS and PL for memory beyond the jitter's bound.",
+    "Copies inside a stage are free unless the trace counts them as moves.",
+    "Whether the buffers and the engine fit into the device is `orbsoc hw budget`'s question.",
+)
+ESTIMATED = (
+    "PL cycles are an estimate between bounds: banks, ports, crossbar and instruction fetch are left out.",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Deadline:
+    """PASS: met by the worst case; FAIL: missed even at the fast end without jitter; MARGINAL: in between.
+
+    Margins are deadline minus time, negative when it is missed: nominally, and in the worst case.
+    """
+
+    deadline_ms: float
+    verdict: Verdict
+    margin_ms: float
+    worst_case_margin_ms: float
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """A modelled run of one trace; every number in it is modelled, none measured."""
+
+    device: str
+    description: str
+    core: str
+    partition: str
+    modules_on_pl: tuple[str, ...]
+    baseline: str
+    datapath: Datapath
+    lanes: int
+    pl_clock_mhz: float
+    makespan_ms: Band
+    baseline_ms: Band
+    speedup: Band
+    """Baseline makespan over this one's, both at the same parameters."""
+    worst_case_ms: float
+    """Slow end of every band and every jitter at its bound: no run that the model knows takes longer."""
+    jitter_ms: float
+    """How much of a nominal run jitter can add at most."""
+    makespan_picoseconds: int
+    cycles: dict[Side, int]
+    """Computing cycles of each side, in its own clock."""
+    causes_picoseconds: dict[Cause, int]
+    modules: tuple[ModuleRow, ...]
+    stages: tuple[StageRow, ...]
+    iterations: tuple[IterationRow, ...]
+    solves: tuple[SolveRow, ...]
+    copies: tuple[CopyRow, ...]
+    interrupts: int
+    launches: int
+    deadline: Deadline | None
+    assumptions: tuple[Assumption, ...]
+
+    @property
+    def headline(self) -> str:
+        """One sentence that says how this partition does against the baseline."""
+        times = f"{_ms(self.makespan_ms)} against {_ms(self.baseline_ms)}"
+        what = f"modelled: {self.partition} on {self.device}"
+        if self.partition == self.baseline:
+            return f"{what} takes {_ms(self.makespan_ms)} on one {self.core}"
+        ratio = f"{self.speedup.nominal:.2f}× ({self.speedup.low:.2f}–{self.speedup.high:.2f}×)"
+        if self.speedup.high < 1.0:
+            return f"{what} is SLOWER than {self.baseline}: speedup {ratio}, {times}"
+        if self.speedup.low > 1.0:
+            return f"{what} is faster than {self.baseline}: speedup {ratio}, {times}"
+        leaning = "slower" if self.speedup.nominal < 1.0 else "faster"
+        return f"{what} may be faster or slower than {self.baseline}, nominally {leaning}: speedup {ratio}, {times}"
+
+    @property
+    def deadline_line(self) -> str:
+        """One sentence on the deadline; empty when none was given."""
+        if self.deadline is None:
+            return ""
+        found = self.deadline
+        return (
+            f"modelled deadline verdict: {found.verdict}: {_ms(self.makespan_ms)} against {found.deadline_ms:g} ms, "
+            f"margin {found.margin_ms:+.3f} ms nominally, {found.worst_case_margin_ms:+.3f} ms in the worst case; "
+            f"binding is {self.bottleneck}"
+        )
+
+    @property
+    def bottleneck(self) -> str:
+        """The resource that most of the time is spent on, and its share."""
+        _, share, name = bottleneck_of(self.causes_picoseconds)
+        return f"{name} ({100 * share:.0f} % of the time)"
+
+    @property
+    def not_modelled(self) -> tuple[str, ...]:
+        """What the numbers leave out."""
+        guessed = any(row.origin == "estimate" for row in self.stages)
+        return ESTIMATED + NOT_MODELLED if guessed else NOT_MODELLED
+
+    @property
+    def slower_modules(self) -> tuple[ModuleRow, ...]:
+        """Modules on the PL that take longer there, copies and interrupts included, than in the baseline."""
+        return tuple(
+            row for row in self.modules if row.side == "pl" and row.picoseconds > row.baseline_picoseconds
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as JSON-able plain data."""
+        return {
+            "schema": SCHEMA,
+            "headline": self.headline,
+            "deadline_line": self.deadline_line,
+            "binding": self.bottleneck,
+            "slower_modules": [row.module for row in self.slower_modules],
+            "not_modelled": list(self.not_modelled),
+            **asdict(self, dict_factory=_json_object),
+        }
+
+    def to_markdown(self) -> str:
+        """The report as Markdown: verdict, assumptions, then times."""
+        parts = [
+            f"# Modelled cycle budget: {self.partition} on {self.device}",
+            f"**{self.headline}.**",
+            *([f"**{self.deadline_line}.**"] if self.deadline else []),
+            *markdown.slower_modules(self.slower_modules, self.baseline),
+            f"{self.description}. {self.core} as PS; PL engine of {self.lanes} lanes at {self.pl_clock_mhz:g} MHz; "
+            f"datapath {self.datapath}; on the PL: {', '.join(self.modules_on_pl) or 'nothing'}. "
+            "Brackets hold the band over the assumed ranges.",
+            "## Assumptions",
+            markdown.assumption_table(self.assumptions),
+            "Not modelled:\n\n" + "\n".join(f"- {line}" for line in self.not_modelled),
+            "## Modelled time by cause",
+            markdown.cause_table(self.causes_picoseconds),
+            "## Modelled time by module",
+            markdown.module_table(self.modules, self.baseline),
+            "## Modelled cycles of one run of each stage",
+            markdown.stage_table(self.stages),
+            "## Modelled time by iteration",
+            markdown.iteration_table(self.iterations, self.solves),
+            "## Transfers and interrupts",
+            f"{self.launches} launches, {self.interrupts} interrupts.\n{markdown.copy_table(self.copies)}",
+        ]
+        return "\n\n".join(parts) + "\n"
+
+
+def speedup(
+    trace: Mapping[str, Any] | Trace,
+    platform: Platform | str | Path,
+    partition: Partition | str | Path,
+    deadline_ms: float | None = None,
+    baseline: Partition | str | Path = "all_ps",
+    cycles: StageCycles = estimated,
+) -> Report:
+    """Compare `partition` with `baseline` on the same `platform` and trace (objects, names or paths).
+
+    Bands come from the parameters that have `low` and `high`: PS, fabric (PL, link and interrupts) and generation
+    of the problems are taken to their slow and fast ends independently. `deadline_ms` is for the whole trace.
+    Raises TraceError, PlatformError, PartitionError, or HwModelError for an impossible deadline.
+    """
+    if deadline_ms is not None and not (math.isfinite(deadline_ms) and deadline_ms > 0.0):
+        raise HwModelError(f"`deadline_ms` = {deadline_ms!r}: must be a positive number of milliseconds")
+    trace, platform = parse_trace(trace), as_platform(platform)
+    partition, base = as_partition(partition), as_partition(baseline)
+    actions, durations, timeline = _run(trace, platform, partition, cycles)
+    base_actions, base_durations, before = _run(trace, platform, base, cycles)
+    if not before.makespan_picoseconds or not timeline.makespan_picoseconds:
+        raise HwModelError("the trace takes no time at all: its solves run no operations")
+    times_ms, base_ms = _times_ms(actions, durations), _times_ms(base_actions, base_durations)
+    makespan_ms = band_of(times_ms)
+    slowest = durations.on(platform.corner("slow", "slow", "slow"))
+    worst_ms = makespan_picoseconds(actions, slowest, worst=True) / PICOSECONDS_PER_MS
+    jitter = makespan_picoseconds(actions, durations, worst=True) - timeline.makespan_picoseconds
+    kinds = [action.work.kind for action in actions]
+    computed: dict[Side, int] = {"ps": 0, "pl": 0}
+    for segment in timeline.segments:
+        computed[segment.side] += segment.cycles
+    causes = timeline.totals("cause")
+    return Report(
+        device=platform.name,
+        description=platform.description,
+        core=platform.ps.core,
+        partition=partition.name,
+        modules_on_pl=tuple(name for name, side in partition.modules.items() if side == "pl"),
+        baseline=base.name,
+        datapath=trace.datapath,
+        lanes=platform.pl.lanes.value,
+        pl_clock_mhz=platform.pl.clock_mhz.value,
+        makespan_ms=makespan_ms,
+        baseline_ms=band_of(base_ms),
+        speedup=band_of([before / after for before, after in zip(base_ms, times_ms, strict=True)]),
+        worst_case_ms=worst_ms,
+        jitter_ms=jitter / PICOSECONDS_PER_MS,
+        makespan_picoseconds=timeline.makespan_picoseconds,
+        cycles=computed,
+        causes_picoseconds={cause: causes.get((cause,), 0) for cause in CAUSES},
+        modules=tuple(module_rows(actions, timeline, partition, before)),
+        stages=tuple(stage_rows(actions, durations)),
+        iterations=tuple(iteration_rows(timeline)),
+        solves=tuple(solve_rows(timeline, durations)),
+        copies=tuple(copy_rows(actions, durations)),
+        interrupts=kinds.count("interrupt"),
+        launches=kinds.count("launch"),
+        deadline=None if deadline_ms is None else _judge(deadline_ms, makespan_ms, worst_ms),
+        assumptions=tuple(assumptions(platform, _usage(trace, (partition, base), platform, cycles))),
+    )
+
+
+def _usage(
+    trace: Trace, partitions: tuple[Partition, Partition], platform: Platform, cycles: StageCycles
+) -> ParameterUse:
+    """What a comparison of two partitions reads."""
+    with_pl = max(partitions, key=lambda partition: partition.uses_pl)
+    asked = replace(WORST_CASE_USAGE, off_pl=not all(partition.uses_pl for partition in partitions))
+    return asked.of(trace, with_pl, platform, cycles)
+
+
+def _run(
+    trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles
+) -> tuple[list[Action], Durations, Timeline]:
+    actions = actions_of(trace, partition)
+    durations = Durations(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
+    return actions, durations, lay_out(actions, durations, partition.name)
+
+
+def _times_ms(actions: list[Action], durations: Durations) -> list[float]:
+    """Makespans at the corners of the assumed bands."""
+    return [
+        makespan_picoseconds(actions, durations.on(corner)) / PICOSECONDS_PER_MS
+        for corner in corners_of(durations.platform)
+    ]
+
+
+def _json_object(fields: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    """Fields under the schema's keys, which say `picos`."""
+    return {name.replace("picoseconds", "picos"): value for name, value in fields}
+
+
+def _judge(deadline_ms: float, times: Band, worst_ms: float) -> Deadline:
+    if worst_ms <= deadline_ms:
+        verdict: Verdict = "PASS"
+    elif times.low > deadline_ms:
+        verdict = "FAIL"
+    else:
+        verdict = "MARGINAL"
+    return Deadline(deadline_ms, verdict, deadline_ms - times.nominal, deadline_ms - worst_ms)
+
+
+def _ms(band: Band) -> str:
+    return f"{band.nominal:.3f} ms ({band.low:.3f}–{band.high:.3f})"

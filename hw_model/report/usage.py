@@ -1,0 +1,272 @@
+"""Parameter usage: which parameters of a platform a report reads, and why it does not read the others.
+
+One table for all reports. It marks the parameters that a report echoes as used, and refuses a parameter that is set
+where nothing reads it. A test changes every parameter under every command and compares the outcome with the table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
+
+from hw_model.errors import IgnoredKeyError
+from hw_model.timing.ps import computing_cores
+from hw_model.vocabulary import OPCODES, Opcode
+
+if TYPE_CHECKING:
+    from hw_model.area.engine import Kind
+    from hw_model.platform.partition import Partition
+    from hw_model.platform.platform import Platform
+    from hw_model.timing.stage_cycles import StageCycles
+    from hw_model.timing.trace import Trace
+    from hw_model.vocabulary import Datapath
+
+Question = Literal["times", "worst", "fit", "memory", "engine", "written"]
+"""`times`: of a run; `worst`: with jitter; `fit`: shares of the device; `memory`: that of block RAM alone; `engine`: schedules
+and the clock alone; `written`: all of the platform goes into a file."""
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterUse:
+    """What a report asks of a platform.
+
+    `area`: the resources it counts. `on_pl`, `off_pl`: whether runs with and without the PL are in it. `scheduled`: its
+    cycles come from schedules, not from the estimate.
+    """
+
+    questions: frozenset[Question]
+    area: frozenset[Kind] = frozenset()
+    on_pl: bool = True
+    off_pl: bool = False
+    scheduled: bool = False
+    datapaths: frozenset[Datapath] = frozenset({"f64"})
+    ps_datapaths: frozenset[Datapath] = frozenset({"f64"})
+    ps_codes: frozenset[Opcode] = frozenset(OPCODES)
+    """Operations that the PS runs at all."""
+
+    def of(self, trace: Trace, partition: Partition, platform: Platform, cycles: StageCycles) -> ParameterUse:
+        """The same of one trace under one partition, with the cycles from this source."""
+        off_pl = self.off_pl or not partition.uses_pl
+        return replace(
+            self,
+            on_pl=partition.uses_pl,
+            off_pl=off_pl,
+            ps_codes=_codes_on_ps(trace, None if off_pl else partition),
+            scheduled=is_scheduled(trace, partition, platform, cycles),
+            datapaths=frozenset({trace.datapath}),
+            ps_datapaths=frozenset({trace.ps_datapath or trace.datapath}),
+        )
+
+    @property
+    def asks_cycles(self) -> bool:
+        """Whether it reads cycles of the PL."""
+        return bool(self.area or self.questions & {"times", "engine"})
+
+
+ALL_KINDS: frozenset[Kind] = frozenset({"lut", "ff", "dsp", "bram36"})
+TIMELINE_USAGE = ParameterUse(frozenset({"times"}))
+"""One run without jitter: trace, explain."""
+WORST_CASE_USAGE = ParameterUse(frozenset({"times", "worst"}))
+"""Times with their worst case: plan."""
+STUDY_USAGE = ParameterUse(frozenset({"times", "worst", "fit"}), ALL_KINDS, off_pl=True)
+"""Times and resources against a run on the PS alone: partition, sweep."""
+BUDGET_USAGE = ParameterUse(frozenset({"fit"}), ALL_KINDS)
+SCHEDULE_USAGE = ParameterUse(frozenset({"engine", "memory"}), scheduled=True)
+"""Schedules of one engine, and whether their microcode has room: run."""
+PRECISION_USAGE = ParameterUse(
+    frozenset({"times"}),
+    frozenset({"lut", "dsp", "bram36"}),
+    scheduled=True,
+    datapaths=frozenset({"f64", "f32"}),
+)
+"""Datapaths compared: precision."""
+CALIBRATION_USAGE = ParameterUse(frozenset({"written"}))
+
+
+def _codes_on_ps(trace: Trace, partition: Partition | None) -> frozenset[Opcode]:
+    """Operations that the PS runs under a partition; without one, all stages are its own."""
+    ran = {(solve.pattern, name) for solve in trace.solves for name, _ in solve.events}
+    stages = [trace.patterns[pattern].stages[name] for pattern, name in ran]
+    own = [stage for stage in stages if partition is None or partition.side(stage.module) == "ps"]
+    return frozenset(code for code in OPCODES if any(stage.operations[code] for stage in own))
+
+
+def is_scheduled(trace: Trace, partition: Partition, platform: Platform, cycles: StageCycles) -> bool:
+    """Whether `cycles` answers with schedules for what `partition` has on the PL."""
+    for number, pattern in enumerate(trace.patterns):
+        for name, stage in pattern.stages.items():
+            if partition.side(stage.module) == "pl":
+                return cycles(trace, platform, number, name).origin == "schedule"
+    return False
+
+
+def require_used(settings: Mapping[str, object], usages: Iterable[tuple[Platform, ParameterUse]]) -> None:
+    """Raise IgnoredKeyError for a key that was set and that none of the usages reads, with the first usage's reason.
+
+    `settings`: as `Platform.with_values` takes them, or the axes of a sweep.
+    """
+    reasons: dict[str, str] = {}
+    unused = dict.fromkeys(settings)
+    for platform, usage in usages:
+        for key in list(unused):
+            why = _why_of_setting(key, platform, usage)
+            if why is None:
+                del unused[key]
+            else:
+                reasons.setdefault(key, why)
+        if not unused:
+            return
+    for key in unused:
+        raise IgnoredKeyError(f"`{key}` = {settings[key]!r} would do nothing here: {reasons[key]}")
+
+
+def why_ignored(key: str, platform: Platform, usage: ParameterUse) -> str | None:
+    """Why a report does not read the parameter, and what to do; None when it does."""
+    if "written" in usage.questions:
+        return "it is what the measurement replaces; leave it out" if key == "ps.flop_per_cycle" else None
+    section, _, name = key.partition(".")
+    found = {"ps": _ps, "pl": _pl, "link": _link, "runtime": _runtime, "area": _area, "resources": _resources}
+    return found[section](name, platform, usage)
+
+
+def _why_of_setting(key: str, platform: Platform, usage: ParameterUse) -> str | None:
+    """`why_ignored` of a key as it is set: `runtime.preset` stands for the parameters in which the presets differ."""
+    if key == "runtime.preset":
+        reasons = [
+            why_ignored(f"runtime.{name}", platform, usage)
+            for name in (
+                "interrupt_entry_us",
+                "interrupt_jitter_us",
+                "ps_jitter_fraction",
+                "link_jitter_fraction",
+            )
+        ]
+        return None if None in reasons else reasons[0]
+    if key == "ps.cores" and "times" in usage.questions and platform.runtime.cores_used.value > 1:
+        return None  # the limit of what is set beside it
+    return why_ignored(key, platform, usage)
+
+
+def _unless(used: bool, why: str) -> str | None:
+    return None if used else why
+
+
+def _ps(name: str, platform: Platform, usage: ParameterUse) -> str | None:
+    if "times" not in usage.questions:
+        return _NO_TIMES
+    if name == "cores":
+        return "it only limits `runtime.cores_used`; set that too"
+    if name == "cache_line_bytes":
+        return _unless(usage.on_pl, _NO_PL)
+    if name in ("parallel_fraction", "fork_join_us"):
+        cores = {computing_cores(platform, uses_pl=way) for way in _ways(usage)}
+        return _unless(max(cores) > 1, "one core computes; set `runtime.cores_used` to more")
+    for code in ("div", "sqrt"):
+        if name.startswith(f"{code}_") and code not in usage.ps_codes:
+            return f"no stage that the PS runs here has the operation {code}"
+    return _other_datapath(name, usage.ps_datapaths)
+
+
+def _pl(name: str, platform: Platform, usage: ParameterUse) -> str | None:
+    if not usage.asks_cycles:
+        return "this report reads nothing of the PL; leave it out"
+    if not usage.on_pl:
+        return _NO_PL
+    if name == "clock_mhz":
+        return _unless(bool(usage.questions & {"times", "engine"}), f"{_NO_TIMES}; area has no clock")
+    if "engine" in usage.questions:
+        return _unless(
+            name in ("lanes", "dividers", "banks", "latency_preset"),
+            "this report lists every segment's cycles and microcode in both formats; leave it out",
+        )
+    if name in ("overlap_exponent", "segment_overhead_cycles"):
+        return _unless(not usage.scheduled, "cycles come from exact schedules; ask for --estimate")
+    if name in ("banks", "microcode_format"):
+        what = name.removesuffix("_format")
+        return _unless(
+            bool(usage.scheduled or usage.area), f"the estimate knows no {what}; ask for schedules (--exact)"
+        )
+    if name == "microcode_compression":
+        return _compression(platform, usage)
+    return _other_datapath(name, usage.datapaths)
+
+
+def _compression(platform: Platform, usage: ParameterUse) -> str | None:
+    if not usage.area:
+        return "this report prices no area; `orbsoc hw budget` does"
+    if platform.pl.microcode_format.value == "flat":
+        return "`pl.microcode_format` is flat, which is not compressed"
+    if usage.scheduled:
+        return "the schedules' own microcode is compressed and counted; ask for --estimate to assume a compression"
+    return None
+
+
+def _link(name: str, platform: Platform, usage: ParameterUse) -> str | None:
+    if "times" not in usage.questions:
+        return _NO_TIMES
+    return _unless(usage.on_pl, _NO_PL)
+
+
+def _runtime(name: str, platform: Platform, usage: ParameterUse) -> str | None:
+    if "times" not in usage.questions:
+        return _NO_TIMES
+    if name == "cores_used":
+        return None
+    if name == "jitter_exponent":
+        return "it shapes runs that are drawn (hw_model.timing.jitter.distribution); no report's bound depends on it"
+    if "jitter" in name and "worst" not in usage.questions:
+        return (
+            "this report is of a run without jitter; `orbsoc hw partition` and `hw sweep` print worst cases"
+        )
+    if name == "ps_jitter_fraction":
+        return None
+    if not usage.on_pl:
+        return _NO_PL
+    if name.startswith("interrupt_") and platform.runtime.completion.value == "polling":
+        return "`runtime.completion` is polling; set it to interrupt"
+    return None
+
+
+def _area(name: str, platform: Platform, usage: ParameterUse) -> str | None:
+    if name.endswith("_ceiling"):
+        return _unless(
+            _compared(name, usage), "this report does not compare it with a ceiling; `orbsoc hw budget` does"
+        )
+    kind = name.partition("_")[0]
+    if kind not in usage.area:
+        return f"this report prices no {kind.upper()}; `orbsoc hw budget` does"
+    if not usage.on_pl:
+        return _NO_PL
+    if "decoder" in name and platform.pl.microcode_format.value == "flat":
+        return "`pl.microcode_format` is flat, which needs no decoder"
+    return _other_datapath(name, usage.datapaths)
+
+
+def _resources(name: str, platform: Platform, usage: ParameterUse) -> str | None:
+    return _unless(
+        _compared(name, usage), "this report does not ask whether it fits; `orbsoc hw budget` does"
+    )
+
+
+def _compared(name: str, usage: ParameterUse) -> bool:
+    """Whether the report asks for the share of the resource that a parameter is about."""
+    return "fit" in usage.questions or ("memory" in usage.questions and name.startswith("bram36"))
+
+
+def _other_datapath(name: str, datapaths: frozenset[Datapath]) -> str | None:
+    """A parameter that has a datapath in its name is read for that datapath only."""
+    named: tuple[Datapath, ...] = ("f64", "f32")
+    for datapath in named:
+        if datapath in name and datapath not in datapaths:
+            return f"nothing here computes in {datapath}; this run is in {' and '.join(sorted(datapaths))}"
+    return None
+
+
+def _ways(usage: ParameterUse) -> list[bool]:
+    """Whether the runs of a report use the PL: with, without, or both."""
+    return [True] * usage.on_pl + [False] * (usage.off_pl or not usage.on_pl)
+
+
+_NO_TIMES = "this report has no modelled times; `orbsoc hw trace` and `hw partition` have"
+_NO_PL = "the partition leaves the PL idle; choose one that uses it"

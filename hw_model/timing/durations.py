@@ -1,0 +1,172 @@
+"""Cost model: how long each piece of work takes on one platform, cause by cause."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import TYPE_CHECKING, NamedTuple
+
+from hw_model.vocabulary import WORD_BYTES, Cause, picoseconds_of_cycles
+
+from . import link, ps
+from .stage_cycles import PlCycles, StageCycles, estimated
+
+if TYPE_CHECKING:
+    from hw_model.platform.platform import Platform
+
+    from .actions import Work
+    from .trace import Trace
+
+
+class Part(NamedTuple):
+    """Part of a duration with one cause. `cycles` counts the clock of the side that computes, 0 where none does.
+
+    `jitter_picoseconds`: how much longer it takes at most.
+    """
+
+    cause: Cause
+    picoseconds: int
+    cycles: int
+    jitter_picoseconds: int
+    detail: str
+    """What the PS or link is doing: "compute", "launch", "flags", "publish", "copy x to the PL by dma", … """
+    shared_cycles: int = 0
+    """Of the cycles, those at the end in which all computing cores work, not one alone."""
+
+
+class Durations:
+    """Durations of the work in one trace on one platform, each distinct piece computed once.
+
+    `uses_pl`: whether the run has a PL to control. `cycles`: where a stage's cycles on the PL come from.
+    """
+
+    def __init__(
+        self, trace: Trace, platform: Platform, *, uses_pl: bool = True, cycles: StageCycles = estimated
+    ) -> None:
+        self.trace = trace
+        self.platform = platform
+        self._cycles = cycles
+        self._uses_pl = uses_pl
+        self.cores = ps.computing_cores(platform, uses_pl=uses_pl)
+        """Cores that may share a stage."""
+        self._known: dict[Work, tuple[Part, ...]] = {}
+
+    def on(self, platform: Platform) -> Durations:
+        """The same on another platform."""
+        return Durations(self.trace, platform, uses_pl=self._uses_pl, cycles=self._cycles)
+
+    def parts(self, work: Work) -> tuple[Part, ...]:
+        """The parts of `work`, in order; none is empty. Σ picoseconds is its duration."""
+        known = self._known.get(work)
+        if known is None:
+            known = tuple(part for part in self._parts(work) if part.picoseconds or part.cycles)
+            self._known[work] = known
+        return known
+
+    def picoseconds(self, work: Work) -> int:
+        """How long `work` takes without jitter."""
+        return sum(part.picoseconds for part in self.parts(work))
+
+    def jitter_picoseconds(self, work: Work) -> int:
+        """How much longer `work` takes at most."""
+        return sum(part.jitter_picoseconds for part in self.parts(work))
+
+    def total_picoseconds(self, tally: Counter[Work], *, worst: bool = False) -> int:
+        """Makespan of work done one piece after another; with `worst`, every jitter at its bound."""
+        total = 0
+        for work, count in tally.items():
+            for part in self.parts(work):
+                total += count * (part.picoseconds + part.jitter_picoseconds if worst else part.picoseconds)
+        return total
+
+    def pl_cycles(self, work: Work) -> PlCycles:
+        """Cycles of a "compute" on the PL."""
+        return self._cycles(self.trace, self.platform, work.pattern, work.what)
+
+    def by_dma(self, work: Work) -> bool:
+        """Whether a "copy" is done by DMA, not by a core."""
+        return self._copy(work).method == "dma"
+
+    def _parts(self, work: Work) -> list[Part]:
+        links, pl_clock_mhz = self.platform.link, self.platform.pl.clock_mhz.value
+        runtime = self.platform.runtime
+        match work.kind:
+            case "launch":
+                return [self._link(link.frame(links), "launch")]
+            case "flags":
+                return [self._link(self._confirmation(work.pattern) + link.acknowledgement(links), "flags")]
+            case "publish":
+                return [self._link(link.frame(links) + self._confirmation(work.pattern), "publish")]
+            case "rest":
+                return [self._link(link.status(links, pl_clock_mhz), "rest")]
+            case "interrupt":
+                picoseconds = link.completion(runtime, links, pl_clock_mhz)
+                late = link.completion_jitter(runtime, links, pl_clock_mhz)
+                return [Part("interrupt", picoseconds, 0, late, runtime.completion.value)]
+            case "copy":
+                return self._crossing(work)
+            case "build":
+                cycles = ps.build_cycles(self.trace.patterns[work.pattern], self.platform.ps)
+                return [self._on_ps(cycles, "build")]
+            case "compute":
+                return self._on_pl(work) if work.side == "pl" else [self._stage_on_ps(work)]
+
+    def _link(self, picoseconds: int, detail: str) -> Part:
+        return Part(
+            "link",
+            picoseconds,
+            0,
+            _share(picoseconds, self.platform.runtime.link_jitter_fraction.value),
+            detail,
+        )
+
+    def _copy(self, work: Work) -> link.Copy:
+        pl_clock_mhz, line_bytes = self.platform.pl.clock_mhz.value, self.platform.ps.cache_line_bytes.value
+        return link.copy(self.platform.link, pl_clock_mhz, self.size_bytes(work), work.side, line_bytes)
+
+    def _crossing(self, work: Work) -> list[Part]:
+        """Clean, then move to the PL; move to the PS, then invalidate."""
+        copy = self._copy(work)
+        words = f"copy {work.what} to the {work.side.upper()} by {copy.method}"
+        moved = self._link(copy.picoseconds, words)
+        late = _share(copy.cache_picoseconds, self.platform.runtime.ps_jitter_fraction.value)
+        kept = Part(
+            "cache",
+            copy.cache_picoseconds,
+            0,
+            late,
+            f"{'clean' if work.side == 'pl' else 'invalidate'} {work.what}",
+        )
+        return [kept, moved] if work.side == "pl" else [moved, kept]
+
+    def size_bytes(self, work: Work) -> int:
+        """Bytes of the buffer of a "copy"."""
+        return self.trace.patterns[work.pattern].buffers[work.what] * WORD_BYTES[self.trace.datapath]
+
+    def _confirmation(self, pattern: int) -> int:
+        buffers = len(self.trace.patterns[pattern].buffers)
+        return link.confirmation(self.platform.link, self.platform.pl.clock_mhz.value, buffers)
+
+    def _stage_on_ps(self, work: Work) -> Part:
+        stage = self.trace.patterns[work.pattern].stages[work.what]
+        datapath = self.trace.ps_datapath or self.trace.datapath
+        return self._on_ps(ps.stage_cycles(stage, self.platform.ps, datapath), "compute")
+
+    def _on_ps(self, one_core_cycles: int, detail: str) -> Part:
+        cycles, shared = ps.on_cores(one_core_cycles, self.platform, self.cores)
+        [picoseconds] = picoseconds_of_cycles([cycles], self.platform.ps.clock_mhz.value)
+        late = _share(picoseconds, self.platform.runtime.ps_jitter_fraction.value)
+        return Part("ps", picoseconds, cycles, late, detail, shared)
+
+    def _on_pl(self, work: Work) -> list[Part]:
+        """A segment is a fixed schedule: it has no jitter."""
+        causes = self.pl_cycles(work).causes
+        picoseconds = picoseconds_of_cycles(list(causes.values()), self.platform.pl.clock_mhz.value)
+        return [
+            Part(cause, part, cycles, 0, "compute")
+            for (cause, cycles), part in zip(causes.items(), picoseconds, strict=True)
+        ]
+
+
+def _share(picoseconds: int, fraction: float) -> int:
+    return math.ceil(picoseconds * fraction)

@@ -1,0 +1,56 @@
+"""The emulated computer with the hardware model's unit latencies, so that its traces can be priced."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from orbsoc.conic.settings import Settings
+from orbsoc.ps import scheduler
+from orbsoc.ps.trace import Latencies
+
+LATENCY_PRESETS = ("orbsoc_rtl", "vendor_ip")
+"""Families of floating-point units whose critical paths a trace carries; their numbers are hw_model's."""
+
+
+def operation_latencies(datapath: str = "f64") -> dict[str, dict[str, int]]:
+    """Cycles of every operation code, for each preset; what critical paths are measured in.
+
+    Arithmetic takes its unit's latency from hw_model's presets; c ± a·b is a multiplication and then an
+    addition. Assumed: sign changes, copies, selections and comparisons (of the words, as integers) take 1 cycle.
+    """
+    from hw_model.platform.presets import preset  # loaded only when a trace is made
+
+    one_cycle = dict.fromkeys(("move", "neg", "abs", "min", "max", "compare", "and", "select"), 1)
+    out = {}
+    for name in LATENCY_PRESETS:
+        units = preset("latency", name)[datapath]
+        add, mul, div, sqrt = (
+            int(units[f"{unit}_cycles"]["value"]) for unit in ("add", "mul", "div", "sqrt")
+        )
+        both = mul + add
+        arithmetic = {"mul": mul, "add": add, "sub": add, "mul_add": both, "mul_sub": both, "div": div}
+        out[name] = {**one_cycle, **arithmetic, "sqrt": sqrt}
+    return out
+
+
+class PsScheduler(scheduler.PsScheduler):
+    """Python plays the PS: a callable that solves stage by stage through the register file of an emulated PL.
+
+    The answer has the bits of `orbsoc.solve`. `settings` and `overrides` (fields of `Settings`) are the default of
+    every call; a call's own come before them. `latencies` (preset → operation → cycles) replaces
+    `operation_latencies()` in the trace.
+
+    >>> from orbsoc import Cones, Problem
+    >>> ps = PsScheduler(tol=1e-9)
+    >>> ps(Problem(c=[1.0], G=[[-1.0]], h=[-2.0], cones=Cones(l=1))).status.name
+    'SOLVED'
+    >>> len(ps.trace["solves"])
+    1
+    """
+
+    def __init__(
+        self, settings: Settings | None = None, *, latencies: Latencies | None = None, **overrides: Any
+    ) -> None:
+        super().__init__(
+            settings, latencies=operation_latencies() if latencies is None else latencies, **overrides
+        )

@@ -1,0 +1,79 @@
+"""Figures of a reachable domain: maps, boundary curves, the band around the Earth and its equatorial projection.
+
+Drawn with Matplotlib's Agg canvas, without pyplot: no global state, no display.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from orbsoc.guidance.mission import FigureFile
+
+from ..continuation.boundary import edge_note
+from ..query.results import ReachableDomain
+from .orbits import draw_band, draw_projection
+from .planes import draw_boundary, draw_maps
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+STYLE: Any = {
+    "font.size": 10.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "legend.frameon": False,
+    "figure.titlesize": 11,
+}
+DOTS_PER_INCH = 150
+
+
+def draw_figures(domain: ReachableDomain, folder: Path) -> tuple[FigureFile, ...]:
+    """Write all figures into `folder`."""
+    import matplotlib as mpl
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    plots: tuple[tuple[str, str, tuple[float, float], Callable[[Figure, ReachableDomain], None]], ...] = (
+        (
+            "apogee_maps.png",
+            "Largest apogee height on each plane, for several bounds on the perigee height. White: not reached; purple, where there is any: the vehicle escapes. "
+            + (edge_note(domain.domain) or "The line is the edge found without the grid."),
+            (11.0, 6.8),
+            draw_maps,
+        ),
+        (
+            "boundary.png",
+            "The edge of the reachable planes for several perigee bounds. Solid inside the grid's search box, dashed"
+            " where the box would cut it off.",
+            (8.2, 6.4),
+            draw_boundary,
+        ),
+        (
+            "projection.png",
+            "Largest orbits of all reached planes at the lowest perigee bound, projected on the equator (after figure 4"
+            " of the paper), seen from over the north pole: lines on the Earth's disc pass over the northern hemisphere,"
+            " what the Earth hides is left out. Colour: apogee height.",
+            (8.8, 5.0),
+            draw_projection,
+        ),
+        (
+            "band.png",
+            "The same orbits in space (after figure 3 of the paper); band.html turns.",
+            (9.6, 5.4),
+            draw_band,
+        ),
+    )
+    written = []
+    for name, caption, size, draw in plots:
+        if draw is draw_boundary and edge_note(domain.domain):
+            continue
+        with mpl.rc_context(STYLE):
+            figure = Figure(figsize=size, layout=None if draw is draw_band else "constrained")
+            FigureCanvasAgg(figure)
+            draw(figure, domain)
+            figure.savefig(folder / name, dpi=DOTS_PER_INCH)
+        written.append(FigureFile(name, caption))
+    return tuple(written)

@@ -1,0 +1,1 @@
+"""Attitude programmes, their propagation by an independent integrator, and the orbits that they reach."""

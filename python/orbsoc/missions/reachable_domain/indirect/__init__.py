@@ -1,0 +1,1 @@
+"""The indirect method: extremals of Pontryagin's principle, and Newton's method on their initial costates."""

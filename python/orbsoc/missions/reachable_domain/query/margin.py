@@ -1,0 +1,105 @@
+"""Whether an orbit is within reach, by how much, and how sure that is."""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+
+from ..continuation.table import PointStatus
+from .shortest_burn import ShortestBurn
+
+
+class Verdict(enum.StrEnum):
+    """What is known of an orbit. Only WITHIN is a promise, and only a burn that was flown onto the orbit makes it."""
+
+    WITHIN = "within reach"
+    BEYOND = "beyond reach"
+    TOO_CLOSE = "too close to tell"
+    NOT_RULED_OUT = "undecided: nothing in the tables rules it out"
+    NOT_IN_TABLES = "not in the tables"
+    NOT_FLOWN = "undecided: a burn short enough was found, but its flight breaks a condition"
+    NOT_FOUND = "undecided: no burn to this orbit was found, and nothing rules it out"
+    OUTSIDE = PointStatus.OUTSIDE.value
+
+
+@dataclass(frozen=True, slots=True)
+class Margin:
+    """What is left of the domain beyond an orbit; a margin that is clearly negative rules the orbit out.
+
+    `tilt_deg` is what is left of the largest tilt at the orbit's azimuth and perigee height, `sma_km` what is left of
+    the largest semi-major axis on its plane, both with the perigee where it suits best; each with the error it may have.
+    NaN is unknown; `sma_km` is +inf where the plane's largest orbit is a hyperbola, which is larger than any ellipse, and
+    −inf where there is none. `over_floor_km` is the orbit's apogee over the least altitude that the burn may pass, inf
+    without a bound. `inside_box`: whether its plane lies within the search box of the grid. `exact` says that the plane
+    was solved instead of interpolated, and `burn` is the shortest burn then sought onto the very orbit, its perigee's
+    height and direction included: the only thing that promises. `not_in_tables` says why the tables cannot be asked.
+    """
+
+    tilt_deg: float
+    tilt_error_deg: float
+    sma_km: float
+    sma_error_km: float
+    over_floor_km: float
+    inside_box: bool
+    exact: bool
+    not_in_tables: str = ""
+    burn: ShortestBurn | None = None
+
+    @property
+    def verdict(self) -> Verdict:
+        """What follows: tables and solved planes only rule out; a flown burn promises."""
+        parts = ((self.tilt_deg, self.tilt_error_deg), (self.sma_km, self.sma_error_km))
+        if self.over_floor_km < 0.0 or any(value < -error for value, error in parts):
+            return Verdict.BEYOND
+        if self.burn is not None:
+            return self._by_burn(self.burn)
+        if not self.inside_box:
+            return Verdict.OUTSIDE
+        if self.not_in_tables:
+            return Verdict.NOT_IN_TABLES
+        return Verdict.NOT_RULED_OUT if all(value > error for value, error in parts) else Verdict.TOO_CLOSE
+
+    @staticmethod
+    def _by_burn(burn: ShortestBurn) -> Verdict:
+        if not burn.converged:
+            return Verdict.NOT_FOUND
+        if burn.left_s < 0.0:
+            return Verdict.BEYOND
+        return Verdict.WITHIN if burn.verified else Verdict.NOT_FLOWN
+
+    @property
+    def words(self) -> str:
+        """The margin in a sentence."""
+        verdict = self.verdict
+        if self.over_floor_km < 0.0:
+            below = f"the whole orbit lies {-self.over_floor_km:.3f} km or more below the least altitude of the burn"
+            return f"{verdict}: {below}, so cut-off would break the bound"
+        text = f"{verdict}: {self._parts()}, {'solved' if self.exact else 'interpolated'}"
+        if self.not_in_tables and not self.exact:
+            text += f"; {self.not_in_tables}"
+        if self.burn is not None:
+            text += f"; {self.burn.words}"
+        if not self.inside_box:
+            text += "; its plane lies outside the search box of the grid"
+        if not self.exact and verdict is not Verdict.BEYOND:
+            text += "; only a burn that is flown decides: ask again with exact=True"
+        return text
+
+    def _parts(self) -> str:
+        """What is left of the domain, its perigee where it suits best."""
+        tilt = f"{self.tilt_deg:+.3f} degrees (± {self.tilt_error_deg:.3f}) inside the furthest tilt at its perigee height"
+        if math.isnan(self.tilt_deg):
+            tilt = "no furthest tilt known at its perigee height"
+        return f"{tilt}, {self._largest()}"
+
+    def _largest(self) -> str:
+        if math.isnan(self.sma_km):
+            return "no largest semi-major axis known of its plane"
+        if self.sma_km == -math.inf:
+            return "no orbit reached on its plane"
+        if self.sma_km == math.inf:
+            sure = "hyperbolas" if self.sma_error_km == 0.0 else "perhaps hyperbolas"
+            return f"{sure} reached on its plane, larger than any ellipse"
+        error = "± unknown" if math.isinf(self.sma_error_km) else f"± {self.sma_error_km:.1f}"
+        return f"{self.sma_km:+.1f} km ({error}) inside the largest semi-major axis of its plane"

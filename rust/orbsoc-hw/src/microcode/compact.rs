@@ -1,0 +1,68 @@
+//! Schedules for few bits of compressed microcode: temporaries get consecutive locations in kernel order, lanes keep to
+//! their chains, and the first policy that costs little time is chosen.
+
+use super::compressed::Compressed;
+use crate::error::Error;
+use crate::schedule::cycle_driven::SchedulingPolicy;
+use crate::schedule::priority::Priorities;
+use crate::schedule::scheduler::{Schedule, Scheduler};
+use std::cell::OnceCell;
+
+/// A compact schedule may take 1/`SLACK` longer than the fastest one.
+const SLACK: u32 = 20;
+
+/// Schedule a graph by the first policy whose cycles, decoding included, are within the slack; if there is none, by the
+/// fastest. A schedule is interrupted when it must exceed the limit.
+///
+/// # Errors
+/// [`Error::Storage`] when the temporaries do not fit.
+pub(crate) fn compact(scheduler: &Scheduler<'_>, fast: &Schedule) -> Result<Schedule, Error> {
+    let configuration = scheduler.configuration;
+    let mut graph = scheduler.graph.clone();
+    let first_free = graph.assign_locations(scheduler.layout.words(), configuration.words() as u32);
+    let weighted: [OnceCell<Priorities>; SchedulingPolicy::ALL.len()] = Default::default();
+    let priorities = |number: usize| match SchedulingPolicy::ALL[number] {
+        SchedulingPolicy { nodes_per_cycle: None, .. } => scheduler.critical_path(),
+        policy => weighted[number].get_or_init(|| scheduler.priorities(policy)),
+    };
+    let candidate = |number, completed| -> Result<_, Error> {
+        let schedule = scheduler.completed(completed, first_free)?;
+        Ok(Candidate { cycles: Compressed::cycles(&schedule, configuration), number, schedule })
+    };
+    let limit = fast.cycles + fast.cycles / SLACK;
+    // Cycles before the first word and after the last result, the decoder's one included.
+    let around = configuration.timing().startup + configuration.timing().finish + 1;
+    let (mut best, mut interrupted): (Option<Candidate>, _) = (None, Vec::new());
+    for (number, policy) in SchedulingPolicy::ALL.into_iter().enumerate() {
+        let mut by_cycle = scheduler.by_cycle(&graph, priorities(number), policy);
+        if by_cycle.run(limit.saturating_sub(around)) {
+            let found = candidate(number, by_cycle)?;
+            if found.cycles <= limit {
+                return Ok(found.schedule);
+            }
+            best = Some(faster(best, found));
+        } else {
+            interrupted.push((number, by_cycle));
+        }
+    }
+    for (number, mut by_cycle) in interrupted.into_iter().rev() {
+        let most = best.as_ref().map_or(u32::MAX, |best| best.cycles - around);
+        if by_cycle.run(most) {
+            best = Some(faster(best, candidate(number, by_cycle)?));
+        }
+    }
+    Ok(best.map_or_else(|| fast.clone(), |best| best.schedule))
+}
+
+/// The schedule of a policy.
+struct Candidate {
+    cycles: u32,
+    number: usize,
+    schedule: Schedule,
+}
+
+/// The faster one; of equally fast ones that of the earlier policy.
+fn faster(best: Option<Candidate>, other: Candidate) -> Candidate {
+    let key = |of: &Candidate| (of.cycles, of.number);
+    best.filter(|best| key(best) < key(&other)).unwrap_or(other)
+}

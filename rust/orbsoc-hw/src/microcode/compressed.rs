@@ -1,0 +1,226 @@
+//! Compressed microcode: delta-encoded words for a decoder in front of the issue register.
+//! docs/pl-machine.md, "Compressed microcode".
+
+use super::encoder::{encode, Index, Item, EMPTY, LAST, RUN_BITS, SAME};
+use super::flat::Microcode;
+use super::template::{choose, Candidates, Format, LaneState, Mode, Template};
+use crate::error::Error;
+use crate::machine::configuration::Configuration;
+use crate::machine::operation::Code;
+use crate::schedule::scheduler::{Issue, Schedule};
+
+/// The compressed microcode of several segments, with their common table of templates.
+#[derive(Clone, Debug)]
+pub struct Compressed {
+    format: Format,
+    table: Vec<Template>,
+    /// Lines of all segments.
+    pub lines: Microcode,
+    /// Of each segment.
+    pub segments: Vec<CompressedSegment>,
+    /// Of each segment, the word that each cycle of a frozen datapath waits for, ascending.
+    pub freezes: Vec<Vec<u32>>,
+}
+
+/// One segment's lines and cycles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct CompressedSegment {
+    /// First line.
+    pub start: usize,
+    pub lines: usize,
+    /// Bits in use.
+    pub bits: usize,
+    /// Cycles in which the datapath was frozen.
+    pub frozen: u32,
+    /// Cycles for which the engine is busy.
+    pub cycles: u32,
+}
+
+impl Compressed {
+    /// Compress schedules of one engine.
+    pub fn new(schedules: &[&Schedule], configuration: &Configuration) -> Self {
+        let format = Format::new(configuration);
+        let table = table(schedules, &format);
+        let index = Index::new(&format, &table);
+        let mut lines = Microcode::new(format.fetch(), 0);
+        let (mut segments, mut freezes) = (Vec::new(), Vec::new());
+        for schedule in schedules {
+            let (stream, items) = encode(schedule, &index);
+            let (start, count) = (lines.len(), stream.bits.div_ceil(format.fetch()));
+            let stalls = fetch_stalls(&items, count, format.fetch());
+            let frozen = stalls.len() as u32;
+            let cycles = schedule.cycles + 1 + frozen;
+            segments.push(CompressedSegment { start, lines: count, bits: stream.bits, frozen, cycles });
+            freezes.push(stalls);
+            lines.append(&stream.lines(format.fetch()));
+        }
+        Self { format, table, lines, segments, freezes }
+    }
+
+    /// Cycles for which the engine is busy with a schedule that is compressed alone.
+    pub(crate) fn cycles(schedule: &Schedule, configuration: &Configuration) -> u32 {
+        let format = Format::new(configuration);
+        let table = table(&[schedule], &format);
+        let (stream, items) = encode(schedule, &Index::new(&format, &table));
+        let lines = stream.bits.div_ceil(format.fetch());
+        schedule.cycles + 1 + fetch_stalls(&items, lines, format.fetch()).len() as u32
+    }
+
+    /// Bits of microcode in use, without the table.
+    pub fn bits(&self) -> usize {
+        self.segments.iter().map(|segment| segment.bits).sum()
+    }
+
+    /// The table's entries in hexadecimal.
+    pub fn templates(&self) -> impl Iterator<Item = String> + '_ {
+        self.table.iter().map(|template| format!("{:03x}", template.bits()))
+    }
+}
+
+/// The common table of templates of some schedules.
+fn table(schedules: &[&Schedule], format: &Format) -> Vec<Template> {
+    let mut candidates = Candidates::new();
+    for schedule in schedules {
+        let mut lanes = vec![LaneState::default(); format.lanes];
+        for issue in schedule.issues.iter().filter(|issue| !issue.code.on_divider()) {
+            let lane = &mut lanes[issue.unit as usize];
+            let shortest = lane.modes(issue, format).shortest();
+            lane.write(issue, shortest, format, |_, _| ());
+            candidates.add(shortest);
+        }
+    }
+    choose(&candidates, format)
+}
+
+/// For each cycle in which the next item is not complete in the buffer: the word that waits.
+fn fetch_stalls(items: &[Item], lines: usize, fetch: usize) -> Vec<u32> {
+    let (mut fill, mut fetched, mut word, mut found) = (fetch, 1, 0, Vec::new());
+    let mut items = items.iter().copied();
+    let (mut rest, mut next) = (0, items.next());
+    while rest > 0 || next.is_some() {
+        let mut taken = 0;
+        if rest > 0 {
+            rest -= 1;
+            word += 1;
+        } else if let Some((length, words)) = next.filter(|(length, _)| fill >= *length) {
+            (taken, rest) = (length, words - 1);
+            word += 1;
+            next = items.next();
+        } else {
+            found.push(word);
+        }
+        fill -= taken;
+        if fetched < lines && fill <= 3 * fetch {
+            fill += fetch;
+            fetched += 1;
+        }
+    }
+    found
+}
+
+/// Decode a segment, as the RTL's decoder does.
+///
+/// # Errors
+/// [`Error::Damaged`] where the stream ends within an item.
+pub fn decompress(
+    compressed: &Compressed,
+    segment: usize,
+    configuration: &Configuration,
+) -> Result<Vec<Issue>, Error> {
+    let CompressedSegment { start, lines, .. } = compressed.segments[segment];
+    let mut reader = Reader {
+        compressed,
+        at: start * compressed.format.fetch(),
+        end: (start + lines) * compressed.format.fetch(),
+    };
+    let format = &compressed.format;
+    let (mut lanes, mut current) =
+        (vec![LaneState::default(); format.lanes], vec![Template::NONE; format.lanes]);
+    let (mut issues, mut cycle) = (Vec::new(), 0);
+    loop {
+        let kind = reader.take(2)?;
+        if kind == EMPTY {
+            cycle += reader.take(RUN_BITS)? as u32 + 1;
+            continue;
+        }
+        let mut divider_ops = vec![0; format.dividers];
+        if kind != SAME {
+            let mask = reader.take(format.lanes)?;
+            for (lane, template) in current.iter_mut().enumerate() {
+                if mask >> lane & 1 == 1 {
+                    *template = compressed.table[reader.take(format.template_bits)? as usize];
+                }
+            }
+            for op in &mut divider_ops {
+                *op = reader.take(2)?;
+            }
+        }
+        for (lane, template) in current.iter().enumerate() {
+            let Some(code) = Code::of_field(u64::from(template.field), false) else { continue };
+            issues.push(reader.lane(&mut lanes[lane], code, *template, (cycle, lane as u8))?);
+        }
+        for (unit, &op) in divider_ops.iter().enumerate() {
+            let Some(code) = Code::of_field(op, true) else { continue };
+            let a = reader.take(format.address_bits)? as u32;
+            let b = if code == Code::Div { reader.take(format.address_bits)? as u32 } else { 0 };
+            let destination = reader.take(format.address_bits)? as u32;
+            issues.push(Issue { cycle, unit: unit as u8, code, operands: [a, b, 0], destination });
+        }
+        cycle += 1;
+        if kind == LAST {
+            debug_assert!(configuration.lanes == format.lanes);
+            return Ok(issues);
+        }
+    }
+}
+
+struct Reader<'a> {
+    compressed: &'a Compressed,
+    at: usize,
+    end: usize,
+}
+
+impl Reader<'_> {
+    fn take(&mut self, bits: usize) -> Result<u64, Error> {
+        if self.at + bits > self.end {
+            return Err(Error::Damaged {
+                word: self.at,
+                detail: "the stream ends within an item".to_owned(),
+            });
+        }
+        let fetch = self.compressed.format.fetch();
+        let bit = |k: usize| self.compressed.lines.get(k / fetch, k % fetch, 1);
+        let value = (0..bits).map(|k| bit(self.at + k) << k).sum();
+        self.at += bits;
+        Ok(value)
+    }
+
+    fn lane(
+        &mut self,
+        state: &mut LaneState,
+        code: Code,
+        template: Template,
+        (cycle, unit): (u32, u8),
+    ) -> Result<Issue, Error> {
+        let format = self.compressed.format;
+        let used = Template::full(code).modes;
+        for k in (0..4).filter(|&k| used[k] == Mode::Full) {
+            state.address[k] = match template.modes[k] {
+                Mode::Kept if k == 3 => state.address[2],
+                Mode::Kept => state.address[k],
+                Mode::Step => format.sum(state.address[k], state.step[k]),
+                Mode::Short => {
+                    state.step[k] = format.sign_extend(self.take(format.short_bits)?);
+                    format.sum(state.address[k], state.step[k])
+                }
+                Mode::Full => self.take(format.address_bits)? as u32,
+            };
+        }
+        let mut operands = [0; 3];
+        for (k, operand) in operands.iter_mut().enumerate() {
+            *operand = if code.reads()[k] { state.address[k] } else { 0 };
+        }
+        Ok(Issue { cycle, unit, code, operands, destination: state.address[3] })
+    }
+}

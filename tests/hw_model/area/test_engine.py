@@ -1,0 +1,104 @@
+"""The area formula against yosys' figures of the RTL."""
+
+from __future__ import annotations
+
+import json
+import runpy
+from pathlib import Path
+
+import pytest
+
+from hw_model.area.engine import (
+    SIGNIFICAND_BITS,
+    Shape,
+    bram18,
+    decoder_flip_flops,
+    decoder_luts,
+    engine_area,
+    line_bits,
+    multiplier_dsp,
+    or_luts,
+)
+from hw_model.area.synthesis import Synthesis, recorded, shape_of
+from hw_model.platform.platform import load_platform
+from hw_model.vocabulary import Datapath
+
+ROOT = Path(__file__).resolve().parents[3]
+AREA = load_platform("zu9eg").area
+ENGINES = [row for row in recorded() if row.module == "engine"]
+FF_ERROR = 0.05
+LUT_ERROR = 0.20
+
+
+def test_the_record_is_of_the_rtl_as_it_stands() -> None:
+    script = runpy.run_path(str(ROOT / "scripts" / "record_synthesis.py"))
+    record = json.loads((ROOT / "hw_model" / "area" / "synthesis.json").read_text())
+    assert record["rtl"] == script["rtl_digest"](), "the RTL has changed: run `make area`"
+
+
+def _named(row: Synthesis) -> str:
+    shape = shape_of(row)
+    return f"{shape.datapath}-{shape.lanes}x{shape.banks}-{shape.address_bits}"
+
+
+def test_engines_of_one_two_and_four_lanes_in_both_formats_are_on_record_and_most_are_held_out() -> None:
+    shapes = {(shape_of(row).datapath, shape_of(row).lanes): row.fitted for row in ENGINES}
+    assert set(shapes) == {(datapath, lanes) for datapath in ("f64", "f32") for lanes in (1, 2, 4)}
+    assert sum(not row.fitted for row in ENGINES) >= len(ENGINES) / 2
+    assert all(not row.fitted for row in ENGINES if shape_of(row).lanes == 4)
+
+
+@pytest.mark.parametrize("row", ENGINES, ids=_named)
+def test_the_formula_says_what_synthesis_found(row: Synthesis) -> None:
+    said = engine_area(shape_of(row), AREA, row.parameters["CODE_BITS"])
+    assert said["dsp"] == row.dsp
+    assert said["bram36"] == row.bram36
+    assert abs(said["ff"] / row.ff - 1) <= FF_ERROR
+    assert abs(said["lut"] / row.lut - 1) <= LUT_ERROR
+
+
+@pytest.mark.parametrize("datapath", SIGNIFICAND_BITS)
+def test_a_multiplier_takes_the_dsp_that_synthesis_found(datapath: Datapath) -> None:
+    bits = SIGNIFICAND_BITS[datapath]
+    (row,) = (row for row in recorded() if row.module == "fp_mul" and row.parameters["MAN"] == bits - 1)
+    assert multiplier_dsp(bits) == row.dsp
+
+
+def test_a_multiplier_is_tiled_by_24_by_17_bits() -> None:
+    assert [multiplier_dsp(bits) for bits in (53, 24, 17, 25, 18)] == [12, 2, 1, 4, 2]
+
+
+@pytest.mark.parametrize(
+    ("rows", "bits", "halves"),
+    [(512, 36, 1), (512, 64, 2), (513, 64, 4), (1024, 181, 11), (4096, 64, 16), (4096, 105, 24), (1, 1, 1)],
+)
+def test_a_memory_takes_the_cheapest_shape(rows: int, bits: int, halves: int) -> None:
+    assert bram18(rows, bits) == halves
+
+
+def test_an_or_of_gated_words_is_a_tree_of_lookup_tables_with_six_inputs() -> None:
+    assert [or_luts(words) for words in (1, 3, 4, 5, 8, 16)] == [1, 1, 2, 2, 3, 11]
+
+
+@pytest.mark.parametrize("banks", [8, 16, 32])
+def test_the_trees_are_about_as_large_as_those_of_a_replica(banks: int) -> None:
+    def luts(width: int) -> int:
+        wanted = {"UNITS": 2, "BANKS": banks, "WIDTH": width}
+        return next(row.lut for row in recorded() if row.module == "replica" and row.parameters == wanted)
+
+    assert (luts(32) - luts(16)) / (2 * 16) == pytest.approx(or_luts(banks), rel=0.3)
+
+
+@pytest.mark.parametrize("lanes", [2, 4])
+def test_a_decoder_takes_what_synthesis_found(lanes: int) -> None:
+    wanted = {"LANES": lanes, "CODE_BITS": 12, "FETCH": 128}
+    (row,) = (row for row in recorded() if row.module == "sequencer_compressed" and row.parameters == wanted)
+    four = Shape("f64", 4, 1, 16, 14)
+    assert line_bits(four) == 128
+    shape = Shape("f64", lanes, 1, 16, 14)
+    more = 128 - line_bits(shape)  # the decoder on record has lines of 128 bits with two lanes, too
+    luts = decoder_luts(shape, AREA) + more * AREA.lut_decoder_per_line_bit.value
+    flops = decoder_flip_flops(shape, AREA) + 4 * more + shape.microcode_bits + 12  # issue register, counter
+    assert abs(luts / row.lut - 1) <= LUT_ERROR
+    assert abs(flops / row.ff - 1) <= FF_ERROR
+    assert bram18(1 << 12, 128) == 2 * row.bram36

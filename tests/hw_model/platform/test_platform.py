@@ -1,0 +1,294 @@
+"""Platforms: those that ship, provenance of every number, and errors that say what is allowed."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from hw_model.errors import PlatformError
+from hw_model.platform import rtl_latency
+from hw_model.platform.parameter import Parameter
+from hw_model.platform.platform import Platform, load_platform, platform_names
+from tests.hw_model.tiny import platform_toml, tiny_platform
+
+
+def test_the_shipped_platforms() -> None:
+    assert platform_names() == ["fmql45t900", "xc7z020", "xc7z045", "zu7ev", "zu9eg"]
+
+
+@pytest.mark.parametrize("name", platform_names())
+def test_a_shipped_platform_loads_and_every_number_has_a_source(name: str) -> None:
+    platform = load_platform(name)
+    assert platform.name == name
+    rows = dict(platform.parameters())
+    assert len(rows) == len(list(platform.parameters())) == 79
+    for row in rows.values():
+        assert row.tag in ("sourced", "measured", "assumed")
+        assert row.source.strip()
+        assert (row.low is None) == (row.high is None)
+
+
+@pytest.mark.parametrize("name", platform_names())
+def test_no_platform_claims_a_measurement_but_that_of_the_rtls_area(name: str) -> None:
+    measured = {key: row for key, row in load_platform(name).parameters() if row.tag == "measured"}
+    assert {key.split("_")[0] for key in measured} == {"area.lut", "area.ff"}
+    assert all(row.source.startswith("yosys 0.23 on rtl/") for row in measured.values())
+
+
+def test_link_figures_of_another_part_are_assumed_there() -> None:
+    at_home, borrowed = load_platform("xc7z045").link, load_platform("zu9eg").link
+    assert at_home.dma_fixed_us.tag == "sourced"
+    assert borrowed.dma_fixed_us.tag == "assumed"
+    assert borrowed.dma_fixed_us.source == f"borrowed from zynq7000: {at_home.dma_fixed_us.source}"
+    assert borrowed.dma_fixed_us.value == at_home.dma_fixed_us.value == 1.96
+    assert borrowed.cache_clean_ns_per_line == at_home.cache_clean_ns_per_line  # assumed at home already
+
+
+def test_figures_of_the_devices() -> None:
+    zu9eg, fmql, zynq = load_platform("zu9eg"), load_platform("fmql45t900"), load_platform("xc7z020")
+    assert (zu9eg.ps.core, fmql.ps.core, zynq.ps.core) == ("Arm Cortex-A53", "Arm Cortex-A7", "Arm Cortex-A9")
+    assert (zu9eg.ps.div_f64_cycles.value, zu9eg.ps.sqrt_f64_cycles.value) == (33, 32)
+    assert [getattr(zynq.resources, name).value for name in ("lut", "ff", "dsp", "bram36")] == [
+        53_200, 106_400, 220, 140,
+    ]  # fmt: skip
+    units = zu9eg.pl.latencies
+    assert [getattr(units.f64, f"{unit}_cycles").value for unit in ("add", "mul", "div", "sqrt")] == [
+        6,
+        7,
+        32,
+        32,
+    ]
+    assert [getattr(units.f32, f"{unit}_cycles").value for unit in ("add", "mul", "div", "sqrt")] == [
+        6,
+        7,
+        17,
+        17,
+    ]
+    vendor = zu9eg.with_value("pl.latency_preset", "vendor_ip").pl.latencies
+    assert [getattr(vendor.f64, f"{unit}_cycles").value for unit in ("add", "mul", "div", "sqrt")] == [
+        15,
+        16,
+        57,
+        57,
+    ]
+    assert (vendor.f32.add_cycles.value, vendor.f32.mul_cycles.value) == (12, 9)
+
+
+def test_the_engines_latencies_are_read_from_the_file_that_the_rtl_includes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rtl = (Path(__file__).resolve().parents[3] / "rtl" / "latency.svh").read_text(encoding="utf-8")
+    assert (Path(rtl_latency.__file__).parent / "latency.svh").read_text(encoding="utf-8") == rtl
+    monkeypatch.setattr(rtl_latency, "__file__", str(tmp_path / "rtl_latency.py"))
+    slower = re.sub(r"F64_(DIV|MUL)_CYCLES = \d+", r"F64_\1_CYCLES = 99", rtl)
+    (tmp_path / "latency.svh").write_text(slower, encoding="utf-8")
+    read = rtl_latency.rtl_latencies()["f64"]
+    assert {name for name, entry in read.items() if entry["value"] == 99} == {
+        "mul_cycles", "div_cycles", "div_interval_cycles",
+    }  # fmt: skip
+    (tmp_path / "latency.svh").write_text(rtl.replace("F32_SQRT_CYCLES", "F32_ROOT_CYCLES"), encoding="utf-8")
+    with pytest.raises(PlatformError, match="`F32_SQRT_CYCLES` is missing"):
+        rtl_latency.rtl_latencies()
+
+
+def test_corners_move_every_band_and_nothing_else() -> None:
+    platform = load_platform("fmql45t900")
+    slow, fast = platform.corner("slow", "fast"), platform.corner("fast", "slow")
+    assert (slow.ps.clock_mhz.value, fast.ps.clock_mhz.value) == (800.0, 1000.0)
+    assert (slow.ps.flop_per_cycle.value, fast.ps.flop_per_cycle.value) == (0.12, 0.30)
+    assert (slow.runtime.interrupt_entry_us.value, fast.runtime.interrupt_entry_us.value) == (0.5, 1.0)
+    assert (slow.pl.overlap_exponent.value, fast.pl.overlap_exponent.value) == (4.0, 2.0)
+    for corner in (slow, fast, platform.corner("nominal", "nominal")):
+        for (_, row), (_, was) in zip(corner.parameters(), platform.parameters(), strict=True):
+            assert row.value == was.value or (was.low is not None and row.value in (was.low, was.high))
+    assert platform.corner("nominal", "nominal") == platform
+
+
+def test_a_value_can_be_set_for_one_run() -> None:
+    platform = load_platform("zu9eg")
+    changed = platform.with_value("pl.lanes", 8)
+    assert (platform.pl.lanes.value, changed.pl.lanes.value) == (4, 8)
+    assert (changed.pl.lanes.tag, changed.pl.lanes.source) == ("assumed", "set for this run (was 4)")
+    assert changed.with_value("ps.clock_mhz", 1200.0).ps.clock_mhz.low is None
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "says"),
+    [
+        ("pl.lane", 8, r"`pl\.lane` is not a parameter; allowed: ps\.cores, ps\.clock_mhz, "),
+        ("pl.latencies.f64.add_cycles", 8, r"is not a parameter"),
+        ("pl.lanes", 0, r"`pl\.lanes\.value` = 0: input should be greater than or equal to 1"),
+        ("pl.banks", 3, r"`pl\.banks\.value`: 3 is no power of two"),
+        ("pl.lanes", 4.5, r"`pl\.lanes\.value` = 4\.5: input should be a valid integer"),
+        ("pl.lanes", True, r"`pl\.lanes\.value` = True: input should be a valid integer"),
+        (
+            "pl.clock_mhz",
+            0.0,
+            r"`pl\.clock_mhz\.value` = 0\.0: input should be greater than or equal to 0\.001",
+        ),
+        (
+            "pl.clock_mhz",
+            1e-300,
+            r"`pl\.clock_mhz\.value` = 1e-300: input should be greater than or equal to",
+        ),
+        (
+            "link.register_write_ns",
+            1e18,
+            r"`link\.register_write_ns\.value` = 1e\+18: input should be less than",
+        ),
+        (
+            "link.frame_register_writes",
+            2**63,
+            r"`link\.frame_register_writes\.value` = 9\d+: input should be less",
+        ),
+        ("ps.flop_per_cycle", 1e-300, r"`ps\.flop_per_cycle\.value` = 1e-300: input should be greater than"),
+        (
+            "pl.clock_mhz",
+            1e6,
+            r"`pl\.clock_mhz\.value` = 1000000\.0: input should be less than or equal to 1000",
+        ),
+        (
+            "ps.clock_mhz",
+            -1.0,
+            r"`ps\.clock_mhz\.value` = -1\.0: input should be greater than or equal to 0\.001",
+        ),
+        ("ps.clock_mhz", float("nan"), r"`ps\.clock_mhz\.value` = nan: input should be"),
+        (
+            "link.register_write_ns",
+            -59.0,
+            r"`link\.register_write_ns\.value` = -59\.0: input should be greater than",
+        ),
+        (
+            "link.dma_fixed_us",
+            float("inf"),
+            r"`link\.dma_fixed_us\.value` = inf: input should be a finite number",
+        ),
+        (
+            "link.ddr_efficiency",
+            1.5,
+            r"`link\.ddr_efficiency\.value` = 1\.5: input should be less than or equal to 1",
+        ),
+        ("pl.microcode_format", "zip", r"`pl\.microcode_format\.value` = 'zip': .*flat\|compressed"),
+        (
+            "pl.latency_preset",
+            "fast",
+            r"`latency` preset 'fast' is not known; allowed: orbsoc_rtl, vendor_ip",
+        ),
+    ],
+)
+def test_an_impossible_value_is_refused_by_name(key: str, value: float | int | str, says: str) -> None:
+    with pytest.raises(
+        PlatformError, match=f"platform zu9eg: .*{says}" if "not a param" not in says else says
+    ):
+        load_platform("zu9eg").with_value(key, value)
+
+
+def entry(value: str, tag: str = "assumed", rest: str = "") -> str:
+    return f'{{ value = {value}, tag = "{tag}", source = "test"{rest} }}'
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"pl_lanes": entry("-2")}, r"`pl\.lanes\.value` = -2: input should be greater than or equal to 1"),
+        (
+            {"pl_clock_mhz": entry("-100.0")},
+            r"`pl\.clock_mhz\.value` = -100\.0: input should be greater than or equal to 0\.001",
+        ),
+        ({"ps_div_f64_cycles": entry("-1")}, r"`ps\.div_f64_cycles\.value` = -1"),
+        (
+            {"pl_lanes": entry("2", tag="guessed")},
+            r"`pl\.lanes\.tag` = 'guessed': .*'sourced', 'measured' or 'assumed'",
+        ),
+        ({"pl_lanes": '{ value = 2, tag = "assumed" }'}, r"`pl\.lanes\.source` is missing"),
+        ({"pl_lanes": '{ value = 2, tag = "assumed", source = "" }'}, r"`pl\.lanes\.source` = ''"),
+        (
+            {"pl_lanes": entry("2", rest=", unit = 1")},
+            r"`pl\.lanes\.unit` = 1 is not a known key; allowed here: value, ",
+        ),
+        ({"pl_lanes": "2"}, r"`pl\.lanes` = 2"),
+        (
+            {"pl_lanes": entry("2", rest=", low = 1")},
+            r"`pl\.lanes`: low = 1, value = 2, high = None: a band needs both",
+        ),
+        (
+            {"pl_lanes": entry("2", rest=", low = 3, high = 4")},
+            r"`pl\.lanes`: low = 3, value = 2, high = 4: .*low ≤ value ≤ high",
+        ),
+        ({"link_ddr_efficiency": entry("0.0")}, r"`link\.ddr_efficiency\.value` = 0\.0"),
+    ],
+)
+def test_a_bad_entry_of_a_file_is_refused_by_name(tmp_path: Path, change: dict[str, str], says: str) -> None:
+    with pytest.raises(PlatformError, match=rf"platform paper_computer\.toml: {says}"):
+        tiny_platform(tmp_path, **change)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("[pl]", "[pl]\nturbo = 1", r"`pl\.turbo` = 1 is not a known key; allowed here: clock_mhz, lanes, "),
+        (
+            "[resources]",
+            "[gpu]\n[resources]",
+            r"`gpu` = \{\} is not a known key; allowed here: name, description, ps",
+        ),
+        ('core = "paper core"', "", r"`ps\.core` is missing; required here: core, cores, "),
+        (
+            'core = "paper core"',
+            'core = "c"\npreset = "z80"',
+            r"`ps` preset 'z80' is not known; allowed: cortex_a53, ",
+        ),
+        ('core = "paper core"', 'core = "c"\nborrowed = true', r"`ps\.borrowed` = True needs `ps\.preset`"),
+        ('latency_preset = "orbsoc_rtl"', 'latency_preset = "x"', r"`latency` preset 'x' is not known"),
+        ('latency_preset = "orbsoc_rtl"', "", r"`pl\.latency_preset` is missing"),
+        (
+            "[pl]",
+            "[pl]\n[pl.latencies]\n[pl.rest]",
+            r"`pl\.latencies` cannot be given; name a `pl\.latency_preset`",
+        ),
+        ("[ps]", "[ps", r"not a TOML file"),
+        (
+            '[ps]\ncore = "paper core"',
+            '[ps]\npreset = "cortex_a53"\nborrowed = 1',
+            r"`ps\.borrowed` = 1: allowed are",
+        ),
+    ],
+)
+def test_a_bad_file_is_refused_by_name(tmp_path: Path, old: str, new: str, says: str) -> None:
+    text = platform_toml()
+    assert old in text
+    path = tmp_path / "bad.toml"
+    if "[pl.latencies]" in new:
+        new = 'latency_preset = "orbsoc_rtl"\nlatencies = 3'
+        old = 'latency_preset = "orbsoc_rtl"'
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(PlatformError, match=rf"platform bad\.toml: .*{says}"):
+        load_platform(path)
+
+
+def test_an_unknown_name_lists_the_known_ones() -> None:
+    known = "fmql45t900, xc7z020, xc7z045, zu7ev, zu9eg"
+    with pytest.raises(PlatformError, match=f"platform 'zu9' is not known; known: {known}, or the path"):
+        load_platform("zu9")
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(PlatformError, match=r"platform none\.toml: cannot be read"):
+        load_platform(tmp_path / "none.toml")
+
+
+def test_a_file_may_override_a_preset(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    text = platform_toml().replace('core = "paper core"', 'preset = "cortex_a7"')
+    path.write_text(text, encoding="utf-8")
+    platform = load_platform(str(path))
+    assert platform.ps.core == "Arm Cortex-A7"
+    assert platform.ps.flop_per_cycle == Parameter[float](value=0.5, tag="assumed", source="round")
+
+
+def test_a_platform_cannot_be_changed_in_place(tmp_path: Path) -> None:
+    platform: Platform = tiny_platform(tmp_path)
+    with pytest.raises(ValueError, match="frozen"):
+        platform.pl.lanes.value = 3
