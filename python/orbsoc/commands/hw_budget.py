@@ -72,7 +72,7 @@ def budget(
             _microcode(found, machine),
             verdict,
         ]
-        options.say(lines, document, folder, as_json=as_json)
+        options.print_report(lines, document, folder, as_json=as_json)
         raise typer.Exit(0 if found.fits else FAILED)
 
 

@@ -71,4 +71,4 @@ def calibrate(
             verdict,
             f"use it with --device {folder / name}",
         ]
-        options.say(lines, document, folder, as_json=as_json)
+        options.print_report(lines, document, folder, as_json=as_json)

@@ -58,7 +58,7 @@ def partition(
             },
         )
         _draw(record, cycles, computers, points, front, folder)
-        options.say(_words(record, points, front, found), document, folder, as_json=as_json)
+        options.print_report(_words(record, points, front, found), document, folder, as_json=as_json)
 
 
 _AXES = {"pl.lanes": "--lanes", "pl.clock_mhz": "--clocks"}

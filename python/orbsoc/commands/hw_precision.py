@@ -82,7 +82,7 @@ def precision(
                 "precision.csv": options.as_csv_text(rows),
             },
         )
-        options.say(_words(rows, tol), document, folder, as_json=as_json)
+        options.print_report(_words(rows, tol), document, folder, as_json=as_json)
 
 
 def _row(

@@ -84,7 +84,7 @@ def run(
             for program, stream in zip(programs, streams, strict=True)
             for line in (*_table(program, machine), _of_stream(stream))
         ]
-        options.say(words, document, folder, as_json=as_json)
+        options.print_report(words, document, folder, as_json=as_json)
 
 
 def _engine(machine: Platform, fp: int) -> Engine:

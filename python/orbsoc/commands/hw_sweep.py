@@ -77,7 +77,7 @@ def sweep(
                 for point in front
             ),
         ]
-        options.say(lines, document, folder, as_json=as_json)
+        options.print_report(lines, document, folder, as_json=as_json)
 
 
 def _workload(chosen: Sweep, given: Path | None, file: Path) -> Path:

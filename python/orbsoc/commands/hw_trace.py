@@ -55,7 +55,7 @@ def trace(
         ]
         if split.uses_pl:
             words.append(_of_units(timeline) if units else NO_UNITS)
-        options.say(words, document["otherData"] | {"folder": str(folder)}, folder, as_json=as_json)
+        options.print_report(words, document["otherData"] | {"folder": str(folder)}, folder, as_json=as_json)
 
 
 NO_UNITS = (
