@@ -1,6 +1,6 @@
 //! The command line.
 
-use crate::Failure;
+use crate::failure::Failure;
 use std::path::PathBuf;
 
 pub const HELP: &str = "\

@@ -10,6 +10,7 @@
 
 mod arguments;
 mod compare;
+mod failure;
 mod measure;
 mod problem_file;
 mod results;
@@ -18,11 +19,9 @@ mod spread;
 mod stages;
 
 use arguments::{Command, HELP};
+use failure::Failure;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-
-/// An error message for the terminal.
-type Failure = String;
 
 fn main() -> ExitCode {
     match run() {
