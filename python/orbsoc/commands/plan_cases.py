@@ -87,11 +87,11 @@ def plan_cases(
             },
         )
         _draw(report, folder / "deadline.png")
-        options.say(_words(report), document, folder, as_json=as_json)
+        options.print_report(_lines(report), document, folder, as_json=as_json)
         raise typer.Exit(0 if report.verdict != "FAIL" and report.fits else FAILED)
 
 
-def _words(report: DeadlineReport) -> list[str]:
+def _lines(report: DeadlineReport) -> list[str]:
     document = report.to_dict()
     times, worst = document["time_ms"], document["worst_ms"]
     lines = [
