@@ -167,7 +167,7 @@ def echoed(platform: Platform, reading: ParameterUse) -> list[dict[str, Any]]:
 
 
 def print_report(lines: Sequence[str], document: Mapping[str, Any], folder: Path, *, as_json: bool) -> None:
-    """The answer in lines, the folder last; with `as_json` the document on standard output, the lines on standard error."""
+    """Print the lines, last the folder; with `as_json` the document on standard output, the lines on standard error."""
     if as_json:
         typer.echo(json.dumps(document, allow_nan=False))
     for line in (*lines, f"written to {folder}"):

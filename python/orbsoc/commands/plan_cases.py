@@ -57,8 +57,8 @@ def plan_cases(
         if exact and split.uses_pl:
             engine_of(platform, "f64")  # refuse now what has no schedules
         try:
-            with Progress(count) as told:
-                cases = record_cases(scenario, count, seed, folder / "cases", resume=resume, progress=told)
+            with Progress(count) as watch:
+                cases = record_cases(scenario, count, seed, folder / "cases", resume=resume, progress=watch)
         except KeyboardInterrupt:
             exit_with(
                 INTERRUPTED,

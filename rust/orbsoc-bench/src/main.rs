@@ -17,7 +17,7 @@ mod schedules;
 mod spread;
 mod stages;
 
-use arguments::{Arguments, Command, HELP};
+use arguments::{Command, HELP};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -35,7 +35,7 @@ fn main() -> ExitCode {
 }
 
 fn run() -> Result<(), Failure> {
-    match Arguments::parse(std::env::args().skip(1))?.command {
+    match Command::parse(std::env::args().skip(1))? {
         Command::Help => print!("{HELP}"),
         Command::Compare { before, after } => {
             print!("{}", compare::report(&results::read(&before)?, &results::read(&after)?)?);
