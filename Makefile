@@ -101,8 +101,7 @@ $(BENCHING): requirements/bench.txt $(RUNTIME)
 
 $(EXTENSION): Cargo.toml Cargo.lock $(shell find rust -path '*/src/*' -o -name Cargo.toml) $(wildcard rtl/*.svh) | $(READY)
 	cargo build --profile $(PROFILE) --locked -p orbsoc-py --features extension-module
-	cp target/$(PROFILE)/lib_core.so $@.new
-	mv $@.new $@
+	install target/$(PROFILE)/lib_core.so $@
 
 # Changes only when a source appears or disappears: no file's date tells of a deletion.
 $(FILE_LIST): FORCE | $(READY)
