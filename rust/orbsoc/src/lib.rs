@@ -21,77 +21,36 @@
 //! | the evidence for a status | `certificate` |
 //! | the operation streams of a pattern | [`record_tapes`] |
 
-mod accuracy;
 mod batch;
-mod beside;
-mod certificate;
-mod cones;
-mod control;
-#[cfg(test)]
-mod control_tests;
-mod convexity;
-mod crew;
-mod csc;
-#[cfg(test)]
-mod dataflow_tests;
-mod datapath;
-mod desk;
-mod doubt;
-mod elimination;
-mod engine;
 mod error;
-mod execute;
-#[cfg(test)]
-mod factor_tests;
-mod indices;
 mod kernels;
 mod kkt;
-mod mixed;
-#[cfg(test)]
-mod newton_tests;
-#[cfg(test)]
-mod oracle;
-mod order;
+mod method;
+mod outcome;
 mod problem;
-mod ps;
 pub mod real;
-mod rows;
-mod seats;
-mod settings;
-mod solution;
-pub mod stage;
-#[cfg(test)]
-mod stage_tests;
-mod stretch;
-mod structure;
-mod sums;
-mod supernode;
 mod symbolic;
-mod tape;
 #[cfg(test)]
-mod tape_tests;
-mod trace;
-mod upper;
-mod warm_start;
-mod workspace;
+mod tests;
 
-pub use batch::{solve_batch, solve_batch_from, BatchSolver};
-pub use cones::Cones;
-pub use convexity::check_convex;
-pub use csc::Csc;
-pub use desk::BatchProgress;
-pub use engine::{operation_counts, Engine, Progress};
+pub use batch::queue::BatchProgress;
+pub use batch::solver::{solve_batch, solve_batch_from, BatchSolver};
 pub use error::Error;
-pub use mixed::{MixedEngine, Narrow};
+pub use method::engine::{operation_counts, Engine, Progress};
+pub use method::events::Event;
+pub use method::mixed::{MixedEngine, Narrow};
+pub use method::stage;
+pub use method::stage::{Module, Outcome, Stage, Step, Stop, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
+pub use method::tape::{record_tapes, word_of, Recording, Store, Tape};
+pub use method::warm_start::Start;
+pub use method::workspace::Buffer;
+pub use outcome::solution::{Certificate, Solution, Status, WarmStart};
+pub use problem::cones::Cones;
+pub use problem::convexity::check_convex;
+pub use problem::csc::Csc;
+pub use problem::settings::Settings;
 pub use problem::Problem;
 pub use real::{Decide, Real};
-pub use settings::Settings;
-pub use solution::{Certificate, Solution, Status, WarmStart};
-pub use stage::{Module, Outcome, Stage, Step, Stop, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
-pub use tape::{record_tapes, word_of, Recording, Store, Tape};
-pub use trace::Event;
-pub use warm_start::Start;
-pub use workspace::Buffer;
 
 /// Solve a problem in double precision.
 ///

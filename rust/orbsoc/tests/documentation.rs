@@ -3,7 +3,8 @@
 use orbsoc::{Buffer, Stage};
 
 const ALGORITHM: &str = include_str!("../../../docs/algorithm.md");
-const CONTROL: &str = concat!(include_str!("../src/control.rs"), include_str!("../src/accuracy.rs"));
+const CONTROL: &str =
+    concat!(include_str!("../src/method/control.rs"), include_str!("../src/method/refinement.rs"));
 
 /// A stage's row: what it reads, updates, writes, and makes stale or leaves (unfinished).
 fn row(stage: Stage) -> String {

@@ -4,7 +4,7 @@
 //! W⁻¹s = Wz = λ, and res(v) = (v₀ − ‖v₁‖)(v₀ + ‖v₁‖), factored to avoid cancellation.
 
 use super::reduce::{dot, norm2};
-use crate::cones::ConeLayout;
+use crate::problem::cones::ConeLayout;
 use crate::real::Real;
 
 /// Words kept per second-order cone, and which is which.
@@ -205,7 +205,9 @@ pub fn shift_into_cone<T: Real>(cones: &ConeLayout, v: &mut [T]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::oracle::{self, jordan, layout, margin, norm, pairs, scaling, seeded, Pair, Scaling};
+    use crate::tests::reference::{
+        self, jordan, layout, margin, norm, pairs, scaling, seeded, Pair, Scaling,
+    };
     use core::ops::Range;
     use proptest::collection::vec;
     use proptest::prelude::*;
@@ -221,7 +223,7 @@ mod tests {
         let mut out: Vec<f64> = x.iter().zip(&at.w).map(|(x, w)| x / w).collect();
         for (soc, scalars) in cones.soc.iter().zip(at.cone.chunks(SCALARS)) {
             let (w, x, out) = (&at.w[soc.rows()], &x[soc.rows()], &mut out[soc.rows()]);
-            let zeta = oracle::dot(&w[1..], &x[1..]);
+            let zeta = reference::dot(&w[1..], &x[1..]);
             out[0] = (w[0] * x[0] - zeta) / scalars[ETA];
             for i in 1..x.len() {
                 out[i] = (x[i] + (zeta / (1.0 + w[0]) - x[0]) * w[i]) / scalars[ETA];

@@ -4,12 +4,12 @@
 //! `l_ij ← k_ij − Σ_k l_ik·y_jk` in ascending k, whatever the supernodes are; then `d_j` is
 //! regularised and the column divided by it.
 
-use super::given::{self, Given};
-use super::outer::{subtract, subtract_leaves, subtract_listed, Columns, Landing, Within};
-use super::ragged::{self, Ragged};
+use super::supernodal::condensed::{self, Given};
+use super::supernodal::simplicial::{self, Ragged};
+use super::supernodal::update::{subtract, subtract_leaves, subtract_listed, Columns, Landing, Within};
 use crate::real::{apart, Real};
-use crate::supernode::Kind;
-use crate::symbolic::{Supernode, Symbolic};
+use crate::symbolic::factor_layout::{Supernode, Symbolic};
+use crate::symbolic::supernodes::Kind;
 
 /// Regularisation of the pivots, whose signs are known from the pattern.
 #[derive(Clone, Copy)]
@@ -47,8 +47,8 @@ pub fn factorize<T: Real>(
         let (positive, pivot_inverse) = (&positive[own.clone()], &mut pivot_inverse[own]);
         if node.kind == Kind::Given {
             let given = Given::of(symbolic, node, values);
-            given::factor(given, positive, regularization, pivot_inverse);
-            given::contribute(
+            condensed::factor(given, positive, regularization, pivot_inverse);
+            condensed::contribute(
                 given,
                 pivot_inverse,
                 symbolic.positions_of(node),
@@ -58,7 +58,7 @@ pub fn factorize<T: Real>(
             continue;
         }
         if node.kind == Kind::Ragged {
-            apart::<T>(ragged::Factor {
+            apart::<T>(simplicial::Factor {
                 ragged: Ragged::of(symbolic, node),
                 positions: symbolic.positions_of(node),
                 positive,

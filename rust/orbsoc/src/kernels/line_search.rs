@@ -2,7 +2,7 @@
 
 use super::cone_ops::{GAMMA, INV_ONE_PLUS_GAMMA, LAMBDA_ROOT_INV, SCALARS};
 use super::reduce::{dot, max_negative_product, norm2};
-use crate::cones::ConeLayout;
+use crate::problem::cones::ConeLayout;
 use crate::real::Real;
 
 /// Reciprocal of the largest α with λ + αδ ∈ K, zero when every step stays inside.
@@ -41,8 +41,8 @@ pub fn inverse_step<T: Real>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cones::Soc;
-    use crate::oracle::{
+    use crate::problem::cones::Soc;
+    use crate::tests::reference::{
         dot as plain_dot, inside, layout, norm, pairs, scaling, seeded, Numbers, Pair, Scaling,
     };
     use core::ops::Range;

@@ -1,16 +1,16 @@
 //! PL module *linear solve*: permuted substitution through L, D, Lᵀ and the refinement residual, for `R`
 //! right-hand sides side by side.
 
-use super::given::{self, Given};
-use super::panel::{self, Panel};
-use super::ragged::{self, Ragged};
 use super::reduce::{dot_of, finite_witness_of, max_abs_of};
-use crate::kkt::Kkt;
+use super::supernodal::condensed::{self, Given};
+use super::supernodal::panel::{self, Panel};
+use super::supernodal::simplicial::{self, Ragged};
+use crate::kkt::assembly::Kkt;
 use crate::real::{apart, Real};
-use crate::rows::Rows;
-use crate::stretch::Alike;
-use crate::supernode::Kind;
-use crate::symbolic::{Supernode, Symbolic};
+use crate::symbolic::column_blocks::Alike;
+use crate::symbolic::factor_layout::{Supernode, Symbolic};
+use crate::symbolic::full_rows::Rows;
+use crate::symbolic::supernodes::Kind;
 
 /// `x ← (LDLᵀ)⁻¹ x`, everything in permuted order; `values` are the matrix's. Divided by D all at once, or late, each panel's words when
 /// they are near anyway; it is the same division.
@@ -27,14 +27,14 @@ pub fn substitute<T: Real, const R: usize>(
     for node in &symbolic.supernodes {
         if node.kind == Kind::Ragged {
             let (ragged, l) = (Ragged::of(symbolic, node), &l[node.panel..]);
-            apart::<T>(ragged::Forward { ragged, l, x: &mut x[node.first..] });
+            apart::<T>(simplicial::Forward { ragged, l, x: &mut x[node.first..] });
             continue;
         }
         let (known, later) = x.split_at_mut(node.first + node.width);
         let known = &mut known[node.first..];
         if node.kind == Kind::Given {
             let (given, inverse) = (Given::of(symbolic, node, values), &pivot_inverse[node.first..]);
-            given::forward(given, inverse, known, symbolic.ahead(node), scratch, later);
+            condensed::forward(given, inverse, known, symbolic.ahead(node), scratch, later);
         } else {
             panel::forward(panel_of(symbolic, node, l), known, later);
         }
@@ -49,14 +49,14 @@ pub fn substitute<T: Real, const R: usize>(
         }
         if node.kind == Kind::Ragged {
             let (ragged, l) = (Ragged::of(symbolic, node), &l[node.panel..][..node.words()]);
-            apart::<T>(ragged::Backward { ragged, l, x: &mut x[node.first..] });
+            apart::<T>(simplicial::Backward { ragged, l, x: &mut x[node.first..] });
             continue;
         }
         let (unknown, later) = x.split_at_mut(own.end);
         let unknown = &mut unknown[own.start..];
         if node.kind == Kind::Given {
             let (given, inverse) = (Given::of(symbolic, node, values), &pivot_inverse[node.first..]);
-            given::backward(given, inverse, symbolic.ahead(node), later, scratch, unknown);
+            condensed::backward(given, inverse, symbolic.ahead(node), later, scratch, unknown);
         } else {
             panel::backward(panel_of(symbolic, node, l), later, scratch, unknown);
         }

@@ -5,9 +5,9 @@
 //! unless small costs beside large ones would vanish.
 
 use super::reduce::{max_abs, min_abs_above};
+use crate::kkt::structure::{Pattern, Structure};
 use crate::real::Real;
-use crate::stretch::Alike;
-use crate::structure::{Pattern, Structure};
+use crate::symbolic::column_blocks::Alike;
 use core::ops::Range;
 
 /// The user's data, or their scaled copy: P (upper), A, G as values; q = (c, b, h).
@@ -212,8 +212,8 @@ pub fn undo<T: Real>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::oracle::{seeded, Numbers};
-    use crate::supernode::Panels;
+    use crate::symbolic::supernodes::Panels;
+    use crate::tests::reference::{seeded, Numbers};
     use crate::{Cones, Csc, Problem};
     use proptest::prelude::*;
 

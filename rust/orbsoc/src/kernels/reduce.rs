@@ -300,7 +300,7 @@ fn add_zeros<T: Real, const R: usize>(mut sum: [T; R], words: [T; R]) -> [T; R] 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::oracle::Numbers;
+    use crate::tests::reference::Numbers;
 
     const SIZES: core::ops::RangeInclusive<usize> = 0..=64;
 
@@ -366,7 +366,7 @@ mod tests {
                 assert_eq!(dot(&a[offset..], &b[offset..]).to_bits(), expected);
             }
             let reversed: Vec<f64> = b.iter().rev().copied().collect();
-            let index: Vec<u32> = (0..len).rev().map(crate::indices::index).collect();
+            let index: Vec<u32> = (0..len).rev().map(crate::symbolic::indices::index).collect();
             assert_eq!(dot_indexed(&a, &index, &reversed).to_bits(), expected);
             assert_eq!(pulp::Arch::new().dispatch(|| dot(&a, &b)).to_bits(), expected);
             assert_eq!(norm2(&a).to_bits(), dot(&a, &a).sqrt().to_bits());

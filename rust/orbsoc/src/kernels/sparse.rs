@@ -2,9 +2,9 @@
 //! is added to any one word, and in which order, is as column by column.
 
 use super::reduce::{dot, dot_indexed};
+use crate::kkt::structure::Pattern;
 use crate::real::Real;
-use crate::stretch::Alike;
-use crate::structure::Pattern;
+use crate::symbolic::column_blocks::Alike;
 
 /// `out = P x`, P symmetric and given by its upper triangle.
 #[inline(always)]
@@ -113,7 +113,7 @@ fn of_any<T: Real>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::oracle::Numbers;
+    use crate::tests::reference::Numbers;
     use crate::Csc;
 
     /// Columns of every shape, side by side.

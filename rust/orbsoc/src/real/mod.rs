@@ -6,15 +6,15 @@
 //! operation below rounds once, `c ± a·b` rounds twice, and nothing here is ever fused.
 
 mod counted;
+mod ieee;
 mod lanes;
-pub mod products;
-mod reduced;
-mod single;
+mod narrow;
 mod taped;
+pub mod tiles;
 
 pub use counted::{count, Counted, Latency, OperationCounts, Tally};
 pub use lanes::{EightLanes, Lanes};
-pub use reduced::Reduced;
+pub use narrow::Reduced;
 pub(crate) use taped::{record, Taped};
 pub use taped::{Opcode, Operation, Value};
 
@@ -75,25 +75,25 @@ pub trait Real:
         self - a * b
     }
 
-    /// As [`products::subtract`], bit for bit; a datapath may have a quicker way.
+    /// As [`tiles::subtract`], bit for bit; a datapath may have a quicker way.
     #[inline(always)]
     fn subtract_products<const M: usize, const N: usize, const LOWER: bool>(
         words: &mut [[Self; M]; N],
-        factors: products::Factors<Self>,
+        factors: tiles::Factors<Self>,
     ) {
-        products::subtract::<Self, M, N, LOWER>(words, factors);
+        tiles::subtract::<Self, M, N, LOWER>(words, factors);
     }
 
-    /// As [`products::accumulate`], bit for bit; a datapath may have a quicker way.
+    /// As [`tiles::accumulate`], bit for bit; a datapath may have a quicker way.
     #[inline(always)]
     fn accumulate<const R: usize>(sums: &mut [[Self; R]; 8], a: &[[Self; 8]], x: &[[[Self; R]; 8]]) {
-        products::accumulate(sums, a, x);
+        tiles::accumulate(sums, a, x);
     }
 
-    /// As [`products::subtract_multiple`], bit for bit; a datapath may have a quicker way.
+    /// As [`tiles::subtract_multiple`], bit for bit; a datapath may have a quicker way.
     #[inline(always)]
     fn subtract_multiple<const R: usize>(words: &mut [[Self; R]], by: &[Self], x: [Self; R]) {
-        products::subtract_multiple(words, by, x);
+        tiles::subtract_multiple(words, by, x);
     }
 
     /// `select(self < other, other, self)`; a NaN in `other` is dropped.

@@ -1,0 +1,233 @@
+//! Problems of one pattern in the lanes of one datapath, all at the same stage.
+
+use crate::batch::worker::Watch;
+use crate::error::Error;
+use crate::kkt::structure::Structure;
+use crate::method::control::{keep_best, Control};
+use crate::method::datapath::Datapath;
+use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION};
+use crate::method::warm_start::Start;
+use crate::method::workspace::Buffer;
+use crate::outcome::solution::{Solution, WarmStart};
+use crate::outcome::verification::Walked;
+use crate::problem::settings::Settings;
+use crate::problem::Problem;
+use crate::real::Decide;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// A problem in a lane.
+pub(crate) struct Seat {
+    pub index: usize,
+    pub problem: Problem,
+    pub control: Control,
+    /// The outcome of an earlier walk that stalled.
+    pub earlier: Option<Solution>,
+}
+
+impl Seat {
+    pub fn new(index: usize, problem: Problem, settings: &Settings) -> Self {
+        Self { index, problem, control: Control::new(settings), earlier: None }
+    }
+
+    fn busy(&self) -> bool {
+        self.control.stop.is_none()
+    }
+}
+
+/// A seat for each lane. Between calls the statistics have just been decided on: a problem is moved or ends nowhere
+/// else in an iteration.
+pub(crate) struct Seats<T> {
+    path: Datapath<T>,
+    lanes: Vec<Option<Seat>>,
+    /// Buffers that a problem takes along when it moves.
+    carried: Vec<Buffer>,
+}
+
+/// Where decisions keep certificates.
+const CERTIFICATES: [Buffer; 2] = [Buffer::Farkas, Buffer::Ray];
+
+impl<T: Decide> Seats<T> {
+    pub fn new(structure: &Arc<Structure>, settings: &Settings) -> Result<Self, Error> {
+        Ok(Self {
+            path: Datapath::new(structure.clone(), settings)?,
+            lanes: (0..T::LANES).map(|_| None).collect(),
+            carried: carried_from_statistics(),
+        })
+    }
+
+    /// Empty seats for the same pattern.
+    pub fn another(&self) -> Result<Self, Error> {
+        Self::new(&self.path.structure, &self.path.settings)
+    }
+
+    pub fn settings(&self) -> &Settings {
+        &self.path.settings
+    }
+
+    /// Problems whose walk goes on.
+    pub fn busy(&self) -> usize {
+        self.lanes.iter().flatten().filter(|seat| seat.busy()).count()
+    }
+
+    /// Send everybody away.
+    pub fn clear(&mut self) {
+        self.lanes.fill_with(|| None);
+    }
+
+    /// Fill the seats anew, and load the problems' numbers.
+    pub fn seat(&mut self, arriving: Vec<Seat>) {
+        let mut arriving = arriving.into_iter();
+        self.lanes.fill_with(|| arriving.next());
+        let problems: Vec<_> =
+            self.lanes.iter().map(|seat| seat.as_ref().map(|seat| &seat.problem)).collect();
+        self.path.load(&problems);
+        for (lane, seat) in self.lanes.iter().enumerate() {
+            if let Some(Seat { control, .. }) = seat {
+                self.path.take_care(lane, control.care);
+            }
+        }
+    }
+
+    /// Load the points to start from. Those who have none that is of use leave, for a cold start.
+    pub fn load_starts<'a>(&mut self, start: impl Fn(usize) -> Start<'a>) -> Result<Vec<Seat>, Error> {
+        let mut without = Vec::new();
+        for (lane, taken) in self.lanes.iter_mut().enumerate() {
+            let Some(Seat { index, problem, control, .. }) = taken else { continue };
+            let start = start(*index);
+            start.fit(problem)?;
+            control.warm_start = WarmStart::Used;
+            if !self.path.load_start(lane, &start) {
+                *control = control.fallen_back();
+                control.lay_aside(Instant::now());
+                without.extend(taken.take());
+            }
+        }
+        Ok(without)
+    }
+
+    /// Walk a start-up list, and look at where it led.
+    pub fn begin(&mut self, startup: &[Step]) {
+        let Some((statistics, _)) = ITERATION.split_first() else { return };
+        self.follow(startup);
+        self.perform(*statistics);
+    }
+
+    /// One iteration, from one statistics to the next.
+    fn iterate(&mut self) {
+        let Some((statistics, rest)) = ITERATION.split_first() else { return };
+        self.follow(rest);
+        self.perform(*statistics);
+    }
+
+    /// Iterate until no more than `few` walks go on, which are then laid aside. All end soon after `watch` says so.
+    pub fn iterate_until(&mut self, few: usize, watch: &mut Watch<'_>) {
+        let now = Instant::now();
+        for seat in self.lanes.iter_mut().flatten() {
+            seat.control.take_up(now);
+        }
+        while self.busy() > few {
+            self.iterate();
+            if watch().is_break() {
+                self.lanes.iter_mut().flatten().for_each(|seat| seat.control.interrupted = true);
+            }
+        }
+        let now = Instant::now();
+        for seat in self.lanes.iter_mut().flatten() {
+            seat.control.lay_aside(now);
+        }
+    }
+
+    fn follow(&mut self, steps: &[Step]) {
+        for &step in steps {
+            self.perform(step);
+        }
+    }
+
+    /// Perform one step in all lanes; a repeated stage runs as long as any lane asks for it.
+    fn perform(&mut self, step: Step) {
+        match step {
+            Step::Run(stage) => {
+                self.run(stage);
+            }
+            Step::Repeat { stage, until } => {
+                while self.run(until) {
+                    self.run(stage);
+                }
+            }
+        }
+    }
+
+    /// Run one stage in all lanes; whether a lane asks to repeat.
+    fn run(&mut self, stage: Stage) -> bool {
+        let Self { path, lanes, .. } = self;
+        let busy = lanes.iter().flatten().filter(|seat| seat.busy());
+        let seen = busy.map(|seat| &seat.control).any(|control| control.looks(stage));
+        path.execute_as_far_as(stage, seen);
+        let mut again = false;
+        for (lane, seat) in lanes.iter_mut().enumerate() {
+            let Some(Seat { control, .. }) = seat else { continue };
+            if control.stop.is_some() {
+                control.rest();
+            } else {
+                again |= control.decide(lane, stage, &path.settings, &mut path.work) == Outcome::Repeat;
+            }
+        }
+        if stage == Stage::Statistics {
+            keep_best(lanes.iter().map(|seat| seat.as_ref().map(|seat| &seat.control)), &mut path.work);
+        }
+        again
+    }
+
+    /// Move those whose walk goes on to free seats of `other`, as far as there are any.
+    pub fn move_into(&mut self, other: &mut Self) {
+        let free = other.lanes.iter().enumerate().filter(|(_, seat)| seat.is_none());
+        let busy = self.lanes.iter().enumerate().filter(|(_, seat)| seat.as_ref().is_some_and(Seat::busy));
+        let moves: Vec<(usize, usize)> = busy.zip(free).map(|((from, _), (to, _))| (from, to)).collect();
+        other.path.copy_lanes(&moves, &self.path, &self.carried);
+        for (from, to) in moves {
+            let Some(seat) = self.lanes[from].take() else { continue };
+            if seat.control.has_certificate() {
+                other.path.copy_lanes(&[(from, to)], &self.path, &CERTIFICATES);
+            }
+            other.lanes[to] = Some(seat);
+        }
+    }
+
+    /// Those that have ended leave, with their solutions.
+    pub fn dismiss(&mut self) -> Vec<(Seat, Solution)> {
+        if self.lanes.iter().flatten().all(Seat::busy) {
+            return Vec::new();
+        }
+        self.follow(CLOSING);
+        let path = &self.path;
+        let ended = self.lanes.iter_mut().enumerate().filter_map(|(lane, seat)| {
+            let seat = seat.take_if(|seat| !seat.busy())?;
+            let walked = Walked::new(path, lane, &seat.problem, &seat.control).conclude();
+            let solution = walked.after(seat.earlier.as_ref(), path.settings.tol_inaccurate);
+            Some((seat, solution))
+        });
+        ended.collect()
+    }
+}
+
+/// Buffers that the rest of an iteration, the next statistics or the closing read before they write them, and the best
+/// iterate. Certificates come along where a decision has kept one.
+fn carried_from_statistics() -> Vec<Buffer> {
+    let mut written: Vec<Buffer> = Vec::new();
+    let mut carried = vec![Buffer::Best];
+    let steps = ITERATION.iter().cycle().skip(1).take(ITERATION.len()).chain(CLOSING);
+    let stages = steps.flat_map(|step| match *step {
+        Step::Run(stage) => [Some(stage), None],
+        Step::Repeat { stage, until } => [Some(until), Some(stage)],
+    });
+    for stage in stages.flatten() {
+        for &buffer in stage.reads() {
+            if !written.contains(&buffer) && !carried.contains(&buffer) && !CERTIFICATES.contains(&buffer) {
+                carried.push(buffer);
+            }
+        }
+        written.extend(stage.writes());
+    }
+    carried
+}

@@ -1,0 +1,168 @@
+//! One thread's lanes for a batch: eight problems begin together, stragglers go on beside the next eight.
+
+use crate::batch::slots::{Seat, Seats};
+use crate::error::Error;
+use crate::kkt::structure::Structure;
+use crate::method::control::Care;
+use crate::method::stage::{STARTUP, WARM_STARTUP};
+use crate::method::warm_start::Start;
+use crate::outcome::solution::{Solution, WarmStart};
+use crate::problem::settings::Settings;
+use crate::problem::Problem;
+use crate::real::Decide;
+use core::ops::ControlFlow;
+use std::sync::Arc;
+
+/// Each problem's point to start from.
+pub(crate) type StartOf<'f, 'a> = &'f (dyn Fn(usize) -> Start<'a> + Sync);
+
+/// Writes the next problem's numbers, and names it; `None` when there are no more.
+pub(crate) type Take<'f> = dyn FnMut(&mut Problem) -> Result<Option<usize>, Error> + 'f;
+
+/// Receives the solution of a problem.
+pub(crate) type Done<'f> = dyn FnMut(usize, Solution) + 'f;
+
+/// Asked after each iteration whether to go on; once it is not, walks end.
+pub(crate) type Watch<'f> = dyn FnMut() -> ControlFlow<()> + 'f;
+
+/// Lanes of any instruction set.
+pub(crate) trait Work: Send {
+    /// Solve what `take` hands out, from the points of `start`, until it has no more; give each solution to `done`.
+    fn work(
+        &mut self,
+        base: &Problem,
+        take: &mut Take<'_>,
+        start: Option<StartOf<'_, '_>>,
+        done: &mut Done<'_>,
+        watch: &mut Watch<'_>,
+    ) -> Result<(), Error>;
+}
+
+/// One thread's lanes: the problems that began together, and those left over by earlier cohorts. They are kept from one
+/// batch to the next.
+pub(crate) struct Crew<T> {
+    cohort: Seats<T>,
+    /// Made when first needed: in many batches all problems of a cohort end with the same iteration.
+    stragglers: Option<Seats<T>>,
+    /// Problems whose warm start failed, or that stalled, for another walk from cold.
+    again: Vec<Seat>,
+    /// Problems whose memory the next ones take.
+    spare: Vec<Problem>,
+}
+
+impl<T: Decide + Send> Work for Crew<T> {
+    fn work(
+        &mut self,
+        base: &Problem,
+        take: &mut Take<'_>,
+        start: Option<StartOf<'_, '_>>,
+        done: &mut Done<'_>,
+        watch: &mut Watch<'_>,
+    ) -> Result<(), Error> {
+        self.clear();
+        loop {
+            let arriving = self.arriving(base, take)?;
+            if !arriving.is_empty() {
+                self.make_room(done, watch)?;
+                self.begin(arriving, start)?;
+                self.iterate_cohort(Self::FEW, done, watch);
+            } else if self.stragglers.as_ref().is_some_and(|stragglers| stragglers.busy() > 0) {
+                self.make_room(done, watch)?;
+                self.iterate_stragglers(0, done, watch);
+            } else if self.cohort.busy() > 0 {
+                self.iterate_cohort(0, done, watch);
+            } else {
+                return Ok(());
+            }
+        }
+    }
+}
+
+impl<T: Decide> Crew<T> {
+    /// With this many problems left, a cohort makes room for the next.
+    const FEW: usize = T::LANES / 2;
+
+    pub fn new(structure: &Arc<Structure>, settings: &Settings) -> Result<Self, Error> {
+        let cohort = Seats::new(structure, settings)?;
+        Ok(Self { cohort, stragglers: None, again: Vec::new(), spare: Vec::new() })
+    }
+
+    /// Send away whom an error left behind.
+    fn clear(&mut self) {
+        self.again.clear();
+        self.cohort.clear();
+        self.stragglers.iter_mut().for_each(Seats::clear);
+    }
+
+    /// The next problems, at most one for each lane. Those that walk again come once they fill the lanes or nothing
+    /// else is left.
+    fn arriving(&mut self, base: &Problem, take: &mut Take<'_>) -> Result<Vec<Seat>, Error> {
+        let mut arriving = Vec::with_capacity(T::LANES);
+        while self.again.len() < T::LANES && arriving.len() < T::LANES {
+            let mut problem = self.spare.pop().unwrap_or_else(|| base.clone());
+            let Some(index) = take(&mut problem)? else {
+                self.spare.push(problem);
+                break;
+            };
+            arriving.push(Seat::new(index, problem, self.cohort.settings()));
+        }
+        if arriving.is_empty() {
+            arriving.extend(self.again.drain(..self.again.len().min(T::LANES)));
+        }
+        Ok(arriving)
+    }
+
+    /// Bring problems to their starting points: warm where there are such, but for those that have tried.
+    fn begin(&mut self, arriving: Vec<Seat>, start: Option<StartOf<'_, '_>>) -> Result<(), Error> {
+        let tried = arriving.iter().all(|seat| seat.control.warm_start == WarmStart::FellBack);
+        self.cohort.seat(arriving);
+        if let Some(start) = start.filter(|_| !tried) {
+            self.again.extend(self.cohort.load_starts(start)?);
+            self.cohort.begin(WARM_STARTUP);
+        } else {
+            self.cohort.begin(STARTUP);
+        }
+        Ok(())
+    }
+
+    /// Move what is left of the cohort to the stragglers; when those are full, they iterate until one has ended.
+    fn make_room(&mut self, done: &mut Done<'_>, watch: &mut Watch<'_>) -> Result<(), Error> {
+        while self.cohort.busy() > 0 {
+            if self.stragglers.as_ref().is_some_and(|stragglers| stragglers.busy() == T::LANES) {
+                self.iterate_stragglers(T::LANES - 1, done, watch);
+            }
+            let stragglers = match self.stragglers.take() {
+                Some(stragglers) => stragglers,
+                None => self.cohort.another()?,
+            };
+            self.cohort.move_into(self.stragglers.insert(stragglers));
+        }
+        Ok(())
+    }
+
+    fn iterate_cohort(&mut self, few: usize, done: &mut Done<'_>, watch: &mut Watch<'_>) {
+        self.cohort.iterate_until(few, watch);
+        let ended = self.cohort.dismiss();
+        self.hand_over(ended, done);
+    }
+
+    fn iterate_stragglers(&mut self, few: usize, done: &mut Done<'_>, watch: &mut Watch<'_>) {
+        let Some(stragglers) = &mut self.stragglers else { return };
+        stragglers.iterate_until(few, watch);
+        let ended = stragglers.dismiss();
+        self.hand_over(ended, done);
+    }
+
+    /// Give the solutions of those that have ended to `done`; who is to walk again comes again.
+    fn hand_over(&mut self, ended: Vec<(Seat, Solution)>, done: &mut Done<'_>) {
+        for (seat, solution) in ended {
+            if let Some(control) = seat.control.again(solution.status) {
+                let earlier = (control.care != Care::Plain).then_some(solution);
+                self.again.push(Seat { control, earlier, ..seat });
+            } else {
+                done(seat.index, solution);
+                self.spare.push(seat.problem);
+            }
+        }
+    }
+}

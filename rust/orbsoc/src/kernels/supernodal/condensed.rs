@@ -1,0 +1,149 @@
+//! Columns that nothing is subtracted from and that share their rows: what L·D has below their diagonal is the
+//! matrix itself, so no word of L is stored, and the rows' words are adjacent. Elimination of them is the sum
+//! K₁D⁻¹K₁ᵀ of a condensed form, and every loop is over whole rows.
+
+use crate::kernels::factorization::{regularized, Regularization};
+use crate::kernels::reduce::dot_of;
+use crate::real::Real;
+use crate::symbolic::factor_layout::{Supernode, Symbolic};
+use core::ops::Range;
+
+/// Where such columns are among the matrix's words.
+#[derive(Clone, Copy)]
+pub struct Given<'a, T> {
+    pub values: &'a [T],
+    /// Where the diagonal begins, then each row below.
+    pub sources: &'a [u32],
+    pub width: usize,
+}
+
+impl<'a, T> Given<'a, T> {
+    /// The words of a supernode of given columns.
+    #[inline(always)]
+    pub fn of(symbolic: &'a Symbolic, node: &Supernode, values: &'a [T]) -> Self {
+        Given { values, sources: symbolic.sources_of(node), width: node.width }
+    }
+
+    #[inline(always)]
+    fn source(&self, k: usize) -> &'a [T] {
+        &self.values[self.sources[k] as usize..][..self.width]
+    }
+
+    /// The words of one of the rows below.
+    #[inline(always)]
+    pub fn row(&self, row: usize) -> &'a [T] {
+        self.source(1 + row)
+    }
+
+    #[inline(always)]
+    fn rows(&self) -> usize {
+        self.sources.len() - 1
+    }
+}
+
+/// Reciprocal pivots.
+#[inline(always)]
+pub fn factor<T: Real>(
+    given: Given<T>,
+    positive: &[bool],
+    regularization: Regularization<T>,
+    pivot_inverse: &mut [T],
+) {
+    for ((inverse, &pivot), &positive) in pivot_inverse.iter_mut().zip(given.source(0)).zip(positive) {
+        *inverse = T::one() / regularized(pivot, positive, regularization);
+    }
+}
+
+/// Subtract each product of two rows, divided by the pivots, from where it is listed. Of the rows divided only as many
+/// are kept as are multiplied at once.
+#[inline(always)]
+pub fn contribute<T: Real>(
+    given: Given<T>,
+    pivot_inverse: &[T],
+    positions: &[u32],
+    scratch: &mut [T],
+    later: &mut [T],
+) {
+    let pairs = if T::ABREAST { given.rows() / 2 * 2 } else { 0 };
+    let positions = contribute_of::<T, 2>(given, 0..pairs, pivot_inverse, positions, scratch, later);
+    contribute_of::<T, 1>(given, pairs..given.rows(), pivot_inverse, positions, scratch, later);
+}
+
+/// The same for some `columns`, `R` at once; returns the positions of those after them.
+#[inline(always)]
+fn contribute_of<'p, T: Real, const R: usize>(
+    given: Given<T>,
+    columns: Range<usize>,
+    pivot_inverse: &[T],
+    mut positions: &'p [u32],
+    scratch: &mut [T],
+    later: &mut [T],
+) -> &'p [u32] {
+    let scaled = &mut scratch.as_chunks_mut::<R>().0[..given.width];
+    for first in columns.step_by(R) {
+        let mut here: [&[u32]; R] = [&[]; R];
+        for r in 0..R {
+            for ((scaled, &word), &inverse) in scaled.iter_mut().zip(given.row(first + r)).zip(pivot_inverse)
+            {
+                scaled[r] = word * inverse;
+            }
+            (here[r], positions) = positions.split_at(given.rows() - first - r);
+        }
+        for row in first..given.rows() {
+            let products = dot_of(given.row(row), scaled);
+            // Above its own row a column has none.
+            for r in 0..R.min(row - first + 1) {
+                let word = &mut later[here[r][row - first - r] as usize];
+                *word = *word - products[r];
+            }
+        }
+    }
+    positions
+}
+
+/// What the columns' unknowns contribute to the rows `below`, counted from the first `later` one.
+#[inline(always)]
+pub fn forward<T: Real, const R: usize>(
+    given: Given<T>,
+    pivot_inverse: &[T],
+    known: &[[T; R]],
+    below: &[u32],
+    scratch: &mut [[T; R]],
+    later: &mut [[T; R]],
+) {
+    let scaled = &mut scratch[..given.width];
+    for ((scaled, known), &inverse) in scaled.iter_mut().zip(known).zip(pivot_inverse) {
+        for r in 0..R {
+            scaled[r] = known[r] * inverse;
+        }
+    }
+    for (row, &at) in below.iter().enumerate() {
+        let (word, sum) = (&mut later[at as usize], dot_of(given.row(row), scaled));
+        for r in 0..R {
+            word[r] = word[r] - sum[r];
+        }
+    }
+}
+
+/// What the rows `below`, counted from the first `later` one, contribute to the columns' unknowns, which are divided
+/// by their pivots already.
+#[inline(always)]
+pub fn backward<T: Real, const R: usize>(
+    given: Given<T>,
+    pivot_inverse: &[T],
+    below: &[u32],
+    later: &[[T; R]],
+    scratch: &mut [[T; R]],
+    unknown: &mut [[T; R]],
+) {
+    let sums = &mut scratch[..given.width];
+    sums.fill([T::zero(); R]);
+    for (row, &at) in below.iter().enumerate() {
+        T::subtract_multiple(sums, given.row(row), later[at as usize]);
+    }
+    for ((word, sum), &inverse) in unknown.iter_mut().zip(sums).zip(pivot_inverse) {
+        for r in 0..R {
+            word[r] = word[r].add_mul(inverse, sum[r]);
+        }
+    }
+}

@@ -1,0 +1,6 @@
+//! Factorization and substitution by kinds of supernodes.
+
+pub(crate) mod condensed;
+pub(crate) mod panel;
+pub(crate) mod simplicial;
+pub(crate) mod update;

@@ -1,0 +1,125 @@
+//! Columns one after the other, each with rows of its own, as many as it may be; one may depend on those before it. Where
+//! columns are short, what a supernode costs by itself is more than its arithmetic.
+//!
+//! Each loop is a function of its own, so that those of other supernodes keep their registers.
+
+use super::panel::subtract;
+use super::update::{subtract_listed, Columns};
+use crate::kernels::factorization::{divide, regularized, Regularization};
+use crate::real::{Apart, Real};
+use crate::symbolic::factor_layout::{Supernode, Symbolic};
+
+/// Where they begin, and their rows.
+#[derive(Clone, Copy)]
+pub struct Ragged<'a> {
+    /// How many rows below those before each column have; then, how many all of them have.
+    starts: &'a [u32],
+    /// Rows of the matrix below each column, counted from the first column.
+    below: &'a [u32],
+}
+
+impl<'a> Ragged<'a> {
+    /// Of a supernode of ragged columns.
+    #[inline(always)]
+    pub fn of(symbolic: &'a Symbolic, node: &Supernode) -> Self {
+        Self { starts: symbolic.starts_of(node), below: symbolic.ahead(node) }
+    }
+
+    /// How many rows each column has below its diagonal.
+    #[inline(always)]
+    fn lengths(self) -> impl Iterator<Item = usize> + 'a {
+        self.starts.windows(2).map(
+            #[inline(always)]
+            |ends| (ends[1] - ends[0]) as usize,
+        )
+    }
+
+    /// Each column's words below its diagonal, of `l`, and their rows.
+    #[inline(always)]
+    fn columns<T>(
+        self,
+        l: &'a [T],
+    ) -> impl DoubleEndedIterator<Item = (&'a [T], &'a [u32])> + ExactSizeIterator {
+        let below = self.below;
+        self.starts.windows(2).enumerate().map(
+            #[inline(always)]
+            move |(k, ends)| {
+                let (begin, end) = (ends[0] as usize, ends[1] as usize);
+                (&l[k + 1..][begin..end], &below[begin..end])
+            },
+        )
+    }
+}
+
+/// Reciprocal pivots and columns; each column's contribution is subtracted from where it is listed among the later ones.
+pub struct Factor<'a, T> {
+    pub ragged: Ragged<'a>,
+    pub positions: &'a [u32],
+    pub positive: &'a [bool],
+    pub regularization: Regularization<T>,
+    /// From the first of their words on.
+    pub l: &'a mut [T],
+    pub y: &'a mut [T],
+    pub pivot_inverse: &'a mut [T],
+}
+
+impl<T: Real> Apart for Factor<'_, T> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { ragged, mut positions, positive, regularization, mut l, y, pivot_inverse } = self;
+        for ((rows, &positive), inverse) in ragged.lengths().zip(positive).zip(pivot_inverse) {
+            let (column, later) = l.split_at_mut(1 + rows);
+            let here;
+            (here, positions) = positions.split_at(rows * (rows + 1) / 2);
+            *inverse = T::one() / regularized(column[0], positive, regularization);
+            let (column, y) = (&mut column[1..], &mut y[..rows]);
+            divide(column, y, *inverse);
+            subtract_listed::<T, 1>(Columns { l: column, y, height: rows }, 0, here, later);
+            l = later;
+        }
+    }
+}
+
+/// What the columns' unknowns contribute to the rows below each.
+pub struct Forward<'a, T, const R: usize> {
+    pub ragged: Ragged<'a>,
+    pub l: &'a [T],
+    /// From the first of their unknowns on.
+    pub x: &'a mut [[T; R]],
+}
+
+impl<T: Real, const R: usize> Apart for Forward<'_, T, R> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { ragged, l, x } = self;
+        for (k, (column, rows)) in ragged.columns(l).enumerate() {
+            let by = x[k];
+            for (&l, &row) in column.iter().zip(rows) {
+                subtract(&mut x[row as usize], l, by);
+            }
+        }
+    }
+}
+
+/// What the rows below contribute to the columns' unknowns, from the last column up.
+pub struct Backward<'a, T, const R: usize> {
+    pub ragged: Ragged<'a>,
+    /// Their words, and no more.
+    pub l: &'a [T],
+    /// From the first of their unknowns on.
+    pub x: &'a mut [[T; R]],
+}
+
+impl<T: Real, const R: usize> Apart for Backward<'_, T, R> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { ragged, l, x } = self;
+        for (k, (column, rows)) in ragged.columns(l).enumerate().rev() {
+            let mut sum = x[k];
+            for (&l, &row) in column.iter().zip(rows).rev() {
+                subtract(&mut sum, l, x[row as usize]);
+            }
+            x[k] = sum;
+        }
+    }
+}

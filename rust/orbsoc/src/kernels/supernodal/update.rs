@@ -1,0 +1,234 @@
+//! Outer products of finished columns, subtracted from where they land. Tiles of a few rows and
+//! columns stay in registers while the columns go by, so each word of them serves several products;
+//! subtractions into any one accumulator keep their ascending order.
+
+#![allow(clippy::needless_range_loop)] // constant ranges over arrays unroll; iterators over them do not always
+
+use crate::real::tiles::Factors;
+use crate::real::Real;
+
+/// Finished columns as factorisation keeps them: `l`, and the same before the division by the pivot.
+#[derive(Clone, Copy)]
+pub struct Columns<'a, T> {
+    pub l: &'a [T],
+    pub y: &'a [T],
+    /// Words of a column.
+    pub height: usize,
+}
+
+/// Where products of the columns' rows go: the position of (row, column) is the sum of what either says.
+pub trait Landing {
+    /// Words of adjacent rows are adjacent.
+    const DENSE: bool;
+    fn row(&self, row: usize) -> usize;
+    fn column(&self, column: usize) -> usize;
+}
+
+/// Within the panel itself: later columns of the same height.
+pub struct Within {
+    pub height: usize,
+    /// The first column that is landed on.
+    pub first: usize,
+}
+
+impl Landing for Within {
+    const DENSE: bool = true;
+
+    #[inline(always)]
+    fn row(&self, row: usize) -> usize {
+        row
+    }
+
+    #[inline(always)]
+    fn column(&self, column: usize) -> usize {
+        (column - self.first) * self.height
+    }
+}
+
+/// `target −= Σ_k l_k·y_kᵀ` on the columns `lo..hi` and the rows from each of them down.
+#[inline(always)]
+pub fn subtract<T: Real>(
+    columns: Columns<T>,
+    (lo, hi): (usize, usize),
+    landing: &impl Landing,
+    target: &mut [T],
+) {
+    if T::TILE == 4 {
+        subtract_tiled::<T, _, 4>(columns, (lo, hi), landing, target);
+    } else {
+        subtract_tiled::<T, _, 2>(columns, (lo, hi), landing, target);
+    }
+}
+
+#[inline(always)]
+fn subtract_tiled<T: Real, L: Landing, const N: usize>(
+    columns: Columns<T>,
+    (lo, hi): (usize, usize),
+    landing: &L,
+    target: &mut [T],
+) {
+    let mut column = lo;
+    while column + N <= hi {
+        tile::<T, L, N, N, true>(columns, column, column, landing, target);
+        let mut row = column + N;
+        while T::TALL && row + 8 <= columns.height {
+            tile::<T, L, 8, N, false>(columns, row, column, landing, target);
+            row += 8;
+        }
+        while row + N <= columns.height {
+            tile::<T, L, N, N, false>(columns, row, column, landing, target);
+            row += N;
+        }
+        for row in row..columns.height {
+            tile::<T, L, 1, N, false>(columns, row, column, landing, target);
+        }
+        column += N;
+    }
+    for column in column..hi {
+        let mut row = column;
+        while row + N <= columns.height {
+            tile::<T, L, N, 1, false>(columns, row, column, landing, target);
+            row += N;
+        }
+        for row in row..columns.height {
+            tile::<T, L, 1, 1, false>(columns, row, column, landing, target);
+        }
+    }
+}
+
+/// `M` rows by `N` columns; of the diagonal's tile the `LOWER` triangle.
+#[inline(always)]
+fn tile<T: Real, L: Landing, const M: usize, const N: usize, const LOWER: bool>(
+    columns: Columns<T>,
+    row: usize,
+    column: usize,
+    landing: &L,
+    target: &mut [T],
+) {
+    let (mut rows, mut bases) = ([0; M], [0; N]);
+    for (m, at) in rows.iter_mut().enumerate() {
+        *at = landing.row(row + m);
+    }
+    for (n, at) in bases.iter_mut().enumerate() {
+        *at = landing.column(column + n);
+    }
+    let top = |n: usize| if LOWER { n } else { 0 };
+    let mut words = [[T::zero(); M]; N];
+    for n in 0..N {
+        if L::DENSE {
+            words[n][top(n)..].copy_from_slice(&target[bases[n] + rows[top(n)]..][..M - top(n)]);
+        } else {
+            words[n] = gathered(&target[bases[n]..], rows, top(n));
+        }
+    }
+    let Columns { l, y, height } = columns;
+    T::subtract_products::<M, N, LOWER>(&mut words, Factors { l, y, height, row, column });
+    for n in 0..N {
+        if L::DENSE {
+            target[bases[n] + rows[top(n)]..][..M - top(n)].copy_from_slice(&words[n][top(n)..]);
+        } else {
+            let target = &mut target[bases[n]..];
+            for m in top(n)..M {
+                target[rows[m]] = words[n][m];
+            }
+        }
+    }
+}
+
+/// Words of up to four `rows`, or eight, from row `top` on. No loop: words that pass through memory one by one are waited
+/// for when they are read as a vector.
+#[inline(always)]
+fn gathered<T: Real, const M: usize>(words: &[T], rows: [usize; M], top: usize) -> [T; M] {
+    let mut out = [T::zero(); M];
+    if M > 0 && top == 0 {
+        out[0] = words[rows[0]];
+    }
+    if M > 1 && top <= 1 {
+        out[1] = words[rows[1]];
+    }
+    if M > 2 && top <= 2 {
+        out[2] = words[rows[2]];
+    }
+    if M > 3 {
+        out[3] = words[rows[3]];
+    }
+    if M > 7 {
+        out[4] = words[rows[4]];
+        out[5] = words[rows[5]];
+        out[6] = words[rows[6]];
+        out[7] = words[rows[7]];
+    }
+    out
+}
+
+/// The same for `W` columns whose every landing is listed, column by column. Few columns with few
+/// rows cost less so than in tiles.
+#[inline(always)]
+pub fn subtract_listed<T: Real, const W: usize>(
+    columns: Columns<T>,
+    top: usize,
+    positions: &[u32],
+    target: &mut [T],
+) {
+    let height = columns.height;
+    let mut l: [&[T]; W] = [&[]; W];
+    let mut y: [&[T]; W] = [&[]; W];
+    for k in 0..W {
+        l[k] = &columns.l[k * height + top..(k + 1) * height];
+        y[k] = &columns.y[k * height + top..(k + 1) * height];
+    }
+    let mut positions = positions;
+    for j in 0..height - top {
+        let mut factor = [T::zero(); W];
+        for k in 0..W {
+            factor[k] = y[k][j];
+        }
+        let here;
+        (here, positions) = positions.split_at(height - top - j);
+        for k in 0..W {
+            l[k] = &l[k][..here.len()];
+        }
+        for (i, &position) in here.iter().enumerate() {
+            let word = &mut target[position as usize];
+            let mut sum = *word;
+            for k in 0..W {
+                sum = sum.sub_mul(l[k][i], factor[k]);
+            }
+            *word = sum;
+        }
+        for k in 0..W {
+            l[k] = &l[k][1..];
+        }
+    }
+}
+
+/// The same for leaves: each column's landings are its own.
+#[inline(always)]
+pub fn subtract_leaves<T: Real>(columns: Columns<T>, positions: &[u32], target: &mut [T]) {
+    match columns.height {
+        2 => subtract_leaves_of::<T, 2, 1>(columns, positions, target),
+        3 => subtract_leaves_of::<T, 3, 3>(columns, positions, target),
+        4 => subtract_leaves_of::<T, 4, 6>(columns, positions, target),
+        _ => subtract_leaves_of::<T, 5, 10>(columns, positions, target),
+    }
+}
+
+/// `H` words a column, the diagonal included; `P` products of the others.
+#[inline(always)]
+fn subtract_leaves_of<T: Real, const H: usize, const P: usize>(
+    columns: Columns<T>,
+    positions: &[u32],
+    target: &mut [T],
+) {
+    let leaves = columns.l.as_chunks::<H>().0.iter().zip(columns.y.as_chunks::<H>().0);
+    for ((l, y), positions) in leaves.zip(positions.as_chunks::<P>().0) {
+        let mut next = 0;
+        for j in 1..H {
+            for i in j..H {
+                let word = &mut target[positions[next] as usize];
+                *word = word.sub_mul(l[i], y[j]);
+                next += 1;
+            }
+        }
+    }
+}

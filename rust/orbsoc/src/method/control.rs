@@ -1,0 +1,375 @@
+//! The decisions of a solve: when to stop, when to refine, what to keep. Decisions compare words that
+//! a stage computed and copy buffers; they do no arithmetic on iterates.
+
+use crate::kernels::ps::stat;
+use crate::method::refinement::Accuracy;
+use crate::method::stage::{Outcome, Stage, Stop};
+use crate::method::workspace::Workspace;
+use crate::outcome::solution::{Status, WarmStart};
+use crate::problem::settings::Settings;
+use crate::real::{Decide, Real};
+use std::time::{Duration, Instant};
+
+/// A certified radius this many times the data's scale is claimed (at the end of a solve) …
+pub(crate) const RADIUS_CLAIMED: f64 = 50.0;
+/// … and from here on iterating further is pointless.
+const RADIUS_CONCLUSIVE: f64 = 1e8;
+/// A solve that meets the tolerance, but not this share of it, takes one iteration more: near the end
+/// an iteration gains two digits, and an answer at the very edge of its claim is a poor one.
+const AIM: f64 = 0.2;
+/// The same after a warm start: the next problem of a sequence moves further than that.
+const WARM_AIM: f64 = 0.5;
+/// κ/τ from which the embedding leans towards infeasibility.
+const EMBEDDING_RATIO: f64 = 1e3;
+/// Iterations without a better iterate or a larger radius before a solve counts as stalled.
+const PATIENCE: u32 = 15;
+/// Consecutive steps shorter than `SHORT_STEP` before a solve counts as stalled.
+const SHORT_STEPS: u32 = 3;
+const SHORT_STEP: f64 = 1e-4;
+/// A point whose residuals put it as high up the central path as this, in scaled data, is no start.
+const HIGHEST_START: f64 = 0.5;
+/// … and one whose Newton step ends as high as this.
+pub(crate) const HIGHEST_STEP: f64 = 1e3;
+/// A step as short as this after a warm start says that the point was too near the boundary.
+const STUCK: f64 = 0.01;
+/// Share of `refinement_share` that a walk refines to when the one before it has stalled.
+const CAREFUL: f64 = 0.1;
+/// So many times `static_regularization` shifts the pivots of a walk after two that stalled far from a solution.
+const FIRM: f64 = 10.0;
+/// … and of a walk after one that stalled on a certificate short of `RADIUS_CONCLUSIVE`.
+const LIGHT: f64 = 0.01;
+
+/// What a walk does against rounding, a word for each stall before it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Care {
+    /// As the settings say.
+    #[default]
+    Plain,
+    /// Linear solves of more accuracy.
+    Refined,
+    /// That, and larger shifts of the pivots: what elimination rounds off must not hide them.
+    Shifted,
+    /// Refined, and smaller shifts: these must not hide a solution with large multipliers.
+    Light,
+}
+
+impl Care {
+    /// For a walk after one that stalled with `status`.
+    fn after_stall(self, status: Status) -> Option<Self> {
+        match self {
+            Self::Plain | Self::Refined if status.is_infeasible() => Some(Self::Light),
+            Self::Plain => Some(Self::Refined),
+            Self::Refined if status == Status::NumericalLimit => Some(Self::Shifted),
+            Self::Refined | Self::Shifted | Self::Light => None,
+        }
+    }
+
+    /// Part of `refinement_share` that linear solves are refined to.
+    pub fn refinement(self) -> f64 {
+        if self == Self::Plain {
+            1.0
+        } else {
+            CAREFUL
+        }
+    }
+
+    /// So many times `static_regularization` shifts the pivots.
+    pub fn shift(self) -> f64 {
+        match self {
+            Self::Plain | Self::Refined => 1.0,
+            Self::Shifted => FIRM,
+            Self::Light => LIGHT,
+        }
+    }
+}
+
+#[derive(Clone, Debug, Default)]
+#[allow(clippy::struct_excessive_bools)] // independent facts about one walk, no state machine
+pub(crate) struct Control {
+    /// Steps taken since the last start.
+    pub iteration: u32,
+    /// Steps of earlier walks of the same solve.
+    spent: u32,
+    pub warm_start: WarmStart,
+    /// More than none after a walk that stalled.
+    pub care: Care,
+    /// Refinement steps of the whole solve.
+    pub refinements: u32,
+    /// Set from outside to stop at the next statistics.
+    pub interrupted: bool,
+    pub best: f64,
+    pub primal_radius: f64,
+    pub dual_radius: f64,
+    /// Why the iteration ended, once it has.
+    pub stop: Option<Stop>,
+    /// Length of the last step; 0 before the first.
+    pub step: f64,
+    /// The last statistics were the best so far: the iterate is to be kept.
+    improved: bool,
+    /// The best iterate meets the tolerance.
+    met: bool,
+    idle: u32,
+    short_steps: u32,
+    accuracy: Accuracy,
+    deadline: Option<Instant>,
+    /// Since when the walk is laid aside.
+    aside: Option<Instant>,
+}
+
+impl Control {
+    pub fn new(settings: &Settings) -> Self {
+        let deadline = Duration::try_from_secs_f64(settings.max_time_s)
+            .ok()
+            .and_then(|limit| Instant::now().checked_add(limit));
+        Self { best: f64::INFINITY, deadline, ..Self::default() }
+    }
+
+    /// For the cold walk that is to follow this one, after which the solve stands at `status`, if one is: no solution is
+    /// proved, nor that there is none, but by a walk that stalled; neither the clock nor the user ended this walk; and it
+    /// had started warm, or it stalled for the first time, or for the second time far from a solution.
+    pub fn again(&self, status: Status) -> Option<Self> {
+        let settled = match status {
+            Status::Solved | Status::MaxTime | Status::Interrupted => true,
+            Status::PrimalInfeasible | Status::DualInfeasible => self.stop != Some(Stop::Stalled),
+            Status::SolvedInaccurate | Status::MaxIterations | Status::NumericalLimit => false,
+        };
+        if settled {
+            None
+        } else if self.warm_start == WarmStart::Used {
+            Some(self.fallen_back())
+        } else if self.stop == Some(Stop::Stalled) {
+            self.care.after_stall(status).map(|care| Self { care, ..self.anew() })
+        } else {
+            None
+        }
+    }
+
+    /// For a cold start after a warm one.
+    pub fn fallen_back(&self) -> Self {
+        Self { warm_start: WarmStart::FellBack, ..self.anew() }
+    }
+
+    /// For another walk of the same solve: the clock and the counts go on.
+    fn anew(&self) -> Self {
+        Self {
+            best: f64::INFINITY,
+            deadline: self.deadline,
+            aside: self.aside,
+            interrupted: self.interrupted,
+            refinements: self.refinements,
+            spent: self.spent + self.iteration,
+            warm_start: self.warm_start,
+            ..Self::default()
+        }
+    }
+
+    /// Others have their turn; this walk's clock stands still.
+    pub fn lay_aside(&mut self, now: Instant) {
+        self.aside = Some(now);
+    }
+
+    /// Go on where the walk was laid aside.
+    pub fn take_up(&mut self, now: Instant) {
+        if let (Some(deadline), Some(since)) = (&mut self.deadline, self.aside.take()) {
+            *deadline += now - since;
+        }
+    }
+
+    /// Whether a certificate of infeasibility has been kept, whatever it is worth.
+    pub fn has_certificate(&self) -> bool {
+        self.primal_radius > 0.0 || self.dual_radius > 0.0
+    }
+
+    /// Steps taken in the whole solve.
+    pub fn total_iterations(&self) -> u32 {
+        self.spent + self.iteration
+    }
+
+    /// The walk ended; what the stages compute while its neighbours go on is not to be kept.
+    pub fn rest(&mut self) {
+        self.improved = false;
+    }
+
+    /// Whether a decision will look at the error of the linear solve that a stage makes, if it makes one.
+    pub fn looks(&self, stage: Stage) -> bool {
+        !matches!(stage, Stage::SolvePair | Stage::SolveKkt) || self.accuracy.looks()
+    }
+
+    /// What a stage that has run asks of the loop, for the problem in one lane.
+    pub fn decide<T: Decide>(
+        &mut self,
+        lane: usize,
+        stage: Stage,
+        settings: &Settings,
+        work: &mut Workspace<T>,
+    ) -> Outcome {
+        let outcome = match stage {
+            Stage::Statistics => self.judge(lane, settings, work),
+            Stage::CheckSolve => {
+                let active = &mut work.refinement_active[0];
+                self.judge_refinement(lane, settings, &work.refinement, active)
+            }
+            Stage::CheckPair => {
+                let active = &mut work.refinement_active[0];
+                self.judge_refinement(lane, settings, &work.pair_refinement, active)
+            }
+            Stage::CenterStart => judge_start(work.homogenizer[1].lane(lane), HIGHEST_START),
+            Stage::NewtonStart => judge_start(work.homogenizer[1].lane(lane), HIGHEST_STEP),
+            Stage::Advance => {
+                self.note_step(work.step_taken[0].lane(lane));
+                Outcome::Next
+            }
+            _ => Outcome::Next,
+        };
+        if let Outcome::Done(stop) = outcome {
+            self.stop = Some(stop);
+        }
+        outcome
+    }
+
+    /// After the statistics: keep what is better than anything before, and stop or go on.
+    fn judge<T: Decide>(&mut self, lane: usize, settings: &Settings, w: &mut Workspace<T>) -> Outcome {
+        let word = |k: usize| w.statistics[k].lane(lane);
+        let (strict, primal, dual) = (word(stat::STRICT), word(stat::PRIMAL_RADIUS), word(stat::DUAL_RADIUS));
+        self.improved = false;
+        // A careful walk looks at every error, and so does one from a warm start, which begins where they are large.
+        let trusting = self.care == Care::Plain && self.warm_start != WarmStart::Used;
+        self.accuracy.renew(trusting.then(|| w.refinement_goal[0].lane(lane)));
+        if word(stat::WITNESS) != 0.0 || strict.is_nan() {
+            return Outcome::Done(Stop::Stalled);
+        }
+        self.idle += 1;
+        if strict < self.best {
+            // Creeping is not progress.
+            if strict < 0.9 * self.best {
+                self.idle = 0;
+            }
+            self.best = strict;
+            self.improved = true;
+        }
+        // The embedding of a solvable problem ends with τ ≫ κ, whatever radius it passes by: a radius
+        // counts only where the embedding, too, says "infeasible".
+        let (tau, kappa) = (w.homogenizer[0].lane(lane), w.homogenizer[1].lane(lane));
+        let leaning = tau * EMBEDDING_RATIO < kappa;
+        if leaning && primal > self.primal_radius {
+            self.primal_radius = primal;
+            self.idle = 0;
+            copy_lane(lane, w.point.iter(), &mut w.farkas);
+        }
+        if leaning && dual > self.dual_radius {
+            self.dual_radius = dual;
+            self.idle = 0;
+            copy_lane(lane, w.point.iter().chain(&w.slack), &mut w.ray);
+        }
+        match self.reason(settings) {
+            Some(stop) => Outcome::Done(stop),
+            None => Outcome::Next,
+        }
+    }
+
+    fn reason(&mut self, settings: &Settings) -> Option<Stop> {
+        let met_before = core::mem::replace(&mut self.met, self.best <= settings.tol);
+        let aim = if self.warm_start == WarmStart::Used { WARM_AIM } else { AIM };
+        if self.best <= aim * settings.tol || met_before {
+            Some(Stop::Converged)
+        } else if self.primal_radius >= RADIUS_CONCLUSIVE {
+            Some(Stop::PrimalCertificate)
+        } else if self.dual_radius >= RADIUS_CONCLUSIVE {
+            Some(Stop::DualCertificate)
+        } else if self.stuck() {
+            Some(Stop::Unprofitable)
+        } else if self.interrupted {
+            Some(Stop::Interrupted)
+        } else if self.iteration >= settings.max_iterations {
+            Some(Stop::MaxIterations)
+        } else if self.deadline.is_some_and(|at| Instant::now() >= at) {
+            Some(Stop::MaxTime)
+        } else if self.idle > PATIENCE || self.short_steps >= SHORT_STEPS {
+            Some(Stop::Stalled)
+        } else {
+            None
+        }
+    }
+
+    /// Whether the last step after a warm start was shorter than a good start ever takes.
+    fn stuck(&self) -> bool {
+        self.warm_start == WarmStart::Used && self.iteration > 0 && self.step < STUCK
+    }
+
+    /// After a solve or a refinement step: refine (once more), or go on.
+    fn judge_refinement<T: Decide>(
+        &mut self,
+        lane: usize,
+        settings: &Settings,
+        words: &[T],
+        active: &mut T,
+    ) -> Outcome {
+        if !self.accuracy.wants_more(lane, settings.refinement_max, words, active) {
+            return Outcome::Next;
+        }
+        self.refinements += 1;
+        Outcome::Repeat
+    }
+
+    fn note_step(&mut self, taken: f64) {
+        self.iteration += 1;
+        self.step = taken;
+        self.short_steps = if taken < SHORT_STEP { self.short_steps + 1 } else { 0 };
+    }
+}
+
+/// After the statistics: keep the iterates that are better than anything before in their lanes. Words of
+/// lanes without a problem mean nothing.
+pub(crate) fn keep_best<'a, T: Decide>(
+    lanes: impl Iterator<Item = Option<&'a Control>> + Clone,
+    w: &mut Workspace<T>,
+) {
+    if lanes.clone().flatten().all(|control| control.improved) {
+        let (point, rest) = w.best.split_at_mut(w.point.len());
+        let (slack, tau) = rest.split_at_mut(w.slack.len());
+        point.copy_from_slice(&w.point);
+        slack.copy_from_slice(&w.slack);
+        tau.copy_from_slice(&w.homogenizer[..1]);
+        return;
+    }
+    let mut improved = T::zero();
+    for (lane, control) in lanes.enumerate() {
+        improved.set_lane(lane, f64::from(u8::from(control.is_some_and(|control| control.improved))));
+    }
+    T::vectorize(Keep { improved, work: w });
+}
+
+/// Keep the iterates of the lanes where `improved` is positive.
+struct Keep<'a, T> {
+    improved: T,
+    work: &'a mut Workspace<T>,
+}
+
+impl<T: Real> pulp::WithSimd for Keep<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let improved = T::zero().lt(self.improved);
+        let Workspace { best, point, slack, homogenizer, .. } = self.work;
+        for (best, &new) in best.iter_mut().zip(point.iter().chain(&*slack).chain(&homogenizer[..1])) {
+            *best = T::select(improved, new, *best);
+        }
+    }
+}
+
+/// Whether a warm start pays, being lower on the central path than this.
+fn judge_start(mu: f64, highest: f64) -> Outcome {
+    if mu < highest {
+        Outcome::Next
+    } else {
+        Outcome::Done(Stop::Unprofitable)
+    }
+}
+
+/// Copy one lane's words.
+fn copy_lane<'a, T: Decide>(lane: usize, from: impl Iterator<Item = &'a T>, to: &mut [T]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        to.set_lane(lane, from.lane(lane));
+    }
+}

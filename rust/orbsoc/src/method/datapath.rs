@@ -1,0 +1,161 @@
+//! A pattern's buffers in arithmetic `T`, and the arithmetic of each stage on them. No decisions:
+//! engines and batches decide.
+
+use crate::error::Error;
+use crate::kkt::structure::Structure;
+use crate::method::control::Care;
+use crate::method::dispatch::execute;
+use crate::method::stage::Stage;
+use crate::method::warm_start::Start;
+use crate::method::workspace::{parameter, Buffer, Workspace};
+use crate::problem::settings::Settings;
+use crate::problem::Problem;
+use crate::real::{Decide, Real};
+use std::sync::Arc;
+
+/// A warm start begins no lower on the central path: from there the scaling blocks are too far apart
+/// for the first linear solve.
+const START_FLOOR: f64 = 1e-10;
+
+#[derive(Clone, Debug)]
+pub(crate) struct Datapath<T> {
+    pub structure: Arc<Structure>,
+    pub settings: Settings,
+    pub work: Workspace<T>,
+}
+
+/// The refinement share that holds for 1e-8 and looser, less for tighter tolerances: what an error of the size of the
+/// residual spoils, no later iteration mends any more.
+fn share_at(settings: &Settings) -> f64 {
+    settings.refinement_share * (settings.tol / 1e-8).min(1.0)
+}
+
+impl<T: Real> Datapath<T> {
+    pub fn new(structure: Arc<Structure>, settings: &Settings) -> Result<Self, Error> {
+        settings.validate()?;
+        let mut work = Workspace::new(&structure, T::zero());
+        let words = &mut work.parameters;
+        words[parameter::STATIC_REGULARIZATION] = T::constant(settings.static_regularization);
+        words[parameter::PIVOT_FLOOR] = T::constant(settings.pivot_floor);
+        words[parameter::DYNAMIC_REGULARIZATION] = T::constant(settings.dynamic_regularization);
+        words[parameter::REFINEMENT_TOL] = T::constant(settings.refinement_tol);
+        words[parameter::REFINEMENT_SHARE] = T::constant(share_at(settings));
+        words[parameter::RESIDUAL_FLOOR] = T::constant(0.01 * settings.tol);
+        words[parameter::START_FLOOR] = T::constant(START_FLOOR.max(0.01 * settings.tol));
+        words[parameter::STEP_FRACTION] = T::constant(settings.step_fraction);
+        Ok(Self { structure, settings: settings.clone(), work })
+    }
+
+    /// Run a stage's arithmetic.
+    pub fn execute(&mut self, stage: Stage) {
+        self.execute_as_far_as(stage, true);
+    }
+
+    /// The same; the error of a linear solve that nobody will look at, not being `seen`, is left as it was.
+    pub fn execute_as_far_as(&mut self, stage: Stage, seen: bool) {
+        let Self { structure, settings, work } = self;
+        execute(structure, settings, work, stage, seen);
+    }
+}
+
+/// Buffers that decisions write: a word that a previous solve left there must never be taken for one
+/// of this solve.
+const KEPT: [Buffer; 3] = [Buffer::Best, Buffer::Farkas, Buffer::Ray];
+
+impl<T: Decide> Datapath<T> {
+    /// Forget the last solve of a lane.
+    pub fn reset(&mut self, lane: usize) {
+        for buffer in KEPT {
+            self.work.get_mut(buffer).iter_mut().for_each(|word| word.set_lane(lane, 0.0));
+        }
+        self.take_care(lane, Care::default());
+    }
+
+    /// Get a lane ready for another walk of the same solve.
+    pub fn restart(&mut self, lane: usize, care: Care) {
+        self.reset(lane);
+        self.take_care(lane, care);
+    }
+
+    /// Set what a walk of a lane that has been reset does against rounding.
+    pub fn take_care(&mut self, lane: usize, care: Care) {
+        let (settings, words) = (&self.settings, &mut self.work.parameters);
+        words[parameter::REFINEMENT_SHARE].set_lane(lane, care.refinement() * share_at(settings));
+        let shift = care.shift() * settings.static_regularization;
+        words[parameter::STATIC_REGULARIZATION].set_lane(lane, shift);
+    }
+
+    /// Problems' words into the input buffers, each into its own lane.
+    pub fn load(&mut self, problems: &[Option<&Problem>]) {
+        let (work, reduced) = (&mut self.work, &self.structure.reduced);
+        let lanes: Vec<(usize, &Problem)> =
+            problems.iter().enumerate().filter_map(|(lane, problem)| Some((lane, (*problem)?))).collect();
+        fill(&mut work.raw_p, &lanes, |problem| problem.p.values(), |k| k);
+        fill(&mut work.raw_a, &lanes, |problem| problem.a.values(), |k| k);
+        fill(&mut work.raw_g, &lanes, |problem| problem.g.values(), |k| reduced.g_origin[k]);
+        let (c, bh) = work.raw_q.split_at_mut(self.structure.n);
+        let (b, h) = bh.split_at_mut(self.structure.p);
+        fill(c, &lanes, |problem| &problem.c, |k| k);
+        fill(b, &lanes, |problem| &problem.b, |k| k);
+        fill(h, &lanes, |problem| &problem.h, |k| reduced.row_origin[k]);
+        let largest =
+            |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |top: f64, v| top.max(v.abs()));
+        for &(lane, problem) in &lanes {
+            let h = &mut reduced.row_origin.iter().map(|&i| problem.h[i]);
+            work.norms[0].set_lane(lane, largest(&mut problem.b.iter().copied()));
+            work.norms[1].set_lane(lane, largest(h));
+            work.norms[2].set_lane(lane, largest(&mut problem.c.iter().copied()));
+        }
+        for (lane, _) in lanes {
+            self.reset(lane);
+        }
+    }
+
+    /// Copy the words of some lanes of `buffers` from another datapath's, (from, to) each.
+    pub fn copy_lanes(&mut self, moves: &[(usize, usize)], from: &Self, buffers: &[Buffer]) {
+        for &buffer in buffers {
+            for (to, word) in self.work.get_mut(buffer).iter_mut().zip(from.work.get(buffer)) {
+                for &(from_lane, to_lane) in moves {
+                    to.set_lane(to_lane, word.lane(from_lane));
+                }
+            }
+        }
+    }
+
+    /// A point's words into a lane's input buffer; false when they are of no use: not all of them are finite,
+    /// or there are no rows, without which the first step from anywhere is Newton's, and exact.
+    pub fn load_start(&mut self, lane: usize, start: &Start) -> bool {
+        let rows = &self.structure.reduced.row_origin;
+        let (z, s) = (rows.iter().map(|&i| &start.z[i]), rows.iter().map(|&i| &start.s[i]));
+        let words = start.x.iter().chain(start.y).chain(z).chain(s).copied();
+        let mut finite = true;
+        for (to, word) in self.work.start.iter_mut().zip(words) {
+            to.set_lane(lane, word);
+            finite &= word.is_finite();
+        }
+        finite && self.structure.unknowns() > self.structure.n
+    }
+
+    /// One lane's words of a buffer.
+    pub fn lane(&self, buffer: Buffer, lane: usize) -> Vec<f64> {
+        self.work.get(buffer).iter().map(|word| word.lane(lane)).collect()
+    }
+}
+
+/// Word by word, not lane by lane: the words of all lanes are next to one another. Word k is the number at `origin(k)`, or zero
+/// where that is subnormal: its inverse, by which equilibration scales, would be infinite.
+fn fill<'a, T: Decide>(
+    to: &mut [T],
+    lanes: &[(usize, &'a Problem)],
+    numbers: impl Fn(&'a Problem) -> &'a [f64],
+    origin: impl Fn(usize) -> usize,
+) {
+    let lanes: Vec<(usize, &[f64])> = lanes.iter().map(|&(lane, problem)| (lane, numbers(problem))).collect();
+    for (k, word) in to.iter_mut().enumerate() {
+        let at = origin(k);
+        for &(lane, numbers) in &lanes {
+            let number = numbers[at];
+            word.set_lane(lane, if number.is_subnormal() { 0.0 } else { number });
+        }
+    }
+}

@@ -1,0 +1,295 @@
+//! One solve's state, and the only door to the kernels: [`Engine::run`].
+
+use crate::error::Error;
+use crate::kernels::ps::stat;
+use crate::kkt::structure::Structure;
+use crate::method::control::{keep_best, Care, Control};
+use crate::method::datapath::Datapath;
+use crate::method::events::Event;
+use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
+use crate::method::workspace::{Buffer, Workspace};
+use crate::outcome::solution::Solution;
+use crate::outcome::verification::Walked;
+use crate::problem::settings::Settings;
+use crate::problem::Problem;
+use crate::real::{count, Counted, Decide, Latency, Real, Tally};
+use crate::symbolic::supernodes::Panels;
+use core::ops::ControlFlow;
+use std::sync::Arc;
+
+/// A problem's pattern, its buffers in arithmetic `T`, and where the solve stands.
+///
+/// Everything is allocated by [`Engine::new`]; from the first `run` of a walk to its last, nothing is.
+///
+/// ```
+/// # use orbsoc::*;
+/// # let problem = Problem::new(None, vec![1.0], None, vec![], Some(Csc::from_dense(&[&[-1.0]], 1)),
+/// #     vec![-2.0], Cones { l: 1, q: vec![] })?;
+/// let mut engine = Engine::<f64>::new(&problem, &Settings::default())?;
+/// let solution = engine.solve();
+/// assert!((solution.x[0] - 2.0).abs() < 1e-7);
+/// assert_eq!(engine.events()[0].stage, Stage::Equilibrate);
+/// # Ok::<(), Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Engine<T> {
+    pub(crate) path: Datapath<T>,
+    problem: Problem,
+    pub(crate) control: Control,
+    /// The outcome of an earlier walk of this solve that stalled.
+    earlier: Option<Solution>,
+    events: Vec<Event>,
+}
+
+/// Where a solve stands, for whoever watches it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub struct Progress {
+    pub iteration: u32,
+    pub objective: f64,
+    pub dual_objective: f64,
+    pub primal_residual: f64,
+    pub dual_residual: f64,
+    pub gap: f64,
+    pub mu: f64,
+    /// Length of the step that led here; 0 before the first.
+    pub step: f64,
+    pub refinements: u32,
+}
+
+impl<T: Decide> Engine<T> {
+    /// Analyse the pattern, allocate, load the data.
+    ///
+    /// # Errors
+    /// A setting outside its range, or a pattern too large.
+    pub fn new(problem: &Problem, settings: &Settings) -> Result<Self, Error> {
+        Self::with_panels(problem, settings, Panels::Relaxed)
+    }
+
+    /// As [`Engine::new`], on the walk that tapes record: no stored zeros in the factor, so that its buffers
+    /// are laid out as the tapes' are, and every word, the sign of a zero included, is theirs.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub fn exact(problem: &Problem, settings: &Settings) -> Result<Self, Error> {
+        Self::with_panels(problem, settings, Panels::Exact)
+    }
+
+    pub(crate) fn with_panels(problem: &Problem, settings: &Settings, panels: Panels) -> Result<Self, Error> {
+        let path = Datapath::new(Arc::new(Structure::new(problem, panels)?), settings)?;
+        let mut engine = Self {
+            events: Vec::with_capacity(most_events(settings)),
+            path,
+            problem: problem.clone(),
+            control: Control::new(settings),
+            earlier: None,
+        };
+        engine.path.load(&[Some(problem)]);
+        Ok(engine)
+    }
+
+    /// Take other numbers in the same pattern; the next solve is that of a fresh engine.
+    ///
+    /// # Errors
+    /// [`Error::PatternChanged`] naming the matrix, or cones or absent rows that differ.
+    pub fn update(&mut self, problem: &Problem) -> Result<(), Error> {
+        self.problem.same_pattern(problem)?;
+        self.problem.clone_from(problem);
+        self.path.load(&[Some(problem)]);
+        self.reset();
+        Ok(())
+    }
+
+    pub(crate) fn reset(&mut self) {
+        self.control = Control::new(&self.path.settings);
+        self.earlier = None;
+        self.events.clear();
+        self.path.reset(0);
+    }
+
+    /// The data that the next solve solves.
+    pub fn problem(&self) -> &Problem {
+        &self.problem
+    }
+
+    /// The words of a buffer as they stand.
+    pub fn buffer(&self, buffer: Buffer) -> &[T] {
+        self.path.work.get(buffer)
+    }
+
+    /// The words of a buffer, for whoever computes a stage elsewhere.
+    pub fn buffer_mut(&mut self, buffer: Buffer) -> &mut [T] {
+        self.path.work.get_mut(buffer)
+    }
+
+    /// What ran since the engine was made, updated or solved anew.
+    pub fn events(&self) -> &[Event] {
+        &self.events
+    }
+
+    /// Steps taken so far.
+    pub fn iteration(&self) -> u32 {
+        self.control.total_iterations()
+    }
+
+    /// Entries of the KKT matrix's upper triangle, and of L below the diagonal.
+    pub fn kkt_sizes(&self) -> (usize, usize) {
+        (self.path.structure.kkt.nnz(), self.path.structure.kkt.symbolic.nnz_l)
+    }
+
+    /// Multiply–subtracts of one factorisation, from the column counts of L.
+    pub fn factorization_multiply_subtracts(&self) -> usize {
+        self.path.structure.kkt.symbolic.multiply_subtracts
+    }
+
+    /// Run one stage, with every word that it declares, and say how to go on.
+    ///
+    /// A whole solve leaves out errors of linear solves that no decision looks at; its numbers are the same otherwise.
+    pub fn run(&mut self, stage: Stage) -> Outcome {
+        self.run_with(stage, |path, _| path.execute(stage))
+    }
+
+    /// As [`Engine::run`], with `execute` for the arithmetic; it is told whether somebody will look at the error of a
+    /// linear solve.
+    pub(crate) fn run_with(&mut self, stage: Stage, execute: impl FnOnce(&mut Datapath<T>, bool)) -> Outcome {
+        self.events.push(Event { stage, iteration: self.control.total_iterations() });
+        let seen = self.control.looks(stage);
+        execute(&mut self.path, seen);
+        let outcome = self.control.decide(0, stage, &self.path.settings, &mut self.path.work);
+        if stage == Stage::Statistics {
+            keep_best(core::iter::once(Some(&self.control)), &mut self.path.work);
+        }
+        outcome
+    }
+
+    /// Walk the lists from start to end.
+    pub fn solve(&mut self) -> Solution {
+        self.solve_observed(|_| ControlFlow::Continue(()))
+    }
+
+    /// As [`Engine::solve`], showing each iteration to `observe`, which may end the solve.
+    pub fn solve_observed(&mut self, mut observe: impl FnMut(&Progress) -> ControlFlow<()>) -> Solution {
+        self.reset();
+        self.walk_until_settled(STARTUP, &mut observe)
+    }
+
+    /// Walk from a start-up list, and again from cold as long as there is reason to.
+    pub(crate) fn walk_until_settled(
+        &mut self,
+        startup: &[Step],
+        observe: &mut impl FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Solution {
+        self.walk(startup, observe);
+        let mut solution = self.conclude();
+        while self.begin_again(&solution) {
+            self.walk(STARTUP, observe);
+            solution = self.conclude();
+        }
+        solution
+    }
+
+    /// Walk a start-up list, then iterate and close.
+    fn walk(&mut self, startup: &[Step], observe: &mut impl FnMut(&Progress) -> ControlFlow<()>) {
+        let mut ended = self.follow(startup);
+        while !ended {
+            ended = self.follow(ITERATION);
+            if !ended && observe(&self.progress()).is_break() {
+                self.interrupt();
+            }
+        }
+        self.follow(CLOSING);
+    }
+
+    /// Perform the steps of a list, up to one that asks to leave the iteration; whether one did.
+    fn follow(&mut self, steps: &[Step]) -> bool {
+        steps.iter().any(|&step| matches!(self.perform(step), Outcome::Done(_)))
+    }
+
+    fn perform(&mut self, step: Step) -> Outcome {
+        let mut run = |stage| self.run_with(stage, |path, seen| path.execute_as_far_as(stage, seen));
+        match step {
+            Step::Run(stage) => run(stage),
+            Step::Repeat { stage, until } => loop {
+                match run(until) {
+                    Outcome::Repeat => run(stage),
+                    other => return other,
+                };
+            },
+        }
+    }
+
+    /// Stop at the next statistics, with the best iterate.
+    pub fn interrupt(&mut self) {
+        self.control.interrupted = true;
+    }
+
+    /// The last statistics in the user's units.
+    pub fn progress(&self) -> Progress {
+        let word = |k: usize| self.path.work.statistics[k].value();
+        Progress {
+            iteration: self.control.total_iterations(),
+            objective: word(stat::OBJECTIVE),
+            dual_objective: word(stat::DUAL_OBJECTIVE),
+            primal_residual: word(stat::PRIMAL),
+            dual_residual: word(stat::DUAL),
+            gap: word(stat::GAP),
+            mu: word(stat::MU),
+            step: self.control.step,
+            refinements: self.control.refinements,
+        }
+    }
+
+    /// The outcome of the walk that ended, with the status that its numbers support; an earlier walk's of the same
+    /// solve, where that is the better one.
+    pub fn conclude(&self) -> Solution {
+        let walked = Walked::new(&self.path, 0, &self.problem, &self.control).conclude();
+        walked.after(self.earlier.as_ref(), self.path.settings.tol_inaccurate)
+    }
+
+    /// Whether the walk that ended with `solution` is to be followed by a cold one, for which the engine is then ready:
+    /// neither the clock nor the user ended the walk, nothing is proved but by one that stalled, and it had started warm, or
+    /// it stalled for the first time, or for the second time far from a solution or on a proof. After a stall, linear solves
+    /// are refined further; after the second one, pivots are shifted by more, too, and after a proof by less. The parameters
+    /// are other ones.
+    pub fn begin_again(&mut self, solution: &Solution) -> bool {
+        let Some(control) = self.control.again(solution.status) else {
+            return false;
+        };
+        if control.care != Care::Plain {
+            self.earlier = Some(solution.clone());
+        }
+        self.path.restart(0, control.care);
+        self.control = control;
+        true
+    }
+}
+
+/// More stage runs than any solve with these settings makes.
+fn most_events(settings: &Settings) -> usize {
+    let per_repeat = 2 * settings.refinement_max as usize + 1;
+    let runs = |steps: &[Step]| {
+        steps.iter().map(|s| if matches!(s, Step::Run(_)) { 1 } else { per_repeat }).sum::<usize>()
+    };
+    let once =
+        |startup| runs(startup) + (settings.max_iterations as usize + 1) * runs(ITERATION) + runs(CLOSING);
+    once(WARM_STARTUP) + 3 * once(STARTUP)
+}
+
+/// Operations of each stage on a problem's pattern, and their longest dependent chain.
+///
+/// # Errors
+/// As [`Engine::new`].
+pub fn operation_counts(
+    problem: &Problem,
+    settings: &Settings,
+    latency: Latency,
+) -> Result<Vec<(Stage, Tally)>, Error> {
+    let structure = Arc::new(Structure::new(problem, Panels::Exact)?);
+    let mut path = Datapath::<Counted>::new(structure, settings)?;
+    let inputs_ready = Workspace::new(&path.structure, Counted::zero());
+    let mut tally = |stage| {
+        path.work.clone_from(&inputs_ready);
+        (stage, count(latency, || path.execute(stage)))
+    };
+    Ok(Stage::ALL.iter().map(|&stage| tally(stage)).collect())
+}

@@ -1,0 +1,218 @@
+//! Starting from the solution of a problem nearby. docs/decisions/0010.
+//!
+//! The old point, on the new data, is moved to the central path at a height μ₁ that its residuals
+//! suggest ([`Stage::CenterStart`]); one Newton step from there meets the new equations
+//! ([`Stage::NewtonStart`]), wherever it leaves the cones; and what came out is moved to the central
+//! path again, at a height μ₀ that the distance moved suggests. One factorisation, as the cold start
+//! has. Where this does not pay, the solve starts again from cold.
+
+use crate::error::Error;
+use crate::kernels::central_pair::central_pair;
+use crate::kernels::reduce::max_abs;
+use crate::kernels::{cone_ops, linear_solve};
+use crate::kkt::structure::Structure;
+use crate::method::control::HIGHEST_STEP;
+use crate::method::engine::{Engine, Progress};
+use crate::method::stage::{Stage, STARTUP, WARM_STARTUP};
+use crate::method::workspace::{parameter, Workspace};
+use crate::outcome::solution::{Solution, WarmStart};
+use crate::problem::Problem;
+use crate::real::{Decide, Real};
+use core::ops::ControlFlow;
+
+/// A primal–dual point to start from, in the user's units: x (n), y (p), z (m), s (m). On rows whose
+/// h is +∞, z and s mean nothing.
+///
+/// ```
+/// # use orbsoc::*;
+/// # let problem = Problem::new(None, vec![1.0], None, vec![], Some(Csc::from_dense(&[&[-1.0]], 1)),
+/// #     vec![-2.0], Cones { l: 1, q: vec![] })?;
+/// let mut engine = Engine::<f64>::new(&problem, &Settings::default())?;
+/// let before = engine.solve();
+/// let mut moved = problem.clone();
+/// moved.set_h(&[-2.01])?;
+/// engine.update(&moved)?;
+/// let after = engine.solve_from(&Start::from(&before))?;
+/// assert_eq!(after.warm_start, WarmStart::Used);
+/// assert!((after.x[0] - 2.01).abs() < 1e-7 && after.iterations < before.iterations);
+/// # Ok::<(), Error>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Start<'a> {
+    /// Variables.
+    pub x: &'a [f64],
+    /// Multipliers of Ax = b.
+    pub y: &'a [f64],
+    /// Multipliers of the cone rows.
+    pub z: &'a [f64],
+    /// Slacks.
+    pub s: &'a [f64],
+}
+
+impl Start<'_> {
+    /// Check the lengths.
+    pub(crate) fn fit(&self, problem: &Problem) -> Result<(), Error> {
+        let lengths = [
+            ("start.x", self.x, problem.n()),
+            ("start.y", self.y, problem.p()),
+            ("start.z", self.z, problem.m()),
+            ("start.s", self.s, problem.m()),
+        ];
+        for (argument, vector, expected) in lengths {
+            if vector.len() != expected {
+                let reason = "the problem needs";
+                return Err(Error::Dimension {
+                    argument,
+                    found: vector.len(),
+                    unit: "entries",
+                    expected,
+                    reason,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<'a> From<&'a Solution> for Start<'a> {
+    fn from(of: &'a Solution) -> Self {
+        Self { x: &of.x, y: &of.y, z: &of.z, s: &of.s }
+    }
+}
+
+impl<T: Decide> Engine<T> {
+    /// As [`Engine::solve`], from a point nearby. Never a worse status than from cold: a start that
+    /// does not pay, or does not end with a solution or a certificate, is followed by a cold one, and
+    /// [`Solution::warm_start`] says so.
+    ///
+    /// # Errors
+    /// [`Error::Dimension`] naming the vector whose length does not fit.
+    pub fn solve_from(&mut self, start: &Start) -> Result<Solution, Error> {
+        self.solve_from_observed(start, |_| ControlFlow::Continue(()))
+    }
+
+    /// As [`Engine::solve_from`], showing each iteration to `observe`, which may end the solve.
+    ///
+    /// # Errors
+    /// As [`Engine::solve_from`].
+    pub fn solve_from_observed(
+        &mut self,
+        start: &Start,
+        mut observe: impl FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<Solution, Error> {
+        let startup = if self.start_from(start)? { WARM_STARTUP } else { STARTUP };
+        Ok(self.walk_until_settled(startup, &mut observe))
+    }
+
+    /// Forget the last solve and load a point to start from; whoever walks the lists goes on with
+    /// [`WARM_STARTUP`] if the answer is true, with [`STARTUP`] if it is false: the point is not finite
+    /// (a certificate, say) or the problem has no rows, and the solve counts as fallen back.
+    ///
+    /// # Errors
+    /// [`Error::Dimension`] naming the vector whose length does not fit.
+    pub fn start_from(&mut self, start: &Start) -> Result<bool, Error> {
+        start.fit(self.problem())?;
+        self.reset();
+        let useful = self.path.load_start(0, start);
+        self.control.warm_start = if useful { WarmStart::Used } else { WarmStart::FellBack };
+        Ok(useful)
+    }
+}
+
+/// The stages of a warm start.
+#[inline(always)]
+pub(crate) fn execute<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
+    match stage {
+        Stage::LoadStart => load(structure, w),
+        Stage::CenterStart => center(structure, w),
+        Stage::NewtonStartRhs => right_hand_side(structure, w),
+        _ => newton(structure, w),
+    }
+}
+
+/// The user's point in the scaling of the new data: x̂ = D⁻¹x, (ŷ, ẑ) = γ(E, F)⁻¹(y, z), ŝ = Fs.
+#[inline(always)]
+fn load<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
+    let (n, unknowns) = (structure.n, structure.unknowns());
+    let (point, slack) = w.start.split_at(unknowns);
+    for (i, (out, &word)) in w.point.iter_mut().zip(point).enumerate() {
+        let scaled = word * w.scale_inverse[i];
+        *out = if i < n { scaled } else { scaled * w.cost_scale[0] };
+    }
+    for ((out, &word), &scale) in w.slack.iter_mut().zip(slack).zip(&w.scale[n + structure.p..]) {
+        *out = word * scale;
+    }
+    w.homogenizer.copy_from_slice(&[T::one(), T::zero(), T::zero()]);
+}
+
+/// Onto the central path: s from Gx + s = h, and μ₁ from the product of primal and dual residual, or,
+/// where one of them is small, from the other's square.
+#[inline(always)]
+fn center<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
+    let (n, rows) = (structure.n, structure.n + structure.p);
+    let (dual, primal) = (max_abs(&w.residual[..n]), max_abs(&w.residual[n..]));
+    let worst = primal.max(dual);
+    let both = T::constant(0.3) * (primal * dual);
+    let one = T::constant(1e-4) * (worst * worst);
+    let mu = w.parameters[parameter::START_FLOOR].max(both).max(one);
+    for (slack, &residual) in w.slack.iter_mut().zip(&w.residual[rows..]) {
+        *slack = *slack - residual;
+    }
+    central_pair(&structure.cones, mu, &mut w.slack, &mut w.point[rows..]);
+    w.homogenizer.copy_from_slice(&[T::one(), mu, T::zero()]);
+}
+
+/// (−c, b, h − 2s): Newton's equations from a central pair, for x, y and z themselves, with
+/// s + ds = 2s − W²z⁺ because W²z = s.
+#[inline(always)]
+fn right_hand_side<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
+    let (n, rows) = (structure.n, structure.n + structure.p);
+    let position = &structure.kkt.position[..structure.unknowns()];
+    w.kkt_rhs.fill(T::zero());
+    for (i, (&to, &q)) in position.iter().zip(&w.q).enumerate() {
+        w.kkt_rhs[to as usize] = if i < n { -q } else { q };
+    }
+    for (&to, &slack) in position[rows..].iter().zip(&w.slack) {
+        let word = &mut w.kkt_rhs[to as usize];
+        *word = *word - (slack + slack);
+    }
+}
+
+/// Take the step, and move onto the central path: at μ₁, or, where that move goes far, at a height that its
+/// square suggests. κ is at most τ, as more would be a lean towards infeasibility, unless that height is too much: then it
+/// says so.
+///
+/// s − z stays, so s and z move equally far, and moving twice is moving once.
+#[inline(always)]
+fn newton<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
+    let (m, rows, cones) = (structure.m, structure.n + structure.p, &structure.cones);
+    let position = &structure.kkt.position[..structure.unknowns()];
+    let solution = w.kkt_solution.as_chunks::<1>().0;
+    linear_solve::unload(&position[..rows], solution, 0, &mut w.point[..rows]);
+    let z = &mut w.point[rows..];
+    let (delta, rest) = w.scratch.split_at_mut(m);
+    let scaled = &mut rest[..m];
+    for ((delta, z), &from) in delta.iter_mut().zip(z.iter_mut()).zip(&position[rows..]) {
+        let stepped = w.kkt_solution[from as usize];
+        *delta = stepped - *z;
+        *z = stepped;
+    }
+    cone_ops::scale(cones, &w.w, &w.cone, delta, scaled);
+    cone_ops::scale(cones, &w.w, &w.cone, scaled, delta);
+    for (slack, &delta) in w.slack.iter_mut().zip(delta.iter()) {
+        *slack = *slack - delta;
+    }
+    let mu = w.homogenizer[1];
+    // What the move costs in feasibility, and the height at which residuals of this size belong.
+    let moved = &mut w.scratch[..m];
+    moved.copy_from_slice(&w.slack);
+    central_pair(cones, mu, &mut w.slack, &mut w.point[rows..]);
+    for (moved, &slack) in moved.iter_mut().zip(&w.slack) {
+        *moved = *moved - slack;
+    }
+    let distance = max_abs(moved);
+    let mu = mu.max(T::constant(0.5) * (distance * distance));
+    central_pair(cones, mu, &mut w.slack, &mut w.point[rows..]);
+    let kappa = T::select(mu.lt(T::constant(HIGHEST_STEP)), mu.min(T::one()), mu);
+    w.homogenizer.copy_from_slice(&[T::one(), kappa, T::zero()]);
+}

@@ -1,0 +1,87 @@
+//! What rounding may hide: where the terms of a sum are far larger than the sum, another order of addition, which a referee
+//! may have, gives another one.
+
+use crate::problem::csc::Csc;
+use crate::problem::Problem;
+
+/// What rounding may make of a sum of so many terms, and of a referee's, who adds in another order: a share of the sum of their
+/// magnitudes.
+pub(crate) fn rounding(terms: usize) -> f64 {
+    2.0 * f64::EPSILON * (terms + 2) as f64
+}
+
+/// What rounding is likely to make of it at most: errors of either sign cancel as a random walk does. Enough for a residual, of which
+/// a sum of a thousand terms would else be suspected of a thousand errors of the same sign.
+pub(crate) fn wandering(terms: usize) -> f64 {
+    2.0 * f64::EPSILON * ((terms as f64).sqrt() + 2.0)
+}
+
+/// What rounding may hide in a product with a matrix, whose sums have at most so many terms of the magnitude that `term` gives.
+pub(crate) fn hidden(matrix: &Csc, terms: usize, term: impl Fn(f64, usize, usize) -> f64) -> f64 {
+    rounding(terms) * matrix.triplets().map(|(i, j, value)| term(value, i, j)).sum::<f64>()
+}
+
+/// The most that rounding may hide in any one entry of the residuals of a point.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Doubt {
+    pub equality: f64,
+    pub conic: f64,
+    pub dual: f64,
+}
+
+impl Doubt {
+    /// Of x, y, z and s, entry by entry; absent rows have none.
+    pub fn of(problem: &Problem, x: &[f64], y: &[f64], z: &[f64], s: &[f64]) -> Self {
+        let mut equality = Sums::new(&problem.b);
+        let mut conic = Sums::new(&problem.h);
+        let mut dual = Sums::new(&problem.c);
+        for (i, j, value) in problem.a.triplets() {
+            equality.add(i, value * x[j]);
+            dual.add(j, value * y[i]);
+        }
+        for (i, j, value) in problem.g.triplets() {
+            conic.add(i, value * x[j]);
+            dual.add(j, value * z[i]);
+        }
+        for (i, j, value) in problem.p.triplets() {
+            dual.add(j, value * x[i]);
+            if i != j {
+                dual.add(i, value * x[j]);
+            }
+        }
+        for (i, &s) in s.iter().enumerate() {
+            conic.add(i, s);
+        }
+        let present = |i: usize| problem.h[i].is_finite();
+        Self { equality: equality.most(|_| true), conic: conic.most(present), dual: dual.most(|_| true) }
+    }
+}
+
+/// Magnitudes of the terms of several sums.
+struct Sums(Vec<(f64, usize)>);
+
+impl Sums {
+    /// Each with its first term.
+    fn new(first: &[f64]) -> Self {
+        Self(first.iter().map(|term| (term.abs(), 1)).collect())
+    }
+
+    fn add(&mut self, at: usize, term: f64) {
+        let (sum, terms) = &mut self.0[at];
+        *sum += term.abs();
+        *terms += 1;
+    }
+
+    /// The most that rounding may make of any of them that is `wanted`; infinite where a sum is not finite.
+    fn most(&self, wanted: impl Fn(usize) -> bool) -> f64 {
+        let hidden = |&(sum, terms): &(f64, usize)| {
+            if sum.is_finite() {
+                wandering(terms) * sum
+            } else {
+                f64::INFINITY
+            }
+        };
+        let wanted = self.0.iter().enumerate().filter(|&(i, _)| wanted(i));
+        wanted.map(|(_, sum)| hidden(sum)).fold(0.0, f64::max)
+    }
+}

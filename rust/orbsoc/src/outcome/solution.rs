@@ -1,0 +1,208 @@
+//! What a solve returns.
+
+use crate::problem::Problem;
+use core::fmt;
+
+/// Outcome of a solve, supported by numbers recomputed on the original data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Status {
+    /// Residuals and gap meet the tolerance.
+    Solved,
+    /// They meet the reduced tolerance only.
+    SolvedInaccurate,
+    /// (y, z) is a Farkas certificate.
+    PrimalInfeasible,
+    /// x is a certificate: unbounded if feasible.
+    DualInfeasible,
+    /// The iteration limit; the best iterate comes along.
+    MaxIterations,
+    /// The time limit; the best iterate comes along.
+    MaxTime,
+    /// No further progress in this arithmetic; the best iterate comes along, NaN where there was none.
+    NumericalLimit,
+    /// Stopped from outside; the best iterate comes along, NaN where a batch had not begun the problem.
+    Interrupted,
+}
+
+impl Status {
+    /// The public name, as in other languages and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Solved => "SOLVED",
+            Self::SolvedInaccurate => "SOLVED_INACCURATE",
+            Self::PrimalInfeasible => "PRIMAL_INFEASIBLE",
+            Self::DualInfeasible => "DUAL_INFEASIBLE",
+            Self::MaxIterations => "MAX_ITERATIONS",
+            Self::MaxTime => "MAX_TIME",
+            Self::NumericalLimit => "NUMERICAL_LIMIT",
+            Self::Interrupted => "INTERRUPTED",
+        }
+    }
+
+    /// Whether it claims that there is no solution.
+    pub(crate) fn is_infeasible(self) -> bool {
+        matches!(self, Self::PrimalInfeasible | Self::DualInfeasible)
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// What became of a point to start from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum WarmStart {
+    /// There was none.
+    #[default]
+    None,
+    /// The solution was reached from it.
+    Used,
+    /// It did not pay, and the solve started again from cold.
+    FellBack,
+}
+
+impl WarmStart {
+    /// The public name, as in other languages and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Used => "used",
+            Self::FellBack => "fell_back",
+        }
+    }
+}
+
+/// Ratios of the status table, recomputed on the user's data after the fact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Certificate {
+    /// Larger of the equality and cone residual ratios, and how far s is outside K.
+    pub primal_residual: f64,
+    /// Dual residual ratio, and how far z is outside K.
+    pub dual_residual: f64,
+    /// |p − d| / (1 + min(|p|, |d|)).
+    pub gap: f64,
+    /// Certified radius of an infeasibility claim; NaN otherwise.
+    pub radius: f64,
+}
+
+impl Certificate {
+    /// The worst of the three ratios; NaN and infinity count as infinitely bad.
+    pub fn worst(&self) -> f64 {
+        let worst = self.primal_residual.max(self.dual_residual).max(self.gap);
+        let finite = self.primal_residual + self.dual_residual + self.gap;
+        if finite.is_finite() {
+            worst
+        } else {
+            f64::INFINITY
+        }
+    }
+}
+
+/// A primal–dual point with its evidence.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// Outcome.
+    pub status: Status,
+    /// Variables (n), or the certificate of dual infeasibility.
+    pub x: Vec<f64>,
+    /// Multipliers of Ax = b (p), or part of the certificate of primal infeasibility.
+    pub y: Vec<f64>,
+    /// Multipliers of the cone rows (m).
+    pub z: Vec<f64>,
+    /// Slacks (m); +∞ on absent rows.
+    pub s: Vec<f64>,
+    /// ½xᵀPx + cᵀx.
+    pub objective: f64,
+    /// −½xᵀPx − bᵀy − hᵀz.
+    pub dual_objective: f64,
+    /// Interior-point iterations of all walks: those of a warm start that was given up and of a walk that stalled included.
+    pub iterations: u32,
+    /// What became of the point the solve was to start from.
+    pub warm_start: WarmStart,
+    /// Refinement steps over the whole solve.
+    pub refinements: u32,
+    /// Recomputed evidence.
+    pub certificate: Certificate,
+    /// One sentence: what the status rests on, and which line failed if one did.
+    pub message: String,
+}
+
+impl Solution {
+    /// Of a problem whose batch was stopped before its turn came.
+    pub(crate) fn not_begun(problem: &Problem) -> Self {
+        let unknown = f64::NAN;
+        let [x, y, z, s] = [problem.n(), problem.p(), problem.m(), problem.m()].map(|len| vec![unknown; len]);
+        Self {
+            status: Status::Interrupted,
+            x,
+            y,
+            z,
+            s,
+            objective: unknown,
+            dual_objective: unknown,
+            iterations: 0,
+            warm_start: WarmStart::None,
+            refinements: 0,
+            certificate: Certificate {
+                primal_residual: unknown,
+                dual_residual: unknown,
+                gap: unknown,
+                radius: unknown,
+            },
+            message: "stopped before this problem began".into(),
+        }
+    }
+
+    /// The outcome of a solve whose last walk has this one, after an `earlier` walk that stalled: the better of the two,
+    /// with the counts of all walks.
+    pub(crate) fn after(self, earlier: Option<&Self>, tol_inaccurate: f64) -> Self {
+        let Some(earlier) = earlier.filter(|earlier| !self.replaces(earlier, tol_inaccurate)) else {
+            return self;
+        };
+        let Self { iterations, refinements, warm_start, .. } = self;
+        // Who stopped the solve is to see that it was stopped; a time limit takes nothing from what was reached before it, and
+        // nothing takes anything from a proof.
+        let stopped = match self.status {
+            Status::MaxTime => earlier.status == Status::NumericalLimit,
+            status => status == Status::Interrupted && !earlier.status.is_infeasible(),
+        };
+        let (status, message) = if stopped {
+            (self.status, format!("stopped in another walk; after the one before: {}", earlier.message))
+        } else {
+            (earlier.status, earlier.message.clone())
+        };
+        Self { status, iterations, warm_start, refinements, message, ..earlier.clone() }
+    }
+
+    /// Whether this outcome is worth more than that of an `earlier` walk, which stalled: inaccurate, at a numerical limit, or
+    /// on a proof. One that is nearly solved is not infeasible, nor one that appears to be, at a point of which the proof says
+    /// nothing.
+    fn replaces(&self, earlier: &Self, tol_inaccurate: f64) -> bool {
+        let stands_against = |point: &Self, proof: &Self| {
+            point.certificate.worst() <= tol_inaccurate
+                && beyond(proof.status, proof.certificate.radius, &point.x, &point.y, &point.z)
+        };
+        let usable = earlier.status == Status::SolvedInaccurate;
+        match self.status {
+            status if status == earlier.status && status.is_infeasible() => {
+                self.certificate.radius > earlier.certificate.radius
+            }
+            status if earlier.status.is_infeasible() => {
+                !status.is_infeasible() && stands_against(self, earlier)
+            }
+            Status::Solved => true,
+            Status::PrimalInfeasible | Status::DualInfeasible => !(usable || stands_against(earlier, self)),
+            status if (status == Status::SolvedInaccurate) != usable => !usable,
+            _ => self.certificate.worst() < earlier.certificate.worst(),
+        }
+    }
+}
+
+/// Whether a point is so large that a proof of infeasibility with this radius says nothing of it.
+pub(crate) fn beyond(status: Status, radius: f64, x: &[f64], y: &[f64], z: &[f64]) -> bool {
+    let size = |v: &[f64]| v.iter().fold(0.0, |top: f64, v| top.max(v.abs()));
+    let size = if status == Status::PrimalInfeasible { size(x) } else { size(y).max(size(z)) };
+    size >= radius
+}

@@ -1,0 +1,407 @@
+//! The evidence for a status, recomputed on the user's own data after the fact. Nothing here is shared
+//! with the iteration: other vectors (nalgebra's), other products, always double precision.
+
+use crate::kkt::structure::Structure;
+use crate::method::control::{Control, RADIUS_CLAIMED};
+use crate::method::datapath::Datapath;
+use crate::method::stage::Stop;
+use crate::method::workspace::Buffer;
+use crate::outcome::norms::{larger, symmetric_product, Sums};
+use crate::outcome::roundoff::{hidden, rounding, wandering, Doubt};
+use crate::outcome::solution::{beyond, Certificate, Solution, Status};
+use crate::problem::settings::Settings;
+use crate::problem::Problem;
+use crate::real::Decide;
+use nalgebra::{DVector, DVectorView};
+
+/// Residuals of a point on the user's data.
+struct Evidence {
+    certificate: Certificate,
+    /// Worst ratio by the referee's formula, s recomputed as h − Gx.
+    referee: f64,
+    objective: f64,
+    dual_objective: f64,
+}
+
+/// A point in the user's scaling and row order.
+struct Candidate {
+    x: DVector<f64>,
+    y: DVector<f64>,
+    z: DVector<f64>,
+    s: DVector<f64>,
+}
+
+/// A certificate of infeasibility on the user's data.
+struct Proof {
+    status: Status,
+    at: Candidate,
+    radius: f64,
+    /// The radius over the data's scale.
+    relative: f64,
+}
+
+impl Proof {
+    fn refutes(&self, point: &Candidate) -> bool {
+        let [x, y, z] = [&point.x, &point.y, &point.z].map(DVector::as_slice);
+        !beyond(self.status, self.radius, x, y, z)
+    }
+}
+
+/// What the projection of (head, tail) onto its cone makes of the head, and by what it multiplies the tail;
+/// nothing where the point is inside.
+fn onto_cone(head: f64, tail: &[f64]) -> Option<(f64, f64)> {
+    let size = tail.iter().map(|v| v * v).sum::<f64>().sqrt();
+    if size <= head {
+        None
+    } else if size <= -head {
+        Some((0.0, 0.0))
+    } else {
+        let middle = f64::midpoint(head, size);
+        Some((middle, middle / size))
+    }
+}
+
+/// Exact projection of `v` onto K.
+fn project(problem: &Problem, v: &mut DVector<f64>) {
+    let (orthant, mut rest) = v.as_mut_slice().split_at_mut(problem.cones.l);
+    for v in orthant {
+        *v = v.max(0.0);
+    }
+    for &dim in &problem.cones.q {
+        let (cone, later) = rest.split_at_mut(dim);
+        rest = later;
+        if let Some((head, factor)) = onto_cone(cone[0], &cone[1..]) {
+            cone[0] = head;
+            for v in &mut cone[1..] {
+                *v *= factor;
+            }
+        }
+    }
+}
+
+/// The largest entry of what the projection of `v` onto K would move.
+#[inline(never)]
+fn outside(problem: &Problem, v: &DVector<f64>) -> f64 {
+    let (orthant, mut rest) = v.as_slice().split_at(problem.cones.l);
+    let mut farthest = [0.0; 8];
+    for chunk in orthant.chunks(8) {
+        for (farthest, v) in farthest.iter_mut().zip(chunk) {
+            *farthest = larger(*farthest, -v);
+        }
+    }
+    let mut moved = farthest.into_iter().fold(0.0, larger);
+    for &dim in &problem.cones.q {
+        let (cone, later) = rest.split_at(dim);
+        rest = later;
+        if let Some((head, factor)) = onto_cone(cone[0], &cone[1..]) {
+            let tail = cone[1..].iter().fold(0.0, |top, v| larger(top, v.abs()));
+            moved = larger(larger(moved, (head - cone[0]).abs()), (1.0 - factor) * tail);
+        }
+    }
+    moved
+}
+
+/// Absent rows take part in nothing: zero where h is +∞.
+#[inline(never)]
+fn present(problem: &Problem, mut v: DVector<f64>) -> DVector<f64> {
+    // A selection: a store on a condition would be made one by one.
+    for (v, h) in v.as_mut_slice().iter_mut().zip(&problem.h) {
+        *v = if h.is_finite() { *v } else { 0.0 };
+    }
+    v
+}
+
+/// An error over 1 + the size of what it is an error of; infinite when it is, whatever the size (∞/∞ is no number, and a
+/// maximum drops it).
+fn ratio(error: f64, size: f64) -> f64 {
+    if error.is_finite() {
+        error / (1.0 + size)
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// What rounding may hide in a residual or in the gap counts as its error where that could be more than a tenth of the tolerance.
+fn examine(problem: &Problem, at: &Candidate, tol: f64) -> Evidence {
+    let sums = Sums::new();
+    let norm = |v: &[f64]| sums.norm(v);
+    let (x, y, z) = (at.x.as_slice(), at.y.as_slice(), at.z.as_slice());
+    let h = present(problem, DVector::from_column_slice(&problem.h));
+    let slack = present(problem, at.s.clone());
+    let mut px = symmetric_product(&problem.p, &at.x);
+    let (mut ax, aty) = sums.products(&problem.a, &at.x, &at.y);
+    let (gx, gtz) = sums.products(&problem.g, &at.x, &at.z);
+    let mut gx = present(problem, gx);
+    let (norm_b, norm_h, norm_s) = (norm(&problem.b), norm(h.as_slice()), norm(slack.as_slice()));
+    let (norm_c, norm_ax, norm_gx) = (norm(&problem.c), norm(ax.as_slice()), norm(gx.as_slice()));
+    let (norm_px, norm_aty, norm_gtz) = (norm(px.as_slice()), norm(aty.as_slice()), norm(gtz.as_slice()));
+
+    let half_curvature = 0.5 * sums.dot(x, px.as_slice());
+    let objective = half_curvature + sums.dot(&problem.c, x);
+    let dual_objective = -half_curvature - sums.dot(&problem.b, y) - sums.dot(h.as_slice(), z);
+    let share = wandering(problem.n() + problem.p() + problem.m());
+    let most_in_gap = sums.magnitude(x, px.as_slice())
+        + sums.magnitude(&problem.c, x)
+        + sums.magnitude(&problem.b, y)
+        + sums.magnitude(h.as_slice(), z);
+    let scale = 1.0 + objective.abs().min(dual_objective.abs());
+    let difference = (objective - dual_objective).abs();
+    let gap = if share * most_in_gap <= 0.1 * tol * scale {
+        difference / scale
+    } else {
+        (difference + share * most_in_gap) / scale
+    };
+
+    let [in_p, in_a, in_g] = [&problem.p, &problem.a, &problem.g].map(|matrix| norm(matrix.values()));
+    let most_in_row = (in_a + in_g) * sums.size(x) + norm_b + norm_h + norm_s;
+    let most_in_column = in_a * sums.size(y) + in_g * sums.size(z) + in_p * sums.size(x) + norm_c;
+    let negligible = |most: f64, scale: f64| share * most <= 0.1 * tol * (1.0 + scale);
+    let doubt = if negligible(most_in_row, norm_b.max(norm_h)) && negligible(most_in_column, norm_c) {
+        Doubt::default()
+    } else {
+        Doubt::of(problem, x, y, z, slack.as_slice())
+    };
+    sums.add(&mut ax, -1.0, &problem.b);
+    let equality = doubt.equality + norm(ax.as_slice());
+    let mut beyond = h.clone();
+    sums.add(&mut beyond, -1.0, gx.as_slice());
+    let beyond = doubt.conic + outside(problem, &beyond);
+    sums.add(&mut gx, 1.0, slack.as_slice());
+    sums.add(&mut gx, -1.0, h.as_slice());
+    let conic = doubt.conic + norm(gx.as_slice());
+    for term in [&problem.c, aty.as_slice(), gtz.as_slice()] {
+        sums.add(&mut px, 1.0, term);
+    }
+    let dual = doubt.dual + norm(px.as_slice());
+    let dual_outside = outside(problem, &at.z);
+    let primal_residual = ratio(equality, norm_ax.max(norm_b))
+        .max(ratio(conic, norm_gx.max(norm_h)))
+        .max(ratio(outside(problem, &slack), norm_s));
+    let dual_residual =
+        ratio(dual, norm_px.max(norm_aty).max(norm_gtz).max(norm_c)).max(ratio(dual_outside, norm(z)));
+    let certificate = Certificate { primal_residual, dual_residual, gap, radius: f64::NAN };
+    let referee = Certificate {
+        primal_residual: ratio(equality.max(beyond), norm_b.max(norm_h)),
+        dual_residual: ratio(dual.max(dual_outside), norm_c),
+        ..certificate
+    };
+    Evidence { referee: referee.worst(), certificate, objective, dual_objective }
+}
+
+/// Certified radius of a claim of primal infeasibility, also over the data's scale: whatever the sums below may have lost in
+/// rounding counts against it. z is projected onto K, and the certificate scaled to size one: its own size means nothing
+/// and may overflow.
+fn primal_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
+    let sums = Sums::new();
+    at.z = present(problem, at.z.clone());
+    project(problem, &mut at.z);
+    let size = sums.norm(at.y.as_slice()).max(sums.norm(at.z.as_slice()));
+    at.y.unscale_mut(size);
+    at.z.unscale_mut(size);
+    let h = present(problem, DVector::from_column_slice(&problem.h));
+    let support = DVectorView::from(&problem.b[..]).dot(&at.y) + h.dot(&at.z);
+    let nowhere = DVector::zeros(problem.n());
+    let (_, aty) = sums.products(&problem.a, &nowhere, &at.y);
+    let (_, gtz) = sums.products(&problem.g, &nowhere, &at.z);
+    let (y, z) = (at.y.as_slice(), at.z.as_slice());
+    let hidden = hidden(&problem.a, problem.p(), |value, i, _| (value * y[i]).abs())
+        + hidden(&problem.g, problem.m(), |value, i, _| (value * z[i]).abs());
+    let terms = problem.b.iter().zip(&at.y).chain(h.iter().zip(&at.z)).map(|(b, y)| (b * y).abs());
+    let doubt = rounding(problem.p() + problem.m()) * terms.sum::<f64>();
+    let scale = problem.b.iter().chain(h.iter()).fold(1.0, |top: f64, v| top.max(v.abs()));
+    radius(support + doubt, (aty + gtz).lp_norm(1) + hidden, scale)
+}
+
+/// Certified radius of a claim of dual infeasibility, also over the data's scale; x is scaled to size one.
+fn dual_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
+    let sums = Sums::new();
+    at.x.unscale_mut(sums.norm(at.x.as_slice()));
+    let cost = DVectorView::from(&problem.c[..]).dot(&at.x);
+    let (ax, _) = sums.products(&problem.a, &at.x, &DVector::zeros(problem.p()));
+    let (gx, _) = sums.products(&problem.g, &at.x, &DVector::zeros(problem.m()));
+    let recession = -present(problem, gx);
+    let mut inside = recession.clone();
+    project(problem, &mut inside);
+    let distance =
+        symmetric_product(&problem.p, &at.x).lp_norm(1) + ax.lp_norm(1) + (recession - inside).lp_norm(1);
+    let (n, x) = (problem.n(), at.x.as_slice());
+    let by = |value: f64, _: usize, j: usize| (value * x[j]).abs();
+    let either = |value: f64, i: usize, j: usize| 2.0 * by(value, 0, i).max(by(value, 0, j));
+    let present =
+        |value: f64, i: usize, j: usize| if problem.h[i].is_finite() { by(value, i, j) } else { 0.0 };
+    let hidden = hidden(&problem.p, n, either) + hidden(&problem.a, n, by) + hidden(&problem.g, n, present);
+    let doubt = rounding(n) * problem.c.iter().zip(x).map(|(c, x)| (c * x).abs()).sum::<f64>();
+    let scale = problem.c.iter().fold(1.0, |top: f64, v| top.max(v.abs()));
+    radius(cost + doubt, distance + hidden, scale)
+}
+
+fn radius(value: f64, size: f64, scale: f64) -> (f64, f64) {
+    if value < 0.0 && value.is_finite() && size.is_finite() {
+        let radius = if size > 0.0 { -value / size } else { f64::INFINITY };
+        (radius, radius / scale)
+    } else {
+        (0.0, 0.0)
+    }
+}
+
+/// A walk that has ended: one problem's words in the user's scaling, and how it went.
+pub(crate) struct Walked<'a> {
+    structure: &'a Structure,
+    settings: &'a Settings,
+    problem: &'a Problem,
+    control: &'a Control,
+    answer: Vec<f64>,
+    witness: Vec<f64>,
+}
+
+impl<'a> Walked<'a> {
+    pub fn new<T: Decide>(
+        path: &'a Datapath<T>,
+        lane: usize,
+        problem: &'a Problem,
+        control: &'a Control,
+    ) -> Self {
+        let answer = path.lane(Buffer::Answer, lane);
+        // Most walks have found no certificate, and the words of a lane are far apart.
+        let witness = if control.has_certificate() { path.lane(Buffer::Witness, lane) } else { Vec::new() };
+        Self { structure: &path.structure, settings: &path.settings, problem, control, answer, witness }
+    }
+
+    /// The outcome, with the status that the numbers support.
+    pub fn conclude(&self) -> Solution {
+        let stop = self.control.stop.unwrap_or(Stop::Interrupted);
+        let problem = self.problem;
+        let best = self.candidate(&self.answer, true);
+        let tol = self.settings.tol;
+        let evidence = examine(problem, &best, tol);
+        let ratio = evidence.certificate.worst();
+        let solved = ratio <= tol && evidence.referee <= 100.0 * tol;
+        // A certificate counts when the solve ended on it or could enlarge it no further; a limit
+        // that cut the solve short proves nothing.
+        let usable = ratio <= self.settings.tol_inaccurate
+            && evidence.referee <= self.settings.tol_inaccurate
+            && stop != Stop::Interrupted;
+        let by_certificate = matches!(stop, Stop::PrimalCertificate | Stop::DualCertificate);
+        // A nearly solved problem is not infeasible, however far out its solution lies.
+        if by_certificate || (stop == Stop::Stalled && !solved && !usable) {
+            // … and where its products hide what is missing, a point as large as the radius is not refuted by it.
+            let apparent = (!by_certificate && ratio <= self.settings.tol_inaccurate).then_some(&best);
+            if let Some(proof) = self.infeasible(apparent) {
+                return self.claim(&proof);
+            }
+        }
+        if solved {
+            let message = format!("verified: worst residual ratio {ratio:.1e} on the original data");
+            return self.assemble(Status::Solved, &best, &evidence, message);
+        }
+        let failed = failing_line(&evidence, tol);
+        if usable {
+            let message = format!("meets tol_inaccurate only: {failed}");
+            return self.assemble(Status::SolvedInaccurate, &best, &evidence, message);
+        }
+        let (status, advice) = match stop {
+            Stop::MaxIterations => {
+                (Status::MaxIterations, "raise max_iterations or look at the scaling of the data")
+            }
+            Stop::MaxTime => (Status::MaxTime, "raise max_time_s"),
+            Stop::Interrupted => (Status::Interrupted, "stopped from outside"),
+            _ => (Status::NumericalLimit, "no further progress; rescale the data or accept a larger tol"),
+        };
+        let message = if self.control.best.is_finite() {
+            format!("best iterate returned: {failed}; {advice}")
+        } else {
+            format!("no iterate (x is NaN): the first linear solve gave no finite numbers; {advice}")
+        };
+        self.assemble(status, &best, &evidence, message)
+    }
+
+    /// The stronger certificate of infeasibility, of those that the original data support and an `apparent` solution
+    /// does not speak against.
+    fn infeasible(&self, apparent: Option<&Candidate>) -> Option<Proof> {
+        let (farkas, ray) = self.witness.split_at_checked(self.structure.unknowns())?;
+        let primal = (self.control.primal_radius > 0.0).then(|| self.farkas(farkas));
+        let dual = (self.control.dual_radius > 0.0).then(|| self.ray(ray));
+        let proofs = primal.into_iter().chain(dual).filter(|proof| {
+            proof.relative >= RADIUS_CLAIMED && apparent.is_none_or(|solution| proof.refutes(solution))
+        });
+        proofs.max_by(|one, other| one.relative.total_cmp(&other.relative))
+    }
+
+    /// That no x is feasible.
+    fn farkas(&self, words: &[f64]) -> Proof {
+        let mut at = self.candidate(words, false);
+        let (radius, relative) = primal_radius(self.problem, &mut at);
+        at.x.fill(f64::NAN);
+        Proof { status: Status::PrimalInfeasible, at, radius, relative }
+    }
+
+    /// That no dual point is.
+    fn ray(&self, words: &[f64]) -> Proof {
+        let mut at = self.candidate(words, false);
+        let (radius, relative) = dual_radius(self.problem, &mut at);
+        at.y.fill(f64::NAN);
+        at.z.fill(f64::NAN);
+        Proof { status: Status::DualInfeasible, at, radius, relative }
+    }
+
+    /// Read (x, y, z) and perhaps s from words in the user's scaling, into the user's rows.
+    fn candidate(&self, words: &[f64], with_slack: bool) -> Candidate {
+        let (structure, problem) = (self.structure, self.problem);
+        let (n, p) = (structure.n, structure.p);
+        let take = |from: usize, len: usize| DVector::from_column_slice(&words[from..from + len]);
+        let mut z = DVector::zeros(problem.m());
+        let mut s = DVector::from_element(problem.m(), if with_slack { f64::INFINITY } else { f64::NAN });
+        for (k, &row) in structure.reduced.row_origin.iter().enumerate() {
+            z[row] = words[n + p + k];
+            if with_slack {
+                s[row] = words[n + p + structure.m + k];
+            }
+        }
+        Candidate { x: take(0, n), y: take(n, p), z, s }
+    }
+
+    fn claim(&self, proof: &Proof) -> Solution {
+        let (none, radius) = (f64::NAN, proof.radius);
+        let certificate = Certificate { primal_residual: none, dual_residual: none, gap: none, radius };
+        let (infinite, message) = if proof.status == Status::PrimalInfeasible {
+            (f64::INFINITY, format!("no feasible x has ‖x‖∞ < {radius:.3e}"))
+        } else {
+            let what = "dual infeasible (unbounded if feasible)";
+            (f64::NEG_INFINITY, format!("{what}: no dual point has norm below {radius:.3e}"))
+        };
+        let evidence = Evidence { certificate, referee: none, objective: infinite, dual_objective: infinite };
+        self.assemble(proof.status, &proof.at, &evidence, message)
+    }
+
+    fn assemble(&self, status: Status, at: &Candidate, evidence: &Evidence, message: String) -> Solution {
+        Solution {
+            status,
+            x: at.x.as_slice().to_vec(),
+            y: at.y.as_slice().to_vec(),
+            z: at.z.as_slice().to_vec(),
+            s: at.s.as_slice().to_vec(),
+            objective: evidence.objective,
+            dual_objective: evidence.dual_objective,
+            iterations: self.control.total_iterations(),
+            warm_start: self.control.warm_start,
+            refinements: self.control.refinements,
+            certificate: evidence.certificate,
+            message,
+        }
+    }
+}
+
+fn failing_line(evidence: &Evidence, tol: f64) -> String {
+    let c = &evidence.certificate;
+    let lines = [("primal residual", c.primal_residual), ("dual residual", c.dual_residual), ("gap", c.gap)];
+    let failing: Vec<String> = lines
+        .iter()
+        .filter(|(_, v)| v.is_nan() || *v > tol)
+        .map(|(name, v)| format!("{name} {v:.1e}"))
+        .collect();
+    if failing.is_empty() {
+        format!("referee's residual {:.1e} (tol {tol:.0e})", evidence.referee)
+    } else {
+        format!("{} (tol {tol:.0e})", failing.join(", "))
+    }
+}

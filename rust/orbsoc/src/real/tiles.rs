@@ -1,0 +1,170 @@
+//! A tile of sums of products, which factorisation spends most of its time on.
+
+#![allow(clippy::needless_range_loop)] // constant ranges over arrays unroll; iterators over them do not always
+
+use super::Real;
+
+/// Columns `l` and `y` of `height` words, one after the other; a tile takes rows `row..` of `l` and `column..` of `y`.
+#[derive(Clone, Copy)]
+pub struct Factors<'a, T> {
+    /// Columns divided by their pivots.
+    pub l: &'a [T],
+    /// The same before the division.
+    pub y: &'a [T],
+    /// Words of a column.
+    pub height: usize,
+    /// Where the tile begins in a column of `l` …
+    pub row: usize,
+    /// … and of `y`.
+    pub column: usize,
+}
+
+impl<'a, T: Copy> Factors<'a, T> {
+    /// `M` words of `l` and `N` of `y` to `each`, column by column. By hand: the library's iterators over two
+    /// lists of chunks divide to count them, and become calls where the kernel around them is large.
+    #[inline(always)]
+    pub fn pairs<const M: usize, const N: usize>(self, mut each: impl FnMut(&'a [T; M], &'a [T; N])) {
+        let Self { l, y, height, row, column } = self;
+        let mut at = 0;
+        while let (Some(l), Some(y)) = (l.get(at + row..), y.get(at + column..)) {
+            let (Some(l), Some(y)) = (l.first_chunk(), y.first_chunk()) else { return };
+            each(l, y);
+            at += height;
+        }
+    }
+}
+
+/// `words[n][m] −= Σ_k l_k[m]·y_k[n]`, the k in order, each product rounded. With `LOWER`, only the words of
+/// m ≥ n are asked for, and the others come out as anything.
+#[inline(always)]
+pub fn subtract<T: Real, const M: usize, const N: usize, const LOWER: bool>(
+    words: &mut [[T; M]; N],
+    factors: Factors<T>,
+) {
+    factors.pairs::<M, N>(
+        #[inline(always)]
+        |l, y| {
+            for n in 0..N {
+                let mut column = words[n];
+                for m in if LOWER { n } else { 0 }..M {
+                    column[m] = column[m].sub_mul(l[m], y[n]);
+                }
+                words[n] = column;
+            }
+        },
+    );
+}
+
+/// `sums[k][r] += a[k]·x[k][r]`, of each eight in turn.
+#[inline(always)]
+pub fn accumulate<T: Real, const R: usize>(sums: &mut [[T; R]; 8], a: &[[T; 8]], x: &[[[T; R]; 8]]) {
+    for (a, x) in a.iter().zip(x) {
+        for k in 0..8 {
+            for r in 0..R {
+                sums[k][r] = sums[k][r].add_mul(a[k], x[k][r]);
+            }
+        }
+    }
+}
+
+/// `words[k][r] −= by[k]·x[r]`.
+#[inline(always)]
+pub fn subtract_multiple<T: Real, const R: usize>(words: &mut [[T; R]], by: &[T], x: [T; R]) {
+    for (words, &by) in words.iter_mut().zip(by) {
+        for r in 0..R {
+            words[r] = words[r].sub_mul(by, x[r]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::reference::Numbers;
+
+    /// What the datapath makes of a tile, and what the plain loops do: the bits of the words asked for.
+    fn both<const M: usize, const N: usize, const LOWER: bool>(seed: u64, columns: usize) -> [Vec<u64>; 2] {
+        const HEIGHT: usize = 13;
+        let mut numbers = Numbers(seed);
+        let (l, y) = (numbers.list(columns * HEIGHT), numbers.list(columns * HEIGHT));
+        let factors = Factors { l: &l, y: &y, height: HEIGHT, row: 5, column: 3 };
+        let flat = numbers.list(M * N);
+        let mut words = [[0.0; M]; N];
+        for n in 0..N {
+            words[n].copy_from_slice(&flat[n * M..][..M]);
+        }
+        let mut plain = words;
+        f64::subtract_products::<M, N, LOWER>(&mut words, factors);
+        subtract::<f64, M, N, LOWER>(&mut plain, factors);
+        [words, plain].map(|words| {
+            let asked = |n: usize| words[n][if LOWER { n } else { 0 }..].iter();
+            (0..N).flat_map(|n| asked(n).map(|w| w.to_bits()).collect::<Vec<_>>()).collect()
+        })
+    }
+
+    #[test]
+    fn a_quicker_way_changes_no_bit() {
+        for columns in [0, 1, 2, 7, 40] {
+            for seed in 0..20 {
+                for [found, expected] in [
+                    both::<4, 4, false>(seed, columns),
+                    both::<4, 4, true>(seed, columns),
+                    both::<8, 4, false>(seed, columns),
+                    both::<4, 1, false>(seed, columns),
+                    both::<1, 4, false>(seed, columns),
+                    both::<1, 1, false>(seed, columns),
+                    both::<2, 2, false>(seed, columns),
+                ] {
+                    assert_eq!(found, expected, "{columns} columns, seed {seed}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_quicker_multiple_of_two_vectors_changes_no_bit() {
+        let mut numbers = Numbers(23);
+        for len in 0..40 {
+            let (by, x) = (numbers.list(len), [numbers.signed(), numbers.signed()]);
+            let words: Vec<[f64; 2]> = (0..len).map(|_| [numbers.signed(), numbers.signed()]).collect();
+            let (mut quick, mut plain) = (words.clone(), words);
+            f64::subtract_multiple(&mut quick, &by, x);
+            subtract_multiple(&mut plain, &by, x);
+            let bits = |words: &[[f64; 2]]| words.iter().map(|w| w.map(f64::to_bits)).collect::<Vec<_>>();
+            assert_eq!(bits(&quick), bits(&plain), "{len} words");
+        }
+    }
+
+    #[test]
+    fn quicker_sums_change_no_bit() {
+        fn both<const R: usize>(numbers: &mut Numbers, len: usize) -> [Vec<u64>; 2] {
+            let a: Vec<[f64; 8]> = (0..len).map(|_| [0.0; 8].map(|_: f64| numbers.signed())).collect();
+            let x: Vec<[[f64; R]; 8]> =
+                (0..len).map(|_| [[0.0; R]; 8].map(|x| x.map(|_: f64| numbers.signed()))).collect();
+            let mut quick = [[0.0; R]; 8].map(|x| x.map(|_: f64| numbers.signed()));
+            let mut plain = quick;
+            f64::accumulate(&mut quick, &a, &x);
+            accumulate(&mut plain, &a, &x);
+            [quick, plain].map(|sums| sums.as_flattened().iter().map(|v| v.to_bits()).collect())
+        }
+        let mut numbers = Numbers(29);
+        for len in 0..6 {
+            for [quick, plain] in [both::<1>(&mut numbers, len), both::<2>(&mut numbers, len)] {
+                assert_eq!(quick, plain, "{len} times eight");
+            }
+        }
+    }
+
+    /// One product of a lone column: no rounding of the product may be lost in a fused operation.
+    #[test]
+    fn products_are_rounded_before_they_are_subtracted() {
+        let a = 1.0 + 2f64.powi(-30);
+        let (l, y) = ([a; 4], [a; 4]);
+        let mut words = [[1.0 + 2f64.powi(-29); 4]; 4];
+        f64::subtract_products::<4, 4, false>(
+            &mut words,
+            Factors { l: &l, y: &y, height: 4, row: 0, column: 0 },
+        );
+        assert_eq!(words, [[0.0; 4]; 4]);
+    }
+}

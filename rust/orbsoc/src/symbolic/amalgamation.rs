@@ -1,0 +1,224 @@
+//! Runs of columns that lie side by side and are worked on together, though none is the parent of the one before it.
+
+use crate::symbolic::indices::index;
+use crate::symbolic::supernodes::{Kind, Panels, Run, LEAF_ROWS, MOST_LISTED};
+use core::ops::Range;
+use std::borrow::Cow;
+
+/// Single siblings with the same rows, at most: recorded streams and schedules' tables follow from it.
+const MOST_SIBLINGS: usize = 16;
+
+/// So many siblings are no leaves.
+const NO_LEAVES: usize = 8;
+
+/// Fewer chains abreast are not worth the zeros.
+const FEWEST_ABREAST: usize = 4;
+/// Columns of each of them, at most, …
+const WIDEST_ABREAST: usize = 4;
+/// … of all together, …
+const MOST_ABREAST: usize = 32;
+/// … and rows of each, at least: others make leaves, or ragged columns.
+const ROWS_ABREAST: usize = 5;
+
+/// Gather what lies side by side; `below` are a column's rows.
+pub(crate) fn gathered<'a>(
+    mut runs: Vec<Run<'a>>,
+    panels: Panels,
+    below: impl Fn(usize) -> &'a [u32],
+) -> Vec<Run<'a>> {
+    match panels {
+        Panels::Exact => {}
+        Panels::Relaxed => abreast(&mut runs, 2, &below),
+        Panels::Lanes => abreast(&mut runs, 1, &below),
+    }
+    join(&mut runs, siblings);
+    join(&mut runs, leaves);
+    match panels {
+        Panels::Exact => {}
+        Panels::Relaxed | Panels::Lanes => ragged(&mut runs, below),
+    }
+    runs
+}
+
+/// Chains of equal width that do not contain one another, and the rows that any of them has.
+struct Abreast<'a> {
+    /// The runs that they are.
+    runs: Range<usize>,
+    /// Columns of each.
+    top: usize,
+    rows: Cow<'a, [u32]>,
+    /// Rows of one and the other, added up.
+    rows_added: usize,
+}
+
+impl<'a> Abreast<'a> {
+    fn of(at: usize, run: &Run<'a>) -> Self {
+        let rows_added = run.below.len();
+        Self { runs: at..at + 1, top: run.width, rows: run.below.clone(), rows_added }
+    }
+
+    /// Whether a run may be one of several.
+    fn suits(run: &Run) -> bool {
+        run.kind == Kind::Chain && run.width <= WIDEST_ABREAST && run.below.len() >= ROWS_ABREAST
+    }
+
+    fn width(&self) -> usize {
+        self.runs.len() * self.top
+    }
+
+    /// Take the `next` run in, and say so, where it suits these: all rows are then at most `times` as many as each has in
+    /// the mean.
+    fn take_in(&mut self, next: &Run, times: usize) -> bool {
+        let contained = || self.rows.iter().any(|&row| (next.first..next.end()).contains(&(row as usize)));
+        if next.width != self.top || self.width() + self.top > MOST_ABREAST || contained() {
+            return false;
+        }
+        let rows_added = self.rows_added + next.below.len();
+        if self.rows != next.below {
+            let rows = union(&self.rows, &next.below);
+            if rows.len() * (self.runs.len() + 1) > times * rows_added {
+                return false;
+            }
+            self.rows = Cow::Owned(rows);
+        }
+        self.runs.end += 1;
+        self.rows_added = rows_added;
+        true
+    }
+
+    /// Whether they are worth while, and each product of two rows has a word of its own to be subtracted from,
+    /// though it be zero.
+    fn pays(&self, below: impl Fn(usize) -> &'a [u32]) -> bool {
+        let lands = |(at, &row): (usize, &u32)| {
+            let mut there = below(row as usize).iter();
+            self.rows[at + 1..].iter().all(|row| there.any(|word| word == row))
+        };
+        self.runs.len() >= FEWEST_ABREAST && self.rows.iter().enumerate().all(lands)
+    }
+
+    /// The first of their runs takes the others in, which are left with no column.
+    fn gather(self, runs: &mut [Run<'a>]) {
+        let width = self.width();
+        let entries = runs[self.runs.clone()].iter().map(|run| run.entries).sum();
+        runs[self.runs.clone()].iter_mut().for_each(|run| run.width = 0);
+        let first = &mut runs[self.runs.start];
+        (first.kind, first.width, first.entries) = (Kind::Siblings, width, entries);
+        first.nearest = self.rows[0] as usize;
+        first.below = self.rows;
+    }
+}
+
+/// Both lists, ascending.
+fn union(a: &[u32], b: &[u32]) -> Vec<u32> {
+    let mut all = [a, b].concat();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// Chains whose rows are much the same share a panel: each word where they contribute is then met for once.
+fn abreast<'a>(runs: &mut Vec<Run<'a>>, times: usize, below: impl Fn(usize) -> &'a [u32]) {
+    let mut found: Vec<Abreast> = Vec::new();
+    let mut open: Option<Abreast> = None;
+    for (at, run) in runs.iter().enumerate() {
+        let suits = Abreast::suits(run);
+        if suits && open.as_mut().is_some_and(|open| open.take_in(run, times)) {
+            continue;
+        }
+        found.extend(open.take().filter(|open| open.pays(&below)));
+        open = suits.then(|| Abreast::of(at, run));
+    }
+    found.extend(open.filter(|open| open.pays(&below)));
+    for abreast in found {
+        abreast.gather(runs);
+    }
+    runs.retain(|run| run.width > 0);
+}
+
+/// Take each run into the one before it where `suits` says as what.
+fn join(runs: &mut Vec<Run<'_>>, suits: impl Fn(&Run, &Run) -> Option<Kind>) {
+    runs.dedup_by(|next, last| {
+        let kind = suits(last, next);
+        if let Some(kind) = kind {
+            take_beside(last, next, kind);
+        }
+        kind.is_some()
+    });
+}
+
+/// Whether the single column `next` has the rows of those `before` it.
+fn siblings(before: &Run, next: &Run) -> Option<Kind> {
+    let single = before.kind == Kind::Siblings && before.top == 1 && before.width < MOST_SIBLINGS;
+    let single = (single || before.width == 1) && next.width == 1;
+    (single && before.below == next.below).then_some(Kind::Siblings)
+}
+
+/// Whether the columns of `next` have as few rows as those `before` them, and do not depend on them.
+fn leaves(before: &Run, next: &Run) -> Option<Kind> {
+    let rows = rows_of_each_leaf(next)?;
+    let independent = before.nearest >= next.end();
+    (rows_of_each_leaf(before) == Some(rows) && independent).then_some(Kind::Leaves)
+}
+
+/// Rows below each column, where they may be leaves: few, and not better kept as siblings.
+fn rows_of_each_leaf(run: &Run) -> Option<usize> {
+    let rows = match run.kind {
+        Kind::Leaves => run.below.len() / run.width,
+        _ => run.below.len(),
+    };
+    let single = match run.kind {
+        Kind::Chain => run.width == 1,
+        Kind::Siblings => run.top == 1 && run.width < NO_LEAVES,
+        Kind::Leaves => true,
+        Kind::Given | Kind::Ragged => false,
+    };
+    (single && (1..=LEAF_ROWS).contains(&rows)).then_some(rows)
+}
+
+/// Take in columns that depend on none of these.
+fn take_beside(run: &mut Run, next: &mut Run, kind: Kind) {
+    if kind == Kind::Leaves {
+        make_leaves(run);
+        make_leaves(next);
+        run.below.to_mut().extend_from_slice(&next.below);
+    }
+    run.width += next.width;
+    run.nearest = run.nearest.min(next.nearest);
+    run.entries += next.entries;
+    run.kind = kind;
+}
+
+/// Repeat the rows for each column.
+fn make_leaves(run: &mut Run) {
+    if run.kind != Kind::Leaves {
+        run.below = Cow::Owned(run.below.repeat(run.width));
+        run.kind = Kind::Leaves;
+    }
+}
+
+/// Neighbours of few words each become ragged columns, whether one depends on another or not.
+fn ragged<'a>(runs: &mut Vec<Run<'a>>, below: impl Fn(usize) -> &'a [u32]) {
+    let kind = |run: &Run| matches!(run.kind, Kind::Chain | Kind::Siblings);
+    let slight = |run: &Run| kind(run) && run.words() <= 1 + MOST_LISTED;
+    runs.dedup_by(|next, last| {
+        let joins = slight(next) && (last.kind == Kind::Ragged || slight(last));
+        if joins {
+            make_ragged(last, &below);
+            make_ragged(next, &below);
+            last.width += next.width;
+            last.below.to_mut().extend_from_slice(&next.below);
+            last.lengths.append(&mut next.lengths);
+        }
+        joins
+    });
+}
+
+/// Each column's own rows, instead of those that its panel has.
+fn make_ragged<'a>(run: &mut Run, below: impl Fn(usize) -> &'a [u32]) {
+    if run.kind != Kind::Ragged {
+        let columns = run.first..run.end();
+        run.lengths = columns.clone().map(|j| index(below(j).len())).collect();
+        run.below = columns.flat_map(|j| below(j).iter().copied()).collect();
+        (run.kind, run.top) = (Kind::Ragged, 1);
+    }
+}

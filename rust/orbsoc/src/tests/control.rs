@@ -1,0 +1,279 @@
+//! When a walk stops, what it keeps, and what it may claim: decisions on made-up statistics.
+
+use crate::kernels::linear_solve::refinement;
+use crate::kernels::ps::stat;
+use crate::method::control::{keep_best, Care, Control};
+use crate::method::stage::Stop;
+use crate::outcome::verification::Walked;
+use crate::tests::reference::mixed_problem;
+use crate::{Buffer, Cones, Csc, Engine, Outcome, Problem, Settings, Stage, Status, WarmStart};
+use std::time::{Duration, Instant};
+
+struct Desk {
+    engine: Engine<f64>,
+    control: Control,
+    settings: Settings,
+}
+
+/// One iterate's numbers: worst residual ratio, radii of primal and dual infeasibility, τ and κ.
+#[derive(Clone, Copy)]
+struct Iterate {
+    worst: f64,
+    primal: f64,
+    dual: f64,
+    tau: f64,
+    kappa: f64,
+}
+
+const PLAIN: Iterate = Iterate { worst: 1.0, primal: 0.0, dual: 0.0, tau: 1.0, kappa: 1.0 };
+const LEANING: Iterate = Iterate { tau: 1e-4, ..PLAIN };
+
+fn desk() -> Desk {
+    let settings = Settings::default();
+    let engine = Engine::new(&mixed_problem(9), &settings).unwrap();
+    Desk { engine, control: Control::new(&settings), settings }
+}
+
+impl Desk {
+    fn judge(&mut self, at: Iterate) -> Outcome {
+        let work = &mut self.engine.path.work;
+        work.statistics.fill(0.0);
+        work.statistics[stat::STRICT] = at.worst;
+        work.statistics[stat::PRIMAL_RADIUS] = at.primal;
+        work.statistics[stat::DUAL_RADIUS] = at.dual;
+        work.homogenizer.copy_from_slice(&[at.tau, at.kappa, 1.0]);
+        work.point.fill(at.worst);
+        let outcome = self.control.decide(0, Stage::Statistics, &self.settings, work);
+        keep_best(core::iter::once(Some(&self.control)), work);
+        outcome
+    }
+
+    fn step(&mut self, length: f64) {
+        self.engine.path.work.step_taken[0] = length;
+        let work = &mut self.engine.path.work;
+        assert_eq!(self.control.decide(0, Stage::Advance, &self.settings, work), Outcome::Next);
+    }
+
+    fn kept(&self, buffer: Buffer) -> f64 {
+        self.engine.buffer(buffer)[0]
+    }
+}
+
+const CONVERGED: Outcome = Outcome::Done(Stop::Converged);
+const STALLED: Outcome = Outcome::Done(Stop::Stalled);
+
+#[test]
+fn a_fifth_of_the_tolerance_ends_the_walk_and_more_buys_one_iteration() {
+    assert_eq!(desk().judge(Iterate { worst: 0.2e-8, ..PLAIN }), CONVERGED);
+    let mut desk = desk();
+    assert_eq!(desk.judge(Iterate { worst: 1.1e-8, ..PLAIN }), Outcome::Next);
+    assert_eq!(desk.judge(Iterate { worst: 0.9e-8, ..PLAIN }), Outcome::Next);
+    // Whatever that iteration brings, the better one is kept.
+    assert_eq!(desk.judge(Iterate { worst: 2e-8, ..PLAIN }), CONVERGED);
+    assert_eq!(desk.kept(Buffer::Best), 0.9e-8);
+}
+
+#[test]
+fn after_a_warm_start_half_of_the_tolerance_is_enough() {
+    let mut desk = desk();
+    let near = Iterate { worst: 0.5e-8, ..PLAIN };
+    assert_eq!(desk.judge(near), Outcome::Next);
+    desk.control = Control::new(&desk.settings);
+    desk.control.warm_start = WarmStart::Used;
+    assert_eq!(desk.judge(Iterate { worst: 0.51e-8, ..PLAIN }), Outcome::Next);
+    desk.control = desk.control.fallen_back();
+    assert_eq!(desk.judge(near), Outcome::Next);
+    desk.control = Control::new(&desk.settings);
+    desk.control.warm_start = WarmStart::Used;
+    assert_eq!(desk.judge(near), CONVERGED);
+}
+
+#[test]
+fn the_clock_stands_still_while_a_walk_is_laid_aside() {
+    let settings = Settings { max_time_s: 1e-9, ..Settings::default() };
+    let mut desk = desk();
+    for (rest, outcome) in
+        [(Duration::from_secs(3600), Outcome::Next), (Duration::ZERO, Outcome::Done(Stop::MaxTime))]
+    {
+        desk.control = Control::new(&settings);
+        let now = Instant::now();
+        desk.control.lay_aside(now);
+        desk.control.take_up(now + rest);
+        assert_eq!(desk.judge(PLAIN), outcome);
+    }
+}
+
+#[test]
+fn the_best_iterate_is_the_one_with_the_smallest_worst_ratio() {
+    let mut desk = desk();
+    for (worst, best) in [(1.0, 1.0), (0.5, 0.5), (0.7, 0.5), (0.49, 0.49), (0.4899, 0.4899), (3.0, 0.4899)] {
+        assert_eq!(desk.judge(Iterate { worst, ..PLAIN }), Outcome::Next);
+        assert_eq!(desk.kept(Buffer::Best), best);
+    }
+}
+
+#[test]
+fn iterates_that_are_not_numbers_stall_and_are_not_kept() {
+    let mut desk = desk();
+    desk.judge(PLAIN);
+    assert_eq!(desk.judge(Iterate { worst: f64::NAN, ..PLAIN }), STALLED);
+    desk.engine.path.work.statistics[stat::WITNESS] = f64::NAN;
+    let work = &mut desk.engine.path.work;
+    work.statistics[stat::STRICT] = 1e-12;
+    assert_eq!(desk.control.decide(0, Stage::Statistics, &desk.settings, work), STALLED);
+    assert_eq!(desk.kept(Buffer::Best), PLAIN.worst);
+}
+
+#[test]
+fn radii_count_only_while_the_embedding_leans_towards_infeasibility() {
+    let mut desk = desk();
+    assert_eq!(desk.judge(Iterate { primal: 1e12, dual: 1e12, ..PLAIN }), Outcome::Next);
+    assert_eq!((desk.control.primal_radius, desk.control.dual_radius), (0.0, 0.0));
+    assert_eq!(desk.judge(Iterate { primal: 1e3, worst: 2.0, ..LEANING }), Outcome::Next);
+    assert_eq!(desk.judge(Iterate { primal: 1e2, worst: 3.0, ..LEANING }), Outcome::Next);
+    assert_eq!((desk.control.primal_radius, desk.kept(Buffer::Farkas)), (1e3, 2.0), "the larger one is kept");
+    assert_eq!(desk.judge(Iterate { dual: 5.0, worst: 4.0, ..LEANING }), Outcome::Next);
+    assert_eq!((desk.control.dual_radius, desk.kept(Buffer::Ray)), (5.0, 4.0));
+    let primal = desk.judge(Iterate { primal: 1e8, ..LEANING });
+    assert_eq!(primal, Outcome::Done(Stop::PrimalCertificate));
+    assert_eq!(self::desk().judge(Iterate { dual: 1e8, ..LEANING }), Outcome::Done(Stop::DualCertificate));
+}
+
+#[test]
+fn sixteen_iterations_without_progress_stall_and_creeping_is_none() {
+    let mut desk = desk();
+    desk.judge(PLAIN);
+    for k in 1..=15 {
+        let creeping = Iterate { worst: 1.0 - 0.001 * f64::from(k), ..PLAIN };
+        assert_eq!(desk.judge(creeping), Outcome::Next, "iteration {k}");
+    }
+    assert_eq!(desk.judge(Iterate { worst: 0.985, ..PLAIN }), STALLED);
+    // A tenth less is progress, and so is a larger radius.
+    let mut desk = self::desk();
+    for k in 0..6 {
+        let share = 0.8f64.powi(k);
+        let progress = if k % 2 == 0 {
+            Iterate { worst: share, ..PLAIN }
+        } else {
+            Iterate { primal: f64::from(k), ..LEANING }
+        };
+        assert_eq!(desk.judge(progress), Outcome::Next);
+        for _ in 0..15 {
+            assert_eq!(desk.judge(Iterate { worst: 2.0, ..PLAIN }), Outcome::Next);
+        }
+    }
+    assert_eq!(desk.judge(Iterate { worst: 2.0, ..PLAIN }), STALLED);
+}
+
+#[test]
+fn three_short_steps_in_a_row_stall() {
+    let mut desk = desk();
+    for (length, outcome) in [
+        (5e-5, Outcome::Next),
+        (5e-5, Outcome::Next),
+        (1e-3, Outcome::Next),
+        (5e-5, Outcome::Next),
+        (5e-5, Outcome::Next),
+    ] {
+        desk.step(length);
+        assert_eq!(desk.judge(PLAIN), outcome);
+    }
+    desk.step(5e-5);
+    assert_eq!(desk.judge(PLAIN), STALLED);
+}
+
+#[test]
+fn converging_comes_before_every_limit_and_interruption_before_the_others() {
+    let mut desk = desk();
+    desk.settings.max_iterations = 1;
+    desk.step(1.0);
+    assert_eq!(desk.judge(PLAIN), Outcome::Done(Stop::MaxIterations));
+    desk.control.interrupted = true;
+    assert_eq!(desk.judge(PLAIN), Outcome::Done(Stop::Interrupted));
+    assert_eq!(desk.judge(Iterate { worst: 1e-10, ..PLAIN }), CONVERGED);
+}
+
+#[test]
+fn refinement_goes_on_while_it_gains_a_factor_of_four_and_ends_at_its_goal() {
+    let settings = Settings { refinement_max: 3, ..Settings::default() };
+    let outcomes = |errors: &[(f64, f64)]| {
+        let Desk { mut engine, mut control, .. } = desk();
+        engine.path.work.refinement_active[0] = 1.0;
+        let ask = |&(error, worthwhile)| {
+            let words = &mut engine.path.work.refinement;
+            words[refinement::ERROR] = error;
+            words[refinement::ALLOWED] = 1e-9;
+            words[refinement::WORTHWHILE] = worthwhile;
+            control.decide(0, Stage::CheckSolve, &settings, &mut engine.path.work)
+        };
+        errors.iter().map(ask).collect::<Vec<_>>()
+    };
+    let (on, enough) = (Outcome::Repeat, Outcome::Next);
+    assert_eq!(outcomes(&[(1e-10, 1.0)]), [enough]);
+    assert_eq!(outcomes(&[(1e-3, 1e-3), (1e-5, 2.5e-4), (1e-9, 2.5e-6)]), [on, on, enough]);
+    assert_eq!(outcomes(&[(1e-3, 1e-3), (2.6e-4, 2.5e-4)]), [on, enough]);
+    assert_eq!(outcomes(&[(1e-3, 1e-3), (1e-4, 1.0), (1e-5, 1.0), (1e-6, 1.0)]), [on, on, on, enough]);
+    assert_eq!(outcomes(&[(f64::NAN, 1.0)]), [enough]);
+}
+
+/// Rows −x ≤ −1 and (1 − ε)x ≤ 0.9 with z = (1, 1): ρ = 0.1/ε, on data of scale 1.
+fn concluded(stop: Stop, radius: f64) -> Status {
+    let epsilon = 0.1 / radius;
+    let g = Csc::from_dense(&[&[-1.0], &[1.0 - epsilon]], 1);
+    let problem =
+        Problem::new(None, vec![1.0], None, vec![], Some(g), vec![-1.0, 0.9], Cones { l: 2, q: vec![] })
+            .unwrap();
+    let settings = Settings::default();
+    let mut engine = Engine::<f64>::new(&problem, &settings).unwrap();
+    // The witness is x, z of the primal certificate, then of the dual one, in the user's scaling.
+    engine.path.work.witness.copy_from_slice(&[0.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+    let mut control = Control::new(&settings);
+    (control.stop, control.primal_radius) = (Some(stop), radius);
+    let solution = Walked::new(&engine.path, 0, &problem, &control).conclude();
+    if solution.status == Status::PrimalInfeasible {
+        assert!((solution.certificate.radius / radius - 1.0).abs() < 1e-9);
+    }
+    solution.status
+}
+
+#[test]
+fn a_certificate_is_claimed_from_fifty_times_the_data_on_and_not_after_a_limit() {
+    assert_eq!(concluded(Stop::Stalled, 51.0), Status::PrimalInfeasible);
+    assert_eq!(concluded(Stop::Stalled, 49.0), Status::NumericalLimit);
+    assert_eq!(concluded(Stop::PrimalCertificate, 51.0), Status::PrimalInfeasible);
+    for (stop, status) in [
+        (Stop::MaxIterations, Status::MaxIterations),
+        (Stop::MaxTime, Status::MaxTime),
+        (Stop::Interrupted, Status::Interrupted),
+    ] {
+        assert_eq!(concluded(stop, 1e9), status, "what was cut short proves nothing");
+    }
+}
+
+#[test]
+fn a_stall_is_followed_by_a_careful_walk_whose_shifts_fit_what_the_solve_stands_at() {
+    let ended = |stop, care| {
+        let mut control = Control::new(&Settings::default());
+        (control.stop, control.care) = (Some(stop), care);
+        control
+    };
+    let next = |care, status| ended(Stop::Stalled, care).again(status).map(|control| control.care);
+    for status in [Status::NumericalLimit, Status::SolvedInaccurate] {
+        assert_eq!(next(Care::Plain, status), Some(Care::Refined));
+        assert_eq!(next(Care::Shifted, status), None);
+    }
+    assert_eq!(next(Care::Refined, Status::NumericalLimit), Some(Care::Shifted));
+    assert_eq!(next(Care::Refined, Status::SolvedInaccurate), None);
+    for proof in [Status::PrimalInfeasible, Status::DualInfeasible] {
+        assert_eq!(next(Care::Plain, proof), Some(Care::Light));
+        assert_eq!(next(Care::Refined, proof), Some(Care::Light));
+        assert_eq!((next(Care::Shifted, proof), next(Care::Light, proof)), (None, None));
+        assert!(ended(Stop::PrimalCertificate, Care::Plain).again(proof).is_none(), "it is conclusive");
+    }
+    assert_eq!(next(Care::Light, Status::NumericalLimit), None);
+    assert!(ended(Stop::MaxIterations, Care::Refined).again(Status::MaxIterations).is_none());
+    let mut warm = ended(Stop::Stalled, Care::Plain);
+    warm.warm_start = WarmStart::Used;
+    let cold = warm.again(Status::NumericalLimit).unwrap();
+    assert_eq!((cold.care, cold.warm_start), (Care::Plain, WarmStart::FellBack));
+}
