@@ -109,37 +109,27 @@ def test_the_python_check_finds_what_it_must(module: str, source: str, found: se
 
 # ---- Rust ----
 
-PATTERN = {
-    "beside", "cones", "csc", "elimination", "error", "indices", "kkt", "order", "rows", "stretch", "structure", "supernode", "symbolic", "upper",
-}  # fmt: skip
-"""Sizes and index lists of one sparsity pattern: no numbers of the iteration in them."""
-
-RUST_MAY_USE = {
-    "real": {"real", "workspace"},  # a recording names the buffers that it reads and writes
-    "kernels": {"kernels", "real"} | PATTERN - {"csc", "error"},
-    "beside": PATTERN,
-    "cones": PATTERN,
-    "convexity": PATTERN,
-    "elimination": PATTERN,
-    "indices": PATTERN,
-    "order": PATTERN,
-    "rows": PATTERN,
-    "stretch": PATTERN,
-    "supernode": PATTERN,
-    "symbolic": PATTERN,
-    "upper": PATTERN,
-    "kkt": PATTERN,
-    "structure": PATTERN | {"problem"},
-    "stage": {"workspace"},
-}
-"""Modules with a closed list; the engine and what stands above it may use them all."""
+RUST_PACKAGES = (
+    "error",
+    "symbolic",  # a sparsity pattern alone
+    "problem",
+    "real",  # the scalars of the datapaths
+    "kkt",
+    "kernels",
+    "outcome",  # verification knows nothing of the iteration
+    "method",
+    "batch",
+)
+"""Each may use those before it, and no other."""
 
 HARDWARE_WORDS = re.compile(
     r"\b(?:\w*(?:register|partition(?!_point)|cycles|microcode)\w*|(?:irq|axi)(?:_\w+)?)\b", re.IGNORECASE
 )
 COUNTING = CRATE / "real" / "counted.rs"
 """Measures critical paths in the latencies it is given, and may call them cycles."""
-RUST_FILES = sorted(CRATE.rglob("*.rs"))
+RUST_FILES = sorted(
+    path for path in CRATE.rglob("*.rs") if path.name != "lib.rs" and path.parent != CRATE / "tests"
+)
 
 
 def code_of(source: str) -> str:
@@ -148,28 +138,54 @@ def code_of(source: str) -> str:
     return re.sub(r"//[^\n]*|/\*.*?\*/", "", body, flags=re.DOTALL)
 
 
-def rust_module_of(path: Path) -> str:
+def rust_package_of(path: Path) -> str:
     """First path element below the crate: a kernel's is `kernels`."""
     return path.relative_to(CRATE).with_suffix("").parts[0]
 
 
-def used_by(source: str, module: str, *, nested: bool) -> set[str]:
-    """Modules of the crate named by `crate::…`, and by `super::…` where that is the crate."""
-    roots = r"(?:crate|super)" if not nested else r"crate"
-    found: set[str] = set()
-    for group, name in re.findall(rf"\b{roots}::(?:\{{([^;]*?)\}}\s*;|(\w+))", code_of(source)):
-        flat = re.sub(r"::\{[^{}]*\}", "", group)
-        found |= (
-            {item.strip().split("::")[0] for item in flat.split(",") if item.strip()} if group else {name}
-        )
-    return found - {module}
+def used_by(source: str, path: Path) -> set[str]:
+    """What a Rust file names by `crate::…` and `super::…`, as package::file::item from the crate's root."""
+    here = path.relative_to(CRATE).with_suffix("").parts
+    here = here[:-1] if here[-1] in ("mod", "lib") else here
+    found = {"::".join((*here, child)) for child in re.findall(r"\bmod (\w+);", code_of(source))}
+    for start, supers, tail in re.findall(
+        r"\b(crate|super)((?:::super)*)::(\{[^;]*?\}\s*;|\w+(?:::(?:\w+|\{[^}]*\}))*)", code_of(source)
+    ):
+        up = 1 + supers.count("super")
+        base = () if start == "crate" else here[: len(here) - up]
+        items = re.sub(r"\s", "", tail).strip("{};")
+        parts = re.split(r",(?![^{]*\})", items) if tail.startswith("{") else [items]
+        found |= {"::".join((*base, re.sub(r"::\{.*", "", part))) for part in parts if part}
+    return found
+
+
+def file_of(name: str) -> Path | None:
+    """The file that a name stands in: the longest path of folders and a file that it begins with."""
+    parts = name.split("::")
+    for length in range(len(parts), 0, -1):
+        stem = CRATE.joinpath(*parts[:length])
+        for path in (stem.with_suffix(".rs"), stem / "mod.rs"):
+            if path.is_file():
+                return path
+    return None
 
 
 @pytest.mark.parametrize("path", RUST_FILES, ids=lambda path: str(path.relative_to(CRATE)))
-def test_rust_modules_point_the_allowed_way(path: Path) -> None:
-    module = rust_module_of(path)
-    used = used_by(path.read_text(encoding="utf-8"), module, nested=path.parent != CRATE)
-    assert used - RUST_MAY_USE.get(module, used) == set()
+def test_rust_packages_use_those_before_them(path: Path) -> None:
+    package = rust_package_of(path)
+    allowed = {*RUST_PACKAGES[: RUST_PACKAGES.index(package) + 1]}
+    used = {name.split("::")[0] for name in used_by(path.read_text(encoding="utf-8"), path)}
+    assert used - allowed == set()
+
+
+def test_no_rust_files_use_each_other_in_a_circle() -> None:
+    uses = {
+        path: {file_of(name) for name in used_by(path.read_text(encoding="utf-8"), path)} - {path, None}
+        for path in RUST_FILES
+    }
+    while free := {path for path, used in uses.items() if not used & uses.keys()}:
+        uses = {path: used for path, used in uses.items() if path not in free}
+    assert {str(path.relative_to(CRATE)) for path in uses} == set()
 
 
 @pytest.mark.parametrize(
@@ -179,34 +195,35 @@ def test_the_solver_knows_nothing_of_registers_and_partitions(path: Path) -> Non
     assert HARDWARE_WORDS.findall(code_of(path.read_text(encoding="utf-8"))) == []
 
 
-@pytest.mark.parametrize("path", sorted((CRATE / "kernels").glob("*.rs")), ids=lambda path: path.name)
+@pytest.mark.parametrize("path", sorted((CRATE / "kernels").rglob("*.rs")), ids=lambda path: path.name)
 def test_kernels_use_no_crate_that_computes_for_them(path: Path) -> None:
     assert re.findall(r"\b(?:faer|pulp|nalgebra|pyo3)::", code_of(path.read_text(encoding="utf-8"))) == []
 
 
 @pytest.mark.parametrize(
-    ("source", "module", "nested", "used"),
+    ("source", "file", "used"),
     [
-        ("use crate::real::Real;", "kernels", True, {"real"}),
+        ("use crate::real::Real;", "kernels/ps.rs", {"real::Real"}),
         (
-            "use crate::{engine::Engine, real::{Mask, Real}, stage};",
-            "kernels",
-            True,
-            {"engine", "real", "stage"},
+            "use crate::{method::engine::Engine, real::{Mask, Real}, error};",
+            "kernels/ps.rs",
+            {"method::engine::Engine", "real", "error"},
         ),
-        ("fn f(x: &crate::workspace::Buffer) {}", "kernels", True, {"workspace"}),
-        ("use super::reduce::dot;", "kernels", True, set()),
-        ("use super::engine::Engine;", "stage", False, {"engine"}),
-        (
-            "// use crate::engine\n/* crate::stage */\n#[cfg(test)]\nuse crate::engine;",
-            "kernels",
-            True,
-            set(),
-        ),
+        ("fn f(x: &crate::method::workspace::Buffer) {}", "kernels/ps.rs", {"method::workspace::Buffer"}),
+        ("use super::reduce::{dot, norm2};", "kernels/ps.rs", {"kernels::reduce"}),
+        ("use super::super::reduce;", "kernels/supernodal/panel.rs", {"kernels::reduce"}),
+        ("mod lanes;\npub use lanes::Lanes;", "real/mod.rs", {"real::lanes"}),
+        ("// use crate::method\n/* crate::kkt */\n#[cfg(test)]\nuse crate::method;", "kernels/ps.rs", set()),
     ],
 )
-def test_the_rust_check_finds_what_it_must(source: str, module: str, nested: bool, used: set[str]) -> None:
-    assert used_by(source, module, nested=nested) == used
+def test_the_rust_check_finds_what_it_must(source: str, file: str, used: set[str]) -> None:
+    assert used_by(source, CRATE / file) == used
+
+
+def test_a_name_is_found_in_its_file() -> None:
+    assert file_of("kernels::reduce::dot") == CRATE / "kernels" / "reduce.rs"
+    assert file_of("real::Real") == CRATE / "real" / "mod.rs"
+    assert file_of("Error") is None
 
 
 def test_the_words_of_the_hardware_are_found() -> None:
@@ -217,7 +234,7 @@ def test_the_words_of_the_hardware_are_found() -> None:
 def test_every_layer_has_sources_to_check() -> None:
     modules = {module_of(path) for path in PYTHON_FILES}
     assert {"orbsoc.builder", "orbsoc.ps.driver", "orbsoc.missions", "hw_model.trace"} <= modules
-    assert set(RUST_MAY_USE) <= {rust_module_of(path) for path in RUST_FILES}
+    assert set(RUST_PACKAGES) == {rust_package_of(path) for path in RUST_FILES}
 
 
 def test_crates_depend_downwards_only() -> None:

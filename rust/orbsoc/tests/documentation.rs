@@ -3,8 +3,11 @@
 use orbsoc::{Buffer, Stage};
 
 const ALGORITHM: &str = include_str!("../../../docs/algorithm.md");
-const CONTROL: &str =
-    concat!(include_str!("../src/method/control.rs"), include_str!("../src/method/refinement.rs"));
+const CONTROL: &str = concat!(
+    include_str!("../src/method/control.rs"),
+    include_str!("../src/method/refinement.rs"),
+    include_str!("../src/outcome/verification.rs")
+);
 
 /// A stage's row: what it reads, updates, writes, and makes stale or leaves (unfinished).
 fn row(stage: Stage) -> String {

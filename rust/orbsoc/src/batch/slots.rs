@@ -1,6 +1,5 @@
 //! Problems of one pattern in the lanes of one datapath, all at the same stage.
 
-use crate::batch::worker::Watch;
 use crate::error::Error;
 use crate::kkt::structure::Structure;
 use crate::method::control::{keep_best, Control};
@@ -9,12 +8,15 @@ use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION};
 use crate::method::warm_start::Start;
 use crate::method::workspace::Buffer;
 use crate::outcome::solution::{Solution, WarmStart};
-use crate::outcome::verification::Walked;
 use crate::problem::settings::Settings;
 use crate::problem::Problem;
 use crate::real::Decide;
+use core::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
+
+/// Asked after each iteration whether to go on; once it is not, walks end.
+pub(crate) type Watch<'f> = dyn FnMut() -> ControlFlow<()> + 'f;
 
 /// A problem in a lane.
 pub(crate) struct Seat {
@@ -203,8 +205,8 @@ impl<T: Decide> Seats<T> {
         let path = &self.path;
         let ended = self.lanes.iter_mut().enumerate().filter_map(|(lane, seat)| {
             let seat = seat.take_if(|seat| !seat.busy())?;
-            let walked = Walked::new(path, lane, &seat.problem, &seat.control).conclude();
-            let solution = walked.after(seat.earlier.as_ref(), path.settings.tol_inaccurate);
+            let attempt = path.finished(lane, &seat.problem, &seat.control);
+            let solution = attempt.verify().after(seat.earlier.as_ref(), path.settings.tol_inaccurate);
             Some((seat, solution))
         });
         ended.collect()

@@ -6,7 +6,8 @@
 //! single solve, wherever it ran.
 
 use crate::batch::queue::{BatchProgress, Desk};
-use crate::batch::worker::{Crew, StartOf, Watch, Work};
+use crate::batch::slots::Watch;
+use crate::batch::worker::{Crew, StartOf, Work};
 use crate::error::Error;
 use crate::kkt::structure::Structure;
 use crate::method::warm_start::Start;

@@ -1,6 +1,6 @@
 //! One thread's lanes for a batch: eight problems begin together, stragglers go on beside the next eight.
 
-use crate::batch::slots::{Seat, Seats};
+use crate::batch::slots::{Seat, Seats, Watch};
 use crate::error::Error;
 use crate::kkt::structure::Structure;
 use crate::method::control::Care;
@@ -10,7 +10,6 @@ use crate::outcome::solution::{Solution, WarmStart};
 use crate::problem::settings::Settings;
 use crate::problem::Problem;
 use crate::real::Decide;
-use core::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Each problem's point to start from.
@@ -21,9 +20,6 @@ pub(crate) type Take<'f> = dyn FnMut(&mut Problem) -> Result<Option<usize>, Erro
 
 /// Receives the solution of a problem.
 pub(crate) type Done<'f> = dyn FnMut(usize, Solution) + 'f;
-
-/// Asked after each iteration whether to go on; once it is not, walks end.
-pub(crate) type Watch<'f> = dyn FnMut() -> ControlFlow<()> + 'f;
 
 /// Lanes of any instruction set.
 pub(crate) trait Work: Send {

@@ -5,24 +5,12 @@
 //! regularised and the column divided by it.
 
 use super::supernodal::condensed::{self, Given};
+use super::supernodal::pivots::{divide, regularized, Regularization};
 use super::supernodal::simplicial::{self, Ragged};
 use super::supernodal::update::{subtract, subtract_leaves, subtract_listed, Columns, Landing, Within};
 use crate::real::{apart, Real};
 use crate::symbolic::factor_layout::{Supernode, Symbolic};
 use crate::symbolic::supernodes::Kind;
-
-/// Regularisation of the pivots, whose signs are known from the pattern.
-#[derive(Clone, Copy)]
-pub struct Regularization<T> {
-    /// Added to diagonal entries of positive pivots …
-    pub shift_up: T,
-    /// … and subtracted from those of negative ones.
-    pub shift_down: T,
-    /// Pivots below this, in the direction of their sign, …
-    pub floor: T,
-    /// … become this.
-    pub replacement: T,
-}
 
 /// Factor `values` (permuted upper triangle). `positive` holds the pivots' signs.
 /// Outputs: columns `l` as panels, reciprocal pivots; scratch holds one panel's unscaled columns.
@@ -195,15 +183,6 @@ fn factor_block<T: Real, const W: usize>(
     }
 }
 
-/// The column as it is into `y`, and divided by its pivot.
-#[inline(always)]
-pub(super) fn divide<T: Real>(column: &mut [T], y: &mut [T], inverse: T) {
-    for (l, y) in column.iter_mut().zip(y) {
-        *y = *l;
-        *l = *y * inverse;
-    }
-}
-
 /// Subtract a finished supernode's contribution from the later ones.
 #[inline(always)]
 fn contribute<T: Real>(symbolic: &Symbolic, node: &Supernode, columns: Columns<T>, later: &mut [T]) {
@@ -260,17 +239,5 @@ impl Landing for Elsewhere<'_> {
     #[inline(always)]
     fn column(&self, column: usize) -> usize {
         (self.columns[column - self.lo] as usize - self.first) * self.height
-    }
-}
-
-/// The pivot with static and dynamic regularisation, by its known sign.
-#[inline(always)]
-pub(super) fn regularized<T: Real>(pivot: T, positive: bool, by: Regularization<T>) -> T {
-    if positive {
-        let pivot = pivot + by.shift_up;
-        T::select(pivot.lt(by.floor), by.replacement, pivot)
-    } else {
-        let (pivot, ceiling) = (pivot - by.shift_down, -by.floor);
-        T::select(ceiling.lt(pivot), -by.replacement, pivot)
     }
 }

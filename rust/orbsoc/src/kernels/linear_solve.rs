@@ -1,6 +1,7 @@
 //! PL module *linear solve*: permuted substitution through L, D, Lᵀ and the refinement residual, for `R`
 //! right-hand sides side by side.
 
+use super::layout::refinement;
 use super::reduce::{dot_of, finite_witness_of, max_abs_of};
 use super::supernodal::condensed::{self, Given};
 use super::supernodal::panel::{self, Panel};
@@ -227,17 +228,6 @@ fn residual_by_rows<T: Real, const R: usize>(
             error[j] = sum;
         }
     }
-}
-
-/// Words of the refinement buffer, for each right-hand side.
-pub mod refinement {
-    /// ‖error‖∞; not finite when the error is not.
-    pub const ERROR: usize = 0;
-    /// An error this small is small enough.
-    pub const ALLOWED: usize = 1;
-    /// A step that leaves a larger error than this is the last.
-    pub const WORTHWHILE: usize = 2;
-    pub const WORDS: usize = 3;
 }
 
 /// A factored system.

@@ -10,6 +10,7 @@
 pub(crate) mod central_pair;
 pub(crate) mod cone_ops;
 pub(crate) mod factorization;
+pub(crate) mod layout;
 pub(crate) mod line_search;
 pub(crate) mod linear_solve;
 pub(crate) mod matrix_scaling;

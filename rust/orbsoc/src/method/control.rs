@@ -1,18 +1,17 @@
 //! The decisions of a solve: when to stop, when to refine, what to keep. Decisions compare words that
 //! a stage computed and copy buffers; they do no arithmetic on iterates.
 
-use crate::kernels::ps::stat;
+use crate::kernels::layout::stat;
 use crate::method::refinement::Accuracy;
-use crate::method::stage::{Outcome, Stage, Stop};
+use crate::method::stage::{Outcome, Stage};
 use crate::method::workspace::Workspace;
 use crate::outcome::solution::{Status, WarmStart};
+use crate::outcome::verification::Stop;
 use crate::problem::settings::Settings;
 use crate::real::{Decide, Real};
 use std::time::{Duration, Instant};
 
-/// A certified radius this many times the data's scale is claimed (at the end of a solve) …
-pub(crate) const RADIUS_CLAIMED: f64 = 50.0;
-/// … and from here on iterating further is pointless.
+/// From a certified radius this many times the data's scale on, iterating further is pointless.
 const RADIUS_CONCLUSIVE: f64 = 1e8;
 /// A solve that meets the tolerance, but not this share of it, takes one iteration more: near the end
 /// an iteration gains two digits, and an answer at the very edge of its claim is a poor one.

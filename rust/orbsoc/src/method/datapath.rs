@@ -2,12 +2,14 @@
 //! engines and batches decide.
 
 use crate::error::Error;
+use crate::kernels::layout::parameter;
 use crate::kkt::structure::Structure;
-use crate::method::control::Care;
+use crate::method::control::{Care, Control};
 use crate::method::dispatch::execute;
 use crate::method::stage::Stage;
 use crate::method::warm_start::Start;
-use crate::method::workspace::{parameter, Buffer, Workspace};
+use crate::method::workspace::{Buffer, Workspace};
+use crate::outcome::verification::{FinishedAttempt, Stop};
 use crate::problem::settings::Settings;
 use crate::problem::Problem;
 use crate::real::{Decide, Real};
@@ -136,9 +138,29 @@ impl<T: Decide> Datapath<T> {
         finite && self.structure.unknowns() > self.structure.n
     }
 
-    /// One lane's words of a buffer.
-    pub fn lane(&self, buffer: Buffer, lane: usize) -> Vec<f64> {
-        self.work.get(buffer).iter().map(|word| word.lane(lane)).collect()
+    /// The attempt that has ended in a lane, for its verification.
+    pub fn finished<'a>(
+        &'a self,
+        lane: usize,
+        problem: &'a Problem,
+        control: &Control,
+    ) -> FinishedAttempt<'a> {
+        let read = |words: &[T]| words.iter().map(|word| word.lane(lane)).collect();
+        // Most attempts have found no certificate, and the words of a lane are far apart.
+        let (primal, dual) = self.work.witness.split_at(self.structure.unknowns());
+        FinishedAttempt {
+            problem,
+            settings: &self.settings,
+            row_origin: &self.structure.reduced.row_origin,
+            stop: control.stop.unwrap_or(Stop::Interrupted),
+            best: read(&self.work.answer),
+            any_iterate: control.best.is_finite(),
+            primal: (control.primal_radius > 0.0).then(|| read(primal)),
+            dual: (control.dual_radius > 0.0).then(|| read(dual)),
+            iterations: control.total_iterations(),
+            refinements: control.refinements,
+            warm_start: control.warm_start,
+        }
     }
 }
 

@@ -1,13 +1,15 @@
 //! From a stage's name to its kernels: which buffers each call gets, and which instructions it may use.
 //! Arithmetic only; decisions are in `control.rs`.
 
+use crate::kernels::layout::{centering, parameter, regularization, stat};
 use crate::kernels::ps;
 use crate::kernels::reduce::max_abs;
+use crate::kernels::supernodal::pivots::Regularization;
 use crate::kernels::{cone_ops, factorization, line_search, linear_solve, matrix_scaling, matrix_update};
 use crate::kkt::structure::Structure;
 use crate::method::stage::Stage;
 use crate::method::warm_start;
-use crate::method::workspace::{parameter, Workspace};
+use crate::method::workspace::Workspace;
 use crate::problem::settings::Settings;
 use crate::real::Real;
 
@@ -145,11 +147,11 @@ fn matrix_update<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: St
 
 #[inline(always)]
 fn factorize<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
-    let regularization = factorization::Regularization {
-        shift_up: w.regularization[ps::regularization::UP],
-        shift_down: w.regularization[ps::regularization::DOWN],
-        floor: w.regularization[ps::regularization::FLOOR],
-        replacement: w.regularization[ps::regularization::REPLACEMENT],
+    let regularization = Regularization {
+        shift_up: w.regularization[regularization::UP],
+        shift_down: w.regularization[regularization::DOWN],
+        floor: w.regularization[regularization::FLOOR],
+        replacement: w.regularization[regularization::REPLACEMENT],
     };
     factorization::factorize(
         &structure.kkt.symbolic,
@@ -301,7 +303,7 @@ fn right_hand_side<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: 
         }
         return;
     }
-    let damping = w.centering[ps::centering::DAMPING];
+    let damping = w.centering[centering::DAMPING];
     cone_ops::divide(cones, &w.lambda, &w.lambda_inverse, &w.cone, &w.complement, &mut w.quotient);
     let lifted = &mut w.scratch[..structure.m];
     cone_ops::scale(cones, &w.w, &w.cone, &w.quotient, lifted);
@@ -354,7 +356,7 @@ fn statistics<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
         &mut w.statistics,
     );
     let degree = T::constant(structure.cones.degree() as f64 + 1.0);
-    let complementarity = w.statistics[ps::stat::MU] * degree;
+    let complementarity = w.statistics[stat::MU] * degree;
     let sizes = ps::sizes(structure.n, &w.point);
     w.refinement_goal[0] =
         ps::refinement_goal(&w.residual, complementarity, sizes, &w.homogenizer, &w.parameters);
@@ -377,7 +379,7 @@ fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage
             &mut w.tau_step,
         ),
         Stage::Centering => {
-            let mu = w.statistics[ps::stat::MU];
+            let mu = w.statistics[stat::MU];
             let step = w.step_length[0];
             ps::centering(step, mu, &w.homogenizer, &w.tau_step, &mut w.centering);
             let least = w.parameters[parameter::STEP_FRACTION];

@@ -1,15 +1,15 @@
 //! One solve's state, and the only door to the kernels: [`Engine::run`].
 
 use crate::error::Error;
-use crate::kernels::ps::stat;
+use crate::kernels::layout::stat;
 use crate::kkt::structure::Structure;
 use crate::method::control::{keep_best, Care, Control};
 use crate::method::datapath::Datapath;
 use crate::method::events::Event;
 use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
+use crate::method::warm_start::Start;
 use crate::method::workspace::{Buffer, Workspace};
-use crate::outcome::solution::Solution;
-use crate::outcome::verification::Walked;
+use crate::outcome::solution::{Solution, WarmStart};
 use crate::problem::settings::Settings;
 use crate::problem::Problem;
 use crate::real::{count, Counted, Decide, Latency, Real, Tally};
@@ -173,6 +173,43 @@ impl<T: Decide> Engine<T> {
         self.walk_until_settled(STARTUP, &mut observe)
     }
 
+    /// As [`Engine::solve`], from a point nearby. Never a worse status than from cold: a start that
+    /// does not pay, or does not end with a solution or a certificate, is followed by a cold one, and
+    /// [`Solution::warm_start`] says so.
+    ///
+    /// # Errors
+    /// [`Error::Dimension`] naming the vector whose length does not fit.
+    pub fn solve_from(&mut self, start: &Start) -> Result<Solution, Error> {
+        self.solve_from_observed(start, |_| ControlFlow::Continue(()))
+    }
+
+    /// As [`Engine::solve_from`], showing each iteration to `observe`, which may end the solve.
+    ///
+    /// # Errors
+    /// As [`Engine::solve_from`].
+    pub fn solve_from_observed(
+        &mut self,
+        start: &Start,
+        mut observe: impl FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<Solution, Error> {
+        let startup = if self.start_from(start)? { WARM_STARTUP } else { STARTUP };
+        Ok(self.walk_until_settled(startup, &mut observe))
+    }
+
+    /// Forget the last solve and load a point to start from; whoever walks the lists goes on with
+    /// [`WARM_STARTUP`] if the answer is true, with [`STARTUP`] if it is false: the point is not finite
+    /// (a certificate, say) or the problem has no rows, and the solve counts as fallen back.
+    ///
+    /// # Errors
+    /// [`Error::Dimension`] naming the vector whose length does not fit.
+    pub fn start_from(&mut self, start: &Start) -> Result<bool, Error> {
+        start.fit(self.problem())?;
+        self.reset();
+        let useful = self.path.load_start(0, start);
+        self.control.warm_start = if useful { WarmStart::Used } else { WarmStart::FellBack };
+        Ok(useful)
+    }
+
     /// Walk from a start-up list, and again from cold as long as there is reason to.
     pub(crate) fn walk_until_settled(
         &mut self,
@@ -242,8 +279,8 @@ impl<T: Decide> Engine<T> {
     /// The outcome of the walk that ended, with the status that its numbers support; an earlier walk's of the same
     /// solve, where that is the better one.
     pub fn conclude(&self) -> Solution {
-        let walked = Walked::new(&self.path, 0, &self.problem, &self.control).conclude();
-        walked.after(self.earlier.as_ref(), self.path.settings.tol_inaccurate)
+        let attempt = self.path.finished(0, &self.problem, &self.control);
+        attempt.verify().after(self.earlier.as_ref(), self.path.settings.tol_inaccurate)
     }
 
     /// Whether the walk that ended with `solution` is to be followed by a cold one, for which the engine is then ready:

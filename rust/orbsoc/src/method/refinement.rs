@@ -1,6 +1,6 @@
 //! How exact the linear solves of a walk are: whose error is looked at, and whether it is to be refined.
 
-use crate::kernels::linear_solve::refinement;
+use crate::kernels::layout::refinement;
 use crate::real::Decide;
 
 /// A linear solve whose goal is so many times the largest error that this walk has looked at needs no look at its own …

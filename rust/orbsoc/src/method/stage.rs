@@ -2,6 +2,7 @@
 //! in Rust or on an emulated processing system, runs the same solve.
 
 use crate::method::workspace::Buffer;
+use crate::outcome::verification::Stop;
 
 /// Where a stage runs: the processing system, or one of the six modules of programmable logic.
 /// To the solver these are names; what they cost is someone else's business.
@@ -55,21 +56,6 @@ pub enum Outcome {
     Repeat,
     /// Leave the iteration.
     Done(Stop),
-}
-
-/// Why the iteration ended. The status is decided afterwards, on the original data.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub enum Stop {
-    Converged,
-    PrimalCertificate,
-    DualCertificate,
-    MaxIterations,
-    MaxTime,
-    Stalled,
-    Interrupted,
-    /// The warm start does not pay; a cold one follows.
-    Unprofitable,
 }
 
 macro_rules! stages {

@@ -8,17 +8,16 @@
 
 use crate::error::Error;
 use crate::kernels::central_pair::central_pair;
+use crate::kernels::layout::parameter;
 use crate::kernels::reduce::max_abs;
 use crate::kernels::{cone_ops, linear_solve};
 use crate::kkt::structure::Structure;
 use crate::method::control::HIGHEST_STEP;
-use crate::method::engine::{Engine, Progress};
-use crate::method::stage::{Stage, STARTUP, WARM_STARTUP};
-use crate::method::workspace::{parameter, Workspace};
-use crate::outcome::solution::{Solution, WarmStart};
+use crate::method::stage::Stage;
+use crate::method::workspace::Workspace;
+use crate::outcome::solution::Solution;
 use crate::problem::Problem;
-use crate::real::{Decide, Real};
-use core::ops::ControlFlow;
+use crate::real::Real;
 
 /// A primal–dual point to start from, in the user's units: x (n), y (p), z (m), s (m). On rows whose
 /// h is +∞, z and s mean nothing.
@@ -77,45 +76,6 @@ impl Start<'_> {
 impl<'a> From<&'a Solution> for Start<'a> {
     fn from(of: &'a Solution) -> Self {
         Self { x: &of.x, y: &of.y, z: &of.z, s: &of.s }
-    }
-}
-
-impl<T: Decide> Engine<T> {
-    /// As [`Engine::solve`], from a point nearby. Never a worse status than from cold: a start that
-    /// does not pay, or does not end with a solution or a certificate, is followed by a cold one, and
-    /// [`Solution::warm_start`] says so.
-    ///
-    /// # Errors
-    /// [`Error::Dimension`] naming the vector whose length does not fit.
-    pub fn solve_from(&mut self, start: &Start) -> Result<Solution, Error> {
-        self.solve_from_observed(start, |_| ControlFlow::Continue(()))
-    }
-
-    /// As [`Engine::solve_from`], showing each iteration to `observe`, which may end the solve.
-    ///
-    /// # Errors
-    /// As [`Engine::solve_from`].
-    pub fn solve_from_observed(
-        &mut self,
-        start: &Start,
-        mut observe: impl FnMut(&Progress) -> ControlFlow<()>,
-    ) -> Result<Solution, Error> {
-        let startup = if self.start_from(start)? { WARM_STARTUP } else { STARTUP };
-        Ok(self.walk_until_settled(startup, &mut observe))
-    }
-
-    /// Forget the last solve and load a point to start from; whoever walks the lists goes on with
-    /// [`WARM_STARTUP`] if the answer is true, with [`STARTUP`] if it is false: the point is not finite
-    /// (a certificate, say) or the problem has no rows, and the solve counts as fallen back.
-    ///
-    /// # Errors
-    /// [`Error::Dimension`] naming the vector whose length does not fit.
-    pub fn start_from(&mut self, start: &Start) -> Result<bool, Error> {
-        start.fit(self.problem())?;
-        self.reset();
-        let useful = self.path.load_start(0, start);
-        self.control.warm_start = if useful { WarmStart::Used } else { WarmStart::FellBack };
-        Ok(useful)
     }
 }
 

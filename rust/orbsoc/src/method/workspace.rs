@@ -2,22 +2,8 @@
 //! they read and write, and the emulated computer moves them whole.
 
 use crate::kernels::cone_ops::SCALARS;
-use crate::kernels::linear_solve::refinement;
-use crate::kernels::ps::{centering, embedding, regularization, stat};
+use crate::kernels::layout::{centering, embedding, parameter, refinement, regularization, stat};
 use crate::kkt::structure::Structure;
-
-/// Words of the parameter buffer.
-pub(crate) mod parameter {
-    pub const STATIC_REGULARIZATION: usize = 0;
-    pub const PIVOT_FLOOR: usize = 1;
-    pub const DYNAMIC_REGULARIZATION: usize = 2;
-    pub const STEP_FRACTION: usize = 3;
-    pub const REFINEMENT_TOL: usize = 4;
-    pub const REFINEMENT_SHARE: usize = 5;
-    pub const RESIDUAL_FLOOR: usize = 6;
-    pub const START_FLOOR: usize = 7;
-    pub const WORDS: usize = 8;
-}
 
 macro_rules! buffers {
     ($($(#[$doc:meta])* $name:ident $field:ident $label:literal = $words:expr;)*) => {

@@ -1,18 +1,15 @@
 //! The evidence for a status, recomputed on the user's own data after the fact. Nothing here is shared
 //! with the iteration: other vectors (nalgebra's), other products, always double precision.
 
-use crate::kkt::structure::Structure;
-use crate::method::control::{Control, RADIUS_CLAIMED};
-use crate::method::datapath::Datapath;
-use crate::method::stage::Stop;
-use crate::method::workspace::Buffer;
 use crate::outcome::norms::{larger, symmetric_product, Sums};
 use crate::outcome::roundoff::{hidden, rounding, wandering, Doubt};
-use crate::outcome::solution::{beyond, Certificate, Solution, Status};
+use crate::outcome::solution::{beyond, Certificate, Solution, Status, WarmStart};
 use crate::problem::settings::Settings;
 use crate::problem::Problem;
-use crate::real::Decide;
 use nalgebra::{DVector, DVectorView};
+
+/// A certified radius this many times the data's scale is claimed at the end of a solve.
+const RADIUS_CLAIMED: f64 = 50.0;
 
 /// Residuals of a point on the user's data.
 struct Evidence {
@@ -244,34 +241,47 @@ fn radius(value: f64, size: f64, scale: f64) -> (f64, f64) {
     }
 }
 
-/// A walk that has ended: one problem's words in the user's scaling, and how it went.
-pub(crate) struct Walked<'a> {
-    structure: &'a Structure,
-    settings: &'a Settings,
-    problem: &'a Problem,
-    control: &'a Control,
-    answer: Vec<f64>,
-    witness: Vec<f64>,
+/// Why the iteration ended. The status is decided afterwards, on the original data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Stop {
+    Converged,
+    PrimalCertificate,
+    DualCertificate,
+    MaxIterations,
+    MaxTime,
+    Stalled,
+    Interrupted,
+    /// The warm start does not pay; a cold one follows.
+    Unprofitable,
 }
 
-impl<'a> Walked<'a> {
-    pub fn new<T: Decide>(
-        path: &'a Datapath<T>,
-        lane: usize,
-        problem: &'a Problem,
-        control: &'a Control,
-    ) -> Self {
-        let answer = path.lane(Buffer::Answer, lane);
-        // Most walks have found no certificate, and the words of a lane are far apart.
-        let witness = if control.has_certificate() { path.lane(Buffer::Witness, lane) } else { Vec::new() };
-        Self { structure: &path.structure, settings: &path.settings, problem, control, answer, witness }
-    }
+/// An attempt that has ended, as plain data: numbers in the user's scaling and the iteration's row order, and how it went.
+pub(crate) struct FinishedAttempt<'a> {
+    pub problem: &'a Problem,
+    pub settings: &'a Settings,
+    /// The user's row of each of the iteration's.
+    pub row_origin: &'a [usize],
+    pub stop: Stop,
+    /// (x, y, z) and s of the best iterate.
+    pub best: Vec<f64>,
+    /// Whether there was a finite iterate at all.
+    pub any_iterate: bool,
+    /// (x, y, z) with the largest radius of primal infeasibility, …
+    pub primal: Option<Vec<f64>>,
+    /// … and of dual infeasibility.
+    pub dual: Option<Vec<f64>>,
+    /// Counts of the whole solve.
+    pub iterations: u32,
+    pub refinements: u32,
+    pub warm_start: WarmStart,
+}
 
+impl FinishedAttempt<'_> {
     /// The outcome, with the status that the numbers support.
-    pub fn conclude(&self) -> Solution {
-        let stop = self.control.stop.unwrap_or(Stop::Interrupted);
-        let problem = self.problem;
-        let best = self.candidate(&self.answer, true);
+    pub fn verify(&self) -> Solution {
+        let (problem, stop) = (self.problem, self.stop);
+        let best = self.candidate(&self.best, true);
         let tol = self.settings.tol;
         let evidence = examine(problem, &best, tol);
         let ratio = evidence.certificate.worst();
@@ -307,7 +317,7 @@ impl<'a> Walked<'a> {
             Stop::Interrupted => (Status::Interrupted, "stopped from outside"),
             _ => (Status::NumericalLimit, "no further progress; rescale the data or accept a larger tol"),
         };
-        let message = if self.control.best.is_finite() {
+        let message = if self.any_iterate {
             format!("best iterate returned: {failed}; {advice}")
         } else {
             format!("no iterate (x is NaN): the first linear solve gave no finite numbers; {advice}")
@@ -318,9 +328,8 @@ impl<'a> Walked<'a> {
     /// The stronger certificate of infeasibility, of those that the original data support and an `apparent` solution
     /// does not speak against.
     fn infeasible(&self, apparent: Option<&Candidate>) -> Option<Proof> {
-        let (farkas, ray) = self.witness.split_at_checked(self.structure.unknowns())?;
-        let primal = (self.control.primal_radius > 0.0).then(|| self.farkas(farkas));
-        let dual = (self.control.dual_radius > 0.0).then(|| self.ray(ray));
+        let primal = self.primal.as_ref().map(|words| self.farkas(words));
+        let dual = self.dual.as_ref().map(|words| self.ray(words));
         let proofs = primal.into_iter().chain(dual).filter(|proof| {
             proof.relative >= RADIUS_CLAIMED && apparent.is_none_or(|solution| proof.refutes(solution))
         });
@@ -346,15 +355,15 @@ impl<'a> Walked<'a> {
 
     /// Read (x, y, z) and perhaps s from words in the user's scaling, into the user's rows.
     fn candidate(&self, words: &[f64], with_slack: bool) -> Candidate {
-        let (structure, problem) = (self.structure, self.problem);
-        let (n, p) = (structure.n, structure.p);
+        let (problem, m) = (self.problem, self.row_origin.len());
+        let (n, p) = (problem.n(), problem.p());
         let take = |from: usize, len: usize| DVector::from_column_slice(&words[from..from + len]);
         let mut z = DVector::zeros(problem.m());
         let mut s = DVector::from_element(problem.m(), if with_slack { f64::INFINITY } else { f64::NAN });
-        for (k, &row) in structure.reduced.row_origin.iter().enumerate() {
+        for (k, &row) in self.row_origin.iter().enumerate() {
             z[row] = words[n + p + k];
             if with_slack {
-                s[row] = words[n + p + structure.m + k];
+                s[row] = words[n + p + m + k];
             }
         }
         Candidate { x: take(0, n), y: take(n, p), z, s }
@@ -382,9 +391,9 @@ impl<'a> Walked<'a> {
             s: at.s.as_slice().to_vec(),
             objective: evidence.objective,
             dual_objective: evidence.dual_objective,
-            iterations: self.control.total_iterations(),
-            warm_start: self.control.warm_start,
-            refinements: self.control.refinements,
+            iterations: self.iterations,
+            warm_start: self.warm_start,
+            refinements: self.refinements,
             certificate: evidence.certificate,
             message,
         }

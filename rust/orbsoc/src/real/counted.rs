@@ -4,7 +4,7 @@
 //! Counting works because kernels never look at data: the operations they ask for are the same
 //! for every value, so they may be asked for with no value at all.
 
-use super::Real;
+use super::scalar::Real;
 use core::cell::Cell;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -1,7 +1,7 @@
 //! IEEE binary64 and binary32 as datapaths.
 
-use super::tiles::{self, Factors};
-use super::{Decide, Real};
+use super::scalar::{self, Decide, Real};
+use super::tiles::Factors;
 #[cfg(target_arch = "x86_64")]
 use pulp::{f64x4, Simd};
 
@@ -103,7 +103,7 @@ ieee! { f64,
                 return four_columns(simd, words, factors);
             }
         }
-        tiles::subtract::<Self, M, N, LOWER>(words, factors);
+        scalar::subtract::<Self, M, N, LOWER>(words, factors);
     }
 
     #[inline(always)]
@@ -123,7 +123,7 @@ ieee! { f64,
                 _ => {}
             }
         }
-        tiles::accumulate(sums, a, x);
+        scalar::accumulate(sums, a, x);
     }
 
     #[inline(always)]
@@ -133,9 +133,9 @@ ieee! { f64,
             let by = &by[..words.len()];
             let (whole, rest) = words.split_at_mut(words.len() / 4 * 4);
             multiple_of_two(simd, whole.as_flattened_mut().as_chunks_mut().0, by.as_chunks().0, [x[0], x[1]]);
-            return tiles::subtract_multiple(rest, &by[whole.len()..], x);
+            return scalar::subtract_multiple(rest, &by[whole.len()..], x);
         }
-        tiles::subtract_multiple(words, by, x);
+        scalar::subtract_multiple(words, by, x);
     }
 }
 ieee! { f32, }

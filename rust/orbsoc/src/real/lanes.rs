@@ -4,7 +4,7 @@
 //! so each has the bits of its own single solve. Plain arrays would do in principle, but the compiler
 //! shuffles them across kernels' unrolled loops instead of keeping a lane in its place.
 
-use super::{Decide, Real};
+use super::scalar::{Decide, Real};
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use pulp::{bytemuck, Scalar512b, Simd};
 

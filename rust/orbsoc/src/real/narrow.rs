@@ -1,6 +1,6 @@
 //! Numbers of fewer significant bits: what a narrower multiplier and adder would compute.
 
-use super::{Decide, Real};
+use super::scalar::{Decide, Real};
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A number of `P` significant bits, 2 ≤ P ≤ 25, with the exponents of binary64.

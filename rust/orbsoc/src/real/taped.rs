@@ -4,7 +4,7 @@
 //! Values are in single-assignment form: every operation makes a new one, and copies make none. Which
 //! word of storage a value lives in is the scheduler's business.
 
-use super::Real;
+use super::scalar::Real;
 use core::cell::RefCell;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use std::collections::HashMap;

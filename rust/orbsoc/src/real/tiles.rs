@@ -2,8 +2,6 @@
 
 #![allow(clippy::needless_range_loop)] // constant ranges over arrays unroll; iterators over them do not always
 
-use super::Real;
-
 /// Columns `l` and `y` of `height` words, one after the other; a tile takes rows `row..` of `l` and `column..` of `y`.
 #[derive(Clone, Copy)]
 pub struct Factors<'a, T> {
@@ -34,51 +32,9 @@ impl<'a, T: Copy> Factors<'a, T> {
     }
 }
 
-/// `words[n][m] −= Σ_k l_k[m]·y_k[n]`, the k in order, each product rounded. With `LOWER`, only the words of
-/// m ≥ n are asked for, and the others come out as anything.
-#[inline(always)]
-pub fn subtract<T: Real, const M: usize, const N: usize, const LOWER: bool>(
-    words: &mut [[T; M]; N],
-    factors: Factors<T>,
-) {
-    factors.pairs::<M, N>(
-        #[inline(always)]
-        |l, y| {
-            for n in 0..N {
-                let mut column = words[n];
-                for m in if LOWER { n } else { 0 }..M {
-                    column[m] = column[m].sub_mul(l[m], y[n]);
-                }
-                words[n] = column;
-            }
-        },
-    );
-}
-
-/// `sums[k][r] += a[k]·x[k][r]`, of each eight in turn.
-#[inline(always)]
-pub fn accumulate<T: Real, const R: usize>(sums: &mut [[T; R]; 8], a: &[[T; 8]], x: &[[[T; R]; 8]]) {
-    for (a, x) in a.iter().zip(x) {
-        for k in 0..8 {
-            for r in 0..R {
-                sums[k][r] = sums[k][r].add_mul(a[k], x[k][r]);
-            }
-        }
-    }
-}
-
-/// `words[k][r] −= by[k]·x[r]`.
-#[inline(always)]
-pub fn subtract_multiple<T: Real, const R: usize>(words: &mut [[T; R]], by: &[T], x: [T; R]) {
-    for (words, &by) in words.iter_mut().zip(by) {
-        for r in 0..R {
-            words[r] = words[r].sub_mul(by, x[r]);
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::scalar::{accumulate, subtract, subtract_multiple, Real};
     use super::*;
     use crate::tests::reference::Numbers;
 

@@ -1,11 +1,10 @@
 //! When a walk stops, what it keeps, and what it may claim: decisions on made-up statistics.
 
-use crate::kernels::linear_solve::refinement;
-use crate::kernels::ps::stat;
+use crate::kernels::layout::refinement;
+use crate::kernels::layout::stat;
 use crate::method::control::{keep_best, Care, Control};
-use crate::method::stage::Stop;
-use crate::outcome::verification::Walked;
 use crate::tests::reference::mixed_problem;
+use crate::Stop;
 use crate::{Buffer, Cones, Csc, Engine, Outcome, Problem, Settings, Stage, Status, WarmStart};
 use std::time::{Duration, Instant};
 
@@ -229,7 +228,7 @@ fn concluded(stop: Stop, radius: f64) -> Status {
     engine.path.work.witness.copy_from_slice(&[0.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
     let mut control = Control::new(&settings);
     (control.stop, control.primal_radius) = (Some(stop), radius);
-    let solution = Walked::new(&engine.path, 0, &problem, &control).conclude();
+    let solution = engine.path.finished(0, &problem, &control).verify();
     if solution.status == Status::PrimalInfeasible {
         assert!((solution.certificate.radius / radius - 1.0).abs() < 1e-9);
     }

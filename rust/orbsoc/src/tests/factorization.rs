@@ -1,9 +1,10 @@
 //! LDLᵀ and substitution against a textbook factorisation, faer's, and the definition, on random sparse
 //! quasi-definite matrices of every size from 0 to 64.
 
-use crate::kernels::factorization::{factorize, Regularization};
+use crate::kernels::factorization::factorize;
 use crate::kernels::linear_solve::substitute;
 use crate::kernels::supernodal::condensed::Given;
+use crate::kernels::supernodal::pivots::Regularization;
 use crate::real::{count, Counted, Latency, OperationCounts};
 use crate::symbolic::factor_layout::{Supernode, Symbolic};
 use crate::symbolic::indices::index;

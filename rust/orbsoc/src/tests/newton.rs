@@ -2,7 +2,7 @@
 //! (docs/algorithm.md §1 and §4), written down densely on the scaled data.
 
 use crate::kernels::cone_ops;
-use crate::kernels::ps::{embedding, stat};
+use crate::kernels::layout::{embedding, stat};
 use crate::kkt::structure::Pattern;
 use crate::tests::reference::{dot, jordan, mixed_problem, norm, walk};
 use crate::{Buffer, Engine, Outcome, Settings, Stage, Step, ITERATION};

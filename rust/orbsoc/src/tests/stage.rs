@@ -1,8 +1,8 @@
 //! Single stages on an engine's own buffers: the datapaths side by side, poisoned iterates, the scalar
 //! pair (τ, κ), and refinement.
 
-use crate::kernels::linear_solve::refinement;
-use crate::kernels::ps::regularization;
+use crate::kernels::layout::refinement;
+use crate::kernels::layout::regularization;
 use crate::tests::reference::{dense, mixed_problem, walk};
 use crate::{
     Buffer, Decide, Engine, Outcome, Real, Settings, Stage, Status, Step, Stop, CLOSING, ITERATION, STARTUP,

@@ -2,7 +2,7 @@
 //! matrix itself, so no word of L is stored, and the rows' words are adjacent. Elimination of them is the sum
 //! K₁D⁻¹K₁ᵀ of a condensed form, and every loop is over whole rows.
 
-use crate::kernels::factorization::{regularized, Regularization};
+use super::pivots::{regularized, Regularization};
 use crate::kernels::reduce::dot_of;
 use crate::real::Real;
 use crate::symbolic::factor_layout::{Supernode, Symbolic};

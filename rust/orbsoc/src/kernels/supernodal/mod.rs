@@ -2,5 +2,6 @@
 
 pub(crate) mod condensed;
 pub(crate) mod panel;
+pub(crate) mod pivots;
 pub(crate) mod simplicial;
 pub(crate) mod update;

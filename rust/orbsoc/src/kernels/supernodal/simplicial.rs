@@ -4,8 +4,8 @@
 //! Each loop is a function of its own, so that those of other supernodes keep their registers.
 
 use super::panel::subtract;
+use super::pivots::{divide, regularized, Regularization};
 use super::update::{subtract_listed, Columns};
-use crate::kernels::factorization::{divide, regularized, Regularization};
 use crate::real::{Apart, Real};
 use crate::symbolic::factor_layout::{Supernode, Symbolic};
 
