@@ -1,7 +1,7 @@
 //! Where a solve's microseconds go: a clock around every stage of the method's lists.
 
 use crate::measure::{microseconds, Measured, Spread};
-use orbsoc::{Engine, Outcome, Stage, Step, CLOSING, ITERATION, STARTUP};
+use orbsoc::{Engine, Outcome, Stage, CLOSING, ITERATION, STARTUP};
 use std::fmt::Write;
 use std::time::Instant;
 
@@ -28,11 +28,14 @@ impl Clocks {
     pub fn time(&mut self, engine: Engine<f64>) {
         let mut walk = Walk { engine, times: vec![(0.0, 0); Stage::ALL.len() + 1] };
         for step in STARTUP {
-            walk.perform(*step);
+            step.perform(&mut |stage| walk.run(stage));
         }
-        while !ITERATION.iter().any(|step| matches!(walk.perform(*step), Outcome::Done(_))) {}
+        while !ITERATION
+            .iter()
+            .any(|step| matches!(step.perform(&mut |stage| walk.run(stage)), Outcome::Done(_)))
+        {}
         for step in CLOSING {
-            walk.perform(*step);
+            step.perform(&mut |stage| walk.run(stage));
         }
         let start = Instant::now();
         let solution = walk.engine.conclude();
@@ -64,18 +67,6 @@ struct Walk {
 }
 
 impl Walk {
-    fn perform(&mut self, step: Step) -> Outcome {
-        match step {
-            Step::Run(stage) => self.run(stage),
-            Step::Repeat { stage, until } => loop {
-                match self.run(until) {
-                    Outcome::Repeat => self.run(stage),
-                    other => return other,
-                };
-            },
-        }
-    }
-
     fn run(&mut self, stage: Stage) -> Outcome {
         let start = Instant::now();
         let outcome = self.engine.run(stage);

@@ -9,27 +9,14 @@ use orbsoc::{
     Buffer, Cones, Csc, Engine, Error, Outcome, Problem, Settings, Stage, Step, CLOSING, ITERATION, STARTUP,
 };
 
-/// Run a step of a list; a repeated stage runs until the other one is content.
-fn perform(engine: &mut Engine<f64>, step: Step) -> Outcome {
-    match step {
-        Step::Run(stage) => engine.run(stage),
-        Step::Repeat { stage, until } => loop {
-            match engine.run(until) {
-                Outcome::Repeat => engine.run(stage),
-                outcome => return outcome,
-            };
-        },
-    }
-}
-
 fn walk(engine: &mut Engine<f64>) {
     for step in STARTUP {
-        perform(engine, *step);
+        step.perform(&mut |stage| engine.run(stage));
     }
     println!("iteration    primal      dual       gap        μ      step  refined");
     'iterations: loop {
         for step in ITERATION {
-            if let Outcome::Done(reason) = perform(engine, *step) {
+            if let Outcome::Done(reason) = step.perform(&mut |stage| engine.run(stage)) {
                 println!("left the iteration: {reason:?}");
                 break 'iterations;
             }
@@ -49,7 +36,7 @@ fn walk(engine: &mut Engine<f64>) {
         }
     }
     for step in CLOSING {
-        perform(engine, *step);
+        step.perform(&mut |stage| engine.run(stage));
     }
 }
 

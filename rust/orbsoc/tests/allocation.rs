@@ -26,18 +26,10 @@ fn problem(bound: f64) -> Problem {
 }
 
 fn walk(engine: &mut Engine<f64>, startup: &[Step]) -> u32 {
-    let mut perform = |step: Step| match step {
-        Step::Run(stage) => engine.run(stage),
-        Step::Repeat { stage, until } => loop {
-            match engine.run(until) {
-                Outcome::Repeat => engine.run(stage),
-                outcome => return outcome,
-            };
-        },
-    };
-    assert!(startup.iter().all(|step| perform(*step) == Outcome::Next));
-    while ITERATION.iter().all(|step| perform(*step) == Outcome::Next) {}
-    assert!(CLOSING.iter().all(|step| perform(*step) == Outcome::Next));
+    let mut run = |stage| engine.run(stage);
+    assert!(startup.iter().all(|step| step.perform(&mut run) == Outcome::Next));
+    while ITERATION.iter().all(|step| step.perform(&mut run) == Outcome::Next) {}
+    assert!(CLOSING.iter().all(|step| step.perform(&mut run) == Outcome::Next));
     engine.iteration()
 }
 

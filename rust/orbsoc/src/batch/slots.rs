@@ -112,14 +112,14 @@ impl<T: Decide> Seats<T> {
     pub fn begin(&mut self, startup: &[Step]) {
         let Some((statistics, _)) = ITERATION.split_first() else { return };
         self.follow(startup);
-        self.perform(*statistics);
+        self.follow(&[*statistics]);
     }
 
     /// One iteration, from one statistics to the next.
     fn iterate(&mut self) {
         let Some((statistics, rest)) = ITERATION.split_first() else { return };
         self.follow(rest);
-        self.perform(*statistics);
+        self.follow(&[*statistics]);
     }
 
     /// Iterate until no more than `few` walks go on, which are then laid aside. All end soon after `watch` says so.
@@ -140,28 +140,15 @@ impl<T: Decide> Seats<T> {
         }
     }
 
+    /// Perform the steps in all lanes; a repeated stage runs as long as any lane asks for it.
     fn follow(&mut self, steps: &[Step]) {
-        for &step in steps {
-            self.perform(step);
+        for step in steps {
+            step.perform(&mut |stage| self.run(stage));
         }
     }
 
-    /// Perform one step in all lanes; a repeated stage runs as long as any lane asks for it.
-    fn perform(&mut self, step: Step) {
-        match step {
-            Step::Run(stage) => {
-                self.run(stage);
-            }
-            Step::Repeat { stage, until } => {
-                while self.run(until) {
-                    self.run(stage);
-                }
-            }
-        }
-    }
-
-    /// Run one stage in all lanes; whether a lane asks to repeat.
-    fn run(&mut self, stage: Stage) -> bool {
+    /// Run one stage in all lanes; repeat it if a lane asks to.
+    fn run(&mut self, stage: Stage) -> Outcome {
         let Self { path, lanes, .. } = self;
         let busy = lanes.iter().flatten().filter(|seat| seat.busy());
         let seen = busy.map(|seat| &seat.control).any(|control| control.looks(stage));
@@ -178,7 +165,11 @@ impl<T: Decide> Seats<T> {
         if stage == Stage::Statistics {
             keep_best(lanes.iter().map(|seat| seat.as_ref().map(|seat| &seat.control)), &mut path.work);
         }
-        again
+        if again {
+            Outcome::Repeat
+        } else {
+            Outcome::Next
+        }
     }
 
     /// Move those whose walk goes on to free seats of `other`, as far as there are any.

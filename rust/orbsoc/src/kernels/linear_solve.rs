@@ -315,11 +315,3 @@ pub fn refine<T: Real, const R: usize>(
         state[refinement::WORTHWHILE] = T::constant(0.25) * old;
     }
 }
-
-/// Unknowns in natural order from column `r` of the permuted solutions; expansion rows are left behind.
-#[inline(always)]
-pub fn unload<T: Real, const R: usize>(position: &[u32], permuted: &[[T; R]], r: usize, natural: &mut [T]) {
-    for (word, &from) in natural.iter_mut().zip(position) {
-        *word = permuted[from as usize][r];
-    }
-}

@@ -17,5 +17,6 @@ pub(crate) mod matrix_scaling;
 pub(crate) mod matrix_update;
 pub(crate) mod ps;
 pub(crate) mod reduce;
+pub(crate) mod right_hand_sides;
 pub(crate) mod sparse;
 pub(crate) mod supernodal;

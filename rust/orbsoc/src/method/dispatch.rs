@@ -5,7 +5,9 @@ use crate::kernels::layout::{centering, parameter, regularization, stat};
 use crate::kernels::ps;
 use crate::kernels::reduce::max_abs;
 use crate::kernels::supernodal::pivots::Regularization;
-use crate::kernels::{cone_ops, factorization, line_search, linear_solve, matrix_scaling, matrix_update};
+use crate::kernels::{
+    cone_ops, factorization, line_search, linear_solve, matrix_scaling, matrix_update, right_hand_sides,
+};
 use crate::kkt::structure::Structure;
 use crate::method::stage::Stage;
 use crate::method::warm_start;
@@ -52,9 +54,9 @@ impl<T: Real, const KIND: u8> pulp::WithSimd for Run<'_, T, KIND> {
             kind::WARM_START => warm_start::execute(structure, work, stage),
             kind::FACTORIZE => factorize(structure, work),
             kind::TRANSFER => transfer(structure, work, stage),
-            kind::SOLVE | kind::REFINE => solve(structure, work, KIND == kind::REFINE, seen),
+            kind::SOLVE | kind::REFINE => solve::<T, 1>(structure, work, KIND == kind::REFINE, seen),
             kind::SOLVE_PAIR | kind::REFINE_PAIR => {
-                solve_pair(structure, work, KIND == kind::REFINE_PAIR, seen);
+                solve::<T, 2>(structure, work, KIND == kind::REFINE_PAIR, seen);
             }
             kind::CONES => cone_operations(structure, work, stage),
             kind::RHS => right_hand_side(structure, work, stage),
@@ -173,80 +175,49 @@ fn transfer<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) 
         Stage::StartRhs => {
             // The starting point needs no accuracy, only a place inside the cone.
             w.refinement_goal[0] = T::constant(1e-6) * max_abs(&w.q);
-            // With a linear cost, x and s come from (0, b, h) and y and z from (−c, 0, 0); with a
-            // quadratic one all of them come from (−c, b, h).
-            let (linear, zero) = (structure.cost.nnz() == 0, T::zero());
-            let rhs = w.pair_rhs.as_chunks_mut::<2>().0;
-            rhs.fill([zero, zero]);
-            for (i, (&to, &q)) in position.iter().zip(&w.q).enumerate() {
-                let q = if i < n { -q } else { q };
-                rhs[to as usize] = match (linear, i < n) {
-                    (false, _) => [q, q],
-                    (true, true) => [zero, q],
-                    (true, false) => [q, zero],
-                };
-            }
+            let (linear, rhs) = (structure.cost.nnz() == 0, w.pair_rhs.as_chunks_mut::<2>().0);
+            right_hand_sides::starting(position, n, linear, &w.q, rhs);
         }
         Stage::StartPoint => {
-            linear_solve::unload(&position[..n], solutions, 0, &mut w.point[..n]);
-            linear_solve::unload(&position[n..], solutions, 1, &mut w.point[n..]);
+            right_hand_sides::unload(&position[..n], solutions, 0, &mut w.point[..n]);
+            right_hand_sides::unload(&position[n..], solutions, 1, &mut w.point[n..]);
             for (slack, &from) in w.slack.iter_mut().zip(&position[n + structure.p..]) {
                 *slack = -solutions[from as usize][0];
             }
         }
         Stage::StorePair => {
-            linear_solve::unload(position, solutions, 0, &mut w.constant);
-            linear_solve::unload(position, solutions, 1, &mut w.step);
+            right_hand_sides::unload(position, solutions, 0, &mut w.constant);
+            right_hand_sides::unload(position, solutions, 1, &mut w.step);
         }
-        _ => linear_solve::unload(position, w.kkt_solution.as_chunks::<1>().0, 0, &mut w.step),
+        _ => right_hand_sides::unload(position, w.kkt_solution.as_chunks::<1>().0, 0, &mut w.step),
     }
 }
 
+/// Solve with `R` right-hand sides side by side, or refine their solutions.
 #[inline(always)]
-fn solve<T: Real>(structure: &Structure, w: &mut Workspace<T>, refine: bool, seen: bool) {
+fn solve<T: Real, const R: usize>(structure: &Structure, w: &mut Workspace<T>, refine: bool, seen: bool) {
     let system = linear_solve::System {
         kkt: &structure.kkt,
         values: &w.kkt_values,
         l: &w.factor_l,
         pivot_inverse: &w.pivot_inverse,
     };
-    let rhs = w.kkt_rhs.as_chunks::<1>().0;
-    let scratch = w.scratch.as_chunks_mut().0;
-    let (x, error) = (w.kkt_solution.as_chunks_mut().0, w.kkt_error.as_chunks_mut().0);
-    if refine {
-        let active = w.refinement_active[0];
-        linear_solve::refine(system, rhs, scratch, x, error, &mut w.refinement, active);
+    let (rhs, x, error, state) = if R == 1 {
+        (&w.kkt_rhs, &mut w.kkt_solution, &mut w.kkt_error, &mut w.refinement)
     } else {
-        linear_solve::solve(system, rhs, scratch, x);
-        if seen {
-            let goal = (w.parameters[parameter::REFINEMENT_TOL], w.refinement_goal[0]);
-            linear_solve::measure(system, rhs, goal, x, error, &mut w.refinement);
-            w.refinement_active[0] = T::one();
-        }
-    }
-}
-
-#[inline(always)]
-fn solve_pair<T: Real>(structure: &Structure, w: &mut Workspace<T>, refine: bool, seen: bool) {
-    let system = linear_solve::System {
-        kkt: &structure.kkt,
-        values: &w.kkt_values,
-        l: &w.factor_l,
-        pivot_inverse: &w.pivot_inverse,
+        (&w.pair_rhs, &mut w.pair_solution, &mut w.pair_error, &mut w.pair_refinement)
     };
-    let rhs = w.pair_rhs.as_chunks::<2>().0;
-    let scratch = w.scratch.as_chunks_mut().0;
-    let (x, error) = (w.pair_solution.as_chunks_mut().0, w.pair_error.as_chunks_mut().0);
+    let (rhs, scratch) = (rhs.as_chunks::<R>().0, w.scratch.as_chunks_mut().0);
+    let (x, error) = (x.as_chunks_mut().0, error.as_chunks_mut().0);
     if refine {
-        let active = w.refinement_active[0];
-        linear_solve::refine(system, rhs, scratch, x, error, &mut w.pair_refinement, active);
-    } else {
-        linear_solve::solve(system, rhs, scratch, x);
-        if seen {
-            let goal = (w.parameters[parameter::REFINEMENT_TOL], w.refinement_goal[0]);
-            linear_solve::measure(system, rhs, goal, x, error, &mut w.pair_refinement);
-            w.refinement_active[0] = T::one();
-        }
+        linear_solve::refine(system, rhs, scratch, x, error, state, w.refinement_active[0]);
+        return;
+    }
+    linear_solve::solve(system, rhs, scratch, x);
+    if seen {
+        let goal = (w.parameters[parameter::REFINEMENT_TOL], w.refinement_goal[0]);
+        linear_solve::measure(system, rhs, goal, x, error, state);
+        w.refinement_active[0] = T::one();
     }
 }
 
@@ -281,41 +252,18 @@ fn cone_operations<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: 
 #[inline(always)]
 fn right_hand_side<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
     let cones = &structure.cones;
-    let rows = structure.n + structure.p;
-    let (position, expansions) = structure.kkt.position.split_at(structure.unknowns());
+    let positions = structure.kkt.position.split_at(structure.unknowns());
     if stage == Stage::PredictorRhs {
         w.quotient.copy_from_slice(&w.lambda);
-        let rhs = w.pair_rhs.as_chunks_mut::<2>().0;
-        // Rows of expansions; all others follow.
-        for &at in expansions {
-            rhs[at as usize] = [T::zero(), T::zero()];
-        }
-        let n = structure.n;
-        let words = position.iter().zip(&w.q).zip(&w.residual);
-        for ((&to, &q), &residual) in words.clone().take(n) {
-            rhs[to as usize] = [-q, -residual];
-        }
-        for ((&to, &q), &residual) in words.clone().take(rows).skip(n) {
-            rhs[to as usize] = [q, -residual];
-        }
-        for (((&to, &q), &residual), &s) in words.skip(rows).zip(&w.slack) {
-            rhs[to as usize] = [q, s - residual];
-        }
+        let rhs = w.pair_rhs.as_chunks_mut().0;
+        right_hand_sides::predictor(positions, structure.n, &w.q, &w.residual, &w.slack, rhs);
         return;
     }
-    let damping = w.centering[centering::DAMPING];
     cone_ops::divide(cones, &w.lambda, &w.lambda_inverse, &w.cone, &w.complement, &mut w.quotient);
     let lifted = &mut w.scratch[..structure.m];
     cone_ops::scale(cones, &w.w, &w.cone, &w.quotient, lifted);
-    for &at in expansions {
-        w.kkt_rhs[at as usize] = T::zero();
-    }
-    for (&to, &residual) in position[..rows].iter().zip(&w.residual) {
-        w.kkt_rhs[to as usize] = -(damping * residual);
-    }
-    for ((&to, &residual), &g) in position[rows..].iter().zip(&w.residual[rows..]).zip(lifted.iter()) {
-        w.kkt_rhs[to as usize] = g.sub_mul(damping, residual);
-    }
+    let damping = w.centering[centering::DAMPING];
+    right_hand_sides::corrector(positions, damping, &w.residual, lifted, &mut w.kkt_rhs);
 }
 
 #[inline(always)]

@@ -239,20 +239,8 @@ impl<T: Decide> Engine<T> {
 
     /// Perform the steps of a list, up to one that asks to leave the iteration; whether one did.
     fn follow(&mut self, steps: &[Step]) -> bool {
-        steps.iter().any(|&step| matches!(self.perform(step), Outcome::Done(_)))
-    }
-
-    fn perform(&mut self, step: Step) -> Outcome {
         let mut run = |stage| self.run_with(stage, |path, seen| path.execute_as_far_as(stage, seen));
-        match step {
-            Step::Run(stage) => run(stage),
-            Step::Repeat { stage, until } => loop {
-                match run(until) {
-                    Outcome::Repeat => run(stage),
-                    other => return other,
-                };
-            },
-        }
+        steps.iter().any(|step| matches!(step.perform(&mut run), Outcome::Done(_)))
     }
 
     /// Stop at the next statistics, with the best iterate.

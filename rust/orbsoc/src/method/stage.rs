@@ -47,6 +47,21 @@ pub enum Step {
     },
 }
 
+impl Step {
+    /// Run its stage, or both in turn for as long as `until` asks to repeat; the last outcome.
+    pub fn perform(self, run: &mut impl FnMut(Stage) -> Outcome) -> Outcome {
+        match self {
+            Self::Run(stage) => run(stage),
+            Self::Repeat { stage, until } => loop {
+                match run(until) {
+                    Outcome::Repeat => run(stage),
+                    outcome => return outcome,
+                };
+            },
+        }
+    }
+}
+
 /// What running a stage asks of the loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {

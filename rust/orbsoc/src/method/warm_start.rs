@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::kernels::central_pair::central_pair;
 use crate::kernels::layout::parameter;
 use crate::kernels::reduce::max_abs;
-use crate::kernels::{cone_ops, linear_solve};
+use crate::kernels::{cone_ops, right_hand_sides};
 use crate::kkt::structure::Structure;
 use crate::method::control::HIGHEST_STEP;
 use crate::method::stage::Stage;
@@ -85,7 +85,10 @@ pub(crate) fn execute<T: Real>(structure: &Structure, w: &mut Workspace<T>, stag
     match stage {
         Stage::LoadStart => load(structure, w),
         Stage::CenterStart => center(structure, w),
-        Stage::NewtonStartRhs => right_hand_side(structure, w),
+        Stage::NewtonStartRhs => {
+            let position = &structure.kkt.position[..structure.unknowns()];
+            right_hand_sides::newton_start(position, structure.n, &w.q, &w.slack, &mut w.kkt_rhs);
+        }
         _ => newton(structure, w),
     }
 }
@@ -122,22 +125,6 @@ fn center<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
     w.homogenizer.copy_from_slice(&[T::one(), mu, T::zero()]);
 }
 
-/// (−c, b, h − 2s): Newton's equations from a central pair, for x, y and z themselves, with
-/// s + ds = 2s − W²z⁺ because W²z = s.
-#[inline(always)]
-fn right_hand_side<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
-    let (n, rows) = (structure.n, structure.n + structure.p);
-    let position = &structure.kkt.position[..structure.unknowns()];
-    w.kkt_rhs.fill(T::zero());
-    for (i, (&to, &q)) in position.iter().zip(&w.q).enumerate() {
-        w.kkt_rhs[to as usize] = if i < n { -q } else { q };
-    }
-    for (&to, &slack) in position[rows..].iter().zip(&w.slack) {
-        let word = &mut w.kkt_rhs[to as usize];
-        *word = *word - (slack + slack);
-    }
-}
-
 /// Take the step, and move onto the central path: at μ₁, or, where that move goes far, at a height that its
 /// square suggests. κ is at most τ, as more would be a lean towards infeasibility, unless that height is too much: then it
 /// says so.
@@ -148,7 +135,7 @@ fn newton<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
     let (m, rows, cones) = (structure.m, structure.n + structure.p, &structure.cones);
     let position = &structure.kkt.position[..structure.unknowns()];
     let solution = w.kkt_solution.as_chunks::<1>().0;
-    linear_solve::unload(&position[..rows], solution, 0, &mut w.point[..rows]);
+    right_hand_sides::unload(&position[..rows], solution, 0, &mut w.point[..rows]);
     let z = &mut w.point[rows..];
     let (delta, rest) = w.scratch.split_at_mut(m);
     let scaled = &mut rest[..m];

@@ -23,18 +23,9 @@ fn walk(engine: &mut Engine<f64>, startup: &[Step], look: &mut impl FnMut(&Engin
         look(engine, stage);
         engine.run(stage)
     };
-    let mut perform = |step| match step {
-        Step::Run(stage) => run(stage),
-        Step::Repeat { stage, until } => loop {
-            match run(until) {
-                Outcome::Repeat => run(stage),
-                outcome => return outcome,
-            };
-        },
-    };
-    assert!(startup.iter().all(|step| perform(*step) == Outcome::Next));
-    while ITERATION.iter().all(|step| perform(*step) == Outcome::Next) {}
-    assert!(CLOSING.iter().all(|step| perform(*step) == Outcome::Next));
+    assert!(startup.iter().all(|step| step.perform(&mut run) == Outcome::Next));
+    while ITERATION.iter().all(|step| step.perform(&mut run) == Outcome::Next) {}
+    assert!(CLOSING.iter().all(|step| step.perform(&mut run) == Outcome::Next));
 }
 
 fn bits(engine: &Engine<f64>, buffer: Buffer) -> Vec<u64> {

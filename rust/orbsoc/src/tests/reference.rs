@@ -2,10 +2,10 @@
 
 use crate::kernels::cone_ops;
 use crate::kkt::assembly::{Kkt, SOC_DENSE_MAX};
-use crate::method::stage::{Step, ITERATION, STARTUP};
+use crate::method::stage::{ITERATION, STARTUP};
 use crate::problem::cones::{ConeLayout, Soc};
 use crate::problem::csc::Csc;
-use crate::{Cones, Decide, Engine, Outcome, Problem, Real};
+use crate::{Cones, Decide, Engine, Problem, Real};
 use nalgebra::DMatrix;
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -192,19 +192,6 @@ pub fn mixed_problem(seed: u64) -> Problem {
 pub fn walk<T: Decide>(engine: &mut Engine<T>, iterations: usize) {
     let lists = core::iter::once(STARTUP).chain(core::iter::repeat_n(ITERATION, iterations));
     for step in lists.flatten() {
-        perform(engine, *step);
-    }
-}
-
-/// One step, with the repetitions that it asks for.
-fn perform<T: Decide>(engine: &mut Engine<T>, step: Step) -> Outcome {
-    match step {
-        Step::Run(stage) => engine.run(stage),
-        Step::Repeat { stage, until } => loop {
-            match engine.run(until) {
-                Outcome::Repeat => engine.run(stage),
-                other => return other,
-            };
-        },
+        step.perform(&mut |stage| engine.run(stage));
     }
 }

@@ -2,8 +2,7 @@
 
 use crate::known::{generated, infeasible, solvable, unbounded, Data};
 use orbsoc::{
-    Buffer, Engine, Error, Event, Outcome, Settings, Solution, Stage, Status, Step, CLOSING, ITERATION,
-    STARTUP,
+    Buffer, Engine, Error, Event, Outcome, Settings, Solution, Stage, Status, CLOSING, ITERATION, STARTUP,
 };
 
 /// Every number of a solution, as words.
@@ -100,18 +99,10 @@ fn walking_the_lists_by_hand_is_solving() {
         let mut engine = Engine::<f64>::new(&problem, &settings).unwrap();
         let solution = engine.solve();
         let mut walker = Engine::<f64>::new(&problem, &settings).unwrap();
-        let mut perform = |step: Step| match step {
-            Step::Run(stage) => walker.run(stage),
-            Step::Repeat { stage, until } => loop {
-                match walker.run(until) {
-                    Outcome::Repeat => walker.run(stage),
-                    outcome => return outcome,
-                };
-            },
-        };
-        assert!(STARTUP.iter().all(|step| perform(*step) == Outcome::Next));
-        while ITERATION.iter().all(|step| perform(*step) == Outcome::Next) {}
-        assert!(CLOSING.iter().all(|step| perform(*step) == Outcome::Next));
+        let mut run = |stage| walker.run(stage);
+        assert!(STARTUP.iter().all(|step| step.perform(&mut run) == Outcome::Next));
+        while ITERATION.iter().all(|step| step.perform(&mut run) == Outcome::Next) {}
+        assert!(CLOSING.iter().all(|step| step.perform(&mut run) == Outcome::Next));
         assert_eq!(words(&walker.conclude()), words(&solution), "{name}");
         assert_eq!(memory(&walker), memory(&engine), "{name}");
         assert_eq!(walker.events(), engine.events(), "{name}");

@@ -141,18 +141,7 @@ fn walking_the_lists_by_hand_gives_the_same_words() {
 }
 
 fn follow(engine: &mut Engine<f64>, list: &[Step]) -> bool {
-    list.iter().any(|step| {
-        let outcome = match *step {
-            Step::Run(stage) => engine.run(stage),
-            Step::Repeat { stage, until } => loop {
-                match engine.run(until) {
-                    Outcome::Repeat => engine.run(stage),
-                    outcome => break outcome,
-                };
-            },
-        };
-        matches!(outcome, Outcome::Done(_))
-    })
+    list.iter().any(|step| matches!(step.perform(&mut |stage| engine.run(stage)), Outcome::Done(_)))
 }
 
 #[test]
