@@ -39,6 +39,7 @@ pub use error::Error;
 pub use method::engine::{operation_counts, Engine, Progress};
 pub use method::events::Event;
 pub use method::mixed::{MixedEngine, Narrow};
+pub use method::restart::{Attempt, Restart, RESTARTS};
 pub use method::stage;
 pub use method::stage::{Module, Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 pub use method::tape::{record_tapes, word_of, Recording, Store, Tape};

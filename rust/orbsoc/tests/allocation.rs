@@ -55,7 +55,7 @@ fn a_warm_start_allocates_nothing_either() {
     let info = measure(|| {
         assert!(engine.start_from(&Start::from(&before)).unwrap());
         iterations = walk(&mut engine, WARM_STARTUP);
-        assert!(!engine.begin_again(&before) && engine.begin_again(&failed));
+        assert!(!engine.restart(&before) && engine.restart(&failed));
         iterations += walk(&mut engine, STARTUP);
     });
     assert_eq!((info.count_total, info.bytes_total), (0, 0));

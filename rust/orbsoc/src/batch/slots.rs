@@ -7,7 +7,7 @@ use crate::method::datapath::Datapath;
 use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION};
 use crate::method::warm_start::Start;
 use crate::method::workspace::Buffer;
-use crate::outcome::solution::{Solution, WarmStart};
+use crate::outcome::solution::{better_of, Solution};
 use crate::problem::settings::Settings;
 use crate::problem::Problem;
 use crate::real::Decide;
@@ -86,7 +86,7 @@ impl<T: Decide> Seats<T> {
         self.path.load(&problems);
         for (lane, seat) in self.lanes.iter().enumerate() {
             if let Some(Seat { control, .. }) = seat {
-                self.path.take_care(lane, control.care);
+                self.path.prepare(lane, control.attempt);
             }
         }
     }
@@ -98,9 +98,9 @@ impl<T: Decide> Seats<T> {
             let Some(Seat { index, problem, control, .. }) = taken else { continue };
             let start = start(*index);
             start.fit(problem)?;
-            control.warm_start = WarmStart::Used;
-            if !self.path.load_start(lane, &start) {
-                *control = control.fallen_back();
+            let useful = self.path.load_start(lane, &start);
+            control.start_warm(useful);
+            if !useful {
                 control.lay_aside(Instant::now());
                 without.extend(taken.take());
             }
@@ -196,8 +196,11 @@ impl<T: Decide> Seats<T> {
         let path = &self.path;
         let ended = self.lanes.iter_mut().enumerate().filter_map(|(lane, seat)| {
             let seat = seat.take_if(|seat| !seat.busy())?;
-            let attempt = path.finished(lane, &seat.problem, &seat.control);
-            let solution = attempt.verify().after(seat.earlier.as_ref(), path.settings.tol_inaccurate);
+            let solution = path.finished(lane, &seat.problem, &seat.control).verify();
+            let solution = match &seat.earlier {
+                Some(earlier) => better_of(earlier, solution, path.settings.tol_inaccurate),
+                None => solution,
+            };
             Some((seat, solution))
         });
         ended.collect()

@@ -3,7 +3,7 @@
 use crate::batch::slots::{Seat, Seats, Watch};
 use crate::error::Error;
 use crate::kkt::structure::Structure;
-use crate::method::control::Care;
+use crate::method::restart::Attempt;
 use crate::method::stage::{STARTUP, WARM_STARTUP};
 use crate::method::warm_start::Start;
 use crate::outcome::solution::{Solution, WarmStart};
@@ -152,8 +152,9 @@ impl<T: Decide> Crew<T> {
     /// Give the solutions of those that have ended to `done`; who is to walk again comes again.
     fn hand_over(&mut self, ended: Vec<(Seat, Solution)>, done: &mut Done<'_>) {
         for (seat, solution) in ended {
-            if let Some(control) = seat.control.again(solution.status) {
-                let earlier = (control.care != Care::Plain).then_some(solution);
+            if let Some(restart) = seat.control.next_restart(solution.status, self.cohort.settings()) {
+                let control = seat.control.restarted(restart.attempt);
+                let earlier = (control.attempt != Attempt::Cold).then_some(solution);
                 self.again.push(Seat { control, earlier, ..seat });
             } else {
                 done(seat.index, solution);

@@ -3,6 +3,7 @@
 
 use crate::kernels::layout::stat;
 use crate::method::refinement::Accuracy;
+use crate::method::restart::{self, Attempt, Restart};
 use crate::method::stage::{Outcome, Stage};
 use crate::method::workspace::Workspace;
 use crate::outcome::solution::{Status, WarmStart};
@@ -31,57 +32,6 @@ const HIGHEST_START: f64 = 0.5;
 pub(crate) const HIGHEST_STEP: f64 = 1e3;
 /// A step as short as this after a warm start says that the point was too near the boundary.
 const STUCK: f64 = 0.01;
-/// Share of `refinement_share` that a walk refines to when the one before it has stalled.
-const CAREFUL: f64 = 0.1;
-/// So many times `static_regularization` shifts the pivots of a walk after two that stalled far from a solution.
-const FIRM: f64 = 10.0;
-/// … and of a walk after one that stalled on a certificate short of `RADIUS_CONCLUSIVE`.
-const LIGHT: f64 = 0.01;
-
-/// What a walk does against rounding, a word for each stall before it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Care {
-    /// As the settings say.
-    #[default]
-    Plain,
-    /// Linear solves of more accuracy.
-    Refined,
-    /// That, and larger shifts of the pivots: what elimination rounds off must not hide them.
-    Shifted,
-    /// Refined, and smaller shifts: these must not hide a solution with large multipliers.
-    Light,
-}
-
-impl Care {
-    /// For a walk after one that stalled with `status`.
-    fn after_stall(self, status: Status) -> Option<Self> {
-        match self {
-            Self::Plain | Self::Refined if status.is_infeasible() => Some(Self::Light),
-            Self::Plain => Some(Self::Refined),
-            Self::Refined if status == Status::NumericalLimit => Some(Self::Shifted),
-            Self::Refined | Self::Shifted | Self::Light => None,
-        }
-    }
-
-    /// Part of `refinement_share` that linear solves are refined to.
-    pub fn refinement(self) -> f64 {
-        if self == Self::Plain {
-            1.0
-        } else {
-            CAREFUL
-        }
-    }
-
-    /// So many times `static_regularization` shifts the pivots.
-    pub fn shift(self) -> f64 {
-        match self {
-            Self::Plain | Self::Refined => 1.0,
-            Self::Shifted => FIRM,
-            Self::Light => LIGHT,
-        }
-    }
-}
-
 #[derive(Clone, Debug, Default)]
 #[allow(clippy::struct_excessive_bools)] // independent facts about one walk, no state machine
 pub(crate) struct Control {
@@ -90,8 +40,9 @@ pub(crate) struct Control {
     /// Steps of earlier walks of the same solve.
     spent: u32,
     pub warm_start: WarmStart,
-    /// More than none after a walk that stalled.
-    pub care: Care,
+    pub attempt: Attempt,
+    /// Attempts of the same solve before this one.
+    pub restarts: u32,
     /// Refinement steps of the whole solve.
     pub refinements: u32,
     /// Set from outside to stop at the next statistics.
@@ -123,29 +74,22 @@ impl Control {
         Self { best: f64::INFINITY, deadline, ..Self::default() }
     }
 
-    /// For the cold walk that is to follow this one, after which the solve stands at `status`, if one is: no solution is
-    /// proved, nor that there is none, but by a walk that stalled; neither the clock nor the user ended this walk; and it
-    /// had started warm, or it stalled for the first time, or for the second time far from a solution.
-    pub fn again(&self, status: Status) -> Option<Self> {
-        let settled = match status {
-            Status::Solved | Status::MaxTime | Status::Interrupted => true,
-            Status::PrimalInfeasible | Status::DualInfeasible => self.stop != Some(Stop::Stalled),
-            Status::SolvedInaccurate | Status::MaxIterations | Status::NumericalLimit => false,
-        };
-        if settled {
-            None
-        } else if self.warm_start == WarmStart::Used {
-            Some(self.fallen_back())
-        } else if self.stop == Some(Stop::Stalled) {
-            self.care.after_stall(status).map(|care| Self { care, ..self.anew() })
-        } else {
-            None
-        }
+    /// The restart that is to follow this attempt, after which the outcome so far has this `status`.
+    pub fn next_restart(&self, status: Status, settings: &Settings) -> Option<&'static Restart> {
+        let stalled = self.stop == Some(Stop::Stalled);
+        restart::next(self.attempt, stalled, status).filter(|_| self.restarts < settings.max_restarts)
     }
 
-    /// For a cold start after a warm one.
-    pub fn fallen_back(&self) -> Self {
-        Self { warm_start: WarmStart::FellBack, ..self.anew() }
+    /// For that restart.
+    pub fn restarted(&self, attempt: Attempt) -> Self {
+        let cold = if self.warm_start == WarmStart::None { WarmStart::None } else { WarmStart::FellBack };
+        Self { attempt, restarts: self.restarts + 1, warm_start: cold, ..self.anew() }
+    }
+
+    /// Start from a point that is given, or from cold where it is not `useful`.
+    pub fn start_warm(&mut self, useful: bool) {
+        (self.attempt, self.warm_start) =
+            if useful { (Attempt::Warm, WarmStart::Used) } else { (Attempt::Cold, WarmStart::FellBack) };
     }
 
     /// For another walk of the same solve: the clock and the counts go on.
@@ -157,7 +101,6 @@ impl Control {
             interrupted: self.interrupted,
             refinements: self.refinements,
             spent: self.spent + self.iteration,
-            warm_start: self.warm_start,
             ..Self::default()
         }
     }
@@ -232,7 +175,7 @@ impl Control {
         let (strict, primal, dual) = (word(stat::STRICT), word(stat::PRIMAL_RADIUS), word(stat::DUAL_RADIUS));
         self.improved = false;
         // A careful walk looks at every error, and so does one from a warm start, which begins where they are large.
-        let trusting = self.care == Care::Plain && self.warm_start != WarmStart::Used;
+        let trusting = self.attempt == Attempt::Cold;
         self.accuracy.renew(trusting.then(|| w.refinement_goal[0].lane(lane)));
         if word(stat::WITNESS) != 0.0 || strict.is_nan() {
             return Outcome::Done(Stop::Stalled);
@@ -268,7 +211,7 @@ impl Control {
 
     fn reason(&mut self, settings: &Settings) -> Option<Stop> {
         let met_before = core::mem::replace(&mut self.met, self.best <= settings.tol);
-        let aim = if self.warm_start == WarmStart::Used { WARM_AIM } else { AIM };
+        let aim = if self.attempt == Attempt::Warm { WARM_AIM } else { AIM };
         if self.best <= aim * settings.tol || met_before {
             Some(Stop::Converged)
         } else if self.primal_radius >= RADIUS_CONCLUSIVE {
@@ -292,7 +235,7 @@ impl Control {
 
     /// Whether the last step after a warm start was shorter than a good start ever takes.
     fn stuck(&self) -> bool {
-        self.warm_start == WarmStart::Used && self.iteration > 0 && self.step < STUCK
+        self.attempt == Attempt::Warm && self.iteration > 0 && self.step < STUCK
     }
 
     /// After a solve or a refinement step: refine (once more), or go on.

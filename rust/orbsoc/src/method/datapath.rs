@@ -4,8 +4,9 @@
 use crate::error::Error;
 use crate::kernels::layout::parameter;
 use crate::kkt::structure::Structure;
-use crate::method::control::{Care, Control};
+use crate::method::control::Control;
 use crate::method::dispatch::execute;
+use crate::method::restart::Attempt;
 use crate::method::stage::Stage;
 use crate::method::warm_start::Start;
 use crate::method::workspace::{Buffer, Workspace};
@@ -70,20 +71,21 @@ impl<T: Decide> Datapath<T> {
         for buffer in KEPT {
             self.work.get_mut(buffer).iter_mut().for_each(|word| word.set_lane(lane, 0.0));
         }
-        self.take_care(lane, Care::default());
+        self.prepare(lane, Attempt::default());
     }
 
-    /// Get a lane ready for another walk of the same solve.
-    pub fn restart(&mut self, lane: usize, care: Care) {
+    /// Get a lane ready for another attempt of the same solve.
+    pub fn restart(&mut self, lane: usize, attempt: Attempt) {
         self.reset(lane);
-        self.take_care(lane, care);
+        self.prepare(lane, attempt);
     }
 
-    /// Set what a walk of a lane that has been reset does against rounding.
-    pub fn take_care(&mut self, lane: usize, care: Care) {
+    /// Set the parameters of an attempt in a lane that has been reset.
+    pub fn prepare(&mut self, lane: usize, attempt: Attempt) {
         let (settings, words) = (&self.settings, &mut self.work.parameters);
-        words[parameter::REFINEMENT_SHARE].set_lane(lane, care.refinement() * share_at(settings));
-        let shift = care.shift() * settings.static_regularization;
+        let (refinement, regularization) = attempt.factors();
+        words[parameter::REFINEMENT_SHARE].set_lane(lane, refinement * share_at(settings));
+        let shift = regularization * settings.static_regularization;
         words[parameter::STATIC_REGULARIZATION].set_lane(lane, shift);
     }
 
@@ -159,6 +161,7 @@ impl<T: Decide> Datapath<T> {
             dual: (control.dual_radius > 0.0).then(|| read(dual)),
             iterations: control.total_iterations(),
             refinements: control.refinements,
+            attempts: control.restarts + 1,
             warm_start: control.warm_start,
         }
     }

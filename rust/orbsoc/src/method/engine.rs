@@ -3,13 +3,14 @@
 use crate::error::Error;
 use crate::kernels::layout::stat;
 use crate::kkt::structure::Structure;
-use crate::method::control::{keep_best, Care, Control};
+use crate::method::control::{keep_best, Control};
 use crate::method::datapath::Datapath;
 use crate::method::events::Event;
+use crate::method::restart::{Attempt, Restart, LONGEST};
 use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 use crate::method::warm_start::Start;
 use crate::method::workspace::{Buffer, Workspace};
-use crate::outcome::solution::{Solution, WarmStart};
+use crate::outcome::solution::{better_of, Solution};
 use crate::problem::settings::Settings;
 use crate::problem::Problem;
 use crate::real::{count, Counted, Decide, Latency, Real, Tally};
@@ -206,7 +207,7 @@ impl<T: Decide> Engine<T> {
         start.fit(self.problem())?;
         self.reset();
         let useful = self.path.load_start(0, start);
-        self.control.warm_start = if useful { WarmStart::Used } else { WarmStart::FellBack };
+        self.control.start_warm(useful);
         Ok(useful)
     }
 
@@ -218,7 +219,7 @@ impl<T: Decide> Engine<T> {
     ) -> Solution {
         self.walk(startup, observe);
         let mut solution = self.conclude();
-        while self.begin_again(&solution) {
+        while self.restart(&solution) {
             self.walk(STARTUP, observe);
             solution = self.conclude();
         }
@@ -267,24 +268,29 @@ impl<T: Decide> Engine<T> {
     /// The outcome of the walk that ended, with the status that its numbers support; an earlier walk's of the same
     /// solve, where that is the better one.
     pub fn conclude(&self) -> Solution {
-        let attempt = self.path.finished(0, &self.problem, &self.control);
-        attempt.verify().after(self.earlier.as_ref(), self.path.settings.tol_inaccurate)
+        let solution = self.path.finished(0, &self.problem, &self.control).verify();
+        match &self.earlier {
+            Some(earlier) => better_of(earlier, solution, self.path.settings.tol_inaccurate),
+            None => solution,
+        }
     }
 
-    /// Whether the walk that ended with `solution` is to be followed by a cold one, for which the engine is then ready:
-    /// neither the clock nor the user ended the walk, nothing is proved but by one that stalled, and it had started warm, or
-    /// it stalled for the first time, or for the second time far from a solution or on a proof. After a stall, linear solves
-    /// are refined further; after the second one, pivots are shifted by more, too, and after a proof by less. The parameters
-    /// are other ones.
-    pub fn begin_again(&mut self, solution: &Solution) -> bool {
-        let Some(control) = self.control.again(solution.status) else {
+    /// The restart that is to follow the attempt that ended with `solution`, by [`RESTARTS`](crate::RESTARTS) and
+    /// `max_restarts`.
+    pub fn next_restart(&self, solution: &Solution) -> Option<&'static Restart> {
+        self.control.next_restart(solution.status, &self.path.settings)
+    }
+
+    /// Get ready for that restart, from [`STARTUP`] on, where there is one, and say so; its parameters are other ones.
+    pub fn restart(&mut self, solution: &Solution) -> bool {
+        let Some(&Restart { attempt, .. }) = self.next_restart(solution) else {
             return false;
         };
-        if control.care != Care::Plain {
+        if attempt != Attempt::Cold {
             self.earlier = Some(solution.clone());
         }
-        self.path.restart(0, control.care);
-        self.control = control;
+        self.path.restart(0, attempt);
+        self.control = self.control.restarted(attempt);
         true
     }
 }
@@ -297,7 +303,7 @@ fn most_events(settings: &Settings) -> usize {
     };
     let once =
         |startup| runs(startup) + (settings.max_iterations as usize + 1) * runs(ITERATION) + runs(CLOSING);
-    once(WARM_STARTUP) + 3 * once(STARTUP)
+    once(WARM_STARTUP) + settings.max_restarts.min(LONGEST) as usize * once(STARTUP)
 }
 
 /// Operations of each stage on a problem's pattern, and their longest dependent chain.

@@ -7,6 +7,7 @@ pub(crate) mod engine;
 pub(crate) mod events;
 pub(crate) mod mixed;
 pub(crate) mod refinement;
+pub(crate) mod restart;
 pub mod stage;
 pub(crate) mod tape;
 pub(crate) mod warm_start;

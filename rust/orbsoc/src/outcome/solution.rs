@@ -123,6 +123,8 @@ pub struct Solution {
     pub warm_start: WarmStart,
     /// Refinement steps over the whole solve.
     pub refinements: u32,
+    /// Attempts that the solve took: one, and its restarts; none where it never began.
+    pub attempts: u32,
     /// Recomputed evidence.
     pub certificate: Certificate,
     /// One sentence: what the status rests on, and which line failed if one did.
@@ -145,6 +147,7 @@ impl Solution {
             iterations: 0,
             warm_start: WarmStart::None,
             refinements: 0,
+            attempts: 0,
             certificate: Certificate {
                 primal_residual: unknown,
                 dual_residual: unknown,
@@ -154,49 +157,46 @@ impl Solution {
             message: "stopped before this problem began".into(),
         }
     }
+}
 
-    /// The outcome of a solve whose last walk has this one, after an `earlier` walk that stalled: the better of the two,
-    /// with the counts of all walks.
-    pub(crate) fn after(self, earlier: Option<&Self>, tol_inaccurate: f64) -> Self {
-        let Some(earlier) = earlier.filter(|earlier| !self.replaces(earlier, tol_inaccurate)) else {
-            return self;
-        };
-        let Self { iterations, refinements, warm_start, .. } = self;
-        // Who stopped the solve is to see that it was stopped; a time limit takes nothing from what was reached before it, and
-        // nothing takes anything from a proof.
-        let stopped = match self.status {
-            Status::MaxTime => earlier.status == Status::NumericalLimit,
-            status => status == Status::Interrupted && !earlier.status.is_infeasible(),
-        };
-        let (status, message) = if stopped {
-            (self.status, format!("stopped in another walk; after the one before: {}", earlier.message))
-        } else {
-            (earlier.status, earlier.message.clone())
-        };
-        Self { status, iterations, warm_start, refinements, message, ..earlier.clone() }
+/// The better outcome of two attempts of a solve, of which the `earlier` one stalled; with the counts of both.
+pub(crate) fn better_of(earlier: &Solution, later: Solution, tol_inaccurate: f64) -> Solution {
+    if replaces(&later, earlier, tol_inaccurate) {
+        return later;
     }
+    let Solution { iterations, refinements, attempts, warm_start, .. } = later;
+    // Who stopped the solve is to see that it was stopped; a time limit takes nothing from what was reached before it, and
+    // nothing takes anything from a proof.
+    let stopped = match later.status {
+        Status::MaxTime => earlier.status == Status::NumericalLimit,
+        status => status == Status::Interrupted && !earlier.status.is_infeasible(),
+    };
+    let (status, message) = if stopped {
+        (later.status, format!("stopped in another walk; after the one before: {}", earlier.message))
+    } else {
+        (earlier.status, earlier.message.clone())
+    };
+    Solution { status, iterations, refinements, attempts, warm_start, message, ..earlier.clone() }
+}
 
-    /// Whether this outcome is worth more than that of an `earlier` walk, which stalled: inaccurate, at a numerical limit, or
-    /// on a proof. One that is nearly solved is not infeasible, nor one that appears to be, at a point of which the proof says
-    /// nothing.
-    fn replaces(&self, earlier: &Self, tol_inaccurate: f64) -> bool {
-        let stands_against = |point: &Self, proof: &Self| {
-            point.certificate.worst() <= tol_inaccurate
-                && beyond(proof.status, proof.certificate.radius, &point.x, &point.y, &point.z)
-        };
-        let usable = earlier.status == Status::SolvedInaccurate;
-        match self.status {
-            status if status == earlier.status && status.is_infeasible() => {
-                self.certificate.radius > earlier.certificate.radius
-            }
-            status if earlier.status.is_infeasible() => {
-                !status.is_infeasible() && stands_against(self, earlier)
-            }
-            Status::Solved => true,
-            Status::PrimalInfeasible | Status::DualInfeasible => !(usable || stands_against(earlier, self)),
-            status if (status == Status::SolvedInaccurate) != usable => !usable,
-            _ => self.certificate.worst() < earlier.certificate.worst(),
+/// Whether the `later` outcome is worth more than that of an `earlier` attempt, which stalled: inaccurate, at a numerical
+/// limit, or on a proof. One that is nearly solved is not infeasible, nor one that appears to be, at a point of which the
+/// proof says nothing.
+fn replaces(later: &Solution, earlier: &Solution, tol_inaccurate: f64) -> bool {
+    let stands_against = |point: &Solution, proof: &Solution| {
+        point.certificate.worst() <= tol_inaccurate
+            && beyond(proof.status, proof.certificate.radius, &point.x, &point.y, &point.z)
+    };
+    let usable = earlier.status == Status::SolvedInaccurate;
+    match later.status {
+        status if status == earlier.status && status.is_infeasible() => {
+            later.certificate.radius > earlier.certificate.radius
         }
+        status if earlier.status.is_infeasible() => !status.is_infeasible() && stands_against(later, earlier),
+        Status::Solved => true,
+        Status::PrimalInfeasible | Status::DualInfeasible => !(usable || stands_against(earlier, later)),
+        status if (status == Status::SolvedInaccurate) != usable => !usable,
+        _ => later.certificate.worst() < earlier.certificate.worst(),
     }
 }
 

@@ -274,6 +274,7 @@ pub(crate) struct FinishedAttempt<'a> {
     /// Counts of the whole solve.
     pub iterations: u32,
     pub refinements: u32,
+    pub attempts: u32,
     pub warm_start: WarmStart,
 }
 
@@ -394,6 +395,7 @@ impl FinishedAttempt<'_> {
             iterations: self.iterations,
             warm_start: self.warm_start,
             refinements: self.refinements,
+            attempts: self.attempts,
             certificate: evidence.certificate,
             message,
         }

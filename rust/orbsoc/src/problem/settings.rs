@@ -31,6 +31,9 @@ pub struct Settings {
     pub step_fraction: f64,
     /// Passes of Ruiz equilibration.
     pub ruiz_passes: u32,
+    /// Most restarts, by [`RESTARTS`](crate::RESTARTS), after the first attempt of a solve; 0 where a deadline is hard. A
+    /// cold attempt after a warm start that was given up is one of them.
+    pub max_restarts: u32,
 }
 
 impl Default for Settings {
@@ -48,6 +51,7 @@ impl Default for Settings {
             refinement_max: 10,
             step_fraction: 0.99,
             ruiz_passes: 4,
+            max_restarts: 3,
         }
     }
 }
@@ -94,6 +98,7 @@ impl Settings {
         within("max_iterations", self.max_iterations, 1..=100_000, "1 to 100000")?;
         within("refinement_max", self.refinement_max, 0..=100, "0 to 100")?;
         within("ruiz_passes", self.ruiz_passes, 0..=100, "0 to 100")?;
+        within("max_restarts", self.max_restarts, 0..=100, "0 to 100")?;
         let fraction = self.step_fraction;
         check(fraction > 0.0 && fraction < 1.0, "step_fraction", fraction, "between 0 and 1, both excluded")?;
         Ok(())

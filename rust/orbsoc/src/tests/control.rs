@@ -2,7 +2,8 @@
 
 use crate::kernels::layout::refinement;
 use crate::kernels::layout::stat;
-use crate::method::control::{keep_best, Care, Control};
+use crate::method::control::{keep_best, Control};
+use crate::method::restart::Attempt;
 use crate::tests::reference::mixed_problem;
 use crate::Stop;
 use crate::{Buffer, Cones, Csc, Engine, Outcome, Problem, Settings, Stage, Status, WarmStart};
@@ -78,12 +79,12 @@ fn after_a_warm_start_half_of_the_tolerance_is_enough() {
     let near = Iterate { worst: 0.5e-8, ..PLAIN };
     assert_eq!(desk.judge(near), Outcome::Next);
     desk.control = Control::new(&desk.settings);
-    desk.control.warm_start = WarmStart::Used;
+    desk.control.start_warm(true);
     assert_eq!(desk.judge(Iterate { worst: 0.51e-8, ..PLAIN }), Outcome::Next);
-    desk.control = desk.control.fallen_back();
+    desk.control = desk.control.restarted(Attempt::Cold);
     assert_eq!(desk.judge(near), Outcome::Next);
     desk.control = Control::new(&desk.settings);
-    desk.control.warm_start = WarmStart::Used;
+    desk.control.start_warm(true);
     assert_eq!(desk.judge(near), CONVERGED);
 }
 
@@ -250,29 +251,58 @@ fn a_certificate_is_claimed_from_fifty_times_the_data_on_and_not_after_a_limit()
 }
 
 #[test]
-fn a_stall_is_followed_by_a_careful_walk_whose_shifts_fit_what_the_solve_stands_at() {
-    let ended = |stop, care| {
-        let mut control = Control::new(&Settings::default());
-        (control.stop, control.care) = (Some(stop), care);
+fn a_stall_is_followed_by_the_attempt_that_fits_the_outcome_so_far() {
+    let settings = Settings::default();
+    let ended = |stop, attempt| {
+        let mut control = Control::new(&settings);
+        (control.stop, control.attempt) = (Some(stop), attempt);
         control
     };
-    let next = |care, status| ended(Stop::Stalled, care).again(status).map(|control| control.care);
+    let after = |stop, attempt, status| {
+        ended(stop, attempt).next_restart(status, &settings).map(|restart| restart.attempt)
+    };
+    let next = |attempt, status| after(Stop::Stalled, attempt, status);
     for status in [Status::NumericalLimit, Status::SolvedInaccurate] {
-        assert_eq!(next(Care::Plain, status), Some(Care::Refined));
-        assert_eq!(next(Care::Shifted, status), None);
+        assert_eq!(next(Attempt::Cold, status), Some(Attempt::Refined));
+        assert_eq!(next(Attempt::Regularized, status), None);
     }
-    assert_eq!(next(Care::Refined, Status::NumericalLimit), Some(Care::Shifted));
-    assert_eq!(next(Care::Refined, Status::SolvedInaccurate), None);
+    assert_eq!(next(Attempt::Refined, Status::NumericalLimit), Some(Attempt::Regularized));
+    assert_eq!(next(Attempt::Refined, Status::SolvedInaccurate), None);
     for proof in [Status::PrimalInfeasible, Status::DualInfeasible] {
-        assert_eq!(next(Care::Plain, proof), Some(Care::Light));
-        assert_eq!(next(Care::Refined, proof), Some(Care::Light));
-        assert_eq!((next(Care::Shifted, proof), next(Care::Light, proof)), (None, None));
-        assert!(ended(Stop::PrimalCertificate, Care::Plain).again(proof).is_none(), "it is conclusive");
+        assert_eq!(next(Attempt::Cold, proof), Some(Attempt::Light));
+        assert_eq!(next(Attempt::Refined, proof), Some(Attempt::Light));
+        assert_eq!((next(Attempt::Regularized, proof), next(Attempt::Light, proof)), (None, None));
+        assert_eq!(next(Attempt::Warm, proof), Some(Attempt::Cold));
+        for attempt in [Attempt::Cold, Attempt::Warm] {
+            assert_eq!(after(Stop::PrimalCertificate, attempt, proof), None, "it is conclusive");
+        }
     }
-    assert_eq!(next(Care::Light, Status::NumericalLimit), None);
-    assert!(ended(Stop::MaxIterations, Care::Refined).again(Status::MaxIterations).is_none());
-    let mut warm = ended(Stop::Stalled, Care::Plain);
-    warm.warm_start = WarmStart::Used;
-    let cold = warm.again(Status::NumericalLimit).unwrap();
-    assert_eq!((cold.care, cold.warm_start), (Care::Plain, WarmStart::FellBack));
+    assert_eq!(next(Attempt::Light, Status::NumericalLimit), None);
+    assert_eq!(after(Stop::MaxIterations, Attempt::Refined, Status::MaxIterations), None);
+    assert_eq!(after(Stop::Unprofitable, Attempt::Warm, Status::NumericalLimit), Some(Attempt::Cold));
+    for status in [Status::Solved, Status::MaxTime, Status::Interrupted] {
+        assert_eq!((next(Attempt::Warm, status), next(Attempt::Cold, status)), (None, None));
+    }
+}
+
+#[test]
+fn restarts_are_counted_and_limited() {
+    let mut control = Control::new(&Settings::default());
+    control.start_warm(true);
+    assert_eq!((control.attempt, control.warm_start), (Attempt::Warm, WarmStart::Used));
+    let mut made = Vec::new();
+    for max_restarts in 0..5 {
+        let settings = Settings { max_restarts, ..Settings::default() };
+        let mut control = control.clone();
+        control.stop = Some(Stop::Stalled);
+        while let Some(restart) = control.next_restart(Status::NumericalLimit, &settings) {
+            control = control.restarted(restart.attempt);
+            assert_eq!(control.warm_start, WarmStart::FellBack);
+            control.stop = Some(Stop::Stalled);
+        }
+        made.push((control.attempt, control.restarts));
+    }
+    let (cold, refined) = ((Attempt::Cold, 1), (Attempt::Refined, 2));
+    let last = (Attempt::Regularized, 3);
+    assert_eq!(made, [(Attempt::Warm, 0), cold, refined, last, last]);
 }

@@ -1,5 +1,6 @@
 //! Which of two walks' outcomes counts.
 
+use crate::outcome::solution::better_of;
 use crate::{Certificate, Solution, Status, WarmStart};
 
 const INACCURATE: f64 = 1e-5;
@@ -19,6 +20,7 @@ fn outcome(status: Status, residual: f64, iterations: u32) -> Solution {
         iterations,
         warm_start: WarmStart::None,
         refinements: iterations,
+        attempts: iterations / 10,
         certificate,
         message: format!("residual {residual:.0e}"),
     }
@@ -27,8 +29,12 @@ fn outcome(status: Status, residual: f64, iterations: u32) -> Solution {
 /// The status, which walk's numbers, and the message of the second walk after the first.
 fn after(first: (Status, f64), second: (Status, f64)) -> (Status, f64, String) {
     let first = outcome(first.0, first.1, 10);
-    let found = outcome(second.0, second.1, 30).after(Some(&first), INACCURATE);
-    assert_eq!((found.iterations, found.refinements), (30, 30), "the second's counts include the first's");
+    let found = better_of(&first, outcome(second.0, second.1, 30), INACCURATE);
+    assert_eq!(
+        (found.iterations, found.refinements, found.attempts),
+        (30, 30, 3),
+        "the second's counts include the first's"
+    );
     assert_eq!([found.x[0], found.objective], [found.certificate.primal_residual; 2], "of one walk");
     (found.status, found.x[0], found.message)
 }
@@ -95,7 +101,7 @@ fn a_proof_yields_to_a_later_solution_farther_out_than_it_reaches_and_to_nothing
         [(PrimalInfeasible, 1e4, DualInfeasible), (DualInfeasible, 2e3, PrimalInfeasible)]
     {
         let outcome = |radius, status, residual| {
-            far(status, residual).after(Some(&claim(proof, radius)), INACCURATE).status
+            better_of(&claim(proof, radius), far(status, residual), INACCURATE).status
         };
         for status in [Solved, SolvedInaccurate, NumericalLimit] {
             assert_eq!(outcome(size, status, 0.5 * INACCURATE), status);
@@ -105,7 +111,7 @@ fn a_proof_yields_to_a_later_solution_farther_out_than_it_reaches_and_to_nothing
             assert_eq!(outcome(size, status, 2.0 * INACCURATE), proof, "{status} takes nothing from a proof");
         }
         for (status, radius, kept) in [(proof, 99.0, 100.0), (proof, 101.0, 101.0), (other, 101.0, 100.0)] {
-            let found = claim(status, radius).after(Some(&claim(proof, 100.0)), INACCURATE);
+            let found = better_of(&claim(proof, 100.0), claim(status, radius), INACCURATE);
             assert_eq!((found.status, found.certificate.radius), (proof, kept));
         }
     }
@@ -115,7 +121,7 @@ fn a_proof_yields_to_a_later_solution_farther_out_than_it_reaches_and_to_nothing
 fn a_proof_does_not_replace_what_appears_to_be_a_solution_farther_out_than_it_reaches() {
     let far = |residual| far(Status::NumericalLimit, residual);
     for (status, size) in [(Status::PrimalInfeasible, 1e4), (Status::DualInfeasible, 2e3)] {
-        let outcome = |residual, radius| claim(status, radius).after(Some(&far(residual)), INACCURATE).status;
+        let outcome = |residual, radius| better_of(&far(residual), claim(status, radius), INACCURATE).status;
         assert_eq!(outcome(0.5 * INACCURATE, size), Status::NumericalLimit);
         assert_eq!(outcome(0.5 * INACCURATE, 1.01 * size), status, "it is nearer than that");
         assert_eq!(outcome(2.0 * INACCURATE, size), status, "it does not appear to be one");
