@@ -66,7 +66,7 @@ pub fn main() -> Result<(), Error> {
 
     // Every word a stage made is there to look at, and everything that ran was recorded.
     let runs = |stage| engine.events().iter().filter(|event| event.stage == stage).count();
-    let substitutions = runs(Stage::SolvePair) + runs(Stage::SolveKkt);
+    let substitutions = runs(Stage::SolveConstantAndPredictor) + runs(Stage::SolveKkt);
     println!("{} factorisations, {substitutions} substitutions", runs(Stage::Factorize));
     println!(
         "τ = {:.3}, κ = {:.1e}",

@@ -77,7 +77,7 @@ fn a_walk_of_as_many_events_as_the_limits_allow_does_not_allocate_either() {
         walk(&mut engine, STARTUP);
     });
     assert_eq!(info.count_total, 0);
-    let refines = |stage| matches!(stage, Stage::RefineKkt | Stage::RefinePair);
+    let refines = |stage| matches!(stage, Stage::RefineKkt | Stage::RefineConstantAndPredictor);
     assert!(engine.events().iter().filter(|event| refines(event.stage)).count() > 20);
 }
 

@@ -16,7 +16,7 @@ pub struct BatchProgress {
 }
 
 /// Where threads fetch problems and hand in solutions.
-pub(crate) struct Desk {
+pub(crate) struct BatchQueue {
     next: AtomicUsize,
     ended: AtomicUsize,
     /// No more problems are handed out, and those under way are to stop.
@@ -25,7 +25,7 @@ pub(crate) struct Desk {
     count: usize,
 }
 
-impl Desk {
+impl BatchQueue {
     pub fn new(count: usize) -> Self {
         let [next, ended] = [0, 0].map(AtomicUsize::new);
         Self { next, ended, closed: AtomicBool::new(false), solved: Mutex::new(vec![None; count]), count }
@@ -40,7 +40,7 @@ impl Desk {
         (!self.empty()).then(fetch).filter(|&k| k < self.count)
     }
 
-    pub fn hand_in(&self, k: usize, solution: Solution) {
+    pub fn submit(&self, k: usize, solution: Solution) {
         self.ended.fetch_add(1, Ordering::Relaxed);
         if let Ok(mut solved) = self.solved.lock() {
             solved[k] = Some(solution);

@@ -19,7 +19,7 @@ use std::time::Instant;
 pub(crate) type Watch<'f> = dyn FnMut() -> ControlFlow<()> + 'f;
 
 /// A problem in a lane.
-pub(crate) struct Seat {
+pub(crate) struct Slot {
     pub index: usize,
     pub problem: Problem,
     pub control: Control,
@@ -27,7 +27,7 @@ pub(crate) struct Seat {
     pub earlier: Option<Solution>,
 }
 
-impl Seat {
+impl Slot {
     pub fn new(index: usize, problem: Problem, settings: &Settings) -> Self {
         Self { index, problem, control: Control::new(settings), earlier: None }
     }
@@ -39,17 +39,17 @@ impl Seat {
 
 /// A seat for each lane. Between calls the statistics have just been decided on: a problem is moved or ends nowhere
 /// else in an iteration.
-pub(crate) struct Seats<T> {
+pub(crate) struct LaneSlots<T> {
     path: Datapath<T>,
-    lanes: Vec<Option<Seat>>,
+    lanes: Vec<Option<Slot>>,
     /// Buffers that a problem takes along when it moves.
     carried: Vec<Buffer>,
 }
 
 /// Where decisions keep certificates.
-const CERTIFICATES: [Buffer; 2] = [Buffer::Farkas, Buffer::Ray];
+const CERTIFICATES: [Buffer; 2] = [Buffer::PrimalCertificate, Buffer::DualCertificate];
 
-impl<T: Decide> Seats<T> {
+impl<T: Decide> LaneSlots<T> {
     pub fn new(structure: &Arc<Structure>, settings: &Settings) -> Result<Self, Error> {
         Ok(Self {
             path: Datapath::new(structure.clone(), settings)?,
@@ -58,7 +58,7 @@ impl<T: Decide> Seats<T> {
         })
     }
 
-    /// Empty seats for the same pattern.
+    /// Empty slots for the same pattern.
     pub fn another(&self) -> Result<Self, Error> {
         Self::new(&self.path.structure, &self.path.settings)
     }
@@ -77,31 +77,31 @@ impl<T: Decide> Seats<T> {
         self.lanes.fill_with(|| None);
     }
 
-    /// Fill the seats anew, and load the problems' numbers.
-    pub fn seat(&mut self, arriving: Vec<Seat>) {
-        let mut arriving = arriving.into_iter();
-        self.lanes.fill_with(|| arriving.next());
+    /// Fill the slots anew, and load the problems' numbers.
+    pub fn seat(&mut self, next_batch: Vec<Slot>) {
+        let mut next_batch = next_batch.into_iter();
+        self.lanes.fill_with(|| next_batch.next());
         let problems: Vec<_> =
             self.lanes.iter().map(|seat| seat.as_ref().map(|seat| &seat.problem)).collect();
         self.path.load(&problems);
         for (lane, seat) in self.lanes.iter().enumerate() {
-            if let Some(Seat { control, .. }) = seat {
+            if let Some(Slot { control, .. }) = seat {
                 self.path.prepare(lane, control.attempt);
             }
         }
     }
 
     /// Load the points to start from. Those who have none that is of use leave, for a cold start.
-    pub fn load_starts<'a>(&mut self, start: impl Fn(usize) -> Start<'a>) -> Result<Vec<Seat>, Error> {
+    pub fn load_starts<'a>(&mut self, start: impl Fn(usize) -> Start<'a>) -> Result<Vec<Slot>, Error> {
         let mut without = Vec::new();
         for (lane, taken) in self.lanes.iter_mut().enumerate() {
-            let Some(Seat { index, problem, control, .. }) = taken else { continue };
+            let Some(Slot { index, problem, control, .. }) = taken else { continue };
             let start = start(*index);
             start.fit(problem)?;
             let useful = self.path.load_start(lane, &start);
             control.start_warm(useful);
             if !useful {
-                control.lay_aside(Instant::now());
+                control.suspend(Instant::now());
                 without.extend(taken.take());
             }
         }
@@ -122,11 +122,11 @@ impl<T: Decide> Seats<T> {
         self.follow(&[*statistics]);
     }
 
-    /// Iterate until no more than `few` walks go on, which are then laid aside. All end soon after `watch` says so.
+    /// Iterate until no more than `few` walks go on, which are then laid suspended. All end soon after `watch` says so.
     pub fn iterate_until(&mut self, few: usize, watch: &mut Watch<'_>) {
         let now = Instant::now();
         for seat in self.lanes.iter_mut().flatten() {
-            seat.control.take_up(now);
+            seat.control.resume(now);
         }
         while self.busy() > few {
             self.iterate();
@@ -136,7 +136,7 @@ impl<T: Decide> Seats<T> {
         }
         let now = Instant::now();
         for seat in self.lanes.iter_mut().flatten() {
-            seat.control.lay_aside(now);
+            seat.control.suspend(now);
         }
     }
 
@@ -151,11 +151,11 @@ impl<T: Decide> Seats<T> {
     fn run(&mut self, stage: Stage) -> Outcome {
         let Self { path, lanes, .. } = self;
         let busy = lanes.iter().flatten().filter(|seat| seat.busy());
-        let seen = busy.map(|seat| &seat.control).any(|control| control.looks(stage));
-        path.execute_as_far_as(stage, seen);
+        let seen = busy.map(|seat| &seat.control).any(|control| control.needs_residual(stage));
+        path.execute_with_residual(stage, seen);
         let mut again = false;
         for (lane, seat) in lanes.iter_mut().enumerate() {
-            let Some(Seat { control, .. }) = seat else { continue };
+            let Some(Slot { control, .. }) = seat else { continue };
             if control.stop.is_some() {
                 control.rest();
             } else {
@@ -172,10 +172,10 @@ impl<T: Decide> Seats<T> {
         }
     }
 
-    /// Move those whose walk goes on to free seats of `other`, as far as there are any.
+    /// Move those whose walk goes on to free slots of `other`, as far as there are any.
     pub fn move_into(&mut self, other: &mut Self) {
         let free = other.lanes.iter().enumerate().filter(|(_, seat)| seat.is_none());
-        let busy = self.lanes.iter().enumerate().filter(|(_, seat)| seat.as_ref().is_some_and(Seat::busy));
+        let busy = self.lanes.iter().enumerate().filter(|(_, seat)| seat.as_ref().is_some_and(Slot::busy));
         let moves: Vec<(usize, usize)> = busy.zip(free).map(|((from, _), (to, _))| (from, to)).collect();
         other.path.copy_lanes(&moves, &self.path, &self.carried);
         for (from, to) in moves {
@@ -188,8 +188,8 @@ impl<T: Decide> Seats<T> {
     }
 
     /// Those that have ended leave, with their solutions.
-    pub fn dismiss(&mut self) -> Vec<(Seat, Solution)> {
-        if self.lanes.iter().flatten().all(Seat::busy) {
+    pub fn collect(&mut self) -> Vec<(Slot, Solution)> {
+        if self.lanes.iter().flatten().all(Slot::busy) {
             return Vec::new();
         }
         self.follow(CLOSING);

@@ -5,9 +5,9 @@
 //! set iterates when it is full, so one hard problem does not hold the others. Every problem's bits are those of its own
 //! single solve, wherever it ran.
 
-use crate::batch::queue::{BatchProgress, Desk};
+use crate::batch::queue::{BatchProgress, BatchQueue};
 use crate::batch::slots::Watch;
-use crate::batch::worker::{Crew, StartOf, Work};
+use crate::batch::worker::{LaneWorker, StartOf, Work};
 use crate::error::Error;
 use crate::kkt::structure::Structure;
 use crate::method::warm_start::Start;
@@ -39,7 +39,7 @@ pub struct BatchSolver {
     structure: Arc<Structure>,
     settings: Settings,
     /// One for each thread that has solved a problem.
-    crews: Vec<Option<Box<dyn Work>>>,
+    workers: Vec<Option<Box<dyn Work>>>,
     pool: Option<Pool>,
 }
 
@@ -59,18 +59,18 @@ impl Pool {
         Ok(Self { threads, process: std::process::id() })
     }
 
-    /// Do `work` with each of the crews, one a thread; the calling thread looks now and then.
+    /// Do `work` with each of the workers, one a thread; the calling thread needs_residual now and then.
     fn run<C: Send>(
         &self,
-        crews: &mut [C],
+        workers: &mut [C],
         work: impl Fn(&mut C) -> Result<(), Error> + Sync,
         mut look: impl FnMut() -> ControlFlow<()>,
     ) -> Result<(), Error> {
         let (send, receive) = mpsc::channel();
         self.threads.in_place_scope(|scope| {
-            for crew in crews {
+            for worker in workers {
                 let (send, work) = (send.clone(), &work);
-                scope.spawn(move |_| drop(send.send(work(crew))));
+                scope.spawn(move |_| drop(send.send(work(worker))));
             }
             drop(send);
             let mut outcome = Ok(());
@@ -96,8 +96,8 @@ impl BatchSolver {
         settings.validate()?;
         let structure = Arc::new(Structure::for_lanes(base)?);
         let pool = if threads > 1 { Some(Pool::new(threads)?) } else { None };
-        let crews = (0..threads.max(1)).map(|_| None).collect();
-        Ok(Self { base: base.clone(), structure, settings: settings.clone(), crews, pool })
+        let workers = (0..threads.max(1)).map(|_| None).collect();
+        Ok(Self { base: base.clone(), structure, settings: settings.clone(), workers, pool })
     }
 
     /// Solve `count` problems. `write(k, problem)` puts problem k's numbers into a copy of the base; it must leave
@@ -140,17 +140,17 @@ impl BatchSolver {
         start: Option<StartOf<'_, '_>>,
         mut observe: impl FnMut(&BatchProgress) -> ControlFlow<()>,
     ) -> Result<Vec<Solution>, Error> {
-        let Self { base, structure, settings, crews, pool } = self;
+        let Self { base, structure, settings, workers, pool } = self;
         let (base, structure, settings) = (&*base, &*structure, &*settings);
-        let desk = Desk::new(count);
+        let desk = BatchQueue::new(count);
         let _ = desk.show(&mut observe);
-        let work = |crew: &mut Option<Box<dyn Work>>, watch: &mut Watch<'_>| {
+        let work = |worker: &mut Option<Box<dyn Work>>, watch: &mut Watch<'_>| {
             if desk.empty() {
                 return Ok(());
             }
-            let crew = match crew {
-                Some(crew) => crew,
-                None => crew.insert(lanes(structure, settings)?),
+            let worker = match worker {
+                Some(worker) => worker,
+                None => worker.insert(lanes(structure, settings)?),
             };
             let mut take = |problem: &mut Problem| {
                 let Some(k) = desk.next() else { return Ok(None) };
@@ -161,17 +161,17 @@ impl BatchSolver {
                 Ok(Some(k))
             };
             let worked =
-                crew.work(base, &mut take, start, &mut |k, solution| desk.hand_in(k, solution), watch);
+                worker.work(base, &mut take, start, &mut |k, solution| desk.submit(k, solution), watch);
             worked.inspect_err(|_| desk.close())
         };
         match pool {
             Some(pool) => {
                 if pool.process != std::process::id() {
-                    *pool = Pool::new(crews.len())?;
+                    *pool = Pool::new(workers.len())?;
                 }
-                pool.run(crews, |crew| work(crew, &mut || desk.flow()), || desk.show(&mut observe))?;
+                pool.run(workers, |worker| work(worker, &mut || desk.flow()), || desk.show(&mut observe))?;
             }
-            None => crews.iter_mut().try_for_each(|crew| work(crew, &mut || desk.show(&mut observe)))?,
+            None => workers.iter_mut().try_for_each(|worker| work(worker, &mut || desk.show(&mut observe)))?,
         }
         let _ = desk.show(&mut observe);
         Ok(desk.solutions(base))
@@ -182,10 +182,10 @@ impl BatchSolver {
 fn lanes(structure: &Arc<Structure>, settings: &Settings) -> Result<Box<dyn Work>, Error> {
     Ok(match pulp::Arch::new() {
         #[cfg(target_arch = "x86_64")]
-        pulp::Arch::V4(_) => Box::new(Crew::<Lanes<pulp::x86::V4>>::new(structure, settings)?),
+        pulp::Arch::V4(_) => Box::new(LaneWorker::<Lanes<pulp::x86::V4>>::new(structure, settings)?),
         #[cfg(target_arch = "x86_64")]
-        pulp::Arch::V3(_) => Box::new(Crew::<Lanes<pulp::x86::V3_512b>>::new(structure, settings)?),
-        _ => Box::new(Crew::<Lanes<pulp::Scalar512b>>::new(structure, settings)?),
+        pulp::Arch::V3(_) => Box::new(LaneWorker::<Lanes<pulp::x86::V3_512b>>::new(structure, settings)?),
+        _ => Box::new(LaneWorker::<Lanes<pulp::Scalar512b>>::new(structure, settings)?),
     })
 }
 

@@ -1,6 +1,6 @@
 //! One thread's lanes for a batch: eight problems begin together, stragglers go on beside the next eight.
 
-use crate::batch::slots::{Seat, Seats, Watch};
+use crate::batch::slots::{Slot, LaneSlots, Watch};
 use crate::error::Error;
 use crate::kkt::structure::Structure;
 use crate::method::restart::Attempt;
@@ -36,17 +36,17 @@ pub(crate) trait Work: Send {
 
 /// One thread's lanes: the problems that began together, and those left over by earlier cohorts. They are kept from one
 /// batch to the next.
-pub(crate) struct Crew<T> {
-    cohort: Seats<T>,
+pub(crate) struct LaneWorker<T> {
+    cohort: LaneSlots<T>,
     /// Made when first needed: in many batches all problems of a cohort end with the same iteration.
-    stragglers: Option<Seats<T>>,
+    stragglers: Option<LaneSlots<T>>,
     /// Problems whose warm start failed, or that stalled, for another walk from cold.
-    again: Vec<Seat>,
+    again: Vec<Slot>,
     /// Problems whose memory the next ones take.
     spare: Vec<Problem>,
 }
 
-impl<T: Decide + Send> Work for Crew<T> {
+impl<T: Decide + Send> Work for LaneWorker<T> {
     fn work(
         &mut self,
         base: &Problem,
@@ -57,10 +57,10 @@ impl<T: Decide + Send> Work for Crew<T> {
     ) -> Result<(), Error> {
         self.clear();
         loop {
-            let arriving = self.arriving(base, take)?;
-            if !arriving.is_empty() {
+            let next_batch = self.next_batch(base, take)?;
+            if !next_batch.is_empty() {
                 self.make_room(done, watch)?;
-                self.begin(arriving, start)?;
+                self.begin(next_batch, start)?;
                 self.iterate_cohort(Self::FEW, done, watch);
             } else if self.stragglers.as_ref().is_some_and(|stragglers| stragglers.busy() > 0) {
                 self.make_room(done, watch)?;
@@ -74,12 +74,12 @@ impl<T: Decide + Send> Work for Crew<T> {
     }
 }
 
-impl<T: Decide> Crew<T> {
+impl<T: Decide> LaneWorker<T> {
     /// With this many problems left, a cohort makes room for the next.
     const FEW: usize = T::LANES / 2;
 
     pub fn new(structure: &Arc<Structure>, settings: &Settings) -> Result<Self, Error> {
-        let cohort = Seats::new(structure, settings)?;
+        let cohort = LaneSlots::new(structure, settings)?;
         Ok(Self { cohort, stragglers: None, again: Vec::new(), spare: Vec::new() })
     }
 
@@ -87,31 +87,31 @@ impl<T: Decide> Crew<T> {
     fn clear(&mut self) {
         self.again.clear();
         self.cohort.clear();
-        self.stragglers.iter_mut().for_each(Seats::clear);
+        self.stragglers.iter_mut().for_each(LaneSlots::clear);
     }
 
     /// The next problems, at most one for each lane. Those that walk again come once they fill the lanes or nothing
     /// else is left.
-    fn arriving(&mut self, base: &Problem, take: &mut Take<'_>) -> Result<Vec<Seat>, Error> {
-        let mut arriving = Vec::with_capacity(T::LANES);
-        while self.again.len() < T::LANES && arriving.len() < T::LANES {
+    fn next_batch(&mut self, base: &Problem, take: &mut Take<'_>) -> Result<Vec<Slot>, Error> {
+        let mut next_batch = Vec::with_capacity(T::LANES);
+        while self.again.len() < T::LANES && next_batch.len() < T::LANES {
             let mut problem = self.spare.pop().unwrap_or_else(|| base.clone());
             let Some(index) = take(&mut problem)? else {
                 self.spare.push(problem);
                 break;
             };
-            arriving.push(Seat::new(index, problem, self.cohort.settings()));
+            next_batch.push(Slot::new(index, problem, self.cohort.settings()));
         }
-        if arriving.is_empty() {
-            arriving.extend(self.again.drain(..self.again.len().min(T::LANES)));
+        if next_batch.is_empty() {
+            next_batch.extend(self.again.drain(..self.again.len().min(T::LANES)));
         }
-        Ok(arriving)
+        Ok(next_batch)
     }
 
     /// Bring problems to their starting points: warm where there are such, but for those that have tried.
-    fn begin(&mut self, arriving: Vec<Seat>, start: Option<StartOf<'_, '_>>) -> Result<(), Error> {
-        let tried = arriving.iter().all(|seat| seat.control.warm_start == WarmStart::FellBack);
-        self.cohort.seat(arriving);
+    fn begin(&mut self, next_batch: Vec<Slot>, start: Option<StartOf<'_, '_>>) -> Result<(), Error> {
+        let tried = next_batch.iter().all(|seat| seat.control.warm_start == WarmStart::FellBack);
+        self.cohort.seat(next_batch);
         if let Some(start) = start.filter(|_| !tried) {
             self.again.extend(self.cohort.load_starts(start)?);
             self.cohort.begin(WARM_STARTUP);
@@ -138,24 +138,24 @@ impl<T: Decide> Crew<T> {
 
     fn iterate_cohort(&mut self, few: usize, done: &mut Done<'_>, watch: &mut Watch<'_>) {
         self.cohort.iterate_until(few, watch);
-        let ended = self.cohort.dismiss();
-        self.hand_over(ended, done);
+        let ended = self.cohort.collect();
+        self.deliver(ended, done);
     }
 
     fn iterate_stragglers(&mut self, few: usize, done: &mut Done<'_>, watch: &mut Watch<'_>) {
         let Some(stragglers) = &mut self.stragglers else { return };
         stragglers.iterate_until(few, watch);
-        let ended = stragglers.dismiss();
-        self.hand_over(ended, done);
+        let ended = stragglers.collect();
+        self.deliver(ended, done);
     }
 
     /// Give the solutions of those that have ended to `done`; who is to walk again comes again.
-    fn hand_over(&mut self, ended: Vec<(Seat, Solution)>, done: &mut Done<'_>) {
+    fn deliver(&mut self, ended: Vec<(Slot, Solution)>, done: &mut Done<'_>) {
         for (seat, solution) in ended {
             if let Some(restart) = seat.control.next_restart(solution.status, self.cohort.settings()) {
                 let control = seat.control.restarted(restart.attempt);
                 let earlier = (control.attempt != Attempt::Cold).then_some(solution);
-                self.again.push(Seat { control, earlier, ..seat });
+                self.again.push(Slot { control, earlier, ..seat });
             } else {
                 done(seat.index, solution);
                 self.spare.push(seat.problem);

@@ -4,11 +4,11 @@
 //! `l_ij ← k_ij − Σ_k l_ik·y_jk` in ascending k, whatever the supernodes are; then `d_j` is
 //! regularised and the column divided by it.
 
-use super::supernodal::condensed::{self, Given};
+use super::supernodal::condensed::{self, Condensed};
 use super::supernodal::pivots::{divide, regularized, Regularization};
-use super::supernodal::simplicial::{self, Ragged};
-use super::supernodal::update::{subtract, subtract_leaves, subtract_listed, Columns, Landing, Within};
-use crate::real::{apart, Real};
+use super::supernodal::simplicial::{self, Simplicial};
+use super::supernodal::update::{subtract, subtract_leaves, subtract_listed, Columns, ScatterTarget, SamePanel};
+use crate::real::{outline, Real};
 use crate::symbolic::factor_layout::{Supernode, Symbolic};
 use crate::symbolic::supernodes::Kind;
 
@@ -33,8 +33,8 @@ pub fn factorize<T: Real>(
     for node in &symbolic.supernodes {
         let own = node.first..node.first + node.width;
         let (positive, pivot_inverse) = (&positive[own.clone()], &mut pivot_inverse[own]);
-        if node.kind == Kind::Given {
-            let given = Given::of(symbolic, node, values);
+        if node.kind == Kind::Condensed {
+            let given = Condensed::of(symbolic, node, values);
             condensed::factor(given, positive, regularization, pivot_inverse);
             condensed::contribute(
                 given,
@@ -45,9 +45,9 @@ pub fn factorize<T: Real>(
             );
             continue;
         }
-        if node.kind == Kind::Ragged {
-            apart::<T>(simplicial::Factor {
-                ragged: Ragged::of(symbolic, node),
+        if node.kind == Kind::Simplicial {
+            outline::<T>(simplicial::Factor {
+                ragged: Simplicial::of(symbolic, node),
                 positions: symbolic.positions_of(node),
                 positive,
                 regularization,
@@ -61,9 +61,9 @@ pub fn factorize<T: Real>(
         let (panel, later) = l[node.panel..].split_at_mut(words);
         let y = &mut scratch[..words];
         if node.top == 1 {
-            factor_siblings(node.height, positive, regularization, panel, y, pivot_inverse);
+            factor_independent(node.height, positive, regularization, panel, y, pivot_inverse);
         } else {
-            factor_chains(node, positive, regularization, panel, y, pivot_inverse);
+            factor_supernodes(node, positive, regularization, panel, y, pivot_inverse);
         }
         if node.top < node.height {
             contribute(symbolic, node, Columns { l: panel, y, height: node.height }, later);
@@ -73,7 +73,7 @@ pub fn factorize<T: Real>(
 
 /// Columns that do not depend on one another.
 #[inline(always)]
-fn factor_siblings<T: Real>(
+fn factor_independent<T: Real>(
     height: usize,
     positive: &[bool],
     regularization: Regularization<T>,
@@ -90,7 +90,7 @@ fn factor_siblings<T: Real>(
 
 /// One chain after the other.
 #[inline(always)]
-fn factor_chains<T: Real>(
+fn factor_supernodes<T: Real>(
     node: &Supernode,
     positive: &[bool],
     by: Regularization<T>,
@@ -108,14 +108,14 @@ fn factor_chains<T: Real>(
             2 => factor_block::<T, 2>(height, 0, positive, by, chain, chain_y, inverse),
             3 => factor_block::<T, 3>(height, 0, positive, by, chain, chain_y, inverse),
             4 => factor_block::<T, 4>(height, 0, positive, by, chain, chain_y, inverse),
-            _ => factor_chain(height, positive, by, chain, chain_y, inverse),
+            _ => factor_supernode(height, positive, by, chain, chain_y, inverse),
         }
     }
 }
 
 /// Columns of which each subtracts what the ones before it contribute.
 #[inline(always)]
-fn factor_chain<T: Real>(
+fn factor_supernode<T: Real>(
     height: usize,
     positive: &[bool],
     regularization: Regularization<T>,
@@ -130,7 +130,7 @@ fn factor_chain<T: Real>(
         let (earlier, block) = panel.split_at_mut(first * height);
         if first > 0 {
             let columns = Columns { l: earlier, y: &y[..first * height], height };
-            subtract(columns, (first, end), &Within { height, first }, block);
+            subtract(columns, (first, end), &SamePanel { height, first }, block);
         }
         let y = &mut y[first * height..end * height];
         let block = &mut block[..(end - first) * height];
@@ -203,7 +203,7 @@ fn contribute<T: Real>(symbolic: &Symbolic, node: &Supernode, columns: Columns<T
     for update in &symbolic.updates[node.updates.0..node.updates.1] {
         let target = &symbolic.supernodes[update.target];
         let first = rows[update.lo - node.top] as usize;
-        let landing = Elsewhere {
+        let scatter = RelativeIndices {
             columns: &rows[update.lo - node.top..update.hi - node.top],
             rows: &symbolic.relative[update.relative..][..node.height - update.lo],
             lo: update.lo,
@@ -211,12 +211,12 @@ fn contribute<T: Real>(symbolic: &Symbolic, node: &Supernode, columns: Columns<T
             first,
         };
         let panel = &mut later[symbolic.column_begin(target, first) - end..];
-        subtract(columns, (update.lo, update.hi), &landing, panel);
+        subtract(columns, (update.lo, update.hi), &scatter, panel);
     }
 }
 
 /// In another supernode's panel.
-struct Elsewhere<'a> {
+struct RelativeIndices<'a> {
     /// Columns of the matrix that the source's rows `lo..hi` are.
     columns: &'a [u32],
     /// Rows of the target's panel that the source's rows `lo..` are.
@@ -228,7 +228,7 @@ struct Elsewhere<'a> {
     first: usize,
 }
 
-impl Landing for Elsewhere<'_> {
+impl ScatterTarget for RelativeIndices<'_> {
     const DENSE: bool = false;
 
     #[inline(always)]

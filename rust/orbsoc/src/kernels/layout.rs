@@ -15,7 +15,7 @@ pub(crate) mod parameter {
 
 /// Words of the statistics buffer.
 pub(crate) mod stat {
-    /// The status table's worst ratio, with §1's and the referee's denominators alike.
+    /// The status table's worst ratio, with §1's and the referee's denominators uniformity.
     pub const STRICT: usize = 0;
     pub const PRIMAL: usize = 1;
     pub const DUAL: usize = 2;
@@ -27,7 +27,7 @@ pub(crate) mod stat {
     pub const PRIMAL_RADIUS: usize = 7;
     pub const DUAL_RADIUS: usize = 8;
     /// Zero when the iterate is finite.
-    pub const WITNESS: usize = 9;
+    pub const NON_FINITE: usize = 9;
     pub const WORDS: usize = 10;
 }
 

@@ -43,7 +43,7 @@ mod tests {
     use super::*;
     use crate::problem::cones::Soc;
     use crate::tests::reference::{
-        dot as plain_dot, inside, layout, norm, pairs, scaling, seeded, Numbers, Pair, Scaling,
+        dot as plain_dot, inside, layout, norm, pairs, scaling, seeded, SplitMix64, Pair, Scaling,
     };
     use core::ops::Range;
     use proptest::collection::vec;
@@ -161,7 +161,7 @@ mod tests {
     #[test]
     fn the_quadratic_rule_would_step_through_the_apex() {
         // Why the kernel has no discriminant: the same rays, judged by "discriminant < 0: no root".
-        let mut numbers = Numbers(1);
+        let mut numbers = SplitMix64(1);
         let misjudged = (0..1000).filter(|_| {
             let tail = numbers.list(3);
             let lambda: Vec<f64> = core::iter::once(norm(&tail) + numbers.unit()).chain(tail).collect();

@@ -2,13 +2,13 @@
 //! right-hand sides side by side.
 
 use super::layout::refinement;
-use super::reduce::{dot_of, finite_witness_of, max_abs_of};
-use super::supernodal::condensed::{self, Given};
+use super::reduce::{dot_of, non_finite_flags, max_abs_of};
+use super::supernodal::condensed::{self, Condensed};
 use super::supernodal::panel::{self, Panel};
-use super::supernodal::simplicial::{self, Ragged};
+use super::supernodal::simplicial::{self, Simplicial};
 use crate::kkt::assembly::Kkt;
-use crate::real::{apart, Real};
-use crate::symbolic::column_blocks::Alike;
+use crate::real::{outline, Real};
+use crate::symbolic::column_blocks::Uniformity;
 use crate::symbolic::factor_layout::{Supernode, Symbolic};
 use crate::symbolic::full_rows::Rows;
 use crate::symbolic::supernodes::Kind;
@@ -26,15 +26,15 @@ pub fn substitute<T: Real, const R: usize>(
     x: &mut [[T; R]],
 ) {
     for node in &symbolic.supernodes {
-        if node.kind == Kind::Ragged {
-            let (ragged, l) = (Ragged::of(symbolic, node), &l[node.panel..]);
-            apart::<T>(simplicial::Forward { ragged, l, x: &mut x[node.first..] });
+        if node.kind == Kind::Simplicial {
+            let (ragged, l) = (Simplicial::of(symbolic, node), &l[node.panel..]);
+            outline::<T>(simplicial::Forward { ragged, l, x: &mut x[node.first..] });
             continue;
         }
         let (known, later) = x.split_at_mut(node.first + node.width);
         let known = &mut known[node.first..];
-        if node.kind == Kind::Given {
-            let (given, inverse) = (Given::of(symbolic, node, values), &pivot_inverse[node.first..]);
+        if node.kind == Kind::Condensed {
+            let (given, inverse) = (Condensed::of(symbolic, node, values), &pivot_inverse[node.first..]);
             condensed::forward(given, inverse, known, symbolic.ahead(node), scratch, later);
         } else {
             panel::forward(panel_of(symbolic, node, l), known, later);
@@ -48,15 +48,15 @@ pub fn substitute<T: Real, const R: usize>(
         if divide_late {
             divide(&mut x[own.clone()], &pivot_inverse[own.clone()]);
         }
-        if node.kind == Kind::Ragged {
-            let (ragged, l) = (Ragged::of(symbolic, node), &l[node.panel..][..node.words()]);
-            apart::<T>(simplicial::Backward { ragged, l, x: &mut x[node.first..] });
+        if node.kind == Kind::Simplicial {
+            let (ragged, l) = (Simplicial::of(symbolic, node), &l[node.panel..][..node.words()]);
+            outline::<T>(simplicial::Backward { ragged, l, x: &mut x[node.first..] });
             continue;
         }
         let (unknown, later) = x.split_at_mut(own.end);
         let unknown = &mut unknown[own.start..];
-        if node.kind == Kind::Given {
-            let (given, inverse) = (Given::of(symbolic, node, values), &pivot_inverse[node.first..]);
+        if node.kind == Kind::Condensed {
+            let (given, inverse) = (Condensed::of(symbolic, node, values), &pivot_inverse[node.first..]);
             condensed::backward(given, inverse, symbolic.ahead(node), later, scratch, unknown);
         } else {
             panel::backward(panel_of(symbolic, node, l), later, scratch, unknown);
@@ -98,24 +98,24 @@ pub fn residual<T: Real, const R: usize>(
         return residual_by_rows(kkt, rows, values, rhs, x, error);
     }
     error.copy_from_slice(rhs);
-    for stretch in &kkt.stretches {
-        let columns = stretch.columns.clone();
+    for block in &kkt.column_blocks {
+        let columns = block.columns.clone();
         let entries = kkt.column(columns.start).start..kkt.column(columns.end - 1).end;
         let (rows, values) = (&kkt.rowidx[entries.clone()], &values[entries]);
-        match stretch.alike {
-            Alike::Short(0) => subtract_short::<T, R, 0, 1>(columns.start, rows, values, x, error),
-            Alike::Short(1) => subtract_short::<T, R, 1, 2>(columns.start, rows, values, x, error),
-            Alike::Short(2) => subtract_short::<T, R, 2, 3>(columns.start, rows, values, x, error),
-            Alike::Short(3) => subtract_short::<T, R, 3, 4>(columns.start, rows, values, x, error),
-            Alike::Short(_) => subtract_short::<T, R, 4, 5>(columns.start, rows, values, x, error),
-            Alike::Dense | Alike::Nothing => {
+        match block.uniformity {
+            Uniformity::FixedLength(0) => subtract_fixed::<T, R, 0, 1>(columns.start, rows, values, x, error),
+            Uniformity::FixedLength(1) => subtract_fixed::<T, R, 1, 2>(columns.start, rows, values, x, error),
+            Uniformity::FixedLength(2) => subtract_fixed::<T, R, 2, 3>(columns.start, rows, values, x, error),
+            Uniformity::FixedLength(3) => subtract_fixed::<T, R, 3, 4>(columns.start, rows, values, x, error),
+            Uniformity::FixedLength(_) => subtract_fixed::<T, R, 4, 5>(columns.start, rows, values, x, error),
+            Uniformity::Contiguous | Uniformity::General => {
                 let (mut rows, mut values) = (rows, values);
                 for j in columns {
                     let (here, column);
                     (here, rows) = rows.split_at(kkt.column(j).len());
                     (column, values) = values.split_at(here.len());
-                    if stretch.alike == Alike::Dense {
-                        subtract_dense(j, here[0] as usize, column, x, error);
+                    if block.uniformity == Uniformity::Contiguous {
+                        subtract_contiguous(j, here[0] as usize, column, x, error);
                     } else {
                         subtract_column(j, here, column, x, error);
                     }
@@ -149,7 +149,7 @@ fn subtract_column<T: Real, const R: usize>(
 
 /// The same for columns of `L` entries above the diagonal's, `H` with it, from column `first` on.
 #[inline(always)]
-fn subtract_short<T: Real, const R: usize, const L: usize, const H: usize>(
+fn subtract_fixed<T: Real, const R: usize, const L: usize, const H: usize>(
     first: usize,
     rows: &[u32],
     values: &[T],
@@ -170,7 +170,7 @@ fn subtract_short<T: Real, const R: usize, const L: usize, const H: usize>(
 
 /// The same for a column whose rows above the diagonal's are adjacent, from row `first` on.
 #[inline(always)]
-fn subtract_dense<T: Real, const R: usize>(
+fn subtract_contiguous<T: Real, const R: usize>(
     j: usize,
     first: usize,
     column: &[T],
@@ -211,11 +211,11 @@ fn residual_by_rows<T: Real, const R: usize>(
     x: &[[T; R]],
     error: &mut [[T; R]],
 ) {
-    for stretch in &kkt.stretches {
-        for j in stretch.columns.clone() {
+    for block in &kkt.column_blocks {
+        for j in block.columns.clone() {
             let (entries, mut sum) = (rows.of(j), rhs[j]);
             let mut entries = entries.iter();
-            if stretch.alike == Alike::Dense {
+            if block.uniformity == Uniformity::Contiguous {
                 let column = kkt.column(j);
                 let (first, above) = (kkt.rowidx[column.start] as usize, column.len() - 1);
                 sum = subtract(sum, values[column.end - 1], x[j]);
@@ -274,7 +274,7 @@ pub fn measure<T: Real, const R: usize>(
 
 #[inline(always)]
 fn error_norms<T: Real, const R: usize>(error: &[[T; R]]) -> [T; R] {
-    let (mut norms, witnesses) = (max_abs_of(error), finite_witness_of(error));
+    let (mut norms, witnesses) = (max_abs_of(error), non_finite_flags(error));
     for r in 0..R {
         norms[r] = norms[r] + witnesses[r];
     }

@@ -118,7 +118,7 @@ mod tests {
     use crate::kernels::cone_ops;
     use crate::kkt::structure::Structure;
     use crate::symbolic::supernodes::Panels;
-    use crate::tests::reference::{dense, pairs, scaling, seeded, Numbers, Pair};
+    use crate::tests::reference::{dense, pairs, scaling, seeded, SplitMix64, Pair};
     use crate::{Cones, Csc, Problem};
     use nalgebra::DMatrix;
     use proptest::prelude::*;
@@ -127,7 +127,7 @@ mod tests {
     const P: usize = 2;
 
     fn problem(l: usize, q: Vec<usize>) -> Problem {
-        let mut numbers = Numbers(11);
+        let mut numbers = SplitMix64(11);
         let cones = Cones { l, q };
         let cost = numbers.sparse(N, N, 0.8).upper_triangle("P").unwrap();
         let (a, g) = (numbers.sparse(P, N, 0.5), numbers.sparse(cones.dim(), N, 0.4));

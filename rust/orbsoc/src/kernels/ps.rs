@@ -4,7 +4,7 @@
 //! in the solve's own arithmetic, whoever schedules; decisions about them are in [`crate::method::control`].
 
 use super::layout::{centering, embedding, parameter, regularization, stat};
-use super::reduce::{dot, finite_witness, max_abs, max_abs_weighted, sum_abs_weighted};
+use super::reduce::{dot, non_finite_flag, max_abs, max_abs_weighted, sum_abs_weighted};
 use super::sparse::{products_of, symmetric_product};
 use crate::kkt::structure::Structure;
 use crate::problem::cones::ConeLayout;
@@ -121,8 +121,8 @@ pub(crate) fn statistics<T: Real>(
     stats[stat::PRIMAL_RADIUS] = radius(support, farkas, norm_b.max(norm_h));
     let ray = (ray_rows + ray_cone).add_mul(ray_cost, gamma_inv);
     stats[stat::DUAL_RADIUS] = radius(cost * gamma_inv, ray, norm_c);
-    stats[stat::WITNESS] =
-        finite_witness(at.point) + (finite_witness(at.slack) + finite_witness(at.homogenizer));
+    stats[stat::NON_FINITE] =
+        non_finite_flag(at.point) + (non_finite_flag(at.slack) + non_finite_flag(at.homogenizer));
 }
 
 /// Radius that a certificate of this value and residual size proves, over the data's scale.
@@ -227,7 +227,7 @@ pub(crate) fn cone_product<T: Real>(
 /// An error e also moves dτ by up to ‖(x, y, z)‖ e over the complementarity sᵀz + τκ. Where the point is more than a thousand
 /// times as large as τ, on the way to a solution (κ below τ/1000), it may take no more than the same share of that.
 #[inline(always)]
-pub(crate) fn refinement_goal<T: Real>(
+pub(crate) fn refinement_tolerance<T: Real>(
     residual: &[T],
     complementarity: T,
     (size_x, size_yz): (T, T),

@@ -256,7 +256,7 @@ pub fn max_negative_product<T: Real>(x: &[T], y: &[T]) -> T {
 
 /// Σ 0·x_k: zero when every entry is finite, NaN otherwise.
 #[inline(always)]
-pub fn finite_witness<T: Real>(x: &[T]) -> T {
+pub fn non_finite_flag<T: Real>(x: &[T]) -> T {
     reduce(
         x,
         x,
@@ -270,11 +270,11 @@ pub fn finite_witness<T: Real>(x: &[T]) -> T {
     )
 }
 
-/// [`finite_witness`] of each of `R` vectors side by side.
+/// [`non_finite_flag`] of each of `R` vectors side by side.
 #[inline(always)]
-pub fn finite_witness_of<T: Real, const R: usize>(x: &[[T; R]]) -> [T; R] {
+pub fn non_finite_flags<T: Real, const R: usize>(x: &[[T; R]]) -> [T; R] {
     if R == 1 {
-        return [finite_witness(x.as_flattened()); R];
+        return [non_finite_flag(x.as_flattened()); R];
     }
     reduce(
         x,
@@ -300,7 +300,7 @@ fn add_zeros<T: Real, const R: usize>(mut sum: [T; R], words: [T; R]) -> [T; R] 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tests::reference::Numbers;
+    use crate::tests::reference::SplitMix64;
 
     const SIZES: core::ops::RangeInclusive<usize> = 0..=64;
 
@@ -327,7 +327,7 @@ mod tests {
     #[test]
     #[allow(clippy::cast_possible_truncation)] // makes binary32 words
     fn dots_are_the_exact_sum_within_the_bound_of_their_longest_path() {
-        let mut numbers = Numbers(3);
+        let mut numbers = SplitMix64(3);
         for len in SIZES.chain([300, 1001]) {
             let mut list = || numbers.list(len).into_iter().map(|v| v as f32).collect::<Vec<_>>();
             let (a, b) = (list(), list());
@@ -354,7 +354,7 @@ mod tests {
 
     #[test]
     fn the_order_of_summation_depends_on_the_length_alone() {
-        let mut numbers = Numbers(5);
+        let mut numbers = SplitMix64(5);
         for len in SIZES.chain([300]) {
             let (a, b) = (numbers.list(len), numbers.list(len));
             let terms: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a * b).collect();
@@ -375,7 +375,7 @@ mod tests {
 
     #[test]
     fn maxima_are_the_largest_term_wherever_it_stands() {
-        let mut numbers = Numbers(7);
+        let mut numbers = SplitMix64(7);
         for len in SIZES.skip(1) {
             for at in 0..len {
                 let mut a = numbers.list(len);
@@ -414,11 +414,11 @@ mod tests {
                 if !kept {
                     assert_eq!(max_abs(&a), 1.0, "entry {at} of {len}");
                 }
-                assert!(finite_witness(&a).is_nan());
+                assert!(non_finite_flag(&a).is_nan());
                 a[at] = f64::NEG_INFINITY;
-                assert!(finite_witness(&a).is_nan());
+                assert!(non_finite_flag(&a).is_nan());
                 a[at] = -1e300;
-                assert_eq!(finite_witness(&a), 0.0);
+                assert_eq!(non_finite_flag(&a), 0.0);
             }
         }
     }

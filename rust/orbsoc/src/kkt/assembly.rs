@@ -10,7 +10,7 @@
 use crate::error::Error;
 use crate::problem::cones::{ConeLayout, Soc};
 use crate::problem::csc::Csc;
-use crate::symbolic::column_blocks::{stretches, Stretch};
+use crate::symbolic::column_blocks::{column_blocks, ColumnBlock};
 use crate::symbolic::factor_layout::Symbolic;
 use crate::symbolic::full_rows::Rows;
 use crate::symbolic::indices::index;
@@ -43,7 +43,7 @@ pub(crate) struct Kkt {
     /// Where each second-order block is written; see [`block_positions`].
     pub soc: Vec<Vec<u32>>,
     /// Its columns, the diagonal left out, by what they have in common.
-    pub stretches: Vec<Stretch>,
+    pub column_blocks: Vec<ColumnBlock>,
     pub symbolic: Symbolic,
     /// The matrix by rows, for words so large that one is best written once: see [`Kkt::by_rows`].
     pub rows: Option<Rows>,
@@ -97,7 +97,7 @@ impl Kkt {
         let above = |j: usize| &rowidx[colptr[j] as usize..colptr[j + 1] as usize - 1];
         Ok(Self {
             dim,
-            stretches: stretches(dim, above),
+            column_blocks: column_blocks(dim, above),
             colptr,
             rowidx,
             position,

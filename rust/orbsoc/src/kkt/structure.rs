@@ -5,7 +5,7 @@ use crate::kkt::assembly::{Kkt, SOC_DENSE_MAX};
 use crate::problem::cones::{ConeLayout, Soc};
 use crate::problem::csc::Csc;
 use crate::problem::problem::{Problem, Reduced};
-use crate::symbolic::column_blocks::{stretches, Stretch};
+use crate::symbolic::column_blocks::{column_blocks, ColumnBlock};
 use crate::symbolic::indices::index;
 use crate::symbolic::supernodes::Panels;
 
@@ -14,7 +14,7 @@ use crate::symbolic::supernodes::Panels;
 pub(crate) struct Pattern {
     colptr: Vec<u32>,
     rowidx: Vec<u32>,
-    stretches: Vec<Stretch>,
+    column_blocks: Vec<ColumnBlock>,
 }
 
 impl Pattern {
@@ -22,8 +22,8 @@ impl Pattern {
         let colptr: Vec<u32> = matrix.colptr().iter().map(|&k| index(k)).collect();
         let rowidx: Vec<u32> = matrix.rowidx().iter().map(|&k| index(k)).collect();
         let rows = |j: usize| &rowidx[colptr[j] as usize..colptr[j + 1] as usize];
-        let stretches = stretches(matrix.ncols(), rows);
-        Self { colptr, rowidx, stretches }
+        let column_blocks = column_blocks(matrix.ncols(), rows);
+        Self { colptr, rowidx, column_blocks }
     }
 
     pub fn nnz(&self) -> usize {
@@ -32,38 +32,38 @@ impl Pattern {
 
     /// All columns, by what they have in common.
     #[inline(always)]
-    pub fn stretches(&self) -> &[Stretch] {
-        &self.stretches
+    pub fn column_blocks(&self) -> &[ColumnBlock] {
+        &self.column_blocks
     }
 
-    /// Rows and words of a stretch's entries.
+    /// Rows and words of a block's entries.
     #[inline(always)]
-    pub fn entries<'a, T>(&'a self, stretch: &Stretch, values: &'a [T]) -> (&'a [u32], &'a [T]) {
-        let entries = self.of_stretch(stretch);
+    pub fn entries<'a, T>(&'a self, block: &ColumnBlock, values: &'a [T]) -> (&'a [u32], &'a [T]) {
+        let entries = self.entries_of_block(block);
         (&self.rowidx[entries.clone()], &values[entries])
     }
 
     /// The same, to be changed.
     #[inline(always)]
-    pub fn entries_mut<'a, T>(&'a self, stretch: &Stretch, values: &'a mut [T]) -> (&'a [u32], &'a mut [T]) {
-        let entries = self.of_stretch(stretch);
+    pub fn entries_mut<'a, T>(&'a self, block: &ColumnBlock, values: &'a mut [T]) -> (&'a [u32], &'a mut [T]) {
+        let entries = self.entries_of_block(block);
         (&self.rowidx[entries.clone()], &mut values[entries])
     }
 
     #[inline(always)]
-    fn of_stretch(&self, stretch: &Stretch) -> core::ops::Range<usize> {
-        self.colptr[stretch.columns.start] as usize..self.colptr[stretch.columns.end] as usize
+    fn entries_of_block(&self, block: &ColumnBlock) -> core::ops::Range<usize> {
+        self.colptr[block.columns.start] as usize..self.colptr[block.columns.end] as usize
     }
 
-    /// Of each column of a dense stretch, whose words are `values`: which it is, its first row, its words.
+    /// Of each column of a dense block, whose words are `values`: which it is, its first row, its words.
     #[inline(always)]
-    pub fn dense_columns<'a, T>(
+    pub fn contiguous_columns<'a, T>(
         &'a self,
-        stretch: &Stretch,
+        block: &ColumnBlock,
         values: &'a [T],
     ) -> impl Iterator<Item = (usize, usize, &'a [T])> {
-        let begin = self.colptr[stretch.columns.start] as usize;
-        stretch.columns.clone().map(move |j| {
+        let begin = self.colptr[block.columns.start] as usize;
+        block.columns.clone().map(move |j| {
             let entries = self.column(j);
             (j, self.rowidx[entries.start] as usize, &values[entries.start - begin..entries.end - begin])
         })

@@ -16,22 +16,22 @@ use std::time::{Duration, Instant};
 const RADIUS_CONCLUSIVE: f64 = 1e8;
 /// A solve that meets the tolerance, but not this share of it, takes one iteration more: near the end
 /// an iteration gains two digits, and an answer at the very edge of its claim is a poor one.
-const AIM: f64 = 0.2;
+const TOLERANCE_MARGIN: f64 = 0.2;
 /// The same after a warm start: the next problem of a sequence moves further than that.
-const WARM_AIM: f64 = 0.5;
+const WARM_TOLERANCE_MARGIN: f64 = 0.5;
 /// κ/τ from which the embedding leans towards infeasibility.
 const EMBEDDING_RATIO: f64 = 1e3;
 /// Iterations without a better iterate or a larger radius before a solve counts as stalled.
-const PATIENCE: u32 = 15;
+const MAX_STALLED_ITERATIONS: u32 = 15;
 /// Consecutive steps shorter than `SHORT_STEP` before a solve counts as stalled.
 const SHORT_STEPS: u32 = 3;
 const SHORT_STEP: f64 = 1e-4;
 /// A point whose residuals put it as high up the central path as this, in scaled data, is no start.
-const HIGHEST_START: f64 = 0.5;
+const WARM_START_MU_MAX: f64 = 0.5;
 /// … and one whose Newton step ends as high as this.
-pub(crate) const HIGHEST_STEP: f64 = 1e3;
+pub(crate) const WARM_STEP_MU_MAX: f64 = 1e3;
 /// A step as short as this after a warm start says that the point was too near the boundary.
-const STUCK: f64 = 0.01;
+const WARM_START_MIN_STEP: f64 = 0.01;
 #[derive(Clone, Debug, Default)]
 #[allow(clippy::struct_excessive_bools)] // independent facts about one walk, no state machine
 pub(crate) struct Control {
@@ -58,12 +58,12 @@ pub(crate) struct Control {
     improved: bool,
     /// The best iterate meets the tolerance.
     met: bool,
-    idle: u32,
+    stalled_iterations: u32,
     short_steps: u32,
     accuracy: Accuracy,
     deadline: Option<Instant>,
-    /// Since when the walk is laid aside.
-    aside: Option<Instant>,
+    /// Since when the walk is laid suspended.
+    suspended: Option<Instant>,
 }
 
 impl Control {
@@ -97,7 +97,7 @@ impl Control {
         Self {
             best: f64::INFINITY,
             deadline: self.deadline,
-            aside: self.aside,
+            suspended: self.suspended,
             interrupted: self.interrupted,
             refinements: self.refinements,
             spent: self.spent + self.iteration,
@@ -106,13 +106,13 @@ impl Control {
     }
 
     /// Others have their turn; this walk's clock stands still.
-    pub fn lay_aside(&mut self, now: Instant) {
-        self.aside = Some(now);
+    pub fn suspend(&mut self, now: Instant) {
+        self.suspended = Some(now);
     }
 
-    /// Go on where the walk was laid aside.
-    pub fn take_up(&mut self, now: Instant) {
-        if let (Some(deadline), Some(since)) = (&mut self.deadline, self.aside.take()) {
+    /// Go on where the walk was laid suspended.
+    pub fn resume(&mut self, now: Instant) {
+        if let (Some(deadline), Some(since)) = (&mut self.deadline, self.suspended.take()) {
             *deadline += now - since;
         }
     }
@@ -133,8 +133,8 @@ impl Control {
     }
 
     /// Whether a decision will look at the error of the linear solve that a stage makes, if it makes one.
-    pub fn looks(&self, stage: Stage) -> bool {
-        !matches!(stage, Stage::SolvePair | Stage::SolveKkt) || self.accuracy.looks()
+    pub fn needs_residual(&self, stage: Stage) -> bool {
+        !matches!(stage, Stage::SolveConstantAndPredictor | Stage::SolveKkt) || self.accuracy.needs_residual()
     }
 
     /// What a stage that has run asks of the loop, for the problem in one lane.
@@ -151,12 +151,12 @@ impl Control {
                 let active = &mut work.refinement_active[0];
                 self.judge_refinement(lane, settings, &work.refinement, active)
             }
-            Stage::CheckPair => {
+            Stage::CheckConstantAndPredictor => {
                 let active = &mut work.refinement_active[0];
-                self.judge_refinement(lane, settings, &work.pair_refinement, active)
+                self.judge_refinement(lane, settings, &work.multi_refinement, active)
             }
-            Stage::CenterStart => judge_start(work.homogenizer[1].lane(lane), HIGHEST_START),
-            Stage::NewtonStart => judge_start(work.homogenizer[1].lane(lane), HIGHEST_STEP),
+            Stage::CenterStart => judge_start(work.homogenizer[1].lane(lane), WARM_START_MU_MAX),
+            Stage::NewtonStart => judge_start(work.homogenizer[1].lane(lane), WARM_STEP_MU_MAX),
             Stage::Advance => {
                 self.note_step(work.step_taken[0].lane(lane));
                 Outcome::Next
@@ -174,17 +174,17 @@ impl Control {
         let word = |k: usize| w.statistics[k].lane(lane);
         let (strict, primal, dual) = (word(stat::STRICT), word(stat::PRIMAL_RADIUS), word(stat::DUAL_RADIUS));
         self.improved = false;
-        // A careful walk looks at every error, and so does one from a warm start, which begins where they are large.
+        // A careful walk needs_residual at every error, and so does one from a warm start, which begins where they are large.
         let trusting = self.attempt == Attempt::Cold;
-        self.accuracy.renew(trusting.then(|| w.refinement_goal[0].lane(lane)));
-        if word(stat::WITNESS) != 0.0 || strict.is_nan() {
+        self.accuracy.renew(trusting.then(|| w.refinement_tolerance[0].lane(lane)));
+        if word(stat::NON_FINITE) != 0.0 || strict.is_nan() {
             return Outcome::Done(Stop::Stalled);
         }
-        self.idle += 1;
+        self.stalled_iterations += 1;
         if strict < self.best {
             // Creeping is not progress.
             if strict < 0.9 * self.best {
-                self.idle = 0;
+                self.stalled_iterations = 0;
             }
             self.best = strict;
             self.improved = true;
@@ -195,13 +195,13 @@ impl Control {
         let leaning = tau * EMBEDDING_RATIO < kappa;
         if leaning && primal > self.primal_radius {
             self.primal_radius = primal;
-            self.idle = 0;
-            copy_lane(lane, w.point.iter(), &mut w.farkas);
+            self.stalled_iterations = 0;
+            copy_lane(lane, w.point.iter(), &mut w.primal_certificate);
         }
         if leaning && dual > self.dual_radius {
             self.dual_radius = dual;
-            self.idle = 0;
-            copy_lane(lane, w.point.iter().chain(&w.slack), &mut w.ray);
+            self.stalled_iterations = 0;
+            copy_lane(lane, w.point.iter().chain(&w.slack), &mut w.dual_certificate);
         }
         match self.reason(settings) {
             Some(stop) => Outcome::Done(stop),
@@ -211,22 +211,22 @@ impl Control {
 
     fn reason(&mut self, settings: &Settings) -> Option<Stop> {
         let met_before = core::mem::replace(&mut self.met, self.best <= settings.tol);
-        let aim = if self.attempt == Attempt::Warm { WARM_AIM } else { AIM };
+        let aim = if self.attempt == Attempt::Warm { WARM_TOLERANCE_MARGIN } else { TOLERANCE_MARGIN };
         if self.best <= aim * settings.tol || met_before {
             Some(Stop::Converged)
         } else if self.primal_radius >= RADIUS_CONCLUSIVE {
             Some(Stop::PrimalCertificate)
         } else if self.dual_radius >= RADIUS_CONCLUSIVE {
             Some(Stop::DualCertificate)
-        } else if self.stuck() {
-            Some(Stop::Unprofitable)
+        } else if self.warm_step_too_short() {
+            Some(Stop::WarmStartRejected)
         } else if self.interrupted {
             Some(Stop::Interrupted)
         } else if self.iteration >= settings.max_iterations {
             Some(Stop::MaxIterations)
         } else if self.deadline.is_some_and(|at| Instant::now() >= at) {
             Some(Stop::MaxTime)
-        } else if self.idle > PATIENCE || self.short_steps >= SHORT_STEPS {
+        } else if self.stalled_iterations > MAX_STALLED_ITERATIONS || self.short_steps >= SHORT_STEPS {
             Some(Stop::Stalled)
         } else {
             None
@@ -234,8 +234,8 @@ impl Control {
     }
 
     /// Whether the last step after a warm start was shorter than a good start ever takes.
-    fn stuck(&self) -> bool {
-        self.attempt == Attempt::Warm && self.iteration > 0 && self.step < STUCK
+    fn warm_step_too_short(&self) -> bool {
+        self.attempt == Attempt::Warm && self.iteration > 0 && self.step < WARM_START_MIN_STEP
     }
 
     /// After a solve or a refinement step: refine (once more), or go on.
@@ -305,7 +305,7 @@ fn judge_start(mu: f64, highest: f64) -> Outcome {
     if mu < highest {
         Outcome::Next
     } else {
-        Outcome::Done(Stop::Unprofitable)
+        Outcome::Done(Stop::WarmStartRejected)
     }
 }
 

@@ -29,7 +29,7 @@ pub(crate) struct Datapath<T> {
 
 /// The refinement share that holds for 1e-8 and looser, less for tighter tolerances: what an error of the size of the
 /// residual spoils, no later iteration mends any more.
-fn share_at(settings: &Settings) -> f64 {
+fn effective_refinement_share(settings: &Settings) -> f64 {
     settings.refinement_share * (settings.tol / 1e-8).min(1.0)
 }
 
@@ -42,7 +42,7 @@ impl<T: Real> Datapath<T> {
         words[parameter::PIVOT_FLOOR] = T::constant(settings.pivot_floor);
         words[parameter::DYNAMIC_REGULARIZATION] = T::constant(settings.dynamic_regularization);
         words[parameter::REFINEMENT_TOL] = T::constant(settings.refinement_tol);
-        words[parameter::REFINEMENT_SHARE] = T::constant(share_at(settings));
+        words[parameter::REFINEMENT_SHARE] = T::constant(effective_refinement_share(settings));
         words[parameter::RESIDUAL_FLOOR] = T::constant(0.01 * settings.tol);
         words[parameter::START_FLOOR] = T::constant(START_FLOOR.max(0.01 * settings.tol));
         words[parameter::STEP_FRACTION] = T::constant(settings.step_fraction);
@@ -51,11 +51,11 @@ impl<T: Real> Datapath<T> {
 
     /// Run a stage's arithmetic.
     pub fn execute(&mut self, stage: Stage) {
-        self.execute_as_far_as(stage, true);
+        self.execute_with_residual(stage, true);
     }
 
     /// The same; the error of a linear solve that nobody will look at, not being `seen`, is left as it was.
-    pub fn execute_as_far_as(&mut self, stage: Stage, seen: bool) {
+    pub fn execute_with_residual(&mut self, stage: Stage, seen: bool) {
         let Self { structure, settings, work } = self;
         execute(structure, settings, work, stage, seen);
     }
@@ -63,7 +63,7 @@ impl<T: Real> Datapath<T> {
 
 /// Buffers that decisions write: a word that a previous solve left there must never be taken for one
 /// of this solve.
-const KEPT: [Buffer; 3] = [Buffer::Best, Buffer::Farkas, Buffer::Ray];
+const KEPT: [Buffer; 3] = [Buffer::Best, Buffer::PrimalCertificate, Buffer::DualCertificate];
 
 impl<T: Decide> Datapath<T> {
     /// Forget the last solve of a lane.
@@ -84,7 +84,7 @@ impl<T: Decide> Datapath<T> {
     pub fn prepare(&mut self, lane: usize, attempt: Attempt) {
         let (settings, words) = (&self.settings, &mut self.work.parameters);
         let (refinement, regularization) = attempt.factors();
-        words[parameter::REFINEMENT_SHARE].set_lane(lane, refinement * share_at(settings));
+        words[parameter::REFINEMENT_SHARE].set_lane(lane, refinement * effective_refinement_share(settings));
         let shift = regularization * settings.static_regularization;
         words[parameter::STATIC_REGULARIZATION].set_lane(lane, shift);
     }
@@ -149,13 +149,13 @@ impl<T: Decide> Datapath<T> {
     ) -> FinishedAttempt<'a> {
         let read = |words: &[T]| words.iter().map(|word| word.lane(lane)).collect();
         // Most attempts have found no certificate, and the words of a lane are far apart.
-        let (primal, dual) = self.work.witness.split_at(self.structure.unknowns());
+        let (primal, dual) = self.work.unscaled_certificates.split_at(self.structure.unknowns());
         FinishedAttempt {
             problem,
             settings: &self.settings,
             row_origin: &self.structure.reduced.row_origin,
             stop: control.stop.unwrap_or(Stop::Interrupted),
-            best: read(&self.work.answer),
+            best: read(&self.work.unscaled_iterate),
             any_iterate: control.best.is_finite(),
             primal: (control.primal_radius > 0.0).then(|| read(primal)),
             dual: (control.dual_radius > 0.0).then(|| read(dual)),

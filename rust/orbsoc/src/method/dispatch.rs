@@ -24,8 +24,8 @@ mod kind {
     pub const TRANSFER: u8 = 4;
     pub const SOLVE: u8 = 5;
     pub const REFINE: u8 = 6;
-    pub const SOLVE_PAIR: u8 = 7;
-    pub const REFINE_PAIR: u8 = 8;
+    pub const SOLVE_MULTI: u8 = 7;
+    pub const REFINE_MULTI: u8 = 8;
     pub const CONES: u8 = 9;
     pub const RHS: u8 = 10;
     pub const LINE_SEARCH: u8 = 11;
@@ -55,8 +55,8 @@ impl<T: Real, const KIND: u8> pulp::WithSimd for Run<'_, T, KIND> {
             kind::FACTORIZE => factorize(structure, work),
             kind::TRANSFER => transfer(structure, work, stage),
             kind::SOLVE | kind::REFINE => solve::<T, 1>(structure, work, KIND == kind::REFINE, seen),
-            kind::SOLVE_PAIR | kind::REFINE_PAIR => {
-                solve::<T, 2>(structure, work, KIND == kind::REFINE_PAIR, seen);
+            kind::SOLVE_MULTI | kind::REFINE_MULTI => {
+                solve::<T, 2>(structure, work, KIND == kind::REFINE_MULTI, seen);
             }
             kind::CONES => cone_operations(structure, work, stage),
             kind::RHS => right_hand_side(structure, work, stage),
@@ -87,16 +87,16 @@ pub(crate) fn execute<T: Real>(
             run!(WARM_START);
         }
         Stage::Factorize => run!(FACTORIZE),
-        Stage::StartRhs | Stage::StartPoint | Stage::StorePair | Stage::StoreStep => run!(TRANSFER),
+        Stage::StartRhs | Stage::StartPoint | Stage::StoreConstantAndPredictor | Stage::StoreStep => run!(TRANSFER),
         Stage::SolveKkt => run!(SOLVE),
         Stage::RefineKkt => run!(REFINE),
-        Stage::SolvePair => run!(SOLVE_PAIR),
-        Stage::RefinePair => run!(REFINE_PAIR),
+        Stage::SolveConstantAndPredictor => run!(SOLVE_MULTI),
+        Stage::RefineConstantAndPredictor => run!(REFINE_MULTI),
         Stage::StartShift | Stage::NtScaling | Stage::Direction | Stage::SlackStep => run!(CONES),
         Stage::PredictorRhs | Stage::CorrectorRhs => run!(RHS),
         Stage::StepLength => run!(LINE_SEARCH),
         Stage::Statistics => run!(STATISTICS),
-        Stage::CheckSolve | Stage::CheckPair => {} // decisions, in control.rs
+        Stage::CheckSolve | Stage::CheckConstantAndPredictor => {} // decisions, in control.rs
         Stage::EmbeddingPivot | Stage::TauStep | Stage::Centering | Stage::ConeProduct | Stage::Advance => {
             run!(PS);
         }
@@ -128,10 +128,10 @@ fn matrix_scaling<T: Real>(structure: &Structure, settings: &Settings, w: &mut W
     let one = T::one();
     let (point, slack_tau) = w.best.split_at(unknowns);
     let (slack, tau) = slack_tau.split_at(structure.m);
-    matrix_scaling::undo(structure, scales, (point, slack, tau[0]), w.answer.split_at_mut(unknowns));
-    let (farkas, ray) = w.witness.split_at_mut(unknowns);
-    matrix_scaling::undo(structure, scales, (&w.farkas, &[], one), (farkas, &mut []));
-    matrix_scaling::undo(structure, scales, (&w.ray[..unknowns], &[], one), (ray, &mut []));
+    matrix_scaling::undo(structure, scales, (point, slack, tau[0]), w.unscaled_iterate.split_at_mut(unknowns));
+    let (farkas, ray) = w.unscaled_certificates.split_at_mut(unknowns);
+    matrix_scaling::undo(structure, scales, (&w.primal_certificate, &[], one), (farkas, &mut []));
+    matrix_scaling::undo(structure, scales, (&w.dual_certificate[..unknowns], &[], one), (ray, &mut []));
 }
 
 #[inline(always)]
@@ -170,12 +170,12 @@ fn factorize<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
 fn transfer<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
     let n = structure.n;
     let position = &structure.kkt.position[..structure.unknowns()];
-    let solutions = w.pair_solution.as_chunks::<2>().0;
+    let solutions = w.multi_solution.as_chunks::<2>().0;
     match stage {
         Stage::StartRhs => {
             // The starting point needs no accuracy, only a place inside the cone.
-            w.refinement_goal[0] = T::constant(1e-6) * max_abs(&w.q);
-            let (linear, rhs) = (structure.cost.nnz() == 0, w.pair_rhs.as_chunks_mut::<2>().0);
+            w.refinement_tolerance[0] = T::constant(1e-6) * max_abs(&w.q);
+            let (linear, rhs) = (structure.cost.nnz() == 0, w.multi_rhs.as_chunks_mut::<2>().0);
             right_hand_sides::starting(position, n, linear, &w.q, rhs);
         }
         Stage::StartPoint => {
@@ -185,8 +185,8 @@ fn transfer<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) 
                 *slack = -solutions[from as usize][0];
             }
         }
-        Stage::StorePair => {
-            right_hand_sides::unload(position, solutions, 0, &mut w.constant);
+        Stage::StoreConstantAndPredictor => {
+            right_hand_sides::unload(position, solutions, 0, &mut w.constant_solution);
             right_hand_sides::unload(position, solutions, 1, &mut w.step);
         }
         _ => right_hand_sides::unload(position, w.kkt_solution.as_chunks::<1>().0, 0, &mut w.step),
@@ -205,7 +205,7 @@ fn solve<T: Real, const R: usize>(structure: &Structure, w: &mut Workspace<T>, r
     let (rhs, x, error, state) = if R == 1 {
         (&w.kkt_rhs, &mut w.kkt_solution, &mut w.kkt_error, &mut w.refinement)
     } else {
-        (&w.pair_rhs, &mut w.pair_solution, &mut w.pair_error, &mut w.pair_refinement)
+        (&w.multi_rhs, &mut w.multi_solution, &mut w.multi_error, &mut w.multi_refinement)
     };
     let (rhs, scratch) = (rhs.as_chunks::<R>().0, w.scratch.as_chunks_mut().0);
     let (x, error) = (x.as_chunks_mut().0, error.as_chunks_mut().0);
@@ -215,7 +215,7 @@ fn solve<T: Real, const R: usize>(structure: &Structure, w: &mut Workspace<T>, r
     }
     linear_solve::solve(system, rhs, scratch, x);
     if seen {
-        let goal = (w.parameters[parameter::REFINEMENT_TOL], w.refinement_goal[0]);
+        let goal = (w.parameters[parameter::REFINEMENT_TOL], w.refinement_tolerance[0]);
         linear_solve::measure(system, rhs, goal, x, error, state);
         w.refinement_active[0] = T::one();
     }
@@ -241,9 +241,9 @@ fn cone_operations<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: 
             &mut w.cone,
         ),
         Stage::Direction => {
-            cone_ops::add_scaled(w.tau_step[0], &w.constant, &mut w.step);
+            cone_ops::add_scaled(w.tau_step[0], &w.constant_solution, &mut w.step);
             cone_ops::scale(cones, &w.w, &w.cone, &w.step[rows..], &mut w.scaled_z);
-            cone_ops::negative_sum(&w.quotient, &w.scaled_z, &mut w.scaled_s);
+            cone_ops::negative_sum(&w.cone_division, &w.scaled_z, &mut w.scaled_s);
         }
         _ => cone_ops::scale(cones, &w.w, &w.cone, &w.scaled_s, &mut w.slack_step),
     }
@@ -254,14 +254,14 @@ fn right_hand_side<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: 
     let cones = &structure.cones;
     let positions = structure.kkt.position.split_at(structure.unknowns());
     if stage == Stage::PredictorRhs {
-        w.quotient.copy_from_slice(&w.lambda);
-        let rhs = w.pair_rhs.as_chunks_mut().0;
+        w.cone_division.copy_from_slice(&w.lambda);
+        let rhs = w.multi_rhs.as_chunks_mut().0;
         right_hand_sides::predictor(positions, structure.n, &w.q, &w.residual, &w.slack, rhs);
         return;
     }
-    cone_ops::divide(cones, &w.lambda, &w.lambda_inverse, &w.cone, &w.complement, &mut w.quotient);
+    cone_ops::divide(cones, &w.lambda, &w.lambda_inverse, &w.cone, &w.complementarity_rhs, &mut w.cone_division);
     let lifted = &mut w.scratch[..structure.m];
-    cone_ops::scale(cones, &w.w, &w.cone, &w.quotient, lifted);
+    cone_ops::scale(cones, &w.w, &w.cone, &w.cone_division, lifted);
     let damping = w.centering[centering::DAMPING];
     right_hand_sides::corrector(positions, damping, &w.residual, lifted, &mut w.kkt_rhs);
 }
@@ -306,8 +306,8 @@ fn statistics<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
     let degree = T::constant(structure.cones.degree() as f64 + 1.0);
     let complementarity = w.statistics[stat::MU] * degree;
     let sizes = ps::sizes(structure.n, &w.point);
-    w.refinement_goal[0] =
-        ps::refinement_goal(&w.residual, complementarity, sizes, &w.homogenizer, &w.parameters);
+    w.refinement_tolerance[0] =
+        ps::refinement_tolerance(&w.residual, complementarity, sizes, &w.homogenizer, &w.parameters);
     ps::balance_regularization(sizes, &w.parameters, &mut w.regularization);
 }
 
@@ -315,7 +315,7 @@ fn statistics<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
 fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
     match stage {
         Stage::EmbeddingPivot => {
-            ps::embedding_pivot(&w.q, &w.constant, &w.cost_product, &w.homogenizer, &mut w.embedding);
+            ps::embedding_pivot(&w.q, &w.constant_solution, &w.cost_product, &w.homogenizer, &mut w.embedding);
         }
         Stage::TauStep => ps::tau_step(
             &w.q,
@@ -331,7 +331,7 @@ fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage
             let step = w.step_length[0];
             ps::centering(step, mu, &w.homogenizer, &w.tau_step, &mut w.centering);
             let least = w.parameters[parameter::STEP_FRACTION];
-            w.boundary_share[0] = ps::boundary_share(step, least);
+            w.boundary_fraction[0] = ps::boundary_share(step, least);
         }
         Stage::ConeProduct => ps::cone_product(
             &structure.cones,
@@ -339,10 +339,10 @@ fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage
             &w.scaled_s,
             &w.scaled_z,
             &w.centering,
-            &mut w.complement,
+            &mut w.complementarity_rhs,
         ),
         _ => {
-            let alpha = ps::step_taken(w.step_length[0], w.boundary_share[0]);
+            let alpha = ps::step_taken(w.step_length[0], w.boundary_fraction[0]);
             w.step_taken[0] = alpha;
             ps::advance(alpha, &w.step, &mut w.point);
             ps::advance(alpha, &w.slack_step, &mut w.slack);

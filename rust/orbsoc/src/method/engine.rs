@@ -145,7 +145,7 @@ impl<T: Decide> Engine<T> {
 
     /// Run one stage, with every word that it declares, and say how to go on.
     ///
-    /// A whole solve leaves out errors of linear solves that no decision looks at; its numbers are the same otherwise.
+    /// A whole solve leaves out errors of linear solves that no decision needs_residual at; its numbers are the same otherwise.
     pub fn run(&mut self, stage: Stage) -> Outcome {
         self.run_with(stage, |path, _| path.execute(stage))
     }
@@ -154,7 +154,7 @@ impl<T: Decide> Engine<T> {
     /// linear solve.
     pub(crate) fn run_with(&mut self, stage: Stage, execute: impl FnOnce(&mut Datapath<T>, bool)) -> Outcome {
         self.events.push(Event { stage, iteration: self.control.total_iterations() });
-        let seen = self.control.looks(stage);
+        let seen = self.control.needs_residual(stage);
         execute(&mut self.path, seen);
         let outcome = self.control.decide(0, stage, &self.path.settings, &mut self.path.work);
         if stage == Stage::Statistics {
@@ -240,7 +240,7 @@ impl<T: Decide> Engine<T> {
 
     /// Perform the steps of a list, up to one that asks to leave the iteration; whether one did.
     fn follow(&mut self, steps: &[Step]) -> bool {
-        let mut run = |stage| self.run_with(stage, |path, seen| path.execute_as_far_as(stage, seen));
+        let mut run = |stage| self.run_with(stage, |path, seen| path.execute_with_residual(stage, seen));
         steps.iter().any(|step| matches!(step.perform(&mut run), Outcome::Done(_)))
     }
 

@@ -4,7 +4,7 @@ use crate::kernels::layout::refinement;
 use crate::real::Decide;
 
 /// A linear solve whose goal is so many times the largest error that this walk has looked at needs no look at its own …
-pub(crate) const UNSEEN_MARGIN: f64 = 1e4;
+pub(crate) const SKIP_MARGIN: f64 = 1e4;
 /// … or so many times, where one through the same factors was looked at.
 pub(crate) const SAME_FACTORS_MARGIN: f64 = 10.0;
 
@@ -33,8 +33,8 @@ impl Accuracy {
     /// Whether the error of the next linear solve will be looked at. From one iteration to the next errors change
     /// little, as a rule, while goals fall with the residual. Where one does not, an error that nobody looked at may
     /// be why, and all are looked at; so are those of a walk that knows of none but zero.
-    pub fn looks(&self) -> bool {
-        let margin = if self.same_factors { SAME_FACTORS_MARGIN } else { UNSEEN_MARGIN };
+    pub fn needs_residual(&self) -> bool {
+        let margin = if self.same_factors { SAME_FACTORS_MARGIN } else { SKIP_MARGIN };
         let small = |(goal, known): (f64, f64)| known > 0.0 && goal >= margin * known;
         self.risen || !self.goal.zip(self.known).is_some_and(small)
     }
@@ -44,7 +44,7 @@ impl Accuracy {
     pub fn wants_more<T: Decide>(&mut self, lane: usize, most: u32, words: &[T], active: &mut T) -> bool {
         let solves = words.chunks_exact(refinement::WORDS);
         let first = self.refined == 0;
-        let seen = !first || self.looks();
+        let seen = !first || self.needs_residual();
         if first && seen {
             self.note(solves.clone().map(|words| words[refinement::ERROR].lane(lane)));
         }
@@ -77,7 +77,7 @@ mod tests {
 
     /// What becomes of a solve with this error: whether it was looked at.
     fn solve(accuracy: &mut Accuracy, error: f64) -> bool {
-        let seen = accuracy.looks();
+        let seen = accuracy.needs_residual();
         let mut active: f64 = 1.0;
         accuracy.wants_more(0, 0, &[error, 1e-9, error], &mut active);
         seen

@@ -131,13 +131,13 @@ stages! {
     /// K + regularisation = LDLᵀ.
     Factorize "factorize" Factorization
         reads [KktValues Regularization] writes [FactorL PivotInverse]
-        stales [KktSolution KktError Refinement PairSolution PairError PairRefinement Constant];
+        stales [KktSolution KktError Refinement MultiSolution MultiError MultiRefinement ConstantSolution];
     /// (0 or −c, b, h) for the starting x and s, (−c, 0 or b, 0 or h) for y and z.
-    StartRhs "start_rhs" LinearSolve reads [Q] writes [PairRhs RefinementGoal]
-        stales [PairSolution PairError PairRefinement];
+    StartRhs "start_rhs" LinearSolve reads [Q] writes [MultiRhs RefinementTolerance]
+        stales [MultiSolution MultiError MultiRefinement];
     /// x, s = −z, and y, z of the starting solves.
-    StartPoint "start_point" LinearSolve reads [PairSolution] writes [Point Slack]
-        stales [PairRhs Residual];
+    StartPoint "start_point" LinearSolve reads [MultiSolution] writes [Point Slack]
+        stales [MultiRhs Residual];
     /// Shift s and z into the cone; τ = κ = 1.
     StartShift "start_shift" ConeOps reads [Point Slack] writes [Point Slack Homogenizer] stales [Residual];
     /// A given point in the scaling of the data; τ = 1, κ = 0.
@@ -157,31 +157,31 @@ stages! {
     /// Residuals, gap, μ; decides termination, and keeps the best iterate and certificates.
     Statistics "statistics" Ps
         reads [Parameters P A G Q Norms ScaleInverse CostScale Point Slack Homogenizer]
-        writes [Residual CostProduct Embedding Centering Statistics RefinementGoal Regularization Best Farkas Ray]
+        writes [Residual CostProduct Embedding Centering Statistics RefinementTolerance Regularization Best PrimalCertificate DualCertificate]
         stales [Embedding FactorL PivotInverse];
     /// Nesterov–Todd scaling at the iterate.
     NtScaling "nt_scaling" ConeOps
         reads [Point Slack] writes [W Lambda LambdaInverse Cone] stales [KktValues FactorL PivotInverse];
     /// Right-hand sides (−c, b, h) and the predictor's.
     PredictorRhs "predictor_rhs" ConeOps
-        reads [Q Residual Slack Lambda] writes [PairRhs Quotient]
-        stales [PairSolution PairError PairRefinement Constant Step];
+        reads [Q Residual Slack Lambda] writes [MultiRhs ConeDivision]
+        stales [MultiSolution MultiError MultiRefinement ConstantSolution Step];
     /// Substitute two right-hand sides through the factors; leave the refinement residuals and their norms.
-    SolvePair "solve_pair" LinearSolve
-        reads [Parameters RefinementGoal KktValues FactorL PivotInverse PairRhs]
-        writes [PairSolution PairError PairRefinement RefinementActive] stales [];
+    SolveConstantAndPredictor "solve_pair" LinearSolve
+        reads [Parameters RefinementTolerance KktValues FactorL PivotInverse MultiRhs]
+        writes [MultiSolution MultiError MultiRefinement RefinementActive] stales [];
     /// One refinement step of both, kept where it made the residual smaller.
-    RefinePair "refine_pair" LinearSolve
-        reads [KktValues FactorL PivotInverse PairRhs PairSolution PairError PairRefinement RefinementActive]
-        writes [PairSolution PairError PairRefinement] stales [];
+    RefineConstantAndPredictor "refine_pair" LinearSolve
+        reads [KktValues FactorL PivotInverse MultiRhs MultiSolution MultiError MultiRefinement RefinementActive]
+        writes [MultiSolution MultiError MultiRefinement] stales [];
     /// Decides on one more refinement step of both.
-    CheckPair "check_pair" Ps reads [PairRefinement RefinementActive] writes [RefinementActive] stales [];
+    CheckConstantAndPredictor "check_pair" Ps reads [MultiRefinement RefinementActive] writes [RefinementActive] stales [];
     /// The solution for (−c, b, h), and the predictor for dτ = 0.
-    StorePair "store_pair" LinearSolve reads [PairSolution] writes [Constant Step]
-        stales [PairRhs TauStep ScaledZ ScaledS];
+    StoreConstantAndPredictor "store_pair" LinearSolve reads [MultiSolution] writes [ConstantSolution Step]
+        stales [MultiRhs TauStep ScaledZ ScaledS];
     /// Substitute through the factors; leave the refinement residual and its norm.
     SolveKkt "solve_kkt" LinearSolve
-        reads [Parameters RefinementGoal KktValues FactorL PivotInverse KktRhs]
+        reads [Parameters RefinementTolerance KktValues FactorL PivotInverse KktRhs]
         writes [KktSolution KktError Refinement RefinementActive] stales [];
     /// One refinement step, kept where it made the residual smaller.
     RefineKkt "refine_kkt" LinearSolve
@@ -191,7 +191,7 @@ stages! {
     CheckSolve "check_solve" Ps reads [Refinement RefinementActive] writes [RefinementActive] stales [];
     /// Pivot of the embedding's scalar equation.
     EmbeddingPivot "embedding_pivot" Ps
-        reads [Q Constant CostProduct Homogenizer Embedding] writes [Embedding] stales [];
+        reads [Q ConstantSolution CostProduct Homogenizer Embedding] writes [Embedding] stales [];
     /// The solution in natural order.
     StoreStep "store_step" LinearSolve reads [KktSolution] writes [Step]
         stales [KktRhs TauStep ScaledZ ScaledS];
@@ -200,42 +200,42 @@ stages! {
         reads [Q Step CostProduct Homogenizer Embedding Centering] writes [TauStep] stales [];
     /// The direction with dτ, and W dz, W⁻¹ds.
     Direction "direction" ConeOps
-        reads [Step Constant TauStep W Cone Quotient] writes [Step ScaledZ ScaledS] stales [StepLength SlackStep];
+        reads [Step ConstantSolution TauStep W Cone ConeDivision] writes [Step ScaledZ ScaledS] stales [StepLength SlackStep];
     /// The largest step that stays in the cone.
     StepLength "step_length" LineSearch
         reads [Homogenizer TauStep Lambda LambdaInverse Cone ScaledS ScaledZ] writes [StepLength] stales [Centering];
     /// σ = (1 − α)², and how near to the boundary the step may go.
     Centering "centering" Ps
-        reads [Parameters StepLength Statistics Homogenizer TauStep] writes [Centering BoundaryShare] stales [];
+        reads [Parameters StepLength Statistics Homogenizer TauStep] writes [Centering BoundaryFraction] stales [];
     /// λ∘λ + (W⁻¹ds)∘(W dz) − σμe.
     ConeProduct "cone_product" Ps
-        reads [Lambda ScaledS ScaledZ Centering] writes [Complement] stales [];
+        reads [Lambda ScaledS ScaledZ Centering] writes [ComplementarityRhs] stales [];
     /// Right-hand side of the corrector.
     CorrectorRhs "corrector_rhs" ConeOps
-        reads [Residual Centering Lambda LambdaInverse W Cone Complement]
-        writes [KktRhs Quotient] stales [KktSolution KktError Refinement Step];
+        reads [Residual Centering Lambda LambdaInverse W Cone ComplementarityRhs]
+        writes [KktRhs ConeDivision] stales [KktSolution KktError Refinement Step];
     /// ds = W(W⁻¹ds).
     SlackStep "slack_step" ConeOps reads [W Cone ScaledS] writes [SlackStep] stales [];
     /// Take the step.
     Advance "advance" Ps
-        reads [BoundaryShare StepLength Step SlackStep TauStep Point Slack Homogenizer]
+        reads [BoundaryFraction StepLength Step SlackStep TauStep Point Slack Homogenizer]
         writes [StepTaken Point Slack Homogenizer]
         stales [Residual CostProduct Statistics W Lambda LambdaInverse Cone];
     /// Iterate and certificates in the user's scaling.
     Unscale "unscale" MatrixScaling
-        reads [Scale ScaleInverse CostScale Best Farkas Ray] writes [Answer Witness] stales [];
+        reads [Scale ScaleInverse CostScale Best PrimalCertificate DualCertificate] writes [UnscaledIterate UnscaledCertificates] stales [];
 }
 
 use Stage::{
-    Advance, CenterStart, Centering, CheckPair, CheckSolve, ConeProduct, CorrectorRhs, Direction,
+    Advance, CenterStart, Centering, CheckConstantAndPredictor, CheckSolve, ConeProduct, CorrectorRhs, Direction,
     EmbeddingPivot, Equilibrate, Factorize, IdentityBlocks, LoadKkt, LoadStart, NewtonStart, NewtonStartRhs,
-    NtScaling, PredictorRhs, RefineKkt, RefinePair, ScalingBlocks, SlackStep, SolveKkt, SolvePair,
-    StartPoint, StartRhs, StartShift, Statistics, StepLength, StorePair, StoreStep, TauStep, Unscale,
+    NtScaling, PredictorRhs, RefineKkt, RefineConstantAndPredictor, ScalingBlocks, SlackStep, SolveKkt, SolveConstantAndPredictor,
+    StartPoint, StartRhs, StartShift, Statistics, StepLength, StoreConstantAndPredictor, StoreStep, TauStep, Unscale,
 };
 use Step::{Repeat, Run};
 
 const REFINE: Step = Repeat { stage: RefineKkt, until: CheckSolve };
-const REFINE_BOTH: Step = Repeat { stage: RefinePair, until: CheckPair };
+const REFINE_MULTI: Step = Repeat { stage: RefineConstantAndPredictor, until: CheckConstantAndPredictor };
 
 /// From problem data to a point inside the cone. Run once.
 pub const STARTUP: &[Step] = &[
@@ -244,8 +244,8 @@ pub const STARTUP: &[Step] = &[
     Run(IdentityBlocks),
     Run(Factorize),
     Run(StartRhs),
-    Run(SolvePair),
-    REFINE_BOTH,
+    Run(SolveConstantAndPredictor),
+    REFINE_MULTI,
     Run(StartPoint),
     Run(StartShift),
 ];
@@ -274,9 +274,9 @@ pub const ITERATION: &[Step] = &[
     Run(ScalingBlocks),
     Run(Factorize),
     Run(PredictorRhs),
-    Run(SolvePair),
-    REFINE_BOTH,
-    Run(StorePair),
+    Run(SolveConstantAndPredictor),
+    REFINE_MULTI,
+    Run(StoreConstantAndPredictor),
     Run(EmbeddingPivot),
     Run(TauStep),
     Run(Direction),
@@ -297,7 +297,7 @@ pub const ITERATION: &[Step] = &[
 /// Back to the user's scaling. Run once, after the iteration.
 pub const CLOSING: &[Step] = &[Run(Unscale)];
 
-/// Buffers that hold inputs, or words that a stage looks at only after it wrote them itself.
+/// Buffers that hold inputs, or words that a stage needs_residual at only after it wrote them itself.
 const GIVEN: &[Buffer] = &[
     Buffer::RawP,
     Buffer::RawA,

@@ -12,7 +12,7 @@ use crate::kernels::layout::parameter;
 use crate::kernels::reduce::max_abs;
 use crate::kernels::{cone_ops, right_hand_sides};
 use crate::kkt::structure::Structure;
-use crate::method::control::HIGHEST_STEP;
+use crate::method::control::WARM_STEP_MU_MAX;
 use crate::method::stage::Stage;
 use crate::method::workspace::Workspace;
 use crate::outcome::solution::Solution;
@@ -160,6 +160,6 @@ fn newton<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
     let distance = max_abs(moved);
     let mu = mu.max(T::constant(0.5) * (distance * distance));
     central_pair(cones, mu, &mut w.slack, &mut w.point[rows..]);
-    let kappa = T::select(mu.lt(T::constant(HIGHEST_STEP)), mu.min(T::one()), mu);
+    let kappa = T::select(mu.lt(T::constant(WARM_STEP_MU_MAX)), mu.min(T::one()), mu);
     w.homogenizer.copy_from_slice(&[T::one(), kappa, T::zero()]);
 }

@@ -50,7 +50,7 @@ macro_rules! buffers {
 
 fn scratch_words(s: &Structure) -> usize {
     let products = 2 * s.n + s.p + s.m;
-    let refinement = 2 * (2 * s.kkt.dim + s.kkt.symbolic.max_beside);
+    let refinement = 2 * (2 * s.kkt.dim + s.kkt.symbolic.substitution_scratch);
     products.max(s.unknowns()).max(refinement).max(s.kkt.symbolic.max_panel)
 }
 
@@ -123,21 +123,21 @@ buffers! {
     /// Right-hand side minus K times solution.
     KktError kkt_error "kkt_error" = |s: &Structure| s.kkt.dim;
     /// Two right-hand sides side by side, in permuted order.
-    PairRhs pair_rhs "pair_rhs" = |s: &Structure| 2 * s.kkt.dim;
+    MultiRhs multi_rhs "pair_rhs" = |s: &Structure| 2 * s.kkt.dim;
     /// Their solutions.
-    PairSolution pair_solution "pair_solution" = |s: &Structure| 2 * s.kkt.dim;
+    MultiSolution multi_solution "pair_solution" = |s: &Structure| 2 * s.kkt.dim;
     /// Their errors.
-    PairError pair_error "pair_error" = |s: &Structure| 2 * s.kkt.dim;
+    MultiError multi_error "pair_error" = |s: &Structure| 2 * s.kkt.dim;
     /// Largest error of a linear solve that is small enough for this iteration.
-    RefinementGoal refinement_goal "refinement_goal" = |_: &Structure| 1;
+    RefinementTolerance refinement_tolerance "refinement_goal" = |_: &Structure| 1;
     /// Norm of the error, what it may be and what it must fall below to go on refining.
     Refinement refinement "refinement" = |_: &Structure| refinement::WORDS;
     /// The same for each of a pair.
-    PairRefinement pair_refinement "pair_refinement" = |_: &Structure| 2 * refinement::WORDS;
+    MultiRefinement multi_refinement "pair_refinement" = |_: &Structure| 2 * refinement::WORDS;
     /// Zero once a problem's refinement has ended: other lanes' does not move it.
     RefinementActive refinement_active "refinement_active" = |_: &Structure| 1;
     /// Solution for (−c, b, h).
-    Constant constant "constant" = Structure::unknowns;
+    ConstantSolution constant_solution "constant" = Structure::unknowns;
     /// Direction of (x, y, z).
     Step step "step" = Structure::unknowns;
     /// dτ, dκ.
@@ -149,23 +149,23 @@ buffers! {
     /// ds.
     SlackStep slack_step "slack_step" = |s: &Structure| s.m;
     /// Right-hand side of the scaled complementarity.
-    Complement complement "complement" = |s: &Structure| s.m;
+    ComplementarityRhs complementarity_rhs "complement" = |s: &Structure| s.m;
     /// λ \ complement.
-    Quotient quotient "quotient" = |s: &Structure| s.m;
+    ConeDivision cone_division "quotient" = |s: &Structure| s.m;
     /// Largest step to the boundary.
     StepLength step_length "step_length" = |_: &Structure| 1;
     /// Share of the way to the boundary that the step may take.
-    BoundaryShare boundary_share "boundary_share" = |_: &Structure| 1;
+    BoundaryFraction boundary_fraction "boundary_share" = |_: &Structure| 1;
     /// The step that was taken.
     StepTaken step_taken "step_taken" = |_: &Structure| 1;
     /// Best iterate so far: point, slack, τ.
     Best best "best" = |s: &Structure| s.unknowns() + s.m + 1;
     /// Point with the largest radius of primal infeasibility.
-    Farkas farkas "farkas" = Structure::unknowns;
+    PrimalCertificate primal_certificate "farkas" = Structure::unknowns;
     /// Point and slack with the largest radius of dual infeasibility.
-    Ray ray "ray" = |s: &Structure| s.unknowns() + s.m;
+    DualCertificate dual_certificate "ray" = |s: &Structure| s.unknowns() + s.m;
     /// Best iterate in the user's scaling: point, slack.
-    Answer answer "answer" = |s: &Structure| s.unknowns() + s.m;
+    UnscaledIterate unscaled_iterate "answer" = |s: &Structure| s.unknowns() + s.m;
     /// Certificates in the user's scaling: primal infeasibility's point, dual infeasibility's point.
-    Witness witness "witness" = |s: &Structure| 2 * s.unknowns();
+    UnscaledCertificates unscaled_certificates "witness" = |s: &Structure| 2 * s.unknowns();
 }

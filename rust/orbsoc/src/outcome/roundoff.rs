@@ -6,30 +6,30 @@ use crate::problem::Problem;
 
 /// What rounding may make of a sum of so many terms, and of a referee's, who adds in another order: a share of the sum of their
 /// magnitudes.
-pub(crate) fn rounding(terms: usize) -> f64 {
+pub(crate) fn deterministic_bound(terms: usize) -> f64 {
     2.0 * f64::EPSILON * (terms + 2) as f64
 }
 
 /// What rounding is likely to make of it at most: errors of either sign cancel as a random walk does. Enough for a residual, of which
 /// a sum of a thousand terms would else be suspected of a thousand errors of the same sign.
-pub(crate) fn wandering(terms: usize) -> f64 {
+pub(crate) fn probabilistic_bound(terms: usize) -> f64 {
     2.0 * f64::EPSILON * ((terms as f64).sqrt() + 2.0)
 }
 
 /// What rounding may hide in a product with a matrix, whose sums have at most so many terms of the magnitude that `term` gives.
-pub(crate) fn hidden(matrix: &Csc, terms: usize, term: impl Fn(f64, usize, usize) -> f64) -> f64 {
-    rounding(terms) * matrix.triplets().map(|(i, j, value)| term(value, i, j)).sum::<f64>()
+pub(crate) fn roundoff_in_product(matrix: &Csc, terms: usize, term: impl Fn(f64, usize, usize) -> f64) -> f64 {
+    deterministic_bound(terms) * matrix.triplets().map(|(i, j, value)| term(value, i, j)).sum::<f64>()
 }
 
 /// The most that rounding may hide in any one entry of the residuals of a point.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct Doubt {
+pub(crate) struct RoundoffBound {
     pub equality: f64,
     pub conic: f64,
     pub dual: f64,
 }
 
-impl Doubt {
+impl RoundoffBound {
     /// Of x, y, z and s, entry by entry; absent rows have none.
     pub fn of(problem: &Problem, x: &[f64], y: &[f64], z: &[f64], s: &[f64]) -> Self {
         let mut equality = Sums::new(&problem.b);
@@ -74,14 +74,14 @@ impl Sums {
 
     /// The most that rounding may make of any of them that is `wanted`; infinite where a sum is not finite.
     fn most(&self, wanted: impl Fn(usize) -> bool) -> f64 {
-        let hidden = |&(sum, terms): &(f64, usize)| {
+        let bound = |&(sum, terms): &(f64, usize)| {
             if sum.is_finite() {
-                wandering(terms) * sum
+                probabilistic_bound(terms) * sum
             } else {
                 f64::INFINITY
             }
         };
         let wanted = self.0.iter().enumerate().filter(|&(i, _)| wanted(i));
-        wanted.map(|(_, sum)| hidden(sum)).fold(0.0, f64::max)
+        wanted.map(|(_, sum)| bound(sum)).fold(0.0, f64::max)
     }
 }

@@ -185,7 +185,7 @@ pub(crate) fn better_of(earlier: &Solution, later: Solution, tol_inaccurate: f64
 fn replaces(later: &Solution, earlier: &Solution, tol_inaccurate: f64) -> bool {
     let stands_against = |point: &Solution, proof: &Solution| {
         point.certificate.worst() <= tol_inaccurate
-            && beyond(proof.status, proof.certificate.radius, &point.x, &point.y, &point.z)
+            && norm_exceeds(proof.status, proof.certificate.radius, &point.x, &point.y, &point.z)
     };
     let usable = earlier.status == Status::SolvedInaccurate;
     match later.status {
@@ -201,7 +201,7 @@ fn replaces(later: &Solution, earlier: &Solution, tol_inaccurate: f64) -> bool {
 }
 
 /// Whether a point is so large that a proof of infeasibility with this radius says nothing of it.
-pub(crate) fn beyond(status: Status, radius: f64, x: &[f64], y: &[f64], z: &[f64]) -> bool {
+pub(crate) fn norm_exceeds(status: Status, radius: f64, x: &[f64], y: &[f64], z: &[f64]) -> bool {
     let size = |v: &[f64]| v.iter().fold(0.0, |top: f64, v| top.max(v.abs()));
     let size = if status == Status::PrimalInfeasible { size(x) } else { size(y).max(size(z)) };
     size >= radius

@@ -1,9 +1,9 @@
-//! The evidence for a status, recomputed on the user's own data after the fact. Nothing here is shared
+//! The residuals for a status, recomputed on the user's own data after the fact. Nothing here is shared
 //! with the iteration: other vectors (nalgebra's), other products, always double precision.
 
 use crate::outcome::norms::{larger, symmetric_product, Sums};
-use crate::outcome::roundoff::{hidden, rounding, wandering, Doubt};
-use crate::outcome::solution::{beyond, Certificate, Solution, Status, WarmStart};
+use crate::outcome::roundoff::{roundoff_in_product, deterministic_bound, probabilistic_bound, RoundoffBound};
+use crate::outcome::solution::{norm_exceeds, Certificate, Solution, Status, WarmStart};
 use crate::problem::settings::Settings;
 use crate::problem::Problem;
 use nalgebra::{DVector, DVectorView};
@@ -12,16 +12,16 @@ use nalgebra::{DVector, DVectorView};
 const RADIUS_CLAIMED: f64 = 50.0;
 
 /// Residuals of a point on the user's data.
-struct Evidence {
+struct Residuals {
     certificate: Certificate,
     /// Worst ratio by the referee's formula, s recomputed as h − Gx.
-    referee: f64,
+    independent: f64,
     objective: f64,
     dual_objective: f64,
 }
 
 /// A point in the user's scaling and row order.
-struct Candidate {
+struct Point {
     x: DVector<f64>,
     y: DVector<f64>,
     z: DVector<f64>,
@@ -29,18 +29,18 @@ struct Candidate {
 }
 
 /// A certificate of infeasibility on the user's data.
-struct Proof {
+struct InfeasibilityCertificate {
     status: Status,
-    at: Candidate,
+    at: Point,
     radius: f64,
     /// The radius over the data's scale.
     relative: f64,
 }
 
-impl Proof {
-    fn refutes(&self, point: &Candidate) -> bool {
+impl InfeasibilityCertificate {
+    fn excludes(&self, point: &Point) -> bool {
         let [x, y, z] = [&point.x, &point.y, &point.z].map(DVector::as_slice);
-        !beyond(self.status, self.radius, x, y, z)
+        !norm_exceeds(self.status, self.radius, x, y, z)
     }
 }
 
@@ -119,7 +119,7 @@ fn ratio(error: f64, size: f64) -> f64 {
 }
 
 /// What rounding may hide in a residual or in the gap counts as its error where that could be more than a tenth of the tolerance.
-fn examine(problem: &Problem, at: &Candidate, tol: f64) -> Evidence {
+fn residuals_of(problem: &Problem, at: &Point, tol: f64) -> Residuals {
     let sums = Sums::new();
     let norm = |v: &[f64]| sums.norm(v);
     let (x, y, z) = (at.x.as_slice(), at.y.as_slice(), at.z.as_slice());
@@ -136,7 +136,7 @@ fn examine(problem: &Problem, at: &Candidate, tol: f64) -> Evidence {
     let half_curvature = 0.5 * sums.dot(x, px.as_slice());
     let objective = half_curvature + sums.dot(&problem.c, x);
     let dual_objective = -half_curvature - sums.dot(&problem.b, y) - sums.dot(h.as_slice(), z);
-    let share = wandering(problem.n() + problem.p() + problem.m());
+    let share = probabilistic_bound(problem.n() + problem.p() + problem.m());
     let most_in_gap = sums.magnitude(x, px.as_slice())
         + sums.magnitude(&problem.c, x)
         + sums.magnitude(&problem.b, y)
@@ -153,23 +153,23 @@ fn examine(problem: &Problem, at: &Candidate, tol: f64) -> Evidence {
     let most_in_row = (in_a + in_g) * sums.size(x) + norm_b + norm_h + norm_s;
     let most_in_column = in_a * sums.size(y) + in_g * sums.size(z) + in_p * sums.size(x) + norm_c;
     let negligible = |most: f64, scale: f64| share * most <= 0.1 * tol * (1.0 + scale);
-    let doubt = if negligible(most_in_row, norm_b.max(norm_h)) && negligible(most_in_column, norm_c) {
-        Doubt::default()
+    let roundoff = if negligible(most_in_row, norm_b.max(norm_h)) && negligible(most_in_column, norm_c) {
+        RoundoffBound::default()
     } else {
-        Doubt::of(problem, x, y, z, slack.as_slice())
+        RoundoffBound::of(problem, x, y, z, slack.as_slice())
     };
     sums.add(&mut ax, -1.0, &problem.b);
-    let equality = doubt.equality + norm(ax.as_slice());
+    let equality = roundoff.equality + norm(ax.as_slice());
     let mut beyond = h.clone();
     sums.add(&mut beyond, -1.0, gx.as_slice());
-    let beyond = doubt.conic + outside(problem, &beyond);
+    let beyond = roundoff.conic + outside(problem, &beyond);
     sums.add(&mut gx, 1.0, slack.as_slice());
     sums.add(&mut gx, -1.0, h.as_slice());
-    let conic = doubt.conic + norm(gx.as_slice());
+    let conic = roundoff.conic + norm(gx.as_slice());
     for term in [&problem.c, aty.as_slice(), gtz.as_slice()] {
         sums.add(&mut px, 1.0, term);
     }
-    let dual = doubt.dual + norm(px.as_slice());
+    let dual = roundoff.dual + norm(px.as_slice());
     let dual_outside = outside(problem, &at.z);
     let primal_residual = ratio(equality, norm_ax.max(norm_b))
         .max(ratio(conic, norm_gx.max(norm_h)))
@@ -177,18 +177,18 @@ fn examine(problem: &Problem, at: &Candidate, tol: f64) -> Evidence {
     let dual_residual =
         ratio(dual, norm_px.max(norm_aty).max(norm_gtz).max(norm_c)).max(ratio(dual_outside, norm(z)));
     let certificate = Certificate { primal_residual, dual_residual, gap, radius: f64::NAN };
-    let referee = Certificate {
+    let independent = Certificate {
         primal_residual: ratio(equality.max(beyond), norm_b.max(norm_h)),
         dual_residual: ratio(dual.max(dual_outside), norm_c),
         ..certificate
     };
-    Evidence { referee: referee.worst(), certificate, objective, dual_objective }
+    Residuals { independent: independent.worst(), certificate, objective, dual_objective }
 }
 
 /// Certified radius of a claim of primal infeasibility, also over the data's scale: whatever the sums below may have lost in
 /// rounding counts against it. z is projected onto K, and the certificate scaled to size one: its own size means nothing
 /// and may overflow.
-fn primal_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
+fn primal_radius(problem: &Problem, at: &mut Point) -> (f64, f64) {
     let sums = Sums::new();
     at.z = present(problem, at.z.clone());
     project(problem, &mut at.z);
@@ -201,16 +201,16 @@ fn primal_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
     let (_, aty) = sums.products(&problem.a, &nowhere, &at.y);
     let (_, gtz) = sums.products(&problem.g, &nowhere, &at.z);
     let (y, z) = (at.y.as_slice(), at.z.as_slice());
-    let hidden = hidden(&problem.a, problem.p(), |value, i, _| (value * y[i]).abs())
-        + hidden(&problem.g, problem.m(), |value, i, _| (value * z[i]).abs());
+    let lost = roundoff_in_product(&problem.a, problem.p(), |value, i, _| (value * y[i]).abs())
+        + roundoff_in_product(&problem.g, problem.m(), |value, i, _| (value * z[i]).abs());
     let terms = problem.b.iter().zip(&at.y).chain(h.iter().zip(&at.z)).map(|(b, y)| (b * y).abs());
-    let doubt = rounding(problem.p() + problem.m()) * terms.sum::<f64>();
+    let roundoff = deterministic_bound(problem.p() + problem.m()) * terms.sum::<f64>();
     let scale = problem.b.iter().chain(h.iter()).fold(1.0, |top: f64, v| top.max(v.abs()));
-    radius(support + doubt, (aty + gtz).lp_norm(1) + hidden, scale)
+    radius(support + roundoff, (aty + gtz).lp_norm(1) + lost, scale)
 }
 
 /// Certified radius of a claim of dual infeasibility, also over the data's scale; x is scaled to size one.
-fn dual_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
+fn dual_radius(problem: &Problem, at: &mut Point) -> (f64, f64) {
     let sums = Sums::new();
     at.x.unscale_mut(sums.norm(at.x.as_slice()));
     let cost = DVectorView::from(&problem.c[..]).dot(&at.x);
@@ -226,10 +226,10 @@ fn dual_radius(problem: &Problem, at: &mut Candidate) -> (f64, f64) {
     let either = |value: f64, i: usize, j: usize| 2.0 * by(value, 0, i).max(by(value, 0, j));
     let present =
         |value: f64, i: usize, j: usize| if problem.h[i].is_finite() { by(value, i, j) } else { 0.0 };
-    let hidden = hidden(&problem.p, n, either) + hidden(&problem.a, n, by) + hidden(&problem.g, n, present);
-    let doubt = rounding(n) * problem.c.iter().zip(x).map(|(c, x)| (c * x).abs()).sum::<f64>();
+    let lost = roundoff_in_product(&problem.p, n, either) + roundoff_in_product(&problem.a, n, by) + roundoff_in_product(&problem.g, n, present);
+    let roundoff = deterministic_bound(n) * problem.c.iter().zip(x).map(|(c, x)| (c * x).abs()).sum::<f64>();
     let scale = problem.c.iter().fold(1.0, |top: f64, v| top.max(v.abs()));
-    radius(cost + doubt, distance + hidden, scale)
+    radius(cost + roundoff, distance + lost, scale)
 }
 
 fn radius(value: f64, size: f64, scale: f64) -> (f64, f64) {
@@ -253,7 +253,7 @@ pub enum Stop {
     Stalled,
     Interrupted,
     /// The warm start does not pay; a cold one follows.
-    Unprofitable,
+    WarmStartRejected,
 }
 
 /// An attempt that has ended, as plain data: numbers in the user's scaling and the iteration's row order, and how it went.
@@ -282,33 +282,33 @@ impl FinishedAttempt<'_> {
     /// The outcome, with the status that the numbers support.
     pub fn verify(&self) -> Solution {
         let (problem, stop) = (self.problem, self.stop);
-        let best = self.candidate(&self.best, true);
+        let best = self.point(&self.best, true);
         let tol = self.settings.tol;
-        let evidence = examine(problem, &best, tol);
-        let ratio = evidence.certificate.worst();
-        let solved = ratio <= tol && evidence.referee <= 100.0 * tol;
+        let residuals = residuals_of(problem, &best, tol);
+        let ratio = residuals.certificate.worst();
+        let solved = ratio <= tol && residuals.independent <= 100.0 * tol;
         // A certificate counts when the solve ended on it or could enlarge it no further; a limit
         // that cut the solve short proves nothing.
         let usable = ratio <= self.settings.tol_inaccurate
-            && evidence.referee <= self.settings.tol_inaccurate
+            && residuals.independent <= self.settings.tol_inaccurate
             && stop != Stop::Interrupted;
         let by_certificate = matches!(stop, Stop::PrimalCertificate | Stop::DualCertificate);
         // A nearly solved problem is not infeasible, however far out its solution lies.
         if by_certificate || (stop == Stop::Stalled && !solved && !usable) {
             // … and where its products hide what is missing, a point as large as the radius is not refuted by it.
             let apparent = (!by_certificate && ratio <= self.settings.tol_inaccurate).then_some(&best);
-            if let Some(proof) = self.infeasible(apparent) {
-                return self.claim(&proof);
+            if let Some(found) = self.infeasible(apparent) {
+                return self.accept(&found);
             }
         }
         if solved {
             let message = format!("verified: worst residual ratio {ratio:.1e} on the original data");
-            return self.assemble(Status::Solved, &best, &evidence, message);
+            return self.assemble(Status::Solved, &best, &residuals, message);
         }
-        let failed = failing_line(&evidence, tol);
+        let failed = failing_line(&residuals, tol);
         if usable {
             let message = format!("meets tol_inaccurate only: {failed}");
-            return self.assemble(Status::SolvedInaccurate, &best, &evidence, message);
+            return self.assemble(Status::SolvedInaccurate, &best, &residuals, message);
         }
         let (status, advice) = match stop {
             Stop::MaxIterations => {
@@ -323,39 +323,39 @@ impl FinishedAttempt<'_> {
         } else {
             format!("no iterate (x is NaN): the first linear solve gave no finite numbers; {advice}")
         };
-        self.assemble(status, &best, &evidence, message)
+        self.assemble(status, &best, &residuals, message)
     }
 
     /// The stronger certificate of infeasibility, of those that the original data support and an `apparent` solution
     /// does not speak against.
-    fn infeasible(&self, apparent: Option<&Candidate>) -> Option<Proof> {
-        let primal = self.primal.as_ref().map(|words| self.farkas(words));
-        let dual = self.dual.as_ref().map(|words| self.ray(words));
-        let proofs = primal.into_iter().chain(dual).filter(|proof| {
-            proof.relative >= RADIUS_CLAIMED && apparent.is_none_or(|solution| proof.refutes(solution))
+    fn infeasible(&self, apparent: Option<&Point>) -> Option<InfeasibilityCertificate> {
+        let primal = self.primal.as_ref().map(|words| self.primal_infeasible(words));
+        let dual = self.dual.as_ref().map(|words| self.dual_infeasible(words));
+        let certificates = primal.into_iter().chain(dual).filter(|found| {
+            found.relative >= RADIUS_CLAIMED && apparent.is_none_or(|solution| found.excludes(solution))
         });
-        proofs.max_by(|one, other| one.relative.total_cmp(&other.relative))
+        certificates.max_by(|one, other| one.relative.total_cmp(&other.relative))
     }
 
     /// That no x is feasible.
-    fn farkas(&self, words: &[f64]) -> Proof {
-        let mut at = self.candidate(words, false);
+    fn primal_infeasible(&self, words: &[f64]) -> InfeasibilityCertificate {
+        let mut at = self.point(words, false);
         let (radius, relative) = primal_radius(self.problem, &mut at);
         at.x.fill(f64::NAN);
-        Proof { status: Status::PrimalInfeasible, at, radius, relative }
+        InfeasibilityCertificate { status: Status::PrimalInfeasible, at, radius, relative }
     }
 
     /// That no dual point is.
-    fn ray(&self, words: &[f64]) -> Proof {
-        let mut at = self.candidate(words, false);
+    fn dual_infeasible(&self, words: &[f64]) -> InfeasibilityCertificate {
+        let mut at = self.point(words, false);
         let (radius, relative) = dual_radius(self.problem, &mut at);
         at.y.fill(f64::NAN);
         at.z.fill(f64::NAN);
-        Proof { status: Status::DualInfeasible, at, radius, relative }
+        InfeasibilityCertificate { status: Status::DualInfeasible, at, radius, relative }
     }
 
     /// Read (x, y, z) and perhaps s from words in the user's scaling, into the user's rows.
-    fn candidate(&self, words: &[f64], with_slack: bool) -> Candidate {
+    fn point(&self, words: &[f64], with_slack: bool) -> Point {
         let (problem, m) = (self.problem, self.row_origin.len());
         let (n, p) = (problem.n(), problem.p());
         let take = |from: usize, len: usize| DVector::from_column_slice(&words[from..from + len]);
@@ -367,43 +367,43 @@ impl FinishedAttempt<'_> {
                 s[row] = words[n + p + m + k];
             }
         }
-        Candidate { x: take(0, n), y: take(n, p), z, s }
+        Point { x: take(0, n), y: take(n, p), z, s }
     }
 
-    fn claim(&self, proof: &Proof) -> Solution {
-        let (none, radius) = (f64::NAN, proof.radius);
+    fn accept(&self, found: &InfeasibilityCertificate) -> Solution {
+        let (none, radius) = (f64::NAN, found.radius);
         let certificate = Certificate { primal_residual: none, dual_residual: none, gap: none, radius };
-        let (infinite, message) = if proof.status == Status::PrimalInfeasible {
+        let (infinite, message) = if found.status == Status::PrimalInfeasible {
             (f64::INFINITY, format!("no feasible x has ‖x‖∞ < {radius:.3e}"))
         } else {
             let what = "dual infeasible (unbounded if feasible)";
             (f64::NEG_INFINITY, format!("{what}: no dual point has norm below {radius:.3e}"))
         };
-        let evidence = Evidence { certificate, referee: none, objective: infinite, dual_objective: infinite };
-        self.assemble(proof.status, &proof.at, &evidence, message)
+        let residuals = Residuals { certificate, independent: none, objective: infinite, dual_objective: infinite };
+        self.assemble(found.status, &found.at, &residuals, message)
     }
 
-    fn assemble(&self, status: Status, at: &Candidate, evidence: &Evidence, message: String) -> Solution {
+    fn assemble(&self, status: Status, at: &Point, residuals: &Residuals, message: String) -> Solution {
         Solution {
             status,
             x: at.x.as_slice().to_vec(),
             y: at.y.as_slice().to_vec(),
             z: at.z.as_slice().to_vec(),
             s: at.s.as_slice().to_vec(),
-            objective: evidence.objective,
-            dual_objective: evidence.dual_objective,
+            objective: residuals.objective,
+            dual_objective: residuals.dual_objective,
             iterations: self.iterations,
             warm_start: self.warm_start,
             refinements: self.refinements,
             attempts: self.attempts,
-            certificate: evidence.certificate,
+            certificate: residuals.certificate,
             message,
         }
     }
 }
 
-fn failing_line(evidence: &Evidence, tol: f64) -> String {
-    let c = &evidence.certificate;
+fn failing_line(residuals: &Residuals, tol: f64) -> String {
+    let c = &residuals.certificate;
     let lines = [("primal residual", c.primal_residual), ("dual residual", c.dual_residual), ("gap", c.gap)];
     let failing: Vec<String> = lines
         .iter()
@@ -411,7 +411,7 @@ fn failing_line(evidence: &Evidence, tol: f64) -> String {
         .map(|(name, v)| format!("{name} {v:.1e}"))
         .collect();
     if failing.is_empty() {
-        format!("referee's residual {:.1e} (tol {tol:.0e})", evidence.referee)
+        format!("referee's residual {:.1e} (tol {tol:.0e})", residuals.independent)
     } else {
         format!("{} (tol {tol:.0e})", failing.join(", "))
     }

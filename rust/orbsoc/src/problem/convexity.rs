@@ -117,14 +117,14 @@ fn smallest_eigenvalue(order: usize, correlations: &[(usize, usize, f64)]) -> f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tests::reference::Numbers;
+    use crate::tests::reference::SplitMix64;
 
     fn told(rows: &[&[f64]]) -> Option<String> {
         nonconvexity(&Csc::from_dense(rows, rows.len()).upper_triangle("P").unwrap()).unwrap()
     }
 
     /// MᵀM with M of `rank` rows, each entry of M there with probability `density`, shifted by `shift` of its diagonal.
-    fn gram(order: usize, rank: usize, density: f64, shift: f64, numbers: &mut Numbers) -> Csc {
+    fn gram(order: usize, rank: usize, density: f64, shift: f64, numbers: &mut SplitMix64) -> Csc {
         let mut m = DMatrix::zeros(rank, order);
         numbers.sparse(rank, order, density).triplets().for_each(|(i, j, value)| m[(i, j)] = value);
         let mut p = m.transpose() * &m;
@@ -161,7 +161,7 @@ mod tests {
 
     #[test]
     fn gram_matrices_pass_and_lose_their_place_with_a_little_less_on_the_diagonal() {
-        let mut numbers = Numbers(29);
+        let mut numbers = SplitMix64(29);
         for (order, density) in [(2, 1.0), (20, 1.0), (20, 0.2), (DENSE + 50, 0.02), (NAMED + 50, 0.01)] {
             let (deficient, full) = (order / 2 + 1, order + order / 2);
             assert_eq!(nonconvexity(&gram(order, deficient, density, 0.0, &mut numbers)), Ok(None));

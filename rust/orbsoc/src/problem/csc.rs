@@ -209,7 +209,7 @@ pub(crate) fn finite(argument: &'static str, values: &[f64]) -> Result<(), Error
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tests::reference::Numbers;
+    use crate::tests::reference::SplitMix64;
 
     fn dense(matrix: &Csc) -> Vec<Vec<f64>> {
         let mut out = vec![vec![0.0; matrix.ncols()]; matrix.nrows()];
@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn dense_rows_come_back_for_every_shape() {
-        let mut numbers = Numbers(13);
+        let mut numbers = SplitMix64(13);
         for (rows, columns) in (0..=8).flat_map(|rows| (0..=8).map(move |columns| (rows, columns))) {
             let matrix = numbers.sparse(rows, columns, 0.5);
             let rebuilt = dense(&matrix);
@@ -233,7 +233,7 @@ mod tests {
 
     #[test]
     fn the_upper_triangle_drops_what_lies_below_the_diagonal() {
-        let matrix = Numbers(17).sparse(7, 7, 0.6);
+        let matrix = SplitMix64(17).sparse(7, 7, 0.6);
         let (whole, upper) = (dense(&matrix), dense(&matrix.upper_triangle("P").unwrap()));
         for (i, j) in (0..7).flat_map(|i| (0..7).map(move |j| (i, j))) {
             assert_eq!(upper[i][j], if i <= j { whole[i][j] } else { 0.0 });
@@ -242,7 +242,7 @@ mod tests {
 
     #[test]
     fn mapped_rows_stay_sorted_and_know_where_they_came_from() {
-        let matrix = Numbers(19).sparse(6, 5, 0.7);
+        let matrix = SplitMix64(19).sparse(6, 5, 0.7);
         let new_row = [Some(3), None, Some(0), Some(2), None, Some(1)];
         let (mapped, origin) = matrix.map_rows(4, &new_row);
         let (old, new) = (dense(&matrix), dense(&mapped));

@@ -155,7 +155,7 @@ impl Neg for Counted {
 
 impl Real for Counted {
     type Mask = CountedMask;
-    const TILE: usize = 4;
+    const TILE_COLS: usize = 4;
 
     fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output {
         work.with_simd(pulp::Scalar)

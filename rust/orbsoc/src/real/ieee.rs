@@ -24,7 +24,7 @@ macro_rules! ieee {
         impl Real for $t {
             type Mask = Bit;
             // A vector of them counts as one.
-            const TILE: usize = 4;
+            const TILE_COLS: usize = 4;
 
             #[inline(always)]
             fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output {
@@ -84,7 +84,7 @@ macro_rules! ieee {
 }
 
 ieee! { f64,
-    const TALL: bool = true;
+    const TILE_ROWS: bool = true;
 
     #[inline(always)]
     fn subtract_products<const M: usize, const N: usize, const LOWER: bool>(

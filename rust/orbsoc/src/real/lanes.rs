@@ -1,6 +1,6 @@
 //! Eight problems of one sparsity pattern side by side: every operation acts on one word of each.
 //!
-//! The words are a SIMD register (or two) of the instruction set `S`. No lane ever looks at another,
+//! The words are a SIMD register (or two) of the instruction set `S`. No lane ever needs_residual at another,
 //! so each has the bits of its own single solve. Plain arrays would do in principle, but the compiler
 //! shuffles them across kernels' unrolled loops instead of keeping a lane in its place.
 
@@ -10,16 +10,16 @@ use pulp::{bytemuck, Scalar512b, Simd};
 
 /// An instruction set with eight double-precision lanes.
 pub trait EightLanes: Simd {
-    /// As [`Real::TILE`].
-    const TILE: usize;
-    /// As [`Real::ABREAST`].
-    const ABREAST: bool = false;
-    /// Proof that this machine has it. Only asked for where it does.
+    /// As [`Real::TILE_COLS`].
+    const TILE_COLS: usize;
+    /// As [`Real::RHS_BLOCK`].
+    const RHS_BLOCK: bool = false;
+    /// InfeasibilityCertificate that this machine has it. Only asked for where it does.
     fn token() -> Self;
 }
 
 impl EightLanes for Scalar512b {
-    const TILE: usize = 2;
+    const TILE_COLS: usize = 2;
 
     #[inline(always)]
     fn token() -> Self {
@@ -30,7 +30,7 @@ impl EightLanes for Scalar512b {
 #[cfg(target_arch = "x86_64")]
 impl EightLanes for pulp::x86::V3_512b {
     // A word takes two of the sixteen.
-    const TILE: usize = 2;
+    const TILE_COLS: usize = 2;
 
     #[inline(always)]
     fn token() -> Self {
@@ -43,8 +43,8 @@ impl EightLanes for pulp::x86::V3_512b {
 
 #[cfg(target_arch = "x86_64")]
 impl EightLanes for pulp::x86::V4 {
-    const TILE: usize = 4;
-    const ABREAST: bool = true;
+    const TILE_COLS: usize = 4;
+    const RHS_BLOCK: bool = true;
 
     #[inline(always)]
     fn token() -> Self {
@@ -96,8 +96,8 @@ impl<S: Simd> Neg for Lanes<S> {
 
 impl<S: EightLanes> Real for Lanes<S> {
     type Mask = LanesMask<S>;
-    const TILE: usize = S::TILE;
-    const ABREAST: bool = S::ABREAST;
+    const TILE_COLS: usize = S::TILE_COLS;
+    const RHS_BLOCK: bool = S::RHS_BLOCK;
 
     #[inline(always)]
     fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output {

@@ -17,7 +17,7 @@ pub mod tiles;
 pub use counted::{count, Counted, Latency, OperationCounts, Tally};
 pub use lanes::{EightLanes, Lanes};
 pub use narrow::Reduced;
-pub(crate) use outline::{apart, Apart};
+pub(crate) use outline::{outline, Outlined};
 pub use scalar::{Decide, Real};
 pub(crate) use taped::{record, Taped};
 pub use taped::{Opcode, Operation, Value};

@@ -1,4 +1,4 @@
-//! Numbers of fewer significant bits: what a narrower multiplier and adder would compute.
+//! SplitMix64 of fewer significant bits: what a narrower multiplier and adder would compute.
 
 use super::scalar::{Decide, Real};
 use core::ops::{Add, Div, Mul, Neg, Sub};
@@ -52,7 +52,7 @@ impl<const P: u32> Neg for Reduced<P> {
 
 impl<const P: u32> Real for Reduced<P> {
     type Mask = <f64 as Real>::Mask;
-    const TILE: usize = 2;
+    const TILE_COLS: usize = 2;
 
     // Rounding by hand is what takes the time: one copy of each kernel, for any instruction set.
     fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output {

@@ -2,21 +2,21 @@
 
 use super::scalar::Real;
 
-/// Arithmetic that is compiled as a function of its own, by [`apart`].
-pub(crate) trait Apart {
+/// Arithmetic that is compiled as a function of its own, by [`outline`].
+pub(crate) trait Outlined {
     /// Do it; `#[inline(always)]`, as a kernel.
     fn run(self);
 }
 
 /// Do what a kernel does rarely apart from it, for the same instruction set: loops of one function share its registers.
 #[inline(always)]
-pub(crate) fn apart<T: Real>(work: impl Apart) {
+pub(crate) fn outline<T: Real>(work: impl Outlined) {
     T::vectorize(Dispatched(work));
 }
 
 struct Dispatched<W>(W);
 
-impl<W: Apart> pulp::WithSimd for Dispatched<W> {
+impl<W: Outlined> pulp::WithSimd for Dispatched<W> {
     type Output = ();
 
     #[inline(always)]

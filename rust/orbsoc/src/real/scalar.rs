@@ -23,12 +23,12 @@ pub trait Real:
 
     /// Rows and columns of the tiles that kernels keep at hand: four where they fit, else two. It changes
     /// no bit.
-    const TILE: usize;
+    const TILE_COLS: usize;
     /// Whether eight rows fit, too.
-    const TALL: bool = false;
+    const TILE_ROWS: bool = false;
     /// Whether two dots with a vector in common are made abreast: their sums fit, and that vector is far. It changes no
     /// bit.
-    const ABREAST: bool = false;
+    const RHS_BLOCK: bool = false;
 
     /// Run `work`, compiled for the instruction set that these words want.
     fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output;

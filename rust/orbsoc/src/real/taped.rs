@@ -163,7 +163,7 @@ impl Neg for Taped {
 
 impl Real for Taped {
     type Mask = TapedMask;
-    const TILE: usize = 4;
+    const TILE_COLS: usize = 4;
 
     fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output {
         work.with_simd(pulp::Scalar)

@@ -36,12 +36,12 @@ impl<'a, T: Copy> Factors<'a, T> {
 mod tests {
     use super::super::scalar::{accumulate, subtract, subtract_multiple, Real};
     use super::*;
-    use crate::tests::reference::Numbers;
+    use crate::tests::reference::SplitMix64;
 
     /// What the datapath makes of a tile, and what the plain loops do: the bits of the words asked for.
     fn both<const M: usize, const N: usize, const LOWER: bool>(seed: u64, columns: usize) -> [Vec<u64>; 2] {
         const HEIGHT: usize = 13;
-        let mut numbers = Numbers(seed);
+        let mut numbers = SplitMix64(seed);
         let (l, y) = (numbers.list(columns * HEIGHT), numbers.list(columns * HEIGHT));
         let factors = Factors { l: &l, y: &y, height: HEIGHT, row: 5, column: 3 };
         let flat = numbers.list(M * N);
@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn a_quicker_multiple_of_two_vectors_changes_no_bit() {
-        let mut numbers = Numbers(23);
+        let mut numbers = SplitMix64(23);
         for len in 0..40 {
             let (by, x) = (numbers.list(len), [numbers.signed(), numbers.signed()]);
             let words: Vec<[f64; 2]> = (0..len).map(|_| [numbers.signed(), numbers.signed()]).collect();
@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn quicker_sums_change_no_bit() {
-        fn both<const R: usize>(numbers: &mut Numbers, len: usize) -> [Vec<u64>; 2] {
+        fn both<const R: usize>(numbers: &mut SplitMix64, len: usize) -> [Vec<u64>; 2] {
             let a: Vec<[f64; 8]> = (0..len).map(|_| [0.0; 8].map(|_: f64| numbers.signed())).collect();
             let x: Vec<[[f64; R]; 8]> =
                 (0..len).map(|_| [[0.0; R]; 8].map(|x| x.map(|_: f64| numbers.signed()))).collect();
@@ -103,7 +103,7 @@ mod tests {
             accumulate(&mut plain, &a, &x);
             [quick, plain].map(|sums| sums.as_flattened().iter().map(|v| v.to_bits()).collect())
         }
-        let mut numbers = Numbers(29);
+        let mut numbers = SplitMix64(29);
         for len in 0..6 {
             for [quick, plain] in [both::<1>(&mut numbers, len), both::<2>(&mut numbers, len)] {
                 assert_eq!(quick, plain, "{len} times eight");

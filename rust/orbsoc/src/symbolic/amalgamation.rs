@@ -1,24 +1,24 @@
 //! Runs of columns that lie side by side and are worked on together, though none is the parent of the one before it.
 
 use crate::symbolic::indices::index;
-use crate::symbolic::supernodes::{Kind, Panels, Run, LEAF_ROWS, MOST_LISTED};
+use crate::symbolic::supernodes::{Kind, Panels, Run, MAX_LEAF_ROWS, MAX_SCATTERED_ROWS};
 use core::ops::Range;
 use std::borrow::Cow;
 
 /// Single siblings with the same rows, at most: recorded streams and schedules' tables follow from it.
-const MOST_SIBLINGS: usize = 16;
+const MAX_TWINS: usize = 16;
 
 /// So many siblings are no leaves.
-const NO_LEAVES: usize = 8;
+const MIN_TWINS_KEPT: usize = 8;
 
 /// Fewer chains abreast are not worth the zeros.
-const FEWEST_ABREAST: usize = 4;
+const MIN_MERGED: usize = 4;
 /// Columns of each of them, at most, …
-const WIDEST_ABREAST: usize = 4;
+const MAX_MERGED_WIDTH: usize = 4;
 /// … of all together, …
-const MOST_ABREAST: usize = 32;
+const MAX_MERGED_COLUMNS: usize = 32;
 /// … and rows of each, at least: others make leaves, or ragged columns.
-const ROWS_ABREAST: usize = 5;
+const MIN_MERGED_ROWS: usize = 5;
 
 /// Gather what lies side by side; `below` are a column's rows.
 pub(crate) fn gathered<'a>(
@@ -41,7 +41,7 @@ pub(crate) fn gathered<'a>(
 }
 
 /// Chains of equal width that do not contain one another, and the rows that any of them has.
-struct Abreast<'a> {
+struct MergedSupernode<'a> {
     /// The runs that they are.
     runs: Range<usize>,
     /// Columns of each.
@@ -51,7 +51,7 @@ struct Abreast<'a> {
     rows_added: usize,
 }
 
-impl<'a> Abreast<'a> {
+impl<'a> MergedSupernode<'a> {
     fn of(at: usize, run: &Run<'a>) -> Self {
         let rows_added = run.below.len();
         Self { runs: at..at + 1, top: run.width, rows: run.below.clone(), rows_added }
@@ -59,7 +59,7 @@ impl<'a> Abreast<'a> {
 
     /// Whether a run may be one of several.
     fn suits(run: &Run) -> bool {
-        run.kind == Kind::Chain && run.width <= WIDEST_ABREAST && run.below.len() >= ROWS_ABREAST
+        run.kind == Kind::Supernode && run.width <= MAX_MERGED_WIDTH && run.below.len() >= MIN_MERGED_ROWS
     }
 
     fn width(&self) -> usize {
@@ -68,9 +68,9 @@ impl<'a> Abreast<'a> {
 
     /// Take the `next` run in, and say so, where it suits these: all rows are then at most `times` as many as each has in
     /// the mean.
-    fn take_in(&mut self, next: &Run, times: usize) -> bool {
+    fn try_merge(&mut self, next: &Run, times: usize) -> bool {
         let contained = || self.rows.iter().any(|&row| (next.first..next.end()).contains(&(row as usize)));
-        if next.width != self.top || self.width() + self.top > MOST_ABREAST || contained() {
+        if next.width != self.top || self.width() + self.top > MAX_MERGED_COLUMNS || contained() {
             return false;
         }
         let rows_added = self.rows_added + next.below.len();
@@ -93,7 +93,7 @@ impl<'a> Abreast<'a> {
             let mut there = below(row as usize).iter();
             self.rows[at + 1..].iter().all(|row| there.any(|word| word == row))
         };
-        self.runs.len() >= FEWEST_ABREAST && self.rows.iter().enumerate().all(lands)
+        self.runs.len() >= MIN_MERGED && self.rows.iter().enumerate().all(lands)
     }
 
     /// The first of their runs takes the others in, which are left with no column.
@@ -102,7 +102,7 @@ impl<'a> Abreast<'a> {
         let entries = runs[self.runs.clone()].iter().map(|run| run.entries).sum();
         runs[self.runs.clone()].iter_mut().for_each(|run| run.width = 0);
         let first = &mut runs[self.runs.start];
-        (first.kind, first.width, first.entries) = (Kind::Siblings, width, entries);
+        (first.kind, first.width, first.entries) = (Kind::IndependentTwins, width, entries);
         first.nearest = self.rows[0] as usize;
         first.below = self.rows;
     }
@@ -118,15 +118,15 @@ fn union(a: &[u32], b: &[u32]) -> Vec<u32> {
 
 /// Chains whose rows are much the same share a panel: each word where they contribute is then met for once.
 fn abreast<'a>(runs: &mut Vec<Run<'a>>, times: usize, below: impl Fn(usize) -> &'a [u32]) {
-    let mut found: Vec<Abreast> = Vec::new();
-    let mut open: Option<Abreast> = None;
+    let mut found: Vec<MergedSupernode> = Vec::new();
+    let mut open: Option<MergedSupernode> = None;
     for (at, run) in runs.iter().enumerate() {
-        let suits = Abreast::suits(run);
-        if suits && open.as_mut().is_some_and(|open| open.take_in(run, times)) {
+        let suits = MergedSupernode::suits(run);
+        if suits && open.as_mut().is_some_and(|open| open.try_merge(run, times)) {
             continue;
         }
         found.extend(open.take().filter(|open| open.pays(&below)));
-        open = suits.then(|| Abreast::of(at, run));
+        open = suits.then(|| MergedSupernode::of(at, run));
     }
     found.extend(open.filter(|open| open.pays(&below)));
     for abreast in found {
@@ -140,7 +140,7 @@ fn join(runs: &mut Vec<Run<'_>>, suits: impl Fn(&Run, &Run) -> Option<Kind>) {
     runs.dedup_by(|next, last| {
         let kind = suits(last, next);
         if let Some(kind) = kind {
-            take_beside(last, next, kind);
+            merge(last, next, kind);
         }
         kind.is_some()
     });
@@ -148,9 +148,9 @@ fn join(runs: &mut Vec<Run<'_>>, suits: impl Fn(&Run, &Run) -> Option<Kind>) {
 
 /// Whether the single column `next` has the rows of those `before` it.
 fn siblings(before: &Run, next: &Run) -> Option<Kind> {
-    let single = before.kind == Kind::Siblings && before.top == 1 && before.width < MOST_SIBLINGS;
+    let single = before.kind == Kind::IndependentTwins && before.top == 1 && before.width < MAX_TWINS;
     let single = (single || before.width == 1) && next.width == 1;
-    (single && before.below == next.below).then_some(Kind::Siblings)
+    (single && before.below == next.below).then_some(Kind::IndependentTwins)
 }
 
 /// Whether the columns of `next` have as few rows as those `before` them, and do not depend on them.
@@ -167,16 +167,16 @@ fn rows_of_each_leaf(run: &Run) -> Option<usize> {
         _ => run.below.len(),
     };
     let single = match run.kind {
-        Kind::Chain => run.width == 1,
-        Kind::Siblings => run.top == 1 && run.width < NO_LEAVES,
+        Kind::Supernode => run.width == 1,
+        Kind::IndependentTwins => run.top == 1 && run.width < MIN_TWINS_KEPT,
         Kind::Leaves => true,
-        Kind::Given | Kind::Ragged => false,
+        Kind::Condensed | Kind::Simplicial => false,
     };
-    (single && (1..=LEAF_ROWS).contains(&rows)).then_some(rows)
+    (single && (1..=MAX_LEAF_ROWS).contains(&rows)).then_some(rows)
 }
 
 /// Take in columns that depend on none of these.
-fn take_beside(run: &mut Run, next: &mut Run, kind: Kind) {
+fn merge(run: &mut Run, next: &mut Run, kind: Kind) {
     if kind == Kind::Leaves {
         make_leaves(run);
         make_leaves(next);
@@ -198,13 +198,13 @@ fn make_leaves(run: &mut Run) {
 
 /// Neighbours of few words each become ragged columns, whether one depends on another or not.
 fn ragged<'a>(runs: &mut Vec<Run<'a>>, below: impl Fn(usize) -> &'a [u32]) {
-    let kind = |run: &Run| matches!(run.kind, Kind::Chain | Kind::Siblings);
-    let slight = |run: &Run| kind(run) && run.words() <= 1 + MOST_LISTED;
+    let kind = |run: &Run| matches!(run.kind, Kind::Supernode | Kind::IndependentTwins);
+    let slight = |run: &Run| kind(run) && run.words() <= 1 + MAX_SCATTERED_ROWS;
     runs.dedup_by(|next, last| {
-        let joins = slight(next) && (last.kind == Kind::Ragged || slight(last));
+        let joins = slight(next) && (last.kind == Kind::Simplicial || slight(last));
         if joins {
-            make_ragged(last, &below);
-            make_ragged(next, &below);
+            make_simplicial(last, &below);
+            make_simplicial(next, &below);
             last.width += next.width;
             last.below.to_mut().extend_from_slice(&next.below);
             last.lengths.append(&mut next.lengths);
@@ -214,11 +214,11 @@ fn ragged<'a>(runs: &mut Vec<Run<'a>>, below: impl Fn(usize) -> &'a [u32]) {
 }
 
 /// Each column's own rows, instead of those that its panel has.
-fn make_ragged<'a>(run: &mut Run, below: impl Fn(usize) -> &'a [u32]) {
-    if run.kind != Kind::Ragged {
+fn make_simplicial<'a>(run: &mut Run, below: impl Fn(usize) -> &'a [u32]) {
+    if run.kind != Kind::Simplicial {
         let columns = run.first..run.end();
         run.lengths = columns.clone().map(|j| index(below(j).len())).collect();
         run.below = columns.flat_map(|j| below(j).iter().copied()).collect();
-        (run.kind, run.top) = (Kind::Ragged, 1);
+        (run.kind, run.top) = (Kind::Simplicial, 1);
     }
 }

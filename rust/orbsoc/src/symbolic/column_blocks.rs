@@ -4,58 +4,58 @@
 use core::ops::Range;
 
 /// Columns with at most so many entries have loops of their own.
-pub(crate) const SHORT: usize = 4;
+pub(crate) const MAX_FIXED_LENGTH: usize = 4;
 /// From so many adjacent rows on a column is worth a loop over slices.
-const DENSE: usize = 16;
-/// So few columns alike are not worth the change of loops.
-const FEW: usize = 4;
+const MIN_CONTIGUOUS: usize = 16;
+/// So few columns uniformity are not worth the change of loops.
+const MIN_COLUMNS: usize = 4;
 
-/// What the columns of a stretch have in common.
+/// What the columns of a block have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Alike {
-    /// As many entries each, at most [`SHORT`].
-    Short(usize),
+pub(crate) enum Uniformity {
+    /// As many entries each, at most [`MAX_FIXED_LENGTH`].
+    FixedLength(usize),
     /// Each one's rows are adjacent, and many.
-    Dense,
-    /// Nothing.
-    Nothing,
+    Contiguous,
+    /// General.
+    General,
 }
 
 /// Adjacent columns.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Stretch {
+pub(crate) struct ColumnBlock {
     pub columns: Range<usize>,
-    pub alike: Alike,
+    pub uniformity: Uniformity,
 }
 
 /// All columns in their order, from the rows of each one's entries, ascending.
-pub(crate) fn stretches<'a>(columns: usize, rows: impl Fn(usize) -> &'a [u32]) -> Vec<Stretch> {
-    let mut out: Vec<Stretch> = Vec::new();
+pub(crate) fn column_blocks<'a>(columns: usize, rows: impl Fn(usize) -> &'a [u32]) -> Vec<ColumnBlock> {
+    let mut out: Vec<ColumnBlock> = Vec::new();
     for j in 0..columns {
-        let alike = shape(rows(j));
+        let uniformity = shape(rows(j));
         match out.last_mut() {
-            Some(last) if last.alike == alike => last.columns.end = j + 1,
-            _ => out.push(Stretch { columns: j..j + 1, alike }),
+            Some(last) if last.uniformity == uniformity => last.columns.end = j + 1,
+            _ => out.push(ColumnBlock { columns: j..j + 1, uniformity }),
         }
     }
-    let mut joined: Vec<Stretch> = Vec::with_capacity(out.len());
-    for mut stretch in out {
-        if stretch.columns.len() < FEW {
-            stretch.alike = Alike::Nothing;
+    let mut joined: Vec<ColumnBlock> = Vec::with_capacity(out.len());
+    for mut block in out {
+        if block.columns.len() < MIN_COLUMNS {
+            block.uniformity = Uniformity::General;
         }
         match joined.last_mut() {
-            Some(last) if last.alike == stretch.alike => last.columns.end = stretch.columns.end,
-            _ => joined.push(stretch),
+            Some(last) if last.uniformity == block.uniformity => last.columns.end = block.columns.end,
+            _ => joined.push(block),
         }
     }
     joined
 }
 
-fn shape(rows: &[u32]) -> Alike {
+fn shape(rows: &[u32]) -> Uniformity {
     match rows {
-        _ if rows.len() <= SHORT => Alike::Short(rows.len()),
-        [first, .., last] if rows.len() >= DENSE && (last - first) as usize + 1 == rows.len() => Alike::Dense,
-        _ => Alike::Nothing,
+        _ if rows.len() <= MAX_FIXED_LENGTH => Uniformity::FixedLength(rows.len()),
+        [first, .., last] if rows.len() >= MIN_CONTIGUOUS && (last - first) as usize + 1 == rows.len() => Uniformity::Contiguous,
+        _ => Uniformity::General,
     }
 }
 
@@ -63,8 +63,8 @@ fn shape(rows: &[u32]) -> Alike {
 mod tests {
     use super::*;
 
-    fn found(columns: &[Vec<u32>]) -> Vec<(Range<usize>, Alike)> {
-        stretches(columns.len(), |j| &columns[j]).into_iter().map(|s| (s.columns, s.alike)).collect()
+    fn found(columns: &[Vec<u32>]) -> Vec<(Range<usize>, Uniformity)> {
+        column_blocks(columns.len(), |j| &columns[j]).into_iter().map(|s| (s.columns, s.uniformity)).collect()
     }
 
     #[test]
@@ -83,11 +83,11 @@ mod tests {
             vec![vec![]; 5],
         ];
         let expected = [
-            (0..4, Alike::Short(2)),
-            (4..9, Alike::Nothing),
-            (9..13, Alike::Dense),
-            (13..17, Alike::Nothing),
-            (17..22, Alike::Short(0)),
+            (0..4, Uniformity::FixedLength(2)),
+            (4..9, Uniformity::General),
+            (9..13, Uniformity::Contiguous),
+            (13..17, Uniformity::General),
+            (17..22, Uniformity::FixedLength(0)),
         ];
         assert_eq!(found(&columns.concat()), expected);
         assert_eq!(found(&[]), []);
@@ -95,7 +95,7 @@ mod tests {
 
     #[test]
     fn every_column_is_in_one_stretch_in_order() {
-        let mut numbers = crate::tests::reference::Numbers(11);
+        let mut numbers = crate::tests::reference::SplitMix64(11);
         for columns in 0..40 {
             let all: Vec<Vec<u32>> =
                 (0..columns).map(|_| (0..40).filter(|_| numbers.unit() < 0.05).collect()).collect();

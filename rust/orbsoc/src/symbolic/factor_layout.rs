@@ -5,13 +5,13 @@ use crate::error::Error;
 use crate::symbolic::amalgamation::gathered;
 use crate::symbolic::etree::columns_of_l;
 use crate::symbolic::indices::index;
-use crate::symbolic::supernodes::{chains, Kind, Panels, MOST_LISTED};
+use crate::symbolic::supernodes::{chains, Kind, Panels, MAX_SCATTERED_ROWS};
 use crate::symbolic::upper::Upper;
 use core::ops::Range;
 
 /// A run of columns of L, stored as a dense `height × width` panel, column-major. Each column begins with the rows of its
 /// own chain, those above the diagonal unused; in siblings of one column each, and leaves, that is the diagonal alone.
-/// Ragged columns follow one another, each as long as it is.
+/// Simplicial columns follow one another, each as long as it is.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Supernode {
     pub kind: Kind,
@@ -40,20 +40,20 @@ impl Supernode {
     /// Words of the factor that its panel takes.
     pub fn words(&self) -> usize {
         match self.kind {
-            Kind::Given => 0,
-            Kind::Ragged => self.width + self.below.1 - self.below.0,
+            Kind::Condensed => 0,
+            Kind::Simplicial => self.width + self.below.1 - self.below.0,
             _ => self.width * self.height,
         }
     }
 
     /// Whether its contributions are listed word by word: few columns, and few enough words.
     fn small(&self) -> bool {
-        matches!(self.kind, Kind::Leaves | Kind::Given | Kind::Ragged)
-            || (self.width <= 4 && self.height - self.top <= MOST_LISTED)
+        matches!(self.kind, Kind::Leaves | Kind::Condensed | Kind::Simplicial)
+            || (self.width <= 4 && self.height - self.top <= MAX_SCATTERED_ROWS)
     }
 
     /// The chain that a column is in.
-    fn chain_of(&self, column: usize) -> Range<usize> {
+    fn diagonal_block_of(&self, column: usize) -> Range<usize> {
         let first = match self.top {
             1 => column,
             top if top == self.width => self.first,
@@ -64,7 +64,7 @@ impl Supernode {
 
     /// Columns whose contributions are listed apart.
     fn lists(&self) -> Range<usize> {
-        let apart = matches!(self.kind, Kind::Leaves | Kind::Ragged);
+        let apart = matches!(self.kind, Kind::Leaves | Kind::Simplicial);
         self.first..self.first + if apart { self.width } else { 1 }
     }
 }
@@ -138,7 +138,7 @@ pub(crate) struct Symbolic {
     /// Words of the largest panel, of ragged columns of the longest column: what factorisation keeps beside.
     pub max_panel: usize,
     /// Unknowns that the substitution through any one panel keeps beside.
-    pub max_beside: usize,
+    pub substitution_scratch: usize,
     /// Entries of L below the diagonal.
     pub nnz_l: usize,
     /// Multiply–subtracts of the factorisation, from the column counts of L.
@@ -153,7 +153,7 @@ impl Symbolic {
         let owner = out.find_supernodes(&colptr, &rowidx, panels);
         out.resolve_updates(&owner);
         out.locate_entries(upper, &owner);
-        out.locate_given(upper);
+        out.locate_condensed(upper);
         Ok(out)
     }
 
@@ -169,9 +169,9 @@ impl Symbolic {
         let below = |j: usize| &rowidx[colptr[j] as usize + 1..colptr[j + 1] as usize];
         for run in gathered(chains(dim, panels, below), panels, below) {
             let rows = match run.kind {
-                Kind::Chain | Kind::Siblings | Kind::Given => run.below.len(),
+                Kind::Supernode | Kind::IndependentTwins | Kind::Condensed => run.below.len(),
                 Kind::Leaves => run.below.len() / run.width,
-                Kind::Ragged => run.lengths.iter().copied().max().unwrap_or(0) as usize,
+                Kind::Simplicial => run.lengths.iter().copied().max().unwrap_or(0) as usize,
             };
             let height = run.top + rows;
             owner[run.first..run.first + run.width].fill(index(self.supernodes.len()));
@@ -188,7 +188,7 @@ impl Symbolic {
                 starts: self.starts.len(),
                 sources: 0,
             };
-            if node.kind == Kind::Ragged {
+            if node.kind == Kind::Simplicial {
                 let ends = run.lengths.iter().scan(0, |end, length| {
                     *end += length;
                     Some(*end)
@@ -197,14 +197,14 @@ impl Symbolic {
                 self.starts.extend(ends);
             }
             self.supernodes.push(node);
-            let given = run.kind == Kind::Given;
-            self.max_beside = self.max_beside.max(if given { run.width } else { rows });
-            let next = if node.kind == Kind::Ragged { run.first } else { run.first + run.width };
+            let given = run.kind == Kind::Condensed;
+            self.substitution_scratch = self.substitution_scratch.max(if given { run.width } else { rows });
+            let next = if node.kind == Kind::Simplicial { run.first } else { run.first + run.width };
             let next = index(next);
             self.ahead.extend(run.below.iter().map(|&row| row - next));
             self.below.extend_from_slice(&run.below);
             self.panel_words += node.words();
-            let beside = if node.kind == Kind::Ragged { height } else { run.width * height };
+            let beside = if node.kind == Kind::Simplicial { height } else { run.width * height };
             self.max_panel = self.max_panel.max(beside);
         }
         owner
@@ -240,7 +240,7 @@ impl Symbolic {
     pub fn column_begin(&self, node: &Supernode, column: usize) -> usize {
         let before = column - node.first;
         let words = match node.kind {
-            Kind::Ragged => before + self.starts_of(node)[before] as usize,
+            Kind::Simplicial => before + self.starts_of(node)[before] as usize,
             _ => before * node.height,
         };
         node.panel + words
@@ -259,7 +259,7 @@ impl Symbolic {
                 let rows = node.height - node.top;
                 &self.below(node)[(column - node.first) * rows..][..rows]
             }
-            Kind::Ragged => {
+            Kind::Simplicial => {
                 let starts = &self.starts_of(node)[column - node.first..];
                 &self.below(node)[starts[0] as usize..starts[1] as usize]
             }
@@ -274,7 +274,7 @@ impl Symbolic {
         node: &'a Supernode,
         column: usize,
     ) -> impl Iterator<Item = (usize, usize)> + 'a {
-        let own = column + 1..node.chain_of(column).end;
+        let own = column + 1..node.diagonal_block_of(column).end;
         let below = self.below_column(node, column).iter().map(|&row| row as usize);
         let mut places = self.places_in(node, column);
         own.chain(below).map(move |row| (row, places.of(index(row))))
@@ -282,7 +282,7 @@ impl Symbolic {
 
     /// Where the entries of one column of L are.
     fn places_in(&self, node: &Supernode, column: usize) -> Places<'_> {
-        Places { own: node.chain_of(column), below: self.below_column(node, column), at: 0 }
+        Places { own: node.diagonal_block_of(column), below: self.below_column(node, column), at: 0 }
     }
 
     fn resolve_updates(&mut self, owner: &[u32]) {
@@ -317,7 +317,7 @@ impl Symbolic {
             let column = rows[lo] as usize;
             let target = owner[column] as usize;
             let onto = &self.supernodes[target];
-            let end = onto.chain_of(column).end;
+            let end = onto.diagonal_block_of(column).end;
             let hi = lo + rows[lo..].partition_point(|&r| (r as usize) < end);
             let begin = relative.len();
             let mut places = self.places_in(onto, column);
@@ -330,7 +330,7 @@ impl Symbolic {
     fn list_positions(&self, node: &Supernode, column: usize, owner: &[u32], positions: &mut Vec<u32>) {
         let rows = self.below_column(node, column);
         let end = match node.kind {
-            Kind::Ragged => self.column_begin(node, column) + 1 + rows.len(),
+            Kind::Simplicial => self.column_begin(node, column) + 1 + rows.len(),
             _ => node.panel + node.words(),
         };
         for (j, &column) in rows.iter().enumerate() {
@@ -348,7 +348,7 @@ impl Symbolic {
                 let i = upper.rowidx[k] as usize;
                 // Entry (i, j), i ≤ j, of the upper triangle is entry (j, i) of L's pattern.
                 let node = self.supernodes[owner[i] as usize];
-                if node.kind == Kind::Given {
+                if node.kind == Kind::Condensed {
                     continue;
                 }
                 let place = self.places_in(&node, i).of(index(j));
@@ -366,10 +366,10 @@ impl Symbolic {
 
     /// Where the matrix has the words of given columns: those of a row are adjacent, in that row's column of
     /// the upper triangle, and so are the diagonal's, which are their columns' only ones.
-    fn locate_given(&mut self, upper: &Upper) {
+    fn locate_condensed(&mut self, upper: &Upper) {
         for at in 0..self.supernodes.len() {
             let node = self.supernodes[at];
-            if node.kind != Kind::Given {
+            if node.kind != Kind::Condensed {
                 continue;
             }
             self.supernodes[at].sources = self.sources.len();

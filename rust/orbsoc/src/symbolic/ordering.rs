@@ -4,7 +4,7 @@
 use crate::error::Error;
 use crate::symbolic::etree::elimination_tree;
 use crate::symbolic::indices::{begins, index, ordered};
-use crate::symbolic::supernodes::LEAF_ROWS;
+use crate::symbolic::supernodes::MAX_LEAF_ROWS;
 use crate::symbolic::upper::Upper;
 use core::ops::Range;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -24,14 +24,14 @@ pub(crate) fn fill_reducing_order(upper: &Upper) -> Result<Vec<u32>, Error> {
     let mut memory = MemBuffer::new(amd::order_scratch::<u32>(dim, upper.nnz()));
     amd::order(&mut order, &mut inverse, upper.faer(), amd::Control::default(), MemStack::new(&mut memory))
         .map_err(|e| Error::Symbolic(format!("{e:?}")))?;
-    let mut forest = Forest::new(&upper.permuted(&order).0);
+    let mut forest = EliminationForest::new(&upper.permuted(&order).0);
     let front = forest.groups();
     let rest = forest.postorder(&front);
     Ok(front.into_iter().chain(rest).map(|k| order[k as usize]).collect())
 }
 
 /// The elimination tree, and rows of L below the columns whose children went to the front.
-struct Forest {
+struct EliminationForest {
     parent: Vec<Option<u32>>,
     /// Where each column's children begin in `children`; then, where all end.
     begins: Vec<u32>,
@@ -39,12 +39,12 @@ struct Forest {
     /// Entries of each column of L.
     counts: Vec<u32>,
     /// Of each column, where its rows are in `rows`: the matrix's own, which are L's where it has no children;
-    /// L's once [`Forest::find`] has been there.
+    /// L's once [`EliminationForest::find`] has been there.
     below: Vec<Range<usize>>,
     rows: Vec<u32>,
 }
 
-impl Forest {
+impl EliminationForest {
     fn new(upper: &Upper) -> Self {
         let (parent, counts) = elimination_tree(upper);
         let parent: Vec<Option<u32>> = parent.iter().map(|&p| u32::try_from(p).ok()).collect();
@@ -99,7 +99,7 @@ impl Forest {
             // `None`, not an empty literal: comparing that takes 87 ns instead of 1 (decision 0025).
             let kind = |&j: &u32| {
                 let rows = self.below(j);
-                (rows.len(), (rows.len() > LEAF_ROWS).then_some(rows))
+                (rows.len(), (rows.len() > MAX_LEAF_ROWS).then_some(rows))
             };
             ready.sort_by_key(|&j| (self.below(j).len(), self.below(j)));
             let begin = front.len();
@@ -149,11 +149,11 @@ impl Forest {
 mod tests {
     use super::*;
     use crate::symbolic::etree::columns_of_l;
-    use crate::tests::reference::Numbers;
+    use crate::tests::reference::SplitMix64;
 
     #[test]
     fn rows_found_from_the_children_are_those_of_l() {
-        let mut numbers = Numbers(5);
+        let mut numbers = SplitMix64(5);
         for dim in 0..40 {
             let mut positions: Vec<(u32, u32)> = (0..dim).map(|j| (j, j)).collect();
             let density = numbers.unit().powi(2);
@@ -162,7 +162,7 @@ mod tests {
             }
             let (upper, _) = Upper::from_positions(dim as usize, &positions);
             let (colptr, rowidx) = columns_of_l(&upper).unwrap();
-            let mut forest = Forest::new(&upper);
+            let mut forest = EliminationForest::new(&upper);
             for j in 0..dim {
                 if !forest.children(j).is_empty() {
                     forest.find(j);

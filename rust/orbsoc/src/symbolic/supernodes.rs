@@ -3,27 +3,27 @@
 use std::borrow::Cow;
 
 /// Leaves with more rows than this keep to themselves.
-pub(crate) const LEAF_ROWS: usize = 4;
+pub(crate) const MAX_LEAF_ROWS: usize = 4;
 
 /// Columns with more rows than this are no part of a ragged run, and their contributions are not listed word by word.
-pub(crate) const MOST_LISTED: usize = 24;
+pub(crate) const MAX_SCATTERED_ROWS: usize = 24;
 
 /// Fewer columns than this are siblings, even if they are given: sums over them would be short.
-const FEWEST_GIVEN: usize = 32;
+const MIN_CONDENSED: usize = 32;
 
 /// What the columns of a supernode are to one another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// Each contains the next, and they share the rows below.
-    Chain,
+    Supernode,
     /// Chains of equally many columns, or single ones, that do not contain one another and share the rows below.
-    Siblings,
-    /// Siblings that depend on no column either: what L·D has of them is the matrix's own.
-    Given,
+    IndependentTwins,
+    /// IndependentTwins that depend on no column either: what L·D has of them is the matrix's own.
+    Condensed,
     /// They do not contain one another, and each has rows of its own, few and equally many.
     Leaves,
     /// Each has rows of its own, as many as it may be, and may contain those after it.
-    Ragged,
+    Simplicial,
 }
 
 /// How columns of L are gathered into panels. The bits are the same: subtracting 0·y changes nothing.
@@ -59,7 +59,7 @@ impl<'a> Run<'a> {
     fn of(first: usize, below: &'a [u32]) -> Self {
         let nearest = below.first().map_or(usize::MAX, |&row| row as usize);
         let (below, entries, lengths) = (Cow::Borrowed(below), 1 + below.len(), Vec::new());
-        Self { kind: Kind::Chain, first, width: 1, top: 1, below, lengths, nearest, entries }
+        Self { kind: Kind::Supernode, first, width: 1, top: 1, below, lengths, nearest, entries }
     }
 
     /// The first column that is not its own.
@@ -85,7 +85,7 @@ impl<'a> Run<'a> {
     fn suits(&self, next: &Self, panels: Panels) -> bool {
         let parent =
             self.end() == next.first && self.below.first().is_some_and(|&row| row as usize == next.first);
-        if !parent || self.kind == Kind::Given {
+        if !parent || self.kind == Kind::Condensed {
             return false;
         }
         let width = self.width + next.width;
@@ -109,14 +109,14 @@ impl<'a> Run<'a> {
 /// Chains, and given columns, gathered from left to right: a new column may take in the runs before it that it ends.
 /// `below` are a column's rows.
 pub(crate) fn chains<'a>(columns: usize, panels: Panels, below: impl Fn(usize) -> &'a [u32]) -> Vec<Run<'a>> {
-    let given = given_columns(columns, &below);
+    let given = condensed_columns(columns, &below);
     let mut runs: Vec<Run> = Vec::with_capacity(columns);
     for (j, &given) in given.iter().enumerate() {
         let mut run = Run::of(j, below(j));
         if given {
-            run.kind = Kind::Given;
+            run.kind = Kind::Condensed;
             match runs.last_mut() {
-                Some(last) if last.kind == Kind::Given && last.below == run.below => last.width += 1,
+                Some(last) if last.kind == Kind::Condensed && last.below == run.below => last.width += 1,
                 _ => runs.push(run),
             }
             continue;
@@ -132,7 +132,7 @@ pub(crate) fn chains<'a>(columns: usize, panels: Panels, below: impl Fn(usize) -
 
 /// Columns that depend on no other, with the same rows as those beside them: many of them, and too many rows
 /// for leaves. Whatever the panels are, as sums over them have another order than those over siblings.
-fn given_columns<'a>(columns: usize, below: impl Fn(usize) -> &'a [u32]) -> Vec<bool> {
+fn condensed_columns<'a>(columns: usize, below: impl Fn(usize) -> &'a [u32]) -> Vec<bool> {
     let (mut depends, mut given) = (vec![false; columns], vec![false; columns]);
     for j in 0..columns {
         for &row in below(j) {
@@ -141,9 +141,9 @@ fn given_columns<'a>(columns: usize, below: impl Fn(usize) -> &'a [u32]) -> Vec<
     }
     let mut first = 0;
     while first < columns {
-        let alike = |&j: &usize| !depends[j] && below(j) == below(first);
-        let count = (first..columns).take_while(alike).count();
-        if count >= FEWEST_GIVEN && below(first).len() > LEAF_ROWS {
+        let uniformity = |&j: &usize| !depends[j] && below(j) == below(first);
+        let count = (first..columns).take_while(uniformity).count();
+        if count >= MIN_CONDENSED && below(first).len() > MAX_LEAF_ROWS {
             given[first..first + count].fill(true);
         }
         first += count.max(1);

@@ -1,9 +1,9 @@
 //! Every instruction set's lanes, whatever the machine would choose by itself.
 
-use crate::batch::worker::{Crew, StartOf, Work};
+use crate::batch::worker::{LaneWorker, StartOf, Work};
 use crate::kkt::structure::Structure;
 use crate::real::{Decide, Lanes};
-use crate::tests::reference::{mixed_problem, Numbers};
+use crate::tests::reference::{mixed_problem, SplitMix64};
 use crate::{solve_batch, solve_batch_from, Engine, Error, Problem, Settings, Solution, Start, WarmStart};
 use core::ops::ControlFlow;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use std::sync::Arc;
 const COUNT: usize = 21;
 
 fn vary(k: usize, problem: &mut Problem) {
-    let c = Numbers(k as u64 + 50).list(problem.n());
+    let c = SplitMix64(k as u64 + 50).list(problem.n());
     problem.set_c(&c).unwrap();
 }
 
@@ -21,7 +21,7 @@ fn in_lanes<T: Decide>(base: &Problem) -> Vec<Solution> {
 
 fn in_lanes_from<T: Decide>(base: &Problem, start: Option<StartOf<'_, '_>>) -> Vec<Solution> {
     let structure = Arc::new(Structure::for_lanes(base).unwrap());
-    let mut crew = Crew::<T>::new(&structure, &Settings::default()).unwrap();
+    let mut worker = LaneWorker::<T>::new(&structure, &Settings::default()).unwrap();
     let (mut next, mut solved) = (0, vec![None; COUNT]);
     let mut take = |problem: &mut Problem| {
         problem.copy_numbers(base);
@@ -30,7 +30,7 @@ fn in_lanes_from<T: Decide>(base: &Problem, start: Option<StartOf<'_, '_>>) -> V
         Ok((next <= COUNT).then_some(next - 1))
     };
     let mut done = |k: usize, solution| solved[k] = Some(solution);
-    crew.work(base, &mut take, start, &mut done, &mut || ControlFlow::Continue(())).unwrap();
+    worker.work(base, &mut take, start, &mut done, &mut || ControlFlow::Continue(())).unwrap();
     solved.into_iter().map(Option::unwrap).collect()
 }
 

@@ -9,7 +9,7 @@ use crate::Stop;
 use crate::{Buffer, Cones, Csc, Engine, Outcome, Problem, Settings, Stage, Status, WarmStart};
 use std::time::{Duration, Instant};
 
-struct Desk {
+struct BatchQueue {
     engine: Engine<f64>,
     control: Control,
     settings: Settings,
@@ -28,13 +28,13 @@ struct Iterate {
 const PLAIN: Iterate = Iterate { worst: 1.0, primal: 0.0, dual: 0.0, tau: 1.0, kappa: 1.0 };
 const LEANING: Iterate = Iterate { tau: 1e-4, ..PLAIN };
 
-fn desk() -> Desk {
+fn desk() -> BatchQueue {
     let settings = Settings::default();
     let engine = Engine::new(&mixed_problem(9), &settings).unwrap();
-    Desk { engine, control: Control::new(&settings), settings }
+    BatchQueue { engine, control: Control::new(&settings), settings }
 }
 
-impl Desk {
+impl BatchQueue {
     fn judge(&mut self, at: Iterate) -> Outcome {
         let work = &mut self.engine.path.work;
         work.statistics.fill(0.0);
@@ -97,8 +97,8 @@ fn the_clock_stands_still_while_a_walk_is_laid_aside() {
     {
         desk.control = Control::new(&settings);
         let now = Instant::now();
-        desk.control.lay_aside(now);
-        desk.control.take_up(now + rest);
+        desk.control.suspend(now);
+        desk.control.resume(now + rest);
         assert_eq!(desk.judge(PLAIN), outcome);
     }
 }
@@ -117,7 +117,7 @@ fn iterates_that_are_not_numbers_stall_and_are_not_kept() {
     let mut desk = desk();
     desk.judge(PLAIN);
     assert_eq!(desk.judge(Iterate { worst: f64::NAN, ..PLAIN }), STALLED);
-    desk.engine.path.work.statistics[stat::WITNESS] = f64::NAN;
+    desk.engine.path.work.statistics[stat::NON_FINITE] = f64::NAN;
     let work = &mut desk.engine.path.work;
     work.statistics[stat::STRICT] = 1e-12;
     assert_eq!(desk.control.decide(0, Stage::Statistics, &desk.settings, work), STALLED);
@@ -131,9 +131,9 @@ fn radii_count_only_while_the_embedding_leans_towards_infeasibility() {
     assert_eq!((desk.control.primal_radius, desk.control.dual_radius), (0.0, 0.0));
     assert_eq!(desk.judge(Iterate { primal: 1e3, worst: 2.0, ..LEANING }), Outcome::Next);
     assert_eq!(desk.judge(Iterate { primal: 1e2, worst: 3.0, ..LEANING }), Outcome::Next);
-    assert_eq!((desk.control.primal_radius, desk.kept(Buffer::Farkas)), (1e3, 2.0), "the larger one is kept");
+    assert_eq!((desk.control.primal_radius, desk.kept(Buffer::PrimalCertificate)), (1e3, 2.0), "the larger one is kept");
     assert_eq!(desk.judge(Iterate { dual: 5.0, worst: 4.0, ..LEANING }), Outcome::Next);
-    assert_eq!((desk.control.dual_radius, desk.kept(Buffer::Ray)), (5.0, 4.0));
+    assert_eq!((desk.control.dual_radius, desk.kept(Buffer::DualCertificate)), (5.0, 4.0));
     let primal = desk.judge(Iterate { primal: 1e8, ..LEANING });
     assert_eq!(primal, Outcome::Done(Stop::PrimalCertificate));
     assert_eq!(self::desk().judge(Iterate { dual: 1e8, ..LEANING }), Outcome::Done(Stop::DualCertificate));
@@ -197,7 +197,7 @@ fn converging_comes_before_every_limit_and_interruption_before_the_others() {
 fn refinement_goes_on_while_it_gains_a_factor_of_four_and_ends_at_its_goal() {
     let settings = Settings { refinement_max: 3, ..Settings::default() };
     let outcomes = |errors: &[(f64, f64)]| {
-        let Desk { mut engine, mut control, .. } = desk();
+        let BatchQueue { mut engine, mut control, .. } = desk();
         engine.path.work.refinement_active[0] = 1.0;
         let ask = |&(error, worthwhile)| {
             let words = &mut engine.path.work.refinement;
@@ -226,7 +226,7 @@ fn concluded(stop: Stop, radius: f64) -> Status {
     let settings = Settings::default();
     let mut engine = Engine::<f64>::new(&problem, &settings).unwrap();
     // The witness is x, z of the primal certificate, then of the dual one, in the user's scaling.
-    engine.path.work.witness.copy_from_slice(&[0.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+    engine.path.work.unscaled_certificates.copy_from_slice(&[0.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
     let mut control = Control::new(&settings);
     (control.stop, control.primal_radius) = (Some(stop), radius);
     let solution = engine.path.finished(0, &problem, &control).verify();
@@ -279,7 +279,7 @@ fn a_stall_is_followed_by_the_attempt_that_fits_the_outcome_so_far() {
     }
     assert_eq!(next(Attempt::Light, Status::NumericalLimit), None);
     assert_eq!(after(Stop::MaxIterations, Attempt::Refined, Status::MaxIterations), None);
-    assert_eq!(after(Stop::Unprofitable, Attempt::Warm, Status::NumericalLimit), Some(Attempt::Cold));
+    assert_eq!(after(Stop::WarmStartRejected, Attempt::Warm, Status::NumericalLimit), Some(Attempt::Cold));
     for status in [Status::Solved, Status::MaxTime, Status::Interrupted] {
         assert_eq!((next(Attempt::Warm, status), next(Attempt::Cold, status)), (None, None));
     }

@@ -57,7 +57,7 @@ fn used(engine: &Engine<f64>, buffer: Buffer) -> Vec<u64> {
 }
 
 /// Buffers that keep what they hold until something better comes along.
-const KEPT: [Buffer; 3] = [Buffer::Best, Buffer::Farkas, Buffer::Ray];
+const KEPT: [Buffer; 3] = [Buffer::Best, Buffer::PrimalCertificate, Buffer::DualCertificate];
 
 #[test]
 fn stages_touch_only_what_they_declare() {
@@ -99,10 +99,10 @@ fn what_a_stage_writes_and_does_not_read_it_writes_whole() {
     });
 }
 
-/// An idle read would be paid for in every transfer.
+/// An stalled_iterations read would be paid for in every transfer.
 #[test]
 fn what_a_stage_declares_to_read_it_needs() {
-    let mut idle: HashSet<(Stage, Buffer)> = Stage::ALL
+    let mut stalled_iterations: HashSet<(Stage, Buffer)> = Stage::ALL
         .iter()
         .flat_map(|&stage| stage.reads().iter().map(move |&buffer| (stage, buffer)))
         .collect();
@@ -113,11 +113,11 @@ fn what_a_stage_declares_to_read_it_needs() {
             let differs = plain.run(stage) != poisoned.run(stage)
                 || stage.writes().iter().any(|&written| bits(&plain, written) != bits(&poisoned, written));
             if differs {
-                idle.remove(&(stage, buffer));
+                stalled_iterations.remove(&(stage, buffer));
             }
         }
     };
     (0..3).for_each(|seed| at_every_stage(seed, &mut look));
-    let names: Vec<_> = idle.iter().map(|(stage, buffer)| (stage.name(), buffer.name())).collect();
+    let names: Vec<_> = stalled_iterations.iter().map(|(stage, buffer)| (stage.name(), buffer.name())).collect();
     assert!(names.is_empty(), "read and never used: {names:?}");
 }

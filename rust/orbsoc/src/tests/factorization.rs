@@ -3,7 +3,7 @@
 
 use crate::kernels::factorization::factorize;
 use crate::kernels::linear_solve::substitute;
-use crate::kernels::supernodal::condensed::Given;
+use crate::kernels::supernodal::condensed::Condensed;
 use crate::kernels::supernodal::pivots::Regularization;
 use crate::real::{count, Counted, Latency, OperationCounts};
 use crate::symbolic::factor_layout::{Supernode, Symbolic};
@@ -11,7 +11,7 @@ use crate::symbolic::indices::index;
 use crate::symbolic::ordering::fill_reducing_order;
 use crate::symbolic::supernodes::{Kind, Panels};
 use crate::symbolic::upper::Upper;
-use crate::tests::reference::Numbers;
+use crate::tests::reference::SplitMix64;
 use crate::{Decide, Real};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::cholesky::simplicial;
@@ -73,7 +73,7 @@ impl Matrix {
 /// [H, Bᵀ; B, −R] with diagonally dominant H and R, in a fill-reducing order. `exact` numbers are
 /// small integers, so that zeros turn up within the pattern.
 fn quasi_definite(dim: usize, density: f64, exact: bool, seed: u64) -> Matrix {
-    let mut numbers = Numbers(seed);
+    let mut numbers = SplitMix64(seed);
     let positive: Vec<bool> = (0..dim).map(|_| numbers.unit() < 0.6).collect();
     let mut dominance = vec![0.1; dim];
     let (mut entries, mut values) = (Vec::new(), Vec::new());
@@ -133,8 +133,8 @@ impl<T: Decide> Factor<T> {
         let dim = self.pivot_inverse.len();
         let mut out = DMatrix::identity(dim, dim);
         for node in &self.symbolic.supernodes {
-            if node.kind == Kind::Given {
-                let given = Given::of(&self.symbolic, node, &self.values);
+            if node.kind == Kind::Condensed {
+                let given = Condensed::of(&self.symbolic, node, &self.values);
                 for (k, &row) in self.symbolic.below(node).iter().enumerate() {
                     for (c, word) in given.row(k).iter().enumerate() {
                         let at = node.first + c;
@@ -161,7 +161,7 @@ impl<T: Decide> Factor<T> {
 impl<T: Real> Factor<T> {
     fn solve(&self, rhs: &[T]) -> Vec<T> {
         let mut out = rhs.to_vec();
-        let mut scratch = vec![[T::zero()]; self.symbolic.max_beside];
+        let mut scratch = vec![[T::zero()]; self.symbolic.substitution_scratch];
         let x = out.as_chunks_mut::<1>().0;
         substitute(&self.symbolic, &self.values, &self.l, &self.pivot_inverse, false, &mut scratch, x);
         out
@@ -222,7 +222,7 @@ fn faers(matrix: &Matrix) -> (DMatrix<f64>, DVector<f64>) {
 /// Rows of a dense inequality matrix, diagonal among themselves, above unknowns that they alone connect: columns
 /// that share their rows, and a few that lack one of them.
 fn inequalities(rows: usize, unknowns: usize, seed: u64) -> Matrix {
-    let mut numbers = Numbers(seed);
+    let mut numbers = SplitMix64(seed);
     let dim = unknowns + rows;
     let positive: Vec<bool> = (0..dim).map(|i| i < unknowns).collect();
     let mut entries: Vec<(usize, usize)> = (0..dim).map(|i| (i, i)).collect();
@@ -239,7 +239,7 @@ fn inequalities(rows: usize, unknowns: usize, seed: u64) -> Matrix {
 
 /// `count` blocks of `top` unknowns that only a dense border of `border` connects, each with a `share` of its rows.
 fn arrow(count: usize, top: usize, border: usize, share: f64, seed: u64) -> Matrix {
-    let mut numbers = Numbers(seed);
+    let mut numbers = SplitMix64(seed);
     let dim = count * top + border;
     let positive: Vec<bool> = (0..dim).map(|_| numbers.unit() < 0.6).collect();
     let mut entries: Vec<(usize, usize)> = (0..dim).map(|i| (i, i)).collect();
@@ -268,7 +268,7 @@ fn arrow(count: usize, top: usize, border: usize, share: f64, seed: u64) -> Matr
 /// Unknowns of tasks, each connected to its task's and to all but the last or all but the first of the `shared` ones: not
 /// every two rows that neighbours have between them are connected.
 fn sensors(tasks: usize, each: usize, shared: usize, seed: u64) -> Matrix {
-    let mut numbers = Numbers(seed);
+    let mut numbers = SplitMix64(seed);
     let columns = 2 * tasks * each;
     let dim = columns + tasks + shared;
     let positive: Vec<bool> = (0..dim).map(|i| i < columns).collect();
@@ -292,7 +292,7 @@ fn columns_that_share_their_rows_and_depend_on_none_are_not_stored() {
         let matrix = inequalities(rows, unknowns, 3);
         for panels in [Panels::Exact, Panels::Relaxed] {
             let symbolic = Symbolic::new(&matrix.upper, panels).unwrap();
-            let given = symbolic.supernodes.iter().filter(|node| node.kind == Kind::Given);
+            let given = symbolic.supernodes.iter().filter(|node| node.kind == Kind::Condensed);
             let columns: usize = given.map(|node| node.width).sum();
             // Minimum degree takes the unknowns first once fewer rows than unknowns are left.
             let alike = (unknowns..unknowns + rows).filter(|row| row % 11 != 3).count();
@@ -357,7 +357,7 @@ fn factors_are_the_textbooks_and_faers() {
 fn substitution_solves_with_the_factors() {
     for matrix in matrices() {
         let at = factor(&matrix, REGULARIZATION, Panels::Relaxed);
-        let rhs = Numbers(9).list(matrix.dim());
+        let rhs = SplitMix64(9).list(matrix.dim());
         let x = DVector::from_vec(at.solve(&rhs));
         let error = matrix.regularized() * &x - DVector::from_vec(rhs);
         // Backward stable up to the factors' growth: γ |L||D||L|ᵀ|x|.
@@ -388,21 +388,21 @@ fn exact_and_relaxed_panels_give_the_same_words_but_for_the_sign_of_zero() {
             _ => quasi_definite(1 + seed % 64, 0.1, seed % 2 == 0, seed as u64),
         };
         let exact = factor(&matrix, REGULARIZATION, Panels::Exact);
-        let plain = |node: &Supernode| node.kind != Kind::Ragged && (node.top == 1 || node.top == node.width);
+        let plain = |node: &Supernode| node.kind != Kind::Simplicial && (node.top == 1 || node.top == node.width);
         assert!(exact.symbolic.supernodes.iter().all(plain));
         for panels in [Panels::Relaxed, Panels::Lanes] {
             let relaxed = factor(&matrix, REGULARIZATION, panels);
             let nodes = &relaxed.symbolic.supernodes;
             let is =
-                |node: &Supernode, which: fn(&Supernode) -> bool| node.kind == Kind::Siblings && which(node);
+                |node: &Supernode, which: fn(&Supernode) -> bool| node.kind == Kind::IndependentTwins && which(node);
             found[0] += usize::from(relaxed.symbolic.panel_words != exact.symbolic.panel_words);
-            found[1] += nodes.iter().filter(|node| node.kind == Kind::Ragged).count();
+            found[1] += nodes.iter().filter(|node| node.kind == Kind::Simplicial).count();
             found[2] += nodes.iter().filter(|node| is(node, |node| node.top > 1)).count();
             found[3] += nodes.iter().filter(|node| is(node, |node| node.top == 1 && node.width > 3)).count();
             assert_eq!(exact.pivot_inverse, relaxed.pivot_inverse);
             assert_eq!(exact.l(), relaxed.l());
             let whole = |v: &f64| (2.0 * v).round();
-            let rhs: Vec<f64> = Numbers(seed as u64).list(matrix.dim()).iter().map(whole).collect();
+            let rhs: Vec<f64> = SplitMix64(seed as u64).list(matrix.dim()).iter().map(whole).collect();
             assert_eq!(exact.solve(&rhs), relaxed.solve(&rhs));
         }
     }
@@ -433,7 +433,7 @@ fn column_counts(upper: &Upper) -> Vec<usize> {
 fn operations_are_the_closed_forms_of_the_column_counts() {
     for matrix in matrices().step_by(5) {
         let symbolic = Symbolic::new(&matrix.upper, Panels::Exact).unwrap();
-        if symbolic.supernodes.iter().any(|node| node.kind == Kind::Given) {
+        if symbolic.supernodes.iter().any(|node| node.kind == Kind::Condensed) {
             continue; // as many operations, but sums instead of subtractions
         }
         let below = column_counts(&matrix.upper);

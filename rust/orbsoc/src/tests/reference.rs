@@ -21,10 +21,10 @@ pub fn seeded(cases: u32) -> ProptestConfig {
     ProptestConfig { cases, rng_seed, failure_persistence: None, ..Default::default() }
 }
 
-/// Numbers for inputs that need no shrinking (SplitMix64).
-pub struct Numbers(pub u64);
+/// SplitMix64 for inputs that need no shrinking (SplitMix64).
+pub struct SplitMix64(pub u64);
 
-impl Numbers {
+impl SplitMix64 {
     pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
@@ -168,7 +168,7 @@ pub fn dense(kkt: &Kkt, values: &[f64]) -> DMatrix<f64> {
 /// A strictly feasible, bounded problem with every kind of block: P, A, rows, cones of sizes 3 and 6.
 pub fn mixed_problem(seed: u64) -> Problem {
     let (n, p, cones) = (8, 2, Cones { l: 5, q: vec![3, 6] });
-    let mut numbers = Numbers(seed);
+    let mut numbers = SplitMix64(seed);
     let (a, g) = (numbers.sparse(p, n, 0.7), numbers.sparse(cones.dim(), n, 0.6));
     let diagonal: Vec<Vec<f64>> =
         (0..n).map(|i| (0..n).map(|j| if i == j { 0.5 } else { 0.0 }).collect()).collect();

@@ -26,9 +26,9 @@ fn every_stage_computes_the_same_numbers_in_both_precisions() {
         Buffer::KktSolution,
         Buffer::KktError,
         Buffer::Refinement,
-        Buffer::PairSolution,
-        Buffer::PairError,
-        Buffer::PairRefinement,
+        Buffer::MultiSolution,
+        Buffer::MultiError,
+        Buffer::MultiRefinement,
     ];
     let top = |words: &mut dyn Iterator<Item = f64>| words.fold(0.0, |top: f64, v| top.max(v.abs()));
     let (mut double, mut single) = (engine::<f64>(3), engine::<f32>(3));
@@ -50,7 +50,7 @@ fn every_stage_computes_the_same_numbers_in_both_precisions() {
             assert!(worst <= 1e-4 * size, "{}, {}: {worst:e} of {size:e}", stage.name(), buffer.name());
         }
         for (solution, error) in
-            [(Buffer::KktSolution, Buffer::KktError), (Buffer::PairSolution, Buffer::PairError)]
+            [(Buffer::KktSolution, Buffer::KktError), (Buffer::MultiSolution, Buffer::MultiError)]
         {
             if stage.writes().contains(&solution) {
                 let largest = |buffer| top(&mut single.buffer(buffer).iter().map(Decide::value));
@@ -133,12 +133,12 @@ fn solved() -> (Engine<f64>, DVector<f64>) {
         Stage::ScalingBlocks,
         Stage::Factorize,
         Stage::PredictorRhs,
-        Stage::SolvePair,
+        Stage::SolveConstantAndPredictor,
     ] {
         engine.run(stage);
     }
     // The pair's first right-hand side, once more and alone.
-    let constant: Vec<f64> = engine.buffer(Buffer::PairRhs).iter().step_by(2).copied().collect();
+    let constant: Vec<f64> = engine.buffer(Buffer::MultiRhs).iter().step_by(2).copied().collect();
     set(&mut engine, Buffer::KktRhs, &constant);
     engine.run(Stage::SolveKkt);
     let error = true_error(&engine);
@@ -193,7 +193,7 @@ fn each_sign_of_pivot_is_shifted_by_its_own_word() {
     for stage in [Stage::Factorize, Stage::PredictorRhs] {
         engine.run(stage);
     }
-    let constant: Vec<f64> = engine.buffer(Buffer::PairRhs).iter().step_by(2).copied().collect();
+    let constant: Vec<f64> = engine.buffer(Buffer::MultiRhs).iter().step_by(2).copied().collect();
     set(&mut engine, Buffer::KktRhs, &constant);
     engine.run(Stage::SolveKkt);
     let left = true_error(&engine);
@@ -235,17 +235,17 @@ fn the_error_left_by_a_solve_is_that_of_the_unregularised_matrix() {
 #[test]
 fn the_first_of_a_pair_is_solved_bit_for_bit_as_alone() {
     let (mut engine, _) = solved();
-    for stages in [[Stage::SolvePair, Stage::SolveKkt], [Stage::RefinePair, Stage::RefineKkt]] {
+    for stages in [[Stage::SolveConstantAndPredictor, Stage::SolveKkt], [Stage::RefineConstantAndPredictor, Stage::RefineKkt]] {
         for stage in stages {
             engine.path.execute(stage);
         }
         for (both, alone) in
-            [(Buffer::PairSolution, Buffer::KktSolution), (Buffer::PairError, Buffer::KktError)]
+            [(Buffer::MultiSolution, Buffer::KktSolution), (Buffer::MultiError, Buffer::KktError)]
         {
             let first: Vec<f64> = engine.buffer(both).iter().step_by(2).copied().collect();
             assert_eq!(first, engine.buffer(alone), "{}", both.name());
         }
-        let states = [Buffer::PairRefinement, Buffer::Refinement].map(|buffer| engine.buffer(buffer));
+        let states = [Buffer::MultiRefinement, Buffer::Refinement].map(|buffer| engine.buffer(buffer));
         assert_eq!(states[0][..refinement::WORDS], *states[1]);
     }
 }

@@ -4,7 +4,7 @@ use crate::kkt::structure::Structure;
 use crate::method::datapath::Datapath;
 use crate::real::{Latency, Opcode, OperationCounts, Value};
 use crate::symbolic::supernodes::Panels;
-use crate::tests::reference::{mixed_problem, seeded, walk, Numbers};
+use crate::tests::reference::{mixed_problem, seeded, walk, SplitMix64};
 use crate::{
     operation_counts, record_tapes, Buffer, Cones, Csc, Decide, Engine, Problem, Settings, Stage, Tape,
 };
@@ -34,7 +34,7 @@ fn check<T: Decide>(tape: &Tape, before: impl Fn(Buffer) -> Vec<T>, after: impl 
 
 /// The same pattern with other numbers.
 fn other_numbers(problem: &Problem, seed: u64) -> Problem {
-    let (mut numbers, mut other) = (Numbers(seed), problem.clone());
+    let (mut numbers, mut other) = (SplitMix64(seed), problem.clone());
     let mut near =
         |values: &[f64]| values.iter().map(|v| v * (1.0 + 0.1 * numbers.signed())).collect::<Vec<_>>();
     other.set_a_values(&near(problem.a.values())).unwrap();
@@ -86,7 +86,7 @@ proptest! {
         let structure = Arc::new(Structure::new(&problem, Panels::Exact).unwrap());
         let mut path = Datapath::<f64>::new(structure.clone(), &Settings::default()).unwrap();
         let mut single = Datapath::<f32>::new(structure, &Settings::default()).unwrap();
-        let mut numbers = Numbers(seed);
+        let mut numbers = SplitMix64(seed);
         let specials = [0.0, -0.0, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
         let mut draw = || {
             if numbers.unit() < odd {

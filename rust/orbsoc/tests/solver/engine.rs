@@ -121,10 +121,10 @@ fn events_are_the_walk_with_its_iterations() {
     assert_eq!(runs(Stage::Advance), iterations);
     assert_eq!(runs(Stage::Statistics), iterations + 1);
     assert_eq!(runs(Stage::Factorize), iterations + 1);
-    assert_eq!(runs(Stage::SolvePair), iterations + 1);
+    assert_eq!(runs(Stage::SolveConstantAndPredictor), iterations + 1);
     assert_eq!(runs(Stage::SolveKkt), iterations);
-    assert_eq!(runs(Stage::RefinePair) + runs(Stage::RefineKkt), solution.refinements as usize);
-    assert_eq!(runs(Stage::CheckPair), runs(Stage::SolvePair) + runs(Stage::RefinePair));
+    assert_eq!(runs(Stage::RefineConstantAndPredictor) + runs(Stage::RefineKkt), solution.refinements as usize);
+    assert_eq!(runs(Stage::CheckConstantAndPredictor), runs(Stage::SolveConstantAndPredictor) + runs(Stage::RefineConstantAndPredictor));
     assert_eq!(runs(Stage::CheckSolve), runs(Stage::SolveKkt) + runs(Stage::RefineKkt));
     assert_eq!(engine.iteration(), solution.iterations);
 }

@@ -10,18 +10,18 @@ use core::ops::Range;
 
 /// Where such columns are among the matrix's words.
 #[derive(Clone, Copy)]
-pub struct Given<'a, T> {
+pub struct Condensed<'a, T> {
     pub values: &'a [T],
     /// Where the diagonal begins, then each row below.
     pub sources: &'a [u32],
     pub width: usize,
 }
 
-impl<'a, T> Given<'a, T> {
+impl<'a, T> Condensed<'a, T> {
     /// The words of a supernode of given columns.
     #[inline(always)]
     pub fn of(symbolic: &'a Symbolic, node: &Supernode, values: &'a [T]) -> Self {
-        Given { values, sources: symbolic.sources_of(node), width: node.width }
+        Condensed { values, sources: symbolic.sources_of(node), width: node.width }
     }
 
     #[inline(always)]
@@ -44,7 +44,7 @@ impl<'a, T> Given<'a, T> {
 /// Reciprocal pivots.
 #[inline(always)]
 pub fn factor<T: Real>(
-    given: Given<T>,
+    given: Condensed<T>,
     positive: &[bool],
     regularization: Regularization<T>,
     pivot_inverse: &mut [T],
@@ -58,13 +58,13 @@ pub fn factor<T: Real>(
 /// are kept as are multiplied at once.
 #[inline(always)]
 pub fn contribute<T: Real>(
-    given: Given<T>,
+    given: Condensed<T>,
     pivot_inverse: &[T],
     positions: &[u32],
     scratch: &mut [T],
     later: &mut [T],
 ) {
-    let pairs = if T::ABREAST { given.rows() / 2 * 2 } else { 0 };
+    let pairs = if T::RHS_BLOCK { given.rows() / 2 * 2 } else { 0 };
     let positions = contribute_of::<T, 2>(given, 0..pairs, pivot_inverse, positions, scratch, later);
     contribute_of::<T, 1>(given, pairs..given.rows(), pivot_inverse, positions, scratch, later);
 }
@@ -72,7 +72,7 @@ pub fn contribute<T: Real>(
 /// The same for some `columns`, `R` at once; returns the positions of those after them.
 #[inline(always)]
 fn contribute_of<'p, T: Real, const R: usize>(
-    given: Given<T>,
+    given: Condensed<T>,
     columns: Range<usize>,
     pivot_inverse: &[T],
     mut positions: &'p [u32],
@@ -104,7 +104,7 @@ fn contribute_of<'p, T: Real, const R: usize>(
 /// What the columns' unknowns contribute to the rows `below`, counted from the first `later` one.
 #[inline(always)]
 pub fn forward<T: Real, const R: usize>(
-    given: Given<T>,
+    given: Condensed<T>,
     pivot_inverse: &[T],
     known: &[[T; R]],
     below: &[u32],
@@ -129,7 +129,7 @@ pub fn forward<T: Real, const R: usize>(
 /// by their pivots already.
 #[inline(always)]
 pub fn backward<T: Real, const R: usize>(
-    given: Given<T>,
+    given: Condensed<T>,
     pivot_inverse: &[T],
     below: &[u32],
     later: &[[T; R]],

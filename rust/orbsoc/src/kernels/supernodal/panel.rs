@@ -213,14 +213,14 @@ pub fn backward<T: Real, const R: usize>(
     let chain = if panel.top == 1 { unknown.len() } else { panel.top };
     let mut end = unknown.len();
     while end > 0 {
-        backward_chain(panel.starting_at(end - chain), below, &mut unknown[end - chain..end]);
+        backward_supernode(panel.starting_at(end - chain), below, &mut unknown[end - chain..end]);
         end -= chain;
     }
 }
 
 /// One chain, or single siblings, from the unknowns `below`.
 #[inline(always)]
-fn backward_chain<T: Real, const R: usize>(panel: Panel<T>, below: &[[T; R]], unknown: &mut [[T; R]]) {
+fn backward_supernode<T: Real, const R: usize>(panel: Panel<T>, below: &[[T; R]], unknown: &mut [[T; R]]) {
     let mut k = unknown.len();
     while k >= 4 {
         k -= 4;

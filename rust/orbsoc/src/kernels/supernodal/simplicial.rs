@@ -6,19 +6,19 @@
 use super::panel::subtract;
 use super::pivots::{divide, regularized, Regularization};
 use super::update::{subtract_listed, Columns};
-use crate::real::{Apart, Real};
+use crate::real::{Outlined, Real};
 use crate::symbolic::factor_layout::{Supernode, Symbolic};
 
 /// Where they begin, and their rows.
 #[derive(Clone, Copy)]
-pub struct Ragged<'a> {
+pub struct Simplicial<'a> {
     /// How many rows below those before each column have; then, how many all of them have.
     starts: &'a [u32],
     /// Rows of the matrix below each column, counted from the first column.
     below: &'a [u32],
 }
 
-impl<'a> Ragged<'a> {
+impl<'a> Simplicial<'a> {
     /// Of a supernode of ragged columns.
     #[inline(always)]
     pub fn of(symbolic: &'a Symbolic, node: &Supernode) -> Self {
@@ -53,7 +53,7 @@ impl<'a> Ragged<'a> {
 
 /// Reciprocal pivots and columns; each column's contribution is subtracted from where it is listed among the later ones.
 pub struct Factor<'a, T> {
-    pub ragged: Ragged<'a>,
+    pub ragged: Simplicial<'a>,
     pub positions: &'a [u32],
     pub positive: &'a [bool],
     pub regularization: Regularization<T>,
@@ -63,7 +63,7 @@ pub struct Factor<'a, T> {
     pub pivot_inverse: &'a mut [T],
 }
 
-impl<T: Real> Apart for Factor<'_, T> {
+impl<T: Real> Outlined for Factor<'_, T> {
     #[inline(always)]
     fn run(self) {
         let Self { ragged, mut positions, positive, regularization, mut l, y, pivot_inverse } = self;
@@ -82,13 +82,13 @@ impl<T: Real> Apart for Factor<'_, T> {
 
 /// What the columns' unknowns contribute to the rows below each.
 pub struct Forward<'a, T, const R: usize> {
-    pub ragged: Ragged<'a>,
+    pub ragged: Simplicial<'a>,
     pub l: &'a [T],
     /// From the first of their unknowns on.
     pub x: &'a mut [[T; R]],
 }
 
-impl<T: Real, const R: usize> Apart for Forward<'_, T, R> {
+impl<T: Real, const R: usize> Outlined for Forward<'_, T, R> {
     #[inline(always)]
     fn run(self) {
         let Self { ragged, l, x } = self;
@@ -103,14 +103,14 @@ impl<T: Real, const R: usize> Apart for Forward<'_, T, R> {
 
 /// What the rows below contribute to the columns' unknowns, from the last column up.
 pub struct Backward<'a, T, const R: usize> {
-    pub ragged: Ragged<'a>,
+    pub ragged: Simplicial<'a>,
     /// Their words, and no more.
     pub l: &'a [T],
     /// From the first of their unknowns on.
     pub x: &'a mut [[T; R]],
 }
 
-impl<T: Real, const R: usize> Apart for Backward<'_, T, R> {
+impl<T: Real, const R: usize> Outlined for Backward<'_, T, R> {
     #[inline(always)]
     fn run(self) {
         let Self { ragged, l, x } = self;

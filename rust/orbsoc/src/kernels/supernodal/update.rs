@@ -17,21 +17,21 @@ pub struct Columns<'a, T> {
 }
 
 /// Where products of the columns' rows go: the position of (row, column) is the sum of what either says.
-pub trait Landing {
+pub trait ScatterTarget {
     /// Words of adjacent rows are adjacent.
     const DENSE: bool;
     fn row(&self, row: usize) -> usize;
     fn column(&self, column: usize) -> usize;
 }
 
-/// Within the panel itself: later columns of the same height.
-pub struct Within {
+/// SamePanel the panel itself: later columns of the same height.
+pub struct SamePanel {
     pub height: usize,
     /// The first column that is landed on.
     pub first: usize,
 }
 
-impl Landing for Within {
+impl ScatterTarget for SamePanel {
     const DENSE: bool = true;
 
     #[inline(always)]
@@ -50,67 +50,67 @@ impl Landing for Within {
 pub fn subtract<T: Real>(
     columns: Columns<T>,
     (lo, hi): (usize, usize),
-    landing: &impl Landing,
+    scatter: &impl ScatterTarget,
     target: &mut [T],
 ) {
-    if T::TILE == 4 {
-        subtract_tiled::<T, _, 4>(columns, (lo, hi), landing, target);
+    if T::TILE_COLS == 4 {
+        subtract_tiled::<T, _, 4>(columns, (lo, hi), scatter, target);
     } else {
-        subtract_tiled::<T, _, 2>(columns, (lo, hi), landing, target);
+        subtract_tiled::<T, _, 2>(columns, (lo, hi), scatter, target);
     }
 }
 
 #[inline(always)]
-fn subtract_tiled<T: Real, L: Landing, const N: usize>(
+fn subtract_tiled<T: Real, L: ScatterTarget, const N: usize>(
     columns: Columns<T>,
     (lo, hi): (usize, usize),
-    landing: &L,
+    scatter: &L,
     target: &mut [T],
 ) {
     let mut column = lo;
     while column + N <= hi {
-        tile::<T, L, N, N, true>(columns, column, column, landing, target);
+        tile::<T, L, N, N, true>(columns, column, column, scatter, target);
         let mut row = column + N;
-        while T::TALL && row + 8 <= columns.height {
-            tile::<T, L, 8, N, false>(columns, row, column, landing, target);
+        while T::TILE_ROWS && row + 8 <= columns.height {
+            tile::<T, L, 8, N, false>(columns, row, column, scatter, target);
             row += 8;
         }
         while row + N <= columns.height {
-            tile::<T, L, N, N, false>(columns, row, column, landing, target);
+            tile::<T, L, N, N, false>(columns, row, column, scatter, target);
             row += N;
         }
         for row in row..columns.height {
-            tile::<T, L, 1, N, false>(columns, row, column, landing, target);
+            tile::<T, L, 1, N, false>(columns, row, column, scatter, target);
         }
         column += N;
     }
     for column in column..hi {
         let mut row = column;
         while row + N <= columns.height {
-            tile::<T, L, N, 1, false>(columns, row, column, landing, target);
+            tile::<T, L, N, 1, false>(columns, row, column, scatter, target);
             row += N;
         }
         for row in row..columns.height {
-            tile::<T, L, 1, 1, false>(columns, row, column, landing, target);
+            tile::<T, L, 1, 1, false>(columns, row, column, scatter, target);
         }
     }
 }
 
 /// `M` rows by `N` columns; of the diagonal's tile the `LOWER` triangle.
 #[inline(always)]
-fn tile<T: Real, L: Landing, const M: usize, const N: usize, const LOWER: bool>(
+fn tile<T: Real, L: ScatterTarget, const M: usize, const N: usize, const LOWER: bool>(
     columns: Columns<T>,
     row: usize,
     column: usize,
-    landing: &L,
+    scatter: &L,
     target: &mut [T],
 ) {
     let (mut rows, mut bases) = ([0; M], [0; N]);
     for (m, at) in rows.iter_mut().enumerate() {
-        *at = landing.row(row + m);
+        *at = scatter.row(row + m);
     }
     for (n, at) in bases.iter_mut().enumerate() {
-        *at = landing.column(column + n);
+        *at = scatter.column(column + n);
     }
     let top = |n: usize| if LOWER { n } else { 0 };
     let mut words = [[T::zero(); M]; N];
@@ -161,7 +161,7 @@ fn gathered<T: Real, const M: usize>(words: &[T], rows: [usize; M], top: usize) 
     out
 }
 
-/// The same for `W` columns whose every landing is listed, column by column. Few columns with few
+/// The same for `W` columns whose every scatter is listed, column by column. Few columns with few
 /// rows cost less so than in tiles.
 #[inline(always)]
 pub fn subtract_listed<T: Real, const W: usize>(
