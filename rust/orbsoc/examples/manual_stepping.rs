@@ -1,4 +1,4 @@
-//! The method's three lists, walked by hand. Whoever drives the stages gets the bits of `Engine::solve`:
+//! The method's three lists, run by hand. Every driver of the stages gets the bits of `Engine::solve`:
 //! an emulated processor, a debugger, or this loop, which prints a line for each iteration.
 //!
 //! ```text
@@ -9,7 +9,7 @@ use orbsoc::{
     Buffer, Cones, Csc, Engine, Error, Outcome, Problem, Settings, Stage, Step, CLOSING, ITERATION, STARTUP,
 };
 
-fn walk(engine: &mut Engine<f64>) {
+fn attempt(engine: &mut Engine<f64>) {
     for step in STARTUP {
         step.perform(&mut |stage| engine.run(stage));
     }
@@ -41,7 +41,7 @@ fn walk(engine: &mut Engine<f64>) {
 }
 
 /// Run the example.
-/// Walk by hand, then let the engine do it.
+/// Step by hand, then let the engine do it.
 pub fn main() -> Result<(), Error> {
     // The least-norm portfolio of three assets: min ½xᵀPx with Σx = 1, mean return ≥ 0.12, ‖x‖ ≤ 0.9.
     let cost = Csc::from_dense(&[&[0.04, 0.01, 0.0], &[0.0, 0.09, 0.02], &[0.0, 0.0, 0.16]], 3);
@@ -60,7 +60,7 @@ pub fn main() -> Result<(), Error> {
     let problem = Problem::new(Some(cost), vec![0.0; 3], Some(sum), vec![1.0], Some(g), h, cones)?;
 
     let mut engine = Engine::new(&problem, &Settings::default())?;
-    walk(&mut engine);
+    attempt(&mut engine);
     let solution = engine.conclude();
     println!("{}: x = {:.6?}, risk {:.6}", solution.status, solution.x, solution.objective);
 

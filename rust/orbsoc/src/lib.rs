@@ -6,11 +6,11 @@
 //!
 //! by a primal–dual interior-point method on the homogeneous embedding, with Nesterov–Todd scaling,
 //! Mehrotra's predictor–corrector, and one LDLᵀ factorisation of the quasi-definite KKT matrix per
-//! iteration on a static elimination walk.
+//! iteration on a static symbolic factorization.
 //!
 //! The method in one page is [`stage`]: two constant lists of stages and a dataflow table.
-//! [`Engine::run`] is the only door to the arithmetic; [`Engine::solve`] walks the lists, and so may
-//! anybody else, with the same bits. The arithmetic is one source for every datapath ([`real`]).
+//! [`Engine::run`] is the only way to the arithmetic. [`Engine::solve`] runs the lists, and so may
+//! any caller, with the same bits. The arithmetic is one source for every datapath ([`real`]).
 //!
 //! | to read about | see |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! The desk of a batch: threads fetch problems there and hand in solutions, and who watches sees how far it is.
+//! The work queue of a batch: threads fetch problems there and submit solutions, and the observer sees its progress.
 
 use crate::outcome::solution::Solution;
 use crate::problem::Problem;
@@ -6,7 +6,7 @@ use core::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::Mutex;
 
-/// Where a batch stands, for whoever watches it.
+/// How far a batch is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BatchProgress {
     /// Problems that have ended, whatever their status.
@@ -15,7 +15,7 @@ pub struct BatchProgress {
     pub count: usize,
 }
 
-/// Where threads fetch problems and hand in solutions.
+/// Where threads fetch problems and submit solutions.
 pub(crate) struct BatchQueue {
     next: AtomicUsize,
     ended: AtomicUsize,
@@ -56,7 +56,7 @@ impl BatchQueue {
         }
     }
 
-    /// Show who watches how far the batch is; asked only until the answer is to stop.
+    /// Show the observer how far the batch is; asked only until its answer is to stop.
     pub fn show(&self, observe: &mut impl FnMut(&BatchProgress) -> ControlFlow<()>) -> ControlFlow<()> {
         let progress = BatchProgress { ended: self.ended.load(Ordering::Relaxed), count: self.count };
         if self.flow().is_continue() && observe(&progress).is_break() {

@@ -15,7 +15,7 @@ use core::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Asked after each iteration whether to go on; once it is not, walks end.
+/// Asked after each iteration whether to go on; once it is not, attempts end.
 pub(crate) type Watch<'f> = dyn FnMut() -> ControlFlow<()> + 'f;
 
 /// A problem in a lane.
@@ -23,7 +23,7 @@ pub(crate) struct Slot {
     pub index: usize,
     pub problem: Problem,
     pub control: Control,
-    /// The outcome of an earlier walk that stalled.
+    /// The outcome of an earlier attempt that stalled.
     pub earlier: Option<Solution>,
 }
 
@@ -37,7 +37,7 @@ impl Slot {
     }
 }
 
-/// A seat for each lane. Between calls the statistics have just been decided on: a problem is moved or ends nowhere
+/// A slot for each lane. Between calls the statistics have just been decided on: a problem is moved or ends nowhere
 /// else in an iteration.
 pub(crate) struct LaneSlots<T> {
     path: Datapath<T>,
@@ -67,25 +67,25 @@ impl<T: Decide> LaneSlots<T> {
         &self.path.settings
     }
 
-    /// Problems whose walk goes on.
+    /// Problems whose attempt goes on.
     pub fn busy(&self) -> usize {
-        self.lanes.iter().flatten().filter(|seat| seat.busy()).count()
+        self.lanes.iter().flatten().filter(|slot| slot.busy()).count()
     }
 
-    /// Send everybody away.
+    /// Evict all problems.
     pub fn clear(&mut self) {
         self.lanes.fill_with(|| None);
     }
 
-    /// Fill the slots anew, and load the problems' numbers.
-    pub fn seat(&mut self, next_batch: Vec<Slot>) {
+    /// Fill the slots anew, and load the problems' data.
+    pub fn fill(&mut self, next_batch: Vec<Slot>) {
         let mut next_batch = next_batch.into_iter();
         self.lanes.fill_with(|| next_batch.next());
         let problems: Vec<_> =
-            self.lanes.iter().map(|seat| seat.as_ref().map(|seat| &seat.problem)).collect();
+            self.lanes.iter().map(|slot| slot.as_ref().map(|slot| &slot.problem)).collect();
         self.path.load(&problems);
-        for (lane, seat) in self.lanes.iter().enumerate() {
-            if let Some(Slot { control, .. }) = seat {
+        for (lane, slot) in self.lanes.iter().enumerate() {
+            if let Some(Slot { control, .. }) = slot {
                 self.path.prepare(lane, control.attempt);
             }
         }
@@ -108,7 +108,7 @@ impl<T: Decide> LaneSlots<T> {
         Ok(without)
     }
 
-    /// Walk a start-up list, and look at where it led.
+    /// Run a start-up list, and the first statistics.
     pub fn begin(&mut self, startup: &[Step]) {
         let Some((statistics, _)) = ITERATION.split_first() else { return };
         self.follow(startup);
@@ -122,21 +122,21 @@ impl<T: Decide> LaneSlots<T> {
         self.follow(&[*statistics]);
     }
 
-    /// Iterate until no more than `few` walks go on, which are then laid suspended. All end soon after `watch` says so.
-    pub fn iterate_until(&mut self, few: usize, watch: &mut Watch<'_>) {
+    /// Iterate until at most `at_most` attempts go on, which are then suspended. All end soon after `watch` says so.
+    pub fn iterate_until(&mut self, at_most: usize, watch: &mut Watch<'_>) {
         let now = Instant::now();
-        for seat in self.lanes.iter_mut().flatten() {
-            seat.control.resume(now);
+        for slot in self.lanes.iter_mut().flatten() {
+            slot.control.resume(now);
         }
-        while self.busy() > few {
+        while self.busy() > at_most {
             self.iterate();
             if watch().is_break() {
-                self.lanes.iter_mut().flatten().for_each(|seat| seat.control.interrupted = true);
+                self.lanes.iter_mut().flatten().for_each(|slot| slot.control.interrupted = true);
             }
         }
         let now = Instant::now();
-        for seat in self.lanes.iter_mut().flatten() {
-            seat.control.suspend(now);
+        for slot in self.lanes.iter_mut().flatten() {
+            slot.control.suspend(now);
         }
     }
 
@@ -150,58 +150,58 @@ impl<T: Decide> LaneSlots<T> {
     /// Run one stage in all lanes; repeat it if a lane asks to.
     fn run(&mut self, stage: Stage) -> Outcome {
         let Self { path, lanes, .. } = self;
-        let busy = lanes.iter().flatten().filter(|seat| seat.busy());
-        let seen = busy.map(|seat| &seat.control).any(|control| control.needs_residual(stage));
+        let busy = lanes.iter().flatten().filter(|slot| slot.busy());
+        let seen = busy.map(|slot| &slot.control).any(|control| control.needs_residual(stage));
         path.execute_with_residual(stage, seen);
-        let mut again = false;
-        for (lane, seat) in lanes.iter_mut().enumerate() {
-            let Some(Slot { control, .. }) = seat else { continue };
+        let mut repeats = false;
+        for (lane, slot) in lanes.iter_mut().enumerate() {
+            let Some(Slot { control, .. }) = slot else { continue };
             if control.stop.is_some() {
-                control.rest();
+                control.mask();
             } else {
-                again |= control.decide(lane, stage, &path.settings, &mut path.work) == Outcome::Repeat;
+                repeats |= control.decide(lane, stage, &path.settings, &mut path.work) == Outcome::Repeat;
             }
         }
         if stage == Stage::Statistics {
-            keep_best(lanes.iter().map(|seat| seat.as_ref().map(|seat| &seat.control)), &mut path.work);
+            keep_best(lanes.iter().map(|slot| slot.as_ref().map(|slot| &slot.control)), &mut path.work);
         }
-        if again {
+        if repeats {
             Outcome::Repeat
         } else {
             Outcome::Next
         }
     }
 
-    /// Move those whose walk goes on to free slots of `other`, as far as there are any.
+    /// Move those whose attempt goes on to free slots of `other`, as far as there are any.
     pub fn move_into(&mut self, other: &mut Self) {
-        let free = other.lanes.iter().enumerate().filter(|(_, seat)| seat.is_none());
-        let busy = self.lanes.iter().enumerate().filter(|(_, seat)| seat.as_ref().is_some_and(Slot::busy));
+        let free = other.lanes.iter().enumerate().filter(|(_, slot)| slot.is_none());
+        let busy = self.lanes.iter().enumerate().filter(|(_, slot)| slot.as_ref().is_some_and(Slot::busy));
         let moves: Vec<(usize, usize)> = busy.zip(free).map(|((from, _), (to, _))| (from, to)).collect();
         other.path.copy_lanes(&moves, &self.path, &self.carried);
         for (from, to) in moves {
-            let Some(seat) = self.lanes[from].take() else { continue };
-            if seat.control.has_certificate() {
+            let Some(slot) = self.lanes[from].take() else { continue };
+            if slot.control.has_certificate() {
                 other.path.copy_lanes(&[(from, to)], &self.path, &CERTIFICATES);
             }
-            other.lanes[to] = Some(seat);
+            other.lanes[to] = Some(slot);
         }
     }
 
-    /// Those that have ended leave, with their solutions.
+    /// Collect those that have ended, with their solutions.
     pub fn collect(&mut self) -> Vec<(Slot, Solution)> {
         if self.lanes.iter().flatten().all(Slot::busy) {
             return Vec::new();
         }
         self.follow(CLOSING);
         let path = &self.path;
-        let ended = self.lanes.iter_mut().enumerate().filter_map(|(lane, seat)| {
-            let seat = seat.take_if(|seat| !seat.busy())?;
-            let solution = path.finished(lane, &seat.problem, &seat.control).verify();
-            let solution = match &seat.earlier {
+        let ended = self.lanes.iter_mut().enumerate().filter_map(|(lane, slot)| {
+            let slot = slot.take_if(|slot| !slot.busy())?;
+            let solution = path.finished(lane, &slot.problem, &slot.control).verify();
+            let solution = match &slot.earlier {
                 Some(earlier) => better_of(earlier, solution, path.settings.tol_inaccurate),
                 None => solution,
             };
-            Some((seat, solution))
+            Some((slot, solution))
         });
         ended.collect()
     }

@@ -43,7 +43,7 @@ pub struct BatchSolver {
     pool: Option<Pool>,
 }
 
-/// How often somebody who watches a batch on several threads is shown it.
+/// How often the observer of a batch on several threads is called.
 const LOOK_INTERVAL: Duration = Duration::from_millis(1);
 
 /// Threads, and the process that has them: a fork has none of its parent's.
@@ -59,7 +59,7 @@ impl Pool {
         Ok(Self { threads, process: std::process::id() })
     }
 
-    /// Do `work` with each of the workers, one a thread; the calling thread needs_residual now and then.
+    /// Do `work` with each of the workers, one a thread; the calling thread calls `look` now and then.
     fn run<C: Send>(
         &self,
         workers: &mut [C],
@@ -142,10 +142,10 @@ impl BatchSolver {
     ) -> Result<Vec<Solution>, Error> {
         let Self { base, structure, settings, workers, pool } = self;
         let (base, structure, settings) = (&*base, &*structure, &*settings);
-        let desk = BatchQueue::new(count);
-        let _ = desk.show(&mut observe);
+        let queue = BatchQueue::new(count);
+        let _ = queue.show(&mut observe);
         let work = |worker: &mut Option<Box<dyn Work>>, watch: &mut Watch<'_>| {
-            if desk.empty() {
+            if queue.empty() {
                 return Ok(());
             }
             let worker = match worker {
@@ -153,7 +153,7 @@ impl BatchSolver {
                 None => worker.insert(lanes(structure, settings)?),
             };
             let mut take = |problem: &mut Problem| {
-                let Some(k) = desk.next() else { return Ok(None) };
+                let Some(k) = queue.next() else { return Ok(None) };
                 problem.copy_numbers(base);
                 write(k, problem)
                     .and_then(|()| base.same_pattern(problem))
@@ -161,20 +161,22 @@ impl BatchSolver {
                 Ok(Some(k))
             };
             let worked =
-                worker.work(base, &mut take, start, &mut |k, solution| desk.submit(k, solution), watch);
-            worked.inspect_err(|_| desk.close())
+                worker.work(base, &mut take, start, &mut |k, solution| queue.submit(k, solution), watch);
+            worked.inspect_err(|_| queue.close())
         };
         match pool {
             Some(pool) => {
                 if pool.process != std::process::id() {
                     *pool = Pool::new(workers.len())?;
                 }
-                pool.run(workers, |worker| work(worker, &mut || desk.flow()), || desk.show(&mut observe))?;
+                pool.run(workers, |worker| work(worker, &mut || queue.flow()), || queue.show(&mut observe))?;
             }
-            None => workers.iter_mut().try_for_each(|worker| work(worker, &mut || desk.show(&mut observe)))?,
+            None => {
+                workers.iter_mut().try_for_each(|worker| work(worker, &mut || queue.show(&mut observe)))?
+            }
         }
-        let _ = desk.show(&mut observe);
-        Ok(desk.solutions(base))
+        let _ = queue.show(&mut observe);
+        Ok(queue.solutions(base))
     }
 }
 

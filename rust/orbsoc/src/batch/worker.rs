@@ -1,6 +1,6 @@
 //! One thread's lanes for a batch: eight problems begin together, stragglers go on beside the next eight.
 
-use crate::batch::slots::{Slot, LaneSlots, Watch};
+use crate::batch::slots::{LaneSlots, Slot, Watch};
 use crate::error::Error;
 use crate::kkt::structure::Structure;
 use crate::method::restart::Attempt;
@@ -40,10 +40,10 @@ pub(crate) struct LaneWorker<T> {
     cohort: LaneSlots<T>,
     /// Made when first needed: in many batches all problems of a cohort end with the same iteration.
     stragglers: Option<LaneSlots<T>>,
-    /// Problems whose warm start failed, or that stalled, for another walk from cold.
-    again: Vec<Slot>,
+    /// Problems that restart.
+    restarts: Vec<Slot>,
     /// Problems whose memory the next ones take.
-    spare: Vec<Problem>,
+    reuse: Vec<Problem>,
 }
 
 impl<T: Decide + Send> Work for LaneWorker<T> {
@@ -61,7 +61,7 @@ impl<T: Decide + Send> Work for LaneWorker<T> {
             if !next_batch.is_empty() {
                 self.make_room(done, watch)?;
                 self.begin(next_batch, start)?;
-                self.iterate_cohort(Self::FEW, done, watch);
+                self.iterate_cohort(Self::STRAGGLERS, done, watch);
             } else if self.stragglers.as_ref().is_some_and(|stragglers| stragglers.busy() > 0) {
                 self.make_room(done, watch)?;
                 self.iterate_stragglers(0, done, watch);
@@ -76,44 +76,44 @@ impl<T: Decide + Send> Work for LaneWorker<T> {
 
 impl<T: Decide> LaneWorker<T> {
     /// With this many problems left, a cohort makes room for the next.
-    const FEW: usize = T::LANES / 2;
+    const STRAGGLERS: usize = T::LANES / 2;
 
     pub fn new(structure: &Arc<Structure>, settings: &Settings) -> Result<Self, Error> {
         let cohort = LaneSlots::new(structure, settings)?;
-        Ok(Self { cohort, stragglers: None, again: Vec::new(), spare: Vec::new() })
+        Ok(Self { cohort, stragglers: None, restarts: Vec::new(), reuse: Vec::new() })
     }
 
-    /// Send away whom an error left behind.
+    /// Evict what an error left behind.
     fn clear(&mut self) {
-        self.again.clear();
+        self.restarts.clear();
         self.cohort.clear();
         self.stragglers.iter_mut().for_each(LaneSlots::clear);
     }
 
-    /// The next problems, at most one for each lane. Those that walk again come once they fill the lanes or nothing
+    /// The next problems, at most one for each lane. Restarts come once they fill the lanes or nothing
     /// else is left.
     fn next_batch(&mut self, base: &Problem, take: &mut Take<'_>) -> Result<Vec<Slot>, Error> {
         let mut next_batch = Vec::with_capacity(T::LANES);
-        while self.again.len() < T::LANES && next_batch.len() < T::LANES {
-            let mut problem = self.spare.pop().unwrap_or_else(|| base.clone());
+        while self.restarts.len() < T::LANES && next_batch.len() < T::LANES {
+            let mut problem = self.reuse.pop().unwrap_or_else(|| base.clone());
             let Some(index) = take(&mut problem)? else {
-                self.spare.push(problem);
+                self.reuse.push(problem);
                 break;
             };
             next_batch.push(Slot::new(index, problem, self.cohort.settings()));
         }
         if next_batch.is_empty() {
-            next_batch.extend(self.again.drain(..self.again.len().min(T::LANES)));
+            next_batch.extend(self.restarts.drain(..self.restarts.len().min(T::LANES)));
         }
         Ok(next_batch)
     }
 
     /// Bring problems to their starting points: warm where there are such, but for those that have tried.
     fn begin(&mut self, next_batch: Vec<Slot>, start: Option<StartOf<'_, '_>>) -> Result<(), Error> {
-        let tried = next_batch.iter().all(|seat| seat.control.warm_start == WarmStart::FellBack);
-        self.cohort.seat(next_batch);
+        let tried = next_batch.iter().all(|slot| slot.control.warm_start == WarmStart::FellBack);
+        self.cohort.fill(next_batch);
         if let Some(start) = start.filter(|_| !tried) {
-            self.again.extend(self.cohort.load_starts(start)?);
+            self.restarts.extend(self.cohort.load_starts(start)?);
             self.cohort.begin(WARM_STARTUP);
         } else {
             self.cohort.begin(STARTUP);
@@ -136,29 +136,29 @@ impl<T: Decide> LaneWorker<T> {
         Ok(())
     }
 
-    fn iterate_cohort(&mut self, few: usize, done: &mut Done<'_>, watch: &mut Watch<'_>) {
-        self.cohort.iterate_until(few, watch);
+    fn iterate_cohort(&mut self, at_most: usize, done: &mut Done<'_>, watch: &mut Watch<'_>) {
+        self.cohort.iterate_until(at_most, watch);
         let ended = self.cohort.collect();
         self.deliver(ended, done);
     }
 
-    fn iterate_stragglers(&mut self, few: usize, done: &mut Done<'_>, watch: &mut Watch<'_>) {
+    fn iterate_stragglers(&mut self, at_most: usize, done: &mut Done<'_>, watch: &mut Watch<'_>) {
         let Some(stragglers) = &mut self.stragglers else { return };
-        stragglers.iterate_until(few, watch);
+        stragglers.iterate_until(at_most, watch);
         let ended = stragglers.collect();
         self.deliver(ended, done);
     }
 
-    /// Give the solutions of those that have ended to `done`; who is to walk again comes again.
+    /// Give the solutions of those that have ended to `done`, and queue the restarts.
     fn deliver(&mut self, ended: Vec<(Slot, Solution)>, done: &mut Done<'_>) {
-        for (seat, solution) in ended {
-            if let Some(restart) = seat.control.next_restart(solution.status, self.cohort.settings()) {
-                let control = seat.control.restarted(restart.attempt);
+        for (slot, solution) in ended {
+            if let Some(restart) = slot.control.next_restart(solution.status, self.cohort.settings()) {
+                let control = slot.control.restarted(restart.attempt);
                 let earlier = (control.attempt != Attempt::Cold).then_some(solution);
-                self.again.push(Slot { control, earlier, ..seat });
+                self.restarts.push(Slot { control, earlier, ..slot });
             } else {
-                done(seat.index, solution);
-                self.spare.push(seat.problem);
+                done(slot.index, solution);
+                self.reuse.push(slot.problem);
             }
         }
     }

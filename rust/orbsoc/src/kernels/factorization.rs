@@ -1,4 +1,4 @@
-//! PL module *matrix factorization*: numeric LDLᵀ on the elimination walk resolved at set-up.
+//! PL module *matrix factorization*: numeric LDLᵀ on the symbolic factorization of set-up.
 //!
 //! Right-looking over supernodes, in place. With y the unscaled column (y = L·d), every entry receives
 //! `l_ij ← k_ij − Σ_k l_ik·y_jk` in ascending k, whatever the supernodes are; then `d_j` is
@@ -7,7 +7,9 @@
 use super::supernodal::condensed::{self, Condensed};
 use super::supernodal::pivots::{divide, regularized, Regularization};
 use super::supernodal::simplicial::{self, Simplicial};
-use super::supernodal::update::{subtract, subtract_leaves, subtract_listed, Columns, ScatterTarget, SamePanel};
+use super::supernodal::update::{
+    subtract, subtract_leaves, subtract_listed, Columns, SamePanel, ScatterTarget,
+};
 use crate::real::{outline, Real};
 use crate::symbolic::factor_layout::{Supernode, Symbolic};
 use crate::symbolic::supernodes::Kind;
@@ -34,10 +36,10 @@ pub fn factorize<T: Real>(
         let own = node.first..node.first + node.width;
         let (positive, pivot_inverse) = (&positive[own.clone()], &mut pivot_inverse[own]);
         if node.kind == Kind::Condensed {
-            let given = Condensed::of(symbolic, node, values);
-            condensed::factor(given, positive, regularization, pivot_inverse);
+            let condensed = Condensed::of(symbolic, node, values);
+            condensed::factor(condensed, positive, regularization, pivot_inverse);
             condensed::contribute(
-                given,
+                condensed,
                 pivot_inverse,
                 symbolic.positions_of(node),
                 scratch,
@@ -47,7 +49,7 @@ pub fn factorize<T: Real>(
         }
         if node.kind == Kind::Simplicial {
             outline::<T>(simplicial::Factor {
-                ragged: Simplicial::of(symbolic, node),
+                columns: Simplicial::of(symbolic, node),
                 positions: symbolic.positions_of(node),
                 positive,
                 regularization,

@@ -15,7 +15,7 @@ pub(crate) mod parameter {
 
 /// Words of the statistics buffer.
 pub(crate) mod stat {
-    /// The status table's worst ratio, with §1's and the referee's denominators uniformity.
+    /// The status table's worst ratio, with §1's and the independent verification's denominators alike.
     pub const STRICT: usize = 0;
     pub const PRIMAL: usize = 1;
     pub const DUAL: usize = 2;

@@ -43,7 +43,7 @@ mod tests {
     use super::*;
     use crate::problem::cones::Soc;
     use crate::tests::reference::{
-        dot as plain_dot, inside, layout, norm, pairs, scaling, seeded, SplitMix64, Pair, Scaling,
+        dot as plain_dot, inside, layout, norm, pairs, scaling, seeded, Pair, Scaling, SplitMix64,
     };
     use core::ops::Range;
     use proptest::collection::vec;

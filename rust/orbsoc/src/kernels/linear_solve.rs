@@ -2,7 +2,7 @@
 //! right-hand sides side by side.
 
 use super::layout::refinement;
-use super::reduce::{dot_of, non_finite_flags, max_abs_of};
+use super::reduce::{dot_of, max_abs_of, non_finite_flags};
 use super::supernodal::condensed::{self, Condensed};
 use super::supernodal::panel::{self, Panel};
 use super::supernodal::simplicial::{self, Simplicial};
@@ -27,15 +27,15 @@ pub fn substitute<T: Real, const R: usize>(
 ) {
     for node in &symbolic.supernodes {
         if node.kind == Kind::Simplicial {
-            let (ragged, l) = (Simplicial::of(symbolic, node), &l[node.panel..]);
-            outline::<T>(simplicial::Forward { ragged, l, x: &mut x[node.first..] });
+            let (columns, l) = (Simplicial::of(symbolic, node), &l[node.panel..]);
+            outline::<T>(simplicial::Forward { columns, l, x: &mut x[node.first..] });
             continue;
         }
         let (known, later) = x.split_at_mut(node.first + node.width);
         let known = &mut known[node.first..];
         if node.kind == Kind::Condensed {
-            let (given, inverse) = (Condensed::of(symbolic, node, values), &pivot_inverse[node.first..]);
-            condensed::forward(given, inverse, known, symbolic.ahead(node), scratch, later);
+            let (condensed, inverse) = (Condensed::of(symbolic, node, values), &pivot_inverse[node.first..]);
+            condensed::forward(condensed, inverse, known, symbolic.ahead(node), scratch, later);
         } else {
             panel::forward(panel_of(symbolic, node, l), known, later);
         }
@@ -49,15 +49,15 @@ pub fn substitute<T: Real, const R: usize>(
             divide(&mut x[own.clone()], &pivot_inverse[own.clone()]);
         }
         if node.kind == Kind::Simplicial {
-            let (ragged, l) = (Simplicial::of(symbolic, node), &l[node.panel..][..node.words()]);
-            outline::<T>(simplicial::Backward { ragged, l, x: &mut x[node.first..] });
+            let (columns, l) = (Simplicial::of(symbolic, node), &l[node.panel..][..node.words()]);
+            outline::<T>(simplicial::Backward { columns, l, x: &mut x[node.first..] });
             continue;
         }
         let (unknown, later) = x.split_at_mut(own.end);
         let unknown = &mut unknown[own.start..];
         if node.kind == Kind::Condensed {
-            let (given, inverse) = (Condensed::of(symbolic, node, values), &pivot_inverse[node.first..]);
-            condensed::backward(given, inverse, symbolic.ahead(node), later, scratch, unknown);
+            let (condensed, inverse) = (Condensed::of(symbolic, node, values), &pivot_inverse[node.first..]);
+            condensed::backward(condensed, inverse, symbolic.ahead(node), later, scratch, unknown);
         } else {
             panel::backward(panel_of(symbolic, node, l), later, scratch, unknown);
         }

@@ -118,7 +118,7 @@ mod tests {
     use crate::kernels::cone_ops;
     use crate::kkt::structure::Structure;
     use crate::symbolic::supernodes::Panels;
-    use crate::tests::reference::{dense, pairs, scaling, seeded, SplitMix64, Pair};
+    use crate::tests::reference::{dense, pairs, scaling, seeded, Pair, SplitMix64};
     use crate::{Cones, Csc, Problem};
     use nalgebra::DMatrix;
     use proptest::prelude::*;

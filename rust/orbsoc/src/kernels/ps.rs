@@ -1,10 +1,10 @@
 //! The PS's arithmetic: statistics, the embedding's scalar equation, centring, cone product, advance.
 //!
 //! These stages belong to no PL module and no partition moves them. Their numbers are made here,
-//! in the solve's own arithmetic, whoever schedules; decisions about them are in [`crate::method::control`].
+//! in the solve's own arithmetic, on every processing system; `method::control` decides on them.
 
 use super::layout::{centering, embedding, parameter, regularization, stat};
-use super::reduce::{dot, non_finite_flag, max_abs, max_abs_weighted, sum_abs_weighted};
+use super::reduce::{dot, max_abs, max_abs_weighted, non_finite_flag, sum_abs_weighted};
 use super::sparse::{products_of, symmetric_product};
 use crate::kkt::structure::Structure;
 use crate::problem::cones::ConeLayout;

@@ -1,4 +1,4 @@
-//! Products of the data's sparse matrices with vectors. Loops follow the column_blocks that set-up found: what
+//! Products of the data's sparse matrices with vectors. Loops follow the column blocks that set-up found: what
 //! is added to any one word, and in which order, is as column by column.
 
 use super::reduce::{dot, dot_indexed};
@@ -49,7 +49,8 @@ pub fn products_of<T: Real>(
             Uniformity::FixedLength(3) => products_of_fixed::<T, 3>(rows, values, x, y, by_rows, sums),
             Uniformity::FixedLength(_) => products_of_fixed::<T, 4>(rows, values, x, y, by_rows, sums),
             Uniformity::Contiguous => {
-                for (((_, first, column), &x), sum) in pattern.contiguous_columns(block, values).zip(x).zip(sums)
+                for (((_, first, column), &x), sum) in
+                    pattern.contiguous_columns(block, values).zip(x).zip(sums)
                 {
                     *sum = dot(column, &y[first..][..column.len()]);
                     for (word, &value) in by_rows[first..].iter_mut().zip(column) {

@@ -1,4 +1,4 @@
-//! Everything about a problem that its sparsity pattern decides: sizes, cones, KKT, elimination walk.
+//! Everything about a problem that its sparsity pattern decides: sizes, cones, KKT matrix, symbolic factorization.
 
 use crate::error::Error;
 use crate::kkt::assembly::{Kkt, SOC_DENSE_MAX};
@@ -45,7 +45,11 @@ impl Pattern {
 
     /// The same, to be changed.
     #[inline(always)]
-    pub fn entries_mut<'a, T>(&'a self, block: &ColumnBlock, values: &'a mut [T]) -> (&'a [u32], &'a mut [T]) {
+    pub fn entries_mut<'a, T>(
+        &'a self,
+        block: &ColumnBlock,
+        values: &'a mut [T],
+    ) -> (&'a [u32], &'a mut [T]) {
         let entries = self.entries_of_block(block);
         (&self.rowidx[entries.clone()], &mut values[entries])
     }

@@ -33,11 +33,11 @@ pub(crate) const WARM_STEP_MU_MAX: f64 = 1e3;
 /// A step as short as this after a warm start says that the point was too near the boundary.
 const WARM_START_MIN_STEP: f64 = 0.01;
 #[derive(Clone, Debug, Default)]
-#[allow(clippy::struct_excessive_bools)] // independent facts about one walk, no state machine
+#[allow(clippy::struct_excessive_bools)] // independent facts about one attempt, no state machine
 pub(crate) struct Control {
     /// Steps taken since the last start.
     pub iteration: u32,
-    /// Steps of earlier walks of the same solve.
+    /// Steps of earlier attempts of the same solve.
     spent: u32,
     pub warm_start: WarmStart,
     pub attempt: Attempt,
@@ -62,7 +62,7 @@ pub(crate) struct Control {
     short_steps: u32,
     accuracy: Accuracy,
     deadline: Option<Instant>,
-    /// Since when the walk is laid suspended.
+    /// Since when the attempt is suspended.
     suspended: Option<Instant>,
 }
 
@@ -92,7 +92,7 @@ impl Control {
             if useful { (Attempt::Warm, WarmStart::Used) } else { (Attempt::Cold, WarmStart::FellBack) };
     }
 
-    /// For another walk of the same solve: the clock and the counts go on.
+    /// For another attempt of the same solve: the clock and the counts go on.
     fn anew(&self) -> Self {
         Self {
             best: f64::INFINITY,
@@ -105,12 +105,12 @@ impl Control {
         }
     }
 
-    /// Others have their turn; this walk's clock stands still.
+    /// Suspend the attempt; its clock stands still.
     pub fn suspend(&mut self, now: Instant) {
         self.suspended = Some(now);
     }
 
-    /// Go on where the walk was laid suspended.
+    /// Resume a suspended attempt.
     pub fn resume(&mut self, now: Instant) {
         if let (Some(deadline), Some(since)) = (&mut self.deadline, self.suspended.take()) {
             *deadline += now - since;
@@ -127,8 +127,8 @@ impl Control {
         self.spent + self.iteration
     }
 
-    /// The walk ended; what the stages compute while its neighbours go on is not to be kept.
-    pub fn rest(&mut self) {
+    /// The attempt has ended: what the stages compute for other lanes meanwhile is not kept.
+    pub fn mask(&mut self) {
         self.improved = false;
     }
 
@@ -174,7 +174,7 @@ impl Control {
         let word = |k: usize| w.statistics[k].lane(lane);
         let (strict, primal, dual) = (word(stat::STRICT), word(stat::PRIMAL_RADIUS), word(stat::DUAL_RADIUS));
         self.improved = false;
-        // A careful walk needs_residual at every error, and so does one from a warm start, which begins where they are large.
+        // Only a plain cold attempt skips residuals: a warm one begins where they are large.
         let trusting = self.attempt == Attempt::Cold;
         self.accuracy.renew(trusting.then(|| w.refinement_tolerance[0].lane(lane)));
         if word(stat::NON_FINITE) != 0.0 || strict.is_nan() {
@@ -218,7 +218,7 @@ impl Control {
             Some(Stop::PrimalCertificate)
         } else if self.dual_radius >= RADIUS_CONCLUSIVE {
             Some(Stop::DualCertificate)
-        } else if self.warm_step_too_short() {
+        } else if self.warm_start_fails() {
             Some(Stop::WarmStartRejected)
         } else if self.interrupted {
             Some(Stop::Interrupted)
@@ -234,7 +234,7 @@ impl Control {
     }
 
     /// Whether the last step after a warm start was shorter than a good start ever takes.
-    fn warm_step_too_short(&self) -> bool {
+    fn warm_start_fails(&self) -> bool {
         self.attempt == Attempt::Warm && self.iteration > 0 && self.step < WARM_START_MIN_STEP
     }
 

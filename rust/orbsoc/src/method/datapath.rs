@@ -54,7 +54,7 @@ impl<T: Real> Datapath<T> {
         self.execute_with_residual(stage, true);
     }
 
-    /// The same; the error of a linear solve that nobody will look at, not being `seen`, is left as it was.
+    /// The same; without `needs_residual`, the residual of a linear solve is left as it was.
     pub fn execute_with_residual(&mut self, stage: Stage, seen: bool) {
         let Self { structure, settings, work } = self;
         execute(structure, settings, work, stage, seen);

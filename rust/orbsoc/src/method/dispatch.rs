@@ -67,7 +67,7 @@ impl<T: Real, const KIND: u8> pulp::WithSimd for Run<'_, T, KIND> {
     }
 }
 
-/// Run a stage's arithmetic; the error of a linear solve only if somebody will look at it.
+/// Run a stage's arithmetic; the residual of a linear solve only if a decision needs it.
 pub(crate) fn execute<T: Real>(
     structure: &Structure,
     settings: &Settings,
@@ -87,7 +87,9 @@ pub(crate) fn execute<T: Real>(
             run!(WARM_START);
         }
         Stage::Factorize => run!(FACTORIZE),
-        Stage::StartRhs | Stage::StartPoint | Stage::StoreConstantAndPredictor | Stage::StoreStep => run!(TRANSFER),
+        Stage::StartRhs | Stage::StartPoint | Stage::StoreConstantAndPredictor | Stage::StoreStep => {
+            run!(TRANSFER)
+        }
         Stage::SolveKkt => run!(SOLVE),
         Stage::RefineKkt => run!(REFINE),
         Stage::SolveConstantAndPredictor => run!(SOLVE_MULTI),
@@ -128,7 +130,12 @@ fn matrix_scaling<T: Real>(structure: &Structure, settings: &Settings, w: &mut W
     let one = T::one();
     let (point, slack_tau) = w.best.split_at(unknowns);
     let (slack, tau) = slack_tau.split_at(structure.m);
-    matrix_scaling::undo(structure, scales, (point, slack, tau[0]), w.unscaled_iterate.split_at_mut(unknowns));
+    matrix_scaling::undo(
+        structure,
+        scales,
+        (point, slack, tau[0]),
+        w.unscaled_iterate.split_at_mut(unknowns),
+    );
     let (farkas, ray) = w.unscaled_certificates.split_at_mut(unknowns);
     matrix_scaling::undo(structure, scales, (&w.primal_certificate, &[], one), (farkas, &mut []));
     matrix_scaling::undo(structure, scales, (&w.dual_certificate[..unknowns], &[], one), (ray, &mut []));
@@ -259,7 +266,14 @@ fn right_hand_side<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: 
         right_hand_sides::predictor(positions, structure.n, &w.q, &w.residual, &w.slack, rhs);
         return;
     }
-    cone_ops::divide(cones, &w.lambda, &w.lambda_inverse, &w.cone, &w.complementarity_rhs, &mut w.cone_division);
+    cone_ops::divide(
+        cones,
+        &w.lambda,
+        &w.lambda_inverse,
+        &w.cone,
+        &w.complementarity_rhs,
+        &mut w.cone_division,
+    );
     let lifted = &mut w.scratch[..structure.m];
     cone_ops::scale(cones, &w.w, &w.cone, &w.cone_division, lifted);
     let damping = w.centering[centering::DAMPING];
@@ -315,7 +329,13 @@ fn statistics<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
 fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
     match stage {
         Stage::EmbeddingPivot => {
-            ps::embedding_pivot(&w.q, &w.constant_solution, &w.cost_product, &w.homogenizer, &mut w.embedding);
+            ps::embedding_pivot(
+                &w.q,
+                &w.constant_solution,
+                &w.cost_product,
+                &w.homogenizer,
+                &mut w.embedding,
+            );
         }
         Stage::TauStep => ps::tau_step(
             &w.q,

@@ -20,7 +20,7 @@ use std::sync::Arc;
 
 /// A problem's pattern, its buffers in arithmetic `T`, and where the solve stands.
 ///
-/// Everything is allocated by [`Engine::new`]; from the first `run` of a walk to its last, nothing is.
+/// Everything is allocated by [`Engine::new`]; from the first `run` of an attempt to its last, nothing is.
 ///
 /// ```
 /// # use orbsoc::*;
@@ -37,12 +37,12 @@ pub struct Engine<T> {
     pub(crate) path: Datapath<T>,
     problem: Problem,
     pub(crate) control: Control,
-    /// The outcome of an earlier walk of this solve that stalled.
+    /// The outcome of an earlier attempt of this solve, which stalled.
     earlier: Option<Solution>,
     events: Vec<Event>,
 }
 
-/// Where a solve stands, for whoever watches it.
+/// Where a solve stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(missing_docs)]
 pub struct Progress {
@@ -67,7 +67,7 @@ impl<T: Decide> Engine<T> {
         Self::with_panels(problem, settings, Panels::Relaxed)
     }
 
-    /// As [`Engine::new`], on the walk that tapes record: no stored zeros in the factor, so that its buffers
+    /// As [`Engine::new`], with the factor that tapes record: no stored zeros, so that its buffers
     /// are laid out as the tapes' are, and every word, the sign of a zero included, is theirs.
     ///
     /// # Errors
@@ -118,7 +118,7 @@ impl<T: Decide> Engine<T> {
         self.path.work.get(buffer)
     }
 
-    /// The words of a buffer, for whoever computes a stage elsewhere.
+    /// The entries of a buffer, for a caller that computes a stage elsewhere.
     pub fn buffer_mut(&mut self, buffer: Buffer) -> &mut [T] {
         self.path.work.get_mut(buffer)
     }
@@ -145,12 +145,12 @@ impl<T: Decide> Engine<T> {
 
     /// Run one stage, with every word that it declares, and say how to go on.
     ///
-    /// A whole solve leaves out errors of linear solves that no decision needs_residual at; its numbers are the same otherwise.
+    /// A whole solve skips residuals of linear solves that no decision needs; its numbers are the same otherwise.
     pub fn run(&mut self, stage: Stage) -> Outcome {
         self.run_with(stage, |path, _| path.execute(stage))
     }
 
-    /// As [`Engine::run`], with `execute` for the arithmetic; it is told whether somebody will look at the error of a
+    /// As [`Engine::run`], with `execute` for the arithmetic; it is told whether a decision needs the residual of a
     /// linear solve.
     pub(crate) fn run_with(&mut self, stage: Stage, execute: impl FnOnce(&mut Datapath<T>, bool)) -> Outcome {
         self.events.push(Event { stage, iteration: self.control.total_iterations() });
@@ -163,7 +163,7 @@ impl<T: Decide> Engine<T> {
         outcome
     }
 
-    /// Walk the lists from start to end.
+    /// Run the lists from start to end, with restarts.
     pub fn solve(&mut self) -> Solution {
         self.solve_observed(|_| ControlFlow::Continue(()))
     }
@@ -171,7 +171,7 @@ impl<T: Decide> Engine<T> {
     /// As [`Engine::solve`], showing each iteration to `observe`, which may end the solve.
     pub fn solve_observed(&mut self, mut observe: impl FnMut(&Progress) -> ControlFlow<()>) -> Solution {
         self.reset();
-        self.walk_until_settled(STARTUP, &mut observe)
+        self.solve_with_restarts(STARTUP, &mut observe)
     }
 
     /// As [`Engine::solve`], from a point nearby. Never a worse status than from cold: a start that
@@ -194,10 +194,10 @@ impl<T: Decide> Engine<T> {
         mut observe: impl FnMut(&Progress) -> ControlFlow<()>,
     ) -> Result<Solution, Error> {
         let startup = if self.start_from(start)? { WARM_STARTUP } else { STARTUP };
-        Ok(self.walk_until_settled(startup, &mut observe))
+        Ok(self.solve_with_restarts(startup, &mut observe))
     }
 
-    /// Forget the last solve and load a point to start from; whoever walks the lists goes on with
+    /// Forget the last solve and load a point to start from. A caller that runs the lists goes on with
     /// [`WARM_STARTUP`] if the answer is true, with [`STARTUP`] if it is false: the point is not finite
     /// (a certificate, say) or the problem has no rows, and the solve counts as fallen back.
     ///
@@ -211,23 +211,23 @@ impl<T: Decide> Engine<T> {
         Ok(useful)
     }
 
-    /// Walk from a start-up list, and again from cold as long as there is reason to.
-    pub(crate) fn walk_until_settled(
+    /// Attempt from a start-up list, then restart for as long as a restart follows.
+    pub(crate) fn solve_with_restarts(
         &mut self,
         startup: &[Step],
         observe: &mut impl FnMut(&Progress) -> ControlFlow<()>,
     ) -> Solution {
-        self.walk(startup, observe);
+        self.attempt(startup, observe);
         let mut solution = self.conclude();
         while self.restart(&solution) {
-            self.walk(STARTUP, observe);
+            self.attempt(STARTUP, observe);
             solution = self.conclude();
         }
         solution
     }
 
-    /// Walk a start-up list, then iterate and close.
-    fn walk(&mut self, startup: &[Step], observe: &mut impl FnMut(&Progress) -> ControlFlow<()>) {
+    /// One attempt: a start-up list, iterations, the closing list.
+    fn attempt(&mut self, startup: &[Step], observe: &mut impl FnMut(&Progress) -> ControlFlow<()>) {
         let mut ended = self.follow(startup);
         while !ended {
             ended = self.follow(ITERATION);
@@ -265,7 +265,7 @@ impl<T: Decide> Engine<T> {
         }
     }
 
-    /// The outcome of the walk that ended, with the status that its numbers support; an earlier walk's of the same
+    /// The outcome of the attempt that ended, with the status that its numbers support; an earlier attempt's of the same
     /// solve, where that is the better one.
     pub fn conclude(&self) -> Solution {
         let solution = self.path.finished(0, &self.problem, &self.control).verify();

@@ -23,7 +23,7 @@ pub enum Narrow {
 
 /// An engine whose stages of some modules compute in a narrow arithmetic on words of their own.
 ///
-/// What such a stage reads is rounded on its way there, and what it writes comes back exactly. A walk
+/// What such a stage reads is rounded on its way there, and what it writes comes back exactly. A loop
 /// over the method's lists drives it stage by stage, as it drives an [`Engine`].
 pub struct MixedEngine {
     wide: Engine<f64>,
@@ -108,7 +108,7 @@ impl MixedEngine {
         self.wide.kkt_sizes()
     }
 
-    /// The outcome of the walk that ended, judged in binary64 on the data as given.
+    /// The outcome of the attempt that ended, verified in binary64 on the data as given.
     pub fn conclude(&self) -> Solution {
         self.wide.conclude()
     }
@@ -158,7 +158,7 @@ mod tests {
         .unwrap()
     }
 
-    fn walk(engine: &mut MixedEngine) -> Solution {
+    fn attempt(engine: &mut MixedEngine) -> Solution {
         let perform = |engine: &mut MixedEngine, step: Step| match step {
             Step::Run(stage) => engine.run(stage),
             Step::Repeat { stage, until } => loop {
@@ -181,7 +181,7 @@ mod tests {
     #[test]
     fn without_a_narrow_module_the_bits_are_those_of_the_engine() {
         let settings = Settings::default();
-        let mixed = walk(&mut MixedEngine::new(&problem(), &settings, Narrow::Binary32, &[]).unwrap());
+        let mixed = attempt(&mut MixedEngine::new(&problem(), &settings, Narrow::Binary32, &[]).unwrap());
         let plain = crate::solve(&problem(), &settings).unwrap();
         assert_eq!((mixed.iterations, mixed.status), (plain.iterations, plain.status));
         assert!(mixed.x.iter().zip(&plain.x).all(|(a, b)| a.to_bits() == b.to_bits()));
@@ -199,7 +199,7 @@ mod tests {
         };
         let modules = [Module::Factorization];
         let solution =
-            walk(&mut MixedEngine::new(&problem(), &settings, Narrow::Binary32, &modules).unwrap());
+            attempt(&mut MixedEngine::new(&problem(), &settings, Narrow::Binary32, &modules).unwrap());
         assert_eq!(solution.status, Status::Solved, "{}", solution.message);
         assert!(solution.certificate.worst() <= settings.tol);
         let wide = crate::solve(&problem(), &Settings { tol: 1e-6, ..Settings::default() }).unwrap();
@@ -211,7 +211,7 @@ mod tests {
         let settings = Settings::single_precision();
         for narrow in [Narrow::Binary32, Narrow::Bits(20), Narrow::Bits(16), Narrow::Bits(12)] {
             let mut engine = MixedEngine::new(&problem(), &settings, narrow, &ALL).unwrap();
-            let solution = walk(&mut engine);
+            let solution = attempt(&mut engine);
             if solution.status == Status::Solved {
                 assert!(solution.certificate.worst() <= settings.tol, "{narrow:?}");
             }

@@ -1,38 +1,38 @@
-//! How exact the linear solves of a walk are: whose error is looked at, and whether it is to be refined.
+//! Residual checks of the linear solves of an attempt: which are skipped, and when a solution is refined.
 
 use crate::kernels::layout::refinement;
 use crate::real::Decide;
 
-/// A linear solve whose goal is so many times the largest error that this walk has looked at needs no look at its own …
+/// A linear solve skips its residual where the tolerance is this factor of the attempt's largest known error …
 pub(crate) const SKIP_MARGIN: f64 = 1e4;
-/// … or so many times, where one through the same factors was looked at.
+/// … or this factor, where a residual with the same factors is known.
 pub(crate) const SAME_FACTORS_MARGIN: f64 = 10.0;
 
-/// What a walk knows of its linear solves.
+/// What an attempt knows of the errors of its linear solves.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Accuracy {
     /// Refinement steps of the solve under way.
     refined: u32,
-    /// Largest error that was looked at, before any refinement.
+    /// Largest known error before any refinement.
     known: Option<f64>,
-    /// The factors of the last look are still in use.
+    /// The factors of the last residual check are still in use.
     same_factors: bool,
-    /// What the errors of this iteration may be; none where all of them are looked at.
+    /// Refinement tolerance of this iteration; none where every residual is checked.
     goal: Option<f64>,
-    /// The goal is no smaller than that of the iteration before.
+    /// The tolerance is no smaller than that of the iteration before.
     risen: bool,
 }
 
 impl Accuracy {
-    /// An iteration begins: there will be new factors, and a new goal.
+    /// An iteration begins, with new factors and a new tolerance.
     pub fn renew(&mut self, goal: Option<f64>) {
         self.risen = goal.zip(self.goal).is_some_and(|(now, before)| now >= before);
         (self.same_factors, self.goal) = (false, goal);
     }
 
-    /// Whether the error of the next linear solve will be looked at. From one iteration to the next errors change
-    /// little, as a rule, while goals fall with the residual. Where one does not, an error that nobody looked at may
-    /// be why, and all are looked at; so are those of a walk that knows of none but zero.
+    /// Whether the next linear solve needs its residual. From one iteration to the next errors change
+    /// little, as a rule, while tolerances fall. Where one does not, a skipped residual may
+    /// be why, and all are checked; so are those of an attempt that knows no error above zero.
     pub fn needs_residual(&self) -> bool {
         let margin = if self.same_factors { SAME_FACTORS_MARGIN } else { SKIP_MARGIN };
         let small = |(goal, known): (f64, f64)| known > 0.0 && goal >= margin * known;
@@ -85,7 +85,7 @@ mod tests {
 
     fn after(error: f64) -> Accuracy {
         let mut accuracy = Accuracy::default();
-        assert!(solve(&mut accuracy, error), "the first of a walk");
+        assert!(solve(&mut accuracy, error), "the first of an attempt");
         accuracy
     }
 
@@ -93,7 +93,7 @@ mod tests {
     fn a_solve_is_looked_at_where_its_goal_is_near_the_largest_known_error() {
         let mut accuracy = after(1e-8);
         accuracy.renew(Some(1.1e-4));
-        assert!(!solve(&mut accuracy, 1.0), "nobody sees this error");
+        assert!(!solve(&mut accuracy, 1.0), "this error is not checked");
         assert!(!solve(&mut accuracy, 1.0), "nor is anything known of these factors");
         accuracy.renew(Some(0.9e-4));
         assert!(solve(&mut accuracy, 1e-9));

@@ -1,4 +1,4 @@
-//! The iteration as data. Two constant lists and a closing one are the method; whoever walks them,
+//! The iteration as data. Two constant lists and a closing one are the method; any caller that runs them,
 //! in Rust or on an emulated processing system, runs the same solve.
 
 use crate::method::workspace::Buffer;
@@ -227,10 +227,11 @@ stages! {
 }
 
 use Stage::{
-    Advance, CenterStart, Centering, CheckConstantAndPredictor, CheckSolve, ConeProduct, CorrectorRhs, Direction,
-    EmbeddingPivot, Equilibrate, Factorize, IdentityBlocks, LoadKkt, LoadStart, NewtonStart, NewtonStartRhs,
-    NtScaling, PredictorRhs, RefineKkt, RefineConstantAndPredictor, ScalingBlocks, SlackStep, SolveKkt, SolveConstantAndPredictor,
-    StartPoint, StartRhs, StartShift, Statistics, StepLength, StoreConstantAndPredictor, StoreStep, TauStep, Unscale,
+    Advance, CenterStart, Centering, CheckConstantAndPredictor, CheckSolve, ConeProduct, CorrectorRhs,
+    Direction, EmbeddingPivot, Equilibrate, Factorize, IdentityBlocks, LoadKkt, LoadStart, NewtonStart,
+    NewtonStartRhs, NtScaling, PredictorRhs, RefineConstantAndPredictor, RefineKkt, ScalingBlocks, SlackStep,
+    SolveConstantAndPredictor, SolveKkt, StartPoint, StartRhs, StartShift, Statistics, StepLength,
+    StoreConstantAndPredictor, StoreStep, TauStep, Unscale,
 };
 use Step::{Repeat, Run};
 
@@ -297,7 +298,7 @@ pub const ITERATION: &[Step] = &[
 /// Back to the user's scaling. Run once, after the iteration.
 pub const CLOSING: &[Step] = &[Run(Unscale)];
 
-/// Buffers that hold inputs, or words that a stage needs_residual at only after it wrote them itself.
+/// Buffers that hold inputs, or entries that a stage reads only after it wrote them itself.
 const GIVEN: &[Buffer] = &[
     Buffer::RawP,
     Buffer::RawA,
@@ -308,7 +309,7 @@ const GIVEN: &[Buffer] = &[
     Buffer::Parameters,
 ];
 
-/// A stage that would read words nobody made, or made before something they depend on.
+/// A stage that would read entries that were never written, or written before something they depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ScheduleError {
     /// The stage.
@@ -342,7 +343,7 @@ enum Words {
 }
 
 /// Check a schedule against the dataflow table: every word read was written and is not stale. The
-/// iteration is walked twice, so that what it leaves behind must suit its own beginning.
+/// iteration is checked twice, so that what it leaves behind must suit its own beginning.
 /// A stage may read an unfinished buffer that it also writes: it updates it in place.
 ///
 /// # Errors

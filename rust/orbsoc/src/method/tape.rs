@@ -61,8 +61,8 @@ impl Recording {
     }
 }
 
-/// Record every stage of the six PL modules on a problem's pattern, with the exact walk, that is,
-/// without a single operation on a stored zero; [`crate::Engine::exact`] runs the same walk.
+/// Record every stage of the six PL modules on a problem's pattern, with the exact factor layout, that is,
+/// without a single operation on a stored zero; [`crate::Engine::exact`] has the same layout.
 ///
 /// # Errors
 /// As [`crate::Engine::new`].
@@ -172,7 +172,7 @@ impl Tape {
         }
     }
 
-    /// As much of this stage as leaves the words of some buffers; nobody sees the rest.
+    /// As much of this stage as stores entries of some buffers.
     pub fn leaving(mut self, buffers: &[Buffer]) -> Self {
         self.stores.retain(|store| buffers.contains(&store.buffer));
         self

@@ -1,4 +1,4 @@
-//! Products, sums and norms of the evidence, each one function for each instruction set. They run once in a solve, when
+//! Products, sums and norms of the verification, each one function for each instruction set. They run once in a solve, when
 //! what a small problem waits for is their code, read from memory: a copy for every place that calls them took
 //! a fifth of all the code that such a solve runs.
 

@@ -1,27 +1,31 @@
-//! What rounding may hide: where the terms of a sum are far larger than the sum, another order of addition, which a referee
-//! may have, gives another one.
+//! Rounding-error bounds: where the terms of a sum are far larger than the sum, another order of addition, as in an
+//! independent verification, gives another sum.
 
 use crate::problem::csc::Csc;
 use crate::problem::Problem;
 
-/// What rounding may make of a sum of so many terms, and of a referee's, who adds in another order: a share of the sum of their
+/// Deterministic bound γₙ on the rounding error of a sum of `terms`, in any two orders of addition, as a factor of the sum of their
 /// magnitudes.
 pub(crate) fn deterministic_bound(terms: usize) -> f64 {
     2.0 * f64::EPSILON * (terms + 2) as f64
 }
 
-/// What rounding is likely to make of it at most: errors of either sign cancel as a random walk does. Enough for a residual, of which
-/// a sum of a thousand terms would else be suspected of a thousand errors of the same sign.
+/// Probabilistic bound √n on it: errors of either sign cancel. Enough for a residual: the deterministic bound of
+/// a thousand terms assumes a thousand errors of the same sign.
 pub(crate) fn probabilistic_bound(terms: usize) -> f64 {
     2.0 * f64::EPSILON * ((terms as f64).sqrt() + 2.0)
 }
 
-/// What rounding may hide in a product with a matrix, whose sums have at most so many terms of the magnitude that `term` gives.
-pub(crate) fn roundoff_in_product(matrix: &Csc, terms: usize, term: impl Fn(f64, usize, usize) -> f64) -> f64 {
+/// Rounding error bound of a product with a matrix whose sums have at most `terms` terms of the magnitude that `term` gives.
+pub(crate) fn roundoff_in_product(
+    matrix: &Csc,
+    terms: usize,
+    term: impl Fn(f64, usize, usize) -> f64,
+) -> f64 {
     deterministic_bound(terms) * matrix.triplets().map(|(i, j, value)| term(value, i, j)).sum::<f64>()
 }
 
-/// The most that rounding may hide in any one entry of the residuals of a point.
+/// Bounds on the rounding error of any one entry of a point's residuals.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct RoundoffBound {
     pub equality: f64,

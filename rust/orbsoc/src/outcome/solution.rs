@@ -59,7 +59,7 @@ pub enum WarmStart {
     None,
     /// The solution was reached from it.
     Used,
-    /// It did not pay, and the solve started again from cold.
+    /// It was rejected, and the solve began anew from the cold start.
     FellBack,
 }
 
@@ -100,7 +100,7 @@ impl Certificate {
     }
 }
 
-/// A primal–dual point with its evidence.
+/// A primal–dual point with its verified residuals.
 #[derive(Clone, Debug)]
 pub struct Solution {
     /// Outcome.
@@ -117,7 +117,7 @@ pub struct Solution {
     pub objective: f64,
     /// −½xᵀPx − bᵀy − hᵀz.
     pub dual_objective: f64,
-    /// Interior-point iterations of all walks: those of a warm start that was given up and of a walk that stalled included.
+    /// Interior-point iterations of all attempts: those of a rejected warm start and of stalled attempts included.
     pub iterations: u32,
     /// What became of the point the solve was to start from.
     pub warm_start: WarmStart,
@@ -125,7 +125,7 @@ pub struct Solution {
     pub refinements: u32,
     /// Attempts that the solve took: one, and its restarts; none where it never began.
     pub attempts: u32,
-    /// Recomputed evidence.
+    /// Residuals recomputed on the user's data.
     pub certificate: Certificate,
     /// One sentence: what the status rests on, and which line failed if one did.
     pub message: String,

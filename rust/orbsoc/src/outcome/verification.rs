@@ -1,8 +1,10 @@
-//! The residuals for a status, recomputed on the user's own data after the fact. Nothing here is shared
+//! The residuals behind a status, recomputed on the user's own data after the fact. Nothing here is shared
 //! with the iteration: other vectors (nalgebra's), other products, always double precision.
 
 use crate::outcome::norms::{larger, symmetric_product, Sums};
-use crate::outcome::roundoff::{roundoff_in_product, deterministic_bound, probabilistic_bound, RoundoffBound};
+use crate::outcome::roundoff::{
+    deterministic_bound, probabilistic_bound, roundoff_in_product, RoundoffBound,
+};
 use crate::outcome::solution::{norm_exceeds, Certificate, Solution, Status, WarmStart};
 use crate::problem::settings::Settings;
 use crate::problem::Problem;
@@ -14,7 +16,7 @@ const RADIUS_CLAIMED: f64 = 50.0;
 /// Residuals of a point on the user's data.
 struct Residuals {
     certificate: Certificate,
-    /// Worst ratio by the referee's formula, s recomputed as h − Gx.
+    /// Worst ratio by the common formula, s recomputed as h − Gx.
     independent: f64,
     objective: f64,
     dual_objective: f64,
@@ -185,7 +187,7 @@ fn residuals_of(problem: &Problem, at: &Point, tol: f64) -> Residuals {
     Residuals { independent: independent.worst(), certificate, objective, dual_objective }
 }
 
-/// Certified radius of a claim of primal infeasibility, also over the data's scale: whatever the sums below may have lost in
+/// Certified radius of primal infeasibility, also over the data's scale: whatever the sums below may have lost in
 /// rounding counts against it. z is projected onto K, and the certificate scaled to size one: its own size means nothing
 /// and may overflow.
 fn primal_radius(problem: &Problem, at: &mut Point) -> (f64, f64) {
@@ -209,7 +211,7 @@ fn primal_radius(problem: &Problem, at: &mut Point) -> (f64, f64) {
     radius(support + roundoff, (aty + gtz).lp_norm(1) + lost, scale)
 }
 
-/// Certified radius of a claim of dual infeasibility, also over the data's scale; x is scaled to size one.
+/// Certified radius of dual infeasibility, also over the data's scale; x is scaled to size one.
 fn dual_radius(problem: &Problem, at: &mut Point) -> (f64, f64) {
     let sums = Sums::new();
     at.x.unscale_mut(sums.norm(at.x.as_slice()));
@@ -226,7 +228,9 @@ fn dual_radius(problem: &Problem, at: &mut Point) -> (f64, f64) {
     let either = |value: f64, i: usize, j: usize| 2.0 * by(value, 0, i).max(by(value, 0, j));
     let present =
         |value: f64, i: usize, j: usize| if problem.h[i].is_finite() { by(value, i, j) } else { 0.0 };
-    let lost = roundoff_in_product(&problem.p, n, either) + roundoff_in_product(&problem.a, n, by) + roundoff_in_product(&problem.g, n, present);
+    let lost = roundoff_in_product(&problem.p, n, either)
+        + roundoff_in_product(&problem.a, n, by)
+        + roundoff_in_product(&problem.g, n, present);
     let roundoff = deterministic_bound(n) * problem.c.iter().zip(x).map(|(c, x)| (c * x).abs()).sum::<f64>();
     let scale = problem.c.iter().fold(1.0, |top: f64, v| top.max(v.abs()));
     radius(cost + roundoff, distance + lost, scale)
@@ -252,7 +256,7 @@ pub enum Stop {
     MaxTime,
     Stalled,
     Interrupted,
-    /// The warm start does not pay; a cold one follows.
+    /// The warm start was rejected; a cold attempt follows, by the restart policy.
     WarmStartRejected,
 }
 
@@ -379,7 +383,8 @@ impl FinishedAttempt<'_> {
             let what = "dual infeasible (unbounded if feasible)";
             (f64::NEG_INFINITY, format!("{what}: no dual point has norm below {radius:.3e}"))
         };
-        let residuals = Residuals { certificate, independent: none, objective: infinite, dual_objective: infinite };
+        let residuals =
+            Residuals { certificate, independent: none, objective: infinite, dual_objective: infinite };
         self.assemble(found.status, &found.at, &residuals, message)
     }
 

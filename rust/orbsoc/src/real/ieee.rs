@@ -84,7 +84,7 @@ macro_rules! ieee {
 }
 
 ieee! { f64,
-    const TILE_ROWS: bool = true;
+    const TILE_ROWS: usize = 8;
 
     #[inline(always)]
     fn subtract_products<const M: usize, const N: usize, const LOWER: bool>(
@@ -141,7 +141,7 @@ ieee! { f64,
 ieee! { f32, }
 
 /// A tile of rows as vectors of four: the compiler does not find it by itself where the words come from scattered
-/// places. A macro, as a function of so many vectors keeps its sums in memory (decision 0024).
+/// places. A macro, as a function of that many vectors keeps its sums in memory (decision 0024).
 #[cfg(target_arch = "x86_64")]
 macro_rules! rows_in_vectors {
     ($name:ident, $rows:literal, [$($vector:literal),+]) => {

@@ -1,6 +1,6 @@
 //! Eight problems of one sparsity pattern side by side: every operation acts on one word of each.
 //!
-//! The words are a SIMD register (or two) of the instruction set `S`. No lane ever needs_residual at another,
+//! The words are a SIMD register (or two) of the instruction set `S`. No lane depends on another,
 //! so each has the bits of its own single solve. Plain arrays would do in principle, but the compiler
 //! shuffles them across kernels' unrolled loops instead of keeping a lane in its place.
 

@@ -25,8 +25,8 @@ pub trait Real:
     /// no bit.
     const TILE_COLS: usize;
     /// Whether eight rows fit, too.
-    const TILE_ROWS: bool = false;
-    /// Whether two dots with a vector in common are made abreast: their sums fit, and that vector is far. It changes no
+    const TILE_ROWS: usize = Self::TILE_COLS;
+    /// Register blocking over two right-hand sides: two dots share the loads of a common vector. It changes no
     /// bit.
     const RHS_BLOCK: bool = false;
 

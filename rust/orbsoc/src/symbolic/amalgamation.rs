@@ -8,34 +8,34 @@ use std::borrow::Cow;
 /// Single siblings with the same rows, at most: recorded streams and schedules' tables follow from it.
 const MAX_TWINS: usize = 16;
 
-/// So many siblings are no leaves.
+/// From this number on, twins stay together and are no leaves.
 const MIN_TWINS_KEPT: usize = 8;
 
-/// Fewer chains abreast are not worth the zeros.
+/// Fewer merged supernodes are not worth the stored zeros.
 const MIN_MERGED: usize = 4;
 /// Columns of each of them, at most, …
 const MAX_MERGED_WIDTH: usize = 4;
 /// … of all together, …
 const MAX_MERGED_COLUMNS: usize = 32;
-/// … and rows of each, at least: others make leaves, or ragged columns.
+/// … and rows of each, at least: others make leaves, or simplicial columns.
 const MIN_MERGED_ROWS: usize = 5;
 
 /// Gather what lies side by side; `below` are a column's rows.
-pub(crate) fn gathered<'a>(
+pub(crate) fn amalgamated<'a>(
     mut runs: Vec<Run<'a>>,
     panels: Panels,
     below: impl Fn(usize) -> &'a [u32],
 ) -> Vec<Run<'a>> {
     match panels {
         Panels::Exact => {}
-        Panels::Relaxed => abreast(&mut runs, 2, &below),
-        Panels::Lanes => abreast(&mut runs, 1, &below),
+        Panels::Relaxed => amalgamate(&mut runs, 2, &below),
+        Panels::Lanes => amalgamate(&mut runs, 1, &below),
     }
-    join(&mut runs, siblings);
+    join(&mut runs, twins);
     join(&mut runs, leaves);
     match panels {
         Panels::Exact => {}
-        Panels::Relaxed | Panels::Lanes => ragged(&mut runs, below),
+        Panels::Relaxed | Panels::Lanes => simplicial(&mut runs, below),
     }
     runs
 }
@@ -88,7 +88,7 @@ impl<'a> MergedSupernode<'a> {
 
     /// Whether they are worth while, and each product of two rows has a word of its own to be subtracted from,
     /// though it be zero.
-    fn pays(&self, below: impl Fn(usize) -> &'a [u32]) -> bool {
+    fn is_worthwhile(&self, below: impl Fn(usize) -> &'a [u32]) -> bool {
         let lands = |(at, &row): (usize, &u32)| {
             let mut there = below(row as usize).iter();
             self.rows[at + 1..].iter().all(|row| there.any(|word| word == row))
@@ -117,7 +117,7 @@ fn union(a: &[u32], b: &[u32]) -> Vec<u32> {
 }
 
 /// Chains whose rows are much the same share a panel: each word where they contribute is then met for once.
-fn abreast<'a>(runs: &mut Vec<Run<'a>>, times: usize, below: impl Fn(usize) -> &'a [u32]) {
+fn amalgamate<'a>(runs: &mut Vec<Run<'a>>, times: usize, below: impl Fn(usize) -> &'a [u32]) {
     let mut found: Vec<MergedSupernode> = Vec::new();
     let mut open: Option<MergedSupernode> = None;
     for (at, run) in runs.iter().enumerate() {
@@ -125,12 +125,12 @@ fn abreast<'a>(runs: &mut Vec<Run<'a>>, times: usize, below: impl Fn(usize) -> &
         if suits && open.as_mut().is_some_and(|open| open.try_merge(run, times)) {
             continue;
         }
-        found.extend(open.take().filter(|open| open.pays(&below)));
+        found.extend(open.take().filter(|open| open.is_worthwhile(&below)));
         open = suits.then(|| MergedSupernode::of(at, run));
     }
-    found.extend(open.filter(|open| open.pays(&below)));
-    for abreast in found {
-        abreast.gather(runs);
+    found.extend(open.filter(|open| open.is_worthwhile(&below)));
+    for merged in found {
+        merged.gather(runs);
     }
     runs.retain(|run| run.width > 0);
 }
@@ -147,7 +147,7 @@ fn join(runs: &mut Vec<Run<'_>>, suits: impl Fn(&Run, &Run) -> Option<Kind>) {
 }
 
 /// Whether the single column `next` has the rows of those `before` it.
-fn siblings(before: &Run, next: &Run) -> Option<Kind> {
+fn twins(before: &Run, next: &Run) -> Option<Kind> {
     let single = before.kind == Kind::IndependentTwins && before.top == 1 && before.width < MAX_TWINS;
     let single = (single || before.width == 1) && next.width == 1;
     (single && before.below == next.below).then_some(Kind::IndependentTwins)
@@ -196,8 +196,8 @@ fn make_leaves(run: &mut Run) {
     }
 }
 
-/// Neighbours of few words each become ragged columns, whether one depends on another or not.
-fn ragged<'a>(runs: &mut Vec<Run<'a>>, below: impl Fn(usize) -> &'a [u32]) {
+/// Neighbours of few entries each become simplicial columns, whether one depends on another or not.
+fn simplicial<'a>(runs: &mut Vec<Run<'a>>, below: impl Fn(usize) -> &'a [u32]) {
     let kind = |run: &Run| matches!(run.kind, Kind::Supernode | Kind::IndependentTwins);
     let slight = |run: &Run| kind(run) && run.words() <= 1 + MAX_SCATTERED_ROWS;
     runs.dedup_by(|next, last| {

@@ -1,13 +1,13 @@
-//! Stretches of adjacent columns of a sparse matrix that have a shape in common, so that one loop with a
+//! Column blocks: adjacent columns of a sparse matrix with uniform sparsity, so that one loop with a
 //! fixed number of turns, or one over adjacent words, serves them all. Found once, at set-up.
 
 use core::ops::Range;
 
-/// Columns with at most so many entries have loops of their own.
+/// Columns with at most this number of entries have loops of their own.
 pub(crate) const MAX_FIXED_LENGTH: usize = 4;
-/// From so many adjacent rows on a column is worth a loop over slices.
+/// From this number of adjacent rows on, a column is worth a loop over slices.
 const MIN_CONTIGUOUS: usize = 16;
-/// So few columns uniformity are not worth the change of loops.
+/// A shorter block is not worth a loop of its own.
 const MIN_COLUMNS: usize = 4;
 
 /// What the columns of a block have in common.
@@ -54,7 +54,9 @@ pub(crate) fn column_blocks<'a>(columns: usize, rows: impl Fn(usize) -> &'a [u32
 fn shape(rows: &[u32]) -> Uniformity {
     match rows {
         _ if rows.len() <= MAX_FIXED_LENGTH => Uniformity::FixedLength(rows.len()),
-        [first, .., last] if rows.len() >= MIN_CONTIGUOUS && (last - first) as usize + 1 == rows.len() => Uniformity::Contiguous,
+        [first, .., last] if rows.len() >= MIN_CONTIGUOUS && (last - first) as usize + 1 == rows.len() => {
+            Uniformity::Contiguous
+        }
         _ => Uniformity::General,
     }
 }

@@ -1,8 +1,8 @@
-//! Symbolic analysis of the KKT matrix: supernodes, and the elimination walk resolved once into index lists, so
+//! Symbolic factorization of the KKT matrix: supernodes, and the elimination resolved once into scatter indices, so
 //! that the numeric kernels only follow them.
 
 use crate::error::Error;
-use crate::symbolic::amalgamation::gathered;
+use crate::symbolic::amalgamation::amalgamated;
 use crate::symbolic::etree::columns_of_l;
 use crate::symbolic::indices::index;
 use crate::symbolic::supernodes::{chains, Kind, Panels, MAX_SCATTERED_ROWS};
@@ -20,7 +20,7 @@ pub(crate) struct Supernode {
     pub width: usize,
     /// Columns of each of its chains, and rows of the panel that are theirs.
     pub top: usize,
-    /// Rows of the panel; of ragged columns, of the longest.
+    /// Leading dimension: rows of the panel; of simplicial columns, of the longest.
     pub height: usize,
     /// Rows of the matrix below, in [`Symbolic::below`].
     pub below: (usize, usize),
@@ -30,7 +30,7 @@ pub(crate) struct Supernode {
     pub updates: (usize, usize),
     /// … or, when it is small, word by word in [`Symbolic::positions`].
     pub listed: Option<(usize, usize)>,
-    /// Of ragged columns, where theirs begin in [`Symbolic::starts`].
+    /// Of simplicial columns, where theirs begin in [`Symbolic::starts`].
     starts: usize,
     /// Of given columns, where their words are in [`Symbolic::sources`].
     sources: usize,
@@ -111,31 +111,31 @@ pub(crate) struct Load {
     pub places: Range<usize>,
 }
 
-/// The elimination walk, resolved.
+/// The symbolic factorization.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Symbolic {
     pub supernodes: Vec<Supernode>,
     /// Rows below the columns of all supernodes …
     below: Vec<u32>,
-    /// … and the same counted from the first row after each one's own columns, of ragged ones from their first.
+    /// … and the same relative to the first row after each one's own columns, of simplicial columns to their first.
     ahead: Vec<u32>,
     /// Updates by all supernodes, targets ascending within each.
     pub updates: Vec<Update>,
     pub relative: Vec<u32>,
     /// Where each product of a small supernode's rows lands, column by column, counted from the end of
-    /// its own panel; of ragged columns, from the end of the column.
+    /// its own panel; of simplicial columns, from the end of the column.
     pub positions: Vec<u32>,
-    /// Stretches of the matrix's words that the factor begins with: all but given columns'.
+    /// Runs of the matrix's entries that the factor begins with: all but those of condensed columns.
     pub loads: Vec<Load>,
     /// Where they go.
     pub places: Vec<u32>,
     /// Of given columns, where the diagonal begins among the matrix's words, then each row below.
     sources: Vec<u32>,
-    /// Of ragged columns, how many rows below those before them have; then, how many all of them have.
+    /// Of simplicial columns, the number of rows below the columns before each; then, below all of them.
     starts: Vec<u32>,
     /// Words of all panels.
     pub panel_words: usize,
-    /// Words of the largest panel, of ragged columns of the longest column: what factorisation keeps beside.
+    /// Entries of the largest panel, of simplicial columns of the longest column: scratch of the factorisation.
     pub max_panel: usize,
     /// Unknowns that the substitution through any one panel keeps beside.
     pub substitution_scratch: usize,
@@ -167,7 +167,7 @@ impl Symbolic {
         }
         let mut owner = vec![0; dim];
         let below = |j: usize| &rowidx[colptr[j] as usize + 1..colptr[j + 1] as usize];
-        for run in gathered(chains(dim, panels, below), panels, below) {
+        for run in amalgamated(chains(dim, panels, below), panels, below) {
             let rows = match run.kind {
                 Kind::Supernode | Kind::IndependentTwins | Kind::Condensed => run.below.len(),
                 Kind::Leaves => run.below.len() / run.width,
@@ -197,8 +197,9 @@ impl Symbolic {
                 self.starts.extend(ends);
             }
             self.supernodes.push(node);
-            let given = run.kind == Kind::Condensed;
-            self.substitution_scratch = self.substitution_scratch.max(if given { run.width } else { rows });
+            let condensed = run.kind == Kind::Condensed;
+            self.substitution_scratch =
+                self.substitution_scratch.max(if condensed { run.width } else { rows });
             let next = if node.kind == Kind::Simplicial { run.first } else { run.first + run.width };
             let next = index(next);
             self.ahead.extend(run.below.iter().map(|&row| row - next));
@@ -210,13 +211,13 @@ impl Symbolic {
         owner
     }
 
-    /// Rows below the columns of a supernode; of leaves and ragged ones, those of one after the other.
+    /// Row structure below a supernode; of leaves and simplicial columns, one column's after the other's.
     #[inline(always)]
     pub fn below(&self, node: &Supernode) -> &[u32] {
         &self.below[node.below.0..node.below.1]
     }
 
-    /// The same, counted from the first row after its own columns, of ragged ones from their first.
+    /// The same, relative to the first row after its own columns, of simplicial columns to their first.
     #[inline(always)]
     pub fn ahead(&self, node: &Supernode) -> &[u32] {
         &self.ahead[node.below.0..node.below.1]
@@ -229,7 +230,7 @@ impl Symbolic {
         &self.positions[begin..end]
     }
 
-    /// Of ragged columns, how many rows below those before them have; then, how many all of them have.
+    /// Of simplicial columns, the number of rows below the columns before each; then, below all of them.
     #[inline(always)]
     pub fn starts_of(&self, node: &Supernode) -> &[u32] {
         &self.starts[node.starts..][..=node.width]

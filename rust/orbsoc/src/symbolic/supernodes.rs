@@ -5,7 +5,7 @@ use std::borrow::Cow;
 /// Leaves with more rows than this keep to themselves.
 pub(crate) const MAX_LEAF_ROWS: usize = 4;
 
-/// Columns with more rows than this are no part of a ragged run, and their contributions are not listed word by word.
+/// Columns with more rows than this are not simplicial, and have no scatter indices entry by entry.
 pub(crate) const MAX_SCATTERED_ROWS: usize = 24;
 
 /// Fewer columns than this are siblings, even if they are given: sums over them would be short.
@@ -18,7 +18,7 @@ pub(crate) enum Kind {
     Supernode,
     /// Chains of equally many columns, or single ones, that do not contain one another and share the rows below.
     IndependentTwins,
-    /// IndependentTwins that depend on no column either: what L·D has of them is the matrix's own.
+    /// Twins that depend on no column either, eliminated as a Schur complement: L·D has the matrix's own entries there.
     Condensed,
     /// They do not contain one another, and each has rows of its own, few and equally many.
     Leaves,
@@ -31,7 +31,7 @@ pub(crate) enum Kind {
 pub(crate) enum Panels {
     /// Only columns of equal structure: not one operation on a stored zero.
     Exact,
-    /// Also columns of similar structure, with stored zeros: more operations, on longer vectors; and ragged ones.
+    /// Also columns of similar structure, with stored zeros (relaxed supernodes): more operations, on longer vectors; and simplicial columns.
     Relaxed,
     /// The same, with fewer zeros: a word of eight problems is a vector by itself.
     Lanes,
@@ -44,9 +44,9 @@ pub(crate) struct Run<'a> {
     pub width: usize,
     /// Columns of each of its chains: all of a chain's own, else one but for siblings.
     pub top: usize,
-    /// Rows below its own columns; of leaves and ragged ones, those of one after the other.
+    /// Row structure below its own columns; of leaves and simplicial columns, one column's after the other's.
     pub below: Cow<'a, [u32]>,
-    /// How many of them are each ragged column's.
+    /// Number of them in each simplicial column.
     pub lengths: Vec<u32>,
     /// The first of them; past all rows where there is none.
     pub nearest: usize,
@@ -109,11 +109,11 @@ impl<'a> Run<'a> {
 /// Chains, and given columns, gathered from left to right: a new column may take in the runs before it that it ends.
 /// `below` are a column's rows.
 pub(crate) fn chains<'a>(columns: usize, panels: Panels, below: impl Fn(usize) -> &'a [u32]) -> Vec<Run<'a>> {
-    let given = condensed_columns(columns, &below);
+    let condensed = condensed_columns(columns, &below);
     let mut runs: Vec<Run> = Vec::with_capacity(columns);
-    for (j, &given) in given.iter().enumerate() {
+    for (j, &condensed) in condensed.iter().enumerate() {
         let mut run = Run::of(j, below(j));
-        if given {
+        if condensed {
             run.kind = Kind::Condensed;
             match runs.last_mut() {
                 Some(last) if last.kind == Kind::Condensed && last.below == run.below => last.width += 1,
@@ -133,7 +133,7 @@ pub(crate) fn chains<'a>(columns: usize, panels: Panels, below: impl Fn(usize) -
 /// Columns that depend on no other, with the same rows as those beside them: many of them, and too many rows
 /// for leaves. Whatever the panels are, as sums over them have another order than those over siblings.
 fn condensed_columns<'a>(columns: usize, below: impl Fn(usize) -> &'a [u32]) -> Vec<bool> {
-    let (mut depends, mut given) = (vec![false; columns], vec![false; columns]);
+    let (mut depends, mut condensed) = (vec![false; columns], vec![false; columns]);
     for j in 0..columns {
         for &row in below(j) {
             depends[row as usize] = true;
@@ -144,9 +144,9 @@ fn condensed_columns<'a>(columns: usize, below: impl Fn(usize) -> &'a [u32]) -> 
         let uniformity = |&j: &usize| !depends[j] && below(j) == below(first);
         let count = (first..columns).take_while(uniformity).count();
         if count >= MIN_CONDENSED && below(first).len() > MAX_LEAF_ROWS {
-            given[first..first + count].fill(true);
+            condensed[first..first + count].fill(true);
         }
         first += count.max(1);
     }
-    given
+    condensed
 }

@@ -1,4 +1,4 @@
-//! When a walk stops, what it keeps, and what it may claim: decisions on made-up statistics.
+//! When an attempt stops, what it keeps, and what it may claim: decisions on made-up statistics.
 
 use crate::kernels::layout::refinement;
 use crate::kernels::layout::stat;
@@ -9,7 +9,7 @@ use crate::Stop;
 use crate::{Buffer, Cones, Csc, Engine, Outcome, Problem, Settings, Stage, Status, WarmStart};
 use std::time::{Duration, Instant};
 
-struct BatchQueue {
+struct Decided {
     engine: Engine<f64>,
     control: Control,
     settings: Settings,
@@ -28,13 +28,13 @@ struct Iterate {
 const PLAIN: Iterate = Iterate { worst: 1.0, primal: 0.0, dual: 0.0, tau: 1.0, kappa: 1.0 };
 const LEANING: Iterate = Iterate { tau: 1e-4, ..PLAIN };
 
-fn desk() -> BatchQueue {
+fn decided() -> Decided {
     let settings = Settings::default();
     let engine = Engine::new(&mixed_problem(9), &settings).unwrap();
-    BatchQueue { engine, control: Control::new(&settings), settings }
+    Decided { engine, control: Control::new(&settings), settings }
 }
 
-impl BatchQueue {
+impl Decided {
     fn judge(&mut self, at: Iterate) -> Outcome {
         let work = &mut self.engine.path.work;
         work.statistics.fill(0.0);
@@ -63,93 +63,97 @@ const CONVERGED: Outcome = Outcome::Done(Stop::Converged);
 const STALLED: Outcome = Outcome::Done(Stop::Stalled);
 
 #[test]
-fn a_fifth_of_the_tolerance_ends_the_walk_and_more_buys_one_iteration() {
-    assert_eq!(desk().judge(Iterate { worst: 0.2e-8, ..PLAIN }), CONVERGED);
-    let mut desk = desk();
-    assert_eq!(desk.judge(Iterate { worst: 1.1e-8, ..PLAIN }), Outcome::Next);
-    assert_eq!(desk.judge(Iterate { worst: 0.9e-8, ..PLAIN }), Outcome::Next);
+fn a_fifth_of_the_tolerance_ends_the_attempt_and_more_buys_one_iteration() {
+    assert_eq!(decided().judge(Iterate { worst: 0.2e-8, ..PLAIN }), CONVERGED);
+    let mut decided = decided();
+    assert_eq!(decided.judge(Iterate { worst: 1.1e-8, ..PLAIN }), Outcome::Next);
+    assert_eq!(decided.judge(Iterate { worst: 0.9e-8, ..PLAIN }), Outcome::Next);
     // Whatever that iteration brings, the better one is kept.
-    assert_eq!(desk.judge(Iterate { worst: 2e-8, ..PLAIN }), CONVERGED);
-    assert_eq!(desk.kept(Buffer::Best), 0.9e-8);
+    assert_eq!(decided.judge(Iterate { worst: 2e-8, ..PLAIN }), CONVERGED);
+    assert_eq!(decided.kept(Buffer::Best), 0.9e-8);
 }
 
 #[test]
 fn after_a_warm_start_half_of_the_tolerance_is_enough() {
-    let mut desk = desk();
+    let mut decided = decided();
     let near = Iterate { worst: 0.5e-8, ..PLAIN };
-    assert_eq!(desk.judge(near), Outcome::Next);
-    desk.control = Control::new(&desk.settings);
-    desk.control.start_warm(true);
-    assert_eq!(desk.judge(Iterate { worst: 0.51e-8, ..PLAIN }), Outcome::Next);
-    desk.control = desk.control.restarted(Attempt::Cold);
-    assert_eq!(desk.judge(near), Outcome::Next);
-    desk.control = Control::new(&desk.settings);
-    desk.control.start_warm(true);
-    assert_eq!(desk.judge(near), CONVERGED);
+    assert_eq!(decided.judge(near), Outcome::Next);
+    decided.control = Control::new(&decided.settings);
+    decided.control.start_warm(true);
+    assert_eq!(decided.judge(Iterate { worst: 0.51e-8, ..PLAIN }), Outcome::Next);
+    decided.control = decided.control.restarted(Attempt::Cold);
+    assert_eq!(decided.judge(near), Outcome::Next);
+    decided.control = Control::new(&decided.settings);
+    decided.control.start_warm(true);
+    assert_eq!(decided.judge(near), CONVERGED);
 }
 
 #[test]
-fn the_clock_stands_still_while_a_walk_is_laid_aside() {
+fn the_clock_stands_still_while_an_attempt_is_suspended() {
     let settings = Settings { max_time_s: 1e-9, ..Settings::default() };
-    let mut desk = desk();
+    let mut decided = decided();
     for (rest, outcome) in
         [(Duration::from_secs(3600), Outcome::Next), (Duration::ZERO, Outcome::Done(Stop::MaxTime))]
     {
-        desk.control = Control::new(&settings);
+        decided.control = Control::new(&settings);
         let now = Instant::now();
-        desk.control.suspend(now);
-        desk.control.resume(now + rest);
-        assert_eq!(desk.judge(PLAIN), outcome);
+        decided.control.suspend(now);
+        decided.control.resume(now + rest);
+        assert_eq!(decided.judge(PLAIN), outcome);
     }
 }
 
 #[test]
 fn the_best_iterate_is_the_one_with_the_smallest_worst_ratio() {
-    let mut desk = desk();
+    let mut decided = decided();
     for (worst, best) in [(1.0, 1.0), (0.5, 0.5), (0.7, 0.5), (0.49, 0.49), (0.4899, 0.4899), (3.0, 0.4899)] {
-        assert_eq!(desk.judge(Iterate { worst, ..PLAIN }), Outcome::Next);
-        assert_eq!(desk.kept(Buffer::Best), best);
+        assert_eq!(decided.judge(Iterate { worst, ..PLAIN }), Outcome::Next);
+        assert_eq!(decided.kept(Buffer::Best), best);
     }
 }
 
 #[test]
 fn iterates_that_are_not_numbers_stall_and_are_not_kept() {
-    let mut desk = desk();
-    desk.judge(PLAIN);
-    assert_eq!(desk.judge(Iterate { worst: f64::NAN, ..PLAIN }), STALLED);
-    desk.engine.path.work.statistics[stat::NON_FINITE] = f64::NAN;
-    let work = &mut desk.engine.path.work;
+    let mut decided = decided();
+    decided.judge(PLAIN);
+    assert_eq!(decided.judge(Iterate { worst: f64::NAN, ..PLAIN }), STALLED);
+    decided.engine.path.work.statistics[stat::NON_FINITE] = f64::NAN;
+    let work = &mut decided.engine.path.work;
     work.statistics[stat::STRICT] = 1e-12;
-    assert_eq!(desk.control.decide(0, Stage::Statistics, &desk.settings, work), STALLED);
-    assert_eq!(desk.kept(Buffer::Best), PLAIN.worst);
+    assert_eq!(decided.control.decide(0, Stage::Statistics, &decided.settings, work), STALLED);
+    assert_eq!(decided.kept(Buffer::Best), PLAIN.worst);
 }
 
 #[test]
 fn radii_count_only_while_the_embedding_leans_towards_infeasibility() {
-    let mut desk = desk();
-    assert_eq!(desk.judge(Iterate { primal: 1e12, dual: 1e12, ..PLAIN }), Outcome::Next);
-    assert_eq!((desk.control.primal_radius, desk.control.dual_radius), (0.0, 0.0));
-    assert_eq!(desk.judge(Iterate { primal: 1e3, worst: 2.0, ..LEANING }), Outcome::Next);
-    assert_eq!(desk.judge(Iterate { primal: 1e2, worst: 3.0, ..LEANING }), Outcome::Next);
-    assert_eq!((desk.control.primal_radius, desk.kept(Buffer::PrimalCertificate)), (1e3, 2.0), "the larger one is kept");
-    assert_eq!(desk.judge(Iterate { dual: 5.0, worst: 4.0, ..LEANING }), Outcome::Next);
-    assert_eq!((desk.control.dual_radius, desk.kept(Buffer::DualCertificate)), (5.0, 4.0));
-    let primal = desk.judge(Iterate { primal: 1e8, ..LEANING });
+    let mut decided = decided();
+    assert_eq!(decided.judge(Iterate { primal: 1e12, dual: 1e12, ..PLAIN }), Outcome::Next);
+    assert_eq!((decided.control.primal_radius, decided.control.dual_radius), (0.0, 0.0));
+    assert_eq!(decided.judge(Iterate { primal: 1e3, worst: 2.0, ..LEANING }), Outcome::Next);
+    assert_eq!(decided.judge(Iterate { primal: 1e2, worst: 3.0, ..LEANING }), Outcome::Next);
+    assert_eq!(
+        (decided.control.primal_radius, decided.kept(Buffer::PrimalCertificate)),
+        (1e3, 2.0),
+        "the larger one is kept"
+    );
+    assert_eq!(decided.judge(Iterate { dual: 5.0, worst: 4.0, ..LEANING }), Outcome::Next);
+    assert_eq!((decided.control.dual_radius, decided.kept(Buffer::DualCertificate)), (5.0, 4.0));
+    let primal = decided.judge(Iterate { primal: 1e8, ..LEANING });
     assert_eq!(primal, Outcome::Done(Stop::PrimalCertificate));
-    assert_eq!(self::desk().judge(Iterate { dual: 1e8, ..LEANING }), Outcome::Done(Stop::DualCertificate));
+    assert_eq!(self::decided().judge(Iterate { dual: 1e8, ..LEANING }), Outcome::Done(Stop::DualCertificate));
 }
 
 #[test]
 fn sixteen_iterations_without_progress_stall_and_creeping_is_none() {
-    let mut desk = desk();
-    desk.judge(PLAIN);
+    let mut decided = decided();
+    decided.judge(PLAIN);
     for k in 1..=15 {
         let creeping = Iterate { worst: 1.0 - 0.001 * f64::from(k), ..PLAIN };
-        assert_eq!(desk.judge(creeping), Outcome::Next, "iteration {k}");
+        assert_eq!(decided.judge(creeping), Outcome::Next, "iteration {k}");
     }
-    assert_eq!(desk.judge(Iterate { worst: 0.985, ..PLAIN }), STALLED);
+    assert_eq!(decided.judge(Iterate { worst: 0.985, ..PLAIN }), STALLED);
     // A tenth less is progress, and so is a larger radius.
-    let mut desk = self::desk();
+    let mut decided = self::decided();
     for k in 0..6 {
         let share = 0.8f64.powi(k);
         let progress = if k % 2 == 0 {
@@ -157,17 +161,17 @@ fn sixteen_iterations_without_progress_stall_and_creeping_is_none() {
         } else {
             Iterate { primal: f64::from(k), ..LEANING }
         };
-        assert_eq!(desk.judge(progress), Outcome::Next);
+        assert_eq!(decided.judge(progress), Outcome::Next);
         for _ in 0..15 {
-            assert_eq!(desk.judge(Iterate { worst: 2.0, ..PLAIN }), Outcome::Next);
+            assert_eq!(decided.judge(Iterate { worst: 2.0, ..PLAIN }), Outcome::Next);
         }
     }
-    assert_eq!(desk.judge(Iterate { worst: 2.0, ..PLAIN }), STALLED);
+    assert_eq!(decided.judge(Iterate { worst: 2.0, ..PLAIN }), STALLED);
 }
 
 #[test]
 fn three_short_steps_in_a_row_stall() {
-    let mut desk = desk();
+    let mut decided = decided();
     for (length, outcome) in [
         (5e-5, Outcome::Next),
         (5e-5, Outcome::Next),
@@ -175,29 +179,29 @@ fn three_short_steps_in_a_row_stall() {
         (5e-5, Outcome::Next),
         (5e-5, Outcome::Next),
     ] {
-        desk.step(length);
-        assert_eq!(desk.judge(PLAIN), outcome);
+        decided.step(length);
+        assert_eq!(decided.judge(PLAIN), outcome);
     }
-    desk.step(5e-5);
-    assert_eq!(desk.judge(PLAIN), STALLED);
+    decided.step(5e-5);
+    assert_eq!(decided.judge(PLAIN), STALLED);
 }
 
 #[test]
 fn converging_comes_before_every_limit_and_interruption_before_the_others() {
-    let mut desk = desk();
-    desk.settings.max_iterations = 1;
-    desk.step(1.0);
-    assert_eq!(desk.judge(PLAIN), Outcome::Done(Stop::MaxIterations));
-    desk.control.interrupted = true;
-    assert_eq!(desk.judge(PLAIN), Outcome::Done(Stop::Interrupted));
-    assert_eq!(desk.judge(Iterate { worst: 1e-10, ..PLAIN }), CONVERGED);
+    let mut decided = decided();
+    decided.settings.max_iterations = 1;
+    decided.step(1.0);
+    assert_eq!(decided.judge(PLAIN), Outcome::Done(Stop::MaxIterations));
+    decided.control.interrupted = true;
+    assert_eq!(decided.judge(PLAIN), Outcome::Done(Stop::Interrupted));
+    assert_eq!(decided.judge(Iterate { worst: 1e-10, ..PLAIN }), CONVERGED);
 }
 
 #[test]
 fn refinement_goes_on_while_it_gains_a_factor_of_four_and_ends_at_its_goal() {
     let settings = Settings { refinement_max: 3, ..Settings::default() };
     let outcomes = |errors: &[(f64, f64)]| {
-        let BatchQueue { mut engine, mut control, .. } = desk();
+        let Decided { mut engine, mut control, .. } = decided();
         engine.path.work.refinement_active[0] = 1.0;
         let ask = |&(error, worthwhile)| {
             let words = &mut engine.path.work.refinement;

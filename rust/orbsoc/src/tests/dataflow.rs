@@ -11,14 +11,14 @@ fn at_every_stage(seed: u64, mut look: impl FnMut(&Engine<f64>, Stage)) {
     // Both bounds on a solve's error are active somewhere.
     let settings = Settings { refinement_share: 1e-8, refinement_tol: 1e-12, ..Settings::default() };
     let mut engine = Engine::<f64>::new(&mixed_problem(seed), &settings).unwrap();
-    walk(&mut engine, STARTUP, &mut look);
+    attempt(&mut engine, STARTUP, &mut look);
     let mut near = engine.conclude();
     near.x.iter_mut().for_each(|x| *x *= 1.01);
     assert!(engine.start_from(&Start::from(&near)).unwrap());
-    walk(&mut engine, WARM_STARTUP, &mut look);
+    attempt(&mut engine, WARM_STARTUP, &mut look);
 }
 
-fn walk(engine: &mut Engine<f64>, startup: &[Step], look: &mut impl FnMut(&Engine<f64>, Stage)) {
+fn attempt(engine: &mut Engine<f64>, startup: &[Step], look: &mut impl FnMut(&Engine<f64>, Stage)) {
     let mut run = |stage| {
         look(engine, stage);
         engine.run(stage)
@@ -99,7 +99,7 @@ fn what_a_stage_writes_and_does_not_read_it_writes_whole() {
     });
 }
 
-/// An stalled_iterations read would be paid for in every transfer.
+/// An idle read would be paid for in every transfer.
 #[test]
 fn what_a_stage_declares_to_read_it_needs() {
     let mut stalled_iterations: HashSet<(Stage, Buffer)> = Stage::ALL
@@ -118,6 +118,7 @@ fn what_a_stage_declares_to_read_it_needs() {
         }
     };
     (0..3).for_each(|seed| at_every_stage(seed, &mut look));
-    let names: Vec<_> = stalled_iterations.iter().map(|(stage, buffer)| (stage.name(), buffer.name())).collect();
+    let names: Vec<_> =
+        stalled_iterations.iter().map(|(stage, buffer)| (stage.name(), buffer.name())).collect();
     assert!(names.is_empty(), "read and never used: {names:?}");
 }

@@ -388,13 +388,15 @@ fn exact_and_relaxed_panels_give_the_same_words_but_for_the_sign_of_zero() {
             _ => quasi_definite(1 + seed % 64, 0.1, seed % 2 == 0, seed as u64),
         };
         let exact = factor(&matrix, REGULARIZATION, Panels::Exact);
-        let plain = |node: &Supernode| node.kind != Kind::Simplicial && (node.top == 1 || node.top == node.width);
+        let plain =
+            |node: &Supernode| node.kind != Kind::Simplicial && (node.top == 1 || node.top == node.width);
         assert!(exact.symbolic.supernodes.iter().all(plain));
         for panels in [Panels::Relaxed, Panels::Lanes] {
             let relaxed = factor(&matrix, REGULARIZATION, panels);
             let nodes = &relaxed.symbolic.supernodes;
-            let is =
-                |node: &Supernode, which: fn(&Supernode) -> bool| node.kind == Kind::IndependentTwins && which(node);
+            let is = |node: &Supernode, which: fn(&Supernode) -> bool| {
+                node.kind == Kind::IndependentTwins && which(node)
+            };
             found[0] += usize::from(relaxed.symbolic.panel_words != exact.symbolic.panel_words);
             found[1] += nodes.iter().filter(|node| node.kind == Kind::Simplicial).count();
             found[2] += nodes.iter().filter(|node| is(node, |node| node.top > 1)).count();
@@ -406,7 +408,7 @@ fn exact_and_relaxed_panels_give_the_same_words_but_for_the_sign_of_zero() {
             assert_eq!(exact.solve(&rhs), relaxed.solve(&rhs));
         }
     }
-    let what = ["changed panels", "ragged columns", "chains abreast", "columns abreast"];
+    let what = ["changed panels", "simplicial columns", "merged supernodes", "merged columns"];
     assert!(found.iter().all(|&count| count > 20), "{what:?}: {found:?}");
 }
 

@@ -4,7 +4,7 @@
 use crate::kernels::cone_ops;
 use crate::kernels::layout::{embedding, stat};
 use crate::kkt::structure::Pattern;
-use crate::tests::reference::{dot, jordan, mixed_problem, norm, walk};
+use crate::tests::reference::{dot, iterate_from_startup, jordan, mixed_problem, norm};
 use crate::{Buffer, Engine, Outcome, Settings, Stage, Step, ITERATION};
 
 /// The scaled problem, and an iterate with a direction.
@@ -90,12 +90,12 @@ impl At {
     }
 }
 
-/// Walk `before` iterations, then into the next one up to and with the `count`th run of `last`.
+/// Run `before` iterations, then the next one up to and with the `count`th run of `last`.
 fn stop_after(seed: u64, before: usize, last: Stage, count: usize) -> At {
     // Refined to the last digit, or the equations hold to a share of the residual only.
     let settings = Settings { refinement_share: 1e-15, refinement_tol: 1e-15, ..Settings::default() };
     let mut engine = Engine::<f64>::new(&mixed_problem(seed), &settings).unwrap();
-    walk(&mut engine, before);
+    iterate_from_startup(&mut engine, before);
     let mut seen = 0;
     for step in ITERATION {
         match *step {

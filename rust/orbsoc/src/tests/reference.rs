@@ -188,8 +188,8 @@ pub fn mixed_problem(seed: u64) -> Problem {
     Problem::new(Some(cost), c, Some(a), b, Some(g), h, cones).expect("sizes fit")
 }
 
-/// Walk STARTUP and then `iterations` whole iterations.
-pub fn walk<T: Decide>(engine: &mut Engine<T>, iterations: usize) {
+/// Run STARTUP and then `iterations` whole iterations.
+pub fn iterate_from_startup<T: Decide>(engine: &mut Engine<T>, iterations: usize) {
     let lists = core::iter::once(STARTUP).chain(core::iter::repeat_n(ITERATION, iterations));
     for step in lists.flatten() {
         step.perform(&mut |stage| engine.run(stage));

@@ -1,4 +1,4 @@
-//! Which of two walks' outcomes counts.
+//! Which of two attempts' outcomes counts.
 
 use crate::outcome::solution::better_of;
 use crate::{Certificate, Solution, Status, WarmStart};
@@ -26,7 +26,7 @@ fn outcome(status: Status, residual: f64, iterations: u32) -> Solution {
     }
 }
 
-/// The status, which walk's numbers, and the message of the second walk after the first.
+/// The status, which attempt's numbers, and the message of the second attempt after the first.
 fn after(first: (Status, f64), second: (Status, f64)) -> (Status, f64, String) {
     let first = outcome(first.0, first.1, 10);
     let found = better_of(&first, outcome(second.0, second.1, 30), INACCURATE);
@@ -35,7 +35,7 @@ fn after(first: (Status, f64), second: (Status, f64)) -> (Status, f64, String) {
         (30, 30, 3),
         "the second's counts include the first's"
     );
-    assert_eq!([found.x[0], found.objective], [found.certificate.primal_residual; 2], "of one walk");
+    assert_eq!([found.x[0], found.objective], [found.certificate.primal_residual; 2], "of one attempt");
     (found.status, found.x[0], found.message)
 }
 

@@ -3,7 +3,7 @@
 
 use crate::kernels::layout::refinement;
 use crate::kernels::layout::regularization;
-use crate::tests::reference::{dense, mixed_problem, walk};
+use crate::tests::reference::{dense, iterate_from_startup, mixed_problem};
 use crate::{
     Buffer, Decide, Engine, Outcome, Real, Settings, Stage, Status, Step, Stop, CLOSING, ITERATION, STARTUP,
 };
@@ -65,7 +65,7 @@ fn every_stage_computes_the_same_numbers_in_both_precisions() {
 #[test]
 fn an_iterate_with_a_nan_or_an_infinity_stops_the_solve_and_is_never_solved() {
     let mut start = engine::<f64>(4);
-    walk(&mut start, 0);
+    iterate_from_startup(&mut start, 0);
     for buffer in [Buffer::Point, Buffer::Slack, Buffer::Homogenizer] {
         for word in 0..start.buffer(buffer).len() {
             for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
@@ -85,7 +85,7 @@ fn an_iterate_with_a_nan_or_an_infinity_stops_the_solve_and_is_never_solved() {
 #[test]
 fn a_late_nan_leaves_the_best_iterate_of_before() {
     let mut engine = engine::<f64>(4);
-    walk(&mut engine, 4);
+    iterate_from_startup(&mut engine, 4);
     let mut plain = engine.clone();
     plain.run(Stage::Unscale);
     engine.path.work.slack[0] = f64::NAN;
@@ -99,7 +99,7 @@ fn a_late_nan_leaves_the_best_iterate_of_before() {
 #[test]
 fn tau_and_kappa_take_part_in_the_step_length() {
     let mut engine = engine::<f64>(5);
-    walk(&mut engine, 1);
+    iterate_from_startup(&mut engine, 1);
     let zeros = vec![0.0; engine.buffer(Buffer::ScaledS).len()];
     set(&mut engine, Buffer::ScaledS, &zeros);
     set(&mut engine, Buffer::ScaledZ, &zeros);
@@ -126,7 +126,7 @@ fn tau_and_kappa_take_part_in_the_step_length() {
 /// An engine that has just solved for (−c, b, h) in its third iteration, and the true error of it.
 fn solved() -> (Engine<f64>, DVector<f64>) {
     let mut engine = Engine::<f64>::new(&mixed_problem(6), &Settings::default()).unwrap();
-    walk(&mut engine, 2);
+    iterate_from_startup(&mut engine, 2);
     for stage in [
         Stage::Statistics,
         Stage::NtScaling,
@@ -149,7 +149,7 @@ fn solved() -> (Engine<f64>, DVector<f64>) {
 fn shifts(size_x: f64, size_yz: f64) -> (f64, f64) {
     let settings = Settings { static_regularization: 3e-8, ..Settings::default() };
     let mut engine = Engine::<f64>::new(&mixed_problem(6), &settings).unwrap();
-    walk(&mut engine, 0);
+    iterate_from_startup(&mut engine, 0);
     let n = engine.path.structure.n;
     let mut point = vec![0.5 * size_yz; engine.buffer(Buffer::Point).len()];
     point[..n].fill(0.5 * size_x);
@@ -183,7 +183,7 @@ fn shifts_are_balanced_by_the_sizes_of_the_iterate() {
 #[test]
 fn each_sign_of_pivot_is_shifted_by_its_own_word() {
     let mut engine = Engine::<f64>::new(&mixed_problem(6), &Settings::default()).unwrap();
-    walk(&mut engine, 2);
+    iterate_from_startup(&mut engine, 2);
     for stage in [Stage::Statistics, Stage::NtScaling, Stage::ScalingBlocks] {
         engine.run(stage);
     }
@@ -235,7 +235,10 @@ fn the_error_left_by_a_solve_is_that_of_the_unregularised_matrix() {
 #[test]
 fn the_first_of_a_pair_is_solved_bit_for_bit_as_alone() {
     let (mut engine, _) = solved();
-    for stages in [[Stage::SolveConstantAndPredictor, Stage::SolveKkt], [Stage::RefineConstantAndPredictor, Stage::RefineKkt]] {
+    for stages in [
+        [Stage::SolveConstantAndPredictor, Stage::SolveKkt],
+        [Stage::RefineConstantAndPredictor, Stage::RefineKkt],
+    ] {
         for stage in stages {
             engine.path.execute(stage);
         }

@@ -4,7 +4,7 @@ use crate::kkt::structure::Structure;
 use crate::method::datapath::Datapath;
 use crate::real::{Latency, Opcode, OperationCounts, Value};
 use crate::symbolic::supernodes::Panels;
-use crate::tests::reference::{mixed_problem, seeded, walk, SplitMix64};
+use crate::tests::reference::{iterate_from_startup, mixed_problem, seeded, SplitMix64};
 use crate::{
     operation_counts, record_tapes, Buffer, Cones, Csc, Decide, Engine, Problem, Settings, Stage, Tape,
 };
@@ -49,7 +49,7 @@ fn other_numbers(problem: &Problem, seed: u64) -> Problem {
 fn follow<T: Decide>(recorded: &Problem, solved: &Problem, iterations: usize) -> HashSet<Stage> {
     let recording = record_tapes(recorded, &Settings::default()).unwrap();
     let mut engine = Engine::<T>::exact(solved, &Settings::default()).unwrap();
-    walk(&mut engine, iterations);
+    iterate_from_startup(&mut engine, iterations);
     // Every stage once more, from wherever the solve stands: its words are as good as any.
     let mut seen = HashSet::new();
     for &stage in Stage::ALL {
@@ -116,7 +116,7 @@ fn two_tapes_in_one_make_what_they_make_one_after_the_other() {
     let tape = |stage| recording.tape(stage).unwrap();
     let both = tape(Stage::ScalingBlocks).then(tape(Stage::Factorize));
     let mut engine = Engine::<f64>::exact(&mixed_problem(2), &Settings::default()).unwrap();
-    walk(&mut engine, 2);
+    iterate_from_startup(&mut engine, 2);
     let before = engine.clone();
     engine.run(Stage::ScalingBlocks);
     engine.run(Stage::Factorize);
@@ -155,7 +155,7 @@ fn what_tapes_read_and_write_is_what_the_table_declares() {
             for (&buffer, &count) in &stored {
                 written.insert(buffer);
                 // A buffer of which words remain is updated, unless the table says that it stays unfinished;
-                // the words of L on and above the diagonal are nobody's.
+                // the entries of L on and above the diagonal are never read.
                 let whole = count == recording.words_of(buffer);
                 let unfinished = tape.stage.stales().contains(&buffer) || buffer == Buffer::FactorL;
                 if !whole && !unfinished {

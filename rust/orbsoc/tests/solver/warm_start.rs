@@ -121,7 +121,7 @@ fn a_warm_start_leaves_nothing_behind() {
 }
 
 #[test]
-fn walking_the_lists_by_hand_gives_the_same_words() {
+fn running_the_lists_by_hand_gives_the_same_bits() {
     let (data, new) = (generated(5).0, moved(&generated(5).0, 0.01));
     let before = engine(&data).solve();
     let mut by_hand = engine(&new);

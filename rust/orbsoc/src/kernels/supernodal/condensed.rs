@@ -44,12 +44,12 @@ impl<'a, T> Condensed<'a, T> {
 /// Reciprocal pivots.
 #[inline(always)]
 pub fn factor<T: Real>(
-    given: Condensed<T>,
+    condensed: Condensed<T>,
     positive: &[bool],
     regularization: Regularization<T>,
     pivot_inverse: &mut [T],
 ) {
-    for ((inverse, &pivot), &positive) in pivot_inverse.iter_mut().zip(given.source(0)).zip(positive) {
+    for ((inverse, &pivot), &positive) in pivot_inverse.iter_mut().zip(condensed.source(0)).zip(positive) {
         *inverse = T::one() / regularized(pivot, positive, regularization);
     }
 }
@@ -58,39 +58,40 @@ pub fn factor<T: Real>(
 /// are kept as are multiplied at once.
 #[inline(always)]
 pub fn contribute<T: Real>(
-    given: Condensed<T>,
+    condensed: Condensed<T>,
     pivot_inverse: &[T],
     positions: &[u32],
     scratch: &mut [T],
     later: &mut [T],
 ) {
-    let pairs = if T::RHS_BLOCK { given.rows() / 2 * 2 } else { 0 };
-    let positions = contribute_of::<T, 2>(given, 0..pairs, pivot_inverse, positions, scratch, later);
-    contribute_of::<T, 1>(given, pairs..given.rows(), pivot_inverse, positions, scratch, later);
+    let pairs = if T::RHS_BLOCK { condensed.rows() / 2 * 2 } else { 0 };
+    let positions = contribute_of::<T, 2>(condensed, 0..pairs, pivot_inverse, positions, scratch, later);
+    contribute_of::<T, 1>(condensed, pairs..condensed.rows(), pivot_inverse, positions, scratch, later);
 }
 
 /// The same for some `columns`, `R` at once; returns the positions of those after them.
 #[inline(always)]
 fn contribute_of<'p, T: Real, const R: usize>(
-    given: Condensed<T>,
+    condensed: Condensed<T>,
     columns: Range<usize>,
     pivot_inverse: &[T],
     mut positions: &'p [u32],
     scratch: &mut [T],
     later: &mut [T],
 ) -> &'p [u32] {
-    let scaled = &mut scratch.as_chunks_mut::<R>().0[..given.width];
+    let scaled = &mut scratch.as_chunks_mut::<R>().0[..condensed.width];
     for first in columns.step_by(R) {
         let mut here: [&[u32]; R] = [&[]; R];
         for r in 0..R {
-            for ((scaled, &word), &inverse) in scaled.iter_mut().zip(given.row(first + r)).zip(pivot_inverse)
+            for ((scaled, &word), &inverse) in
+                scaled.iter_mut().zip(condensed.row(first + r)).zip(pivot_inverse)
             {
                 scaled[r] = word * inverse;
             }
-            (here[r], positions) = positions.split_at(given.rows() - first - r);
+            (here[r], positions) = positions.split_at(condensed.rows() - first - r);
         }
-        for row in first..given.rows() {
-            let products = dot_of(given.row(row), scaled);
+        for row in first..condensed.rows() {
+            let products = dot_of(condensed.row(row), scaled);
             // Above its own row a column has none.
             for r in 0..R.min(row - first + 1) {
                 let word = &mut later[here[r][row - first - r] as usize];
@@ -104,21 +105,21 @@ fn contribute_of<'p, T: Real, const R: usize>(
 /// What the columns' unknowns contribute to the rows `below`, counted from the first `later` one.
 #[inline(always)]
 pub fn forward<T: Real, const R: usize>(
-    given: Condensed<T>,
+    condensed: Condensed<T>,
     pivot_inverse: &[T],
     known: &[[T; R]],
     below: &[u32],
     scratch: &mut [[T; R]],
     later: &mut [[T; R]],
 ) {
-    let scaled = &mut scratch[..given.width];
+    let scaled = &mut scratch[..condensed.width];
     for ((scaled, known), &inverse) in scaled.iter_mut().zip(known).zip(pivot_inverse) {
         for r in 0..R {
             scaled[r] = known[r] * inverse;
         }
     }
     for (row, &at) in below.iter().enumerate() {
-        let (word, sum) = (&mut later[at as usize], dot_of(given.row(row), scaled));
+        let (word, sum) = (&mut later[at as usize], dot_of(condensed.row(row), scaled));
         for r in 0..R {
             word[r] = word[r] - sum[r];
         }
@@ -129,17 +130,17 @@ pub fn forward<T: Real, const R: usize>(
 /// by their pivots already.
 #[inline(always)]
 pub fn backward<T: Real, const R: usize>(
-    given: Condensed<T>,
+    condensed: Condensed<T>,
     pivot_inverse: &[T],
     below: &[u32],
     later: &[[T; R]],
     scratch: &mut [[T; R]],
     unknown: &mut [[T; R]],
 ) {
-    let sums = &mut scratch[..given.width];
+    let sums = &mut scratch[..condensed.width];
     sums.fill([T::zero(); R]);
     for (row, &at) in below.iter().enumerate() {
-        T::subtract_multiple(sums, given.row(row), later[at as usize]);
+        T::subtract_multiple(sums, condensed.row(row), later[at as usize]);
     }
     for ((word, sum), &inverse) in unknown.iter_mut().zip(sums).zip(pivot_inverse) {
         for r in 0..R {

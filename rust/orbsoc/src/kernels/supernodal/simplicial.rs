@@ -19,7 +19,7 @@ pub struct Simplicial<'a> {
 }
 
 impl<'a> Simplicial<'a> {
-    /// Of a supernode of ragged columns.
+    /// The columns of a supernode of kind `Simplicial`.
     #[inline(always)]
     pub fn of(symbolic: &'a Symbolic, node: &Supernode) -> Self {
         Self { starts: symbolic.starts_of(node), below: symbolic.ahead(node) }
@@ -53,7 +53,7 @@ impl<'a> Simplicial<'a> {
 
 /// Reciprocal pivots and columns; each column's contribution is subtracted from where it is listed among the later ones.
 pub struct Factor<'a, T> {
-    pub ragged: Simplicial<'a>,
+    pub columns: Simplicial<'a>,
     pub positions: &'a [u32],
     pub positive: &'a [bool],
     pub regularization: Regularization<T>,
@@ -66,8 +66,8 @@ pub struct Factor<'a, T> {
 impl<T: Real> Outlined for Factor<'_, T> {
     #[inline(always)]
     fn run(self) {
-        let Self { ragged, mut positions, positive, regularization, mut l, y, pivot_inverse } = self;
-        for ((rows, &positive), inverse) in ragged.lengths().zip(positive).zip(pivot_inverse) {
+        let Self { columns, mut positions, positive, regularization, mut l, y, pivot_inverse } = self;
+        for ((rows, &positive), inverse) in columns.lengths().zip(positive).zip(pivot_inverse) {
             let (column, later) = l.split_at_mut(1 + rows);
             let here;
             (here, positions) = positions.split_at(rows * (rows + 1) / 2);
@@ -82,7 +82,7 @@ impl<T: Real> Outlined for Factor<'_, T> {
 
 /// What the columns' unknowns contribute to the rows below each.
 pub struct Forward<'a, T, const R: usize> {
-    pub ragged: Simplicial<'a>,
+    pub columns: Simplicial<'a>,
     pub l: &'a [T],
     /// From the first of their unknowns on.
     pub x: &'a mut [[T; R]],
@@ -91,8 +91,8 @@ pub struct Forward<'a, T, const R: usize> {
 impl<T: Real, const R: usize> Outlined for Forward<'_, T, R> {
     #[inline(always)]
     fn run(self) {
-        let Self { ragged, l, x } = self;
-        for (k, (column, rows)) in ragged.columns(l).enumerate() {
+        let Self { columns, l, x } = self;
+        for (k, (column, rows)) in columns.columns(l).enumerate() {
             let by = x[k];
             for (&l, &row) in column.iter().zip(rows) {
                 subtract(&mut x[row as usize], l, by);
@@ -103,7 +103,7 @@ impl<T: Real, const R: usize> Outlined for Forward<'_, T, R> {
 
 /// What the rows below contribute to the columns' unknowns, from the last column up.
 pub struct Backward<'a, T, const R: usize> {
-    pub ragged: Simplicial<'a>,
+    pub columns: Simplicial<'a>,
     /// Their words, and no more.
     pub l: &'a [T],
     /// From the first of their unknowns on.
@@ -113,8 +113,8 @@ pub struct Backward<'a, T, const R: usize> {
 impl<T: Real, const R: usize> Outlined for Backward<'_, T, R> {
     #[inline(always)]
     fn run(self) {
-        let Self { ragged, l, x } = self;
-        for (k, (column, rows)) in ragged.columns(l).enumerate().rev() {
+        let Self { columns, l, x } = self;
+        for (k, (column, rows)) in columns.columns(l).enumerate().rev() {
             let mut sum = x[k];
             for (&l, &row) in column.iter().zip(rows).rev() {
                 subtract(&mut sum, l, x[row as usize]);

@@ -71,7 +71,7 @@ fn subtract_tiled<T: Real, L: ScatterTarget, const N: usize>(
     while column + N <= hi {
         tile::<T, L, N, N, true>(columns, column, column, scatter, target);
         let mut row = column + N;
-        while T::TILE_ROWS && row + 8 <= columns.height {
+        while T::TILE_ROWS == 8 && row + 8 <= columns.height {
             tile::<T, L, 8, N, false>(columns, row, column, scatter, target);
             row += 8;
         }
@@ -161,7 +161,7 @@ fn gathered<T: Real, const M: usize>(words: &[T], rows: [usize; M], top: usize) 
     out
 }
 
-/// The same for `W` columns whose every scatter is listed, column by column. Few columns with few
+/// The same for `W` columns with scatter indices entry by entry. Few columns with few
 /// rows cost less so than in tiles.
 #[inline(always)]
 pub fn subtract_listed<T: Real, const W: usize>(
