@@ -31,13 +31,13 @@ pub fn substitute<T: Real, const R: usize>(
             outline::<T>(simplicial::Forward { columns, l, x: &mut x[node.first..] });
             continue;
         }
-        let (known, later) = x.split_at_mut(node.first + node.width);
+        let (known, trailing) = x.split_at_mut(node.first + node.width);
         let known = &mut known[node.first..];
         if node.kind == Kind::Condensed {
             let (condensed, inverse) = (Condensed::of(symbolic, node, values), &pivot_inverse[node.first..]);
-            condensed::forward(condensed, inverse, known, symbolic.ahead(node), scratch, later);
+            condensed::forward(condensed, inverse, known, symbolic.relative_rows(node), scratch, trailing);
         } else {
-            panel::forward(panel_of(symbolic, node, l), known, later);
+            panel::forward(panel_of(symbolic, node, l), known, trailing);
         }
     }
     if !divide_late {
@@ -53,13 +53,13 @@ pub fn substitute<T: Real, const R: usize>(
             outline::<T>(simplicial::Backward { columns, l, x: &mut x[node.first..] });
             continue;
         }
-        let (unknown, later) = x.split_at_mut(own.end);
+        let (unknown, trailing) = x.split_at_mut(own.end);
         let unknown = &mut unknown[own.start..];
         if node.kind == Kind::Condensed {
             let (condensed, inverse) = (Condensed::of(symbolic, node, values), &pivot_inverse[node.first..]);
-            condensed::backward(condensed, inverse, symbolic.ahead(node), later, scratch, unknown);
+            condensed::backward(condensed, inverse, symbolic.relative_rows(node), trailing, scratch, unknown);
         } else {
-            panel::backward(panel_of(symbolic, node, l), later, scratch, unknown);
+            panel::backward(panel_of(symbolic, node, l), trailing, scratch, unknown);
         }
     }
 }
@@ -76,10 +76,10 @@ fn divide<T: Real, const R: usize>(x: &mut [[T; R]], pivot_inverse: &[T]) {
 #[inline(always)]
 fn panel_of<'a, T>(symbolic: &'a Symbolic, node: &Supernode, l: &'a [T]) -> Panel<'a, T> {
     Panel {
-        l: &l[node.panel..][..node.width * node.height],
-        height: node.height,
-        top: node.top,
-        below: symbolic.ahead(node),
+        l: &l[node.panel..][..node.width * node.leading_dim],
+        leading_dim: node.leading_dim,
+        diagonal_size: node.diagonal_size,
+        rows: symbolic.relative_rows(node),
         leaves: node.kind == Kind::Leaves,
     }
 }

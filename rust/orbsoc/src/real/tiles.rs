@@ -2,7 +2,7 @@
 
 #![allow(clippy::needless_range_loop)] // constant ranges over arrays unroll; iterators over them do not always
 
-/// Columns `l` and `y` of `height` words, one after the other; a tile takes rows `row..` of `l` and `column..` of `y`.
+/// Columns `l` and `y` of `leading_dim` words, one after the other; a tile takes rows `row..` of `l` and `column..` of `y`.
 #[derive(Clone, Copy)]
 pub struct Factors<'a, T> {
     /// Columns divided by their pivots.
@@ -10,7 +10,7 @@ pub struct Factors<'a, T> {
     /// The same before the division.
     pub y: &'a [T],
     /// Words of a column.
-    pub height: usize,
+    pub leading_dim: usize,
     /// Where the tile begins in a column of `l` …
     pub row: usize,
     /// … and of `y`.
@@ -22,12 +22,12 @@ impl<'a, T: Copy> Factors<'a, T> {
     /// lists of chunks divide to count them, and become calls where the kernel around them is large.
     #[inline(always)]
     pub fn pairs<const M: usize, const N: usize>(self, mut each: impl FnMut(&'a [T; M], &'a [T; N])) {
-        let Self { l, y, height, row, column } = self;
+        let Self { l, y, leading_dim, row, column } = self;
         let mut at = 0;
         while let (Some(l), Some(y)) = (l.get(at + row..), y.get(at + column..)) {
             let (Some(l), Some(y)) = (l.first_chunk(), y.first_chunk()) else { return };
             each(l, y);
-            at += height;
+            at += leading_dim;
         }
     }
 }
@@ -43,7 +43,7 @@ mod tests {
         const HEIGHT: usize = 13;
         let mut numbers = SplitMix64(seed);
         let (l, y) = (numbers.list(columns * HEIGHT), numbers.list(columns * HEIGHT));
-        let factors = Factors { l: &l, y: &y, height: HEIGHT, row: 5, column: 3 };
+        let factors = Factors { l: &l, y: &y, leading_dim: HEIGHT, row: 5, column: 3 };
         let flat = numbers.list(M * N);
         let mut words = [[0.0; M]; N];
         for n in 0..N {
@@ -119,7 +119,7 @@ mod tests {
         let mut words = [[1.0 + 2f64.powi(-29); 4]; 4];
         f64::subtract_products::<4, 4, false>(
             &mut words,
-            Factors { l: &l, y: &y, height: 4, row: 0, column: 0 },
+            Factors { l: &l, y: &y, leading_dim: 4, row: 0, column: 0 },
         );
         assert_eq!(words, [[0.0; 4]; 4]);
     }

@@ -20,22 +20,22 @@ const MAX_MERGED_COLUMNS: usize = 32;
 /// … and rows of each, at least: others make leaves, or simplicial columns.
 const MIN_MERGED_ROWS: usize = 5;
 
-/// Gather what lies side by side; `below` are a column's rows.
+/// Gather what lies side by side; `rows_of` are a column's rows.
 pub(crate) fn amalgamated<'a>(
     mut runs: Vec<Run<'a>>,
     panels: Panels,
-    below: impl Fn(usize) -> &'a [u32],
+    rows_of: impl Fn(usize) -> &'a [u32],
 ) -> Vec<Run<'a>> {
     match panels {
         Panels::Exact => {}
-        Panels::Relaxed => amalgamate(&mut runs, 2, &below),
-        Panels::Lanes => amalgamate(&mut runs, 1, &below),
+        Panels::Relaxed => amalgamate(&mut runs, 2, &rows_of),
+        Panels::Lanes => amalgamate(&mut runs, 1, &rows_of),
     }
     join(&mut runs, twins);
     join(&mut runs, leaves);
     match panels {
         Panels::Exact => {}
-        Panels::Relaxed | Panels::Lanes => simplicial(&mut runs, below),
+        Panels::Relaxed | Panels::Lanes => simplicial(&mut runs, rows_of),
     }
     runs
 }
@@ -45,7 +45,7 @@ struct MergedSupernode<'a> {
     /// The runs that they are.
     runs: Range<usize>,
     /// Columns of each.
-    top: usize,
+    diagonal_size: usize,
     rows: Cow<'a, [u32]>,
     /// Rows of one and the other, added up.
     rows_added: usize,
@@ -53,29 +53,29 @@ struct MergedSupernode<'a> {
 
 impl<'a> MergedSupernode<'a> {
     fn of(at: usize, run: &Run<'a>) -> Self {
-        let rows_added = run.below.len();
-        Self { runs: at..at + 1, top: run.width, rows: run.below.clone(), rows_added }
+        let rows_added = run.rows.len();
+        Self { runs: at..at + 1, diagonal_size: run.width, rows: run.rows.clone(), rows_added }
     }
 
     /// Whether a run may be one of several.
     fn suits(run: &Run) -> bool {
-        run.kind == Kind::Supernode && run.width <= MAX_MERGED_WIDTH && run.below.len() >= MIN_MERGED_ROWS
+        run.kind == Kind::Supernode && run.width <= MAX_MERGED_WIDTH && run.rows.len() >= MIN_MERGED_ROWS
     }
 
     fn width(&self) -> usize {
-        self.runs.len() * self.top
+        self.runs.len() * self.diagonal_size
     }
 
     /// Take the `next` run in, and say so, where it suits these: all rows are then at most `times` as many as each has in
     /// the mean.
     fn try_merge(&mut self, next: &Run, times: usize) -> bool {
         let contained = || self.rows.iter().any(|&row| (next.first..next.end()).contains(&(row as usize)));
-        if next.width != self.top || self.width() + self.top > MAX_MERGED_COLUMNS || contained() {
+        if next.width != self.diagonal_size || self.width() + self.diagonal_size > MAX_MERGED_COLUMNS || contained() {
             return false;
         }
-        let rows_added = self.rows_added + next.below.len();
-        if self.rows != next.below {
-            let rows = union(&self.rows, &next.below);
+        let rows_added = self.rows_added + next.rows.len();
+        if self.rows != next.rows {
+            let rows = union(&self.rows, &next.rows);
             if rows.len() * (self.runs.len() + 1) > times * rows_added {
                 return false;
             }
@@ -88,9 +88,9 @@ impl<'a> MergedSupernode<'a> {
 
     /// Whether they are worth while, and each product of two rows has a word of its own to be subtracted from,
     /// though it be zero.
-    fn is_worthwhile(&self, below: impl Fn(usize) -> &'a [u32]) -> bool {
+    fn is_worthwhile(&self, rows_of: impl Fn(usize) -> &'a [u32]) -> bool {
         let lands = |(at, &row): (usize, &u32)| {
-            let mut there = below(row as usize).iter();
+            let mut there = rows_of(row as usize).iter();
             self.rows[at + 1..].iter().all(|row| there.any(|word| word == row))
         };
         self.runs.len() >= MIN_MERGED && self.rows.iter().enumerate().all(lands)
@@ -104,7 +104,7 @@ impl<'a> MergedSupernode<'a> {
         let first = &mut runs[self.runs.start];
         (first.kind, first.width, first.entries) = (Kind::IndependentTwins, width, entries);
         first.nearest = self.rows[0] as usize;
-        first.below = self.rows;
+        first.rows = self.rows;
     }
 }
 
@@ -117,7 +117,7 @@ fn union(a: &[u32], b: &[u32]) -> Vec<u32> {
 }
 
 /// Chains whose rows are much the same share a panel: each word where they contribute is then met for once.
-fn amalgamate<'a>(runs: &mut Vec<Run<'a>>, times: usize, below: impl Fn(usize) -> &'a [u32]) {
+fn amalgamate<'a>(runs: &mut Vec<Run<'a>>, times: usize, rows_of: impl Fn(usize) -> &'a [u32]) {
     let mut found: Vec<MergedSupernode> = Vec::new();
     let mut open: Option<MergedSupernode> = None;
     for (at, run) in runs.iter().enumerate() {
@@ -125,10 +125,10 @@ fn amalgamate<'a>(runs: &mut Vec<Run<'a>>, times: usize, below: impl Fn(usize) -
         if suits && open.as_mut().is_some_and(|open| open.try_merge(run, times)) {
             continue;
         }
-        found.extend(open.take().filter(|open| open.is_worthwhile(&below)));
+        found.extend(open.take().filter(|open| open.is_worthwhile(&rows_of)));
         open = suits.then(|| MergedSupernode::of(at, run));
     }
-    found.extend(open.filter(|open| open.is_worthwhile(&below)));
+    found.extend(open.filter(|open| open.is_worthwhile(&rows_of)));
     for merged in found {
         merged.gather(runs);
     }
@@ -148,9 +148,9 @@ fn join(runs: &mut Vec<Run<'_>>, suits: impl Fn(&Run, &Run) -> Option<Kind>) {
 
 /// Whether the single column `next` has the rows of those `before` it.
 fn twins(before: &Run, next: &Run) -> Option<Kind> {
-    let single = before.kind == Kind::IndependentTwins && before.top == 1 && before.width < MAX_TWINS;
+    let single = before.kind == Kind::IndependentTwins && before.diagonal_size == 1 && before.width < MAX_TWINS;
     let single = (single || before.width == 1) && next.width == 1;
-    (single && before.below == next.below).then_some(Kind::IndependentTwins)
+    (single && before.rows == next.rows).then_some(Kind::IndependentTwins)
 }
 
 /// Whether the columns of `next` have as few rows as those `before` them, and do not depend on them.
@@ -163,12 +163,12 @@ fn leaves(before: &Run, next: &Run) -> Option<Kind> {
 /// Rows below each column, where they may be leaves: few, and not better kept as siblings.
 fn rows_of_each_leaf(run: &Run) -> Option<usize> {
     let rows = match run.kind {
-        Kind::Leaves => run.below.len() / run.width,
-        _ => run.below.len(),
+        Kind::Leaves => run.rows.len() / run.width,
+        _ => run.rows.len(),
     };
     let single = match run.kind {
         Kind::Supernode => run.width == 1,
-        Kind::IndependentTwins => run.top == 1 && run.width < MIN_TWINS_KEPT,
+        Kind::IndependentTwins => run.diagonal_size == 1 && run.width < MIN_TWINS_KEPT,
         Kind::Leaves => true,
         Kind::Condensed | Kind::Simplicial => false,
     };
@@ -180,7 +180,7 @@ fn merge(run: &mut Run, next: &mut Run, kind: Kind) {
     if kind == Kind::Leaves {
         make_leaves(run);
         make_leaves(next);
-        run.below.to_mut().extend_from_slice(&next.below);
+        run.rows.to_mut().extend_from_slice(&next.rows);
     }
     run.width += next.width;
     run.nearest = run.nearest.min(next.nearest);
@@ -191,22 +191,22 @@ fn merge(run: &mut Run, next: &mut Run, kind: Kind) {
 /// Repeat the rows for each column.
 fn make_leaves(run: &mut Run) {
     if run.kind != Kind::Leaves {
-        run.below = Cow::Owned(run.below.repeat(run.width));
+        run.rows = Cow::Owned(run.rows.repeat(run.width));
         run.kind = Kind::Leaves;
     }
 }
 
 /// Neighbours of few entries each become simplicial columns, whether one depends on another or not.
-fn simplicial<'a>(runs: &mut Vec<Run<'a>>, below: impl Fn(usize) -> &'a [u32]) {
+fn simplicial<'a>(runs: &mut Vec<Run<'a>>, rows_of: impl Fn(usize) -> &'a [u32]) {
     let kind = |run: &Run| matches!(run.kind, Kind::Supernode | Kind::IndependentTwins);
     let slight = |run: &Run| kind(run) && run.words() <= 1 + MAX_SCATTERED_ROWS;
     runs.dedup_by(|next, last| {
         let joins = slight(next) && (last.kind == Kind::Simplicial || slight(last));
         if joins {
-            make_simplicial(last, &below);
-            make_simplicial(next, &below);
+            make_simplicial(last, &rows_of);
+            make_simplicial(next, &rows_of);
             last.width += next.width;
-            last.below.to_mut().extend_from_slice(&next.below);
+            last.rows.to_mut().extend_from_slice(&next.rows);
             last.lengths.append(&mut next.lengths);
         }
         joins
@@ -214,11 +214,11 @@ fn simplicial<'a>(runs: &mut Vec<Run<'a>>, below: impl Fn(usize) -> &'a [u32]) {
 }
 
 /// Each column's own rows, instead of those that its panel has.
-fn make_simplicial<'a>(run: &mut Run, below: impl Fn(usize) -> &'a [u32]) {
+fn make_simplicial<'a>(run: &mut Run, rows_of: impl Fn(usize) -> &'a [u32]) {
     if run.kind != Kind::Simplicial {
         let columns = run.first..run.end();
-        run.lengths = columns.clone().map(|j| index(below(j).len())).collect();
-        run.below = columns.flat_map(|j| below(j).iter().copied()).collect();
-        (run.kind, run.top) = (Kind::Simplicial, 1);
+        run.lengths = columns.clone().map(|j| index(rows_of(j).len())).collect();
+        run.rows = columns.flat_map(|j| rows_of(j).iter().copied()).collect();
+        (run.kind, run.diagonal_size) = (Kind::Simplicial, 1);
     }
 }

@@ -5,11 +5,11 @@ use crate::error::Error;
 use crate::symbolic::amalgamation::amalgamated;
 use crate::symbolic::etree::columns_of_l;
 use crate::symbolic::indices::index;
-use crate::symbolic::supernodes::{chains, Kind, Panels, MAX_SCATTERED_ROWS};
+use crate::symbolic::supernodes::{supernodes, Kind, Panels, MAX_SCATTERED_ROWS};
 use crate::symbolic::upper::Upper;
 use core::ops::Range;
 
-/// A run of columns of L, stored as a dense `height × width` panel, column-major. Each column begins with the rows of its
+/// A run of columns of L, stored as a dense `leading_dim × width` panel, column-major. Each column begins with the rows of its
 /// own chain, those above the diagonal unused; in siblings of one column each, and leaves, that is the diagonal alone.
 /// Simplicial columns follow one another, each as long as it is.
 #[derive(Clone, Copy, Debug)]
@@ -19,21 +19,21 @@ pub(crate) struct Supernode {
     pub first: usize,
     pub width: usize,
     /// Columns of each of its chains, and rows of the panel that are theirs.
-    pub top: usize,
+    pub diagonal_size: usize,
     /// Leading dimension: rows of the panel; of simplicial columns, of the longest.
-    pub height: usize,
-    /// Rows of the matrix below, in [`Symbolic::below`].
-    pub below: (usize, usize),
+    pub leading_dim: usize,
+    /// Rows of the matrix below, in [`Symbolic::row_structure`].
+    pub row_range: (usize, usize),
     /// Where the panel begins among the factor's words.
     pub panel: usize,
     /// Where it contributes to, in [`Symbolic::updates`] …
     pub updates: (usize, usize),
-    /// … or, when it is small, word by word in [`Symbolic::positions`].
-    pub listed: Option<(usize, usize)>,
+    /// … or, when it is small, word by word in [`Symbolic::scatter`].
+    pub scatter_range: Option<(usize, usize)>,
     /// Of simplicial columns, where theirs begin in [`Symbolic::starts`].
     starts: usize,
-    /// Of given columns, where their words are in [`Symbolic::sources`].
-    sources: usize,
+    /// Of condensed columns, where their words are in [`Symbolic::gather`].
+    gather: usize,
 }
 
 impl Supernode {
@@ -41,28 +41,28 @@ impl Supernode {
     pub fn words(&self) -> usize {
         match self.kind {
             Kind::Condensed => 0,
-            Kind::Simplicial => self.width + self.below.1 - self.below.0,
-            _ => self.width * self.height,
+            Kind::Simplicial => self.width + self.row_range.1 - self.row_range.0,
+            _ => self.width * self.leading_dim,
         }
     }
 
-    /// Whether its contributions are listed word by word: few columns, and few enough words.
+    /// Whether its contributions are scatter_range word by word: few columns, and few enough words.
     fn small(&self) -> bool {
         matches!(self.kind, Kind::Leaves | Kind::Condensed | Kind::Simplicial)
-            || (self.width <= 4 && self.height - self.top <= MAX_SCATTERED_ROWS)
+            || (self.width <= 4 && self.leading_dim - self.diagonal_size <= MAX_SCATTERED_ROWS)
     }
 
     /// The chain that a column is in.
     fn diagonal_block_of(&self, column: usize) -> Range<usize> {
-        let first = match self.top {
+        let first = match self.diagonal_size {
             1 => column,
-            top if top == self.width => self.first,
-            top => column - (column - self.first) % top,
+            size if size == self.width => self.first,
+            size => column - (column - self.first) % size,
         };
-        first..first + self.top
+        first..first + self.diagonal_size
     }
 
-    /// Columns whose contributions are listed apart.
+    /// Columns whose contributions are scatter_range apart.
     fn lists(&self) -> Range<usize> {
         let apart = matches!(self.kind, Kind::Leaves | Kind::Simplicial);
         self.first..self.first + if apart { self.width } else { 1 }
@@ -70,14 +70,14 @@ impl Supernode {
 }
 
 /// Where the rows of one column of L are, asked for in ascending order.
-struct Places<'a> {
+struct RowPositions<'a> {
     own: Range<usize>,
     below: &'a [u32],
     /// How many of the rows below have been passed.
     at: usize,
 }
 
-impl Places<'_> {
+impl RowPositions<'_> {
     /// Where in its column of the panel a row is.
     fn of(&mut self, row: u32) -> usize {
         if self.own.contains(&(row as usize)) {
@@ -104,11 +104,11 @@ pub(crate) struct Update {
 
 /// Adjacent words of the permuted upper triangle, and where they are wanted.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Load {
+pub(crate) struct EntryRun {
     /// The first of them.
     pub values: usize,
-    /// Their places, in [`Symbolic::places`].
-    pub places: Range<usize>,
+    /// Their places, in [`Symbolic::entry_targets`].
+    pub targets: Range<usize>,
 }
 
 /// The symbolic factorization.
@@ -116,21 +116,21 @@ pub(crate) struct Load {
 pub(crate) struct Symbolic {
     pub supernodes: Vec<Supernode>,
     /// Rows below the columns of all supernodes …
-    below: Vec<u32>,
+    row_structure: Vec<u32>,
     /// … and the same relative to the first row after each one's own columns, of simplicial columns to their first.
-    ahead: Vec<u32>,
+    relative_rows: Vec<u32>,
     /// Updates by all supernodes, targets ascending within each.
     pub updates: Vec<Update>,
     pub relative: Vec<u32>,
     /// Where each product of a small supernode's rows lands, column by column, counted from the end of
     /// its own panel; of simplicial columns, from the end of the column.
-    pub positions: Vec<u32>,
+    pub scatter: Vec<u32>,
     /// Runs of the matrix's entries that the factor begins with: all but those of condensed columns.
-    pub loads: Vec<Load>,
+    pub entry_runs: Vec<EntryRun>,
     /// Where they go.
-    pub places: Vec<u32>,
-    /// Of given columns, where the diagonal begins among the matrix's words, then each row below.
-    sources: Vec<u32>,
+    pub entry_targets: Vec<u32>,
+    /// Of condensed columns, where the diagonal begins among the matrix's words, then each row below.
+    gather: Vec<u32>,
     /// Of simplicial columns, the number of rows below the columns before each; then, below all of them.
     starts: Vec<u32>,
     /// Words of all panels.
@@ -166,27 +166,27 @@ impl Symbolic {
             self.multiply_subtracts += below * (below + 1) / 2;
         }
         let mut owner = vec![0; dim];
-        let below = |j: usize| &rowidx[colptr[j] as usize + 1..colptr[j + 1] as usize];
-        for run in amalgamated(chains(dim, panels, below), panels, below) {
+        let rows_of = |j: usize| &rowidx[colptr[j] as usize + 1..colptr[j + 1] as usize];
+        for run in amalgamated(supernodes(dim, panels, rows_of), panels, rows_of) {
             let rows = match run.kind {
-                Kind::Supernode | Kind::IndependentTwins | Kind::Condensed => run.below.len(),
-                Kind::Leaves => run.below.len() / run.width,
+                Kind::Supernode | Kind::IndependentTwins | Kind::Condensed => run.rows.len(),
+                Kind::Leaves => run.rows.len() / run.width,
                 Kind::Simplicial => run.lengths.iter().copied().max().unwrap_or(0) as usize,
             };
-            let height = run.top + rows;
+            let leading_dim = run.diagonal_size + rows;
             owner[run.first..run.first + run.width].fill(index(self.supernodes.len()));
             let node = Supernode {
                 kind: run.kind,
                 first: run.first,
                 width: run.width,
-                top: run.top,
-                below: (self.below.len(), self.below.len() + run.below.len()),
-                height,
+                diagonal_size: run.diagonal_size,
+                row_range: (self.row_structure.len(), self.row_structure.len() + run.rows.len()),
+                leading_dim,
                 panel: self.panel_words,
                 updates: (0, 0),
-                listed: None,
+                scatter_range: None,
                 starts: self.starts.len(),
-                sources: 0,
+                gather: 0,
             };
             if node.kind == Kind::Simplicial {
                 let ends = run.lengths.iter().scan(0, |end, length| {
@@ -202,10 +202,10 @@ impl Symbolic {
                 self.substitution_scratch.max(if condensed { run.width } else { rows });
             let next = if node.kind == Kind::Simplicial { run.first } else { run.first + run.width };
             let next = index(next);
-            self.ahead.extend(run.below.iter().map(|&row| row - next));
-            self.below.extend_from_slice(&run.below);
+            self.relative_rows.extend(run.rows.iter().map(|&row| row - next));
+            self.row_structure.extend_from_slice(&run.rows);
             self.panel_words += node.words();
-            let beside = if node.kind == Kind::Simplicial { height } else { run.width * height };
+            let beside = if node.kind == Kind::Simplicial { leading_dim } else { run.width * leading_dim };
             self.max_panel = self.max_panel.max(beside);
         }
         owner
@@ -213,21 +213,21 @@ impl Symbolic {
 
     /// Row structure below a supernode; of leaves and simplicial columns, one column's after the other's.
     #[inline(always)]
-    pub fn below(&self, node: &Supernode) -> &[u32] {
-        &self.below[node.below.0..node.below.1]
+    pub fn row_structure(&self, node: &Supernode) -> &[u32] {
+        &self.row_structure[node.row_range.0..node.row_range.1]
     }
 
     /// The same, relative to the first row after its own columns, of simplicial columns to their first.
     #[inline(always)]
-    pub fn ahead(&self, node: &Supernode) -> &[u32] {
-        &self.ahead[node.below.0..node.below.1]
+    pub fn relative_rows(&self, node: &Supernode) -> &[u32] {
+        &self.relative_rows[node.row_range.0..node.row_range.1]
     }
 
     /// Where the products of a small supernode's rows land.
     #[inline(always)]
-    pub fn positions_of(&self, node: &Supernode) -> &[u32] {
-        let (begin, end) = node.listed.unwrap_or_default();
-        &self.positions[begin..end]
+    pub fn scatter_indices(&self, node: &Supernode) -> &[u32] {
+        let (begin, end) = node.scatter_range.unwrap_or_default();
+        &self.scatter[begin..end]
     }
 
     /// Of simplicial columns, the number of rows below the columns before each; then, below all of them.
@@ -242,29 +242,29 @@ impl Symbolic {
         let before = column - node.first;
         let words = match node.kind {
             Kind::Simplicial => before + self.starts_of(node)[before] as usize,
-            _ => before * node.height,
+            _ => before * node.leading_dim,
         };
         node.panel + words
     }
 
-    /// Of given columns, where the diagonal begins among the matrix's words, then each row below.
+    /// Of condensed columns, where the diagonal begins among the matrix's words, then each row below.
     #[inline(always)]
-    pub fn sources_of(&self, node: &Supernode) -> &[u32] {
-        &self.sources[node.sources..][..1 + node.height - node.top]
+    pub fn gather_indices(&self, node: &Supernode) -> &[u32] {
+        &self.gather[node.gather..][..1 + node.leading_dim - node.diagonal_size]
     }
 
     /// Rows below one column, the rows of its own panel left out.
     fn below_column(&self, node: &Supernode, column: usize) -> &[u32] {
         match node.kind {
             Kind::Leaves => {
-                let rows = node.height - node.top;
-                &self.below(node)[(column - node.first) * rows..][..rows]
+                let rows = node.leading_dim - node.diagonal_size;
+                &self.row_structure(node)[(column - node.first) * rows..][..rows]
             }
             Kind::Simplicial => {
                 let starts = &self.starts_of(node)[column - node.first..];
-                &self.below(node)[starts[0] as usize..starts[1] as usize]
+                &self.row_structure(node)[starts[0] as usize..starts[1] as usize]
             }
-            _ => self.below(node),
+            _ => self.row_structure(node),
         }
     }
 
@@ -277,32 +277,32 @@ impl Symbolic {
     ) -> impl Iterator<Item = (usize, usize)> + 'a {
         let own = column + 1..node.diagonal_block_of(column).end;
         let below = self.below_column(node, column).iter().map(|&row| row as usize);
-        let mut places = self.places_in(node, column);
-        own.chain(below).map(move |row| (row, places.of(index(row))))
+        let mut found = self.positions_in(node, column);
+        own.chain(below).map(move |row| (row, found.of(index(row))))
     }
 
     /// Where the entries of one column of L are.
-    fn places_in(&self, node: &Supernode, column: usize) -> Places<'_> {
-        Places { own: node.diagonal_block_of(column), below: self.below_column(node, column), at: 0 }
+    fn positions_in(&self, node: &Supernode, column: usize) -> RowPositions<'_> {
+        RowPositions { own: node.diagonal_block_of(column), below: self.below_column(node, column), at: 0 }
     }
 
     fn resolve_updates(&mut self, owner: &[u32]) {
-        let (mut updates, mut relative, mut positions) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut updates, mut relative, mut scatter) = (Vec::new(), Vec::new(), Vec::new());
         for source in 0..self.supernodes.len() {
             let node = self.supernodes[source];
             if node.small() {
-                let begin = positions.len();
+                let begin = scatter.len();
                 for column in node.lists() {
-                    self.list_positions(&node, column, owner, &mut positions);
+                    self.list_scatter_indices(&node, column, owner, &mut scatter);
                 }
-                self.supernodes[source].listed = Some((begin, positions.len()));
+                self.supernodes[source].scatter_range = Some((begin, scatter.len()));
             } else {
                 let begin = updates.len();
                 self.find_updates(&node, owner, &mut updates, &mut relative);
                 self.supernodes[source].updates = (begin, updates.len());
             }
         }
-        (self.updates, self.relative, self.positions) = (updates, relative, positions);
+        (self.updates, self.relative, self.scatter) = (updates, relative, scatter);
     }
 
     fn find_updates(
@@ -312,7 +312,7 @@ impl Symbolic {
         updates: &mut Vec<Update>,
         relative: &mut Vec<u32>,
     ) {
-        let rows = self.below(node);
+        let rows = self.row_structure(node);
         let mut lo = 0;
         while lo < rows.len() {
             let column = rows[lo] as usize;
@@ -321,14 +321,14 @@ impl Symbolic {
             let end = onto.diagonal_block_of(column).end;
             let hi = lo + rows[lo..].partition_point(|&r| (r as usize) < end);
             let begin = relative.len();
-            let mut places = self.places_in(onto, column);
-            relative.extend(rows[lo..].iter().map(|&row| index(places.of(row))));
-            updates.push(Update { target, lo: node.top + lo, hi: node.top + hi, relative: begin });
+            let mut found = self.positions_in(onto, column);
+            relative.extend(rows[lo..].iter().map(|&row| index(found.of(row))));
+            updates.push(Update { target, lo: node.diagonal_size + lo, hi: node.diagonal_size + hi, relative: begin });
             lo = hi;
         }
     }
 
-    fn list_positions(&self, node: &Supernode, column: usize, owner: &[u32], positions: &mut Vec<u32>) {
+    fn list_scatter_indices(&self, node: &Supernode, column: usize, owner: &[u32], scatter: &mut Vec<u32>) {
         let rows = self.below_column(node, column);
         let end = match node.kind {
             Kind::Simplicial => self.column_begin(node, column) + 1 + rows.len(),
@@ -338,8 +338,8 @@ impl Symbolic {
             let column = column as usize;
             let onto = &self.supernodes[owner[column] as usize];
             let begin = self.column_begin(onto, column) - end;
-            let mut places = self.places_in(onto, column);
-            positions.extend(rows[j..].iter().map(|&row| index(begin + places.of(row))));
+            let mut found = self.positions_in(onto, column);
+            scatter.extend(rows[j..].iter().map(|&row| index(begin + found.of(row))));
         }
     }
 
@@ -352,20 +352,20 @@ impl Symbolic {
                 if node.kind == Kind::Condensed {
                     continue;
                 }
-                let place = self.places_in(&node, i).of(index(j));
-                match self.loads.last_mut() {
-                    Some(last) if last.values + last.places.len() == k => last.places.end += 1,
+                let place = self.positions_in(&node, i).of(index(j));
+                match self.entry_runs.last_mut() {
+                    Some(last) if last.values + last.targets.len() == k => last.targets.end += 1,
                     _ => {
-                        let begin = self.places.len();
-                        self.loads.push(Load { values: k, places: begin..begin + 1 });
+                        let begin = self.entry_targets.len();
+                        self.entry_runs.push(EntryRun { values: k, targets: begin..begin + 1 });
                     }
                 }
-                self.places.push(index(self.column_begin(&node, i) + place));
+                self.entry_targets.push(index(self.column_begin(&node, i) + place));
             }
         }
     }
 
-    /// Where the matrix has the words of given columns: those of a row are adjacent, in that row's column of
+    /// Where the matrix has the words of condensed columns: those of a row are adjacent, in that row's column of
     /// the upper triangle, and so are the diagonal's, which are their columns' only ones.
     fn locate_condensed(&mut self, upper: &Upper) {
         for at in 0..self.supernodes.len() {
@@ -373,12 +373,12 @@ impl Symbolic {
             if node.kind != Kind::Condensed {
                 continue;
             }
-            self.supernodes[at].sources = self.sources.len();
-            self.sources.push(upper.colptr[node.first]);
-            for k in node.below.0..node.below.1 {
-                let row = self.below[k] as usize;
+            self.supernodes[at].gather = self.gather.len();
+            self.gather.push(upper.colptr[node.first]);
+            for k in node.row_range.0..node.row_range.1 {
+                let row = self.row_structure[k] as usize;
                 let before = upper.column(row).partition_point(|&row| (row as usize) < node.first);
-                self.sources.push(upper.colptr[row] + index(before));
+                self.gather.push(upper.colptr[row] + index(before));
             }
         }
     }

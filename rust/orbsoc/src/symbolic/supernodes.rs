@@ -42,10 +42,10 @@ pub(crate) struct Run<'a> {
     pub kind: Kind,
     pub first: usize,
     pub width: usize,
-    /// Columns of each of its chains: all of a chain's own, else one but for siblings.
-    pub top: usize,
+    /// Columns of each of its supernodes: all of a chain's own, else one but for siblings.
+    pub diagonal_size: usize,
     /// Row structure below its own columns; of leaves and simplicial columns, one column's after the other's.
-    pub below: Cow<'a, [u32]>,
+    pub rows: Cow<'a, [u32]>,
     /// Number of them in each simplicial column.
     pub lengths: Vec<u32>,
     /// The first of them; past all rows where there is none.
@@ -56,10 +56,10 @@ pub(crate) struct Run<'a> {
 
 impl<'a> Run<'a> {
     /// One column.
-    fn of(first: usize, below: &'a [u32]) -> Self {
-        let nearest = below.first().map_or(usize::MAX, |&row| row as usize);
-        let (below, entries, lengths) = (Cow::Borrowed(below), 1 + below.len(), Vec::new());
-        Self { kind: Kind::Supernode, first, width: 1, top: 1, below, lengths, nearest, entries }
+    fn of(first: usize, rows: &'a [u32]) -> Self {
+        let nearest = rows.first().map_or(usize::MAX, |&row| row as usize);
+        let (rows, entries, lengths) = (Cow::Borrowed(rows), 1 + rows.len(), Vec::new());
+        Self { kind: Kind::Supernode, first, width: 1, diagonal_size: 1, rows, lengths, nearest, entries }
     }
 
     /// The first column that is not its own.
@@ -69,27 +69,27 @@ impl<'a> Run<'a> {
 
     /// Words of its panel.
     pub fn words(&self) -> usize {
-        self.width * (self.top + self.below.len())
+        self.width * (self.diagonal_size + self.rows.len())
     }
 
     /// Take `next` in: it follows directly, and its rows contain all of this run's below it.
     fn absorb(&mut self, next: Self) {
         self.width += next.width;
-        self.top = self.width;
+        self.diagonal_size = self.width;
         self.entries += next.entries;
         self.nearest = next.nearest;
-        self.below = next.below;
+        self.rows = next.rows;
     }
 
     /// Whether `next` is the parent of this run's last column, and joining is cheap enough.
     fn suits(&self, next: &Self, panels: Panels) -> bool {
         let parent =
-            self.end() == next.first && self.below.first().is_some_and(|&row| row as usize == next.first);
+            self.end() == next.first && self.rows.first().is_some_and(|&row| row as usize == next.first);
         if !parent || self.kind == Kind::Condensed {
             return false;
         }
         let width = self.width + next.width;
-        let words = width * (width + 1) / 2 + width * next.below.len();
+        let words = width * (width + 1) / 2 + width * next.rows.len();
         let zeros = words - self.entries - next.entries;
         match panels {
             Panels::Exact => zeros == 0,
@@ -107,16 +107,16 @@ impl<'a> Run<'a> {
 }
 
 /// Chains, and given columns, gathered from left to right: a new column may take in the runs before it that it ends.
-/// `below` are a column's rows.
-pub(crate) fn chains<'a>(columns: usize, panels: Panels, below: impl Fn(usize) -> &'a [u32]) -> Vec<Run<'a>> {
-    let condensed = condensed_columns(columns, &below);
+/// `rows_of` are a column's rows.
+pub(crate) fn supernodes<'a>(columns: usize, panels: Panels, rows_of: impl Fn(usize) -> &'a [u32]) -> Vec<Run<'a>> {
+    let condensed = condensed_columns(columns, &rows_of);
     let mut runs: Vec<Run> = Vec::with_capacity(columns);
     for (j, &condensed) in condensed.iter().enumerate() {
-        let mut run = Run::of(j, below(j));
+        let mut run = Run::of(j, rows_of(j));
         if condensed {
             run.kind = Kind::Condensed;
             match runs.last_mut() {
-                Some(last) if last.kind == Kind::Condensed && last.below == run.below => last.width += 1,
+                Some(last) if last.kind == Kind::Condensed && last.rows == run.rows => last.width += 1,
                 _ => runs.push(run),
             }
             continue;
@@ -132,18 +132,18 @@ pub(crate) fn chains<'a>(columns: usize, panels: Panels, below: impl Fn(usize) -
 
 /// Columns that depend on no other, with the same rows as those beside them: many of them, and too many rows
 /// for leaves. Whatever the panels are, as sums over them have another order than those over siblings.
-fn condensed_columns<'a>(columns: usize, below: impl Fn(usize) -> &'a [u32]) -> Vec<bool> {
+fn condensed_columns<'a>(columns: usize, rows_of: impl Fn(usize) -> &'a [u32]) -> Vec<bool> {
     let (mut depends, mut condensed) = (vec![false; columns], vec![false; columns]);
     for j in 0..columns {
-        for &row in below(j) {
+        for &row in rows_of(j) {
             depends[row as usize] = true;
         }
     }
     let mut first = 0;
     while first < columns {
-        let uniformity = |&j: &usize| !depends[j] && below(j) == below(first);
-        let count = (first..columns).take_while(uniformity).count();
-        if count >= MIN_CONDENSED && below(first).len() > MAX_LEAF_ROWS {
+        let same = |&j: &usize| !depends[j] && rows_of(j) == rows_of(first);
+        let count = (first..columns).take_while(same).count();
+        if count >= MIN_CONDENSED && rows_of(first).len() > MAX_LEAF_ROWS {
             condensed[first..first + count].fill(true);
         }
         first += count.max(1);

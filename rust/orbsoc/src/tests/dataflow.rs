@@ -49,7 +49,7 @@ fn used(engine: &Engine<f64>, buffer: Buffer) -> Vec<u64> {
         for node in symbolic.supernodes.iter().filter(|node| node.words() > 0) {
             for column in 0..node.width {
                 let begin = symbolic.column_begin(node, node.first + column);
-                words[begin..=begin + column % node.top].fill(0);
+                words[begin..=begin + column % node.diagonal_size].fill(0);
             }
         }
     }

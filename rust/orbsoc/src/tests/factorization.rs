@@ -135,7 +135,7 @@ impl<T: Decide> Factor<T> {
         for node in &self.symbolic.supernodes {
             if node.kind == Kind::Condensed {
                 let given = Condensed::of(&self.symbolic, node, &self.values);
-                for (k, &row) in self.symbolic.below(node).iter().enumerate() {
+                for (k, &row) in self.symbolic.row_structure(node).iter().enumerate() {
                     for (c, word) in given.row(k).iter().enumerate() {
                         let at = node.first + c;
                         out[(row as usize, at)] = word.value() * self.pivot_inverse[at].value();
@@ -237,10 +237,10 @@ fn inequalities(rows: usize, unknowns: usize, seed: u64) -> Matrix {
     ordered(dim, &entries, &values, &positive)
 }
 
-/// `count` blocks of `top` unknowns that only a dense border of `border` connects, each with a `share` of its rows.
-fn arrow(count: usize, top: usize, border: usize, share: f64, seed: u64) -> Matrix {
+/// `count` blocks of `size` unknowns that only a dense border of `border` connects, each with a `share` of its rows.
+fn arrow(count: usize, size: usize, border: usize, share: f64, seed: u64) -> Matrix {
     let mut numbers = SplitMix64(seed);
-    let dim = count * top + border;
+    let dim = count * size + border;
     let positive: Vec<bool> = (0..dim).map(|_| numbers.unit() < 0.6).collect();
     let mut entries: Vec<(usize, usize)> = (0..dim).map(|i| (i, i)).collect();
     let mut values: Vec<f64> = positive
@@ -251,11 +251,11 @@ fn arrow(count: usize, top: usize, border: usize, share: f64, seed: u64) -> Matr
         entries.push((i, j));
         values.push(value);
     };
-    for first in (0..count).map(|block| block * top) {
+    for first in (0..count).map(|block| block * size) {
         for row in (dim - border..dim).filter(|_| numbers.unit() < share).collect::<Vec<_>>() {
-            (first..first + top).for_each(|i| connect(i, row, numbers.signed()));
+            (first..first + size).for_each(|i| connect(i, row, numbers.signed()));
         }
-        for (i, j) in (first..first + top).flat_map(|j| (first..j).map(move |i| (i, j))) {
+        for (i, j) in (first..first + size).flat_map(|j| (first..j).map(move |i| (i, j))) {
             connect(i, j, numbers.signed());
         }
     }
@@ -389,7 +389,7 @@ fn exact_and_relaxed_panels_give_the_same_words_but_for_the_sign_of_zero() {
         };
         let exact = factor(&matrix, REGULARIZATION, Panels::Exact);
         let plain =
-            |node: &Supernode| node.kind != Kind::Simplicial && (node.top == 1 || node.top == node.width);
+            |node: &Supernode| node.kind != Kind::Simplicial && (node.diagonal_size == 1 || node.diagonal_size == node.width);
         assert!(exact.symbolic.supernodes.iter().all(plain));
         for panels in [Panels::Relaxed, Panels::Lanes] {
             let relaxed = factor(&matrix, REGULARIZATION, panels);
@@ -399,8 +399,8 @@ fn exact_and_relaxed_panels_give_the_same_words_but_for_the_sign_of_zero() {
             };
             found[0] += usize::from(relaxed.symbolic.panel_words != exact.symbolic.panel_words);
             found[1] += nodes.iter().filter(|node| node.kind == Kind::Simplicial).count();
-            found[2] += nodes.iter().filter(|node| is(node, |node| node.top > 1)).count();
-            found[3] += nodes.iter().filter(|node| is(node, |node| node.top == 1 && node.width > 3)).count();
+            found[2] += nodes.iter().filter(|node| is(node, |node| node.diagonal_size > 1)).count();
+            found[3] += nodes.iter().filter(|node| is(node, |node| node.diagonal_size == 1 && node.width > 3)).count();
             assert_eq!(exact.pivot_inverse, relaxed.pivot_inverse);
             assert_eq!(exact.l(), relaxed.l());
             let whole = |v: &f64| (2.0 * v).round();

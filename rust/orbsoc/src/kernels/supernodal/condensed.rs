@@ -13,7 +13,7 @@ use core::ops::Range;
 pub struct Condensed<'a, T> {
     pub values: &'a [T],
     /// Where the diagonal begins, then each row below.
-    pub sources: &'a [u32],
+    pub gather: &'a [u32],
     pub width: usize,
 }
 
@@ -21,12 +21,12 @@ impl<'a, T> Condensed<'a, T> {
     /// The words of a supernode of given columns.
     #[inline(always)]
     pub fn of(symbolic: &'a Symbolic, node: &Supernode, values: &'a [T]) -> Self {
-        Condensed { values, sources: symbolic.sources_of(node), width: node.width }
+        Condensed { values, gather: symbolic.gather_indices(node), width: node.width }
     }
 
     #[inline(always)]
     fn source(&self, k: usize) -> &'a [T] {
-        &self.values[self.sources[k] as usize..][..self.width]
+        &self.values[self.gather[k] as usize..][..self.width]
     }
 
     /// The words of one of the rows below.
@@ -37,7 +37,7 @@ impl<'a, T> Condensed<'a, T> {
 
     #[inline(always)]
     fn rows(&self) -> usize {
-        self.sources.len() - 1
+        self.gather.len() - 1
     }
 }
 
@@ -54,30 +54,30 @@ pub fn factor<T: Real>(
     }
 }
 
-/// Subtract each product of two rows, divided by the pivots, from where it is listed. Of the rows divided only as many
+/// Subtract each product of two rows, divided by the pivots, from where it is scatter_range. Of the rows divided only as many
 /// are kept as are multiplied at once.
 #[inline(always)]
 pub fn contribute<T: Real>(
     condensed: Condensed<T>,
     pivot_inverse: &[T],
-    positions: &[u32],
+    scatter: &[u32],
     scratch: &mut [T],
-    later: &mut [T],
+    trailing: &mut [T],
 ) {
     let pairs = if T::RHS_BLOCK { condensed.rows() / 2 * 2 } else { 0 };
-    let positions = contribute_of::<T, 2>(condensed, 0..pairs, pivot_inverse, positions, scratch, later);
-    contribute_of::<T, 1>(condensed, pairs..condensed.rows(), pivot_inverse, positions, scratch, later);
+    let scatter = contribute_of::<T, 2>(condensed, 0..pairs, pivot_inverse, scatter, scratch, trailing);
+    contribute_of::<T, 1>(condensed, pairs..condensed.rows(), pivot_inverse, scatter, scratch, trailing);
 }
 
-/// The same for some `columns`, `R` at once; returns the positions of those after them.
+/// The same for some `columns`, `R` at once; returns the scatter of those after them.
 #[inline(always)]
 fn contribute_of<'p, T: Real, const R: usize>(
     condensed: Condensed<T>,
     columns: Range<usize>,
     pivot_inverse: &[T],
-    mut positions: &'p [u32],
+    mut scatter: &'p [u32],
     scratch: &mut [T],
-    later: &mut [T],
+    trailing: &mut [T],
 ) -> &'p [u32] {
     let scaled = &mut scratch.as_chunks_mut::<R>().0[..condensed.width];
     for first in columns.step_by(R) {
@@ -88,21 +88,21 @@ fn contribute_of<'p, T: Real, const R: usize>(
             {
                 scaled[r] = word * inverse;
             }
-            (here[r], positions) = positions.split_at(condensed.rows() - first - r);
+            (here[r], scatter) = scatter.split_at(condensed.rows() - first - r);
         }
         for row in first..condensed.rows() {
             let products = dot_of(condensed.row(row), scaled);
             // Above its own row a column has none.
             for r in 0..R.min(row - first + 1) {
-                let word = &mut later[here[r][row - first - r] as usize];
+                let word = &mut trailing[here[r][row - first - r] as usize];
                 *word = *word - products[r];
             }
         }
     }
-    positions
+    scatter
 }
 
-/// What the columns' unknowns contribute to the rows `below`, counted from the first `later` one.
+/// What the columns' unknowns contribute to the rows `below`, counted from the first `trailing` one.
 #[inline(always)]
 pub fn forward<T: Real, const R: usize>(
     condensed: Condensed<T>,
@@ -110,7 +110,7 @@ pub fn forward<T: Real, const R: usize>(
     known: &[[T; R]],
     below: &[u32],
     scratch: &mut [[T; R]],
-    later: &mut [[T; R]],
+    trailing: &mut [[T; R]],
 ) {
     let scaled = &mut scratch[..condensed.width];
     for ((scaled, known), &inverse) in scaled.iter_mut().zip(known).zip(pivot_inverse) {
@@ -119,28 +119,28 @@ pub fn forward<T: Real, const R: usize>(
         }
     }
     for (row, &at) in below.iter().enumerate() {
-        let (word, sum) = (&mut later[at as usize], dot_of(condensed.row(row), scaled));
+        let (word, sum) = (&mut trailing[at as usize], dot_of(condensed.row(row), scaled));
         for r in 0..R {
             word[r] = word[r] - sum[r];
         }
     }
 }
 
-/// What the rows `below`, counted from the first `later` one, contribute to the columns' unknowns, which are divided
+/// What the rows `below`, counted from the first `trailing` one, contribute to the columns' unknowns, which are divided
 /// by their pivots already.
 #[inline(always)]
 pub fn backward<T: Real, const R: usize>(
     condensed: Condensed<T>,
     pivot_inverse: &[T],
     below: &[u32],
-    later: &[[T; R]],
+    trailing: &[[T; R]],
     scratch: &mut [[T; R]],
     unknown: &mut [[T; R]],
 ) {
     let sums = &mut scratch[..condensed.width];
     sums.fill([T::zero(); R]);
     for (row, &at) in below.iter().enumerate() {
-        T::subtract_multiple(sums, condensed.row(row), later[at as usize]);
+        T::subtract_multiple(sums, condensed.row(row), trailing[at as usize]);
     }
     for ((word, sum), &inverse) in unknown.iter_mut().zip(sums).zip(pivot_inverse) {
         for r in 0..R {

@@ -9,11 +9,11 @@ use crate::real::Real;
 #[derive(Clone, Copy)]
 pub struct Panel<'a, T> {
     pub l: &'a [T],
-    pub height: usize,
+    pub leading_dim: usize,
     /// Rows of its own columns: one, or those of each of its chains.
-    pub top: usize,
+    pub diagonal_size: usize,
     /// Rows of the matrix below them, counted from the first of these columns' successors …
-    pub below: &'a [u32],
+    pub rows: &'a [u32],
     /// … or below each of them in turn.
     pub leaves: bool,
 }
@@ -22,12 +22,12 @@ impl<'a, T> Panel<'a, T> {
     /// From one of its columns on.
     #[inline(always)]
     fn starting_at(self, column: usize) -> Self {
-        Self { l: &self.l[column * self.height..], ..self }
+        Self { l: &self.l[column * self.leading_dim..], ..self }
     }
 
     #[inline(always)]
     fn column(&self, k: usize) -> &'a [T] {
-        &self.l[k * self.height..][..self.height]
+        &self.l[k * self.leading_dim..][..self.leading_dim]
     }
 }
 
@@ -41,27 +41,27 @@ pub(super) fn subtract<T: Real, const R: usize>(word: &mut [T; R], l: T, by: [T;
 
 /// `x ← L⁻¹x` for this panel's share: its own unknowns, then what they contribute to the rows below.
 #[inline(always)]
-pub fn forward<T: Real, const R: usize>(panel: Panel<T>, known: &mut [[T; R]], later: &mut [[T; R]]) {
+pub fn forward<T: Real, const R: usize>(panel: Panel<T>, known: &mut [[T; R]], trailing: &mut [[T; R]]) {
     if panel.leaves {
-        return match panel.height {
-            2 => forward_leaves::<T, R, 2, 1>(panel, known, later),
-            3 => forward_leaves::<T, R, 3, 2>(panel, known, later),
-            4 => forward_leaves::<T, R, 4, 3>(panel, known, later),
-            _ => forward_leaves::<T, R, 5, 4>(panel, known, later),
+        return match panel.leading_dim {
+            2 => forward_leaves::<T, R, 2, 1>(panel, known, trailing),
+            3 => forward_leaves::<T, R, 3, 2>(panel, known, trailing),
+            4 => forward_leaves::<T, R, 4, 3>(panel, known, trailing),
+            _ => forward_leaves::<T, R, 5, 4>(panel, known, trailing),
         };
     }
-    match (panel.top, known.len()) {
-        (_, 1) => forward_below::<T, R, 1>(panel, known, later),
-        (2, 2) => forward_narrow::<T, R, 2>(panel, known, later),
-        (3, 3) => forward_narrow::<T, R, 3>(panel, known, later),
-        (4, 4) => forward_narrow::<T, R, 4>(panel, known, later),
-        (top, _) => {
-            if top > 1 {
-                for (chain, known) in known.chunks_mut(top).enumerate() {
-                    forward_own(panel.starting_at(chain * top), known);
+    match (panel.diagonal_size, known.len()) {
+        (_, 1) => forward_below::<T, R, 1>(panel, known, trailing),
+        (2, 2) => forward_narrow::<T, R, 2>(panel, known, trailing),
+        (3, 3) => forward_narrow::<T, R, 3>(panel, known, trailing),
+        (4, 4) => forward_narrow::<T, R, 4>(panel, known, trailing),
+        (diagonal_size, _) => {
+            if diagonal_size > 1 {
+                for (block, known) in known.chunks_mut(diagonal_size).enumerate() {
+                    forward_own(panel.starting_at(block * diagonal_size), known);
                 }
             }
-            forward_tiles(panel, known, later);
+            forward_tiles(panel, known, trailing);
         }
     }
 }
@@ -82,7 +82,7 @@ fn forward_own<T: Real, const R: usize>(panel: Panel<T>, known: &mut [[T; R]]) {
 fn forward_narrow<T: Real, const R: usize, const W: usize>(
     panel: Panel<T>,
     known: &mut [[T; R]],
-    later: &mut [[T; R]],
+    trailing: &mut [[T; R]],
 ) {
     let known = &mut known[..W];
     for c in 1..W {
@@ -91,7 +91,7 @@ fn forward_narrow<T: Real, const R: usize, const W: usize>(
             subtract(&mut known[i], panel.column(c - 1)[i], by);
         }
     }
-    forward_below::<T, R, W>(panel, known, later);
+    forward_below::<T, R, W>(panel, known, trailing);
 }
 
 /// Leaves of `B` rows each; `H` words with the diagonal.
@@ -99,12 +99,12 @@ fn forward_narrow<T: Real, const R: usize, const W: usize>(
 fn forward_leaves<T: Real, const R: usize, const H: usize, const B: usize>(
     panel: Panel<T>,
     known: &[[T; R]],
-    later: &mut [[T; R]],
+    trailing: &mut [[T; R]],
 ) {
-    let leaves = panel.l.as_chunks::<H>().0.iter().zip(panel.below.as_chunks::<B>().0);
+    let leaves = panel.l.as_chunks::<H>().0.iter().zip(panel.rows.as_chunks::<B>().0);
     for ((column, rows), &by) in leaves.zip(known) {
         for i in 0..B {
-            subtract(&mut later[rows[i] as usize], column[i + 1], by);
+            subtract(&mut trailing[rows[i] as usize], column[i + 1], by);
         }
     }
 }
@@ -112,13 +112,13 @@ fn forward_leaves<T: Real, const R: usize, const H: usize, const B: usize>(
 #[inline(always)]
 fn backward_leaves<T: Real, const R: usize, const H: usize, const B: usize>(
     panel: Panel<T>,
-    later: &[[T; R]],
+    trailing: &[[T; R]],
     unknown: &mut [[T; R]],
 ) {
-    let leaves = panel.l.as_chunks::<H>().0.iter().zip(panel.below.as_chunks::<B>().0);
+    let leaves = panel.l.as_chunks::<H>().0.iter().zip(panel.rows.as_chunks::<B>().0);
     for ((column, rows), word) in leaves.zip(unknown) {
         for i in (0..B).rev() {
-            subtract(word, column[i + 1], later[rows[i] as usize]);
+            subtract(word, column[i + 1], trailing[rows[i] as usize]);
         }
     }
 }
@@ -127,16 +127,16 @@ fn backward_leaves<T: Real, const R: usize, const H: usize, const B: usize>(
 fn forward_below<T: Real, const R: usize, const W: usize>(
     panel: Panel<T>,
     known: &[[T; R]],
-    later: &mut [[T; R]],
+    trailing: &mut [[T; R]],
 ) {
     let mut columns: [&[T]; W] = [&[]; W];
     let mut by = [[T::zero(); R]; W];
     for k in 0..W {
-        columns[k] = &panel.column(k)[panel.top..][..panel.below.len()];
+        columns[k] = &panel.column(k)[panel.diagonal_size..][..panel.rows.len()];
         by[k] = known[k];
     }
-    for (i, &row) in panel.below.iter().enumerate() {
-        let word = &mut later[row as usize];
+    for (i, &row) in panel.rows.iter().enumerate() {
+        let word = &mut trailing[row as usize];
         let mut sum = *word;
         for k in 0..W {
             subtract(&mut sum, columns[k][i], by[k]);
@@ -147,16 +147,16 @@ fn forward_below<T: Real, const R: usize, const W: usize>(
 
 /// Many columns: a few rows stay in registers while the columns go by.
 #[inline(always)]
-fn forward_tiles<T: Real, const R: usize>(panel: Panel<T>, known: &[[T; R]], later: &mut [[T; R]]) {
+fn forward_tiles<T: Real, const R: usize>(panel: Panel<T>, known: &[[T; R]], trailing: &mut [[T; R]]) {
     const M: usize = 4;
-    let mut rows = panel.below.chunks_exact(M);
-    let mut at = panel.top;
+    let mut rows = panel.rows.chunks_exact(M);
+    let mut at = panel.diagonal_size;
     for rows in &mut rows {
-        forward_tile::<T, R, M>(panel, known, at, rows, later);
+        forward_tile::<T, R, M>(panel, known, at, rows, trailing);
         at += M;
     }
     for row in rows.remainder().chunks(1) {
-        forward_tile::<T, R, 1>(panel, known, at, row, later);
+        forward_tile::<T, R, 1>(panel, known, at, row, trailing);
         at += 1;
     }
 }
@@ -167,19 +167,19 @@ fn forward_tile<T: Real, const R: usize, const M: usize>(
     known: &[[T; R]],
     at: usize,
     rows: &[u32],
-    later: &mut [[T; R]],
+    trailing: &mut [[T; R]],
 ) {
     let mut words = [[T::zero(); R]; M];
     for (word, &row) in words.iter_mut().zip(rows) {
-        *word = later[row as usize];
+        *word = trailing[row as usize];
     }
-    for (column, &by) in panel.l.chunks_exact(panel.height).zip(known) {
+    for (column, &by) in panel.l.chunks_exact(panel.leading_dim).zip(known) {
         for (word, &l) in words.iter_mut().zip(&column[at..at + M]) {
             subtract(word, l, by);
         }
     }
     for (word, &row) in words.into_iter().zip(rows) {
-        later[row as usize] = word;
+        trailing[row as usize] = word;
     }
 }
 
@@ -187,30 +187,30 @@ fn forward_tile<T: Real, const R: usize, const M: usize>(
 #[inline(always)]
 pub fn backward<T: Real, const R: usize>(
     panel: Panel<T>,
-    later: &[[T; R]],
+    trailing: &[[T; R]],
     scratch: &mut [[T; R]],
     unknown: &mut [[T; R]],
 ) {
     if panel.leaves {
-        return match panel.height {
-            2 => backward_leaves::<T, R, 2, 1>(panel, later, unknown),
-            3 => backward_leaves::<T, R, 3, 2>(panel, later, unknown),
-            4 => backward_leaves::<T, R, 4, 3>(panel, later, unknown),
-            _ => backward_leaves::<T, R, 5, 4>(panel, later, unknown),
+        return match panel.leading_dim {
+            2 => backward_leaves::<T, R, 2, 1>(panel, trailing, unknown),
+            3 => backward_leaves::<T, R, 3, 2>(panel, trailing, unknown),
+            4 => backward_leaves::<T, R, 4, 3>(panel, trailing, unknown),
+            _ => backward_leaves::<T, R, 5, 4>(panel, trailing, unknown),
         };
     }
-    match (panel.top, unknown.len()) {
-        (_, 1) => return backward_narrow::<T, R, 1>(panel, later, unknown),
-        (2, 2) => return backward_narrow::<T, R, 2>(panel, later, unknown),
-        (3, 3) => return backward_narrow::<T, R, 3>(panel, later, unknown),
-        (4, 4) => return backward_narrow::<T, R, 4>(panel, later, unknown),
+    match (panel.diagonal_size, unknown.len()) {
+        (_, 1) => return backward_narrow::<T, R, 1>(panel, trailing, unknown),
+        (2, 2) => return backward_narrow::<T, R, 2>(panel, trailing, unknown),
+        (3, 3) => return backward_narrow::<T, R, 3>(panel, trailing, unknown),
+        (4, 4) => return backward_narrow::<T, R, 4>(panel, trailing, unknown),
         _ => {}
     }
-    let below = &mut scratch[..panel.below.len()];
-    for (word, &row) in below.iter_mut().zip(panel.below) {
-        *word = later[row as usize];
+    let below = &mut scratch[..panel.rows.len()];
+    for (word, &row) in below.iter_mut().zip(panel.rows) {
+        *word = trailing[row as usize];
     }
-    let chain = if panel.top == 1 { unknown.len() } else { panel.top };
+    let chain = if panel.diagonal_size == 1 { unknown.len() } else { panel.diagonal_size };
     let mut end = unknown.len();
     while end > 0 {
         backward_supernode(panel.starting_at(end - chain), below, &mut unknown[end - chain..end]);
@@ -238,18 +238,18 @@ fn backward_supernode<T: Real, const R: usize>(panel: Panel<T>, below: &[[T; R]]
 #[inline(always)]
 fn backward_narrow<T: Real, const R: usize, const W: usize>(
     panel: Panel<T>,
-    later: &[[T; R]],
+    trailing: &[[T; R]],
     unknown: &mut [[T; R]],
 ) {
     let unknown = &mut unknown[..W];
     let mut tails: [&[T]; W] = [&[]; W];
     let mut sums = [[T::zero(); R]; W];
     for i in 0..W {
-        tails[i] = &panel.column(i)[panel.top..][..panel.below.len()];
+        tails[i] = &panel.column(i)[panel.diagonal_size..][..panel.rows.len()];
         sums[i] = unknown[i];
     }
-    for (r, &row) in panel.below.iter().enumerate().rev() {
-        let by = later[row as usize];
+    for (r, &row) in panel.rows.iter().enumerate().rev() {
+        let by = trailing[row as usize];
         for i in 0..W {
             subtract(&mut sums[i], tails[i][r], by);
         }
@@ -263,7 +263,7 @@ fn backward_narrow<T: Real, const R: usize, const W: usize>(
     unknown.copy_from_slice(&sums);
 }
 
-/// Columns `first..first + C`, whose later columns are solved.
+/// Columns `first..first + C`, whose trailing columns are solved.
 #[inline(always)]
 fn backward_group<T: Real, const R: usize, const C: usize>(
     panel: Panel<T>,
@@ -276,7 +276,7 @@ fn backward_group<T: Real, const R: usize, const C: usize>(
     let mut sums = [[T::zero(); R]; C];
     for i in 0..C {
         columns[i] = panel.column(first + i);
-        tails[i] = &columns[i][panel.top..][..below.len()];
+        tails[i] = &columns[i][panel.diagonal_size..][..below.len()];
         sums[i] = x[first + i];
     }
     for r in (0..below.len()).rev() {
@@ -284,7 +284,7 @@ fn backward_group<T: Real, const R: usize, const C: usize>(
             subtract(&mut sums[i], tails[i][r], below[r]);
         }
     }
-    if panel.top > 1 {
+    if panel.diagonal_size > 1 {
         for r in (first + C..x.len()).rev() {
             for i in 0..C {
                 subtract(&mut sums[i], columns[i][r], x[r]);

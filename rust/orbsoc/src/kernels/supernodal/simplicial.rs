@@ -5,7 +5,7 @@
 
 use super::panel::subtract;
 use super::pivots::{divide, regularized, Regularization};
-use super::update::{subtract_listed, Columns};
+use super::update::{subtract_scattered, Columns};
 use crate::real::{Outlined, Real};
 use crate::symbolic::factor_layout::{Supernode, Symbolic};
 
@@ -22,7 +22,7 @@ impl<'a> Simplicial<'a> {
     /// The columns of a supernode of kind `Simplicial`.
     #[inline(always)]
     pub fn of(symbolic: &'a Symbolic, node: &Supernode) -> Self {
-        Self { starts: symbolic.starts_of(node), below: symbolic.ahead(node) }
+        Self { starts: symbolic.starts_of(node), below: symbolic.relative_rows(node) }
     }
 
     /// How many rows each column has below its diagonal.
@@ -51,10 +51,10 @@ impl<'a> Simplicial<'a> {
     }
 }
 
-/// Reciprocal pivots and columns; each column's contribution is subtracted from where it is listed among the later ones.
+/// Reciprocal pivots and columns; each column's contribution is subtracted from where it is scatter_range among the trailing ones.
 pub struct Factor<'a, T> {
     pub columns: Simplicial<'a>,
-    pub positions: &'a [u32],
+    pub scatter: &'a [u32],
     pub positive: &'a [bool],
     pub regularization: Regularization<T>,
     /// From the first of their words on.
@@ -66,16 +66,16 @@ pub struct Factor<'a, T> {
 impl<T: Real> Outlined for Factor<'_, T> {
     #[inline(always)]
     fn run(self) {
-        let Self { columns, mut positions, positive, regularization, mut l, y, pivot_inverse } = self;
+        let Self { columns, mut scatter, positive, regularization, mut l, y, pivot_inverse } = self;
         for ((rows, &positive), inverse) in columns.lengths().zip(positive).zip(pivot_inverse) {
-            let (column, later) = l.split_at_mut(1 + rows);
+            let (column, trailing) = l.split_at_mut(1 + rows);
             let here;
-            (here, positions) = positions.split_at(rows * (rows + 1) / 2);
+            (here, scatter) = scatter.split_at(rows * (rows + 1) / 2);
             *inverse = T::one() / regularized(column[0], positive, regularization);
             let (column, y) = (&mut column[1..], &mut y[..rows]);
             divide(column, y, *inverse);
-            subtract_listed::<T, 1>(Columns { l: column, y, height: rows }, 0, here, later);
-            l = later;
+            subtract_scattered::<T, 1>(Columns { l: column, y, leading_dim: rows }, 0, here, trailing);
+            l = trailing;
         }
     }
 }

@@ -13,7 +13,7 @@ pub struct Columns<'a, T> {
     pub l: &'a [T],
     pub y: &'a [T],
     /// Words of a column.
-    pub height: usize,
+    pub leading_dim: usize,
 }
 
 /// Where products of the columns' rows go: the position of (row, column) is the sum of what either says.
@@ -24,9 +24,9 @@ pub trait ScatterTarget {
     fn column(&self, column: usize) -> usize;
 }
 
-/// SamePanel the panel itself: later columns of the same height.
+/// SamePanel the panel itself: trailing columns of the same leading_dim.
 pub struct SamePanel {
-    pub height: usize,
+    pub leading_dim: usize,
     /// The first column that is landed on.
     pub first: usize,
 }
@@ -41,7 +41,7 @@ impl ScatterTarget for SamePanel {
 
     #[inline(always)]
     fn column(&self, column: usize) -> usize {
-        (column - self.first) * self.height
+        (column - self.first) * self.leading_dim
     }
 }
 
@@ -71,26 +71,26 @@ fn subtract_tiled<T: Real, L: ScatterTarget, const N: usize>(
     while column + N <= hi {
         tile::<T, L, N, N, true>(columns, column, column, scatter, target);
         let mut row = column + N;
-        while T::TILE_ROWS == 8 && row + 8 <= columns.height {
+        while T::TILE_ROWS == 8 && row + 8 <= columns.leading_dim {
             tile::<T, L, 8, N, false>(columns, row, column, scatter, target);
             row += 8;
         }
-        while row + N <= columns.height {
+        while row + N <= columns.leading_dim {
             tile::<T, L, N, N, false>(columns, row, column, scatter, target);
             row += N;
         }
-        for row in row..columns.height {
+        for row in row..columns.leading_dim {
             tile::<T, L, 1, N, false>(columns, row, column, scatter, target);
         }
         column += N;
     }
     for column in column..hi {
         let mut row = column;
-        while row + N <= columns.height {
+        while row + N <= columns.leading_dim {
             tile::<T, L, N, 1, false>(columns, row, column, scatter, target);
             row += N;
         }
-        for row in row..columns.height {
+        for row in row..columns.leading_dim {
             tile::<T, L, 1, 1, false>(columns, row, column, scatter, target);
         }
     }
@@ -121,8 +121,8 @@ fn tile<T: Real, L: ScatterTarget, const M: usize, const N: usize, const LOWER: 
             words[n] = gathered(&target[bases[n]..], rows, top(n));
         }
     }
-    let Columns { l, y, height } = columns;
-    T::subtract_products::<M, N, LOWER>(&mut words, Factors { l, y, height, row, column });
+    let Columns { l, y, leading_dim } = columns;
+    T::subtract_products::<M, N, LOWER>(&mut words, Factors { l, y, leading_dim, row, column });
     for n in 0..N {
         if L::DENSE {
             target[bases[n] + rows[top(n)]..][..M - top(n)].copy_from_slice(&words[n][top(n)..]);
@@ -138,15 +138,15 @@ fn tile<T: Real, L: ScatterTarget, const M: usize, const N: usize, const LOWER: 
 /// Words of up to four `rows`, or eight, from row `top` on. No loop: words that pass through memory one by one are waited
 /// for when they are read as a vector.
 #[inline(always)]
-fn gathered<T: Real, const M: usize>(words: &[T], rows: [usize; M], top: usize) -> [T; M] {
+fn gathered<T: Real, const M: usize>(words: &[T], rows: [usize; M], first: usize) -> [T; M] {
     let mut out = [T::zero(); M];
-    if M > 0 && top == 0 {
+    if M > 0 && first == 0 {
         out[0] = words[rows[0]];
     }
-    if M > 1 && top <= 1 {
+    if M > 1 && first <= 1 {
         out[1] = words[rows[1]];
     }
-    if M > 2 && top <= 2 {
+    if M > 2 && first <= 2 {
         out[2] = words[rows[2]];
     }
     if M > 3 {
@@ -164,27 +164,27 @@ fn gathered<T: Real, const M: usize>(words: &[T], rows: [usize; M], top: usize) 
 /// The same for `W` columns with scatter indices entry by entry. Few columns with few
 /// rows cost less so than in tiles.
 #[inline(always)]
-pub fn subtract_listed<T: Real, const W: usize>(
+pub fn subtract_scattered<T: Real, const W: usize>(
     columns: Columns<T>,
-    top: usize,
-    positions: &[u32],
+    first: usize,
+    scatter: &[u32],
     target: &mut [T],
 ) {
-    let height = columns.height;
+    let leading_dim = columns.leading_dim;
     let mut l: [&[T]; W] = [&[]; W];
     let mut y: [&[T]; W] = [&[]; W];
     for k in 0..W {
-        l[k] = &columns.l[k * height + top..(k + 1) * height];
-        y[k] = &columns.y[k * height + top..(k + 1) * height];
+        l[k] = &columns.l[k * leading_dim + first..(k + 1) * leading_dim];
+        y[k] = &columns.y[k * leading_dim + first..(k + 1) * leading_dim];
     }
-    let mut positions = positions;
-    for j in 0..height - top {
+    let mut scatter = scatter;
+    for j in 0..leading_dim - first {
         let mut factor = [T::zero(); W];
         for k in 0..W {
             factor[k] = y[k][j];
         }
         let here;
-        (here, positions) = positions.split_at(height - top - j);
+        (here, scatter) = scatter.split_at(leading_dim - first - j);
         for k in 0..W {
             l[k] = &l[k][..here.len()];
         }
@@ -204,12 +204,12 @@ pub fn subtract_listed<T: Real, const W: usize>(
 
 /// The same for leaves: each column's landings are its own.
 #[inline(always)]
-pub fn subtract_leaves<T: Real>(columns: Columns<T>, positions: &[u32], target: &mut [T]) {
-    match columns.height {
-        2 => subtract_leaves_of::<T, 2, 1>(columns, positions, target),
-        3 => subtract_leaves_of::<T, 3, 3>(columns, positions, target),
-        4 => subtract_leaves_of::<T, 4, 6>(columns, positions, target),
-        _ => subtract_leaves_of::<T, 5, 10>(columns, positions, target),
+pub fn subtract_leaves<T: Real>(columns: Columns<T>, scatter: &[u32], target: &mut [T]) {
+    match columns.leading_dim {
+        2 => subtract_leaves_of::<T, 2, 1>(columns, scatter, target),
+        3 => subtract_leaves_of::<T, 3, 3>(columns, scatter, target),
+        4 => subtract_leaves_of::<T, 4, 6>(columns, scatter, target),
+        _ => subtract_leaves_of::<T, 5, 10>(columns, scatter, target),
     }
 }
 
@@ -217,15 +217,15 @@ pub fn subtract_leaves<T: Real>(columns: Columns<T>, positions: &[u32], target: 
 #[inline(always)]
 fn subtract_leaves_of<T: Real, const H: usize, const P: usize>(
     columns: Columns<T>,
-    positions: &[u32],
+    scatter: &[u32],
     target: &mut [T],
 ) {
     let leaves = columns.l.as_chunks::<H>().0.iter().zip(columns.y.as_chunks::<H>().0);
-    for ((l, y), positions) in leaves.zip(positions.as_chunks::<P>().0) {
+    for ((l, y), scatter) in leaves.zip(scatter.as_chunks::<P>().0) {
         let mut next = 0;
         for j in 1..H {
             for i in j..H {
-                let word = &mut target[positions[next] as usize];
+                let word = &mut target[scatter[next] as usize];
                 *word = word.sub_mul(l[i], y[j]);
                 next += 1;
             }
