@@ -59,9 +59,9 @@ pub fn factorize<T: Real>(
             });
             continue;
         }
-        let words = node.width * node.leading_dim;
-        let (panel, trailing) = l[node.panel..].split_at_mut(words);
-        let y = &mut scratch[..words];
+        let entries = node.width * node.leading_dim;
+        let (panel, trailing) = l[node.panel..].split_at_mut(entries);
+        let y = &mut scratch[..entries];
         if node.diagonal_size == 1 {
             factor_independent(node.leading_dim, positive, regularization, panel, y, pivot_inverse);
         } else {
@@ -175,12 +175,12 @@ fn factor_block<T: Real, const W: usize>(
         pivot_inverse[c] = inverse;
         let y = &mut y[first + c..leading_dim];
         for i in 1..column.len() {
-            let mut word = column[i];
+            let mut entry = column[i];
             for k in 0..c {
-                word = word.sub_mul(l[k][i], factor[k]);
+                entry = entry.sub_mul(l[k][i], factor[k]);
             }
-            y[i] = word;
-            column[i] = word * inverse;
+            y[i] = entry;
+            column[i] = entry * inverse;
         }
     }
 }

@@ -1,6 +1,6 @@
-//! Which word is which in the small buffers.
+//! Which entry is which in the small buffers.
 
-/// Words of the parameter buffer.
+/// Entries of the parameter buffer.
 pub(crate) mod parameter {
     pub const STATIC_REGULARIZATION: usize = 0;
     pub const PIVOT_FLOOR: usize = 1;
@@ -13,7 +13,7 @@ pub(crate) mod parameter {
     pub const WORDS: usize = 8;
 }
 
-/// Words of the statistics buffer.
+/// Entries of the statistics buffer.
 pub(crate) mod stat {
     /// The status table's worst ratio, with §1's and the independent verification's denominators alike.
     pub const STRICT: usize = 0;
@@ -31,7 +31,7 @@ pub(crate) mod stat {
     pub const WORDS: usize = 10;
 }
 
-/// Words of the embedding buffer.
+/// Entries of the embedding buffer.
 pub(crate) mod embedding {
     /// κ + cᵀx + bᵀy + hᵀz + xᵀPx/τ.
     pub const RESIDUAL: usize = 0;
@@ -43,7 +43,7 @@ pub(crate) mod embedding {
     pub const WORDS: usize = 4;
 }
 
-/// Words of the centring buffer.
+/// Entries of the centring buffer.
 pub(crate) mod centering {
     /// 1 − σ.
     pub const DAMPING: usize = 0;
@@ -56,7 +56,7 @@ pub(crate) mod centering {
     pub const WORDS: usize = 4;
 }
 
-/// Words of the regularisation buffer.
+/// Entries of the regularisation buffer.
 pub(crate) mod regularization {
     /// For positive pivots: x, and one unknown of every expanded cone.
     pub const UP: usize = 0;
@@ -69,7 +69,7 @@ pub(crate) mod regularization {
     pub const WORDS: usize = 4;
 }
 
-/// Words of the refinement buffer, for each right-hand side.
+/// Entries of the refinement buffer, for each right-hand side.
 pub(crate) mod refinement {
     /// ‖error‖∞; not finite when the error is not.
     pub const ERROR: usize = 0;

@@ -13,7 +13,7 @@ use crate::symbolic::factor_layout::{Supernode, Symbolic};
 use crate::symbolic::full_rows::Rows;
 use crate::symbolic::supernodes::Kind;
 
-/// `x ← (LDLᵀ)⁻¹ x`, everything in permuted order; `values` are the matrix's. Divided by D all at once, or late, each panel's words when
+/// `x ← (LDLᵀ)⁻¹ x`, everything in permuted order; `values` are the matrix's. Divided by D all at once, or late, each panel's entries when
 /// they are near anyway; it is the same division.
 #[inline(always)]
 pub fn substitute<T: Real, const R: usize>(
@@ -49,7 +49,7 @@ pub fn substitute<T: Real, const R: usize>(
             divide(&mut x[own.clone()], &pivot_inverse[own.clone()]);
         }
         if node.kind == Kind::Simplicial {
-            let (columns, l) = (Simplicial::of(symbolic, node), &l[node.panel..][..node.words()]);
+            let (columns, l) = (Simplicial::of(symbolic, node), &l[node.panel..][..node.stored_entries()]);
             outline::<T>(simplicial::Backward { columns, l, x: &mut x[node.first..] });
             continue;
         }
@@ -66,9 +66,9 @@ pub fn substitute<T: Real, const R: usize>(
 
 #[inline(always)]
 fn divide<T: Real, const R: usize>(x: &mut [[T; R]], pivot_inverse: &[T]) {
-    for (words, &inverse) in x.iter_mut().zip(pivot_inverse) {
-        for word in words {
-            *word = *word * inverse;
+    for (entries, &inverse) in x.iter_mut().zip(pivot_inverse) {
+        for entry in entries {
+            *entry = *entry * inverse;
         }
     }
 }
@@ -84,7 +84,7 @@ fn panel_of<'a, T>(symbolic: &'a Symbolic, node: &Supernode, l: &'a [T]) -> Pane
     }
 }
 
-/// `error = rhs − K·x` with the unregularised matrix, everything in permuted order. A word of the error takes
+/// `error = rhs − K·x` with the unregularised matrix, everything in permuted order. An entry of the error takes
 /// its row's products in the order of their columns, the diagonal first; those of a dense column are one sum.
 #[inline(always)]
 pub fn residual<T: Real, const R: usize>(
@@ -184,24 +184,24 @@ fn subtract_contiguous<T: Real, const R: usize>(
     T::subtract_multiple(&mut error[rows], column, xj);
 }
 
-/// `word − value·x`, for each right-hand side.
+/// `entry − value·x`, for each right-hand side.
 #[inline(always)]
-fn subtract<T: Real, const R: usize>(mut word: [T; R], value: T, x: [T; R]) -> [T; R] {
+fn subtract<T: Real, const R: usize>(mut entry: [T; R], value: T, x: [T; R]) -> [T; R] {
     for r in 0..R {
-        word[r] = word[r].sub_mul(value, x[r]);
+        entry[r] = entry[r].sub_mul(value, x[r]);
     }
-    word
+    entry
 }
 
 #[inline(always)]
-fn subtract_sum<T: Real, const R: usize>(mut word: [T; R], sum: [T; R]) -> [T; R] {
+fn subtract_sum<T: Real, const R: usize>(mut entry: [T; R], sum: [T; R]) -> [T; R] {
     for r in 0..R {
-        word[r] = word[r] - sum[r];
+        entry[r] = entry[r] - sum[r];
     }
-    word
+    entry
 }
 
-/// The same in the same order for each word of the error, of which each is written once.
+/// The same in the same order for each entry of the error, of which each is written once.
 #[inline(always)]
 fn residual_by_rows<T: Real, const R: usize>(
     kkt: &Kkt,
@@ -298,9 +298,9 @@ pub fn refine<T: Real, const R: usize>(
     let (new_error, scratch) = rest.split_at_mut(kkt.dim);
     candidate.copy_from_slice(error);
     substitute(&kkt.symbolic, values, l, pivot_inverse, kkt.rows.is_some(), scratch, candidate);
-    for (words, x) in candidate.iter_mut().zip(x.iter()) {
+    for (entries, x) in candidate.iter_mut().zip(x.iter()) {
         for r in 0..R {
-            words[r] = x[r] + words[r];
+            entries[r] = x[r] + entries[r];
         }
     }
     residual(kkt, values, rhs, candidate, new_error);

@@ -57,8 +57,8 @@ pub fn equilibrate<T: Real>(
         *q = *q * scale;
     }
     let gamma = cost_factor(&data.q[..n], data.p);
-    for word in data.p.iter_mut().chain(&mut data.q[..n]) {
-        *word = *word * gamma;
+    for entry in data.p.iter_mut().chain(&mut data.q[..n]) {
+        *entry = *entry * gamma;
     }
     for (inverse, &scale) in scale_inverse.iter_mut().zip(scale.iter()) {
         *inverse = T::one() / scale;
@@ -199,13 +199,13 @@ pub fn undo<T: Real>(
 ) {
     let primal = T::one() / tau;
     let dual = cost_scale[1] * primal;
-    for (i, (out, &word)) in out_point.iter_mut().zip(point).enumerate() {
+    for (i, (out, &entry)) in out_point.iter_mut().zip(point).enumerate() {
         let factor = if i < structure.n { primal } else { dual };
-        *out = (word * scale[i]) * factor;
+        *out = (entry * scale[i]) * factor;
     }
     let inverse = &scale_inverse[structure.n + structure.p..];
-    for ((out, &word), &inverse) in out_slack.iter_mut().zip(slack).zip(inverse) {
-        *out = (word * inverse) * primal;
+    for ((out, &entry), &inverse) in out_slack.iter_mut().zip(slack).zip(inverse) {
+        *out = (entry * inverse) * primal;
     }
 }
 

@@ -167,7 +167,7 @@ pub(crate) fn tau_step<T: Real>(
     out[1] = -(complement.add_mul(homogenizer[1], d_tau) * tau_inv);
 }
 
-/// The homogenizer's word that is 0 before the first step was taken and 1 from then on.
+/// The homogenizer's entry that is 0 before the first step was taken and 1 from then on.
 pub(crate) const STEPPED: usize = 2;
 
 /// σ from the predictor's step.
@@ -290,7 +290,7 @@ pub(crate) fn step_taken<T: Real>(largest: T, fraction: T) -> T {
 /// `x += α·dx`.
 #[inline(always)]
 pub(crate) fn advance<T: Real>(alpha: T, step: &[T], x: &mut [T]) {
-    for (word, &step) in x.iter_mut().zip(step) {
-        *word = word.add_mul(alpha, step);
+    for (entry, &step) in x.iter_mut().zip(step) {
+        *entry = entry.add_mul(alpha, step);
     }
 }

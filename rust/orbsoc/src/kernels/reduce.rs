@@ -9,7 +9,7 @@ use crate::real::Real;
 
 const WAYS: usize = 8;
 
-/// Reduce `first` of a pair of words, then `accumulate(sum, pair)` over all pairs, with `join` between
+/// Reduce `first` of a pair of entries, then `accumulate(sum, pair)` over all pairs, with `join` between
 /// accumulators; `empty` when there are none. Whole chunks, so that no index is checked and the accumulators
 /// become registers.
 #[inline(always)]
@@ -90,8 +90,8 @@ pub fn dot_of<T: Real, const R: usize>(a: &[T], x: &[[T; R]]) -> [T; R] {
 
 #[inline(always)]
 fn product_of<T: Real, const R: usize>(a: T, mut x: [T; R]) -> [T; R] {
-    for word in &mut x {
-        *word = a * *word;
+    for entry in &mut x {
+        *entry = a * *entry;
     }
     x
 }
@@ -191,11 +191,11 @@ pub fn max_abs_of<T: Real, const R: usize>(x: &[[T; R]]) -> [T; R] {
 }
 
 #[inline(always)]
-fn magnitudes<T: Real, const R: usize>(mut words: [T; R]) -> [T; R] {
-    for word in &mut words {
-        *word = word.abs();
+fn magnitudes<T: Real, const R: usize>(mut entries: [T; R]) -> [T; R] {
+    for entry in &mut entries {
+        *entry = entry.abs();
     }
-    words
+    entries
 }
 
 #[inline(always)]
@@ -290,9 +290,9 @@ pub fn non_finite_flags<T: Real, const R: usize>(x: &[[T; R]]) -> [T; R] {
 }
 
 #[inline(always)]
-fn add_zeros<T: Real, const R: usize>(mut sum: [T; R], words: [T; R]) -> [T; R] {
+fn add_zeros<T: Real, const R: usize>(mut sum: [T; R], entries: [T; R]) -> [T; R] {
     for r in 0..R {
-        sum[r] = sum[r].add_mul(words[r], T::zero());
+        sum[r] = sum[r].add_mul(entries[r], T::zero());
     }
     sum
 }
@@ -323,9 +323,9 @@ mod tests {
         }
     }
 
-    /// Products of binary32 words are exact in binary64, and so is, to 2⁻²⁹ of the bound, their sum.
+    /// Products of binary32 entries are exact in binary64, and so is, to 2⁻²⁹ of the bound, their sum.
     #[test]
-    #[allow(clippy::cast_possible_truncation)] // makes binary32 words
+    #[allow(clippy::cast_possible_truncation)] // makes binary32 entries
     fn dots_are_the_exact_sum_within_the_bound_of_their_longest_path() {
         let mut numbers = SplitMix64(3);
         for len in SIZES.chain([300, 1001]) {
@@ -359,7 +359,7 @@ mod tests {
             let (a, b) = (numbers.list(len), numbers.list(len));
             let terms: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a * b).collect();
             let expected = tree(&terms).to_bits();
-            // Wherever the words lie in memory, gathered or not, on whatever instruction set.
+            // Wherever the entries lie in memory, gathered or not, on whatever instruction set.
             for offset in 0..4 {
                 let pad = |v: &[f64]| [vec![9.0; offset], v.to_vec()].concat();
                 let (a, b) = (pad(&a), pad(&b));

@@ -77,15 +77,15 @@ pub fn newton_start<T: Real>(position: &[u32], n: usize, q: &[T], slack: &[T], r
         rhs[to as usize] = if i < n { -q } else { q };
     }
     for (&to, &slack) in position[position.len() - slack.len()..].iter().zip(slack) {
-        let word = &mut rhs[to as usize];
-        *word = *word - (slack + slack);
+        let entry = &mut rhs[to as usize];
+        *entry = *entry - (slack + slack);
     }
 }
 
 /// Unknowns in natural order from column `r` of the permuted solutions; expansion rows are left behind.
 #[inline(always)]
 pub fn unload<T: Real, const R: usize>(position: &[u32], permuted: &[[T; R]], r: usize, natural: &mut [T]) {
-    for (word, &from) in natural.iter_mut().zip(position) {
-        *word = permuted[from as usize][r];
+    for (entry, &from) in natural.iter_mut().zip(position) {
+        *entry = permuted[from as usize][r];
     }
 }

@@ -1,5 +1,5 @@
 //! Products of the data's sparse matrices with vectors. Loops follow the column blocks that set-up found: what
-//! is added to any one word, and in which order, is as column by column.
+//! is added to any one entry, and in which order, is as column by column.
 
 use super::reduce::{dot, dot_indexed};
 use crate::kkt::structure::Pattern;
@@ -53,8 +53,8 @@ pub fn products_of<T: Real>(
                     pattern.contiguous_columns(block, values).zip(x).zip(sums)
                 {
                     *sum = dot(column, &y[first..][..column.len()]);
-                    for (word, &value) in by_rows[first..].iter_mut().zip(column) {
-                        *word = word.add_mul(value, x);
+                    for (entry, &value) in by_rows[first..].iter_mut().zip(column) {
+                        *entry = entry.add_mul(value, x);
                     }
                 }
             }
@@ -84,8 +84,8 @@ fn products_of_fixed<T: Real, const L: usize>(
         }
         *out = sum;
         for k in 0..L {
-            let word = &mut by_rows[rows[k] as usize];
-            *word = word.add_mul(values[k], x);
+            let entry = &mut by_rows[rows[k] as usize];
+            *entry = entry.add_mul(values[k], x);
         }
     }
 }

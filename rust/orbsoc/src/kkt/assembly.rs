@@ -18,7 +18,7 @@ use crate::symbolic::ordering::fill_reducing_order;
 use crate::symbolic::supernodes::Panels;
 use crate::symbolic::upper::Upper;
 
-/// More entries overflow the 32-bit sums of the fill-reducing order, which works in 2.4 times as many words.
+/// More entries overflow the 32-bit sums of the fill-reducing order, which works in 2.4 times as many entries.
 const MOST_ENTRIES: usize = 1 << 29;
 
 /// Blocks of second-order cones up to this dimension are stored densely.
@@ -45,7 +45,7 @@ pub(crate) struct Kkt {
     /// Its columns, the diagonal left out, by what they have in common.
     pub column_blocks: Vec<ColumnBlock>,
     pub symbolic: Symbolic,
-    /// The matrix by rows, for words so large that one is best written once: see [`Kkt::by_rows`].
+    /// The matrix by rows, for entries so large that one is best written once: see [`Kkt::by_rows`].
     pub rows: Option<Rows>,
 }
 
@@ -112,7 +112,7 @@ impl Kkt {
         })
     }
 
-    /// For lanes: a vector of eight problems' words does not fit the nearest cache, and a word that is written
+    /// For lanes: a vector of eight problems' entries does not fit the nearest cache, and an entry that is written
     /// there again and again costs three times what reading it does.
     pub fn by_rows(mut self) -> Self {
         self.rows = Some(Rows::new(&self.colptr, &self.rowidx));

@@ -36,7 +36,7 @@ impl Pattern {
         &self.column_blocks
     }
 
-    /// Rows and words of a block's entries.
+    /// Rows and entries of a block's entries.
     #[inline(always)]
     pub fn entries<'a, T>(&'a self, block: &ColumnBlock, values: &'a [T]) -> (&'a [u32], &'a [T]) {
         let entries = self.entries_of_block(block);
@@ -59,7 +59,7 @@ impl Pattern {
         self.colptr[block.columns.start] as usize..self.colptr[block.columns.end] as usize
     }
 
-    /// Of each column of a dense block, whose words are `values`: which it is, its first row, its words.
+    /// Of each column of a dense block, whose entries are `values`: which it is, its first row, its entries.
     #[inline(always)]
     pub fn contiguous_columns<'a, T>(
         &'a self,

@@ -1,4 +1,4 @@
-//! The decisions of a solve: when to stop, when to refine, what to keep. Decisions compare words that
+//! The decisions of a solve: when to stop, when to refine, what to keep. Decisions compare entries that
 //! a stage computed and copy buffers; they do no arithmetic on iterates.
 
 use crate::kernels::layout::stat;
@@ -171,13 +171,14 @@ impl Control {
 
     /// After the statistics: keep what is better than anything before, and stop or go on.
     fn judge<T: Decide>(&mut self, lane: usize, settings: &Settings, w: &mut Workspace<T>) -> Outcome {
-        let word = |k: usize| w.statistics[k].lane(lane);
-        let (strict, primal, dual) = (word(stat::STRICT), word(stat::PRIMAL_RADIUS), word(stat::DUAL_RADIUS));
+        let entry = |k: usize| w.statistics[k].lane(lane);
+        let (strict, primal, dual) =
+            (entry(stat::STRICT), entry(stat::PRIMAL_RADIUS), entry(stat::DUAL_RADIUS));
         self.improved = false;
         // Only a plain cold attempt skips residuals: a warm one begins where they are large.
         let trusting = self.attempt == Attempt::Cold;
         self.accuracy.renew(trusting.then(|| w.refinement_tolerance[0].lane(lane)));
-        if word(stat::NON_FINITE) != 0.0 || strict.is_nan() {
+        if entry(stat::NON_FINITE) != 0.0 || strict.is_nan() {
             return Outcome::Done(Stop::Stalled);
         }
         self.stalled_iterations += 1;
@@ -243,10 +244,10 @@ impl Control {
         &mut self,
         lane: usize,
         settings: &Settings,
-        words: &[T],
+        entries: &[T],
         active: &mut T,
     ) -> Outcome {
-        if !self.accuracy.wants_more(lane, settings.refinement_max, words, active) {
+        if !self.accuracy.wants_more(lane, settings.refinement_max, entries, active) {
             return Outcome::Next;
         }
         self.refinements += 1;
@@ -260,7 +261,7 @@ impl Control {
     }
 }
 
-/// After the statistics: keep the iterates that are better than anything before in their lanes. Words of
+/// After the statistics: keep the iterates that are better than anything before in their lanes. Entries of
 /// lanes without a problem mean nothing.
 pub(crate) fn keep_best<'a, T: Decide>(
     lanes: impl Iterator<Item = Option<&'a Control>> + Clone,
@@ -309,7 +310,7 @@ fn judge_start(mu: f64, highest: f64) -> Outcome {
     }
 }
 
-/// Copy one lane's words.
+/// Copy one lane's entries.
 fn copy_lane<'a, T: Decide>(lane: usize, from: impl Iterator<Item = &'a T>, to: &mut [T]) {
     for (to, from) in to.iter_mut().zip(from) {
         to.set_lane(lane, from.lane(lane));

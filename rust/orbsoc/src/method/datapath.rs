@@ -37,15 +37,15 @@ impl<T: Real> Datapath<T> {
     pub fn new(structure: Arc<Structure>, settings: &Settings) -> Result<Self, Error> {
         settings.validate()?;
         let mut work = Workspace::new(&structure, T::zero());
-        let words = &mut work.parameters;
-        words[parameter::STATIC_REGULARIZATION] = T::constant(settings.static_regularization);
-        words[parameter::PIVOT_FLOOR] = T::constant(settings.pivot_floor);
-        words[parameter::DYNAMIC_REGULARIZATION] = T::constant(settings.dynamic_regularization);
-        words[parameter::REFINEMENT_TOL] = T::constant(settings.refinement_tol);
-        words[parameter::REFINEMENT_SHARE] = T::constant(effective_refinement_share(settings));
-        words[parameter::RESIDUAL_FLOOR] = T::constant(0.01 * settings.tol);
-        words[parameter::START_FLOOR] = T::constant(START_FLOOR.max(0.01 * settings.tol));
-        words[parameter::STEP_FRACTION] = T::constant(settings.step_fraction);
+        let entries = &mut work.parameters;
+        entries[parameter::STATIC_REGULARIZATION] = T::constant(settings.static_regularization);
+        entries[parameter::PIVOT_FLOOR] = T::constant(settings.pivot_floor);
+        entries[parameter::DYNAMIC_REGULARIZATION] = T::constant(settings.dynamic_regularization);
+        entries[parameter::REFINEMENT_TOL] = T::constant(settings.refinement_tol);
+        entries[parameter::REFINEMENT_SHARE] = T::constant(effective_refinement_share(settings));
+        entries[parameter::RESIDUAL_FLOOR] = T::constant(0.01 * settings.tol);
+        entries[parameter::START_FLOOR] = T::constant(START_FLOOR.max(0.01 * settings.tol));
+        entries[parameter::STEP_FRACTION] = T::constant(settings.step_fraction);
         Ok(Self { structure, settings: settings.clone(), work })
     }
 
@@ -61,7 +61,7 @@ impl<T: Real> Datapath<T> {
     }
 }
 
-/// Buffers that decisions write: a word that a previous solve left there must never be taken for one
+/// Buffers that decisions write: an entry that a previous solve left there must never be taken for one
 /// of this solve.
 const KEPT: [Buffer; 3] = [Buffer::Best, Buffer::PrimalCertificate, Buffer::DualCertificate];
 
@@ -69,7 +69,7 @@ impl<T: Decide> Datapath<T> {
     /// Forget the last solve of a lane.
     pub fn reset(&mut self, lane: usize) {
         for buffer in KEPT {
-            self.work.get_mut(buffer).iter_mut().for_each(|word| word.set_lane(lane, 0.0));
+            self.work.get_mut(buffer).iter_mut().for_each(|entry| entry.set_lane(lane, 0.0));
         }
         self.prepare(lane, Attempt::default());
     }
@@ -82,14 +82,15 @@ impl<T: Decide> Datapath<T> {
 
     /// Set the parameters of an attempt in a lane that has been reset.
     pub fn prepare(&mut self, lane: usize, attempt: Attempt) {
-        let (settings, words) = (&self.settings, &mut self.work.parameters);
+        let (settings, entries) = (&self.settings, &mut self.work.parameters);
         let (refinement, regularization) = attempt.factors();
-        words[parameter::REFINEMENT_SHARE].set_lane(lane, refinement * effective_refinement_share(settings));
+        entries[parameter::REFINEMENT_SHARE]
+            .set_lane(lane, refinement * effective_refinement_share(settings));
         let shift = regularization * settings.static_regularization;
-        words[parameter::STATIC_REGULARIZATION].set_lane(lane, shift);
+        entries[parameter::STATIC_REGULARIZATION].set_lane(lane, shift);
     }
 
-    /// Problems' words into the input buffers, each into its own lane.
+    /// Problems' entries into the input buffers, each into its own lane.
     pub fn load(&mut self, problems: &[Option<&Problem>]) {
         let (work, reduced) = (&mut self.work, &self.structure.reduced);
         let lanes: Vec<(usize, &Problem)> =
@@ -115,27 +116,27 @@ impl<T: Decide> Datapath<T> {
         }
     }
 
-    /// Copy the words of some lanes of `buffers` from another datapath's, (from, to) each.
+    /// Copy the entries of some lanes of `buffers` from another datapath's, (from, to) each.
     pub fn copy_lanes(&mut self, moves: &[(usize, usize)], from: &Self, buffers: &[Buffer]) {
         for &buffer in buffers {
-            for (to, word) in self.work.get_mut(buffer).iter_mut().zip(from.work.get(buffer)) {
+            for (to, entry) in self.work.get_mut(buffer).iter_mut().zip(from.work.get(buffer)) {
                 for &(from_lane, to_lane) in moves {
-                    to.set_lane(to_lane, word.lane(from_lane));
+                    to.set_lane(to_lane, entry.lane(from_lane));
                 }
             }
         }
     }
 
-    /// A point's words into a lane's input buffer; false when they are of no use: not all of them are finite,
+    /// A point's entries into a lane's input buffer; false when they are of no use: not all of them are finite,
     /// or there are no rows, without which the first step from anywhere is Newton's, and exact.
     pub fn load_start(&mut self, lane: usize, start: &Start) -> bool {
         let rows = &self.structure.reduced.row_origin;
         let (z, s) = (rows.iter().map(|&i| &start.z[i]), rows.iter().map(|&i| &start.s[i]));
-        let words = start.x.iter().chain(start.y).chain(z).chain(s).copied();
+        let entries = start.x.iter().chain(start.y).chain(z).chain(s).copied();
         let mut finite = true;
-        for (to, word) in self.work.start.iter_mut().zip(words) {
-            to.set_lane(lane, word);
-            finite &= word.is_finite();
+        for (to, entry) in self.work.start.iter_mut().zip(entries) {
+            to.set_lane(lane, entry);
+            finite &= entry.is_finite();
         }
         finite && self.structure.unknowns() > self.structure.n
     }
@@ -147,8 +148,8 @@ impl<T: Decide> Datapath<T> {
         problem: &'a Problem,
         control: &Control,
     ) -> FinishedAttempt<'a> {
-        let read = |words: &[T]| words.iter().map(|word| word.lane(lane)).collect();
-        // Most attempts have found no certificate, and the words of a lane are far apart.
+        let read = |entries: &[T]| entries.iter().map(|entry| entry.lane(lane)).collect();
+        // Most attempts have found no certificate, and the entries of a lane are far apart.
         let (primal, dual) = self.work.unscaled_certificates.split_at(self.structure.unknowns());
         FinishedAttempt {
             problem,
@@ -167,7 +168,7 @@ impl<T: Decide> Datapath<T> {
     }
 }
 
-/// Word by word, not lane by lane: the words of all lanes are next to one another. Word k is the number at `origin(k)`, or zero
+/// Word by entry, not lane by lane: the entries of all lanes are next to one another. Word k is the number at `origin(k)`, or zero
 /// where that is subnormal: its inverse, by which equilibration scales, would be infinite.
 fn fill<'a, T: Decide>(
     to: &mut [T],
@@ -176,11 +177,11 @@ fn fill<'a, T: Decide>(
     origin: impl Fn(usize) -> usize,
 ) {
     let lanes: Vec<(usize, &[f64])> = lanes.iter().map(|&(lane, problem)| (lane, numbers(problem))).collect();
-    for (k, word) in to.iter_mut().enumerate() {
+    for (k, entry) in to.iter_mut().enumerate() {
         let at = origin(k);
         for &(lane, numbers) in &lanes {
             let number = numbers[at];
-            word.set_lane(lane, if number.is_subnormal() { 0.0 } else { number });
+            entry.set_lane(lane, if number.is_subnormal() { 0.0 } else { number });
         }
     }
 }

@@ -68,7 +68,7 @@ impl<T: Decide> Engine<T> {
     }
 
     /// As [`Engine::new`], with the factor that tapes record: no stored zeros, so that its buffers
-    /// are laid out as the tapes' are, and every word, the sign of a zero included, is theirs.
+    /// are laid out as the tapes' are, and every entry, the sign of a zero included, is theirs.
     ///
     /// # Errors
     /// As [`Engine::new`].
@@ -113,7 +113,7 @@ impl<T: Decide> Engine<T> {
         &self.problem
     }
 
-    /// The words of a buffer as they stand.
+    /// The entries of a buffer as they stand.
     pub fn buffer(&self, buffer: Buffer) -> &[T] {
         self.path.work.get(buffer)
     }
@@ -143,7 +143,7 @@ impl<T: Decide> Engine<T> {
         self.path.structure.kkt.symbolic.multiply_subtracts
     }
 
-    /// Run one stage, with every word that it declares, and say how to go on.
+    /// Run one stage, with every entry that it declares, and say how to go on.
     ///
     /// A whole solve skips residuals of linear solves that no decision needs; its numbers are the same otherwise.
     pub fn run(&mut self, stage: Stage) -> Outcome {
@@ -251,15 +251,15 @@ impl<T: Decide> Engine<T> {
 
     /// The last statistics in the user's units.
     pub fn progress(&self) -> Progress {
-        let word = |k: usize| self.path.work.statistics[k].value();
+        let entry = |k: usize| self.path.work.statistics[k].value();
         Progress {
             iteration: self.control.total_iterations(),
-            objective: word(stat::OBJECTIVE),
-            dual_objective: word(stat::DUAL_OBJECTIVE),
-            primal_residual: word(stat::PRIMAL),
-            dual_residual: word(stat::DUAL),
-            gap: word(stat::GAP),
-            mu: word(stat::MU),
+            objective: entry(stat::OBJECTIVE),
+            dual_objective: entry(stat::DUAL_OBJECTIVE),
+            primal_residual: entry(stat::PRIMAL),
+            dual_residual: entry(stat::DUAL),
+            gap: entry(stat::GAP),
+            mu: entry(stat::MU),
             step: self.control.step,
             refinements: self.control.refinements,
         }

@@ -21,7 +21,7 @@ pub enum Narrow {
     Bits(u32),
 }
 
-/// An engine whose stages of some modules compute in a narrow arithmetic on words of their own.
+/// An engine whose stages of some modules compute in a narrow arithmetic on entries of their own.
 ///
 /// What such a stage reads is rounded on its way there, and what it writes comes back exactly. A loop
 /// over the method's lists drives it stage by stage, as it drives an [`Engine`].
@@ -40,14 +40,14 @@ impl<T: Decide> Arithmetic for Datapath<T> {
     fn execute(&mut self, stage: Stage, wide: &mut Workspace<f64>) {
         // What a stage writes in part comes back whole, so it goes there too.
         for &buffer in stage.reads().iter().chain(stage.writes()) {
-            for (word, &value) in self.work.get_mut(buffer).iter_mut().zip(wide.get(buffer)) {
-                word.set_lane(0, value);
+            for (entry, &value) in self.work.get_mut(buffer).iter_mut().zip(wide.get(buffer)) {
+                entry.set_lane(0, value);
             }
         }
         Datapath::execute(self, stage);
         for &buffer in stage.writes() {
-            for (value, word) in wide.get_mut(buffer).iter_mut().zip(self.work.get(buffer)) {
-                *value = word.value();
+            for (value, entry) in wide.get_mut(buffer).iter_mut().zip(self.work.get(buffer)) {
+                *value = entry.value();
             }
         }
     }
@@ -98,7 +98,7 @@ impl MixedEngine {
         self.wide.events()
     }
 
-    /// The words of a buffer as binary64 holds them.
+    /// The entries of a buffer as binary64 holds them.
     pub fn buffer(&self, buffer: Buffer) -> &[f64] {
         self.wide.buffer(buffer)
     }
@@ -220,7 +220,7 @@ mod tests {
                 Narrow::Bits(bits) => 53 - bits,
             };
             let factor = engine.buffer(Buffer::FactorL);
-            assert!(factor.iter().all(|word| word.to_bits().trailing_zeros() >= dropped), "{narrow:?}");
+            assert!(factor.iter().all(|entry| entry.to_bits().trailing_zeros() >= dropped), "{narrow:?}");
         }
     }
 

@@ -39,19 +39,19 @@ impl Accuracy {
         self.risen || !self.goal.zip(self.known).is_some_and(small)
     }
 
-    /// After a linear solve or a refinement step of one lane, whose words these are, three for each right-hand side:
+    /// After a linear solve or a refinement step of one lane, whose entries these are, three for each right-hand side:
     /// whether to refine once more.
-    pub fn wants_more<T: Decide>(&mut self, lane: usize, most: u32, words: &[T], active: &mut T) -> bool {
-        let solves = words.chunks_exact(refinement::WORDS);
+    pub fn wants_more<T: Decide>(&mut self, lane: usize, most: u32, entries: &[T], active: &mut T) -> bool {
+        let solves = entries.chunks_exact(refinement::WORDS);
         let first = self.refined == 0;
         let seen = !first || self.needs_residual();
         if first && seen {
-            self.note(solves.clone().map(|words| words[refinement::ERROR].lane(lane)));
+            self.note(solves.clone().map(|entries| entries[refinement::ERROR].lane(lane)));
         }
-        let enough = solves.into_iter().all(|words| {
-            let error = words[refinement::ERROR].lane(lane);
-            let worthwhile = first || error <= words[refinement::WORTHWHILE].lane(lane);
-            error <= words[refinement::ALLOWED].lane(lane) || !error.is_finite() || !worthwhile
+        let enough = solves.into_iter().all(|entries| {
+            let error = entries[refinement::ERROR].lane(lane);
+            let worthwhile = first || error <= entries[refinement::WORTHWHILE].lane(lane);
+            error <= entries[refinement::ALLOWED].lane(lane) || !error.is_finite() || !worthwhile
         });
         if !seen || enough || self.refined >= most || active.lane(lane) == 0.0 {
             // Whatever other lanes still refine leaves this one alone.

@@ -94,12 +94,12 @@ macro_rules! stages {
                 match self { $(Self::$stage => Module::$module,)* }
             }
 
-            /// Buffers whose words it uses.
+            /// Buffers whose entries it uses.
             pub fn reads(self) -> &'static [Buffer] {
                 match self { $(Self::$stage => &[$(Buffer::$read,)*],)* }
             }
 
-            /// Buffers whose words it makes; a buffer also listed under `reads` is updated.
+            /// Buffers whose entries it makes; a buffer also listed under `reads` is updated.
             pub fn writes(self) -> &'static [Buffer] {
                 match self { $(Self::$stage => &[$(Buffer::$write,)*],)* }
             }
@@ -334,7 +334,7 @@ const PARTLY_STALE: &[Buffer] = &[Buffer::KktValues];
 
 /// What a schedule has made of a buffer so far.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Words {
+enum BufferState {
     Absent,
     Fresh,
     /// A stage that updates them may read them.
@@ -342,15 +342,15 @@ enum Words {
     Stale,
 }
 
-/// Check a schedule against the dataflow table: every word read was written and is not stale. The
+/// Check a schedule against the dataflow table: every entry read was written and is not stale. The
 /// iteration is checked twice, so that what it leaves behind must suit its own beginning.
 /// A stage may read an unfinished buffer that it also writes: it updates it in place.
 ///
 /// # Errors
 /// The first offending read.
 pub fn check_schedule(startup: &[Step], iteration: &[Step], closing: &[Step]) -> Result<(), ScheduleError> {
-    let given = |buffer| if GIVEN.contains(buffer) { Words::Fresh } else { Words::Absent };
-    let mut words: Vec<Words> = Buffer::ALL.iter().map(given).collect();
+    let given = |buffer| if GIVEN.contains(buffer) { BufferState::Fresh } else { BufferState::Absent };
+    let mut states: Vec<BufferState> = Buffer::ALL.iter().map(given).collect();
     let order = [startup, iteration, iteration, closing].concat();
     let stages = order.into_iter().flat_map(|step| match step {
         Run(stage) => [Some(stage), None],
@@ -359,20 +359,20 @@ pub fn check_schedule(startup: &[Step], iteration: &[Step], closing: &[Step]) ->
     for stage in stages.flatten() {
         let writes = |buffer| stage.writes().contains(&buffer);
         for &buffer in stage.reads() {
-            let state = words[buffer as usize];
-            if state != Words::Fresh && !(state == Words::Unfinished && writes(buffer)) {
-                return Err(ScheduleError { stage, buffer, stale: state != Words::Absent });
+            let state = states[buffer as usize];
+            if state != BufferState::Fresh && !(state == BufferState::Unfinished && writes(buffer)) {
+                return Err(ScheduleError { stage, buffer, stale: state != BufferState::Absent });
             }
         }
         for &buffer in stage.writes() {
-            words[buffer as usize] = Words::Fresh;
+            states[buffer as usize] = BufferState::Fresh;
         }
         for &buffer in stage.stales() {
             let unfinished = writes(buffer) || PARTLY_STALE.contains(&buffer);
-            words[buffer as usize] = match words[buffer as usize] {
-                Words::Absent => Words::Absent,
-                _ if unfinished => Words::Unfinished,
-                _ => Words::Stale,
+            states[buffer as usize] = match states[buffer as usize] {
+                BufferState::Absent => BufferState::Absent,
+                _ if unfinished => BufferState::Unfinished,
+                _ => BufferState::Stale,
             };
         }
     }

@@ -98,12 +98,12 @@ pub(crate) fn execute<T: Real>(structure: &Structure, w: &mut Workspace<T>, stag
 fn load<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
     let (n, unknowns) = (structure.n, structure.unknowns());
     let (point, slack) = w.start.split_at(unknowns);
-    for (i, (out, &word)) in w.point.iter_mut().zip(point).enumerate() {
-        let scaled = word * w.scale_inverse[i];
+    for (i, (out, &entry)) in w.point.iter_mut().zip(point).enumerate() {
+        let scaled = entry * w.scale_inverse[i];
         *out = if i < n { scaled } else { scaled * w.cost_scale[0] };
     }
-    for ((out, &word), &scale) in w.slack.iter_mut().zip(slack).zip(&w.scale[n + structure.p..]) {
-        *out = word * scale;
+    for ((out, &entry), &scale) in w.slack.iter_mut().zip(slack).zip(&w.scale[n + structure.p..]) {
+        *out = entry * scale;
     }
     w.homogenizer.copy_from_slice(&[T::one(), T::zero(), T::zero()]);
 }

@@ -6,7 +6,7 @@ use crate::kernels::layout::{centering, embedding, parameter, refinement, regula
 use crate::kkt::structure::Structure;
 
 macro_rules! buffers {
-    ($($(#[$doc:meta])* $name:ident $field:ident $label:literal = $words:expr;)*) => {
+    ($($(#[$doc:meta])* $name:ident $field:ident $label:literal = $entries:expr;)*) => {
         /// A named buffer.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum Buffer { $($(#[$doc])* $name,)* }
@@ -24,7 +24,7 @@ macro_rules! buffers {
         #[derive(Clone, Debug)]
         pub(crate) struct Workspace<T> {
             $(pub $field: Vec<T>,)*
-            /// Kernel-local words: never carry anything from one stage to the next.
+            /// Kernel-local entries: never carry anything from one stage to the next.
             pub scratch: Vec<T>,
         }
 
@@ -32,7 +32,7 @@ macro_rules! buffers {
             pub fn new(structure: &Structure, zero: T) -> Self {
                 let scratch = scratch_words(structure);
                 Self {
-                    $($field: vec![zero; ($words)(structure)],)*
+                    $($field: vec![zero; ($entries)(structure)],)*
                     scratch: vec![zero; scratch],
                 }
             }
@@ -113,7 +113,7 @@ buffers! {
     /// and what replaces a smaller one.
     Regularization regularization "regularization" = |_: &Structure| regularization::WORDS;
     /// Columns of L.
-    FactorL factor_l "factor_l" = |s: &Structure| s.kkt.symbolic.panel_words;
+    FactorL factor_l "factor_l" = |s: &Structure| s.kkt.symbolic.panel_entries;
     /// 1/D.
     PivotInverse pivot_inverse "pivot_inverse" = |s: &Structure| s.kkt.dim;
     /// Right-hand side in permuted order.

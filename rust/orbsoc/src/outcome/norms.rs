@@ -113,15 +113,15 @@ fn norm(x: &[f64]) -> f64 {
     // Several maxima side by side: one alone would wait for each comparison.
     let (mut top, mut zero) = ([0.0; 8], [0.0; 8]);
     let (chunks, rest) = x.as_chunks::<8>();
-    for words in chunks {
+    for entries in chunks {
         for k in 0..8 {
-            top[k] = larger(top[k], words[k].abs());
-            zero[k] += words[k] * 0.0;
+            top[k] = larger(top[k], entries[k].abs());
+            zero[k] += entries[k] * 0.0;
         }
     }
-    for (k, word) in rest.iter().enumerate() {
-        top[k] = larger(top[k], word.abs());
-        zero[k] += word * 0.0;
+    for (k, entry) in rest.iter().enumerate() {
+        top[k] = larger(top[k], entry.abs());
+        zero[k] += entry * 0.0;
     }
     if zero == [0.0; 8] {
         top.into_iter().fold(0.0, larger)

@@ -333,8 +333,8 @@ impl FinishedAttempt<'_> {
     /// The stronger certificate of infeasibility, of those that the original data support and an `apparent` solution
     /// does not speak against.
     fn infeasible(&self, apparent: Option<&Point>) -> Option<InfeasibilityCertificate> {
-        let primal = self.primal.as_ref().map(|words| self.primal_infeasible(words));
-        let dual = self.dual.as_ref().map(|words| self.dual_infeasible(words));
+        let primal = self.primal.as_ref().map(|entries| self.primal_infeasible(entries));
+        let dual = self.dual.as_ref().map(|entries| self.dual_infeasible(entries));
         let certificates = primal.into_iter().chain(dual).filter(|found| {
             found.relative >= RADIUS_CLAIMED && apparent.is_none_or(|solution| found.excludes(solution))
         });
@@ -342,33 +342,33 @@ impl FinishedAttempt<'_> {
     }
 
     /// That no x is feasible.
-    fn primal_infeasible(&self, words: &[f64]) -> InfeasibilityCertificate {
-        let mut at = self.point(words, false);
+    fn primal_infeasible(&self, entries: &[f64]) -> InfeasibilityCertificate {
+        let mut at = self.point(entries, false);
         let (radius, relative) = primal_radius(self.problem, &mut at);
         at.x.fill(f64::NAN);
         InfeasibilityCertificate { status: Status::PrimalInfeasible, at, radius, relative }
     }
 
     /// That no dual point is.
-    fn dual_infeasible(&self, words: &[f64]) -> InfeasibilityCertificate {
-        let mut at = self.point(words, false);
+    fn dual_infeasible(&self, entries: &[f64]) -> InfeasibilityCertificate {
+        let mut at = self.point(entries, false);
         let (radius, relative) = dual_radius(self.problem, &mut at);
         at.y.fill(f64::NAN);
         at.z.fill(f64::NAN);
         InfeasibilityCertificate { status: Status::DualInfeasible, at, radius, relative }
     }
 
-    /// Read (x, y, z) and perhaps s from words in the user's scaling, into the user's rows.
-    fn point(&self, words: &[f64], with_slack: bool) -> Point {
+    /// Read (x, y, z) and perhaps s from entries in the user's scaling, into the user's rows.
+    fn point(&self, entries: &[f64], with_slack: bool) -> Point {
         let (problem, m) = (self.problem, self.row_origin.len());
         let (n, p) = (problem.n(), problem.p());
-        let take = |from: usize, len: usize| DVector::from_column_slice(&words[from..from + len]);
+        let take = |from: usize, len: usize| DVector::from_column_slice(&entries[from..from + len]);
         let mut z = DVector::zeros(problem.m());
         let mut s = DVector::from_element(problem.m(), if with_slack { f64::INFINITY } else { f64::NAN });
         for (k, &row) in self.row_origin.iter().enumerate() {
-            z[row] = words[n + p + k];
+            z[row] = entries[n + p + k];
             if with_slack {
-                s[row] = words[n + p + m + k];
+                s[row] = entries[n + p + m + k];
             }
         }
         Point { x: take(0, n), y: take(n, p), z, s }

@@ -253,7 +253,7 @@ mod tests {
 
     #[test]
     fn a_path_takes_the_later_operand_and_the_operations_latency() {
-        // (a·b) is ready at 5, its root at 5 + 9; adding a fresh word to it ends at 14 + 3.
+        // (a·b) is ready at 5, its root at 5 + 9; adding a fresh entry to it ends at 14 + 3.
         let latency = Latency { mul: 5, sqrt: 9, add: 3, ..Latency::UNIT };
         let (a, b) = (Counted::one(), Counted::one());
         let tally = count(latency, || {
@@ -264,9 +264,9 @@ mod tests {
 
     #[test]
     fn a_tree_is_shorter_than_a_chain() {
-        let words = [Counted::one(); 64];
+        let entries = [Counted::one(); 64];
         let tally = unit(|| {
-            crate::kernels::reduce::dot(&words, &words);
+            crate::kernels::reduce::dot(&entries, &entries);
         });
         // Eight accumulators take eight terms each; the tree joins them in three levels.
         assert_eq!((tally.operations.mul, tally.operations.add_mul, tally.operations.add), (8, 56, 7));

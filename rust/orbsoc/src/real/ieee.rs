@@ -9,7 +9,7 @@ use pulp::{f64x4, Simd};
 #[derive(Clone, Copy)]
 pub struct Bit(bool);
 
-/// To AVX2 where there is it, on machines with AVX-512 too: a tile has four words to the row.
+/// To AVX2 where there is it, on machines with AVX-512 too: a tile has four entries to the row.
 #[inline(always)]
 fn by_256_bits<W: pulp::WithSimd>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
@@ -34,7 +34,7 @@ macro_rules! ieee {
             $($own)*
 
             #[inline(always)]
-            #[allow(clippy::cast_possible_truncation)] // binary32 input words are rounded once, here
+            #[allow(clippy::cast_possible_truncation)] // binary32 input entries are rounded once, here
             fn constant(value: f64) -> Self {
                 value as $t
             }
@@ -72,7 +72,7 @@ macro_rules! ieee {
                 f64::from(*self)
             }
             #[inline(always)]
-            #[allow(clippy::cast_possible_truncation)] // what is set came from a word of this type
+            #[allow(clippy::cast_possible_truncation)] // what is set came from an entry of this type
             fn set_lane(&mut self, _: usize, value: f64) {
                 *self = value as $t;
             }
@@ -88,22 +88,22 @@ ieee! { f64,
 
     #[inline(always)]
     fn subtract_products<const M: usize, const N: usize, const LOWER: bool>(
-        words: &mut [[Self; M]; N],
+        entries: &mut [[Self; M]; N],
         factors: Factors<Self>,
     ) {
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = pulp::x86::V3::try_new() {
             if M == 4 {
-                return four_rows(simd, words, factors);
+                return four_rows(simd, entries, factors);
             }
             if M == 8 {
-                return eight_rows(simd, words, factors);
+                return eight_rows(simd, entries, factors);
             }
             if M == 1 && N == 4 {
-                return four_columns(simd, words, factors);
+                return four_columns(simd, entries, factors);
             }
         }
-        scalar::subtract::<Self, M, N, LOWER>(words, factors);
+        scalar::subtract::<Self, M, N, LOWER>(entries, factors);
     }
 
     #[inline(always)]
@@ -127,20 +127,20 @@ ieee! { f64,
     }
 
     #[inline(always)]
-    fn subtract_multiple<const R: usize>(words: &mut [[Self; R]], by: &[Self], x: [Self; R]) {
+    fn subtract_multiple<const R: usize>(entries: &mut [[Self; R]], by: &[Self], x: [Self; R]) {
         #[cfg(target_arch = "x86_64")]
         if let (2, Some(simd)) = (R, pulp::x86::V3::try_new()) {
-            let by = &by[..words.len()];
-            let (whole, rest) = words.split_at_mut(words.len() / 4 * 4);
+            let by = &by[..entries.len()];
+            let (whole, rest) = entries.split_at_mut(entries.len() / 4 * 4);
             multiple_of_two(simd, whole.as_flattened_mut().as_chunks_mut().0, by.as_chunks().0, [x[0], x[1]]);
             return scalar::subtract_multiple(rest, &by[whole.len()..], x);
         }
-        scalar::subtract_multiple(words, by, x);
+        scalar::subtract_multiple(entries, by, x);
     }
 }
 ieee! { f32, }
 
-/// A tile of rows as vectors of four: the compiler does not find it by itself where the words come from scattered
+/// A tile of rows as vectors of four: the compiler does not find it by itself where the entries come from scattered
 /// places. A macro, as a function of that many vectors keeps its sums in memory (decision 0024).
 #[cfg(target_arch = "x86_64")]
 macro_rules! rows_in_vectors {
@@ -148,11 +148,11 @@ macro_rules! rows_in_vectors {
         #[inline(always)]
         fn $name<const M: usize, const N: usize>(
             simd: pulp::x86::V3,
-            words: &mut [[f64; M]; N],
+            entries: &mut [[f64; M]; N],
             factors: Factors<f64>,
         ) {
             let four = |w: [f64; M], v: usize| f64x4(w[4 * v], w[4 * v + 1], w[4 * v + 2], w[4 * v + 3]);
-            let mut sums = words.map(|w| [$(four(w, $vector)),+]);
+            let mut sums = entries.map(|w| [$(four(w, $vector)),+]);
             factors.pairs::<$rows, N>(
                 #[inline(always)]
                 |l, y| {
@@ -163,8 +163,8 @@ macro_rules! rows_in_vectors {
                     }
                 },
             );
-            for (words, sum) in words.iter_mut().zip(sums) {
-                words.copy_from_slice(&pulp::cast::<[f64x4; $rows / 4], [f64; $rows]>(sum));
+            for (entries, sum) in entries.iter_mut().zip(sums) {
+                entries.copy_from_slice(&pulp::cast::<[f64x4; $rows / 4], [f64; $rows]>(sum));
             }
         }
     };
@@ -179,16 +179,16 @@ rows_in_vectors! { eight_rows, 8, [0, 1] }
 #[inline(always)]
 fn four_columns<const M: usize, const N: usize>(
     simd: pulp::x86::V3,
-    words: &mut [[f64; M]; N],
+    entries: &mut [[f64; M]; N],
     factors: Factors<f64>,
 ) {
-    let mut sums = f64x4(words[0][0], words[1][0], words[2][0], words[3][0]);
+    let mut sums = f64x4(entries[0][0], entries[1][0], entries[2][0], entries[3][0]);
     factors.pairs::<1, 4>(
         #[inline(always)]
         |&[l], &y| sums = simd.sub_f64s(sums, simd.mul_f64s(simd.splat_f64s(l), pulp::cast(y))),
     );
-    for (word, sum) in words.iter_mut().zip(pulp::cast::<f64x4, [f64; 4]>(sums)) {
-        word[0] = sum;
+    for (entry, sum) in entries.iter_mut().zip(pulp::cast::<f64x4, [f64; 4]>(sums)) {
+        entry[0] = sum;
     }
 }
 
@@ -211,40 +211,40 @@ fn accumulate_one(simd: pulp::x86::V3, sums: &mut [[f64; 8]], a: &[[f64; 8]], x:
 #[inline(always)]
 fn accumulate_two(simd: pulp::x86::V3, sums: &mut [[f64; 16]], a: &[[f64; 8]], x: &[[f64; 16]]) {
     let Some(sums) = sums.first_mut() else { return };
-    let mut words: [f64x4; 4] = pulp::cast(*sums);
+    let mut entries: [f64x4; 4] = pulp::cast(*sums);
     for (&a, &x) in a.iter().zip(x) {
         let ([low, high], x): ([f64x4; 2], [f64x4; 4]) = (pulp::cast(a), pulp::cast(x));
         let (first, second) = twice_each(simd, low);
         let (third, fourth) = twice_each(simd, high);
-        words[0] = simd.add_f64s(words[0], simd.mul_f64s(first, x[0]));
-        words[1] = simd.add_f64s(words[1], simd.mul_f64s(second, x[1]));
-        words[2] = simd.add_f64s(words[2], simd.mul_f64s(third, x[2]));
-        words[3] = simd.add_f64s(words[3], simd.mul_f64s(fourth, x[3]));
+        entries[0] = simd.add_f64s(entries[0], simd.mul_f64s(first, x[0]));
+        entries[1] = simd.add_f64s(entries[1], simd.mul_f64s(second, x[1]));
+        entries[2] = simd.add_f64s(entries[2], simd.mul_f64s(third, x[2]));
+        entries[3] = simd.add_f64s(entries[3], simd.mul_f64s(fourth, x[3]));
     }
-    *sums = pulp::cast(words);
+    *sums = pulp::cast(entries);
 }
 
 /// (a, a, b, b) and (c, c, d, d) of (a, b, c, d).
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
-fn twice_each(simd: pulp::x86::V3, words: f64x4) -> (f64x4, f64x4) {
-    let words = pulp::cast(words);
-    let low = pulp::cast(simd.avx2._mm256_permute4x64_pd::<0b01_01_00_00>(words));
-    let high = pulp::cast(simd.avx2._mm256_permute4x64_pd::<0b11_11_10_10>(words));
+fn twice_each(simd: pulp::x86::V3, entries: f64x4) -> (f64x4, f64x4) {
+    let entries = pulp::cast(entries);
+    let low = pulp::cast(simd.avx2._mm256_permute4x64_pd::<0b01_01_00_00>(entries));
+    let high = pulp::cast(simd.avx2._mm256_permute4x64_pd::<0b11_11_10_10>(entries));
     (low, high)
 }
 
-/// Of two vectors side by side, four words of either: two registers.
+/// Of two vectors side by side, four entries of either: two registers.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
-fn multiple_of_two(simd: pulp::x86::V3, words: &mut [[f64; 8]], by: &[[f64; 4]], x: [f64; 2]) {
+fn multiple_of_two(simd: pulp::x86::V3, entries: &mut [[f64; 8]], by: &[[f64; 4]], x: [f64; 2]) {
     let x = f64x4(x[0], x[1], x[0], x[1]);
-    for (words, &by) in words.iter_mut().zip(by) {
-        let [low, high]: [f64x4; 2] = pulp::cast(*words);
+    for (entries, &by) in entries.iter_mut().zip(by) {
+        let [low, high]: [f64x4; 2] = pulp::cast(*entries);
         let (low_by, high_by) = twice_each(simd, pulp::cast(by));
         let low = simd.sub_f64s(low, simd.mul_f64s(low_by, x));
         let high = simd.sub_f64s(high, simd.mul_f64s(high_by, x));
-        *words = pulp::cast([low, high]);
+        *entries = pulp::cast([low, high]);
     }
 }
 

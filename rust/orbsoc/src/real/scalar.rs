@@ -30,10 +30,10 @@ pub trait Real:
     /// bit.
     const RHS_BLOCK: bool = false;
 
-    /// Run `work`, compiled for the instruction set that these words want.
+    /// Run `work`, compiled for the instruction set that these entries want.
     fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output;
 
-    /// A literal or an input word.
+    /// A literal or an input entry.
     fn constant(value: f64) -> Self;
     /// Square root, correctly rounded.
     fn sqrt(self) -> Self;
@@ -61,10 +61,10 @@ pub trait Real:
     /// As [`subtract`], bit for bit; a datapath may have a quicker way.
     #[inline(always)]
     fn subtract_products<const M: usize, const N: usize, const LOWER: bool>(
-        words: &mut [[Self; M]; N],
+        entries: &mut [[Self; M]; N],
         factors: Factors<Self>,
     ) {
-        subtract::<Self, M, N, LOWER>(words, factors);
+        subtract::<Self, M, N, LOWER>(entries, factors);
     }
 
     /// As [`accumulate`], bit for bit; a datapath may have a quicker way.
@@ -75,8 +75,8 @@ pub trait Real:
 
     /// As [`subtract_multiple`], bit for bit; a datapath may have a quicker way.
     #[inline(always)]
-    fn subtract_multiple<const R: usize>(words: &mut [[Self; R]], by: &[Self], x: [Self; R]) {
-        subtract_multiple(words, by, x);
+    fn subtract_multiple<const R: usize>(entries: &mut [[Self; R]], by: &[Self], x: [Self; R]) {
+        subtract_multiple(entries, by, x);
     }
 
     /// `select(self < other, other, self)`; a NaN in `other` is dropped.
@@ -107,7 +107,7 @@ pub trait Real:
 /// A scalar whose value control flow may look at. Only PS code asks for it; recording
 /// datapaths do not implement it.
 pub trait Decide: Real {
-    /// Problems side by side in one word.
+    /// Problems side by side in one entry.
     const LANES: usize;
     /// The value of one of them, widened to double precision exactly.
     fn lane(&self, lane: usize) -> f64;
@@ -122,22 +122,22 @@ pub trait Decide: Real {
     fn epsilon() -> f64;
 }
 
-/// `words[n][m] −= Σ_k l_k[m]·y_k[n]`, the k in order, each product rounded. With `LOWER`, only the words of
+/// `entries[n][m] −= Σ_k l_k[m]·y_k[n]`, the k in order, each product rounded. With `LOWER`, only the entries of
 /// m ≥ n are asked for, and the others come out as anything.
 #[inline(always)]
 pub fn subtract<T: Real, const M: usize, const N: usize, const LOWER: bool>(
-    words: &mut [[T; M]; N],
+    entries: &mut [[T; M]; N],
     factors: Factors<T>,
 ) {
     factors.pairs::<M, N>(
         #[inline(always)]
         |l, y| {
             for n in 0..N {
-                let mut column = words[n];
+                let mut column = entries[n];
                 for m in if LOWER { n } else { 0 }..M {
                     column[m] = column[m].sub_mul(l[m], y[n]);
                 }
-                words[n] = column;
+                entries[n] = column;
             }
         },
     );
@@ -155,12 +155,12 @@ pub fn accumulate<T: Real, const R: usize>(sums: &mut [[T; R]; 8], a: &[[T; 8]],
     }
 }
 
-/// `words[k][r] −= by[k]·x[r]`.
+/// `entries[k][r] −= by[k]·x[r]`.
 #[inline(always)]
-pub fn subtract_multiple<T: Real, const R: usize>(words: &mut [[T; R]], by: &[T], x: [T; R]) {
-    for (words, &by) in words.iter_mut().zip(by) {
+pub fn subtract_multiple<T: Real, const R: usize>(entries: &mut [[T; R]], by: &[T], x: [T; R]) {
+    for (entries, &by) in entries.iter_mut().zip(by) {
         for r in 0..R {
-            words[r] = words[r].sub_mul(by, x[r]);
+            entries[r] = entries[r].sub_mul(by, x[r]);
         }
     }
 }

@@ -2,14 +2,14 @@
 
 #![allow(clippy::needless_range_loop)] // constant ranges over arrays unroll; iterators over them do not always
 
-/// Columns `l` and `y` of `leading_dim` words, one after the other; a tile takes rows `row..` of `l` and `column..` of `y`.
+/// Columns `l` and `y` of `leading_dim` entries, one after the other; a tile takes rows `row..` of `l` and `column..` of `y`.
 #[derive(Clone, Copy)]
 pub struct Factors<'a, T> {
     /// Columns divided by their pivots.
     pub l: &'a [T],
     /// The same before the division.
     pub y: &'a [T],
-    /// Words of a column.
+    /// Entries of a column.
     pub leading_dim: usize,
     /// Where the tile begins in a column of `l` …
     pub row: usize,
@@ -18,7 +18,7 @@ pub struct Factors<'a, T> {
 }
 
 impl<'a, T: Copy> Factors<'a, T> {
-    /// `M` words of `l` and `N` of `y` to `each`, column by column. By hand: the library's iterators over two
+    /// `M` entries of `l` and `N` of `y` to `each`, column by column. By hand: the library's iterators over two
     /// lists of chunks divide to count them, and become calls where the kernel around them is large.
     #[inline(always)]
     pub fn pairs<const M: usize, const N: usize>(self, mut each: impl FnMut(&'a [T; M], &'a [T; N])) {
@@ -38,22 +38,22 @@ mod tests {
     use super::*;
     use crate::tests::reference::SplitMix64;
 
-    /// What the datapath makes of a tile, and what the plain loops do: the bits of the words asked for.
+    /// What the datapath makes of a tile, and what the plain loops do: the bits of the entries asked for.
     fn both<const M: usize, const N: usize, const LOWER: bool>(seed: u64, columns: usize) -> [Vec<u64>; 2] {
         const HEIGHT: usize = 13;
         let mut numbers = SplitMix64(seed);
         let (l, y) = (numbers.list(columns * HEIGHT), numbers.list(columns * HEIGHT));
         let factors = Factors { l: &l, y: &y, leading_dim: HEIGHT, row: 5, column: 3 };
         let flat = numbers.list(M * N);
-        let mut words = [[0.0; M]; N];
+        let mut entries = [[0.0; M]; N];
         for n in 0..N {
-            words[n].copy_from_slice(&flat[n * M..][..M]);
+            entries[n].copy_from_slice(&flat[n * M..][..M]);
         }
-        let mut plain = words;
-        f64::subtract_products::<M, N, LOWER>(&mut words, factors);
+        let mut plain = entries;
+        f64::subtract_products::<M, N, LOWER>(&mut entries, factors);
         subtract::<f64, M, N, LOWER>(&mut plain, factors);
-        [words, plain].map(|words| {
-            let asked = |n: usize| words[n][if LOWER { n } else { 0 }..].iter();
+        [entries, plain].map(|entries| {
+            let asked = |n: usize| entries[n][if LOWER { n } else { 0 }..].iter();
             (0..N).flat_map(|n| asked(n).map(|w| w.to_bits()).collect::<Vec<_>>()).collect()
         })
     }
@@ -82,11 +82,11 @@ mod tests {
         let mut numbers = SplitMix64(23);
         for len in 0..40 {
             let (by, x) = (numbers.list(len), [numbers.signed(), numbers.signed()]);
-            let words: Vec<[f64; 2]> = (0..len).map(|_| [numbers.signed(), numbers.signed()]).collect();
-            let (mut quick, mut plain) = (words.clone(), words);
+            let entries: Vec<[f64; 2]> = (0..len).map(|_| [numbers.signed(), numbers.signed()]).collect();
+            let (mut quick, mut plain) = (entries.clone(), entries);
             f64::subtract_multiple(&mut quick, &by, x);
             subtract_multiple(&mut plain, &by, x);
-            let bits = |words: &[[f64; 2]]| words.iter().map(|w| w.map(f64::to_bits)).collect::<Vec<_>>();
+            let bits = |entries: &[[f64; 2]]| entries.iter().map(|w| w.map(f64::to_bits)).collect::<Vec<_>>();
             assert_eq!(bits(&quick), bits(&plain), "{len} words");
         }
     }
@@ -116,11 +116,11 @@ mod tests {
     fn products_are_rounded_before_they_are_subtracted() {
         let a = 1.0 + 2f64.powi(-30);
         let (l, y) = ([a; 4], [a; 4]);
-        let mut words = [[1.0 + 2f64.powi(-29); 4]; 4];
+        let mut entries = [[1.0 + 2f64.powi(-29); 4]; 4];
         f64::subtract_products::<4, 4, false>(
-            &mut words,
+            &mut entries,
             Factors { l: &l, y: &y, leading_dim: 4, row: 0, column: 0 },
         );
-        assert_eq!(words, [[0.0; 4]; 4]);
+        assert_eq!(entries, [[0.0; 4]; 4]);
     }
 }

@@ -70,7 +70,10 @@ impl<'a> MergedSupernode<'a> {
     /// the mean.
     fn try_merge(&mut self, next: &Run, times: usize) -> bool {
         let contained = || self.rows.iter().any(|&row| (next.first..next.end()).contains(&(row as usize)));
-        if next.width != self.diagonal_size || self.width() + self.diagonal_size > MAX_MERGED_COLUMNS || contained() {
+        if next.width != self.diagonal_size
+            || self.width() + self.diagonal_size > MAX_MERGED_COLUMNS
+            || contained()
+        {
             return false;
         }
         let rows_added = self.rows_added + next.rows.len();
@@ -86,12 +89,12 @@ impl<'a> MergedSupernode<'a> {
         true
     }
 
-    /// Whether they are worth while, and each product of two rows has a word of its own to be subtracted from,
+    /// Whether they are worth while, and each product of two rows has an entry of its own to be subtracted from,
     /// though it be zero.
     fn is_worthwhile(&self, rows_of: impl Fn(usize) -> &'a [u32]) -> bool {
         let lands = |(at, &row): (usize, &u32)| {
             let mut there = rows_of(row as usize).iter();
-            self.rows[at + 1..].iter().all(|row| there.any(|word| word == row))
+            self.rows[at + 1..].iter().all(|row| there.any(|entry| entry == row))
         };
         self.runs.len() >= MIN_MERGED && self.rows.iter().enumerate().all(lands)
     }
@@ -116,7 +119,7 @@ fn union(a: &[u32], b: &[u32]) -> Vec<u32> {
     all
 }
 
-/// Chains whose rows are much the same share a panel: each word where they contribute is then met for once.
+/// Chains whose rows are much the same share a panel: each entry where they contribute is then met for once.
 fn amalgamate<'a>(runs: &mut Vec<Run<'a>>, times: usize, rows_of: impl Fn(usize) -> &'a [u32]) {
     let mut found: Vec<MergedSupernode> = Vec::new();
     let mut open: Option<MergedSupernode> = None;
@@ -148,7 +151,8 @@ fn join(runs: &mut Vec<Run<'_>>, suits: impl Fn(&Run, &Run) -> Option<Kind>) {
 
 /// Whether the single column `next` has the rows of those `before` it.
 fn twins(before: &Run, next: &Run) -> Option<Kind> {
-    let single = before.kind == Kind::IndependentTwins && before.diagonal_size == 1 && before.width < MAX_TWINS;
+    let single =
+        before.kind == Kind::IndependentTwins && before.diagonal_size == 1 && before.width < MAX_TWINS;
     let single = (single || before.width == 1) && next.width == 1;
     (single && before.rows == next.rows).then_some(Kind::IndependentTwins)
 }
@@ -199,7 +203,7 @@ fn make_leaves(run: &mut Run) {
 /// Neighbours of few entries each become simplicial columns, whether one depends on another or not.
 fn simplicial<'a>(runs: &mut Vec<Run<'a>>, rows_of: impl Fn(usize) -> &'a [u32]) {
     let kind = |run: &Run| matches!(run.kind, Kind::Supernode | Kind::IndependentTwins);
-    let slight = |run: &Run| kind(run) && run.words() <= 1 + MAX_SCATTERED_ROWS;
+    let slight = |run: &Run| kind(run) && run.stored_entries() <= 1 + MAX_SCATTERED_ROWS;
     runs.dedup_by(|next, last| {
         let joins = slight(next) && (last.kind == Kind::Simplicial || slight(last));
         if joins {

@@ -1,5 +1,5 @@
 //! Column blocks: adjacent columns of a sparse matrix with uniform sparsity, so that one loop with a
-//! fixed number of turns, or one over adjacent words, serves them all. Found once, at set-up.
+//! fixed number of turns, or one over adjacent entries, serves them all. Found once, at set-up.
 
 use core::ops::Range;
 

@@ -44,14 +44,14 @@ fn pattern_of_l(upper: &Upper) -> Result<simplicial::SymbolicSimplicialCholesky<
         .map_err(|e| Error::Symbolic(format!("{e:?}")))
 }
 
-/// Whether the matrix with these entries, a word each, has a Cholesky factor.
+/// Whether the matrix with these entries, one for each position, has a Cholesky factor.
 pub(crate) fn has_cholesky_factor(upper: &Upper, entries: &[f64]) -> Result<bool, Error> {
     let l = pattern_of_l(upper)?;
-    let mut words = vec![0.0; l.len_val()];
+    let mut factor_values = vec![0.0; l.len_val()];
     let scratch = simplicial::factorize_simplicial_numeric_llt_scratch::<u32, f64>(upper.dim());
     let mut memory = MemBuffer::new(scratch);
     let factor = simplicial::factorize_simplicial_numeric_llt(
-        &mut words,
+        &mut factor_values,
         SparseColMatRef::new(upper.faer(), entries),
         LltRegularization::default(),
         &l,

@@ -24,21 +24,21 @@ pub(crate) struct Supernode {
     pub leading_dim: usize,
     /// Rows of the matrix below, in [`Symbolic::row_structure`].
     pub row_range: (usize, usize),
-    /// Where the panel begins among the factor's words.
+    /// Where the panel begins among the factor's entries.
     pub panel: usize,
     /// Where it contributes to, in [`Symbolic::updates`] …
     pub updates: (usize, usize),
-    /// … or, when it is small, word by word in [`Symbolic::scatter`].
+    /// … or, when it is small, entry by entry in [`Symbolic::scatter`].
     pub scatter_range: Option<(usize, usize)>,
     /// Of simplicial columns, where theirs begin in [`Symbolic::starts`].
     starts: usize,
-    /// Of condensed columns, where their words are in [`Symbolic::gather`].
+    /// Of condensed columns, where their entries are in [`Symbolic::gather`].
     gather: usize,
 }
 
 impl Supernode {
     /// Words of the factor that its panel takes.
-    pub fn words(&self) -> usize {
+    pub fn stored_entries(&self) -> usize {
         match self.kind {
             Kind::Condensed => 0,
             Kind::Simplicial => self.width + self.row_range.1 - self.row_range.0,
@@ -46,7 +46,7 @@ impl Supernode {
         }
     }
 
-    /// Whether its contributions are scatter_range word by word: few columns, and few enough words.
+    /// Whether its contributions are scatter_range entry by entry: few columns, and few enough entries.
     fn small(&self) -> bool {
         matches!(self.kind, Kind::Leaves | Kind::Condensed | Kind::Simplicial)
             || (self.width <= 4 && self.leading_dim - self.diagonal_size <= MAX_SCATTERED_ROWS)
@@ -102,7 +102,7 @@ pub(crate) struct Update {
     pub relative: usize,
 }
 
-/// Adjacent words of the permuted upper triangle, and where they are wanted.
+/// Adjacent entries of the permuted upper triangle, and where they are wanted.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct EntryRun {
     /// The first of them.
@@ -129,12 +129,12 @@ pub(crate) struct Symbolic {
     pub entry_runs: Vec<EntryRun>,
     /// Where they go.
     pub entry_targets: Vec<u32>,
-    /// Of condensed columns, where the diagonal begins among the matrix's words, then each row below.
+    /// Of condensed columns, where the diagonal begins among the matrix's entries, then each row below.
     gather: Vec<u32>,
     /// Of simplicial columns, the number of rows below the columns before each; then, below all of them.
     starts: Vec<u32>,
     /// Words of all panels.
-    pub panel_words: usize,
+    pub panel_entries: usize,
     /// Entries of the largest panel, of simplicial columns of the longest column: scratch of the factorisation.
     pub max_panel: usize,
     /// Unknowns that the substitution through any one panel keeps beside.
@@ -182,7 +182,7 @@ impl Symbolic {
                 diagonal_size: run.diagonal_size,
                 row_range: (self.row_structure.len(), self.row_structure.len() + run.rows.len()),
                 leading_dim,
-                panel: self.panel_words,
+                panel: self.panel_entries,
                 updates: (0, 0),
                 scatter_range: None,
                 starts: self.starts.len(),
@@ -204,7 +204,7 @@ impl Symbolic {
             let next = index(next);
             self.relative_rows.extend(run.rows.iter().map(|&row| row - next));
             self.row_structure.extend_from_slice(&run.rows);
-            self.panel_words += node.words();
+            self.panel_entries += node.stored_entries();
             let beside = if node.kind == Kind::Simplicial { leading_dim } else { run.width * leading_dim };
             self.max_panel = self.max_panel.max(beside);
         }
@@ -236,18 +236,18 @@ impl Symbolic {
         &self.starts[node.starts..][..=node.width]
     }
 
-    /// Where a column begins among the factor's words.
+    /// Where a column begins among the factor's entries.
     #[inline(always)]
     pub fn column_begin(&self, node: &Supernode, column: usize) -> usize {
         let before = column - node.first;
-        let words = match node.kind {
+        let stored = match node.kind {
             Kind::Simplicial => before + self.starts_of(node)[before] as usize,
             _ => before * node.leading_dim,
         };
-        node.panel + words
+        node.panel + stored
     }
 
-    /// Of condensed columns, where the diagonal begins among the matrix's words, then each row below.
+    /// Of condensed columns, where the diagonal begins among the matrix's entries, then each row below.
     #[inline(always)]
     pub fn gather_indices(&self, node: &Supernode) -> &[u32] {
         &self.gather[node.gather..][..1 + node.leading_dim - node.diagonal_size]
@@ -323,7 +323,12 @@ impl Symbolic {
             let begin = relative.len();
             let mut found = self.positions_in(onto, column);
             relative.extend(rows[lo..].iter().map(|&row| index(found.of(row))));
-            updates.push(Update { target, lo: node.diagonal_size + lo, hi: node.diagonal_size + hi, relative: begin });
+            updates.push(Update {
+                target,
+                lo: node.diagonal_size + lo,
+                hi: node.diagonal_size + hi,
+                relative: begin,
+            });
             lo = hi;
         }
     }
@@ -332,7 +337,7 @@ impl Symbolic {
         let rows = self.below_column(node, column);
         let end = match node.kind {
             Kind::Simplicial => self.column_begin(node, column) + 1 + rows.len(),
-            _ => node.panel + node.words(),
+            _ => node.panel + node.stored_entries(),
         };
         for (j, &column) in rows.iter().enumerate() {
             let column = column as usize;
@@ -365,7 +370,7 @@ impl Symbolic {
         }
     }
 
-    /// Where the matrix has the words of condensed columns: those of a row are adjacent, in that row's column of
+    /// Where the matrix has the entries of condensed columns: those of a row are adjacent, in that row's column of
     /// the upper triangle, and so are the diagonal's, which are their columns' only ones.
     fn locate_condensed(&mut self, upper: &Upper) {
         for at in 0..self.supernodes.len() {

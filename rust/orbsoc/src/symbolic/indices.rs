@@ -1,4 +1,4 @@
-//! Indices, and what is sorted by them. They are words of 32 bits, as in the lists that the numeric kernels follow.
+//! Indices, and what is sorted by them. They are entries of 32 bits, as in the lists that the numeric kernels follow.
 
 /// Sizes were checked when the problem was made, and fill when it was analysed.
 pub(crate) fn index(value: usize) -> u32 {

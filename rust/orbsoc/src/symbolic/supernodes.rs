@@ -33,7 +33,7 @@ pub(crate) enum Panels {
     Exact,
     /// Also columns of similar structure, with stored zeros (relaxed supernodes): more operations, on longer vectors; and simplicial columns.
     Relaxed,
-    /// The same, with fewer zeros: a word of eight problems is a vector by itself.
+    /// The same, with fewer zeros: an entry of eight problems is a vector by itself.
     Lanes,
 }
 
@@ -68,7 +68,7 @@ impl<'a> Run<'a> {
     }
 
     /// Words of its panel.
-    pub fn words(&self) -> usize {
+    pub fn stored_entries(&self) -> usize {
         self.width * (self.diagonal_size + self.rows.len())
     }
 
@@ -89,8 +89,8 @@ impl<'a> Run<'a> {
             return false;
         }
         let width = self.width + next.width;
-        let words = width * (width + 1) / 2 + width * next.rows.len();
-        let zeros = words - self.entries - next.entries;
+        let stored = width * (width + 1) / 2 + width * next.rows.len();
+        let zeros = stored - self.entries - next.entries;
         match panels {
             Panels::Exact => zeros == 0,
             Panels::Relaxed | Panels::Lanes => {
@@ -100,7 +100,7 @@ impl<'a> Run<'a> {
                     17..=48 => 0.1,
                     _ => 0.05,
                 };
-                zeros as f64 <= allowed * words as f64
+                zeros as f64 <= allowed * stored as f64
             }
         }
     }
@@ -108,7 +108,11 @@ impl<'a> Run<'a> {
 
 /// Chains, and given columns, gathered from left to right: a new column may take in the runs before it that it ends.
 /// `rows_of` are a column's rows.
-pub(crate) fn supernodes<'a>(columns: usize, panels: Panels, rows_of: impl Fn(usize) -> &'a [u32]) -> Vec<Run<'a>> {
+pub(crate) fn supernodes<'a>(
+    columns: usize,
+    panels: Panels,
+    rows_of: impl Fn(usize) -> &'a [u32],
+) -> Vec<Run<'a>> {
     let condensed = condensed_columns(columns, &rows_of);
     let mut runs: Vec<Run> = Vec::with_capacity(columns);
     for (j, &condensed) in condensed.iter().enumerate() {

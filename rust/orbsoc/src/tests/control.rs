@@ -204,10 +204,10 @@ fn refinement_goes_on_while_it_gains_a_factor_of_four_and_ends_at_its_goal() {
         let Decided { mut engine, mut control, .. } = decided();
         engine.path.work.refinement_active[0] = 1.0;
         let ask = |&(error, worthwhile)| {
-            let words = &mut engine.path.work.refinement;
-            words[refinement::ERROR] = error;
-            words[refinement::ALLOWED] = 1e-9;
-            words[refinement::WORTHWHILE] = worthwhile;
+            let entries = &mut engine.path.work.refinement;
+            entries[refinement::ERROR] = error;
+            entries[refinement::ALLOWED] = 1e-9;
+            entries[refinement::WORTHWHILE] = worthwhile;
             control.decide(0, Stage::CheckSolve, &settings, &mut engine.path.work)
         };
         errors.iter().map(ask).collect::<Vec<_>>()

@@ -29,7 +29,7 @@ fn attempt(engine: &mut Engine<f64>, startup: &[Step], look: &mut impl FnMut(&En
 }
 
 fn bits(engine: &Engine<f64>, buffer: Buffer) -> Vec<u64> {
-    engine.buffer(buffer).iter().map(|word| word.to_bits()).collect()
+    engine.buffer(buffer).iter().map(|entry| entry.to_bits()).collect()
 }
 
 fn poison(engine: &mut Engine<f64>, which: impl Fn(Buffer) -> bool) {
@@ -41,19 +41,19 @@ fn poison(engine: &mut Engine<f64>, which: impl Fn(Buffer) -> bool) {
     engine.path.work.scratch.fill(f64::NAN);
 }
 
-/// The words of a buffer that mean something: of a panel of L, those below the diagonal.
+/// The entries of a buffer that mean something: of a panel of L, those below the diagonal.
 fn used(engine: &Engine<f64>, buffer: Buffer) -> Vec<u64> {
-    let mut words = bits(engine, buffer);
+    let mut entries = bits(engine, buffer);
     if buffer == Buffer::FactorL {
         let symbolic = &engine.path.structure.kkt.symbolic;
-        for node in symbolic.supernodes.iter().filter(|node| node.words() > 0) {
+        for node in symbolic.supernodes.iter().filter(|node| node.stored_entries() > 0) {
             for column in 0..node.width {
                 let begin = symbolic.column_begin(node, node.first + column);
-                words[begin..=begin + column % node.diagonal_size].fill(0);
+                entries[begin..=begin + column % node.diagonal_size].fill(0);
             }
         }
     }
-    words
+    entries
 }
 
 /// Buffers that keep what they hold until something better comes along.

@@ -120,10 +120,10 @@ struct Factor<T> {
 
 fn factor<T: Real>(matrix: &Matrix, by: Regularization<T>, panels: Panels) -> Factor<T> {
     let symbolic = Symbolic::new(&matrix.upper, panels).unwrap();
-    let words = |len| vec![T::zero(); len];
+    let entries = |len| vec![T::zero(); len];
     let values: Vec<T> = matrix.values.iter().map(|&v| T::constant(v)).collect();
-    let (mut l, mut pivot_inverse) = (words(symbolic.panel_words), words(matrix.dim()));
-    let mut scratch = words(symbolic.max_panel);
+    let (mut l, mut pivot_inverse) = (entries(symbolic.panel_entries), entries(matrix.dim()));
+    let mut scratch = entries(symbolic.max_panel);
     factorize(&symbolic, &matrix.positive, by, &values, &mut scratch, &mut l, &mut pivot_inverse);
     Factor { symbolic, values, l, pivot_inverse }
 }
@@ -136,9 +136,9 @@ impl<T: Decide> Factor<T> {
             if node.kind == Kind::Condensed {
                 let given = Condensed::of(&self.symbolic, node, &self.values);
                 for (k, &row) in self.symbolic.row_structure(node).iter().enumerate() {
-                    for (c, word) in given.row(k).iter().enumerate() {
+                    for (c, entry) in given.row(k).iter().enumerate() {
                         let at = node.first + c;
-                        out[(row as usize, at)] = word.value() * self.pivot_inverse[at].value();
+                        out[(row as usize, at)] = entry.value() * self.pivot_inverse[at].value();
                     }
                 }
                 continue;
@@ -197,11 +197,11 @@ fn faers(matrix: &Matrix) -> (DMatrix<f64>, DVector<f64>) {
     for j in 0..dim {
         values[matrix.upper.range(j).end - 1] += matrix.shift(j);
     }
-    let mut words = vec![0.0; symbolic.len_val()];
+    let mut stored = vec![0.0; symbolic.len_val()];
     let scratch = simplicial::factorize_simplicial_numeric_ldlt_scratch::<u32, f64>(dim);
     let mut memory = MemBuffer::new(scratch);
     simplicial::factorize_simplicial_numeric_ldlt(
-        &mut words,
+        &mut stored,
         SparseColMatRef::new(pattern, &values),
         faer::linalg::cholesky::ldlt::factor::LdltRegularization::default(),
         &symbolic,
@@ -211,9 +211,9 @@ fn faers(matrix: &Matrix) -> (DMatrix<f64>, DVector<f64>) {
     let (mut l, mut d) = (DMatrix::identity(dim, dim), DVector::zeros(dim));
     for j in 0..dim {
         let entries = symbolic.col_ptr()[j] as usize..symbolic.col_ptr()[j + 1] as usize;
-        d[j] = words[entries.start];
+        d[j] = stored[entries.start];
         for k in entries.skip(1) {
-            l[(symbolic.row_idx()[k] as usize, j)] = words[k];
+            l[(symbolic.row_idx()[k] as usize, j)] = stored[k];
         }
     }
     (l, d)
@@ -298,7 +298,7 @@ fn columns_that_share_their_rows_and_depend_on_none_are_not_stored() {
             let alike = (unknowns..unknowns + rows).filter(|row| row % 11 != 3).count();
             assert!((alike - unknowns..=alike).contains(&columns), "{columns} of {alike}");
             let left = unknowns + rows - columns;
-            assert!(symbolic.panel_words <= left * left, "{} words", symbolic.panel_words);
+            assert!(symbolic.panel_entries <= left * left, "{} words", symbolic.panel_entries);
         }
     }
 }
@@ -369,7 +369,7 @@ fn substitution_solves_with_the_factors() {
     }
 }
 
-/// Equal numbers are equal words but for the sign of zero: −0 − (−0·y) is +0, so a stored zero can
+/// Equal numbers are equal entries but for the sign of zero: −0 − (−0·y) is +0, so a stored zero can
 /// turn a −0 that it meets. Small integers make zeros of both signs within the pattern.
 #[test]
 fn exact_and_relaxed_panels_give_the_same_words_but_for_the_sign_of_zero() {
@@ -388,8 +388,9 @@ fn exact_and_relaxed_panels_give_the_same_words_but_for_the_sign_of_zero() {
             _ => quasi_definite(1 + seed % 64, 0.1, seed % 2 == 0, seed as u64),
         };
         let exact = factor(&matrix, REGULARIZATION, Panels::Exact);
-        let plain =
-            |node: &Supernode| node.kind != Kind::Simplicial && (node.diagonal_size == 1 || node.diagonal_size == node.width);
+        let plain = |node: &Supernode| {
+            node.kind != Kind::Simplicial && (node.diagonal_size == 1 || node.diagonal_size == node.width)
+        };
         assert!(exact.symbolic.supernodes.iter().all(plain));
         for panels in [Panels::Relaxed, Panels::Lanes] {
             let relaxed = factor(&matrix, REGULARIZATION, panels);
@@ -397,10 +398,13 @@ fn exact_and_relaxed_panels_give_the_same_words_but_for_the_sign_of_zero() {
             let is = |node: &Supernode, which: fn(&Supernode) -> bool| {
                 node.kind == Kind::IndependentTwins && which(node)
             };
-            found[0] += usize::from(relaxed.symbolic.panel_words != exact.symbolic.panel_words);
+            found[0] += usize::from(relaxed.symbolic.panel_entries != exact.symbolic.panel_entries);
             found[1] += nodes.iter().filter(|node| node.kind == Kind::Simplicial).count();
             found[2] += nodes.iter().filter(|node| is(node, |node| node.diagonal_size > 1)).count();
-            found[3] += nodes.iter().filter(|node| is(node, |node| node.diagonal_size == 1 && node.width > 3)).count();
+            found[3] += nodes
+                .iter()
+                .filter(|node| is(node, |node| node.diagonal_size == 1 && node.width > 3))
+                .count();
             assert_eq!(exact.pivot_inverse, relaxed.pivot_inverse);
             assert_eq!(exact.l(), relaxed.l());
             let whole = |v: &f64| (2.0 * v).round();

@@ -50,9 +50,9 @@ impl SplitMix64 {
     /// A dense matrix in which a share `density` of the entries is stored.
     pub fn sparse(&mut self, rows: usize, columns: usize, density: f64) -> Csc {
         let mut dense = vec![vec![0.0; columns]; rows];
-        for word in dense.iter_mut().flatten() {
+        for entry in dense.iter_mut().flatten() {
             if self.unit() < density {
-                *word = self.signed();
+                *entry = self.signed();
             }
         }
         Csc::from_dense(&dense.iter().map(Vec::as_slice).collect::<Vec<_>>(), columns)

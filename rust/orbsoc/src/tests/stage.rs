@@ -13,11 +13,11 @@ fn engine<T: Decide>(seed: u64) -> Engine<T> {
     Engine::new(&mixed_problem(seed), &Settings::single_precision()).unwrap()
 }
 
-fn set(engine: &mut Engine<f64>, buffer: Buffer, words: &[f64]) {
-    engine.path.work.get_mut(buffer).copy_from_slice(words);
+fn set(engine: &mut Engine<f64>, buffer: Buffer, entries: &[f64]) {
+    engine.path.work.get_mut(buffer).copy_from_slice(entries);
 }
 
-/// Each stage starts from the same words, rounded; its outputs agree to 1e-4 of their largest. Solutions
+/// Each stage starts from the same entries, rounded; its outputs agree to 1e-4 of their largest. Solutions
 /// of linear systems differ by their condition: there, the error left is compared with |K||x|, and
 /// magnified by the reciprocal of the smallest pivot there is, the shift of a zero diagonal entry.
 #[test]
@@ -30,16 +30,16 @@ fn every_stage_computes_the_same_numbers_in_both_precisions() {
         Buffer::MultiError,
         Buffer::MultiRefinement,
     ];
-    let top = |words: &mut dyn Iterator<Item = f64>| words.fold(0.0, |top: f64, v| top.max(v.abs()));
+    let top = |entries: &mut dyn Iterator<Item = f64>| entries.fold(0.0, |top: f64, v| top.max(v.abs()));
     let (mut double, mut single) = (engine::<f64>(3), engine::<f32>(3));
     let once = |step: &Step| match *step {
         Step::Run(stage) | Step::Repeat { stage, .. } => stage,
     };
     for stage in STARTUP.iter().chain(ITERATION).chain(CLOSING).map(once) {
         for &buffer in Buffer::ALL {
-            let rounded = double.buffer(buffer).iter().map(|&word| f32::constant(word));
-            let words = single.path.work.get_mut(buffer);
-            words.iter_mut().zip(rounded).for_each(|(word, value)| *word = value);
+            let rounded = double.buffer(buffer).iter().map(|&entry| f32::constant(entry));
+            let entries = single.path.work.get_mut(buffer);
+            entries.iter_mut().zip(rounded).for_each(|(entry, value)| *entry = value);
         }
         double.path.execute(stage);
         single.path.execute(stage);
@@ -67,15 +67,15 @@ fn an_iterate_with_a_nan_or_an_infinity_stops_the_solve_and_is_never_solved() {
     let mut start = engine::<f64>(4);
     iterate_from_startup(&mut start, 0);
     for buffer in [Buffer::Point, Buffer::Slack, Buffer::Homogenizer] {
-        for word in 0..start.buffer(buffer).len() {
+        for entry in 0..start.buffer(buffer).len() {
             for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
                 let mut poisoned = start.clone();
-                poisoned.path.work.get_mut(buffer)[word] = value;
+                poisoned.path.work.get_mut(buffer)[entry] = value;
                 let outcome = poisoned.run(Stage::Statistics);
-                assert_eq!(outcome, Outcome::Done(Stop::Stalled), "{} {word} = {value}", buffer.name());
+                assert_eq!(outcome, Outcome::Done(Stop::Stalled), "{} {entry} = {value}", buffer.name());
                 poisoned.run(Stage::Unscale);
                 let solution = poisoned.conclude();
-                assert_eq!(solution.status, Status::NumericalLimit, "{} {word} = {value}", buffer.name());
+                assert_eq!(solution.status, Status::NumericalLimit, "{} {entry} = {value}", buffer.name());
                 assert!(solution.certificate.worst().is_infinite());
             }
         }
@@ -156,10 +156,10 @@ fn shifts(size_x: f64, size_yz: f64) -> (f64, f64) {
     (point[1], point[n]) = (-size_x, -size_yz); // in x and in y
     set(&mut engine, Buffer::Point, &point);
     engine.run(Stage::Statistics);
-    let words = engine.buffer(Buffer::Regularization);
-    assert_eq!(words[regularization::FLOOR], settings.pivot_floor);
-    assert_eq!(words[regularization::REPLACEMENT], settings.dynamic_regularization);
-    (words[regularization::UP], words[regularization::DOWN])
+    let entries = engine.buffer(Buffer::Regularization);
+    assert_eq!(entries[regularization::FLOOR], settings.pivot_floor);
+    assert_eq!(entries[regularization::REPLACEMENT], settings.dynamic_regularization);
+    (entries[regularization::UP], entries[regularization::DOWN])
 }
 
 #[test]
@@ -187,9 +187,9 @@ fn each_sign_of_pivot_is_shifted_by_its_own_word() {
     for stage in [Stage::Statistics, Stage::NtScaling, Stage::ScalingBlocks] {
         engine.run(stage);
     }
-    let mut words = engine.buffer(Buffer::Regularization).to_vec();
-    (words[regularization::UP], words[regularization::DOWN]) = (1e-3, 1e-5);
-    set(&mut engine, Buffer::Regularization, &words);
+    let mut entries = engine.buffer(Buffer::Regularization).to_vec();
+    (entries[regularization::UP], entries[regularization::DOWN]) = (1e-3, 1e-5);
+    set(&mut engine, Buffer::Regularization, &entries);
     for stage in [Stage::Factorize, Stage::PredictorRhs] {
         engine.run(stage);
     }
@@ -213,7 +213,7 @@ fn each_sign_of_pivot_is_shifted_by_its_own_word() {
 fn true_error(engine: &Engine<f64>) -> DVector<f64> {
     let kkt = &engine.path.structure.kkt;
     let natural =
-        |words: &[f64]| DVector::from_iterator(kkt.dim, kkt.position.iter().map(|&k| words[k as usize]));
+        |entries: &[f64]| DVector::from_iterator(kkt.dim, kkt.position.iter().map(|&k| entries[k as usize]));
     let (rhs, x) = (natural(engine.buffer(Buffer::KktRhs)), natural(engine.buffer(Buffer::KktSolution)));
     rhs - dense(kkt, engine.buffer(Buffer::KktValues)) * x
 }

@@ -1,5 +1,5 @@
 //! Columns that nothing is subtracted from and that share their rows: what L·D has below their diagonal is the
-//! matrix itself, so no word of L is stored, and the rows' words are adjacent. Elimination of them is the sum
+//! matrix itself, so no entry of L is stored, and the rows' entries are adjacent. Elimination of them is the sum
 //! K₁D⁻¹K₁ᵀ of a condensed form, and every loop is over whole rows.
 
 use super::pivots::{regularized, Regularization};
@@ -8,7 +8,7 @@ use crate::real::Real;
 use crate::symbolic::factor_layout::{Supernode, Symbolic};
 use core::ops::Range;
 
-/// Where such columns are among the matrix's words.
+/// Where such columns are among the matrix's entries.
 #[derive(Clone, Copy)]
 pub struct Condensed<'a, T> {
     pub values: &'a [T],
@@ -18,7 +18,7 @@ pub struct Condensed<'a, T> {
 }
 
 impl<'a, T> Condensed<'a, T> {
-    /// The words of a supernode of given columns.
+    /// The entries of a supernode of given columns.
     #[inline(always)]
     pub fn of(symbolic: &'a Symbolic, node: &Supernode, values: &'a [T]) -> Self {
         Condensed { values, gather: symbolic.gather_indices(node), width: node.width }
@@ -29,7 +29,7 @@ impl<'a, T> Condensed<'a, T> {
         &self.values[self.gather[k] as usize..][..self.width]
     }
 
-    /// The words of one of the rows below.
+    /// The entries of one of the rows below.
     #[inline(always)]
     pub fn row(&self, row: usize) -> &'a [T] {
         self.source(1 + row)
@@ -83,10 +83,10 @@ fn contribute_of<'p, T: Real, const R: usize>(
     for first in columns.step_by(R) {
         let mut here: [&[u32]; R] = [&[]; R];
         for r in 0..R {
-            for ((scaled, &word), &inverse) in
+            for ((scaled, &entry), &inverse) in
                 scaled.iter_mut().zip(condensed.row(first + r)).zip(pivot_inverse)
             {
-                scaled[r] = word * inverse;
+                scaled[r] = entry * inverse;
             }
             (here[r], scatter) = scatter.split_at(condensed.rows() - first - r);
         }
@@ -94,8 +94,8 @@ fn contribute_of<'p, T: Real, const R: usize>(
             let products = dot_of(condensed.row(row), scaled);
             // Above its own row a column has none.
             for r in 0..R.min(row - first + 1) {
-                let word = &mut trailing[here[r][row - first - r] as usize];
-                *word = *word - products[r];
+                let entry = &mut trailing[here[r][row - first - r] as usize];
+                *entry = *entry - products[r];
             }
         }
     }
@@ -119,9 +119,9 @@ pub fn forward<T: Real, const R: usize>(
         }
     }
     for (row, &at) in below.iter().enumerate() {
-        let (word, sum) = (&mut trailing[at as usize], dot_of(condensed.row(row), scaled));
+        let (entry, sum) = (&mut trailing[at as usize], dot_of(condensed.row(row), scaled));
         for r in 0..R {
-            word[r] = word[r] - sum[r];
+            entry[r] = entry[r] - sum[r];
         }
     }
 }
@@ -142,9 +142,9 @@ pub fn backward<T: Real, const R: usize>(
     for (row, &at) in below.iter().enumerate() {
         T::subtract_multiple(sums, condensed.row(row), trailing[at as usize]);
     }
-    for ((word, sum), &inverse) in unknown.iter_mut().zip(sums).zip(pivot_inverse) {
+    for ((entry, sum), &inverse) in unknown.iter_mut().zip(sums).zip(pivot_inverse) {
         for r in 0..R {
-            word[r] = word[r].add_mul(inverse, sum[r]);
+            entry[r] = entry[r].add_mul(inverse, sum[r]);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Substitution through one panel of L, for `R` right-hand sides side by side. Each word of L is read
+//! Substitution through one panel of L, for `R` right-hand sides side by side. Each entry of L is read
 //! once for all of them, and subtractions into any one accumulator keep the order of the plain loops.
 
 #![allow(clippy::needless_range_loop)] // constant ranges over arrays unroll; iterators over them do not always
@@ -33,9 +33,9 @@ impl<'a, T> Panel<'a, T> {
 
 /// `a −= b·l`, for each right-hand side.
 #[inline(always)]
-pub(super) fn subtract<T: Real, const R: usize>(word: &mut [T; R], l: T, by: [T; R]) {
+pub(super) fn subtract<T: Real, const R: usize>(entry: &mut [T; R], l: T, by: [T; R]) {
     for r in 0..R {
-        word[r] = word[r].sub_mul(l, by[r]);
+        entry[r] = entry[r].sub_mul(l, by[r]);
     }
 }
 
@@ -71,8 +71,8 @@ pub fn forward<T: Real, const R: usize>(panel: Panel<T>, known: &mut [[T; R]], t
 fn forward_own<T: Real, const R: usize>(panel: Panel<T>, known: &mut [[T; R]]) {
     for c in 1..known.len() {
         let (known, unknown) = known.split_at_mut(c);
-        for (word, &l) in unknown.iter_mut().zip(&panel.column(c - 1)[c..]) {
-            subtract(word, l, known[c - 1]);
+        for (entry, &l) in unknown.iter_mut().zip(&panel.column(c - 1)[c..]) {
+            subtract(entry, l, known[c - 1]);
         }
     }
 }
@@ -94,7 +94,7 @@ fn forward_narrow<T: Real, const R: usize, const W: usize>(
     forward_below::<T, R, W>(panel, known, trailing);
 }
 
-/// Leaves of `B` rows each; `H` words with the diagonal.
+/// Leaves of `B` rows each; `H` entries with the diagonal.
 #[inline(always)]
 fn forward_leaves<T: Real, const R: usize, const H: usize, const B: usize>(
     panel: Panel<T>,
@@ -116,9 +116,9 @@ fn backward_leaves<T: Real, const R: usize, const H: usize, const B: usize>(
     unknown: &mut [[T; R]],
 ) {
     let leaves = panel.l.as_chunks::<H>().0.iter().zip(panel.rows.as_chunks::<B>().0);
-    for ((column, rows), word) in leaves.zip(unknown) {
+    for ((column, rows), entry) in leaves.zip(unknown) {
         for i in (0..B).rev() {
-            subtract(word, column[i + 1], trailing[rows[i] as usize]);
+            subtract(entry, column[i + 1], trailing[rows[i] as usize]);
         }
     }
 }
@@ -136,12 +136,12 @@ fn forward_below<T: Real, const R: usize, const W: usize>(
         by[k] = known[k];
     }
     for (i, &row) in panel.rows.iter().enumerate() {
-        let word = &mut trailing[row as usize];
-        let mut sum = *word;
+        let entry = &mut trailing[row as usize];
+        let mut sum = *entry;
         for k in 0..W {
             subtract(&mut sum, columns[k][i], by[k]);
         }
-        *word = sum;
+        *entry = sum;
     }
 }
 
@@ -169,17 +169,17 @@ fn forward_tile<T: Real, const R: usize, const M: usize>(
     rows: &[u32],
     trailing: &mut [[T; R]],
 ) {
-    let mut words = [[T::zero(); R]; M];
-    for (word, &row) in words.iter_mut().zip(rows) {
-        *word = trailing[row as usize];
+    let mut entries = [[T::zero(); R]; M];
+    for (entry, &row) in entries.iter_mut().zip(rows) {
+        *entry = trailing[row as usize];
     }
     for (column, &by) in panel.l.chunks_exact(panel.leading_dim).zip(known) {
-        for (word, &l) in words.iter_mut().zip(&column[at..at + M]) {
-            subtract(word, l, by);
+        for (entry, &l) in entries.iter_mut().zip(&column[at..at + M]) {
+            subtract(entry, l, by);
         }
     }
-    for (word, &row) in words.into_iter().zip(rows) {
-        trailing[row as usize] = word;
+    for (entry, &row) in entries.into_iter().zip(rows) {
+        trailing[row as usize] = entry;
     }
 }
 
@@ -207,8 +207,8 @@ pub fn backward<T: Real, const R: usize>(
         _ => {}
     }
     let below = &mut scratch[..panel.rows.len()];
-    for (word, &row) in below.iter_mut().zip(panel.rows) {
-        *word = trailing[row as usize];
+    for (entry, &row) in below.iter_mut().zip(panel.rows) {
+        *entry = trailing[row as usize];
     }
     let chain = if panel.diagonal_size == 1 { unknown.len() } else { panel.diagonal_size };
     let mut end = unknown.len();

@@ -34,7 +34,7 @@ impl<'a> Simplicial<'a> {
         )
     }
 
-    /// Each column's words below its diagonal, of `l`, and their rows.
+    /// Each column's entries below its diagonal, of `l`, and their rows.
     #[inline(always)]
     fn columns<T>(
         self,
@@ -57,7 +57,7 @@ pub struct Factor<'a, T> {
     pub scatter: &'a [u32],
     pub positive: &'a [bool],
     pub regularization: Regularization<T>,
-    /// From the first of their words on.
+    /// From the first of their entries on.
     pub l: &'a mut [T],
     pub y: &'a mut [T],
     pub pivot_inverse: &'a mut [T],
@@ -104,7 +104,7 @@ impl<T: Real, const R: usize> Outlined for Forward<'_, T, R> {
 /// What the rows below contribute to the columns' unknowns, from the last column up.
 pub struct Backward<'a, T, const R: usize> {
     pub columns: Simplicial<'a>,
-    /// Their words, and no more.
+    /// Their entries, and no more.
     pub l: &'a [T],
     /// From the first of their unknowns on.
     pub x: &'a mut [[T; R]],

@@ -1,5 +1,5 @@
 //! Outer products of finished columns, subtracted from where they land. Tiles of a few rows and
-//! columns stay in registers while the columns go by, so each word of them serves several products;
+//! columns stay in registers while the columns go by, so each entry of them serves several products;
 //! subtractions into any one accumulator keep their ascending order.
 
 #![allow(clippy::needless_range_loop)] // constant ranges over arrays unroll; iterators over them do not always
@@ -12,13 +12,13 @@ use crate::real::Real;
 pub struct Columns<'a, T> {
     pub l: &'a [T],
     pub y: &'a [T],
-    /// Words of a column.
+    /// Entries of a column.
     pub leading_dim: usize,
 }
 
 /// Where products of the columns' rows go: the position of (row, column) is the sum of what either says.
 pub trait ScatterTarget {
-    /// Words of adjacent rows are adjacent.
+    /// Entries of adjacent rows are adjacent.
     const DENSE: bool;
     fn row(&self, row: usize) -> usize;
     fn column(&self, column: usize) -> usize;
@@ -113,50 +113,50 @@ fn tile<T: Real, L: ScatterTarget, const M: usize, const N: usize, const LOWER: 
         *at = scatter.column(column + n);
     }
     let top = |n: usize| if LOWER { n } else { 0 };
-    let mut words = [[T::zero(); M]; N];
+    let mut entries = [[T::zero(); M]; N];
     for n in 0..N {
         if L::DENSE {
-            words[n][top(n)..].copy_from_slice(&target[bases[n] + rows[top(n)]..][..M - top(n)]);
+            entries[n][top(n)..].copy_from_slice(&target[bases[n] + rows[top(n)]..][..M - top(n)]);
         } else {
-            words[n] = gathered(&target[bases[n]..], rows, top(n));
+            entries[n] = gathered(&target[bases[n]..], rows, top(n));
         }
     }
     let Columns { l, y, leading_dim } = columns;
-    T::subtract_products::<M, N, LOWER>(&mut words, Factors { l, y, leading_dim, row, column });
+    T::subtract_products::<M, N, LOWER>(&mut entries, Factors { l, y, leading_dim, row, column });
     for n in 0..N {
         if L::DENSE {
-            target[bases[n] + rows[top(n)]..][..M - top(n)].copy_from_slice(&words[n][top(n)..]);
+            target[bases[n] + rows[top(n)]..][..M - top(n)].copy_from_slice(&entries[n][top(n)..]);
         } else {
             let target = &mut target[bases[n]..];
             for m in top(n)..M {
-                target[rows[m]] = words[n][m];
+                target[rows[m]] = entries[n][m];
             }
         }
     }
 }
 
-/// Words of up to four `rows`, or eight, from row `top` on. No loop: words that pass through memory one by one are waited
+/// Entries of up to four `rows`, or eight, from row `top` on. No loop: entries that pass through memory one by one are waited
 /// for when they are read as a vector.
 #[inline(always)]
-fn gathered<T: Real, const M: usize>(words: &[T], rows: [usize; M], first: usize) -> [T; M] {
+fn gathered<T: Real, const M: usize>(entries: &[T], rows: [usize; M], first: usize) -> [T; M] {
     let mut out = [T::zero(); M];
     if M > 0 && first == 0 {
-        out[0] = words[rows[0]];
+        out[0] = entries[rows[0]];
     }
     if M > 1 && first <= 1 {
-        out[1] = words[rows[1]];
+        out[1] = entries[rows[1]];
     }
     if M > 2 && first <= 2 {
-        out[2] = words[rows[2]];
+        out[2] = entries[rows[2]];
     }
     if M > 3 {
-        out[3] = words[rows[3]];
+        out[3] = entries[rows[3]];
     }
     if M > 7 {
-        out[4] = words[rows[4]];
-        out[5] = words[rows[5]];
-        out[6] = words[rows[6]];
-        out[7] = words[rows[7]];
+        out[4] = entries[rows[4]];
+        out[5] = entries[rows[5]];
+        out[6] = entries[rows[6]];
+        out[7] = entries[rows[7]];
     }
     out
 }
@@ -189,12 +189,12 @@ pub fn subtract_scattered<T: Real, const W: usize>(
             l[k] = &l[k][..here.len()];
         }
         for (i, &position) in here.iter().enumerate() {
-            let word = &mut target[position as usize];
-            let mut sum = *word;
+            let entry = &mut target[position as usize];
+            let mut sum = *entry;
             for k in 0..W {
                 sum = sum.sub_mul(l[k][i], factor[k]);
             }
-            *word = sum;
+            *entry = sum;
         }
         for k in 0..W {
             l[k] = &l[k][1..];
@@ -213,7 +213,7 @@ pub fn subtract_leaves<T: Real>(columns: Columns<T>, scatter: &[u32], target: &m
     }
 }
 
-/// `H` words a column, the diagonal included; `P` products of the others.
+/// `H` entries a column, the diagonal included; `P` products of the others.
 #[inline(always)]
 fn subtract_leaves_of<T: Real, const H: usize, const P: usize>(
     columns: Columns<T>,
@@ -225,8 +225,8 @@ fn subtract_leaves_of<T: Real, const H: usize, const P: usize>(
         let mut next = 0;
         for j in 1..H {
             for i in j..H {
-                let word = &mut target[scatter[next] as usize];
-                *word = word.sub_mul(l[i], y[j]);
+                let entry = &mut target[scatter[next] as usize];
+                *entry = entry.sub_mul(l[i], y[j]);
                 next += 1;
             }
         }
