@@ -69,49 +69,32 @@ pub struct Restart {
 const UNSETTLED: &[Status] = &[Status::SolvedInaccurate, Status::MaxIterations, Status::NumericalLimit];
 const INFEASIBLE: &[Status] = &[Status::PrimalInfeasible, Status::DualInfeasible];
 
+use Attempt::{Cold, Light, Refined, Regularized, Warm};
+
 /// The restart policy.
 pub const RESTARTS: &[Restart] = &[
-    Restart {
-        after: &[Attempt::Warm],
-        stalled: false,
-        statuses: UNSETTLED,
-        attempt: Attempt::Cold,
-        refinement_factor: 1.0,
-        regularization_factor: 1.0,
-    },
-    Restart {
-        after: &[Attempt::Warm],
-        stalled: true,
-        statuses: INFEASIBLE,
-        attempt: Attempt::Cold,
-        refinement_factor: 1.0,
-        regularization_factor: 1.0,
-    },
-    Restart {
-        after: &[Attempt::Cold, Attempt::Refined],
-        stalled: true,
-        statuses: INFEASIBLE,
-        attempt: Attempt::Light,
-        refinement_factor: RETRY_REFINEMENT,
-        regularization_factor: RETRY_REGULARIZATION_DOWN,
-    },
-    Restart {
-        after: &[Attempt::Cold],
-        stalled: true,
-        statuses: UNSETTLED,
-        attempt: Attempt::Refined,
-        refinement_factor: RETRY_REFINEMENT,
-        regularization_factor: 1.0,
-    },
-    Restart {
-        after: &[Attempt::Refined],
-        stalled: true,
-        statuses: &[Status::NumericalLimit],
-        attempt: Attempt::Regularized,
-        refinement_factor: RETRY_REFINEMENT,
-        regularization_factor: RETRY_REGULARIZATION_UP,
-    },
+    row(&[Warm], false, UNSETTLED, Cold, (1.0, 1.0)),
+    row(&[Warm], true, INFEASIBLE, Cold, (1.0, 1.0)),
+    row(&[Cold, Refined], true, INFEASIBLE, Light, (RETRY_REFINEMENT, RETRY_REGULARIZATION_DOWN)),
+    row(&[Cold], true, UNSETTLED, Refined, (RETRY_REFINEMENT, 1.0)),
+    row(
+        &[Refined],
+        true,
+        &[Status::NumericalLimit],
+        Regularized,
+        (RETRY_REFINEMENT, RETRY_REGULARIZATION_UP),
+    ),
 ];
+
+const fn row(
+    after: &'static [Attempt],
+    stalled: bool,
+    statuses: &'static [Status],
+    attempt: Attempt,
+    (refinement_factor, regularization_factor): (f64, f64),
+) -> Restart {
+    Restart { after, stalled, statuses, attempt, refinement_factor, regularization_factor }
+}
 
 /// The most restarts that any solve makes under [`RESTARTS`]: warm, cold, refined, regularized.
 pub(crate) const LONGEST: u32 = 3;

@@ -6,7 +6,7 @@
 //! path again, at a height μ₀ that the distance moved suggests. One factorisation, as the cold start
 //! has. Where this does not pay, the solve starts again from cold.
 
-use crate::error::Error;
+use crate::error::{fit, Error};
 use crate::kernels::central_pair::central_pair;
 use crate::kernels::layout::parameter;
 use crate::kernels::reduce::max_abs;
@@ -51,25 +51,11 @@ pub struct Start<'a> {
 impl Start<'_> {
     /// Check the lengths.
     pub(crate) fn fit(&self, problem: &Problem) -> Result<(), Error> {
-        let lengths = [
-            ("start.x", self.x, problem.n()),
-            ("start.y", self.y, problem.p()),
-            ("start.z", self.z, problem.m()),
-            ("start.s", self.s, problem.m()),
-        ];
-        for (argument, vector, expected) in lengths {
-            if vector.len() != expected {
-                let reason = "the problem needs";
-                return Err(Error::Dimension {
-                    argument,
-                    found: vector.len(),
-                    unit: "entries",
-                    expected,
-                    reason,
-                });
-            }
-        }
-        Ok(())
+        let reason = "the problem needs";
+        fit("start.x", (self.x.len(), "entries"), problem.n(), reason)?;
+        fit("start.y", (self.y.len(), "entries"), problem.p(), reason)?;
+        fit("start.z", (self.z.len(), "entries"), problem.m(), reason)?;
+        fit("start.s", (self.s.len(), "entries"), problem.m(), reason)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Sparse matrices in compressed-column form, double precision: the user's data.
 
-use crate::error::Error;
+use crate::error::{fit, Error};
 
 /// An `nrows × ncols` matrix; row indices ascend strictly within each column.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -122,16 +122,7 @@ impl Csc {
     /// # Errors
     /// [`Error::Dimension`] for another number of them, [`Error::Value`] for one that is not finite.
     pub(crate) fn set_values(&mut self, argument: &'static str, values: &[f64]) -> Result<(), Error> {
-        if values.len() != self.nnz() {
-            let (found, expected) = (values.len(), self.nnz());
-            return Err(Error::Dimension {
-                argument,
-                found,
-                unit: "values",
-                expected,
-                reason: "its pattern has",
-            });
-        }
+        fit(argument, (values.len(), "values"), self.nnz(), "its pattern has")?;
         finite(argument, values)?;
         self.values.copy_from_slice(values);
         Ok(())
@@ -154,16 +145,7 @@ impl Csc {
     /// # Errors
     /// [`Error::Dimension`] when it is not square.
     pub fn upper_triangle(&self, argument: &'static str) -> Result<Self, Error> {
-        if self.nrows != self.ncols {
-            let (found, expected) = (self.nrows, self.ncols);
-            return Err(Error::Dimension {
-                argument,
-                found,
-                unit: "rows",
-                expected,
-                reason: "its number of columns is",
-            });
-        }
+        fit(argument, (self.nrows, "rows"), self.ncols, "its number of columns is")?;
         let mut out = Self::zeros(self.nrows, self.ncols);
         for j in 0..self.ncols {
             for k in self.colptr[j]..self.colptr[j + 1] {

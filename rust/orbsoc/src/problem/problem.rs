@@ -1,6 +1,6 @@
 //! The problem in standard form, as the user states it.
 
-use crate::error::Error;
+use crate::error::{fit, Error};
 use crate::problem::cones::Cones;
 use crate::problem::convexity::check_upper;
 use crate::problem::csc::{finite, Csc};
@@ -246,19 +246,6 @@ fn addressable(what: &'static str, size: usize) -> Result<(), Error> {
         Err(Error::TooLarge { what, size })
     } else {
         Ok(())
-    }
-}
-
-fn fit(
-    argument: &'static str,
-    (found, unit): (usize, &'static str),
-    expected: usize,
-    reason: &'static str,
-) -> Result<(), Error> {
-    if found == expected {
-        Ok(())
-    } else {
-        Err(Error::Dimension { argument, found, unit, expected, reason })
     }
 }
 

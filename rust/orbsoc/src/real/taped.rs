@@ -126,32 +126,23 @@ fn operate(opcode: Opcode, a: Value, b: Option<Value>, c: Option<Value>) -> Tape
     with_record(|record| record.push(Operation { opcode, a, b, c }))
 }
 
-impl Add for Taped {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        operate(Opcode::Add, other.0, None, Some(self.0))
-    }
+macro_rules! binary {
+    ($($trait:ident $name:ident |$x:ident, $y:ident| $a:expr, $b:expr, $c:expr;)*) => {$(
+        impl $trait for Taped {
+            type Output = Self;
+            fn $name(self, other: Self) -> Self {
+                let ($x, $y) = (self.0, other.0);
+                operate(Opcode::$trait, $a, $b, $c)
+            }
+        }
+    )*};
 }
 
-impl Sub for Taped {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        operate(Opcode::Sub, other.0, None, Some(self.0))
-    }
-}
-
-impl Mul for Taped {
-    type Output = Self;
-    fn mul(self, other: Self) -> Self {
-        operate(Opcode::Mul, self.0, Some(other.0), None)
-    }
-}
-
-impl Div for Taped {
-    type Output = Self;
-    fn div(self, other: Self) -> Self {
-        operate(Opcode::Div, self.0, Some(other.0), None)
-    }
+binary! {
+    Add add |x, y| y, None, Some(x);
+    Sub sub |x, y| y, None, Some(x);
+    Mul mul |x, y| x, Some(y), None;
+    Div div |x, y| x, Some(y), None;
 }
 
 impl Neg for Taped {
