@@ -47,11 +47,8 @@ pub use method::warm_start::Start;
 pub use method::workspace::Buffer;
 pub use outcome::solution::{Certificate, Solution, Status, WarmStart};
 pub use outcome::verification::Stop;
-pub use problem::cones::Cones;
 pub use problem::convexity::check_convex;
-pub use problem::csc::Csc;
-pub use problem::settings::Settings;
-pub use problem::Problem;
+pub use problem::{Cones, Csc, Problem, Settings};
 pub use real::{Decide, Real};
 
 /// Solve a problem in double precision.

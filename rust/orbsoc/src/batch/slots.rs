@@ -8,8 +8,7 @@ use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION};
 use crate::method::warm_start::Start;
 use crate::method::workspace::Buffer;
 use crate::outcome::solution::{better_of, Solution};
-use crate::problem::settings::Settings;
-use crate::problem::Problem;
+use crate::problem::{Problem, Settings};
 use crate::real::Decide;
 use core::ops::ControlFlow;
 use std::sync::Arc;
@@ -197,10 +196,7 @@ impl<T: Decide> LaneSlots<T> {
         let ended = self.lanes.iter_mut().enumerate().filter_map(|(lane, slot)| {
             let slot = slot.take_if(|slot| !slot.busy())?;
             let solution = path.finished(lane, &slot.problem, &slot.control).verify();
-            let solution = match &slot.earlier {
-                Some(earlier) => better_of(earlier, solution, path.settings.tol_inaccurate),
-                None => solution,
-            };
+            let solution = better_of(slot.earlier.as_ref(), solution, path.settings.tol_inaccurate);
             Some((slot, solution))
         });
         ended.collect()

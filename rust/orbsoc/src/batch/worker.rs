@@ -7,8 +7,7 @@ use crate::method::restart::Attempt;
 use crate::method::stage::{STARTUP, WARM_STARTUP};
 use crate::method::warm_start::Start;
 use crate::outcome::solution::{Solution, WarmStart};
-use crate::problem::settings::Settings;
-use crate::problem::Problem;
+use crate::problem::{Problem, Settings};
 use crate::real::Decide;
 use std::sync::Arc;
 

@@ -9,7 +9,7 @@
 
 use crate::error::Error;
 use crate::problem::cones::{ConeLayout, Soc};
-use crate::problem::csc::Csc;
+use crate::problem::Csc;
 use crate::symbolic::column_blocks::{column_blocks, ColumnBlock};
 use crate::symbolic::factor_layout::Symbolic;
 use crate::symbolic::full_rows::Rows;

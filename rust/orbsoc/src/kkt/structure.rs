@@ -3,8 +3,8 @@
 use crate::error::Error;
 use crate::kkt::assembly::{Kkt, SOC_DENSE_MAX};
 use crate::problem::cones::{ConeLayout, Soc};
-use crate::problem::csc::Csc;
 use crate::problem::problem::{Problem, Reduced};
+use crate::problem::Csc;
 use crate::symbolic::column_blocks::{column_blocks, ColumnBlock};
 use crate::symbolic::indices::index;
 use crate::symbolic::supernodes::Panels;

@@ -8,7 +8,7 @@ use crate::method::stage::{Outcome, Stage};
 use crate::method::workspace::Workspace;
 use crate::outcome::solution::{Status, WarmStart};
 use crate::outcome::verification::Stop;
-use crate::problem::settings::Settings;
+use crate::problem::Settings;
 use crate::real::{Decide, Real};
 use std::time::{Duration, Instant};
 
@@ -145,14 +145,11 @@ impl Control {
         settings: &Settings,
         work: &mut Workspace<T>,
     ) -> Outcome {
+        let active = &mut work.refinement_active[0];
         let outcome = match stage {
             Stage::Statistics => self.judge(lane, settings, work),
-            Stage::CheckSolve => {
-                let active = &mut work.refinement_active[0];
-                self.judge_refinement(lane, settings, &work.refinement, active)
-            }
+            Stage::CheckSolve => self.judge_refinement(lane, settings, &work.refinement, active),
             Stage::CheckConstantAndPredictor => {
-                let active = &mut work.refinement_active[0];
                 self.judge_refinement(lane, settings, &work.multi_refinement, active)
             }
             Stage::CenterStart => judge_start(work.homogenizer[1].lane(lane), WARM_START_MU_MAX),

@@ -11,8 +11,7 @@ use crate::method::stage::Stage;
 use crate::method::warm_start::Start;
 use crate::method::workspace::{Buffer, Workspace};
 use crate::outcome::verification::{FinishedAttempt, Stop};
-use crate::problem::settings::Settings;
-use crate::problem::Problem;
+use crate::problem::{Problem, Settings};
 use crate::real::{Decide, Real};
 use std::sync::Arc;
 

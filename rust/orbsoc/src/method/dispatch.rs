@@ -12,7 +12,7 @@ use crate::kkt::structure::Structure;
 use crate::method::stage::Stage;
 use crate::method::warm_start;
 use crate::method::workspace::Workspace;
-use crate::problem::settings::Settings;
+use crate::problem::Settings;
 use crate::real::Real;
 
 /// Stages whose arithmetic is compiled into one function: in one for all of them the loops would share its registers.

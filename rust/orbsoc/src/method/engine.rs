@@ -11,8 +11,7 @@ use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WA
 use crate::method::warm_start::Start;
 use crate::method::workspace::{Buffer, Workspace};
 use crate::outcome::solution::{better_of, Solution};
-use crate::problem::settings::Settings;
-use crate::problem::Problem;
+use crate::problem::{Problem, Settings};
 use crate::real::{count, Counted, Decide, Latency, Real, Tally};
 use crate::symbolic::supernodes::Panels;
 use core::ops::ControlFlow;
@@ -269,10 +268,7 @@ impl<T: Decide> Engine<T> {
     /// solve, where that is the better one.
     pub fn conclude(&self) -> Solution {
         let solution = self.path.finished(0, &self.problem, &self.control).verify();
-        match &self.earlier {
-            Some(earlier) => better_of(earlier, solution, self.path.settings.tol_inaccurate),
-            None => solution,
-        }
+        better_of(self.earlier.as_ref(), solution, self.path.settings.tol_inaccurate)
     }
 
     /// The restart that is to follow the attempt that ended with `solution`, by [`RESTARTS`](crate::RESTARTS) and

@@ -3,12 +3,9 @@
 use crate::error::Error;
 use crate::method::datapath::Datapath;
 use crate::method::engine::Engine;
-use crate::method::events::Event;
 use crate::method::stage::{Module, Outcome, Stage};
-use crate::method::workspace::{Buffer, Workspace};
-use crate::outcome::solution::Solution;
-use crate::problem::settings::Settings;
-use crate::problem::Problem;
+use crate::method::workspace::Workspace;
+use crate::problem::{Problem, Settings};
 use crate::real::{Decide, Reduced};
 use std::sync::Arc;
 
@@ -93,24 +90,9 @@ impl MixedEngine {
         self.wide.interrupt();
     }
 
-    /// What ran so far.
-    pub fn events(&self) -> &[Event] {
-        self.wide.events()
-    }
-
-    /// The entries of a buffer as binary64 holds them.
-    pub fn buffer(&self, buffer: Buffer) -> &[f64] {
-        self.wide.buffer(buffer)
-    }
-
-    /// Entries of the KKT matrix's upper triangle, and of L below the diagonal.
-    pub fn kkt_sizes(&self) -> (usize, usize) {
-        self.wide.kkt_sizes()
-    }
-
-    /// The outcome of the attempt that ended, verified in binary64 on the data as given.
-    pub fn conclude(&self) -> Solution {
-        self.wide.conclude()
+    /// The solve in binary64: what ran, its buffers and sizes, the outcome, which is verified on the data as given.
+    pub fn wide(&self) -> &Engine<f64> {
+        &self.wide
     }
 }
 
@@ -122,7 +104,7 @@ fn arithmetic<T: Decide>(wide: &Engine<f64>, settings: &Settings) -> Result<Box<
 mod tests {
     use super::*;
     use crate::method::stage::{Step, CLOSING, ITERATION, STARTUP};
-    use crate::{Cones, Csc, Status};
+    use crate::{Buffer, Cones, Csc, Solution, Status};
 
     const ALL: [Module; 6] = [
         Module::MatrixUpdate,
@@ -175,7 +157,7 @@ mod tests {
         for step in CLOSING {
             perform(engine, *step);
         }
-        engine.conclude()
+        engine.wide().conclude()
     }
 
     #[test]
@@ -219,7 +201,7 @@ mod tests {
                 Narrow::Binary32 => 29,
                 Narrow::Bits(bits) => 53 - bits,
             };
-            let factor = engine.buffer(Buffer::FactorL);
+            let factor = engine.wide().buffer(Buffer::FactorL);
             assert!(factor.iter().all(|entry| entry.to_bits().trailing_zeros() >= dropped), "{narrow:?}");
         }
     }

@@ -2,7 +2,7 @@
 //! what a small problem waits for is their code, read from memory: a copy for every place that calls them took
 //! a fifth of all the code that such a solve runs.
 
-use crate::problem::csc::Csc;
+use crate::problem::Csc;
 use nalgebra::{DVector, DVectorView};
 
 /// The machine's instruction set.

@@ -1,8 +1,7 @@
 //! Rounding-error bounds: where the terms of a sum are far larger than the sum, another order of addition, as in an
 //! independent verification, gives another sum.
 
-use crate::problem::csc::Csc;
-use crate::problem::Problem;
+use crate::problem::{Csc, Problem};
 
 /// Deterministic bound γₙ on the rounding error of a sum of `terms`, in any two orders of addition, as a factor of the sum of their
 /// magnitudes.

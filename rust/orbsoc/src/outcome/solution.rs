@@ -159,11 +159,11 @@ impl Solution {
     }
 }
 
-/// The better outcome of two attempts of a solve, of which the `earlier` one stalled; with the counts of both.
-pub(crate) fn better_of(earlier: &Solution, later: Solution, tol_inaccurate: f64) -> Solution {
-    if replaces(&later, earlier, tol_inaccurate) {
+/// The better outcome of two attempts of a solve, of which the `earlier` one, if there is one, stalled; with the counts of both.
+pub(crate) fn better_of(earlier: Option<&Solution>, later: Solution, tol_inaccurate: f64) -> Solution {
+    let Some(earlier) = earlier.filter(|earlier| !replaces(&later, earlier, tol_inaccurate)) else {
         return later;
-    }
+    };
     let Solution { iterations, refinements, attempts, warm_start, .. } = later;
     // Who stopped the solve is to see that it was stopped; a time limit takes nothing from what was reached before it, and
     // nothing takes anything from a proof.

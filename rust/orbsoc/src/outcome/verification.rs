@@ -6,8 +6,7 @@ use crate::outcome::roundoff::{
     deterministic_bound, probabilistic_bound, roundoff_in_product, RoundoffBound,
 };
 use crate::outcome::solution::{norm_exceeds, Certificate, Solution, Status, WarmStart};
-use crate::problem::settings::Settings;
-use crate::problem::Problem;
+use crate::problem::{Problem, Settings};
 use nalgebra::{DVector, DVectorView};
 
 /// A certified radius this many times the data's scale is claimed at the end of a solve.

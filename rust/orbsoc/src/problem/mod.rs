@@ -7,4 +7,7 @@ pub(crate) mod csc;
 pub(crate) mod problem;
 pub(crate) mod settings;
 
+pub use cones::Cones;
+pub use csc::Csc;
 pub use problem::Problem;
+pub use settings::Settings;

@@ -5,6 +5,7 @@
 //! word of storage a value lives in is the scheduler's business.
 
 use super::scalar::Real;
+use crate::symbolic::indices::index;
 use core::cell::RefCell;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use std::collections::HashMap;
@@ -90,12 +91,6 @@ impl Record {
         self.operations.push(operation);
         Value::Result(index(self.operations.len() - 1))
     }
-}
-
-/// Positions are 32 bits wide: a pattern that fits the engine's 32-bit indices has fewer operations per
-/// stage than would fill memory.
-fn index(position: usize) -> u32 {
-    u32::try_from(position).expect("fewer than 2³² operations in a stage")
 }
 
 thread_local! {

@@ -4,7 +4,7 @@ use crate::kernels::cone_ops;
 use crate::kkt::assembly::{Kkt, SOC_DENSE_MAX};
 use crate::method::stage::{ITERATION, STARTUP};
 use crate::problem::cones::{ConeLayout, Soc};
-use crate::problem::csc::Csc;
+use crate::problem::Csc;
 use crate::{Cones, Decide, Engine, Problem, Real};
 use nalgebra::DMatrix;
 use proptest::collection::vec;

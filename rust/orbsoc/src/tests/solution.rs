@@ -29,7 +29,7 @@ fn outcome(status: Status, residual: f64, iterations: u32) -> Solution {
 /// The status, which attempt's numbers, and the message of the second attempt after the first.
 fn after(first: (Status, f64), second: (Status, f64)) -> (Status, f64, String) {
     let first = outcome(first.0, first.1, 10);
-    let found = better_of(&first, outcome(second.0, second.1, 30), INACCURATE);
+    let found = better_of(Some(&first), outcome(second.0, second.1, 30), INACCURATE);
     assert_eq!(
         (found.iterations, found.refinements, found.attempts),
         (30, 30, 3),
@@ -101,7 +101,7 @@ fn a_proof_yields_to_a_later_solution_farther_out_than_it_reaches_and_to_nothing
         [(PrimalInfeasible, 1e4, DualInfeasible), (DualInfeasible, 2e3, PrimalInfeasible)]
     {
         let outcome = |radius, status, residual| {
-            better_of(&claim(proof, radius), far(status, residual), INACCURATE).status
+            better_of(Some(&claim(proof, radius)), far(status, residual), INACCURATE).status
         };
         for status in [Solved, SolvedInaccurate, NumericalLimit] {
             assert_eq!(outcome(size, status, 0.5 * INACCURATE), status);
@@ -111,7 +111,7 @@ fn a_proof_yields_to_a_later_solution_farther_out_than_it_reaches_and_to_nothing
             assert_eq!(outcome(size, status, 2.0 * INACCURATE), proof, "{status} takes nothing from a proof");
         }
         for (status, radius, kept) in [(proof, 99.0, 100.0), (proof, 101.0, 101.0), (other, 101.0, 100.0)] {
-            let found = better_of(&claim(proof, 100.0), claim(status, radius), INACCURATE);
+            let found = better_of(Some(&claim(proof, 100.0)), claim(status, radius), INACCURATE);
             assert_eq!((found.status, found.certificate.radius), (proof, kept));
         }
     }
@@ -121,7 +121,8 @@ fn a_proof_yields_to_a_later_solution_farther_out_than_it_reaches_and_to_nothing
 fn a_proof_does_not_replace_what_appears_to_be_a_solution_farther_out_than_it_reaches() {
     let far = |residual| far(Status::NumericalLimit, residual);
     for (status, size) in [(Status::PrimalInfeasible, 1e4), (Status::DualInfeasible, 2e3)] {
-        let outcome = |residual, radius| better_of(&far(residual), claim(status, radius), INACCURATE).status;
+        let outcome =
+            |residual, radius| better_of(Some(&far(residual)), claim(status, radius), INACCURATE).status;
         assert_eq!(outcome(0.5 * INACCURATE, size), Status::NumericalLimit);
         assert_eq!(outcome(0.5 * INACCURATE, 1.01 * size), status, "it is nearer than that");
         assert_eq!(outcome(2.0 * INACCURATE, size), status, "it does not appear to be one");
