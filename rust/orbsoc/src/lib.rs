@@ -12,14 +12,16 @@
 //! [`Engine::run`] is the only way to the arithmetic. [`Engine::solve`] runs the lists, and so may
 //! any caller, with the same bits. The arithmetic is one source for every datapath ([`real`]).
 //!
-//! | to read about | see |
+//! | package, each on those above it | what is in it |
 //! |---|---|
-//! | the user's problem, what comes back | [`Problem`], [`Solution`], [`Settings`], `convexity` |
-//! | KKT pattern, order, elimination tree, supernodes | `kkt`, `order`, `elimination`, `symbolic` |
-//! | the six modules' kernels | `kernels::{matrix_update, matrix_scaling, factorization, linear_solve, cone_ops, line_search}` |
-//! | statistics and decisions | `ps`, `control` |
-//! | the evidence for a status | `certificate` |
-//! | the operation streams of a pattern | [`record_tapes`] |
+//! | `symbolic` | a sparsity pattern's ordering, elimination tree, supernodes and scatter indices |
+//! | `problem` | [`Problem`], [`Cones`], [`Settings`], checked; convexity |
+//! | [`real`] | the scalars of the datapaths |
+//! | `kkt` | sizes, cones and the KKT matrix's pattern |
+//! | `kernels` | the arithmetic: one file per module of programmable logic, and the processing system's |
+//! | `outcome` | [`Solution`], and its independent verification |
+//! | `method` | stages, buffers, decisions, restarts, [`Engine`], [`record_tapes`] |
+//! | `batch` | [`BatchSolver`] |
 
 mod batch;
 mod error;

@@ -150,8 +150,8 @@ impl<T: Decide> LaneSlots<T> {
     fn run(&mut self, stage: Stage) -> Outcome {
         let Self { path, lanes, .. } = self;
         let busy = lanes.iter().flatten().filter(|slot| slot.busy());
-        let seen = busy.map(|slot| &slot.control).any(|control| control.needs_residual(stage));
-        path.execute_with_residual(stage, seen);
+        let needs_residual = busy.map(|slot| &slot.control).any(|control| control.needs_residual(stage));
+        path.execute_with_residual(stage, needs_residual);
         let mut repeats = false;
         for (lane, slot) in lanes.iter_mut().enumerate() {
             let Some(Slot { control, .. }) = slot else { continue };

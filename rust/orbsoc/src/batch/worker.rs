@@ -1,4 +1,4 @@
-//! One thread's lanes for a batch: eight problems begin together, stragglers go on beside the next eight.
+//! One thread's lanes for a batch: a cohort of eight problems begins together; stragglers go on in a second set of lanes.
 
 use crate::batch::slots::{LaneSlots, Slot, Watch};
 use crate::error::Error;

@@ -1,6 +1,6 @@
 //! PL module *matrix factorization*: numeric LDLᵀ on the symbolic factorization of set-up.
 //!
-//! Right-looking over supernodes, in place. With y the unscaled column (y = L·d), every entry receives
+//! Right-looking over supernodes, in place. With y = L·D the column before its division, every entry receives
 //! `l_ij ← k_ij − Σ_k l_ik·y_jk` in ascending k, whatever the supernodes are; then `d_j` is
 //! regularised and the column divided by it.
 
@@ -73,7 +73,7 @@ pub fn factorize<T: Real>(
     }
 }
 
-/// Columns that do not depend on one another.
+/// Independent columns.
 #[inline(always)]
 fn factor_independent<T: Real>(
     leading_dim: usize,
@@ -90,7 +90,7 @@ fn factor_independent<T: Real>(
     }
 }
 
-/// One chain after the other.
+/// One diagonal block after the other.
 #[inline(always)]
 fn factor_supernodes<T: Real>(
     node: &Supernode,
@@ -115,7 +115,7 @@ fn factor_supernodes<T: Real>(
     }
 }
 
-/// Columns of which each subtracts what the ones before it contribute.
+/// A dense supernode, left-looking in blocks of columns.
 #[inline(always)]
 fn factor_supernode<T: Real>(
     leading_dim: usize,
@@ -146,7 +146,7 @@ fn factor_supernode<T: Real>(
     }
 }
 
-/// `W` columns of a chain, from row `first` of the panel on.
+/// `W` columns of a supernode, from row `first` of the panel on.
 #[inline(always)]
 fn factor_block<T: Real, const W: usize>(
     leading_dim: usize,

@@ -13,8 +13,8 @@ use crate::symbolic::factor_layout::{Supernode, Symbolic};
 use crate::symbolic::full_rows::Rows;
 use crate::symbolic::supernodes::Kind;
 
-/// `x ← (LDLᵀ)⁻¹ x`, everything in permuted order; `values` are the matrix's. Divided by D all at once, or late, each panel's entries when
-/// they are near anyway; it is the same division.
+/// `x ← (LDLᵀ)⁻¹ x`, everything in permuted order; `values` are the matrix's. With `divide_late`, each
+/// panel divides by D when its entries are in cache; it is the same division.
 #[inline(always)]
 pub fn substitute<T: Real, const R: usize>(
     symbolic: &Symbolic,
@@ -253,12 +253,12 @@ pub fn solve<T: Real, const R: usize>(
     substitute(&kkt.symbolic, values, l, pivot_inverse, kkt.rows.is_some(), scratch, x);
 }
 
-/// How large the error of a solution is, and what it may be: a share of the right-hand side, or `goal`.
+/// How large the error of a solution is, and what it may be: a share of the right-hand side, or `tolerance`.
 #[inline(always)]
 pub fn measure<T: Real, const R: usize>(
     system: System<T>,
     rhs: &[[T; R]],
-    (relative, goal): (T, T),
+    (relative, tolerance): (T, T),
     x: &[[T; R]],
     error: &mut [[T; R]],
     state: &mut [T],
@@ -267,7 +267,7 @@ pub fn measure<T: Real, const R: usize>(
     let (sizes, errors) = (max_abs_of(rhs), error_norms(error));
     for (r, state) in state.chunks_exact_mut(refinement::WORDS).enumerate() {
         state[refinement::ERROR] = errors[r];
-        state[refinement::ALLOWED] = goal.max(relative * sizes[r]);
+        state[refinement::ALLOWED] = tolerance.max(relative * sizes[r]);
         state[refinement::WORTHWHILE] = errors[r];
     }
 }

@@ -221,8 +221,8 @@ pub(crate) fn cone_product<T: Real>(
     );
 }
 
-/// How large an error of a linear solve may be: a share of the residual that the step is to reduce,
-/// which the error adds to. No residual smaller than the floor, once divided by τ, is worth an effort.
+/// Refinement tolerance of the linear solves: a fraction of the residual that the step is to reduce, as the error adds
+/// to it, and of no less than the floor, once divided by τ.
 ///
 /// An error e also moves dτ by up to ‖(x, y, z)‖ e over the complementarity sᵀz + τκ. Where the point is more than a thousand
 /// times as large as τ, on the way to a solution (κ below τ/1000), it may take no more than the same share of that.
@@ -236,10 +236,10 @@ pub(crate) fn refinement_tolerance<T: Real>(
 ) -> T {
     let share = parameters[parameter::REFINEMENT_SHARE];
     let (tau, kappa) = (homogenizer[0], homogenizer[1]);
-    let goal = share * max_abs(residual).max(parameters[parameter::RESIDUAL_FLOOR] * tau);
+    let tolerance = share * max_abs(residual).max(parameters[parameter::RESIDUAL_FLOOR] * tau);
     let size = size_x.max(size_yz);
     let far = (T::constant(1e3) * tau.max(T::constant(1e3) * kappa)).lt(size);
-    T::select(far, goal.min(share * (complementarity / size)), goal)
+    T::select(far, tolerance.min(share * (complementarity / size)), tolerance)
 }
 
 /// How large x is, and (y, z).
@@ -248,12 +248,10 @@ pub(crate) fn sizes<T: Real>(n: usize, point: &[T]) -> (T, T) {
     (max_abs(&point[..n]), max_abs(&point[n..]))
 }
 
-/// Share of the way to the boundary that the corrector's step may take: `most` where the predictor promises
-/// a whole step, less where it promises a short one, for a pair pressed against the boundary of its cone makes
-/// the next step short, too; and all but 10σ once the predictor promises convergence faster than that leaves
-/// room for, never closer than 1e-4.
+/// Fraction to the boundary of the corrector's step: `most` where the predictor promises a whole step, and less where it
+/// promises a short one. Once the predictor promises fast convergence it is 1 − 10σ, and at most 1 − 1e-4.
 #[inline(always)]
-pub(crate) fn boundary_share<T: Real>(step_length: T, most: T) -> T {
+pub(crate) fn fraction_to_boundary<T: Real>(step_length: T, most: T) -> T {
     let short = T::one() - step_length.min(T::one());
     let left = (T::constant(10.0) * sigma(step_length)).max(T::constant(1e-4));
     (most - T::constant(0.05) * short).max(T::one() - left)

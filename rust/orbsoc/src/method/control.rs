@@ -14,8 +14,8 @@ use std::time::{Duration, Instant};
 
 /// From a certified radius this many times the data's scale on, iterating further is pointless.
 const RADIUS_CONCLUSIVE: f64 = 1e8;
-/// A solve that meets the tolerance, but not this share of it, takes one iteration more: near the end
-/// an iteration gains two digits, and an answer at the very edge of its claim is a poor one.
+/// A solve that meets the tolerance, but not this fraction of it, takes one iteration more: near the end an iteration
+/// gains two digits.
 const TOLERANCE_MARGIN: f64 = 0.2;
 /// The same after a warm start: the next problem of a sequence moves further than that.
 const WARM_TOLERANCE_MARGIN: f64 = 0.5;
@@ -26,11 +26,11 @@ const MAX_STALLED_ITERATIONS: u32 = 15;
 /// Consecutive steps shorter than `SHORT_STEP` before a solve counts as stalled.
 const SHORT_STEPS: u32 = 3;
 const SHORT_STEP: f64 = 1e-4;
-/// A point whose residuals put it as high up the central path as this, in scaled data, is no start.
+/// A start is rejected from this barrier parameter on, in scaled data, …
 const WARM_START_MU_MAX: f64 = 0.5;
-/// … and one whose Newton step ends as high as this.
+/// … and from this one on after its Newton step.
 pub(crate) const WARM_STEP_MU_MAX: f64 = 1e3;
-/// A step as short as this after a warm start says that the point was too near the boundary.
+/// A shorter step after a warm start rejects it: the point was too near the boundary.
 const WARM_START_MIN_STEP: f64 = 0.01;
 #[derive(Clone, Debug, Default)]
 #[allow(clippy::struct_excessive_bools)] // independent facts about one attempt, no state machine
@@ -231,7 +231,7 @@ impl Control {
         }
     }
 
-    /// Whether the last step after a warm start was shorter than a good start ever takes.
+    /// Whether the last step rejects the warm start.
     fn warm_start_fails(&self) -> bool {
         self.attempt == Attempt::Warm && self.iteration > 0 && self.step < WARM_START_MIN_STEP
     }
@@ -298,7 +298,7 @@ impl<T: Real> pulp::WithSimd for Keep<'_, T> {
     }
 }
 
-/// Whether a warm start pays, being lower on the central path than this.
+/// Reject a warm start whose barrier parameter is too large.
 fn judge_start(mu: f64, highest: f64) -> Outcome {
     if mu < highest {
         Outcome::Next

@@ -15,8 +15,7 @@ use crate::problem::{Problem, Settings};
 use crate::real::{Decide, Real};
 use std::sync::Arc;
 
-/// A warm start begins no lower on the central path: from there the scaling blocks are too far apart
-/// for the first linear solve.
+/// Least barrier parameter of a warm start: below it the scaling blocks are too far apart for the first linear solve.
 const START_FLOOR: f64 = 1e-10;
 
 #[derive(Clone, Debug)]
@@ -26,8 +25,8 @@ pub(crate) struct Datapath<T> {
     pub work: Workspace<T>,
 }
 
-/// The refinement share that holds for 1e-8 and looser, less for tighter tolerances: what an error of the size of the
-/// residual spoils, no later iteration mends any more.
+/// `refinement_share` at tolerances of 1e-8 and looser, less at tighter ones: no later iteration repairs an error of the
+/// size of the residual.
 fn effective_refinement_share(settings: &Settings) -> f64 {
     settings.refinement_share * (settings.tol / 1e-8).min(1.0)
 }
@@ -54,14 +53,13 @@ impl<T: Real> Datapath<T> {
     }
 
     /// The same; without `needs_residual`, the residual of a linear solve is left as it was.
-    pub fn execute_with_residual(&mut self, stage: Stage, seen: bool) {
+    pub fn execute_with_residual(&mut self, stage: Stage, needs_residual: bool) {
         let Self { structure, settings, work } = self;
-        execute(structure, settings, work, stage, seen);
+        execute(structure, settings, work, stage, needs_residual);
     }
 }
 
-/// Buffers that decisions write: an entry that a previous solve left there must never be taken for one
-/// of this solve.
+/// Buffers that decisions write: a solve must not read what the one before left there.
 const KEPT: [Buffer; 3] = [Buffer::Best, Buffer::PrimalCertificate, Buffer::DualCertificate];
 
 impl<T: Decide> Datapath<T> {
@@ -71,12 +69,6 @@ impl<T: Decide> Datapath<T> {
             self.work.get_mut(buffer).iter_mut().for_each(|entry| entry.set_lane(lane, 0.0));
         }
         self.prepare(lane, Attempt::default());
-    }
-
-    /// Get a lane ready for another attempt of the same solve.
-    pub fn restart(&mut self, lane: usize, attempt: Attempt) {
-        self.reset(lane);
-        self.prepare(lane, attempt);
     }
 
     /// Set the parameters of an attempt in a lane that has been reset.

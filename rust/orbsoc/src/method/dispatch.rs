@@ -39,7 +39,7 @@ struct Run<'a, T, const KIND: u8> {
     settings: &'a Settings,
     work: &'a mut Workspace<T>,
     stage: Stage,
-    seen: bool,
+    needs_residual: bool,
 }
 
 impl<T: Real, const KIND: u8> pulp::WithSimd for Run<'_, T, KIND> {
@@ -47,16 +47,18 @@ impl<T: Real, const KIND: u8> pulp::WithSimd for Run<'_, T, KIND> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Self { structure, settings, work, stage, seen } = self;
+        let Self { structure, settings, work, stage, needs_residual } = self;
         match KIND {
             kind::SCALING => matrix_scaling(structure, settings, work, stage),
             kind::UPDATE => matrix_update(structure, work, stage),
             kind::WARM_START => warm_start::execute(structure, work, stage),
             kind::FACTORIZE => factorize(structure, work),
             kind::TRANSFER => transfer(structure, work, stage),
-            kind::SOLVE | kind::REFINE => solve::<T, 1>(structure, work, KIND == kind::REFINE, seen),
+            kind::SOLVE | kind::REFINE => {
+                solve::<T, 1>(structure, work, KIND == kind::REFINE, needs_residual)
+            }
             kind::SOLVE_MULTI | kind::REFINE_MULTI => {
-                solve::<T, 2>(structure, work, KIND == kind::REFINE_MULTI, seen);
+                solve::<T, 2>(structure, work, KIND == kind::REFINE_MULTI, needs_residual);
             }
             kind::CONES => cone_operations(structure, work, stage),
             kind::RHS => right_hand_side(structure, work, stage),
@@ -73,11 +75,11 @@ pub(crate) fn execute<T: Real>(
     settings: &Settings,
     work: &mut Workspace<T>,
     stage: Stage,
-    seen: bool,
+    needs_residual: bool,
 ) {
     macro_rules! run {
         ($kind:ident) => {
-            T::vectorize(Run::<T, { kind::$kind }> { structure, settings, work, stage, seen })
+            T::vectorize(Run::<T, { kind::$kind }> { structure, settings, work, stage, needs_residual })
         };
     }
     match stage {
@@ -202,7 +204,12 @@ fn transfer<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) 
 
 /// Solve with `R` right-hand sides side by side, or refine their solutions.
 #[inline(always)]
-fn solve<T: Real, const R: usize>(structure: &Structure, w: &mut Workspace<T>, refine: bool, seen: bool) {
+fn solve<T: Real, const R: usize>(
+    structure: &Structure,
+    w: &mut Workspace<T>,
+    refine: bool,
+    needs_residual: bool,
+) {
     let system = linear_solve::System {
         kkt: &structure.kkt,
         values: &w.kkt_values,
@@ -221,9 +228,9 @@ fn solve<T: Real, const R: usize>(structure: &Structure, w: &mut Workspace<T>, r
         return;
     }
     linear_solve::solve(system, rhs, scratch, x);
-    if seen {
-        let goal = (w.parameters[parameter::REFINEMENT_TOL], w.refinement_tolerance[0]);
-        linear_solve::measure(system, rhs, goal, x, error, state);
+    if needs_residual {
+        let tolerance = (w.parameters[parameter::REFINEMENT_TOL], w.refinement_tolerance[0]);
+        linear_solve::measure(system, rhs, tolerance, x, error, state);
         w.refinement_active[0] = T::one();
     }
 }
@@ -351,7 +358,7 @@ fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage
             let step = w.step_length[0];
             ps::centering(step, mu, &w.homogenizer, &w.tau_step, &mut w.centering);
             let least = w.parameters[parameter::STEP_FRACTION];
-            w.boundary_fraction[0] = ps::boundary_share(step, least);
+            w.boundary_fraction[0] = ps::fraction_to_boundary(step, least);
         }
         Stage::ConeProduct => ps::cone_product(
             &structure.cones,

@@ -153,8 +153,8 @@ impl<T: Decide> Engine<T> {
     /// linear solve.
     pub(crate) fn run_with(&mut self, stage: Stage, execute: impl FnOnce(&mut Datapath<T>, bool)) -> Outcome {
         self.events.push(Event { stage, iteration: self.control.total_iterations() });
-        let seen = self.control.needs_residual(stage);
-        execute(&mut self.path, seen);
+        let needs_residual = self.control.needs_residual(stage);
+        execute(&mut self.path, needs_residual);
         let outcome = self.control.decide(0, stage, &self.path.settings, &mut self.path.work);
         if stage == Stage::Statistics {
             keep_best(core::iter::once(Some(&self.control)), &mut self.path.work);
@@ -239,7 +239,9 @@ impl<T: Decide> Engine<T> {
 
     /// Perform the steps of a list, up to one that asks to leave the iteration; whether one did.
     fn follow(&mut self, steps: &[Step]) -> bool {
-        let mut run = |stage| self.run_with(stage, |path, seen| path.execute_with_residual(stage, seen));
+        let mut run = |stage| {
+            self.run_with(stage, |path, needs_residual| path.execute_with_residual(stage, needs_residual))
+        };
         steps.iter().any(|step| matches!(step.perform(&mut run), Outcome::Done(_)))
     }
 
@@ -285,7 +287,8 @@ impl<T: Decide> Engine<T> {
         if attempt != Attempt::Cold {
             self.earlier = Some(solution.clone());
         }
-        self.path.restart(0, attempt);
+        self.path.reset(0);
+        self.path.prepare(0, attempt);
         self.control = self.control.restarted(attempt);
         true
     }

@@ -18,16 +18,16 @@ pub(crate) struct Accuracy {
     /// The factors of the last residual check are still in use.
     same_factors: bool,
     /// Refinement tolerance of this iteration; none where every residual is checked.
-    goal: Option<f64>,
+    tolerance: Option<f64>,
     /// The tolerance is no smaller than that of the iteration before.
     risen: bool,
 }
 
 impl Accuracy {
     /// An iteration begins, with new factors and a new tolerance.
-    pub fn renew(&mut self, goal: Option<f64>) {
-        self.risen = goal.zip(self.goal).is_some_and(|(now, before)| now >= before);
-        (self.same_factors, self.goal) = (false, goal);
+    pub fn renew(&mut self, tolerance: Option<f64>) {
+        self.risen = tolerance.zip(self.tolerance).is_some_and(|(now, before)| now >= before);
+        (self.same_factors, self.tolerance) = (false, tolerance);
     }
 
     /// Whether the next linear solve needs its residual. From one iteration to the next errors change
@@ -35,8 +35,8 @@ impl Accuracy {
     /// be why, and all are checked; so are those of an attempt that knows no error above zero.
     pub fn needs_residual(&self) -> bool {
         let margin = if self.same_factors { SAME_FACTORS_MARGIN } else { SKIP_MARGIN };
-        let small = |(goal, known): (f64, f64)| known > 0.0 && goal >= margin * known;
-        self.risen || !self.goal.zip(self.known).is_some_and(small)
+        let small = |(tolerance, known): (f64, f64)| known > 0.0 && tolerance >= margin * known;
+        self.risen || !self.tolerance.zip(self.known).is_some_and(small)
     }
 
     /// After a linear solve or a refinement step of one lane, whose entries these are, three for each right-hand side:
@@ -44,8 +44,8 @@ impl Accuracy {
     pub fn wants_more<T: Decide>(&mut self, lane: usize, most: u32, entries: &[T], active: &mut T) -> bool {
         let solves = entries.chunks_exact(refinement::WORDS);
         let first = self.refined == 0;
-        let seen = !first || self.needs_residual();
-        if first && seen {
+        let needs_residual = !first || self.needs_residual();
+        if first && needs_residual {
             self.note(solves.clone().map(|entries| entries[refinement::ERROR].lane(lane)));
         }
         let enough = solves.into_iter().all(|entries| {
@@ -53,7 +53,7 @@ impl Accuracy {
             let worthwhile = first || error <= entries[refinement::WORTHWHILE].lane(lane);
             error <= entries[refinement::ALLOWED].lane(lane) || !error.is_finite() || !worthwhile
         });
-        if !seen || enough || self.refined >= most || active.lane(lane) == 0.0 {
+        if !needs_residual || enough || self.refined >= most || active.lane(lane) == 0.0 {
             // Whatever other lanes still refine leaves this one alone.
             active.set_lane(lane, 0.0);
             self.refined = 0;
@@ -64,7 +64,7 @@ impl Accuracy {
     }
 
     fn note(&mut self, errors: impl Iterator<Item = f64>) {
-        // What is not a number is above every goal.
+        // What is not a number is above every tolerance.
         let size = |error: f64| if error.is_nan() { f64::INFINITY } else { error };
         self.known = Some(errors.map(size).fold(self.known.unwrap_or(0.0), f64::max));
         self.same_factors = true;
@@ -77,10 +77,10 @@ mod tests {
 
     /// What becomes of a solve with this error: whether it was looked at.
     fn solve(accuracy: &mut Accuracy, error: f64) -> bool {
-        let seen = accuracy.needs_residual();
+        let needs_residual = accuracy.needs_residual();
         let mut active: f64 = 1.0;
         accuracy.wants_more(0, 0, &[error, 1e-9, error], &mut active);
-        seen
+        needs_residual
     }
 
     fn after(error: f64) -> Accuracy {
@@ -112,8 +112,8 @@ mod tests {
         let mut accuracy = after(1e-8);
         accuracy.renew(Some(1.0));
         assert!(!solve(&mut accuracy, 1e-8));
-        for goal in [1.0, 2.0] {
-            accuracy.renew(Some(goal));
+        for tolerance in [1.0, 2.0] {
+            accuracy.renew(Some(tolerance));
             assert!(solve(&mut accuracy, 1e-8));
             assert!(solve(&mut accuracy, 1e-8), "the same factors, too");
         }

@@ -1,10 +1,9 @@
 //! Starting from the solution of a problem nearby. docs/decisions/0010.
 //!
-//! The old point, on the new data, is moved to the central path at a height μ₁ that its residuals
-//! suggest ([`Stage::CenterStart`]); one Newton step from there meets the new equations
-//! ([`Stage::NewtonStart`]), wherever it leaves the cones; and what came out is moved to the central
-//! path again, at a height μ₀ that the distance moved suggests. One factorisation, as the cold start
-//! has. Where this does not pay, the solve starts again from cold.
+//! The old point, on the new data, is moved to the central path at a barrier parameter μ₁ from its residuals
+//! ([`Stage::CenterStart`]). One Newton step from there meets the new equations ([`Stage::NewtonStart`]), perhaps
+//! outside the cones. The result is moved to the central path again, at μ₀ from the distance moved. One factorisation,
+//! as in the cold start. A rejected start is followed by a cold one.
 
 use crate::error::{fit, Error};
 use crate::kernels::central_pair::central_pair;
@@ -111,9 +110,8 @@ fn center<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
     w.homogenizer.copy_from_slice(&[T::one(), mu, T::zero()]);
 }
 
-/// Take the step, and move onto the central path: at μ₁, or, where that move goes far, at a height that its
-/// square suggests. κ is at most τ, as more would be a lean towards infeasibility, unless that height is too much: then it
-/// says so.
+/// Take the step, and move onto the central path: at μ₁, or, where that move is long, at a μ from its square. κ is at
+/// most τ, as more would lean towards infeasibility, unless μ is too large: then κ says so.
 ///
 /// s − z stays, so s and z move equally far, and moving twice is moving once.
 #[inline(always)]
@@ -136,7 +134,7 @@ fn newton<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
         *slack = *slack - delta;
     }
     let mu = w.homogenizer[1];
-    // What the move costs in feasibility, and the height at which residuals of this size belong.
+    // What the move costs in feasibility, and the barrier parameter that belongs to residuals of this size.
     let moved = &mut w.scratch[..m];
     moved.copy_from_slice(&w.slack);
     central_pair(cones, mu, &mut w.slack, &mut w.point[rows..]);

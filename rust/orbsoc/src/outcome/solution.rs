@@ -134,26 +134,21 @@ pub struct Solution {
 impl Solution {
     /// Of a problem whose batch was stopped before its turn came.
     pub(crate) fn not_begun(problem: &Problem) -> Self {
-        let unknown = f64::NAN;
-        let [x, y, z, s] = [problem.n(), problem.p(), problem.m(), problem.m()].map(|len| vec![unknown; len]);
+        let no = f64::NAN;
+        let [x, y, z, s] = [problem.n(), problem.p(), problem.m(), problem.m()].map(|len| vec![no; len]);
         Self {
             status: Status::Interrupted,
             x,
             y,
             z,
             s,
-            objective: unknown,
-            dual_objective: unknown,
+            objective: no,
+            dual_objective: no,
             iterations: 0,
             warm_start: WarmStart::None,
             refinements: 0,
             attempts: 0,
-            certificate: Certificate {
-                primal_residual: unknown,
-                dual_residual: unknown,
-                gap: unknown,
-                radius: unknown,
-            },
+            certificate: Certificate { primal_residual: no, dual_residual: no, gap: no, radius: no },
             message: "stopped before this problem began".into(),
         }
     }

@@ -8,7 +8,7 @@ pub(crate) trait Outlined {
     fn run(self);
 }
 
-/// Do what a kernel does rarely apart from it, for the same instruction set: loops of one function share its registers.
+/// Run `work` as a function of its own, for the same instruction set: loops of one function share its registers.
 #[inline(always)]
 pub(crate) fn outline<T: Real>(work: impl Outlined) {
     T::vectorize(Dispatched(work));

@@ -21,10 +21,9 @@ pub trait Real:
     /// Outcome of a comparison.
     type Mask: Copy;
 
-    /// Rows and columns of the tiles that kernels keep at hand: four where they fit, else two. It changes
-    /// no bit.
+    /// Columns of a register tile: four where they fit, else two. It changes no bit.
     const TILE_COLS: usize;
-    /// Whether eight rows fit, too.
+    /// Rows of its tallest tile.
     const TILE_ROWS: usize = Self::TILE_COLS;
     /// Register blocking over two right-hand sides: two dots share the loads of a common vector. It changes no
     /// bit.

@@ -1,11 +1,11 @@
-//! Runs of columns that lie side by side and are worked on together, though none is the parent of the one before it.
+//! Node amalgamation: adjacent runs of columns share a panel, though none is the parent of the one before it.
 
 use crate::symbolic::indices::index;
 use crate::symbolic::supernodes::{Kind, Panels, Run, MAX_LEAF_ROWS, MAX_SCATTERED_ROWS};
 use core::ops::Range;
 use std::borrow::Cow;
 
-/// Single siblings with the same rows, at most: recorded streams and schedules' tables follow from it.
+/// Most single twins in a panel: recorded streams and schedules' tables follow from it.
 const MAX_TWINS: usize = 16;
 
 /// From this number on, twins stay together and are no leaves.
@@ -20,7 +20,7 @@ const MAX_MERGED_COLUMNS: usize = 32;
 /// … and rows of each, at least: others make leaves, or simplicial columns.
 const MIN_MERGED_ROWS: usize = 5;
 
-/// Gather what lies side by side; `rows_of` are a column's rows.
+/// Merge adjacent runs; `rows_of` are a column's rows.
 pub(crate) fn amalgamated<'a>(
     mut runs: Vec<Run<'a>>,
     panels: Panels,
@@ -40,7 +40,7 @@ pub(crate) fn amalgamated<'a>(
     runs
 }
 
-/// Chains of equal width that do not contain one another, and the rows that any of them has.
+/// Independent supernodes of equal width, and the union of their rows.
 struct MergedSupernode<'a> {
     /// The runs that they are.
     runs: Range<usize>,
@@ -119,7 +119,7 @@ fn union(a: &[u32], b: &[u32]) -> Vec<u32> {
     all
 }
 
-/// Chains whose rows are much the same share a panel: each entry where they contribute is then met for once.
+/// Sibling merge: supernodes of similar structure share a panel, so that each target entry is updated once.
 fn amalgamate<'a>(runs: &mut Vec<Run<'a>>, times: usize, rows_of: impl Fn(usize) -> &'a [u32]) {
     let mut found: Vec<MergedSupernode> = Vec::new();
     let mut open: Option<MergedSupernode> = None;
@@ -164,7 +164,7 @@ fn leaves(before: &Run, next: &Run) -> Option<Kind> {
     (rows_of_each_leaf(before) == Some(rows) && independent).then_some(Kind::Leaves)
 }
 
-/// Rows below each column, where they may be leaves: few, and not better kept as siblings.
+/// Rows below each column, where they may be leaves: few, and not better kept as twins.
 fn rows_of_each_leaf(run: &Run) -> Option<usize> {
     let rows = match run.kind {
         Kind::Leaves => run.rows.len() / run.width,

@@ -10,7 +10,7 @@ use crate::symbolic::upper::Upper;
 use core::ops::Range;
 
 /// A run of columns of L, stored as a dense `leading_dim × width` panel, column-major. Each column begins with the rows of its
-/// own chain, those above the diagonal unused; in siblings of one column each, and leaves, that is the diagonal alone.
+/// diagonal block, the entries above the diagonal unused; of single columns that is the diagonal alone.
 /// Simplicial columns follow one another, each as long as it is.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Supernode {
@@ -18,7 +18,7 @@ pub(crate) struct Supernode {
     /// First column.
     pub first: usize,
     pub width: usize,
-    /// Columns of each of its chains, and rows of the panel that are theirs.
+    /// Size of its diagonal blocks.
     pub diagonal_size: usize,
     /// Leading dimension: rows of the panel; of simplicial columns, of the longest.
     pub leading_dim: usize,
@@ -52,7 +52,7 @@ impl Supernode {
             || (self.width <= 4 && self.leading_dim - self.diagonal_size <= MAX_SCATTERED_ROWS)
     }
 
-    /// The chain that a column is in.
+    /// Columns of the diagonal block that a column is in.
     fn diagonal_block_of(&self, column: usize) -> Range<usize> {
         let first = match self.diagonal_size {
             1 => column,

@@ -1,5 +1,5 @@
-//! The fill-reducing order: AMD through faer, then rearranged along the elimination tree, which changes
-//! neither fill nor operations, so that the numeric kernels find columns of a kind side by side.
+//! Fill-reducing ordering: AMD, then a leaf-first postorder of the elimination tree. It changes neither fill nor
+//! operations, and brings columns of one kind side by side for the numeric kernels.
 
 use crate::error::Error;
 use crate::symbolic::etree::elimination_tree;
@@ -10,14 +10,13 @@ use core::ops::Range;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::amd;
 
-/// A group of fewer columns is not worth a place of its own.
-const GROUP: usize = 4;
-/// How often columns whose children all went to the front may follow them.
+/// Smaller groups stay in postorder.
+const MIN_GROUP: usize = 4;
+/// Rounds in which columns may follow their children to the front.
 const ROUNDS: usize = 3;
 
-/// Fill-reducing permutation: `order[new] = old`. Children come before parents. To the front go columns
-/// that only depend on columns there, and of which there are many of a kind (leaves with equally few rows,
-/// siblings with the same rows); the others follow in postorder.
+/// Fill-reducing permutation: `order[new] = old`, children before parents. Groups of leaves with equally few rows, and
+/// of columns with the same rows, come first; the others follow in postorder.
 pub(crate) fn fill_reducing_order(upper: &Upper) -> Result<Vec<u32>, Error> {
     let dim = upper.dim();
     let (mut order, mut inverse) = (vec![0; dim], vec![0; dim]);
@@ -25,7 +24,7 @@ pub(crate) fn fill_reducing_order(upper: &Upper) -> Result<Vec<u32>, Error> {
     amd::order(&mut order, &mut inverse, upper.faer(), amd::Control::default(), MemStack::new(&mut memory))
         .map_err(|e| Error::Symbolic(format!("{e:?}")))?;
     let mut forest = EliminationForest::new(&upper.permuted(&order).0);
-    let front = forest.groups();
+    let front = forest.group_leaves();
     let rest = forest.postorder(&front);
     Ok(front.into_iter().chain(rest).map(|k| order[k as usize]).collect())
 }
@@ -83,7 +82,7 @@ impl EliminationForest {
     }
 
     /// Columns for the front, group after group.
-    fn groups(&mut self) -> Vec<u32> {
+    fn group_leaves(&mut self) -> Vec<u32> {
         let mut front = Vec::new();
         let mut taken = vec![false; self.parent.len()];
         let mut ready: Vec<u32> = self.columns().filter(|&j| self.children(j).is_empty()).collect();
@@ -103,7 +102,7 @@ impl EliminationForest {
             };
             ready.sort_by_key(|&j| (self.below(j).len(), self.below(j)));
             let begin = front.len();
-            for group in ready.chunk_by(|a, b| kind(a) == kind(b)).filter(|group| group.len() >= GROUP) {
+            for group in ready.chunk_by(|a, b| kind(a) == kind(b)).filter(|group| group.len() >= MIN_GROUP) {
                 front.extend_from_slice(group);
             }
             front[begin..].iter().for_each(|&j| taken[j as usize] = true);
@@ -115,7 +114,7 @@ impl EliminationForest {
         front
     }
 
-    /// The other columns, children before parents, each subtree contiguous; of siblings, leaves come first,
+    /// The other columns, children before parents, each subtree contiguous; among children, leaves come first,
     /// and those with the same rows side by side.
     fn postorder(&self, front: &[u32]) -> Vec<u32> {
         let mut taken = vec![false; self.parent.len()];

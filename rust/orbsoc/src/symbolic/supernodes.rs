@@ -1,4 +1,4 @@
-//! Runs of columns of L that are worked on together.
+//! Supernodes: runs of columns of L that share a panel.
 
 use std::borrow::Cow;
 
@@ -8,21 +8,21 @@ pub(crate) const MAX_LEAF_ROWS: usize = 4;
 /// Columns with more rows than this are not simplicial, and have no scatter indices entry by entry.
 pub(crate) const MAX_SCATTERED_ROWS: usize = 24;
 
-/// Fewer columns than this are siblings, even if they are given: sums over them would be short.
+/// Fewer columns than this are twins, not condensed: sums over them would be short.
 const MIN_CONDENSED: usize = 32;
 
 /// What the columns of a supernode are to one another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// Each contains the next, and they share the rows below.
+    /// A fundamental or relaxed supernode: each column's structure contains the next one's.
     Supernode,
-    /// Chains of equally many columns, or single ones, that do not contain one another and share the rows below.
+    /// Independent columns, or supernodes of equal width, with identical structure below.
     IndependentTwins,
     /// Twins that depend on no column either, eliminated as a Schur complement: L·D has the matrix's own entries there.
     Condensed,
-    /// They do not contain one another, and each has rows of its own, few and equally many.
+    /// Leaves of the elimination tree, batched: independent columns of equally few rows.
     Leaves,
-    /// Each has rows of its own, as many as it may be, and may contain those after it.
+    /// Simplicial: column by column, each with its own structure, perhaps depending on the ones before.
     Simplicial,
 }
 
@@ -42,7 +42,7 @@ pub(crate) struct Run<'a> {
     pub kind: Kind,
     pub first: usize,
     pub width: usize,
-    /// Columns of each of its supernodes: all of a chain's own, else one but for siblings.
+    /// Size of its diagonal blocks: the width of a supernode, one of single columns.
     pub diagonal_size: usize,
     /// Row structure below its own columns; of leaves and simplicial columns, one column's after the other's.
     pub rows: Cow<'a, [u32]>,
@@ -106,7 +106,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Chains, and given columns, gathered from left to right: a new column may take in the runs before it that it ends.
+/// Supernodes and condensed columns, from left to right: a column may absorb the runs before it whose parent it is.
 /// `rows_of` are a column's rows.
 pub(crate) fn supernodes<'a>(
     columns: usize,
@@ -135,7 +135,7 @@ pub(crate) fn supernodes<'a>(
 }
 
 /// Columns that depend on no other, with the same rows as those beside them: many of them, and too many rows
-/// for leaves. Whatever the panels are, as sums over them have another order than those over siblings.
+/// for leaves. Whatever the panels are, as sums over them have another order than those over twins.
 fn condensed_columns<'a>(columns: usize, rows_of: impl Fn(usize) -> &'a [u32]) -> Vec<bool> {
     let (mut depends, mut condensed) = (vec![false; columns], vec![false; columns]);
     for j in 0..columns {

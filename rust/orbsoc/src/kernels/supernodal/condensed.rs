@@ -1,6 +1,5 @@
-//! Columns that nothing is subtracted from and that share their rows: what L·D has below their diagonal is the
-//! matrix itself, so no entry of L is stored, and the rows' entries are adjacent. Elimination of them is the sum
-//! K₁D⁻¹K₁ᵀ of a condensed form, and every loop is over whole rows.
+//! Condensed blocks: the Schur complement K₁D⁻¹K₁ᵀ of independent columns with a diagonal block and the same rows.
+//! L·D is the matrix itself there, so no entry of L is stored, and every loop is over whole rows.
 
 use super::pivots::{regularized, Regularization};
 use crate::kernels::reduce::dot_of;

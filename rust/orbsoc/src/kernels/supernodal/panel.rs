@@ -10,7 +10,7 @@ use crate::real::Real;
 pub struct Panel<'a, T> {
     pub l: &'a [T],
     pub leading_dim: usize,
-    /// Rows of its own columns: one, or those of each of its chains.
+    /// Size of its diagonal blocks.
     pub diagonal_size: usize,
     /// Rows of the matrix below them, counted from the first of these columns' successors …
     pub rows: &'a [u32],
@@ -39,7 +39,7 @@ pub(super) fn subtract<T: Real, const R: usize>(entry: &mut [T; R], l: T, by: [T
     }
 }
 
-/// `x ← L⁻¹x` for this panel's share: its own unknowns, then what they contribute to the rows below.
+/// `x ← L⁻¹x` for this panel: its own unknowns, then what they contribute to the rows below.
 #[inline(always)]
 pub fn forward<T: Real, const R: usize>(panel: Panel<T>, known: &mut [[T; R]], trailing: &mut [[T; R]]) {
     if panel.leaves {
@@ -66,7 +66,7 @@ pub fn forward<T: Real, const R: usize>(panel: Panel<T>, known: &mut [[T; R]], t
     }
 }
 
-/// The unknowns of a chain.
+/// The unknowns of a diagonal block.
 #[inline(always)]
 fn forward_own<T: Real, const R: usize>(panel: Panel<T>, known: &mut [[T; R]]) {
     for c in 1..known.len() {
@@ -77,7 +77,7 @@ fn forward_own<T: Real, const R: usize>(panel: Panel<T>, known: &mut [[T; R]]) {
     }
 }
 
-/// A chain of `W` columns.
+/// A supernode of `W` columns.
 #[inline(always)]
 fn forward_narrow<T: Real, const R: usize, const W: usize>(
     panel: Panel<T>,
@@ -218,7 +218,7 @@ pub fn backward<T: Real, const R: usize>(
     }
 }
 
-/// One chain, or single siblings, from the unknowns `below`.
+/// One supernode, or single twins, from the unknowns `below`.
 #[inline(always)]
 fn backward_supernode<T: Real, const R: usize>(panel: Panel<T>, below: &[[T; R]], unknown: &mut [[T; R]]) {
     let mut k = unknown.len();
@@ -234,7 +234,7 @@ fn backward_supernode<T: Real, const R: usize>(panel: Panel<T>, below: &[[T; R]]
     }
 }
 
-/// A chain of `W` columns, or one.
+/// A supernode of `W` columns, or one column.
 #[inline(always)]
 fn backward_narrow<T: Real, const R: usize, const W: usize>(
     panel: Panel<T>,

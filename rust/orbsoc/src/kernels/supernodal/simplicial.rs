@@ -1,7 +1,6 @@
-//! Columns one after the other, each with rows of its own, as many as it may be; one may depend on those before it. Where
-//! columns are short, what a supernode costs by itself is more than its arithmetic.
+//! Simplicial columns: one after the other, each with its own rows. Short columns cost less so than as supernodes.
 //!
-//! Each loop is a function of its own, so that those of other supernodes keep their registers.
+//! Each loop is outlined, so that those of other supernodes keep their registers.
 
 use super::panel::subtract;
 use super::pivots::{divide, regularized, Regularization};

@@ -1,6 +1,5 @@
-//! Outer products of finished columns, subtracted from where they land. Tiles of a few rows and
-//! columns stay in registers while the columns go by, so each entry of them serves several products;
-//! subtractions into any one accumulator keep their ascending order.
+//! The update of the trailing matrix by finished columns: register-tiled outer products. Subtractions into any one
+//! entry keep their ascending order.
 
 #![allow(clippy::needless_range_loop)] // constant ranges over arrays unroll; iterators over them do not always
 
@@ -16,7 +15,7 @@ pub struct Columns<'a, T> {
     pub leading_dim: usize,
 }
 
-/// Where products of the columns' rows go: the position of (row, column) is the sum of what either says.
+/// Scatter target of an update: the position of (row, column) is the sum of what either gives.
 pub trait ScatterTarget {
     /// Entries of adjacent rows are adjacent.
     const DENSE: bool;
@@ -24,7 +23,7 @@ pub trait ScatterTarget {
     fn column(&self, column: usize) -> usize;
 }
 
-/// SamePanel the panel itself: trailing columns of the same leading_dim.
+/// Within the panel itself: later columns of the same leading dimension.
 pub struct SamePanel {
     pub leading_dim: usize,
     /// The first column that is landed on.
