@@ -143,19 +143,26 @@ def rust_package_of(path: Path) -> str:
     return path.relative_to(CRATE).with_suffix("").parts[0]
 
 
+def expanded(tree: str) -> list[str]:
+    """The paths of a use tree: `a::{b::C, d::{E, F}}` gives three."""
+    head, brace, inner = tree.partition("{")
+    parts = re.split(r",(?![^{]*\})", inner.removesuffix("}")) if brace else []
+    return [head + path for part in parts if part for path in expanded(part)] or [tree]
+
+
 def used_by(source: str, path: Path) -> set[str]:
     """What a Rust file names by `crate::…` and `super::…`, as package::file::item from the crate's root."""
     here = path.relative_to(CRATE).with_suffix("").parts
     here = here[:-1] if here[-1] in ("mod", "lib") else here
-    found = {"::".join((*here, child)) for child in re.findall(r"\bmod (\w+);", code_of(source))}
-    for start, supers, tail in re.findall(
-        r"\b(crate|super)((?:::super)*)::(\{[^;]*?\}\s*;|\w+(?:::(?:\w+|\{[^}]*\}))*)", code_of(source)
-    ):
-        up = 1 + supers.count("super")
-        base = () if start == "crate" else here[: len(here) - up]
-        items = re.sub(r"\s", "", tail).strip("{};")
-        parts = re.split(r",(?![^{]*\})", items) if tail.startswith("{") else [items]
-        found |= {"::".join((*base, re.sub(r"::\{.*", "", part))) for part in parts if part}
+    code = code_of(source)
+    found = {"::".join((*here, child)) for child in re.findall(r"\bmod (\w+);", code)}
+    use = r"\buse\s+((?:crate|super)\b[^;]*);"
+    trees = [re.sub(r"\s", "", tree) for tree in re.findall(use, code)]
+    paths = re.findall(r"\b(?:crate|super)(?:::\w+)+", re.sub(use, "", code))
+    for name in (*paths, *(path for tree in trees for path in expanded(tree))):
+        parts = name.removesuffix("::self").split("::")
+        up = parts.count("super")
+        found.add("::".join((*(here[: len(here) - up] if up else ()), *parts[max(up, 1) :])))
     return found
 
 
@@ -207,10 +214,15 @@ def test_kernels_use_no_crate_that_computes_for_them(path: Path) -> None:
         (
             "use crate::{method::engine::Engine, real::{Mask, Real}, error};",
             "kernels/ps.rs",
-            {"method::engine::Engine", "real", "error"},
+            {"method::engine::Engine", "real::Mask", "real::Real", "error"},
         ),
         ("fn f(x: &crate::method::workspace::Buffer) {}", "kernels/ps.rs", {"method::workspace::Buffer"}),
-        ("use super::reduce::{dot, norm2};", "kernels/ps.rs", {"kernels::reduce"}),
+        (
+            "use super::reduce::{dot, norm2};",
+            "kernels/ps.rs",
+            {"kernels::reduce::dot", "kernels::reduce::norm2"},
+        ),
+        ("use super::reduce::{self};", "kernels/ps.rs", {"kernels::reduce"}),
         ("use super::super::reduce;", "kernels/supernodal/panel.rs", {"kernels::reduce"}),
         ("mod lanes;\npub use lanes::Lanes;", "real/mod.rs", {"real::lanes"}),
         ("// use crate::method\n/* crate::kkt */\n#[cfg(test)]\nuse crate::method;", "kernels/ps.rs", set()),

@@ -3,10 +3,8 @@
 use crate::error::Error;
 use crate::kkt::structure::Structure;
 use crate::method::control::{keep_best, Control};
-use crate::method::datapath::Datapath;
 use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION};
-use crate::method::warm_start::Start;
-use crate::method::workspace::Buffer;
+use crate::method::{datapath::Datapath, warm_start::Start, workspace::Buffer};
 use crate::outcome::solution::{better_of, Solution};
 use crate::problem::{Problem, Settings};
 use crate::real::Decide;

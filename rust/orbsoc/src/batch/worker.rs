@@ -3,9 +3,8 @@
 use crate::batch::slots::{LaneSlots, Slot, Watch};
 use crate::error::Error;
 use crate::kkt::structure::Structure;
-use crate::method::restart::Attempt;
 use crate::method::stage::{STARTUP, WARM_STARTUP};
-use crate::method::warm_start::Start;
+use crate::method::{restart::Attempt, warm_start::Start};
 use crate::outcome::solution::{Solution, WarmStart};
 use crate::problem::{Problem, Settings};
 use crate::real::Decide;

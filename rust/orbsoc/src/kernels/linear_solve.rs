@@ -8,10 +8,8 @@ use super::supernodal::panel::{self, Panel};
 use super::supernodal::simplicial::{self, Simplicial};
 use crate::kkt::assembly::Kkt;
 use crate::real::{outline, Real};
-use crate::symbolic::column_blocks::Uniformity;
 use crate::symbolic::factor_layout::{Supernode, Symbolic};
-use crate::symbolic::full_rows::Rows;
-use crate::symbolic::supernodes::Kind;
+use crate::symbolic::{column_blocks::Uniformity, full_rows::Rows, supernodes::Kind};
 
 /// `x ← (LDLᵀ)⁻¹ x`, everything in permuted order; `values` are the matrix's. With `divide_late`, each
 /// panel divides by D when its entries are in cache; it is the same division.

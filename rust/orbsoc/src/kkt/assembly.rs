@@ -11,12 +11,8 @@ use crate::error::Error;
 use crate::problem::cones::{ConeLayout, Soc};
 use crate::problem::Csc;
 use crate::symbolic::column_blocks::{column_blocks, ColumnBlock};
-use crate::symbolic::factor_layout::Symbolic;
-use crate::symbolic::full_rows::Rows;
-use crate::symbolic::indices::index;
-use crate::symbolic::ordering::fill_reducing_order;
-use crate::symbolic::supernodes::Panels;
-use crate::symbolic::upper::Upper;
+use crate::symbolic::{factor_layout::Symbolic, full_rows::Rows, indices::index};
+use crate::symbolic::{ordering::fill_reducing_order, supernodes::Panels, upper::Upper};
 
 /// More entries overflow the 32-bit sums of the fill-reducing order, which works in 2.4 times as many entries.
 const MOST_ENTRIES: usize = 1 << 29;

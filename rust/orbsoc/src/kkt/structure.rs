@@ -6,8 +6,7 @@ use crate::problem::cones::{ConeLayout, Soc};
 use crate::problem::problem::{Problem, Reduced};
 use crate::problem::Csc;
 use crate::symbolic::column_blocks::{column_blocks, ColumnBlock};
-use crate::symbolic::indices::index;
-use crate::symbolic::supernodes::Panels;
+use crate::symbolic::{indices::index, supernodes::Panels};
 
 /// Positions of a sparse matrix's entries, column by column.
 #[derive(Clone, Debug)]

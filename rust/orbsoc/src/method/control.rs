@@ -2,10 +2,9 @@
 //! a stage computed and copy buffers; they do no arithmetic on iterates.
 
 use crate::kernels::layout::stat;
-use crate::method::refinement::Accuracy;
 use crate::method::restart::{self, Attempt, Restart};
 use crate::method::stage::{Outcome, Stage};
-use crate::method::workspace::Workspace;
+use crate::method::{refinement::Accuracy, workspace::Workspace};
 use crate::outcome::solution::{Status, WarmStart};
 use crate::outcome::verification::Stop;
 use crate::problem::Settings;

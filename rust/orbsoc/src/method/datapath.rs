@@ -4,12 +4,8 @@
 use crate::error::Error;
 use crate::kernels::layout::parameter;
 use crate::kkt::structure::Structure;
-use crate::method::control::Control;
-use crate::method::dispatch::execute;
-use crate::method::restart::Attempt;
-use crate::method::stage::Stage;
-use crate::method::warm_start::Start;
 use crate::method::workspace::{Buffer, Workspace};
+use crate::method::{control::Control, dispatch::execute, restart::Attempt, stage::Stage, warm_start::Start};
 use crate::outcome::verification::{FinishedAttempt, Stop};
 use crate::problem::{Problem, Settings};
 use crate::real::{Decide, Real};

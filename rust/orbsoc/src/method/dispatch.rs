@@ -2,16 +2,12 @@
 //! Arithmetic only; decisions are in `control.rs`.
 
 use crate::kernels::layout::{centering, parameter, regularization, stat};
-use crate::kernels::ps;
-use crate::kernels::reduce::max_abs;
-use crate::kernels::supernodal::pivots::Regularization;
 use crate::kernels::{
     cone_ops, factorization, line_search, linear_solve, matrix_scaling, matrix_update, right_hand_sides,
 };
+use crate::kernels::{ps, reduce::max_abs, supernodal::pivots::Regularization};
 use crate::kkt::structure::Structure;
-use crate::method::stage::Stage;
-use crate::method::warm_start;
-use crate::method::workspace::Workspace;
+use crate::method::{stage::Stage, warm_start, workspace::Workspace};
 use crate::problem::Settings;
 use crate::real::Real;
 

@@ -1,10 +1,8 @@
 //! One solve in two precisions: chosen modules in a narrow arithmetic, everything else in binary64.
 
 use crate::error::Error;
-use crate::method::datapath::Datapath;
-use crate::method::engine::Engine;
 use crate::method::stage::{Module, Outcome, Stage};
-use crate::method::workspace::Workspace;
+use crate::method::{datapath::Datapath, engine::Engine, workspace::Workspace};
 use crate::problem::{Problem, Settings};
 use crate::real::{Decide, Reduced};
 use std::sync::Arc;

@@ -5,13 +5,11 @@
 
 use crate::error::Error;
 use crate::kkt::structure::Structure;
-use crate::method::datapath::Datapath;
 use crate::method::stage::{Module, Stage};
-use crate::method::workspace::Buffer;
+use crate::method::{datapath::Datapath, workspace::Buffer};
 use crate::problem::{Problem, Settings};
 use crate::real::{record, Opcode, Operation, Real, Taped, Value};
-use crate::symbolic::indices::index;
-use crate::symbolic::supernodes::Panels;
+use crate::symbolic::{indices::index, supernodes::Panels};
 use std::collections::HashMap;
 use std::sync::Arc;
 

@@ -6,14 +6,10 @@
 //! as in the cold start. A rejected start is followed by a cold one.
 
 use crate::error::{fit, Error};
-use crate::kernels::central_pair::central_pair;
-use crate::kernels::layout::parameter;
-use crate::kernels::reduce::max_abs;
+use crate::kernels::{central_pair::central_pair, layout::parameter, reduce::max_abs};
 use crate::kernels::{cone_ops, right_hand_sides};
 use crate::kkt::structure::Structure;
-use crate::method::control::WARM_STEP_MU_MAX;
-use crate::method::stage::Stage;
-use crate::method::workspace::Workspace;
+use crate::method::{control::WARM_STEP_MU_MAX, stage::Stage, workspace::Workspace};
 use crate::outcome::solution::Solution;
 use crate::problem::Problem;
 use crate::real::Real;

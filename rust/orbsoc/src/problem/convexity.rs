@@ -5,10 +5,8 @@
 
 use crate::error::Error;
 use crate::problem::csc::Csc;
-use crate::symbolic::etree::has_cholesky_factor;
-use crate::symbolic::indices::index;
-use crate::symbolic::ordering::fill_reducing_order;
 use crate::symbolic::upper::Upper;
+use crate::symbolic::{etree::has_cholesky_factor, indices::index, ordering::fill_reducing_order};
 use nalgebra::{Cholesky, DMatrix};
 
 /// Negative curvature below this fraction of the diagonal passes: rounding in P = MᵀM can produce it.

@@ -1,9 +1,8 @@
 //! The problem in standard form, as the user states it.
 
 use crate::error::{fit, Error};
-use crate::problem::cones::Cones;
-use crate::problem::convexity::check_upper;
 use crate::problem::csc::{finite, Csc};
+use crate::problem::{cones::Cones, convexity::check_upper};
 
 /// min ½xᵀPx + cᵀx  s.t.  Ax = b,  Gx + s = h,  s ∈ K.
 ///

@@ -2,11 +2,8 @@
 //! that the numeric kernels only follow them.
 
 use crate::error::Error;
-use crate::symbolic::amalgamation::amalgamated;
-use crate::symbolic::etree::columns_of_l;
-use crate::symbolic::indices::index;
 use crate::symbolic::supernodes::{supernodes, Kind, Panels, MAX_SCATTERED_ROWS};
-use crate::symbolic::upper::Upper;
+use crate::symbolic::{amalgamation::amalgamated, etree::columns_of_l, indices::index, upper::Upper};
 use core::ops::Range;
 
 /// A run of columns of L, stored as a dense `leading_dim × width` panel, column-major. Each column begins with the rows of its

@@ -2,10 +2,8 @@
 //! operations, and brings columns of one kind side by side for the numeric kernels.
 
 use crate::error::Error;
-use crate::symbolic::etree::elimination_tree;
 use crate::symbolic::indices::{begins, index, ordered};
-use crate::symbolic::supernodes::MAX_LEAF_ROWS;
-use crate::symbolic::upper::Upper;
+use crate::symbolic::{etree::elimination_tree, supernodes::MAX_LEAF_ROWS, upper::Upper};
 use core::ops::Range;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::amd;

@@ -3,8 +3,7 @@
 
 #![allow(clippy::needless_range_loop)] // constant ranges over arrays unroll; iterators over them do not always
 
-use crate::real::tiles::Factors;
-use crate::real::Real;
+use crate::real::{tiles::Factors, Real};
 
 /// Finished columns as factorisation keeps them: `l`, and the same before the division by the pivot.
 #[derive(Clone, Copy)]
