@@ -15,7 +15,6 @@ pub struct BatchProgress {
     pub count: usize,
 }
 
-/// Where threads fetch problems and submit solutions.
 pub(crate) struct BatchQueue {
     next: AtomicUsize,
     ended: AtomicUsize,

@@ -55,7 +55,6 @@ impl<T: Decide> LaneSlots<T> {
         })
     }
 
-    /// Empty slots for the same pattern.
     pub fn another(&self) -> Result<Self, Error> {
         Self::new(&self.path.structure, &self.path.settings)
     }
@@ -64,12 +63,10 @@ impl<T: Decide> LaneSlots<T> {
         &self.path.settings
     }
 
-    /// Problems whose attempt goes on.
     pub fn busy(&self) -> usize {
         self.lanes.iter().flatten().filter(|slot| slot.busy()).count()
     }
 
-    /// Evict all problems.
     pub fn clear(&mut self) {
         self.lanes.fill_with(|| None);
     }
@@ -107,16 +104,14 @@ impl<T: Decide> LaneSlots<T> {
 
     /// Run a start-up list, and the first statistics.
     pub fn begin(&mut self, startup: &[Step]) {
-        let Some((statistics, _)) = ITERATION.split_first() else { return };
         self.follow(startup);
-        self.follow(&[*statistics]);
+        self.follow(&ITERATION[..1]);
     }
 
     /// One iteration, from one statistics to the next.
     fn iterate(&mut self) {
-        let Some((statistics, rest)) = ITERATION.split_first() else { return };
-        self.follow(rest);
-        self.follow(&[*statistics]);
+        self.follow(&ITERATION[1..]);
+        self.follow(&ITERATION[..1]);
     }
 
     /// Iterate until at most `at_most` attempts go on, which are then suspended. All end soon after `watch` says so.

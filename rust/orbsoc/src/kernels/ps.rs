@@ -66,7 +66,7 @@ pub(crate) fn statistics<T: Real>(
         *sum = *sum + slack;
     }
     let ray_cone = sum_abs_weighted(scale_z, gx);
-    let farkas = sum_abs_weighted(scale_x, aty);
+    let farkas_residual = sum_abs_weighted(scale_x, aty);
 
     let (residual_x, residual_rows) = residual.split_at_mut(n);
     for (((out, &px), &dual), &c) in residual_x.iter_mut().zip(cost_product.iter()).zip(aty.iter()).zip(c) {
@@ -118,9 +118,9 @@ pub(crate) fn statistics<T: Real>(
     stats[stat::OBJECTIVE] = objective;
     stats[stat::DUAL_OBJECTIVE] = dual_objective;
     stats[stat::MU] = mu;
-    stats[stat::PRIMAL_RADIUS] = radius(support, farkas, norm_b.max(norm_h));
-    let ray = (ray_rows + ray_cone).add_mul(ray_cost, gamma_inv);
-    stats[stat::DUAL_RADIUS] = radius(cost * gamma_inv, ray, norm_c);
+    stats[stat::PRIMAL_RADIUS] = radius(support, farkas_residual, norm_b.max(norm_h));
+    let dual_residual = (ray_rows + ray_cone).add_mul(ray_cost, gamma_inv);
+    stats[stat::DUAL_RADIUS] = radius(cost * gamma_inv, dual_residual, norm_c);
     stats[stat::NON_FINITE] =
         non_finite_flag(at.point) + (non_finite_flag(at.slack) + non_finite_flag(at.homogenizer));
 }
@@ -225,7 +225,7 @@ pub(crate) fn cone_product<T: Real>(
 /// to it, and of no less than the floor, once divided by τ.
 ///
 /// An error e also moves dτ by up to ‖(x, y, z)‖ e over the complementarity sᵀz + τκ. Where the point is more than a thousand
-/// times as large as τ, on the way to a solution (κ below τ/1000), it may take no more than the same share of that.
+/// times as large as τ, on the way to a solution (κ below τ/1000), it may take no more than the same fraction of that.
 #[inline(always)]
 pub(crate) fn refinement_tolerance<T: Real>(
     residual: &[T],
@@ -234,12 +234,12 @@ pub(crate) fn refinement_tolerance<T: Real>(
     homogenizer: &[T],
     parameters: &[T],
 ) -> T {
-    let share = parameters[parameter::REFINEMENT_SHARE];
+    let fraction = parameters[parameter::REFINEMENT_SHARE];
     let (tau, kappa) = (homogenizer[0], homogenizer[1]);
-    let tolerance = share * max_abs(residual).max(parameters[parameter::RESIDUAL_FLOOR] * tau);
+    let tolerance = fraction * max_abs(residual).max(parameters[parameter::RESIDUAL_FLOOR] * tau);
     let size = size_x.max(size_yz);
     let far = (T::constant(1e3) * tau.max(T::constant(1e3) * kappa)).lt(size);
-    T::select(far, tolerance.min(share * (complementarity / size)), tolerance)
+    T::select(far, tolerance.min(fraction * (complementarity / size)), tolerance)
 }
 
 /// How large x is, and (y, z).

@@ -134,9 +134,9 @@ fn matrix_scaling<T: Real>(structure: &Structure, settings: &Settings, w: &mut W
         (point, slack, tau[0]),
         w.unscaled_iterate.split_at_mut(unknowns),
     );
-    let (farkas, ray) = w.unscaled_certificates.split_at_mut(unknowns);
-    matrix_scaling::undo(structure, scales, (&w.primal_certificate, &[], one), (farkas, &mut []));
-    matrix_scaling::undo(structure, scales, (&w.dual_certificate[..unknowns], &[], one), (ray, &mut []));
+    let (primal, dual) = w.unscaled_certificates.split_at_mut(unknowns);
+    matrix_scaling::undo(structure, scales, (&w.primal_certificate, &[], one), (primal, &mut []));
+    matrix_scaling::undo(structure, scales, (&w.dual_certificate[..unknowns], &[], one), (dual, &mut []));
 }
 
 #[inline(always)]

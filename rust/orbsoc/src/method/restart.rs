@@ -1,9 +1,8 @@
 //! Restarts as data: which attempt follows one that ended without a settled outcome.
 //!
-//! The first row of [`RESTARTS`] that fits the attempt that ended decides; where none does, the solve ends with the
-//! better outcome of its attempts. [`crate::Settings::max_restarts`] limits their number. A cold attempt after a warm start
-//! that was given up is a restart like any other; a point that is no start (not finite, say) is not attempted, and costs
-//! none.
+//! The first row of [`RESTARTS`] that fits decides; where none fits, or `max_restarts` are made, the solve ends with the best
+//! outcome of its attempts. A cold attempt after a rejected warm start is a restart. A start that is not finite is not
+//! attempted, and counts as none.
 
 use crate::outcome::solution::Status;
 

@@ -154,7 +154,7 @@ buffers! {
     ConeDivision cone_division "quotient" = |s: &Structure| s.m;
     /// Largest step to the boundary.
     StepLength step_length "step_length" = |_: &Structure| 1;
-    /// Share of the way to the boundary that the step may take.
+    /// Fraction to the boundary.
     BoundaryFraction boundary_fraction "boundary_share" = |_: &Structure| 1;
     /// The step that was taken.
     StepTaken step_taken "step_taken" = |_: &Structure| 1;

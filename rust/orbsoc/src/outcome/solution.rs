@@ -10,7 +10,7 @@ pub enum Status {
     Solved,
     /// They meet the reduced tolerance only.
     SolvedInaccurate,
-    /// (y, z) is a Farkas certificate.
+    /// (y, z) is a certificate of primal infeasibility.
     PrimalInfeasible,
     /// x is a certificate: unbounded if feasible.
     DualInfeasible,
@@ -39,7 +39,6 @@ impl Status {
         }
     }
 
-    /// Whether it claims that there is no solution.
     pub(crate) fn is_infeasible(self) -> bool {
         matches!(self, Self::PrimalInfeasible | Self::DualInfeasible)
     }
@@ -83,7 +82,7 @@ pub struct Certificate {
     pub dual_residual: f64,
     /// |p − d| / (1 + min(|p|, |d|)).
     pub gap: f64,
-    /// Certified radius of an infeasibility claim; NaN otherwise.
+    /// Certified radius of an infeasibility certificate; NaN otherwise.
     pub radius: f64,
 }
 
@@ -160,8 +159,7 @@ pub(crate) fn better_of(earlier: Option<&Solution>, later: Solution, tol_inaccur
         return later;
     };
     let Solution { iterations, refinements, attempts, warm_start, .. } = later;
-    // Who stopped the solve is to see that it was stopped; a time limit takes nothing from what was reached before it, and
-    // nothing takes anything from a proof.
+    // An interrupted solve says so; a time limit takes nothing from an earlier outcome, and nothing from a certificate.
     let stopped = match later.status {
         Status::MaxTime => earlier.status == Status::NumericalLimit,
         status => status == Status::Interrupted && !earlier.status.is_infeasible(),
@@ -175,8 +173,8 @@ pub(crate) fn better_of(earlier: Option<&Solution>, later: Solution, tol_inaccur
 }
 
 /// Whether the `later` outcome is worth more than that of an `earlier` attempt, which stalled: inaccurate, at a numerical
-/// limit, or on a proof. One that is nearly solved is not infeasible, nor one that appears to be, at a point of which the
-/// proof says nothing.
+/// limit, or on a certificate. One that is nearly solved is not infeasible, nor one that appears to be, at a point that the
+/// certificate does not exclude.
 fn replaces(later: &Solution, earlier: &Solution, tol_inaccurate: f64) -> bool {
     let stands_against = |point: &Solution, proof: &Solution| {
         point.certificate.worst() <= tol_inaccurate
@@ -195,7 +193,7 @@ fn replaces(later: &Solution, earlier: &Solution, tol_inaccurate: f64) -> bool {
     }
 }
 
-/// Whether a point is so large that a proof of infeasibility with this radius says nothing of it.
+/// Whether a point is too large to be excluded by a certificate of infeasibility with this radius.
 pub(crate) fn norm_exceeds(status: Status, radius: f64, x: &[f64], y: &[f64], z: &[f64]) -> bool {
     let size = |v: &[f64]| v.iter().fold(0.0, |top: f64, v| top.max(v.abs()));
     let size = if status == Status::PrimalInfeasible { size(x) } else { size(y).max(size(z)) };

@@ -9,7 +9,7 @@ use crate::outcome::solution::{norm_exceeds, Certificate, Solution, Status, Warm
 use crate::problem::{Problem, Settings};
 use nalgebra::{DVector, DVectorView};
 
-/// A certified radius this many times the data's scale is claimed at the end of a solve.
+/// A certificate with at least this radius over the data's scale is accepted at the end of a solve.
 const RADIUS_CLAIMED: f64 = 50.0;
 
 /// Residuals of a point on the user's data.
@@ -137,23 +137,23 @@ fn residuals_of(problem: &Problem, at: &Point, tol: f64) -> Residuals {
     let half_curvature = 0.5 * sums.dot(x, px.as_slice());
     let objective = half_curvature + sums.dot(&problem.c, x);
     let dual_objective = -half_curvature - sums.dot(&problem.b, y) - sums.dot(h.as_slice(), z);
-    let share = probabilistic_bound(problem.n() + problem.p() + problem.m());
+    let roundoff_factor = probabilistic_bound(problem.n() + problem.p() + problem.m());
     let most_in_gap = sums.magnitude(x, px.as_slice())
         + sums.magnitude(&problem.c, x)
         + sums.magnitude(&problem.b, y)
         + sums.magnitude(h.as_slice(), z);
     let scale = 1.0 + objective.abs().min(dual_objective.abs());
     let difference = (objective - dual_objective).abs();
-    let gap = if share * most_in_gap <= 0.1 * tol * scale {
+    let gap = if roundoff_factor * most_in_gap <= 0.1 * tol * scale {
         difference / scale
     } else {
-        (difference + share * most_in_gap) / scale
+        (difference + roundoff_factor * most_in_gap) / scale
     };
 
     let [in_p, in_a, in_g] = [&problem.p, &problem.a, &problem.g].map(|matrix| norm(matrix.values()));
     let most_in_row = (in_a + in_g) * sums.size(x) + norm_b + norm_h + norm_s;
     let most_in_column = in_a * sums.size(y) + in_g * sums.size(z) + in_p * sums.size(x) + norm_c;
-    let negligible = |most: f64, scale: f64| share * most <= 0.1 * tol * (1.0 + scale);
+    let negligible = |most: f64, scale: f64| roundoff_factor * most <= 0.1 * tol * (1.0 + scale);
     let roundoff = if negligible(most_in_row, norm_b.max(norm_h)) && negligible(most_in_column, norm_c) {
         RoundoffBound::default()
     } else {
@@ -268,13 +268,11 @@ pub(crate) struct FinishedAttempt<'a> {
     pub stop: Stop,
     /// (x, y, z) and s of the best iterate.
     pub best: Vec<f64>,
-    /// Whether there was a finite iterate at all.
     pub any_iterate: bool,
     /// (x, y, z) with the largest radius of primal infeasibility, …
     pub primal: Option<Vec<f64>>,
     /// … and of dual infeasibility.
     pub dual: Option<Vec<f64>>,
-    /// Counts of the whole solve.
     pub iterations: u32,
     pub refinements: u32,
     pub attempts: u32,
@@ -298,7 +296,7 @@ impl FinishedAttempt<'_> {
         let by_certificate = matches!(stop, Stop::PrimalCertificate | Stop::DualCertificate);
         // A nearly solved problem is not infeasible, however far out its solution lies.
         if by_certificate || (stop == Stop::Stalled && !solved && !usable) {
-            // … and where its products hide what is missing, a point as large as the radius is not refuted by it.
+            // … and where its products hide what is missing, a point as large as the radius is not excluded by it.
             let apparent = (!by_certificate && ratio <= self.settings.tol_inaccurate).then_some(&best);
             if let Some(found) = self.infeasible(apparent) {
                 return self.accept(&found);

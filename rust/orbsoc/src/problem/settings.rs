@@ -22,11 +22,11 @@ pub struct Settings {
     pub dynamic_regularization: f64,
     /// Refinement stops at this error relative to the right-hand side, …
     pub refinement_tol: f64,
-    /// … or at this share of the residual that the step is to reduce.
+    /// … or at this fraction of the residual that the step is to reduce.
     pub refinement_share: f64,
     /// Most refinement steps per linear solve.
     pub refinement_max: u32,
-    /// Share of the step to the cone's boundary that is taken; it falls by up to 0.05 with the predictor's
+    /// Fraction of the step to the cone's boundary that is taken; it falls by up to 0.05 with the predictor's
     /// step, and rises near the end.
     pub step_fraction: f64,
     /// Passes of Ruiz equilibration.

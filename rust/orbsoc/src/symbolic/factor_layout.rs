@@ -12,7 +12,6 @@ use core::ops::Range;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Supernode {
     pub kind: Kind,
-    /// First column.
     pub first: usize,
     pub width: usize,
     /// Size of its diagonal blocks.

@@ -2,7 +2,6 @@
 
 use crate::symbolic::indices::{begins, ordered};
 
-/// An entry of a row.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Entry {
     /// Which of the values it is.

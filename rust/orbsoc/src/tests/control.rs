@@ -1,4 +1,4 @@
-//! When an attempt stops, what it keeps, and what it may claim: decisions on made-up statistics.
+//! When an attempt stops, what it keeps, and what it may accept: decisions on made-up statistics.
 
 use crate::kernels::layout::refinement;
 use crate::kernels::layout::stat;
@@ -155,9 +155,9 @@ fn sixteen_iterations_without_progress_stall_and_creeping_is_none() {
     // A tenth less is progress, and so is a larger radius.
     let mut decided = self::decided();
     for k in 0..6 {
-        let share = 0.8f64.powi(k);
+        let fraction = 0.8f64.powi(k);
         let progress = if k % 2 == 0 {
-            Iterate { worst: share, ..PLAIN }
+            Iterate { worst: fraction, ..PLAIN }
         } else {
             Iterate { primal: f64::from(k), ..LEANING }
         };
@@ -229,7 +229,7 @@ fn concluded(stop: Stop, radius: f64) -> Status {
             .unwrap();
     let settings = Settings::default();
     let mut engine = Engine::<f64>::new(&problem, &settings).unwrap();
-    // The witness is x, z of the primal certificate, then of the dual one, in the user's scaling.
+    // The unscaled certificates are x, z of the primal certificate, then of the dual one, in the user's scaling.
     engine.path.work.unscaled_certificates.copy_from_slice(&[0.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
     let mut control = Control::new(&settings);
     (control.stop, control.primal_radius) = (Some(stop), radius);

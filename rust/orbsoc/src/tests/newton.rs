@@ -96,7 +96,7 @@ impl At {
 
 /// Run `before` iterations, then the next one up to and with the `count`th run of `last`.
 fn stop_after(seed: u64, before: usize, last: Stage, count: usize) -> At {
-    // Refined to the last digit, or the equations hold to a share of the residual only.
+    // Refined to the last digit, or the equations hold to a fraction of the residual only.
     let settings = Settings { refinement_share: 1e-15, refinement_tol: 1e-15, ..Settings::default() };
     let mut engine = Engine::<f64>::new(&mixed_problem(seed), &settings).unwrap();
     iterate_from_startup(&mut engine, before);
@@ -229,8 +229,8 @@ fn a_step_moves_every_word_by_its_share_and_stays_inside() {
         let (from, to) =
             (stop_after(8, before, Stage::StepLength, 2), stop_after(8, before, Stage::Advance, 1));
         let short = 1.0 - stop_after(8, before, Stage::StepLength, 1).entries(Buffer::StepLength)[0].min(1.0);
-        let share = (0.99 - 0.05 * short).max(1.0 - (10.0 * short * short).max(1e-4));
-        let alpha = (share * from.entries(Buffer::StepLength)[0]).min(1.0);
+        let fraction = (0.99 - 0.05 * short).max(1.0 - (10.0 * short * short).max(1e-4));
+        let alpha = (fraction * from.entries(Buffer::StepLength)[0]).min(1.0);
         let pairs = [
             (Buffer::Point, Buffer::Step),
             (Buffer::Slack, Buffer::SlackStep),

@@ -47,7 +47,7 @@ impl SplitMix64 {
         (0..len).map(|_| self.signed()).collect()
     }
 
-    /// A dense matrix in which a share `density` of the entries is stored.
+    /// A dense matrix in which a fraction `density` of the entries is stored.
     pub fn sparse(&mut self, rows: usize, columns: usize, density: f64) -> Csc {
         let mut dense = vec![vec![0.0; columns]; rows];
         for entry in dense.iter_mut().flatten() {
