@@ -171,7 +171,7 @@ impl BatchSolver {
                 pool.run(workers, |worker| work(worker, &mut || queue.flow()), || queue.show(&mut observe))?;
             }
             None => {
-                workers.iter_mut().try_for_each(|worker| work(worker, &mut || queue.show(&mut observe)))?
+                workers.iter_mut().try_for_each(|worker| work(worker, &mut || queue.show(&mut observe)))?;
             }
         }
         let _ = queue.show(&mut observe);

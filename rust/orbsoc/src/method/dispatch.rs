@@ -51,7 +51,7 @@ impl<T: Real, const KIND: u8> pulp::WithSimd for Run<'_, T, KIND> {
             kind::FACTORIZE => factorize(structure, work),
             kind::TRANSFER => transfer(structure, work, stage),
             kind::SOLVE | kind::REFINE => {
-                solve::<T, 1>(structure, work, KIND == kind::REFINE, needs_residual)
+                solve::<T, 1>(structure, work, KIND == kind::REFINE, needs_residual);
             }
             kind::SOLVE_MULTI | kind::REFINE_MULTI => {
                 solve::<T, 2>(structure, work, KIND == kind::REFINE_MULTI, needs_residual);
@@ -86,7 +86,7 @@ pub(crate) fn execute<T: Real>(
         }
         Stage::Factorize => run!(FACTORIZE),
         Stage::StartRhs | Stage::StartPoint | Stage::StoreConstantAndPredictor | Stage::StoreStep => {
-            run!(TRANSFER)
+            run!(TRANSFER);
         }
         Stage::SolveKkt => run!(SOLVE),
         Stage::RefineKkt => run!(REFINE),

@@ -169,7 +169,7 @@ pub(crate) fn better_of(earlier: Option<&Solution>, later: Solution, tol_inaccur
     } else {
         (earlier.status, earlier.message.clone())
     };
-    Solution { status, iterations, refinements, attempts, warm_start, message, ..earlier.clone() }
+    Solution { status, iterations, warm_start, refinements, attempts, message, ..earlier.clone() }
 }
 
 /// Whether the `later` outcome is worth more than that of an `earlier` attempt, which stalled: inaccurate, at a numerical
