@@ -57,7 +57,7 @@ pub trait Real:
         self - a * b
     }
 
-    /// As [`subtract`], bit for bit; a datapath may have a quicker way.
+    /// As `subtract` below, bit for bit; a datapath may have a quicker way.
     #[inline(always)]
     fn subtract_products<const M: usize, const N: usize, const LOWER: bool>(
         entries: &mut [[Self; M]; N],
@@ -66,13 +66,13 @@ pub trait Real:
         subtract::<Self, M, N, LOWER>(entries, factors);
     }
 
-    /// As [`accumulate`], bit for bit; a datapath may have a quicker way.
+    /// As `accumulate` below, bit for bit; a datapath may have a quicker way.
     #[inline(always)]
     fn accumulate<const R: usize>(sums: &mut [[Self; R]; 8], a: &[[Self; 8]], x: &[[[Self; R]; 8]]) {
         accumulate(sums, a, x);
     }
 
-    /// As [`subtract_multiple`], bit for bit; a datapath may have a quicker way.
+    /// As `subtract_multiple` below, bit for bit; a datapath may have a quicker way.
     #[inline(always)]
     fn subtract_multiple<const R: usize>(entries: &mut [[Self; R]], by: &[Self], x: [Self; R]) {
         subtract_multiple(entries, by, x);
