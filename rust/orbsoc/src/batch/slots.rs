@@ -85,7 +85,7 @@ impl<T: Decide> LaneSlots<T> {
         }
     }
 
-    /// Load the points to start from. Those who have none that is of use leave, for a cold start.
+    /// Load the points to start from. Problems without a useful point leave, for a cold start.
     pub fn load_starts<'a>(&mut self, start: impl Fn(usize) -> Start<'a>) -> Result<Vec<Slot>, Error> {
         let mut without = Vec::new();
         for (lane, taken) in self.lanes.iter_mut().enumerate() {

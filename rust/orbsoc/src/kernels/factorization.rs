@@ -226,7 +226,7 @@ struct RelativeIndices<'a> {
     lo: usize,
     /// Of the target.
     leading_dim: usize,
-    /// Column of the matrix that is landed on first.
+    /// First column of the matrix among its targets.
     first: usize,
 }
 

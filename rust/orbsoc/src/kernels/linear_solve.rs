@@ -251,7 +251,7 @@ pub fn solve<T: Real, const R: usize>(
     substitute(&kkt.symbolic, values, l, pivot_inverse, kkt.rows.is_some(), scratch, x);
 }
 
-/// How large the error of a solution is, and what it may be: a fraction of the right-hand side, or `tolerance`.
+/// The residual's norm, and what it may be: a fraction of the right-hand side, or `tolerance`.
 #[inline(always)]
 pub fn measure<T: Real, const R: usize>(
     system: System<T>,

@@ -14,7 +14,7 @@ use crate::symbolic::column_blocks::{column_blocks, ColumnBlock};
 use crate::symbolic::{factor_layout::Symbolic, full_rows::Rows, indices::index};
 use crate::symbolic::{ordering::fill_reducing_order, supernodes::Panels, upper::Upper};
 
-/// More entries overflow the 32-bit sums of the fill-reducing order, which works in 2.4 times as many entries.
+/// More entries overflow the 32-bit sums of the fill-reducing order, which works in 2.4 times that number.
 const MOST_ENTRIES: usize = 1 << 29;
 
 /// Blocks of second-order cones up to this dimension are stored densely.

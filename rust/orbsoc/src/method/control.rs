@@ -79,7 +79,7 @@ impl Control {
         restart::next(self.attempt, stalled, status).filter(|_| self.restarts < settings.max_restarts)
     }
 
-    /// For that restart.
+    /// The control of that restart.
     pub fn restarted(&self, attempt: Attempt) -> Self {
         let cold = if self.warm_start == WarmStart::None { WarmStart::None } else { WarmStart::FellBack };
         Self { attempt, restarts: self.restarts + 1, warm_start: cold, ..self.anew() }
@@ -131,7 +131,7 @@ impl Control {
         self.improved = false;
     }
 
-    /// Whether a decision will look at the error of the linear solve that a stage makes, if it makes one.
+    /// Whether a decision needs the residual of the linear solve that a stage makes, if it makes one.
     pub fn needs_residual(&self, stage: Stage) -> bool {
         !matches!(stage, Stage::SolveConstantAndPredictor | Stage::SolveKkt) || self.accuracy.needs_residual()
     }
@@ -179,7 +179,7 @@ impl Control {
         }
         self.stalled_iterations += 1;
         if strict < self.best {
-            // Creeping is not progress.
+            // A gain of less than a tenth is no progress.
             if strict < 0.9 * self.best {
                 self.stalled_iterations = 0;
             }

@@ -75,7 +75,7 @@ impl Accuracy {
 mod tests {
     use super::*;
 
-    /// What becomes of a solve with this error: whether it was looked at.
+    /// Whether a solve with this error was checked.
     fn solve(accuracy: &mut Accuracy, error: f64) -> bool {
         let needs_residual = accuracy.needs_residual();
         let mut active: f64 = 1.0;

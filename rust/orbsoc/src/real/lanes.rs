@@ -14,7 +14,7 @@ pub trait EightLanes: Simd {
     const TILE_COLS: usize;
     /// As [`Real::RHS_BLOCK`].
     const RHS_BLOCK: bool = false;
-    /// InfeasibilityCertificate that this machine has it. Only asked for where it does.
+    /// Proof that this machine has it. Only asked for where it does.
     fn token() -> Self;
 }
 

@@ -29,10 +29,10 @@ pub trait Real:
     /// bit.
     const RHS_BLOCK: bool = false;
 
-    /// Run `work`, compiled for the instruction set that these entries want.
+    /// Run `work`, compiled for the instruction set of these scalars.
     fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output;
 
-    /// A literal or an input entry.
+    /// A literal or an input value.
     fn constant(value: f64) -> Self;
     /// Square root, correctly rounded.
     fn sqrt(self) -> Self;
@@ -103,10 +103,10 @@ pub trait Real:
     }
 }
 
-/// A scalar whose value control flow may look at. Only PS code asks for it; recording
+/// A scalar whose value control flow may read. Only PS code asks for it; recording
 /// datapaths do not implement it.
 pub trait Decide: Real {
-    /// Problems side by side in one entry.
+    /// Problems side by side in one scalar.
     const LANES: usize;
     /// The value of one of them, widened to double precision exactly.
     fn lane(&self, lane: usize) -> f64;

@@ -66,8 +66,7 @@ impl<'a> MergedSupernode<'a> {
         self.runs.len() * self.diagonal_size
     }
 
-    /// Take the `next` run in, and say so, where it suits these: all rows are then at most `times` as many as each has in
-    /// the mean.
+    /// Merge the `next` run, and say so, where it suits: the union of rows is at most `times` their mean number.
     fn try_merge(&mut self, next: &Run, times: usize) -> bool {
         let contained = || self.rows.iter().any(|&row| (next.first..next.end()).contains(&(row as usize)));
         if next.width != self.diagonal_size
@@ -89,8 +88,7 @@ impl<'a> MergedSupernode<'a> {
         true
     }
 
-    /// Whether they are worth while, and each product of two rows has an entry of its own to be subtracted from,
-    /// though it be zero.
+    /// Whether there are enough of them, and each product of two rows has a stored target, which may be zero.
     fn is_worthwhile(&self, rows_of: impl Fn(usize) -> &'a [u32]) -> bool {
         let lands = |(at, &row): (usize, &u32)| {
             let mut there = rows_of(row as usize).iter();

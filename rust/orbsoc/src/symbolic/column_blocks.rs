@@ -13,11 +13,11 @@ const MIN_COLUMNS: usize = 4;
 /// What the columns of a block have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Uniformity {
-    /// As many entries each, at most [`MAX_FIXED_LENGTH`].
+    /// The same number of entries in each, at most [`MAX_FIXED_LENGTH`].
     FixedLength(usize),
     /// Each one's rows are adjacent, and many.
     Contiguous,
-    /// General.
+    /// No uniformity.
     General,
 }
 

@@ -33,7 +33,7 @@ pub(crate) struct Supernode {
 }
 
 impl Supernode {
-    /// Words of the factor that its panel takes.
+    /// Entries of the factor that its panel stores.
     pub fn stored_entries(&self) -> usize {
         match self.kind {
             Kind::Condensed => 0,
@@ -42,7 +42,7 @@ impl Supernode {
         }
     }
 
-    /// Whether its contributions are scatter_range entry by entry: few columns, and few enough entries.
+    /// Whether its update has scatter indices entry by entry: few columns and entries.
     fn small(&self) -> bool {
         matches!(self.kind, Kind::Leaves | Kind::Condensed | Kind::Simplicial)
             || (self.width <= 4 && self.leading_dim - self.diagonal_size <= MAX_SCATTERED_ROWS)
@@ -58,18 +58,18 @@ impl Supernode {
         first..first + self.diagonal_size
     }
 
-    /// Columns whose contributions are scatter_range apart.
+    /// Columns with scatter indices of their own.
     fn lists(&self) -> Range<usize> {
         let apart = matches!(self.kind, Kind::Leaves | Kind::Simplicial);
         self.first..self.first + if apart { self.width } else { 1 }
     }
 }
 
-/// Where the rows of one column of L are, asked for in ascending order.
+/// Positions of rows in one column of L, asked for in ascending order.
 struct RowPositions<'a> {
     own: Range<usize>,
     below: &'a [u32],
-    /// How many of the rows below have been passed.
+    /// Number of rows below that have been passed.
     at: usize,
 }
 
@@ -89,7 +89,7 @@ impl RowPositions<'_> {
 }
 
 /// "Subtract this from `target`": rows `lo..hi` of the source are columns of the target; rows `lo..`
-/// land on the target's rows [`Symbolic::relative`]`[relative..]`.
+/// scatter to the target's rows [`Symbolic::relative`]`[relative..]`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Update {
     pub target: usize,
@@ -98,12 +98,12 @@ pub(crate) struct Update {
     pub relative: usize,
 }
 
-/// Adjacent entries of the permuted upper triangle, and where they are wanted.
+/// Adjacent entries of the permuted upper triangle, and their targets in the factor.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct EntryRun {
     /// The first of them.
     pub values: usize,
-    /// Their places, in [`Symbolic::entry_targets`].
+    /// Their targets, in [`Symbolic::entry_targets`].
     pub targets: Range<usize>,
 }
 
@@ -118,7 +118,7 @@ pub(crate) struct Symbolic {
     /// Updates by all supernodes, targets ascending within each.
     pub updates: Vec<Update>,
     pub relative: Vec<u32>,
-    /// Where each product of a small supernode's rows lands, column by column, counted from the end of
+    /// Scatter index of each product of a small supernode's rows, column by column, counted from the end of
     /// its own panel; of simplicial columns, from the end of the column.
     pub scatter: Vec<u32>,
     /// Runs of the matrix's entries that the factor begins with: all but those of condensed columns.
@@ -129,11 +129,11 @@ pub(crate) struct Symbolic {
     gather: Vec<u32>,
     /// Of simplicial columns, the number of rows below the columns before each; then, below all of them.
     starts: Vec<u32>,
-    /// Words of all panels.
+    /// Entries of all panels.
     pub panel_entries: usize,
     /// Entries of the largest panel, of simplicial columns of the longest column: scratch of the factorisation.
     pub max_panel: usize,
-    /// Unknowns that the substitution through any one panel keeps beside.
+    /// Scratch of the substitution: most unknowns of any one panel.
     pub substitution_scratch: usize,
     /// Entries of L below the diagonal.
     pub nnz_l: usize,
@@ -219,7 +219,7 @@ impl Symbolic {
         &self.relative_rows[node.row_range.0..node.row_range.1]
     }
 
-    /// Where the products of a small supernode's rows land.
+    /// Scatter indices of a small supernode's update.
     #[inline(always)]
     pub fn scatter_indices(&self, node: &Supernode) -> &[u32] {
         let (begin, end) = node.scatter_range.unwrap_or_default();

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-/// Leaves with more rows than this keep to themselves.
+/// Leaves with more rows than this are not batched.
 pub(crate) const MAX_LEAF_ROWS: usize = 4;
 
 /// Columns with more rows than this are not simplicial, and have no scatter indices entry by entry.
@@ -31,9 +31,9 @@ pub(crate) enum Kind {
 pub(crate) enum Panels {
     /// Only columns of equal structure: not one operation on a stored zero.
     Exact,
-    /// Also columns of similar structure, with stored zeros (relaxed supernodes): more operations, on longer vectors; and simplicial columns.
+    /// Relaxed panels: also columns of similar structure, with stored zeros; and simplicial columns.
     Relaxed,
-    /// The same, with fewer zeros: an entry of eight problems is a vector by itself.
+    /// The same with fewer zeros: an entry of eight problems is a vector already.
     Lanes,
 }
 
@@ -67,7 +67,7 @@ impl<'a> Run<'a> {
         self.first + self.width
     }
 
-    /// Words of its panel.
+    /// Entries that its panel stores.
     pub fn stored_entries(&self) -> usize {
         self.width * (self.diagonal_size + self.rows.len())
     }

@@ -17,7 +17,7 @@ pub struct Condensed<'a, T> {
 }
 
 impl<'a, T> Condensed<'a, T> {
-    /// The entries of a supernode of given columns.
+    /// The entries of a supernode of kind `Condensed`.
     #[inline(always)]
     pub fn of(symbolic: &'a Symbolic, node: &Supernode, values: &'a [T]) -> Self {
         Condensed { values, gather: symbolic.gather_indices(node), width: node.width }
@@ -53,8 +53,8 @@ pub fn factor<T: Real>(
     }
 }
 
-/// Subtract each product of two rows, divided by the pivots, from where it is scatter_range. Of the rows divided only as many
-/// are kept as are multiplied at once.
+/// Subtract the Schur complement: each product of two rows, divided by the pivots, at its scatter index. Only the rows
+/// that are multiplied at once are kept divided.
 #[inline(always)]
 pub fn contribute<T: Real>(
     condensed: Condensed<T>,
@@ -68,7 +68,7 @@ pub fn contribute<T: Real>(
     contribute_of::<T, 1>(condensed, pairs..condensed.rows(), pivot_inverse, scatter, scratch, trailing);
 }
 
-/// The same for some `columns`, `R` at once; returns the scatter of those after them.
+/// The same for some `columns`, `R` at once; returns the scatter indices of those after them.
 #[inline(always)]
 fn contribute_of<'p, T: Real, const R: usize>(
     condensed: Condensed<T>,
@@ -101,7 +101,7 @@ fn contribute_of<'p, T: Real, const R: usize>(
     scatter
 }
 
-/// What the columns' unknowns contribute to the rows `below`, counted from the first `trailing` one.
+/// What the columns' unknowns contribute to the rows `below`, relative to the first `trailing` one.
 #[inline(always)]
 pub fn forward<T: Real, const R: usize>(
     condensed: Condensed<T>,
@@ -125,7 +125,7 @@ pub fn forward<T: Real, const R: usize>(
     }
 }
 
-/// What the rows `below`, counted from the first `trailing` one, contribute to the columns' unknowns, which are divided
+/// What the rows `below`, relative to the first `trailing` one, contribute to the columns' unknowns, which are divided
 /// by their pivots already.
 #[inline(always)]
 pub fn backward<T: Real, const R: usize>(

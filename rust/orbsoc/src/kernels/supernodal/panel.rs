@@ -263,7 +263,7 @@ fn backward_narrow<T: Real, const R: usize, const W: usize>(
     unknown.copy_from_slice(&sums);
 }
 
-/// Columns `first..first + C`, whose trailing columns are solved.
+/// Columns `first..first + C`, the ones after them being solved.
 #[inline(always)]
 fn backward_group<T: Real, const R: usize, const C: usize>(
     panel: Panel<T>,

@@ -11,7 +11,7 @@ use crate::symbolic::factor_layout::{Supernode, Symbolic};
 /// Where they begin, and their rows.
 #[derive(Clone, Copy)]
 pub struct Simplicial<'a> {
-    /// How many rows below those before each column have; then, how many all of them have.
+    /// Number of rows below the columns before each; then, below all of them.
     starts: &'a [u32],
     /// Rows of the matrix below each column, counted from the first column.
     below: &'a [u32],
@@ -24,7 +24,7 @@ impl<'a> Simplicial<'a> {
         Self { starts: symbolic.starts_of(node), below: symbolic.relative_rows(node) }
     }
 
-    /// How many rows each column has below its diagonal.
+    /// Number of rows of each column below its diagonal.
     #[inline(always)]
     fn lengths(self) -> impl Iterator<Item = usize> + 'a {
         self.starts.windows(2).map(
@@ -50,7 +50,7 @@ impl<'a> Simplicial<'a> {
     }
 }
 
-/// Reciprocal pivots and columns; each column's contribution is subtracted from where it is scatter_range among the trailing ones.
+/// Reciprocal pivots and columns; each column's update is subtracted at its scatter indices.
 pub struct Factor<'a, T> {
     pub columns: Simplicial<'a>,
     pub scatter: &'a [u32],

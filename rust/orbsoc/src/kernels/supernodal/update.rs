@@ -25,7 +25,7 @@ pub trait ScatterTarget {
 /// Within the panel itself: later columns of the same leading dimension.
 pub struct SamePanel {
     pub leading_dim: usize,
-    /// The first column that is landed on.
+    /// The first column among its targets.
     pub first: usize,
 }
 
@@ -133,7 +133,7 @@ fn tile<T: Real, L: ScatterTarget, const M: usize, const N: usize, const LOWER: 
     }
 }
 
-/// Entries of up to four `rows`, or eight, from row `top` on. No loop: entries that pass through memory one by one are waited
+/// Entries of up to four `rows`, or eight, from row `first` on. No loop: entries that pass through memory one by one are waited
 /// for when they are read as a vector.
 #[inline(always)]
 fn gathered<T: Real, const M: usize>(entries: &[T], rows: [usize; M], first: usize) -> [T; M] {
@@ -200,7 +200,7 @@ pub fn subtract_scattered<T: Real, const W: usize>(
     }
 }
 
-/// The same for leaves: each column's landings are its own.
+/// The same for leaves: each column has scatter indices of its own.
 #[inline(always)]
 pub fn subtract_leaves<T: Real>(columns: Columns<T>, scatter: &[u32], target: &mut [T]) {
     match columns.leading_dim {
