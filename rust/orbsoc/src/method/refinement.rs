@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn a_solve_is_looked_at_where_its_goal_is_near_the_largest_known_error() {
+    fn a_residual_is_checked_where_the_tolerance_is_near_the_largest_known_error() {
         let mut accuracy = after(1e-8);
         accuracy.renew(Some(1.1e-4));
         assert!(!solve(&mut accuracy, 1.0), "this error is not checked");
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_goal_does_not_fall_all_are_looked_at() {
+    fn where_the_tolerance_does_not_fall_all_are_checked() {
         let mut accuracy = after(1e-8);
         accuracy.renew(Some(1.0));
         assert!(!solve(&mut accuracy, 1e-8));
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_goal_even_a_solve_like_an_exact_one_is_looked_at() {
+    fn without_a_tolerance_even_a_solve_like_an_exact_one_is_checked() {
         let mut accuracy = after(0.0);
         accuracy.renew(None);
         assert!(solve(&mut accuracy, 0.0));
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn after_what_is_not_a_number_everything_is_looked_at() {
+    fn after_what_is_not_a_number_everything_is_checked() {
         for broken in [f64::NAN, f64::INFINITY] {
             let mut accuracy = after(broken);
             accuracy.renew(Some(f64::MAX));
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unseen_solve_is_not_refined_whatever_its_words_say() {
+    fn an_unchecked_solve_is_not_refined_whatever_its_entries_are() {
         let mut accuracy = after(1e-8);
         accuracy.renew(Some(1.0));
         let mut active: f64 = 1.0;

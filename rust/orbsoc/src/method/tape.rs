@@ -97,7 +97,7 @@ fn record_stage(path: &mut Datapath<Taped>, stage: Stage) -> Tape {
         }
     }
     let recorded = record(|| {
-        // A kernel that looked at scratch words before writing them would find this.
+        // A kernel that read scratch entries before writing them would find this.
         path.work.scratch.fill(Taped::constant(f64::NAN));
         path.execute(stage);
     });

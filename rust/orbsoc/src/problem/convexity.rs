@@ -17,7 +17,7 @@ const DENSE: usize = 200;
 const NAMED: usize = 500;
 
 /// Check the matrix of a cost, whole or its upper triangle, as [`crate::Problem::new`] does. What lies below the
-/// diagonal is not looked at.
+/// diagonal is ignored.
 ///
 /// # Errors
 /// [`Error::NotConvex`] if it is not positive semidefinite, [`Error::Dimension`] if it is not square.

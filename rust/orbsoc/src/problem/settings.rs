@@ -11,7 +11,7 @@ pub struct Settings {
     pub tol_inaccurate: f64,
     /// Iteration limit.
     pub max_iterations: u32,
-    /// Wall-clock limit in seconds, looked at once per iteration.
+    /// Wall-clock limit in seconds, checked once per iteration.
     pub max_time_s: f64,
     /// Regularisation added with the pivot's known sign to every diagonal entry of the scaled
     /// KKT matrix (geometric mean of what either sign gets); refinement removes its effect.
