@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn a_maximum_drops_nan_and_the_finite_witness_does_not() {
+    fn a_maximum_drops_nan_and_the_non_finite_flag_does_not() {
         for len in SIZES.skip(1) {
             for at in 0..len {
                 let mut a = vec![1.0; len];

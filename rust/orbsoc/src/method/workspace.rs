@@ -30,7 +30,7 @@ macro_rules! buffers {
 
         impl<T: Copy> Workspace<T> {
             pub fn new(structure: &Structure, zero: T) -> Self {
-                let scratch = scratch_words(structure);
+                let scratch = scratch_entries(structure);
                 Self {
                     $($field: vec![zero; ($entries)(structure)],)*
                     scratch: vec![zero; scratch],
@@ -48,7 +48,7 @@ macro_rules! buffers {
     };
 }
 
-fn scratch_words(s: &Structure) -> usize {
+fn scratch_entries(s: &Structure) -> usize {
     let products = 2 * s.n + s.p + s.m;
     let refinement = 2 * (2 * s.kkt.dim + s.kkt.symbolic.substitution_scratch);
     products.max(s.unknowns()).max(refinement).max(s.kkt.symbolic.max_panel)

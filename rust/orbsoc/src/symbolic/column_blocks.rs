@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn every_column_is_in_one_stretch_in_order() {
+    fn every_column_is_in_one_block_in_order() {
         let mut numbers = crate::tests::reference::SplitMix64(11);
         for columns in 0..40 {
             let all: Vec<Vec<u32>> =

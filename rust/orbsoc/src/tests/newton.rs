@@ -224,7 +224,7 @@ fn the_corrector_aims_where_the_predictors_step_says() {
 }
 
 #[test]
-fn a_step_moves_every_word_by_its_share_and_stays_inside() {
+fn a_step_moves_every_entry_by_its_fraction_and_stays_inside() {
     for before in [0, 1, 3] {
         let (from, to) =
             (stop_after(8, before, Stage::StepLength, 2), stop_after(8, before, Stage::Advance, 1));

@@ -181,7 +181,7 @@ fn shifts_are_balanced_by_the_sizes_of_the_iterate() {
 /// K + regularisation = LDLᵀ by way of solves without refinement: what stays of a right-hand side is the
 /// shift's share, positive for x and the one unknown of each expansion, negative for all others.
 #[test]
-fn each_sign_of_pivot_is_shifted_by_its_own_word() {
+fn each_sign_of_pivot_is_shifted_by_its_own_entry() {
     let mut engine = Engine::<f64>::new(&mixed_problem(6), &Settings::default()).unwrap();
     iterate_from_startup(&mut engine, 2);
     for stage in [Stage::Statistics, Stage::NtScaling, Stage::ScalingBlocks] {
