@@ -79,21 +79,13 @@ impl Control {
         restart::next(self.attempt, stalled, status).filter(|_| self.restarts < settings.max_restarts)
     }
 
-    /// The control of that restart.
+    /// The control of that restart, from cold: the clock and the counts go on.
     pub fn restarted(&self, attempt: Attempt) -> Self {
-        let cold = if self.warm_start == WarmStart::None { WarmStart::None } else { WarmStart::FellBack };
-        Self { attempt, restarts: self.restarts + 1, warm_start: cold, ..self.anew() }
-    }
-
-    /// Start from a point that is given, or from cold where it is not `useful`.
-    pub fn start_warm(&mut self, useful: bool) {
-        (self.attempt, self.warm_start) =
-            if useful { (Attempt::Warm, WarmStart::Used) } else { (Attempt::Cold, WarmStart::FellBack) };
-    }
-
-    /// For another attempt of the same solve: the clock and the counts go on.
-    fn anew(&self) -> Self {
+        let warm = self.warm_start != WarmStart::None;
         Self {
+            attempt,
+            restarts: self.restarts + 1,
+            warm_start: if warm { WarmStart::FellBack } else { WarmStart::None },
             best: f64::INFINITY,
             deadline: self.deadline,
             suspended: self.suspended,
@@ -102,6 +94,12 @@ impl Control {
             spent: self.spent + self.iteration,
             ..Self::default()
         }
+    }
+
+    /// Start from a point that is given, or from cold where it is not `useful`.
+    pub fn start_warm(&mut self, useful: bool) {
+        (self.attempt, self.warm_start) =
+            if useful { (Attempt::Warm, WarmStart::Used) } else { (Attempt::Cold, WarmStart::FellBack) };
     }
 
     /// Suspend the attempt; its clock stands still.
