@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from orbsoc.conic.solution import Status
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Column, Difference, FigureFile, PlanStatus
+from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import ExitReason, Iteration, Solve
 
 from .approach import Approach
@@ -19,7 +20,7 @@ from .messages import messages
 from .record import plan_document
 from .scenario import Scenario
 from .timing import Timed, plan_times
-from .verification import verify
+from .verification import Verification, verify
 
 COLUMNS = {
     "second_s": Column("impulse 2", ".2f", "s"),
@@ -65,6 +66,20 @@ def plan(
     What cannot be reached is a status with its reason. Raises `orbsoc.guidance.scenario_file.ScenarioError` where the
     circular model breaks the keep-out about an eccentric target.
     """
+    found = plan_unflown(scenario, solve=solve, callback=callback)
+    if found.programme is None:
+        return found
+    flown = verify(found.approach, found.programme)
+    return replace(found, status=_judged(flown), verification=flown)
+
+
+def plan_unflown(
+    scenario: Scenario,
+    *,
+    solve: Solve | None = None,
+    callback: Callable[[Iteration], None] | None = None,
+) -> Plan:
+    """The plan as it is solved, without flights and audits; its status says that nothing has verified it."""
     if solve is None:
         from orbsoc.solving.solver import solve as solve_in_rust
 
@@ -76,22 +91,37 @@ def plan(
         return Plan(scenario, approach, PlanStatus.INTERRUPTED, ExitReason.INTERRUPTED, "interrupted")
     if timed.best is None or timed.programme is None:
         return _without_solution(approach, timed)
-    return _flown(approach, timed.programme, _message(timed), timed)
+    return Plan(
+        scenario, approach, PlanStatus.NOT_VERIFIED, ExitReason.CONVERGED, _message(timed),
+        programme=timed.programme, timed=timed,
+    )  # fmt: skip
 
 
 def audit(scenario: Scenario, programme: ImpulseProgramme) -> Plan:
-    """A programme that was made elsewhere, judged and flown as the scenario's own plan would be; nothing is solved."""
+    """A programme that was made elsewhere, judged and flown as the scenario's own plan would be; nothing is solved.
+
+    Raises ScenarioError where an impulse lies outside the scenario's time.
+    """
     approach = Approach.of(scenario)
-    return _flown(approach, programme, f"{len(programme)} impulses as given, nothing was solved", None)
-
-
-def _flown(approach: Approach, programme: ImpulseProgramme, message: str, timed: Timed | None) -> Plan:
-    found = verify(approach, programme)
-    status = PlanStatus.VERIFIED if found.verified else PlanStatus.NOT_VERIFIED
+    for t in programme.times_s[[0, -1]]:
+        if not 0.0 <= t <= scenario.duration_s:
+            allowed = f"must lie within 0 and duration_s = {scenario.duration_s:g}"
+            raise ScenarioError(scenario.name, [Complaint("impulses, time_s", f"{t:g}", allowed)])
+    flown = verify(approach, programme)
+    message = f"{len(programme)} impulses as given, nothing was solved"
     return Plan(
-        approach.scenario, approach, status, ExitReason.CONVERGED, message, programme=programme, timed=timed,
-        verification=found,
-    )  # fmt: skip
+        scenario,
+        approach,
+        _judged(flown),
+        ExitReason.CONVERGED,
+        message,
+        programme=programme,
+        verification=flown,
+    )
+
+
+def _judged(flown: Verification) -> PlanStatus:
+    return PlanStatus.VERIFIED if flown.verified else PlanStatus.NOT_VERIFIED
 
 
 def _message(timed: Timed) -> str:

@@ -57,6 +57,6 @@ def where(cut: CutBurn) -> str:
     hours = cut.after_s / 3600.0
     later = f"{hours:.1f} h" if hours < 100.0 else f"{hours / 24.0:.0f} days"
     return (
-        f"{cut.half_m:.1f} m from the target at 50 %, at worst {cut.distance_m:.1f} m at {100.0 * cut.fraction:.0f} %,"
+        f"{cut.half_m:.1f} m from the target at 50 %, at worst {cut.distance_m:.1f} m at {100.0 * cut.fraction:.3g} %,"
         f" {later} later"
     )
