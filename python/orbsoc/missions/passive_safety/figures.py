@@ -264,7 +264,7 @@ def _scan(plan: ApproachPlan, folder: Path) -> FigureFile:
             color=UNSAFE,
             label="infeasible",
         )
-        axes.legend(loc="upper right")
+        figure.legend(loc="outside lower center", fontsize=9)
     axes.plot(plan.timed.best.second_s, plan.timed.best.cost, marker="*", ms=13, color="#222222")
     axes.set_xlabel("time of impulse 2 (s)")
     axes.set_ylabel("cost (m/s)")
@@ -277,13 +277,17 @@ def _scan(plan: ApproachPlan, folder: Path) -> FigureFile:
 
 def _front(plan: ApproachPlan, folder: Path) -> FigureFile:
     figure, (axes,) = _panels((7.6, 4.0), (1.0,))
-    names = ("completed burns only", "and one orbit after a cut burn", "and two orbits after a cut burn")
+    names = (
+        "after completed burns",
+        "also for one orbit after a cut burn",
+        "also for two orbits after a cut burn",
+    )
     for orbits, name in enumerate(names):
         points = [point for point in plan.front if point.orbits == orbits]
         times = np.array([point.duration_s for point in points])
         costs = np.array([point.cost if point.cost < inf else np.nan for point in points])
         axes.semilogy(
-            times, costs, color=_colour(orbits), marker="o", ms=5, mfc="white", label=f"safe after {name}"
+            times, costs, color=_colour(orbits), marker="o", ms=5, mfc="white", label=f"safe {name}"
         )
     axes.plot(
         plan.approach.duration_s,
