@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from orbsoc.guidance.scenario_file import BaseScenario
 
 MODULES = {
+    "fly_around": "orbsoc.missions.fly_around",
     "reachable_domain": "orbsoc.missions.reachable_domain",
     "reachable_insertion": "orbsoc.missions.reachable_insertion",
 }
