@@ -3,6 +3,7 @@
 
 PYTHON ?= python3
 FUZZ   ?= 20
+T      ?= tests --ignore=tests/integration/test_wheel.py
 VENV   := .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
@@ -20,11 +21,15 @@ WHEEL     := $(VENV)/wheel.stamp
 INSTALLED := $(VENV)/installed.stamp
 FILE_LIST := $(VENV)/sources.list
 
+# The extension beside the Python sources, for `make check`; git, the wheel and `make test` do not see it.
+EXTENSION := python/orbsoc/_core.abi3.so
+PROFILE   := $(or $(shell sed -n 's/^\[profile\.\(edit\)\]/\1/p' Cargo.toml),release)
+
 export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint bench results units area fuzz memcheck lock clean FORCE
+.PHONY: help demo test check lint bench results units area fuzz memcheck lock clean FORCE
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -35,6 +40,9 @@ demo: $(INSTALLED) ## plan the insertion rec1 on the emulated computer, into out
 test: $(INSTALLED) $(TESTING) ## Rust tests, then Python tests against the installed wheel
 	cargo test --workspace --exclude orbsoc-py --locked
 	$(BIN)/pytest
+
+check: $(EXTENSION) $(TESTING) ## the Python tests T=tests/conic on the sources: no wheel, Rust compiled when it has changed
+	PYTHONPATH=$(CURDIR)/python:$(CURDIR) $(BIN)/pytest $(T)
 
 lint: $(INSTALLED) $(TESTING) ## formats, clippy, rustdoc, ruff, mypy, stubs against the built extension
 	cargo fmt --all --check
@@ -90,6 +98,10 @@ $(TESTING): requirements/test.txt $(RUNTIME)
 $(BENCHING): requirements/bench.txt $(RUNTIME)
 	$(PIP) install -r $<
 	@touch $@
+
+$(EXTENSION): Cargo.toml Cargo.lock $(shell find rust -path '*/src/*' -o -name Cargo.toml) $(wildcard rtl/*.svh) | $(READY)
+	cargo build --profile $(PROFILE) --locked -p orbsoc-py --features extension-module
+	install target/$(PROFILE)/lib_core.so $@
 
 # Changes only when a source appears or disappears: no file's date tells of a deletion.
 $(FILE_LIST): FORCE | $(READY)

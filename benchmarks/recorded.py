@@ -40,7 +40,7 @@ def mission004() -> Iterator[tuple[str, str, Problem]]:
 
 def insertion(nodes: int, count: int) -> Iterator[tuple[str, str, Problem]]:
     """Name, group and problem of the first `count` subproblems on `nodes` nodes, of problems A and B of rec1."""
-    scenario = load_scenario(SCENARIOS / "rec1.toml").with_changes(method={"nodes": nodes})
+    scenario = _rec1(nodes)
     for problem_name, letter in PROBLEMS:
         recorder = _Recorder()
         plan(scenario, solve=recorder, problem=problem_name)
@@ -52,8 +52,15 @@ def insertion(nodes: int, count: int) -> Iterator[tuple[str, str, Problem]]:
 def first_insertions(nodes: int, count: int) -> list[Problem]:
     """The first subproblem of problem A of rec1 from `count` places: up to 500 m and 5 m/s off, axis by axis."""
     random = np.random.default_rng(nodes)
-    scenario = load_scenario(SCENARIOS / "rec1.toml").with_changes(method={"nodes": nodes})
+    scenario = _rec1(nodes)
     return [_first_problem(scenario, random.uniform(-1.0, 1.0, (2, 3))) for _ in range(count)]
+
+
+def _rec1(nodes: int) -> Scenario:
+    """Rec1 on this many nodes or more."""
+    scenario = load_scenario(SCENARIOS / "rec1.toml")
+    most = max(nodes, scenario.method.max_nodes)
+    return scenario.with_changes(method={"nodes": nodes, "max_nodes": most})
 
 
 def _first_problem(scenario: Scenario, shift: NDArray[np.float64]) -> Problem:

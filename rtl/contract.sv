@@ -1,4 +1,4 @@
-// Every latency and size that modules, schedulers and harness share, under one name (docs/pl-machine.md): what the two files say.
+// Latencies and sizes that modules, schedulers and harness share (docs/pl-machine.md), from the two parameter files.
 package contract;
   `include "latency.svh"
   `include "engine.svh"

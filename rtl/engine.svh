@@ -1,4 +1,4 @@
-// Timing of the PL engine around its units, in cycles (docs/pl-machine.md). The one place where it is written: the RTL
+// Timing of the PL engine around its units, in cycles (docs/pl-machine.md). It is defined only here: the RTL
 // includes this file, and the schedulers read it (lines `localparam int NAME = N;`). Latencies of the units: latency.svh.
 localparam int SIMPLE_CYCLES = 1;   // move, neg, abs, min, max, compare, and, select
 localparam int READ_CYCLES = 3;     // issue register to operand registers

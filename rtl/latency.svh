@@ -1,4 +1,4 @@
-// Cycles from operands at a unit's inputs to the result at its output. The one place where they are written:
+// Cycles from operands at a unit's inputs to the result at its output. They are defined only here:
 // the RTL includes this file, and the schedulers and the hardware model read it (lines `localparam int NAME = N;`).
 // Add and multiply take new operands every cycle; division and square root hold their unit for all of their cycles.
 localparam int F64_ADD_CYCLES = 6;

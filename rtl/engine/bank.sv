@@ -1,5 +1,5 @@
-// Block memory with one synchronous read port and one write port. A row that is read while it is written gives its
-// old or its new word, as the memory likes; no schedule does that.
+// Block memory with one synchronous read port and one write port. Reading a row while it is written gives its
+// old or its new word; no schedule does that.
 module bank #(
     parameter int ROW   = 10,
     parameter int WIDTH = 64

@@ -1,4 +1,4 @@
-// What every schedule promises (docs/pl-machine.md, rules 1 to 7), watched in simulation. One bit per rule and cycle:
+// Assertions of the rules of a schedule (docs/pl-machine.md, rules 1 to 7), in simulation. One bit per rule and cycle:
 //   0 read_conflict  1 read_pending  2 write_pending  3 result_conflict  4 write_conflict  5 divider_busy
 //   6 read_unwritten  7 unknown_operation
 module checks #(
@@ -42,8 +42,8 @@ module checks #(
       .uses(uses)
   );
 
-  // Of every word: has anybody written it or is about to, and is a write on its way? Both by the number of the reset
-  // since which that is so, so that a reset forgets all words at once.
+  // For every word the epoch of its last issued write, and of a pending write. A reset begins a new epoch, which clears
+  // all words at once.
   localparam int EPOCH = 16;
   logic [EPOCH-1:0] epoch;
   logic [EPOCH-1:0] written[0:(1<<A)-1];
@@ -79,7 +79,7 @@ module checks #(
         end
       end
       if (uses[4*u+3] && pending[address[(4*u+3)*A+:A]] == epoch) write_pending = 1'b1;
-      // Two destinations in one word that are the same would meet at the bank later, unless their latencies differ.
+      // Equal destinations in one microcode word; write_conflict sees them only if their latencies are equal.
       for (int v = 0; v < UNITS; v++) begin
         if (v < u && uses[4*u+3] && uses[4*v+3] && address[(4*u+3)*A+:A] == address[(4*v+3)*A+:A]) write_pending = 1'b1;
       end

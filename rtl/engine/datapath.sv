@@ -1,5 +1,6 @@
-// Everything between the issue register and the storage: read replicas, lanes, dividers, write crossbar.
-// `fields` is the issue register without its last bit, zero where nothing is issued. Without `enable` nothing moves.
+// Datapath from the issue register to the storage: read replicas, lanes, dividers, write crossbar.
+// `fields` is the issue register without its last bit, zero where nothing is issued. Without `enable` every register
+// keeps its value.
 module datapath #(
     parameter int EXP = 11,
     parameter int MAN = 52,
@@ -20,18 +21,18 @@ module datapath #(
     input logic reset,
     input logic enable,
     input logic [FIELDS-1:0] fields,
-    // The PS's way into the storage while nothing runs; a word read is there three cycles later.
+    // The PS's access to the storage while the engine is idle; read latency 3 cycles.
     input logic host_read,
     input logic host_write,
     input logic [ADDRESS_BITS-1:0] host_address,
     input logic [EXP+MAN:0] host_word,
     output logic [EXP+MAN:0] host_value,
-    // Destinations on their way to the result registers, and results that are there.
+    // Destinations in flight to the result registers, and results in them.
     output logic [FLIGHTS-1:0] flight_valid,
     output logic [FLIGHTS*ADDRESS_BITS-1:0] flight_address,
     output logic [UNITS-1:0] result_valid,
     output logic [UNITS*ADDRESS_BITS-1:0] result_address,
-    output logic empty,  // no destination on its way, all writes done
+    output logic empty,  // no destination in flight, all writes done
     output logic read_conflict,
     output logic result_conflict,
     output logic write_conflict,
@@ -75,7 +76,7 @@ module datapath #(
     end
   endgenerate
 
-  // Storage: the same words three times.
+  // Storage: three replicas of the same words.
   logic [BANKS-1:0] write;
   logic [BANKS*ROW-1:0] write_row;
   logic [BANKS*W-1:0] write_word;
@@ -189,7 +190,7 @@ module datapath #(
   assign result_conflict = lane_conflict != '0;
   assign divider_busy = divider_conflict != '0;
 
-  // Write-back; the PS is one more unit.
+  // Write-back; the PS is a further unit.
   write_crossbar #(
       .UNITS(UNITS + 1),
       .BANKS(BANKS),

@@ -1,4 +1,4 @@
-// One divider with its root: one operation at a time, the next CYCLES cycles after the last. Timing as in lane.sv.
+// Divide and square-root unit: one operation at a time, the next CYCLES cycles after the last. Timing as in lane.sv.
 module divider #(
     parameter int EXP = 11,
     parameter int MAN = 52,
@@ -26,7 +26,7 @@ module divider #(
 
   logic [1:0] op_1, op_2, op_3;
   logic [A-1:0] to_1, to_2, to_3, to;
-  logic [COUNT-1:0] left;  // cycles to the result, 1 when it is there, 0 when idle
+  logic [COUNT-1:0] left;  // cycles to the result, 1 when it is valid, 0 when idle
   logic start;
   assign start = op_3 != DIVIDER_NOP;
   always_ff @(posedge clock) begin

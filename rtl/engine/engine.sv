@@ -1,5 +1,5 @@
-// The PL: register file, sequencer, datapath, and the checks that watch them. docs/pl-machine.md describes it.
-// SEQUENCER: 0 flat microcode, 1 compressed, 2 in order with fetch gaps. CHECKS = 0 leaves the checks out (synthesis).
+// The PL: register file, sequencer, datapath, and their assertions. docs/pl-machine.md describes it.
+// SEQUENCER: 0 flat microcode, 1 compressed, 2 in order with fetch gaps. CHECKS = 0: no assertions (synthesis).
 module engine #(
     parameter int FP /*verilator public*/ = 64,
     parameter int LANES /*verilator public*/ = 4,
@@ -27,13 +27,13 @@ module engine #(
     input logic [31:0] bus_value,
     output logic [31:0] bus_answer,
     output logic irq,
-    // Storage, while nothing runs; a word read is there four cycles later.
+    // Storage, while the engine is idle; read latency 4 cycles.
     input logic host_write,
     input logic host_read,
     input logic [ADDRESS_BITS-1:0] host_address,
     input logic [W-1:0] host_word,
     output logic [W-1:0] host_value,
-    // Microcode memory and templates (compressed), while nothing runs, and whether fetch delivers (in order).
+    // Microcode memory and templates (compressed), while the engine is idle, and whether fetch delivers (in order).
     input logic code_write,
     input logic [CODE_BITS-1:0] code_address,
     input logic [CODE_WIDTH-1:0] code_word,
@@ -42,7 +42,7 @@ module engine #(
     input logic [TEMPLATE_WIDTH-1:0] template_word,
     input logic fetch_valid,
     output logic fetch_wanted,
-    // Busy, the cycles it has been or was up, and the rules violated in this cycle.
+    // Busy, its cycles in this or the last segment, and the rules violated in this cycle.
     output logic busy,
     output logic [31:0] cycles,
     output logic [RULES-1:0] violations
@@ -56,7 +56,7 @@ module engine #(
   localparam int UNITS = LANES + DIVIDERS;
   localparam int FLIGHTS = LANES * (3 + MUL + ADD) + DIVIDERS * 4;
 
-  // These are how the engine is built; of a file that says otherwise there is none.
+  // The pipeline has these latencies; other parameters are refused.
   generate
     if (contract::READ_CYCLES != 3 || contract::WRITE_CYCLES != 1 || contract::STARTUP_CYCLES != 2 ||
         contract::FINISH_CYCLES != 1 || SQRT != DIV) begin : g_refused
@@ -166,7 +166,7 @@ module engine #(
     end
   endgenerate
 
-  // The end of busy, and how long it was.
+  // The end of busy, and its cycles.
   assign ended = was_busy && !busy;
   always_ff @(posedge clock) begin
     was_busy <= busy && !reset;
@@ -174,7 +174,7 @@ module engine #(
     else if (busy) cycles <= cycles + 32'd1;
   end
 
-  // The PS's way to the storage, one register long.
+  // The PS's access to the storage, through one register.
   logic load, store;
   logic [ADDRESS_BITS-1:0] host_at;
   logic [W-1:0] host_store;

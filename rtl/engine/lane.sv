@@ -1,6 +1,6 @@
-// One lane: a multiplier, an adder behind it, and a path for everything simple; one result register.
+// One lane: a multiplier, then an adder, a path for simple operations, and one result register.
 // `op` and `destination` come with the issue register (cycle t), the operands READ = 3 cycles later, the result U
-// cycles after those. Each destination travels in a line of as many stages as cycles are left to its result.
+// cycles after those. A shift register holds the destinations; its stages are the cycles left to the result.
 module lane #(
     parameter int EXP = 11,
     parameter int MAN = 52,
@@ -21,7 +21,7 @@ module lane #(
     output logic result_valid,
     output logic [ADDRESS_BITS-1:0] result_address,
     output logic [EXP+MAN:0] result,
-    // Destinations on their way, from cycle t + 1 to the result register.
+    // Destinations in flight, from cycle t + 1 to the result register.
     output logic [STAGES-1:0] flight_valid,
     output logic [STAGES*ADDRESS_BITS-1:0] flight_address,
     output logic conflict
@@ -32,7 +32,7 @@ module lane #(
   localparam int A = ADDRESS_BITS;
   localparam int LINE = MUL + ADD;
 
-  // With the operands on their way: cycles t + 1 ... t + 3.
+  // While the operands are read: cycles t + 1 ... t + 3.
   logic [3:0] op_1, op_2, op_3;
   logic [A-1:0] to_1, to_2, to_3;
   always_ff @(posedge clock) begin
@@ -52,10 +52,10 @@ module lane #(
     end
   end
 
-  // The line. Stage j has j cycles to the result register, stage 0 is beside it.
+  // The shift register of destinations. Stage j is j cycles before the result register; stage 0 belongs to it.
   logic [LINE-1:0] line_valid, line_product, line_sum, line_subtract;
   logic [A-1:0] line_to[0:LINE-1];
-  logic [LINE:0] enter;  // at which stage the operation at the operands enters
+  logic [LINE:0] enter;  // the stage at which the operation with its operands enters
   always_comb begin
     enter = '0;
     for (int j = 0; j < LINE; j++) begin
@@ -65,7 +65,7 @@ module lane #(
       if (j + 1 == LINE && (op_3 == OP_ADD_MUL || op_3 == OP_SUB_MUL)) enter[j] = 1'b1;
     end
   end
-  // Two operations of one lane whose results would meet.
+  // Result conflict: two operations of the lane end in the same cycle.
   assign conflict = enable && (enter[LINE-2:0] & line_valid[LINE-1:1]) != '0;
 
   generate

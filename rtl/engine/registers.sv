@@ -1,7 +1,7 @@
-// Register file and operation control as the PS sees them (docs/ps-pl-protocol.md): frames in their one order,
-// data-valid flags, the first fault stops everything until reset, interrupt. The table of segments lies at TABLE:
+// Register file and operation control of the PS (docs/ps-pl-protocol.md): frames in their only order, data-valid flags,
+// interrupt; the first fault stops everything until reset. The table of segments lies at TABLE:
 // 64 bytes per segment: +0 module, +4 first microcode word, +8 reads, +16 writes, +24 stales (BUFFERS flags each,
-// low word first). It is written while no frame has begun; a segment whose module was never written does not exist.
+// low word first). It is written while no frame has begun; a segment without a module does not exist.
 module registers #(
     parameter int SEGMENTS = 64,
     parameter int BUFFERS = 64,
@@ -85,7 +85,7 @@ module registers #(
     if (table_write && column == 4'd1) table_start[row] <= value[CODE_BITS-1:0];
   end
 
-  // The frame and what it announces.
+  // The frame and its announcement.
   logic [31:0] module_id, segment, sequence_id, completed_sequence;
   logic [7:0] completed_segment;
   logic [BUFFERS-1:0] valid, written, reads, writes, stales;
@@ -98,7 +98,7 @@ module registers #(
   assign stales = table_stales[announced];
   assign unreadable = (reads & ~(valid | (writes & written))) != '0;
 
-  // The fault of this access, if any: first what may be written at all, then whether it is its turn.
+  // The fault of this access, if any: first its register, then its order.
   logic [3:0] refusal, frame_fault, found;
   logic frame_address;
   assign frame_address = address == MODULE || address == SEGMENT || address == SEQUENCE || address == CONTROL;
@@ -175,7 +175,7 @@ module registers #(
     for (int i = 0; i < BUFFERS / 32; i++) begin
       if (address == DATA_VALID + 16'(4 * i)) flags = valid[32*i+:32];
     end
-    // OUTCOME (bits 4, 5) is 0: a segment computes, and leaves decisions to the PS.
+    // OUTCOME (bits 4, 5) is 0: the PS decides, a segment only computes.
     answer = (address == STATUS)
         ? {completed_sequence[7:0], completed_segment, 4'd0, fault, 5'd0, armed, state == DONE, state == BUSY} : flags;
   end

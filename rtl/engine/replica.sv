@@ -21,7 +21,7 @@ module replica #(
   localparam int A = ADDRESS_BITS;
   localparam int PICK = $clog2(BANKS);
 
-  // Per bank the OR of the rows of those units that address it.
+  // For each bank the OR of the rows of the units that address it.
   logic [UNITS*BANKS-1:0] pick;  // unit u reads bank b
   logic [BANKS*ROW-1:0] rows;
   logic clash;
@@ -34,8 +34,8 @@ module replica #(
         rows[b*ROW+:ROW] = rows[b*ROW+:ROW] | ({ROW{pick[u*BANKS+b]}} & address[u*A+PICK+:ROW]);
       end
     end
-    // Two rows of one bank: an address that is not what came out of the OR. (One that is may still be a clash, if
-    // its row has all the ones of the other; then the other one differs.)
+    // Read conflict: an address differs from the OR of its bank. (If one row has all the ones of the other, only the
+    // other address differs.)
     for (int u = 0; u < UNITS; u++) begin
       for (int b = 0; b < BANKS; b++) begin
         if (pick[u*BANKS+b] && rows[b*ROW+:ROW] != address[u*A+PICK+:ROW]) clash = 1'b1;

@@ -1,6 +1,6 @@
 // Static sequencer for compressed microcode (docs/pl-machine.md, Compressed microcode): lines of FETCH bits go into a
-// buffer, items of any length come out of it, and each gives one flat word, or a run of empty ones. In a cycle that
-// follows one without a word, `frozen` stops the datapath.
+// buffer, items of variable length are taken from it, and each decodes to one flat word or a run of empty ones. After a
+// cycle without a word, `frozen` stops the datapath.
 module sequencer_compressed #(
     parameter int LANES = 4,
     parameter int DIVIDERS = 1,
@@ -40,13 +40,13 @@ module sequencer_compressed #(
   localparam logic [1:0] EMPTY = 2'd2;
   localparam logic [1:0] LAST = 2'd3;
 
-  // Decode the item at the bottom of the buffer: what is decoded is shifted out of `left`, and counted.
+  // Decode the item at the bottom of the buffer: decoded bits are shifted out of `left`, and counted.
   logic [BUFFER-1:0] buffer;
   logic [FILL-1:0] fill, length;
   logic [RUN-1:0] rest, rest_next;  // empty words still to come
   logic [TEMPLATE_WIDTH-1:0] templates[0:(1<<TEMPLATE)-1];
-  logic [LANES*TEMPLATE_WIDTH-1:0] used, used_next;  // the template of each lane
-  logic [LANES*4*A-1:0] kept, kept_next, step, step_next;  // of each field a, b, c, destination
+  logic [LANES*TEMPLATE_WIDTH-1:0] used, used_next;  // the current template of each lane
+  logic [LANES*4*A-1:0] kept, kept_next, step, step_next;  // last address and step of each field a, b, c, destination
   logic [WIDTH-1:0] made;
   logic [1:0] kind;
   assign kind = buffer[1:0];
@@ -154,7 +154,7 @@ module sequencer_compressed #(
     else if (push || (busy && !warm)) next <= next + CODE_BITS'(1);
   end
 
-  // The buffer is zero above `fill`, so that a line can be put on top by an OR.
+  // The buffer is zero above `fill`: an OR appends a line.
   logic [BUFFER-1:0] staying, line;
   assign staying = take ? buffer >> length : buffer;
   assign line = {{(BUFFER - FETCH) {1'b0}}, fetched} << stays;

@@ -1,4 +1,4 @@
-// Static sequencer: the words of a segment one after another, one a cycle, to the one whose last bit is set.
+// Static sequencer: it issues one word of a segment a cycle, up to the word whose last bit is set.
 // First busy cycle: address register; second: microcode memory; third: the first word is in the issue register.
 module sequencer_flat #(
     parameter int WIDTH = 285,

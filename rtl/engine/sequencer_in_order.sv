@@ -1,5 +1,5 @@
-// In-order sequencer: a queue of words that fetch fills, with gaps, and whose head waits until it has no hazard.
-// Busy words are the destinations on their way; result registers, write ports and dividers are reserved ahead.
+// In-order sequencer: fetch fills a queue of words, with gaps; the head is issued as soon as it has no hazard.
+// Busy words are the destinations in flight; result registers, write ports and dividers are reserved in advance.
 module sequencer_in_order #(
     parameter int ADD = contract::F64_ADD_CYCLES,
     parameter int MUL = contract::F64_MUL_CYCLES,
@@ -37,7 +37,7 @@ module sequencer_in_order #(
   localparam int AHEAD = DIV > LINE ? DIV : LINE;
   localparam int COUNT = $clog2(QUEUE_DEPTH + 1);
 
-  logic [COUNT-1:0] waiting, behind;  // words in the queue, and those that stay
+  logic [COUNT-1:0] waiting, behind;  // words in the queue, and those that remain
 
   // Fetch: the memory's output register holds the next word of the segment.
   logic [WIDTH-1:0] code[0:(1<<CODE_BITS)-1];
@@ -110,7 +110,7 @@ module sequencer_in_order #(
       .address(address),
       .uses(uses)
   );
-  // Of each unit: in how many cycles (bit k - 1 for k) its result is there; and the bank it goes to.
+  // For each unit the cycles to its result (bit k - 1 for k), and the bank of the destination.
   logic [UNITS*AHEAD-1:0] when;
   logic [UNITS*BANKS-1:0] into;
   generate
@@ -164,7 +164,7 @@ module sequencer_in_order #(
   end
   assign hazard = word_busy != '0 || result_hazard || bank_hazard || divider_hazard;
 
-  // Reservations: those of the head come in, and all move one cycle nearer.
+  // Reservations: those of the head enter, and all are shifted by one cycle.
   logic [LANES*LINE-1:0] result_next;
   logic [BANKS*AHEAD-1:0] bank_next;
   logic [DIVIDERS*DIV-1:0] divider_next;

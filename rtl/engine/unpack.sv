@@ -1,5 +1,5 @@
-// The fields of a microcode word without its last bit, unit by unit: lanes first, then dividers. Of each unit four
-// addresses, operands a, b, c and the destination, and which of the four its operation uses. No registers.
+// The fields of a microcode word without its last bit, unit by unit: lanes first, then dividers. For each unit four
+// addresses, operands a, b, c and the destination, and which of the four its operation uses. Combinational.
 module unpack #(
     parameter int LANES = 4,
     parameter int DIVIDERS = 1,

@@ -1,4 +1,5 @@
-// From the units' result registers to the banks' write registers: per bank the OR of the one result that is for it.
+// From the units' result registers to the banks' write registers: for each bank the OR of the results addressed to it,
+// at most one a cycle.
 module write_crossbar #(
     parameter int UNITS = 6,
     parameter int BANKS = 16,

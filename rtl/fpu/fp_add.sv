@@ -30,7 +30,7 @@ module fp_add #(
     a_exp   = a[EXP+MAN-1:MAN];
     b_exp   = b[EXP+MAN-1:MAN];
     special = a_exp == ONES || b_exp == ONES;
-    // A NaN comes in, or two infinities of unlike sign.
+    // A NaN operand, or two infinities of unlike sign.
     nan     = (a_exp == ONES && a[MAN-1:0] != '0) || (b_exp == ONES && b[MAN-1:0] != '0) ||
               (a_exp == ONES && b_exp == ONES && a_sign != b_sign);
     a_place = a_exp | EXP'(a_exp == '0);
@@ -93,7 +93,7 @@ module fp_add #(
     sum_3     <= sum;
   end
 
-  // 4: how far to normalise: to the leading one, but not below the smallest exponent.
+  // 4: normalisation shift: to the leading one, but not below the smallest exponent.
   logic [LZ-1:0] zeros;
   fp_leading_zeros #(
       .WIDTH(S)

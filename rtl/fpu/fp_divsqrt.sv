@@ -1,6 +1,7 @@
 // IEEE 754 quotient a / b, or square root of a where `root`, rounded to nearest even. Specials and NaN as in fp_add.
-// Not pipelined: `start` takes the operands, the result is there CYCLES cycles later for one cycle, and the next
-// `start` may come CYCLES cycles after the one before. Without `enable` every register keeps its value. Two result digits per cycle by restoring subtraction:
+// Not pipelined: `start` takes the operands, the result is valid CYCLES cycles later for one cycle, and the next
+// `start` may come CYCLES cycles after the last. Without `enable` every register keeps its value.
+// Two result digits per cycle by restoring subtraction:
 // CYCLES >= 2 (unpack) + ceil((MAN + 3) / 2) (digits) + 2 (round).
 module fp_divsqrt #(
     parameter int EXP    = 11,
@@ -26,7 +27,7 @@ module fp_divsqrt #(
   localparam logic signed [X-1:0] INFINITE = X'((1 << EXP) - 1);
   localparam logic signed [X-1:0] BIAS = X'((1 << (EXP - 1)) - 1);
 
-  // One token walks through the cycles of an operation.
+  // One-hot shift register: the cycle of the operation in flight.
   logic [STEPS+1:0] token;
   always_ff @(posedge clock) begin
     if (reset) token <= '0;
@@ -72,7 +73,7 @@ module fp_divsqrt #(
     b_inf    = b_exp == ONES && b_1[MAN-1:0] == '0;
     a_zero   = a_1[EXP+MAN-1:0] == '0;
     b_zero   = b_1[EXP+MAN-1:0] == '0;
-    // A NaN comes in, or a root below zero, infinity by infinity, zero by zero.
+    // A NaN operand, a root of a negative number, infinity by infinity, zero by zero.
     nan      = (a_exp == ONES && !a_inf) ||
                (root_1 ? a_1[EXP+MAN] && !a_zero : (b_exp == ONES && !b_inf) || (a_inf && b_inf) || (a_zero && b_zero));
     infinite = root_1 ? a_inf : a_inf || b_zero;
@@ -174,7 +175,7 @@ module fp_divsqrt #(
     end
   end
 
-  // Last: round and pack. The inputs stay, and so would the result; it is taken once.
+  // Last: round and pack. The inputs stay, and so would the result; it is read once.
   logic [EXP+MAN:0] result_last;
   fp_round #(
       .EXP (EXP),

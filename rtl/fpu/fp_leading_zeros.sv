@@ -10,7 +10,7 @@ module fp_leading_zeros #(
 
   logic [PADDED-1:0] rest;
 
-  // Binary search: is the upper half of what is left empty?
+  // Binary search: whether the upper half of the rest is zero.
   always_comb begin
     rest  = {value, {(PADDED - WIDTH) {1'b0}}};
     count = '0;

@@ -29,7 +29,7 @@ module fp_mul #(
     a_place = a_exp | EXP'(a_exp == '0);
     b_place = b_exp | EXP'(b_exp == '0);
     special = a_exp == ONES || b_exp == ONES;
-    // A NaN comes in, or zero times infinity.
+    // A NaN operand, or zero times infinity.
     nan     = (a_exp == ONES && a[MAN-1:0] != '0) || (b_exp == ONES && b[MAN-1:0] != '0) ||
               (special && (a[EXP+MAN-1:0] == '0 || b[EXP+MAN-1:0] == '0));
   end
@@ -46,8 +46,8 @@ module fp_mul #(
     sign_1    <= !nan && (a[EXP+MAN] ^ b[EXP+MAN]);
   end
 
-  // 2, 3: multiply. Meanwhile: how far the product of a subnormal must move up, or a product that is to be
-  // subnormal down. (Of two subnormals, only the sticky bit remains, wherever they are moved.)
+  // 2, 3: multiply. Meanwhile the normalisation shift: up for the product of a subnormal, down for a product that
+  // becomes subnormal. (Of two subnormals, only the sticky bit remains for any shift.)
   logic [LZ-1:0] zeros;
   fp_leading_zeros #(
       .WIDTH(P)
@@ -125,7 +125,7 @@ module fp_mul #(
     man_5     <= {lowered, lost || product_4[P-3:0] != '0};
   end
 
-  // 6: the product of two significands is in [1, 4): at most one place to go.
+  // 6: the product of two significands is in [1, 4): it is shifted by at most one place.
   logic sign_6, special_6;
   logic [EXP:0] exp_6;
   logic [P+TAIL-1:0] man_6;

@@ -1,6 +1,6 @@
 // Rounds to nearest even and packs, one cycle. `man` is the significand (leading bit on top; clear for a subnormal,
 // which has exp 1) and TAIL >= 2 bits below it, the last of them sticky. exp may be one past the largest finite one.
-// A special result (NaN, infinity) is packed as it comes.
+// A special result (NaN, infinity) is packed unchanged.
 module fp_round #(
     parameter int EXP  = 11,
     parameter int MAN  = 52,

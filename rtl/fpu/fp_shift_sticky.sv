@@ -1,4 +1,4 @@
-// Right shift that remembers: `lost` says whether a one was shifted out. Amounts of WIDTH and more lose everything.
+// Right shift with a sticky bit: `lost` says whether a one was shifted out. Amounts of WIDTH and more lose everything.
 module fp_shift_sticky #(
     parameter int WIDTH = 56,
     parameter int BITS  = $clog2(WIDTH + 1)

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
 import re
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -126,46 +124,3 @@ def test_a_number_beyond_a_double_is_refused_by_field(tmp_path: Path, number: st
     path.write_text(json.dumps(document).replace('"here"', number))
     with pytest.raises(FileError, match=r"field `x\[0\]` is .*; it is too large"):
         Solution.load(path)
-
-
-def test_a_link_stays_a_link_and_a_file_keeps_its_mode(tmp_path: Path) -> None:
-    target, link = tmp_path / "s.json", tmp_path / "link.json"
-    SOLUTION.save(target)
-    target.chmod(0o600)
-    link.symlink_to(target)
-    target.write_text("{}")
-    SOLUTION.save(link)
-    assert link.is_symlink()
-    assert bits(Solution.load(target)) == bits(SOLUTION)
-    assert target.stat().st_mode & 0o777 == 0o600
-
-
-def test_a_pipe_is_written_to_not_replaced(tmp_path: Path) -> None:
-    pipe = tmp_path / "pipe"
-    os.mkfifo(pipe)
-    with ThreadPoolExecutor(1) as pool:
-        read = pool.submit(pipe.read_text)
-        SOLUTION.save(pipe)
-        assert json.loads(read.result(timeout=10))["schema"] == "orbsoc.solution/1"
-    assert pipe.is_fifo()
-
-
-def test_threads_may_write_one_file(tmp_path: Path) -> None:
-    path = tmp_path / "s.json"
-    with ThreadPoolExecutor(4) as pool:
-        for done in [pool.submit(SOLUTION.save, path) for _ in range(200)]:
-            done.result()
-    assert bits(Solution.load(path)) == bits(SOLUTION)
-    assert [entry.name for entry in tmp_path.iterdir()] == ["s.json"]
-
-
-def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
-    path = tmp_path / "s.json"
-    SOLUTION.save(path)
-    before = path.read_bytes()
-    with pytest.raises(ValueError, match="not JSON compliant"):
-        write_json({"x": float("nan")}, path)
-    with pytest.raises(OSError, match=re.escape(str(tmp_path))):
-        write_json({"x": 1}, tmp_path)
-    assert path.read_bytes() == before
-    assert [entry.name for entry in tmp_path.iterdir()] == ["s.json"]

@@ -108,6 +108,12 @@ def test_a_new_mission_is_a_workload(toy: Path, tmp_path: Path) -> None:
     assert "modelled: plan of push.toml (1 solve, " in result.stdout
 
 
+def test_one_point_of_the_reachable_domain_is_a_workload(tmp_path: Path) -> None:
+    result = invoke("hw", "budget", REACH, "--estimate", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    assert "modelled: paper on zu9eg" in result.stdout
+
+
 def test_a_new_mission_is_judged_over_dispersed_cases(toy: Path, tmp_path: Path) -> None:
     assert isinstance(registry.MISSIONS["toy"], Dispersible)
     result = invoke("plan", toy, "--cases", 3, "--deadline-ms", 50, "--out", tmp_path / "out", "--json")

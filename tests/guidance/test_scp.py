@@ -178,9 +178,9 @@ class InterruptedScheduler(orbsoc.PsScheduler):
             return super().__call__(problem, settings, **overrides)
 
     @staticmethod
-    def _signal_then_run(driver: Driver, **walk: Any) -> None:
+    def _signal_then_run(driver: Driver, **arguments: Any) -> None:
         signal.raise_signal(signal.SIGINT)
-        run_driver(driver, **walk)
+        run_driver(driver, **arguments)
 
 
 run_driver = Driver.run

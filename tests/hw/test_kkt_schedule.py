@@ -60,7 +60,7 @@ def test_operations_are_what_the_columns_of_l_imply() -> None:
     problem = problem_c()
     pivots = problem.n + problem.p + problem.m
     counted = _core.operation_counts(problem, Settings(), {})["factorize"]["operations"]
-    triangles = counted["mul_sub"]  # the sum over the columns: rust/orbsoc/src/factor_tests.rs
+    triangles = counted["mul_sub"]  # the sum over the columns: rust/orbsoc/src/tests/factorization.rs
     solution = orbsoc.solve(problem)
     implied = triangles + solution.nnz_l + pivots + 2 * (2 * solution.nnz_l + pivots)
     assert segment(FOUR, KKT_SOLVES).operations <= 1.05 * implied

@@ -17,6 +17,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = {"orbsoc": ROOT / "python" / "orbsoc", "hw_model": ROOT / "hw_model"}
 CRATE = ROOT / "rust" / "orbsoc" / "src"
+HARDWARE = ROOT / "rust" / "orbsoc-hw" / "src"
 
 # ---- Python ----
 
@@ -149,37 +150,24 @@ def test_the_python_check_finds_what_it_must(module: str, source: str, found: se
 
 # ---- Rust ----
 
-PATTERN = {
-    "beside", "cones", "csc", "elimination", "error", "indices", "kkt", "order", "rows", "stretch", "structure", "supernode", "symbolic", "upper",
-}  # fmt: skip
-"""Sizes and index lists of one sparsity pattern: no numbers of the iteration in them."""
-
-RUST_MAY_USE = {
-    "real": {"real", "workspace"},  # a recording names the buffers that it reads and writes
-    "kernels": {"kernels", "real"} | PATTERN - {"csc", "error"},
-    "beside": PATTERN,
-    "cones": PATTERN,
-    "convexity": PATTERN,
-    "elimination": PATTERN,
-    "indices": PATTERN,
-    "order": PATTERN,
-    "rows": PATTERN,
-    "stretch": PATTERN,
-    "supernode": PATTERN,
-    "symbolic": PATTERN,
-    "upper": PATTERN,
-    "kkt": PATTERN,
-    "structure": PATTERN | {"problem"},
-    "stage": {"workspace"},
+RUST_PACKAGES = {
+    CRATE: ["error", "symbolic", "problem", "real", "kkt", "kernels", "outcome", "method", "batch"],
+    HARDWARE: ["error", "machine", "stream", "schedule", "microcode", "program", "replay"],
 }
-"""Modules with a closed list; the engine and what stands above it may use them all."""
+"""Of each crate the packages, lowest first: each may use those before it, and no other."""
 
 HARDWARE_WORDS = re.compile(
     r"\b(?:\w*(?:register|partition(?!_point)|cycles|microcode)\w*|(?:irq|axi)(?:_\w+)?)\b", re.IGNORECASE
 )
 COUNTING = CRATE / "real" / "counted.rs"
 """Measures critical paths in the latencies it is given, and may call them cycles."""
-RUST_FILES = sorted(CRATE.rglob("*.rs"))
+SOURCES = [
+    (crate, path)
+    for crate in RUST_PACKAGES
+    for path in sorted(crate.rglob("*.rs"))
+    if path.name != "lib.rs" and path.parent != crate / "tests"
+]
+RUST_FILES = [path for crate, path in SOURCES if crate == CRATE]
 
 
 def code_of(source: str) -> str:
@@ -188,28 +176,66 @@ def code_of(source: str) -> str:
     return re.sub(r"//[^\n]*|/\*.*?\*/", "", body, flags=re.DOTALL)
 
 
-def rust_module_of(path: Path) -> str:
+def rust_package_of(path: Path, crate: Path) -> str:
     """First path element below the crate: a kernel's is `kernels`."""
-    return path.relative_to(CRATE).with_suffix("").parts[0]
+    return path.relative_to(crate).with_suffix("").parts[0]
 
 
-def used_by(source: str, module: str, *, nested: bool) -> set[str]:
-    """Modules of the crate named by `crate::…`, and by `super::…` where that is the crate."""
-    roots = r"(?:crate|super)" if not nested else r"crate"
-    found: set[str] = set()
-    for group, name in re.findall(rf"\b{roots}::(?:\{{([^;]*?)\}}\s*;|(\w+))", code_of(source)):
-        flat = re.sub(r"::\{[^{}]*\}", "", group)
-        found |= (
-            {item.strip().split("::")[0] for item in flat.split(",") if item.strip()} if group else {name}
-        )
-    return found - {module}
+def expanded(tree: str) -> list[str]:
+    """The paths of a use tree: `a::{b::C, d::{E, F}}` gives three."""
+    head, brace, inner = tree.partition("{")
+    parts = re.split(r",(?![^{]*\})", inner.removesuffix("}")) if brace else []
+    return [head + path for part in parts if part for path in expanded(part)] or [tree]
 
 
-@pytest.mark.parametrize("path", RUST_FILES, ids=lambda path: str(path.relative_to(CRATE)))
-def test_rust_modules_point_the_allowed_way(path: Path) -> None:
-    module = rust_module_of(path)
-    used = used_by(path.read_text(encoding="utf-8"), module, nested=path.parent != CRATE)
-    assert used - RUST_MAY_USE.get(module, used) == set()
+def used_by(source: str, path: Path, crate: Path) -> set[str]:
+    """What a Rust file names by `crate::…` and `super::…`, as package::file::item from the crate's root."""
+    here = path.relative_to(crate).with_suffix("").parts
+    here = here[:-1] if here[-1] in ("mod", "lib") else here
+    code = code_of(source)
+    found = {"::".join((*here, child)) for child in re.findall(r"\bmod (\w+);", code)}
+    use = r"\buse\s+((?:crate|super)\b[^;]*);"
+    trees = [re.sub(r"\s", "", tree) for tree in re.findall(use, code)]
+    paths = re.findall(r"\b(?:crate|super)(?:::\w+)+", re.sub(use, "", code))
+    for name in (*paths, *(path for tree in trees for path in expanded(tree))):
+        parts = name.removesuffix("::self").split("::")
+        up = parts.count("super")
+        found.add("::".join((*(here[: len(here) - up] if up else ()), *parts[max(up, 1) :])))
+    return found
+
+
+def file_of(name: str, crate: Path) -> Path | None:
+    """The file that a name stands in: the longest path of folders and a file that it begins with."""
+    parts = name.split("::")
+    for length in range(len(parts), 0, -1):
+        stem = crate.joinpath(*parts[:length])
+        for path in (stem.with_suffix(".rs"), stem / "mod.rs"):
+            if path.is_file():
+                return path
+    return None
+
+
+@pytest.mark.parametrize(
+    ("crate", "path"), SOURCES, ids=lambda path: path.relative_to(ROOT / "rust").as_posix()
+)
+def test_rust_packages_use_those_before_them(crate: Path, path: Path) -> None:
+    package = rust_package_of(path, crate)
+    allowed = {*RUST_PACKAGES[crate][: RUST_PACKAGES[crate].index(package) + 1]}
+    used = {name.split("::")[0] for name in used_by(path.read_text(encoding="utf-8"), path, crate)}
+    assert used - allowed == set()
+
+
+@pytest.mark.parametrize("crate", RUST_PACKAGES, ids=lambda crate: crate.parent.name)
+def test_no_rust_files_use_each_other_in_a_circle(crate: Path) -> None:
+    uses = {
+        path: {file_of(name, crate) for name in used_by(path.read_text(encoding="utf-8"), path, crate)}
+        - {path, None}
+        for owner, path in SOURCES
+        if owner == crate
+    }
+    while free := {path for path, used in uses.items() if not used & uses.keys()}:
+        uses = {path: used for path, used in uses.items() if path not in free}
+    assert {str(path.relative_to(crate)) for path in uses} == set()
 
 
 @pytest.mark.parametrize(
@@ -219,50 +245,40 @@ def test_the_solver_knows_nothing_of_registers_and_partitions(path: Path) -> Non
     assert HARDWARE_WORDS.findall(code_of(path.read_text(encoding="utf-8"))) == []
 
 
-@pytest.mark.parametrize("path", sorted((CRATE / "kernels").glob("*.rs")), ids=lambda path: path.name)
+@pytest.mark.parametrize("path", sorted((CRATE / "kernels").rglob("*.rs")), ids=lambda path: path.name)
 def test_kernels_use_no_crate_that_computes_for_them(path: Path) -> None:
     assert re.findall(r"\b(?:faer|pulp|nalgebra|pyo3)::", code_of(path.read_text(encoding="utf-8"))) == []
 
 
-# ---- Packages of a crate, lowest first: each may use those before it. ----
-
-HW = ROOT / "rust" / "orbsoc-hw" / "src"
-HW_PACKAGES = ("error", "machine", "stream", "schedule", "microcode", "program", "replay")
-
-
-@pytest.mark.parametrize(("source", "packages"), [(HW, HW_PACKAGES)], ids=["orbsoc-hw"])
-def test_packages_use_only_those_below_them(source: Path, packages: tuple[str, ...]) -> None:
-    assert set(packages) == {path.stem for path in source.iterdir()} - {"lib"}
-    for path in source.rglob("*.rs"):
-        package = path.relative_to(source).with_suffix("").parts[0]
-        below = packages[: packages.index(package)] if package != "lib" else packages
-        used = used_by(path.read_text(encoding="utf-8"), package, nested=path.parent != source)
-        assert used <= set(below), path.relative_to(source)
-
-
 @pytest.mark.parametrize(
-    ("source", "module", "nested", "used"),
+    ("source", "file", "used"),
     [
-        ("use crate::real::Real;", "kernels", True, {"real"}),
+        ("use crate::real::Real;", "kernels/ps.rs", {"real::Real"}),
         (
-            "use crate::{engine::Engine, real::{Mask, Real}, stage};",
-            "kernels",
-            True,
-            {"engine", "real", "stage"},
+            "use crate::{method::engine::Engine, real::{Mask, Real}, error};",
+            "kernels/ps.rs",
+            {"method::engine::Engine", "real::Mask", "real::Real", "error"},
         ),
-        ("fn f(x: &crate::workspace::Buffer) {}", "kernels", True, {"workspace"}),
-        ("use super::reduce::dot;", "kernels", True, set()),
-        ("use super::engine::Engine;", "stage", False, {"engine"}),
+        ("fn f(x: &crate::method::workspace::Buffer) {}", "kernels/ps.rs", {"method::workspace::Buffer"}),
         (
-            "// use crate::engine\n/* crate::stage */\n#[cfg(test)]\nuse crate::engine;",
-            "kernels",
-            True,
-            set(),
+            "use super::reduce::{dot, norm2};",
+            "kernels/ps.rs",
+            {"kernels::reduce::dot", "kernels::reduce::norm2"},
         ),
+        ("use super::reduce::{self};", "kernels/ps.rs", {"kernels::reduce"}),
+        ("use super::super::reduce;", "kernels/supernodal/panel.rs", {"kernels::reduce"}),
+        ("mod lanes;\npub use lanes::Lanes;", "real/mod.rs", {"real::lanes"}),
+        ("// use crate::method\n/* crate::kkt */\n#[cfg(test)]\nuse crate::method;", "kernels/ps.rs", set()),
     ],
 )
-def test_the_rust_check_finds_what_it_must(source: str, module: str, nested: bool, used: set[str]) -> None:
-    assert used_by(source, module, nested=nested) == used
+def test_the_rust_check_finds_what_it_must(source: str, file: str, used: set[str]) -> None:
+    assert used_by(source, CRATE / file, CRATE) == used
+
+
+def test_a_name_is_found_in_its_file() -> None:
+    assert file_of("kernels::reduce::dot", CRATE) == CRATE / "kernels" / "reduce.rs"
+    assert file_of("real::Real", CRATE) == CRATE / "real" / "mod.rs"
+    assert file_of("Error", CRATE) is None
 
 
 def test_the_words_of_the_hardware_are_found() -> None:
@@ -273,7 +289,8 @@ def test_the_words_of_the_hardware_are_found() -> None:
 def test_every_layer_has_sources_to_check() -> None:
     packages = {".".join(module.split(".")[:2]) for module in MODULES} - set(PACKAGES)
     assert packages == set(MAY_USE)
-    assert set(RUST_MAY_USE) <= {rust_module_of(path) for path in RUST_FILES}
+    for crate, names in RUST_PACKAGES.items():
+        assert set(names) == {rust_package_of(path, crate) for owner, path in SOURCES if owner == crate}
 
 
 def test_crates_depend_downwards_only() -> None:

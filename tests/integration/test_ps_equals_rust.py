@@ -109,5 +109,5 @@ def test_a_mission_has_the_same_plan_on_the_emulated_computer() -> None:
     for field in fields(ours.trajectory):
         a, b = getattr(ours.trajectory, field.name), getattr(theirs.trajectory, field.name)
         assert getattr(a, "tobytes", lambda a=a: a)() == getattr(b, "tobytes", lambda b=b: b)(), field.name
-    assert len(ps.trace["solves"]) == len(ours.iterations)
+    assert len(ps.trace["solves"]) == len(ours.subproblems)
     assert len(ps.trace["patterns"]) == 1

@@ -16,9 +16,13 @@ import venv
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
+from types import ModuleType
 from typing import Any
 
 import pytest
+
+import hw_model
+import orbsoc
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA_SUFFIXES = {".svh", ".toml", ".j2", ".html", ".css", ".typed", ".pyi", ".json"}
@@ -91,6 +95,14 @@ def test_the_wheel_holds_both_packages_with_their_data_and_nothing_else(wheel: P
     assert PurePosixPath("hw_model/platform/partitions/paper.toml") in names
     assert PurePosixPath("orbsoc/py.typed") in names
     assert PurePosixPath("orbsoc/_core.pyi") in names
+
+
+@pytest.mark.skipif("PYTHONPATH" in os.environ, reason="`make check` tests the sources")
+@pytest.mark.parametrize("package", [orbsoc, hw_model, orbsoc._core], ids=lambda package: package.__name__)
+def test_what_is_tested_is_installed(package: ModuleType) -> None:
+    """`make check` leaves an extension beside the sources: without its path neither is imported."""
+    assert package.__file__ is not None
+    assert not any(Path(package.__file__).is_relative_to(ROOT / name) for name in ("python", "hw_model"))
 
 
 def test_the_wheel_is_built_with_the_flags_that_cargo_is_configured_with(tmp_path: Path) -> None:

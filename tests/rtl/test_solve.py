@@ -44,8 +44,8 @@ def test_whole_solves_on_the_rtl_are_rusts_bit_for_bit_and_the_models_to_one_per
     assert {outcome.engine.fp for outcome in outcomes} == {64, 32}
 
 
-def test_walks_after_a_stall_are_rusts_on_the_rtl_too() -> None:
-    """The third walk has other shifts of the pivots, which the PL must be told."""
+def test_restarts_on_the_rtl_are_those_of_rust() -> None:
+    """The second restart has another regularisation, which the PL must be told."""
     require_verilator()
     outcome = solve_on_rtl(RTL, "stalls twice", recovered_at_third_attempt(), WEAK, engine=FOUR_LANES)
     assert described(outcome) == []

@@ -69,7 +69,7 @@ def test_every_row_has_the_bits_of_its_own_solve(names: str, threads: int) -> No
         assert batch.objective[k] == single.objective
 
 
-def test_infeasible_neighbours_are_found_and_harm_nobody() -> None:
+def test_infeasible_rows_are_found_and_change_no_other() -> None:
     batch = orbsoc.solve_batch(BASE, **random_rows(29))
     names = [status.name for status in batch.status]
     assert names.count("PRIMAL_INFEASIBLE") == len(range(0, 29, 7))
@@ -119,7 +119,7 @@ def test_all_numbers_are_looked_at_before_anything_is_solved() -> None:
     assert not any(progress["ended"] for progress in seen)
 
 
-def test_whoever_watches_is_heard_while_the_numbers_are_looked_at() -> None:
+def test_a_callback_is_asked_while_the_numbers_are_checked() -> None:
     """The last row is no cost that a problem may have: looked at to the end, the batch would be refused."""
     order, count = 150, 400
     base = Problem(P=np.eye(order) + 1.0, c=np.ones(order))

@@ -38,13 +38,13 @@ def budget(
         from orbsoc.hw.workload import load_workload
 
         chosen = options.parsed_settings(settings)
-        machine, split = options.computer(device, chosen), load_partition(partition)
+        platform, split = options.computer(device, chosen), load_partition(partition)
         record = load_workload(workload)
         cycles = options.stage_cycles(record, exact=exact)
-        reading = BUDGET_USAGE.of(record.trace, split, machine, cycles)
-        require_used(chosen, [(machine, reading)])
-        found = priced(record.trace, machine, split, cycles)
-        title = f"{split.name} on {machine.name}, {count_of(machine.pl.lanes.value, 'lane')}"
+        reading = BUDGET_USAGE.of(record.trace, split, platform, cycles)
+        require_used(chosen, [(platform, reading)])
+        found = priced(record.trace, platform, split, cycles)
+        title = f"{split.name} on {platform.name}, {count_of(platform.pl.lanes.value, 'lane')}"
         verdict = (
             f"modelled: {title}: {'FITS' if found.fits else 'DOES NOT FIT'}; tightest is {found.tightest.kind},"
             f" {100 * found.tightest.share:.0f} % of the device against a ceiling of {100 * found.tightest.ceiling:.0f} %"
@@ -56,7 +56,7 @@ def budget(
             "workload": record.origin,
             "fits": found.fits,
             **asdict(found),
-            "assumptions": options.echoed(machine, reading),
+            "assumptions": options.echoed(platform, reading),
         }
         folder = out or Path("out") / f"hw-budget-{record.name}"
         options.write_all(folder, {"budget.json": options.as_json_text(document)})
@@ -69,24 +69,24 @@ def budget(
                 for use in found.uses
             ),
             f"storage {found.storage_words} words in three replicas: the buffers, and a quarter more as an allowance for temporaries",
-            _microcode(found, machine),
+            _microcode(found, platform),
             verdict,
         ]
-        options.say(lines, document, folder, as_json=as_json)
+        options.print_report(lines, document, folder, as_json=as_json)
         raise typer.Exit(0 if found.fits else FAILED)
 
 
-def _microcode(found: Budget, machine: Platform) -> str:
+def _microcode(found: Budget, platform: Platform) -> str:
     """Words, stored bits and block RAMs; whether the bits were counted or assumed."""
     if not found.microcode_words:
         return "no microcode: nothing is on the PL"
-    if machine.pl.microcode_format.value == "flat":
+    if platform.pl.microcode_format.value == "flat":
         how = "flat"
     elif found.microcode_origin == "schedule":
         ratio = found.microcode_flat_bits / found.microcode_bits
         how = f"compressed {ratio:.1f} times, counted in the schedules' own microcode"
     else:
-        how = f"compressed {machine.pl.microcode_compression.value:g} times, which is assumed"
+        how = f"compressed {platform.pl.microcode_compression.value:g} times, which is assumed"
     return (
         f"microcode {found.microcode_words} words, {found.microcode_bits / 1e6:.2f} Mbit in"
         f" {found.microcode_bram36} BRAM36: {how}"

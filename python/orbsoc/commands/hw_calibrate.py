@@ -34,15 +34,15 @@ def calibrate(
         from orbsoc.hw.workload import load_workload
 
         chosen = options.parsed_settings(settings)
-        machine = options.computer(device, chosen)
-        require_used(chosen, [(machine, CALIBRATION_USAGE)])
+        platform = options.computer(device, chosen)
+        require_used(chosen, [(platform, CALIBRATION_USAGE)])
         rows = read_measurements(measured)
         record = load_workload(workload)
-        found = fit(record.trace, machine, rows, f"calibrated with {measured.name} ({record.origin})")
-        was = machine.ps.flop_per_cycle
+        found = fit(record.trace, platform, rows, f"calibrated with {measured.name} ({record.origin})")
+        was = platform.ps.flop_per_cycle
         verdict = (
             f"measured: {found.flop_per_cycle:.3f} flop/cycle ({found.low:.3f}–{found.high:.3f}, {found.band_words});"
-            f" {machine.name} had {was.value:g} ({was.tag})"
+            f" {platform.name} had {was.value:g} ({was.tag})"
         )
         document = {
             "schema": "orbsoc.hardware-calibration/1",
@@ -56,7 +56,7 @@ def calibrate(
             "assumptions": options.echoed(found.platform, CALIBRATION_USAGE),
         }
         folder = out or Path("out") / f"hw-calibrate-{record.name}"
-        name = f"{machine.name}-calibrated.toml"
+        name = f"{platform.name}-calibrated.toml"
         options.write_all(
             folder, {name: to_toml(found.platform), "calibration.json": options.as_json_text(document)}
         )
@@ -71,4 +71,4 @@ def calibrate(
             verdict,
             f"use it with --device {folder / name}",
         ]
-        options.say(lines, document, folder, as_json=as_json)
+        options.print_report(lines, document, folder, as_json=as_json)

@@ -56,7 +56,7 @@ def explain(
             f" {(found.b_picoseconds - found.a_picoseconds) / 1e9:+10.3f}",
             found.headline,
         ]
-        options.say(lines, document, folder, as_json=as_json)
+        options.print_report(lines, document, folder, as_json=as_json)
 
 
 def _configuration(text: str) -> tuple[Configuration, dict[str, Any]]:

@@ -166,8 +166,8 @@ def echoed(platform: Platform, reading: ParameterUse) -> list[dict[str, Any]]:
     return [asdict(row) for row in assumptions(platform, reading)]
 
 
-def say(lines: Sequence[str], document: Mapping[str, Any], folder: Path, *, as_json: bool) -> None:
-    """The answer in words, last the folder; with `as_json` the document on standard output, the words beside it."""
+def print_report(lines: Sequence[str], document: Mapping[str, Any], folder: Path, *, as_json: bool) -> None:
+    """Print the lines, last the folder; with `as_json` the document on standard output, the lines on standard error."""
     if as_json:
         typer.echo(json.dumps(document, allow_nan=False))
     for line in (*lines, f"written to {folder}"):

@@ -43,7 +43,7 @@ def partition(
         record = load_workload(workload)
         cycles = options.stage_cycles(record, exact=exact, computers=computers)
         reading = STUDY_USAGE.of(record.trace, load_partition("paper"), computers[0], cycles)
-        require_used(chosen, ((machine, reading) for machine in computers))
+        require_used(chosen, ((platform, reading) for platform in computers))
         study = Study(record.trace, cycles)
         points = _priced(study, computers)
         front, found = pareto(points), verdicts(points)
@@ -58,7 +58,7 @@ def partition(
             },
         )
         _draw(record, cycles, computers, points, front, folder)
-        options.say(_words(record, points, front, found), document, folder, as_json=as_json)
+        options.print_report(_lines(record, points, front, found), document, folder, as_json=as_json)
 
 
 _AXES = {"pl.lanes": "--lanes", "pl.clock_mhz": "--clocks"}
@@ -70,15 +70,15 @@ def _computers(devices: str, lanes: str, clocks: str, settings: dict[str, Any]) 
 
     names = platform_names() if devices == "all" else options.listed(devices, "--device")
     counts, rates = options.listed(lanes, "--lanes", int), options.listed(clocks, "--clocks", float)
-    machines = [options.computer(name, settings) for name in names]
-    twins = [name for name, many in Counter(machine.name for machine in machines).items() if many > 1]
+    platforms = [options.computer(name, settings) for name in names]
+    twins = [name for name, many in Counter(platform.name for platform in platforms).items() if many > 1]
     if twins:
         raise HwModelError(
             f"--device {devices!r}: two platforms are called {twins[0]!r}; give them names of their own"
         )
     return [
-        machine.with_values({"pl.lanes": count, "pl.clock_mhz": rate})
-        for machine in machines
+        platform.with_values({"pl.lanes": count, "pl.clock_mhz": rate})
+        for platform in platforms
         for rate in rates
         for count in counts
     ]
@@ -88,7 +88,7 @@ def _priced(study: Study, computers: list[Platform]) -> list[Point]:
     from hw_model.platform.partition import all_partitions
 
     splits = all_partitions()
-    return [point for machine in computers for point in study.points(machine, splits)]
+    return [point for platform in computers for point in study.points(platform, splits)]
 
 
 def _document(
@@ -99,7 +99,7 @@ def _document(
     front: list[Point],
     found: list[Verdict],
 ) -> dict[str, Any]:
-    first = {machine.name: machine for machine in reversed(computers)}
+    first = {platform.name: platform for platform in reversed(computers)}
     return {
         "schema": "orbsoc.hardware-partitions/1",
         "provenance": "modelled",
@@ -107,11 +107,11 @@ def _document(
         "points": len(points),
         "pareto": [point.row() for point in front],
         "paper": [verdict.to_dict() for verdict in found],
-        "assumptions": {name: options.echoed(machine, reading) for name, machine in sorted(first.items())},
+        "assumptions": {name: options.echoed(platform, reading) for name, platform in sorted(first.items())},
     }
 
 
-def _words(record: Workload, points: list[Point], front: list[Point], found: list[Verdict]) -> list[str]:
+def _lines(record: Workload, points: list[Point], front: list[Point], found: list[Verdict]) -> list[str]:
     from hw_model.vocabulary import count_of
 
     fits = Counter(point.device for point in points if point.budget.fits)
@@ -160,30 +160,30 @@ def _draw(
 
     pareto_figure(points, front, folder / "pareto.png")
     paper = load_partition("paper")
-    rates = sorted({machine.pl.clock_mhz.value for machine in computers})
-    middle = [machine for machine in computers if machine.pl.clock_mhz.value == rates[len(rates) // 2]]
-    one = [machine for machine in middle if machine.name == computers[-1].name]
+    rates = sorted({platform.pl.clock_mhz.value for platform in computers})
+    middle = [platform for platform in computers if platform.pl.clock_mhz.value == rates[len(rates) // 2]]
+    one = [platform for platform in middle if platform.name == computers[-1].name]
     names = ("paper", "matrix_update+factorization+linear_solve", "factor_only")
     known = {(point.device, point.lanes, point.pl_clock_mhz, point.partition): point for point in points}
     curves = {
         name: {
-            machine.pl.lanes.value: (
-                known[machine.name, machine.pl.lanes.value, machine.pl.clock_mhz.value, name].speedup,
-                limits(record.trace, machine, load_partition(name), cycles),
+            platform.pl.lanes.value: (
+                known[platform.name, platform.pl.lanes.value, platform.pl.clock_mhz.value, name].speedup,
+                limits(record.trace, platform, load_partition(name), cycles),
             )
-            for machine in one
+            for platform in one
         }
         for name in names
     }
     title = f"{one[0].name}, PL at {one[0].pl.clock_mhz.value:g} MHz"
     amdahl_figure(curves, title, folder / "amdahl.png")
-    typical = min(one, key=lambda machine: abs(machine.pl.lanes.value - 4))
+    typical = min(one, key=lambda platform: abs(platform.pl.lanes.value - 4))
     roofline_figure(roofs(record.trace, typical, paper, cycles), typical, folder / "roofline.png")
-    shown = [machine for machine in middle if machine.pl.lanes.value == typical.pl.lanes.value]
-    reports = [speedup(record.trace, machine, name, cycles=cycles) for machine in shown for name in names]
+    shown = [platform for platform in middle if platform.pl.lanes.value == typical.pl.lanes.value]
+    reports = [speedup(record.trace, platform, name, cycles=cycles) for platform in shown for name in names]
     fitting = [
-        known[machine.name, machine.pl.lanes.value, machine.pl.clock_mhz.value, name].budget.fits
-        for machine in shown
+        known[platform.name, platform.pl.lanes.value, platform.pl.clock_mhz.value, name].budget.fits
+        for platform in shown
         for name in names
     ]
     speedup_figure(reports, folder / "speedup.png", fitting)

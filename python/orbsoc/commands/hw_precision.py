@@ -51,8 +51,8 @@ def precision(
         from orbsoc.hw.workload import WorkloadError, load_workload
 
         chosen = options.parsed_settings(settings)
-        machine = options.computer(device, chosen)
-        require_used(chosen, [(machine, PRECISION_USAGE)])
+        platform = options.computer(device, chosen)
+        require_used(chosen, [(platform, PRECISION_USAGE)])
         if not 0.0 < tol < 1.0:
             raise WorkloadError(f"--tol = {tol}: must be above 0 and below 1, for residuals are relative")
         asked = Settings(tol=tol, tol_inaccurate=max(1e-5, 10.0 * tol))
@@ -62,7 +62,7 @@ def precision(
                 f"{workload}: a trace holds no problem to solve again; give a scenario or a problem"
             )
         rows = [
-            {"problem": number, **_row(problem, asked, bits, modules, machine, cycles)}
+            {"problem": number, **_row(problem, asked, bits, modules, platform, cycles)}
             for number, problem in enumerate(record.problems)
             for cycles in [exact_cycles([problem])]
             for bits, modules in CHOICES
@@ -72,7 +72,7 @@ def precision(
             "workload": record.origin,
             "tol": tol,
             "rows": rows,
-            "assumptions": options.echoed(machine, PRECISION_USAGE),
+            "assumptions": options.echoed(platform, PRECISION_USAGE),
         }
         folder = out or Path("out") / f"hw-precision-{record.name}"
         options.write_all(
@@ -82,7 +82,7 @@ def precision(
                 "precision.csv": options.as_csv_text(rows),
             },
         )
-        options.say(_words(rows, tol), document, folder, as_json=as_json)
+        options.print_report(_lines(rows, tol), document, folder, as_json=as_json)
 
 
 def _row(
@@ -90,7 +90,7 @@ def _row(
     settings: Settings,
     bits: int,
     modules: tuple[str, ...],
-    machine: Platform,
+    platform: Platform,
     cycles: StageCycles,
 ) -> dict[str, Any]:
     """One solve, and what it would have cost."""
@@ -102,8 +102,8 @@ def _row(
 
     run = solve_narrow(problem, bits, modules, settings)
     split = on_pl(*modules)
-    report = speedup(run.trace, machine, split, cycles=cycles)
-    area = budget(parse_trace(run.trace), machine, split, cycles)
+    report = speedup(run.trace, platform, split, cycles=cycles)
+    area = budget(parse_trace(run.trace), platform, split, cycles)
     reached = run.solution.status.name == "SOLVED" and run.worst <= settings.tol
     return {
         "bits": bits, "narrow_modules": "+".join(modules) if len(modules) < len(ALL) else "all six",
@@ -112,12 +112,12 @@ def _row(
         "dual_residual": run.dual_residual, "gap": run.gap, "reached": reached,
         "why_not": "" if reached else run.solution.message,
         "pl_cycles": report.cycles["pl"], "modelled_ms": report.makespan_ms.nominal,
-        "dsp": machine.pl.lanes.value * multiplier_dsp(bits), "lut": area.of("lut").used,
+        "dsp": platform.pl.lanes.value * multiplier_dsp(bits), "lut": area.of("lut").used,
         "bram36": area.of("bram36").used,
     }  # fmt: skip
 
 
-def _words(rows: list[dict[str, Any]], tol: float) -> list[str]:
+def _lines(rows: list[dict[str, Any]], tol: float) -> list[str]:
     head = "bits modules                       status             iter refine  worst residual  PL cycles  modelled ms  DSP"
     lines = [head]
     for row in rows:

@@ -48,10 +48,10 @@ def run(
         given = {"pl.lanes": lanes, "pl.banks": banks}
         own = {key: value for key, value in given.items() if value is not None}
         chosen = options.parsed_settings(settings, {key: f"--{key[3:]}" for key in own})
-        machine = options.computer(device, chosen | own)
-        require_used(chosen, [(machine, SCHEDULE_USAGE)])
-        engine = _engine(machine, fp)
-        engine_of(machine, "f64")
+        platform = options.computer(device, chosen | own)
+        require_used(chosen, [(platform, SCHEDULE_USAGE)])
+        engine = _engine(platform, fp)
+        engine_of(platform, "f64")
         record = load_workload(workload)
         if not record.problems:
             exit_with(
@@ -63,12 +63,12 @@ def run(
         document = {
             "schema": "orbsoc.hw-run/1",
             "workload": record.origin,
-            "device": machine.name,
-            "clock_mhz": machine.pl.clock_mhz.value,
+            "device": platform.name,
+            "clock_mhz": platform.pl.clock_mhz.value,
             "patterns": [program.document() for program in programs],
-            "memory": [asdict(_memory(program, machine)) for program in programs],
+            "memory": [asdict(_memory(program, platform)) for program in programs],
             "kkt_solves": [stream.document() for stream in streams],
-            "assumptions": options.echoed(machine, SCHEDULE_USAGE),
+            "assumptions": options.echoed(platform, SCHEDULE_USAGE),
         }
         rows = [
             {"pattern": p} | _row(program, name)
@@ -79,29 +79,29 @@ def run(
         options.write_all(folder, files)
         shown = [(programs[0], "factorize"), (programs[0], "solve_pair"), (streams[0], KKT_SOLVES.name)]
         utilisation_figure(shown, folder / "utilisation.png")
-        words = [
+        lines = [
             line
             for program, stream in zip(programs, streams, strict=True)
-            for line in (*_table(program, machine), _of_stream(stream))
+            for line in (*_table(program, platform), _of_stream(stream))
         ]
-        options.say(words, document, folder, as_json=as_json)
+        options.print_report(lines, document, folder, as_json=as_json)
 
 
-def _engine(machine: Platform, fp: int) -> Engine:
+def _engine(platform: Platform, fp: int) -> Engine:
     from orbsoc.hw.schedules import Engine, EngineError
 
-    word: Literal[64, 32]
+    bits: Literal[64, 32]
     if fp == 64:
-        word = 64
+        bits = 64
     elif fp == 32:
-        word = 32
+        bits = 32
     else:
         raise EngineError(f"`fp` = {fp}: allowed is 64 or 32")
     return Engine(
-        fp=word,
-        lanes=machine.pl.lanes.value,
-        dividers=machine.pl.dividers.value,
-        banks=machine.pl.banks.value,
+        fp=bits,
+        lanes=platform.pl.lanes.value,
+        dividers=platform.pl.dividers.value,
+        banks=platform.pl.banks.value,
     )
 
 
@@ -117,8 +117,8 @@ def _row(program: PlProgram, name: str) -> dict[str, object]:
     }  # fmt: skip
 
 
-def _table(program: PlProgram, machine: Platform) -> list[str]:
-    """The program in words: modules, then segments, then what it takes to store."""
+def _table(program: PlProgram, platform: Platform) -> list[str]:
+    """The program in lines: modules, then segments, then what it takes to store."""
     from hw_model.vocabulary import count_of
 
     engine, segments = program.engine, list(program.segments.values())
@@ -128,7 +128,7 @@ def _table(program: PlProgram, machine: Platform) -> list[str]:
     stored = sum(segment.compressed_bits for segment in segments)
     lines = [
         f"modelled, equal to the RTL cycle for cycle: f{engine.fp}, {count_of(engine.lanes, 'lane')},"
-        f" {count_of(engine.dividers, 'divider')}, {count_of(engine.banks, 'bank')}, PL at {machine.pl.clock_mhz.value:g} MHz,"
+        f" {count_of(engine.dividers, 'divider')}, {count_of(engine.banks, 'bank')}, PL at {platform.pl.clock_mhz.value:g} MHz,"
         " flat microcode",
         "module          segment            cycles      µs  bound by      of it  used  idle lanes: waiting for",
     ]
@@ -140,7 +140,7 @@ def _table(program: PlProgram, machine: Platform) -> list[str]:
                 f"{cause} {100 * idle[cause] / sum(segment.lane_causes.values()):.0f} %" for cause in most
             ]
             lines.append(
-                f"{module:15s} {segment.stage:16s} {segment.cycles:8d} {segment.cycles / machine.pl.clock_mhz.value:7.1f}"
+                f"{module:15s} {segment.stage:16s} {segment.cycles:8d} {segment.cycles / platform.pl.clock_mhz.value:7.1f}"
                 f"  {segment.bottleneck:10s} {100 * segment.lower_bound / segment.cycles:5.0f} %"
                 f" {100 * segment.utilisation:4.0f} %  {', '.join(shares)}"
             )
@@ -148,7 +148,7 @@ def _table(program: PlProgram, machine: Platform) -> list[str]:
         f"storage {program.home_words} words of buffers and literals, 2^{engine.address_bits} with temporaries;"
         f" microcode {flat / 1e6:.2f} Mbit flat, {stored / 1e6:.2f} Mbit compressed ({flat / stored:.1f} times less, and {100 * slower:.1f} % more cycles)"
     )
-    return [*lines, _memory(program, machine).words]
+    return [*lines, _memory(program, platform).line]
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,7 +167,7 @@ class Memory:
     compressed_fits: bool
 
     @property
-    def words(self) -> str:
+    def line(self) -> str:
         """What fits, in a line."""
         flat, compressed = (
             f"{name} microcode {bram36:g} {'FITS' if fits else 'DOES NOT FIT'}"
@@ -182,7 +182,7 @@ class Memory:
         )
 
 
-def _memory(program: PlProgram, machine: Platform) -> Memory:
+def _memory(program: PlProgram, platform: Platform) -> Memory:
     from hw_model.area.engine import Shape, bram18, line_bits, storage_bram18
 
     engine, segments = program.engine, program.segments.values()
@@ -196,7 +196,7 @@ def _memory(program: PlProgram, machine: Platform) -> Memory:
     storage = storage_bram18(shape) / 2
     flat = bram18(sum(segment.words for segment in segments), shape.microcode_bits) / 2
     compressed = bram18(lines, line) / 2
-    available, ceiling = machine.resources.bram36.value, machine.area.bram36_ceiling.value
+    available, ceiling = platform.resources.bram36.value, platform.area.bram36_ceiling.value
     most = ceiling * available
     return Memory(
         available, ceiling, storage, flat, storage + flat <= most, compressed, storage + compressed <= most

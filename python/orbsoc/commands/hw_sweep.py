@@ -38,11 +38,11 @@ def sweep(
 
         chosen = load_sweep(file)
         record = load_workload(_workload(chosen, workload, file))
-        machines = [machine for machine, _ in computers(chosen)]
-        cycles = options.stage_cycles(record, exact=exact, computers=machines)
+        platforms = [platform for platform, _ in computers(chosen)]
+        cycles = options.stage_cycles(record, exact=exact, computers=platforms)
         points = run(record.trace, chosen, Study(record.trace, cycles))
         front = pareto(points)
-        first = {machine.name: machine for machine, _ in reversed(list(computers(chosen)))}
+        first = {platform.name: platform for platform, _ in reversed(list(computers(chosen)))}
         widest = max(map(load_partition, chosen.partitions), key=lambda split: split.uses_pl)
         document = {
             "schema": "orbsoc.hardware-sweep/1",
@@ -53,8 +53,8 @@ def sweep(
             | {key: list(values) for key, values in chosen.axes.items()},
             "pareto": [point.row() for point in front],
             "assumptions": {
-                name: options.echoed(machine, STUDY_USAGE.of(record.trace, widest, machine, cycles))
-                for name, machine in sorted(first.items())
+                name: options.echoed(platform, STUDY_USAGE.of(record.trace, widest, platform, cycles))
+                for name, platform in sorted(first.items())
             },
         }
         folder = out or Path("out") / f"hw-sweep-{file.stem}"
@@ -77,7 +77,7 @@ def sweep(
                 for point in front
             ),
         ]
-        options.say(lines, document, folder, as_json=as_json)
+        options.print_report(lines, document, folder, as_json=as_json)
 
 
 def _workload(chosen: Sweep, given: Path | None, file: Path) -> Path:

@@ -32,14 +32,14 @@ def trace(
         from orbsoc.hw.workload import load_workload
 
         chosen = options.parsed_settings(settings)
-        machine, split = options.computer(device, chosen), load_partition(partition)
+        platform, split = options.computer(device, chosen), load_partition(partition)
         record = load_workload(workload)
         cycles = options.stage_cycles(record, exact=exact)
-        require_used(chosen, [(machine, TIMELINE_USAGE.of(record.trace, split, machine, cycles))])
-        timeline = simulate(record.trace, machine, split, cycles)
+        require_used(chosen, [(platform, TIMELINE_USAGE.of(record.trace, split, platform, cycles))])
+        timeline = simulate(record.trace, platform, split, cycles)
         folder = out or Path("out") / f"hw-trace-{record.name}"
         units = exact_units(record.problems) if options.takes_schedules(record, exact=exact) else None
-        document = trace_events(timeline, record.trace, machine, split, cycles, units)
+        document = trace_events(timeline, record.trace, platform, split, cycles, units)
         options.write_all(
             folder,
             {
@@ -49,13 +49,13 @@ def trace(
         )
         gantt_figure(timeline, folder / "gantt.png")
         milliseconds = timeline.makespan_picoseconds / 1e9
-        words = [
-            f"modelled: {split.name} on {machine.name}, {record.origin}: {milliseconds:.3f} ms in"
+        lines = [
+            f"modelled: {split.name} on {platform.name}, {record.origin}: {milliseconds:.3f} ms in"
             f" {len(timeline.segments)} segments; open trace.json in ui.perfetto.dev"
         ]
         if split.uses_pl:
-            words.append(_of_units(timeline) if units else NO_UNITS)
-        options.say(words, document["otherData"] | {"folder": str(folder)}, folder, as_json=as_json)
+            lines.append(_of_units(timeline) if units else NO_UNITS)
+        options.print_report(lines, document["otherData"] | {"folder": str(folder)}, folder, as_json=as_json)
 
 
 NO_UNITS = (

@@ -97,7 +97,7 @@ def validate(
             f"measured: model and RTL are {'EQUAL' if equal else 'DIFFERENT'} in {len(outcomes)} segments,"
             f" on {len(watched)} harnesses that assert every rule when a control breaks it"
         )
-        options.say([*table, verdict], document, where, as_json=as_json)
+        options.print_report([*table, verdict], document, where, as_json=as_json)
         raise typer.Exit(0 if equal else FAILED)
 
 

@@ -45,7 +45,7 @@ def validate_mutations(folder: Path, where: Path, *, as_json: bool) -> NoReturn:
     mutated = [catch for catch in found if catch.mutation is not None]
     caught = sum(catch.caught for catch in mutated)
     verdict = f"measured: {caught} of {len(mutated)} mutations of RTL, checks and schedules are caught"
-    options.say([*table, verdict], document, where, as_json=as_json)
+    options.print_report([*table, verdict], document, where, as_json=as_json)
     raise typer.Exit(0 if good else FAILED)
 
 

@@ -47,7 +47,7 @@ def validate_solves(folder: Path, where: Path, *, quick: bool, as_json: bool) ->
         f"measured: {len(outcomes)} solves on the RTL are {'EQUAL to' if equal else 'DIFFERENT from'} Rust's,"
         f" {sum(outcome.iterations for outcome in outcomes)} iterations"
     )
-    options.say([*table, verdict], document, where, as_json=as_json)
+    options.print_report([*table, verdict], document, where, as_json=as_json)
     raise typer.Exit(0 if equal else FAILED)
 
 

@@ -35,5 +35,5 @@ def print_tables(scenario: Path, where: Path, *, as_json: bool) -> NoReturn:
     drawn = [Engine(lanes=lanes, dividers=dividers) for lanes, dividers in DRAWN]
     panels = [(pl_program(first, None, engine, WITH_RESIDUALS), WITH_RESIDUALS.name) for engine in drawn]
     utilisation_figure(panels, where / "pl-utilisation.png")
-    options.say(lines, document, where, as_json=as_json)
+    options.print_report(lines, document, where, as_json=as_json)
     raise typer.Exit(0)

@@ -57,8 +57,8 @@ def plan_cases(
         if exact and split.uses_pl:
             engine_of(platform, "f64")  # refuse now what has no schedules
         try:
-            with Progress(count) as told:
-                cases = record_cases(scenario, count, seed, folder / "cases", resume=resume, progress=told)
+            with Progress(count) as watch:
+                cases = record_cases(scenario, count, seed, folder / "cases", resume=resume, progress=watch)
         except KeyboardInterrupt:
             exit_with(
                 INTERRUPTED,
@@ -87,11 +87,11 @@ def plan_cases(
             },
         )
         _draw(report, folder / "deadline.png")
-        options.say(_words(report), document, folder, as_json=as_json)
+        options.print_report(_lines(report), document, folder, as_json=as_json)
         raise typer.Exit(0 if report.verdict != "FAIL" and report.fits else FAILED)
 
 
-def _words(report: DeadlineReport) -> list[str]:
+def _lines(report: DeadlineReport) -> list[str]:
     document = report.to_dict()
     times, worst = document["time_ms"], document["worst_ms"]
     lines = [

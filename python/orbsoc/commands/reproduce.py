@@ -51,7 +51,7 @@ def reproduce(
         options.write_all(
             out, {"reproduce.json": options.as_json_text(document), "reproduce.md": text + "\n"}
         )
-        options.say(text.splitlines(), document, out, as_json=as_json)
+        options.print_report(text.splitlines(), document, out, as_json=as_json)
 
 
 def _markdown(rows: Mapping[str, Sequence[PaperRow]]) -> str:

@@ -8,7 +8,12 @@ from typing import Any
 
 from .errors import SettingsError
 
-COUNTS = {"max_iterations": (1, 100_000), "refinement_max": (0, 100), "ruiz_passes": (0, 100)}
+COUNTS = {
+    "max_iterations": (1, 100_000),
+    "refinement_max": (0, 100),
+    "ruiz_passes": (0, 100),
+    "max_restarts": (0, 100),
+}
 """Least and most of each count, as in the core, which allocates for as many in advance."""
 
 POSITIVE = (
@@ -46,6 +51,7 @@ class Settings:
     refinement_max: int = 10
     step_fraction: float = 0.99
     ruiz_passes: int = 4
+    max_restarts: int = 3
 
     def __post_init__(self) -> None:
         for name, kind in self.__annotations__.items():

@@ -96,7 +96,7 @@ class Agreement:
         return self.ours == self.theirs and all(each.value <= each.limit for each in self.differences)
 
     @property
-    def words(self) -> str:
+    def message(self) -> str:
         """One sentence with every difference beside its limit."""
         if self.ours != self.theirs:
             return f"the plan is {self.ours}, but the other solver's is {self.theirs}"
@@ -116,7 +116,7 @@ class Agreement:
             "theirs": self.theirs,
             **values,
             "agrees": self.agrees,
-            "words": self.words,
+            "words": self.message,
         }
 
 

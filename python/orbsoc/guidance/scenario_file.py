@@ -155,11 +155,11 @@ def complaints(model: type[BaseModel], error: ValidationError) -> list[Complaint
 
 def _unknown_key(model: type[BaseModel], location: list[str], value: Any) -> Complaint:
     allowed = sorted(_table_at(model, location[:-1]).model_fields)
-    words = f"unknown key; allowed here: {', '.join(allowed)}"
+    message = f"unknown key; allowed here: {', '.join(allowed)}"
     near = difflib.get_close_matches(location[-1], allowed, n=1, cutoff=0.5)
     if near:
-        words += f". Did you mean {near[0]}? The unit is part of the key"
-    return Complaint(".".join(location), repr(value), words)
+        message += f". Did you mean {near[0]}? The unit is part of the key"
+    return Complaint(".".join(location), repr(value), message)
 
 
 def _table_at(model: type[BaseModel], location: list[str]) -> type[BaseModel]:
@@ -173,5 +173,5 @@ def _table_at(model: type[BaseModel], location: list[str]) -> type[BaseModel]:
     return model
 
 
-def _unreadable(source: Path, words: str) -> ScenarioError:
-    return ScenarioError(str(source), [Complaint("file", "", words)])
+def _unreadable(source: Path, message: str) -> ScenarioError:
+    return ScenarioError(str(source), [Complaint("file", "", message)])

@@ -1,6 +1,6 @@
 """The output of a planning run: `plan.json`, tables, figures, `hardware.json`, `report.html`.
 
-All of it is built from one plan document, so that the report can say nothing that `plan.json` does not.
+All of it is built from one plan document, so that the report states nothing that `plan.json` does not.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ OWN_TEMPLATE = "report.html.j2"
 
 @dataclass(frozen=True, slots=True)
 class PlanRun:
-    """A plan and what was found out about it; `solver` says in words what solved the subproblems."""
+    """A plan and what was found out about it; `solver` names what solved the subproblems."""
 
     mission: Mission
     plan: Plan
@@ -81,7 +81,7 @@ def report_page(
     figures: tuple[FigureFile, ...],
     place: Path,
 ) -> str:
-    """The page of a plan's document, with the figures in `place`; of each table its columns are told."""
+    """The page of a plan's document, with the figures in `place`; templates see the columns of each table."""
     folder = Path(mission.__file__).parent if mission.__file__ else None
     own = folder is not None and (folder / OWN_TEMPLATE).is_file()
     return render(

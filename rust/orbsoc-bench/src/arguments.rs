@@ -1,6 +1,6 @@
 //! The command line.
 
-use crate::Failure;
+use crate::failure::Failure;
 use std::path::PathBuf;
 
 pub const HELP: &str = "\
@@ -19,10 +19,6 @@ orbsoc-bench --schedule FOLDER|FILE … [--repeats N]
 orbsoc-bench --compare BEFORE.csv AFTER.csv
     Ratio after/before for each problem, and for each stage when both files have stages.
 ";
-
-pub struct Arguments {
-    pub command: Command,
-}
 
 pub enum Command {
     Help,
@@ -45,7 +41,7 @@ pub struct Plan {
     pub out: Option<PathBuf>,
 }
 
-impl Arguments {
+impl Command {
     pub fn parse(mut arguments: impl Iterator<Item = String>) -> Result<Self, Failure> {
         let mut plan = Plan {
             paths: Vec::new(),
@@ -61,10 +57,10 @@ impl Arguments {
         while let Some(argument) = arguments.next() {
             let mut value = || arguments.next().ok_or(format!("{argument} needs a value; see --help"));
             match argument.as_str() {
-                "--help" | "-h" => return Ok(Self { command: Command::Help }),
+                "--help" | "-h" => return Ok(Self::Help),
                 "--compare" => {
                     let (before, after) = (value()?.into(), value()?.into());
-                    return Ok(Self { command: Command::Compare { before, after } });
+                    return Ok(Self::Compare { before, after });
                 }
                 "--repeats" => plan.repeats = positive(&argument, &value()?)?,
                 "--batch" => plan.batch = positive(&argument, &value()?)?,
@@ -83,7 +79,7 @@ impl Arguments {
         if plan.paths.is_empty() {
             return Err("no problems: give a folder or a file of orbsoc.problem/1; see --help".into());
         }
-        Ok(Self { command: if schedule { Command::Schedule(plan) } else { Command::Measure(plan) } })
+        Ok(if schedule { Self::Schedule(plan) } else { Self::Measure(plan) })
     }
 }
 

@@ -1,7 +1,7 @@
 //! Comparison of two results: the ratio after/before, below 1 where the later one is faster.
 
+use crate::failure::Failure;
 use crate::results::{Line, Lines, SETUP, SOLVE};
-use crate::Failure;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 

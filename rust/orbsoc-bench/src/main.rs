@@ -10,6 +10,7 @@
 
 mod arguments;
 mod compare;
+mod failure;
 mod measure;
 mod problem_file;
 mod results;
@@ -17,12 +18,10 @@ mod schedules;
 mod spread;
 mod stages;
 
-use arguments::{Arguments, Command, HELP};
+use arguments::{Command, HELP};
+use failure::Failure;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-
-/// An error message for the terminal.
-type Failure = String;
 
 fn main() -> ExitCode {
     match run() {
@@ -35,7 +34,7 @@ fn main() -> ExitCode {
 }
 
 fn run() -> Result<(), Failure> {
-    match Arguments::parse(std::env::args().skip(1))?.command {
+    match Command::parse(std::env::args().skip(1))? {
         Command::Help => print!("{HELP}"),
         Command::Compare { before, after } => {
             print!("{}", compare::report(&results::read(&before)?, &results::read(&after)?)?);

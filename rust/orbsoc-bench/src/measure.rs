@@ -1,9 +1,9 @@
 //! Timing of solves: a fresh engine each time, problems interleaved, medians with quartiles.
 
 use crate::arguments::Plan;
+use crate::failure::Failure;
 use crate::spread::{microseconds, Spread};
 use crate::stages::{Clocks, StageTimes};
-use crate::Failure;
 use orbsoc::{BatchSolver, Engine, Problem, Settings, Solution};
 use std::time::Instant;
 

@@ -1,6 +1,6 @@
 //! Problem files, schema `orbsoc.problem/1`, as Python's `Problem.save` writes them.
 
-use crate::Failure;
+use crate::failure::Failure;
 use orbsoc::{Cones, Csc, Problem};
 use serde::Deserialize;
 use std::path::Path;

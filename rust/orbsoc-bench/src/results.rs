@@ -1,9 +1,9 @@
 //! Results as tables and as CSV: one line for each problem and part (set-up, solve, batch, stages).
 
 use crate::arguments::Plan;
+use crate::failure::Failure;
 use crate::measure::Measured;
 use crate::spread::Spread;
-use crate::Failure;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;

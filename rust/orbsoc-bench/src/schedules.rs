@@ -1,8 +1,8 @@
 //! Speed of the schedulers of the programmable logic, by number of lanes.
 
 use crate::arguments::Plan;
+use crate::failure::Failure;
 use crate::spread::{microseconds, Spread};
-use crate::Failure;
 use orbsoc::{record_tapes, Problem, Recording, Settings};
 use orbsoc_hw::{schedule, Compressed, Configuration, Graph, Layout, Microcode, Program};
 use std::fmt::Write;

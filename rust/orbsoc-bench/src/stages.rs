@@ -1,7 +1,7 @@
 //! Time of a solve by stage: a clock around every stage of the method.
 
 use crate::spread::{microseconds, Spread};
-use orbsoc::{Engine, Outcome, Stage, Step, CLOSING, ITERATION, STARTUP};
+use orbsoc::{Engine, Outcome, Stage, CLOSING, ITERATION, STARTUP};
 use std::time::Instant;
 
 /// Name of the last part: the status and its residuals, recomputed on the user's data.
@@ -27,11 +27,14 @@ impl Clocks {
     pub fn time(&mut self, engine: Engine<f64>) {
         let mut attempt = Attempt { engine, times: vec![(0.0, 0); Stage::ALL.len() + 1] };
         for step in STARTUP {
-            attempt.perform(*step);
+            step.perform(&mut |stage| attempt.run(stage));
         }
-        while !ITERATION.iter().any(|step| matches!(attempt.perform(*step), Outcome::Done(_))) {}
+        while !ITERATION
+            .iter()
+            .any(|step| matches!(step.perform(&mut |stage| attempt.run(stage)), Outcome::Done(_)))
+        {}
         for step in CLOSING {
-            attempt.perform(*step);
+            step.perform(&mut |stage| attempt.run(stage));
         }
         let start = Instant::now();
         let solution = attempt.engine.conclude();
@@ -64,18 +67,6 @@ struct Attempt {
 }
 
 impl Attempt {
-    fn perform(&mut self, step: Step) -> Outcome {
-        match step {
-            Step::Run(stage) => self.run(stage),
-            Step::Repeat { stage, until } => loop {
-                match self.run(until) {
-                    Outcome::Repeat => self.run(stage),
-                    other => return other,
-                };
-            },
-        }
-    }
-
     fn run(&mut self, stage: Stage) -> Outcome {
         let start = Instant::now();
         let outcome = self.engine.run(stage);

@@ -5,58 +5,22 @@ use core::fmt;
 /// Misuse, or an engine too small; names the field and what is allowed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum Error {
     /// A field of the configuration that no engine can have.
-    Configuration {
-        /// The field.
-        field: &'static str,
-        /// Its value.
-        value: u64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
-    /// The storage has fewer words than the buffers, constants and temporaries need.
-    Storage {
-        /// The segment that needs most, or "buffers".
-        needed_by: &'static str,
-        /// Lower bound of the words that are needed.
-        needed: usize,
-        /// Words that the configuration has.
-        available: usize,
-    },
-    /// More microcode than its memory holds.
-    Microcode {
-        /// Words that are needed.
-        needed: usize,
-        /// Words that the configuration has.
-        available: usize,
-    },
+    Configuration { field: &'static str, value: u64, allowed: &'static str },
+    /// The storage has fewer words than the buffers, constants and temporaries need; `needed` is a lower bound.
+    Storage { needed_by: &'static str, needed: usize, available: usize },
+    /// More microcode words than the memory holds.
+    Microcode { needed: usize, available: usize },
     /// A stage that has no segment: it belongs to the processing system.
-    NoSegment {
-        /// The stage.
-        stage: String,
-    },
-    /// Words of a pattern other than the recorded one.
-    Pattern {
-        /// The buffer.
-        buffer: &'static str,
-        /// Words given.
-        found: usize,
-        /// Words recorded.
-        expected: usize,
-    },
-    /// Words of a problem that differs from the recorded one in more than its numbers.
-    OtherPattern {
-        /// The matrix, the cones or the absent rows that differ.
-        part: &'static str,
-    },
+    NoSegment { stage: String },
+    /// A buffer of another length than the recorded one.
+    Pattern { buffer: &'static str, found: usize, expected: usize },
+    /// A problem that differs from the recorded one in more than its numbers: in a matrix, the cones or the absent rows.
+    OtherPattern { part: &'static str },
     /// A microcode word that no encoder writes.
-    Damaged {
-        /// Which word.
-        word: usize,
-        /// What is wrong with it.
-        detail: String,
-    },
+    Damaged { word: usize, detail: String },
 }
 
 impl fmt::Display for Error {

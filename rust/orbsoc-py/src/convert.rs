@@ -159,6 +159,7 @@ pub fn settings(object: &Bound<'_, PyAny>) -> PyResult<Settings> {
         refinement_share,
         refinement_max,
         step_fraction,
-        ruiz_passes
+        ruiz_passes,
+        max_restarts
     ))
 }

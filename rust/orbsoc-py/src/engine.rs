@@ -1,6 +1,7 @@
 //! The engine as a Python object.
 
 use crate::convert::{one_at_a_time, problem, refuse, replace_numbers, settings};
+use crate::method::RestartInfo;
 use crate::watch::Watch;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use orbsoc::{Buffer, Error, Outcome, Problem, Progress, Solution, Stage, Start, Status};
@@ -25,6 +26,7 @@ pub struct RawSolution {
     dual_objective: f64,
     iterations: u32,
     refinements: u32,
+    attempts: u32,
     primal_residual: f64,
     dual_residual: f64,
     gap: f64,
@@ -130,11 +132,17 @@ impl Engine {
         self.state()?.inner.start_from(&borrowed(&owned(&start))).map_err(refuse)
     }
 
-    /// Whether the finished attempt must be restarted; if so, the engine is ready for a cold start.
+    /// The restart that is to follow the attempt that ended.
+    fn next_restart(&self) -> PyResult<Option<RestartInfo>> {
+        let inner = &self.state()?.inner;
+        Ok(inner.next_restart(&inner.conclude()).map(RestartInfo::from))
+    }
+
+    /// Get ready for that restart, where there is one, and say so.
     fn begin_again(&self) -> PyResult<bool> {
         let inner = &mut self.state()?.inner;
         let solution = inner.conclude();
-        Ok(inner.begin_again(&solution))
+        Ok(inner.restart(&solution))
     }
 
     /// Run one stage: NEXT, REPEAT or DONE.
@@ -229,6 +237,7 @@ pub fn raw_solution(
         dual_objective: solution.dual_objective,
         iterations: solution.iterations,
         refinements: solution.refinements,
+        attempts: solution.attempts,
         primal_residual: solution.certificate.primal_residual,
         dual_residual: solution.certificate.dual_residual,
         gap: solution.certificate.gap,

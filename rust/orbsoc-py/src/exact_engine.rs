@@ -148,7 +148,7 @@ impl ExactEngine {
     fn begin_again(&self) -> PyResult<bool> {
         Ok(with!(&mut *self.state()?, engine => {
             let solution = engine.conclude();
-            engine.begin_again(&solution)
+            engine.restart(&solution)
         }))
     }
 

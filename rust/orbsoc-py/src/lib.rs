@@ -28,7 +28,9 @@ mod _core {
     #[pymodule_export]
     use super::image::{program_image, ProgramImage};
     #[pymodule_export]
-    use super::method::{closing, iteration, operation_counts, stages, startup, warm_startup, StageInfo};
+    use super::method::{
+        closing, iteration, operation_counts, restarts, stages, startup, warm_startup, RestartInfo, StageInfo,
+    };
     #[pymodule_export]
     use super::mixed::MixedEngine;
     use pyo3::prelude::*;

@@ -2,7 +2,7 @@
 
 use crate::convert::{problem, refuse, settings};
 use orbsoc::real::{Latency, OperationCounts};
-use orbsoc::{Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
+use orbsoc::{Restart, Stage, Step, CLOSING, ITERATION, RESTARTS, STARTUP, WARM_STARTUP};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -35,6 +35,35 @@ pub fn iteration(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyTuple>>> {
 #[pyfunction]
 pub fn closing(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyTuple>>> {
     steps(py, CLOSING)
+}
+
+/// A row of the restart policy.
+#[pyclass(module = "orbsoc._core", frozen, get_all)]
+pub struct RestartInfo {
+    after: Vec<&'static str>,
+    stalled: bool,
+    statuses: Vec<&'static str>,
+    attempt: &'static str,
+    refinement_factor: f64,
+    regularization_factor: f64,
+}
+
+impl From<&Restart> for RestartInfo {
+    fn from(row: &Restart) -> Self {
+        Self {
+            after: row.after.iter().map(|attempt| attempt.name()).collect(),
+            stalled: row.stalled,
+            statuses: row.statuses.iter().map(|status| status.name()).collect(),
+            attempt: row.attempt.name(),
+            refinement_factor: row.refinement_factor,
+            regularization_factor: row.regularization_factor,
+        }
+    }
+}
+
+#[pyfunction]
+pub fn restarts() -> Vec<RestartInfo> {
+    RESTARTS.iter().map(RestartInfo::from).collect()
 }
 
 /// A row of the dataflow table.

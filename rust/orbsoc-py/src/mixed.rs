@@ -54,17 +54,17 @@ impl MixedEngine {
     fn finish(&self, py: Python<'_>, solve_s: f64) -> PyResult<RawSolution> {
         let state = self.state()?;
         let elapsed = Duration::try_from_secs_f64(solve_s).unwrap_or_default();
-        Ok(raw_solution(py, state.0.conclude(), state.0.kkt_sizes(), (state.1, elapsed)))
+        Ok(raw_solution(py, state.0.wide().conclude(), state.0.wide().kkt_sizes(), (state.1, elapsed)))
     }
 
     fn events(&self) -> PyResult<Vec<(&'static str, u32)>> {
-        Ok(self.state()?.0.events().iter().map(|e| (e.stage.name(), e.iteration)).collect())
+        Ok(self.state()?.0.wide().events().iter().map(|e| (e.stage.name(), e.iteration)).collect())
     }
 
     fn buffer_words<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let (state, words) = (self.state()?, PyDict::new(py));
         for &buffer in Buffer::ALL {
-            words.set_item(buffer.name(), state.0.buffer(buffer).len())?;
+            words.set_item(buffer.name(), state.0.wide().buffer(buffer).len())?;
         }
         Ok(words)
     }

@@ -1,4 +1,4 @@
-//! The method's three lists, walked by hand. Whoever drives the stages gets the bits of `Engine::solve`:
+//! The method's three lists, run by hand. Every driver of the stages gets the bits of `Engine::solve`:
 //! an emulated processor, a debugger, or this loop, which prints a line for each iteration.
 //!
 //! ```text
@@ -9,27 +9,14 @@ use orbsoc::{
     Buffer, Cones, Csc, Engine, Error, Outcome, Problem, Settings, Stage, Step, CLOSING, ITERATION, STARTUP,
 };
 
-/// Run a step of a list; a repeated stage runs until the other one is content.
-fn perform(engine: &mut Engine<f64>, step: Step) -> Outcome {
-    match step {
-        Step::Run(stage) => engine.run(stage),
-        Step::Repeat { stage, until } => loop {
-            match engine.run(until) {
-                Outcome::Repeat => engine.run(stage),
-                outcome => return outcome,
-            };
-        },
-    }
-}
-
-fn walk(engine: &mut Engine<f64>) {
+fn attempt(engine: &mut Engine<f64>) {
     for step in STARTUP {
-        perform(engine, *step);
+        step.perform(&mut |stage| engine.run(stage));
     }
     println!("iteration    primal      dual       gap        μ      step  refined");
     'iterations: loop {
         for step in ITERATION {
-            if let Outcome::Done(reason) = perform(engine, *step) {
+            if let Outcome::Done(reason) = step.perform(&mut |stage| engine.run(stage)) {
                 println!("left the iteration: {reason:?}");
                 break 'iterations;
             }
@@ -49,12 +36,12 @@ fn walk(engine: &mut Engine<f64>) {
         }
     }
     for step in CLOSING {
-        perform(engine, *step);
+        step.perform(&mut |stage| engine.run(stage));
     }
 }
 
 /// Run the example.
-/// Walk by hand, then let the engine do it.
+/// Step by hand, then let the engine do it.
 pub fn main() -> Result<(), Error> {
     // The least-norm portfolio of three assets: min ½xᵀPx with Σx = 1, mean return ≥ 0.12, ‖x‖ ≤ 0.9.
     let cost = Csc::from_dense(&[&[0.04, 0.01, 0.0], &[0.0, 0.09, 0.02], &[0.0, 0.0, 0.16]], 3);
@@ -73,13 +60,13 @@ pub fn main() -> Result<(), Error> {
     let problem = Problem::new(Some(cost), vec![0.0; 3], Some(sum), vec![1.0], Some(g), h, cones)?;
 
     let mut engine = Engine::new(&problem, &Settings::default())?;
-    walk(&mut engine);
+    attempt(&mut engine);
     let solution = engine.conclude();
     println!("{}: x = {:.6?}, risk {:.6}", solution.status, solution.x, solution.objective);
 
     // Every word a stage made is there to look at, and everything that ran was recorded.
     let runs = |stage| engine.events().iter().filter(|event| event.stage == stage).count();
-    let substitutions = runs(Stage::SolvePair) + runs(Stage::SolveKkt);
+    let substitutions = runs(Stage::SolveConstantAndPredictor) + runs(Stage::SolveKkt);
     println!("{} factorisations, {substitutions} substitutions", runs(Stage::Factorize));
     println!(
         "τ = {:.3}, κ = {:.1e}",

@@ -124,3 +124,17 @@ impl fmt::Display for Error {
 }
 
 impl std::error::Error for Error {}
+
+/// [`Error::Dimension`] unless an argument has what it must have.
+pub(crate) fn fit(
+    argument: &'static str,
+    (found, unit): (usize, &'static str),
+    expected: usize,
+    reason: &'static str,
+) -> Result<(), Error> {
+    if found == expected {
+        Ok(())
+    } else {
+        Err(Error::Dimension { argument, found, unit, expected, reason })
+    }
+}

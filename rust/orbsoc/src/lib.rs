@@ -6,92 +6,52 @@
 //!
 //! by a primal–dual interior-point method on the homogeneous embedding, with Nesterov–Todd scaling,
 //! Mehrotra's predictor–corrector, and one LDLᵀ factorisation of the quasi-definite KKT matrix per
-//! iteration on a static elimination walk.
+//! iteration on a static symbolic factorization.
 //!
 //! The method in one page is [`stage`]: two constant lists of stages and a dataflow table.
-//! [`Engine::run`] is the only door to the arithmetic; [`Engine::solve`] walks the lists, and so may
-//! anybody else, with the same bits. The arithmetic is one source for every datapath ([`real`]).
+//! [`Engine::run`] is the only way to the arithmetic. [`Engine::solve`] runs the lists, and so may
+//! any caller, with the same bits. The arithmetic is one source for every datapath ([`real`]).
 //!
-//! | to read about | see |
+//! | package, each on those above it | what is in it |
 //! |---|---|
-//! | the user's problem, what comes back | [`Problem`], [`Solution`], [`Settings`], `convexity` |
-//! | KKT pattern, order, elimination tree, supernodes | `kkt`, `order`, `elimination`, `symbolic` |
-//! | the six modules' kernels | `kernels::{matrix_update, matrix_scaling, factorization, linear_solve, cone_ops, line_search}` |
-//! | statistics and decisions | `ps`, `control` |
-//! | the evidence for a status | `certificate` |
-//! | the operation streams of a pattern | [`record_tapes`] |
+//! | `symbolic` | a sparsity pattern's ordering, elimination tree, supernodes and scatter indices |
+//! | `problem` | [`Problem`], [`Cones`], [`Settings`], checked; convexity |
+//! | [`real`] | the scalars of the datapaths |
+//! | `kkt` | sizes, cones and the KKT matrix's pattern |
+//! | `kernels` | the arithmetic: one file per module of programmable logic, and the processing system's |
+//! | `outcome` | [`Solution`], and its independent verification |
+//! | `method` | stages, buffers, decisions, restarts, [`Engine`], [`record_tapes`] |
+//! | `batch` | [`BatchSolver`] |
 
-mod accuracy;
 mod batch;
-mod beside;
-mod certificate;
-mod cones;
-mod control;
-#[cfg(test)]
-mod control_tests;
-mod convexity;
-mod crew;
-mod csc;
-#[cfg(test)]
-mod dataflow_tests;
-mod datapath;
-mod desk;
-mod doubt;
-mod elimination;
-mod engine;
 mod error;
-mod execute;
-#[cfg(test)]
-mod factor_tests;
-mod indices;
 mod kernels;
 mod kkt;
-mod mixed;
-#[cfg(test)]
-mod newton_tests;
-#[cfg(test)]
-mod oracle;
-mod order;
+mod method;
+mod outcome;
 mod problem;
-mod ps;
 pub mod real;
-mod rows;
-mod seats;
-mod settings;
-mod solution;
-pub mod stage;
-#[cfg(test)]
-mod stage_tests;
-mod stretch;
-mod structure;
-mod sums;
-mod supernode;
 mod symbolic;
-mod tape;
 #[cfg(test)]
-mod tape_tests;
-mod trace;
-mod upper;
-mod warm_start;
-mod workspace;
+mod tests;
 
-pub use batch::{solve_batch, solve_batch_from, BatchSolver};
-pub use cones::Cones;
-pub use convexity::check_convex;
-pub use csc::Csc;
-pub use desk::BatchProgress;
-pub use engine::{operation_counts, Engine, Progress};
+pub use batch::queue::BatchProgress;
+pub use batch::solver::{solve_batch, solve_batch_from, BatchSolver};
 pub use error::Error;
-pub use mixed::{MixedEngine, Narrow};
-pub use problem::Problem;
+pub use method::engine::{operation_counts, Engine, Progress};
+pub use method::events::Event;
+pub use method::mixed::{MixedEngine, Narrow};
+pub use method::restart::{Attempt, Restart, RESTARTS};
+pub use method::stage;
+pub use method::stage::{Module, Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
+pub use method::tape::{record_tapes, word_of, Recording, Store, Tape};
+pub use method::warm_start::Start;
+pub use method::workspace::Buffer;
+pub use outcome::solution::{Certificate, Solution, Status, WarmStart};
+pub use outcome::verification::Stop;
+pub use problem::convexity::check_convex;
+pub use problem::{Cones, Csc, Problem, Settings};
 pub use real::{Decide, Real};
-pub use settings::Settings;
-pub use solution::{Certificate, Solution, Status, WarmStart};
-pub use stage::{Module, Outcome, Stage, Step, Stop, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
-pub use tape::{record_tapes, word_of, Recording, Store, Tape};
-pub use trace::Event;
-pub use warm_start::Start;
-pub use workspace::Buffer;
 
 /// Solve a problem in double precision.
 ///

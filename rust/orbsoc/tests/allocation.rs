@@ -25,19 +25,11 @@ fn problem(bound: f64) -> Problem {
     Problem::new(Some(sparse(&cost)), c, Some(sparse(&sum)), vec![1.0], Some(sparse(&g)), h, cones).unwrap()
 }
 
-fn walk(engine: &mut Engine<f64>, startup: &[Step]) -> u32 {
-    let mut perform = |step: Step| match step {
-        Step::Run(stage) => engine.run(stage),
-        Step::Repeat { stage, until } => loop {
-            match engine.run(until) {
-                Outcome::Repeat => engine.run(stage),
-                outcome => return outcome,
-            };
-        },
-    };
-    assert!(startup.iter().all(|step| perform(*step) == Outcome::Next));
-    while ITERATION.iter().all(|step| perform(*step) == Outcome::Next) {}
-    assert!(CLOSING.iter().all(|step| perform(*step) == Outcome::Next));
+fn attempt(engine: &mut Engine<f64>, startup: &[Step]) -> u32 {
+    let mut run = |stage| engine.run(stage);
+    assert!(startup.iter().all(|step| step.perform(&mut run) == Outcome::Next));
+    while ITERATION.iter().all(|step| step.perform(&mut run) == Outcome::Next) {}
+    assert!(CLOSING.iter().all(|step| step.perform(&mut run) == Outcome::Next));
     engine.iteration()
 }
 
@@ -47,7 +39,7 @@ fn nothing_is_allocated_from_the_first_stage_to_the_last() {
     for (bound, least) in [(2.0, 5), (0.1, 3)] {
         let mut engine = Engine::<f64>::new(&problem(bound), &Settings::default()).unwrap();
         let mut iterations = 0;
-        let info = measure(|| iterations = walk(&mut engine, STARTUP));
+        let info = measure(|| iterations = attempt(&mut engine, STARTUP));
         assert_eq!((info.count_total, info.bytes_total), (0, 0), "bound {bound}");
         assert!(iterations >= least, "{iterations} iterations");
     }
@@ -62,17 +54,17 @@ fn a_warm_start_allocates_nothing_either() {
     let mut iterations = 0;
     let info = measure(|| {
         assert!(engine.start_from(&Start::from(&before)).unwrap());
-        iterations = walk(&mut engine, WARM_STARTUP);
-        assert!(!engine.begin_again(&before) && engine.begin_again(&failed));
-        iterations += walk(&mut engine, STARTUP);
+        iterations = attempt(&mut engine, WARM_STARTUP);
+        assert!(!engine.restart(&before) && engine.restart(&failed));
+        iterations += attempt(&mut engine, STARTUP);
     });
     assert_eq!((info.count_total, info.bytes_total), (0, 0));
     assert!(iterations >= 6, "{iterations} iterations");
 }
 
 #[test]
-fn a_walk_of_as_many_events_as_the_limits_allow_does_not_allocate_either() {
-    // A tolerance out of reach and refinement to the last step: the longest walk there is.
+fn an_attempt_of_as_many_events_as_the_limits_allow_does_not_allocate_either() {
+    // A tolerance out of reach and refinement to the last step: the longest attempt there is.
     let settings = Settings {
         tol: 1e-300,
         refinement_tol: 1e-300,
@@ -82,10 +74,10 @@ fn a_walk_of_as_many_events_as_the_limits_allow_does_not_allocate_either() {
     };
     let mut engine = Engine::<f64>::new(&problem(2.0), &settings).unwrap();
     let info = measure(|| {
-        walk(&mut engine, STARTUP);
+        attempt(&mut engine, STARTUP);
     });
     assert_eq!(info.count_total, 0);
-    let refines = |stage| matches!(stage, Stage::RefineKkt | Stage::RefinePair);
+    let refines = |stage| matches!(stage, Stage::RefineKkt | Stage::RefineConstantAndPredictor);
     assert!(engine.events().iter().filter(|event| refines(event.stage)).count() > 20);
 }
 

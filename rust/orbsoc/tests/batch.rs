@@ -1,4 +1,4 @@
-//! A batch returns, for every problem, the bits of its own single solve, whoever its neighbours are.
+//! A batch returns, for every problem, the bits of its own single solve, whatever its neighbours are.
 
 use core::ops::ControlFlow;
 use orbsoc::{
@@ -119,7 +119,7 @@ fn one_solver_solves_batch_after_batch_with_the_bits_of_single_solves() {
         write(k, problem)
     };
     for count in [30, 3, 17] {
-        assert!(solver.solve(30, interrupted).is_err(), "some lanes are left in the middle of their walk");
+        assert!(solver.solve(30, interrupted).is_err(), "some lanes are left in the middle of their attempt");
         let batch = solver.solve(count, write).unwrap();
         assert_eq!(batch.len(), count);
         for (k, solution) in batch.iter().enumerate() {

@@ -1,9 +1,14 @@
-//! docs/algorithm.md states what the code has: the dataflow table, row by row, and the rules' numbers.
+//! docs/algorithm.md states what the code has: the dataflow table and the restarts, row by row, and the rules' numbers.
 
-use orbsoc::{Buffer, Stage};
+use orbsoc::{Attempt, Buffer, Restart, Stage, Status, RESTARTS};
 
 const ALGORITHM: &str = include_str!("../../../docs/algorithm.md");
-const CONTROL: &str = concat!(include_str!("../src/control.rs"), include_str!("../src/accuracy.rs"));
+const CONTROL: &str = concat!(
+    include_str!("../src/method/control.rs"),
+    include_str!("../src/method/refinement.rs"),
+    include_str!("../src/method/restart.rs"),
+    include_str!("../src/outcome/verification.rs")
+);
 
 /// A stage's row: what it reads, updates, writes, and makes stale or leaves (unfinished).
 fn row(stage: Stage) -> String {
@@ -34,6 +39,27 @@ fn the_dataflow_table_is_the_codes() {
         .lines()
         .filter(|line| Stage::ALL.iter().any(|s| line.starts_with(&format!("| `{}` ", s.name()))));
     assert_eq!(rows.count(), Stage::ALL.len(), "a row that no stage has");
+}
+
+/// A restart's row: after which attempts and statuses, which one follows, and what it multiplies.
+fn restart_row(restart: &Restart) -> String {
+    let attempts: Vec<&str> = restart.after.iter().map(|&attempt| Attempt::name(attempt)).collect();
+    let statuses: Vec<String> = restart.statuses.iter().map(|s| format!("`{}`", Status::name(*s))).collect();
+    format!(
+        "| {}{} | {} | {} | {} | {} |",
+        attempts.join(", "),
+        if restart.stalled { ", stalled" } else { "" },
+        statuses.join(" "),
+        restart.attempt.name(),
+        restart.refinement_factor,
+        restart.regularization_factor,
+    )
+}
+
+#[test]
+fn the_restart_table_is_the_codes() {
+    let rows = RESTARTS.iter().map(restart_row).collect::<Vec<_>>().join("\n");
+    assert!(ALGORITHM.contains(&rows), "rows to write into docs/algorithm.md:\n{rows}");
 }
 
 #[test]

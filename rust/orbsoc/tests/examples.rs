@@ -11,6 +11,6 @@ fn a_problem_is_solved_from_its_data_to_a_checked_answer() {
 }
 
 #[test]
-fn a_walk_by_hand_ends_in_the_words_of_solve() {
+fn stepping_by_hand_ends_in_the_bits_of_solve() {
     manual_stepping::main().unwrap();
 }

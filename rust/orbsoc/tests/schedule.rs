@@ -1,4 +1,4 @@
-//! The stage lists are a legal walk over the dataflow table, and the table rejects illegal ones.
+//! The stage lists are a legal order by the dataflow table, and the table rejects illegal ones.
 
 use orbsoc::stage::check_schedule;
 use orbsoc::{Buffer, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
@@ -11,7 +11,7 @@ fn the_methods_lists_read_only_fresh_words() {
 
 #[test]
 fn leaving_out_any_single_stage_is_rejected() {
-    // Without `advance` every word read is fresh, the walk just goes nowhere. Without `center_start` or
+    // Without `advance` every entry read is fresh, but no step is taken. Without `center_start` or
     // `newton_start` the point is an earlier one.
     let legal = [Stage::Advance, Stage::CenterStart, Stage::NewtonStart];
     for list in [STARTUP, WARM_STARTUP, ITERATION] {

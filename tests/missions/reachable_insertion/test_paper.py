@@ -126,7 +126,7 @@ def test_one_changed_z_digit_gives_85_217_seconds_and_206_322_km(solver: str) ->
 def test_a_coarse_grid_that_over_promises_is_refined_until_the_propagation_confirms_it(solver: str) -> None:
     found = planned(solver, ZF196, "min_time")
     assert [stage.nodes for stage in found.stages[:3]] == [12, 18, 27]
-    # On 27 the thrust exceeds its bound by 0.98e-4 to 1.01e-4 between nodes, whoever solves; 1e-4 is allowed.
+    # On 27 the thrust exceeds its bound by 0.98e-4 to 1.01e-4 between nodes, with every solver; 1e-4 is allowed.
     for stage in found.stages[3:]:
         assert stage.nodes == 41
         assert "between nodes is 1.01e-04, allowed 1e-04" in stage.note

@@ -8,4 +8,6 @@ from orbsoc.guidance.scenario_file import ScenarioError
 from .planner import COLUMNS, Plan, plan, reproduce
 from .scenario import Scenario, load_scenario
 
-__all__ = ["COLUMNS", "Plan", "Scenario", "ScenarioError", "load_scenario", "plan", "reproduce"]
+PAPER = "004"
+
+__all__ = ["COLUMNS", "PAPER", "Plan", "Scenario", "ScenarioError", "load_scenario", "plan", "reproduce"]

@@ -132,7 +132,7 @@ def _row(
         reason = (
             f"the data set of this name gives {expected}; this scenario was made from other data or settings"
         )
-    tolerance = f"±{known.tolerance:g} {unit}"
+    tolerance = f"±{known.tolerance:g} {unit}" if known.tolerance else ""
     return PaperRow(quantity, source, f"{paper:.2f} {unit}", text, verdict, reason, tolerance)
 
 

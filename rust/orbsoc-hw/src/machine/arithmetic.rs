@@ -2,6 +2,7 @@
 
 use super::operation::Code;
 use super::timing::Precision;
+use core::ops::{Add, Div, Mul, Sub};
 
 /// The canonical quiet NaN of the arithmetic units.
 fn quiet(precision: Precision) -> u64 {
@@ -39,32 +40,15 @@ fn single(word: u64) -> f32 {
     f32::from_bits(word as u32)
 }
 
+/// A rounded operation, with canonical NaNs.
 fn round(precision: Precision, code: Code, words: [u64; 3]) -> u64 {
     let (bits, nan) = match precision {
         Precision::F64 => {
-            let [a, b, c] = words.map(f64::from_bits);
-            let result = match code {
-                Code::Mul => a * b,
-                Code::Add => c + a,
-                Code::Sub => c - a,
-                Code::AddMul => c + a * b,
-                Code::SubMul => c - a * b,
-                Code::Div => a / b,
-                _ => a.sqrt(),
-            };
+            let result = evaluate(code, words.map(f64::from_bits), f64::sqrt);
             (result.to_bits(), result.is_nan())
         }
         Precision::F32 => {
-            let [a, b, c] = words.map(single);
-            let result = match code {
-                Code::Mul => a * b,
-                Code::Add => c + a,
-                Code::Sub => c - a,
-                Code::AddMul => c + a * b,
-                Code::SubMul => c - a * b,
-                Code::Div => a / b,
-                _ => a.sqrt(),
-            };
+            let result = evaluate(code, words.map(single), f32::sqrt);
             (u64::from(result.to_bits()), result.is_nan())
         }
     };
@@ -72,6 +56,21 @@ fn round(precision: Precision, code: Code, words: [u64; 3]) -> u64 {
         quiet(precision)
     } else {
         bits
+    }
+}
+
+fn evaluate<T>(code: Code, [a, b, c]: [T; 3], sqrt: impl Fn(T) -> T) -> T
+where
+    T: Add<Output = T> + Sub<Output = T> + Mul<Output = T> + Div<Output = T>,
+{
+    match code {
+        Code::Mul => a * b,
+        Code::Add => c + a,
+        Code::Sub => c - a,
+        Code::AddMul => c + a * b,
+        Code::SubMul => c - a * b,
+        Code::Div => a / b,
+        _ => sqrt(a),
     }
 }
 

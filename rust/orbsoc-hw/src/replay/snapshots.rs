@@ -87,16 +87,16 @@ impl<T: Decide> Recorder<T> {
     }
 
     fn perform(&mut self, step: Step) -> Outcome {
-        match step {
-            Step::Run(stage) => self.run(stage),
-            Step::Repeat { stage, until } => loop {
-                self.last.insert(stage, self.engine.clone());
-                match self.run(until) {
-                    Outcome::Repeat => self.run(stage),
-                    other => return other,
-                };
-            },
-        }
+        step.perform(&mut |next| {
+            // A repeated stage may never run: it has a snapshot from before it is decided on.
+            match step {
+                Step::Repeat { stage, until } if next == until => {
+                    self.last.insert(stage, self.engine.clone());
+                }
+                _ => {}
+            }
+            self.run(next)
+        })
     }
 
     fn run(&mut self, stage: Stage) -> Outcome {

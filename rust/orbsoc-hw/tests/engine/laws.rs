@@ -89,7 +89,7 @@ proptest! {
     #[test]
     fn both_microcodes_at_once_are_those_of_two_programs(problem in problems(), engine in engines()) {
         let recording = record_tapes(&problem, &Settings::default()).unwrap();
-        let stages = [Stage::Factorize, Stage::SolvePair];
+        let stages = [Stage::Factorize, Stage::SolveConstantAndPredictor];
         let (fast, compact) = Program::both(&recording, &engine).unwrap();
         let (fast_stream, compact_stream) = Program::joined_both(&recording, &engine, &stages, None).unwrap();
         for (aim, all, stream) in [(Aim::Fast, fast, fast_stream), (Aim::Compact, compact, compact_stream)] {
@@ -141,8 +141,8 @@ proptest! {
     fn stages_in_one_stream_make_their_words_in_no_more_time(problem in problems(), engine in engines()) {
         let settings = Settings::default();
         let recording = record_tapes(&problem, &settings).unwrap();
-        let stages = [Stage::Factorize, Stage::SolvePair];
-        let leaves = [Buffer::FactorL, Buffer::PivotInverse, Buffer::PairSolution];
+        let stages = [Stage::Factorize, Stage::SolveConstantAndPredictor];
+        let leaves = [Buffer::FactorL, Buffer::PivotInverse, Buffer::MultiSolution];
         let of = |leaves| Program::joined(&recording, &engine, Aim::Fast, &stages, leaves).unwrap();
         let (all, some) = (of(None), of(Some(&leaves)));
         let separate = program(&problem, &engine);

@@ -5,7 +5,7 @@
 //! projection of ±v; with μ > 0, Chen and Harker's and Kanzow's smoothing of it.
 
 use super::reduce::norm2;
-use crate::cones::ConeLayout;
+use crate::problem::cones::ConeLayout;
 use crate::real::Real;
 
 /// Replace (s, z) by the pair with the same difference and s∘z = μe. One root and one division a
@@ -67,7 +67,7 @@ fn roots<T: Real>(v: T, mu: T, four_mu: T) -> (T, T, T) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::oracle::{self, jordan, layout, margin, norm, seeded};
+    use crate::tests::reference::{self, jordan, layout, margin, norm, seeded};
     use proptest::collection::vec;
     use proptest::prelude::*;
 
@@ -110,7 +110,7 @@ mod tests {
             central_pair(&cones, 1e-300, &mut s_new, &mut z_new);
             let size = norm(&s) + norm(&z);
             // s ∈ K, z ∈ K and sᵀz = 0: the characterisation of Π(v) and Π(−v).
-            prop_assert!(oracle::dot(&s_new, &z_new).abs() <= 1e-14 * size * size);
+            prop_assert!(reference::dot(&s_new, &z_new).abs() <= 1e-14 * size * size);
             prop_assert!(margin(&cones, &s_new) >= -1e-15 * size);
             prop_assert!(margin(&cones, &z_new) >= -1e-15 * size);
         }

@@ -4,10 +4,10 @@
 //! W⁻¹s = Wz = λ, and res(v) = (v₀ − ‖v₁‖)(v₀ + ‖v₁‖), factored to avoid cancellation.
 
 use super::reduce::{dot, norm2};
-use crate::cones::ConeLayout;
+use crate::problem::cones::ConeLayout;
 use crate::real::Real;
 
-/// Words kept per second-order cone, and which is which.
+/// Entries kept per second-order cone, and which is which.
 pub const SCALARS: usize = 9;
 pub const ETA: usize = 0;
 pub const ETA_INV: usize = 1;
@@ -24,7 +24,7 @@ pub const INV_ONE_PLUS_W0: usize = 7;
 pub const INV_ONE_PLUS_GAMMA: usize = 8;
 
 /// Scaling point of (s, z). Outputs over all rows: `w`, `lambda`; over the nonnegative rows:
-/// `lambda_inverse`; over the cones: [`SCALARS`] words each. One division and one root a row.
+/// `lambda_inverse`; over the cones: [`SCALARS`] entries each. One division and one root a row.
 #[inline(always)]
 pub fn nt_scaling<T: Real>(
     cones: &ConeLayout,
@@ -163,8 +163,8 @@ pub fn negative_sum<T: Real>(x: &[T], y: &[T], out: &mut [T]) {
 /// `out = direction + step·other`.
 #[inline(always)]
 pub fn add_scaled<T: Real>(step: T, other: &[T], direction: &mut [T]) {
-    for (word, &other) in direction.iter_mut().zip(other) {
-        *word = word.add_mul(step, other);
+    for (entry, &other) in direction.iter_mut().zip(other) {
+        *entry = entry.add_mul(step, other);
     }
 }
 
@@ -205,7 +205,9 @@ pub fn shift_into_cone<T: Real>(cones: &ConeLayout, v: &mut [T]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::oracle::{self, jordan, layout, margin, norm, pairs, scaling, seeded, Pair, Scaling};
+    use crate::tests::reference::{
+        self, jordan, layout, margin, norm, pairs, scaling, seeded, Pair, Scaling,
+    };
     use core::ops::Range;
     use proptest::collection::vec;
     use proptest::prelude::*;
@@ -221,7 +223,7 @@ mod tests {
         let mut out: Vec<f64> = x.iter().zip(&at.w).map(|(x, w)| x / w).collect();
         for (soc, scalars) in cones.soc.iter().zip(at.cone.chunks(SCALARS)) {
             let (w, x, out) = (&at.w[soc.rows()], &x[soc.rows()], &mut out[soc.rows()]);
-            let zeta = oracle::dot(&w[1..], &x[1..]);
+            let zeta = reference::dot(&w[1..], &x[1..]);
             out[0] = (w[0] * x[0] - zeta) / scalars[ETA];
             for i in 1..x.len() {
                 out[i] = (x[i] + (zeta / (1.0 + w[0]) - x[0]) * w[i]) / scalars[ETA];
@@ -276,7 +278,7 @@ mod tests {
                 let (w, lambda) = (&at.w[soc.rows()], &at.lambda[soc.rows()]);
                 let unit = (w[0] - norm(&w[1..])) * (w[0] + norm(&w[1..]));
                 prop_assert!(w[0] >= 1.0 && (unit - 1.0).abs() <= 16.0 * f64::EPSILON * w[0] * w[0]);
-                let close = |word: usize, value: f64| (scalars[word] / value - 1.0).abs() <= 1e-9;
+                let close = |entry: usize, value: f64| (scalars[entry] / value - 1.0).abs() <= 1e-9;
                 prop_assert!(close(ETA_INV, 1.0 / scalars[ETA]));
                 prop_assert!(close(ETA_SQ, scalars[ETA] * scalars[ETA]));
                 prop_assert!(close(GAMMA, lambda[0] * scalars[LAMBDA_ROOT_INV]));

@@ -1,28 +1,18 @@
-//! PL module *matrix factorization*: numeric LDLᵀ on the elimination walk resolved at set-up.
+//! PL module *matrix factorization*: numeric LDLᵀ on the symbolic factorization of set-up.
 //!
-//! Right-looking over supernodes, in place. With y the unscaled column (y = L·d), every entry receives
+//! Right-looking over supernodes, in place. With y = L·D the column before its division, every entry receives
 //! `l_ij ← k_ij − Σ_k l_ik·y_jk` in ascending k, whatever the supernodes are; then `d_j` is
 //! regularised and the column divided by it.
 
-use super::given::{self, Given};
-use super::outer::{subtract, subtract_leaves, subtract_listed, Columns, Landing, Within};
-use super::ragged::{self, Ragged};
-use crate::real::{apart, Real};
-use crate::supernode::Kind;
-use crate::symbolic::{Supernode, Symbolic};
-
-/// Regularisation of the pivots, whose signs are known from the pattern.
-#[derive(Clone, Copy)]
-pub struct Regularization<T> {
-    /// Added to diagonal entries of positive pivots …
-    pub shift_up: T,
-    /// … and subtracted from those of negative ones.
-    pub shift_down: T,
-    /// Pivots below this, in the direction of their sign, …
-    pub floor: T,
-    /// … become this.
-    pub replacement: T,
-}
+use super::supernodal::condensed::{self, Condensed};
+use super::supernodal::pivots::{divide, regularized, Regularization};
+use super::supernodal::simplicial::{self, Simplicial};
+use super::supernodal::update::{
+    subtract, subtract_leaves, subtract_scattered, Columns, SamePanel, ScatterTarget,
+};
+use crate::real::{outline, Real};
+use crate::symbolic::factor_layout::{Supernode, Symbolic};
+use crate::symbolic::supernodes::Kind;
 
 /// Factor `values` (permuted upper triangle). `positive` holds the pivots' signs.
 /// Outputs: columns `l` as panels, reciprocal pivots; scratch holds one panel's unscaled columns.
@@ -37,30 +27,30 @@ pub fn factorize<T: Real>(
     pivot_inverse: &mut [T],
 ) {
     l.fill(T::zero());
-    for load in &symbolic.loads {
-        for (&to, &value) in symbolic.places[load.places.clone()].iter().zip(&values[load.values..]) {
+    for run in &symbolic.entry_runs {
+        for (&to, &value) in symbolic.entry_targets[run.targets.clone()].iter().zip(&values[run.values..]) {
             l[to as usize] = value;
         }
     }
     for node in &symbolic.supernodes {
         let own = node.first..node.first + node.width;
         let (positive, pivot_inverse) = (&positive[own.clone()], &mut pivot_inverse[own]);
-        if node.kind == Kind::Given {
-            let given = Given::of(symbolic, node, values);
-            given::factor(given, positive, regularization, pivot_inverse);
-            given::contribute(
-                given,
+        if node.kind == Kind::Condensed {
+            let condensed = Condensed::of(symbolic, node, values);
+            condensed::factor(condensed, positive, regularization, pivot_inverse);
+            condensed::contribute(
+                condensed,
                 pivot_inverse,
-                symbolic.positions_of(node),
+                symbolic.scatter_indices(node),
                 scratch,
                 &mut l[node.panel..],
             );
             continue;
         }
-        if node.kind == Kind::Ragged {
-            apart::<T>(ragged::Factor {
-                ragged: Ragged::of(symbolic, node),
-                positions: symbolic.positions_of(node),
+        if node.kind == Kind::Simplicial {
+            outline::<T>(simplicial::Factor {
+                columns: Simplicial::of(symbolic, node),
+                scatter: symbolic.scatter_indices(node),
                 positive,
                 regularization,
                 l: &mut l[node.panel..],
@@ -69,40 +59,40 @@ pub fn factorize<T: Real>(
             });
             continue;
         }
-        let words = node.width * node.height;
-        let (panel, later) = l[node.panel..].split_at_mut(words);
-        let y = &mut scratch[..words];
-        if node.top == 1 {
-            factor_siblings(node.height, positive, regularization, panel, y, pivot_inverse);
+        let entries = node.width * node.leading_dim;
+        let (panel, trailing) = l[node.panel..].split_at_mut(entries);
+        let y = &mut scratch[..entries];
+        if node.diagonal_size == 1 {
+            factor_independent(node.leading_dim, positive, regularization, panel, y, pivot_inverse);
         } else {
-            factor_chains(node, positive, regularization, panel, y, pivot_inverse);
+            factor_supernodes(node, positive, regularization, panel, y, pivot_inverse);
         }
-        if node.top < node.height {
-            contribute(symbolic, node, Columns { l: panel, y, height: node.height }, later);
+        if node.diagonal_size < node.leading_dim {
+            contribute(symbolic, node, Columns { l: panel, y, leading_dim: node.leading_dim }, trailing);
         }
     }
 }
 
-/// Columns that do not depend on one another.
+/// Independent columns.
 #[inline(always)]
-fn factor_siblings<T: Real>(
-    height: usize,
+fn factor_independent<T: Real>(
+    leading_dim: usize,
     positive: &[bool],
     regularization: Regularization<T>,
     panel: &mut [T],
     y: &mut [T],
     pivot_inverse: &mut [T],
 ) {
-    let columns = panel.chunks_exact_mut(height).zip(y.chunks_exact_mut(height));
+    let columns = panel.chunks_exact_mut(leading_dim).zip(y.chunks_exact_mut(leading_dim));
     for (((column, y), &positive), inverse) in columns.zip(positive).zip(pivot_inverse) {
         *inverse = T::one() / regularized(column[0], positive, regularization);
         divide(&mut column[1..], &mut y[1..], *inverse);
     }
 }
 
-/// One chain after the other.
+/// One diagonal block after the other.
 #[inline(always)]
-fn factor_chains<T: Real>(
+fn factor_supernodes<T: Real>(
     node: &Supernode,
     positive: &[bool],
     by: Regularization<T>,
@@ -110,25 +100,25 @@ fn factor_chains<T: Real>(
     mut y: &mut [T],
     mut pivot_inverse: &mut [T],
 ) {
-    let height = node.height;
-    for positive in positive.chunks(node.top) {
+    let leading_dim = node.leading_dim;
+    for positive in positive.chunks(node.diagonal_size) {
         let (chain, chain_y, inverse);
-        (chain, panel) = panel.split_at_mut(positive.len() * height);
-        (chain_y, y) = y.split_at_mut(positive.len() * height);
+        (chain, panel) = panel.split_at_mut(positive.len() * leading_dim);
+        (chain_y, y) = y.split_at_mut(positive.len() * leading_dim);
         (inverse, pivot_inverse) = pivot_inverse.split_at_mut(positive.len());
         match positive.len() {
-            2 => factor_block::<T, 2>(height, 0, positive, by, chain, chain_y, inverse),
-            3 => factor_block::<T, 3>(height, 0, positive, by, chain, chain_y, inverse),
-            4 => factor_block::<T, 4>(height, 0, positive, by, chain, chain_y, inverse),
-            _ => factor_chain(height, positive, by, chain, chain_y, inverse),
+            2 => factor_block::<T, 2>(leading_dim, 0, positive, by, chain, chain_y, inverse),
+            3 => factor_block::<T, 3>(leading_dim, 0, positive, by, chain, chain_y, inverse),
+            4 => factor_block::<T, 4>(leading_dim, 0, positive, by, chain, chain_y, inverse),
+            _ => factor_supernode(leading_dim, positive, by, chain, chain_y, inverse),
         }
     }
 }
 
-/// Columns of which each subtracts what the ones before it contribute.
+/// A dense supernode, left-looking in blocks of columns.
 #[inline(always)]
-fn factor_chain<T: Real>(
-    height: usize,
+fn factor_supernode<T: Real>(
+    leading_dim: usize,
     positive: &[bool],
     regularization: Regularization<T>,
     panel: &mut [T],
@@ -139,27 +129,27 @@ fn factor_chain<T: Real>(
     let width = positive.len();
     for first in (0..width).step_by(BLOCK) {
         let end = (first + BLOCK).min(width);
-        let (earlier, block) = panel.split_at_mut(first * height);
+        let (earlier, block) = panel.split_at_mut(first * leading_dim);
         if first > 0 {
-            let columns = Columns { l: earlier, y: &y[..first * height], height };
-            subtract(columns, (first, end), &Within { height, first }, block);
+            let columns = Columns { l: earlier, y: &y[..first * leading_dim], leading_dim };
+            subtract(columns, (first, end), &SamePanel { leading_dim, first }, block);
         }
-        let y = &mut y[first * height..end * height];
-        let block = &mut block[..(end - first) * height];
+        let y = &mut y[first * leading_dim..end * leading_dim];
+        let block = &mut block[..(end - first) * leading_dim];
         let (positive, inverse) = (&positive[first..end], &mut pivot_inverse[first..end]);
         match end - first {
-            1 => factor_block::<T, 1>(height, first, positive, regularization, block, y, inverse),
-            2 => factor_block::<T, 2>(height, first, positive, regularization, block, y, inverse),
-            3 => factor_block::<T, 3>(height, first, positive, regularization, block, y, inverse),
-            _ => factor_block::<T, BLOCK>(height, first, positive, regularization, block, y, inverse),
+            1 => factor_block::<T, 1>(leading_dim, first, positive, regularization, block, y, inverse),
+            2 => factor_block::<T, 2>(leading_dim, first, positive, regularization, block, y, inverse),
+            3 => factor_block::<T, 3>(leading_dim, first, positive, regularization, block, y, inverse),
+            _ => factor_block::<T, BLOCK>(leading_dim, first, positive, regularization, block, y, inverse),
         }
     }
 }
 
-/// `W` columns of a chain, from row `first` of the panel on.
+/// `W` columns of a supernode, from row `first` of the panel on.
 #[inline(always)]
 fn factor_block<T: Real, const W: usize>(
-    height: usize,
+    leading_dim: usize,
     first: usize,
     positive: &[bool],
     regularization: Regularization<T>,
@@ -168,14 +158,14 @@ fn factor_block<T: Real, const W: usize>(
     pivot_inverse: &mut [T],
 ) {
     for c in 0..W {
-        let (before, column) = panel.split_at_mut(c * height);
-        let column = &mut column[first + c..height];
-        let (y_before, y) = y.split_at_mut(c * height);
+        let (before, column) = panel.split_at_mut(c * leading_dim);
+        let column = &mut column[first + c..leading_dim];
+        let (y_before, y) = y.split_at_mut(c * leading_dim);
         let mut l: [&[T]; W] = [&[]; W];
         let mut factor = [T::zero(); W];
         for k in 0..c {
-            l[k] = &before[k * height + first + c..(k + 1) * height];
-            factor[k] = y_before[k * height + first + c];
+            l[k] = &before[k * leading_dim + first + c..(k + 1) * leading_dim];
+            factor[k] = y_before[k * leading_dim + first + c];
         }
         let mut pivot = column[0];
         for k in 0..c {
@@ -183,73 +173,64 @@ fn factor_block<T: Real, const W: usize>(
         }
         let inverse = T::one() / regularized(pivot, positive[c], regularization);
         pivot_inverse[c] = inverse;
-        let y = &mut y[first + c..height];
+        let y = &mut y[first + c..leading_dim];
         for i in 1..column.len() {
-            let mut word = column[i];
+            let mut entry = column[i];
             for k in 0..c {
-                word = word.sub_mul(l[k][i], factor[k]);
+                entry = entry.sub_mul(l[k][i], factor[k]);
             }
-            y[i] = word;
-            column[i] = word * inverse;
+            y[i] = entry;
+            column[i] = entry * inverse;
         }
     }
 }
 
-/// The column as it is into `y`, and divided by its pivot.
+/// Subtract a finished supernode's contribution from the trailing ones.
 #[inline(always)]
-pub(super) fn divide<T: Real>(column: &mut [T], y: &mut [T], inverse: T) {
-    for (l, y) in column.iter_mut().zip(y) {
-        *y = *l;
-        *l = *y * inverse;
-    }
-}
-
-/// Subtract a finished supernode's contribution from the later ones.
-#[inline(always)]
-fn contribute<T: Real>(symbolic: &Symbolic, node: &Supernode, columns: Columns<T>, later: &mut [T]) {
-    if node.listed.is_some() {
-        let positions = symbolic.positions_of(node);
+fn contribute<T: Real>(symbolic: &Symbolic, node: &Supernode, columns: Columns<T>, trailing: &mut [T]) {
+    if node.scatter_range.is_some() {
+        let scatter = symbolic.scatter_indices(node);
         if node.kind == Kind::Leaves {
-            return subtract_leaves(columns, positions, later);
+            return subtract_leaves(columns, scatter, trailing);
         }
         return match node.width {
-            1 => subtract_listed::<T, 1>(columns, node.top, positions, later),
-            2 => subtract_listed::<T, 2>(columns, node.top, positions, later),
-            3 => subtract_listed::<T, 3>(columns, node.top, positions, later),
-            _ => subtract_listed::<T, 4>(columns, node.top, positions, later),
+            1 => subtract_scattered::<T, 1>(columns, node.diagonal_size, scatter, trailing),
+            2 => subtract_scattered::<T, 2>(columns, node.diagonal_size, scatter, trailing),
+            3 => subtract_scattered::<T, 3>(columns, node.diagonal_size, scatter, trailing),
+            _ => subtract_scattered::<T, 4>(columns, node.diagonal_size, scatter, trailing),
         };
     }
-    let rows = symbolic.below(node);
-    let end = node.panel + node.width * node.height;
+    let rows = symbolic.row_structure(node);
+    let end = node.panel + node.width * node.leading_dim;
     for update in &symbolic.updates[node.updates.0..node.updates.1] {
         let target = &symbolic.supernodes[update.target];
-        let first = rows[update.lo - node.top] as usize;
-        let landing = Elsewhere {
-            columns: &rows[update.lo - node.top..update.hi - node.top],
-            rows: &symbolic.relative[update.relative..][..node.height - update.lo],
+        let first = rows[update.lo - node.diagonal_size] as usize;
+        let scatter = RelativeIndices {
+            columns: &rows[update.lo - node.diagonal_size..update.hi - node.diagonal_size],
+            rows: &symbolic.relative[update.relative..][..node.leading_dim - update.lo],
             lo: update.lo,
-            height: target.height,
+            leading_dim: target.leading_dim,
             first,
         };
-        let panel = &mut later[symbolic.column_begin(target, first) - end..];
-        subtract(columns, (update.lo, update.hi), &landing, panel);
+        let panel = &mut trailing[symbolic.column_begin(target, first) - end..];
+        subtract(columns, (update.lo, update.hi), &scatter, panel);
     }
 }
 
 /// In another supernode's panel.
-struct Elsewhere<'a> {
+struct RelativeIndices<'a> {
     /// Columns of the matrix that the source's rows `lo..hi` are.
     columns: &'a [u32],
     /// Rows of the target's panel that the source's rows `lo..` are.
     rows: &'a [u32],
     lo: usize,
     /// Of the target.
-    height: usize,
-    /// Column of the matrix that is landed on first.
+    leading_dim: usize,
+    /// First column of the matrix among its targets.
     first: usize,
 }
 
-impl Landing for Elsewhere<'_> {
+impl ScatterTarget for RelativeIndices<'_> {
     const DENSE: bool = false;
 
     #[inline(always)]
@@ -259,18 +240,6 @@ impl Landing for Elsewhere<'_> {
 
     #[inline(always)]
     fn column(&self, column: usize) -> usize {
-        (self.columns[column - self.lo] as usize - self.first) * self.height
-    }
-}
-
-/// The pivot with static and dynamic regularisation, by its known sign.
-#[inline(always)]
-pub(super) fn regularized<T: Real>(pivot: T, positive: bool, by: Regularization<T>) -> T {
-    if positive {
-        let pivot = pivot + by.shift_up;
-        T::select(pivot.lt(by.floor), by.replacement, pivot)
-    } else {
-        let (pivot, ceiling) = (pivot - by.shift_down, -by.floor);
-        T::select(ceiling.lt(pivot), -by.replacement, pivot)
+        (self.columns[column - self.lo] as usize - self.first) * self.leading_dim
     }
 }

@@ -2,7 +2,7 @@
 
 use super::cone_ops::{GAMMA, INV_ONE_PLUS_GAMMA, LAMBDA_ROOT_INV, SCALARS};
 use super::reduce::{dot, max_negative_product, norm2};
-use crate::cones::ConeLayout;
+use crate::problem::cones::ConeLayout;
 use crate::real::Real;
 
 /// Reciprocal of the largest α with λ + αδ ∈ K, zero when every step stays inside.
@@ -41,9 +41,9 @@ pub fn inverse_step<T: Real>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cones::Soc;
-    use crate::oracle::{
-        dot as plain_dot, inside, layout, norm, pairs, scaling, seeded, Numbers, Pair, Scaling,
+    use crate::problem::cones::Soc;
+    use crate::tests::reference::{
+        dot as plain_dot, inside, layout, norm, pairs, scaling, seeded, Pair, Scaling, SplitMix64,
     };
     use core::ops::Range;
     use proptest::collection::vec;
@@ -161,7 +161,7 @@ mod tests {
     #[test]
     fn the_quadratic_rule_would_step_through_the_apex() {
         // Why the kernel has no discriminant: the same rays, judged by "discriminant < 0: no root".
-        let mut numbers = Numbers(1);
+        let mut numbers = SplitMix64(1);
         let misjudged = (0..1000).filter(|_| {
             let tail = numbers.list(3);
             let lambda: Vec<f64> = core::iter::once(norm(&tail) + numbers.unit()).chain(tail).collect();

@@ -1,19 +1,18 @@
 //! PL module *linear solve*: permuted substitution through L, D, Lᵀ and the refinement residual, for `R`
 //! right-hand sides side by side.
 
-use super::given::{self, Given};
-use super::panel::{self, Panel};
-use super::ragged::{self, Ragged};
-use super::reduce::{dot_of, finite_witness_of, max_abs_of};
-use crate::kkt::Kkt;
-use crate::real::{apart, Real};
-use crate::rows::Rows;
-use crate::stretch::Alike;
-use crate::supernode::Kind;
-use crate::symbolic::{Supernode, Symbolic};
+use super::layout::refinement;
+use super::reduce::{dot_of, max_abs_of, non_finite_flags};
+use super::supernodal::condensed::{self, Condensed};
+use super::supernodal::panel::{self, Panel};
+use super::supernodal::simplicial::{self, Simplicial};
+use crate::kkt::assembly::Kkt;
+use crate::real::{outline, Real};
+use crate::symbolic::factor_layout::{Supernode, Symbolic};
+use crate::symbolic::{column_blocks::Uniformity, full_rows::Rows, supernodes::Kind};
 
-/// `x ← (LDLᵀ)⁻¹ x`, everything in permuted order; `values` are the matrix's. Divided by D all at once, or late, each panel's words when
-/// they are near anyway; it is the same division.
+/// `x ← (LDLᵀ)⁻¹ x`, everything in permuted order; `values` are the matrix's. With `divide_late`, each
+/// panel divides by D when its entries are in cache; it is the same division.
 #[inline(always)]
 pub fn substitute<T: Real, const R: usize>(
     symbolic: &Symbolic,
@@ -25,18 +24,18 @@ pub fn substitute<T: Real, const R: usize>(
     x: &mut [[T; R]],
 ) {
     for node in &symbolic.supernodes {
-        if node.kind == Kind::Ragged {
-            let (ragged, l) = (Ragged::of(symbolic, node), &l[node.panel..]);
-            apart::<T>(ragged::Forward { ragged, l, x: &mut x[node.first..] });
+        if node.kind == Kind::Simplicial {
+            let (columns, l) = (Simplicial::of(symbolic, node), &l[node.panel..]);
+            outline::<T>(simplicial::Forward { columns, l, x: &mut x[node.first..] });
             continue;
         }
-        let (known, later) = x.split_at_mut(node.first + node.width);
+        let (known, trailing) = x.split_at_mut(node.first + node.width);
         let known = &mut known[node.first..];
-        if node.kind == Kind::Given {
-            let (given, inverse) = (Given::of(symbolic, node, values), &pivot_inverse[node.first..]);
-            given::forward(given, inverse, known, symbolic.ahead(node), scratch, later);
+        if node.kind == Kind::Condensed {
+            let (condensed, inverse) = (Condensed::of(symbolic, node, values), &pivot_inverse[node.first..]);
+            condensed::forward(condensed, inverse, known, symbolic.relative_rows(node), scratch, trailing);
         } else {
-            panel::forward(panel_of(symbolic, node, l), known, later);
+            panel::forward(panel_of(symbolic, node, l), known, trailing);
         }
     }
     if !divide_late {
@@ -47,27 +46,27 @@ pub fn substitute<T: Real, const R: usize>(
         if divide_late {
             divide(&mut x[own.clone()], &pivot_inverse[own.clone()]);
         }
-        if node.kind == Kind::Ragged {
-            let (ragged, l) = (Ragged::of(symbolic, node), &l[node.panel..][..node.words()]);
-            apart::<T>(ragged::Backward { ragged, l, x: &mut x[node.first..] });
+        if node.kind == Kind::Simplicial {
+            let (columns, l) = (Simplicial::of(symbolic, node), &l[node.panel..][..node.stored_entries()]);
+            outline::<T>(simplicial::Backward { columns, l, x: &mut x[node.first..] });
             continue;
         }
-        let (unknown, later) = x.split_at_mut(own.end);
+        let (unknown, trailing) = x.split_at_mut(own.end);
         let unknown = &mut unknown[own.start..];
-        if node.kind == Kind::Given {
-            let (given, inverse) = (Given::of(symbolic, node, values), &pivot_inverse[node.first..]);
-            given::backward(given, inverse, symbolic.ahead(node), later, scratch, unknown);
+        if node.kind == Kind::Condensed {
+            let (condensed, inverse) = (Condensed::of(symbolic, node, values), &pivot_inverse[node.first..]);
+            condensed::backward(condensed, inverse, symbolic.relative_rows(node), trailing, scratch, unknown);
         } else {
-            panel::backward(panel_of(symbolic, node, l), later, scratch, unknown);
+            panel::backward(panel_of(symbolic, node, l), trailing, scratch, unknown);
         }
     }
 }
 
 #[inline(always)]
 fn divide<T: Real, const R: usize>(x: &mut [[T; R]], pivot_inverse: &[T]) {
-    for (words, &inverse) in x.iter_mut().zip(pivot_inverse) {
-        for word in words {
-            *word = *word * inverse;
+    for (entries, &inverse) in x.iter_mut().zip(pivot_inverse) {
+        for entry in entries {
+            *entry = *entry * inverse;
         }
     }
 }
@@ -75,15 +74,15 @@ fn divide<T: Real, const R: usize>(x: &mut [[T; R]], pivot_inverse: &[T]) {
 #[inline(always)]
 fn panel_of<'a, T>(symbolic: &'a Symbolic, node: &Supernode, l: &'a [T]) -> Panel<'a, T> {
     Panel {
-        l: &l[node.panel..][..node.width * node.height],
-        height: node.height,
-        top: node.top,
-        below: symbolic.ahead(node),
+        l: &l[node.panel..][..node.width * node.leading_dim],
+        leading_dim: node.leading_dim,
+        diagonal_size: node.diagonal_size,
+        rows: symbolic.relative_rows(node),
         leaves: node.kind == Kind::Leaves,
     }
 }
 
-/// `error = rhs − K·x` with the unregularised matrix, everything in permuted order. A word of the error takes
+/// `error = rhs − K·x` with the unregularised matrix, everything in permuted order. An entry of the error takes
 /// its row's products in the order of their columns, the diagonal first; those of a dense column are one sum.
 #[inline(always)]
 pub fn residual<T: Real, const R: usize>(
@@ -97,24 +96,24 @@ pub fn residual<T: Real, const R: usize>(
         return residual_by_rows(kkt, rows, values, rhs, x, error);
     }
     error.copy_from_slice(rhs);
-    for stretch in &kkt.stretches {
-        let columns = stretch.columns.clone();
+    for block in &kkt.column_blocks {
+        let columns = block.columns.clone();
         let entries = kkt.column(columns.start).start..kkt.column(columns.end - 1).end;
         let (rows, values) = (&kkt.rowidx[entries.clone()], &values[entries]);
-        match stretch.alike {
-            Alike::Short(0) => subtract_short::<T, R, 0, 1>(columns.start, rows, values, x, error),
-            Alike::Short(1) => subtract_short::<T, R, 1, 2>(columns.start, rows, values, x, error),
-            Alike::Short(2) => subtract_short::<T, R, 2, 3>(columns.start, rows, values, x, error),
-            Alike::Short(3) => subtract_short::<T, R, 3, 4>(columns.start, rows, values, x, error),
-            Alike::Short(_) => subtract_short::<T, R, 4, 5>(columns.start, rows, values, x, error),
-            Alike::Dense | Alike::Nothing => {
+        match block.uniformity {
+            Uniformity::FixedLength(0) => subtract_fixed::<T, R, 0, 1>(columns.start, rows, values, x, error),
+            Uniformity::FixedLength(1) => subtract_fixed::<T, R, 1, 2>(columns.start, rows, values, x, error),
+            Uniformity::FixedLength(2) => subtract_fixed::<T, R, 2, 3>(columns.start, rows, values, x, error),
+            Uniformity::FixedLength(3) => subtract_fixed::<T, R, 3, 4>(columns.start, rows, values, x, error),
+            Uniformity::FixedLength(_) => subtract_fixed::<T, R, 4, 5>(columns.start, rows, values, x, error),
+            Uniformity::Contiguous | Uniformity::General => {
                 let (mut rows, mut values) = (rows, values);
                 for j in columns {
                     let (here, column);
                     (here, rows) = rows.split_at(kkt.column(j).len());
                     (column, values) = values.split_at(here.len());
-                    if stretch.alike == Alike::Dense {
-                        subtract_dense(j, here[0] as usize, column, x, error);
+                    if block.uniformity == Uniformity::Contiguous {
+                        subtract_contiguous(j, here[0] as usize, column, x, error);
                     } else {
                         subtract_column(j, here, column, x, error);
                     }
@@ -148,7 +147,7 @@ fn subtract_column<T: Real, const R: usize>(
 
 /// The same for columns of `L` entries above the diagonal's, `H` with it, from column `first` on.
 #[inline(always)]
-fn subtract_short<T: Real, const R: usize, const L: usize, const H: usize>(
+fn subtract_fixed<T: Real, const R: usize, const L: usize, const H: usize>(
     first: usize,
     rows: &[u32],
     values: &[T],
@@ -169,7 +168,7 @@ fn subtract_short<T: Real, const R: usize, const L: usize, const H: usize>(
 
 /// The same for a column whose rows above the diagonal's are adjacent, from row `first` on.
 #[inline(always)]
-fn subtract_dense<T: Real, const R: usize>(
+fn subtract_contiguous<T: Real, const R: usize>(
     j: usize,
     first: usize,
     column: &[T],
@@ -183,24 +182,24 @@ fn subtract_dense<T: Real, const R: usize>(
     T::subtract_multiple(&mut error[rows], column, xj);
 }
 
-/// `word − value·x`, for each right-hand side.
+/// `entry − value·x`, for each right-hand side.
 #[inline(always)]
-fn subtract<T: Real, const R: usize>(mut word: [T; R], value: T, x: [T; R]) -> [T; R] {
+fn subtract<T: Real, const R: usize>(mut entry: [T; R], value: T, x: [T; R]) -> [T; R] {
     for r in 0..R {
-        word[r] = word[r].sub_mul(value, x[r]);
+        entry[r] = entry[r].sub_mul(value, x[r]);
     }
-    word
+    entry
 }
 
 #[inline(always)]
-fn subtract_sum<T: Real, const R: usize>(mut word: [T; R], sum: [T; R]) -> [T; R] {
+fn subtract_sum<T: Real, const R: usize>(mut entry: [T; R], sum: [T; R]) -> [T; R] {
     for r in 0..R {
-        word[r] = word[r] - sum[r];
+        entry[r] = entry[r] - sum[r];
     }
-    word
+    entry
 }
 
-/// The same in the same order for each word of the error, of which each is written once.
+/// The same in the same order for each entry of the error, of which each is written once.
 #[inline(always)]
 fn residual_by_rows<T: Real, const R: usize>(
     kkt: &Kkt,
@@ -210,11 +209,11 @@ fn residual_by_rows<T: Real, const R: usize>(
     x: &[[T; R]],
     error: &mut [[T; R]],
 ) {
-    for stretch in &kkt.stretches {
-        for j in stretch.columns.clone() {
+    for block in &kkt.column_blocks {
+        for j in block.columns.clone() {
             let (entries, mut sum) = (rows.of(j), rhs[j]);
             let mut entries = entries.iter();
-            if stretch.alike == Alike::Dense {
+            if block.uniformity == Uniformity::Contiguous {
                 let column = kkt.column(j);
                 let (first, above) = (kkt.rowidx[column.start] as usize, column.len() - 1);
                 sum = subtract(sum, values[column.end - 1], x[j]);
@@ -227,17 +226,6 @@ fn residual_by_rows<T: Real, const R: usize>(
             error[j] = sum;
         }
     }
-}
-
-/// Words of the refinement buffer, for each right-hand side.
-pub mod refinement {
-    /// ‖error‖∞; not finite when the error is not.
-    pub const ERROR: usize = 0;
-    /// An error this small is small enough.
-    pub const ALLOWED: usize = 1;
-    /// A step that leaves a larger error than this is the last.
-    pub const WORTHWHILE: usize = 2;
-    pub const WORDS: usize = 3;
 }
 
 /// A factored system.
@@ -263,12 +251,12 @@ pub fn solve<T: Real, const R: usize>(
     substitute(&kkt.symbolic, values, l, pivot_inverse, kkt.rows.is_some(), scratch, x);
 }
 
-/// How large the error of a solution is, and what it may be: a share of the right-hand side, or `goal`.
+/// The residual's norm, and what it may be: a fraction of the right-hand side, or `tolerance`.
 #[inline(always)]
 pub fn measure<T: Real, const R: usize>(
     system: System<T>,
     rhs: &[[T; R]],
-    (relative, goal): (T, T),
+    (relative, tolerance): (T, T),
     x: &[[T; R]],
     error: &mut [[T; R]],
     state: &mut [T],
@@ -277,14 +265,14 @@ pub fn measure<T: Real, const R: usize>(
     let (sizes, errors) = (max_abs_of(rhs), error_norms(error));
     for (r, state) in state.chunks_exact_mut(refinement::WORDS).enumerate() {
         state[refinement::ERROR] = errors[r];
-        state[refinement::ALLOWED] = goal.max(relative * sizes[r]);
+        state[refinement::ALLOWED] = tolerance.max(relative * sizes[r]);
         state[refinement::WORTHWHILE] = errors[r];
     }
 }
 
 #[inline(always)]
 fn error_norms<T: Real, const R: usize>(error: &[[T; R]]) -> [T; R] {
-    let (mut norms, witnesses) = (max_abs_of(error), finite_witness_of(error));
+    let (mut norms, witnesses) = (max_abs_of(error), non_finite_flags(error));
     for r in 0..R {
         norms[r] = norms[r] + witnesses[r];
     }
@@ -308,9 +296,9 @@ pub fn refine<T: Real, const R: usize>(
     let (new_error, scratch) = rest.split_at_mut(kkt.dim);
     candidate.copy_from_slice(error);
     substitute(&kkt.symbolic, values, l, pivot_inverse, kkt.rows.is_some(), scratch, candidate);
-    for (words, x) in candidate.iter_mut().zip(x.iter()) {
+    for (entries, x) in candidate.iter_mut().zip(x.iter()) {
         for r in 0..R {
-            words[r] = x[r] + words[r];
+            entries[r] = x[r] + entries[r];
         }
     }
     residual(kkt, values, rhs, candidate, new_error);
@@ -323,13 +311,5 @@ pub fn refine<T: Real, const R: usize>(
         }
         state[refinement::ERROR] = T::select(better, new, old);
         state[refinement::WORTHWHILE] = T::constant(0.25) * old;
-    }
-}
-
-/// Unknowns in natural order from column `r` of the permuted solutions; expansion rows are left behind.
-#[inline(always)]
-pub fn unload<T: Real, const R: usize>(position: &[u32], permuted: &[[T; R]], r: usize, natural: &mut [T]) {
-    for (word, &from) in natural.iter_mut().zip(position) {
-        *word = permuted[from as usize][r];
     }
 }

@@ -5,9 +5,9 @@
 //! unless small costs beside large ones would vanish.
 
 use super::reduce::{max_abs, min_abs_above};
+use crate::kkt::structure::{Pattern, Structure};
 use crate::real::Real;
-use crate::stretch::Alike;
-use crate::structure::{Pattern, Structure};
+use crate::symbolic::column_blocks::Uniformity;
 use core::ops::Range;
 
 /// The user's data, or their scaled copy: P (upper), A, G as values; q = (c, b, h).
@@ -57,8 +57,8 @@ pub fn equilibrate<T: Real>(
         *q = *q * scale;
     }
     let gamma = cost_factor(&data.q[..n], data.p);
-    for word in data.p.iter_mut().chain(&mut data.q[..n]) {
-        *word = *word * gamma;
+    for entry in data.p.iter_mut().chain(&mut data.q[..n]) {
+        *entry = *entry * gamma;
     }
     for (inverse, &scale) in scale_inverse.iter_mut().zip(scale.iter()) {
         *inverse = T::one() / scale;
@@ -85,24 +85,24 @@ fn nonzero<T: Real>(norm: T) -> T {
 /// Raise each row's and column's norm to the entries of one matrix whose rows begin at `row0`.
 #[inline(always)]
 fn largest<T: Real>(pattern: &Pattern, values: &[T], row0: usize, norms: &mut [T]) {
-    for stretch in pattern.stretches() {
-        let columns = stretch.columns.clone();
-        let (rows, values) = pattern.entries(stretch, values);
-        match stretch.alike {
-            Alike::Short(0) => {}
-            Alike::Short(1) => largest_of_short::<T, 1>(columns, rows, values, row0, norms),
-            Alike::Short(2) => largest_of_short::<T, 2>(columns, rows, values, row0, norms),
-            Alike::Short(3) => largest_of_short::<T, 3>(columns, rows, values, row0, norms),
-            Alike::Short(_) => largest_of_short::<T, 4>(columns, rows, values, row0, norms),
-            Alike::Dense => {
-                for (j, first, column) in pattern.dense_columns(stretch, values) {
+    for block in pattern.column_blocks() {
+        let columns = block.columns.clone();
+        let (rows, values) = pattern.entries(block, values);
+        match block.uniformity {
+            Uniformity::FixedLength(0) => {}
+            Uniformity::FixedLength(1) => largest_of_fixed::<T, 1>(columns, rows, values, row0, norms),
+            Uniformity::FixedLength(2) => largest_of_fixed::<T, 2>(columns, rows, values, row0, norms),
+            Uniformity::FixedLength(3) => largest_of_fixed::<T, 3>(columns, rows, values, row0, norms),
+            Uniformity::FixedLength(_) => largest_of_fixed::<T, 4>(columns, rows, values, row0, norms),
+            Uniformity::Contiguous => {
+                for (j, first, column) in pattern.contiguous_columns(block, values) {
                     for (norm, value) in norms[row0 + first..].iter_mut().zip(column) {
                         *norm = norm.max(value.abs());
                     }
                     norms[j] = norms[j].max(max_abs(column));
                 }
             }
-            Alike::Nothing => {
+            Uniformity::General => {
                 let mut entries = rows.iter().zip(values);
                 for j in columns {
                     let mut top = T::zero();
@@ -125,7 +125,7 @@ fn raise<T: Real>(norm: &mut T, value: T) -> T {
 }
 
 #[inline(always)]
-fn largest_of_short<T: Real, const L: usize>(
+fn largest_of_fixed<T: Real, const L: usize>(
     columns: Range<usize>,
     rows: &[u32],
     values: &[T],
@@ -144,22 +144,22 @@ fn largest_of_short<T: Real, const L: usize>(
 /// Multiply each entry by its row's and column's factor.
 #[inline(always)]
 fn multiply<T: Real>(pattern: &Pattern, factors: &[T], row0: usize, values: &mut [T]) {
-    for stretch in pattern.stretches() {
-        let columns = stretch.columns.clone();
-        let (rows, values) = pattern.entries_mut(stretch, values);
-        match stretch.alike {
-            Alike::Short(0) => {}
-            Alike::Short(1) => multiply_short::<T, 1>(columns, rows, factors, row0, values),
-            Alike::Short(2) => multiply_short::<T, 2>(columns, rows, factors, row0, values),
-            Alike::Short(3) => multiply_short::<T, 3>(columns, rows, factors, row0, values),
-            Alike::Short(_) => multiply_short::<T, 4>(columns, rows, factors, row0, values),
-            Alike::Dense | Alike::Nothing => {
+    for block in pattern.column_blocks() {
+        let columns = block.columns.clone();
+        let (rows, values) = pattern.entries_mut(block, values);
+        match block.uniformity {
+            Uniformity::FixedLength(0) => {}
+            Uniformity::FixedLength(1) => multiply_fixed::<T, 1>(columns, rows, factors, row0, values),
+            Uniformity::FixedLength(2) => multiply_fixed::<T, 2>(columns, rows, factors, row0, values),
+            Uniformity::FixedLength(3) => multiply_fixed::<T, 3>(columns, rows, factors, row0, values),
+            Uniformity::FixedLength(_) => multiply_fixed::<T, 4>(columns, rows, factors, row0, values),
+            Uniformity::Contiguous | Uniformity::General => {
                 let (mut rows, mut values) = (rows, values);
                 for j in columns {
                     let (here, column);
                     (here, rows) = rows.split_at(pattern.column(j).len());
                     (column, values) = values.split_at_mut(here.len());
-                    if stretch.alike == Alike::Dense {
+                    if block.uniformity == Uniformity::Contiguous {
                         for (value, &row) in column.iter_mut().zip(&factors[row0 + here[0] as usize..]) {
                             *value = *value * (row * factors[j]);
                         }
@@ -175,7 +175,7 @@ fn multiply<T: Real>(pattern: &Pattern, factors: &[T], row0: usize, values: &mut
 }
 
 #[inline(always)]
-fn multiply_short<T: Real, const L: usize>(
+fn multiply_fixed<T: Real, const L: usize>(
     columns: Range<usize>,
     rows: &[u32],
     factors: &[T],
@@ -199,28 +199,28 @@ pub fn undo<T: Real>(
 ) {
     let primal = T::one() / tau;
     let dual = cost_scale[1] * primal;
-    for (i, (out, &word)) in out_point.iter_mut().zip(point).enumerate() {
+    for (i, (out, &entry)) in out_point.iter_mut().zip(point).enumerate() {
         let factor = if i < structure.n { primal } else { dual };
-        *out = (word * scale[i]) * factor;
+        *out = (entry * scale[i]) * factor;
     }
     let inverse = &scale_inverse[structure.n + structure.p..];
-    for ((out, &word), &inverse) in out_slack.iter_mut().zip(slack).zip(inverse) {
-        *out = (word * inverse) * primal;
+    for ((out, &entry), &inverse) in out_slack.iter_mut().zip(slack).zip(inverse) {
+        *out = (entry * inverse) * primal;
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::oracle::{seeded, Numbers};
-    use crate::supernode::Panels;
+    use crate::symbolic::supernodes::Panels;
+    use crate::tests::reference::{seeded, SplitMix64};
     use crate::{Cones, Csc, Problem};
     use proptest::prelude::*;
 
     /// Data over `decades` decades to either side of one, in every block.
     fn problem(seed: u64, decades: f64) -> Problem {
         let (n, p, cones) = (6, 3, Cones { l: 4, q: vec![2, 5] });
-        let mut numbers = Numbers(seed);
+        let mut numbers = SplitMix64(seed);
         let mut wide = |rows, columns, square: bool| {
             let dense: Vec<Vec<f64>> = (0..rows)
                 .map(|i| (0..columns).map(|j| entry(&mut numbers, decades, square && i == j)).collect())
@@ -234,7 +234,7 @@ mod tests {
     }
 
     /// About half of the entries are stored; those that `must` be always are.
-    fn entry(numbers: &mut Numbers, decades: f64, must: bool) -> f64 {
+    fn entry(numbers: &mut SplitMix64, decades: f64, must: bool) -> f64 {
         let size = 10f64.powf(decades * numbers.signed());
         let sign = numbers.signed().signum();
         if must || numbers.unit() < 0.5 {
@@ -338,7 +338,7 @@ mod tests {
         fn undoing_gives_back_the_point_that_was_scaled(seed in any::<u64>(), tau in 1e-3..1e3f64) {
             let at = scaled(&problem(seed, 3.0), 4);
             let (n, p, m) = (at.structure.n, at.structure.p, at.structure.m);
-            let mut numbers = Numbers(seed);
+            let mut numbers = SplitMix64(seed);
             let (point, slack) = (numbers.list(n + p + m), numbers.list(m));
             // x̂ = τD⁻¹x, (ŷ, ẑ) = γτ(E, F)⁻¹(y, z), ŝ = τFs.
             let scaled_point: Vec<f64> = (0..n + p + m)

@@ -2,8 +2,8 @@
 
 use super::cone_ops::{ETA_SQ, SCALARS};
 use super::reduce::dot;
-use crate::cones::ConeLayout;
-use crate::kkt::Kkt;
+use crate::kkt::assembly::Kkt;
+use crate::problem::cones::ConeLayout;
 use crate::real::Real;
 
 /// Write P, A and G (scaled) into a zeroed KKT matrix.
@@ -116,9 +116,9 @@ fn expanded_block<T: Real>(eta_sq: T, w: &[T], block: &[u32], values: &mut [T]) 
 mod tests {
     use super::*;
     use crate::kernels::cone_ops;
-    use crate::oracle::{dense, pairs, scaling, seeded, Numbers, Pair};
-    use crate::structure::Structure;
-    use crate::supernode::Panels;
+    use crate::kkt::structure::Structure;
+    use crate::symbolic::supernodes::Panels;
+    use crate::tests::reference::{dense, pairs, scaling, seeded, Pair, SplitMix64};
     use crate::{Cones, Csc, Problem};
     use nalgebra::DMatrix;
     use proptest::prelude::*;
@@ -127,7 +127,7 @@ mod tests {
     const P: usize = 2;
 
     fn problem(l: usize, q: Vec<usize>) -> Problem {
-        let mut numbers = Numbers(11);
+        let mut numbers = SplitMix64(11);
         let cones = Cones { l, q };
         let cost = numbers.sparse(N, N, 0.8).upper_triangle("P").unwrap();
         let (a, g) = (numbers.sparse(P, N, 0.5), numbers.sparse(cones.dim(), N, 0.4));

@@ -10,13 +10,13 @@
 pub(crate) mod central_pair;
 pub(crate) mod cone_ops;
 pub(crate) mod factorization;
-pub(crate) mod given;
+pub(crate) mod layout;
 pub(crate) mod line_search;
 pub(crate) mod linear_solve;
 pub(crate) mod matrix_scaling;
 pub(crate) mod matrix_update;
-pub(crate) mod outer;
-pub(crate) mod panel;
-pub(crate) mod ragged;
+pub(crate) mod ps;
 pub(crate) mod reduce;
+pub(crate) mod right_hand_sides;
 pub(crate) mod sparse;
+pub(crate) mod supernodal;

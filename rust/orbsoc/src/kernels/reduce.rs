@@ -9,7 +9,7 @@ use crate::real::Real;
 
 const WAYS: usize = 8;
 
-/// Reduce `first` of a pair of words, then `accumulate(sum, pair)` over all pairs, with `join` between
+/// Reduce `first` of a pair of entries, then `accumulate(sum, pair)` over all pairs, with `join` between
 /// accumulators; `empty` when there are none. Whole chunks, so that no index is checked and the accumulators
 /// become registers.
 #[inline(always)]
@@ -90,8 +90,8 @@ pub fn dot_of<T: Real, const R: usize>(a: &[T], x: &[[T; R]]) -> [T; R] {
 
 #[inline(always)]
 fn product_of<T: Real, const R: usize>(a: T, mut x: [T; R]) -> [T; R] {
-    for word in &mut x {
-        *word = a * *word;
+    for entry in &mut x {
+        *entry = a * *entry;
     }
     x
 }
@@ -191,11 +191,11 @@ pub fn max_abs_of<T: Real, const R: usize>(x: &[[T; R]]) -> [T; R] {
 }
 
 #[inline(always)]
-fn magnitudes<T: Real, const R: usize>(mut words: [T; R]) -> [T; R] {
-    for word in &mut words {
-        *word = word.abs();
+fn magnitudes<T: Real, const R: usize>(mut entries: [T; R]) -> [T; R] {
+    for entry in &mut entries {
+        *entry = entry.abs();
     }
-    words
+    entries
 }
 
 #[inline(always)]
@@ -256,7 +256,7 @@ pub fn max_negative_product<T: Real>(x: &[T], y: &[T]) -> T {
 
 /// Σ 0·x_k: zero when every entry is finite, NaN otherwise.
 #[inline(always)]
-pub fn finite_witness<T: Real>(x: &[T]) -> T {
+pub fn non_finite_flag<T: Real>(x: &[T]) -> T {
     reduce(
         x,
         x,
@@ -270,11 +270,11 @@ pub fn finite_witness<T: Real>(x: &[T]) -> T {
     )
 }
 
-/// [`finite_witness`] of each of `R` vectors side by side.
+/// [`non_finite_flag`] of each of `R` vectors side by side.
 #[inline(always)]
-pub fn finite_witness_of<T: Real, const R: usize>(x: &[[T; R]]) -> [T; R] {
+pub fn non_finite_flags<T: Real, const R: usize>(x: &[[T; R]]) -> [T; R] {
     if R == 1 {
-        return [finite_witness(x.as_flattened()); R];
+        return [non_finite_flag(x.as_flattened()); R];
     }
     reduce(
         x,
@@ -290,9 +290,9 @@ pub fn finite_witness_of<T: Real, const R: usize>(x: &[[T; R]]) -> [T; R] {
 }
 
 #[inline(always)]
-fn add_zeros<T: Real, const R: usize>(mut sum: [T; R], words: [T; R]) -> [T; R] {
+fn add_zeros<T: Real, const R: usize>(mut sum: [T; R], entries: [T; R]) -> [T; R] {
     for r in 0..R {
-        sum[r] = sum[r].add_mul(words[r], T::zero());
+        sum[r] = sum[r].add_mul(entries[r], T::zero());
     }
     sum
 }
@@ -300,7 +300,7 @@ fn add_zeros<T: Real, const R: usize>(mut sum: [T; R], words: [T; R]) -> [T; R] 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::oracle::Numbers;
+    use crate::tests::reference::SplitMix64;
 
     const SIZES: core::ops::RangeInclusive<usize> = 0..=64;
 
@@ -323,11 +323,11 @@ mod tests {
         }
     }
 
-    /// Products of binary32 words are exact in binary64, and so is, to 2⁻²⁹ of the bound, their sum.
+    /// Products of binary32 entries are exact in binary64, and so is, to 2⁻²⁹ of the bound, their sum.
     #[test]
-    #[allow(clippy::cast_possible_truncation)] // makes binary32 words
+    #[allow(clippy::cast_possible_truncation)] // makes binary32 entries
     fn dots_are_the_exact_sum_within_the_bound_of_their_longest_path() {
-        let mut numbers = Numbers(3);
+        let mut numbers = SplitMix64(3);
         for len in SIZES.chain([300, 1001]) {
             let mut list = || numbers.list(len).into_iter().map(|v| v as f32).collect::<Vec<_>>();
             let (a, b) = (list(), list());
@@ -354,19 +354,19 @@ mod tests {
 
     #[test]
     fn the_order_of_summation_depends_on_the_length_alone() {
-        let mut numbers = Numbers(5);
+        let mut numbers = SplitMix64(5);
         for len in SIZES.chain([300]) {
             let (a, b) = (numbers.list(len), numbers.list(len));
             let terms: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a * b).collect();
             let expected = tree(&terms).to_bits();
-            // Wherever the words lie in memory, gathered or not, on whatever instruction set.
+            // Wherever the entries lie in memory, gathered or not, on whatever instruction set.
             for offset in 0..4 {
                 let pad = |v: &[f64]| [vec![9.0; offset], v.to_vec()].concat();
                 let (a, b) = (pad(&a), pad(&b));
                 assert_eq!(dot(&a[offset..], &b[offset..]).to_bits(), expected);
             }
             let reversed: Vec<f64> = b.iter().rev().copied().collect();
-            let index: Vec<u32> = (0..len).rev().map(crate::indices::index).collect();
+            let index: Vec<u32> = (0..len).rev().map(crate::symbolic::indices::index).collect();
             assert_eq!(dot_indexed(&a, &index, &reversed).to_bits(), expected);
             assert_eq!(pulp::Arch::new().dispatch(|| dot(&a, &b)).to_bits(), expected);
             assert_eq!(norm2(&a).to_bits(), dot(&a, &a).sqrt().to_bits());
@@ -375,7 +375,7 @@ mod tests {
 
     #[test]
     fn maxima_are_the_largest_term_wherever_it_stands() {
-        let mut numbers = Numbers(7);
+        let mut numbers = SplitMix64(7);
         for len in SIZES.skip(1) {
             for at in 0..len {
                 let mut a = numbers.list(len);
@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn a_maximum_drops_nan_and_the_finite_witness_does_not() {
+    fn a_maximum_drops_nan_and_the_non_finite_flag_does_not() {
         for len in SIZES.skip(1) {
             for at in 0..len {
                 let mut a = vec![1.0; len];
@@ -414,11 +414,11 @@ mod tests {
                 if !kept {
                     assert_eq!(max_abs(&a), 1.0, "entry {at} of {len}");
                 }
-                assert!(finite_witness(&a).is_nan());
+                assert!(non_finite_flag(&a).is_nan());
                 a[at] = f64::NEG_INFINITY;
-                assert!(finite_witness(&a).is_nan());
+                assert!(non_finite_flag(&a).is_nan());
                 a[at] = -1e300;
-                assert_eq!(finite_witness(&a), 0.0);
+                assert_eq!(non_finite_flag(&a), 0.0);
             }
         }
     }

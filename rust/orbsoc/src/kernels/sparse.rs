@@ -1,20 +1,20 @@
-//! Products of the data's sparse matrices with vectors. Loops follow the stretches that set-up found: what
-//! is added to any one word, and in which order, is as column by column.
+//! Products of the data's sparse matrices with vectors. Loops follow the column blocks that set-up found: what
+//! is added to any one entry, and in which order, is as column by column.
 
 use super::reduce::{dot, dot_indexed};
+use crate::kkt::structure::Pattern;
 use crate::real::Real;
-use crate::stretch::Alike;
-use crate::structure::Pattern;
+use crate::symbolic::column_blocks::Uniformity;
 
 /// `out = P x`, P symmetric and given by its upper triangle.
 #[inline(always)]
 pub fn symmetric_product<T: Real>(pattern: &Pattern, values: &[T], x: &[T], out: &mut [T]) {
     out.fill(T::zero());
-    for stretch in pattern.stretches() {
-        if stretch.alike == Alike::Short(0) {
+    for block in pattern.column_blocks() {
+        if block.uniformity == Uniformity::FixedLength(0) {
             continue;
         }
-        for j in stretch.columns.clone() {
+        for j in block.columns.clone() {
             let entries = pattern.column(j);
             for (&i, &value) in pattern.rows(entries.clone()).iter().zip(&values[entries]) {
                 let i = i as usize;
@@ -38,28 +38,29 @@ pub fn products_of<T: Real>(
     by_columns: &mut [T],
 ) {
     by_rows.fill(T::zero());
-    for stretch in pattern.stretches() {
-        let columns = stretch.columns.clone();
-        let (rows, values) = pattern.entries(stretch, values);
+    for block in pattern.column_blocks() {
+        let columns = block.columns.clone();
+        let (rows, values) = pattern.entries(block, values);
         let (x, sums) = (&x[columns.clone()], &mut by_columns[columns.clone()]);
-        match stretch.alike {
-            Alike::Short(0) => sums.fill(T::zero()),
-            Alike::Short(1) => of_short::<T, 1>(rows, values, x, y, by_rows, sums),
-            Alike::Short(2) => of_short::<T, 2>(rows, values, x, y, by_rows, sums),
-            Alike::Short(3) => of_short::<T, 3>(rows, values, x, y, by_rows, sums),
-            Alike::Short(_) => of_short::<T, 4>(rows, values, x, y, by_rows, sums),
-            Alike::Dense => {
-                for (((_, first, column), &x), sum) in pattern.dense_columns(stretch, values).zip(x).zip(sums)
+        match block.uniformity {
+            Uniformity::FixedLength(0) => sums.fill(T::zero()),
+            Uniformity::FixedLength(1) => products_of_fixed::<T, 1>(rows, values, x, y, by_rows, sums),
+            Uniformity::FixedLength(2) => products_of_fixed::<T, 2>(rows, values, x, y, by_rows, sums),
+            Uniformity::FixedLength(3) => products_of_fixed::<T, 3>(rows, values, x, y, by_rows, sums),
+            Uniformity::FixedLength(_) => products_of_fixed::<T, 4>(rows, values, x, y, by_rows, sums),
+            Uniformity::Contiguous => {
+                for (((_, first, column), &x), sum) in
+                    pattern.contiguous_columns(block, values).zip(x).zip(sums)
                 {
                     *sum = dot(column, &y[first..][..column.len()]);
-                    for (word, &value) in by_rows[first..].iter_mut().zip(column) {
-                        *word = word.add_mul(value, x);
+                    for (entry, &value) in by_rows[first..].iter_mut().zip(column) {
+                        *entry = entry.add_mul(value, x);
                     }
                 }
             }
-            Alike::Nothing => {
+            Uniformity::General => {
                 let lengths = columns.map(|j| pattern.column(j).len());
-                of_any(lengths, rows, values, x, y, by_rows, sums);
+                products_of_general(lengths, rows, values, x, y, by_rows, sums);
             }
         }
     }
@@ -67,7 +68,7 @@ pub fn products_of<T: Real>(
 
 /// Columns of `L` ≥ 1 entries.
 #[inline(always)]
-fn of_short<T: Real, const L: usize>(
+fn products_of_fixed<T: Real, const L: usize>(
     rows: &[u32],
     values: &[T],
     x: &[T],
@@ -83,14 +84,14 @@ fn of_short<T: Real, const L: usize>(
         }
         *out = sum;
         for k in 0..L {
-            let word = &mut by_rows[rows[k] as usize];
-            *word = word.add_mul(values[k], x);
+            let entry = &mut by_rows[rows[k] as usize];
+            *entry = entry.add_mul(values[k], x);
         }
     }
 }
 
 #[inline(always)]
-fn of_any<T: Real>(
+fn products_of_general<T: Real>(
     lengths: impl Iterator<Item = usize>,
     rows: &[u32],
     values: &[T],
@@ -113,11 +114,11 @@ fn of_any<T: Real>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::oracle::Numbers;
+    use crate::tests::reference::SplitMix64;
     use crate::Csc;
 
     /// Columns of every shape, side by side.
-    fn matrix(numbers: &mut Numbers) -> Csc {
+    fn matrix(numbers: &mut SplitMix64) -> Csc {
         let lengths = [0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 2, 7, 16, 16, 30, 17, 11];
         let dense: Vec<Vec<f64>> = (0..30)
             .map(|i| {
@@ -130,10 +131,10 @@ mod tests {
 
     #[test]
     fn products_add_column_by_column_whatever_the_shape() {
-        let mut numbers = Numbers(19);
+        let mut numbers = SplitMix64(19);
         let m = matrix(&mut numbers);
         let pattern = Pattern::new(&m);
-        assert!(pattern.stretches().len() >= 7);
+        assert!(pattern.column_blocks().len() >= 7);
         let (x, y) = (numbers.list(m.ncols()), numbers.list(m.nrows()));
         let (mut by_rows, mut by_columns) = (vec![9.0; m.nrows()], vec![9.0; m.ncols()]);
         products_of(&pattern, m.values(), &x, &y, &mut by_rows, &mut by_columns);

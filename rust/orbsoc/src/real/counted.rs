@@ -4,69 +4,30 @@
 //! Counting works because kernels never look at data: the operations they ask for are the same
 //! for every value, so they may be asked for with no value at all.
 
-use super::Real;
+use super::scalar::Real;
 use core::cell::Cell;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-/// How many of each operation ran. `add_mul` and `sub_mul` are single lane operations.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[allow(missing_docs)] // the names are the operations
-pub struct OperationCounts {
-    pub neg: u64,
-    pub abs: u64,
-    pub mul: u64,
-    pub add: u64,
-    pub sub: u64,
-    pub add_mul: u64,
-    pub sub_mul: u64,
-    pub div: u64,
-    pub sqrt: u64,
-    pub min: u64,
-    pub max: u64,
-    pub compare: u64,
-    pub and: u64,
-    pub select: u64,
-}
+macro_rules! for_each_operation {
+    ($($name:ident)*) => {
+        /// Number of runs of each operation. `add_mul` and `sub_mul` are single lane operations.
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+        #[allow(missing_docs)] // the names are the operations
+        pub struct OperationCounts { $(pub $name: u64,)* }
 
-/// Latency of each operation in cycles, for the critical path.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub struct Latency {
-    pub neg: u32,
-    pub abs: u32,
-    pub mul: u32,
-    pub add: u32,
-    pub sub: u32,
-    pub add_mul: u32,
-    pub sub_mul: u32,
-    pub div: u32,
-    pub sqrt: u32,
-    pub min: u32,
-    pub max: u32,
-    pub compare: u32,
-    pub and: u32,
-    pub select: u32,
-}
+        /// Latency of each operation in cycles, for the critical path.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[allow(missing_docs)]
+        pub struct Latency { $(pub $name: u32,)* }
 
-impl Latency {
-    /// Every operation takes one cycle: the critical path is then a number of operations.
-    pub const UNIT: Self = Self {
-        neg: 1,
-        abs: 1,
-        mul: 1,
-        add: 1,
-        sub: 1,
-        add_mul: 1,
-        sub_mul: 1,
-        div: 1,
-        sqrt: 1,
-        min: 1,
-        max: 1,
-        compare: 1,
-        and: 1,
-        select: 1,
+        impl Latency {
+            /// Every operation takes one cycle: the critical path is then a number of operations.
+            pub const UNIT: Self = Self { $($name: 1,)* };
+        }
     };
 }
+
+for_each_operation! { neg abs mul add sub add_mul sub_mul div sqrt min max compare and select }
 
 /// What [`count`] measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -155,7 +116,7 @@ impl Neg for Counted {
 
 impl Real for Counted {
     type Mask = CountedMask;
-    const TILE: usize = 4;
+    const TILE_COLS: usize = 4;
 
     fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output {
         work.with_simd(pulp::Scalar)
@@ -253,7 +214,7 @@ mod tests {
 
     #[test]
     fn a_path_takes_the_later_operand_and_the_operations_latency() {
-        // (a·b) is ready at 5, its root at 5 + 9; adding a fresh word to it ends at 14 + 3.
+        // (a·b) is ready at 5, its root at 5 + 9; adding a fresh entry to it ends at 14 + 3.
         let latency = Latency { mul: 5, sqrt: 9, add: 3, ..Latency::UNIT };
         let (a, b) = (Counted::one(), Counted::one());
         let tally = count(latency, || {
@@ -264,9 +225,9 @@ mod tests {
 
     #[test]
     fn a_tree_is_shorter_than_a_chain() {
-        let words = [Counted::one(); 64];
+        let entries = [Counted::one(); 64];
         let tally = unit(|| {
-            crate::kernels::reduce::dot(&words, &words);
+            crate::kernels::reduce::dot(&entries, &entries);
         });
         // Eight accumulators take eight terms each; the tree joins them in three levels.
         assert_eq!((tally.operations.mul, tally.operations.add_mul, tally.operations.add), (8, 56, 7));

@@ -1,25 +1,25 @@
-//! Eight problems of one sparsity pattern side by side: every operation acts on one word of each.
+//! Eight problems of one sparsity pattern side by side: every operation acts on one entry of each.
 //!
-//! The words are a SIMD register (or two) of the instruction set `S`. No lane ever looks at another,
+//! The entries are a SIMD register (or two) of the instruction set `S`. No lane depends on another,
 //! so each has the bits of its own single solve. Plain arrays would do in principle, but the compiler
 //! shuffles them across kernels' unrolled loops instead of keeping a lane in its place.
 
-use super::{Decide, Real};
+use super::scalar::{Decide, Real};
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use pulp::{bytemuck, Scalar512b, Simd};
 
 /// An instruction set with eight double-precision lanes.
 pub trait EightLanes: Simd {
-    /// As [`Real::TILE`].
-    const TILE: usize;
-    /// As [`Real::ABREAST`].
-    const ABREAST: bool = false;
+    /// As [`Real::TILE_COLS`].
+    const TILE_COLS: usize;
+    /// As [`Real::RHS_BLOCK`].
+    const RHS_BLOCK: bool = false;
     /// Proof that this machine has it. Only asked for where it does.
     fn token() -> Self;
 }
 
 impl EightLanes for Scalar512b {
-    const TILE: usize = 2;
+    const TILE_COLS: usize = 2;
 
     #[inline(always)]
     fn token() -> Self {
@@ -29,8 +29,8 @@ impl EightLanes for Scalar512b {
 
 #[cfg(target_arch = "x86_64")]
 impl EightLanes for pulp::x86::V3_512b {
-    // A word takes two of the sixteen.
-    const TILE: usize = 2;
+    // An entry takes two of the sixteen.
+    const TILE_COLS: usize = 2;
 
     #[inline(always)]
     fn token() -> Self {
@@ -43,8 +43,8 @@ impl EightLanes for pulp::x86::V3_512b {
 
 #[cfg(target_arch = "x86_64")]
 impl EightLanes for pulp::x86::V4 {
-    const TILE: usize = 4;
-    const ABREAST: bool = true;
+    const TILE_COLS: usize = 4;
+    const RHS_BLOCK: bool = true;
 
     #[inline(always)]
     fn token() -> Self {
@@ -55,13 +55,13 @@ impl EightLanes for pulp::x86::V4 {
     }
 }
 
-/// One word of each of eight problems. Aligned to a cache line: one that straddled two would cost every load
+/// One entry of each of eight problems. Aligned to a cache line: one that straddled two would cost every load
 /// of it twice, and every store more.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct Lanes<S: Simd> {
     simd: S,
-    words: S::f64s,
+    entries: S::f64s,
 }
 
 /// One comparison outcome of each of eight problems.
@@ -74,7 +74,7 @@ macro_rules! lanewise {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                Self { words: self.simd.$op(self.words, other.words), ..self }
+                Self { entries: self.simd.$op(self.entries, other.entries), ..self }
             }
         }
     };
@@ -90,14 +90,14 @@ impl<S: Simd> Neg for Lanes<S> {
     #[inline(always)]
     fn neg(self) -> Self {
         // The crate's own negation and magnitude are not inlined into what is compiled for the instruction set.
-        Self { words: self.simd.xor_f64s(self.words, self.simd.splat_f64s(-0.0)), ..self }
+        Self { entries: self.simd.xor_f64s(self.entries, self.simd.splat_f64s(-0.0)), ..self }
     }
 }
 
 impl<S: EightLanes> Real for Lanes<S> {
     type Mask = LanesMask<S>;
-    const TILE: usize = S::TILE;
-    const ABREAST: bool = S::ABREAST;
+    const TILE_COLS: usize = S::TILE_COLS;
+    const RHS_BLOCK: bool = S::RHS_BLOCK;
 
     #[inline(always)]
     fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output {
@@ -107,20 +107,20 @@ impl<S: EightLanes> Real for Lanes<S> {
     #[inline(always)]
     fn constant(value: f64) -> Self {
         let simd = S::token();
-        Self { simd, words: simd.splat_f64s(value) }
+        Self { simd, entries: simd.splat_f64s(value) }
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        Self { words: self.simd.sqrt_f64s(self.words), ..self }
+        Self { entries: self.simd.sqrt_f64s(self.entries), ..self }
     }
     #[inline(always)]
     fn abs(self) -> Self {
         let magnitude = self.simd.splat_f64s(f64::from_bits(u64::MAX >> 1));
-        Self { words: self.simd.and_f64s(self.words, magnitude), ..self }
+        Self { entries: self.simd.and_f64s(self.entries, magnitude), ..self }
     }
     #[inline(always)]
     fn lt(self, other: Self) -> LanesMask<S> {
-        LanesMask(self.simd.less_than_f64s(self.words, other.words))
+        LanesMask(self.simd.less_than_f64s(self.entries, other.entries))
     }
     #[inline(always)]
     fn and(a: LanesMask<S>, b: LanesMask<S>) -> LanesMask<S> {
@@ -128,7 +128,7 @@ impl<S: EightLanes> Real for Lanes<S> {
     }
     #[inline(always)]
     fn select(mask: LanesMask<S>, yes: Self, no: Self) -> Self {
-        Self { words: yes.simd.select_f64s(mask.0, yes.words, no.words), ..yes }
+        Self { entries: yes.simd.select_f64s(mask.0, yes.entries, no.entries), ..yes }
     }
 }
 
@@ -137,13 +137,13 @@ impl<S: EightLanes> Decide for Lanes<S> {
 
     #[inline(always)]
     fn lane(&self, lane: usize) -> f64 {
-        let words: &[f64] = bytemuck::cast_slice(core::slice::from_ref(&self.words));
-        words[lane]
+        let entries: &[f64] = bytemuck::cast_slice(core::slice::from_ref(&self.entries));
+        entries[lane]
     }
     #[inline(always)]
     fn set_lane(&mut self, lane: usize, value: f64) {
-        let words: &mut [f64] = bytemuck::cast_slice_mut(core::slice::from_mut(&mut self.words));
-        words[lane] = value;
+        let entries: &mut [f64] = bytemuck::cast_slice_mut(core::slice::from_mut(&mut self.entries));
+        entries[lane] = value;
     }
     fn epsilon() -> f64 {
         f64::EPSILON

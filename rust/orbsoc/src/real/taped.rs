@@ -4,7 +4,8 @@
 //! Values are in single-assignment form: every operation makes a new one, and copies make none. Which
 //! word of storage a value lives in is the scheduler's business.
 
-use super::Real;
+use super::scalar::Real;
+use crate::symbolic::indices::index;
 use core::cell::RefCell;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use std::collections::HashMap;
@@ -92,12 +93,6 @@ impl Record {
     }
 }
 
-/// Positions are 32 bits wide: a pattern that fits the engine's 32-bit indices has fewer operations per
-/// stage than would fill memory.
-fn index(position: usize) -> u32 {
-    u32::try_from(position).expect("fewer than 2³² operations in a stage")
-}
-
 thread_local! {
     static RECORD: RefCell<Option<Record>> = const { RefCell::new(None) };
 }
@@ -126,32 +121,23 @@ fn operate(opcode: Opcode, a: Value, b: Option<Value>, c: Option<Value>) -> Tape
     with_record(|record| record.push(Operation { opcode, a, b, c }))
 }
 
-impl Add for Taped {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        operate(Opcode::Add, other.0, None, Some(self.0))
-    }
+macro_rules! binary {
+    ($($trait:ident $name:ident |$x:ident, $y:ident| $a:expr, $b:expr, $c:expr;)*) => {$(
+        impl $trait for Taped {
+            type Output = Self;
+            fn $name(self, other: Self) -> Self {
+                let ($x, $y) = (self.0, other.0);
+                operate(Opcode::$trait, $a, $b, $c)
+            }
+        }
+    )*};
 }
 
-impl Sub for Taped {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        operate(Opcode::Sub, other.0, None, Some(self.0))
-    }
-}
-
-impl Mul for Taped {
-    type Output = Self;
-    fn mul(self, other: Self) -> Self {
-        operate(Opcode::Mul, self.0, Some(other.0), None)
-    }
-}
-
-impl Div for Taped {
-    type Output = Self;
-    fn div(self, other: Self) -> Self {
-        operate(Opcode::Div, self.0, Some(other.0), None)
-    }
+binary! {
+    Add add |x, y| y, None, Some(x);
+    Sub sub |x, y| y, None, Some(x);
+    Mul mul |x, y| x, Some(y), None;
+    Div div |x, y| x, Some(y), None;
 }
 
 impl Neg for Taped {
@@ -163,7 +149,7 @@ impl Neg for Taped {
 
 impl Real for Taped {
     type Mask = TapedMask;
-    const TILE: usize = 4;
+    const TILE_COLS: usize = 4;
 
     fn vectorize<W: pulp::WithSimd>(work: W) -> W::Output {
         work.with_simd(pulp::Scalar)

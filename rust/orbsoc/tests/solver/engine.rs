@@ -2,8 +2,7 @@
 
 use crate::known::{generated, infeasible, solvable, unbounded, Data};
 use orbsoc::{
-    Buffer, Engine, Error, Event, Outcome, Settings, Solution, Stage, Status, Step, CLOSING, ITERATION,
-    STARTUP,
+    Buffer, Engine, Error, Event, Outcome, Settings, Solution, Stage, Status, CLOSING, ITERATION, STARTUP,
 };
 
 /// Every number of a solution, as words.
@@ -94,32 +93,24 @@ fn an_update_that_is_refused_leaves_the_engine_as_it_was() {
 }
 
 #[test]
-fn walking_the_lists_by_hand_is_solving() {
+fn running_the_lists_by_hand_is_solving() {
     for (name, data) in all() {
         let (problem, settings) = (data.problem(), Settings::default());
         let mut engine = Engine::<f64>::new(&problem, &settings).unwrap();
         let solution = engine.solve();
-        let mut walker = Engine::<f64>::new(&problem, &settings).unwrap();
-        let mut perform = |step: Step| match step {
-            Step::Run(stage) => walker.run(stage),
-            Step::Repeat { stage, until } => loop {
-                match walker.run(until) {
-                    Outcome::Repeat => walker.run(stage),
-                    outcome => return outcome,
-                };
-            },
-        };
-        assert!(STARTUP.iter().all(|step| perform(*step) == Outcome::Next));
-        while ITERATION.iter().all(|step| perform(*step) == Outcome::Next) {}
-        assert!(CLOSING.iter().all(|step| perform(*step) == Outcome::Next));
-        assert_eq!(words(&walker.conclude()), words(&solution), "{name}");
-        assert_eq!(memory(&walker), memory(&engine), "{name}");
-        assert_eq!(walker.events(), engine.events(), "{name}");
+        let mut by_hand = Engine::<f64>::new(&problem, &settings).unwrap();
+        let mut run = |stage| by_hand.run(stage);
+        assert!(STARTUP.iter().all(|step| step.perform(&mut run) == Outcome::Next));
+        while ITERATION.iter().all(|step| step.perform(&mut run) == Outcome::Next) {}
+        assert!(CLOSING.iter().all(|step| step.perform(&mut run) == Outcome::Next));
+        assert_eq!(words(&by_hand.conclude()), words(&solution), "{name}");
+        assert_eq!(memory(&by_hand), memory(&engine), "{name}");
+        assert_eq!(by_hand.events(), engine.events(), "{name}");
     }
 }
 
 #[test]
-fn events_are_the_walk_with_its_iterations() {
+fn events_are_the_stages_with_their_iterations() {
     let mut engine = Engine::<f64>::new(&solvable()[0].1.problem(), &Settings::default()).unwrap();
     let solution = engine.solve();
     let events = engine.events();
@@ -130,10 +121,16 @@ fn events_are_the_walk_with_its_iterations() {
     assert_eq!(runs(Stage::Advance), iterations);
     assert_eq!(runs(Stage::Statistics), iterations + 1);
     assert_eq!(runs(Stage::Factorize), iterations + 1);
-    assert_eq!(runs(Stage::SolvePair), iterations + 1);
+    assert_eq!(runs(Stage::SolveConstantAndPredictor), iterations + 1);
     assert_eq!(runs(Stage::SolveKkt), iterations);
-    assert_eq!(runs(Stage::RefinePair) + runs(Stage::RefineKkt), solution.refinements as usize);
-    assert_eq!(runs(Stage::CheckPair), runs(Stage::SolvePair) + runs(Stage::RefinePair));
+    assert_eq!(
+        runs(Stage::RefineConstantAndPredictor) + runs(Stage::RefineKkt),
+        solution.refinements as usize
+    );
+    assert_eq!(
+        runs(Stage::CheckConstantAndPredictor),
+        runs(Stage::SolveConstantAndPredictor) + runs(Stage::RefineConstantAndPredictor)
+    );
     assert_eq!(runs(Stage::CheckSolve), runs(Stage::SolveKkt) + runs(Stage::RefineKkt));
     assert_eq!(engine.iteration(), solution.iterations);
 }

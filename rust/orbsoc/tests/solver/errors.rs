@@ -125,6 +125,7 @@ fn setting_names_the_setting_its_value_and_what_is_allowed() {
     refused(|s| s.max_time_s = f64::NAN, "setting `max_time_s` = NaN: allowed is a positive number");
     refused(|s| s.max_iterations = 0, "setting `max_iterations` = 0: allowed is 1 to 100000");
     refused(|s| s.ruiz_passes = 101, "setting `ruiz_passes` = 101: allowed is 0 to 100");
+    refused(|s| s.max_restarts = 101, "setting `max_restarts` = 101: allowed is 0 to 100");
     refused(|s| s.static_regularization = 0.0, &format!("setting `static_regularization` = 0: {positive}"));
     refused(|s| s.pivot_floor = -1.0, &format!("setting `pivot_floor` = -1: {positive}"));
     refused(|s| s.dynamic_regularization = 0.0, &format!("setting `dynamic_regularization` = 0: {positive}"));

@@ -36,7 +36,7 @@ fn an_iteration_limit_returns_the_best_iterate() {
         if solution.status == Status::SolvedInaccurate {
             continue;
         }
-        // Between a fifth of the tolerance and the tolerance, the walk takes one step more.
+        // Between a fifth of the tolerance and the tolerance, the attempt takes one step more.
         if solution.status == Status::Solved && max_iterations + 1 == full.iterations {
             assert!(solution.certificate.worst() > 0.2e-8, "{:e}", solution.certificate.worst());
             continue;

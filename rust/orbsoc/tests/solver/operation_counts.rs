@@ -269,7 +269,13 @@ pub fn plus(a: OperationCounts, b: OperationCounts) -> OperationCounts {
 #[test]
 fn transfers_ask_for_nothing_but_signs() {
     let data = generated(0).0;
-    for stage in [Stage::LoadKkt, Stage::StoreStep, Stage::StorePair, Stage::CheckSolve, Stage::CheckPair] {
+    for stage in [
+        Stage::LoadKkt,
+        Stage::StoreStep,
+        Stage::StoreConstantAndPredictor,
+        Stage::CheckSolve,
+        Stage::CheckConstantAndPredictor,
+    ] {
         assert_eq!(tally(&data, stage).operations, ZERO, "{}", stage.name());
     }
     // The signs of −c and of the residuals of x and y; s less the residual of z.

@@ -121,7 +121,7 @@ fn a_warm_start_leaves_nothing_behind() {
 }
 
 #[test]
-fn walking_the_lists_by_hand_gives_the_same_words() {
+fn running_the_lists_by_hand_gives_the_same_bits() {
     let (data, new) = (generated(5).0, moved(&generated(5).0, 0.01));
     let before = engine(&data).solve();
     let mut by_hand = engine(&new);
@@ -132,7 +132,7 @@ fn walking_the_lists_by_hand_gives_the_same_words() {
         }
         follow(&mut by_hand, CLOSING);
         let solution = by_hand.conclude();
-        if !by_hand.begin_again(&solution) {
+        if !by_hand.restart(&solution) {
             break solution;
         }
         list = STARTUP;
@@ -141,18 +141,7 @@ fn walking_the_lists_by_hand_gives_the_same_words() {
 }
 
 fn follow(engine: &mut Engine<f64>, list: &[Step]) -> bool {
-    list.iter().any(|step| {
-        let outcome = match *step {
-            Step::Run(stage) => engine.run(stage),
-            Step::Repeat { stage, until } => loop {
-                match engine.run(until) {
-                    Outcome::Repeat => engine.run(stage),
-                    outcome => break outcome,
-                };
-            },
-        };
-        matches!(outcome, Outcome::Done(_))
-    })
+    list.iter().any(|step| matches!(step.perform(&mut |stage| engine.run(stage)), Outcome::Done(_)))
 }
 
 #[test]
@@ -165,4 +154,28 @@ fn a_start_given_up_is_counted() {
     assert_eq!((warm.status, warm.warm_start), (Status::Solved, WarmStart::FellBack));
     assert_eq!(warm.iterations, cold.iterations, "given up before its first step");
     assert_eq!(warm.x, cold.x);
+}
+
+#[test]
+fn without_restarts_a_start_that_is_given_up_ends_the_solve() {
+    let (_, data, _) = solvable().swap_remove(0);
+    let cold = engine(&data).solve();
+    let far = Solution { x: cold.x.iter().map(|x| x + 1e6).collect(), ..cold.clone() };
+    let limited = |max_restarts, start: &Solution| {
+        let settings = Settings { max_restarts, ..Settings::default() };
+        let mut engine = Engine::<f64>::new(&data.problem(), &settings).unwrap();
+        engine.solve_from(&Start::from(start)).unwrap()
+    };
+    let none = limited(0, &far);
+    assert_eq!((none.status, none.warm_start, none.attempts), (Status::NumericalLimit, WarmStart::Used, 1));
+    let one = limited(1, &far);
+    assert_eq!((one.status, one.warm_start, one.attempts), (Status::Solved, WarmStart::FellBack, 2));
+    assert_eq!(one.x, cold.x);
+    // What is no point is not attempted.
+    let nowhere = limited(0, &Solution { x: vec![f64::NAN; cold.x.len()], ..cold.clone() });
+    assert_eq!(
+        (nowhere.status, nowhere.warm_start, nowhere.attempts),
+        (Status::Solved, WarmStart::FellBack, 1)
+    );
+    assert_eq!((cold.attempts, nowhere.x), (1, cold.x));
 }

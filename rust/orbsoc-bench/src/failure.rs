@@ -1,0 +1,3 @@
+//! An error message for the terminal.
+
+pub type Failure = String;

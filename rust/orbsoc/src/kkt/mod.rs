@@ -1,0 +1,4 @@
+//! Where the problem meets its pattern: sizes, cones, and the KKT matrix.
+
+pub(crate) mod assembly;
+pub(crate) mod structure;

@@ -1,0 +1,323 @@
+//! One solve's state, and the only door to the kernels: [`Engine::run`].
+
+use crate::error::Error;
+use crate::kernels::layout::stat;
+use crate::kkt::structure::Structure;
+use crate::method::control::{keep_best, Control};
+use crate::method::restart::{Attempt, Restart, LONGEST};
+use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
+use crate::method::workspace::{Buffer, Workspace};
+use crate::method::{datapath::Datapath, events::Event, warm_start::Start};
+use crate::outcome::solution::{better_of, Solution};
+use crate::problem::{Problem, Settings};
+use crate::real::{count, Counted, Decide, Latency, Real, Tally};
+use crate::symbolic::supernodes::Panels;
+use core::ops::ControlFlow;
+use std::sync::Arc;
+
+/// A problem's pattern, its buffers in arithmetic `T`, and where the solve stands.
+///
+/// Everything is allocated by [`Engine::new`]; from the first `run` of an attempt to its last, nothing is.
+///
+/// ```
+/// # use orbsoc::*;
+/// # let problem = Problem::new(None, vec![1.0], None, vec![], Some(Csc::from_dense(&[&[-1.0]], 1)),
+/// #     vec![-2.0], Cones { l: 1, q: vec![] })?;
+/// let mut engine = Engine::<f64>::new(&problem, &Settings::default())?;
+/// let solution = engine.solve();
+/// assert!((solution.x[0] - 2.0).abs() < 1e-7);
+/// assert_eq!(engine.events()[0].stage, Stage::Equilibrate);
+/// # Ok::<(), Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Engine<T> {
+    pub(crate) path: Datapath<T>,
+    problem: Problem,
+    pub(crate) control: Control,
+    /// The outcome of an earlier attempt of this solve, which stalled.
+    earlier: Option<Solution>,
+    events: Vec<Event>,
+}
+
+/// Where a solve stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub struct Progress {
+    pub iteration: u32,
+    pub objective: f64,
+    pub dual_objective: f64,
+    pub primal_residual: f64,
+    pub dual_residual: f64,
+    pub gap: f64,
+    pub mu: f64,
+    /// Length of the step that led here; 0 before the first.
+    pub step: f64,
+    pub refinements: u32,
+}
+
+impl<T: Decide> Engine<T> {
+    /// Analyse the pattern, allocate, load the data.
+    ///
+    /// # Errors
+    /// A setting outside its range, or a pattern too large.
+    pub fn new(problem: &Problem, settings: &Settings) -> Result<Self, Error> {
+        Self::with_panels(problem, settings, Panels::Relaxed)
+    }
+
+    /// As [`Engine::new`], with the factor that tapes record: no stored zeros, so that its buffers
+    /// are laid out as the tapes' are, and every entry, the sign of a zero included, is theirs.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub fn exact(problem: &Problem, settings: &Settings) -> Result<Self, Error> {
+        Self::with_panels(problem, settings, Panels::Exact)
+    }
+
+    pub(crate) fn with_panels(problem: &Problem, settings: &Settings, panels: Panels) -> Result<Self, Error> {
+        let path = Datapath::new(Arc::new(Structure::new(problem, panels)?), settings)?;
+        let mut engine = Self {
+            events: Vec::with_capacity(most_events(settings)),
+            path,
+            problem: problem.clone(),
+            control: Control::new(settings),
+            earlier: None,
+        };
+        engine.path.load(&[Some(problem)]);
+        Ok(engine)
+    }
+
+    /// Take other numbers in the same pattern; the next solve is that of a fresh engine.
+    ///
+    /// # Errors
+    /// [`Error::PatternChanged`] naming the matrix, or cones or absent rows that differ.
+    pub fn update(&mut self, problem: &Problem) -> Result<(), Error> {
+        self.problem.same_pattern(problem)?;
+        self.problem.clone_from(problem);
+        self.path.load(&[Some(problem)]);
+        self.reset();
+        Ok(())
+    }
+
+    pub(crate) fn reset(&mut self) {
+        self.control = Control::new(&self.path.settings);
+        self.earlier = None;
+        self.events.clear();
+        self.path.reset(0);
+    }
+
+    /// The data that the next solve solves.
+    pub fn problem(&self) -> &Problem {
+        &self.problem
+    }
+
+    /// The entries of a buffer as they stand.
+    pub fn buffer(&self, buffer: Buffer) -> &[T] {
+        self.path.work.get(buffer)
+    }
+
+    /// The entries of a buffer, for a caller that computes a stage elsewhere.
+    pub fn buffer_mut(&mut self, buffer: Buffer) -> &mut [T] {
+        self.path.work.get_mut(buffer)
+    }
+
+    /// What ran since the engine was made, updated or solved anew.
+    pub fn events(&self) -> &[Event] {
+        &self.events
+    }
+
+    /// Steps taken so far.
+    pub fn iteration(&self) -> u32 {
+        self.control.total_iterations()
+    }
+
+    /// Entries of the KKT matrix's upper triangle, and of L below the diagonal.
+    pub fn kkt_sizes(&self) -> (usize, usize) {
+        (self.path.structure.kkt.nnz(), self.path.structure.kkt.symbolic.nnz_l)
+    }
+
+    /// Multiply–subtracts of one factorisation, from the column counts of L.
+    pub fn factorization_multiply_subtracts(&self) -> usize {
+        self.path.structure.kkt.symbolic.multiply_subtracts
+    }
+
+    /// Run one stage, with every entry that it declares, and say how to go on.
+    ///
+    /// A whole solve skips residuals of linear solves that no decision needs; its numbers are the same otherwise.
+    pub fn run(&mut self, stage: Stage) -> Outcome {
+        self.run_with(stage, |path, _| path.execute(stage))
+    }
+
+    /// As [`Engine::run`], with `execute` for the arithmetic; it is told whether a decision needs the residual of a
+    /// linear solve.
+    pub(crate) fn run_with(&mut self, stage: Stage, execute: impl FnOnce(&mut Datapath<T>, bool)) -> Outcome {
+        self.events.push(Event { stage, iteration: self.control.total_iterations() });
+        let needs_residual = self.control.needs_residual(stage);
+        execute(&mut self.path, needs_residual);
+        let outcome = self.control.decide(0, stage, &self.path.settings, &mut self.path.work);
+        if stage == Stage::Statistics {
+            keep_best(core::iter::once(Some(&self.control)), &mut self.path.work);
+        }
+        outcome
+    }
+
+    /// Run the lists from start to end, with restarts.
+    pub fn solve(&mut self) -> Solution {
+        self.solve_observed(|_| ControlFlow::Continue(()))
+    }
+
+    /// As [`Engine::solve`], showing each iteration to `observe`, which may end the solve.
+    pub fn solve_observed(&mut self, mut observe: impl FnMut(&Progress) -> ControlFlow<()>) -> Solution {
+        self.reset();
+        self.solve_with_restarts(STARTUP, &mut observe)
+    }
+
+    /// As [`Engine::solve`], from a point nearby. Never a worse status than from cold: a start that
+    /// does not pay, or does not end with a solution or a certificate, is followed by a cold one, and
+    /// [`Solution::warm_start`] says so.
+    ///
+    /// # Errors
+    /// [`Error::Dimension`] naming the vector whose length does not fit.
+    pub fn solve_from(&mut self, start: &Start) -> Result<Solution, Error> {
+        self.solve_from_observed(start, |_| ControlFlow::Continue(()))
+    }
+
+    /// As [`Engine::solve_from`], showing each iteration to `observe`, which may end the solve.
+    ///
+    /// # Errors
+    /// As [`Engine::solve_from`].
+    pub fn solve_from_observed(
+        &mut self,
+        start: &Start,
+        mut observe: impl FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<Solution, Error> {
+        let startup = if self.start_from(start)? { WARM_STARTUP } else { STARTUP };
+        Ok(self.solve_with_restarts(startup, &mut observe))
+    }
+
+    /// Forget the last solve and load a point to start from. A caller that runs the lists goes on with
+    /// [`WARM_STARTUP`] if the answer is true, with [`STARTUP`] if it is false: the point is not finite
+    /// (a certificate, say) or the problem has no rows, and the solve counts as fallen back.
+    ///
+    /// # Errors
+    /// [`Error::Dimension`] naming the vector whose length does not fit.
+    pub fn start_from(&mut self, start: &Start) -> Result<bool, Error> {
+        start.fit(self.problem())?;
+        self.reset();
+        let useful = self.path.load_start(0, start);
+        self.control.start_warm(useful);
+        Ok(useful)
+    }
+
+    /// Attempt from a start-up list, then restart for as long as a restart follows.
+    pub(crate) fn solve_with_restarts(
+        &mut self,
+        startup: &[Step],
+        observe: &mut impl FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Solution {
+        self.attempt(startup, observe);
+        let mut solution = self.conclude();
+        while self.restart(&solution) {
+            self.attempt(STARTUP, observe);
+            solution = self.conclude();
+        }
+        solution
+    }
+
+    /// One attempt: a start-up list, iterations, the closing list.
+    fn attempt(&mut self, startup: &[Step], observe: &mut impl FnMut(&Progress) -> ControlFlow<()>) {
+        let mut ended = self.follow(startup);
+        while !ended {
+            ended = self.follow(ITERATION);
+            if !ended && observe(&self.progress()).is_break() {
+                self.interrupt();
+            }
+        }
+        self.follow(CLOSING);
+    }
+
+    /// Perform the steps of a list, up to one that asks to leave the iteration; whether one did.
+    fn follow(&mut self, steps: &[Step]) -> bool {
+        let mut run = |stage| {
+            self.run_with(stage, |path, needs_residual| path.execute_with_residual(stage, needs_residual))
+        };
+        steps.iter().any(|step| matches!(step.perform(&mut run), Outcome::Done(_)))
+    }
+
+    /// Stop at the next statistics, with the best iterate.
+    pub fn interrupt(&mut self) {
+        self.control.interrupted = true;
+    }
+
+    /// The last statistics in the user's units.
+    pub fn progress(&self) -> Progress {
+        let entry = |k: usize| self.path.work.statistics[k].value();
+        Progress {
+            iteration: self.control.total_iterations(),
+            objective: entry(stat::OBJECTIVE),
+            dual_objective: entry(stat::DUAL_OBJECTIVE),
+            primal_residual: entry(stat::PRIMAL),
+            dual_residual: entry(stat::DUAL),
+            gap: entry(stat::GAP),
+            mu: entry(stat::MU),
+            step: self.control.step,
+            refinements: self.control.refinements,
+        }
+    }
+
+    /// The outcome of the attempt that ended, with the status that its numbers support; an earlier attempt's of the same
+    /// solve, where that is the better one.
+    pub fn conclude(&self) -> Solution {
+        let solution = self.path.finished(0, &self.problem, &self.control).verify();
+        better_of(self.earlier.as_ref(), solution, self.path.settings.tol_inaccurate)
+    }
+
+    /// The restart that is to follow the attempt that ended with `solution`, by [`RESTARTS`](crate::RESTARTS) and
+    /// `max_restarts`.
+    pub fn next_restart(&self, solution: &Solution) -> Option<&'static Restart> {
+        self.control.next_restart(solution.status, &self.path.settings)
+    }
+
+    /// Get ready for that restart, from [`STARTUP`] on, where there is one, and say so; its parameters are other ones.
+    pub fn restart(&mut self, solution: &Solution) -> bool {
+        let Some(&Restart { attempt, .. }) = self.next_restart(solution) else {
+            return false;
+        };
+        if attempt != Attempt::Cold {
+            self.earlier = Some(solution.clone());
+        }
+        self.path.reset(0);
+        self.path.prepare(0, attempt);
+        self.control = self.control.restarted(attempt);
+        true
+    }
+}
+
+/// More stage runs than any solve with these settings makes.
+fn most_events(settings: &Settings) -> usize {
+    let per_repeat = 2 * settings.refinement_max as usize + 1;
+    let runs = |steps: &[Step]| {
+        steps.iter().map(|s| if matches!(s, Step::Run(_)) { 1 } else { per_repeat }).sum::<usize>()
+    };
+    let once =
+        |startup| runs(startup) + (settings.max_iterations as usize + 1) * runs(ITERATION) + runs(CLOSING);
+    once(WARM_STARTUP) + settings.max_restarts.min(LONGEST) as usize * once(STARTUP)
+}
+
+/// Operations of each stage on a problem's pattern, and their longest dependent chain.
+///
+/// # Errors
+/// As [`Engine::new`].
+pub fn operation_counts(
+    problem: &Problem,
+    settings: &Settings,
+    latency: Latency,
+) -> Result<Vec<(Stage, Tally)>, Error> {
+    let structure = Arc::new(Structure::new(problem, Panels::Exact)?);
+    let mut path = Datapath::<Counted>::new(structure, settings)?;
+    let inputs_ready = Workspace::new(&path.structure, Counted::zero());
+    let mut tally = |stage| {
+        path.work.clone_from(&inputs_ready);
+        (stage, count(latency, || path.execute(stage)))
+    };
+    Ok(Stage::ALL.iter().map(|&stage| tally(stage)).collect())
+}

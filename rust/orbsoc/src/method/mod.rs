@@ -1,0 +1,14 @@
+//! The iteration as data, its buffers, its decisions, and the engine that runs it.
+
+pub(crate) mod control;
+pub(crate) mod datapath;
+pub(crate) mod dispatch;
+pub(crate) mod engine;
+pub(crate) mod events;
+pub(crate) mod mixed;
+pub(crate) mod refinement;
+pub(crate) mod restart;
+pub mod stage;
+pub(crate) mod tape;
+pub(crate) mod warm_start;
+pub(crate) mod workspace;

@@ -1,0 +1,420 @@
+//! The residuals behind a status, recomputed on the user's own data after the fact. Nothing here is shared
+//! with the iteration: other vectors (nalgebra's), other products, always double precision.
+
+use crate::outcome::norms::{larger, symmetric_product, Sums};
+use crate::outcome::roundoff::{
+    deterministic_bound, probabilistic_bound, roundoff_in_product, RoundoffBound,
+};
+use crate::outcome::solution::{norm_exceeds, Certificate, Solution, Status, WarmStart};
+use crate::problem::{Problem, Settings};
+use nalgebra::{DVector, DVectorView};
+
+/// A certificate with at least this radius over the data's scale is accepted at the end of a solve.
+const RADIUS_CLAIMED: f64 = 50.0;
+
+/// Residuals of a point on the user's data.
+struct Residuals {
+    certificate: Certificate,
+    /// Worst ratio by the common formula, s recomputed as h − Gx.
+    independent: f64,
+    objective: f64,
+    dual_objective: f64,
+}
+
+/// A point in the user's scaling and row order.
+struct Point {
+    x: DVector<f64>,
+    y: DVector<f64>,
+    z: DVector<f64>,
+    s: DVector<f64>,
+}
+
+/// A certificate of infeasibility on the user's data.
+struct InfeasibilityCertificate {
+    status: Status,
+    at: Point,
+    radius: f64,
+    /// The radius over the data's scale.
+    relative: f64,
+}
+
+impl InfeasibilityCertificate {
+    fn excludes(&self, point: &Point) -> bool {
+        let [x, y, z] = [&point.x, &point.y, &point.z].map(DVector::as_slice);
+        !norm_exceeds(self.status, self.radius, x, y, z)
+    }
+}
+
+/// What the projection of (head, tail) onto its cone makes of the head, and by what it multiplies the tail;
+/// nothing where the point is inside.
+fn onto_cone(head: f64, tail: &[f64]) -> Option<(f64, f64)> {
+    let size = tail.iter().map(|v| v * v).sum::<f64>().sqrt();
+    if size <= head {
+        None
+    } else if size <= -head {
+        Some((0.0, 0.0))
+    } else {
+        let middle = f64::midpoint(head, size);
+        Some((middle, middle / size))
+    }
+}
+
+/// Exact projection of `v` onto K.
+fn project(problem: &Problem, v: &mut DVector<f64>) {
+    let (orthant, mut rest) = v.as_mut_slice().split_at_mut(problem.cones.l);
+    for v in orthant {
+        *v = v.max(0.0);
+    }
+    for &dim in &problem.cones.q {
+        let (cone, later) = rest.split_at_mut(dim);
+        rest = later;
+        if let Some((head, factor)) = onto_cone(cone[0], &cone[1..]) {
+            cone[0] = head;
+            for v in &mut cone[1..] {
+                *v *= factor;
+            }
+        }
+    }
+}
+
+/// The largest entry of what the projection of `v` onto K would move.
+#[inline(never)]
+fn outside(problem: &Problem, v: &DVector<f64>) -> f64 {
+    let (orthant, mut rest) = v.as_slice().split_at(problem.cones.l);
+    let mut farthest = [0.0; 8];
+    for chunk in orthant.chunks(8) {
+        for (farthest, v) in farthest.iter_mut().zip(chunk) {
+            *farthest = larger(*farthest, -v);
+        }
+    }
+    let mut moved = farthest.into_iter().fold(0.0, larger);
+    for &dim in &problem.cones.q {
+        let (cone, later) = rest.split_at(dim);
+        rest = later;
+        if let Some((head, factor)) = onto_cone(cone[0], &cone[1..]) {
+            let tail = cone[1..].iter().fold(0.0, |top, v| larger(top, v.abs()));
+            moved = larger(larger(moved, (head - cone[0]).abs()), (1.0 - factor) * tail);
+        }
+    }
+    moved
+}
+
+/// Absent rows take part in nothing: zero where h is +∞.
+#[inline(never)]
+fn present(problem: &Problem, mut v: DVector<f64>) -> DVector<f64> {
+    // A selection: a store on a condition would be made one by one.
+    for (v, h) in v.as_mut_slice().iter_mut().zip(&problem.h) {
+        *v = if h.is_finite() { *v } else { 0.0 };
+    }
+    v
+}
+
+/// An error over 1 + the size of what it is an error of; infinite when it is, whatever the size (∞/∞ is no number, and a
+/// maximum drops it).
+fn ratio(error: f64, size: f64) -> f64 {
+    if error.is_finite() {
+        error / (1.0 + size)
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// What rounding may hide in a residual or in the gap counts as its error where that could be more than a tenth of the tolerance.
+fn residuals_of(problem: &Problem, at: &Point, tol: f64) -> Residuals {
+    let sums = Sums::new();
+    let norm = |v: &[f64]| sums.norm(v);
+    let (x, y, z) = (at.x.as_slice(), at.y.as_slice(), at.z.as_slice());
+    let h = present(problem, DVector::from_column_slice(&problem.h));
+    let slack = present(problem, at.s.clone());
+    let mut px = symmetric_product(&problem.p, &at.x);
+    let (mut ax, aty) = sums.products(&problem.a, &at.x, &at.y);
+    let (gx, gtz) = sums.products(&problem.g, &at.x, &at.z);
+    let mut gx = present(problem, gx);
+    let (norm_b, norm_h, norm_s) = (norm(&problem.b), norm(h.as_slice()), norm(slack.as_slice()));
+    let (norm_c, norm_ax, norm_gx) = (norm(&problem.c), norm(ax.as_slice()), norm(gx.as_slice()));
+    let (norm_px, norm_aty, norm_gtz) = (norm(px.as_slice()), norm(aty.as_slice()), norm(gtz.as_slice()));
+
+    let half_curvature = 0.5 * sums.dot(x, px.as_slice());
+    let objective = half_curvature + sums.dot(&problem.c, x);
+    let dual_objective = -half_curvature - sums.dot(&problem.b, y) - sums.dot(h.as_slice(), z);
+    let roundoff_factor = probabilistic_bound(problem.n() + problem.p() + problem.m());
+    let most_in_gap = sums.magnitude(x, px.as_slice())
+        + sums.magnitude(&problem.c, x)
+        + sums.magnitude(&problem.b, y)
+        + sums.magnitude(h.as_slice(), z);
+    let scale = 1.0 + objective.abs().min(dual_objective.abs());
+    let difference = (objective - dual_objective).abs();
+    let gap = if roundoff_factor * most_in_gap <= 0.1 * tol * scale {
+        difference / scale
+    } else {
+        (difference + roundoff_factor * most_in_gap) / scale
+    };
+
+    let [in_p, in_a, in_g] = [&problem.p, &problem.a, &problem.g].map(|matrix| norm(matrix.values()));
+    let most_in_row = (in_a + in_g) * sums.size(x) + norm_b + norm_h + norm_s;
+    let most_in_column = in_a * sums.size(y) + in_g * sums.size(z) + in_p * sums.size(x) + norm_c;
+    let negligible = |most: f64, scale: f64| roundoff_factor * most <= 0.1 * tol * (1.0 + scale);
+    let roundoff = if negligible(most_in_row, norm_b.max(norm_h)) && negligible(most_in_column, norm_c) {
+        RoundoffBound::default()
+    } else {
+        RoundoffBound::of(problem, x, y, z, slack.as_slice())
+    };
+    sums.add(&mut ax, -1.0, &problem.b);
+    let equality = roundoff.equality + norm(ax.as_slice());
+    let mut beyond = h.clone();
+    sums.add(&mut beyond, -1.0, gx.as_slice());
+    let beyond = roundoff.conic + outside(problem, &beyond);
+    sums.add(&mut gx, 1.0, slack.as_slice());
+    sums.add(&mut gx, -1.0, h.as_slice());
+    let conic = roundoff.conic + norm(gx.as_slice());
+    for term in [&problem.c, aty.as_slice(), gtz.as_slice()] {
+        sums.add(&mut px, 1.0, term);
+    }
+    let dual = roundoff.dual + norm(px.as_slice());
+    let dual_outside = outside(problem, &at.z);
+    let primal_residual = ratio(equality, norm_ax.max(norm_b))
+        .max(ratio(conic, norm_gx.max(norm_h)))
+        .max(ratio(outside(problem, &slack), norm_s));
+    let dual_residual =
+        ratio(dual, norm_px.max(norm_aty).max(norm_gtz).max(norm_c)).max(ratio(dual_outside, norm(z)));
+    let certificate = Certificate { primal_residual, dual_residual, gap, radius: f64::NAN };
+    let independent = Certificate {
+        primal_residual: ratio(equality.max(beyond), norm_b.max(norm_h)),
+        dual_residual: ratio(dual.max(dual_outside), norm_c),
+        ..certificate
+    };
+    Residuals { independent: independent.worst(), certificate, objective, dual_objective }
+}
+
+/// Certified radius of primal infeasibility, also over the data's scale: whatever the sums below may have lost in
+/// rounding counts against it. z is projected onto K, and the certificate scaled to size one: its own size means nothing
+/// and may overflow.
+fn primal_radius(problem: &Problem, at: &mut Point) -> (f64, f64) {
+    let sums = Sums::new();
+    at.z = present(problem, at.z.clone());
+    project(problem, &mut at.z);
+    let size = sums.norm(at.y.as_slice()).max(sums.norm(at.z.as_slice()));
+    at.y.unscale_mut(size);
+    at.z.unscale_mut(size);
+    let h = present(problem, DVector::from_column_slice(&problem.h));
+    let support = DVectorView::from(&problem.b[..]).dot(&at.y) + h.dot(&at.z);
+    let nowhere = DVector::zeros(problem.n());
+    let (_, aty) = sums.products(&problem.a, &nowhere, &at.y);
+    let (_, gtz) = sums.products(&problem.g, &nowhere, &at.z);
+    let (y, z) = (at.y.as_slice(), at.z.as_slice());
+    let lost = roundoff_in_product(&problem.a, problem.p(), |value, i, _| (value * y[i]).abs())
+        + roundoff_in_product(&problem.g, problem.m(), |value, i, _| (value * z[i]).abs());
+    let terms = problem.b.iter().zip(&at.y).chain(h.iter().zip(&at.z)).map(|(b, y)| (b * y).abs());
+    let roundoff = deterministic_bound(problem.p() + problem.m()) * terms.sum::<f64>();
+    let scale = problem.b.iter().chain(h.iter()).fold(1.0, |top: f64, v| top.max(v.abs()));
+    radius(support + roundoff, (aty + gtz).lp_norm(1) + lost, scale)
+}
+
+/// Certified radius of dual infeasibility, also over the data's scale; x is scaled to size one.
+fn dual_radius(problem: &Problem, at: &mut Point) -> (f64, f64) {
+    let sums = Sums::new();
+    at.x.unscale_mut(sums.norm(at.x.as_slice()));
+    let cost = DVectorView::from(&problem.c[..]).dot(&at.x);
+    let (ax, _) = sums.products(&problem.a, &at.x, &DVector::zeros(problem.p()));
+    let (gx, _) = sums.products(&problem.g, &at.x, &DVector::zeros(problem.m()));
+    let recession = -present(problem, gx);
+    let mut inside = recession.clone();
+    project(problem, &mut inside);
+    let distance =
+        symmetric_product(&problem.p, &at.x).lp_norm(1) + ax.lp_norm(1) + (recession - inside).lp_norm(1);
+    let (n, x) = (problem.n(), at.x.as_slice());
+    let by = |value: f64, _: usize, j: usize| (value * x[j]).abs();
+    let either = |value: f64, i: usize, j: usize| 2.0 * by(value, 0, i).max(by(value, 0, j));
+    let present =
+        |value: f64, i: usize, j: usize| if problem.h[i].is_finite() { by(value, i, j) } else { 0.0 };
+    let lost = roundoff_in_product(&problem.p, n, either)
+        + roundoff_in_product(&problem.a, n, by)
+        + roundoff_in_product(&problem.g, n, present);
+    let roundoff = deterministic_bound(n) * problem.c.iter().zip(x).map(|(c, x)| (c * x).abs()).sum::<f64>();
+    let scale = problem.c.iter().fold(1.0, |top: f64, v| top.max(v.abs()));
+    radius(cost + roundoff, distance + lost, scale)
+}
+
+fn radius(value: f64, size: f64, scale: f64) -> (f64, f64) {
+    if value < 0.0 && value.is_finite() && size.is_finite() {
+        let radius = if size > 0.0 { -value / size } else { f64::INFINITY };
+        (radius, radius / scale)
+    } else {
+        (0.0, 0.0)
+    }
+}
+
+/// Why the iteration ended. The status is decided afterwards, on the original data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Stop {
+    Converged,
+    PrimalCertificate,
+    DualCertificate,
+    MaxIterations,
+    MaxTime,
+    Stalled,
+    Interrupted,
+    /// The warm start was rejected; a cold attempt follows, by the restart policy.
+    WarmStartRejected,
+}
+
+/// An attempt that has ended, as plain data: numbers in the user's scaling and the iteration's row order, and how it went.
+pub(crate) struct FinishedAttempt<'a> {
+    pub problem: &'a Problem,
+    pub settings: &'a Settings,
+    /// The user's row of each of the iteration's.
+    pub row_origin: &'a [usize],
+    pub stop: Stop,
+    /// (x, y, z) and s of the best iterate.
+    pub best: Vec<f64>,
+    pub any_iterate: bool,
+    /// (x, y, z) with the largest radius of primal infeasibility, …
+    pub primal: Option<Vec<f64>>,
+    /// … and of dual infeasibility.
+    pub dual: Option<Vec<f64>>,
+    pub iterations: u32,
+    pub refinements: u32,
+    pub attempts: u32,
+    pub warm_start: WarmStart,
+}
+
+impl FinishedAttempt<'_> {
+    /// The outcome, with the status that the numbers support.
+    pub fn verify(&self) -> Solution {
+        let (problem, stop) = (self.problem, self.stop);
+        let best = self.point(&self.best, true);
+        let tol = self.settings.tol;
+        let residuals = residuals_of(problem, &best, tol);
+        let ratio = residuals.certificate.worst();
+        let solved = ratio <= tol && residuals.independent <= 100.0 * tol;
+        // A certificate counts when the solve ended on it or could enlarge it no further; a limit
+        // that cut the solve short proves nothing.
+        let usable = ratio <= self.settings.tol_inaccurate
+            && residuals.independent <= self.settings.tol_inaccurate
+            && stop != Stop::Interrupted;
+        let by_certificate = matches!(stop, Stop::PrimalCertificate | Stop::DualCertificate);
+        // A nearly solved problem is not infeasible, however far out its solution lies.
+        if by_certificate || (stop == Stop::Stalled && !solved && !usable) {
+            // … and where its products hide what is missing, a point as large as the radius is not excluded by it.
+            let apparent = (!by_certificate && ratio <= self.settings.tol_inaccurate).then_some(&best);
+            if let Some(found) = self.infeasible(apparent) {
+                return self.accept(&found);
+            }
+        }
+        if solved {
+            let message = format!("verified: worst residual ratio {ratio:.1e} on the original data");
+            return self.assemble(Status::Solved, &best, &residuals, message);
+        }
+        let failed = failing_line(&residuals, tol);
+        if usable {
+            let message = format!("meets tol_inaccurate only: {failed}");
+            return self.assemble(Status::SolvedInaccurate, &best, &residuals, message);
+        }
+        let (status, advice) = match stop {
+            Stop::MaxIterations => {
+                (Status::MaxIterations, "raise max_iterations or look at the scaling of the data")
+            }
+            Stop::MaxTime => (Status::MaxTime, "raise max_time_s"),
+            Stop::Interrupted => (Status::Interrupted, "stopped from outside"),
+            _ => (Status::NumericalLimit, "no further progress; rescale the data or accept a larger tol"),
+        };
+        let message = if self.any_iterate {
+            format!("best iterate returned: {failed}; {advice}")
+        } else {
+            format!("no iterate (x is NaN): the first linear solve gave no finite numbers; {advice}")
+        };
+        self.assemble(status, &best, &residuals, message)
+    }
+
+    /// The stronger certificate of infeasibility, of those that the original data support and an `apparent` solution
+    /// does not speak against.
+    fn infeasible(&self, apparent: Option<&Point>) -> Option<InfeasibilityCertificate> {
+        let primal = self.primal.as_ref().map(|entries| self.primal_infeasible(entries));
+        let dual = self.dual.as_ref().map(|entries| self.dual_infeasible(entries));
+        let certificates = primal.into_iter().chain(dual).filter(|found| {
+            found.relative >= RADIUS_CLAIMED && apparent.is_none_or(|solution| found.excludes(solution))
+        });
+        certificates.max_by(|one, other| one.relative.total_cmp(&other.relative))
+    }
+
+    /// That no x is feasible.
+    fn primal_infeasible(&self, entries: &[f64]) -> InfeasibilityCertificate {
+        let mut at = self.point(entries, false);
+        let (radius, relative) = primal_radius(self.problem, &mut at);
+        at.x.fill(f64::NAN);
+        InfeasibilityCertificate { status: Status::PrimalInfeasible, at, radius, relative }
+    }
+
+    /// That no dual point is.
+    fn dual_infeasible(&self, entries: &[f64]) -> InfeasibilityCertificate {
+        let mut at = self.point(entries, false);
+        let (radius, relative) = dual_radius(self.problem, &mut at);
+        at.y.fill(f64::NAN);
+        at.z.fill(f64::NAN);
+        InfeasibilityCertificate { status: Status::DualInfeasible, at, radius, relative }
+    }
+
+    /// Read (x, y, z) and perhaps s from entries in the user's scaling, into the user's rows.
+    fn point(&self, entries: &[f64], with_slack: bool) -> Point {
+        let (problem, m) = (self.problem, self.row_origin.len());
+        let (n, p) = (problem.n(), problem.p());
+        let take = |from: usize, len: usize| DVector::from_column_slice(&entries[from..from + len]);
+        let mut z = DVector::zeros(problem.m());
+        let mut s = DVector::from_element(problem.m(), if with_slack { f64::INFINITY } else { f64::NAN });
+        for (k, &row) in self.row_origin.iter().enumerate() {
+            z[row] = entries[n + p + k];
+            if with_slack {
+                s[row] = entries[n + p + m + k];
+            }
+        }
+        Point { x: take(0, n), y: take(n, p), z, s }
+    }
+
+    fn accept(&self, found: &InfeasibilityCertificate) -> Solution {
+        let (none, radius) = (f64::NAN, found.radius);
+        let certificate = Certificate { primal_residual: none, dual_residual: none, gap: none, radius };
+        let (infinite, message) = if found.status == Status::PrimalInfeasible {
+            (f64::INFINITY, format!("no feasible x has ‖x‖∞ < {radius:.3e}"))
+        } else {
+            let what = "dual infeasible (unbounded if feasible)";
+            (f64::NEG_INFINITY, format!("{what}: no dual point has norm below {radius:.3e}"))
+        };
+        let residuals =
+            Residuals { certificate, independent: none, objective: infinite, dual_objective: infinite };
+        self.assemble(found.status, &found.at, &residuals, message)
+    }
+
+    fn assemble(&self, status: Status, at: &Point, residuals: &Residuals, message: String) -> Solution {
+        Solution {
+            status,
+            x: at.x.as_slice().to_vec(),
+            y: at.y.as_slice().to_vec(),
+            z: at.z.as_slice().to_vec(),
+            s: at.s.as_slice().to_vec(),
+            objective: residuals.objective,
+            dual_objective: residuals.dual_objective,
+            iterations: self.iterations,
+            warm_start: self.warm_start,
+            refinements: self.refinements,
+            attempts: self.attempts,
+            certificate: residuals.certificate,
+            message,
+        }
+    }
+}
+
+fn failing_line(residuals: &Residuals, tol: f64) -> String {
+    let c = &residuals.certificate;
+    let lines = [("primal residual", c.primal_residual), ("dual residual", c.dual_residual), ("gap", c.gap)];
+    let failing: Vec<String> = lines
+        .iter()
+        .filter(|(_, v)| v.is_nan() || *v > tol)
+        .map(|(name, v)| format!("{name} {v:.1e}"))
+        .collect();
+    if failing.is_empty() {
+        format!("referee's residual {:.1e} (tol {tol:.0e})", residuals.independent)
+    } else {
+        format!("{} (tol {tol:.0e})", failing.join(", "))
+    }
+}

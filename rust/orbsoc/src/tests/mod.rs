@@ -1,0 +1,11 @@
+//! Tests across packages, and the reference implementations that all unit tests compare with.
+
+mod batch;
+mod control;
+mod dataflow;
+mod factorization;
+mod newton;
+pub(crate) mod reference;
+mod solution;
+mod stage;
+mod tape;
