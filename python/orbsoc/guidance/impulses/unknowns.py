@@ -167,12 +167,19 @@ class Impulses:
         self._note(name, [t_s], [rows], "equality", before)
 
     def below(
-        self, t_s: float, matrix: ArrayLike, limit: ArrayLike, *, before: bool = False, name: str
+        self,
+        t_s: float,
+        matrix: ArrayLike,
+        limit: ArrayLike,
+        *,
+        extra: Sequence[Term] = (),
+        before: bool = False,
+        name: str,
     ) -> None:
-        """Require matrix · state ≤ limit at a time; matrix (rows, 6), limit (rows,) or one number."""
+        """Require matrix · state + extra ≤ limit at a time; matrix (rows, 6), limit (rows,) or one number."""
         rows = np.atleast_2d(np.asarray(matrix, dtype=np.float64))
         found = rows @ self.state(t_s, before=before)
-        self.builder.nonnegative(found.terms, np.asarray(limit) - found.offset, name=name)
+        self.builder.nonnegative([*found.terms, *extra], np.asarray(limit) - found.offset, name=name)
         self._note(name, [t_s], [rows], "nonnegative", before)
 
     def cone(
