@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from orbsoc.guidance.scenario_file import BaseScenario
 
 MODULES = {
-    "fly_around": "orbsoc.missions.fly_around",
     "reachable_domain": "orbsoc.missions.reachable_domain",
     "reachable_insertion": "orbsoc.missions.reachable_insertion",
     "passive_safety": "orbsoc.missions.passive_safety",
+    "fly_around": "orbsoc.missions.fly_around",
 }
 
 SCHEMAS = {"scenario": "reachable_insertion", "reach-scenario": "reachable_domain"}

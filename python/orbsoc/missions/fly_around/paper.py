@@ -44,7 +44,7 @@ def is_papers(scenario: Scenario) -> bool:
 def compare(plan: FlyAround) -> tuple[PaperRow, ...]:
     """Rows for what the paper prints about this way of flying; empty for other data or without a programme."""
     scenario, found = plan.scenario, plan.verification
-    if found is None or not is_papers(scenario):
+    if found is None or plan.audited or not is_papers(scenario):
         return ()
     if scenario.impulses == "adaptive":
         return tuple(_adaptive(scenario, found))

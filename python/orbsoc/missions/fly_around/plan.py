@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Difference, FigureFile, PaperRow
 from orbsoc.guidance.scenario_file import read_toml
 from orbsoc.guidance.scp import Iteration, Solve
 
 from .paper import compare, is_papers
-from .planner import FlyAround, made
+from .planner import FlyAround, judged, made
 from .record import plan_document
 from .scenario import Scenario, load_scenario
 
@@ -80,7 +81,18 @@ def plan(
 
     `solve` is any solver with the call shape of `orbsoc.solve`, which is the default.
     """
-    found = made(scenario, solve, callback)
+    return _with_files(made(scenario, solve, callback))
+
+
+def audit(scenario: Scenario, programme: ImpulseProgramme) -> Plan:
+    """A programme of impulses made elsewhere, judged as the scenario's own plan would be; nothing is solved.
+
+    Raises ScenarioError where it has impulses outside the revolution.
+    """
+    return _with_files(judged(scenario, programme))
+
+
+def _with_files(found: FlyAround) -> Plan:
     return Plan(**{field.name: getattr(found, field.name) for field in fields(FlyAround)})
 
 

@@ -14,6 +14,7 @@ from orbsoc.conic.solution import Solution, Status
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Column, PlanStatus
 from orbsoc.guidance.safety import CutBurn
+from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import Iteration, Solve
 
 from .audits import EngineOut, cut_burns, engine_out
@@ -70,6 +71,8 @@ class FlyAround:
     verification: Checked | None
     search: Search | None
     front: tuple[FrontPoint, ...] = ()
+    audited: bool = False
+    """A programme made elsewhere."""
 
 
 def made(scenario: Scenario, solve: Solve | None, callback: Callable[[Iteration], None] | None) -> FlyAround:
@@ -119,6 +122,21 @@ def _through_waypoints(scenario: Scenario) -> FlyAround:
     checked = check(scenario, fly(flight, start, programme, end_s))
     message = f"{len(programme)} intervals by exact arc errors; no conic problem"
     return FlyAround(scenario, _status(checked), message, (), checked, None)
+
+
+def judged(scenario: Scenario, programme: ImpulseProgramme) -> FlyAround:
+    """A programme made elsewhere, flown and judged as a plan is. Raises ScenarioError for impulses outside the revolution."""
+    end_s = scenario.duration_s
+    outside = [t for t in programme.times_s.tolist() if not 0.0 <= t < end_s]
+    if outside:
+        allowed = f"must be from 0 to below ellipse.period_s = {end_s:g}"
+        raise ScenarioError(scenario.name, [Complaint("impulses: time_s", f"{outside[0]:g}", allowed)])
+    if programme.times_s[0] > 0.0:  # the coast before it
+        times, dv = np.append(0.0, programme.times_s), np.vstack([np.zeros(3), programme.dv_m_s])
+        programme = ImpulseProgramme(times, dv)
+    checked = check(scenario, fly(scenario.flight, scenario.start_state, programme, end_s))
+    message = f"{len(programme)} impulses as given; nothing was solved"
+    return FlyAround(scenario, _status(checked), message, (), checked, None, audited=True)
 
 
 def check(scenario: Scenario, flown: Flown) -> Checked:

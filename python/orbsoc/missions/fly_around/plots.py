@@ -65,7 +65,7 @@ def _path(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
     scenario = plan.scenario
     ellipse = scenario.flight.ellipse
     figure = Figure(figsize=(7.4, 5.8))
-    axes: Any = figure.add_axes((0.0, -0.02, 0.96, 0.98), projection="3d")
+    axes: Any = figure.add_axes((0.0, 0.04, 0.94, 0.94), projection="3d")
     tube = _tube_surface(plan)
     axes.plot_surface(*tube, color=BLUE, alpha=0.10, linewidth=0, antialiased=False, shade=False)
     times = np.linspace(0.0, scenario.duration_s, 400)
@@ -80,16 +80,17 @@ def _path(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
     usual = float(sizes[1:].max()) if len(sizes) > 1 else float(sizes.max())
     scale = ARROW_M_PER_M_S * max(scenario.ellipse.semi_axes_m) / usual if usual > 0.0 else 0.0
     axes.quiver(*nodes.T, *(scale * pulses).T, color=GREEN, linewidth=1.4, arrow_length_ratio=0.25)
-    axes.plot([], [], color=GREEN, label=f"Δv, the largest after the first {usual:.3f} m/s")
+    axes.plot([], [], color=GREEN, label=f"Δv; after the first ≤ {usual:.3f} m/s")
     axes.plot([0.0], [0.0], [0.0], marker="s", color=GREY, markersize=7, linestyle="none", label="target")
     axes.set_xlabel("x, motion (m)", labelpad=8)
     axes.set_ylabel("y, −normal (m)", labelpad=8)
     axes.set_zlabel("z, nadir (m)", labelpad=4)
     axes.invert_zaxis()
     axes.set_aspect("equal")
+    axes.set_box_aspect(axes.get_box_aspect(), zoom=1.15)
     axes.view_init(elev=22.0, azim=-62.0)
     axes.locator_params(nbins=5)
-    axes.legend(loc="upper left", bbox_to_anchor=(0.02, 0.97))
+    figure.legend(*axes.get_legend_handles_labels(), loc="lower center", ncols=3, fontsize=9.5)
     _title(figure, plan)
     return _save(
         figure,
@@ -126,9 +127,9 @@ def _error(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
             color=GREY,
             alpha=0.22,
             linewidth=0,
-            label="dispersed flights, 5 to 95 %",
+            label="dispersed, 5 to 95 %",
         )
-    axes.plot(truth.times_s, truth.errors_m[:, 0], color=VERMILION, label="flown, with J2 and drag")
+    axes.plot(truth.times_s, truth.errors_m[:, 0], color=VERMILION, label="flown, J2 and drag")
     axes.plot(
         found.flown.errors_at_s,
         found.flown.errors_m,
@@ -136,7 +137,7 @@ def _error(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
         marker="o",
         markerfacecolor="white",
         markeredgecolor=BLUE,
-        label="largest of each arc, linear model",
+        label="largest of each arc",
         zorder=3,
     )
     axes.axhline(scenario.tolerance_m, color="black", linewidth=1.0, linestyle="--")
@@ -223,33 +224,31 @@ def _front(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
     points = [(len(found.programme), found.programme.total_m_s)]
     points += [(each.pulses, each.dv_m_s) for each in plan.front if each.dv_m_s is not None]
     points.sort()
-    axes.plot(*np.array(points).T, color=BLUE, marker="o", label="free within the tube, cheapest found")
-    axes.set_xscale("log")
+    axes.plot(*np.array(points).T, color=BLUE, marker="o", label="free within the tube, the cheapest found")
     if is_papers(plan.scenario):
-        for count, cost, name, offset in ((19, 3.315, "paper, adaptive", 4), (20, 3.237, "equal", -12)):
-            axes.plot([count], [cost], linestyle="none", marker="s", color=VERMILION)
-            axes.annotate(f"{name}: {count}", (count, cost), xytext=(6, offset), textcoords="offset points")
-    search = plan.search
-    low, high = axes.get_xlim()
-    if search is not None and search.impossible >= 1:
-        edge = search.impossible + 0.5
-        axes.axvspan(min(low, edge - 1.5), edge, color=GREY, alpha=0.18, linewidth=0)
-        axes.annotate(
-            f"proved impossible:\n≤ {search.impossible} pulses",
-            (edge, 1.0),
-            xycoords=("data", "axes fraction"),
-            xytext=(4, -6),
-            textcoords="offset points",
-            va="top",
+        axes.plot(
+            [19, 20], [3.315, 3.237], linestyle="none", marker="s", color=VERMILION, label="the paper's two"
         )
-        low = min(low, edge - 1.5)
-    axes.set_xlim(low, high)
+    search = plan.search
+    axes.set_xscale("log")
     counts = sorted({count for count, _ in points})
     axes.set_xticks(counts, [str(count) for count in counts])
     axes.minorticks_off()
+    if search is not None and search.impossible >= 1:
+        edge = search.impossible + 0.5
+        axes.axvspan(0.84 * edge, edge, color=GREY, alpha=0.18, linewidth=0)
+        axes.set_xlim(0.84 * edge, None)
+        axes.annotate(
+            f"{search.impossible} and fewer: proved impossible",
+            (0.92 * edge, 0.5),
+            xycoords=("data", "axes fraction"),
+            ha="center",
+            va="center",
+            rotation=90,
+        )
     axes.set_xlabel("number of pulses")
     axes.set_ylabel("Σ‖Δv‖ (m/s)")
-    axes.legend(loc="upper right")
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
     _title(figure, plan)
     return _save(
         figure,

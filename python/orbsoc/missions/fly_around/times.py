@@ -81,4 +81,4 @@ def _moved(
     note(Iteration(times.size, TOLERANCE, problem, solution, figures={"pulses": times.size}))
     if solution.status not in USABLE:
         return None
-    return times + builder.value(solution, moves.name)
+    return np.append(times[0], (times + builder.value(solution, moves.name))[1:])
