@@ -68,19 +68,19 @@ class Flight:
     def largest_error(self, states: Array, start_s: float, dt_s: float) -> tuple[float, float]:
         """Of an arc's states at equal intervals, the largest distance from the path, m, and when, s.
 
-        A parabola through the squared distances at the largest sample and its neighbours finds it between samples: with
-        `SAMPLES` intervals to 1e-6 of the distance.
+        Between samples it is the top of a parabola through the squared distances at every local maximum: with `SAMPLES`
+        intervals to 1e-6 of the distance.
         """
         times = start_s + np.linspace(0.0, dt_s, len(states))
         squares = np.sum((states[:, :3] - self.ellipse.position(times)) ** 2, axis=1)
-        k = int(np.argmax(squares))
-        if 0 < k < len(squares) - 1:
-            low, mid, high = squares[k - 1 : k + 2]
-            bend = low - 2.0 * mid + high
-            shift = 0.5 * (low - high) / bend if bend < 0.0 else 0.0
-            top = mid - 0.25 * (low - high) * shift
-            return float(np.sqrt(max(top, mid))), float(times[k] + shift * (times[1] - times[0]))
-        return float(np.sqrt(squares[k])), float(times[k])
+        low, middle, high = squares[:-2], squares[1:-1], squares[2:]
+        bend = 2.0 * middle - low - high
+        peak = (middle >= low) & (middle >= high) & (bend > 0.0)
+        shift = np.where(peak, 0.5 * (high - low), 0.0) / np.where(peak, bend, 1.0)
+        tops = np.concatenate([squares[:1], middle + 0.25 * (high - low) * shift, squares[-1:]])
+        at = times + np.concatenate([[0.0], shift, [0.0]]) * dt_s / (len(states) - 1)
+        k = int(np.argmax(tops))
+        return float(np.sqrt(tops[k])), float(at[k])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
