@@ -117,6 +117,16 @@ class ConicBuilder:
         self._n += size
         return variable
 
+    def has(self, name: str) -> bool:
+        """Whether there is a variable `name`."""
+        return name in self._variables
+
+    def columns(self, name: str) -> Index:
+        """Columns of variable `name`, in its shape; raises BuilderError if there is none."""
+        if name not in self._variables:
+            raise BuilderError(f"no variable `{name}`; there are {', '.join(self._variables) or 'none'}")
+        return self._variables[name].index
+
     def cost(self, columns: Columns, coefficients: ArrayLike) -> None:
         """Add Σ coefficients · x[columns] to the cost; coefficients have the columns' shape or are one number."""
         index = self._index("cost", columns)
@@ -266,13 +276,12 @@ class ConicBuilder:
 
     def value(self, solution: HasPoint, name: str) -> Array:
         """The values of variable `name` at a solution of the built problem, in the variable's shape."""
-        if name not in self._variables:
-            raise BuilderError(f"no variable `{name}`; there are {', '.join(self._variables) or 'none'}")
+        columns = self.columns(name)
         if solution.x.shape != (self._n,):
             raise BuilderError(
                 f"the solution has {solution.x.shape} entries, but the variables are {self._n}"
             )
-        return np.asarray(solution.x[self._variables[name].index])
+        return np.asarray(solution.x[columns])
 
     def dual(self, solution: HasDuals, name: str) -> Array:
         """The multipliers of the rows `name` at a solution of the built problem.

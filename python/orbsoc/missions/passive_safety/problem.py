@@ -26,6 +26,10 @@ HALF_PLANE_SAMPLES = 72
 """An orbit, of a drift that must stay short of the target."""
 CAPTURE, CAPTURE_VELOCITY, CLOSED = "capture", "capture velocity", "closed first ellipse"
 CLEARED, SHORT, BEYOND = "first drift clears the keep-out", "first drift stays short", "first drift encloses"
+MISS, GIVEN_UP = "capture missed by", "depth given up"
+MISS_PRICE, GIVEN_UP_PRICE = 50.0, 500.0
+RECURSION = 4.0
+"""Deviations that a re-plan in flight leaves between a plan and the margins of its own later re-plans."""
 AWAY, UNINTERRUPTED = "first drift leads away", "drift 2 stays short"
 
 
@@ -41,11 +45,13 @@ def assemble(
     margins: Margins | None = None,
     start: Array | None = None,
     done: int = 0,
+    relaxed: bool = False,
 ) -> Impulses:
     """Impulses at times_s (N,) from the approach's start on a builder, with every condition of the scenario.
 
     `done` impulses went before, `start` (6,) is then the state at the first time: the drift of the first impulse of all
-    has its own rules, and `margins` are those of the impulses that are left.
+    has its own rules. `relaxed` for re-planning in flight: the capture point may be missed and depth given up, both at a
+    price that makes them zero where they can be; `MISS` and `GIVEN_UP` are what it took, in m/s.
     """
     scenario = approach.scenario
     times = np.asarray(times_s, np.float64)
@@ -53,6 +59,8 @@ def assemble(
         ConicBuilder(), approach.motion, times, approach.start if start is None else start, axes=approach.axes
     )
     impulses.cost(scenario.cost)
+    if relaxed:
+        _relax(impulses.builder)
     _capture(approach, impulses)
     if approach.guarded:
         for k in range(times.size):
@@ -60,9 +68,27 @@ def assemble(
                 _first_drift(approach, impulses, margins)
             else:
                 _drift(approach, impulses, k, done, margins)
+        if margins is not None and relaxed:
+            _stays_feasible(approach, impulses, done, margins)
         if scenario.interruption_orbits and done == 0:
             _stays_short(approach, impulses, 1, scenario.interruption_orbits, UNINTERRUPTED)
     return impulses
+
+
+def _relax(builder: ConicBuilder) -> None:
+    for name, price in ((MISS, MISS_PRICE), (GIVEN_UP, GIVEN_UP_PRICE)):
+        slack = builder.variable(name, 1)
+        builder.cost(slack, price)
+        builder.nonnegative([(slack, [[-1.0]])], 0.0)
+
+
+def _slack(impulses: Impulses, name: str, rows: int, sign: float) -> list[Term]:
+    """The slack in the first of so many rows, or in all of them; none in a problem that is not relaxed."""
+    if not impulses.builder.has(name):
+        return []
+    block = np.zeros((rows, 1))
+    block[:1] = sign
+    return [(impulses.builder.columns(name), block)]
 
 
 def _capture(approach: Approach, impulses: Impulses) -> None:
@@ -70,7 +96,11 @@ def _capture(approach: Approach, impulses: Impulses) -> None:
     rows = n * np.eye(6)[axes]
     target = n * approach.capture[axes]
     box_m = approach.scenario.capture_box_m
-    if box_m:
+    if impulses.builder.has(MISS):
+        off = rows @ impulses.state(approach.duration_s)
+        bound = impulses.builder.columns(MISS)
+        impulses.builder.norm(off.terms, off.offset - target, bound=bound, name=CAPTURE)
+    elif box_m:
         both = np.vstack([rows, -rows])
         limit = np.concatenate([target + n * box_m, n * box_m - target])
         impulses.below(approach.duration_s, both, limit, name=CAPTURE)
@@ -97,7 +127,8 @@ def _first_drift(approach: Approach, impulses: Impulses, margins: Margins | None
     impulses.meet(first, [0.0], matrix=n * cone_rows(n)[:1], name=CLOSED)
     if len(impulses.times_s) > 1:
         clear = approach.motion.transition(float(impulses.times_s[1]), first)[:1]
-        impulses.below(first, -n * side * clear, -n * approach.keep_out_m, name=CLEARED)
+        extra = _slack(impulses, GIVEN_UP, 1, -1.0)
+        impulses.below(first, -n * side * clear, -n * approach.keep_out_m, extra=extra, name=CLEARED)
     far = n * approach.ahead * after_half_orbit(n)
     margin = margins.first_m if margins else 0.0
     share = margins.first_by_size_s if margins else 0.0
@@ -137,13 +168,39 @@ def _drift(approach: Approach, impulses: Impulses, k: int, done: int, margins: M
         return
     margin = margins.drift_m[k] if margins else 0.0
     share = margins.drift_by_size_s if margins else 0.0
-    extra: list[Term] = []
+    extra = _slack(impulses, GIVEN_UP, 3, 1.0)
     for columns in _sizes(approach, impulses, k, share):
         block = np.zeros((3, len(columns)))
         block[0] = -n * share
         extra.append((columns, block))
     offset = [-n * (approach.keep_out_m + margin), 0.0, 0.0]
     impulses.cone(at, n * side * cone_rows(n), offset, extra=extra, name=name)
+
+
+def _stays_feasible(approach: Approach, impulses: Impulses, done: int, margins: Margins) -> None:
+    """At every later impulse the chaser is as deep as that one's margin will ask for, whatever the first one's errors do."""
+    n, side, errors = approach.mean_motion_rad_s, approach.side, approach.scenario.uncertainty
+    assert errors is not None
+    first = float(impulses.times_s[0])
+    for k in range(1, impulses.times_s.size):
+        row = approach.motion.transition(float(impulses.times_s[k]), first)[0]
+        spread = RECURSION * float(np.hypot(errors.deviation(row), errors.position_m))
+        extra = _slack(impulses, GIVEN_UP, 1, -1.0)
+        for j, share in ((0, RECURSION * float(errors.gain(row))), (k, margins.drift_by_size_s)):
+            block = n * share
+            extra += [
+                (columns, np.full((1, len(columns)), block))
+                for columns in _sizes(approach, impulses, j, share)
+            ]
+        depth = approach.keep_out_m + float(margins.drift_m[k]) + spread
+        at = approach.motion.transition(float(impulses.times_s[k]), float(impulses.times_s[k - 1]))[:1]
+        impulses.below(
+            float(impulses.times_s[k - 1]),
+            -n * side * at,
+            -n * depth,
+            extra=extra,
+            name=f"depth {done + k + 1}",
+        )
 
 
 def _stays_short(

@@ -81,12 +81,16 @@ def _cut_audit(cuts: tuple[CutBurn, ...], keep_out: float) -> dict[str, Any]:
 
 
 def _certificates(plan: ApproachPlan) -> dict[str, Any]:
-    """The solver's dual bound for the times of the plan."""
+    """The solver's dual bound for the times of the plan; for all candidate times, where the plan was generated from them."""
     if plan.timed is None or plan.timed.best is None:
         return {}
-    solution = plan.timed.best.solution
+    solution, densest = plan.timed.best.solution, plan.timed.densest
     bound = solution.dual_objective
-    return {"optimum": {"bound": bound, "gap": solution.objective - bound}}
+    found = {"optimum": {"bound": bound, "gap": solution.objective - bound}}
+    if densest is not None:
+        least = densest.solution.dual_objective
+        found["impulses"] = {"bound": least, "gap": solution.objective - least}
+    return found
 
 
 def _timing(plan: ApproachPlan) -> dict[str, Any] | None:

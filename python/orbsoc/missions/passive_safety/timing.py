@@ -8,8 +8,8 @@ candidate times lose nothing, and those of size 0 are dropped.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from math import inf, pi, sqrt
+from dataclasses import dataclass, field, replace
+from math import ceil, inf, pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,10 +32,14 @@ ACCEPTED = 1e-6
 feasible the constraints leave no interior."""
 SCAN = 48
 """Times of the second impulse that are tried before the best is refined."""
-CANDIDATES = 42
-"""Intervals between the second impulse and the end at whose ends another one is tried."""
+CANDIDATES = 60
+"""An orbit of the duration: times between the second impulse and the end at which another one is tried."""
+MOST_CANDIDATES = 120
 SMALL = 1e-5
-"""Of the total, m/s by m/s: smaller impulses of a generated plan are dropped."""
+"""Of the total: smaller impulses of a generated plan are dropped."""
+FEWER = 1e-3
+"""Of the cost that a generated plan may give away for fewer impulses: where the bound of safety is followed for a while,
+the optimum is a long row of small ones."""
 WITHIN_S = 0.02
 """Of the second impulse's time."""
 
@@ -67,6 +71,10 @@ class Timed:
     trials: tuple[Trial, ...] = field(repr=False)
     scanned: int = 0
     """How many of the trials are the scan's."""
+    ends: bool = False
+    """Whether the last impulse is at the end, to match a velocity there."""
+    densest: Trial | None = field(default=None, repr=False)
+    """Of a generated plan, the optimum over all candidate times."""
 
     @property
     def subproblems(self) -> tuple[Iteration, ...]:
@@ -125,7 +133,10 @@ def plan_times(
             max(0.01 * cell, best.second_s - cell),
             min(latest - 0.01 * cell, best.second_s + cell),
         )
-    return _timed(approach, trials, SCAN)
+    found = _timed(approach, trials, SCAN)
+    if approach.scenario.impulses.timing == "generated" and found.best is not None:
+        return _fewer(found, attempt, trials)
+    return found
 
 
 def equal_times(approach: Approach) -> Array:
@@ -141,7 +152,8 @@ def times_after(approach: Approach, second_s: float) -> Array:
     at_end = approach.capture_velocity is not None
     pieces = (impulses.count or DEFAULT_COUNT["free"]) - 1 - at_end
     if impulses.timing == "generated":
-        pieces = CANDIDATES
+        # as many whenever the second one is, so that all problems of a scan have one pattern
+        pieces = min(MOST_CANDIDATES, ceil(CANDIDATES * approach.duration_s / approach.period_s))
     rest = np.linspace(second_s, approach.duration_s, pieces + 1)
     return np.concatenate([[0.0], rest if at_end else rest[:-1]])
 
@@ -162,11 +174,38 @@ def _golden(cost: Callable[[float], float], low: float, high: float) -> None:
             at_two = cost(two)
 
 
+def _fewer(found: Timed, attempt: Callable[[Array], Trial], trials: list[Trial]) -> Timed:
+    """The plan without its smallest impulses after the second, one by one, as long as that costs next to nothing."""
+    densest, programme = found.best, found.programme
+    assert densest is not None
+    assert programme is not None
+    best, end = densest, float(densest.impulses.times_s[-1])
+    kept = np.unique(np.append(programme.times_s, end if found.ends else programme.times_s[-1]))
+    while True:
+        trial = attempt(kept)
+        if trial.cost > densest.cost * (1.0 + FEWER):
+            break
+        best = trial
+        sizes = trial.impulses.programme(trial.solution).sizes_m_s
+        inner = sizes[2 : sizes.size - found.ends]
+        if not inner.size:
+            break
+        kept = np.delete(kept, 2 + int(inner.argmin()))
+    programme = best.impulses.programme(best.solution)
+    return replace(
+        found,
+        best=best,
+        programme=programme.without_small(SMALL * programme.total_m_s),
+        trials=tuple(trials),
+        densest=densest,
+    )
+
+
 def _timed(approach: Approach, trials: list[Trial], scanned: int) -> Timed:
-    best = min(trials, key=lambda trial: trial.cost)
+    best, ends = min(trials, key=lambda trial: trial.cost), approach.capture_velocity is not None
     if best.cost == inf:
         return Timed(None, None, tuple(trials), scanned)
     programme = best.impulses.programme(best.solution)
     if approach.scenario.impulses.timing == "generated":
         programme = programme.without_small(SMALL * programme.total_m_s)
-    return Timed(best, programme, tuple(trials), scanned)
+    return Timed(best, programme, tuple(trials), scanned, ends=ends)

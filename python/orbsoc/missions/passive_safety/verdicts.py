@@ -43,12 +43,11 @@ def cut_burns(plan: ApproachPlan) -> str:
     words = f"not if burn {worst.number} stops half-way: {where(worst)}"
     if others:
         words += f"; burn{'s' if len(others) > 1 else ''} {' and '.join(others)} neither"
-    orbits = plan.scenario.interruption_orbits
-    within = plan.verification.cuts_within_orbits
+    orbits, within = plan.scenario.interruption_orbits, plan.verification.cuts_within_orbits
     if orbits and all(cut.distance_m >= keep_out - LIMIT_M for cut in within):
         nearest = min(cut.distance_m for cut in within)
-        for_orbits = "the first orbit" if orbits == 1 else f"the first {orbits} orbits"
-        words += f"; in {for_orbits} after any cut it stays {nearest:.2f} m away"
+        span = "the first orbit" if orbits == 1 else f"the first {orbits} orbits"
+        return f"for {span} wherever a burn stops ({nearest:.2f} m), after that {words}"
     return words
 
 
