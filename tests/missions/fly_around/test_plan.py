@@ -17,8 +17,11 @@ from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import DOCUMENT_KEYS, Agreement, Auditable, Dispersible, PlanStatus
 from orbsoc.interfaces import clarabel
 from orbsoc.missions import fly_around
-from orbsoc.missions.fly_around import ScenarioError, audit, disperse, plan, reproduce
+from orbsoc.missions.fly_around import Scenario, ScenarioError, audit, disperse, plan, reproduce
 from orbsoc.missions.fly_around.record import plan_document
+from orbsoc.missions.fly_around.truth import forces_of, target_state
+from orbsoc.orbit.perturbations import coast
+from orbsoc.orbit.relative import relative_state
 
 from .baseline import SCENARIOS, planned, scenario
 from .test_search import NAVIGATION
@@ -81,6 +84,31 @@ def test_impulses_come_back_from_their_file_and_pass_the_audit() -> None:
     assert judged.verification.flown.largest_error_m == found.verification.flown.largest_error_m
     assert judged.to_dict()["paper"] == []
     assert judged.subproblems == ()
+
+
+def test_messages_are_read_by_an_independent_reader(tmp_path: Path) -> None:
+    """The ephemeris at the end is where the flight ended; the manoeuvres are the pulses that it gave."""
+    ndm_io = pytest.importorskip("ccsds_ndm.ndm_io", reason="the independent reader is not installed").NdmIo
+    found = planned("fewest")
+    assert found.verification is not None
+    for name, text in found.tables().items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    segment = ndm_io().from_path(tmp_path / "chaser.oem").body.segment[0]
+    last = segment.data.state_vector[-1]
+    chaser = np.array([float(getattr(last, key).value) for key in ("x", "y", "z", "x_dot", "y_dot", "z_dot")])
+    target = propagated(target_state(found.scenario), 1800.0, found.scenario)
+    relative = relative_state(target, 1e3 * chaser)
+    np.testing.assert_allclose(relative[:3], found.verification.truth.end_states[0, :3], atol=5e-3)
+    burns = ndm_io().from_path(tmp_path / "chaser.opm").body.segment.data.maneuver_parameters
+    sizes = [np.linalg.norm([float(getattr(each, f"man_dv_{k}").value) for k in (1, 2, 3)]) for each in burns]
+    np.testing.assert_allclose(
+        1e3 * np.array(sizes), np.linalg.norm(found.verification.truth.dv_m_s[:, 0], axis=1), atol=1e-8
+    )
+
+
+def propagated(state: np.ndarray, dt_s: float, run: Scenario) -> np.ndarray:
+    """The target alone."""
+    return coast(state[None], [0.0, dt_s], forces_of(run)(0))[-1, 0]
 
 
 def test_an_audit_tells_what_is_wrong_with_a_programme() -> None:

@@ -18,6 +18,7 @@ from .paper import compare, is_papers
 from .planner import FlyAround, judged, made
 from .record import plan_document
 from .scenario import Scenario, load_scenario
+from .truth import messages
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,7 +29,11 @@ class Plan(FlyAround):
         return plan_document(self)
 
     def tables(self) -> dict[str, str]:
-        return {} if self.verification is None else {"impulses.csv": self.verification.programme.to_csv()}
+        found = self.verification
+        if found is None:
+            return {}
+        table = {"impulses.csv": found.programme.to_csv()}
+        return table | messages(self.scenario, found.flown, found.truth)
 
     def figures(self, folder: Path) -> tuple[FigureFile, ...]:
         from .plots import draw_figures

@@ -6,11 +6,15 @@ That is how the paper flies, and what keeps small accelerations from adding up o
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.guidance.chaser_messages import chaser_messages
+from orbsoc.guidance.impulses import ImpulseProgramme
+from orbsoc.guidance.relative_flight import fly
 from orbsoc.guidance.uncertainty import Uncertainty
 from orbsoc.orbit.constants import EARTH
 from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass, coast
@@ -23,6 +27,7 @@ Array = NDArray[np.float64]
 
 SAMPLES = 48
 """Intervals of an arc at which the distance from the path is taken."""
+EPHEMERIS_STEPS = 180
 LONGEST_AIM = 0.9
 """Of π/ω: a pulse before a longer arc gives the planned velocity change, for aiming would blow errors up."""
 
@@ -51,11 +56,15 @@ class TrueFlight:
         return np.asarray(np.linalg.norm(self.dv_m_s, axis=2).sum(axis=0))
 
 
-def forces_of(scenario: Scenario, chasers: int) -> list[Force]:
-    """Point mass, J2 and drag, of the target and then of the chasers."""
+def forces_of(scenario: Scenario) -> Callable[[int], list[Force]]:
+    """Point mass, J2 and drag on a target and so many chasers, in this order."""
     table = scenario.truth
-    ballistic = np.append(table.ballistic_target_m2_kg, np.full(chasers, table.ballistic_chaser_m2_kg))
-    return [PointMass(), J2(), Drag(ballistic)]
+
+    def acting(chasers: int) -> list[Force]:
+        ballistic = np.append(table.ballistic_target_m2_kg, np.full(chasers, table.ballistic_chaser_m2_kg))
+        return [PointMass(), J2(), Drag(ballistic)]
+
+    return acting
 
 
 def target_state(scenario: Scenario) -> Array:
@@ -79,7 +88,7 @@ def fly_truth(
     flight = scenario.flight
     random = np.random.default_rng(0 if uncertainty is None else uncertainty.seed)
     ends = np.append(plan.programme.times_s, plan.end_s)
-    forces = forces_of(scenario, runs)
+    forces = forces_of(scenario)(runs)
     target = target_state(scenario)
     relative = np.tile(plan.before[0], (runs, 1))
     pulses = np.empty((len(plan.programme), runs, 3))
@@ -106,6 +115,14 @@ def fly_truth(
     at, place = np.concatenate(times), np.concatenate(positions)
     errors = np.linalg.norm(place - flight.ellipse.position(at)[:, None], axis=2)
     return TrueFlight(at, place, errors, pulses, relative, np.concatenate(arcs))
+
+
+def messages(scenario: Scenario, plan: Flown, flown: TrueFlight) -> dict[str, str]:
+    """`chaser.oem` and `chaser.opm` of the first of some flights, with the pulses as it gave them."""
+    programme = ImpulseProgramme(plan.programme.times_s, flown.dv_m_s[:, 0])
+    times = np.unique(np.append(np.linspace(0.0, plan.end_s, EPHEMERIS_STEPS + 1), programme.times_s))
+    flight = fly(programme, plan.before[0], target_state(scenario), times, forces_of(scenario))
+    return chaser_messages(scenario.name, programme, flight, comment="point mass, J2 and drag")
 
 
 def _acceleration(target: Array, forces: list[Force]) -> Array:
