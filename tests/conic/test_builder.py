@@ -263,6 +263,15 @@ def test_a_number_bounds_every_norm_and_numbers_each_its_own() -> None:
     assert problem.h.tolist() == [3.0, 0.0, 0.0, 1.0, 5.0, 2.0, 6.0]
 
 
+def test_a_margin_is_taken_off_every_bound() -> None:
+    b = ConicBuilder()
+    x, t = b.variable("x", 2), b.variable("t", 1)
+    b.norm([(x, np.eye(2))], bound=3.0, margin=0.5)
+    b.norm([(x, np.eye(2))], bound=[1.0, 2.0], margin=[0.25, 0.5], size=1)
+    b.norm([(x, np.eye(2))], bound=t, margin=0.5)
+    assert b.build().h.tolist() == [2.5, 0.0, 0.0, 0.75, 0.0, 1.5, 0.0, -0.5, 0.0, 0.0]
+
+
 @given(st.integers(0, 2**32 - 1), st.integers(1, 3))
 def test_sums_of_norms_and_absolutes_reach_the_median_point(seed: int, size: int) -> None:
     """min Σ‖x − pᵢ‖ and min Σ|x − pᵢ|₁: the objective is the sum at the solution, and no nearby point is better."""
@@ -340,6 +349,10 @@ NAMES: list[tuple[Callable[[ConicBuilder, Variable], object], str]] = [
     (
         lambda b, x: b.norm([(x, np.eye(3))], bound=[1.0, 2.0], size=1),
         "norm: bound has shape (2,); it must be (3,) or one number",
+    ),
+    (
+        lambda b, x: b.norm([(x, np.eye(3))], bound=x, margin=[1.0, 2.0], size=1),
+        "norm: margin has shape (2,); it must be (3,) or one number",
     ),
     (
         lambda b, x: b.norm([(x, np.eye(3))], bound=x.index[:2], size=1),

@@ -171,12 +171,13 @@ class ConicBuilder:
         offset: ArrayLike = 0.0,
         *,
         bound: Bound,
+        margin: ArrayLike = 0.0,
         size: int | None = None,
         name: str | None = None,
     ) -> None:
-        """Add ‖Σ block · x[columns] + offset‖ ≤ bound; with `size`, one such norm for every `size` rows.
+        """Add ‖Σ block · x[columns] + offset‖ ≤ bound − margin; with `size`, one such norm for every `size` rows.
 
-        `offset` is (rows,) or one number. `bound` is one number for all norms or one a norm, or the variable or
+        `offset` is (rows,) or one number, `margin` one a norm or one number. `bound` is one number for all norms or one a norm, or the variable or
         columns (integers) that bound them, one a norm. The dual of the rows is (norms, size + 1), the bound's first.
 
         >>> b = ConicBuilder()
@@ -195,7 +196,7 @@ class ConicBuilder:
         heads = np.arange(norms) * (each + 1)
         prepared = [(rows[where], columns, -values) for where, columns, values in entries]
         h = np.empty(norms * (each + 1))
-        h[rows], h[heads] = side, 0.0
+        h[rows], h[heads] = side, -self._one_a_norm("margin", margin, norms)
         if isinstance(bound, Variable) or (np.asarray(bound).dtype.kind in "iu" and np.ndim(bound)):
             columns = self._index("norm", bound).ravel()
             if columns.size != norms:
@@ -204,14 +205,15 @@ class ConicBuilder:
                 )
             prepared.append((heads, columns, np.full(norms, -1.0)))
         else:
-            numbers = np.asarray(bound, dtype=np.float64)
-            if numbers.shape not in ((), (norms,)):
-                raise BuilderError(
-                    f"norm: bound has shape {numbers.shape}; it must be ({norms},) or one number"
-                )
-            h[heads] = numbers
+            h[heads] += self._one_a_norm("bound", bound, norms)
         self._add("cone", self._cone_rows, prepared, h, name, each + 1)
         self._cone_sizes += [each + 1] * norms
+
+    def _one_a_norm(self, what: str, value: ArrayLike, norms: int) -> Array:
+        numbers = np.asarray(value, dtype=np.float64)
+        if numbers.shape not in ((), (norms,)):
+            raise BuilderError(f"norm: {what} has shape {numbers.shape}; it must be ({norms},) or one number")
+        return np.broadcast_to(numbers, (norms,))
 
     def sum_of_norms(
         self, name: str, terms: Iterable[Term], offset: ArrayLike = 0.0, *, size: int, weight: float = 1.0

@@ -13,7 +13,7 @@ Numbers are written with as many digits as bring the same double back. Unknown f
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -38,21 +38,8 @@ _FIELDS = ("schema", "n", "p", "m", "P", "c", "A", "b", "G", "h", "cones")
 _INFINITIES = ("inf", "-inf")
 
 
-class HasData(Protocol):
-    """An `orbsoc.Problem`: sizes, cones, and the arrays P, c, A, b, G, h."""
-
-    @property
-    def n(self) -> int: ...
-    @property
-    def p(self) -> int: ...
-    @property
-    def m(self) -> int: ...
-    @property
-    def cones(self) -> Cones: ...
-
-
-def encode_problem(problem: HasData) -> Document:
-    """The document of a problem."""
+def encode_problem(problem: Any) -> Document:
+    """The document of an `orbsoc.Problem`."""
     document: Document = {"schema": SCHEMA, "n": problem.n, "p": problem.p, "m": problem.m}
     for matrix, vector in (("P", "c"), ("A", "b"), ("G", "h")):
         document[matrix] = _encode_matrix(getattr(problem, matrix))

@@ -15,7 +15,7 @@ Numbers are written with as many digits as bring the same double back; those tha
 
 from __future__ import annotations
 
-from typing import Any, Protocol, get_args
+from typing import Any, get_args
 
 from orbsoc.files.json_fields import Document, FieldError, Fields, encode_number, encode_numbers, shown
 
@@ -33,21 +33,8 @@ _FIELDS = (
 )  # fmt: skip
 
 
-class HasOutcome(Protocol):
-    """An `orbsoc.Solution`: these and the other fields of the schema."""
-
-    @property
-    def status(self) -> Status: ...
-    @property
-    def message(self) -> str: ...
-    @property
-    def certificate(self) -> Certificate: ...
-    @property
-    def warm_start(self) -> WarmStart: ...
-
-
-def encode_solution(solution: HasOutcome, verification: Verification | None = None) -> Document:
-    """The document of a solution, with the residuals of the independent verification if given."""
+def encode_solution(solution: Any, verification: Verification | None = None) -> Document:
+    """The document of an `orbsoc.Solution`, with the residuals of the independent verification if given."""
     return {
         "schema": SCHEMA,
         "status": solution.status.name,

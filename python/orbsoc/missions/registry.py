@@ -20,6 +20,7 @@ MODULES = {
     "reachable_domain": "orbsoc.missions.reachable_domain",
     "reachable_insertion": "orbsoc.missions.reachable_insertion",
     "passive_safety": "orbsoc.missions.passive_safety",
+    "fly_around": "orbsoc.missions.fly_around",
 }
 
 SCHEMAS = {"scenario": "reachable_insertion", "reach-scenario": "reachable_domain"}

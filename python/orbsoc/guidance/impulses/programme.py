@@ -1,13 +1,12 @@
-"""A programme of impulses as data: times and velocity changes, in `impulses.csv`, `plan.json` and CCSDS messages."""
+"""A programme of impulses as data: times and velocity changes, in `impulses.csv` and `plan.json`."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,15 +19,6 @@ CSV_COLUMNS = ("time_s", "dv_r_m_s", "dv_t_m_s", "dv_n_m_s")
 
 class ImpulseFileError(ValueError):
     """An impulse file cannot be read; the message names the line, the column, the value and what is allowed."""
-
-
-class Manoeuvre(NamedTuple):
-    """One impulse as the manoeuvre block of a CCSDS orbit parameter message has it (502.0-B, MAN_*)."""
-
-    ignition_s: float
-    duration_s: float
-    frame: str
-    dv_km_s: tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,13 +86,6 @@ class ImpulseProgramme:
         """The `impulses` of plan.json."""
         rows = zip(self.times_s.tolist(), self.dv_m_s.tolist(), self.sizes_m_s.tolist(), strict=True)
         return [{"time_s": t, "dv_m_s": dv, "norm_m_s": size} for t, dv, size in rows]
-
-    def manoeuvres(self) -> Sequence[Manoeuvre]:
-        """The impulses as manoeuvre blocks of an orbit parameter message: duration 0, frame RTN."""
-        return [
-            Manoeuvre(float(t), 0.0, "RTN", (1e-3 * dv[0], 1e-3 * dv[1], 1e-3 * dv[2]))
-            for t, dv in zip(self.times_s, self.dv_m_s.tolist(), strict=True)
-        ]
 
     def to_csv(self) -> str:
         """`impulses.csv`: a header of `CSV_COLUMNS` and a line an impulse, every number with all its digits."""

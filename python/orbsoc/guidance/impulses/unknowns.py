@@ -201,10 +201,11 @@ class Impulses:
         centres: ArrayLike,
         bound: float | Variable,
         *,
+        margin: float = 0.0,
         name: str,
         also: Sequence[Term] = (),
     ) -> None:
-        """Require ‖position(t) − centre‖ ≤ bound at times on one arc, (K,), with centres (K, 3).
+        """Require ‖position(t) − centre‖ ≤ bound − margin at times on one arc, (K,), with centres (K, 3).
 
         The state at an impulse's time is that after it: one position. `bound` is a number or a variable of one column.
         `also` are further terms of the 3K rows.
@@ -220,7 +221,7 @@ class Impulses:
         ]
         offset = np.concatenate([each.offset for each in states]) - points.ravel()
         limit = np.repeat(bound.index.ravel(), times.size) if isinstance(bound, Variable) else bound
-        self.builder.norm([*terms, *also], offset, bound=limit, size=3, name=name)
+        self.builder.norm([*terms, *also], offset, bound=limit, margin=margin, size=3, name=name)
         self._note(name, times, [POSITION] * times.size, "norm", False)
 
     def primer(self, solution: HasDuals, times_s: ArrayLike) -> Array:
