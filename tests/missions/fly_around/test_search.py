@@ -12,7 +12,7 @@ from orbsoc.guidance.impulses import Impulses
 from orbsoc.missions.fly_around.flight import fly
 from orbsoc.missions.fly_around.search import Search, search
 from orbsoc.missions.fly_around.times import least_error
-from orbsoc.missions.fly_around.tube import NoTube, Tube, cheapest, solve_tube
+from orbsoc.missions.fly_around.tube import NoTube, Tube, cheapest, solve_tube, tube_impulses
 
 from .baseline import planned, scenario
 
@@ -93,6 +93,38 @@ def test_few_samples_and_margins_between_them_cost_nothing(samples: int) -> None
     assert isinstance(best, Tube)
     assert best.error_m <= 2.0 + 2e-5
     assert best.programme.total_m_s == pytest.approx(3.205, abs=2e-4)
+
+
+def test_the_floor_of_a_grid_of_180_pulses() -> None:
+    """One sample an arc, nothing between them: 3.1590 m/s."""
+    times = np.linspace(0.0, 1800.0, 181)[:-1]
+    problem = tube_impulses(FLIGHT, START, times, 1800.0, "dv", 2.0, samples=1).builder.build()
+    assert orbsoc.solve(problem).objective == pytest.approx(3.1590, abs=5e-5)
+
+
+def test_re_plans_of_one_pattern_start_warm() -> None:
+    """From states that are off by 0.1 m and 2 mm/s: the pattern stays, and half the iterations do."""
+    programme = planned("fewest").search
+    assert programme is not None
+    assert programme.found is not None
+    times = programme.found.programme.times_s
+
+    def problem(start: np.ndarray) -> orbsoc.Problem:
+        return tube_impulses(FLIGHT, start, times, 1800.0, "dv", 2.3).builder.build()
+
+    nominal = problem(START)
+    base = orbsoc.solve(nominal)
+    solver = orbsoc.Solver(nominal)
+    rng = np.random.default_rng(0)
+    cold, warm = 0, 0
+    for _ in range(10):
+        moved = problem(START + np.concatenate([0.1 * rng.normal(size=3), 2e-3 * rng.normal(size=3)]))
+        solver.update(b=moved.b, h=moved.h)
+        again, fresh = solver.solve(warm_start=base), orbsoc.solve(moved)
+        assert again.objective == pytest.approx(fresh.objective, abs=1e-6)
+        cold += fresh.iterations
+        warm += again.iterations
+    assert warm <= 0.6 * cold
 
 
 def test_a_tube_without_a_flight_says_which_arcs_are_too_long() -> None:
