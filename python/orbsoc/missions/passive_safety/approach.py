@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.orbit import EARTH, Elements
-from orbsoc.orbit.relative import ClohessyWiltshire, LinearMotion
+from orbsoc.orbit.relative import ClohessyWiltshire, LinearMotion, YamanakaAnkersen
 
 from .scenario import Scenario
 
@@ -41,7 +41,7 @@ class Approach:
         rate = scenario.target.mean_motion()
         return cls(
             scenario=scenario,
-            motion=ClohessyWiltshire(rate),
+            motion=_motion(scenario),
             mean_motion_rad_s=rate,
             start=start,
             capture=capture,
@@ -50,6 +50,14 @@ class Approach:
             side=1.0 if capture[0] > 0.0 else -1.0,
             ahead=-1.0 if start[1] > 0.0 else 1.0,
         )
+
+    def closed_row(self, at_s: float) -> Array:
+        """Row (1, 6) of the state at a time that is zero where its drift closes: about a circular target the ellipse's
+        centre, about another what T gains in a revolution."""
+        if self.circular:
+            return cone_rows(self.mean_motion_rad_s)[:1]
+        gained = self.motion.transition(at_s + self.period_s, at_s)[1:2] - np.eye(6)[1:2]
+        return np.asarray(gained / (-3.0 * pi))
 
     @property
     def keep_out_m(self) -> float:
@@ -93,6 +101,13 @@ class Approach:
         if p >= 1.5 * b:
             return 2.0 * b - p
         return b * sqrt(1.0 - p**2 / (3.0 * b**2))
+
+
+def _motion(scenario: Scenario) -> LinearMotion:
+    target = scenario.target
+    if target.elliptic:
+        return YamanakaAnkersen(target.mean_motion(), target.eccentricity, radians(target.true_anomaly_deg))
+    return ClohessyWiltshire(target.mean_motion())
 
 
 def cone_rows(n: float) -> Array:

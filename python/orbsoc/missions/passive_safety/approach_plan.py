@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import ExitReason, Iteration
 
 from .approach import Approach
+from .closed_loop import MonteCarlo
+from .front import FrontPoint
 from .scenario import Scenario
 from .timing import Timed
 from .verification import LIMIT_M, Verification
@@ -26,6 +29,10 @@ class ApproachPlan:
     programme: ImpulseProgramme | None = None
     timed: Timed | None = None
     verification: Verification | None = None
+    flights: Mapping[str, MonteCarlo] = field(default_factory=dict)
+    """With the errors of the scenario: "as_planned", without re-planning, and "re_planned" before every burn."""
+    front: tuple[FrontPoint, ...] = ()
+    """With `interruption_orbits`: what other durations cost, by the orbits that an interrupted burn stays safe."""
 
     @property
     def subproblems(self) -> tuple[Iteration, ...]:

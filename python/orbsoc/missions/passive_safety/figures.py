@@ -58,6 +58,10 @@ def draw_figures(plan: ApproachPlan, folder: Path) -> tuple[FigureFile, ...]:
             found.append(_primer(plan, folder))
             if plan.timed.scanned:
                 found.append(_scan(plan, folder))
+        if plan.front:
+            found.append(_front(plan, folder))
+        if plan.flights:
+            found.append(_flights(plan, folder))
     return tuple(found)
 
 
@@ -260,7 +264,7 @@ def _scan(plan: ApproachPlan, folder: Path) -> FigureFile:
             color=UNSAFE,
             label="infeasible",
         )
-        axes.legend(loc="upper right")
+        figure.legend(loc="outside lower center", fontsize=9)
     axes.plot(plan.timed.best.second_s, plan.timed.best.cost, marker="*", ms=13, color="#222222")
     axes.set_xlabel("time of impulse 2 (s)")
     axes.set_ylabel("cost (m/s)")
@@ -268,6 +272,67 @@ def _scan(plan: ApproachPlan, folder: Path) -> FigureFile:
     return _save(
         figure, folder, "timing.png",
         f"Cost by the time of the second impulse, {len(trials)} problems; the star is the plan.",
+    )  # fmt: skip
+
+
+def _front(plan: ApproachPlan, folder: Path) -> FigureFile:
+    figure, (axes,) = _panels((7.6, 4.0), (1.0,))
+    names = (
+        "after completed burns",
+        "also for one orbit after a cut burn",
+        "also for two orbits after a cut burn",
+    )
+    for orbits, name in enumerate(names):
+        points = [point for point in plan.front if point.orbits == orbits]
+        times = np.array([point.duration_s for point in points])
+        costs = np.array([point.cost if point.cost < inf else np.nan for point in points])
+        axes.semilogy(
+            times, costs, color=_colour(orbits), marker="o", ms=5, mfc="white", label=f"safe {name}"
+        )
+    axes.plot(
+        plan.approach.duration_s,
+        plan.cost,
+        marker="*",
+        ms=13,
+        color="#222222",
+        ls="none",
+        label="the plan",
+        zorder=5,
+    )
+    axes.set_xlabel("duration of the approach (s)")
+    axes.set_ylabel("cost (m/s)")
+    axes.set_title(_title(plan), loc="left", fontsize=11, fontweight="bold")
+    figure.legend(loc="outside lower center", ncols=2, fontsize=9)
+    return _save(
+        figure, folder, "front.png",
+        "What safety under interrupted burns costs, by how long the approach may take; each point on a coarse grid of"
+        " times, so that a plan may lie a little below. Where a curve begins later, no approach is so safe before.",
+    )  # fmt: skip
+
+
+def _flights(plan: ApproachPlan, folder: Path) -> FigureFile:
+    figure, (axes,) = _panels((7.6, 4.0), (1.0,))
+    names = {"as_planned": "as planned", "re_planned": "re-planned before every burn"}
+    for k, (key, flights) in enumerate(plan.flights.items()):
+        ordered = np.sort(flights.nearest_m)
+        share = np.arange(1, flights.runs + 1) / flights.runs
+        label = f"{names[key]}: {flights.unsafe} of {flights.runs} unsafe, capture missed by {flights.miss_m.mean():.1f} m"
+        axes.step(ordered, 100.0 * share, where="post", color=_colour(k), label=label)
+    keep_out = plan.scenario.keep_out_m
+    axes.axvspan(0.0, keep_out, color=KEEP_OUT, alpha=0.6, lw=0, zorder=0)
+    axes.axvline(keep_out, color=UNSAFE, lw=1.0)
+    axes.set_xlim(
+        left=min(0.8 * keep_out, 0.95 * min(float(each.nearest_m.min()) for each in plan.flights.values()))
+    )
+    axes.set_ylim(0.0, 100.0)
+    axes.set_xlabel("nearest of any drift within one orbit (m)")
+    axes.set_ylabel("flights (%)")
+    axes.set_title(_title(plan), loc="left", fontsize=11, fontweight="bold")
+    figure.legend(loc="outside lower center", ncols=1, fontsize=9)
+    return _save(
+        figure, folder, "monte_carlo.png",
+        "Flights with navigation and execution errors: the share that comes nearer to the target than a distance, by the"
+        " drift after any burn if no other follows. Shaded: the keep-out.",
     )  # fmt: skip
 
 

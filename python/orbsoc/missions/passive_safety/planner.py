@@ -15,13 +15,17 @@ from orbsoc.guidance.scp import ExitReason, Iteration, Solve
 
 from .approach import Approach
 from .approach_plan import ApproachPlan
+from .closed_loop import MonteCarlo, fly_many
 from .figures import draw_figures
+from .front import interruption_front
 from .messages import messages
 from .record import plan_document
 from .scenario import Scenario
 from .timing import Timed, plan_times
 from .verification import Verification, verify
 
+BROKEN = 0.05
+"""Of the keep-out: a circular model that loses more about an eccentric target is refused."""
 COLUMNS = {
     "second_s": Column("impulse 2", ".2f", "s"),
     "cost_m_s": Column("cost", ".6f", "m/s"),
@@ -70,7 +74,35 @@ def plan(
     if found.programme is None:
         return found
     flown = verify(found.approach, found.programme)
-    return replace(found, status=_judged(flown), verification=flown)
+    _refuse_a_broken_model(scenario, flown)
+    try:
+        return replace(
+            found, status=_judged(flown), verification=flown,
+            flights=_flights(found.approach, found.programme, solve or default_solve()),
+            front=interruption_front(found.approach, solve or default_solve()) if scenario.interruption_orbits else (),
+        )  # fmt: skip
+    except KeyboardInterrupt:
+        return replace(
+            found, status=PlanStatus.INTERRUPTED, exit_reason=ExitReason.INTERRUPTED, message="interrupted"
+        )
+
+
+def default_solve() -> Solve:
+    """`orbsoc.solve`, imported when it is used."""
+    from orbsoc.solving.solver import solve
+
+    return solve
+
+
+def _flights(approach: Approach, programme: ImpulseProgramme, solve: Solve) -> dict[str, MonteCarlo]:
+    """With the errors of the scenario; empty where it has none."""
+    errors = approach.scenario.uncertainty
+    if errors is None or not errors.runs:
+        return {}
+    return {
+        "as_planned": fly_many(approach, programme, solve, replan=False),
+        "re_planned": fly_many(approach, programme, solve),
+    }
 
 
 def plan_unflown(
@@ -80,13 +112,9 @@ def plan_unflown(
     callback: Callable[[Iteration], None] | None = None,
 ) -> Plan:
     """The plan as it is solved, without flights and audits; its status says that nothing has verified it."""
-    if solve is None:
-        from orbsoc.solving.solver import solve as solve_in_rust
-
-        solve = solve_in_rust
     approach = Approach.of(scenario)
     try:
-        timed = plan_times(approach, solve, callback)
+        timed = plan_times(approach, solve or default_solve(), callback)
     except KeyboardInterrupt:
         return Plan(scenario, approach, PlanStatus.INTERRUPTED, ExitReason.INTERRUPTED, "interrupted")
     if timed.best is None or timed.programme is None:
@@ -118,6 +146,22 @@ def audit(scenario: Scenario, programme: ImpulseProgramme) -> Plan:
         programme=programme,
         verification=flown,
     )
+
+
+def _refuse_a_broken_model(scenario: Scenario, flown: Verification) -> None:
+    """Where the circular model about an eccentric target ends in the keep-out by true motion."""
+    target, keep_out = scenario.target, scenario.keep_out_m
+    if target.elliptic or not target.eccentricity or not keep_out:
+        return
+    truth = next(each for each in flown.truths if each.name == "two_body")
+    depth = min(truth.least_depth_m, truth.first_range_m)
+    if depth < keep_out * (1.0 - BROKEN):
+        allowed = (
+            f"about target.eccentricity = {target.eccentricity:g} the plan of the circular model passes at {depth:.1f} m"
+            f" (keep_out_m = {keep_out:g}) and misses the capture point by {truth.capture_miss_m:.1f} m;"
+            " must be 'elliptic', with safety = 'samples'"
+        )
+        raise ScenarioError(scenario.name, [Complaint("target.motion", "'circular'", allowed)])
 
 
 def _judged(flown: Verification) -> PlanStatus:

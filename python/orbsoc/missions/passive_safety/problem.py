@@ -121,20 +121,25 @@ def _first_drift(approach: Approach, impulses: Impulses, margins: Margins | None
             _drift(approach, impulses, 0, 0, margins)
             return
         _stays_short(approach, impulses, 0, 1, SHORT, margins)
-        lead = -approach.ahead * n * cone_rows(n)[:1]  # the ellipse's centre, by which it drifts
+        if not approach.circular:
+            return  # what is known about an eccentric target is known for one orbit
+        lead = -approach.ahead * n * approach.closed_row(first)  # by which it drifts
         impulses.below(first, lead, 0.0, name=AWAY)
         return
-    impulses.meet(first, [0.0], matrix=n * cone_rows(n)[:1], name=CLOSED)
+    impulses.meet(first, [0.0], matrix=n * approach.closed_row(first), name=CLOSED)
     if len(impulses.times_s) > 1:
         clear = approach.motion.transition(float(impulses.times_s[1]), first)[:1]
         extra = _slack(impulses, GIVEN_UP, 1, -1.0)
         impulses.below(first, -n * side * clear, -n * approach.keep_out_m, extra=extra, name=CLEARED)
+    if not approach.circular:
+        _stays_short(approach, impulses, 0, 1, SHORT)
+        return
     far = n * approach.ahead * after_half_orbit(n)
     margin = margins.first_m if margins else 0.0
     share = margins.first_by_size_s if margins else 0.0
-    extra = [
-        (columns, np.full((1, len(columns)), n * share)) for columns in _sizes(approach, impulses, 0, share)
-    ]
+    extra = _slack(impulses, GIVEN_UP, 1, -1.0)
+    for columns in _sizes(approach, impulses, 0, share):
+        extra.append((columns, np.full((1, len(columns)), n * share)))
     if condition == "short":
         impulses.below(first, far, -n * (approach.keep_out_m + margin), extra=extra, name=SHORT)
     else:

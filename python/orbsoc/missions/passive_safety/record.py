@@ -33,6 +33,8 @@ def plan_document(plan: ApproachPlan) -> dict[str, Any]:
         "safe_when_cut": plan.safe_when_cut if found and plan.approach.guarded else None,
         "audits": _audits(plan),
         "truth": {truth.name: truth.to_dict() for truth in found.truths} if found else {},
+        "monte_carlo": {name: flights.to_dict() for name, flights in plan.flights.items()},
+        "front": [point.to_dict() for point in plan.front],
         "certificates": _certificates(plan),
         "timing": _timing(plan),
         "subproblems": [row.to_dict() for row in plan.subproblems],

@@ -34,9 +34,17 @@ class Target(Table):
     altitude_km: float | None = Field(default=None, ge=100.0, le=4e5)
     eccentricity: float = Field(default=0.0, ge=0.0, le=0.8)
     true_anomaly_deg: float = Field(default=0.0, ge=-360.0, le=360.0)
+    motion: Literal["elliptic", "circular"] | None = Field(
+        default=None, description="the linear model about an eccentric target; elliptic"
+    )
     inclination_deg: float = Field(
         default=45.0, ge=0.0, le=180.0, description="of the flights with J2 and drag"
     )
+
+    @property
+    def elliptic(self) -> bool:
+        """Whether the model is that of an eccentric orbit."""
+        return self.eccentricity > 0.0 and self.motion != "circular"
 
     def mean_motion(self) -> float:
         """rad/s."""
@@ -153,7 +161,7 @@ def _target_complaints(scenario: Scenario) -> Iterator[Complaint]:
         yield Complaint(
             "target.eccentricity", value, f"the perigee is in the ground; must be below {most:.4f}"
         )
-    if target.eccentricity > 0.0 and scenario.safety == "cone":
+    if target.elliptic and scenario.safety == "cone":
         allowed = (
             "for all time only about a circular target, for its cone is of Clohessy–Wiltshire;"
             f" with target.eccentricity = {target.eccentricity:g} must be 'samples'"
@@ -193,7 +201,7 @@ def _condition_complaints(scenario: Scenario) -> Iterator[Complaint]:
                 " with condition = 'none' any start is taken"
             )
             yield Complaint(f"start.{key}", f"{value:g}", allowed)
-    if scenario.condition == "beyond" and scenario.target.eccentricity > 0.0:
+    if scenario.condition == "beyond" and scenario.target.elliptic:
         yield Complaint("condition", "'beyond'", "about an eccentric target must be 'short' or 'none'")
 
 
@@ -225,6 +233,8 @@ def _ignored_complaints(scenario: Scenario) -> Iterator[Complaint]:
         yield Complaint("impulses.count", str(impulses.count), allowed)
     if scenario.samples is not None and scenario.safety == "cone":
         yield Complaint("samples", str(scenario.samples), "safety = 'cone' takes no samples; leave it out")
+    if target.motion is not None and not target.eccentricity:
+        yield Complaint("target.motion", repr(target.motion), "a circular target has one model; leave it out")
     if target.true_anomaly_deg and not target.eccentricity:
         value = f"{target.true_anomaly_deg:g}"
         yield Complaint("target.true_anomaly_deg", value, "a circular target has none; leave it out")

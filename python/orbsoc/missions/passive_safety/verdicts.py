@@ -17,7 +17,7 @@ def verdict(plan: ApproachPlan) -> str:
     broken = "".join(f"; {words}" for words in plan.verification.failures)
     if not plan.approach.guarded:
         return f"{spent}{broken}; no keep-out was asked for"
-    return f"{safety(plan)}; {cut_burns(plan)}. {spent}{broken}"
+    return f"{safety(plan)}; {cut_burns(plan)}. {spent}{broken}{flights(plan)}"
 
 
 def safety(plan: ApproachPlan) -> str:
@@ -49,6 +49,16 @@ def cut_burns(plan: ApproachPlan) -> str:
         span = "the first orbit" if orbits == 1 else f"the first {orbits} orbits"
         return f"for {span} wherever a burn stops ({nearest:.2f} m), after that {words}"
     return words
+
+
+def flights(plan: ApproachPlan) -> str:
+    """Of the Monte Carlo; empty without."""
+    found = plan.flights.get("re_planned")
+    if found is None:
+        return ""
+    words = f"; {found.unsafe} of {found.runs} flights with errors enter the keep-out when re-planned before every burn"
+    given = found.fallbacks + found.failed
+    return f"{words}, {given} of {found.replans} re-plans could not keep the margins"
 
 
 def where(cut: CutBurn) -> str:

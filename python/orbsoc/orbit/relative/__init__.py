@@ -5,12 +5,16 @@ from .clohessy_wiltshire import ClohessyWiltshire
 from .drift import DriftEllipse
 from .local_frame import LVLH, absolute_state, local_frame, relative_state
 from .motion import LinearMotion
+from .reference import AlongReference
+from .yamanaka_ankersen import YamanakaAnkersen
 
 __all__ = [
     "LVLH",
+    "AlongReference",
     "ClohessyWiltshire",
     "DriftEllipse",
     "LinearMotion",
+    "YamanakaAnkersen",
     "absolute_state",
     "local_frame",
     "relative_state",
