@@ -175,10 +175,10 @@ def test_a_natural_ellipse_takes_one_pulse_and_the_other_way_round_many() -> Non
         "angles_deg": [0.0, 0.0, 0.0],
         "period_s": PAPER.motion.period_s,
     }
-    one = found(ellipse=natural, tolerance_m=1e-3)
+    one = found(ellipse=natural, tolerance_m=1e-2)
     assert one.found is not None
     assert (one.pulses, one.certified) == (1, True)
-    assert one.found.programme.total_m_s == pytest.approx(100.0 * PAPER.motion.mean_motion_rad_s, rel=1e-4)
+    assert one.found.programme.total_m_s == pytest.approx(100.0 * PAPER.motion.mean_motion_rad_s, rel=1e-3)
     assert found(ellipse=natural | {"direction": -1}).pulses == 28
 
 

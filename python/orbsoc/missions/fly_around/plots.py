@@ -201,10 +201,7 @@ def _pulses(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
         panels[1].set_ylabel("primer vector")
         panels[1].set_xlabel("time (s)")
         axes.set_xlabel("")
-        caption += (
-            " Below, the length of the primer vector: 1 at a pulse, and above 1 where one more pulse would save fuel, as it"
-            " does where so few of them are flown."
-        )
+        caption += " Below, the length of the primer vector: 1 at a pulse, and above 1 where one more pulse would save fuel."
     return _save(figure, folder, "delta_v.png", caption)
 
 

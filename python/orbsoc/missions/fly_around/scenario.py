@@ -23,6 +23,7 @@ from orbsoc.orbit.relative import LVLH, ClohessyWiltshire
 
 from .ellipse import Ellipse
 from .flight import Flight
+from .waypoints import counts_by_rule
 
 Array = NDArray[np.float64]
 
@@ -181,6 +182,12 @@ def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
     shorter = min(table.semi_axes_m)
     if scenario.tolerance_m >= shorter:
         allowed = f"must be below the shorter semi-axis, {shorter:g}: the tube would hold the target"
+        yield Complaint("tolerance_m", f"{scenario.tolerance_m:g}", allowed)
+        return
+    about = max(counts_by_rule(scenario.flight, scenario.duration_s, scenario.tolerance_m))
+    if about > MOST_PULSES and not isinstance(scenario.impulses, int):
+        least = scenario.tolerance_m * (about / MOST_PULSES) ** 2
+        allowed = f"takes about {about:.0f} pulses, and at most {MOST_PULSES} are planned; must be at least {least:.3g}"
         yield Complaint("tolerance_m", f"{scenario.tolerance_m:g}", allowed)
         return
     away = float(np.linalg.norm(scenario.start_state[:3] - scenario.flight.ellipse.position(0.0)))

@@ -15,7 +15,7 @@ from .scenario import Scenario
 from .times import least_error
 from .tube import Note, NoTube, Tube, cheapest
 from .uncertain import margin_m
-from .waypoints import effort
+from .waypoints import count_in_tube
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ COAST_SAMPLES = 4000
 WITHIN_M = 1e-4
 """How far beyond its limit a programme's flight may be: `tube.CLOSE_M`, and what its rounds may leave."""
 MOST_TIMES_RULE = 4
-"""Beyond so many times the pulses of the rule, the margin for the uncertainty is what stands in the way."""
+"""Beyond this multiple of the rule's number, the margin for the uncertainty is what stands in the way."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,7 +60,7 @@ class Searcher:
         self.scenario, self.solve, self.note = scenario, solve, note
         self.flight: Flight = scenario.flight
         self.start, self.end_s = scenario.start_state, scenario.duration_s
-        self.rule = by_rule(self.flight, self.end_s, scenario.tolerance_m)
+        self.rule = count_in_tube(self.flight, self.end_s, scenario.tolerance_m)
         self.bounds: dict[int, Bound] = {}
         self._margins: dict[int, float] = {}
 
@@ -125,11 +125,6 @@ class Searcher:
     def within(self, pulses: int, found: Tube | NoTube) -> bool:
         """Whether a programme is within its limit."""
         return isinstance(found, Tube) and found.error_m <= self.limit(pulses) + WITHIN_M
-
-
-def by_rule(flight: Flight, end_s: float, tolerance_m: float) -> int:
-    """About how many pulses: arcs stray to both sides, by d²/16 |a_req|, the first from the path."""
-    return max(1, int(np.ceil(effort(flight, end_s)[1][-1] / np.sqrt(16.0 * tolerance_m) + 0.146)))
 
 
 def search(scenario: Scenario, pulses: int | None, *, solve: Solve, note: Note) -> Search:

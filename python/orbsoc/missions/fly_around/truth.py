@@ -57,7 +57,7 @@ class TrueFlight:
 
 
 def forces_of(scenario: Scenario) -> Callable[[int], list[Force]]:
-    """Point mass, J2 and drag on a target and so many chasers, in this order."""
+    """Point mass, J2 and drag on a target and a number of chasers, in this order."""
     table = scenario.truth
 
     def acting(chasers: int) -> list[Force]:
