@@ -9,6 +9,7 @@ import pytest
 
 import orbsoc
 from orbsoc.guidance.impulses import Impulses
+from orbsoc.missions.fly_around import PlanStatus, plan
 from orbsoc.missions.fly_around.flight import fly
 from orbsoc.missions.fly_around.search import Search, search
 from orbsoc.missions.fly_around.times import least_error
@@ -208,6 +209,9 @@ def test_a_margin_that_takes_all_is_told() -> None:
     none = found(uncertainty=NAVIGATION | {"position_m": 5.0})
     assert none.found is None
     assert "takes all of tolerance_m" in none.reason
+    refused = plan(scenario(uncertainty=NAVIGATION | {"position_m": 5.0}))
+    assert refused.status is PlanStatus.INFEASIBLE
+    assert refused.to_dict()["verdict"].startswith("INFEASIBLE: the margin for the uncertainty with ")
 
 
 def test_a_disturbance_is_counted_on() -> None:

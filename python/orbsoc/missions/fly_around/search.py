@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,6 +98,10 @@ class Searcher:
         """Whether nothing proves a number of pulses ≥ 1 too few."""
         return self.limit(pulses) > 0.0 and not self.least_m(pulses) > self.limit(pulses)
 
+    def plausible(self, pulses: int) -> bool:
+        """Whether a number of pulses is enough by the rule: errors go with the inverse of its square."""
+        return self.limit(pulses) >= self.scenario.tolerance_m * (self.rule / pulses) ** 2
+
     def times(self, pulses: int) -> Array:
         """Where the search for times begins: the partition of the bound, or for more pulses than the rule's, of the rule."""
         if pulses in self.bounds or pulses <= self.rule:
@@ -151,10 +156,13 @@ def search(scenario: Scenario, pulses: int | None, *, solve: Solve, note: Note) 
 
 def _first(searcher: Searcher) -> int:
     """The least number of pulses that nothing proves too few, or one that the margin does not even allow."""
-    guess = searcher.rule
+    most = MOST_TIMES_RULE * searcher.rule + MORE
+    guess = bisect_left(range(searcher.rule, most), True, key=searcher.plausible) + searcher.rule
+    if not searcher.limit(guess) > 0.0:
+        return guess
     while not searcher.possible(guess):
         guess += 1
-        if guess > MOST_TIMES_RULE * searcher.rule + MORE:
+        if guess > most:
             return guess
     while guess > 1 and searcher.possible(guess - 1):
         guess -= 1
