@@ -16,7 +16,7 @@ from .impulses import ImpulseProgramme
 
 Array = NDArray[np.float64]
 Forces = Callable[[int], Sequence[Force]]
-"""The forces on so many pairs of target and chaser, states in the order target, chaser, target, …"""
+"""The forces on a number of pairs of target and chaser, states in the order target, chaser, target, …"""
 
 RTOL = 1e-11
 """A step of a flight knows 7000 km to 70 µm."""

@@ -25,7 +25,7 @@ class Margins:
 
     @classmethod
     def of(cls, approach: Approach, impulses: int) -> Margins | None:
-        """Those of the scenario's uncertainty for a plan of so many impulses; None without one.
+        """Those of the scenario's uncertainty for a plan of that number of impulses; None without one.
 
         After an impulse, `sigmas` deviations of R at the worst time of the drift: of navigation and of the fixed part of
         the engine's error together, and of the share of its size, which an unknown bounds.

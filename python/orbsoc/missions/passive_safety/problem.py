@@ -83,7 +83,7 @@ def _relax(builder: ConicBuilder) -> None:
 
 
 def _slack(impulses: Impulses, name: str, rows: int, sign: float) -> list[Term]:
-    """The slack in the first of so many rows, or in all of them; none in a problem that is not relaxed."""
+    """The slack in the first of a number of rows, or in all of them; none in a problem that is not relaxed."""
     if not impulses.builder.has(name):
         return []
     block = np.zeros((rows, 1))

@@ -26,19 +26,28 @@ LIMIT_M = 1.0
 """Of a printed whole number of metres."""
 EQUATIONS = (
     (
+        "effect of δx on z",
         "equation (6)",
         "cos + 1",
         "cos − 1",
-        "the paper's own (5) has cos − 1; with cos + 1 no row of the tables is feasible",
+        "(5) has cos − 1; with cos + 1 no row is feasible",
     ),
     (
+        "first drift that keeps z ≥ R",
         "equation (6)",
-        "n = 1 …",
-        "n = 2 …",
-        "the chaser starts on the V-bar, so the first drift cannot keep z ≥ R",
+        "n = 1",
+        "n = 2",
+        "the start is on the V-bar: no row is feasible",
     ),
-    ("the capture point's x", "cos − 1", "1 − cos", "the paper's own (5) has 1 − cos"),
+    (
+        "effect of δz on x",
+        "capture constraint",
+        "cos − 1",
+        "1 − cos",
+        "(5) has 1 − cos; as printed the table is missed",
+    ),
 )
+"""Quantity, source, as printed, as it must be, and why; a test solves each variant."""
 
 
 def reproduce(scenarios: Path) -> tuple[PaperRow, ...]:
@@ -65,8 +74,8 @@ def _statements(plans: list[Plan]) -> Iterable[PaperRow]:
         "constants", "section 3", "593.5 km, keep-out 50 m, capture at 70 m", "1e-3 rad/s, 40 m, 60 m", "inferred",
         "table 1 alone and table 2 alone select them on a grid of the three; the printed ones give neither",
     )  # fmt: skip
-    for source, printed, correct, reason in EQUATIONS:
-        yield PaperRow(f"term of {source}", source, printed, correct, "misprint", reason)
+    for quantity, source, printed, correct, reason in EQUATIONS:
+        yield PaperRow(quantity, source, printed, correct, "misprint", reason)
     totals = [each.cost for each in plans]
     three = [_cost(each.scenario, 3) for each in plans]
     five = [_cost(each.scenario, 5) for each in plans]
