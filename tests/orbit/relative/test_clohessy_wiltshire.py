@@ -38,6 +38,17 @@ def test_solves_the_differential_equation() -> None:
     assert np.abs(found - flown.y[:, -1]).max() < 1e-7
 
 
+def test_gives_the_digits_of_a_published_example() -> None:
+    """Vallado's HILLSR as Tudat's unit test has it: 1800 s about a circle of 6778.137 km."""
+    motion = ClohessyWiltshire(np.sqrt(3.986004418e14 / 6.778137e6**3))
+    found = motion.transition(1800.0, 0.0) @ [45.0, 37.0, 12.0, 0.08, 0.03, 0.01]
+    published = [
+        3.806450080201250e2, -5.437424675454679e2, 2.509547637285142,
+        1.541620605755606e-1, -7.294751390499470e-1, -1.662099488431618e-2,
+    ]  # fmt: skip
+    assert found == pytest.approx(published, rel=1e-12)
+
+
 def test_is_the_papers_matrix_in_its_axes() -> None:
     """Xu & Meng's Φ: x along the velocity, z to the nadir."""
     w, t = 1e-3, 1234.0

@@ -67,6 +67,7 @@ def plan(
 ) -> Plan:
     """Plan the approach of `scenario` with `solve`, `orbsoc.solve` by default; `callback` sees every solved problem.
 
+    The flights with errors and the front, which the plan does not depend on, are computed with `orbsoc.solve`.
     What cannot be reached is a status with its reason. Raises `orbsoc.guidance.scenario_file.ScenarioError` where the
     circular model breaks the keep-out about an eccentric target.
     """
@@ -78,8 +79,8 @@ def plan(
     try:
         return replace(
             found, status=_judged(flown), verification=flown,
-            flights=_flights(found.approach, found.programme, solve or default_solve()),
-            front=interruption_front(found.approach, solve or default_solve()) if scenario.interruption_orbits else (),
+            flights=_flights(found.approach, found.programme, default_solve()),
+            front=interruption_front(found.approach, default_solve()) if scenario.interruption_orbits else (),
         )  # fmt: skip
     except KeyboardInterrupt:
         return replace(

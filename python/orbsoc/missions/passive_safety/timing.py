@@ -32,8 +32,8 @@ ACCEPTED = 1e-6
 feasible the constraints leave no interior."""
 SCAN = 48
 """Times of the second impulse that are tried before the best is refined."""
-CANDIDATES = 60
-"""An orbit of the duration: times between the second impulse and the end at which another one is tried."""
+CANDIDATES = (24, 60)
+"""An orbit of the duration: times between the second impulse and the end at which another one is tried, in the scan and then."""
 MOST_CANDIDATES = 120
 SMALL = 1e-5
 """Of the total: smaller impulses of a generated plan are dropped."""
@@ -124,12 +124,12 @@ def plan_times(
         min(approach.duration_s, pi / approach.mean_motion_rad_s) if approach.guarded else approach.duration_s
     )
     for second in np.linspace(0.0, latest, SCAN + 2)[1:-1]:
-        attempt(times_after(approach, float(second)))
+        attempt(times_after(approach, float(second), CANDIDATES[0]))
     best = min(trials, key=lambda trial: trial.cost)
     if best.cost < inf:
         cell = latest / (SCAN + 1)
         _golden(
-            lambda second: attempt(times_after(approach, second)).cost,
+            lambda second: attempt(times_after(approach, second, CANDIDATES[1])).cost,
             max(0.01 * cell, best.second_s - cell),
             min(latest - 0.01 * cell, best.second_s + cell),
         )
@@ -146,14 +146,14 @@ def equal_times(approach: Approach) -> Array:
     return times if approach.capture_velocity is not None else times[:-1]
 
 
-def times_after(approach: Approach, second_s: float) -> Array:
-    """The first impulse, the second at its time, and the others equally spaced from there to the end."""
+def times_after(approach: Approach, second_s: float, candidates: int) -> Array:
+    """The first impulse, the second at its time, and the others, or that many candidates an orbit, equally spaced to the end."""
     impulses = approach.scenario.impulses
     at_end = approach.capture_velocity is not None
     pieces = (impulses.count or DEFAULT_COUNT["free"]) - 1 - at_end
     if impulses.timing == "generated":
         # as many whenever the second one is, so that all problems of a scan have one pattern
-        pieces = min(MOST_CANDIDATES, ceil(CANDIDATES * approach.duration_s / approach.period_s))
+        pieces = min(MOST_CANDIDATES, ceil(candidates * approach.duration_s / approach.period_s))
     rest = np.linspace(second_s, approach.duration_s, pieces + 1)
     return np.concatenate([[0.0], rest if at_end else rest[:-1]])
 
