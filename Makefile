@@ -55,7 +55,7 @@ lint: $(INSTALLED) $(TESTING) ## formats, clippy, rustdoc, ruff, mypy, stubs aga
 
 bench: $(INSTALLED) $(BENCHING) ## time the solver beside its peers (ECOS is GPL: this target only)
 	$(BIN)/python -m benchmarks.run --family mission004 --solvers orbsoc,clarabel,ecos,qoco --repeats 30 \
-	    --out out/bench --readme README.md
+	    --out out/bench --readme docs/mission004-benchmark.md
 
 results: $(INSTALLED) $(BENCHING) ## measure all that is required beside the peers, into docs/results.md (20 min)
 	$(BIN)/python -m benchmarks.results --out out/results --page docs/results.md

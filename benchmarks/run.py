@@ -1,6 +1,6 @@
 """Time orbsoc beside its peers: `python -m benchmarks.run --family mission004 --repeats 30 --out out/bench`.
 
-Writes FAMILY.csv, FAMILY.json, FAMILY.md and FAMILY.png for each family. `--readme README.md` puts the first family's
+Writes FAMILY.csv, FAMILY.json, FAMILY.md and FAMILY.png for each family. `--readme docs/mission004-benchmark.md` puts the first family's
 result between the markers of that file.
 """
 
@@ -28,8 +28,8 @@ from benchmarks.tables import (
 from benchmarks.verdict import verdict
 
 MORE = (
-    "Other families, batches, warm starts and public sets: [docs/results.md](docs/results.md). Rules of measurement and "
-    "settings of the peers: [docs/benchmarks.md](docs/benchmarks.md)."
+    "Other families, batches, warm starts and public sets: [results.md](results.md). Rules of measurement and "
+    "settings of the peers: [benchmarks.md](benchmarks.md)."
 )
 NOISY = 0.25
 """Interquartile range over median above which a run should be repeated on a quieter machine."""

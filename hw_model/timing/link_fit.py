@@ -1,7 +1,7 @@
 """The link preset's parameters, fitted to published measurements on some clocks and judged on the others.
 
 Every law is linear in its parameters, so each fit is a weighted least-squares problem in closed form; the weights
-make errors relative. docs/decisions/0008-link-model.md has the reasons and the result.
+make errors relative. docs/decisions/0014-link-model.md has the reasons and the result.
 """
 
 from __future__ import annotations

@@ -62,7 +62,7 @@ def test_its_solution_verifies(name: str) -> None:
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_every_problem_of_a_family_ends_solved_and_verified(name: str) -> None:
-    """Among them a landing whose factors overflow when pivots of the wrong sign become too small (decision 0014)."""
+    """Among them a landing whose factors overflow when pivots of the wrong sign become too small (decision 0004)."""
     for instance in generated(name):
         solution = orbsoc.solve(instance.problem)
         assert solution.status is orbsoc.Status.SOLVED, instance.name

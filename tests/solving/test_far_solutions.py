@@ -107,7 +107,7 @@ def test_a_slack_beyond_double_precision_is_no_solution(steep: float) -> None:
 
 @pytest.mark.parametrize("decades", range(1, 13))
 def test_rows_of_very_different_sizes_take_few_iterations(decades: int) -> None:
-    """At six decades a linear solve of the usual accuracy spoils the step in τ: 49 iterations without decision 0030."""
+    """At six decades a linear solve of the usual accuracy spoils the step in τ: 49 iterations without decision 0004."""
     d = np.array([10.0**-decades, 1.0, 10.0**decades])
     solution = orbsoc.solve(Problem(c=np.ones(3), G=-np.diag(d), h=-d, cones=Cones(l=3)))
     assert solution.status is Status.SOLVED

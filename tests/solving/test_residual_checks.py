@@ -1,4 +1,4 @@
-"""A skipped residual check of a linear solve does not let an attempt diverge (decision 0026)."""
+"""A skipped residual check of a linear solve does not let an attempt diverge (decision 0005)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Worker processes. Each has a pipe of its own to its parent, so that its end is seen as one (decision 0027)."""
+"""Worker processes. Each has a pipe of its own to its parent, so that its end is seen as one (decision 0017)."""
 
 from __future__ import annotations
 

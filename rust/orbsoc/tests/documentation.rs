@@ -68,6 +68,7 @@ fn the_rules_numbers_are_the_codes() {
         let (name, rest) = line.split_once("const ")?.1.split_once(": ")?;
         Some((name, rest.split_once(" = ")?.1.trim_end_matches(';')))
     });
+    let constants = constants.filter(|(_, value)| !value.starts_with('&')); // the restarts have a table of their own
     let rows: Vec<String> = constants.map(|(name, value)| format!("| `{name}` | {value} |")).collect();
     assert!(rows.len() >= 14, "{rows:?}");
     for row in rows {

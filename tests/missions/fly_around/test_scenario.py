@@ -25,6 +25,11 @@ BAD = {
         "tolerance_m = 150.0",
         r"tolerance_m = 150: must be below the shorter semi-axis, 150",
     ),
+    "tolerance of a millimetre": (
+        "tolerance_m = 2.0",
+        "tolerance_m = 0.001",
+        r"tolerance_m = 0\.001: takes about 894 pulses, and at most 400 are planned; must be at least 0\.00499",
+    ),
     "angle out of range": ("[60.0, 45.0", "[60.0, 450.0", r"ellipse\.angles_deg\.1 = 450\.0: .*less than or equal to 360"),
     "angle that is none": ("[60.0, 45.0", "[60.0, inf", r"ellipse\.angles_deg\.1 = inf: .*finite"),
     "axis 0": ("[200.0, 150.0]", "[200.0, 0.0]", r"ellipse\.semi_axes_m\.1 = 0: must be above 0 and at most 68781"),

@@ -9,10 +9,11 @@ import pytest
 
 import orbsoc
 from orbsoc.guidance.impulses import Impulses
+from orbsoc.missions.fly_around import PlanStatus, plan
 from orbsoc.missions.fly_around.flight import fly
 from orbsoc.missions.fly_around.search import Search, search
 from orbsoc.missions.fly_around.times import least_error
-from orbsoc.missions.fly_around.tube import NoTube, Tube, cheapest, solve_tube
+from orbsoc.missions.fly_around.tube import NoTube, Tube, cheapest, solve_tube, tube_impulses
 
 from .baseline import planned, scenario
 
@@ -95,6 +96,38 @@ def test_few_samples_and_margins_between_them_cost_nothing(samples: int) -> None
     assert best.programme.total_m_s == pytest.approx(3.205, abs=2e-4)
 
 
+def test_the_floor_of_a_grid_of_180_pulses() -> None:
+    """One sample an arc, nothing between them: 3.1590 m/s."""
+    times = np.linspace(0.0, 1800.0, 181)[:-1]
+    problem = tube_impulses(FLIGHT, START, times, 1800.0, "dv", 2.0, samples=1).builder.build()
+    assert orbsoc.solve(problem).objective == pytest.approx(3.1590, abs=5e-5)
+
+
+def test_re_plans_of_one_pattern_start_warm() -> None:
+    """From states that are off by 0.1 m and 2 mm/s: the pattern stays, and half the iterations do."""
+    programme = planned("fewest").search
+    assert programme is not None
+    assert programme.found is not None
+    times = programme.found.programme.times_s
+
+    def problem(start: np.ndarray) -> orbsoc.Problem:
+        return tube_impulses(FLIGHT, start, times, 1800.0, "dv", 2.3).builder.build()
+
+    nominal = problem(START)
+    base = orbsoc.solve(nominal)
+    solver = orbsoc.Solver(nominal)
+    rng = np.random.default_rng(0)
+    cold, warm = 0, 0
+    for _ in range(10):
+        moved = problem(START + np.concatenate([0.1 * rng.normal(size=3), 2e-3 * rng.normal(size=3)]))
+        solver.update(b=moved.b, h=moved.h)
+        again, fresh = solver.solve(warm_start=base), orbsoc.solve(moved)
+        assert again.objective == pytest.approx(fresh.objective, abs=1e-6)
+        cold += fresh.iterations
+        warm += again.iterations
+    assert warm <= 0.6 * cold
+
+
 def test_a_tube_without_a_flight_says_which_arcs_are_too_long() -> None:
     none = solve_tube(
         FLIGHT,
@@ -143,10 +176,10 @@ def test_a_natural_ellipse_takes_one_pulse_and_the_other_way_round_many() -> Non
         "angles_deg": [0.0, 0.0, 0.0],
         "period_s": PAPER.motion.period_s,
     }
-    one = found(ellipse=natural, tolerance_m=1e-3)
+    one = found(ellipse=natural, tolerance_m=1e-2)
     assert one.found is not None
     assert (one.pulses, one.certified) == (1, True)
-    assert one.found.programme.total_m_s == pytest.approx(100.0 * PAPER.motion.mean_motion_rad_s, rel=1e-4)
+    assert one.found.programme.total_m_s == pytest.approx(100.0 * PAPER.motion.mean_motion_rad_s, rel=1e-3)
     assert found(ellipse=natural | {"direction": -1}).pulses == 28
 
 
@@ -176,6 +209,9 @@ def test_a_margin_that_takes_all_is_told() -> None:
     none = found(uncertainty=NAVIGATION | {"position_m": 5.0})
     assert none.found is None
     assert "takes all of tolerance_m" in none.reason
+    refused = plan(scenario(uncertainty=NAVIGATION | {"position_m": 5.0}))
+    assert refused.status is PlanStatus.INFEASIBLE
+    assert refused.to_dict()["verdict"].startswith("INFEASIBLE: the margin for the uncertainty with ")
 
 
 def test_a_disturbance_is_counted_on() -> None:

@@ -104,7 +104,7 @@ def made(scenario: Scenario, solve: Solve | None, callback: Callable[[Iteration]
         message = f"interrupted after {len(subproblems)} conic problems"
         return FlyAround(scenario, PlanStatus.INTERRUPTED, message, tuple(subproblems), None, None)
     if found.found is None:
-        proved = found.impossible >= found.pulses or not found.bounds
+        proved = found.impossible >= found.pulses or found.margin_m >= scenario.tolerance_m
         status = PlanStatus.INFEASIBLE if proved else PlanStatus.FAILED
         return FlyAround(scenario, status, _no_plan(found), tuple(subproblems), None, found, front)
     checked = check(scenario, found.found.flown)
@@ -142,7 +142,7 @@ def judged(scenario: Scenario, programme: ImpulseProgramme) -> FlyAround:
 def check(scenario: Scenario, flown: Flown) -> Checked:
     """Fly a programme by an integrator that planning does not use, and look at what may go wrong."""
     truth = fly_truth(scenario, flown)
-    error, allowed = float(truth.largest_errors_m[0]), scenario.tolerance_m + scenario.truth.excess_m
+    error, allowed = float(truth.largest_errors_m[0]), scenario.allowed_m
     failures = []
     if flown.largest_error_m > scenario.tolerance_m + 1e-3:
         failures.append(
@@ -150,7 +150,8 @@ def check(scenario: Scenario, flown: Flown) -> Checked:
         )
     if not error <= allowed:
         failures.append(
-            f"with J2 and drag it strays {error:.4f} m; tolerance_m + truth.excess_m = {allowed:g}"
+            f"with J2 and drag it strays {error:.4f} m, and truth.excess_share allows {allowed:.4f} m; lower tolerance_m"
+            " by the difference, or allow more"
         )
     dispersed = None
     if scenario.uncertainty is not None and scenario.uncertainty.runs:

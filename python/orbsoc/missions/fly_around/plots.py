@@ -39,6 +39,7 @@ STYLE: Any = {
 }
 DOTS_PER_INCH = 150
 TUBE_AROUND = 24
+PRIMER_POINTS = 721
 ARROW_M_PER_M_S = 0.35
 """Of the longer semi-axis, for the largest pulse but the first."""
 
@@ -155,9 +156,14 @@ def _error(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
 
 
 def _pulses(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
-    """The paper's figures 4c and 4d."""
-    figure, axes = _panel((7.4, 3.4))
+    """The paper's figures 4c and 4d, and the primer vector where there is one."""
+    from matplotlib.figure import Figure
+
     programme = found.programme
+    tube = plan.search.found if plan.search is not None else None
+    figure = Figure(figsize=(7.4, 3.4 if tube is None else 5.0), layout="constrained")
+    panels = figure.subplots(1 if tube is None else 2, 1, sharex=True, squeeze=False)[:, 0]
+    axes = panels[0]
     width = 0.35 * float(np.diff(np.append(programme.times_s, found.flown.end_s)).mean()) / 3.0
     for k, (name, colour) in enumerate(zip("RTN", (BLUE, VERMILION, GREEN), strict=True)):
         axes.bar(
@@ -177,15 +183,26 @@ def _pulses(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
         label="‖Δv‖",
     )
     axes.axhline(0.0, color="black", linewidth=0.8)
-    axes.set_ylabel("velocity change (m/s)")
+    axes.set_ylabel("velocity change\n(m/s)")
     _over_time(axes, plan)
-    return _save(
-        figure,
-        folder,
-        "delta_v.png",
+    caption = (
         f"The {len(programme)} pulses (the paper's figures 4c, 4d): components radial, along the motion and along the"
-        f" angular momentum, and sizes; {programme.total_m_s:.3f} m/s in all.",
+        f" angular momentum, and sizes; {programme.total_m_s:.3f} m/s in all."
     )
+    if tube is not None:
+        times = np.linspace(0.0, scenario_end(plan), PRIMER_POINTS)
+        sizes = tube.impulses.primer_size(tube.solution, times)
+        at_pulses = tube.impulses.primer_size(tube.solution, programme.times_s)
+        panels[1].plot(times, sizes, color=BLUE, linewidth=1.2)
+        panels[1].plot(
+            programme.times_s, at_pulses, linestyle="none", marker="o", markersize=4, color="black"
+        )
+        panels[1].axhline(1.0, color="black", linewidth=1.0, linestyle="--")
+        panels[1].set_ylabel("primer vector")
+        panels[1].set_xlabel("time (s)")
+        axes.set_xlabel("")
+        caption += " Below, the length of the primer vector: 1 at a pulse, and above 1 where one more pulse would save fuel."
+    return _save(figure, folder, "delta_v.png", caption)
 
 
 def _engine(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:

@@ -107,6 +107,8 @@ def _no_plan(plan: FlyAround) -> str:
     search, scenario = plan.search, plan.scenario
     assert search is not None
     asked = "any number of pulses" if scenario.impulses == "fewest" else f"{search.pulses} pulses"
+    if plan.status is PlanStatus.INFEASIBLE and search.reason:
+        return f"INFEASIBLE: {plan.message}. Allow a larger tolerance_m, or smaller errors in uncertainty"
     if plan.status is PlanStatus.INFEASIBLE:
         return (
             f"INFEASIBLE: {asked} cannot stay within {scenario.tolerance_m - search.margin_m:.4g} m:"

@@ -23,6 +23,7 @@ from orbsoc.orbit.relative import LVLH, ClohessyWiltshire
 
 from .ellipse import Ellipse
 from .flight import Flight
+from .waypoints import counts_by_rule
 
 Array = NDArray[np.float64]
 
@@ -86,6 +87,10 @@ class Disturbance(Table):
     """A constant acceleration of the chaser relative to the target, which the plan counts on."""
 
     acceleration_m_s2: Vector = Field(description="along the target's x, y, z")
+    stands_for_j2_and_drag: bool = Field(
+        default=False,
+        description="an estimate of what the check's J2 and drag do; otherwise a force of its own, which the check adds",
+    )
 
 
 class Truth(Table):
@@ -93,8 +98,11 @@ class Truth(Table):
 
     ballistic_target_m2_kg: float = Field(default=BALLISTIC_M2_KG[0], ge=0.0, le=1.0)
     ballistic_chaser_m2_kg: float = Field(default=BALLISTIC_M2_KG[1], ge=0.0, le=1.0)
-    excess_m: float = Field(
-        default=0.01, gt=0.0, le=10.0, description="beyond the tolerance that J2, drag and curvature may take"
+    excess_share: float = Field(
+        default=0.005,
+        gt=0.0,
+        le=1.0,
+        description="of the tolerance, that J2, drag and curvature may add to it",
     )
 
 
@@ -118,6 +126,11 @@ class Scenario(BaseScenario):
     def _physics(self) -> Self:
         refuse(physical_complaints(self))
         return self
+
+    @property
+    def allowed_m(self) -> float:
+        """How far the flight of the check may stray."""
+        return self.tolerance_m * (1.0 + self.truth.excess_share)
 
     @property
     def duration_s(self) -> float:
@@ -181,6 +194,12 @@ def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
     shorter = min(table.semi_axes_m)
     if scenario.tolerance_m >= shorter:
         allowed = f"must be below the shorter semi-axis, {shorter:g}: the tube would hold the target"
+        yield Complaint("tolerance_m", f"{scenario.tolerance_m:g}", allowed)
+        return
+    about = max(counts_by_rule(scenario.flight, scenario.duration_s, scenario.tolerance_m))
+    if about > MOST_PULSES and not isinstance(scenario.impulses, int):
+        least = scenario.tolerance_m * (about / MOST_PULSES) ** 2
+        allowed = f"takes about {about:.0f} pulses, and at most {MOST_PULSES} are planned; must be at least {least:.3g}"
         yield Complaint("tolerance_m", f"{scenario.tolerance_m:g}", allowed)
         return
     away = float(np.linalg.norm(scenario.start_state[:3] - scenario.flight.ellipse.position(0.0)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from .scenario import Scenario
 from .times import least_error
 from .tube import Note, NoTube, Tube, cheapest
 from .uncertain import margin_m
-from .waypoints import effort
+from .waypoints import count_in_tube
 
 Array = NDArray[np.float64]
 
@@ -27,7 +28,7 @@ COAST_SAMPLES = 4000
 WITHIN_M = 1e-4
 """How far beyond its limit a programme's flight may be: `tube.CLOSE_M`, and what its rounds may leave."""
 MOST_TIMES_RULE = 4
-"""Beyond so many times the pulses of the rule, the margin for the uncertainty is what stands in the way."""
+"""Beyond this multiple of the rule's number, the margin for the uncertainty is what stands in the way."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,7 +61,7 @@ class Searcher:
         self.scenario, self.solve, self.note = scenario, solve, note
         self.flight: Flight = scenario.flight
         self.start, self.end_s = scenario.start_state, scenario.duration_s
-        self.rule = by_rule(self.flight, self.end_s, scenario.tolerance_m)
+        self.rule = count_in_tube(self.flight, self.end_s, scenario.tolerance_m)
         self.bounds: dict[int, Bound] = {}
         self._margins: dict[int, float] = {}
 
@@ -97,6 +98,10 @@ class Searcher:
         """Whether nothing proves a number of pulses ≥ 1 too few."""
         return self.limit(pulses) > 0.0 and not self.least_m(pulses) > self.limit(pulses)
 
+    def plausible(self, pulses: int) -> bool:
+        """Whether a number of pulses is enough by the rule: errors go with the inverse of its square."""
+        return self.limit(pulses) >= self.scenario.tolerance_m * (self.rule / pulses) ** 2
+
     def times(self, pulses: int) -> Array:
         """Where the search for times begins: the partition of the bound, or for more pulses than the rule's, of the rule."""
         if pulses in self.bounds or pulses <= self.rule:
@@ -127,11 +132,6 @@ class Searcher:
         return isinstance(found, Tube) and found.error_m <= self.limit(pulses) + WITHIN_M
 
 
-def by_rule(flight: Flight, end_s: float, tolerance_m: float) -> int:
-    """About how many pulses: arcs stray to both sides, by d²/16 |a_req|, the first from the path."""
-    return max(1, int(np.ceil(effort(flight, end_s)[1][-1] / np.sqrt(16.0 * tolerance_m) + 0.146)))
-
-
 def search(scenario: Scenario, pulses: int | None, *, solve: Solve, note: Note) -> Search:
     """The fewest pulses, or a given number of them."""
     searcher = Searcher(scenario, solve, note)
@@ -156,10 +156,13 @@ def search(scenario: Scenario, pulses: int | None, *, solve: Solve, note: Note) 
 
 def _first(searcher: Searcher) -> int:
     """The least number of pulses that nothing proves too few, or one that the margin does not even allow."""
-    guess = searcher.rule
+    most = MOST_TIMES_RULE * searcher.rule + MORE
+    guess = bisect_left(range(searcher.rule, most), True, key=searcher.plausible) + searcher.rule
+    if not searcher.limit(guess) > 0.0:
+        return guess
     while not searcher.possible(guess):
         guess += 1
-        if guess > MOST_TIMES_RULE * searcher.rule + MORE:
+        if guess > most:
             return guess
     while guess > 1 and searcher.possible(guess - 1):
         guess -= 1

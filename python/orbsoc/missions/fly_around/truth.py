@@ -18,7 +18,7 @@ from orbsoc.guidance.relative_flight import fly
 from orbsoc.guidance.uncertainty import Uncertainty
 from orbsoc.orbit.constants import EARTH
 from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass, coast
-from orbsoc.orbit.relative import absolute_state, relative_state
+from orbsoc.orbit.relative import absolute_state, local_frame, relative_state
 
 from .flight import Flight, Flown
 from .scenario import Scenario
@@ -56,13 +56,34 @@ class TrueFlight:
         return np.asarray(np.linalg.norm(self.dv_m_s, axis=2).sum(axis=0))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Push:
+    """A constant acceleration (3,) in each body's own R, T, N axes, on all but the first body, the target."""
+
+    acceleration_m_s2: Array
+
+    def acceleration(self, states: Array) -> Array:
+        """m/s², (B, 3), of states (B, 6)."""
+        found = np.zeros((len(states), 3))
+        for k, state in enumerate(states[1:], 1):
+            found[k] = local_frame(state)[0].T @ self.acceleration_m_s2
+        return found
+
+    def jacobian(self, states: Array) -> Array:
+        """Zeros (B, 3, 6): that the axes turn with the state is left out, 1e-13 of the Earth's own."""
+        return np.zeros((len(states), 3, 6))
+
+
 def forces_of(scenario: Scenario) -> Callable[[int], list[Force]]:
-    """Point mass, J2 and drag on a target and so many chasers, in this order."""
-    table = scenario.truth
+    """Point mass, J2, drag and the scenario's own force on a target and a number of chasers, in this order."""
+    table, own = scenario.truth, scenario.disturbance
 
     def acting(chasers: int) -> list[Force]:
         ballistic = np.append(table.ballistic_target_m2_kg, np.full(chasers, table.ballistic_chaser_m2_kg))
-        return [PointMass(), J2(), Drag(ballistic)]
+        forces: list[Force] = [PointMass(), J2(), Drag(ballistic)]
+        if own is not None and not own.stands_for_j2_and_drag:
+            forces.append(Push(scenario.flight.disturbance_m_s2))
+        return forces
 
     return acting
 

@@ -104,7 +104,10 @@ def tube_impulses(
         if k < times_s.size - 1:  # the next arc begins with this one's end
             shares = shares[:-1]
         at = ends[k] + shares * (ends[k + 1] - ends[k])
-        at[-1] = end_s if k == times_s.size - 1 else at[-1]
+        if not at.size:
+            continue
+        if k == times_s.size - 1:
+            at[-1] = end_s
         also = [] if about is None else _moving_samples(flight, impulses, about, k, shares)
         impulses.within(
             at,

@@ -49,6 +49,11 @@ def counts_by_rule(flight: Flight, end_s: float, tolerance_m: float) -> tuple[fl
     return float(adaptive), float(equal)
 
 
+def count_in_tube(flight: Flight, end_s: float, tolerance_m: float) -> int:
+    """About how many pulses with waypoints free: arcs stray to both sides, by d²/16 |a_req|, the first from the path."""
+    return max(1, ceil(counts_by_rule(flight, end_s, 2.0 * tolerance_m)[0] + 0.146))
+
+
 def through_waypoints(flight: Flight, start: ArrayLike, times_s: Array) -> ImpulseProgramme:
     """The impulses at all but the last of `times_s` that fly from where the start is through the path at those times."""
     state = np.asarray(start, dtype=np.float64)

@@ -1,4 +1,4 @@
-//! Starting from the solution of a problem nearby. docs/decisions/0010.
+//! Starting from the solution of a problem nearby. docs/decisions/0008.
 //!
 //! The old point, on the new data, is moved to the central path at a barrier parameter μ₁ from its residuals
 //! ([`Stage::CenterStart`]). One Newton step from there meets the new equations ([`Stage::NewtonStart`]), perhaps

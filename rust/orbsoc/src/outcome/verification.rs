@@ -21,6 +21,16 @@ struct Residuals {
     dual_objective: f64,
 }
 
+/// How many times a tolerance the common formula's ratio may be: its denominators leave out the products.
+const INDEPENDENT_FACTOR: f64 = 100.0;
+
+impl Residuals {
+    /// Whether this is a solution to a tolerance; the one formula behind both statuses and their messages.
+    fn within(&self, tol: f64) -> bool {
+        self.certificate.worst() <= tol && self.independent <= INDEPENDENT_FACTOR * tol
+    }
+}
+
 /// A point in the user's scaling and row order.
 struct Point {
     x: DVector<f64>,
@@ -287,12 +297,10 @@ impl FinishedAttempt<'_> {
         let tol = self.settings.tol;
         let residuals = residuals_of(problem, &best, tol);
         let ratio = residuals.certificate.worst();
-        let solved = ratio <= tol && residuals.independent <= 100.0 * tol;
+        let solved = residuals.within(tol);
         // A certificate counts when the solve ended on it or could enlarge it no further; a limit
         // that cut the solve short proves nothing.
-        let usable = ratio <= self.settings.tol_inaccurate
-            && residuals.independent <= self.settings.tol_inaccurate
-            && stop != Stop::Interrupted;
+        let usable = residuals.within(self.settings.tol_inaccurate) && stop != Stop::Interrupted;
         let by_certificate = matches!(stop, Stop::PrimalCertificate | Stop::DualCertificate);
         // A nearly solved problem is not infeasible, however far out its solution lies.
         if by_certificate || (stop == Stop::Stalled && !solved && !usable) {
@@ -413,7 +421,8 @@ fn failing_line(residuals: &Residuals, tol: f64) -> String {
         .map(|(name, v)| format!("{name} {v:.1e}"))
         .collect();
     if failing.is_empty() {
-        format!("referee's residual {:.1e} (tol {tol:.0e})", residuals.independent)
+        let allowed = INDEPENDENT_FACTOR * tol;
+        format!("independent residual {:.1e} (tol {allowed:.0e})", residuals.independent)
     } else {
         format!("{} (tol {tol:.0e})", failing.join(", "))
     }

@@ -141,7 +141,7 @@ ieee! { f64,
 ieee! { f32, }
 
 /// A tile of rows as vectors of four: the compiler does not find it by itself where the entries come from scattered
-/// places. A macro, as a function of that many vectors keeps its sums in memory (decision 0024).
+/// places. A macro, as a function of that many vectors keeps its sums in memory (decision 0010).
 #[cfg(target_arch = "x86_64")]
 macro_rules! rows_in_vectors {
     ($name:ident, $rows:literal, [$($vector:literal),+]) => {

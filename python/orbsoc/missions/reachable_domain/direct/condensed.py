@@ -2,7 +2,7 @@
 
 minimise c·u subject to Au = b (the plane), rows u ≤ rhs, ‖uᵢ‖ ≤ 1 at N nodes (N cones of four), and one cone of three
 for the perigee; c, A and the last rows are dense in the 3N controls, because the states have been eliminated. See
-docs/decisions/0011 for its size and time beside the form that keeps the states.
+docs/decisions/0015 for its size and time beside the form that keeps the states.
 """
 
 from __future__ import annotations

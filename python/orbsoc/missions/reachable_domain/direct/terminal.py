@@ -4,7 +4,7 @@ Two targets share them. `LargestOrbit`: the most energy on a given plane. `Large
 the current one at a given azimuth; its optimum is the boundary of the reachable domain. Both bound the perigee radius
 from below by ρ: ‖(a₁·L, a₂·L)‖ ≤ (n·H)²/ρ − 1, one three-dimensional cone, well defined on a circular orbit; the
 square is linearised. With the perigee direction fixed the cone becomes a row q·L = 0 and two bounds on l·L.
-Source: Li et al. 2025, eqs. 6–9, with its terminal rows replaced as docs/decisions/0011 says.
+Source: Li et al. 2025, eqs. 6–9, with its terminal rows replaced as docs/decisions/0015 says.
 """
 
 from __future__ import annotations
