@@ -386,3 +386,14 @@ def test_misuse_of_norms_and_names_is_refused(
     with pytest.raises(BuilderError, match=re.escape(message)):
         misuse(b, x)
     assert b.build().m == before.m
+
+
+def test_columns_of_a_variable_are_found_by_name() -> None:
+    b = ConicBuilder()
+    b.variable("x", 2)
+    y = b.variable("y", (2, 3))
+    assert b.has("y")
+    assert not b.has("z")
+    assert np.array_equal(b.columns("y"), y.index)
+    with pytest.raises(BuilderError, match="no variable `z`; there are x, y"):
+        b.columns("z")
