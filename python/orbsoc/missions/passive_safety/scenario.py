@@ -193,11 +193,11 @@ def _condition_complaints(scenario: Scenario) -> Iterator[Complaint]:
         if scenario.keep_out_m and start.x_m == 0.0:
             yield Complaint("start.x_m", "0", "must be ahead of the target or behind it")
         return
-    moving = {key: getattr(start, key) for key in ("z_m", "y_m", "vx_m_s", "vy_m_s", "vz_m_s")}
+    moving = {key: getattr(start, key) for key in ("z_m", "vx_m_s", "vz_m_s")}
     for key, value in moving.items():
         if value != 0.0:
             allowed = (
-                f"condition = {scenario.condition!r} starts at rest on the V-bar, so must be 0;"
+                f"condition = {scenario.condition!r} starts at rest on the V-bar or beside it, so must be 0;"
                 " with condition = 'none' any start is taken"
             )
             yield Complaint(f"start.{key}", f"{value:g}", allowed)
