@@ -224,3 +224,42 @@ def test_clarabel_plans_the_same(rows: list[Plan]) -> None:
         other = plan_unflown(case.scenario(), solve=solve)
         for difference in found.differences(other):
             assert difference.value <= difference.limit, difference
+
+
+def test_a_programme_that_leaves_the_plane_or_passes_the_target_is_found_out(rows: list[Plan]) -> None:
+    found = rows[2]
+    assert found.programme is not None
+    dv = found.programme.dv_m_s.copy()
+    dv[2, 2] = 0.01
+    aside = audit(found.scenario, ImpulseProgramme(found.programme.times_s, dv))
+    assert aside.verification is not None
+    assert aside.verification.terminal_position_m > 3.0
+    assert aside.status is PlanStatus.NOT_VERIFIED
+    drifting = CASES[2].scenario(condition="none", start={"x_m": -100.0, "vz_m_s": 0.025})
+    late = audit(drifting, ImpulseProgramme([3500.0, 3800.0], [[0.0, 0.01, 0.0], [0.0, 0.01, 0.0]]))
+    assert any(words.startswith("approach is broken by") for words in late.verification.failures)  # type: ignore[union-attr]
+
+
+def test_a_drift_that_leads_there_needs_no_first_impulse() -> None:
+    """From the state that a planned first impulse leaves, what is left is planned."""
+    short = CASES[2]
+    planned = plan_unflown(short.scenario(impulses={"timing": "free"}))
+    assert planned.programme is not None
+    dv = planned.programme.dv_m_s[0]
+    start = {"x_m": -1000.0, "vx_m_s": float(dv[1]), "vz_m_s": float(-dv[0])}
+    found = plan(short.scenario(condition="none", start=start, impulses={"timing": "generated"}))
+    assert found.status is PlanStatus.VERIFIED
+    assert found.programme is not None
+    assert found.cost <= planned.programme.sizes_m_s[1:].sum() + 1e-4
+
+
+@pytest.mark.parametrize("timing", ["equal", "free", "generated"])
+def test_a_velocity_at_the_end_is_matched(timing: str) -> None:
+    scenario = CASES[3].scenario(
+        capture={"x_m": 0.0, "z_m": 60.0, "vx_m_s": 0.09}, impulses={"timing": timing}, condition="none"
+    )
+    found = plan(scenario)
+    assert found.status is PlanStatus.VERIFIED
+    assert found.programme is not None
+    assert found.programme.times_s[-1] == scenario.duration_s
+    assert found.to_dict()["terminal_error"]["velocity_m_s"] < 1e-6

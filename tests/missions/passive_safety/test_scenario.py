@@ -65,6 +65,10 @@ ERRORS = {"position_m": 0.5, "velocity_m_s": 1e-3}
             "start.z_m = 5: condition = 'short' starts at rest on the V-bar",
         ),
         ({"keep_out_m": 0.0}, "condition = 'short': without keep_out_m must be 'none'"),
+        (
+            {"impulses": {"timing": "free", "count": 2}, "capture": {"x_m": 0.0, "z_m": 60.0, "vz_m_s": 0.0}},
+            "impulses.count = 2: one at the start, one whose time is free and one that matches the velocity",
+        ),
         ({"interruption_orbits": 1}, "interruption_orbits = 1: two impulses cannot be made so"),
         (
             {"interruption_orbits": 1, "condition": "beyond", "impulses": {"timing": "generated"}},

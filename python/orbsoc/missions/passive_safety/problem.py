@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 HALF_PLANE_SAMPLES = 72
 """An orbit, of a drift that must stay short of the target."""
 CAPTURE, CAPTURE_VELOCITY, CLOSED = "capture", "capture velocity", "closed first ellipse"
+TRACK = "approach"
+"""The flight itself, which the drifts imply where the first impulse is at the start."""
 CLEARED, SHORT, BEYOND = "first drift clears the keep-out", "first drift stays short", "first drift encloses"
 MISS, GIVEN_UP = "capture missed by", "depth given up"
 MISS_PRICE, GIVEN_UP_PRICE = 50.0, 500.0
@@ -83,7 +85,7 @@ def _relax(builder: ConicBuilder) -> None:
 
 
 def _slack(impulses: Impulses, name: str, rows: int, sign: float) -> list[Term]:
-    """The slack in the first of a number of rows, or in all of them; none in a problem that is not relaxed."""
+    """The slack, with a sign, in the first of a number of rows; none in a problem that is not relaxed."""
     if not impulses.builder.has(name):
         return []
     block = np.zeros((rows, 1))

@@ -216,6 +216,15 @@ def _timing_complaints(scenario: Scenario) -> Iterator[Complaint]:
                 f" drift is back on the other side of the V-bar; must be below {last * half_s:.6g} with {count} impulses"
             )
             yield Complaint("duration_s", f"{scenario.duration_s:g}", allowed)
+    if (
+        scenario.impulses.timing == "free"
+        and scenario.capture.velocity() is not None
+        and scenario.impulses.count == 2
+    ):
+        allowed = (
+            "one at the start, one whose time is free and one that matches the velocity: must be 3 or more"
+        )
+        yield Complaint("impulses.count", "2", allowed)
     if scenario.interruption_orbits:
         orbits = str(scenario.interruption_orbits)
         if scenario.condition != "short":

@@ -36,7 +36,9 @@ CANDIDATES = (24, 60)
 """An orbit of the duration: times between the second impulse and the end at which another one is tried, in the scan and then."""
 MOST_CANDIDATES = 120
 SMALL = 1e-5
-"""Of the total: smaller impulses of a generated plan are dropped."""
+"""Of the total: smaller impulses are left out before a generated plan is solved again without them."""
+NOISE = 1e-8
+"""Of the total: smaller impulses are the solver's zeros."""
 FEWER = 1e-3
 """Of the cost that a generated plan may give away for fewer impulses: where the bound of safety is followed for a while,
 the optimum is a long row of small ones."""
@@ -150,7 +152,7 @@ def times_after(approach: Approach, second_s: float, candidates: int) -> Array:
     """The first impulse, the second at its time, and the others, or that many candidates an orbit, equally spaced to the end."""
     impulses = approach.scenario.impulses
     at_end = approach.capture_velocity is not None
-    pieces = (impulses.count or DEFAULT_COUNT["free"]) - 1 - at_end
+    pieces = (impulses.count or DEFAULT_COUNT["free"] + at_end) - 1 - at_end
     if impulses.timing == "generated":
         # as many whenever the second one is, so that all problems of a scan have one pattern
         pieces = min(MOST_CANDIDATES, ceil(candidates * approach.duration_s / approach.period_s))
@@ -175,12 +177,15 @@ def _golden(cost: Callable[[float], float], low: float, high: float) -> None:
 
 
 def _fewer(found: Timed, attempt: Callable[[Array], Trial], trials: list[Trial]) -> Timed:
-    """The plan without its smallest impulses after the second, one by one, as long as that costs next to nothing."""
+    """The plan without its smallest impulses after the second, one by one, as long as that costs next to nothing.
+
+    The first two stay, whatever their sizes: the rules of the first drift are theirs.
+    """
     densest, programme = found.best, found.programme
     assert densest is not None
     assert programme is not None
-    best, end = densest, float(densest.impulses.times_s[-1])
-    kept = np.unique(np.append(programme.times_s, end if found.ends else programme.times_s[-1]))
+    best, times = densest, densest.impulses.times_s
+    kept = np.unique(np.concatenate([times[:2], programme.times_s, times[-1:] if found.ends else []]))
     while True:
         trial = attempt(kept)
         if trial.cost > densest.cost * (1.0 + FEWER):
@@ -192,13 +197,11 @@ def _fewer(found: Timed, attempt: Callable[[Array], Trial], trials: list[Trial])
             break
         kept = np.delete(kept, 2 + int(inner.argmin()))
     programme = best.impulses.programme(best.solution)
-    return replace(
-        found,
-        best=best,
-        programme=programme.without_small(SMALL * programme.total_m_s),
-        trials=tuple(trials),
-        densest=densest,
-    )
+    worth = programme.sizes_m_s > NOISE * programme.total_m_s
+    worth[:2] = True
+    worth[len(worth) - found.ends :] = True
+    programme = ImpulseProgramme(programme.times_s[worth], programme.dv_m_s[worth])
+    return replace(found, best=best, programme=programme, trials=tuple(trials), densest=densest)
 
 
 def _timed(approach: Approach, trials: list[Trial], scanned: int) -> Timed:

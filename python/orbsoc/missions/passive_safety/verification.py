@@ -109,15 +109,14 @@ def verify(approach: Approach, programme: ImpulseProgramme) -> Verification:
     if programme.times_s[-1] == times[-1]:
         end[3:] = after[-1][3:]
     wanted = approach.capture_velocity
-    axes = list(approach.axes)
     return Verification(
         times_s=times,
         track=states[:, :3],
         after=after,
         drifts=np.moveaxis(free[:, :, :3], 0, 1),
         drift_times_s=lapse,
-        terminal_position_m=float(np.linalg.norm((end[:3] - approach.capture)[axes])),
-        terminal_velocity_m_s=0.0 if wanted is None else float(np.linalg.norm((end[3:] - wanted)[axes])),
+        terminal_position_m=float(np.linalg.norm(end[:3] - approach.capture)),
+        terminal_velocity_m_s=0.0 if wanted is None else float(np.linalg.norm(end[3:] - wanted)),
         checks=tuple(_checks(approach, programme, model, states, times, after, anomalies, end)),
         cuts=_cuts(approach, programme, inf),
         cuts_within_orbits=_cuts(approach, programme, float(approach.scenario.interruption_orbits)),
@@ -205,15 +204,19 @@ def _checks(
     end: Array,
 ) -> list[Check]:
     scenario, n, keep_out = approach.scenario, approach.mean_motion_rad_s, approach.keep_out_m
-    axes, duration = list(approach.axes), approach.duration_s
-    off_m = (end[:3] - approach.capture)[axes]
+    duration = approach.duration_s
+    off_m = end[:3] - approach.capture
     miss = float(np.abs(off_m).max()) if scenario.capture_box_m else float(np.linalg.norm(off_m))
     found = [Check(problem.CAPTURE, scenario.capture_box_m - miss, "m", duration)]
     if approach.capture_velocity is not None:
-        off = float(np.linalg.norm((end[3:] - approach.capture_velocity)[axes]))
+        off = float(np.linalg.norm(end[3:] - approach.capture_velocity))
         found.append(Check(problem.CAPTURE_VELOCITY, -off, "m/s", duration))
     if not approach.guarded or not len(programme):
         return found
+
+    away = np.linalg.norm(states[:, :3], axis=1)
+    nearest = int(away.argmin())
+    found.append(Check(problem.TRACK, float(away[nearest]) - keep_out, "m", float(times[nearest])))
 
     def lapse(orbits: float, samples: int) -> Array:
         return approach.period_s * np.arange(0, int(orbits * samples) + 1) / samples
