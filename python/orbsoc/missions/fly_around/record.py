@@ -138,7 +138,7 @@ def _proof(search: Search) -> dict[str, Any]:
         if search.impossible >= 0
         else None,
         "impossible": search.impossible if search.impossible >= 0 else None,
-        "margin_m": search.margin_m,
+        "margin_m": search.impossible_margin_m,
         "bounds": [{"pulses": b.pulses, "error_m": b.bound_m} for b in search.bounds],
         "arcs": []
         if proof is None
