@@ -37,11 +37,16 @@ class PlanStatus(enum.Enum):
     INTERRUPTED = "interrupted"
 
 
+BROKEN = "failed"
+"""Verdict of a row that is stated and does not hold: `orbsoc reproduce` then exits with 1."""
+
+
 @dataclass(frozen=True, slots=True)
 class PaperRow:
     """One printed result of a paper: where it stands, its value, the one computed here, the verdict, and why.
 
-    Verdicts: reproduced, misprint, not reproduced, inferred, met by construction, other data.
+    Verdicts: reproduced, misprint, not reproduced, inferred, met by construction, other data; and `BROKEN` where one of
+    them is what is known of the shipped data and is not found.
     """
 
     quantity: str

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from typer.testing import CliRunner
+
+from orbsoc.commands.app import app
 from orbsoc.guidance.mission import PaperRow
 from orbsoc.missions.passive_safety import reproduce
 
@@ -36,3 +39,13 @@ def test_the_tables_and_statements_have_their_known_verdicts() -> None:
     assert all(
         isinstance(row, PaperRow) and row.reason for row in rows.values() if row.verdict != "reproduced"
     )
+
+
+def test_a_stated_row_that_does_not_hold_ends_with_1(tmp_path: Path) -> None:
+    text = (SCENARIOS / "paper000_1.toml").read_text(encoding="utf-8")
+    (tmp_path / "changed.toml").write_text(text.replace("keep_out_m = 40.0", "keep_out_m = 41.0"))
+    result = CliRunner().invoke(
+        app, ["reproduce", "000", "--scenarios", str(tmp_path), "--out", str(tmp_path / "out")]
+    )
+    assert result.exit_code == 1
+    assert "does not hold as stated: paper000_1: pulse 3" in result.output

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import ExitReason, Iteration
 
+from .analysis import Analysis
 from .approach import Approach
 from .closed_loop import MonteCarlo
 from .front import FrontPoint
@@ -29,10 +30,17 @@ class ApproachPlan:
     programme: ImpulseProgramme | None = None
     timed: Timed | None = None
     verification: Verification | None = None
-    flights: Mapping[str, MonteCarlo] = field(default_factory=dict)
-    """With the errors of the scenario: "as_planned", without re-planning, and "re_planned" before every burn."""
-    front: tuple[FrontPoint, ...] = ()
-    """With `interruption_orbits`: what other durations cost, by the orbits that an interrupted burn stays safe."""
+    analysis: Analysis | None = None
+
+    @property
+    def flights(self) -> Mapping[str, MonteCarlo]:
+        """`Analysis.flights`; empty without a programme that was flown."""
+        return self.analysis.flights if self.analysis else {}
+
+    @property
+    def front(self) -> tuple[FrontPoint, ...]:
+        """`Analysis.front`; empty without a programme that was flown."""
+        return self.analysis.front if self.analysis else ()
 
     @property
     def subproblems(self) -> tuple[Iteration, ...]:

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from orbsoc.guidance.mission import PaperRow
+from orbsoc.guidance.mission import BROKEN, PaperRow
 
 from .approach_plan import ApproachPlan
 
@@ -122,4 +122,8 @@ def _why(row: TableRow, constants: Constants, k: int) -> tuple[str, str]:
         return "not reproduced", PRINTED
     if (row.number, k) in MISPRINTS:
         return "misprint", PULSE_MISPRINT if k else TOTAL_MISPRINT
-    return "not reproduced", LOOSE if row.number == 2 else "no reason is known"
+    return (
+        ("not reproduced", LOOSE)
+        if row.number == 2
+        else (BROKEN, "the table of this row is known to be reproduced")
+    )

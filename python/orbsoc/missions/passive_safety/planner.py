@@ -13,11 +13,10 @@ from orbsoc.guidance.mission import Column, Difference, FigureFile, PlanStatus
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import ExitReason, Iteration, Solve
 
+from .analysis import Analysis
 from .approach import Approach
 from .approach_plan import ApproachPlan
-from .closed_loop import MonteCarlo, fly_many
 from .figures import draw_figures
-from .front import interruption_front
 from .messages import messages
 from .record import plan_document
 from .scenario import Scenario
@@ -67,7 +66,6 @@ def plan(
 ) -> Plan:
     """Plan the approach of `scenario` with `solve`, `orbsoc.solve` by default; `callback` sees every solved problem.
 
-    The flights with errors and the front, which the plan does not depend on, are computed with `orbsoc.solve`.
     What cannot be reached is a status with its reason. Raises `orbsoc.guidance.scenario_file.ScenarioError` where the
     circular model breaks the keep-out about an eccentric target.
     """
@@ -76,34 +74,8 @@ def plan(
         return found
     flown = verify(found.approach, found.programme)
     _refuse_a_broken_model(scenario, flown)
-    try:
-        return replace(
-            found, status=_judged(flown), verification=flown,
-            flights=_flights(found.approach, found.programme, default_solve()),
-            front=interruption_front(found.approach, default_solve()) if scenario.interruption_orbits else (),
-        )  # fmt: skip
-    except KeyboardInterrupt:
-        return replace(
-            found, status=PlanStatus.INTERRUPTED, exit_reason=ExitReason.INTERRUPTED, message="interrupted"
-        )
-
-
-def default_solve() -> Solve:
-    """`orbsoc.solve`, imported when it is used."""
-    from orbsoc.solving.solver import solve
-
-    return solve
-
-
-def _flights(approach: Approach, programme: ImpulseProgramme, solve: Solve) -> dict[str, MonteCarlo]:
-    """With the errors of the scenario; empty where it has none."""
-    errors = approach.scenario.uncertainty
-    if errors is None or not errors.runs:
-        return {}
-    return {
-        "as_planned": fly_many(approach, programme, solve, replan=False),
-        "re_planned": fly_many(approach, programme, solve),
-    }
+    analysis = Analysis(found.approach, found.programme)
+    return replace(found, status=_judged(flown), verification=flown, analysis=analysis)
 
 
 def plan_unflown(
@@ -113,9 +85,13 @@ def plan_unflown(
     callback: Callable[[Iteration], None] | None = None,
 ) -> Plan:
     """The plan as it is solved, without flights and audits; its status says that nothing has verified it."""
+    if solve is None:
+        from orbsoc.solving.solver import solve as solve_in_rust
+
+        solve = solve_in_rust
     approach = Approach.of(scenario)
     try:
-        timed = plan_times(approach, solve or default_solve(), callback)
+        timed = plan_times(approach, solve, callback)
     except KeyboardInterrupt:
         return Plan(scenario, approach, PlanStatus.INTERRUPTED, ExitReason.INTERRUPTED, "interrupted")
     if timed.best is None or timed.programme is None:
@@ -139,14 +115,9 @@ def audit(scenario: Scenario, programme: ImpulseProgramme) -> Plan:
     flown = verify(approach, programme)
     message = f"{len(programme)} impulses as given, nothing was solved"
     return Plan(
-        scenario,
-        approach,
-        _judged(flown),
-        ExitReason.CONVERGED,
-        message,
-        programme=programme,
-        verification=flown,
-    )
+        scenario, approach, _judged(flown), ExitReason.CONVERGED, message,
+        programme=programme, verification=flown, analysis=Analysis(approach, programme),
+    )  # fmt: skip
 
 
 def _refuse_a_broken_model(scenario: Scenario, flown: Verification) -> None:

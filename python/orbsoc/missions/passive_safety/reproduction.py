@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.mission import PaperRow
+from orbsoc.guidance.mission import BROKEN, PaperRow
 from orbsoc.guidance.safety import drift_clearance, states_after
 from orbsoc.guidance.scenario_file import read_toml
 from orbsoc.orbit.relative import DriftEllipse
@@ -61,7 +61,9 @@ def reproduce(scenarios: Path) -> tuple[PaperRow, ...]:
         if scenario.compare_with is None:
             continue
         found = plans[scenario.compare_with] = plan_unflown(scenario)
-        rows += (replace(row, quantity=f"{scenario.name}: {row.quantity}") for row in compare(found))
+        for row in compare(found):
+            verdict = BROKEN if row.verdict == "other data" else row.verdict
+            rows.append(replace(row, quantity=f"{scenario.name}: {row.quantity}", verdict=verdict))
     known = [plans[f"row{k}"] for k in range(1, 9) if f"row{k}" in plans]
     if len(known) == len(ROWS) and all(each.programme is not None for each in known):
         rows += _statements(known)
@@ -87,7 +89,7 @@ def _statements(plans: list[Plan]) -> Iterable[PaperRow]:
     dearer = sum(one > other for one, other in zip(five, totals, strict=True))
     yield PaperRow(
         "five impulses", "section 3", "clearly more", f"more in {dearer} of 8 rows",
-        "reproduced" if dearer == 8 else "not reproduced",
+        "reproduced" if dearer == 8 else BROKEN,
         "because the second impulse comes earlier at T/N, not because there are five",
     )  # fmt: skip
     more = [k for k in range(0, 8, 2) if totals[k] > totals[k + 1]]
@@ -99,7 +101,7 @@ def _statements(plans: list[Plan]) -> Iterable[PaperRow]:
     further = all(totals[k] < totals[k + 4] for k in range(4))
     yield PaperRow(
         "longer is cheaper, further is dearer", "section 3", "always", "always" if longer and further else "not always",
-        "reproduced" if longer and further else "not reproduced", "",
+        "reproduced" if longer and further else BROKEN, "",
     )  # fmt: skip
     for each, printed in ((plans[0], "27.2 m"), (plans[2], "tangent")):
         yield _clearance(each, printed)
