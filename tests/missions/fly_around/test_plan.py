@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution
 from orbsoc.guidance.impulses import ImpulseProgramme
-from orbsoc.guidance.mission import DOCUMENT_KEYS, Agreement, Auditable, Dispersible, PlanStatus
+from orbsoc.guidance.mission import BROKEN, DOCUMENT_KEYS, Agreement, Auditable, Dispersible, PlanStatus
 from orbsoc.interfaces import clarabel
 from orbsoc.missions import fly_around
 from orbsoc.missions.fly_around import Scenario, ScenarioError, audit, disperse, plan, reproduce
@@ -207,6 +208,14 @@ def test_the_papers_numbers_are_reproduced_or_their_misprint_is_named() -> None:
     assert "12.230 m/s" in rows["paper001_equal: fuel, fly-around 2"].reason
     for name in ("paper001_adaptive", "paper001_equal"):
         assert rows[f"{name}: largest error"].verdict == "reproduced"
+
+
+def test_a_plan_that_does_not_give_the_papers_count_is_told_as_failed() -> None:
+    """The paper's data under the name of the other way: 20 pulses where 19 are known."""
+    other = replace(planned("adaptive"), verification=planned("equal").verification)
+    verdicts = {row["quantity"]: row["verdict"] for row in other.to_dict()["paper"]}
+    assert verdicts["pulses"] == BROKEN
+    assert verdicts["largest error"] == "reproduced"
 
 
 def test_other_data_have_no_rows_of_the_paper() -> None:

@@ -201,6 +201,9 @@ def test_a_margin_for_uncertainty_takes_more_pulses() -> None:
     assert (best.pulses, best.certified) == (17, True)
     assert best.margin_m == pytest.approx(0.719, abs=2e-3)
     assert best.found.error_m <= 2.0 - best.margin_m + 1e-4
+    assert best.next_needs_m == best.impossible_below_m + best.impossible_margin_m
+    assert best.next_needs_m > 2.0
+    assert best.impossible_margin_m > best.margin_m  # longer arcs
     exact = found(18, uncertainty=NAVIGATION)
     assert exact.margin_m == pytest.approx(0.64, abs=0.01)  # 1.4 m are left, as by hand
 

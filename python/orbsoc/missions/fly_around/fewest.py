@@ -31,9 +31,10 @@ Array = NDArray[np.float64]
 SAMPLES = 8
 """Intervals of an arc at whose ends the tube is enforced."""
 TOLERANCE = 1e-9
-BOX_M = 1e3
-"""No unknown of an arc near the path leaves ± this: with it the dual residual that a solver leaves costs the bound some
-micrometres, and the bound is rigorous."""
+BOX = 500.0
+"""Times the best arc's error: no arc that strays less has an unknown beyond this, for they are its distance from the path and
+what its relative velocity makes in half the interval, both of the size of the error. With it the dual residual that a solver
+leaves costs the bound some micrometres, and the bound is rigorous."""
 MAX_ROUNDS = 12
 EVEN = 1e-4
 """Relative spread of the arcs' errors at which the partition is even enough: it is what the bound may gain."""
@@ -73,13 +74,13 @@ class Bound:
 
 
 def bound_below(problem: Problem, solution: Solution) -> float:
-    """A bound below cᵀx over all feasible x within ±`BOX_M`, from multipliers z, whatever their residual.
+    """A bound below the error of every arc that is better than the solution's, from multipliers z, whatever their residual.
 
-    For feasible x and z ∈ K: cᵀx ≥ cᵀx − zᵀ(h − Gx) = −hᵀz + (c + Gᵀz)ᵀx ≥ −hᵀz − ‖c + Gᵀz‖₁ `BOX_M`.
+    For feasible x and z ∈ K: cᵀx ≥ cᵀx − zᵀ(h − Gx) = −hᵀz + (c + Gᵀz)ᵀx ≥ −hᵀz − ‖c + Gᵀz‖₁ ‖x‖∞, with `BOX`.
     """
     z = project_dual(problem, solution.z)
     residual = float(np.abs(problem.c + problem.G.T @ z).sum())
-    return float(-(problem.h @ z)) - residual * BOX_M
+    return float(-(problem.h @ z)) - residual * BOX * abs(float(problem.c @ solution.x))
 
 
 def arc_problem(

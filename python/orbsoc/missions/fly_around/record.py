@@ -134,11 +134,9 @@ def _proof(search: Search) -> dict[str, Any]:
     proof = next((b for b in search.bounds if b.pulses == search.impossible), None)
     return {
         "fewest": search.pulses if search.certified else None,
-        "next_needs_tolerance_m": search.impossible_below_m + search.margin_m
-        if search.impossible >= 0
-        else None,
+        "next_needs_tolerance_m": search.next_needs_m,
         "impossible": search.impossible if search.impossible >= 0 else None,
-        "margin_m": search.margin_m,
+        "margin_m": search.impossible_margin_m,
         "bounds": [{"pulses": b.pulses, "error_m": b.bound_m} for b in search.bounds],
         "arcs": []
         if proof is None

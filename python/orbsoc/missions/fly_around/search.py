@@ -47,6 +47,13 @@ class Search:
     """The largest number of pulses that is proved not to do; −1 where nothing is proved."""
     impossible_below_m: float
     """With that many, the error is at least this, the margin not included."""
+    impossible_margin_m: float
+    """With that many, what the tolerance gives up to the uncertainty."""
+
+    @property
+    def next_needs_m(self) -> float | None:
+        """The tolerance below which that many pulses are proved not to do; None where nothing is proved."""
+        return self.impossible_below_m + self.impossible_margin_m if self.impossible >= 0 else None
 
     @property
     def certified(self) -> bool:
@@ -175,5 +182,8 @@ def _finished(searcher: Searcher, pulses: int, found: Tube | None, reason: str) 
     proofs[0] = searcher.least_m(0)
     beyond = [count for count, least in proofs.items() if least > searcher.limit(max(count, 1))]
     most = max(beyond, default=-1)
+    given_up = searcher.margin(most) if most > 0 else 0.0
     bounds = tuple(searcher.bounds[count] for count in sorted(searcher.bounds))
-    return Search(pulses, found, reason, searcher.margin(pulses), bounds, most, proofs.get(most, 0.0))
+    return Search(
+        pulses, found, reason, searcher.margin(pulses), bounds, most, proofs.get(most, 0.0), given_up
+    )
