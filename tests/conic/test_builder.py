@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import sparse as scipy_sparse
 
+import orbsoc
 from orbsoc.conic.builder import BuilderError, ConicBuilder, Variable
 from orbsoc.conic.problem import Cones, ProblemError
 from tests.strategies import Array, Point, point
@@ -221,3 +222,167 @@ def test_numbers_that_are_not_finite_are_refused_when_building() -> None:
     b.equality([(x, [[float("nan")]])], [1.0])
     with pytest.raises(ProblemError, match=re.escape("`A[0, 0]` is nan")):
         b.build()
+
+
+# ---- Norms, absolutes, and rows by name ----
+
+
+def norms_by_hand(b: ConicBuilder, x: Variable, t: Variable, blocks: Array, offsets: Array) -> None:
+    for block, offset, column in zip(blocks, offsets, t.index, strict=True):
+        head = np.zeros((4, 1))
+        head[0] = -1.0
+        b.second_order([(x, np.vstack([np.zeros(2), -block])), ([column], head)], [0.0, *offset])
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 4))
+def test_norms_are_the_cones_that_one_would_write_by_hand(seed: int, norms: int) -> None:
+    rng = np.random.default_rng(seed)
+    blocks, offsets = rng.normal(size=(norms, 3, 2)), rng.normal(size=(norms, 3))
+    built = []
+    for by_hand in (True, False):
+        b = ConicBuilder()
+        x, t = b.variable("x", 2), b.variable("t", norms)
+        if by_hand:
+            norms_by_hand(b, x, t, blocks, offsets)
+        else:
+            b.norm([(x, blocks.reshape(-1, 2))], offsets.ravel(), bound=t.index, size=3)
+        built.append(b.build())
+    ours, theirs = built
+    assert ours.cones == theirs.cones
+    assert np.array_equal(ours.h, theirs.h)
+    assert np.array_equal(ours.G.toarray(), theirs.G.toarray())
+
+
+def test_a_number_bounds_every_norm_and_numbers_each_its_own() -> None:
+    b = ConicBuilder()
+    x = b.variable("x", 2)
+    b.norm([(x, np.eye(2))], bound=3)
+    b.norm([(x, np.eye(2))], [5.0, 6.0], bound=[1.0, 2.0], size=1)
+    problem = b.build()
+    assert problem.cones == Cones(0, [3, 2, 2])
+    assert problem.h.tolist() == [3.0, 0.0, 0.0, 1.0, 5.0, 2.0, 6.0]
+
+
+def test_a_margin_is_taken_off_every_bound() -> None:
+    b = ConicBuilder()
+    x, t = b.variable("x", 2), b.variable("t", 1)
+    b.norm([(x, np.eye(2))], bound=3.0, margin=0.5)
+    b.norm([(x, np.eye(2))], bound=[1.0, 2.0], margin=[0.25, 0.5], size=1)
+    b.norm([(x, np.eye(2))], bound=t, margin=0.5)
+    assert b.build().h.tolist() == [2.5, 0.0, 0.0, 0.75, 0.0, 1.5, 0.0, -0.5, 0.0, 0.0]
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 3))
+def test_sums_of_norms_and_absolutes_reach_the_median_point(seed: int, size: int) -> None:
+    """min Σ‖x − pᵢ‖ and min Σ|x − pᵢ|₁: the objective is the sum at the solution, and no nearby point is better."""
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(5, size))
+    for absolutes in (False, True):
+        b = ConicBuilder()
+        x = b.variable("x", size)
+        terms = [(x, np.tile(np.eye(size), (5, 1)))]
+        if absolutes:
+            b.sum_of_absolutes("distance", terms, -points.ravel(), weight=2.0)
+        else:
+            b.sum_of_norms("distance", terms, -points.ravel(), size=size, weight=2.0)
+        solution = orbsoc.solve(b.build())
+        order = 1 if absolutes else 2
+
+        def cost(at: Array, order: int = order) -> float:
+            return 2.0 * float(np.linalg.norm(points - at, ord=order, axis=1).sum())
+
+        found = b.value(solution, "x")
+        assert solution.objective == pytest.approx(cost(found), abs=1e-6)
+        assert all(cost(found) <= cost(found + 0.1 * rng.normal(size=size)) + 1e-6 for _ in range(10))
+
+
+def test_multipliers_come_back_by_the_name_of_their_rows() -> None:
+    """min x₁ + ‖(x₂, x₃)‖ with x₁ ≥ 2, x₂ = 3: stationarity, block by block."""
+    b = ConicBuilder()
+    x, t = b.variable("x", 3), b.variable("t", 1)
+    b.cost(x, [1.0, 0.0, 0.0])
+    b.cost(t, 1.0)
+    b.second_order([(x, np.zeros((2, 3)))], [1.0, 0.0], name="idle")
+    b.norm([(x.index[1:], np.eye(2))], bound=t, name="length")
+    b.nonnegative([(x.index[:1], [[-1.0]])], -2.0, name="least")
+    b.equality([(x.index[2:], [[1.0]])], 0.0)
+    b.equality([(x.index[1:2], [[1.0]])], 3.0, name="capture")
+    solution = orbsoc.solve(b.build())
+    assert b.dual(solution, "least") == pytest.approx([1.0], abs=1e-6)
+    assert b.dual(solution, "capture") == pytest.approx([-1.0], abs=1e-6)
+    np.testing.assert_allclose(b.dual(solution, "length"), [[1.0, -1.0, 0.0]], atol=1e-6)
+    assert b.dual(solution, "idle").shape == (1, 2)
+
+
+def test_an_infeasible_problem_says_which_rows_contradict_each_other() -> None:
+    b = ConicBuilder()
+    x, y = b.variable("x", 1), b.variable("y", 1)
+    b.norm([(x, [[1.0]])], bound=1.0, name="largest impulse")
+    b.equality([(y, [[1.0]])], 0.0, name="bystander")
+    b.equality([(x, [[1.0]])], 3.0, name="capture")
+    b.equality([(x, [[2.0]])], 4.0)
+    words = b.why(orbsoc.solve(b.build()))
+    assert words.startswith("the constraints cannot be met together: capture (")
+    assert words.endswith(" of the conflict")
+    assert "largest impulse (" in words
+    assert "other rows (" in words
+    assert "bystander" not in words
+
+
+def test_without_a_certificate_there_is_no_reason() -> None:
+    b = ConicBuilder()
+    x = b.variable("x", 1)
+    b.norm([(x, [[1.0]])], bound=1.0)
+    assert b.why(orbsoc.solve(b.build())) == "there is no proof of infeasibility: the solve ended with SOLVED"
+
+
+def test_rows_that_no_one_named_are_told_together() -> None:
+    b = ConicBuilder()
+    x = b.variable("x", 1)
+    b.equality([(x, [[1.0]])], 3.0)
+    b.equality([(x, [[1.0]])], 2.0)
+    assert b.why(orbsoc.solve(b.build())).endswith("other rows (100 %) of the conflict")
+
+
+NAMES: list[tuple[Callable[[ConicBuilder, Variable], object], str]] = [
+    (lambda b, x: b.equality([(x, np.eye(3))], 0.0, name="tube"), "rows `tube` exist already"),
+    (
+        lambda b, x: b.norm([(x, np.eye(3))], bound=[1.0, 2.0], size=1),
+        "norm: bound has shape (2,); it must be (3,) or one number",
+    ),
+    (
+        lambda b, x: b.norm([(x, np.eye(3))], bound=x, margin=[1.0, 2.0], size=1),
+        "norm: margin has shape (2,); it must be (3,) or one number",
+    ),
+    (
+        lambda b, x: b.norm([(x, np.eye(3))], bound=x.index[:2], size=1),
+        "norm: 2 columns bound 3 norms; there must be one a norm",
+    ),
+    (
+        lambda b, x: b.norm([(x, np.eye(3))], bound=1.0, size=2),
+        "norm: 3 rows do not divide into norms of size 2",
+    ),
+    (
+        lambda b, x: b.sum_of_norms("s", [(x, np.eye(3))], size=2),
+        "sum_of_norms: 3 rows do not divide into norms of size 2",
+    ),
+    (lambda b, x: b.sum_of_absolutes("x", [(x, np.eye(3))]), "variable `x` exists already"),
+    (lambda b, x: b.dual(foreign_point(), "capture"), "no rows `capture`; there are tube"),
+    (
+        lambda b, x: b.dual(foreign_point(), "tube"),
+        "the solution has 0 and 0 multipliers, but the rows are 0 and 3",
+    ),
+]
+
+
+@pytest.mark.parametrize(("misuse", "message"), NAMES, ids=[message for _, message in NAMES])
+def test_misuse_of_norms_and_names_is_refused(
+    misuse: Callable[[ConicBuilder, Variable], object], message: str
+) -> None:
+    b = ConicBuilder()
+    x = b.variable("x", 3)
+    b.nonnegative([(x, np.eye(3))], 1.0, name="tube")
+    before = b.build()
+    with pytest.raises(BuilderError, match=re.escape(message)):
+        misuse(b, x)
+    assert b.build().m == before.m

@@ -56,6 +56,7 @@ def exit_of(error: Exception) -> tuple[int, str]:
     from hw_model import HwModelError
     from orbsoc.conic.errors import FileError, ProblemError, SettingsError
     from orbsoc.files.output_folder import OutputFolderError
+    from orbsoc.guidance.impulses import ImpulseFileError
     from orbsoc.guidance.scenario_file import ScenarioError
     from orbsoc.hw.deadlines import CaseError
     from orbsoc.hw.schedules import EngineError
@@ -65,8 +66,8 @@ def exit_of(error: Exception) -> tuple[int, str]:
     from orbsoc.sweep import StoreError, WorkersLost
 
     bad_input = (
-        HwModelError, CaseError, EngineError, FileError, OutputFolderError, ProblemError, RtlError, ScenarioError,
-        SettingsError, StoreError, WorkloadError,
+        HwModelError, CaseError, EngineError, FileError, ImpulseFileError, OutputFolderError, ProblemError, RtlError,
+        ScenarioError, SettingsError, StoreError, WorkloadError,
     )  # fmt: skip
     if isinstance(error, bad_input):
         return BAD_INPUT, str(error)

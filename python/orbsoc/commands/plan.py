@@ -80,6 +80,13 @@ def plan(
     ] = True,
     check: Annotated[CheckChoice | None, typer.Option(help="plan again with another solver, compare")] = None,
     ps: Annotated[bool, typer.Option("--ps", help="plan on the emulated PS+PL computer")] = False,
+    impulses: Annotated[
+        Path | None,
+        typer.Option(
+            help="judge this programme instead of planning one: time_s,dv_r_m_s,dv_t_m_s,dv_n_m_s",
+            metavar="FILE.csv",
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(help="output folder; out/NAME or out/NAME-PROBLEM by default", metavar="DIR"),
@@ -91,6 +98,10 @@ def plan(
     Exit codes: 0 verified, 1 not verified or a check failed, 2 bad input, 130 interrupted.
     """
     if cases is not None:
+        if impulses is not None:
+            raise typer.BadParameter(
+                "--impulses judges one programme, and --cases plans many; give one of them"
+            )
         plan_cases(
             lambda: _scenario(scenario, _overrides(problem, settings))[1],
             out if out is not None else Path("out") / f"{scenario.stem}-cases",
@@ -103,7 +114,8 @@ def plan(
             folder = out if out is not None else _default_folder(scenario, chosen)
             run, document = plan_scenario(
                 mission, chosen, folder, device=device, partition=partition, deadline_ms=deadline_ms, exact=exact,
-                check=check is not None, ps=ps, interrupts=interrupts, watch=lambda each: _table(each, as_json),
+                check=check is not None, ps=ps, impulses=impulses, interrupts=interrupts,
+                watch=lambda each: _table(each, as_json),
             )  # fmt: skip
         if as_json:
             typer.echo(json.dumps(document, allow_nan=False))
@@ -138,18 +150,23 @@ def plan_scenario(
     exact: bool = True,
     check: bool = False,
     ps: bool = False,
+    impulses: str | PathLike[str] | None = None,
     interrupts: Interrupts | None = None,
     watch: Watch | None = None,
 ) -> tuple[PlanRun, dict[str, Any]]:
     """Plan, check, price, write into `folder`; with it the document of `plan.json`.
 
-    Device "none" leaves the price out, `check` plans again with Clarabel, `ps` plans on the emulated computer, `watch`
-    gives what sees each subproblem. Raises before or instead of writing anything, KeyboardInterrupt after any Ctrl-C.
+    Device "none" leaves the price out, `check` plans again with Clarabel, `ps` plans on the emulated computer, `impulses`
+    is a file that is judged instead of planning, `watch` gives what sees each subproblem. Raises before or instead of writing anything, KeyboardInterrupt after any Ctrl-C.
     """
-    from orbsoc.report.run import PlanRun, write_run
+    from orbsoc.report.run import PlanRun
 
     interrupts = interrupts or Interrupts()
     _check_before_planning(folder, device, partition, deadline_ms, exact=exact)
+    if impulses is not None:
+        found = _audited(scenario, impulses, check=check, ps=ps, deadline_ms=deadline_ms)
+        run = PlanRun(mission, found, "nothing: the impulses were given", None, None)
+        return run, _written(run, folder, interrupts)
     scheduler = _scheduler() if ps else None
     with watch(mission) if watch else nullcontext() as callback:
         found = _uninterrupted(mission.plan(scenario, solve=scheduler, callback=callback))
@@ -162,10 +179,32 @@ def plan_scenario(
     interrupts.check()
     solver = "orbsoc on the emulated PS+PL computer" if ps else "orbsoc"
     run = PlanRun(mission, found, solver, budget, compared)
+    return run, _written(run, folder, interrupts)
+
+
+def _written(run: PlanRun, folder: Path | None, interrupts: Interrupts) -> dict[str, Any]:
+    """The document of a run, written into the folder if there is one."""
+    from orbsoc.report.run import write_run
+
     document = run.to_dict()
     if folder is not None:
         write_run(folder, run, document, commit=interrupts.commit)
-    return run, document
+    return document
+
+
+def _audited(
+    scenario: BaseScenario, path: str | PathLike[str], *, check: bool, ps: bool, deadline_ms: float | None
+) -> Plan:
+    """The programme of a file, judged by the scenario's mission."""
+    from hw_model import HwModelError
+    from orbsoc.guidance.impulses import ImpulseProgramme
+    from orbsoc.missions.registry import auditable
+
+    idle = {"--check": check, "--ps": ps, "--deadline-ms": deadline_ms is not None}
+    if any(idle.values()):
+        names = ", ".join(name for name, given in idle.items() if given)
+        raise HwModelError(f"{names} would do nothing here: with --impulses nothing is solved")
+    return auditable(scenario).audit(scenario, ImpulseProgramme.read(path))
 
 
 def _scenario(path: Path, settings: Mapping[str, Any] | None) -> tuple[Mission, BaseScenario]:

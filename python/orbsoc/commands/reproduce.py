@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from orbsoc.guidance.mission import BROKEN
 from orbsoc.missions.registry import MISSIONS
 
 from . import hw_options as options
-from .failures import exit_handling
+from .failures import FAILED, exit_handling
 
 if TYPE_CHECKING:
     from orbsoc.guidance.mission import PaperRow
@@ -33,7 +34,10 @@ def reproduce(
     out: Annotated[Path, typer.Option(help="output folder", metavar="DIR")] = Path("out/reproduce"),
     as_json: options.JsonOption = False,
 ) -> None:
-    """Compute what a paper prints: its value, ours, tolerance, verdict, and why they differ."""
+    """Compute what a paper prints: its value, ours, tolerance, verdict, and why they differ.
+
+    Exit codes: 0 every stated verdict holds, 1 one does not, 2 bad input.
+    """
     papers = {name: MISSIONS[name].PAPER for name in MISSIONS if what not in MISSIONS}
     names = [what] if what in MISSIONS else [name for name in papers if what in ("all", papers[name])]
     if not names:
@@ -52,6 +56,10 @@ def reproduce(
             out, {"reproduce.json": options.as_json_text(document), "reproduce.md": text + "\n"}
         )
         options.print_report(text.splitlines(), document, out, as_json=as_json)
+        broken = [row.quantity for found in rows.values() for row in found if row.verdict == BROKEN]
+        if broken:
+            typer.echo(f"orbsoc: does not hold as stated: {', '.join(broken)}", err=True)
+            raise typer.Exit(FAILED)
 
 
 def _markdown(rows: Mapping[str, Sequence[PaperRow]]) -> str:

@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import csc
 from .csc import Array, Csc
+from .named_rows import HasDuals, HasStatus, Kind, NamedBlock, conflict, shares
+from .outcome import Status
 from .problem import Cones, Problem, ProblemError
 
 Index = NDArray[np.intp]
@@ -45,6 +47,8 @@ Columns = Variable | ArrayLike
 """A variable, or columns of the problem (usually a slice of some `Variable.index`)."""
 Term = tuple[Columns, Block]
 """(columns (k,), block (rows, k)): the product block · x[columns]."""
+Bound = Variable | ArrayLike
+"""Of norms: a variable or an integer array of columns (a slice of some `Variable.index`), one a norm; or numbers."""
 
 
 class _Rows:
@@ -97,6 +101,7 @@ class ConicBuilder:
         self._nonnegative = _Rows()
         self._cone_rows = _Rows()
         self._cone_sizes: list[int] = []
+        self._named: dict[str, NamedBlock] = {}
 
     def variable(self, name: str, shape: int | tuple[int, ...] = ()) -> Variable:
         """New unknowns of `shape` (row-major columns); raises BuilderError if the name is taken or the shape empty."""
@@ -111,6 +116,16 @@ class ConicBuilder:
         self._variables[name] = variable
         self._n += size
         return variable
+
+    def has(self, name: str) -> bool:
+        """Whether there is a variable `name`."""
+        return name in self._variables
+
+    def columns(self, name: str) -> Index:
+        """Columns of variable `name`, in its shape; raises BuilderError if there is none."""
+        if name not in self._variables:
+            raise BuilderError(f"no variable `{name}`; there are {', '.join(self._variables) or 'none'}")
+        return self._variables[name].index
 
     def cost(self, columns: Columns, coefficients: ArrayLike) -> None:
         """Add Σ coefficients · x[columns] to the cost; coefficients have the columns' shape or are one number."""
@@ -128,23 +143,110 @@ class ConicBuilder:
         rows, positions, values = self._entries("quadratic_cost", 0, index, block, index.size)
         self._quadratic.add([(index[rows], positions, values)], np.zeros(0))
 
-    def equality(self, terms: Iterable[Term], rhs: ArrayLike) -> None:
-        """Add rows Σ block · x[columns] = rhs; rhs is (rows,) or one number for all rows."""
-        self._add("equality", self._equality, terms, rhs)
+    def equality(self, terms: Iterable[Term], rhs: ArrayLike, *, name: str | None = None) -> None:
+        """Add rows Σ block · x[columns] = rhs; rhs is (rows,) or one number for all rows.
 
-    def nonnegative(self, terms: Iterable[Term], rhs: ArrayLike) -> None:
+        A `name`, here and below, is what `dual` and `why` know the rows by.
+        """
+        self._add("equality", self._equality, *self._prepare("equality", terms, rhs), name)
+
+    def nonnegative(self, terms: Iterable[Term], rhs: ArrayLike, *, name: str | None = None) -> None:
         """Add rows rhs − Σ block · x[columns] ≥ 0; rhs is (rows,) or one number for all rows."""
-        self._add("nonnegative", self._nonnegative, terms, rhs)
+        self._add("nonnegative", self._nonnegative, *self._prepare("nonnegative", terms, rhs), name)
 
-    def second_order(self, terms: Iterable[Term], rhs: ArrayLike, size: int | None = None) -> None:
+    def second_order(
+        self, terms: Iterable[Term], rhs: ArrayLike, size: int | None = None, *, name: str | None = None
+    ) -> None:
         """Add rows rhs − Σ block · x[columns] ∈ Q^size × Q^size × …; without `size`, one cone of all rows."""
-        before = self._cone_rows.count
         prepared, side = self._prepare("second_order", terms, rhs)
         each = side.size if size is None else size
         if each < 1 or side.size % each:
             raise BuilderError(f"second_order: {side.size} rows do not divide into cones of size {each}")
-        self._cone_rows.add(prepared, side)
-        self._cone_sizes += [each] * ((self._cone_rows.count - before) // each)
+        self._add("cone", self._cone_rows, prepared, side, name, each)
+        self._cone_sizes += [each] * (side.size // each)
+
+    def norm(
+        self,
+        terms: Iterable[Term],
+        offset: ArrayLike = 0.0,
+        *,
+        bound: Bound,
+        margin: ArrayLike = 0.0,
+        size: int | None = None,
+        name: str | None = None,
+    ) -> None:
+        """Add ‖Σ block · x[columns] + offset‖ ≤ bound − margin; with `size`, one such norm for every `size` rows.
+
+        `offset` is (rows,) or one number, `margin` one a norm or one number. `bound` is one number for all norms or one a norm, or the variable or
+        columns (integers) that bound them, one a norm. The dual of the rows is (norms, size + 1), the bound's first.
+
+        >>> b = ConicBuilder()
+        >>> x, t = b.variable("x", 2), b.variable("t", 1)
+        >>> b.norm([(x, [[1, 0], [0, 1]])], [3.0, 4.0], bound=t)  # ‖x + (3, 4)‖ ≤ t
+        >>> b.build().G.toarray().tolist()
+        [[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]
+        """
+        entries, side = self._prepare("norm", terms, offset)
+        each = side.size if size is None else size
+        if each < 1 or side.size % each:
+            raise BuilderError(f"norm: {side.size} rows do not divide into norms of size {each}")
+        norms = side.size // each
+        rows = np.arange(side.size)
+        rows += rows // each + 1
+        heads = np.arange(norms) * (each + 1)
+        prepared = [(rows[where], columns, -values) for where, columns, values in entries]
+        h = np.empty(norms * (each + 1))
+        h[rows], h[heads] = side, -self._one_a_norm("margin", margin, norms)
+        if isinstance(bound, Variable) or (np.asarray(bound).dtype.kind in "iu" and np.ndim(bound)):
+            columns = self._index("norm", bound).ravel()
+            if columns.size != norms:
+                raise BuilderError(
+                    f"norm: {columns.size} columns bound {norms} norms; there must be one a norm"
+                )
+            prepared.append((heads, columns, np.full(norms, -1.0)))
+        else:
+            h[heads] += self._one_a_norm("bound", bound, norms)
+        self._add("cone", self._cone_rows, prepared, h, name, each + 1)
+        self._cone_sizes += [each + 1] * norms
+
+    def _one_a_norm(self, what: str, value: ArrayLike, norms: int) -> Array:
+        numbers = np.asarray(value, dtype=np.float64)
+        if numbers.shape not in ((), (norms,)):
+            raise BuilderError(f"norm: {what} has shape {numbers.shape}; it must be ({norms},) or one number")
+        return np.broadcast_to(numbers, (norms,))
+
+    def sum_of_norms(
+        self, name: str, terms: Iterable[Term], offset: ArrayLike = 0.0, *, size: int, weight: float = 1.0
+    ) -> Variable:
+        """Add weight · Σᵢ ‖rows i of (Σ block · x[columns] + offset)‖ to the cost, a norm for every `size` rows.
+
+        Returns the bounds of the norms: the variable `name`, (norms,). Their rows have the same name.
+        """
+        terms = list(terms)
+        count = self._prepare("sum_of_norms", terms, offset)[1].size
+        if size < 1 or count % size:
+            raise BuilderError(f"sum_of_norms: {count} rows do not divide into norms of size {size}")
+        bounds = self.variable(name, count // size)
+        self.norm(terms, offset, bound=bounds, size=size, name=name)
+        self.cost(bounds, weight)
+        return bounds
+
+    def sum_of_absolutes(
+        self, name: str, terms: Iterable[Term], offset: ArrayLike = 0.0, *, weight: float = 1.0
+    ) -> Variable:
+        """Add weight · Σᵢ |row i of (Σ block · x[columns] + offset)| to the cost.
+
+        Returns the bounds of the rows: the variable `name`, (rows,). Their rows have the same name: v ≤ bound for all,
+        then −v ≤ bound for all.
+        """
+        entries, side = self._prepare("sum_of_absolutes", terms, offset)
+        bounds = self.variable(name, side.size)
+        rows = np.arange(side.size)
+        minus = [(at + side.size, columns, -values) for at, columns, values in entries]
+        entries += [*minus, *((rows + k * side.size, bounds.index, np.full(side.size, -1.0)) for k in (0, 1))]
+        self._add("nonnegative", self._nonnegative, entries, np.concatenate([-side, side]), name)
+        self.cost(bounds, weight)
+        return bounds
 
     def build(self) -> Problem:
         """The problem in standard form; raises BuilderError without variables, ProblemError on bad numbers."""
@@ -174,13 +276,44 @@ class ConicBuilder:
 
     def value(self, solution: HasPoint, name: str) -> Array:
         """The values of variable `name` at a solution of the built problem, in the variable's shape."""
-        if name not in self._variables:
-            raise BuilderError(f"no variable `{name}`; there are {', '.join(self._variables) or 'none'}")
+        columns = self.columns(name)
         if solution.x.shape != (self._n,):
             raise BuilderError(
                 f"the solution has {solution.x.shape} entries, but the variables are {self._n}"
             )
-        return np.asarray(solution.x[self._variables[name].index])
+        return np.asarray(solution.x[columns])
+
+    def dual(self, solution: HasDuals, name: str) -> Array:
+        """The multipliers of the rows `name` at a solution of the built problem.
+
+        Those of `equality` and `nonnegative` are (rows,), those of `second_order` and `norm` (cones, rows of a cone).
+        With y for the equalities and z ∈ K for the rest, c + Px + Aᵀy + Gᵀz = 0.
+        """
+        if name not in self._named:
+            raise BuilderError(f"no rows `{name}`; there are {', '.join(self._named) or 'none with a name'}")
+        self._check_rows(solution)
+        block = self._named[name]
+        found = np.array(block.of(solution.y, solution.z, self._nonnegative.count))
+        return found.reshape(-1, block.size) if block.kind == "cone" else found
+
+    def why(self, solution: HasStatus) -> str:
+        """In a sentence, which named rows take part in the proof that the built problem has no feasible point.
+
+        Their shares are of Σ|bᵀy| + Σ|hᵀz| in the certificate; rows without a name are told together.
+        """
+        if solution.status is not Status.PRIMAL_INFEASIBLE:
+            return f"there is no proof of infeasibility: the solve ended with {solution.status.name}"
+        self._check_rows(solution)
+        h = np.concatenate([self._nonnegative.side(), self._cone_rows.side()])
+        return conflict(shares(self._named, solution, self._equality.side(), h, self._nonnegative.count))
+
+    def _check_rows(self, solution: HasDuals) -> None:
+        expected = (self._equality.count, self._nonnegative.count + self._cone_rows.count)
+        if (solution.y.size, solution.z.size) != expected:
+            raise BuilderError(
+                f"the solution has {solution.y.size} and {solution.z.size} multipliers,"
+                f" but the rows are {expected[0]} and {expected[1]}"
+            )
 
     def _assemble(self, entries: tuple[Index, Index, Array], rows: int) -> Csc:
         where_rows, where_columns, values = entries
@@ -199,8 +332,20 @@ class ConicBuilder:
             raise BuilderError(f"{where}: column {worst} is not one of the {self._n} variables")
         return index.astype(np.intp, copy=False)
 
-    def _add(self, where: str, target: _Rows, terms: Iterable[Term], rhs: ArrayLike) -> None:
-        target.add(*self._prepare(where, terms, rhs))
+    def _add(
+        self,
+        kind: Kind,
+        target: _Rows,
+        entries: list[tuple[Index, Index, Array]],
+        side: Array,
+        name: str | None,
+        size: int = 1,
+    ) -> None:
+        if name is not None:
+            if name in self._named:
+                raise BuilderError(f"rows `{name}` exist already")
+            self._named[name] = NamedBlock(kind, target.count, side.size, size)
+        target.add(entries, side)
 
     def _prepare(
         self, where: str, terms: Iterable[Term], rhs: ArrayLike

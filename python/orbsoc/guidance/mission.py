@@ -1,4 +1,5 @@
-"""What a mission is to everything outside its folder: the protocols `Mission`, `Plan` and `Dispersible`, and their data.
+"""What a mission is to everything outside its folder: the protocols `Mission`, `Plan`, `Dispersible` and
+`Auditable`, and their data.
 
 A module satisfies `Mission`, so that `orbsoc.missions.reachable_insertion.plan(scenario)` is a function call. A mission
 builds conic problems and hands them to the `solve` that it is given; it knows no registers, cycles or partitions.
@@ -20,6 +21,7 @@ from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution
 
+from .impulses import ImpulseProgramme
 from .monte_carlo import Dispersion
 from .scenario_file import BaseScenario
 from .scp import Iteration, Solve
@@ -35,11 +37,16 @@ class PlanStatus(enum.Enum):
     INTERRUPTED = "interrupted"
 
 
+BROKEN = "failed"
+"""Verdict of a row that is stated and does not hold: `orbsoc reproduce` then exits with 1."""
+
+
 @dataclass(frozen=True, slots=True)
 class PaperRow:
     """One printed result of a paper: where it stands, its value, the one computed here, the verdict, and why.
 
-    Verdicts: reproduced, misprint, not reproduced, inferred, met by construction, other data.
+    Verdicts: reproduced, misprint, not reproduced, inferred, met by construction, other data; and `BROKEN` where one of
+    them is what is known of the shipped data and is not found.
     """
 
     quantity: str
@@ -234,6 +241,16 @@ class Dispersible(Mission, Protocol):
     def disperse(self, scenario: Any, number: int, seed: int = 0, /) -> Any:
         """Case `number` of the scenario, itself a scenario; case 0 is not dispersed. The draws depend on (seed, number)
         alone. Raises ScenarioError for a negative number or seed, and where a draw contradicts physics."""
+        ...
+
+
+@runtime_checkable
+class Auditable(Mission, Protocol):
+    """A mission that judges a programme of impulses made elsewhere, for `orbsoc plan … --impulses`."""
+
+    def audit(self, scenario: Any, programme: ImpulseProgramme, /) -> Plan:
+        """The programme, judged and flown as the scenario's own plan would be; nothing is solved. Raises ScenarioError
+        where it has impulses outside the scenario's time."""
         ...
 
 

@@ -13,12 +13,14 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any, cast
 
 if TYPE_CHECKING:
-    from orbsoc.guidance.mission import Dispersible, Mission
+    from orbsoc.guidance.mission import Auditable, Dispersible, Mission
     from orbsoc.guidance.scenario_file import BaseScenario
 
 MODULES = {
     "reachable_domain": "orbsoc.missions.reachable_domain",
     "reachable_insertion": "orbsoc.missions.reachable_insertion",
+    "passive_safety": "orbsoc.missions.passive_safety",
+    "fly_around": "orbsoc.missions.fly_around",
 }
 
 SCHEMAS = {"scenario": "reachable_insertion", "reach-scenario": "reachable_domain"}
@@ -65,13 +67,26 @@ def load_scenario(
 def dispersible(scenario: BaseScenario) -> Dispersible:
     """The scenario's mission, which has dispersed cases. Raises ScenarioError for one without."""
     from orbsoc.guidance.mission import Dispersible
+
+    lacks = "has no dispersed cases", "without --cases it is planned once"
+    return cast("Dispersible", _able(scenario, Dispersible, *lacks))
+
+
+def auditable(scenario: BaseScenario) -> Auditable:
+    """The scenario's mission, which judges impulses made elsewhere. Raises ScenarioError for one that does not."""
+    from orbsoc.guidance.mission import Auditable
+
+    lacks = "judges no impulses made elsewhere", "without --impulses it is planned"
+    return cast("Auditable", _able(scenario, Auditable, *lacks))
+
+
+def _able(scenario: BaseScenario, protocol: type, lacks: str, otherwise: str) -> Mission:
+    """The scenario's mission, which satisfies an optional protocol; the error says which missions do."""
     from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 
     mission = MISSIONS[scenario.mission]
-    if isinstance(mission, Dispersible):
+    if isinstance(mission, protocol):
         return mission
-    able = ", ".join(name for name in MISSIONS if isinstance(MISSIONS[name], Dispersible))
-    allowed = (
-        f"this mission has no dispersed cases; missions with them: {able}; without --cases it is planned once"
-    )
+    able = ", ".join(name for name in MISSIONS if isinstance(MISSIONS[name], protocol))
+    allowed = f"this mission {lacks}; missions with them: {able}; {otherwise}"
     raise ScenarioError(scenario.name, [Complaint("mission", repr(scenario.mission), allowed)])

@@ -1,23 +1,18 @@
-"""One point's trajectory as CCSDS messages: an ephemeris of the burn (OEM) and the orbit reached (OPM), key = value.
-
-Source of the formats: CCSDS 502.0-B-3, Orbit Data Messages. Times count from ignition at a given epoch, UTC.
-
-A scenario names neither a date nor where its x axis points among the stars, so its axes are none of the registered frames:
-the messages call them SCENARIO_ECI and say in comments what is known of them. A reader who knows the sidereal angle of that
-x axis turns states and nodes by it.
-"""
+"""One point's trajectory as CCSDS messages: an ephemeris of the burn (OEM) and the orbit reached (OPM), from ignition."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
+from datetime import datetime
 
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.guidance import ccsds
+from orbsoc.guidance.ccsds import DEFAULT_EPOCH, Subject
 from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.powered_flight import commanded
-from orbsoc.orbit import EARTH, elements_from_state, propagate_burn
+from orbsoc.orbit import propagate_burn
 
 from ..continuation.boundary import inside_box
 from ..continuation.table import PointStatus
@@ -26,11 +21,6 @@ from ..query.results import ReachableDomain
 
 Array = NDArray[np.float64]
 
-ORIGINATOR = "ORBSOC"
-DEFAULT_EPOCH = datetime(2025, 1, 1, tzinfo=UTC)
-"""Stands for the date that a scenario does not give; the messages say so."""
-FRAME = "SCENARIO_ECI"
-"""Of REF_FRAME: a name that no registry has, so that no reader takes the axes for others."""
 NODES_FROM = "the zero of its nodes"
 NODES_FROM_GREENWICH = "the meridian of Greenwich at launch"
 """Where the x axis points, of any scenario and of the paper's case."""
@@ -79,62 +69,15 @@ def fly_point(
 
 def oem(flown: FlownPoint, epoch: datetime = DEFAULT_EPOCH) -> str:
     """The burn as an Orbit Ephemeris Message."""
-    start, stop = _stamp(epoch, 0.0), _stamp(epoch, float(flown.times_s[-1]))
-    lines = [*_header("CCSDS_OEM_VERS = 3.0", flown, epoch), "", "META_START", *_object(flown.name)]
-    lines += [f"START_TIME = {start}", f"STOP_TIME = {stop}", "META_STOP", ""]
-    lines += ["COMMENT powered arc; constant thrust, no interpolation is implied across cut-off"]
-    for time_s, state in zip(flown.times_s, flown.states / 1e3, strict=True):
-        numbers = " ".join(f"{value:.9f}" for value in state)
-        lines.append(f"{_stamp(epoch, float(time_s))} {numbers}")
-    return "\n".join(lines) + "\n"
+    comment = "powered arc; constant thrust, no interpolation is implied across cut-off"
+    return ccsds.oem(_subject(flown, epoch), flown.times_s, flown.states, comment=comment)
 
 
 def opm(flown: FlownPoint, mass_kg: float, epoch: datetime = DEFAULT_EPOCH) -> str:
     """The state and elements at cut-off as an Orbit Parameter Message; `mass_kg` is the mass at ignition."""
-    state = flown.states[-1]
-    orbit = elements_from_state(state[:3], state[3:])
-    lines = [*_header("CCSDS_OPM_VERS = 3.0", flown, epoch), *_object(flown.name)]
-    lines.append(f"EPOCH = {_stamp(epoch, float(flown.times_s[-1]))}")
-    for key, value in zip(("X", "Y", "Z", "X_DOT", "Y_DOT", "Z_DOT"), state / 1e3, strict=True):
-        lines.append(f"{key} = {value:.9f} [{'km/s' if key.endswith('DOT') else 'km'}]")
-    angles = (orbit.inc_rad, orbit.raan_rad, orbit.argp_rad, orbit.true_anomaly_rad)
-    inc, raan, argp, anomaly = (float(np.rad2deg(angle)) for angle in angles)
-    lines += [
-        f"SEMI_MAJOR_AXIS = {orbit.sma_m / 1e3:.9f} [km]",
-        f"ECCENTRICITY = {orbit.ecc:.12f}",
-        f"INCLINATION = {inc:.10f} [deg]",
-        f"RA_OF_ASC_NODE = {raan:.10f} [deg]",
-        f"ARG_OF_PERICENTER = {argp:.10f} [deg]",
-        f"TRUE_ANOMALY = {anomaly:.10f} [deg]",
-        f"GM = {EARTH.mu_m3_s2 / 1e9:.7f} [km**3/s**2]",
-        f"MASS = {mass_kg - flown.propellant_kg:.6f} [kg]",
-    ]
-    return "\n".join(lines) + "\n"
+    left_kg = mass_kg - flown.propellant_kg
+    return ccsds.opm(_subject(flown, epoch), float(flown.times_s[-1]), flown.states[-1], mass_kg=left_kg)
 
 
-def _header(version: str, flown: FlownPoint, epoch: datetime) -> list[str]:
-    lines = [
-        version,
-        f"COMMENT {FRAME}: the Earth-centred inertial axes of the scenario, z along the pole, x towards",
-        f"COMMENT {flown.x_axis}. It is not EME2000 nor any registered frame:",
-        "COMMENT the scenario does not say where that x axis points among the stars.",
-    ]
-    if epoch == DEFAULT_EPOCH:
-        lines += [
-            "COMMENT Times count from ignition; the scenario gives no date, and the epoch only stands for one."
-        ]
-    return [*lines, f"CREATION_DATE = {_stamp(epoch, 0.0)}", f"ORIGINATOR = {ORIGINATOR}"]
-
-
-def _object(name: str) -> list[str]:
-    return [
-        f"OBJECT_NAME = {name}",
-        "OBJECT_ID = UNKNOWN",
-        "CENTER_NAME = EARTH",
-        f"REF_FRAME = {FRAME}",
-        "TIME_SYSTEM = UTC",
-    ]
-
-
-def _stamp(epoch: datetime, seconds: float) -> str:
-    return (epoch + timedelta(seconds=seconds)).astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S.%f")
+def _subject(flown: FlownPoint, epoch: datetime) -> Subject:
+    return Subject(flown.name, flown.x_axis, "ignition", epoch)

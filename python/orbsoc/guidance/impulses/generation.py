@@ -1,0 +1,157 @@
+"""Impulse times by column generation: the primer says where another impulse pays, and how much at most."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import minimize_scalar
+
+from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Solution, Status
+
+from ..scp import Iteration, Solve
+from .programme import ImpulseProgramme
+from .unknowns import Impulses
+
+Array = NDArray[np.float64]
+
+GRID = 240
+"""Intervals of the window on which the primer is looked at before its maxima are refined."""
+NEGLIGIBLE = 1e-6
+"""Of the total: smaller impulses are dropped from round to round."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Round:
+    """One round: the impulse times, what the programme costs, a bound below every programme's cost, the primer."""
+
+    times_s: Array
+    cost: float
+    lower_bound: float
+    largest_primer: float
+    """Relative to 1, where no other impulse pays."""
+    at_s: float
+    solution: Solution = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Generated:
+    """How column generation ended: the impulses of the last round, the best bound, every round, every solve."""
+
+    impulses: Impulses
+    solution: Solution
+    rounds: tuple[Round, ...]
+    subproblems: tuple[Iteration, ...]
+
+    @property
+    def programme(self) -> ImpulseProgramme:
+        """The impulses that are not negligible."""
+        found = self.impulses.programme(self.solution)
+        return found.without_small(NEGLIGIBLE * found.total_m_s)
+
+    @property
+    def lower_bound(self) -> float:
+        """No programme with any number of impulses in the window costs less, by the primer at its refined maxima."""
+        return max((each.lower_bound for each in self.rounds), default=-np.inf)
+
+    @property
+    def gap(self) -> float:
+        """(cost − bound) / cost of the last round; NaN where nothing was solved."""
+        if not self.rounds:
+            return float("nan")
+        cost = self.rounds[-1].cost
+        return (cost - self.lower_bound) / max(abs(cost), 1e-12)
+
+
+def generate(
+    build: Callable[[Array], Impulses],
+    times_s: ArrayLike,
+    window_s: tuple[float, float],
+    *,
+    solve: Solve,
+    gap: float = 1e-6,
+    max_rounds: int = 30,
+    tolerance: float = 1e-9,
+    callback: Callable[[Iteration], None] | None = None,
+) -> Generated:
+    """The cheapest programme with impulses anywhere in `window_s`, from the times `times_s` on.
+
+    `build` puts impulses at given increasing times on a builder, whose only cost is theirs, with all conditions. The
+    multipliers of a round, divided by the largest primer over the window, are feasible in the dual of the problem
+    with every time allowed: that is the bound. Within `gap`, neighbouring times are merged where that costs no more than
+    it. It ends there, after `max_rounds`, or with the first solve that
+    does not end SOLVED, which `Generated.solution` then is.
+    """
+    times = np.unique(np.asarray(times_s, dtype=np.float64))
+    rounds: list[Round] = []
+    subproblems: list[Iteration] = []
+    ended: tuple[Impulses, Solution] | None = None
+    for number in range(1, max_rounds + 1):
+        impulses = build(times)
+        problem = impulses.builder.build()
+        solution = solve(problem, Settings(tol=tolerance))
+        subproblems.append(Iteration(number, tolerance, problem, solution))
+        if callback is not None:
+            callback(subproblems[-1])
+        if solution.status is not Status.SOLVED:
+            break
+        maxima, sizes = primer_maxima(impulses, solution, window_s)
+        largest = float(sizes.max())
+        bound = solution.dual_objective / max(1.0, largest)
+        found = Round(times, solution.objective, bound, largest, float(maxima[sizes.argmax()]), solution)
+        best = max(bound, *(each.lower_bound for each in rounds), -np.inf)
+        within = found.cost - best <= gap * max(abs(found.cost), 1e-12)
+        if ended is not None and not within:  # the merged times cost more than the gap: keep those before
+            break
+        rounds.append(found)
+        merged = _merged(impulses.programme(solution), (window_s[1] - window_s[0]) / GRID)
+        was, ended = ended, (impulses, solution) if within else None
+        if within:
+            if was is not None or merged.size == times.size:
+                break
+            times = merged
+            continue
+        programme = impulses.programme(solution)
+        kept = times[programme.sizes_m_s > NEGLIGIBLE * programme.total_m_s]
+        apart = 1e-9 * (window_s[1] - window_s[0])
+        added = [t for t in maxima[sizes > 1.0] if not np.any(np.abs(kept - t) <= apart)]
+        if not added:
+            break
+        times = np.unique(np.concatenate([kept, added]))
+    return Generated(*(ended or (impulses, solution)), tuple(rounds), tuple(subproblems))
+
+
+def _merged(programme: ImpulseProgramme, apart_s: float) -> Array:
+    """The times of a programme, neighbours closer than `apart_s` as one at their mean, weighted by their sizes."""
+    kept = programme.without_small(NEGLIGIBLE * programme.total_m_s)
+    groups = np.cumsum(np.diff(kept.times_s, prepend=-np.inf) > apart_s) - 1
+    weights = np.bincount(groups, kept.sizes_m_s)
+    return np.asarray(np.bincount(groups, kept.sizes_m_s * kept.times_s) / weights)
+
+
+def primer_maxima(
+    impulses: Impulses, solution: Solution, window_s: tuple[float, float]
+) -> tuple[Array, Array]:
+    """Times and sizes of the local maxima of the primer over the window, its ends included."""
+    grid = np.linspace(*window_s, GRID + 1)
+    sizes = impulses.primer_size(solution, grid)
+    lower = np.concatenate([[-np.inf], sizes[:-1]])
+    upper = np.concatenate([sizes[1:], [-np.inf]])
+    peaks = np.flatnonzero((sizes >= lower) & (sizes >= upper))
+    times, values = [], []
+    for k in map(int, peaks):
+        t, size = float(grid[k]), float(sizes[k])
+        refined = minimize_scalar(
+            lambda s: -float(impulses.primer_size(solution, [s])[0]),
+            bounds=(grid[max(k - 1, 0)], grid[min(k + 1, GRID)]),
+            method="bounded",
+            options={"xatol": 1e-7 * (window_s[1] - window_s[0])},
+        )
+        if -refined.fun > size:
+            t, size = float(refined.x), -float(refined.fun)
+        times.append(t)
+        values.append(size)
+    return np.array(times), np.array(values)

@@ -1,0 +1,124 @@
+"""Fly an impulse programme as it would be: target and chaser each about the Earth, by an integrator no optimiser uses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass, coast
+from orbsoc.orbit.relative import absolute_state, relative_state
+
+from .impulses import ImpulseProgramme
+
+Array = NDArray[np.float64]
+Forces = Callable[[int], Sequence[Force]]
+"""The forces on a number of pairs of target and chaser, states in the order target, chaser, target, …"""
+
+RTOL = 1e-11
+"""A step of a flight knows 7000 km to 70 µm."""
+BALLISTIC_M2_KG = (0.01, 0.02)
+"""C_D A/m of target and chaser, assumed."""
+
+
+def two_body(_: int) -> Sequence[Force]:
+    """Newton's law alone."""
+    return [PointMass()]
+
+
+def oblate(_: int) -> Sequence[Force]:
+    """With J₂."""
+    return [PointMass(), J2()]
+
+
+def oblate_with_drag(pairs: int) -> Sequence[Force]:
+    """With J₂ and the drag of two different bodies."""
+    return [PointMass(), J2(), Drag(np.tile(BALLISTIC_M2_KG, pairs))]
+
+
+TRUTHS: dict[str, Forces] = {"two_body": two_body, "j2": oblate, "j2_drag": oblate_with_drag}
+"""By name, as in plan.json."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RelativeFlight:
+    """Relative states (K, 6) in (R, T, N) at times_s (K,), that of an impulse's time before it; after each impulse the
+    relative state (N, 6), and the inertial states (N, 2, 6) of target and chaser; at the times the inertial ones (K, 2, 6)."""
+
+    times_s: Array
+    states: Array
+    after: Array
+    pairs_after: Array
+    pairs: Array
+
+
+def fly(
+    programme: ImpulseProgramme,
+    start: ArrayLike,
+    target: ArrayLike,
+    times_s: ArrayLike,
+    forces: Forces,
+    *,
+    rtol: float = RTOL,
+) -> RelativeFlight:
+    """Fly from the relative state `start` (6,) at the first of times_s (K,), where the target is at `target` (6,), ECI.
+
+    Impulses before the first time are not flown, those after the last neither. Raises PropagationError.
+    """
+    wanted, burns = np.asarray(times_s, np.float64), programme.times_s
+    flown = [(t, dv) for t, dv in zip(burns, programme.dv_m_s, strict=True) if wanted[0] <= t <= wanted[-1]]
+    acting = forces(1)
+    body = np.asarray(target, np.float64)
+    pair = np.array([body, absolute_state(body, start, _pull(body, acting))])
+    at = float(wanted[0])
+    rows: list[Array] = []
+    after: list[Array] = []
+    pairs_after: list[Array] = []
+    left, taken = list(wanted), 0
+    for t, dv in [*flown, (inf, np.zeros(3))]:
+        until = min(float(t), float(wanted[-1]))
+        inside = [s for s in left if s < t or t == inf]
+        times = np.unique([at, *inside, until])
+        states = coast(pair, times, acting, rtol=rtol) if times.size > 1 else pair[None]
+        rows += [states[np.searchsorted(times, s)] for s in inside]
+        taken += len(inside)
+        left = left[len(inside) :]
+        pair, at = states[-1].copy(), until
+        if t == inf:
+            break
+        pull = _pull(pair[0], acting)
+        relative = relative_state(pair[0], pair[1], pull)
+        if left and left[0] == t:  # told before the impulse
+            rows.append(pair.copy())
+            left = left[1:]
+        relative[3:] += dv
+        pair[1] = absolute_state(pair[0], relative, pull)
+        after.append(relative)
+        pairs_after.append(pair.copy())
+    pairs = np.array(rows)
+    states = np.array([relative_state(one, other, _pull(one, acting)) for one, other in pairs])
+    return RelativeFlight(
+        wanted, states, np.array(after).reshape(-1, 6), np.array(pairs_after).reshape(-1, 2, 6), pairs
+    )
+
+
+def drifts(pairs: ArrayLike, times_s: ArrayLike, forces: Forces, *, rtol: float = RTOL) -> Array:
+    """Relative positions (N, K, 3) of free drifts from inertial pairs (N, 2, 6) at times_s (K,) after them, 0 first."""
+    start = np.asarray(pairs, np.float64)
+    states = coast(start.reshape(-1, 6), times_s, forces(len(start)), rtol=rtol).reshape(-1, len(start), 2, 6)
+    difference = states[:, :, 1, :3] - states[:, :, 0, :3]
+    r, v = states[:, :, 0, :3], states[:, :, 0, 3:]
+    outward = r / np.linalg.norm(r, axis=-1, keepdims=True)
+    normal = np.cross(r, v)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    axes = np.stack([outward, np.cross(normal, outward), normal], axis=-2)
+    return np.asarray(np.einsum("knij,knj->nki", axes, difference))
+
+
+def _pull(target: Array, forces: Sequence[Force]) -> Array:
+    """The target's acceleration, (3,)."""
+    row = np.array([target, target])  # drag has a number for each of a pair
+    return np.asarray(sum(force.acceleration(row)[0] for force in forces))

@@ -1,0 +1,31 @@
+"""Approach by impulses that stays clear of the target if the engine fails (Xu & Meng, paper 000), and how clear.
+
+>>> scenario = load_scenario("scenarios/paper000_1.toml")  # doctest: +SKIP
+>>> plan(scenario).cost  # doctest: +SKIP
+0.546833
+"""
+
+from orbsoc.guidance.mission import PlanStatus
+from orbsoc.guidance.scenario_file import ScenarioError
+
+from .dispersion import DISPERSION, disperse
+from .planner import COLUMNS, Plan, audit, plan
+from .reproduction import reproduce
+from .scenario import Scenario, load_scenario
+
+PAPER = "000"
+
+__all__ = [
+    "COLUMNS",
+    "DISPERSION",
+    "PAPER",
+    "Plan",
+    "PlanStatus",
+    "Scenario",
+    "ScenarioError",
+    "audit",
+    "disperse",
+    "load_scenario",
+    "plan",
+    "reproduce",
+]

@@ -1,0 +1,61 @@
+"""Colours, style and panels of the figures. Matplotlib is imported when a figure is drawn, with the Agg canvas and without
+pyplot: no global state, no display."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from orbsoc.guidance.mission import FigureFile
+
+from .approach_plan import ApproachPlan
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+COLOURS = ("#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
+"""Okabe–Ito without vermilion, which is for what is unsafe."""
+UNSAFE = "#D55E00"
+KEEP_OUT = "#f3c9b5"
+STYLE: Any = {
+    "font.size": 10.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "lines.linewidth": 1.8,
+    "legend.frameon": False,
+}
+DOTS_PER_INCH = 150
+SHOWN = 6
+"""Impulses that are drawn with a drift of their own; of more, the first ones."""
+
+
+def colour(k: int) -> str:
+    return COLOURS[k % len(COLOURS)]
+
+
+def title(plan: ApproachPlan) -> str:
+    assert plan.programme is not None
+    return f"{plan.scenario.name}: {plan.programme.total_m_s:.4f} m/s in {len(plan.programme)} impulses"
+
+
+def panels(
+    size: tuple[float, float], heights: tuple[float, ...], *, share: bool = True
+) -> tuple[Figure, list[Axes]]:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, layout="constrained")
+    found = figure.subplots(
+        len(heights), 1, sharex=share, squeeze=False, gridspec_kw={"height_ratios": heights}
+    )
+    return figure, list(found[:, 0])
+
+
+def save(figure: Figure, folder: Path, name: str, caption: str) -> FigureFile:
+    figure.savefig(folder / name, dpi=DOTS_PER_INCH, metadata={"Software": "orbsoc"})
+    return FigureFile(name, caption)

@@ -1,0 +1,244 @@
+"""What a scenario file of this mission may say, and the physics it must not contradict.
+
+Axes of the file, as in Xu & Meng: x along the target's velocity, y against its angular momentum, z to the nadir.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import pi
+from os import PathLike
+from typing import Any, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
+from orbsoc.guidance.uncertainty import Uncertainty
+from orbsoc.guidance.vehicle import Positive
+from orbsoc.orbit import EARTH
+from orbsoc.orbit.relative import LVLH, ClohessyWiltshire
+
+Array = NDArray[np.float64]
+LONGEST_M = 5e4
+"""Up to which the linear model is taken, as in the paper."""
+DEFAULT_SAMPLES = 36
+DEFAULT_COUNT = {"equal": 4, "free": 2}
+
+
+class Target(Table):
+    """The target's orbit: its mean motion, or the height of its semi-major axis; its eccentricity and where it is."""
+
+    mean_motion_rad_s: float | None = Field(default=None, ge=1e-6, le=1.3e-3)
+    altitude_km: float | None = Field(default=None, ge=100.0, le=4e5)
+    eccentricity: float = Field(default=0.0, ge=0.0, le=0.8)
+    true_anomaly_deg: float = Field(default=0.0, ge=-360.0, le=360.0)
+    motion: Literal["elliptic", "circular"] | None = Field(
+        default=None, description="the linear model about an eccentric target; elliptic"
+    )
+    inclination_deg: float = Field(
+        default=45.0, ge=0.0, le=180.0, description="of the flights with J2 and drag"
+    )
+
+    @property
+    def elliptic(self) -> bool:
+        """Whether the model is that of an eccentric orbit."""
+        return self.eccentricity > 0.0 and self.motion != "circular"
+
+    def mean_motion(self) -> float:
+        """rad/s."""
+        if self.mean_motion_rad_s is not None:
+            return self.mean_motion_rad_s
+        assert self.altitude_km is not None  # the scenario checks it
+        return ClohessyWiltshire.at_altitude(1e3 * self.altitude_km).mean_motion_rad_s
+
+
+class Start(Table):
+    """Position and velocity at the first impulse."""
+
+    x_m: float = Field(ge=-LONGEST_M, le=LONGEST_M)
+    z_m: float = Field(default=0.0, ge=-LONGEST_M, le=LONGEST_M)
+    y_m: float = Field(default=0.0, ge=-LONGEST_M, le=LONGEST_M)
+    vx_m_s: float = Field(default=0.0, ge=-100.0, le=100.0)
+    vy_m_s: float = Field(default=0.0, ge=-100.0, le=100.0)
+    vz_m_s: float = Field(default=0.0, ge=-100.0, le=100.0)
+
+    def state(self) -> Array:
+        """(6,), frame (R, T, N)."""
+        position = LVLH.T @ np.array([self.x_m, self.y_m, self.z_m])
+        velocity = LVLH.T @ np.array([self.vx_m_s, self.vy_m_s, self.vz_m_s])
+        return np.concatenate([position, velocity])
+
+
+class Capture(Table):
+    """Where the chaser is at the end, and with which velocity if an impulse at the end is to match one."""
+
+    x_m: float = Field(ge=-LONGEST_M, le=LONGEST_M)
+    z_m: float = Field(ge=-LONGEST_M, le=LONGEST_M)
+    y_m: float = Field(default=0.0, ge=-LONGEST_M, le=LONGEST_M)
+    vx_m_s: float | None = Field(default=None, ge=-100.0, le=100.0)
+    vy_m_s: float | None = Field(default=None, ge=-100.0, le=100.0)
+    vz_m_s: float | None = Field(default=None, ge=-100.0, le=100.0)
+
+    def position(self) -> Array:
+        """(3,), frame (R, T, N)."""
+        return np.asarray(LVLH.T @ np.array([self.x_m, self.y_m, self.z_m]))
+
+    def velocity(self) -> Array | None:
+        """(3,), frame (R, T, N); components that are not given are 0. None where none is given."""
+        given = (self.vx_m_s, self.vy_m_s, self.vz_m_s)
+        if given == (None, None, None):
+            return None
+        return np.asarray(LVLH.T @ np.array([each or 0.0 for each in given]))
+
+
+class ImpulseTimes(Table):
+    """How many impulses there are, and when: equally spaced, the second one's time free, or as many as pay."""
+
+    count: int | None = Field(default=None, ge=2, le=64, description="4 for equal, 2 for free timing")
+    timing: Literal["equal", "free", "generated"] = "equal"
+
+
+class Scenario(BaseScenario):
+    """One approach that stays safe without engines: target, start, capture point, keep-out, timing, cost."""
+
+    mission: Literal["passive_safety"]
+    compare_with: str | None = Field(
+        default=None,
+        pattern="^row[1-8](_printed)?$",
+        description="a row of the paper's tables and its constants",
+    )
+    target: Target
+    start: Start
+    capture: Capture
+    capture_box_m: float = Field(default=0.0, ge=0.0, le=1e3, description="by axis, half a side")
+    keep_out_m: float = Field(ge=0.0, le=LONGEST_M)
+    duration_s: Positive = Field(le=1e6)
+    impulses: ImpulseTimes = ImpulseTimes()
+    condition: Literal["short", "beyond", "none"]
+    safety: Literal["cone", "samples"] = "cone"
+    samples: int | None = Field(default=None, ge=8, le=1000, description="an orbit; 36")
+    interruption_orbits: Literal[0, 1, 2] = 0
+    cost: Literal["norms", "absolutes"] = "norms"
+    uncertainty: Uncertainty | None = None
+
+    @model_validator(mode="after")
+    def _physics(self) -> Self:
+        refuse(physical_complaints(self))
+        return self
+
+
+def load_scenario(path: str | PathLike[str], settings: Mapping[str, Any] | None = None) -> Scenario:
+    """Read and check a scenario file; `settings` override keys. Raises `orbsoc.guidance.scenario_file.ScenarioError`."""
+    return load(Scenario, path, settings)
+
+
+def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
+    """What contradicts physics or itself, most basic first."""
+    yield from _target_complaints(scenario)
+    yield from _keep_out_complaints(scenario)
+    yield from _condition_complaints(scenario)
+    yield from _timing_complaints(scenario)
+    yield from _ignored_complaints(scenario)
+
+
+def _target_complaints(scenario: Scenario) -> Iterator[Complaint]:
+    target = scenario.target
+    if target.mean_motion_rad_s is None and target.altitude_km is None:
+        yield Complaint("target.mean_motion_rad_s", "", "is missing; give it or target.altitude_km")
+        return
+    if target.mean_motion_rad_s is not None and target.altitude_km is not None:
+        value = f"{target.altitude_km:g}"
+        yield Complaint(
+            "target.altitude_km", value, "target.mean_motion_rad_s is given too; give one of them"
+        )
+        return
+    sma_m = (EARTH.mu_m3_s2 / target.mean_motion() ** 2) ** (1 / 3)
+    most = 1.0 - EARTH.earth_radius_m / sma_m
+    if target.eccentricity >= most:
+        value = f"{target.eccentricity:g}"
+        yield Complaint(
+            "target.eccentricity", value, f"the perigee is in the ground; must be below {most:.4f}"
+        )
+    if target.elliptic and scenario.safety == "cone":
+        allowed = (
+            "for all time only about a circular target, for its cone is of Clohessy–Wiltshire;"
+            f" with target.eccentricity = {target.eccentricity:g} must be 'samples'"
+        )
+        yield Complaint("safety", "'cone'", allowed)
+
+
+def _keep_out_complaints(scenario: Scenario) -> Iterator[Complaint]:
+    keep_out_m = scenario.keep_out_m
+    if keep_out_m == 0.0:
+        if scenario.condition != "none":
+            yield Complaint("condition", repr(scenario.condition), "without keep_out_m must be 'none'")
+        return
+    away = float(np.linalg.norm(scenario.start.state()[:3]))
+    if away <= keep_out_m:
+        value = f"{scenario.start.x_m:g}"
+        yield Complaint(
+            "start.x_m", value, f"{away:.6g} m from the target, inside keep_out_m = {keep_out_m:g}"
+        )
+    if abs(scenario.capture.z_m) < keep_out_m:
+        value = f"{scenario.capture.z_m:g}"
+        allowed = f"inside keep_out_m: must be at least {keep_out_m:g} below the target, or above it"
+        yield Complaint("capture.z_m", value, allowed)
+
+
+def _condition_complaints(scenario: Scenario) -> Iterator[Complaint]:
+    start = scenario.start
+    if scenario.condition == "none":
+        if scenario.keep_out_m and start.x_m == 0.0:
+            yield Complaint("start.x_m", "0", "must be ahead of the target or behind it")
+        return
+    moving = {key: getattr(start, key) for key in ("z_m", "y_m", "vx_m_s", "vy_m_s", "vz_m_s")}
+    for key, value in moving.items():
+        if value != 0.0:
+            allowed = (
+                f"condition = {scenario.condition!r} starts at rest on the V-bar, so must be 0;"
+                " with condition = 'none' any start is taken"
+            )
+            yield Complaint(f"start.{key}", f"{value:g}", allowed)
+    if scenario.condition == "beyond" and scenario.target.elliptic:
+        yield Complaint("condition", "'beyond'", "about an eccentric target must be 'short' or 'none'")
+
+
+def _timing_complaints(scenario: Scenario) -> Iterator[Complaint]:
+    half_s = pi / scenario.target.mean_motion()
+    count = scenario.impulses.count or DEFAULT_COUNT.get(scenario.impulses.timing, 2)
+    if scenario.impulses.timing == "equal" and scenario.keep_out_m:
+        last = count - (scenario.capture.velocity() is not None)
+        if scenario.duration_s / last >= half_s:
+            allowed = (
+                f"impulse 2 at {scenario.duration_s / last:.6g} s comes half an orbit or more after the first, when its"
+                f" drift is back on the other side of the V-bar; must be below {last * half_s:.6g} with {count} impulses"
+            )
+            yield Complaint("duration_s", f"{scenario.duration_s:g}", allowed)
+    if scenario.interruption_orbits:
+        orbits = str(scenario.interruption_orbits)
+        if scenario.condition != "short":
+            allowed = f"condition = {scenario.condition!r} cannot be made so; must be 0 unless it is 'short'"
+            yield Complaint("interruption_orbits", orbits, allowed)
+        if scenario.impulses.timing != "generated":
+            allowed = "two impulses cannot be made so; needs impulses.timing = 'generated'"
+            yield Complaint("interruption_orbits", orbits, allowed)
+
+
+def _ignored_complaints(scenario: Scenario) -> Iterator[Complaint]:
+    impulses, target = scenario.impulses, scenario.target
+    if impulses.count is not None and impulses.timing == "generated":
+        allowed = "timing = 'generated' takes as many as pay; leave it out"
+        yield Complaint("impulses.count", str(impulses.count), allowed)
+    if scenario.samples is not None and scenario.safety == "cone":
+        yield Complaint("samples", str(scenario.samples), "safety = 'cone' takes no samples; leave it out")
+    if target.motion is not None and not target.eccentricity:
+        yield Complaint("target.motion", repr(target.motion), "a circular target has one model; leave it out")
+    if target.true_anomaly_deg and not target.eccentricity:
+        value = f"{target.true_anomaly_deg:g}"
+        yield Complaint("target.true_anomaly_deg", value, "a circular target has none; leave it out")
+    if scenario.uncertainty is not None and scenario.safety == "samples":
+        yield Complaint("safety", "'samples'", "with [uncertainty] must be 'cone', whose margins are exact")
+    if scenario.uncertainty is not None and not scenario.keep_out_m:
+        yield Complaint("keep_out_m", "0", "there is nothing to keep a margin from; leave [uncertainty] out")

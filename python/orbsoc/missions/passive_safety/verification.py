@@ -1,0 +1,283 @@
+"""Fly the plan by integrators that the optimiser does not use, and judge every condition of the scenario.
+
+Twice: the linear equations of relative motion by DOP853, on which the conditions are judged, and target and chaser each
+about the Earth with J2 and drag, whose differences are told.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, isfinite
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp  # pyright: ignore[reportUnknownVariableType]
+
+from orbsoc.guidance.impulses import ImpulseProgramme
+from orbsoc.guidance.relative_flight import TRUTHS, drifts, fly
+from orbsoc.guidance.safety import CutBurn, audit_cut_burns
+from orbsoc.orbit import PropagationError, state_from_elements
+
+from . import problem
+from .approach import Approach, cone_rows
+from .scenario import DEFAULT_SAMPLES
+
+Array = NDArray[np.float64]
+
+LIMIT_M = 0.01
+"""Within which a condition on a length counts as kept."""
+LIMIT_M_S = 1e-5
+SAMPLES = 720
+"""An orbit, of drifts that are judged and drawn."""
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One condition of the scenario: by how much it is kept (negative: broken), in its unit, and when."""
+
+    name: str
+    margin: float
+    unit: str
+    at_s: float
+
+    @property
+    def kept(self) -> bool:
+        return self.margin >= -(LIMIT_M if self.unit == "m" else LIMIT_M_S)
+
+    def to_dict(self) -> dict[str, Any]:
+        """A row of `constraints` in plan.json."""
+        return {"name": self.name, "margin": self.margin, "unit": self.unit, "at_s": self.at_s}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Truth:
+    """The programme about the Earth: how far from the capture point it ends, how near to the target the drift after the
+    first impulse comes and how deep into the half-space those after the others stay, m; track (K, 3) and those drifts."""
+
+    name: str
+    capture_miss_m: float
+    first_range_m: float
+    least_depth_m: float
+    track: Array
+
+    def to_dict(self) -> dict[str, Any]:
+        found = {name: getattr(self, name) for name in ("capture_miss_m", "first_range_m", "least_depth_m")}
+        return {name: value if isfinite(value) else None for name, value in found.items()}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Verification:
+    """What the flights found. Tracks: positions (K, 3) in (R, T, N) at times_s (K,), and of each drift (N, SAMPLES + 1, 3)
+    over one orbit after its impulse."""
+
+    times_s: Array
+    track: Array
+    after: Array
+    drifts: Array
+    drift_times_s: Array
+    terminal_position_m: float
+    terminal_velocity_m_s: float
+    checks: tuple[Check, ...]
+    cuts: tuple[CutBurn, ...]
+    cuts_within_orbits: tuple[CutBurn, ...]
+    """For the orbits of `interruption_orbits`; empty without."""
+    truths: tuple[Truth, ...]
+
+    @property
+    def verified(self) -> bool:
+        return all(check.kept for check in self.checks)
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """Every condition that is broken, in words."""
+        return tuple(
+            f"{check.name} is broken by {-check.margin:.3g} {check.unit} at {check.at_s:.0f} s"
+            for check in self.checks
+            if not check.kept
+        )
+
+
+def verify(approach: Approach, programme: ImpulseProgramme) -> Verification:
+    """Fly a programme of this approach, the planner's or a user's. Raises PropagationError."""
+    model = _LinearFlight.of(approach)
+    times = np.unique(np.concatenate([np.linspace(0.0, approach.duration_s, 361), programme.times_s]))
+    states, after, anomalies = model.flown(programme, approach.start, times)
+    lapse = np.linspace(0.0, approach.period_s, SAMPLES + 1)
+    free = model.coasted(after, anomalies, lapse)
+    end = states[-1].copy()
+    if programme.times_s[-1] == times[-1]:
+        end[3:] = after[-1][3:]
+    wanted = approach.capture_velocity
+    axes = list(approach.axes)
+    return Verification(
+        times_s=times,
+        track=states[:, :3],
+        after=after,
+        drifts=np.moveaxis(free[:, :, :3], 0, 1),
+        drift_times_s=lapse,
+        terminal_position_m=float(np.linalg.norm((end[:3] - approach.capture)[axes])),
+        terminal_velocity_m_s=0.0 if wanted is None else float(np.linalg.norm((end[3:] - wanted)[axes])),
+        checks=tuple(_checks(approach, programme, model, states, times, after, anomalies, end)),
+        cuts=_cuts(approach, programme, inf),
+        cuts_within_orbits=_cuts(approach, programme, float(approach.scenario.interruption_orbits)),
+        truths=tuple(_truth(approach, programme, name) for name in TRUTHS),
+    )
+
+
+def _cuts(approach: Approach, programme: ImpulseProgramme, orbits: float) -> tuple[CutBurn, ...]:
+    if orbits == 0.0 or not len(programme):
+        return ()
+    return audit_cut_burns(
+        programme, approach.start, approach.motion, approach.keep_out_m,
+        mean_motion_rad_s=approach.mean_motion_rad_s, orbits=orbits, circular=approach.circular,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class _LinearFlight:
+    """R̈ = 2ν̇Ṫ + ν̈T + ν̇²R + 2μR/r³, T̈ = −2ν̇Ṙ − ν̈R + ν̇²T − μT/r³, N̈ = −μN/r³ about a Kepler orbit, by DOP853."""
+
+    mean_motion_rad_s: float
+    ecc: float
+    start_rad: float
+
+    @classmethod
+    def of(cls, approach: Approach) -> _LinearFlight:
+        ecc = 0.0 if approach.circular else approach.scenario.target.eccentricity
+        return cls(approach.mean_motion_rad_s, ecc, approach.orbit().true_anomaly_rad)
+
+    def coasted(self, states: Array, anomalies: Array, times_s: Array) -> Array:
+        """States (K, B, 6) at times after states (B, 6) at which the target's true anomalies are (B,)."""
+        return self._run(states, anomalies, times_s)[:, :, :6]
+
+    def flown(self, programme: ImpulseProgramme, start: Array, times_s: Array) -> tuple[Array, Array, Array]:
+        """States (K, 6) before the impulse of their time, and after each impulse (N, 6) with the anomalies there (N,)."""
+        rows = np.empty((times_s.size, 7))
+        rows[0] = *start, self.start_rad
+        after = np.empty((len(programme), 7))
+        ends = [*np.searchsorted(times_s, programme.times_s).tolist(), times_s.size - 1]
+        state, at = rows[0], 0
+        for k, until in enumerate(ends):
+            if until > at:
+                arc = self._run(state[None, :6], state[6:], times_s[at : until + 1] - times_s[at])
+                rows[at + 1 : until + 1] = arc[1:, 0]
+                state, at = rows[until], until
+            if k < len(programme):
+                after[k] = state
+                after[k, 3:6] += programme.dv_m_s[k]
+                state = after[k]
+        return rows[:, :6], after[:, :6], after[:, 6]
+
+    def _run(self, states: Array, anomalies: Array, times_s: Array) -> Array:
+        n, e = self.mean_motion_rad_s, self.ecc
+        k = n * (1.0 - e * e) ** -1.5  # ν̇ = k (1 + e cos ν)², μ/r³ = k² (1 + e cos ν)³
+        scale = np.array([1.0, 1.0, 1.0, n, n, n, 1e-3])
+        count = len(states)
+
+        def rate(_: float, flat: Array) -> Array:
+            x, y, z, vx, vy, vz, nu = (flat.reshape(count, 7) * scale).T
+            rho = 1.0 + e * np.cos(nu)
+            w, pull = k * rho**2, k**2 * rho**3
+            wdot = -2.0 * k**2 * e * np.sin(nu) * rho**3
+            ax = 2.0 * w * vy + wdot * y + w**2 * x + 2.0 * pull * x
+            ay = -2.0 * w * vx - wdot * x + w**2 * y - pull * y
+            return np.asarray((np.stack([vx, vy, vz, ax, ay, -pull * z, w], axis=1) / scale).ravel())
+
+        integrate: Any = cast(Any, solve_ivp)  # published without types
+        first = (np.column_stack([states, anomalies]) / scale).ravel()
+        found = integrate(
+            rate, (0.0, times_s[-1]), first, method="DOP853", t_eval=times_s, rtol=1e-11, atol=1e-8
+        )
+        if not found.success:
+            raise PropagationError(f"propagation stopped after t = {found.t[-1]:.6g} s: {found.message}")
+        return np.asarray(found.y.T.reshape(-1, count, 7) * scale)
+
+
+def _checks(
+    approach: Approach,
+    programme: ImpulseProgramme,
+    model: _LinearFlight,
+    states: Array,
+    times: Array,
+    after: Array,
+    anomalies: Array,
+    end: Array,
+) -> list[Check]:
+    scenario, n, keep_out = approach.scenario, approach.mean_motion_rad_s, approach.keep_out_m
+    axes, duration = list(approach.axes), approach.duration_s
+    off_m = (end[:3] - approach.capture)[axes]
+    miss = float(np.abs(off_m).max()) if scenario.capture_box_m else float(np.linalg.norm(off_m))
+    found = [Check(problem.CAPTURE, scenario.capture_box_m - miss, "m", duration)]
+    if approach.capture_velocity is not None:
+        off = float(np.linalg.norm((end[3:] - approach.capture_velocity)[axes]))
+        found.append(Check(problem.CAPTURE_VELOCITY, -off, "m/s", duration))
+    if not approach.guarded or not len(programme):
+        return found
+
+    def lapse(orbits: float, samples: int) -> Array:
+        return approach.period_s * np.arange(0, int(orbits * samples) + 1) / samples
+
+    def least(name: str, k: int, orbits: float, samples: int, weight: Array) -> Check:
+        """Of weight · position − keep-out over the drift after the k-th impulse."""
+        lapsed = lapse(orbits, samples)
+        depth = model.coasted(after[k : k + 1], anomalies[k : k + 1], lapsed)[:, 0, :3] @ weight
+        if samples != SAMPLES:
+            depth[0] = depth[-1] if approach.circular else inf  # the paper's samples begin after the impulse
+        at = int(depth.argmin())
+        return Check(name, float(depth[at]) - keep_out, "m", float(programme.times_s[k] + lapsed[at]))
+
+    deep, short = approach.side * np.eye(3)[0], -approach.ahead * np.eye(3)[1]
+    samples = SAMPLES if scenario.safety == "cone" else scenario.samples or DEFAULT_SAMPLES
+    first_s = float(programme.times_s[0])
+    if scenario.condition == "none" and approach.side * approach.start[0] >= keep_out:
+        found.append(least(problem.drift_name(1), 0, 1.0, samples, deep))
+    elif scenario.condition == "none":
+        found.append(least(problem.SHORT, 0, 1.0, problem.HALF_PLANE_SAMPLES, short))
+    else:
+        if approach.circular:
+            closed = abs(float(cone_rows(n)[0] @ after[0]))
+            found.append(Check(problem.CLOSED, -closed, "m", first_s))
+        if len(programme) > 1:
+            at = int(np.searchsorted(times, programme.times_s[1]))
+            depth = approach.side * float(states[at, 0]) - keep_out
+            found.append(Check(problem.CLEARED, depth, "m", float(times[at])))
+        if scenario.condition == "short":
+            found.append(least(problem.SHORT, 0, 1.0, SAMPLES, short))
+        else:
+            found.append(_encloses(approach, model, after[0], float(anomalies[0]), first_s))
+    for k in range(1, len(programme)):
+        found.append(least(problem.drift_name(k + 1), k, 1.0, samples, deep))
+    if scenario.interruption_orbits and len(programme) > 1:
+        orbits = float(scenario.interruption_orbits)
+        found.append(least(problem.UNINTERRUPTED, 1, orbits, problem.HALF_PLANE_SAMPLES, short))
+    return found
+
+
+def _encloses(approach: Approach, model: _LinearFlight, state: Array, anomaly: float, at_s: float) -> Check:
+    """The first drift passes around the target: at samples, by the paper's (8), its far vertex; otherwise everywhere."""
+    lapsed = np.linspace(0.0, approach.period_s, SAMPLES + 1)
+    track = model.coasted(state[None], np.array([anomaly]), lapsed)[:, 0, :3]
+    if approach.scenario.safety == "samples":
+        far = approach.ahead * track[:, 1]
+        k = int(far.argmax())
+        return Check(problem.BEYOND, float(far[k]) - approach.keep_out_m, "m", at_s + float(lapsed[k]))
+    away = np.linalg.norm(track, axis=1)
+    k = int(away.argmin())
+    return Check(problem.BEYOND, float(away[k]) - approach.keep_out_m, "m", at_s + float(lapsed[k]))
+
+
+def _truth(approach: Approach, programme: ImpulseProgramme, name: str) -> Truth:
+    target = np.concatenate(state_from_elements(approach.orbit()))
+    forces = TRUTHS[name]
+    times = np.linspace(0.0, approach.duration_s, 181)
+    flown = fly(programme, approach.start, target, times, forces)
+    free = drifts(flown.pairs_after, np.linspace(0.0, approach.period_s, SAMPLES + 1), forces)
+    depth = (approach.side * free[1:, :, 0]).min() if len(free) > 1 else inf
+    return Truth(
+        name=name,
+        capture_miss_m=float(np.linalg.norm(flown.states[-1, :3] - approach.capture)),
+        first_range_m=float(np.linalg.norm(free[0], axis=1).min()) if len(free) else inf,
+        least_depth_m=float(depth),
+        track=flown.states[:, :3],
+    )

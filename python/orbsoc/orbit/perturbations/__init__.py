@@ -1,0 +1,16 @@
+"""Coasting about the Earth with oblateness and drag, many states at once, with transition matrices."""
+
+from .atmosphere import density_kg_m3
+from .coast import coast, coast_with_transitions
+from .forces import EARTH_J2, J2, Drag, Force, PointMass
+
+__all__ = [
+    "EARTH_J2",
+    "J2",
+    "Drag",
+    "Force",
+    "PointMass",
+    "coast",
+    "coast_with_transitions",
+    "density_kg_m3",
+]

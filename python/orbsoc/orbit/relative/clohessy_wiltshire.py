@@ -1,0 +1,56 @@
+"""Relative motion about a circular orbit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, isfinite, sin, sqrt
+
+import numpy as np
+
+from ..array import Array
+from ..constants import EARTH, ConstantsSet
+
+
+@dataclass(frozen=True, slots=True)
+class ClohessyWiltshire:
+    """Motion relative to a target on a circular orbit, to first order in the distance over the radius.
+
+    R̈ = 2nṪ + 3n²R, T̈ = −2nṘ, N̈ = −n²N. Source: Clohessy & Wiltshire, J. Aerospace Sciences 27(9), 1960.
+    Raises ValueError unless the mean motion is positive and finite.
+
+    >>> ClohessyWiltshire(1e-3).transition(600.0, 0.0)[0, 0].round(6)  # 4 − 3 cos nt
+    np.float64(1.523993)
+    """
+
+    mean_motion_rad_s: float
+
+    def __post_init__(self) -> None:
+        if not (self.mean_motion_rad_s > 0.0 and isfinite(self.mean_motion_rad_s)):
+            raise ValueError(f"mean_motion_rad_s = {self.mean_motion_rad_s!r}: must be positive and finite")
+
+    @classmethod
+    def at_altitude(cls, altitude_m: float, constants: ConstantsSet = EARTH) -> ClohessyWiltshire:
+        """About a circular orbit at a height over the equatorial radius."""
+        radius = constants.earth_radius_m + altitude_m
+        if not radius > 0.0:
+            raise ValueError(f"altitude_m = {altitude_m!r}: must lie above the Earth's centre")
+        return cls(sqrt(constants.mu_m3_s2 / radius**3))
+
+    @property
+    def period_s(self) -> float:
+        return 2.0 * np.pi / self.mean_motion_rad_s
+
+    def transition(self, t1_s: float, t0_s: float) -> Array:
+        """The state transition matrix (6, 6) from t0_s to t1_s, frame (R, T, N)."""
+        n, dt = self.mean_motion_rad_s, t1_s - t0_s
+        s, c = sin(n * dt), cos(n * dt)
+        return np.array(
+            [
+                [4.0 - 3.0 * c, 0.0, 0.0, s / n, 2.0 * (1.0 - c) / n, 0.0],
+                [6.0 * (s - n * dt), 1.0, 0.0, 2.0 * (c - 1.0) / n, 4.0 * s / n - 3.0 * dt, 0.0],
+                [0.0, 0.0, c, 0.0, 0.0, s / n],
+                [3.0 * n * s, 0.0, 0.0, c, 2.0 * s, 0.0],
+                [6.0 * n * (c - 1.0), 0.0, 0.0, -2.0 * s, 4.0 * c - 3.0, 0.0],
+                [0.0, 0.0, -n * s, 0.0, 0.0, c],
+            ]
+        )

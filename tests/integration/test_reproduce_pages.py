@@ -1,0 +1,26 @@
+"""The pages `docs/reproduce-NNN.md` are what `orbsoc reproduce NNN` writes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from orbsoc.commands.app import app
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = sorted((ROOT / "docs").glob("reproduce-*.md"))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_a_page_is_what_the_command_writes(page: Path, tmp_path: Path) -> None:
+    number = page.stem.removeprefix("reproduce-")
+    arguments = ["reproduce", number, "--scenarios", str(ROOT / "scenarios"), "--out", str(tmp_path / "out")]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0, result.output
+    assert page.read_text(encoding="utf-8") == (tmp_path / "out" / "reproduce.md").read_text(encoding="utf-8")
+
+
+def test_there_are_pages() -> None:
+    assert PAGES
