@@ -23,7 +23,7 @@ def test_loose_bounds_cost_nothing(kind: str, bound: float) -> None:
         assert solution.iterations <= 35
 
 
-@pytest.mark.parametrize("seed", [0, 4])
+@pytest.mark.parametrize("seed", [4, 5])
 def test_second_differences_need_less_regularisation(seed: int) -> None:
     problem = second_differences(seed, 3000)
     assert orbsoc.solve(problem).status is Status.SOLVED

@@ -12,12 +12,15 @@ use crate::real::{Decide, Real};
 use std::time::{Duration, Instant};
 
 /// From a certified radius this many times the data's scale on, iterating further is pointless.
-const RADIUS_CONCLUSIVE: f64 = 1e6;
+const RADIUS_CONCLUSIVE: f64 = 1e8;
+/// … and so is a radius this many times its scale where κ/τ says "infeasible" as clearly as `EMBEDDING_CONCLUSIVE`.
+const RADIUS_SUFFICIENT: f64 = 1e6;
 /// A solve that meets the tolerance, but not this fraction of it, takes one iteration more: near the end an iteration
 /// gains two digits.
 const TOLERANCE_MARGIN: f64 = 0.2;
 /// The same after a warm start: the next problem of a sequence moves further than that.
 const WARM_TOLERANCE_MARGIN: f64 = 0.5;
+const EMBEDDING_CONCLUSIVE: f64 = 1e10;
 /// κ/τ from which the embedding leans towards infeasibility.
 const EMBEDDING_RATIO: f64 = 1e3;
 /// Iterations without a better iterate or a larger radius before a solve counts as stalled.
@@ -206,20 +209,21 @@ impl Control {
             self.stalled_iterations = 0;
             copy_lane(lane, w.point.iter().chain(&w.slack), &mut w.dual_certificate);
         }
-        match self.reason(settings) {
+        let clear = tau * EMBEDDING_CONCLUSIVE < kappa;
+        match self.reason(settings, if clear { RADIUS_SUFFICIENT } else { RADIUS_CONCLUSIVE }) {
             Some(stop) => Outcome::Done(stop),
             None => Outcome::Next,
         }
     }
 
-    fn reason(&mut self, settings: &Settings) -> Option<Stop> {
+    fn reason(&mut self, settings: &Settings, conclusive: f64) -> Option<Stop> {
         let met_before = core::mem::replace(&mut self.met, self.best <= settings.tol);
         let aim = if self.attempt == Attempt::Warm { WARM_TOLERANCE_MARGIN } else { TOLERANCE_MARGIN };
         if self.best <= aim * settings.tol || met_before {
             Some(Stop::Converged)
-        } else if self.primal_radius >= RADIUS_CONCLUSIVE {
+        } else if self.primal_radius >= conclusive {
             Some(Stop::PrimalCertificate)
-        } else if self.dual_radius >= RADIUS_CONCLUSIVE {
+        } else if self.dual_radius >= conclusive {
             Some(Stop::DualCertificate)
         } else if self.warm_start_fails() {
             Some(Stop::WarmStartRejected)

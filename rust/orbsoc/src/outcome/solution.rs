@@ -165,7 +165,7 @@ pub(crate) fn better_of(earlier: Option<&Solution>, later: Solution, tol_inaccur
         status => status == Status::Interrupted && !earlier.status.is_infeasible(),
     };
     let (status, message) = if stopped {
-        (later.status, format!("stopped in another walk; after the one before: {}", earlier.message))
+        (later.status, format!("stopped in a restart; the attempt before: {}", earlier.message))
     } else {
         (earlier.status, earlier.message.clone())
     };

@@ -73,7 +73,7 @@ fn the_better_status_counts_and_among_equals_the_smaller_residual() {
 #[test]
 fn a_solve_that_was_stopped_says_so() {
     let (_, _, message) = after((Status::NumericalLimit, 1e-7), (Status::MaxTime, 1e-3));
-    assert_eq!(message, "stopped in another walk; after the one before: residual 1e-7");
+    assert_eq!(message, "stopped in a restart; the attempt before: residual 1e-7");
     let (_, _, message) = after((Status::NumericalLimit, 1e-3), (Status::NumericalLimit, 1e-7));
     assert_eq!(message, "residual 1e-7");
 }
