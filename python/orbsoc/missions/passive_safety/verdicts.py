@@ -40,7 +40,7 @@ def cut_burns(plan: ApproachPlan) -> str:
         return "also if any burn stops half-way or anywhere else"
     worst = min(cuts, key=lambda cut: cut.distance_m)
     others = [str(cut.number) for cut in cuts if cut.distance_m < keep_out - LIMIT_M and cut is not worst]
-    words = f"not if burn {worst.number} stops half-way: {where(worst)}"
+    words = f"NOT if burn {worst.number} stops inside: {where(worst)}"
     if others:
         words += f"; burn{'s' if len(others) > 1 else ''} {' and '.join(others)} neither"
     orbits, within = plan.scenario.interruption_orbits, plan.verification.cuts_within_orbits
@@ -65,7 +65,5 @@ def where(cut: CutBurn) -> str:
     """How near the drift comes when a burn stops in the middle, and where it is worst."""
     hours = cut.after_s / 3600.0
     later = f"{hours:.1f} h" if hours < 100.0 else f"{hours / 24.0:.0f} days"
-    return (
-        f"{cut.half_m:.1f} m from the target at 50 %, at worst {cut.distance_m:.1f} m at {100.0 * cut.fraction:.3g} %,"
-        f" {later} later"
-    )
+    worst = f"{cut.distance_m:.1f} m from the target at {100.0 * cut.fraction:.3g} % of it, {later} later"
+    return f"{worst}, {cut.half_m:.1f} m at 50 %"
