@@ -11,29 +11,20 @@ pub struct Regularization<T> {
     pub shift_down: T,
     /// Pivots below this, in the direction of their sign, …
     pub floor: T,
-    /// … become this, or [`REPLACEMENT_FACTOR`] times as large as they are, whichever is more.
+    /// … become this.
     pub replacement: T,
 }
-
-/// A pivot of the wrong sign is the rounding error of the terms that cancelled. A replacement that is smaller than this
-/// error would make the factor explode; one that is larger only damps a direction that is unknown anyway.
-const REPLACEMENT_FACTOR: f64 = 100.0;
 
 /// The pivot with static and dynamic regularisation, by its known sign.
 #[inline(always)]
 pub fn regularized<T: Real>(pivot: T, positive: bool, by: Regularization<T>) -> T {
     if positive {
         let pivot = pivot + by.shift_up;
-        T::select(pivot.lt(by.floor), replacement(pivot, by), pivot)
+        T::select(pivot.lt(by.floor), by.replacement, pivot)
     } else {
         let (pivot, ceiling) = (pivot - by.shift_down, -by.floor);
-        T::select(ceiling.lt(pivot), -replacement(pivot, by), pivot)
+        T::select(ceiling.lt(pivot), -by.replacement, pivot)
     }
-}
-
-#[inline(always)]
-fn replacement<T: Real>(pivot: T, by: Regularization<T>) -> T {
-    by.replacement.max(T::constant(REPLACEMENT_FACTOR) * pivot.abs())
 }
 
 /// The column as it is into `y`, and divided by its pivot.
