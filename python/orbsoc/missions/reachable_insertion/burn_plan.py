@@ -11,18 +11,32 @@ from orbsoc.guidance.scp import ExitReason, Iteration, Outcome
 from orbsoc.orbit import EARTH, CanonicalUnits
 
 from .problems import Iterate
+from .proof import Proof
 from .scenario import Scenario
 from .target import TargetOrbit
 from .verification import Verification
 
 
+COLD = "thrust along the velocity"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Stage:
-    """One run of the sequence on one grid; `note` says why it was run."""
+    """One run of the sequence on one grid; `note` says why it was run, `start` from where it set out."""
 
     nodes: int
     note: str
     outcome: Outcome[Iterate]
+    start: str = COLD
+    ignition_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class LaterIgnition:
+    """A burn that starts later, flown, not estimated: how long the coast and the burn take."""
+
+    ignition_s: float
+    burn_s: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,6 +55,12 @@ class BurnPlan:
     stages: tuple[Stage, ...]
     iterate: Iterate
     verification: Verification | None
+    proof: Proof | None = None
+    """Why no burn reaches the target, of an INFEASIBLE plan."""
+    ignition_s: float = 0.0
+    """Coast on the first orbit before the burn."""
+    later: LaterIgnition | None = None
+    """A coast that would shorten the burn or make one possible, where it was looked for and found."""
 
     @property
     def subproblems(self) -> tuple[Iteration, ...]:

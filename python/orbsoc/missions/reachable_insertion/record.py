@@ -14,7 +14,7 @@ from orbsoc.orbit import EARTH, CanonicalUnits, Elements, pitch_yaw
 
 from .burn_plan import BurnPlan
 from .paper import compare
-from .verdicts import verdict, violations
+from .verdicts import starts_tried, verdict, violations
 
 Array = NDArray[np.float64]
 
@@ -55,6 +55,15 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
         "violations": [
             {"row": v.row.value, "value_canonical": v.value, "words": v.words} for v in violations(plan)
         ],
+        "starts": starts_tried(plan),
+        "proof": plan.proof
+        and {
+            "what": plan.proof.what,
+            "needed_m_s": plan.proof.needed * CanonicalUnits.of(EARTH).speed_m_s,
+            "available_m_s": plan.proof.available * CanonicalUnits.of(EARTH).speed_m_s,
+        },
+        "ignition_s": plan.ignition_s,
+        "later_ignition": plan.later and asdict(plan.later),
         "scp_iterations": len(plan.subproblems),
         "nodes": plan.trajectory.grid.size,
         "stages": [
@@ -118,6 +127,8 @@ def attitude_programme(plan: BurnPlan) -> Array | None:
     """
     if plan.verification is None or plan.status is not PlanStatus.VERIFIED:
         return None
+    if plan.time_of_flight_s == 0.0:
+        return np.empty((0, len(ATTITUDE_COLUMNS)))
     flight = plan.verification.flight
     pitch, yaw = pitch_yaw(flight.direction)
     return np.column_stack([flight.times_s, np.rad2deg(pitch), np.rad2deg(yaw), flight.direction])

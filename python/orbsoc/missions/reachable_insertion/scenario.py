@@ -33,17 +33,26 @@ class Target(State):
 
 
 class BurnTime(Table):
-    """Burn time: the first guess of `min_time`, the given time of `max_energy`."""
+    """Burn time: the first guess of `min_time`, the given time of `max_energy`; and when the burn may begin."""
 
     duration_s: Positive
+    ignition: Literal["now", "free"] = Field(
+        default="now", description="free: after a coast on the first orbit, of the length that shortens the burn most"
+    )
+    latest_ignition_s: float | None = Field(
+        default=None, gt=0.0, le=1.0e6, description="of ignition = free; one revolution by default"
+    )
+
+
+MOST_NODES = 128
 
 
 class Method(Table):
     """How to solve; the defaults are those of the acceptance tests."""
 
-    nodes: int = Field(default=12, ge=2, le=128, description="Legendre–Gauss nodes")
+    nodes: int = Field(default=12, ge=2, le=MOST_NODES, description="Legendre–Gauss nodes")
     max_nodes: int = Field(
-        default=48, ge=2, le=128, description="finest grid an unverified plan is refined to"
+        default=48, ge=2, le=MOST_NODES, description="finest grid an unverified plan is refined to"
     )
     max_iterations: int = Field(default=30, ge=1, le=1000, description="of the sequence, per grid")
     slack_weight: Positive = Field(default=100.0, description="L1 weight of terminal slack, canonical units")
@@ -123,7 +132,13 @@ def _mass_complaints(scenario: Scenario) -> Iterator[Complaint]:
 
 
 def _problem_complaints(scenario: Scenario) -> Iterator[Complaint]:
-    method, target = scenario.method, scenario.target
+    method, target, burn = scenario.method, scenario.target, scenario.burn
+    if burn.latest_ignition_s is not None and burn.ignition == "now":
+        yield Complaint(
+            "burn.latest_ignition_s", f"{burn.latest_ignition_s:g}", 'needs burn.ignition = "free"'
+        )
+    if burn.ignition == "free" and scenario.problem != "min_time":
+        yield Complaint("burn.ignition", "'free'", f"problem = {scenario.problem!r} ignites now; must be 'now'")
     if method.max_nodes < method.nodes:
         yield Complaint(
             "method.max_nodes", str(method.max_nodes), f"must be at least method.nodes = {method.nodes}"

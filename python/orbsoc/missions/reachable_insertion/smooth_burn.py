@@ -169,19 +169,28 @@ def corrected(
     return Law(x[:-1].reshape(degree + 1, 3), float(np.exp(x[-1]))), float(np.abs(found).max())
 
 
-FASTEST_TURN = 15.0
-"""rad per burn, of a law that a grid can follow: thrust that reverses within a fifth of the burn."""
+NODES_PER_TURN = 7.5
+"""Per rad/burn of the fastest turn, on which the interpolant of nodal directions follows a law.
+
+A straight law p₀ + p₁τ turns at 2/ε rad/burn at most, where ε is the distance of its complex poles from the burn; the error
+of N nodes falls with (1 + ε)^−N, and 15/ε of them leave e^−15 of it.
+"""
 SHORTENED = (0.03, 0.01, 3e-3, 1e-3, 3e-4)
 """Shares of its duration by which a law is shortened, step by step."""
 
 
-def shortened(burn: Burn, target: TargetOrbit, law: Law) -> Law:
-    """A law that has reached the orbit, of ever shorter duration as long as it still does and does not turn too fast."""
+def nodes_for(law: Law) -> int:
+    """Nodes of a grid that follows the law."""
+    return int(np.ceil(NODES_PER_TURN * law.fastest_turn))
+
+
+def shortened(burn: Burn, target: TargetOrbit, law: Law, most_nodes: int) -> Law:
+    """A law that has reached the orbit, of ever shorter duration as long as it still does and a grid follows it."""
     for share in SHORTENED:
         while True:
             shorter = replace(law, duration=law.duration * (1.0 - share))
             found, miss = corrected(burn, target, shorter, free_duration=False, iterations=12)
-            if miss > MISS or found.fastest_turn > FASTEST_TURN:
+            if miss > MISS or nodes_for(found) > most_nodes:
                 break
             law = found
     return law
