@@ -78,10 +78,17 @@ def unreachable(seed: int, number: int) -> Mission:
     orbit = elements_from_state(start[:3], start[3:])
     delta_v = vehicle.thrust_n / vehicle.mass_flow_kg_s * np.log(vehicle.mass_kg / vehicle.dry_mass_kg)
     speed = float(np.linalg.norm(start[3:]))
-    if number % 2:
-        # Turning by an angle costs 2 v sin(angle/2) where v is least; a burn of a quarter orbit does not triple r.
-        tilt = 2.0 * np.arcsin(min(1.0, 2.5 * (delta_v + 500.0) / speed))
-        target = Elements(orbit.sma_m, orbit.ecc, (orbit.inc_rad + tilt) % np.pi, orbit.raan_rad, orbit.argp_rad, 0.0)
+    slowest = (
+        speed
+        if orbit.ecc > 1.0
+        else float(np.sqrt(EARTH.mu_m3_s2 / orbit.sma_m * (1 - orbit.ecc) / (1 + orbit.ecc)))
+    )
+    # Turning by an angle costs 2 v sin(angle/2) where v is least.
+    sine = 1.5 * (delta_v + 500.0) / (2.0 * slowest)
+    if number % 2 and sine < 0.7:
+        tilt = 2.0 * np.arcsin(sine)
+        inc = orbit.inc_rad + (tilt if orbit.inc_rad + tilt < np.pi else -tilt)
+        target = Elements(orbit.sma_m, orbit.ecc, inc, orbit.raan_rad, orbit.argp_rad, 0.0)
     else:
         energy = 0.5 * (speed + 2.0 * delta_v + 500.0) ** 2 - EARTH.mu_m3_s2 / np.linalg.norm(start[:3])
         sma = -EARTH.mu_m3_s2 / (2.0 * energy)
@@ -119,7 +126,10 @@ def _constructed(kind: str, name: str, random: np.random.Generator) -> Mission |
         burn_s, end = 0.0, np.concatenate([r, v])
     else:
         flown = propagate_burn(
-            np.concatenate([r, v]), thruster, _programme(kind, r, v, burn_s, random), np.linspace(0.0, burn_s, 21)
+            np.concatenate([r, v]),
+            thruster,
+            _programme(kind, r, v, burn_s, random),
+            np.linspace(0.0, burn_s, 21),
         )
         if np.linalg.norm(flown[:, :3], axis=1).min() < EARTH.earth_radius_m + LOWEST_M:
             return None
@@ -259,7 +269,16 @@ def answer(made: Mission) -> Answer:
     cpu_s = time.process_time() - started
     if found is None:
         return Answer(
-            made.scenario.name, made.kind, "traceback", float("nan"), made.burn_s, float("nan"), 0, 0, cpu_s, words
+            made.scenario.name,
+            made.kind,
+            "traceback",
+            float("nan"),
+            made.burn_s,
+            float("nan"),
+            0,
+            0,
+            cpu_s,
+            words,
         )
     burn_s = found.time_of_flight_s
     ratio = burn_s / made.burn_s if made.burn_s else 1.0 + burn_s

@@ -140,12 +140,12 @@ def test_report_is_self_contained_and_puts_the_verdict_first(rec1: tuple[Path, R
     assert "None" not in page.text
 
 
-def test_infeasible_scenario_exits_1_with_words_a_report_and_no_attitude(tmp_path: Path) -> None:
+def test_target_not_found_exits_1_with_words_a_report_and_no_attitude(tmp_path: Path) -> None:
     folder = tmp_path / "out"
     arguments = ("--problem", "max_energy", "--deadline-ms", "1e6", "--out", folder)
     result = invoke("plan", SCENARIOS / "paper004_insertion.toml", *arguments)
     assert result.exit_code == 1
-    assert "INFEASIBLE: a burn of 63.000 s" in result.stdout
+    assert "NOT FOUND: no burn of 63.000 s" in result.stdout
     assert "orbit plane tilted by 0.0304°" in result.stdout
     assert sorted(path.name for path in folder.iterdir()) == ["hardware.json", "plan.json", "report.html"]
     page = Page((folder / "report.html").read_text(encoding="utf-8"))
@@ -185,8 +185,8 @@ def test_target_out_of_reach_ends_in_words_a_report_and_one_object(
     assert result.exit_code == 1, result.output
     assert "Traceback" not in result.stderr
     printed = json.loads(result.stdout)
-    assert printed["status"] in ("infeasible", "failed")
-    assert printed["verdict"].startswith(("INFEASIBLE: ", "NO ANSWER: "))
+    assert printed["status"] in ("infeasible", "not_found", "failed")
+    assert printed["verdict"].startswith(("INFEASIBLE: ", "NOT FOUND: ", "NO ANSWER: "))
     assert printed["verdict"] in result.stderr
     page = Page((tmp_path / "out" / "report.html").read_text(encoding="utf-8"))
     assert printed["verdict"] in page.text

@@ -133,10 +133,10 @@ def test_documented_scenario_plans_the_same_again() -> None:
     assert again.time_of_flight_s == planned().time_of_flight_s
 
 
-def test_infeasible_document_promises_no_orbit_and_no_attitude(tmp_path: Path) -> None:
+def test_document_of_nothing_found_promises_no_orbit_and_no_attitude(tmp_path: Path) -> None:
     found = planned("paper004_insertion", "max_energy")
     document = json.loads(json.dumps(plan_document(found), allow_nan=False))
-    assert document["status"] == "infeasible"
+    assert document["status"] == "not_found"
     assert document["orbit"] is None
     assert document["propagated_orbit"] is None
     assert document["violations"][0]["row"] == "orbit plane, lean across the perigee line"

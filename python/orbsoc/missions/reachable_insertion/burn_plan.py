@@ -31,14 +31,6 @@ class Stage:
     ignition_s: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class LaterIgnition:
-    """A burn that starts later, flown, not estimated: how long the coast and the burn take."""
-
-    ignition_s: float
-    burn_s: float
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class BurnPlan:
     """What was planned, how, and what the propagation says of it.
@@ -59,8 +51,6 @@ class BurnPlan:
     """Why no burn reaches the target, of an INFEASIBLE plan."""
     ignition_s: float = 0.0
     """Coast on the first orbit before the burn."""
-    later: LaterIgnition | None = None
-    """A coast that would shorten the burn or make one possible, where it was looked for and found."""
 
     @property
     def subproblems(self) -> tuple[Iteration, ...]:

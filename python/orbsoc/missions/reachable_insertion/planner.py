@@ -13,7 +13,7 @@ from orbsoc.guidance.scp import Iteration, Rules, Solve
 
 from .burn_plan import BurnPlan
 from .comparison import differences
-from .ignition import best_ignition, later_ignition
+from .ignition import LaterIgnition, best_ignition, later_ignition
 from .made_ready import MadeReady
 from .paper import compare
 from .plots import draw_figures
@@ -34,6 +34,11 @@ COLUMNS = {
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan(BurnPlan):
     """A plan as `guidance.mission.Plan` has it."""
+
+    @property
+    def later(self) -> LaterIgnition | None:
+        """A later ignition that shortens the burn or makes one possible; looked for when first asked."""
+        return later_ignition(self)
 
     def to_dict(self) -> dict[str, Any]:
         return plan_document(self)
@@ -90,7 +95,6 @@ def _conclude(found: Found) -> Plan:
         verification=found.verification,
         proof=found.proof,
         ignition_s=ready.ignition_s,
-        later=later_ignition(found) if found.may_gain_by_waiting else None,
     )
 
 

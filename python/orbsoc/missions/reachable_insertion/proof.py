@@ -36,8 +36,7 @@ def proof_of_infeasibility(
     r, v = burn.start[:3], burn.start[3:]
     radius = float(np.linalg.norm(r))
     delta_v = -burn.acceleration / burn.flow * float(np.log1p(-burn.flow * duration))
-    # one part in a million more, so that rounding proves nothing
-    has = delta_v * (1.0 + 1e-6)
+    has = delta_v * (1.0 + 1e-6) + 1e-9  # so that rounding proves nothing
     first = float(np.sqrt(max(0.0, v @ v + 2.0 / GROUND - 2.0 / radius)))
     fastest = first + delta_v
     lift = max(0.25 * fastest**4, fastest**2 / GROUND - 1.0 / GROUND**2, 0.0)

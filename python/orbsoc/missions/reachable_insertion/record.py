@@ -13,6 +13,7 @@ from orbsoc.guidance.scp import Rules
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements, pitch_yaw
 
 from .burn_plan import BurnPlan
+from .ignition import later_ignition
 from .paper import compare
 from .verdicts import starts_tried, verdict, violations
 
@@ -63,7 +64,7 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
             "available_m_s": plan.proof.available * CanonicalUnits.of(EARTH).speed_m_s,
         },
         "ignition_s": plan.ignition_s,
-        "later_ignition": plan.later and asdict(plan.later),
+        "later_ignition": (later := later_ignition(plan)) and asdict(later),
         "scp_iterations": len(plan.subproblems),
         "nodes": plan.trajectory.grid.size,
         "stages": [

@@ -37,7 +37,8 @@ class BurnTime(Table):
 
     duration_s: Positive
     ignition: Literal["now", "free"] = Field(
-        default="now", description="free: after a coast on the first orbit, of the length that shortens the burn most"
+        default="now",
+        description="free: after a coast on the first orbit, of the length that shortens the burn most",
     )
     latest_ignition_s: float | None = Field(
         default=None, gt=0.0, le=1.0e6, description="of ignition = free; one revolution by default"
@@ -138,7 +139,9 @@ def _problem_complaints(scenario: Scenario) -> Iterator[Complaint]:
             "burn.latest_ignition_s", f"{burn.latest_ignition_s:g}", 'needs burn.ignition = "free"'
         )
     if burn.ignition == "free" and scenario.problem != "min_time":
-        yield Complaint("burn.ignition", "'free'", f"problem = {scenario.problem!r} ignites now; must be 'now'")
+        yield Complaint(
+            "burn.ignition", "'free'", f"problem = {scenario.problem!r} ignites now; must be 'now'"
+        )
     if method.max_nodes < method.nodes:
         yield Complaint(
             "method.max_nodes", str(method.max_nodes), f"must be at least method.nodes = {method.nodes}"

@@ -94,14 +94,6 @@ class Found:
             return PlanStatus.INFEASIBLE
         return PlanStatus.NOT_FOUND if self.reason is ExitReason.INFEASIBLE else PlanStatus.FAILED
 
-    @property
-    def may_gain_by_waiting(self) -> bool:
-        """Whether the present start failed, so that a later ignition is worth a look."""
-        ready = self.ready
-        at_once = ready.scenario.problem == "min_time" and ready.scenario.burn.ignition == "now"
-        found_by_another = self.best is None or self.best.start != COLD or not self.verified
-        return at_once and found_by_another and not self.interrupted and self.iterate.trajectory.duration > 0.0
-
 
 @dataclass(frozen=True, slots=True)
 class Search:
@@ -128,12 +120,14 @@ class Search:
         self._cold(ready, found)
         if found.verified or found.interrupted:
             return
+        if found.verification is None:
+            found.proof = _proof(ready)
+        if found.proof is not None:
+            return
         if ready.scenario.problem == "min_time":
             self._laws(ready, found)
         else:
             self._directions(ready, found)
-        if found.verification is None and not found.interrupted:
-            found.proof = _proof(ready)
 
     def _cold(self, ready: MadeReady, found: Found) -> None:
         """The present start, refined until its flight confirms it."""
@@ -174,28 +168,37 @@ class Search:
                 return
             found.consider(stage, verification)
 
+    def run_from(self, ready: MadeReady, start: Start) -> Found:
+        """From one start that reaches the target orbit, on one grid: for many neighbouring burns."""
+        found = Found(ready)
+        self._law(ready, found, start, refine=False)
+        return found
+
     def _laws(self, ready: MadeReady, found: Found) -> None:
         """Starts that are flown onto the target orbit, until one is verified."""
         for start in starts(ready.burn, ready.target):
-            if not start.reaches:
+            if start.reaches:
+                self._law(ready, found, start, refine=True)
+            else:
                 found.stages.append(_missed(ready, start))
                 found.consider(found.stages[-1], None)
-                continue
-            reference = replace(ready.by_law(start.law, ready.scenario.method.nodes), slack=())
-            stage = self._stage(ready, found, reference, start.name, firm=True, start=start.name)
-            if found.interrupted:
-                return
-            verification = _flown(ready, stage)
-            if verification is None or not verification.verified:
-                found.consider(stage, verification)
-                stage, verification = _corrected(ready, found, stage)
-            found.consider(stage, verification)
-            if not found.verified:
-                self._refine(ready, found, stage, verification, firm=True)
-            if not found.verified and not found.interrupted:
-                _follow_law(ready, found, start)
             if found.verified or found.interrupted:
                 return
+
+    def _law(self, ready: MadeReady, found: Found, start: Start, *, refine: bool) -> None:
+        reference = replace(ready.by_law(start.law, ready.scenario.method.nodes), slack=())
+        stage = self._stage(ready, found, reference, start.name, firm=True, start=start.name)
+        if found.interrupted:
+            return
+        verification = _flown(ready, stage)
+        if verification is None or not verification.verified:
+            found.consider(stage, verification)
+            stage, verification = _corrected(ready, found, stage)
+        found.consider(stage, verification)
+        if refine and not found.verified:
+            self._refine(ready, found, stage, verification, firm=True)
+        if not found.verified and not found.interrupted:
+            _follow_law(ready, found, start)
 
     def _directions(self, ready: MadeReady, found: Found) -> None:
         """Constant directions for the scenario's burn time."""
@@ -300,7 +303,9 @@ def _follow_law(ready: MadeReady, found: Found, start: Start) -> None:
     drawn, miss = corrected(ready.burn, ready.target, drawn, iterations=8)
     if miss > REACHED:
         return
-    message = "a smooth turn of the thrust reaches the orbit; the shortest burn turns faster than the grid follows"
+    message = (
+        "a smooth turn of the thrust reaches the orbit; the shortest burn turns faster than the grid follows"
+    )
     outcome = Outcome(ExitReason.CONVERGED, ready.by_interpolant(drawn, nodes), (), message)
     found.stages.append(
         Stage(nodes, "a law that turns smoothly, shortened", outcome, start.name, ready.ignition_s)
@@ -316,7 +321,9 @@ def _missed(ready: MadeReady, start: Start) -> Stage:
     except PropagationError:
         iterate = ready.cold_start()
     message = f"{start.name}: corrected in flight, the closest burn misses the orbit by {start.miss:.1e}"
-    return Stage(nodes, start.name, Outcome(ExitReason.INFEASIBLE, iterate, (), message), start.name, ready.ignition_s)
+    return Stage(
+        nodes, start.name, Outcome(ExitReason.INFEASIBLE, iterate, (), message), start.name, ready.ignition_s
+    )
 
 
 def _nothing(ready: MadeReady) -> tuple[Stage, None]:

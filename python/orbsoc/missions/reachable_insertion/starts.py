@@ -73,9 +73,7 @@ def _flown(burn: Burn, target: TargetOrbit, name: str, direction: Array) -> Star
     duration = max(burn_time(burn, size), 1e-3 * burn.longest)
     best: tuple[float, Law] | None = None
     for degree, time, free in ((1, duration, True), (2, duration, True), (2, LEFT * burn.longest, False)):
-        law, miss = corrected(
-            burn, target, constant(direction, time).of_degree(degree), free_duration=free
-        )
+        law, miss = corrected(burn, target, constant(direction, time).of_degree(degree), free_duration=free)
         if best is None or miss < best[0]:
             best = miss, law
         if miss <= REACHED:

@@ -13,6 +13,7 @@ from orbsoc.guidance.scp import ExitReason
 from orbsoc.orbit import EARTH, CanonicalUnits
 
 from .burn_plan import BurnPlan
+from .ignition import later_ignition
 from .problems import Iterate, Row
 from .scenario import MOST_NODES
 
@@ -144,7 +145,7 @@ def starts_tried(plan: BurnPlan) -> list[dict[str, Any]]:
 
 def _later(plan: BurnPlan, *, sentence: bool = True) -> str:
     """What a later ignition would save, as a sentence after a verdict or as a clause within one; empty where none is known."""
-    later = plan.later
+    later = later_ignition(plan)
     if later is None:
         return ""
     flow = plan.scenario.vehicle.mass_flow_kg_s
