@@ -311,8 +311,8 @@ def main(arguments: list[str] | None = None) -> int:
             writer.writerow(asdict(found))
             file.flush()
             if (number + 1) % 20 == 0:
-                print(f"{number + 1}: {tally(done.values())}", file=sys.stderr, flush=True)
-    print(tally(done.values()))
+                sys.stderr.write(f"{number + 1}: {tally(done.values())}\n")
+    sys.stdout.write(f"{tally(done.values())}\n")
     return 0
 
 

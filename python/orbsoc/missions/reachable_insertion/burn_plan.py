@@ -16,7 +16,6 @@ from .scenario import Scenario
 from .target import TargetOrbit
 from .verification import Verification
 
-
 COLD = "thrust along the velocity"
 
 

@@ -7,7 +7,7 @@ the burn of the sequence decides.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -21,7 +21,7 @@ from .burn_plan import COLD, BurnPlan
 from .coast import coasted
 from .made_ready import MadeReady
 from .search import Found, Search
-from .smooth_burn import Law, corrected, shortened
+from .smooth_burn import Law, corrected, smoothed
 from .starts import REACHED, Start, burn_time, impulse
 from .target import TargetOrbit
 
@@ -90,7 +90,7 @@ def later_ignition(plan: BurnPlan) -> LaterIgnition | None:
         return None
     ignition_s, law = flown[0]
     burn = MadeReady.of(ready.scenario, ignition_s).burn
-    law = shortened(burn, ready.target, law, ready.scenario.method.max_nodes)
+    law = smoothed(burn, ready.target, law, ready.scenario.method.max_nodes) or law
     limit = plan.trajectory.duration if plan.verification is not None else np.inf
     if ignition_s == 0.0 or law.duration > (1.0 - LEAST_SHARE) * limit:
         return None
@@ -108,7 +108,7 @@ def _period_s(ready: MadeReady) -> float | None:
     energy = specific_energy(start[:3], start[3:], 1.0)
     if energy >= -1e-6:
         return None
-    return 2.0 * np.pi * (-0.5 / energy) ** 1.5 * ready.units.time_s
+    return float(2.0 * np.pi * (-0.5 / energy) ** 1.5 * ready.units.time_s)
 
 
 def _flown(ready: MadeReady) -> list[tuple[float, Law]]:
@@ -168,7 +168,7 @@ def _costs(ready: MadeReady, states: Array) -> Array:
     gap = np.linalg.norm(position - middle[:, :3], axis=1)
     # A burn of length t shifts the vehicle by some t Δv / 2 beside its turn: a gap asks for gap / t more.
     costs = np.linalg.norm(velocity - middle[:, 3:], axis=1) + gap / np.maximum(half[:, 0], 1e-3)
-    return np.nan_to_num(costs, nan=np.inf)
+    return np.asarray(np.nan_to_num(costs, nan=np.inf))
 
 
 def _orbit_there(target: TargetOrbit, states: Array) -> tuple[Array, Array]:

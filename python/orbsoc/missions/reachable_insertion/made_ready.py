@@ -98,14 +98,14 @@ class MadeReady:
         duration_s = law.duration * self.units.time_s
 
         def steering(t_s: float, _state: Array) -> Array:
-            return law.directions(np.array([2.0 * t_s / duration_s - 1.0]))[0]
+            return np.asarray(law.directions(np.array([2.0 * t_s / duration_s - 1.0]))[0])
 
         return self._missing(self.flown(steering, duration_s, nodes))
 
     def by_interpolant(self, law: Law, nodes: int) -> Iterate:
         """The same, where the law is the interpolant of the nodal thrusts; their length stays what it is."""
         trajectory = self.by_law(law, nodes).trajectory
-        raw = np.polynomial.legendre.legval(trajectory.grid.nodes, law.coefficients).T
+        raw = law.vectors(trajectory.grid.nodes)
         return Iterate(Trajectory(trajectory.grid, trajectory.states, raw, trajectory.end, law.duration))
 
     def _missing(self, trajectory: Trajectory) -> Iterate:

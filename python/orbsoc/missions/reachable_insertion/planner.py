@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,6 @@ from .plots import draw_figures
 from .record import attitude_csv, plan_document
 from .scenario import ProblemName, Scenario, load_scenario
 from .search import Found, Search
-
 
 COLUMNS = {
     "nodes": Column("nodes", ".0f"),
@@ -75,11 +74,8 @@ def plan(
         scenario = scenario.with_changes(problem=problem)
     search = Search(solve, Rules(max_iterations=scenario.method.max_iterations), callback)
     ready = MadeReady.of(scenario)
-    if scenario.burn.ignition == "free":
-        found = best_ignition(ready, search)
-    else:
-        found = search.run(ready)
-    return _conclude(found)
+    free = scenario.burn.ignition == "free"
+    return _conclude(best_ignition(ready, search) if free else search.run(ready))
 
 
 def _conclude(found: Found) -> Plan:

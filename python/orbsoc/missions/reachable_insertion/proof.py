@@ -33,11 +33,13 @@ def proof_of_infeasibility(
     burn: Burn, target: TargetOrbit, duration: float, *, whole_orbit: bool
 ) -> Proof | None:
     """Why no burn of at most `duration` ends on the target orbit (its plane alone unless `whole_orbit`); None for no proof."""
+    if burn.flow * duration > 1.0 - 1e-9:  # a vehicle without dry mass has no bound
+        return None
     r, v = burn.start[:3], burn.start[3:]
     radius = float(np.linalg.norm(r))
     delta_v = -burn.acceleration / burn.flow * float(np.log1p(-burn.flow * duration))
     has = delta_v * (1.0 + 1e-6) + 1e-9  # so that rounding proves nothing
-    first = float(np.sqrt(max(0.0, v @ v + 2.0 / GROUND - 2.0 / radius)))
+    first = float(np.sqrt(max(0.0, float(v @ v) + 2.0 / GROUND - 2.0 / radius)))
     fastest = first + delta_v
     lift = max(0.25 * fastest**4, fastest**2 / GROUND - 1.0 / GROUND**2, 0.0)
     climb = max(0.0, float(r @ v) / radius) * duration + 0.5 * lift * duration**2 + delta_v * duration
@@ -46,8 +48,8 @@ def proof_of_infeasibility(
     if whole_orbit:
         needed = float(np.linalg.norm(target.momentum * target.normal - h))
     else:
-        size, along = float(np.linalg.norm(h)), float(h @ target.normal)
-        needed = float(np.sqrt(max(0.0, size**2 - along**2))) if along > 0.0 else size
+        across = float(np.linalg.norm(np.cross(h, target.normal)))
+        needed = across if h @ target.normal > 0.0 else float(np.linalg.norm(h))
     if needed > highest * has:
         return Proof("turning and changing the angular momentum", needed / highest, delta_v)
     if whole_orbit:

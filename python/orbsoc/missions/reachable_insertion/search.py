@@ -19,7 +19,7 @@ from .burn_plan import COLD, Stage
 from .made_ready import MadeReady
 from .problems import Iterate
 from .proof import Proof, proof_of_infeasibility
-from .smooth_burn import corrected, nodes_for, shortened, through
+from .smooth_burn import Law, corrected, nodes_for, smoothed, through
 from .starts import REACHED, Start, impulse, starts
 from .verification import Verification
 
@@ -28,6 +28,11 @@ GROWTH = 1.5
 NULL = "no start: the vehicle is on its target orbit"
 SLACK_LEFT = 1e-5
 """Total slack of a sequence that ended short of convergence, but near enough to be corrected in flight."""
+MOST_FLOWN = 2
+"""Starts that reach the target orbit, after which others would lead to the same burn."""
+SMOOTH = "a law that turns smoothly, shortened"
+SMOOTHED = 6
+"""Coefficients that are kept of thrust that reverses faster than a grid follows."""
 REVERSES = 0.02
 """max‖u‖ − 1 between nodes, from which on finer grids are not worth the trouble: the thrust reverses."""
 
@@ -176,9 +181,13 @@ class Search:
 
     def _laws(self, ready: MadeReady, found: Found) -> None:
         """Starts that are flown onto the target orbit, until one is verified."""
+        flown = 0
         for start in starts(ready.burn, ready.target):
             if start.reaches:
-                self._law(ready, found, start, refine=True)
+                self._law(ready, found, start, refine=flown == 0)
+                flown += 1
+                if flown == MOST_FLOWN:
+                    return
             else:
                 found.stages.append(_missed(ready, start))
                 found.consider(found.stages[-1], None)
@@ -268,7 +277,7 @@ def _flown(ready: MadeReady, stage: Stage) -> Verification | None:
 def _judged(ready: MadeReady, iterate: Iterate) -> Verification | None:
     try:
         return ready.verified(iterate)
-    except PropagationError:
+    except (PropagationError, ValueError):  # it dives to the centre, or burns the vehicle up
         return None
 
 
@@ -294,23 +303,42 @@ def _corrected(ready: MadeReady, found: Found, stage: Stage) -> tuple[Stage, Ver
 
 
 def _follow_law(ready: MadeReady, found: Found, start: Start) -> None:
-    """The law itself, shortened, on the coarsest grid that follows it: a plan where the shortest burn reverses its thrust."""
-    method = ready.scenario.method
-    law = shortened(ready.burn, ready.target, start.law, method.max_nodes)
-    nodes = int(np.clip(nodes_for(law), method.nodes, method.max_nodes))
-    arc = ready.by_law(law, nodes).trajectory
-    drawn = through(arc.grid, arc.controls, law.duration)
-    drawn, miss = corrected(ready.burn, ready.target, drawn, iterations=8)
-    if miss > REACHED:
+    """The law, shortened, on a grid that follows it: a plan where the shortest burn reverses its thrust."""
+    if found.best is None:
         return
+    arc = found.best.outcome.iterate.trajectory
+    drawn = through(arc.grid, arc.controls, arc.duration)
+    drawn = replace(drawn, coefficients=drawn.coefficients[:SMOOTHED])
+    for first in (drawn, start.law):
+        most = ready.scenario.method.max_nodes
+        for _ in range(3):
+            law = smoothed(ready.burn, ready.target, first, most)
+            if law is None:
+                break
+            if _law_flown(ready, found, law, start) is None or found.verified:
+                break
+            most = int(0.8 * most)  # it is followed, but not closely enough
+        if found.verified:
+            return
+
+
+def _law_flown(ready: MadeReady, found: Found, law: Law, start: Start) -> Verification | None:
+    method = ready.scenario.method
+    nodes = int(np.clip(1.3 * nodes_for(law), method.nodes, method.max_nodes))
+    arc = ready.by_law(law, nodes).trajectory
+    drawn, miss = corrected(
+        ready.burn, ready.target, through(arc.grid, arc.controls, law.duration), iterations=8
+    )
+    if miss > REACHED:
+        return None
     message = (
         "a smooth turn of the thrust reaches the orbit; the shortest burn turns faster than the grid follows"
     )
     outcome = Outcome(ExitReason.CONVERGED, ready.by_interpolant(drawn, nodes), (), message)
-    found.stages.append(
-        Stage(nodes, "a law that turns smoothly, shortened", outcome, start.name, ready.ignition_s)
-    )
-    found.consider(found.stages[-1], _judged(ready, outcome.iterate))
+    found.stages.append(Stage(nodes, SMOOTH, outcome, start.name, ready.ignition_s))
+    verification = _judged(ready, outcome.iterate)
+    found.consider(found.stages[-1], verification)
+    return verification
 
 
 def _missed(ready: MadeReady, start: Start) -> Stage:

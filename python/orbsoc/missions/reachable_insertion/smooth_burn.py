@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 
 SAMPLES = 200
 """Of a law, to see how fast it turns."""
+NEARLY_ALL = 0.999
+"""Of the vehicle's mass, that a flight may burn."""
 MOST_STEPS = 48
 STEP = 1e-6
 """Of the finite differences, canonical and of a law of unit size."""
@@ -46,9 +48,13 @@ class Law:
     coefficients: Array
     duration: float
 
+    def vectors(self, tau: Array) -> Array:
+        """The polynomial itself (K, 3)."""
+        return np.asarray(np.polynomial.legendre.legval(tau, self.coefficients).T, dtype=np.float64)
+
     def directions(self, tau: Array) -> Array:
         """Unit vectors (K, 3)."""
-        raw = np.polynomial.legendre.legval(tau, self.coefficients).T
+        raw = self.vectors(tau)
         return np.asarray(raw / np.linalg.norm(raw, axis=1, keepdims=True))
 
     def of_degree(self, degree: int) -> Law:
@@ -75,6 +81,11 @@ def through(grid: LegendreGauss, controls: Array, duration: float) -> Law:
 def constant(direction: Array, duration: float) -> Law:
     """Thrust along one inertial direction."""
     return Law((direction / np.linalg.norm(direction))[None], duration)
+
+
+def longest_of(burn: Burn) -> float:
+    """Canonical duration of the longest flight: to the dry mass, and not to no mass at all."""
+    return min(burn.longest, NEARLY_ALL / burn.flow)
 
 
 def conditions(target: TargetOrbit, ends: Array) -> Array:
@@ -135,7 +146,7 @@ def corrected(
     count = weights.size
     x = np.append(law.coefficients.ravel(), np.log(law.duration))
     shape = (-1, degree + 1, 3)
-    longest = np.log(burn.longest)
+    longest = np.log(longest_of(burn))
 
     def rows(points: Array) -> Array:
         durations = np.exp(np.minimum(points[:, -1], longest))
@@ -175,8 +186,13 @@ NODES_PER_TURN = 7.5
 A straight law p₀ + p₁τ turns at 2/ε rad/burn at most, where ε is the distance of its complex poles from the burn; the error
 of N nodes falls with (1 + ε)^−N, and 15/ε of them leave e^−15 of it.
 """
-SHORTENED = (0.03, 0.01, 3e-3, 1e-3, 3e-4)
-"""Shares of its duration by which a law is shortened, step by step."""
+TURNS = 12
+"""Most steps towards the smoothest law of a duration."""
+DEGREE = 4
+"""Of a law that is made smooth: enough to spread a turn over the burn."""
+LENGTHENED, SHORTENED = 0.02, (0.02, 5e-3, 1e-3, 3e-4)
+"""Shares of its duration by which a law is lengthened until a grid follows it, and shortened as long as one does."""
+MOST_LONGER, MOST_SHORTER = 12, 60
 
 
 def nodes_for(law: Law) -> int:
@@ -184,13 +200,70 @@ def nodes_for(law: Law) -> int:
     return int(np.ceil(NODES_PER_TURN * law.fastest_turn))
 
 
-def shortened(burn: Burn, target: TargetOrbit, law: Law, most_nodes: int) -> Law:
-    """A law that has reached the orbit, of ever shorter duration as long as it still does and a grid follows it."""
+def smoothed(burn: Burn, target: TargetOrbit, law: Law, most_nodes: int) -> Law | None:
+    """A law about as short as a grid of `most_nodes` allows, from one that need not be smooth; None where that fails.
+
+    At each duration the smoothest law is taken: longer until a grid follows it, then shorter as long as one does.
+    """
+    law = law.of_degree(max(DEGREE, len(law.coefficients) - 1))
+    for _ in range(MOST_LONGER):
+        found = smoothest(burn, target, law)
+        if found is not None and nodes_for(found) <= most_nodes:
+            break
+        duration = law.duration * (1.0 + LENGTHENED)
+        if duration > longest_of(burn):
+            return None
+        law = replace(found or law, duration=duration)
+    else:
+        return None
     for share in SHORTENED:
-        while True:
-            shorter = replace(law, duration=law.duration * (1.0 - share))
-            found, miss = corrected(burn, target, shorter, free_duration=False, iterations=12)
-            if miss > MISS or nodes_for(found) > most_nodes:
+        for _ in range(MOST_SHORTER):
+            shorter = smoothest(burn, target, replace(found, duration=found.duration * (1.0 - share)))
+            if shorter is None or nodes_for(shorter) > most_nodes:
                 break
-            law = found
+            found = shorter
+    return found
+
+
+def smoothest(burn: Burn, target: TargetOrbit, law: Law) -> Law | None:
+    """The law of the same duration and degree that ends on the orbit and turns least, ∫|du/dτ|² dτ; None for none found.
+
+    Gauss–Newton on the turn within the null space of the conditions' Jacobian.
+    """
+    law, miss = corrected(burn, target, law, free_duration=False, iterations=15)
+    for _ in range(TURNS):
+        if miss > MISS:
+            return None
+        x = law.coefficients.ravel()
+        sides = STEP * np.vstack([np.eye(x.size), -np.eye(x.size)])
+        points = (x + sides).reshape(-1, *law.coefficients.shape)
+        rows = conditions(target, ends_of(burn, points, np.full(len(points), law.duration), steps_for(law)))
+        turns = _turns(points)
+        jacobian, slope = ((each[: x.size] - each[x.size :]).T / (2.0 * STEP) for each in (rows, turns))
+        free = np.linalg.svd(jacobian)[2][len(rows[0]) :].T
+        free = np.linalg.qr(np.column_stack([x, free]))[0][:, 1:]  # the size of a law turns nothing
+        now = _turns(law.coefficients[None])[0]
+        step = -free @ np.linalg.lstsq(slope @ free, now, rcond=1e-8)[0]
+        size = float(np.linalg.norm(x))
+        step /= max(1.0, float(np.abs(step).max()) / (LONGEST_STEP * size))
+        for share in (1.0, 0.3, 0.1):
+            moved = replace(law, coefficients=(x + share * step).reshape(law.coefficients.shape))
+            moved, missed = corrected(burn, target, moved, free_duration=False, iterations=8)
+            new = _turns(moved.coefficients[None])[0]
+            if missed <= MISS and new @ new < now @ now:
+                break
+        else:
+            return law
+        gain = 1.0 - (new @ new) / (now @ now)
+        law, miss = moved, missed
+        if gain < 0.01:
+            break
     return law
+
+
+def _turns(laws: Array) -> Array:
+    """Differences (B, 3K) of neighbouring directions of laws (B, d + 1, 3)."""
+    basis = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, SAMPLES // 2 + 1), laws.shape[1] - 1)
+    raw = np.einsum("kd,bdi->bki", basis, laws)
+    units = raw / np.linalg.norm(raw, axis=2, keepdims=True)
+    return np.asarray(np.diff(units, axis=1).reshape(len(laws), -1))

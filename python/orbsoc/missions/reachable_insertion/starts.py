@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from orbsoc.guidance.powered_flight import Burn
 
-from .smooth_burn import Law, constant, corrected
+from .smooth_burn import Law, constant, corrected, longest_of
 from .target import TargetOrbit
 
 Array = NDArray[np.float64]
@@ -53,7 +53,7 @@ def impulse(burn: Burn, target: TargetOrbit) -> Array:
 def burn_time(burn: Burn, delta_v: float) -> float:
     """Canonical time in which the engine gives a velocity, at most nearly all there is."""
     exhaust = burn.acceleration / burn.flow
-    return min(float(-np.expm1(-delta_v / exhaust) / burn.flow), LEFT * burn.longest)
+    return min(float(-np.expm1(-delta_v / exhaust) / burn.flow), LEFT * longest_of(burn))
 
 
 def _directions(burn: Burn, target: TargetOrbit) -> Iterator[tuple[str, Array]]:
@@ -72,7 +72,7 @@ def _flown(burn: Burn, target: TargetOrbit, name: str, direction: Array) -> Star
     size = float(np.linalg.norm(impulse(burn, target)))
     duration = max(burn_time(burn, size), 1e-3 * burn.longest)
     best: tuple[float, Law] | None = None
-    for degree, time, free in ((1, duration, True), (2, duration, True), (2, LEFT * burn.longest, False)):
+    for degree, time, free in ((1, duration, True), (2, duration, True), (2, LEFT * longest_of(burn), False)):
         law, miss = corrected(burn, target, constant(direction, time).of_degree(degree), free_duration=free)
         if best is None or miss < best[0]:
             best = miss, law
