@@ -93,11 +93,12 @@ class Found:
     def status(self) -> PlanStatus:
         if self.interrupted:
             return PlanStatus.INTERRUPTED
-        if self.verification is not None:
+        if self.verification is not None and not self.verification.below_ground:
             return PlanStatus.VERIFIED if self.verification.verified else PlanStatus.NOT_VERIFIED
         if self.proof is not None:
             return PlanStatus.INFEASIBLE
-        return PlanStatus.NOT_FOUND if self.reason is ExitReason.INFEASIBLE else PlanStatus.FAILED
+        led_somewhere = self.verification is not None or self.reason is ExitReason.INFEASIBLE
+        return PlanStatus.NOT_FOUND if led_somewhere else PlanStatus.FAILED
 
 
 @dataclass(frozen=True, slots=True)

@@ -112,6 +112,11 @@ def _infeasible(plan: BurnPlan) -> str:
 def _not_found(plan: BurnPlan) -> str:
     found = violations(plan)
     worst = found[0].words if found else "no row that stands out"
+    below = plan.verification is not None and plan.verification.below_ground
+    if plan.verification is not None and below:
+        worst = f"the burn {-plan.verification.flight.lowest_altitude_m / 1e3:.1f} km below the ground on its way"
+    elif found:
+        worst += f", a total violation of {sum(abs(v.value) for v in found):.1e} (canonical units)"
     longest_s = plan.scenario.vehicle.longest_burn_s
     burn = f"burn of {plan.time_of_flight_s:.3f} s" if plan.scenario.problem == "max_energy" else "burn"
     if plan.scenario.problem == "min_time" and plan.time_of_flight_s > 0.97 * longest_s:
@@ -119,8 +124,7 @@ def _not_found(plan: BurnPlan) -> str:
     tried = starts_tried(plan)
     return (
         f"NOT FOUND: no {burn} that meets all terminal conditions was found from {len(tried)}"
-        f" start{'s' if len(tried) > 1 else ''}. The closest one leaves {worst}, a total violation of"
-        f" {sum(abs(v.value) for v in found):.1e} (canonical units). This is not a proof that there is none;"
+        f" start{'s' if len(tried) > 1 else ''}. The closest one leaves {worst}. This is not a proof that there is none;"
         f" {_later(plan, sentence=False) or _what_to_try(plan)}"
     )
 

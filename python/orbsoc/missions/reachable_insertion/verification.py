@@ -81,6 +81,11 @@ class Verification:
     def verified(self) -> bool:
         return not self.failures
 
+    @property
+    def below_ground(self) -> bool:
+        """Whether the flight leads through the Earth."""
+        return self.flight.lowest_altitude_m < 0.0
+
 
 def fly(
     scenario: Scenario, trajectory: Trajectory, *, ignition_s: float = 0.0, samples: int = SAMPLES
