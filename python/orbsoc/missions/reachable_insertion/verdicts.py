@@ -9,12 +9,13 @@ import numpy as np
 
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import ExitReason
-from orbsoc.orbit import EARTH, CanonicalUnits
+from orbsoc.orbit import EARTH, CanonicalUnits, Elements
 
 from .burn_plan import BurnPlan
 from .ignition import later_ignition
 from .problems import Iterate, Row
 from .scenario import MOST_NODES
+from .search import SMOOTH
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,11 +59,26 @@ def verdict(plan: BurnPlan) -> str:
     )
 
 
+def shape_of(orbit: Elements) -> str:
+    """Perigee and apogee heights; of a hyperbola the perigee height, C3 and v∞."""
+    perigee = f"{orbit.perigee_height_m() / 1e3:.2f}"
+    if orbit.ecc < 1.0:
+        return f"{perigee} × {orbit.apogee_height_m() / 1e3:.2f} km"
+    c3 = -EARTH.mu_m3_s2 / orbit.sma_m
+    return f"a hyperbola of C3 {c3 / 1e6:.4f} km²/s² (v∞ {np.sqrt(c3):.1f} m/s), perigee {perigee} km"
+
+
 def _achievement(plan: BurnPlan) -> str:
     assert plan.verification is not None
     orbit = plan.verification.planned_orbit
-    shape = f"{orbit.perigee_height_m() / 1e3:.2f} × {orbit.apogee_height_m() / 1e3:.2f} km"
+    shape = shape_of(orbit)
     if plan.scenario.problem == "min_time":
+        smooth = plan.stages[-1].note == SMOOTH
+        if smooth:
+            return (
+                f"a burn of {plan.time_of_flight_s:.3f} s onto the target orbit, {shape}, that turns smoothly; the"
+                f" shortest one turns faster than a grid of {plan.trajectory.grid.size} nodes follows{_coast(plan)}"
+            )
         return f"the shortest burn found onto the target orbit, {shape}, takes {plan.time_of_flight_s:.3f} s{_coast(plan)}"
     direction = plan.scenario.target.perigee_direction
     return (
@@ -114,7 +130,9 @@ def _not_found(plan: BurnPlan) -> str:
     worst = found[0].words if found else "no row that stands out"
     below = plan.verification is not None and plan.verification.below_ground
     if plan.verification is not None and below:
-        worst = f"the burn {-plan.verification.flight.lowest_altitude_m / 1e3:.1f} km below the ground on its way"
+        worst = (
+            f"the burn {-plan.verification.flight.lowest_altitude_m / 1e3:.1f} km below the ground on its way"
+        )
     elif found:
         worst += f", a total violation of {sum(abs(v.value) for v in found):.1e} (canonical units)"
     longest_s = plan.scenario.vehicle.longest_burn_s

@@ -18,7 +18,6 @@ from orbsoc.orbit import (
     CanonicalUnits,
     Elements,
     angular_momentum,
-    eci_from_launch_inertial,
     elements_from_state,
     laplace_vector,
     propagate_burn,
@@ -169,7 +168,7 @@ def verify(
 
 def orbit_of(scenario: Scenario, state_si: Array) -> Elements:
     """Osculating elements in ECI of a launch-inertial state."""
-    state = rotate_state(eci_from_launch_inertial(scenario.launch_site.frame()), state_si)
+    state = rotate_state(scenario.eci_rotation, state_si)
     return elements_from_state(state[:3], state[3:])
 
 

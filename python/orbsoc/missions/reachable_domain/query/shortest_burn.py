@@ -25,7 +25,6 @@ from orbsoc.orbit import (
     CanonicalUnits,
     Elements,
     PropagationError,
-    eci_from_launch_inertial,
     propagate_burn,
     state_from_elements,
 )
@@ -104,14 +103,13 @@ def _programmes(scenario: Scenario, plan: Any, orbit: OrbitConditions) -> Iterat
     """The planned attitude programme; unless the first sequence led to it, also what steers onto the orbit from the arcs that
     converged on their finest grid, on the coarsest grid and on their own."""
     burn = scenario.canonical_burn()
-    rotation = eci_from_launch_inertial(plan.scenario.launch_site.frame()).T
-    yield Programme(plan.trajectory.controls @ rotation, plan.trajectory.duration)
+    yield Programme(plan.trajectory.controls, plan.trajectory.duration)
     if plan.status is PlanStatus.VERIFIED and len(plan.stages) == 1:
         return
     first = [each for each in plan.stages if each.start == plan.stages[0].start]
     sequences = [each for each in first if each.outcome.reason is ExitReason.CONVERGED][-1:]
     for arc in (plan.trajectory, *(each.outcome.iterate.trajectory for each in sequences)):
-        turned = arc.controls @ rotation
+        turned = arc.controls
         coarse = arc.grid.interpolate(turned, legendre_gauss(scenario.method.nodes).nodes)
         coarse /= np.linalg.norm(coarse, axis=1, keepdims=True)
         for vectors in (coarse, turned):
@@ -143,8 +141,7 @@ def _broken(scenario: Scenario, orbit: OrbitConditions, programme: Programme) ->
 
 
 def _insertion(scenario: Scenario, target: Array) -> BaseScenario:
-    """The insertion onto the orbit through a state (6,), SI, as a scenario of its own; its launch site only names axes."""
-    site = {"geocentric_latitude_deg": 0.0, "azimuth_deg": 90.0, "inertial_longitude_deg": 0.0}
+    """The insertion onto the orbit through a state (6,), SI, as a scenario of its own."""
     start = scenario.initial_eci()
     document = {
         "mission": "reachable_insertion",
@@ -152,7 +149,6 @@ def _insertion(scenario: Scenario, target: Array) -> BaseScenario:
         "problem": "min_time",
         "axes": "eci",
         "vehicle": scenario.vehicle.model_dump(),
-        "launch_site": site,
         "initial": {"position_m": start[:3].tolist(), "velocity_m_s": start[3:].tolist()},
         "target": {"position_m": target[:3].tolist(), "velocity_m_s": target[3:].tolist()},
         "burn": {"duration_s": scenario.burn.duration_s},
