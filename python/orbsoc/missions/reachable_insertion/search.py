@@ -19,7 +19,7 @@ from .burn_plan import COLD, Stage
 from .made_ready import MadeReady
 from .problems import Iterate
 from .proof import Proof, proof_of_infeasibility
-from .smooth_burn import Law, corrected, nodes_for, smoothed, through
+from .smooth_burn import Law, corrected, followed, smoothed, through
 from .starts import REACHED, Start, impulse, starts
 from .verification import Verification
 
@@ -310,36 +310,31 @@ def _follow_law(ready: MadeReady, found: Found, start: Start) -> None:
     arc = found.best.outcome.iterate.trajectory
     drawn = through(arc.grid, arc.controls, arc.duration)
     drawn = replace(drawn, coefficients=drawn.coefficients[:SMOOTHED])
+    method = ready.scenario.method
     for first in (drawn, start.law):
-        most = ready.scenario.method.max_nodes
-        for _ in range(3):
-            law = smoothed(ready.burn, ready.target, first, most)
-            if law is None:
-                break
-            if _law_flown(ready, found, law, start) is None or found.verified:
-                break
-            most = int(0.8 * most)  # it is followed, but not closely enough
+        law = smoothed(ready.burn, ready.target, first, method.max_nodes)
+        if law is not None:
+            _law_flown(ready, found, law, start)
         if found.verified:
             return
 
 
-def _law_flown(ready: MadeReady, found: Found, law: Law, start: Start) -> Verification | None:
+def _law_flown(ready: MadeReady, found: Found, law: Law, start: Start) -> None:
+    """On the coarsest grid that follows it."""
     method = ready.scenario.method
-    nodes = int(np.clip(1.3 * nodes_for(law), method.nodes, method.max_nodes))
+    nodes = method.nodes
+    while nodes < method.max_nodes and not followed(law, nodes):
+        nodes = min(method.max_nodes, int(np.ceil(GROWTH * nodes)))
     arc = ready.by_law(law, nodes).trajectory
     drawn, miss = corrected(
         ready.burn, ready.target, through(arc.grid, arc.controls, law.duration), iterations=8
     )
     if miss > REACHED:
-        return None
-    message = (
-        "a smooth turn of the thrust reaches the orbit; the shortest burn turns faster than the grid follows"
-    )
+        return
+    message = "a smooth turn of the thrust reaches the orbit; the shortest burn turns faster than the grid follows"
     outcome = Outcome(ExitReason.CONVERGED, ready.by_interpolant(drawn, nodes), (), message)
     found.stages.append(Stage(nodes, SMOOTH, outcome, start.name, ready.ignition_s))
-    verification = _judged(ready, outcome.iterate)
-    found.consider(found.stages[-1], verification)
-    return verification
+    found.consider(found.stages[-1], _judged(ready, outcome.iterate))
 
 
 def _missed(ready: MadeReady, start: Start) -> Stage:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.collocation import LegendreGauss
+from orbsoc.guidance.collocation import LegendreGauss, legendre_gauss
 from orbsoc.guidance.powered_flight import Burn
 from orbsoc.orbit.planes import cross
 from orbsoc.orbit.runge_kutta import force_times, integrate_explicitly
@@ -22,8 +22,10 @@ from .target import TargetOrbit
 
 Array = NDArray[np.float64]
 
-SAMPLES = 200
-"""Of a law, to see how fast it turns."""
+SAMPLES = 401
+"""Of a law, to see how it turns between nodes."""
+TOO_LONG = 2e-5
+"""By how much the interpolant of unit vectors may be longer, of a law that a grid follows; a fifth of what is verified."""
 NEARLY_ALL = 0.999
 """Of the vehicle's mass, that a flight may burn."""
 MOST_STEPS = 48
@@ -62,13 +64,6 @@ class Law:
         found = np.zeros((degree + 1, 3))
         found[: len(self.coefficients)] = self.coefficients
         return replace(self, coefficients=found)
-
-    @property
-    def fastest_turn(self) -> float:
-        """Largest angle between directions that are 1/`SAMPLES` of the burn apart, times `SAMPLES`: rad per burn."""
-        u = self.directions(np.linspace(-1.0, 1.0, SAMPLES + 1))
-        chords = np.linalg.norm(np.diff(u, axis=0), axis=1)
-        return float(SAMPLES * 2.0 * np.arcsin(np.minimum(1.0, 0.5 * chords)).max())
 
 
 def through(grid: LegendreGauss, controls: Array, duration: float) -> Law:
@@ -180,12 +175,6 @@ def corrected(
     return Law(x[:-1].reshape(degree + 1, 3), float(np.exp(x[-1]))), float(np.abs(found).max())
 
 
-NODES_PER_TURN = 7.5
-"""Per rad/burn of the fastest turn, on which the interpolant of nodal directions follows a law.
-
-A straight law p₀ + p₁τ turns at 2/ε rad/burn at most, where ε is the distance of its complex poles from the burn; the error
-of N nodes falls with (1 + ε)^−N, and 15/ε of them leave e^−15 of it.
-"""
 TURNS = 12
 """Most steps towards the smoothest law of a duration."""
 DEGREE = 4
@@ -195,9 +184,11 @@ LENGTHENED, SHORTENED = 0.02, (0.02, 5e-3, 1e-3, 3e-4)
 MOST_LONGER, MOST_SHORTER = 12, 60
 
 
-def nodes_for(law: Law) -> int:
-    """Nodes of a grid that follows the law."""
-    return int(np.ceil(NODES_PER_TURN * law.fastest_turn))
+def followed(law: Law, nodes: int) -> bool:
+    """Whether the interpolant of the law's directions at the nodes of a grid stays as long as they are."""
+    grid = legendre_gauss(nodes)
+    between = grid.interpolate(law.directions(grid.nodes), np.linspace(-1.0, 1.0, SAMPLES))
+    return bool(np.linalg.norm(between, axis=1).max() <= 1.0 + TOO_LONG)
 
 
 def smoothed(burn: Burn, target: TargetOrbit, law: Law, most_nodes: int) -> Law | None:
@@ -208,7 +199,7 @@ def smoothed(burn: Burn, target: TargetOrbit, law: Law, most_nodes: int) -> Law 
     law = law.of_degree(max(DEGREE, len(law.coefficients) - 1))
     for _ in range(MOST_LONGER):
         found = smoothest(burn, target, law)
-        if found is not None and nodes_for(found) <= most_nodes:
+        if found is not None and followed(found, most_nodes):
             break
         duration = law.duration * (1.0 + LENGTHENED)
         if duration > longest_of(burn):
@@ -219,7 +210,7 @@ def smoothed(burn: Burn, target: TargetOrbit, law: Law, most_nodes: int) -> Law 
     for share in SHORTENED:
         for _ in range(MOST_SHORTER):
             shorter = smoothest(burn, target, replace(found, duration=found.duration * (1.0 - share)))
-            if shorter is None or nodes_for(shorter) > most_nodes:
+            if shorter is None or not followed(shorter, most_nodes):
                 break
             found = shorter
     return found
@@ -263,7 +254,7 @@ def smoothest(burn: Burn, target: TargetOrbit, law: Law) -> Law | None:
 
 def _turns(laws: Array) -> Array:
     """Differences (B, 3K) of neighbouring directions of laws (B, d + 1, 3)."""
-    basis = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, SAMPLES // 2 + 1), laws.shape[1] - 1)
+    basis = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, SAMPLES // 4 + 1), laws.shape[1] - 1)
     raw = np.einsum("kd,bdi->bki", basis, laws)
     units = raw / np.linalg.norm(raw, axis=2, keepdims=True)
     return np.asarray(np.diff(units, axis=1).reshape(len(laws), -1))
