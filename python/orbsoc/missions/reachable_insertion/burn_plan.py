@@ -8,7 +8,7 @@ from itertools import chain
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.powered_flight import Trajectory
 from orbsoc.guidance.scp import ExitReason, Iteration, Outcome
-from orbsoc.orbit import EARTH, CanonicalUnits
+from orbsoc.orbit import EARTH, CanonicalUnits, Elements
 
 from .problems import Iterate
 from .proof import Proof
@@ -63,3 +63,12 @@ class BurnPlan:
     @property
     def time_of_flight_s(self) -> float:
         return self.trajectory.duration * CanonicalUnits.of(EARTH).time_s
+
+    @property
+    def propellant_kg(self) -> float:
+        return self.scenario.vehicle.mass_flow_kg_s * self.time_of_flight_s
+
+    @property
+    def orbit(self) -> Elements | None:
+        """The planned orbit, ECI; None when the sequence did not converge to a feasible point."""
+        return None if self.verification is None else self.verification.planned_orbit

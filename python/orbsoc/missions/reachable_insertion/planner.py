@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from html import escape
+from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from orbsoc.guidance.mission import Column, Difference, FigureFile, PaperRow
 from orbsoc.guidance.scenario_file import read_toml
@@ -15,11 +20,16 @@ from .burn_plan import BurnPlan
 from .comparison import differences
 from .ignition import LaterIgnition, best_ignition, later_ignition
 from .made_ready import MadeReady
+from .orbit_figures import orbit_figure
 from .paper import compare
 from .plots import draw_figures
 from .record import attitude_csv, plan_document
 from .scenario import ProblemName, Scenario, load_scenario
 from .search import Found, Search
+from .verdicts import shape_of, verdict
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 COLUMNS = {
     "nodes": Column("nodes", ".0f"),
@@ -30,7 +40,10 @@ COLUMNS = {
 """Columns of the iteration table that are this mission's own."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+NOTEBOOK_DPI = 80
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Plan(BurnPlan):
     """A plan as `guidance.mission.Plan` has it."""
 
@@ -38,6 +51,34 @@ class Plan(BurnPlan):
     def later(self) -> LaterIgnition | None:
         """A later ignition that shortens the burn or makes one possible; looked for when first asked."""
         return later_ignition(self)
+
+    def plot(self) -> Figure:
+        """The orbit before and after with the burn, a Matplotlib figure. Raises ValueError for a plan that was not flown."""
+        if self.verification is None:
+            raise ValueError(f"nothing to plot: the plan is {self.status.value}; {self.message}")
+        return orbit_figure(self, self.verification)
+
+    def __repr__(self) -> str:
+        found = self.verification
+        lines = [
+            f"Plan {self.scenario.name!r}, {self.scenario.problem}: {self.status.value}",
+            f"  burn {self.time_of_flight_s:.3f} s, {self.propellant_kg:.1f} kg of propellant, ignition {self.ignition_s:.1f} s",
+        ]
+        if found is not None:
+            lines.append(
+                f"  orbit {shape_of(found.planned_orbit)}, inclination {np.rad2deg(found.planned_orbit.inc_rad):.3f}°"
+            )
+        return "\n".join([*lines, f"  {len(self.subproblems)} subproblems; {self.message}"])
+
+    def _repr_html_(self) -> str:
+        """Of a notebook: the verdict, and the figure where there is one."""
+        text = f"<p><strong>{escape(verdict(self))}.</strong></p>"
+        if self.verification is None:
+            return text
+        image = BytesIO()
+        self.plot().savefig(image, dpi=NOTEBOOK_DPI, format="png")
+        data = b64encode(image.getvalue()).decode("ascii")
+        return f'{text}<img alt="the orbit before and after" src="data:image/png;base64,{data}">'
 
     def to_dict(self) -> dict[str, Any]:
         return plan_document(self)

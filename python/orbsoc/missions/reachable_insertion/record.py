@@ -37,7 +37,7 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
         "message": plan.message,
         "verdict": verdict(plan),
         "time_of_flight_s": plan.time_of_flight_s,
-        "propellant_kg": plan.scenario.vehicle.mass_flow_kg_s * plan.time_of_flight_s,
+        "propellant_kg": plan.propellant_kg,
         "orbit": found and orbit_document(found.planned_orbit),
         "propagated_orbit": found and orbit_document(found.propagated_orbit),
         "terminal_error": found

@@ -331,7 +331,9 @@ def _law_flown(ready: MadeReady, found: Found, law: Law, start: Start) -> None:
     )
     if miss > REACHED:
         return
-    message = "a smooth turn of the thrust reaches the orbit; the shortest burn turns faster than the grid follows"
+    message = (
+        "a smooth turn of the thrust reaches the orbit; the shortest burn turns faster than the grid follows"
+    )
     outcome = Outcome(ExitReason.CONVERGED, ready.by_interpolant(drawn, nodes), (), message)
     found.stages.append(Stage(nodes, SMOOTH, outcome, start.name, ready.ignition_s))
     found.consider(found.stages[-1], _judged(ready, outcome.iterate))
