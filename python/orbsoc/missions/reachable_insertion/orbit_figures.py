@@ -30,6 +30,8 @@ ARROWS = 7
 ASYMPTOTE = 0.9
 """Of the anomaly of a hyperbola's asymptote, to which it is drawn, and farther out only to `FAR` start radii."""
 FAR = 4.0
+MARGINS = {"left": 0.12, "right": 0.97, "bottom": 0.07, "top": 0.94}
+"""Fixed, for a layout that is worked out takes as long as the drawing."""
 
 
 def orbit_figure(plan: BurnPlan, found: Verification) -> Figure:
@@ -40,8 +42,8 @@ def orbit_figure(plan: BurnPlan, found: Verification) -> Figure:
     start = plan.scenario.launch_inertial(plan.scenario.initial)
     axes = _plane_of(start)
     first, last = (elements_from_state(x[:3], x[3:]) for x in (start, flight.propagated[-1]))
-    figure = Figure(figsize=(7.2, 7.2), layout="constrained")
-    panel = figure.subplots()
+    figure = Figure(figsize=(7.2, 7.2))
+    panel = figure.add_axes((0.12, 0.17, 0.84, 0.77))
     _earth(panel)
     reach = FAR * float(np.linalg.norm(flight.propagated[:, :3], axis=1).max()) / 1e3
     panel.plot(*_drawn(first, axes, reach), color=BEFORE, label=f"before: {shape_of(first)}")
@@ -104,8 +106,9 @@ def history_figure(plan: BurnPlan, found: Verification) -> Figure:
 
     history = History.of(plan.scenario.vehicle.thruster(), found.flight)
     time = history.times_s
-    figure = Figure(figsize=(7.2, 8.0), layout="constrained")
-    panels = figure.subplots(4, 1, sharex=True, gridspec_kw={"height_ratios": (1.0, 1.2, 0.8, 1.6)})
+    figure = Figure(figsize=(7.2, 8.0))
+    heights = {"height_ratios": (1.0, 1.2, 0.8, 1.6), "hspace": 0.22, **MARGINS}
+    panels = figure.subplots(4, 1, sharex=True, gridspec_kw=heights)
     panels[0].plot(time, history.altitude_m / 1e3, color=BURN)
     panels[0].set_ylabel("altitude (km)")
     panels[1].plot(time, history.perigee_height_m / 1e3, color=BEFORE, label="perigee height")

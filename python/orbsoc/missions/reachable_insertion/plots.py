@@ -42,6 +42,8 @@ STYLE: Any = {
     "figure.titlesize": 11,
 }
 DOTS_PER_INCH = 160
+MARGINS = {"left": 0.15, "right": 0.97, "bottom": 0.08, "top": 0.93}
+"""Fixed, for a layout that is worked out takes as long as the drawing."""
 
 
 def draw_figures(plan: BurnPlan, folder: Path) -> tuple[FigureFile, ...]:
@@ -163,8 +165,9 @@ def _axes_of(plan: BurnPlan) -> str:
 def _panels(heights: Sequence[float], size: tuple[float, float]) -> tuple[Figure, list[Axes]]:
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=size, layout="constrained")
-    axes = figure.subplots(len(heights), 1, sharex=True, gridspec_kw={"height_ratios": heights})
+    figure = Figure(figsize=size)
+    grid = {"height_ratios": heights, "hspace": 0.3, **MARGINS}
+    axes = figure.subplots(len(heights), 1, sharex=True, gridspec_kw=grid)
     return figure, list(axes)
 
 
