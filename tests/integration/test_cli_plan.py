@@ -46,7 +46,8 @@ def test_plan_writes_a_complete_folder_and_exits_0(rec1: tuple[Path, Result]) ->
     folder, result = rec1
     assert result.exit_code == 0, result.output
     expected = [
-        "attitude.csv", "attitude.png", "hardware.json", "plan.json", "position.png", "report.html",
+        "attitude.csv", "attitude.png", "hardware.json", "history.png", "orbit.png", "plan.json", "position.png",
+        "report.html",
         "velocity.png",
     ]  # fmt: skip
     assert sorted(path.name for path in folder.iterdir()) == expected

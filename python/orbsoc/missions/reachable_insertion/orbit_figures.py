@@ -27,11 +27,17 @@ Array = NDArray[np.float64]
 BEFORE, BURN, AFTER, COAST = "#0072B2", "#D55E00", "#009E73", "#7a7a7a"
 """Okabe–Ito blue, vermilion and green, and grey."""
 ARROWS = 7
+INSIDE = 0.5
+"""Of a panel's side, that the Earth has to take for a close-up within it."""
 ASYMPTOTE = 0.9
 """Of the anomaly of a hyperbola's asymptote, to which it is drawn, and farther out only to `FAR` start radii."""
 FAR = 4.0
 MARGINS = {"left": 0.12, "right": 0.97, "bottom": 0.07, "top": 0.94}
 """Fixed, for a layout that is worked out takes as long as the drawing."""
+
+
+ROOM = 1.25
+"""Factor on the panel's span where the close-up stands in a corner."""
 
 
 def orbit_figure(plan: BurnPlan, found: Verification) -> Figure:
@@ -43,11 +49,14 @@ def orbit_figure(plan: BurnPlan, found: Verification) -> Figure:
     axes = _plane_of(start)
     first, last = (elements_from_state(x[:3], x[3:]) for x in (start, flight.propagated[-1]))
     figure = Figure(figsize=(7.2, 7.2))
-    panel = figure.add_axes((0.12, 0.17, 0.84, 0.77))
+    panel = figure.add_axes((0.15, 0.215, 0.8, 0.73))
     _earth(panel)
     reach = FAR * float(np.linalg.norm(flight.propagated[:, :3], axis=1).max()) / 1e3
-    panel.plot(*_drawn(first, axes, reach), color=BEFORE, label=f"before: {shape_of(first)}")
-    panel.plot(*_drawn(last, axes, reach), color=AFTER, label=f"after: {shape_of(last)}")
+    drawn = [_drawn(orbit, axes, reach) for orbit in (first, last)]
+    for points, orbit, colour, name in zip(
+        drawn, (first, last), (BEFORE, AFTER), ("before", "after"), strict=True
+    ):
+        panel.plot(*points, color=colour, label=f"{name}: {shape_of(orbit)}")
     if plan.ignition_s > 0.0:
         way = coasted(start, np.linspace(0.0, plan.ignition_s, 400))[:, :3] @ axes.T / 1e3
         panel.plot(
@@ -64,24 +73,22 @@ def orbit_figure(plan: BurnPlan, found: Verification) -> Figure:
             burn[:, 0], burn[:, 1], color=BURN, linewidth=4.0, label=f"burn, {plan.time_of_flight_s:.1f} s"
         )
     panel.plot(*burn[0, :2], "o", color=BURN, markersize=6)
-    panel.set_aspect("equal")
+    panel.set_aspect("equal", adjustable="datalim")
     panel.set_xlabel("along the first position, in the first orbit's plane (km)")
     panel.set_ylabel("ahead of it (km)")
-    panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2)
+    panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.085), ncols=1, fontsize=9.5)
     if plan.time_of_flight_s > 0.0:
-        _close_up(panel, burn, flight.direction @ axes.T)
+        _close_up(panel, burn, flight.direction @ axes.T, np.hstack(drawn))
     figure.suptitle(f"{plan.scenario.name}: the orbit before and after", x=0.01, ha="left", fontweight="bold")
     return figure
 
 
-def _close_up(panel: Axes, burn: Array, direction: Array) -> None:
-    """The burn arc with thrust arrows, in a panel of its own at the Earth's centre."""
+def _close_up(panel: Axes, burn: Array, direction: Array, orbits: Array) -> None:
+    """The burn arc with thrust arrows, in a panel of its own: inside the Earth, or in the emptiest corner."""
     span = max(float(np.ptp(burn[:, 0])), float(np.ptp(burn[:, 1])), 1e-3)
-    low, high = panel.get_xlim()
-    down, up = panel.get_ylim()
-    size = min(0.3, 1.15 * EARTH.earth_radius_m / 1e3 / max(high - low, up - down))
-    x, y = (0.0 - low) / (high - low), (0.0 - down) / (up - down)
-    inset = panel.inset_axes((x - size / 2, y - size / 2, size, size))
+    panel.apply_aspect()
+    corner, size = _free_place(panel, orbits)
+    inset = panel.inset_axes((*corner, size, size))
     inset.plot(burn[:, 0], burn[:, 1], color=BURN, linewidth=3.0)
     chosen = np.linspace(0, len(burn) - 1, ARROWS).astype(int)
     length = 0.28 * span
@@ -97,7 +104,28 @@ def _close_up(panel: Axes, burn: Array, direction: Array) -> None:
     inset.set_yticks([])
     inset.set_title("thrust over the burn", fontsize=8.5)
     out = float(np.rad2deg(np.arcsin(np.clip(np.abs(direction[:, 2]).max(), 0.0, 1.0))))
-    inset.set_xlabel(f"{span:.3g} km across\nup to {out:.1f}° out of the plane", fontsize=8)
+    inset.set_xlabel(f"{span:.0f} km across\nup to {out:.1f}° out of the plane", fontsize=8)
+
+
+def _free_place(panel: Axes, orbits: Array) -> tuple[tuple[float, float], float]:
+    """Lower left corner and size, in shares of the panel, of a square that hides little of the orbits (2, K)."""
+    low, high = np.array([panel.get_xlim(), panel.get_ylim()]).T
+    earth = 2e-3 * EARTH.earth_radius_m / (high - low)
+    if earth.min() > INSIDE:
+        size = 0.5 * float(earth.min()) * 0.6
+        middle = -low / (high - low)
+        return (float(middle[0]) - size / 2, float(middle[1]) - size / 2), size
+    middle, half = (low + high) / 2, ROOM * (high - low) / 2
+    low, high = middle - half, middle + half
+    panel.set_xlim(low[0], high[0])
+    panel.set_ylim(low[1], high[1])
+    size = 0.23
+    places = [(x, y) for x in (0.03, 0.97 - size) for y in (0.09, 0.94 - size)]
+    at = (orbits - low[:, None]) / (high - low)[:, None]
+    hidden = [
+        sum(np.all(np.abs(at.T - np.array(place) - size / 2) < 0.85 * size, axis=1)) for place in places
+    ]
+    return places[int(np.argmin(hidden))], size
 
 
 def history_figure(plan: BurnPlan, found: Verification) -> Figure:

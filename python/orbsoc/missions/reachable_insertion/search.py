@@ -19,7 +19,7 @@ from .burn_plan import COLD, Stage
 from .made_ready import MadeReady
 from .problems import Iterate
 from .proof import Proof, proof_of_infeasibility
-from .smooth_burn import Law, corrected, followed, smoothed, through
+from .smooth_burn import TOO_LONG, Law, corrected, followed, smoothed, through
 from .starts import REACHED, Start, impulse, starts
 from .verification import Verification
 
@@ -31,6 +31,8 @@ SLACK_LEFT = 1e-5
 MOST_FLOWN = 2
 """Starts that reach the target orbit, after which others would lead to the same burn."""
 SMOOTH = "a law that turns smoothly, shortened"
+WORTH_A_LAW = 1e-3
+"""Share by which a verified burn may be longer than a converged sequence's before a smooth law is tried beside it."""
 SMOOTHED = 6
 """Coefficients that are kept of thrust that reverses faster than a grid follows."""
 REVERSES = 0.02
@@ -207,7 +209,7 @@ class Search:
         found.consider(stage, verification)
         if refine and not found.verified:
             self._refine(ready, found, stage, verification, firm=True)
-        if not found.verified and not found.interrupted:
+        if not found.interrupted and _not_the_shortest(found):
             _follow_law(ready, found, start)
 
     def _directions(self, ready: MadeReady, found: Found) -> None:
@@ -311,12 +313,26 @@ def _follow_law(ready: MadeReady, found: Found, start: Start) -> None:
     drawn = through(arc.grid, arc.controls, arc.duration)
     drawn = replace(drawn, coefficients=drawn.coefficients[:SMOOTHED])
     method = ready.scenario.method
-    for first in (drawn, start.law):
-        law = smoothed(ready.burn, ready.target, first, method.max_nodes)
-        if law is not None:
-            _law_flown(ready, found, law, start)
-        if found.verified:
-            return
+    known = found.best
+    for too_long in (TOO_LONG, 0.1 * TOO_LONG):  # the correction on the grid lengthens the interpolant, too
+        for first in (drawn, start.law):
+            law = smoothed(ready.burn, ready.target, first, method.max_nodes, too_long)
+            if law is not None:
+                _law_flown(ready, found, law, start)
+            if found.verified and found.best is not known:
+                return
+
+
+def _not_the_shortest(found: Found) -> bool:
+    """Whether nothing is verified, or something longer than where a sequence converged."""
+    if not found.verified:
+        return True
+    ends = [
+        stage.outcome.iterate.trajectory.duration
+        for stage in found.stages
+        if stage.outcome.reason is ExitReason.CONVERGED and stage.outcome.iterations
+    ]
+    return bool(ends) and found.iterate.trajectory.duration > (1.0 + WORTH_A_LAW) * min(ends)
 
 
 def _law_flown(ready: MadeReady, found: Found, law: Law, start: Start) -> None:

@@ -184,14 +184,16 @@ LENGTHENED, SHORTENED = 0.02, (0.02, 5e-3, 1e-3, 3e-4)
 MOST_LONGER, MOST_SHORTER = 12, 60
 
 
-def followed(law: Law, nodes: int) -> bool:
-    """Whether the interpolant of the law's directions at the nodes of a grid stays as long as they are."""
+def followed(law: Law, nodes: int, too_long: float = TOO_LONG) -> bool:
+    """Whether the interpolant of the law's directions at the nodes of a grid is nowhere longer than they are by more."""
     grid = legendre_gauss(nodes)
     between = grid.interpolate(law.directions(grid.nodes), np.linspace(-1.0, 1.0, SAMPLES))
-    return bool(np.linalg.norm(between, axis=1).max() <= 1.0 + TOO_LONG)
+    return bool(np.linalg.norm(between, axis=1).max() <= 1.0 + too_long)
 
 
-def smoothed(burn: Burn, target: TargetOrbit, law: Law, most_nodes: int) -> Law | None:
+def smoothed(
+    burn: Burn, target: TargetOrbit, law: Law, most_nodes: int, too_long: float = TOO_LONG
+) -> Law | None:
     """A law about as short as a grid of `most_nodes` allows, from one that need not be smooth; None where that fails.
 
     At each duration the smoothest law is taken: longer until a grid follows it, then shorter as long as one does.
@@ -199,7 +201,7 @@ def smoothed(burn: Burn, target: TargetOrbit, law: Law, most_nodes: int) -> Law 
     law = law.of_degree(max(DEGREE, len(law.coefficients) - 1))
     for _ in range(MOST_LONGER):
         found = smoothest(burn, target, law)
-        if found is not None and followed(found, most_nodes):
+        if found is not None and followed(found, most_nodes, too_long):
             break
         duration = law.duration * (1.0 + LENGTHENED)
         if duration > longest_of(burn):
@@ -210,7 +212,7 @@ def smoothed(burn: Burn, target: TargetOrbit, law: Law, most_nodes: int) -> Law 
     for share in SHORTENED:
         for _ in range(MOST_SHORTER):
             shorter = smoothest(burn, target, replace(found, duration=found.duration * (1.0 - share)))
-            if shorter is None or not followed(shorter, most_nodes):
+            if shorter is None or not followed(shorter, most_nodes, too_long):
                 break
             found = shorter
     return found
