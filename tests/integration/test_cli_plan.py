@@ -126,7 +126,7 @@ def test_report_is_self_contained_and_puts_the_verdict_first(rec1: tuple[Path, R
     folder, _ = rec1
     source = (folder / "report.html").read_text(encoding="utf-8")
     page = Page(source)
-    assert len(page.sources) == 3
+    assert len(page.sources) == 5
     assert all(reference.startswith("data:image/png;base64,") for reference in page.sources)
     assert "<script" not in source
     assert "url(" not in source
@@ -402,7 +402,7 @@ def test_schema_of_a_scenario_accepts_what_it_describes() -> None:
     schema = json.loads(result.stdout)
     assert schema["additionalProperties"] is False
     assert set(schema["required"]) == {
-        "mission", "name", "problem", "vehicle", "launch_site", "initial", "target", "burn",
+        "mission", "name", "problem", "vehicle", "initial", "target", "burn",
     }  # fmt: skip
     assert schema["$defs"]["Vehicle"]["properties"]["thrust_n"]["exclusiveMinimum"] == 0.0
 

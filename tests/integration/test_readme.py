@@ -53,7 +53,8 @@ def test_every_make_target_named_exists(text: str) -> None:
 def test_every_file_named_or_linked_exists(text: str) -> None:
     linked = re.findall(r"\]\((?!http)([^)#]+)\)", text)
     named = re.findall(
-        r"`((?:python|rust|hw_model|rtl|benchmarks|tests|docs|scripts|scenarios|requirements)/[\w./-]+\w)`", text
+        r"`((?:python|rust|hw_model|rtl|benchmarks|tests|docs|scripts|scenarios|requirements)/[\w./-]+\w)`",
+        text,
     )
     missing = [name for name in (*linked, *named) if not (ROOT / name).exists()]
     assert missing == []

@@ -64,7 +64,7 @@ class Found:
         if verification is None:
             violation = sum(abs(value) for _, value in iterate.slack)
             led_anywhere = stage.outcome.reason is ExitReason.INFEASIBLE
-            return (2.0, 0.0 if led_anywhere else 1.0, violation)
+            return (2.0, 0.0 if led_anywhere else 1.0, float(f"{violation:.4g}"))  # the first of equals
         aim = iterate.trajectory.duration
         if self.ready.scenario.problem == "max_energy":
             aim = -verification.planned_orbit.sma_m

@@ -24,6 +24,8 @@ REACHED = 1e-8
 """Of the five conditions, within which a law shows the way."""
 LEFT = 0.98
 """Of the propellant, that a law burns where its free duration wants more than there is."""
+LONGER = (1.05, 1.15, 1.3)
+"""Factors on the duration of an impulse's burn, at which a law with more room to shift the vehicle is corrected."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +74,12 @@ def _flown(burn: Burn, target: TargetOrbit, name: str, direction: Array) -> Star
     size = float(np.linalg.norm(impulse(burn, target)))
     duration = max(burn_time(burn, size), 1e-3 * burn.longest)
     best: tuple[float, Law] | None = None
-    for degree, time, free in ((1, duration, True), (2, duration, True), (2, LEFT * longest_of(burn), False)):
+    tries = [(1, duration, True), (2, duration, True)]
+    tries += [(2, longer * duration, False) for longer in LONGER]
+    tries.append((2, LEFT * longest_of(burn), False))
+    for degree, time, free in tries:
+        if time > longest_of(burn):
+            continue
         law, miss = corrected(burn, target, constant(direction, time).of_degree(degree), free_duration=free)
         if best is None or miss < best[0]:
             best = miss, law
