@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import ExitReason, Iteration, Outcome, Rules, Solve, sequential_convex
 from orbsoc.orbit import PropagationError
@@ -31,6 +32,8 @@ SLACK_LEFT = 1e-5
 MOST_FLOWN = 2
 """Starts that reach the target orbit, after which others would lead to the same burn."""
 SMOOTH = "a law that turns smoothly, shortened"
+MADE_UNIT = 4
+"""How often a corrected interpolant is replaced by that of its directions."""
 WORTH_A_LAW = 1e-3
 """Share by which a verified burn may be longer than a converged sequence's before a smooth law is tried beside it."""
 SMOOTHED = 6
@@ -336,21 +339,21 @@ def _not_the_shortest(found: Found) -> bool:
 
 
 def _law_flown(ready: MadeReady, found: Found, law: Law, start: Start) -> None:
-    """On the coarsest grid that follows it."""
+    """On the coarsest grid that follows it: the interpolant of its nodal directions, corrected and made of unit length by turns."""
     method = ready.scenario.method
     nodes = method.nodes
-    while nodes < method.max_nodes and not followed(law, nodes):
+    while nodes < method.max_nodes and not followed(law, nodes, 0.1 * TOO_LONG):
         nodes = min(method.max_nodes, int(np.ceil(GROWTH * nodes)))
-    arc = ready.by_law(law, nodes).trajectory
-    drawn, miss = corrected(
-        ready.burn, ready.target, through(arc.grid, arc.controls, law.duration), iterations=8
-    )
-    if miss > REACHED:
-        return
+    grid = legendre_gauss(nodes)
+    for _ in range(MADE_UNIT):
+        drawn = through(grid, law.directions(grid.nodes), law.duration)
+        law, miss = corrected(ready.burn, ready.target, drawn, iterations=8)
+        if miss > REACHED:
+            return
     message = (
         "a smooth turn of the thrust reaches the orbit; the shortest burn turns faster than the grid follows"
     )
-    outcome = Outcome(ExitReason.CONVERGED, ready.by_interpolant(drawn, nodes), (), message)
+    outcome = Outcome(ExitReason.CONVERGED, ready.by_interpolant(law, nodes), (), message)
     found.stages.append(Stage(nodes, SMOOTH, outcome, start.name, ready.ignition_s))
     found.consider(found.stages[-1], _judged(ready, outcome.iterate))
 
