@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.missions import KINDS, Mission, mission, unreachable
+from orbsoc.guidance.mission import Agreement
 from orbsoc.missions.reachable_insertion import Plan, PlanStatus, Scenario, plan
 from orbsoc.missions.reachable_insertion.made_ready import MadeReady
 from orbsoc.missions.reachable_insertion.proof import proof_of_infeasibility
@@ -80,6 +81,7 @@ def test_a_vehicle_on_its_target_orbit_gets_a_plan_of_no_burn() -> None:
     assert found.status is PlanStatus.VERIFIED
     assert found.time_of_flight_s == 0.0
     assert found.subproblems == ()
+    assert Agreement.of(found, found).agrees
     assert found.to_dict()["propellant_kg"] == 0.0
     assert found.tables()["attitude.csv"].splitlines() == ["t_s,pitch_deg,yaw_deg,ux,uy,uz"]
 
