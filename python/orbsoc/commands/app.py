@@ -6,6 +6,12 @@ deadline is a finding about the computer, printed and written, and leaves the ex
 
 from __future__ import annotations
 
+from typing import Annotated
+
+import typer
+
+from orbsoc.files.versions import __version__
+
 from .console_entry import ConsoleApp
 from .hw import app as hw
 from .plan import plan
@@ -23,8 +29,18 @@ app = ConsoleApp(
 )
 
 
+def _version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"orbsoc {__version__}")
+        raise typer.Exit
+
+
 @app.callback()
-def main() -> None:
+def main(
+    _: Annotated[
+        bool, typer.Option("--version", help="print the version and leave", callback=_version, is_eager=True)
+    ] = False,
+) -> None:
     """Can this spacecraft re-plan its orbit on this chip, before this deadline?"""
 
 

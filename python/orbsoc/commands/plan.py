@@ -68,8 +68,10 @@ def plan(
         int | None,
         typer.Option(help="plan this many dispersed cases instead, and judge the deadline over all of them"),
     ] = None,
-    seed: Annotated[int, typer.Option(help="of the dispersion")] = 0,
-    resume: Annotated[bool, typer.Option("--resume", help="keep the cases that the folder has")] = False,
+    seed: Annotated[int | None, typer.Option(help="of the dispersion of --cases", show_default="0")] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="keep the cases of --cases that the folder has")
+    ] = False,
     exact: Annotated[
         bool,
         typer.Option(
@@ -97,6 +99,8 @@ def plan(
 
     Exit codes: 0 verified, 1 not verified or a check failed, 2 bad input, 130 interrupted.
     """
+    with exit_handling(as_json):
+        _refuse_idle_options(cases, seed=seed, resume=resume, check=check, ps=ps)
     if cases is not None:
         if impulses is not None:
             raise typer.BadParameter(
@@ -105,7 +109,7 @@ def plan(
         plan_cases(
             lambda: _scenario(scenario, _overrides(problem, settings))[1],
             out if out is not None else Path("out") / f"{scenario.stem}-cases",
-            count=cases, seed=seed, resume=resume, device=device, partition=partition, deadline_ms=deadline_ms,
+            count=cases, seed=seed or 0, resume=resume, device=device, partition=partition, deadline_ms=deadline_ms,
             exact=exact, as_json=as_json,
         )  # fmt: skip
     with Interrupts() as interrupts:
@@ -121,6 +125,23 @@ def plan(
             typer.echo(json.dumps(document, allow_nan=False))
         _print_summary(document, folder, as_json)
         raise typer.Exit(0 if run.succeeded else FAILED)
+
+
+def _refuse_idle_options(
+    cases: int | None, *, seed: int | None, resume: bool, check: CheckChoice | None, ps: bool
+) -> None:
+    """Raises HwModelError for an option that would do nothing."""
+    from hw_model import HwModelError
+
+    if cases is None:
+        idle = [("--seed", seed is not None), ("--resume", resume)]
+        reason = "belongs to dispersed cases; give --cases N, or leave it out"
+    else:
+        idle = [("--check", check is not None), ("--ps", ps)]
+        reason = "is for one plan, not for --cases; cases are planned on the emulated computer anyway"
+    for name, given in idle:
+        if given:
+            raise HwModelError(f"{name} {reason}")
 
 
 def plan_file(
@@ -230,12 +251,13 @@ def _check_before_planning(
 ) -> None:
     """Refuse now what would otherwise be refused after the work is done."""
     from hw_model import HwModelError
-    from orbsoc.files.output_folder import check_replaceable
+    from orbsoc.files.output_folder import check_replaceable, check_writable
     from orbsoc.hw.cycle_budget import check_names
     from orbsoc.hw.deadlines import check_deadline
 
     if folder is not None:
         check_replaceable(folder)
+        check_writable(folder)
     if device != "none":
         check_names(device, partition, exact=exact)
     elif deadline_ms is not None:

@@ -56,6 +56,10 @@ def plan_cases(
             raise HwModelError(f"--cases = {count}: must be at least 1")
         if exact and split.uses_pl:
             engine_of(platform, "f64")  # refuse now what has no schedules
+        if not resume and any((folder / "cases").glob("case-*")):
+            raise HwModelError(
+                f"--out = {folder}: holds cases already; --resume goes on with them, or give another folder"
+            )
         try:
             with Progress(count) as watch:
                 cases = record_cases(scenario, count, seed, folder / "cases", resume=resume, progress=watch)

@@ -35,6 +35,27 @@ def check_replaceable(folder: Path) -> None:
         )
 
 
+def check_writable(folder: Path) -> None:
+    """Raise OutputFolderError where a folder could not be written; tried, and undone, before any work is done."""
+    above = folder.absolute().parent
+    missing = [each for each in (above, *above.parents) if not each.exists()]
+    try:
+        _sibling(folder.absolute()).rmdir()
+    finally:
+        for each in missing:
+            if each.is_dir():
+                each.rmdir()
+
+
+def _sibling(folder: Path) -> Path:
+    """A new hidden folder beside `folder`."""
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        return Path(tempfile.mkdtemp(prefix=f".{folder.name}.", suffix=".incomplete", dir=folder.parent))
+    except OSError as error:
+        raise OutputFolderError(f"--out = {folder}: cannot be written: {error.strerror}") from error
+
+
 @contextmanager
 def written_at_once(folder: Path) -> Iterator[Path]:
     """A temporary sibling of `folder` to write into; it takes the place of `folder` when the block ends well.
@@ -44,13 +65,14 @@ def written_at_once(folder: Path) -> Iterator[Path]:
     """
     folder = folder.absolute()
     check_replaceable(folder)
+    temporary = _sibling(folder)
     try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        temporary = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", suffix=".incomplete", dir=folder.parent))
-    except OSError as error:
-        raise OutputFolderError(f"--out = {folder}: cannot be written: {error.strerror}") from error
-    try:
-        yield temporary
+        try:
+            yield temporary
+        except OSError as error:  # a full disk, which names no file
+            if error.filename is not None and not Path(error.filename).is_relative_to(temporary):
+                raise
+            raise OutputFolderError(f"--out = {folder}: cannot be written: {error.strerror}") from error
         temporary.chmod(0o777 & ~_umask())
         check_replaceable(folder)
         _move_into_place(temporary, folder)

@@ -33,6 +33,9 @@ class PlanStatus(enum.Enum):
     VERIFIED = "verified"
     NOT_VERIFIED = "not_verified"
     INFEASIBLE = "infeasible"
+    """Proved: no plan exists."""
+    NOT_FOUND = "not_found"
+    """Every start was tried; a plan may exist."""
     FAILED = "failed"
     INTERRUPTED = "interrupted"
 

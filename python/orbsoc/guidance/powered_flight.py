@@ -24,6 +24,10 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
+SHORTEST = 1e-9
+"""Canonical burn time that a linearisation can still be made about."""
+
+
 @dataclass(frozen=True, slots=True)
 class Burn:
     """A constant-thrust burn in canonical units, from `start` (6,).
@@ -166,7 +170,7 @@ def read_burn(
         states=builder.value(solution, "states"),
         controls=builder.value(solution, "controls"),
         end=builder.value(solution, "end"),
-        duration=float(duration),
+        duration=max(float(duration), SHORTEST),
     )
 
 

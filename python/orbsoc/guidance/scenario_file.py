@@ -39,6 +39,7 @@ class BaseScenario(Table):
         return checked(type(self), merged(self.model_dump(), changes), source=self.name)
 
 
+MISSING = "is missing and has no default"
 T = TypeVar("T", bound=BaseModel)
 S = TypeVar("S", bound=BaseScenario)
 
@@ -147,7 +148,7 @@ def complaints(model: type[BaseModel], error: ValidationError) -> list[Complaint
             allowed = f"a scenario of another mission; must be {context['expected']}"
             found.append(Complaint("mission", repr(detail["input"]), allowed))
         elif detail["type"] == "missing":
-            found.append(Complaint(".".join(location), "", "is missing and has no default"))
+            found.append(Complaint(".".join(location), "", MISSING))
         else:
             found.append(Complaint(".".join(location), repr(detail["input"]), detail["msg"]))
     return found

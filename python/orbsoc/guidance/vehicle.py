@@ -7,17 +7,19 @@ elements and its frame need, nor the dry mass of its eq. 5; both are keys here.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, Strict
+from pydantic import Field, Strict, model_validator
 
 from orbsoc.orbit import EARTH, LaunchFrame, Thruster
 
-from .scenario_file import Complaint, Table
+from .scenario_file import MISSING, Complaint, Table, refuse
 
 Array = NDArray[np.float64]
+STANDARD_GRAVITY_M_S2 = 9.80665
+"""Of the definition of the specific impulse (CGPM 1901)."""
 Vector = Annotated[tuple[float, float, float], Strict(False)]
 Positive = Annotated[float, Field(gt=0.0)]
 
@@ -35,7 +37,29 @@ class Vehicle(Table):
     mass_kg: float = Field(gt=0.0, le=HIGHEST_MASS_KG, description="mass at ignition")
     dry_mass_kg: float = Field(ge=0.0, description="mass that must remain at cut-off")
     thrust_n: float = Field(gt=0.0, le=HIGHEST_THRUST_N, description="constant thrust")
-    mass_flow_kg_s: Positive = Field(description="constant propellant flow")
+    mass_flow_kg_s: Positive = Field(default=0.0, description="constant propellant flow; or isp_s")
+    isp_s: Positive | None = Field(
+        default=None, description="specific impulse, from which mass_flow_kg_s is worked out when it is read"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _flow(cls, given: Any) -> Any:
+        """The mass flow of an engine that is given by its specific impulse; the scenario then holds the flow alone."""
+        if not isinstance(given, dict):
+            return given
+        impulse, thrust = given.get("isp_s"), given.get("thrust_n")
+        if impulse is None:
+            if "mass_flow_kg_s" not in given:
+                refuse([Complaint("vehicle.mass_flow_kg_s", "", MISSING + "; or give vehicle.isp_s")])
+            return given
+        if "mass_flow_kg_s" in given:
+            both = f"vehicle.mass_flow_kg_s = {given['mass_flow_kg_s']} says the same; must be one of the two"
+            refuse([Complaint("vehicle.isp_s", f"{impulse}", both)])
+        if not all(isinstance(value, int | float) and value > 0.0 for value in (impulse, thrust)):
+            return given | {"mass_flow_kg_s": 1.0}  # the fields refuse what is wrong
+        flow = thrust / (STANDARD_GRAVITY_M_S2 * impulse)
+        return {**given, "mass_flow_kg_s": flow, "isp_s": None}
 
     def thruster(self) -> Thruster:
         return Thruster(self.mass_kg, self.thrust_n, self.mass_flow_kg_s)

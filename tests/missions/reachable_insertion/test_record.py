@@ -133,10 +133,10 @@ def test_documented_scenario_plans_the_same_again() -> None:
     assert again.time_of_flight_s == planned().time_of_flight_s
 
 
-def test_infeasible_document_promises_no_orbit_and_no_attitude(tmp_path: Path) -> None:
+def test_document_of_nothing_found_promises_no_orbit_and_no_attitude(tmp_path: Path) -> None:
     found = planned("paper004_insertion", "max_energy")
     document = json.loads(json.dumps(plan_document(found), allow_nan=False))
-    assert document["status"] == "infeasible"
+    assert document["status"] == "not_found"
     assert document["orbit"] is None
     assert document["propagated_orbit"] is None
     assert document["violations"][0]["row"] == "orbit plane, lean across the perigee line"
@@ -157,7 +157,9 @@ def test_subproblem_without_a_point_is_null_in_json_and_a_dash_in_the_table() ->
 
 def test_figures_are_written_with_captions(tmp_path: Path) -> None:
     figures = draw_figures(planned("rec1", "max_energy"), tmp_path)
-    assert {figure.name for figure in figures} == {"velocity.png", "position.png", "attitude.png"}
+    assert {figure.name for figure in figures} == {
+        "orbit.png", "history.png", "velocity.png", "position.png", "attitude.png",
+    }  # fmt: skip
     assert {path.name for path in tmp_path.iterdir()} == {figure.name for figure in figures}
     for path in tmp_path.iterdir():
         assert path.read_bytes().startswith(b"\x89PNG\r\n")

@@ -8,21 +8,26 @@ from itertools import chain
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.powered_flight import Trajectory
 from orbsoc.guidance.scp import ExitReason, Iteration, Outcome
-from orbsoc.orbit import EARTH, CanonicalUnits
+from orbsoc.orbit import EARTH, CanonicalUnits, Elements
 
 from .problems import Iterate
+from .proof import Proof
 from .scenario import Scenario
 from .target import TargetOrbit
 from .verification import Verification
 
+COLD = "thrust along the velocity"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stage:
-    """One run of the sequence on one grid; `note` says why it was run."""
+    """One run of the sequence on one grid; `note` says why it was run, `start` from where it set out."""
 
     nodes: int
     note: str
     outcome: Outcome[Iterate]
+    start: str = COLD
+    ignition_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,6 +46,10 @@ class BurnPlan:
     stages: tuple[Stage, ...]
     iterate: Iterate
     verification: Verification | None
+    proof: Proof | None = None
+    """Why no burn reaches the target, of an INFEASIBLE plan."""
+    ignition_s: float = 0.0
+    """Coast on the first orbit before the burn."""
 
     @property
     def subproblems(self) -> tuple[Iteration, ...]:
@@ -54,3 +63,12 @@ class BurnPlan:
     @property
     def time_of_flight_s(self) -> float:
         return self.trajectory.duration * CanonicalUnits.of(EARTH).time_s
+
+    @property
+    def propellant_kg(self) -> float:
+        return self.scenario.vehicle.mass_flow_kg_s * self.time_of_flight_s
+
+    @property
+    def orbit(self) -> Elements | None:
+        """The planned orbit, ECI; None when the sequence did not converge to a feasible point."""
+        return None if self.verification is None else self.verification.planned_orbit

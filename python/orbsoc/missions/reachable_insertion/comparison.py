@@ -22,7 +22,8 @@ def differences(ours: BurnPlan, theirs: BurnPlan) -> tuple[Difference, ...]:
     start = units.state_from_si(ours.scenario.launch_inertial(ours.scenario.initial))
     at_nodes = mine.grid.interpolate_from_start(start, mine.states, other.grid.nodes)
     sma_mine, sma_other = (_orbit(plan).sma_m for plan in (ours, theirs))
-    time_rel = abs(mine.duration - other.duration) / other.duration
+    longest = max(mine.duration, other.duration)  # 0 of two burns of 0 s
+    time_rel = abs(mine.duration - other.duration) / longest if longest else 0.0
     sma_rel = abs(sma_mine - sma_other) / abs(sma_other)
     node_state = max(float(np.abs(at_nodes - other.states).max()), float(np.abs(mine.end - other.end).max()))
     return (

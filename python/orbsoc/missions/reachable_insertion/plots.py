@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import EARTH, CanonicalUnits, pitch_yaw
 
+from . import orbit_figures
 from .burn_plan import BurnPlan
 from .verification import Verification
 
@@ -41,6 +42,8 @@ STYLE: Any = {
     "figure.titlesize": 11,
 }
 DOTS_PER_INCH = 160
+MARGINS = {"left": 0.15, "right": 0.97, "bottom": 0.08, "top": 0.93}
+"""Fixed, for a layout that is worked out takes as long as the drawing."""
 
 
 def draw_figures(plan: BurnPlan, folder: Path) -> tuple[FigureFile, ...]:
@@ -51,7 +54,11 @@ def draw_figures(plan: BurnPlan, folder: Path) -> tuple[FigureFile, ...]:
     import matplotlib as mpl
 
     with mpl.rc_context(STYLE):
+        told = orbit_figures.draw(plan, found, folder, DOTS_PER_INCH)
+        if plan.time_of_flight_s == 0.0:
+            return told
         return (
+            *told,
             _velocity(plan, found, folder),
             _position(plan, found, folder),
             _attitude(plan, found, folder),
@@ -67,8 +74,8 @@ def _velocity(plan: BurnPlan, found: Verification, folder: Path) -> FigureFile:
         figure,
         folder,
         "velocity.png",
-        "Velocity over the burn (the paper's figure 5a): collocation nodes on the independently propagated"
-        " curves, launch-inertial axes (x downrange, y up, z right), and their difference.",
+        f"Velocity over the burn{_paper(plan, 'figure 5a')}: collocation nodes on the independently propagated"
+        f" curves, {_axes_of(plan)}, and their difference.",
     )
 
 
@@ -81,8 +88,8 @@ def _position(plan: BurnPlan, found: Verification, folder: Path) -> FigureFile:
         figure,
         folder,
         "position.png",
-        "Position over the burn (the paper's figure 5b): collocation nodes on the independently propagated"
-        " curves, Earth-centred launch-inertial axes, and their difference.",
+        f"Position over the burn{_paper(plan, 'figure 5b')}: collocation nodes on the independently propagated"
+        f" curves, Earth-centred {_axes_of(plan)}, and their difference.",
     )
 
 
@@ -138,17 +145,29 @@ def _attitude(plan: BurnPlan, found: Verification, folder: Path) -> FigureFile:
         figure,
         folder,
         "attitude.png",
-        f"Thrust attitude over the burn (the paper's figure {number}): pitch and yaw of eq. 21 at the nodes and"
-        " as commanded between them; below, how far the interpolated thrust is from unit length before it is"
+        f"Thrust attitude over the burn{_paper(plan, f'figure {number}')}: pitch = atan2(u_y, u_x) and yaw = −asin(u_z) in"
+        f" {_axes_of(plan)}, at the nodes and as commanded between them; below, how far the interpolated thrust is from unit length before it is"
         " normalised.",
     )
+
+
+def _paper(plan: BurnPlan, figure: str) -> str:
+    """The figure of the paper that this one is after, for the paper's own scenarios."""
+    return f" (the paper's {figure})" if plan.scenario.compare_with else ""
+
+
+def _axes_of(plan: BurnPlan) -> str:
+    if plan.scenario.plan_axes == "eci":
+        return "ECI axes"
+    return "launch-inertial axes (x downrange, y up, z right)"
 
 
 def _panels(heights: Sequence[float], size: tuple[float, float]) -> tuple[Figure, list[Axes]]:
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=size, layout="constrained")
-    axes = figure.subplots(len(heights), 1, sharex=True, gridspec_kw={"height_ratios": heights})
+    figure = Figure(figsize=size)
+    grid = {"height_ratios": heights, "hspace": 0.3, **MARGINS}
+    axes = figure.subplots(len(heights), 1, sharex=True, gridspec_kw=grid)
     return figure, list(axes)
 
 

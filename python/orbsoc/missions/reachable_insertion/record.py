@@ -13,8 +13,9 @@ from orbsoc.guidance.scp import Rules
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements, pitch_yaw
 
 from .burn_plan import BurnPlan
+from .ignition import later_ignition
 from .paper import compare
-from .verdicts import verdict, violations
+from .verdicts import starts_tried, verdict, violations
 
 Array = NDArray[np.float64]
 
@@ -36,7 +37,7 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
         "message": plan.message,
         "verdict": verdict(plan),
         "time_of_flight_s": plan.time_of_flight_s,
-        "propellant_kg": plan.scenario.vehicle.mass_flow_kg_s * plan.time_of_flight_s,
+        "propellant_kg": plan.propellant_kg,
         "orbit": found and orbit_document(found.planned_orbit),
         "propagated_orbit": found and orbit_document(found.propagated_orbit),
         "terminal_error": found
@@ -55,6 +56,15 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
         "violations": [
             {"row": v.row.value, "value_canonical": v.value, "words": v.words} for v in violations(plan)
         ],
+        "starts": starts_tried(plan),
+        "proof": plan.proof
+        and {
+            "what": plan.proof.what,
+            "needed_m_s": plan.proof.needed * CanonicalUnits.of(EARTH).speed_m_s,
+            "available_m_s": plan.proof.available * CanonicalUnits.of(EARTH).speed_m_s,
+        },
+        "ignition_s": plan.ignition_s,
+        "later_ignition": (later := later_ignition(plan)) and asdict(later),
         "scp_iterations": len(plan.subproblems),
         "nodes": plan.trajectory.grid.size,
         "stages": [
@@ -68,6 +78,7 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
         ],
         "subproblems": [row.to_dict() for row in plan.subproblems],
         "paper": [row.to_dict() for row in compare(plan)],
+        "attitude_axes": attitude_axes(plan),
         "trajectory": None if found is None else trajectory_document(plan),
         "settings": asdict(Rules(max_iterations=plan.scenario.method.max_iterations)),
         "constants": EARTH.to_dict(),
@@ -78,6 +89,7 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
 
 def orbit_document(orbit: Elements) -> dict[str, float | None]:
     """Osculating elements in ECI, in the units of reports; null for what the orbit does not have."""
+    c3_km2_s2 = -EARTH.mu_m3_s2 / orbit.sma_m / 1e6
     found = {
         "a_km": orbit.sma_m / 1e3,
         "e": orbit.ecc,
@@ -86,6 +98,8 @@ def orbit_document(orbit: Elements) -> dict[str, float | None]:
         "argp_deg": float(np.rad2deg(orbit.argp_rad)),
         "true_anomaly_deg": float(np.rad2deg(orbit.true_anomaly_rad)),
         "perigee_height_km": orbit.perigee_height_m() / 1e3,
+        "c3_km2_s2": c3_km2_s2,
+        "v_infinity_m_s": 1e3 * float(np.sqrt(c3_km2_s2)) if c3_km2_s2 > 0.0 else float("nan"),
         "apogee_height_km": orbit.apogee_height_m() / 1e3,
     }
     return {name: _number(value) for name, value in found.items()}
@@ -98,7 +112,7 @@ def trajectory_document(plan: BurnPlan) -> dict[str, Any]:
     states = units.state_to_si(trajectory.states)
     end = units.state_to_si(trajectory.end)
     return {
-        "axes": "launch_inertial",
+        "axes": plan.scenario.plan_axes,
         "time_s": (trajectory.elapsed() * units.time_s).tolist(),
         "position_m": states[:, :3].tolist(),
         "velocity_m_s": states[:, 3:].tolist(),
@@ -108,19 +122,55 @@ def trajectory_document(plan: BurnPlan) -> dict[str, Any]:
     }
 
 
-ATTITUDE_COLUMNS = ("t_s", "pitch_deg", "yaw_deg", "ux", "uy", "uz")
+ATTITUDE_COLUMNS = {
+    "launch_inertial": ("t_s", "pitch_deg", "yaw_deg", "ux", "uy", "uz"),
+    "eci": ("t_s", "ux_eci", "uy_eci", "uz_eci", "mass_kg"),
+    "velocity": (
+        "t_s", "pitch_velocity_deg", "yaw_velocity_deg", "u_along_velocity", "u_across_in_plane", "u_along_momentum",
+        "mass_kg",
+    ),
+}  # fmt: skip
+"""Columns of `attitude.csv` by its axes; times count from ignition."""
+
+
+def attitude_axes(plan: BurnPlan) -> str:
+    """The axes that `attitude.csv` is in: "velocity" where the scenario asks for it, else those of the plan."""
+    return "velocity" if plan.scenario.axes == "velocity" else plan.scenario.plan_axes
 
 
 def attitude_programme(plan: BurnPlan) -> Array | None:
-    """Rows (K, 6) of `ATTITUDE_COLUMNS`, uniform in time, launch-inertial axes; None when there is no plan to fly.
+    """Rows (K, C) of `ATTITUDE_COLUMNS`, uniform in time; None when there is no plan to fly.
 
-    The directions are the ones the verification flew: the interpolant of the nodal thrust, normalised.
+    The directions are the ones the verification flew: the interpolant of the nodal thrust, normalised. In launch-inertial axes
+    pitch and yaw are eq. 21's; about the velocity, pitch is towards the outside of the orbit and yaw along the angular momentum.
     """
     if plan.verification is None or plan.status is not PlanStatus.VERIFIED:
         return None
-    flight = plan.verification.flight
-    pitch, yaw = pitch_yaw(flight.direction)
-    return np.column_stack([flight.times_s, np.rad2deg(pitch), np.rad2deg(yaw), flight.direction])
+    axes = attitude_axes(plan)
+    if plan.time_of_flight_s == 0.0:
+        return np.empty((0, len(ATTITUDE_COLUMNS[axes])))
+    flight, vehicle = plan.verification.flight, plan.scenario.vehicle
+    times, u = flight.times_s, flight.direction
+    if axes == "launch_inertial":
+        pitch, yaw = pitch_yaw(u)
+        return np.column_stack([times, np.rad2deg(pitch), np.rad2deg(yaw), u])
+    mass = vehicle.mass_kg - vehicle.mass_flow_kg_s * times
+    if axes == "eci":
+        return np.column_stack([times, u, mass])
+    along, across, normal = (np.einsum("ki,ki->k", u, each) for each in _velocity_axes(flight.propagated))
+    yaw = np.arcsin(np.clip(normal, -1.0, 1.0))
+    return np.column_stack([
+        times, np.rad2deg(np.arctan2(across, along)), np.rad2deg(yaw), along, across, normal, mass
+    ])  # fmt: skip
+
+
+def _velocity_axes(states: Array) -> tuple[Array, Array, Array]:
+    """Unit vectors (K, 3) along the velocity, across it in the plane and outwards, and along the angular momentum."""
+    r, v = states[:, :3], states[:, 3:]
+    along = v / np.linalg.norm(v, axis=1, keepdims=True)
+    normal = np.cross(r, v)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    return along, np.cross(along, normal), normal
 
 
 def attitude_csv(plan: BurnPlan) -> str | None:
@@ -128,8 +178,8 @@ def attitude_csv(plan: BurnPlan) -> str | None:
     rows = attitude_programme(plan)
     if rows is None:
         return None
-    lines = [",".join(ATTITUDE_COLUMNS), *(",".join(f"{value:.12g}" for value in row) for row in rows)]
-    return "\n".join(lines) + "\n"
+    header = ",".join(ATTITUDE_COLUMNS[attitude_axes(plan)])
+    return "\n".join([header, *(",".join(f"{value:.12g}" for value in row) for row in rows)]) + "\n"
 
 
 def _number(value: float) -> float | None:

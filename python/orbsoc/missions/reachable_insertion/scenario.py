@@ -18,32 +18,35 @@ from orbsoc.guidance.vehicle import LaunchSite, Positive, State, Vehicle, state_
 from orbsoc.orbit import CanonicalUnits, eci_from_launch_inertial, rotate_state
 
 from .target import TargetOrbit
+from .target_table import Target, target_complaints
 
 Array = NDArray[np.float64]
 ProblemName = Literal["min_time", "max_energy"]
-PerigeeDirection = Literal["fixed", "free"]
 PaperCase = Literal["paper004_as_printed", "paper004_zf196", "paper004_rec1", "paper004_rec2"]
 
 
-class Target(State):
-    """The target orbit, by a state on it; for `max_energy` its plane and perigee direction, and a perigee height."""
-
-    perigee_height_km: float | None = Field(default=None, gt=0.0, le=1.0e5)
-    perigee_direction: PerigeeDirection = "fixed"
-
-
 class BurnTime(Table):
-    """Burn time: the first guess of `min_time`, the given time of `max_energy`."""
+    """Burn time: the first guess of `min_time`, the given time of `max_energy`; and when the burn may begin."""
 
     duration_s: Positive
+    ignition: Literal["now", "free"] = Field(
+        default="now",
+        description="free: after a coast on the first orbit, of the length that shortens the burn most",
+    )
+    latest_ignition_s: float | None = Field(
+        default=None, gt=0.0, le=1.0e6, description="of ignition = free; one revolution by default"
+    )
+
+
+MOST_NODES = 128
 
 
 class Method(Table):
     """How to solve; the defaults are those of the acceptance tests."""
 
-    nodes: int = Field(default=12, ge=2, le=128, description="Legendre–Gauss nodes")
+    nodes: int = Field(default=12, ge=2, le=MOST_NODES, description="Legendre–Gauss nodes")
     max_nodes: int = Field(
-        default=48, ge=2, le=128, description="finest grid an unverified plan is refined to"
+        default=48, ge=2, le=MOST_NODES, description="finest grid an unverified plan is refined to"
     )
     max_iterations: int = Field(default=30, ge=1, le=1000, description="of the sequence, per grid")
     slack_weight: Positive = Field(default=100.0, description="L1 weight of terminal slack, canonical units")
@@ -64,10 +67,11 @@ class Scenario(BaseScenario):
 
     mission: Literal["reachable_insertion"]
     problem: ProblemName
-    axes: Literal["launch_inertial", "eci"] = "launch_inertial"
+    axes: Literal["launch_inertial", "eci", "velocity"] = "launch_inertial"
+    """Of the states; with "velocity" they are ECI, and the attitude is told along and across the motion."""
     compare_with: PaperCase | None = None
     vehicle: Vehicle
-    launch_site: LaunchSite
+    launch_site: LaunchSite | None = None
     initial: State
     target: Target
     burn: BurnTime
@@ -84,11 +88,20 @@ class Scenario(BaseScenario):
         """The problem: a file holds two."""
         return self.problem
 
-    def launch_inertial(self, state: State) -> Array:
-        """A state of this scenario in launch-inertial axes, [r_m, v_m_s]."""
-        if self.axes == "launch_inertial":
-            return state.vector()
-        return rotate_state(eci_from_launch_inertial(self.launch_site.frame()).T, state.vector())
+    def launch_inertial(self, state: State | Target) -> Array:
+        """A state of this scenario in launch-inertial axes, [r_m, v_m_s]; in ECI where there is no launch site."""
+        in_eci = self.axes != "launch_inertial" or (isinstance(state, Target) and state.by_elements)
+        return rotate_state(self.eci_rotation.T, state.vector()) if in_eci else state.vector()
+
+    @property
+    def eci_rotation(self) -> Array:
+        """From the axes of plans, launch-inertial or else ECI, to ECI (3, 3)."""
+        return np.eye(3) if self.launch_site is None else eci_from_launch_inertial(self.launch_site.frame())
+
+    @property
+    def plan_axes(self) -> str:
+        """The axes of plans and of their flights."""
+        return "eci" if self.launch_site is None else "launch_inertial"
 
 
 def load_scenario(path: str | PathLike[str], settings: Mapping[str, Any] | None = None) -> Scenario:
@@ -99,7 +112,9 @@ def load_scenario(path: str | PathLike[str], settings: Mapping[str, Any] | None 
 def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
     """What contradicts physics or the problem asked for, most basic first."""
     yield from state_complaints("initial", scenario.initial)
-    yield from state_complaints("target", scenario.target)
+    yield from target_complaints(scenario.target, scenario.problem)
+    if scenario.axes == "launch_inertial" and scenario.launch_site is None:
+        yield Complaint("launch_site", "", 'is missing, and axes = "launch_inertial" needs it')
     yield from _mass_complaints(scenario)
     yield from _problem_complaints(scenario)
 
@@ -123,7 +138,15 @@ def _mass_complaints(scenario: Scenario) -> Iterator[Complaint]:
 
 
 def _problem_complaints(scenario: Scenario) -> Iterator[Complaint]:
-    method, target = scenario.method, scenario.target
+    method, target, burn = scenario.method, scenario.target, scenario.burn
+    if burn.latest_ignition_s is not None and burn.ignition == "now":
+        yield Complaint(
+            "burn.latest_ignition_s", f"{burn.latest_ignition_s:g}", 'needs burn.ignition = "free"'
+        )
+    if burn.ignition == "free" and scenario.problem != "min_time":
+        yield Complaint(
+            "burn.ignition", "'free'", f"problem = {scenario.problem!r} ignites now; must be 'now'"
+        )
     if method.max_nodes < method.nodes:
         yield Complaint(
             "method.max_nodes", str(method.max_nodes), f"must be at least method.nodes = {method.nodes}"

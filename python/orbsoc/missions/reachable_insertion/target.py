@@ -43,6 +43,13 @@ class TargetOrbit:
         normal = h / momentum
         return cls(normal, perigee, np.cross(normal, perigee), momentum, eccentricity)
 
+    def velocity_along(self, position: Array) -> Array:
+        """Canonical velocity (3,) on the orbit where it passes nearest to the direction of a position (3,)."""
+        in_plane = position - (position @ self.normal) * self.normal
+        size = float(np.linalg.norm(in_plane))
+        outwards = in_plane / size if size > 1e-9 else self.perigee
+        return np.cross(self.normal, self.eccentricity * self.perigee + outwards) / self.momentum
+
     @property
     def is_circular(self) -> bool:
         return self.eccentricity < CIRCULAR

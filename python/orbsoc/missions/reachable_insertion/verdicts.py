@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import ExitReason
-from orbsoc.orbit import EARTH, CanonicalUnits
+from orbsoc.orbit import EARTH, CanonicalUnits, Elements
 
 from .burn_plan import BurnPlan
-from .problems import Row
+from .ignition import later_ignition
+from .problems import Iterate, Row
+from .scenario import MOST_NODES
+from .search import SMOOTH
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,19 +29,28 @@ class Violation:
 
 def violations(plan: BurnPlan) -> tuple[Violation, ...]:
     """Terminal rows the sequence had to leave violated, worst first; empty for a feasible plan."""
+    return violations_of(plan, plan.iterate)
+
+
+def violations_of(plan: BurnPlan, iterate: Iterate) -> tuple[Violation, ...]:
+    """The same of any iterate of the search."""
     floor = 1e-9  # below it the slack is the solver's, not the trajectory's
-    found = [Violation(row, value, _in_words(plan, row, value)) for row, value in plan.iterate.slack]
+    found = [Violation(row, value, _in_words(plan, iterate, row, value)) for row, value in iterate.slack]
     return tuple(sorted((v for v in found if abs(v.value) > floor), key=lambda v: -abs(v.value)))
 
 
 def verdict(plan: BurnPlan) -> str:
     """One or two sentences: what was found, what the propagation says, and what to try when it is no plan."""
     if plan.status is PlanStatus.VERIFIED:
-        return f"VERIFIED: {_achievement(plan)}. {_evidence(plan)}"
+        if plan.time_of_flight_s == 0.0:
+            return "VERIFIED: the vehicle is on its target orbit already; a burn of 0 s, and nothing to steer"
+        return f"VERIFIED: {_achievement(plan)}. {_evidence(plan)}{_later(plan)}"
     if plan.status is PlanStatus.NOT_VERIFIED:
         return f"NOT VERIFIED, do not fly: {_achievement(plan)}, but {_objection(plan)}"
     if plan.status is PlanStatus.INFEASIBLE:
         return _infeasible(plan)
+    if plan.status is PlanStatus.NOT_FOUND:
+        return _not_found(plan)
     if plan.status is PlanStatus.INTERRUPTED:
         return f"INTERRUPTED: {plan.message}; there is no plan"
     return (
@@ -46,17 +59,37 @@ def verdict(plan: BurnPlan) -> str:
     )
 
 
+def shape_of(orbit: Elements) -> str:
+    """Perigee and apogee heights; of a hyperbola the perigee height, C3 and v∞."""
+    perigee = f"{orbit.perigee_height_m() / 1e3:.2f}"
+    if orbit.ecc < 1.0:
+        return f"{perigee} × {orbit.apogee_height_m() / 1e3:.2f} km"
+    c3 = -EARTH.mu_m3_s2 / orbit.sma_m
+    return f"a hyperbola of C3 {c3 / 1e6:.4f} km²/s² (v∞ {np.sqrt(c3):.1f} m/s), perigee {perigee} km"
+
+
 def _achievement(plan: BurnPlan) -> str:
     assert plan.verification is not None
     orbit = plan.verification.planned_orbit
-    shape = f"{orbit.perigee_height_m() / 1e3:.2f} × {orbit.apogee_height_m() / 1e3:.2f} km"
+    shape = shape_of(orbit)
     if plan.scenario.problem == "min_time":
-        return f"the shortest burn found onto the target orbit, {shape}, takes {plan.time_of_flight_s:.3f} s"
+        smooth = plan.stages[-1].note == SMOOTH
+        if smooth:
+            return (
+                f"a burn of {plan.time_of_flight_s:.3f} s onto the target orbit, {shape}, that turns smoothly; the"
+                f" shortest one turns faster than a grid of {plan.trajectory.grid.size} nodes follows{_coast(plan)}"
+            )
+        return f"the shortest burn found onto the target orbit, {shape}, takes {plan.time_of_flight_s:.3f} s{_coast(plan)}"
     direction = plan.scenario.target.perigee_direction
     return (
         f"the largest orbit found for a burn of {plan.time_of_flight_s:.3f} s is {shape}, in the target plane"
         f" with the perigee direction {direction}"
     )
+
+
+def _coast(plan: BurnPlan) -> str:
+    free = plan.scenario.burn.ignition == "free"
+    return f" after a coast of {plan.ignition_s:.1f} s" if free else ""
 
 
 def _evidence(plan: BurnPlan) -> str:
@@ -75,21 +108,75 @@ def _objection(plan: BurnPlan) -> str:
     text = f"the propagation does not confirm it: {'; '.join(found.failures)}"
     if plan.stages[-1].outcome.reason is not ExitReason.CONVERGED:
         return f"{text}. On {plan.stages[-1].nodes} nodes the sequence ended thus: {plan.message}"
-    return f"{text}. Raise method.max_nodes above {plan.scenario.method.max_nodes}"
+    most = plan.scenario.method.max_nodes
+    advice = f"raise method.max_nodes above {most}" if most < MOST_NODES else "no grid allowed is finer"
+    return f"{text}; {_later(plan, sentence=False) or advice}"
 
 
 def _infeasible(plan: BurnPlan) -> str:
-    found = violations(plan)
-    worst = found[0].words if found else "no row stands out"
-    longest_s = plan.scenario.vehicle.longest_burn_s
-    burn = f"a burn of {plan.time_of_flight_s:.3f} s" if plan.scenario.problem == "max_energy" else "a burn"
-    if plan.scenario.problem == "min_time" and plan.time_of_flight_s > 0.999 * longest_s:
-        burn += f", even one of all the propellant ({longest_s:.3f} s),"
+    proof = plan.proof
+    assert proof is not None
+    speed = CanonicalUnits.of(EARTH).speed_m_s
+    burn = f"burn of {plan.time_of_flight_s:.3f} s" if plan.scenario.problem == "max_energy" else "burn"
     return (
-        f"INFEASIBLE: {burn} that meets all terminal conditions was not found. The closest one leaves {worst}."
-        f" The steps converged there with a total violation of {sum(abs(v.value) for v in found):.1e}"
-        f" (canonical units), which is local evidence from one starting point, not a proof; {_what_to_try(plan)}"
+        f"INFEASIBLE: no {burn}, however steered, reaches the target. {proof.what[0].upper()}{proof.what[1:]} takes more"
+        f" than {speed * proof.needed:.1f} m/s, and the vehicle has {speed * proof.available:.1f} m/s. This is a proof"
+        f" for a burn that starts {'now' if plan.ignition_s == 0.0 else 'then'} and stays above the ground{_later(plan)}"
     )
+
+
+def _not_found(plan: BurnPlan) -> str:
+    found = violations(plan)
+    worst = found[0].words if found else "no row that stands out"
+    below = plan.verification is not None and plan.verification.below_ground
+    if plan.verification is not None and below:
+        worst = (
+            f"the burn {-plan.verification.flight.lowest_altitude_m / 1e3:.1f} km below the ground on its way"
+        )
+    elif found:
+        worst += f", a total violation of {sum(abs(v.value) for v in found):.1e} (canonical units)"
+    longest_s = plan.scenario.vehicle.longest_burn_s
+    burn = f"burn of {plan.time_of_flight_s:.3f} s" if plan.scenario.problem == "max_energy" else "burn"
+    if plan.scenario.problem == "min_time" and plan.time_of_flight_s > 0.97 * longest_s:
+        burn += f", even one of all the propellant ({longest_s:.3f} s),"
+    tried = starts_tried(plan)
+    return (
+        f"NOT FOUND: no {burn} that meets all terminal conditions was found from {len(tried)}"
+        f" start{'s' if len(tried) > 1 else ''}. The closest one leaves {worst}. This is not a proof that there is none;"
+        f" {_later(plan, sentence=False) or _what_to_try(plan)}"
+    )
+
+
+def starts_tried(plan: BurnPlan) -> list[dict[str, Any]]:
+    """Every start of the search, in its order: how its last sequence ended, the worst row that it left, and by how much."""
+    last = {(stage.start, stage.ignition_s): stage for stage in plan.stages}
+    found: list[dict[str, Any]] = []
+    for (start, ignition_s), stage in last.items():
+        left = violations_of(plan, stage.outcome.iterate)
+        found.append({
+            "start": start,
+            "ignition_s": ignition_s,
+            "ended": stage.outcome.reason.value,
+            "worst_row": left[0].row.value if left else None,
+            "by_canonical": left[0].value if left else None,
+            "words": left[0].words if left else "",
+        })  # fmt: skip
+    return found
+
+
+def _later(plan: BurnPlan, *, sentence: bool = True) -> str:
+    """What a later ignition would save, as a sentence after a verdict or as a clause within one; empty where none is known."""
+    later = later_ignition(plan)
+    if later is None:
+        return ""
+    flow = plan.scenario.vehicle.mass_flow_kg_s
+    text = f"ignition {later.ignition_s:.0f} s later a burn of {later.burn_s:.1f} s reaches the target"
+    if plan.status is PlanStatus.VERIFIED:
+        saved_s = plan.time_of_flight_s - later.burn_s
+        share = 100.0 * saved_s / plan.time_of_flight_s
+        text += f" and saves {flow * saved_s:.1f} kg of propellant ({share:.0f} %)"
+    text += ": --set burn.ignition=free"
+    return f". With {text}" if sentence else f"with {text}"
 
 
 def _what_to_try(plan: BurnPlan) -> str:
@@ -98,20 +185,20 @@ def _what_to_try(plan: BurnPlan) -> str:
     return "try another burn.duration_s as first guess, a nearer target, or more method.nodes"
 
 
-def _in_words(plan: BurnPlan, row: Row, value: float) -> str:
+def _in_words(plan: BurnPlan, iterate: Iterate, row: Row, value: float) -> str:
     target = plan.target
-    momentum = plan.iterate.momentum_scale * target.momentum
+    momentum = iterate.momentum_scale * target.momentum
     units = CanonicalUnits.of(EARTH)
     if row in (Row.LEAN_TO_PERIGEE, Row.LEAN_ACROSS):
         angle = abs(value) / momentum
-        speed_m_s = angle * float(np.linalg.norm(plan.trajectory.end[3:])) * units.speed_m_s
+        speed_m_s = angle * float(np.linalg.norm(iterate.trajectory.end[3:])) * units.speed_m_s
         axis = "line of apsides" if row is Row.LEAN_ACROSS else "in-plane normal of the line of apsides"
         return (
             f"the orbit plane tilted by {np.rad2deg(angle):.4f}° about the {axis} (some {speed_m_s:.1f} m/s of"
             " velocity out of the plane)"
         )
     if row is Row.MOMENTUM:
-        radius = float(np.linalg.norm(plan.trajectory.end[:3]))
+        radius = float(np.linalg.norm(iterate.trajectory.end[:3]))
         return (
             f"the angular momentum too {'small' if value < 0 else 'large'} by {abs(value) / momentum:.2e} of itself"
             f" (about {abs(value) / radius * units.speed_m_s:.1f} m/s of horizontal velocity)"
@@ -119,7 +206,7 @@ def _in_words(plan: BurnPlan, row: Row, value: float) -> str:
     if row is Row.ECCENTRICITY:
         return f"the eccentricity too {'small' if value < 0 else 'large'} by {abs(value):.2e}"
     if row is Row.PERIGEE_DIRECTION:
-        eccentricity = max(plan.iterate.laplace_scale * target.eccentricity, abs(value))
+        eccentricity = max(iterate.laplace_scale * target.eccentricity, abs(value))
         return f"the perigee direction off by {np.rad2deg(np.arctan2(abs(value), eccentricity)):.3f}°"
     low_km = _perigee_shortfall_m(plan, value) / 1e3
     return f"the perigee too low by {low_km:.2f} km"

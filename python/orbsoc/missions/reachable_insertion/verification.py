@@ -18,13 +18,13 @@ from orbsoc.orbit import (
     CanonicalUnits,
     Elements,
     angular_momentum,
-    eci_from_launch_inertial,
     elements_from_state,
     laplace_vector,
     propagate_burn,
     rotate_state,
 )
 
+from .coast import at_ignition
 from .problems import Iterate
 from .scenario import Scenario
 from .target import TargetOrbit
@@ -80,9 +80,17 @@ class Verification:
     def verified(self) -> bool:
         return not self.failures
 
+    @property
+    def below_ground(self) -> bool:
+        """Whether the flight leads through the Earth."""
+        return self.flight.lowest_altitude_m < 0.0
 
-def fly(scenario: Scenario, trajectory: Trajectory, *, samples: int = SAMPLES) -> Flight:
-    """Propagate the commanded burn with the independent integrator; `samples` uniform times, both ends included.
+
+def fly(
+    scenario: Scenario, trajectory: Trajectory, *, ignition_s: float = 0.0, samples: int = SAMPLES
+) -> Flight:
+    """Propagate the coast of `ignition_s` and the commanded burn with the independent integrator; `samples` uniform times
+    of the burn, both ends included.
 
     Raises `orbsoc.orbit.PropagationError`.
     """
@@ -92,7 +100,7 @@ def fly(scenario: Scenario, trajectory: Trajectory, *, samples: int = SAMPLES) -
     times_s = 0.5 * duration_s * (tau + 1.0)
     raw = trajectory.grid.interpolate(trajectory.controls, tau)
     raw_norm = np.linalg.norm(raw, axis=1)
-    start_si = scenario.launch_inertial(scenario.initial)
+    start_si = at_ignition(scenario, ignition_s)
     planned = trajectory.grid.interpolate_from_start(units.state_from_si(start_si), trajectory.states, tau)
     return Flight(
         times_s=times_s,
@@ -108,11 +116,13 @@ def fly(scenario: Scenario, trajectory: Trajectory, *, samples: int = SAMPLES) -
     )
 
 
-def verify(scenario: Scenario, target: TargetOrbit, iterate: Iterate) -> Verification:
+def verify(
+    scenario: Scenario, target: TargetOrbit, iterate: Iterate, *, ignition_s: float = 0.0
+) -> Verification:
     """Fly the plan and compare the orbit it reaches with the one it promises."""
     units = CanonicalUnits.of(EARTH)
     trajectory = iterate.trajectory
-    flight = fly(scenario, trajectory)
+    flight = fly(scenario, trajectory, ignition_s=ignition_s)
     reached = units.state_from_si(flight.propagated[-1])
     momentum, laplace = _promised(scenario, target, iterate)
     h = angular_momentum(reached[:3], reached[3:])
@@ -158,7 +168,7 @@ def verify(scenario: Scenario, target: TargetOrbit, iterate: Iterate) -> Verific
 
 def orbit_of(scenario: Scenario, state_si: Array) -> Elements:
     """Osculating elements in ECI of a launch-inertial state."""
-    state = rotate_state(eci_from_launch_inertial(scenario.launch_site.frame()), state_si)
+    state = rotate_state(scenario.eci_rotation, state_si)
     return elements_from_state(state[:3], state[3:])
 
 

@@ -11,7 +11,7 @@ import pytest
 from orbsoc.missions.reachable_domain.continuation.boundary import solve_boundary
 from orbsoc.missions.reachable_domain.continuation.domain import Domain
 from orbsoc.missions.reachable_domain.continuation.table import PointStatus
-from orbsoc.orbit import Elements, state_from_elements
+from orbsoc.orbit import Elements, elements_from_state, propagate_burn, state_from_elements
 from orbsoc.reach import OrbitError, ReachableDomain, Verdict
 from tests.missions.reachable_domain.cases import paper
 
@@ -134,6 +134,19 @@ def test_the_orbit_that_the_vehicle_is_in_takes_no_burn() -> None:
     assert found.verdict is Verdict.WITHIN
     assert found.burn is not None
     assert found.burn.duration_s == 0.0
+
+
+def test_the_orbit_after_some_seconds_of_braking_is_within_reach() -> None:
+    """Thrust along the velocity, the first start of a plan, ends nowhere near it."""
+    minute = in_orbit(thrust_n=20000.0, mass_flow_kg_s=6.0, duration_s=60.0)
+    start = minute.scenario.initial_eci()
+    braked = propagate_burn(start, minute.scenario.vehicle.thruster(), lambda _t, x: -x[3:], np.array([6.0]))[
+        -1
+    ]
+    found = minute.can_reach(elements_from_state(braked[:3], braked[3:]), exact=True)
+    assert found.verdict is Verdict.WITHIN
+    assert found.burn is not None
+    assert found.burn.duration_s <= 6.0 + 1e-3
 
 
 @pytest.mark.parametrize("exact", [False, True])

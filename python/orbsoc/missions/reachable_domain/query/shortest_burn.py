@@ -18,13 +18,13 @@ from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.powered_flight import commanded
 from orbsoc.guidance.scenario_file import BaseScenario, checked
+from orbsoc.guidance.scp import ExitReason
 from orbsoc.missions.registry import MISSIONS
 from orbsoc.orbit import (
     EARTH,
     CanonicalUnits,
     Elements,
     PropagationError,
-    eci_from_launch_inertial,
     propagate_burn,
     state_from_elements,
 )
@@ -87,27 +87,35 @@ def shortest_burn(scenario: Scenario, orbit: Elements) -> ShortestBurn:
     if plan.verification is None or plan.status not in (PlanStatus.VERIFIED, PlanStatus.NOT_VERIFIED):
         return ShortestBurn.none(plan.message)
     planned_s, why_not = plan.time_of_flight_s, ""
-    for programme in _programmes(scenario, plan, conditions) if planned_s <= allowed_s else ():
+    shortest_s = np.inf
+    for programme in _programmes(scenario, plan, conditions):
         duration_s = programme.duration * units.time_s
-        broken = _broken(scenario, conditions, programme)
-        if not broken and duration_s <= allowed_s:
-            return ShortestBurn(duration_s, allowed_s - duration_s, True, True, "")
+        broken = _broken(scenario, conditions, programme) if duration_s < min(shortest_s, allowed_s) else ""
+        if not broken:
+            shortest_s = min(shortest_s, duration_s)
         why_not = why_not or broken or f"one that flies takes {duration_s:.1f} s"
+    if shortest_s <= allowed_s:
+        return ShortestBurn(shortest_s, allowed_s - shortest_s, True, True, "")
     return ShortestBurn(planned_s, allowed_s - planned_s, True, False, why_not)
 
 
 def _programmes(scenario: Scenario, plan: Any, orbit: OrbitConditions) -> Iterator[Programme]:
-    """The planned attitude programme, then what steers onto the orbit from it, on the coarsest grid and
-    on its own."""
-    burn, arc = scenario.canonical_burn(), plan.trajectory
-    turned = arc.controls @ eci_from_launch_inertial(plan.scenario.launch_site.frame()).T
-    yield Programme(turned, arc.duration)
-    coarse = arc.grid.interpolate(turned, legendre_gauss(scenario.method.nodes).nodes)
-    coarse /= np.linalg.norm(coarse, axis=1, keepdims=True)
-    for vectors in (coarse, turned):
-        found = steered_onto(burn, orbit, Programme(vectors, arc.duration))
-        if found is not None:
-            yield found
+    """The planned attitude programme; unless the first sequence led to it, also what steers onto the orbit from the arcs that
+    converged on their finest grid, on the coarsest grid and on their own."""
+    burn = scenario.canonical_burn()
+    yield Programme(plan.trajectory.controls, plan.trajectory.duration)
+    if plan.status is PlanStatus.VERIFIED and len(plan.stages) == 1:
+        return
+    first = [each for each in plan.stages if each.start == plan.stages[0].start]
+    sequences = [each for each in first if each.outcome.reason is ExitReason.CONVERGED][-1:]
+    for arc in (plan.trajectory, *(each.outcome.iterate.trajectory for each in sequences)):
+        turned = arc.controls
+        coarse = arc.grid.interpolate(turned, legendre_gauss(scenario.method.nodes).nodes)
+        coarse /= np.linalg.norm(coarse, axis=1, keepdims=True)
+        for vectors in (coarse, turned):
+            found = steered_onto(burn, orbit, Programme(vectors, arc.duration))
+            if found is not None:
+                yield found
 
 
 def _broken(scenario: Scenario, orbit: OrbitConditions, programme: Programme) -> str:
@@ -133,8 +141,7 @@ def _broken(scenario: Scenario, orbit: OrbitConditions, programme: Programme) ->
 
 
 def _insertion(scenario: Scenario, target: Array) -> BaseScenario:
-    """The insertion onto the orbit through a state (6,), SI, as a scenario of its own; its launch site only names axes."""
-    site = {"geocentric_latitude_deg": 0.0, "azimuth_deg": 90.0, "inertial_longitude_deg": 0.0}
+    """The insertion onto the orbit through a state (6,), SI, as a scenario of its own."""
     start = scenario.initial_eci()
     document = {
         "mission": "reachable_insertion",
@@ -142,7 +149,6 @@ def _insertion(scenario: Scenario, target: Array) -> BaseScenario:
         "problem": "min_time",
         "axes": "eci",
         "vehicle": scenario.vehicle.model_dump(),
-        "launch_site": site,
         "initial": {"position_m": start[:3].tolist(), "velocity_m_s": start[3:].tolist()},
         "target": {"position_m": target[:3].tolist(), "velocity_m_s": target[3:].tolist()},
         "burn": {"duration_s": scenario.burn.duration_s},

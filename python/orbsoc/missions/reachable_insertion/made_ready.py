@@ -1,0 +1,132 @@
+"""A scenario made ready to be planned: its burn and its target in canonical units, its subproblem, and flights of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.guidance.collocation import legendre_gauss
+from orbsoc.guidance.powered_flight import Burn, Trajectory, commanded
+from orbsoc.guidance.scp import Subproblem
+from orbsoc.orbit import EARTH, CanonicalUnits, elements_from_state
+from orbsoc.orbit.propagate import Steering
+
+from .coast import at_ignition
+from .guess import along_velocity, propagated, towards_plane
+from .problems import Iterate, MaxEnergyFixedPerigee, MaxEnergyFreePerigee, MinTime, Row
+from .scenario import Scenario
+from .smooth_burn import Law, conditions
+from .target import TargetOrbit
+from .verification import Verification, verify
+
+Array = NDArray[np.float64]
+Linearise = Callable[[Iterate], Subproblem[Iterate]]
+
+FIRM = 100.0
+"""Factor on the weight of the slack where a start already meets the terminal rows.
+
+The penalty is exact only above the rows' multipliers, and those of a short burn, which moves the vehicle little, reach 1e4.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class MadeReady:
+    """The burn from where the coast of `ignition_s` ends, the target orbit, and the units that both are in."""
+
+    scenario: Scenario
+    target: TargetOrbit
+    burn: Burn
+    units: CanonicalUnits
+    start_si: Array
+    ignition_s: float = 0.0
+
+    @classmethod
+    def of(cls, scenario: Scenario, ignition_s: float = 0.0) -> MadeReady:
+        units = CanonicalUnits.of(EARTH)
+        vehicle = scenario.vehicle
+        start_si = at_ignition(scenario, ignition_s)
+        target = TargetOrbit.through(units.state_from_si(scenario.launch_inertial(scenario.target)))
+        burn = Burn.of(start_si, vehicle.thruster(), vehicle.longest_burn_s, units)
+        return cls(scenario, target, burn, units, start_si, ignition_s)
+
+    @property
+    def free_perigee(self) -> bool:
+        scenario = self.scenario
+        return scenario.problem == "max_energy" and scenario.target.perigee_direction == "free"
+
+    def subproblem(self, *, soft: bool, firm: bool = False) -> Linearise:
+        """The problem that fits the scenario; `soft`: slack where the problem has none by itself; `firm`: a start on the
+        target orbit may not leave it."""
+        weight = self.scenario.method.slack_weight * (FIRM if firm else 1.0)
+        if self.scenario.problem == "min_time":
+            return MinTime(self.burn, self.target, weight, self.figures)
+        height_km = self.scenario.target.perigee_height_km
+        assert height_km is not None  # the scenario checks it
+        radius = (EARTH.earth_radius_m + 1e3 * height_km) / self.units.length_m
+        if self.free_perigee:
+            hard_or_soft = weight if soft else None
+            return MaxEnergyFreePerigee(self.burn, self.target, radius, hard_or_soft, self.figures)
+        return MaxEnergyFixedPerigee(self.burn, self.target, radius, weight, self.figures)
+
+    def flown(self, steering: Steering, duration_s: float, nodes: int) -> Trajectory:
+        """What a steering flies, at the nodes of a grid."""
+        thruster = self.scenario.vehicle.thruster()
+        return propagated(self.start_si, thruster, steering, duration_s, legendre_gauss(nodes))
+
+    def cold_start(self) -> Iterate:
+        law = towards_plane(self.target.normal, self.units) if self.free_perigee else along_velocity
+        return Iterate(self.flown(law, self.scenario.burn.duration_s, self.scenario.method.nodes))
+
+    def along(self, direction: Array) -> Iterate:
+        """Thrust along one inertial direction for the scenario's burn time."""
+        law = Law(direction[None], self.scenario.burn.duration_s / self.units.time_s)
+        return self.by_law(law, self.scenario.method.nodes)
+
+    def resampled(self, iterate: Iterate, nodes: int) -> Iterate:
+        """What the commanded attitude of a plan really flies, on another grid."""
+        old = iterate.trajectory
+        duration_s = old.duration * self.units.time_s
+        steering = commanded(old.grid, old.controls, duration_s)
+        trajectory = self.flown(steering, duration_s, nodes)
+        return Iterate(trajectory, iterate.momentum_scale, iterate.laplace_scale)
+
+    def by_law(self, law: Law, nodes: int) -> Iterate:
+        """A law as flown, with what it misses of the terminal rows as their slack."""
+        duration_s = law.duration * self.units.time_s
+
+        def steering(t_s: float, _state: Array) -> Array:
+            return np.asarray(law.directions(np.array([2.0 * t_s / duration_s - 1.0]))[0])
+
+        return self._missing(self.flown(steering, duration_s, nodes))
+
+    def by_interpolant(self, law: Law, nodes: int) -> Iterate:
+        """The same, where the law is the interpolant of the nodal thrusts; their length stays what it is."""
+        trajectory = self.by_law(law, nodes).trajectory
+        raw = law.vectors(trajectory.grid.nodes)
+        return Iterate(Trajectory(trajectory.grid, trajectory.states, raw, trajectory.end, law.duration))
+
+    def _missing(self, trajectory: Trajectory) -> Iterate:
+        rows = conditions(self.target, trajectory.end[None])[0]
+        rows[:3] *= self.target.momentum
+        return Iterate(trajectory, slack=tuple(zip(TERMINAL, rows.tolist(), strict=True)))
+
+    def verified(self, iterate: Iterate) -> Verification:
+        """The flight of an iterate, judged."""
+        return verify(self.scenario, self.target, iterate, ignition_s=self.ignition_s)
+
+    def figures(self, trajectory: Trajectory) -> Mapping[str, float]:
+        """The columns of the iteration table that are this mission's own."""
+        end = self.units.state_to_si(trajectory.end)
+        orbit = elements_from_state(end[:3], end[3:])
+        return {
+            "nodes": trajectory.grid.size,
+            "time_of_flight_s": trajectory.duration * self.units.time_s,
+            "perigee_height_km": orbit.perigee_height_m() / 1e3,
+            "apogee_height_km": orbit.apogee_height_m() / 1e3,
+        }
+
+
+TERMINAL = (Row.LEAN_TO_PERIGEE, Row.LEAN_ACROSS, Row.MOMENTUM, Row.ECCENTRICITY, Row.PERIGEE_DIRECTION)
