@@ -415,3 +415,24 @@ def test_schema_of_a_reach_scenario_accepts_the_papers() -> None:
     assert set(schema["required"]) <= set(document) <= set(schema["properties"])
     assert set(schema["$defs"]["Grid"]["required"]) == set(document["grid"])
     assert schema["$defs"]["Method"]["properties"]["nodes"]["default"] == 12
+
+
+def test_a_plan_that_the_engine_does_not_hold_is_written_and_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from orbsoc.hw import cycle_budget
+    from orbsoc.hw.schedules import EngineTooSmallError
+
+    def too_small(*_: object, **__: object) -> None:
+        raise EngineTooSmallError("`microcode_words`: 2 words are needed, the engine's memory holds 1")
+
+    monkeypatch.setattr(cycle_budget, "cycle_budget", too_small)
+    result = CliRunner().invoke(
+        app, ["plan", str(ROOT / "scenarios" / "rec1.toml"), "--out", str(tmp_path / "a")]
+    )
+    assert result.exit_code == 0, result.output
+    assert "do NOT FIT the engine of zu9eg" in result.output
+    hardware = json.loads((tmp_path / "a" / "plan.json").read_text())["hardware"]
+    assert hardware["fits"] is False
+    assert "2 words are needed" in hardware["headline"]
+    assert not (tmp_path / "a" / "hardware.json").exists()

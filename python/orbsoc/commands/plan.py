@@ -180,6 +180,7 @@ def plan_scenario(
     Device "none" leaves the price out, `check` plans again with Clarabel, `ps` plans on the emulated computer, `impulses`
     is a file that is judged instead of planning, `watch` gives what sees each subproblem. Raises before or instead of writing anything, KeyboardInterrupt after any Ctrl-C.
     """
+    from orbsoc.hw.schedules import EngineTooSmallError
     from orbsoc.report.run import PlanRun
 
     interrupts = interrupts or Interrupts()
@@ -194,12 +195,17 @@ def plan_scenario(
     interrupts.check()
     compared = _compared(mission, scenario, found) if check else None
     interrupts.check()
-    budget = None
+    budget, too_large = None, ""
     if device != "none":
-        budget = _priced(found, scheduler, device, partition, deadline_ms, exact=exact)
+        try:
+            budget = _priced(found, scheduler, device, partition, deadline_ms, exact=exact)
+        except EngineTooSmallError as error:
+            too_large = (
+                f"the conic solves of the plan do NOT FIT the engine of {device}, and are not priced: {error}"
+            )
     interrupts.check()
     solver = "orbsoc on the emulated PS+PL computer" if ps else "orbsoc"
-    run = PlanRun(mission, found, solver, budget, compared)
+    run = PlanRun(mission, found, solver, budget, compared, too_large)
     return run, _written(run, folder, interrupts)
 
 
@@ -338,7 +344,7 @@ def _print_summary(document: dict[str, Any], folder: Path, as_json: bool) -> Non
         lines.append(hardware["headline"])
         if hardware["deadline"]:
             lines.append(hardware["deadline"])
-        if not hardware["same_bits"]:
+        if hardware["same_bits"] is False:
             lines.append("the scheduled solves DO NOT return the bits of the native ones")
     lines += [document["verdict"], f"written to {folder}"]
     for line in lines:

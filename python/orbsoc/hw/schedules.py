@@ -28,6 +28,10 @@ class EngineError(ValueError):
     """An engine that cannot exist, or that is too small for a problem; names the field, its value, what is allowed."""
 
 
+class EngineTooSmallError(EngineError):
+    """The engine's microcode memory does not hold the problem's schedules; says what is needed, and what it holds."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Engine:
     """One PL engine. `address_bits`: words of storage as a power of two; None: the fewest that hold the problem.
@@ -216,7 +220,8 @@ def _made(
             problem, settings, **fields, joined=joined, leaves=leaves, misread=misread
         )
     except _core.HardwareError as error:
-        raise EngineError(str(error)) from error
+        too_small = "`microcode_words`" in str(error) and "are needed" in str(error)
+        raise (EngineTooSmallError if too_small else EngineError)(str(error)) from error
     segments = {name: Segment(name, **described) for name, described in core.segments().items()}
     home, used = core.storage_words
     return PlProgram(Engine(**fields), segments, home, used, core)

@@ -32,6 +32,8 @@ class PlanRun:
     solver: str
     budget: CycleBudget | None
     check: Agreement | None
+    too_large: str = ""
+    """Why the solves could not be priced: the engine does not hold them."""
 
     @property
     def succeeded(self) -> bool:
@@ -45,10 +47,19 @@ class PlanRun:
         return {
             **self.plan.to_dict(),
             "solver": self.solver,
-            "hardware": self.budget and self.budget.summary(),
+            "hardware": self.budget.summary() if self.budget else self._unpriced(),
             "check": self.check and {**self.check.to_dict(), "solver": "clarabel"},
             "versions": versions(),
         }
+
+    def _unpriced(self) -> dict[str, Any] | None:
+        """`hardware` without a price: what does not fit, in the keys of a budget's summary; None where none was asked for."""
+        if not self.too_large:
+            return None
+        nothing = dict.fromkeys(
+            ("cycles", "pl_cycles_from", "time_ms", "speedup", "verdict", "deadline", "same_bits")
+        )
+        return {"provenance": "modelled", "headline": self.too_large, "fits": False, **nothing}
 
 
 def write_run(
