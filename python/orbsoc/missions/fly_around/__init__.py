@@ -9,7 +9,7 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError
 
 from .dispersion import DISPERSION, disperse
-from .plan import Plan, audit, plan, reproduce
+from .flight_plan import Plan, audit, plan, reproduce
 from .planner import COLUMNS
 from .scenario import Scenario, load_scenario
 

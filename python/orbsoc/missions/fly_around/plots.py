@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.guidance.figure_style import STYLE
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit.relative import LVLH
 
@@ -26,17 +27,6 @@ Array = NDArray[np.float64]
 
 BLUE, VERMILION, GREEN, ORANGE, GREY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#555555"
 """Okabe–Ito: distinct to colour-blind eyes and in print."""
-STYLE: Any = {
-    "font.size": 10.5,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#d9d9d9",
-    "grid.linewidth": 0.6,
-    "axes.axisbelow": True,
-    "lines.linewidth": 1.6,
-    "legend.frameon": False,
-}
 DOTS_PER_INCH = 150
 TUBE_AROUND = 24
 PRIMER_POINTS = 721

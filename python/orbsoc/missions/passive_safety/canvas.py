@@ -4,7 +4,7 @@ pyplot: no global state, no display."""
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from orbsoc.guidance.mission import FigureFile
 
@@ -19,17 +19,6 @@ COLOURS = ("#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 """Okabe–Ito without vermilion, which is for what is unsafe."""
 UNSAFE = "#D55E00"
 KEEP_OUT = "#f3c9b5"
-STYLE: Any = {
-    "font.size": 10.5,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#dddddd",
-    "grid.linewidth": 0.6,
-    "axes.axisbelow": True,
-    "lines.linewidth": 1.8,
-    "legend.frameon": False,
-}
 DOTS_PER_INCH = 150
 SHOWN = 6
 """Impulses that are drawn with a drift of their own; of more, the first ones."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from orbsoc.guidance.figure_style import STYLE
 from orbsoc.guidance.mission import FigureFile
 
 from . import charts
 from .approach_plan import ApproachPlan
-from .canvas import STYLE
 from .plane import plane
 
 

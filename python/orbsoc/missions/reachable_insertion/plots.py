@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.guidance.figure_style import STYLE
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import EARTH, CanonicalUnits, pitch_yaw
 
@@ -29,18 +30,6 @@ Array = NDArray[np.float64]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73")
 """Okabe–Ito blue, vermilion and green: distinct to colour-blind eyes and in print."""
-STYLE: Any = {
-    "font.size": 10.5,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#d9d9d9",
-    "grid.linewidth": 0.6,
-    "axes.axisbelow": True,
-    "lines.linewidth": 1.8,
-    "legend.frameon": False,
-    "figure.titlesize": 11,
-}
 DOTS_PER_INCH = 160
 MARGINS = {"left": 0.15, "right": 0.97, "bottom": 0.08, "top": 0.93}
 """Fixed, for a layout that is worked out takes as long as the drawing."""

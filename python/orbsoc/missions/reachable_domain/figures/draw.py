@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from orbsoc.guidance.figure_style import PLAIN
 from orbsoc.guidance.mission import FigureFile
 
 from ..continuation.boundary import edge_note
@@ -19,14 +20,6 @@ from .planes import draw_boundary, draw_maps
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-STYLE: Any = {
-    "font.size": 10.5,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.axisbelow": True,
-    "legend.frameon": False,
-    "figure.titlesize": 11,
-}
 DOTS_PER_INCH = 150
 
 
@@ -70,7 +63,7 @@ def draw_figures(domain: ReachableDomain, folder: Path) -> tuple[FigureFile, ...
     for name, caption, size, draw in plots:
         if draw is draw_boundary and edge_note(domain.domain):
             continue
-        with mpl.rc_context(STYLE):
+        with mpl.rc_context(PLAIN):
             figure = Figure(figsize=size, layout=None if draw is draw_band else "constrained")
             FigureCanvasAgg(figure)
             draw(figure, domain)
