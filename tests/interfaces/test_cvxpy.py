@@ -149,23 +149,59 @@ def stopped(status: orbsoc.Status) -> orbsoc.Solution:
     )
 
 
-@pytest.mark.parametrize("warm_start", [True, False])
-def test_a_new_parameter_gives_the_bits_of_a_fresh_problem(warm_start: bool) -> None:
+def ball(value: float) -> tuple[cp.Problem, cp.Parameter]:
+    """A projection onto a ball of a radius that is a parameter."""
+    x, radius = cp.Variable(4), cp.Parameter(nonneg=True, value=value)
+    return cp.Problem(cp.Minimize(cp.sum_squares(x - 2) + x[0]), [cp.norm(x) <= radius]), radius
+
+
+def test_without_a_warm_start_a_new_parameter_gives_the_bits_of_a_fresh_problem() -> None:
     """The analysis is kept between solves; no number of the last solve is."""
-
-    def build(value: float) -> tuple[cp.Problem, cp.Parameter]:
-        x, radius = cp.Variable(4), cp.Parameter(nonneg=True, value=value)
-        return cp.Problem(cp.Minimize(cp.sum_squares(x - 2) + x[0]), [cp.norm(x) <= radius]), radius
-
-    problem, radius = build(1.0)
-    problem.solve(solver=orbsoc.CVXPY(), warm_start=warm_start)
+    problem, radius = ball(1.0)
+    problem.solve(solver=orbsoc.CVXPY())
     first = problem.variables()[0].value.copy()
     radius.value = 3.0
-    problem.solve(solver=orbsoc.CVXPY(), warm_start=warm_start)
-    fresh, _ = build(3.0)
+    problem.solve(solver=orbsoc.CVXPY(), warm_start=False)
+    fresh, _ = ball(3.0)
     fresh.solve(solver=orbsoc.CVXPY())
     assert problem.variables()[0].value.tobytes() == fresh.variables()[0].value.tobytes()
     assert np.max(np.abs(first - problem.variables()[0].value)) > 0.1
+
+
+def test_a_second_solve_starts_from_the_first_solution() -> None:
+    problem, radius = ball(1.0)
+    problem.solve(solver=orbsoc.CVXPY())
+    cold = problem.solver_stats.extra_stats
+    radius.value = 1.0001
+    problem.solve(solver=orbsoc.CVXPY())
+    warm = problem.solver_stats.extra_stats
+    assert (cold.warm_start, warm.warm_start) == ("none", "used")
+    assert warm.iterations < cold.iterations
+
+
+def test_an_infeasible_solve_is_no_point_to_start_from() -> None:
+    x, least = cp.Variable(2), cp.Parameter(value=3.0)
+    problem = cp.Problem(cp.Minimize(cp.sum_squares(x)), [x <= 1, cp.sum(x) >= least])
+    assert problem.solve(solver=orbsoc.CVXPY()) == np.inf
+    least.value = 1.0
+    assert problem.solve(solver=orbsoc.CVXPY()) == pytest.approx(0.5, abs=1e-6)
+    assert problem.solver_stats.extra_stats.warm_start == "none"
+
+
+def test_new_entries_of_the_cost_are_taken() -> None:
+    x, weight = cp.Variable(2), cp.Parameter(nonneg=True, value=1.0)
+    problem = cp.Problem(cp.Minimize(weight * cp.sum_squares(x) - x[0]), [cp.norm(x) <= 5])
+    for value in (1.0, 4.0, 4.0, 0.25):
+        weight.value = value
+        assert problem.solve(solver=orbsoc.CVXPY()) == pytest.approx(-0.25 / value, abs=1e-6)
+
+
+def test_a_value_outside_its_bounds_is_no_error() -> None:
+    """CVXPY 1.9.3 raises ValueError here for a solver that takes bounds apart from the rows."""
+    x = cp.Variable((3, 3), diag=True, bounds=[0, 1])
+    problem = cp.Problem(cp.Minimize(cp.trace(x)), [cp.sum(x) >= 0.5])
+    x.save_value(np.diag([-1e-3, 0.5, 0.2]))
+    assert problem.solve(solver=orbsoc.CVXPY()) == pytest.approx(0.5, abs=1e-6)
 
 
 def test_a_parameter_that_changes_the_pattern_is_solved_anew() -> None:

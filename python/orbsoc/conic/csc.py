@@ -106,6 +106,17 @@ def stacked(top: Csc, bottom: Csc) -> Csc:
     return _csc(_sparse.vstack([top, bottom]))
 
 
+def split_rows(matrix: Csc, count: int) -> tuple[Csc, Csc]:
+    """The first `count` rows, and the others."""
+    first = matrix.indices < count
+    before = np.concatenate([[0], np.cumsum(first, dtype=np.int32)]).astype(np.int32)[matrix.indptr]
+    rows, columns = matrix.shape
+    indices = matrix.indices.astype(np.int32)
+    top = from_parts(matrix.data[first], indices[first], before, (count, columns))
+    others = (matrix.indptr - before).astype(np.int32)
+    return top, from_parts(matrix.data[~first], indices[~first] - count, others, (rows - count, columns))
+
+
 def selected_rows(matrix: Csc, keep: NDArray[np.bool_]) -> Csc:
     """The rows of `matrix` where `keep` is true."""
     return matrix if keep.all() else _sparse.csc_array(_sparse.csr_array(matrix)[keep])

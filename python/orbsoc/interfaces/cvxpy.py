@@ -1,22 +1,22 @@
 """orbsoc as a solver of CVXPY: `cvxpy_problem.solve(solver=orbsoc.CVXPY())`.
 
-CVXPY states min ½xᵀPx + cᵀx + d, Âx + s = b̂, s ∈ {0}ᵖ × R₊ˡ × Q^q₁ × …, with bounds on x apart. Its first p rows are
-A here, the others G; a finite bound becomes a row of R₊ after CVXPY's own, two equal bounds a row of A. Multipliers
-have the same order and sign on both sides; those of bounds have no place in CVXPY.
+CVXPY states min ½xᵀPx + cᵀx + d, Âx + s = b̂, s ∈ {0}ᵖ × R₊ˡ × Q^q₁ × …: its first p rows are A here, the others G.
+Multipliers have the same order and sign on both sides.
 
-CVXPY asks for solver options as keywords of `solve`: they are the fields of `orbsoc.Settings`.
+A second solve of a problem keeps the analysis of the first while the pattern is the same, and starts from its solution
+unless `warm_start=False` is given. CVXPY asks for solver options as keywords of `solve`: they are the fields of
+`orbsoc.Settings`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, MutableMapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from orbsoc.conic import csc
-from orbsoc.conic.csc import Array, Csc, Matrix
+from orbsoc.conic.csc import Csc
 from orbsoc.conic.errors import ProblemError
 from orbsoc.conic.problem import Cones, Problem
 from orbsoc.conic.settings import Settings
@@ -67,7 +67,7 @@ NAME = "ORBSOC"
 class CVXPY(ConicSolver):
     """The solver to hand to CVXPY; `settings` hold unless `problem.solve(..., tol=1e-9)` overrides one.
 
-    Linear and quadratic objectives; zero, nonnegative and second-order cones; bounds of variables. After a solve
+    Linear and quadratic objectives; zero, nonnegative and second-order cones. After a solve
     `problem.solver_stats` has iterations and times, its `extra_stats` the whole `orbsoc.Solution`. Infeasible
     problems carry their certificate in the dual values. At a limit of iterations or time the status is
     "user_limit" and the best iterate is in the variables; where the arithmetic gives no more, CVXPY's SolverError
@@ -75,7 +75,7 @@ class CVXPY(ConicSolver):
     """
 
     MIP_CAPABLE = False
-    BOUNDED_VARIABLES = True
+    BOUNDED_VARIABLES = False  # CVXPY 1.9.3 raises where another solver left a value outside its bounds
     SUPPORTED_CONSTRAINTS = CONSTRAINTS
 
     def __init__(self, settings: Settings | None = None) -> None:
@@ -121,18 +121,21 @@ class CVXPY(ConicSolver):
         solver_opts: Mapping[str, Any],
         solver_cache: MutableMapping[str, Any] | None = None,
     ) -> Solution:
-        """Solve the arrays of `apply`, with the analysis of the last solve where the pattern is the same.
+        """Solve the arrays of `apply`, with the analysis of the last solve where the pattern is the same, and from its
+        solution if `warm_start` is true.
 
         Raises TypeError for an unknown option, ProblemError for data that are no problem, KeyboardInterrupt.
         """
         options = {key: value for key, value in solver_opts.items() if key != "use_quad_obj"}
         settings = resolve(self.settings, options | ({"verbose": True} if verbose else {}))
-        problem = _standard_form(data)
-        cached = solver_cache.get(NAME) if warm_start and solver_cache is not None else None
-        solver = _updated(cached, problem, settings) or Solver(problem, settings)
+        found, cones = _standard_form(data), _cones(data)
+        cached = solver_cache.get(NAME) if solver_cache is not None else None
+        kept = _updated(cached, found, cones, settings)
+        solver = kept.solver if kept else Solver(Problem(**found, cones=cones), settings)
+        solution: Solution = solver.solve(warm_start=kept.solution if kept and warm_start else None)
         if solver_cache is not None:
-            solver_cache[NAME] = solver
-        solution = solver.solve()
+            solved = solution if solution.status is Status.SOLVED else None
+            solver_cache[NAME] = _Solved(solver, found["P"], cones, solved)
         if solution.status is Status.INTERRUPTED:
             raise KeyboardInterrupt
         return solution
@@ -159,73 +162,54 @@ class CVXPY(ConicSolver):
         )
 
     def _dual_values(self, solution: Solution, inverse_data: Any) -> dict[Any, Any]:
-        """Multipliers by constraint, those of bounds left out."""
-        dims = inverse_data[self.DIMS]
-        bounds = solution.z.size - dims.nonneg - sum(dims.soc)
-        y = solution.y[: dims.zero]
-        z = np.delete(solution.z, slice(dims.nonneg, dims.nonneg + bounds))
+        """Multipliers by constraint."""
         values: dict[Any, Any]
-        values = utilities.get_dual_values(y, utilities.extract_dual_value, inverse_data[self.EQ_CONSTR])
-        values |= utilities.get_dual_values(z, utilities.extract_dual_value, inverse_data[self.NEQ_CONSTR])
+        values = utilities.get_dual_values(
+            solution.y, utilities.extract_dual_value, inverse_data[self.EQ_CONSTR]
+        )
+        values |= utilities.get_dual_values(
+            solution.z, utilities.extract_dual_value, inverse_data[self.NEQ_CONSTR]
+        )
         return values
 
 
-@dataclass(frozen=True, slots=True)
-class _Rows:
-    """A block of rows and its right-hand side."""
+class _Solved(NamedTuple):
+    """What a problem keeps for its next solve."""
 
-    matrix: Matrix
-    side: Array
-
-
-def _standard_form(data: Mapping[str, Any]) -> Problem:
-    dims, rows, side = data[ConicSolver.DIMS], data[_s.A], data[_s.B]
-    p, l = dims.zero, dims.zero + dims.nonneg
-    fixed, bounded = _bounds(data, data[_s.C].size)
-    equalities = [_Rows(rows[:p], side[:p]), fixed]
-    inequalities = [_Rows(rows[p:l], side[p:l]), bounded, _Rows(rows[l:], side[l:])]
-    A, b = _stacked(equalities)
-    G, h = _stacked(inequalities)
-    cones = Cones(l=dims.nonneg + bounded.side.size, q=dims.soc)
-    return Problem(P=data.get(_s.P), c=data[_s.C], A=A, b=b, G=G, h=h, cones=cones)
+    solver: Solver
+    cost: Csc | None
+    cones: Cones
+    solution: Solution | None
 
 
-def _bounds(data: Mapping[str, Any], n: int) -> tuple[_Rows, _Rows]:
-    """Bounds on x as equalities (where the two are one) and inequalities."""
-    lower = _bound(data.get(_s.LOWER_BOUNDS), -np.inf, n)
-    upper = _bound(data.get(_s.UPPER_BOUNDS), np.inf, n)
-    fixed = lower == upper
-    below, above = ~fixed & (lower != -np.inf), ~fixed & (upper != np.inf)
-    inequalities = csc.stacked(_unit_rows(below, -1.0), _unit_rows(above, 1.0))
-    sides = np.concatenate([-lower[below], upper[above]])
-    return _Rows(_unit_rows(fixed, 1.0), lower[fixed]), _Rows(inequalities, sides)
+def _cones(data: Mapping[str, Any]) -> Cones:
+    dims = data[ConicSolver.DIMS]
+    return Cones(l=dims.nonneg, q=dims.soc)
 
 
-def _bound(given: Any, absent: float, n: int) -> Array:
-    return np.full(n, absent) if given is None else np.broadcast_to(np.asarray(given, dtype=float), n)
+def _standard_form(data: Mapping[str, Any]) -> dict[str, Any]:
+    """P, c, A, b, G, h of CVXPY's arrays."""
+    equalities, rows, sides = data[ConicSolver.DIMS].zero, data[_s.A], data[_s.B]
+    A, G = csc.split_rows(rows, equalities)
+    return {
+        "P": data.get(_s.P), "c": data[_s.C], "A": A, "b": sides[:equalities], "G": G, "h": sides[equalities:],
+    }  # fmt: skip
 
 
-def _unit_rows(which: Any, value: float) -> Csc:
-    """The rows `value`·eᵢᵀ of the variables i where `which` is true."""
-    columns = np.flatnonzero(which)
-    shape = (columns.size, which.size)
-    return csc.from_entries(np.full(columns.size, value), np.arange(columns.size), columns, shape)
-
-
-def _stacked(blocks: list[_Rows]) -> tuple[Matrix, Array]:
-    matrix = blocks[0].matrix
-    for block in blocks[1:]:
-        if block.side.size:
-            matrix = csc.stacked(matrix, block.matrix)
-    return matrix, np.concatenate([block.side for block in blocks])
-
-
-def _updated(cached: Any, problem: Problem, settings: Settings) -> Solver | None:
-    """The last solve's analysis with new data (the same bits as a new one), or None if it is of another pattern."""
-    if not isinstance(cached, Solver) or cached.settings != settings or cached.problem.cones != problem.cones:
+def _updated(cached: Any, found: Mapping[str, Any], cones: Cones, settings: Settings) -> _Solved | None:
+    """The last solve's analysis with the new data (it gives the bits of a new one), or None where it does not fit."""
+    if not isinstance(cached, _Solved) or cached.cones != cones or cached.solver.settings != settings:
         return None
     try:
-        cached.update(**{name: getattr(problem, name) for name in "PcAbGh"})
+        cached.solver.update(**{k: v for k, v in found.items() if k != "P" or not _equal(v, cached.cost)})
     except ProblemError:
         return None
     return cached
+
+
+def _equal(one: Csc | None, other: Csc | None) -> bool:
+    """Whether two costs have the same entries, stored in the same places."""
+    if one is None or other is None:
+        return one is other
+    parts = ("indptr", "indices", "data")
+    return all(np.array_equal(getattr(one, part), getattr(other, part)) for part in parts)
