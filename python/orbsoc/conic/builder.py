@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import csc
 from .csc import Array, Csc
-from .named_rows import HasDuals, HasStatus, Kind, NamedBlock, conflict, shares
+from .named_rows import HasDuals, HasStatus, Kind, NamedBlock, TwoSidedBlock, conflict, shares
 from .outcome import Status
 from .problem import Cones, Problem, ProblemError
 
@@ -101,7 +101,7 @@ class ConicBuilder:
         self._nonnegative = _Rows()
         self._cone_rows = _Rows()
         self._cone_sizes: list[int] = []
-        self._named: dict[str, NamedBlock] = {}
+        self._named: dict[str, NamedBlock | TwoSidedBlock] = {}
 
     def variable(self, name: str, shape: int | tuple[int, ...] = ()) -> Variable:
         """New unknowns of `shape` (row-major columns); raises BuilderError if the name is taken or the shape empty."""
@@ -154,6 +154,67 @@ class ConicBuilder:
         """Add rows rhs − Σ block · x[columns] ≥ 0; rhs is (rows,) or one number for all rows."""
         self._add("nonnegative", self._nonnegative, *self._prepare("nonnegative", terms, rhs), name)
 
+    def between(
+        self, lower: ArrayLike, terms: Iterable[Term], upper: ArrayLike, *, name: str | None = None
+    ) -> None:
+        """Add rows lower ≤ Σ block · x[columns] ≤ upper; each bound is (rows,) or one number for all rows.
+
+        Two equal bounds make one equality, an infinite bound makes no row. The dual of the rows is (rows,): positive
+        where the upper bound holds a row, negative where the lower one does, so that c + Px + Mᵀ·dual + … = 0 with M
+        the blocks. Raises BuilderError where a lower bound is above the upper one, NaN, or at the wrong infinity.
+
+        >>> b = ConicBuilder()
+        >>> x = b.variable("x", 3)
+        >>> b.between([0.0, 1.0, -np.inf], [(x, np.eye(3))], [2.0, 1.0, 5.0])  # 0 ≤ x₀ ≤ 2, x₁ = 1, x₂ ≤ 5
+        >>> b.build()
+        Problem(n=3, p=1, m=3, l=3, q=(), nnz: P 0, A 1, G 3)
+        """
+        vector = lower if np.ndim(lower) else upper
+        entries, side = self._prepare("between", terms, vector)
+        low, high = (
+            self._each("between", "lower", lower, side.size),
+            self._each("between", "upper", upper, side.size),
+        )
+        wrong = np.flatnonzero(~(low <= high) | (low == np.inf) | (high == -np.inf))
+        if wrong.size:
+            k = wrong[0]
+            raise BuilderError(f"between: row {k} is to lie between {low[k]} and {high[k]}")
+        equal = low == high
+        parts = [
+            self._part("equality", self._equality, entries, low, equal, 1.0),
+            self._part("nonnegative", self._nonnegative, entries, high, ~equal & (high < np.inf), 1.0),
+            self._part("nonnegative", self._nonnegative, entries, low, ~equal & (low > -np.inf), -1.0),
+        ]
+        self._name(name, TwoSidedBlock(low.size, tuple(parts)))
+
+    def bounds(
+        self, columns: Columns, lower: ArrayLike, upper: ArrayLike, *, name: str | None = None
+    ) -> None:
+        """Add lower ≤ x[columns] ≤ upper; the rules, and the dual, are those of `between`."""
+        index = self._index("bounds", columns).ravel()
+        low, high = (
+            self._each("bounds", "lower", lower, index.size),
+            self._each("bounds", "upper", upper, index.size),
+        )
+        self.between(low, [(index, csc.identity(index.size))], high, name=name)
+
+    def _part(
+        self,
+        kind: Kind,
+        target: _Rows,
+        entries: list[tuple[Index, Index, Array]],
+        side: Array,
+        keep: NDArray[np.bool_],
+        sign: float,
+    ) -> tuple[NamedBlock, Index, float]:
+        """Add `sign` times the rows where `keep` is true; where they stand, which they are, and their sign."""
+        rows = np.flatnonzero(keep)
+        place = np.cumsum(keep) - 1
+        kept = [(at, keep[at], columns, values) for at, columns, values in entries]
+        block = NamedBlock(kind, target.count, rows.size)
+        target.add([(place[at][k], c[k], sign * v[k]) for at, k, c, v in kept], sign * side[rows])
+        return block, rows, sign
+
     def second_order(
         self, terms: Iterable[Term], rhs: ArrayLike, size: int | None = None, *, name: str | None = None
     ) -> None:
@@ -196,7 +257,7 @@ class ConicBuilder:
         heads = np.arange(norms) * (each + 1)
         prepared = [(rows[where], columns, -values) for where, columns, values in entries]
         h = np.empty(norms * (each + 1))
-        h[rows], h[heads] = side, -self._one_a_norm("margin", margin, norms)
+        h[rows], h[heads] = side, -self._each("norm", "margin", margin, norms)
         if isinstance(bound, Variable) or (np.asarray(bound).dtype.kind in "iu" and np.ndim(bound)):
             columns = self._index("norm", bound).ravel()
             if columns.size != norms:
@@ -205,15 +266,18 @@ class ConicBuilder:
                 )
             prepared.append((heads, columns, np.full(norms, -1.0)))
         else:
-            h[heads] += self._one_a_norm("bound", bound, norms)
+            h[heads] += self._each("norm", "bound", bound, norms)
         self._add("cone", self._cone_rows, prepared, h, name, each + 1)
         self._cone_sizes += [each + 1] * norms
 
-    def _one_a_norm(self, what: str, value: ArrayLike, norms: int) -> Array:
+    @staticmethod
+    def _each(where: str, what: str, value: ArrayLike, count: int) -> Array:
         numbers = np.asarray(value, dtype=np.float64)
-        if numbers.shape not in ((), (norms,)):
-            raise BuilderError(f"norm: {what} has shape {numbers.shape}; it must be ({norms},) or one number")
-        return np.broadcast_to(numbers, (norms,))
+        if numbers.shape not in ((), (count,)):
+            raise BuilderError(
+                f"{where}: {what} has shape {numbers.shape}; it must be ({count},) or one number"
+            )
+        return np.broadcast_to(numbers, (count,))
 
     def sum_of_norms(
         self, name: str, terms: Iterable[Term], offset: ArrayLike = 0.0, *, size: int, weight: float = 1.0
@@ -286,15 +350,13 @@ class ConicBuilder:
     def dual(self, solution: HasDuals, name: str) -> Array:
         """The multipliers of the rows `name` at a solution of the built problem.
 
-        Those of `equality` and `nonnegative` are (rows,), those of `second_order` and `norm` (cones, rows of a cone).
+        Those of `equality`, `nonnegative`, `between` and `bounds` are (rows,), those of `second_order` and `norm` (cones, rows of a cone).
         With y for the equalities and z ∈ K for the rest, c + Px + Aᵀy + Gᵀz = 0.
         """
         if name not in self._named:
             raise BuilderError(f"no rows `{name}`; there are {', '.join(self._named) or 'none with a name'}")
         self._check_rows(solution)
-        block = self._named[name]
-        found = np.array(block.of(solution.y, solution.z, self._nonnegative.count))
-        return found.reshape(-1, block.size) if block.kind == "cone" else found
+        return np.array(self._named[name].of(solution.y, solution.z, self._nonnegative.count))
 
     def why(self, solution: HasStatus) -> str:
         """In a sentence, which named rows take part in the proof that the built problem has no feasible point.
@@ -341,11 +403,14 @@ class ConicBuilder:
         name: str | None,
         size: int = 1,
     ) -> None:
+        self._name(name, NamedBlock(kind, target.count, side.size, size))
+        target.add(entries, side)
+
+    def _name(self, name: str | None, block: NamedBlock | TwoSidedBlock) -> None:
         if name is not None:
             if name in self._named:
                 raise BuilderError(f"rows `{name}` exist already")
-            self._named[name] = NamedBlock(kind, target.count, side.size, size)
-        target.add(entries, side)
+            self._named[name] = block
 
     def _prepare(
         self, where: str, terms: Iterable[Term], rhs: ArrayLike

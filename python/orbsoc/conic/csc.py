@@ -50,6 +50,11 @@ def empty(rows: int, columns: int) -> Csc:
     return _csc((rows, columns))
 
 
+def identity(size: int) -> Csc:
+    """The identity."""
+    return _csc(_sparse.eye_array(size))
+
+
 def from_parts(data: Array, indices: NDArray[Any], indptr: NDArray[Any], shape: tuple[int, int]) -> Csc:
     """The matrix of compressed columns as they are, not checked."""
     return _csc((data, indices, indptr), shape=shape)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .csc import Array
 from .outcome import Status
@@ -44,11 +46,35 @@ class NamedBlock:
     def of(self, equalities: Array, cone_rows: Array, nonnegative: int) -> Array:
         """Its part of a vector over the equalities, or over the rows in K, of which `nonnegative` come first."""
         start = self.start + (nonnegative if self.kind == "cone" else 0)
-        return (equalities if self.kind == "equality" else cone_rows)[start : start + self.count]
+        found = (equalities if self.kind == "equality" else cone_rows)[start : start + self.count]
+        return found.reshape(-1, self.size) if self.kind == "cone" else found
+
+    def total(self, equalities: Array, cone_rows: Array, nonnegative: int) -> float:
+        """The sum of its part of such a vector."""
+        return float(np.sum(self.of(equalities, cone_rows, nonnegative)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TwoSidedBlock:
+    """`count` rows with a lower and an upper bound: of each part, the rows that it holds, and the sign of their multipliers."""
+
+    count: int
+    parts: tuple[tuple[NamedBlock, NDArray[np.intp], float], ...]
+
+    def of(self, equalities: Array, cone_rows: Array, nonnegative: int) -> Array:
+        """Multipliers of the rows, (count,): positive where the upper bound holds the row, negative where the lower does."""
+        out = np.zeros(self.count)
+        for block, rows, sign in self.parts:
+            out[rows] += sign * block.of(equalities, cone_rows, nonnegative)
+        return out
+
+    def total(self, equalities: Array, cone_rows: Array, nonnegative: int) -> float:
+        """The sum of its parts of a vector over the equalities, or over the rows in K."""
+        return sum(block.total(equalities, cone_rows, nonnegative) for block, _, _ in self.parts)
 
 
 def shares(
-    blocks: dict[str, NamedBlock], solution: HasDuals, b: Array, h: Array, nonnegative: int
+    blocks: Mapping[str, NamedBlock | TwoSidedBlock], solution: HasDuals, b: Array, h: Array, nonnegative: int
 ) -> dict[str, float]:
     """Of each block in the certificate (y, z), its Σ|bᵀy| + Σ|hᵀz| relative to that of all rows, largest first.
 
@@ -57,7 +83,7 @@ def shares(
     """
     finite = np.where(np.isfinite(h), h, 0.0)
     pull_y, pull_z = b * solution.y, finite * solution.z
-    pulls = {name: float(np.sum(block.of(pull_y, pull_z, nonnegative))) for name, block in blocks.items()}
+    pulls = {name: block.total(pull_y, pull_z, nonnegative) for name, block in blocks.items()}
     pulls[OTHER] = float(np.sum(pull_y) + np.sum(pull_z)) - sum(pulls.values())
     total = sum(map(abs, pulls.values()))
     if not total > 0.0:
