@@ -106,8 +106,7 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
     """
     area, pl, there = platform.area, platform.pl, platform.resources
     storage = max((_storage_words(pattern, partition) for pattern in trace.patterns), default=0)
-    address_bits = max(8, math.ceil(math.log2(max(2, storage))))
-    shape = Shape(trace.datapath, pl.lanes.value, pl.dividers.value, pl.banks.value, address_bits)
+    shape = engine_shape(trace, platform, partition)
     packed = pl.microcode_format.value == "compressed"
     wide = line_bits(shape) if packed else shape.microcode_bits
     code = max(
@@ -129,6 +128,14 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
         for kind in KINDS
     )
     return Budget(uses, storage, code.words, code.bits, code.flat_bits, code.origin, math.ceil(halves / 2))
+
+
+def engine_shape(trace: Trace, platform: Platform, partition: Partition) -> Shape:
+    """The engine with storage for the largest pattern."""
+    pl = platform.pl
+    storage = max((_storage_words(pattern, partition) for pattern in trace.patterns), default=0)
+    address_bits = max(8, math.ceil(math.log2(max(2, storage))))
+    return Shape(trace.datapath, pl.lanes.value, pl.dividers.value, pl.banks.value, address_bits)
 
 
 def _storage_words(pattern: Pattern, partition: Partition) -> int:

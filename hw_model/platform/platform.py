@@ -15,7 +15,7 @@ from hw_model.errors import PlatformError, describe
 
 from .data_file import Table, is_table, read, shipped
 from .presets import preset, with_preset
-from .sections import Area, Link, Pl, Ps, Resources, Runtime, Section
+from .sections import Area, Energy, Link, Pl, Ps, Resources, Runtime, Section
 
 if TYPE_CHECKING:
     from .parameter import End
@@ -31,6 +31,7 @@ class Platform(Section):
     link: Link
     runtime: Runtime
     area: Area
+    energy: Energy
     resources: Resources
 
     @model_validator(mode="after")
@@ -98,9 +99,9 @@ def load_platform(name_or_path: str | Path) -> Platform:
     Raises PlatformError naming the key, its value and what is allowed.
     """
     raw, where = read("platform", "platforms", name_or_path, PlatformError)
-    for section, name in (("runtime", "bare_metal"), ("area", "orbsoc_rtl")):
+    for section, name in (("runtime", "bare_metal"), ("area", "orbsoc_rtl"), ("energy", "nm28")):
         raw.setdefault(section, {"preset": name})
-    for section in ("ps", "pl", "link", "runtime", "area"):
+    for section in ("ps", "pl", "link", "runtime", "area", "energy"):
         given = raw.get(section)
         if is_table(given):
             try:

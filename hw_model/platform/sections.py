@@ -207,6 +207,36 @@ class Area(Section):
     bram36_ceiling: Parameter[Fraction01]
 
 
+class Energy(Section):
+    """What each action of a run costs (energy/actions.py): picojoules of one, milliwatts of what lasts.
+
+    An operation of the PL by kind and width; a bit read from or written to a bank, or fetched as microcode; a beat of
+    eight bytes between memory and PL; a register access; a clock cycle of a core that computes. Milliwatts: a core that
+    waits for the PL, each further core, the clock of one lane or divider, and what PS, PL and memory draw all the time.
+    """
+
+    add_f64_pj: Parameter[Duration]
+    add_f32_pj: Parameter[Duration]
+    mul_f64_pj: Parameter[Duration]
+    mul_f32_pj: Parameter[Duration]
+    div_f64_pj: Parameter[Duration]
+    div_f32_pj: Parameter[Duration]
+    logic_f64_pj: Parameter[Duration]
+    logic_f32_pj: Parameter[Duration]
+    bank_read_bit_pj: Parameter[Duration]
+    bank_write_bit_pj: Parameter[Duration]
+    microcode_bit_pj: Parameter[Duration]
+    beat_pj: Parameter[Duration]
+    register_access_pj: Parameter[Duration]
+    core_cycle_pj: Parameter[Duration]
+    core_waiting_mw: Parameter[Duration]
+    core_idle_mw: Parameter[Duration]
+    unit_clock_mw: Parameter[Duration]
+    ps_static_mw: Parameter[Duration]
+    pl_static_mw: Parameter[Duration]
+    memory_static_mw: Parameter[Duration]
+
+
 class Resources(Section):
     """What the PL of the device holds. It does not enter any time; the budget compares against it."""
 

@@ -6,10 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from hw_model.energy.joules import EnergyUse, counter_of, energy_use
+from hw_model.timing.actions import actions_of
+from hw_model.timing.durations import Durations
 from hw_model.timing.stage_cycles import StageCycles, estimated
 from hw_model.timing.timeline import Timeline, as_partition, as_platform, simulate
 from hw_model.timing.trace import parse_trace
 from hw_model.vocabulary import CAUSES, MODULES, Cause, Module
+
+from .bands import corners_of
 
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition
@@ -41,6 +46,8 @@ class Difference:
     """Every parameter in which the two computers differ, with both values."""
     moved: tuple[str, ...]
     """Modules that are on another side."""
+    a_energy: EnergyUse
+    b_energy: EnergyUse
 
     @property
     def headline(self) -> str:
@@ -57,14 +64,29 @@ class Difference:
             f" {change / 1e9:+.3f} ms ({self.a_picoseconds / self.b_picoseconds:.2f}×), of which {cause} is {part / 1e9:+.3f} ms"
         )
 
+    @property
+    def energy_line(self) -> str:
+        """The energy of either, and of which action most of the difference is."""
+        one, other = (
+            {row.action: row.nominal_mj for row in use.rows} for use in (self.a_energy, self.b_energy)
+        )
+        changes = {action: other.get(action, 0.0) - one.get(action, 0.0) for action in one | other}
+        most = max(changes, key=lambda action: abs(changes[action]))
+        return (
+            f"modelled energy: A {self.a_energy.nominal_mj:.2f} mJ, B {self.b_energy.nominal_mj:.2f} mJ"
+            f" ({self.b_energy.low_mj:.2f}–{self.b_energy.high_mj:.2f}); most of the difference is {most},"
+            f" {changes[most]:+.2f} mJ"
+        )
+
     def to_dict(self) -> dict[str, Any]:
         """JSON-able data, differences in milliseconds."""
         return {
             "schema": "orbsoc.hardware-difference/1",
             "provenance": "modelled",
             "headline": self.headline,
-            "a": {"name": self.a, "time_ms": self.a_picoseconds / 1e9},
-            "b": {"name": self.b, "time_ms": self.b_picoseconds / 1e9},
+            "energy_line": self.energy_line,
+            "a": {"name": self.a, "time_ms": self.a_picoseconds / 1e9, "energy_mj": self.a_energy.nominal_mj},
+            "b": {"name": self.b, "time_ms": self.b_picoseconds / 1e9, "energy_mj": self.b_energy.nominal_mj},
             "moved": list(self.moved),
             "parameters": [{"key": key, "a": one, "b": other} for key, one, other in self.parameters],
             "by_cause_ms": {cause: _ms(pair) for cause, pair in self.by_cause.items()},
@@ -102,7 +124,17 @@ def explain(
         {(m, c): both[m, c] for m in MODULES for c in CAUSES if (m, c) in both},
         parameters,
         moved,
+        *(_energy(checked, side, cycles) for side in (a, b)),
     )
+
+
+def _energy(trace: Trace, side: Configuration, cycles: StageCycles) -> EnergyUse:
+    """Over the corners of the assumed bands."""
+    corners = [
+        Durations(trace, corner, uses_pl=side.partition.uses_pl, cycles=cycles)
+        for corner in corners_of(as_platform(side.platform))
+    ]
+    return energy_use(corners, counter_of(actions_of(trace, side.partition), side.partition))
 
 
 def _pairs(one: Timeline, other: Timeline, *levels: Any) -> dict[tuple[Any, ...], tuple[int, int]]:

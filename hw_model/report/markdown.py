@@ -7,9 +7,12 @@ from itertools import groupby
 from statistics import mean
 from typing import TYPE_CHECKING
 
+from hw_model.energy.actions import DYNAMIC
 from hw_model.vocabulary import CAUSES, PL_CAUSES, Cause, by_place
 
 if TYPE_CHECKING:
+    from hw_model.energy.joules import EnergyUse
+
     from .assumptions import Assumption
     from .rows import CopyRow, IterationRow, ModuleRow, SolveRow, StageRow
 
@@ -28,7 +31,7 @@ def slower_modules(rows: Sequence[ModuleRow], baseline: str) -> list[str]:
 
 def assumption_table(rows: Iterable[Assumption]) -> str:
     """The parameters that were used, the assumed ones first."""
-    order = {"assumed": 0, "sourced": 1, "measured": 2}
+    order = {"assumed": 0, "scaled": 1, "sourced": 2, "executed": 3, "routed": 4, "measured": 5}
     used = sorted((row for row in rows if row.used), key=lambda row: order[row.tag])
     return _table(
         ("parameter", "value", "band", "tag", "source"),
@@ -129,6 +132,24 @@ def iteration_table(iterations: Sequence[IterationRow], solves: Sequence[SolveRo
 
 def _times(row: IterationRow) -> tuple[str, ...]:
     return tuple(_us(time) for time in (*by_place(row.causes_picoseconds).values(), row.picoseconds))
+
+
+def energy_table(energy: EnergyUse) -> str:
+    """Every action: how often, its energy, its share; what lasts is counted in seconds of one such part."""
+    rows = [
+        (
+            row.action,
+            f"{row.count}" if row.action in DYNAMIC else f"{row.count / 1e12:.6f} s",
+            f"{row.nominal_mj:.4f}",
+            f"{row.low_mj:.4f}–{row.high_mj:.4f}",
+            f"{100 * row.share:.1f} %",
+        )
+        for row in energy.rows
+    ]
+    total = f"{sum(row.nominal_mj for row in energy.rows):.4f}"
+    note = "A share is also the sensitivity: by how many per cent the total moves with one per cent of the entry."
+    head = ("action", "count", "mJ", "band of its entry", "share")
+    return f"{_table(head, [*rows, ('**sum**', '', total, '', '100.0 %')])}\n\n{note}"
 
 
 def copy_table(copies: Sequence[CopyRow]) -> str:

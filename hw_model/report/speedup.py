@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
+from hw_model.energy.joules import EnergyUse, counter_of, energy_use
 from hw_model.errors import HwModelError
 from hw_model.timing.actions import Action, actions_of
 from hw_model.timing.durations import Durations
@@ -100,6 +101,8 @@ class Report:
     interrupts: int
     launches: int
     deadline: Deadline | None
+    energy: EnergyUse
+    baseline_energy: EnergyUse
     assumptions: tuple[Assumption, ...]
 
     @property
@@ -130,6 +133,16 @@ class Report:
         )
 
     @property
+    def energy_line(self) -> str:
+        """One sentence on the energy, PS and PL, waiting and idle included."""
+        if self.partition == self.baseline:
+            return f"modelled energy: {self.energy.words}"
+        return (
+            f"modelled energy: {self.energy.words}; {self.baseline} "
+            f"{self.baseline_energy.nominal_mj:.2f} mJ ({self.baseline_energy.low_mj:.2f}–{self.baseline_energy.high_mj:.2f})"
+        )
+
+    @property
     def bottleneck(self) -> str:
         """The resource that most of the time is spent on, and its share."""
         _, share, name = bottleneck_of(self.causes_picoseconds)
@@ -154,6 +167,7 @@ class Report:
             "schema": SCHEMA,
             "headline": self.headline,
             "deadline_line": self.deadline_line,
+            "energy_line": self.energy_line,
             "binding": self.bottleneck,
             "slower_modules": [row.module for row in self.slower_modules],
             "not_modelled": list(self.not_modelled),
@@ -181,6 +195,9 @@ class Report:
             markdown.stage_table(self.stages),
             "## Modelled time by iteration",
             markdown.iteration_table(self.iterations, self.solves),
+            "## Modelled energy",
+            f"{self.energy_line}.",
+            markdown.energy_table(self.energy),
             "## Transfers and interrupts",
             f"{self.launches} launches, {self.interrupts} interrupts.\n{markdown.copy_table(self.copies)}",
         ]
@@ -245,6 +262,8 @@ def speedup(
         interrupts=kinds.count("interrupt"),
         launches=kinds.count("launch"),
         deadline=None if deadline_ms is None else _judge(deadline_ms, makespan_ms, worst_ms),
+        energy=_energy(actions, durations, partition),
+        baseline_energy=_energy(base_actions, base_durations, base),
         assumptions=tuple(assumptions(platform, _usage(trace, (partition, base), platform, cycles))),
     )
 
@@ -272,6 +291,12 @@ def _times_ms(actions: list[Action], durations: Durations) -> list[float]:
         makespan_picoseconds(actions, durations.on(corner)) / PICOSECONDS_PER_MS
         for corner in corners_of(durations.platform)
     ]
+
+
+def _energy(actions: list[Action], durations: Durations, partition: Partition) -> EnergyUse:
+    """Over the corners of the assumed bands."""
+    corners = [durations.on(corner) for corner in corners_of(durations.platform)]
+    return energy_use(corners, counter_of(actions, partition))
 
 
 def _json_object(fields: Sequence[tuple[str, Any]]) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from hw_model.area.budget import Budget, budget
 from hw_model.area.engine import KINDS
+from hw_model.energy.joules import EnergyUse, counter_of, energy_use
 from hw_model.platform.partition import on_pl
 from hw_model.timing.actions import Action, Work, actions_of
 from hw_model.timing.durations import Durations
@@ -19,6 +20,7 @@ from hw_model.vocabulary import PICOSECONDS_PER_MS
 from .bands import Band, band_of, corners_of
 
 if TYPE_CHECKING:
+    from hw_model.energy.actions import StageCounts
     from hw_model.platform.partition import Partition
     from hw_model.platform.platform import Platform
     from hw_model.timing.trace import Trace
@@ -38,6 +40,7 @@ class Point:
     baselines_ms: tuple[float, ...]
     worst_case_ms: float
     budget: Budget
+    energy: EnergyUse
 
     @property
     def time_ms(self) -> Band:
@@ -62,6 +65,8 @@ class Point:
             "time_ms": time.nominal, "time_low_ms": time.low, "time_high_ms": time.high,
             "worst_case_ms": self.worst_case_ms,
             "speedup": ratio.nominal, "speedup_low": ratio.low, "speedup_high": ratio.high,
+            "energy_mj": self.energy.nominal_mj, "energy_low_mj": self.energy.low_mj,
+            "energy_high_mj": self.energy.high_mj,
             **uses, "area_share": self.area_share, "tightest": self.budget.tightest.kind, "fits": self.budget.fits,
         }  # fmt: skip
 
@@ -87,6 +92,7 @@ class Study:
         self.trace = trace
         self.cycles = cycles
         self._actions: dict[tuple[tuple[str, str], ...], tuple[list[Action], Counter[Work]]] = {}
+        self._stage_counts: StageCounts = {}
 
     def points(
         self, platform: Platform, partitions: Iterable[Partition], settings: dict[str, Any] | None = None
@@ -117,16 +123,24 @@ class Study:
                 baselines_ms=baselines,
                 worst_case_ms=self._ms(partition, at_corners[partition.uses_pl][1], worst=True),
                 budget=budget(self.trace, platform, partition, cycles),
+                energy=self._energy(partition, at_corners[partition.uses_pl]),
             )
             for partition in partitions
         ]
 
-    def _ms(self, partition: Partition, durations: Durations, *, worst: bool = False) -> float:
+    def _done(self, partition: Partition) -> tuple[list[Action], Counter[Work]]:
         key = tuple(sorted(partition.modules.items()))
         if key not in self._actions:
             actions = actions_of(self.trace, partition)
             self._actions[key] = actions, tally_of(actions)
-        actions, tally = self._actions[key]
+        return self._actions[key]
+
+    def _energy(self, partition: Partition, corners: Sequence[Durations]) -> EnergyUse:
+        actions, tally = self._done(partition)
+        return energy_use(corners, counter_of(actions, partition, tally, self._stage_counts))
+
+    def _ms(self, partition: Partition, durations: Durations, *, worst: bool = False) -> float:
+        actions, tally = self._done(partition)
         return makespan_picoseconds(actions, durations, worst=worst, tally=tally) / PICOSECONDS_PER_MS
 
 

@@ -126,7 +126,10 @@ def why_ignored(key: str, platform: Platform, usage: ParameterUse) -> str | None
     if "written" in usage.questions:
         return "it is what the measurement replaces; leave it out" if key == "ps.flop_per_cycle" else None
     section, _, name = key.partition(".")
-    found = {"ps": _ps, "pl": _pl, "link": _link, "runtime": _runtime, "area": _area, "resources": _resources}
+    found = {
+        "ps": _ps, "pl": _pl, "link": _link, "runtime": _runtime, "area": _area, "energy": _energy,
+        "resources": _resources,
+    }  # fmt: skip
     return found[section](name, platform, usage)
 
 
@@ -143,8 +146,6 @@ def _why_of_setting(key: str, platform: Platform, usage: ParameterUse) -> str | 
             )
         ]
         return None if None in reasons else reasons[0]
-    if key == "ps.cores" and "times" in usage.questions and platform.runtime.cores_used.value > 1:
-        return None  # the limit of what is set beside it
     return why_ignored(key, platform, usage)
 
 
@@ -156,7 +157,7 @@ def _ps(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     if "times" not in usage.questions:
         return _NO_TIMES
     if name == "cores":
-        return "it only limits `runtime.cores_used`; set that too"
+        return None  # those that idle draw as well
     if name == "cache_line_bytes":
         return _unless(usage.on_pl, _NO_PL)
     if name in ("parallel_fraction", "fork_join_us"):
@@ -241,6 +242,21 @@ def _area(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     if "decoder" in name and platform.pl.microcode_format.value == "flat":
         return "`pl.microcode_format` is flat, which needs no decoder"
     return _other_datapath(name, usage.datapaths)
+
+
+def _energy(name: str, platform: Platform, usage: ParameterUse) -> str | None:
+    """The table of energies goes with the times, but for actions that do not occur; schedules alone have the PL's."""
+    if "times" not in usage.questions:
+        if "engine" in usage.questions and name.endswith(("_f64_pj", "_f32_pj", "_bit_pj")):
+            return _other_datapath(name, usage.datapaths)
+        return _NO_TIMES
+    if name == "core_idle_mw":
+        return _unless(platform.ps.cores.value > platform.runtime.cores_used.value, "no core idles here")
+    if name in ("core_cycle_pj", "ps_static_mw", "pl_static_mw", "memory_static_mw"):
+        return None
+    if name == "core_waiting_mw" and platform.runtime.cores_used.value > 1:
+        return None  # for the other one
+    return _other_datapath(name, usage.datapaths) if usage.on_pl else _NO_PL
 
 
 def _resources(name: str, platform: Platform, usage: ParameterUse) -> str | None:

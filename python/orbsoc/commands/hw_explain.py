@@ -55,6 +55,7 @@ def explain(
             f"{'sum':10s} {found.a_picoseconds / 1e9:9.3f} {found.b_picoseconds / 1e9:9.3f}"
             f" {(found.b_picoseconds - found.a_picoseconds) / 1e9:+10.3f}",
             found.headline,
+            found.energy_line,
         ]
         options.print_report(lines, document, folder, as_json=as_json)
 

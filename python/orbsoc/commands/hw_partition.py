@@ -129,7 +129,7 @@ def _lines(record: Workload, points: list[Point], front: list[Point], found: lis
         lines.append(
             f"{what}; fastest that fits: {best.partition}, {count_of(best.lanes, 'lane')} at"
             f" {best.pl_clock_mhz:g} MHz: {best.times_ms[0]:.3f} ms, speedup {ratio.nominal:.2f}×"
-            f" ({ratio.low:.2f}–{ratio.high:.2f}×)"
+            f" ({ratio.low:.2f}–{ratio.high:.2f}×), energy {best.energy.words}"
         )
     beaten = [verdict for verdict in found if not verdict.optimal]
     for device in count:  # one of many computers of a device stands for it here; partition.json has them all

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -13,6 +13,7 @@ from .failures import BAD_INPUT, exit_handling, exit_with
 
 if TYPE_CHECKING:
     from hw_model import Platform
+    from hw_model.timing.trace import Pattern
     from orbsoc.hw.schedules import Engine, PlProgram
 
 
@@ -49,8 +50,9 @@ def run(
         own = {key: value for key, value in given.items() if value is not None}
         chosen = options.parsed_settings(settings, {key: f"--{key[3:]}" for key in own})
         platform = options.computer(device, chosen | own)
-        require_used(chosen, [(platform, SCHEDULE_USAGE)])
         engine = _engine(platform, fp)
+        reading = replace(SCHEDULE_USAGE, datapaths=frozenset({"f64" if engine.fp == 64 else "f32"}))
+        require_used(chosen, [(platform, reading)])
         engine_of(platform, "f64")
         record = load_workload(workload)
         if not record.problems:
@@ -58,6 +60,10 @@ def run(
                 BAD_INPUT, f"{workload}: a trace holds no problem to schedule; name the scenario", as_json
             )
         programs = [pl_program(problem, None, engine) for problem in record.problems]
+        energies = [
+            _energies(program, pattern, platform)
+            for program, pattern in zip(programs, record.trace.patterns, strict=True)
+        ]
         streams = [pl_program(problem, None, engine, KKT_SOLVES) for problem in record.problems]
         folder = out or Path("out") / f"hw-run-{record.name}"
         document = {
@@ -67,11 +73,12 @@ def run(
             "clock_mhz": platform.pl.clock_mhz.value,
             "patterns": [program.document() for program in programs],
             "memory": [asdict(_memory(program, platform)) for program in programs],
+            "energy_nj": energies,
             "kkt_solves": [stream.document() for stream in streams],
-            "assumptions": options.echoed(platform, SCHEDULE_USAGE),
+            "assumptions": options.echoed(platform, reading),
         }
         rows = [
-            {"pattern": p} | _row(program, name)
+            {"pattern": p} | _row(program, name) | energies[p][name]
             for p, program in enumerate(programs)
             for name in program.segments
         ]
@@ -81,10 +88,40 @@ def run(
         utilisation_figure(shown, folder / "utilisation.png")
         lines = [
             line
-            for program, stream in zip(programs, streams, strict=True)
-            for line in (*_table(program, platform), _of_stream(stream))
+            for program, stream, energy in zip(programs, streams, energies, strict=True)
+            for line in (*_table(program, platform), _energy_line(energy), _of_stream(stream))
         ]
         options.print_report(lines, document, folder, as_json=as_json)
+
+
+def _energies(program: PlProgram, pattern: Pattern, platform: Platform) -> dict[str, dict[str, float]]:
+    """Dynamic energy of one run of each segment in flat microcode."""
+    from hw_model.energy.joules import segment_nanojoules
+
+    datapath: Literal["f64", "f32"] = "f64" if program.engine.fp == 64 else "f32"
+    return {
+        name: dict(
+            zip(
+                ("energy_low_nj", "energy_nj", "energy_high_nj"),
+                segment_nanojoules(pattern.stages[name], datapath, segment.flat_bits, platform.energy),
+                strict=True,
+            )
+        )
+        for name, segment in program.segments.items()
+    }
+
+
+def _energy_line(energy: dict[str, dict[str, float]]) -> str:
+    """All segments once, and the one that takes most."""
+    low, nominal, high = (
+        sum(row[key] for row in energy.values()) / 1e3
+        for key in ("energy_low_nj", "energy_nj", "energy_high_nj")
+    )
+    most = max(energy, key=lambda name: energy[name]["energy_nj"])
+    return (
+        f"modelled dynamic energy of every segment once: {nominal:.1f} µJ ({low:.1f}–{high:.1f}),"
+        f" {most} {energy[most]['energy_nj'] / 1e3:.1f} µJ of it"
+    )
 
 
 def _engine(platform: Platform, fp: int) -> Engine:

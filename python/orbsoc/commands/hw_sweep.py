@@ -73,7 +73,7 @@ def sweep(
             *(
                 f"{point.device} {point.partition} {count_of(point.lanes, 'lane')} {point.pl_clock_mhz:g} MHz"
                 f"{''.join(f' {key}={value}' for key, value in point.settings.items())}: {point.times_ms[0]:.3f} ms,"
-                f" {point.budget.tightest.kind} at {100 * point.area_share:.0f} % of its ceiling"
+                f" {point.energy.nominal_mj:.2f} mJ, {point.budget.tightest.kind} at {100 * point.area_share:.0f} % of its ceiling"
                 for point in front
             ),
         ]

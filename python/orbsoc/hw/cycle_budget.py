@@ -40,7 +40,9 @@ class CycleBudget:
     @property
     def headline(self) -> str:
         """The model's headline, and what it is about."""
-        return f"{SCOPE}, {self.report.headline}; {self.cycles} PL cycles; {self.fit}"
+        return (
+            f"{SCOPE}, {self.report.headline}; {self.cycles} PL cycles; {self.fit}; {self.report.energy_line}"
+        )
 
     @property
     def cycles(self) -> str:
@@ -80,6 +82,7 @@ class CycleBudget:
             "pl_cycles_from": self.cycles,
             "time_ms": report.makespan_ms.nominal,
             "speedup": report.speedup.nominal,
+            "energy_mj": report.energy.nominal_mj,
             "verdict": report.deadline.verdict if report.deadline else None,
             "headline": self.headline,
             "deadline": self.deadline_line or None,

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
 from hw_model.errors import PlatformError
 from hw_model.platform import rtl_latency
-from hw_model.platform.parameter import Parameter
+from hw_model.platform.parameter import Parameter, Tag
 from hw_model.platform.platform import Platform, load_platform, platform_names
 from tests.hw_model.tiny import platform_toml, tiny_platform
 
@@ -23,9 +24,9 @@ def test_a_shipped_platform_loads_and_every_number_has_a_source(name: str) -> No
     platform = load_platform(name)
     assert platform.name == name
     rows = dict(platform.parameters())
-    assert len(rows) == len(list(platform.parameters())) == 79
+    assert len(rows) == len(list(platform.parameters())) == 99
     for row in rows.values():
-        assert row.tag in ("sourced", "measured", "assumed")
+        assert row.tag in get_args(Tag)
         assert row.source.strip()
         assert (row.low is None) == (row.high is None)
 
@@ -200,7 +201,7 @@ def entry(value: str, tag: str = "assumed", rest: str = "") -> str:
         ({"ps_div_f64_cycles": entry("-1")}, r"`ps\.div_f64_cycles\.value` = -1"),
         (
             {"pl_lanes": entry("2", tag="guessed")},
-            r"`pl\.lanes\.tag` = 'guessed': .*'sourced', 'measured' or 'assumed'",
+            r"`pl\.lanes\.tag` = 'guessed': .*'sourced', 'measured', 'routed', 'executed', 'scaled' or 'assumed'",
         ),
         ({"pl_lanes": '{ value = 2, tag = "assumed" }'}, r"`pl\.lanes\.source` is missing"),
         ({"pl_lanes": '{ value = 2, tag = "assumed", source = "" }'}, r"`pl\.lanes\.source` = ''"),

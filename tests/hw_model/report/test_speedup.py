@@ -186,7 +186,7 @@ def test_changing_one_parameter_changes_the_echo_of_that_one_only(partition: str
         assert (echo.value, echo.tag) == (value, "assumed")
         same = all(
             getattr(after, what) == getattr(before, what)
-            for what in ("causes_picoseconds", "baseline_ms", "worst_case_ms")
+            for what in ("causes_picoseconds", "baseline_ms", "worst_case_ms", "energy", "baseline_energy")
         )
         assert same == (not row.used), row.key
 
@@ -202,15 +202,17 @@ def test_the_latency_preset_is_echoed_and_felt() -> None:
 def test_assumptions_of_the_other_datapath_and_of_an_idle_pl_do_not_count_as_used() -> None:
     used = {row.key for row in speedup(TRACE, "zu9eg", "paper").assumptions if row.used}
     assert "ps.div_f64_cycles" in used
-    assert not {
-        key for key in used if "f32" in key or key.startswith(("resources", "area")) or key == "ps.cores"
-    }
+    assert not {key for key in used if "f32" in key or key.startswith(("resources", "area"))}
     idle = {row.key for row in speedup(TRACE, "zu9eg", "all_ps").assumptions if row.used}
-    assert {key for key in idle if not key.startswith("ps.")} == {
+    assert {key for key in idle if not key.startswith(("ps.", "energy."))} == {
         "runtime.cores_used",
         "runtime.ps_jitter_fraction",
     }
     assert "ps.cache_line_bytes" not in idle
+    assert {key for key in idle if key.startswith("energy.")} == {
+        f"energy.{name}"
+        for name in ("core_cycle_pj", "core_idle_mw", "ps_static_mw", "pl_static_mw", "memory_static_mw")
+    }
 
 
 @pytest.mark.parametrize("device", platform_names())
@@ -250,7 +252,7 @@ def test_the_report_is_plain_data() -> None:
     assert plain["schema"] == "orbsoc.hardware-report/1"
     assert plain["speedup"]["nominal"] == report.speedup.nominal
     assert plain["deadline"]["verdict"] in ("PASS", "FAIL", "MARGINAL")
-    assert len(plain["assumptions"]) == 79
+    assert len(plain["assumptions"]) == 99
     assert plain["headline"] == report.headline
     assert {row["module"] for row in plain["modules"]} == {"ps", *PL_MODULES}
 

@@ -1,0 +1,1 @@
+"""Energy of a modelled run: counted actions times what each costs."""
