@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -33,6 +34,8 @@ def partition(
     """Price all 64 partitions × lanes × clocks × devices, and say which of them no other beats."""
     with exit_handling(as_json):
         from hw_model.platform.partition import load_partition
+        from hw_model.report.energy_front import energy_front, sensitivities
+        from hw_model.report.energy_front import words as energy_words
         from hw_model.report.partition_verdict import verdicts
         from hw_model.report.study import Study, pareto
         from hw_model.report.usage import STUDY_USAGE, require_used
@@ -46,8 +49,12 @@ def partition(
         require_used(chosen, ((platform, reading) for platform in computers))
         study = Study(record.trace, cycles)
         points = _priced(study, computers)
-        front, found = pareto(points), verdicts(points)
+        front, found, thrifty = pareto(points), verdicts(points), energy_front(points)
+        first = {platform.name: platform for platform in reversed(computers)}
+        moving = [row for name in sorted(first) for row in sensitivities(points, first[name])]
         document = _document(record, computers, reading, points, front, found)
+        document["energy_front"] = [point.row() for point in thrifty]
+        document["energy_sensitivity"] = [asdict(row) for row in moving]
         folder = out or Path("out") / f"hw-partition-{record.name}"
         options.write_all(
             folder,
@@ -55,10 +62,13 @@ def partition(
                 "partition.json": options.as_json_text(document),
                 "partition.csv": options.as_csv_text([point.row() for point in points]),
                 "pareto.csv": options.as_csv_text([point.row() for point in front]),
+                "energy_sensitivity.csv": options.as_csv_text(document["energy_sensitivity"]),
             },
         )
         _draw(record, cycles, computers, points, front, folder)
-        options.print_report(_lines(record, points, front, found), document, folder, as_json=as_json)
+        lines = _lines(record, points, front, found)
+        lines[-1:-1] = [energy_words(name, thrifty, moving) for name in first]
+        options.print_report(lines, document, folder, as_json=as_json)
 
 
 _AXES = {"pl.lanes": "--lanes", "pl.clock_mhz": "--clocks"}
