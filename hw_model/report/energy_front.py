@@ -88,12 +88,15 @@ def words(device: str, front: Sequence[Point], found: Sequence[Sensitivity]) -> 
         return f"{device}: nothing that fits, so no front of time and energy"
     fastest, thrifty = own[0], own[-1]
     moving = sorted({row.entry for row in found if row.device == device and (row.left or row.entered)})
-    said = (
+    moves = (
         f"moved by {', '.join(moving)} within their bands" if moving else "the same within every entry's band"
     )
+    if fastest is thrifty:
+        best = f"{fastest.partition} is best in both ({fastest.times_ms[0]:.3f} ms, {fastest.energy.nominal_mj:.2f} mJ)"
+        return f"{device}: time and energy: {best}; {moves}"
     return (
         f"{device}: time and energy: {len(own)} designs on the front, from {fastest.partition} ({fastest.times_ms[0]:.3f} ms,"
-        f" {fastest.energy.nominal_mj:.2f} mJ) to {thrifty.partition} ({thrifty.times_ms[0]:.3f} ms, {thrifty.energy.nominal_mj:.2f} mJ); {said}"
+        f" {fastest.energy.nominal_mj:.2f} mJ) to {thrifty.partition} ({thrifty.times_ms[0]:.3f} ms, {thrifty.energy.nominal_mj:.2f} mJ); {moves}"
     )
 
 
