@@ -5,18 +5,27 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-import matplotlib as mpl
+from drawing import (
+    BLUE,
+    CARD,
+    GREEN,
+    INDIGO,
+    INK,
+    LINE,
+    ORANGE,
+    PURPLE,
+    RED,
+    SOFT,
+    TEAL,
+    arrow,
+    box,
+    canvas,
+    save,
+    text,
+)  # fmt: skip
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import FancyArrowPatch, FancyBboxPatch, Rectangle
 
-FOLDER = Path(__file__).resolve().parents[1] / "docs" / "figures"
 WIDTH, HEIGHT = 1040, 452
-GROUND, CARD, INK, SOFT, LINE = "#f7f5f0", "#ffffff", "#1f2733", "#5b6675", "#c9c3b6"
-TEAL, BLUE, INDIGO, ORANGE = "#16807a", "#2c62a8", "#3f4a9c", "#c2611f"
-PURPLE, RED, GREEN = "#7b3f98", "#b3364b", "#2f7d3b"
 VERDICTS = {"PASS": GREEN, "MARGINAL": ORANGE, "FAIL": RED}
 MISSION = "vehicle, orbit, burn|as data, SI units||collocation and|sequential convex|programming"
 PROBLEM = "min  ½ xᵀPx + cᵀx|Ax = b,  Gx + s = h|s in R₊ × cones||LP, QP and SOCP,|from anywhere"
@@ -32,115 +41,68 @@ STAGES = ("residuals", "scaling", "factorize", "solve", "step")
 PS = "schedules stages|statistics|decisions||processor cores;|Python plays it"
 PL = ("matrix update", "matrix scaling", "factorization", "linear solve", "cone operations", "line search")
 
-Box = tuple[float, float, float, float]
-Point = tuple[float, float]
-
 
 def main() -> None:
-    mpl.rcParams.update({"svg.hashsalt": "orbsoc", "font.family": "DejaVu Sans"})
-    figure = Figure(figsize=(WIDTH / 100, HEIGHT / 100))
-    axes = figure.add_axes((0, 0, 1, 1), xlim=(0, WIDTH), ylim=(HEIGHT, 0))
-    axes.set_axis_off()
-    _box(axes, (-20, -20, WIDTH + 40, HEIGHT + 40), GROUND, GROUND)
+    figure, axes = canvas(WIDTH, HEIGHT)
     question = "Can this spacecraft re-plan its orbit on this chip, before this deadline?"
-    _text(axes, (24, 30), question, 14.5, weight="bold", at="left")
+    text(axes, (24, 30), question, 14.5, weight="bold", at="left")
     answer = "A mission becomes conic problems; their solves run in stages on a processor (PS) and programmable logic (PL)"
-    _text(axes, (24, 52), f"{answer}, and are timed.", 10, SOFT, at="left")
+    text(axes, (24, 52), f"{answer}, and are timed.", 10, SOFT, at="left")
     for card in CARDS:
         _card(axes, *card)
     _solver(axes, 416, 78, 328, 350)
     for left, right in ((182, 220), (378, 416), (744, 782), (902, 938)):
-        _arrow(axes, (left + 2, 249), (right - 2, 249))
+        arrow(axes, (left + 2, 249), (right - 2, 249))
     axes.plot((416, 103), (400, 400), color=SOFT, linewidth=1.2, solid_capstyle="projecting")
-    _arrow(axes, (103, 400), (103, 357), SOFT)
-    _text(axes, (262, 391), "solution, verified on the problem's own data", 9.5, SOFT)
-    _text(axes, (262, 417), "next subproblem of the sequence, until it converges", 9.5, SOFT)
-    figure.savefig(FOLDER / "architecture.svg", metadata={"Date": None})
-    figure.savefig(FOLDER / "architecture.png", dpi=200, metadata={"Software": None})
+    arrow(axes, (103, 400), (103, 357), SOFT)
+    text(axes, (262, 391), "solution, verified on the problem's own data", 9.5, SOFT)
+    text(axes, (262, 417), "next subproblem of the sequence, until it converges", 9.5, SOFT)
+    save(figure, "architecture")
 
 
 def _card(axes: Axes, left: float, width: float, color: str, title: str, lines: str, folder: str) -> None:
-    _box(axes, (left, 143, width, 212), CARD, LINE, band=color)
-    _text(axes, (left + width / 2, 177), title, 13, color, weight="bold")
+    box(axes, (left, 143, width, 212), CARD, LINE, band=color)
+    text(axes, (left + width / 2, 177), title, 13, color, weight="bold")
     for k, line in enumerate(lines.split("|")):
         weight = "bold" if line in VERDICTS else "normal"
-        _text(axes, (left + width / 2, 205 + 18 * k), line, 10, VERDICTS.get(line, INK), weight=weight)
+        text(axes, (left + width / 2, 205 + 18 * k), line, 10, VERDICTS.get(line, INK), weight=weight)
     for k, line in enumerate(reversed(folder.split("|"))):
-        _text(axes, (left + width / 2, 343 - 15 * k), line, 9, SOFT, mono=True)
+        text(axes, (left + width / 2, 343 - 15 * k), line, 9, SOFT, mono=True)
 
 
 def _solver(axes: Axes, left: float, top: float, width: float, height: float) -> None:
     """The solver's list of stages, above the computer that runs them."""
     middle, right = left + width / 2, left + width
-    _box(axes, (left, top, width, height), CARD, LINE, band=INDIGO)
-    _text(axes, (left + 16, top + 32), "Interior-point solver", 13, weight="bold", at="left")
-    _text(axes, (right - 16, top + 32), "rust/orbsoc", 9, SOFT, at="right", mono=True)
+    box(axes, (left, top, width, height), CARD, LINE, band=INDIGO)
+    text(axes, (left + 16, top + 32), "Interior-point solver", 13, weight="bold", at="left")
+    text(axes, (right - 16, top + 32), "rust/orbsoc", 9, SOFT, at="right", mono=True)
     for k, stage in enumerate(STAGES):
-        _box(axes, (left + 16 + 60.4 * k, top + 50, 54.4, 26), "#eceef8", "#aab1dd", radius=5)
-        _text(axes, (left + 43.2 + 60.4 * k, top + 67), stage, 9, INDIGO)
-    _text(
+        box(axes, (left + 16 + 60.4 * k, top + 50, 54.4, 26), "#eceef8", "#aab1dd", radius=5)
+        text(axes, (left + 43.2 + 60.4 * k, top + 67), stage, 9, INDIGO)
+    text(
         axes, (middle, top + 96), "one list of stages: scalar, SIMD lanes, or PS + PL, to the bit", 9.5, SOFT
     )
-    _arrow(axes, (middle - 26, top + 132), (middle - 26, top + 104))
-    _arrow(axes, (middle + 26, top + 104), (middle + 26, top + 132))
+    arrow(axes, (middle - 26, top + 132), (middle - 26, top + 104))
+    arrow(axes, (middle + 26, top + 104), (middle + 26, top + 132))
 
-    _box(axes, (left + 10, top + 136, width - 20, height - 146), "#faf8f4", LINE, radius=9, dashed=True)
-    _text(axes, (left + 22, top + 156), "Emulated computer", 10.5, weight="bold", at="left")
-    _text(axes, (right - 22, top + 156), "ps/   rtl/", 9, SOFT, at="right", mono=True)
+    box(axes, (left + 10, top + 136, width - 20, height - 146), "#faf8f4", LINE, radius=9, dashed=True)
+    text(axes, (left + 22, top + 156), "Emulated computer", 10.5, weight="bold", at="left")
+    text(axes, (right - 22, top + 156), "ps/   rtl/", 9, SOFT, at="right", mono=True)
     y, tall = top + 170, height - 190
-    _box(axes, (left + 20, y, 98, tall), "#fdf1e8", "#e0a376", radius=7)
-    _text(axes, (left + 69, y + 24), "PS", 13, ORANGE, weight="bold")
+    box(axes, (left + 20, y, 98, tall), "#fdf1e8", "#e0a376", radius=7)
+    text(axes, (left + 69, y + 24), "PS", 13, ORANGE, weight="bold")
     for k, line in enumerate(PS.split("|")):
-        _text(axes, (left + 69, y + 48 + 18 * k), line, 9, INK if k < 4 else SOFT)
-    _box(axes, (left + 172, y, 136, tall), "#f6eefa", "#c19ad4", radius=7)
-    _text(axes, (left + 240, y + 24), "PL", 13, PURPLE, weight="bold")
+        text(axes, (left + 69, y + 48 + 18 * k), line, 9, INK if k < 4 else SOFT)
+    box(axes, (left + 172, y, 136, tall), "#f6eefa", "#c19ad4", radius=7)
+    text(axes, (left + 240, y + 24), "PL", 13, PURPLE, weight="bold")
     for k, module in enumerate(PL):
-        _box(axes, (left + 182, y + 34 + 18.6 * k, 116, 15.6), CARD, "#d8bfe4", radius=4)
-        _text(axes, (left + 240, y + 45.3 + 18.6 * k), module, 8.6)
-    _text(axes, (left + 240, y + tall - 5), "RTL: equal cycles and bits", 7.4, SOFT)
-    _arrow(axes, (left + 119, y + 56), (left + 171, y + 56))
-    _arrow(axes, (left + 171, y + 108), (left + 119, y + 108))
+        box(axes, (left + 182, y + 34 + 18.6 * k, 116, 15.6), CARD, "#d8bfe4", radius=4)
+        text(axes, (left + 240, y + 45.3 + 18.6 * k), module, 8.6)
+    text(axes, (left + 240, y + tall - 5), "RTL: equal cycles and bits", 7.4, SOFT)
+    arrow(axes, (left + 119, y + 56), (left + 171, y + 56))
+    arrow(axes, (left + 171, y + 108), (left + 119, y + 108))
     for below, crossing in ((46, "registers"), (76, "buffers"), (98, "interrupt")):
-        _text(axes, (left + 145, y + below), crossing, 8, SOFT)
-
-
-def _box(
-    axes: Axes, box: Box, face: str, edge: str, *, radius: float = 10, dashed: bool = False, band: str = ""
-) -> None:
-    """A rounded box, with a band of colour along its top."""
-    left, top, width, height = box
-    style, line = f"round,pad=0,rounding_size={radius}", (0, (4, 3)) if dashed else "-"
-    shape = FancyBboxPatch((left, top), width, height, boxstyle=style, fc=face, ec=edge, lw=0.9, ls=line)
-    axes.add_patch(shape)
-    if band:
-        stripe = Rectangle((left, top), width, 6, facecolor=band, edgecolor="none")
-        axes.add_patch(stripe)
-        stripe.set_clip_path(shape)
-
-
-def _text(
-    axes: Axes, place: Point, text: str, size: float, color: str = INK, *,
-    weight: str = "normal", at: str = "center", mono: bool = False,
-) -> None:  # fmt: skip
-    """Text on a baseline; its size is in the picture's units."""
-    family = "DejaVu Sans Mono" if mono else "DejaVu Sans"
-    axes.text(
-        *place,
-        text,
-        fontsize=0.72 * size,
-        color=color,
-        fontweight=weight,
-        ha=at,
-        va="baseline",
-        family=family,
-    )
-
-
-def _arrow(axes: Axes, start: Point, end: Point, color: str = INK) -> None:
-    shape = FancyArrowPatch(
-        start, end, arrowstyle="-|>", mutation_scale=9, lw=1.2, color=color, shrinkA=0, shrinkB=0
-    )
-    axes.add_patch(shape)
+        text(axes, (left + 145, y + below), crossing, 8, SOFT)
 
 
 if __name__ == "__main__":
