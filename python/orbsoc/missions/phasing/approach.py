@@ -139,8 +139,13 @@ def approach_between(
     times = times[(times >= start_s) & (times <= end_s)]
     times = times[np.append(np.diff(times) > 1.0, True)]  # no two instants closer than a second
     times[0] = start_s
-    start = state_at(scenario, "chaser", start_s)
-    return Approach(scenario, times, start, state_at(scenario, "target", end_s, ballistic_m2_kg))
+    return approach_at(scenario, times, ballistic_m2_kg=ballistic_m2_kg)
+
+
+def approach_at(scenario: Scenario, times_s: Array, *, ballistic_m2_kg: float | None = None) -> Approach:
+    """With these instants alone."""
+    start = state_at(scenario, "chaser", float(times_s[0]))
+    return Approach(scenario, times_s, start, state_at(scenario, "target", float(times_s[-1]), ballistic_m2_kg))
 
 
 def state_at(scenario: Scenario, name: str, t_s: float, ballistic_m2_kg: float | None = None) -> Array:

@@ -18,7 +18,7 @@ from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.orbit import EARTH, Elements, elements_from_state
 from orbsoc.orbit.perturbations import EARTH_J2, fast_coast
 
-from .approach import Approach, Roll, approach_between, state_at
+from .approach import Approach, Roll, approach_at, state_at
 from .scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -119,11 +119,12 @@ def shoot(
     scenario: Scenario, phasing: Phasing, *, trim: bool = True, ballistic_m2_kg: float | None = None
 ) -> tuple[Approach, Roll | None]:
     """The scheme in the true motion: a normal burn, a phasing burn, a trim at the last apsis, and a meeting; the flight is
-    None where Newton's method finds none. With `trim` the phasing burn is tangential, without it is in the plane."""
+    None where Newton's method finds none. With `trim` the phasing burn is tangential, without it is in the plane. The
+    approach has no other instants."""
     half_s = phasing.end_s - 0.5 * phasing.period_s
-    others = np.array([phasing.phasing_s, half_s] if trim else [phasing.phasing_s])
-    approach = approach_between(scenario, phasing.start_s, phasing.end_s, others, ballistic_m2_kg=ballistic_m2_kg)
-    at = [int(np.argmin(abs(approach.times_s - t))) for t in (phasing.start_s, *others, phasing.end_s)]
+    times = np.array([phasing.start_s, phasing.phasing_s, *([half_s] if trim else []), phasing.end_s])
+    approach = approach_at(scenario, times, ballistic_m2_kg=ballistic_m2_kg)
+    at = range(times.size)
     dv = np.zeros((approach.times_s.size, 3))
     dv[0] = plane_bias_m_s(scenario, phasing) * approach.normal
     dv = _phased(approach, dv, at[1], phasing.into_m_s)

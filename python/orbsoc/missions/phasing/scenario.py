@@ -66,7 +66,7 @@ class Limits(Table):
     """Of the orbits between burns."""
 
     perigee_height_km: float = Field(default=150.0, ge=GROUND_KM, le=2000.0)
-    apogee_height_km: float = Field(default=2000.0, ge=GROUND_KM, le=40_000.0)
+    apogee_height_km: float = Field(default=3000.0, ge=GROUND_KM, le=40_000.0)
 
 
 class Engine(Table):
