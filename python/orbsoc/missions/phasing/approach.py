@@ -68,22 +68,31 @@ class Approach:
         miss[3:] += dv_m_s[-1]
         return Roll(dv_m_s, states[:, 0], to_end, miss)
 
-    def restore(self, dv_m_s: Array, basis: Callable[[Roll], Array] | None = None) -> Roll | None:
+    def restore(
+        self,
+        dv_m_s: Array,
+        basis: Callable[[Roll], Array] | None = None,
+        *,
+        done: int = 0,
+        least_m_s: float = 0.0,
+    ) -> Roll | None:
         """A flight near the impulses given that meets the target; None where Newton's method finds none.
 
         `basis` of a flight, (3K, m), spans the changes of the impulses, of which the least is taken; by default each changes
-        in proportion to its size.
+        in proportion to its size, or to `least_m_s`. The first `done` impulses stay.
         """
-        weights = np.repeat(np.linalg.norm(dv_m_s, axis=1), 3)
-        by_size = weights[:, None] * self.allowed()
+        weights = np.repeat(np.maximum(np.linalg.norm(dv_m_s, axis=1), least_m_s), 3)
+        weights[: 3 * done] = 0.0
         now = self.roll(dv_m_s)
         for _ in range(NEWTON_STEPS):
             if now.miss_m < MET_M:
                 return now
             effect = ROWS @ np.concatenate(now.to_end[:, :, 3:], axis=1)
-            span = by_size if basis is None else basis(now)
-            step, *_ = np.linalg.lstsq(effect @ span, ROWS @ now.miss, rcond=1e-12)
-            trial = self._shorter(now, (span @ step).reshape(-1, 3))
+            span = None if basis is None else basis(now)
+            columns = self._within(effect * weights) if span is None else effect @ span
+            step, *_ = np.linalg.lstsq(columns, ROWS @ now.miss, rcond=1e-12)
+            change = weights * self._within(step) if span is None else span @ step
+            trial = self._shorter(now, change.reshape(-1, 3))
             if trial is None:
                 return None
             now = trial
@@ -99,11 +108,12 @@ class Approach:
             length *= 0.5
         return None
 
-    def allowed(self) -> Array:
-        """Projector (3K, 3K) on the directions in which impulses may point."""
-        found = np.eye(3 * self.times_s.size)
-        if self.scenario.window.normal_first:
-            found[:3, :3] = np.outer(self.normal, self.normal)
+    def _within(self, rows: Array) -> Array:
+        """Rows (..., 3K) with the first impulse's part along the direction that it is held to."""
+        if not self.scenario.window.normal_first:
+            return rows
+        found = rows.copy()
+        found[..., :3] = (rows[..., :3] @ self.normal)[..., None] * self.normal
         return found
 
     def axes(self, roll: Roll, k: int) -> Array:
@@ -128,14 +138,13 @@ def approach_between(
 ) -> Approach:
     """With instants every `window.node_s` and at `others_s`; `ballistic_m2_kg` is the target's, the scenario's by default.
 
-    With `normal_first` there are none between the first one and 15 minutes before the next of `others_s`.
+    With `normal_first` the second instant is 15 minutes before the phasing burn, the second of `others_s`.
     """
     window = scenario.window
-    grid = np.arange(start_s, end_s - LAST_S, window.node_s)
-    times = np.unique(np.concatenate([grid, np.arange(end_s - LAST_S, end_s, LAST_NODE_S), others_s, [start_s, end_s]]))
-    if window.normal_first:
-        first = min((t for t in others_s if t > start_s), default=end_s)
-        times = times[(times == start_s) | (times >= first - LAST_S)]
+    from_s = float(others_s[1]) - LAST_S if window.normal_first else start_s
+    grid = np.arange(from_s, end_s - LAST_S, window.node_s)
+    last = np.arange(end_s - LAST_S, end_s, min(LAST_NODE_S, window.node_s))
+    times = np.unique(np.concatenate([grid, last, others_s, [start_s, end_s]]))
     times = times[(times >= start_s) & (times <= end_s)]
     times = times[np.append(np.diff(times) > 1.0, True)]  # no two instants closer than a second
     times[0] = start_s

@@ -67,7 +67,9 @@ def plan_phasing(scenario: Scenario, revolutions: int | None = None) -> Phasing:
     orbit, goal = elements(after), scenario.target.elements
     # the chaser passes where the target's apogee will be; both perigees drift by a few degrees, which shooting mends
     angle = (goal.argp_rad + pi - latitude_argument(orbit)) % tau
-    phasing_s = start_s + _coast_angle_s(orbit, angle) + window.start * _period_s(orbit.sma_m)
+    phasing_s = window.phasing_s
+    if phasing_s is None:
+        phasing_s = start_s + _coast_angle_s(orbit, angle) + window.start * _period_s(orbit.sma_m)
     radius = orbit.sma_m
     latest_s = start_s + 3600.0 * window.latest_h
     ends = [window.end_s] if window.end_s is not None else _apogees(scenario, phasing_s, latest_s)

@@ -54,6 +54,9 @@ class Window(Table):
     revolutions: int = Field(ge=1, le=60, description="of the chaser on the phasing orbit")
     latest_h: float = Field(gt=0.0, le=240.0, description="of the meeting, after the first burn")
     start_s: float | None = Field(default=None, description="of the first burn; else where the planes cross")
+    phasing_s: float | None = Field(
+        default=None, description="of the phasing burn; else where the chaser passes the target's apogee"
+    )
     end_s: float | None = Field(default=None, description="of the meeting; else at the target's apogee")
     node_s: float = Field(default=347.0, ge=30.0, le=3600.0, description="between instants of possible burns")
     normal_first: bool = Field(
@@ -158,8 +161,12 @@ class Scenario(BaseScenario):
         if apart > 10.0 * 86400.0:
             allowed = f"must be within 10 days of chaser.epoch_s = {self.chaser.epoch_s:g}"
             found.append(Complaint("target.epoch_s", f"{self.target.epoch_s:g}", allowed))
-        if window.end_s is not None and window.end_s <= max(start_s, self.target.epoch_s):
-            allowed = f"must be after the first burn and target.epoch_s, {max(start_s, self.target.epoch_s):g}"
+        if window.phasing_s is not None and window.phasing_s <= start_s:
+            allowed = f"must be after the first burn, {start_s:g}"
+            found.append(Complaint("window.phasing_s", f"{window.phasing_s:g}", allowed))
+        earliest_s = max(window.phasing_s or start_s, start_s, self.target.epoch_s)
+        if window.end_s is not None and window.end_s <= earliest_s:
+            allowed = f"must be after the burns before it and target.epoch_s, {earliest_s:g}"
             found.append(Complaint("window.end_s", f"{window.end_s:g}", allowed))
         if window.end_s is not None and window.end_s > start_s + 3600.0 * window.latest_h + self.chaser.period_s:
             allowed = f"must be at most latest_h = {window.latest_h:g} after the first burn"
