@@ -19,19 +19,22 @@ from orbsoc.conic.solution import Status
 from orbsoc.guidance.impulses import KICK, Generated, Impulses, generate
 from orbsoc.guidance.scp import Iteration, Outcome, Proposal, Solve, TrustRules, trust_region
 
-from .approach import ROWS, Approach, Roll
+from .approach import Approach, Roll
+from .uncertain import Chance
 
 Array = NDArray[np.float64]
 
 EVERY = 12
 """Of the instants, those that the first round of the first subproblem has."""
+MISSED_BY_M_S_M = 0.1
+"""What a metre of deviation beyond the chance's limit costs while the descent is under way."""
 RULES = TrustRules(radius=1e3)
 """Of velocity changes, m/s."""
 TOLERANCE = 1e-10
 GAP = 1e-9
 """Of the cost, within which the generated impulses are the best of all instants."""
 TURN, TRUST = "first impulse out of the plane", "trust region"
-MEET = "meeting"
+MEET, CHANCE = "meeting", "chance of the meeting"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,7 +52,9 @@ class AlongRoll:
 class PhasingImpulses(Impulses):
     """Impulses at instants of an approach about a flight, inertial axes."""
 
-    def __init__(self, approach: Approach, roll: Roll, times_s: ArrayLike, radius: float) -> None:
+    def __init__(
+        self, approach: Approach, roll: Roll, times_s: ArrayLike, radius: float, chance: Chance | None = None
+    ) -> None:
         motion = AlongRoll({float(t): k for k, t in enumerate(approach.times_s)}, roll)
         effect = np.einsum("kij,kj->i", roll.to_end[:, :, 3:], roll.dv_m_s)
         first, end_s = float(approach.times_s[0]), approach.end_s
@@ -67,6 +72,14 @@ class PhasingImpulses(Impulses):
         if approach.scenario.window.normal_first and at[0] == 0:
             flat = approach.axes(roll, 0)[:2]
             self.builder.equality([(self.dv.index[0], flat)], np.zeros(2), name=TURN)
+        self._at = at
+        self._slopes = np.zeros(at.size)
+        if chance is not None:
+            assert self.bounds is not None
+            self._slopes = chance.slopes_s(approach, roll)[at] / chance.limit_m
+            block = np.vstack([np.diag(self._slopes), np.zeros(at.size)])
+            fixed = np.append(np.zeros(at.size), chance.fixed_m / chance.limit_m)
+            self.builder.norm([(self.bounds, block)], fixed, bound=1.0, name=CHANCE)
         rest = np.delete(roll.dv_m_s, at, axis=0)
         left = radius**2 - float(np.sum(rest**2))
         if left < float(np.sum(np.linalg.norm(roll.dv_m_s, axis=1))) ** 2:
@@ -86,6 +99,8 @@ class PhasingImpulses(Impulses):
         sizes = np.linalg.norm(vectors, axis=1)
         if self.approach.scenario.window.normal_first:
             sizes[0] = abs(float(vectors[0] @ self.approach.normal))
+        if self._slopes.any():  # an impulse costs its size and what it does to the chance
+            sizes[self._at] /= 1.0 - self._slopes * self.builder.dual(solution, CHANCE)[0, 1:-1]
         return np.asarray(sizes[np.searchsorted(self.approach.times_s, np.asarray(times_s))])
 
     def flown(self, solution: HasDuals) -> Array:
@@ -118,12 +133,17 @@ def descend(
 ) -> Descended:
     """From a flight that meets the target to the cheapest near it."""
     generated: list[Generated] = []
+    chance = Chance.of(approach)
+
+    def merit(roll: Roll) -> float:
+        over_m = 0.0 if chance is None else chance.sigma_m(approach, roll) - chance.limit_m
+        return roll.cost_m_s + MISSED_BY_M_S_M * max(over_m, 0.0)
 
     def propose(roll: Roll, radius: float) -> Proposal[Roll]:
         active = approach.times_s[np.any(roll.dv_m_s, axis=1)]
         first = approach.times_s[::EVERY] if not generated else approach.times_s[[0, -1]]
         found = generate(
-            lambda times: PhasingImpulses(approach, roll, times, radius), first,
+            lambda times: PhasingImpulses(approach, roll, times, radius, chance), first,
             (float(approach.times_s[0]), approach.end_s), solve=solve, candidates_s=approach.times_s, keep_s=active,
             gap=GAP, tolerance=TOLERANCE,
         )  # fmt: skip
@@ -138,7 +158,7 @@ def descend(
         return Proposal(moved, found.solution.objective, distance, found.subproblems)
 
     outcome = trust_region(
-        start, propose, lambda roll: approach.restore(roll.dv_m_s), lambda roll: roll.cost_m_s, rules=rules, callback=callback
+        start, propose, lambda roll: approach.restore(roll.dv_m_s), merit, rules=rules, callback=callback
     )  # fmt: skip
     return Descended(approach, outcome, generated[-1])
 
