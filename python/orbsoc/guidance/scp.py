@@ -203,7 +203,7 @@ class TrustRules:
     """
 
     radius: float
-    least_gain: float = 1e-9
+    least_gain: float = 1e-8
     least_radius: float = 1e-6
     max_iterations: int = 40
     accepted: float = 0.05
@@ -278,7 +278,8 @@ def trust_region(
     except KeyboardInterrupt:
         return ended(ExitReason.INTERRUPTED, f"interrupted after {len(solved)} conic problems")
     return ended(
-        ExitReason.MAX_ITERATIONS, f"no convergence after {rules.max_iterations} linearisations, at {value:.9g}"
+        ExitReason.MAX_ITERATIONS,
+        f"no convergence after {rules.max_iterations} linearisations, at {value:.9g}",
     )
 
 

@@ -141,7 +141,10 @@ def _merged(programme: ImpulseProgramme, apart_s: float) -> Array:
 
 
 def primer_maxima(
-    impulses: Impulses, solution: Solution, window_s: tuple[float, float], candidates_s: ArrayLike | None = None
+    impulses: Impulses,
+    solution: Solution,
+    window_s: tuple[float, float],
+    candidates_s: ArrayLike | None = None,
 ) -> tuple[Array, Array]:
     """Times and sizes of the local maxima of the primer over the window, its ends included; or over `candidates_s`."""
     grid = np.linspace(*window_s, GRID + 1) if candidates_s is None else np.asarray(candidates_s, np.float64)

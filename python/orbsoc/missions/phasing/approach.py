@@ -89,9 +89,9 @@ class Approach:
                 return now
             effect = ROWS @ np.concatenate(now.to_end[:, :, 3:], axis=1)
             span = None if basis is None else basis(now)
-            columns = self._within(effect * weights) if span is None else effect @ span
+            columns = self._within(np.asarray(effect * weights)) if span is None else effect @ span
             step, *_ = np.linalg.lstsq(columns, ROWS @ now.miss, rcond=1e-12)
-            change = weights * self._within(step) if span is None else span @ step
+            change = weights * self._within(np.asarray(step)) if span is None else span @ step
             trial = self._shorter(now, change.reshape(-1, 3))
             if trial is None:
                 return None
@@ -129,7 +129,7 @@ class Approach:
         """The impulses that are not negligible, in the chaser's (R, T, N) before each."""
         sizes = np.linalg.norm(roll.dv_m_s, axis=1)
         kept = np.flatnonzero(sizes > 1e-6 * max(1.0, float(sizes.sum())))
-        turned = [self.axes(roll, k) @ roll.dv_m_s[k] for k in kept]
+        turned = [self.axes(roll, int(k)) @ roll.dv_m_s[k] for k in kept]
         return ImpulseProgramme(self.times_s[kept], np.array(turned))
 
 
@@ -154,7 +154,9 @@ def approach_between(
 def approach_at(scenario: Scenario, times_s: Array, *, ballistic_m2_kg: float | None = None) -> Approach:
     """With these instants alone."""
     start = state_at(scenario, "chaser", float(times_s[0]))
-    return Approach(scenario, times_s, start, state_at(scenario, "target", float(times_s[-1]), ballistic_m2_kg))
+    return Approach(
+        scenario, times_s, start, state_at(scenario, "target", float(times_s[-1]), ballistic_m2_kg)
+    )
 
 
 def state_at(scenario: Scenario, name: str, t_s: float, ballistic_m2_kg: float | None = None) -> Array:

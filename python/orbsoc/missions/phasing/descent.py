@@ -8,7 +8,7 @@ the true motion to first order.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from orbsoc.conic.builder import ConicBuilder
 from orbsoc.conic.named_rows import HasDuals
 from orbsoc.conic.solution import Status
-from orbsoc.guidance.impulses import KICK, Generated, Impulses, generate
+from orbsoc.guidance.impulses import Generated, Impulses, generate
 from orbsoc.guidance.scp import Iteration, Outcome, Proposal, Solve, TrustRules, trust_region
 
 from .approach import Approach, Roll
@@ -148,14 +148,18 @@ def descend(
             gap=GAP, tolerance=TOLERANCE,
         )  # fmt: skip
         generated.append(found)
+        solved = tuple(
+            replace(each, figures={"instants": len(each.problem.cones.q), "dv_m_s": each.solution.objective})
+            for each in found.subproblems
+        )
         if found.solution.status is not Status.SOLVED:
-            return Proposal(None, float("nan"), float("nan"), found.subproblems)
+            return Proposal(None, float("nan"), float("nan"), solved)
         assert isinstance(found.impulses, PhasingImpulses)
         dv = found.impulses.flown(found.solution)
         dv[np.linalg.norm(dv, axis=1) < 1e-7 * found.solution.objective] = 0.0
         distance = float(np.linalg.norm(dv - roll.dv_m_s))
         moved = Roll(dv, roll.states, roll.to_end, roll.miss)
-        return Proposal(moved, found.solution.objective, distance, found.subproblems)
+        return Proposal(moved, found.solution.objective, distance, solved)
 
     outcome = trust_region(
         start, propose, lambda roll: approach.restore(roll.dv_m_s), merit, rules=rules, callback=callback

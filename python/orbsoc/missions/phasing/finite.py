@@ -85,7 +85,9 @@ def _goal(approach: Approach, at_s: float) -> Array:
     return np.asarray(fast_coast([approach.goal], [approach.end_s, at_s], forces)[-1, 0])
 
 
-def _burn(approach: Approach, roll: Roll, k: int, dv: Array, acceleration: float, exhaust: float) -> SteeredBurn:
+def _burn(
+    approach: Approach, roll: Roll, k: int, dv: Array, acceleration: float, exhaust: float
+) -> SteeredBurn:
     """Its direction, seen from the frame that turns with the orbit, pitches up at the orbit's rate."""
     axes, rate = local_frame(roll.states[k])
     outward, along, normal = axes @ dv

@@ -121,14 +121,20 @@ def _replanned(real: Approach, planned: Roll, before_s: float, horizon: Horizon)
         distance = float(np.linalg.norm(change))
         fired = float(np.linalg.norm(roll.dv_m_s[:done], axis=1).sum())
         cost = solution.objective + fired
-        if distance > radius:  # part of the way: the objective is convex, so the part's promise is at least its share
+        if (
+            distance > radius
+        ):  # part of the way: the objective is convex, so the part's promise is at least its share
             share = radius / distance
             dv, distance = roll.dv_m_s + share * change, radius
             cost = roll.cost_m_s - share * (roll.cost_m_s - cost)
         return Proposal(Roll(dv, roll.states, roll.to_end, roll.miss), cost, distance, (row,))
 
     outcome = trust_region(
-        start, propose, lambda roll: real.restore(roll.dv_m_s, done=done), lambda roll: roll.cost_m_s, rules=RULES
+        start,
+        propose,
+        lambda roll: real.restore(roll.dv_m_s, done=done),
+        lambda roll: roll.cost_m_s,
+        rules=RULES,
     )
     extra = outcome.iterate.cost_m_s - planned.cost_m_s
     return Replan(before_s, done, outcome.iterate, outcome.reason, extra, outcome.iterations)

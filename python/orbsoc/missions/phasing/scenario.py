@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from math import pi, sqrt
 from os import PathLike
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field, Strict, model_validator
 
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
+from orbsoc.guidance.vehicle import Vector
 from orbsoc.orbit import EARTH, Elements, state_from_elements
 from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass
 
@@ -62,7 +63,9 @@ class Window(Table):
     normal_first: bool = Field(
         default=False, description="the paper's timing: until the phasing burn, out of the plane alone"
     )
-    front: tuple[int, ...] = Field(default=(), description="other numbers of revolutions to price")
+    front: Annotated[tuple[int, ...], Strict(False)] = Field(
+        default=(), description="other numbers of revolutions to price"
+    )
 
 
 class Limits(Table):
@@ -83,18 +86,20 @@ class Surprise(Table):
     """What the target's drag really is, and when, before the meeting, the chaser learns of it and plans again."""
 
     ballistic_m2_kg: float = Field(ge=0.0, le=1.0)
-    replans_h: tuple[float, ...] = (12.5, 8.3, 4.2, 0.8)
+    replans_h: Annotated[tuple[float, ...], Strict(False)] = (12.5, 8.3, 4.2, 0.8)
 
 
 class Errors(Table):
     """Standard deviations, an axis of (R, T, N): of what is known of the target at its epoch, and of the engine."""
 
-    position_m: tuple[float, float, float] = (200.0, 500.0, 200.0)
-    velocity_m_s: tuple[float, float, float] = (0.3, 0.2, 0.3)
+    position_m: Vector = (200.0, 500.0, 200.0)
+    velocity_m_s: Vector = (0.3, 0.2, 0.3)
     ballistic_m2_kg: float = Field(default=0.0015, ge=0.0, le=1.0, description="of the target")
     execution_share: float = Field(default=0.001, ge=0.0, le=0.3, description="of an impulse's size")
     execution_deg: float = Field(default=0.29, ge=0.0, le=10.0, description="of an impulse's direction")
-    distance_km: float = Field(default=200.0, gt=0.0, le=5000.0, description="within which the meeting counts")
+    distance_km: float = Field(
+        default=200.0, gt=0.0, le=5000.0, description="within which the meeting counts"
+    )
     probability: float | None = Field(
         default=None, gt=0.5, lt=1.0, description="of the meeting, that the plan must have"
     )
@@ -107,7 +112,7 @@ class Scenario(BaseScenario):
 
     mission: Literal["phasing"]
     scheme: Literal["paper", "socp"] = "socp"
-    forces: tuple[Literal["j2", "drag"], ...] = ("j2", "drag")
+    forces: Annotated[tuple[Literal["j2", "drag"], ...], Strict(False)] = ("j2", "drag")
     chaser: Body
     target: Body
     window: Window
@@ -137,7 +142,9 @@ class Scenario(BaseScenario):
                 allowed = f"with sma_km = {body.sma_km:g} the perigee is at {perigee_km:.1f} km: must be {GROUND_KM:g} or higher"
                 found.append(Complaint(f"{name}.ecc", f"{body.ecc:g}", allowed))
             if body.ballistic_m2_kg and "drag" not in self.forces:
-                allowed = f"does nothing without 'drag' in forces = {list(self.forces)}; add it, or leave this out"
+                allowed = (
+                    f"does nothing without 'drag' in forces = {list(self.forces)}; add it, or leave this out"
+                )
                 found.append(Complaint(f"{name}.ballistic_m2_kg", f"{body.ballistic_m2_kg:g}", allowed))
         if len(set(self.forces)) < len(self.forces):
             found.append(Complaint("forces", f"{list(self.forces)}", "each at most once"))
@@ -147,7 +154,11 @@ class Scenario(BaseScenario):
         found += self._window_complaints()
         low, high = self.limits.perigee_height_km, self.limits.apogee_height_km
         if low >= high:
-            found.append(Complaint("limits.perigee_height_km", f"{low:g}", f"must be below apogee_height_km = {high:g}"))
+            found.append(
+                Complaint(
+                    "limits.perigee_height_km", f"{low:g}", f"must be below apogee_height_km = {high:g}"
+                )
+            )
         return found
 
     def _window_complaints(self) -> list[Complaint]:
@@ -168,7 +179,10 @@ class Scenario(BaseScenario):
         if window.end_s is not None and window.end_s <= earliest_s:
             allowed = f"must be after the burns before it and target.epoch_s, {earliest_s:g}"
             found.append(Complaint("window.end_s", f"{window.end_s:g}", allowed))
-        if window.end_s is not None and window.end_s > start_s + 3600.0 * window.latest_h + self.chaser.period_s:
+        if (
+            window.end_s is not None
+            and window.end_s > start_s + 3600.0 * window.latest_h + self.chaser.period_s
+        ):
             allowed = f"must be at most latest_h = {window.latest_h:g} after the first burn"
             found.append(Complaint("window.end_s", f"{window.end_s:g}", allowed))
         return found

@@ -21,8 +21,8 @@ LIMIT_M, LIMIT_M_S = 1.0, 1e-3
 RTOL = 1e-11
 AFTER_S, STEP_S = 12_000.0, 60.0
 """How long after the meeting the distance is told, as in the paper's figures 3 and 4, and how often."""
-SAMPLES = 60
-"""States an arc."""
+SAMPLE_S = 240.0
+"""Between the states of the flight that are told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +40,13 @@ class Check:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flight:
-    """Chaser states (K, 6), ECI, at times (K,), that of an impulse's time before it; of each impulse (N, 3), inertial; at the
-    end the relative state (6,) in the target's (R, T, N), and after it the distance (M,) at `after_s` (M,)."""
+    """Chaser states (K, 6), ECI, at times (K,), that of an impulse's time before it; of each impulse (N, 3), inertial;
+    `end_state` after the last; at the end the relative state (6,) in the target's (R, T, N), and after it the distance (M,) at `after_s` (M,)."""
 
     times_s: Array
     chaser: Array
     dv_m_s: Array
+    end_state: Array
     miss: Array
     after_s: Array
     distance_m: Array
@@ -61,7 +62,9 @@ class Flight:
 
     @property
     def failures(self) -> tuple[str, ...]:
-        return tuple(f"{each.name} by {-each.margin:.3g} {each.unit}" for each in self.checks if each.margin < 0.0)
+        return tuple(
+            f"{each.name} by {-each.margin:.3g} {each.unit}" for each in self.checks if each.margin < 0.0
+        )
 
 
 def fly(scenario: Scenario, programme: ImpulseProgramme, end_s: float) -> Flight:
@@ -76,7 +79,7 @@ def fly(scenario: Scenario, programme: ImpulseProgramme, end_s: float) -> Flight
     if not stops or stops[-1][0] < end_s:
         stops.append((end_s, np.zeros(3)))
     for number, (t, dv) in enumerate(stops):
-        inside = np.linspace(at, t, SAMPLES + 1) if t > at else np.array([at])
+        inside = np.linspace(at, t, 2 + int((t - at) / SAMPLE_S)) if t > at else np.array([at])
         arc = coast([state], inside, forces, rtol=RTOL)[:, 0] if t > at else state[None]
         times.append(inside if number == 0 else inside[1:])
         states.append(arc if number == 0 else arc[1:])
@@ -87,7 +90,9 @@ def fly(scenario: Scenario, programme: ImpulseProgramme, end_s: float) -> Flight
             checks += _limits(scenario, state, t, number + 1)
     drag = scenario.forces_on(scenario.target.ballistic_m2_kg)
     after = np.arange(0.0, AFTER_S + STEP_S, STEP_S)
-    goal = coast([scenario.target.state], np.append(scenario.target.epoch_s, end_s + after), drag, rtol=RTOL)[1:, 0]
+    goal = coast([scenario.target.state], np.append(scenario.target.epoch_s, end_s + after), drag, rtol=RTOL)[
+        1:, 0
+    ]
     follower = coast([state], end_s + after, forces, rtol=RTOL)[:, 0]
     miss = relative_state(goal[0], state)
     met = [
@@ -96,7 +101,14 @@ def fly(scenario: Scenario, programme: ImpulseProgramme, end_s: float) -> Flight
     ]
     distance = np.linalg.norm(follower[:, :3] - goal[:, :3], axis=1)
     return Flight(
-        np.concatenate(times), np.concatenate(states), np.array(kicks), miss, end_s + after, distance, (*met, *checks)
+        np.concatenate(times),
+        np.concatenate(states),
+        np.array(kicks),
+        state,
+        miss,
+        end_s + after,
+        distance,
+        (*met, *checks),
     )
 
 

@@ -116,7 +116,9 @@ def _field(forces: Sequence[Force], bodies: int) -> tuple[_core.OrbitField, Arra
     oblateness, drag = by_type.get(J2), by_type.get(Drag)
     constants = {getattr(force, "constants", EARTH) for force in forces}
     if len(constants) > 1:
-        raise ValueError(f"forces have the constants {sorted(each.name for each in constants)}: must be one set")
+        raise ValueError(
+            f"forces have the constants {sorted(each.name for each in constants)}: must be one set"
+        )
     [earth] = constants
     field = _core.OrbitField(
         mu_m3_s2=earth.mu_m3_s2,
