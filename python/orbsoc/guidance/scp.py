@@ -170,7 +170,7 @@ def sequential_convex(
                 return ended(*_failure(number, solution))
             reference = step.iterate
             settled = step.change < rules.step_tol and tolerance <= rules.tight_tol
-            if settled and _within(solution, rules.final_residual):
+            if settled and within_residual(solution, rules.final_residual):
                 if step.slack < rules.slack_tol:
                     return ended(
                         ExitReason.CONVERGED,
@@ -288,10 +288,10 @@ def _usable(solution: Solution, rules: Rules) -> bool:
     stopped_short = (Status.SOLVED_INACCURATE, Status.NUMERICAL_LIMIT, Status.MAX_ITERATIONS)
     if solution.status is not Status.SOLVED and solution.status not in stopped_short:
         return False
-    return _within(solution, rules.usable_residual)
+    return within_residual(solution, rules.usable_residual)
 
 
-def _within(solution: Solution, limit: float) -> bool:
+def within_residual(solution: Solution, limit: float) -> bool:
     """Whether a solution is called solved, or its residuals on the original data are within `limit`."""
     if solution.status is Status.SOLVED:
         return True

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize_scalar
 
 from orbsoc.conic.settings import Settings
-from orbsoc.conic.solution import Solution, Status
+from orbsoc.conic.solution import Solution
 
-from ..scp import Iteration, Solve
+from ..scp import Iteration, Solve, within_residual
 from .programme import ImpulseProgramme
 from .unknowns import Impulses
 
@@ -53,6 +53,11 @@ class Generated:
         return found.without_small(NEGLIGIBLE * found.total_m_s)
 
     @property
+    def solved(self) -> bool:
+        """Whether the last solve counts, so that there is a programme."""
+        return any(each.solution is self.solution for each in self.rounds)
+
+    @property
     def lower_bound(self) -> float:
         """No programme with any number of impulses in the window costs less, by the primer at its refined maxima."""
         return max((each.lower_bound for each in self.rounds), default=-np.inf)
@@ -74,6 +79,7 @@ def generate(
     solve: Solve,
     candidates_s: ArrayLike | None = None,
     keep_s: ArrayLike = (),
+    usable_residual: float = 0.0,
     gap: float = 1e-6,
     max_rounds: int = 30,
     tolerance: float = 1e-9,
@@ -87,7 +93,7 @@ def generate(
     it. It ends there, after `max_rounds`, or with the first solve that
     does not end SOLVED, which `Generated.solution` then is.
     With `candidates_s` (K,) impulses are at these times alone, the bound is that of all of them together, and nothing is
-    merged. `keep_s` stay in every round.
+    merged. `keep_s` stay in every round. A solve that does not end SOLVED counts while its residuals are within `usable_residual`.
     """
     kept_s = np.asarray(keep_s, dtype=np.float64)
     times = np.unique(np.concatenate([np.asarray(times_s, dtype=np.float64), kept_s]))
@@ -101,7 +107,7 @@ def generate(
         subproblems.append(Iteration(number, tolerance, problem, solution))
         if callback is not None:
             callback(subproblems[-1])
-        if solution.status is not Status.SOLVED:
+        if not within_residual(solution, usable_residual):
             break
         maxima, sizes = primer_maxima(impulses, solution, window_s, candidates_s)
         largest = float(sizes.max())

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from orbsoc.conic.builder import ConicBuilder
 from orbsoc.conic.named_rows import HasDuals
-from orbsoc.conic.solution import Status
 from orbsoc.guidance.impulses import Generated, Impulses, generate
 from orbsoc.guidance.scp import Iteration, Outcome, Proposal, Solve, TrustRules, trust_region
 
@@ -30,7 +29,8 @@ MISSED_BY_M_S_M = 0.1
 """What a metre of deviation beyond the chance's limit costs while the descent is under way."""
 RULES = TrustRules(radius=1e3)
 """Of velocity changes, m/s."""
-TOLERANCE = 1e-10
+TOLERANCE, USABLE = 1e-10, 1e-8
+"""Asked of every solve, and what a solver that stops short of it may leave."""
 GAP = 1e-9
 """Of the cost, within which the generated impulses are the best of all instants."""
 TURN, TRUST = "first impulse out of the plane", "trust region"
@@ -145,14 +145,14 @@ def descend(
         found = generate(
             lambda times: PhasingImpulses(approach, roll, times, radius, chance), first,
             (float(approach.times_s[0]), approach.end_s), solve=solve, candidates_s=approach.times_s, keep_s=active,
-            gap=GAP, tolerance=TOLERANCE,
+            gap=GAP, tolerance=TOLERANCE, usable_residual=USABLE,
         )  # fmt: skip
         generated.append(found)
         solved = tuple(
             replace(each, figures={"instants": len(each.problem.cones.q), "dv_m_s": each.solution.objective})
             for each in found.subproblems
         )
-        if found.solution.status is not Status.SOLVED:
+        if not found.solved:
             return Proposal(None, float("nan"), float("nan"), solved)
         assert isinstance(found.impulses, PhasingImpulses)
         dv = found.impulses.flown(found.solution)

@@ -115,7 +115,7 @@ class Plan:
         if self.programme is None or other.programme is None:
             return ()
         apart = abs(self.programme.total_m_s - other.programme.total_m_s)
-        return (Difference("cost_m_s", "cost", apart, 1e-4, "m/s"),)
+        return (Difference("cost_m_s", "cost", apart, 1e-3, "m/s"),)
 
 
 def plan(
