@@ -20,13 +20,12 @@ from orbsoc.orbit.perturbations import fast_coast
 
 from .approach import state_at
 from .descent import PhasingImpulses
+from .phasing_plan import PhasingPlan
 from .verification import Flight
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-    from .planner import Plan
 
 Array = NDArray[np.float64]
 
@@ -35,7 +34,7 @@ BLUE, VERMILION, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#555555"
 DOTS_PER_INCH = 150
 
 
-def draw_figures(plan: Plan, folder: Path) -> tuple[FigureFile, ...]:
+def draw_figures(plan: PhasingPlan, folder: Path) -> tuple[FigureFile, ...]:
     """Write the figures of a plan that was flown into `folder`; empty when there is nothing to show."""
     flight = plan.verification
     if flight is None or plan.programme is None:
@@ -51,7 +50,7 @@ def draw_figures(plan: Plan, folder: Path) -> tuple[FigureFile, ...]:
     return tuple(found)
 
 
-def _approach(plan: Plan, flight: Flight, folder: Path) -> FigureFile:
+def _approach(plan: PhasingPlan, flight: Flight, folder: Path) -> FigureFile:
     """Heights, distance, and the primer with the impulses."""
     assert plan.programme is not None
     primed = plan.descended is not None
@@ -99,7 +98,7 @@ def _approach(plan: Plan, flight: Flight, folder: Path) -> FigureFile:
     return _save(figure, folder, "approach.png", words)
 
 
-def _distance(plan: Plan, flight: Flight, folder: Path) -> FigureFile:
+def _distance(plan: PhasingPlan, flight: Flight, folder: Path) -> FigureFile:
     """The paper's figures 3 and 4."""
     figure, axes = _panels((7.6, 3.6), (1,))
     minutes = (flight.after_s - flight.after_s[0]) / 60.0
@@ -123,7 +122,7 @@ def _distance(plan: Plan, flight: Flight, folder: Path) -> FigureFile:
     )  # fmt: skip
 
 
-def _front(plan: Plan, folder: Path) -> FigureFile:
+def _front(plan: PhasingPlan, folder: Path) -> FigureFile:
     assert plan.analysis is not None
     figure, axes = _panels((7.6, 4.0), (1,))
     points = plan.analysis.front
@@ -168,7 +167,7 @@ def _front(plan: Plan, folder: Path) -> FigureFile:
     )  # fmt: skip
 
 
-def _surprise(plan: Plan, folder: Path) -> FigureFile:
+def _surprise(plan: PhasingPlan, folder: Path) -> FigureFile:
     assert plan.analysis is not None
     assert plan.analysis.surprised is not None
     found = plan.analysis.surprised

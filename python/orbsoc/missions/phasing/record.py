@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,14 +11,12 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.orbit import EARTH
 
 from .finite import FiniteBurns
+from .phasing_plan import PhasingPlan
 from .replanning import Surprised
 from .uncertain import Meeting
 
-if TYPE_CHECKING:
-    from .planner import Plan
 
-
-def plan_document(plan: Plan) -> dict[str, Any]:
+def plan_document(plan: PhasingPlan) -> dict[str, Any]:
     """Everything about the plan that JSON can hold, SI; impulses in the chaser's (R, T, N). Null where there is none."""
     flight, programme, analysis = plan.verification, plan.programme, plan.analysis
     cost = programme and programme.total_m_s
@@ -55,7 +53,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
     }
 
 
-def verdict(plan: Plan) -> str:
+def verdict(plan: PhasingPlan) -> str:
     """The answer in a few sentences."""
     flight, programme = plan.verification, plan.programme
     if plan.status is PlanStatus.INTERRUPTED:
@@ -80,7 +78,7 @@ def verdict(plan: Plan) -> str:
     return ". ".join([f"VERIFIED: {head}", met, *_consequences(plan)])
 
 
-def _consequences(plan: Plan) -> list[str]:
+def _consequences(plan: PhasingPlan) -> list[str]:
     analysis, found = plan.analysis, []
     if analysis is None:
         return []
@@ -102,7 +100,7 @@ def _consequences(plan: Plan) -> list[str]:
     return found
 
 
-def _certificates(plan: Plan) -> dict[str, Any]:
+def _certificates(plan: PhasingPlan) -> dict[str, Any]:
     """The dual bound of the last linearisation, over all instants, and the largest primer."""
     if plan.descended is None or not plan.descended.last.rounds:
         return {}
@@ -114,7 +112,7 @@ def _certificates(plan: Plan) -> dict[str, Any]:
     }
 
 
-def _finite(plan: Plan, found: FiniteBurns) -> dict[str, Any]:
+def _finite(plan: PhasingPlan, found: FiniteBurns) -> dict[str, Any]:
     assert plan.programme is not None
     return {
         "delta_v_m_s": found.dv_m_s,
