@@ -120,8 +120,8 @@ class Scenario(BaseScenario):
     engine: Engine | None = None
     surprise: Surprise | None = None
     uncertainty: Errors | None = None
-    compare_with: Literal["design"] | None = Field(
-        default=None, description="the column of the paper that it stands for"
+    compare_with: float | None = Field(
+        default=None, gt=0.0, description="Σ‖Δv‖, m/s, that it is known to have, for `orbsoc reproduce 003`"
     )
 
     def forces_on(self, ballistic_m2_kg: float) -> list[Force]:
