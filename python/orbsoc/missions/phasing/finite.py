@@ -1,5 +1,5 @@
-"""Finite burns that stand for impulses: each centred on its impulse's time, with an inertially fixed direction, then one
-correction of all by the transition matrices."""
+"""Finite burns that stand for impulses: each centred on its impulse's time, with an inertially fixed direction, then two
+corrections of all by the transition matrices."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class FiniteBurns:
         return float(np.linalg.norm(self.miss[3:]))
 
 
-def finite_burns(approach: Approach, roll: Roll, engine: Engine, *, corrections: int = 1) -> FiniteBurns:
+def finite_burns(approach: Approach, roll: Roll, engine: Engine, *, corrections: int = 2) -> FiniteBurns:
     """Of a flight by impulses; every correction changes each burn in proportion to its size."""
     dv = roll.dv_m_s.copy()
     found = _flown(approach, roll, dv, engine)
