@@ -288,3 +288,41 @@ class ExactEngine:
     def set_words(self, buffer: str, indices: NDArray[uint32], bits: NDArray[uint64]) -> None: ...
     def buffer_words(self) -> dict[str, int]: ...
     def events(self) -> list[tuple[str, int]]: ...
+
+@final
+class OrbitField:
+    """The Earth with oblateness and air, for coasts and burns. Use `orbsoc.orbit.perturbations`."""
+
+    def __new__(
+        cls,
+        *,
+        mu_m3_s2: float,
+        radius_m: float,
+        j2: float,
+        rotation_rad_s: float,
+        flattening: float,
+        layers: NDArray[float64],
+    ) -> OrbitField: ...
+    def coast(
+        self,
+        states: NDArray[float64],
+        times_s: NDArray[float64],
+        kicks: NDArray[float64] | None,
+        ballistic_m2_kg: NDArray[float64],
+        *,
+        tolerance: float,
+        transitions: bool,
+    ) -> tuple[NDArray[float64], NDArray[float64] | None]: ...
+    def burn(
+        self,
+        state: NDArray[float64],
+        ballistic_m2_kg: float,
+        *,
+        acceleration_m_s2: float,
+        exhaust_m_s: float,
+        pitch_rad: float,
+        pitch_rate_rad_s: float,
+        yaw_rad: float,
+        duration_s: float,
+        tolerance: float,
+    ) -> NDArray[float64]: ...

@@ -148,7 +148,11 @@ def test_the_source_distribution_holds_what_a_build_needs(sdist: Path) -> None:
 
 
 def test_the_workspace_of_the_source_distribution_is_the_extension_alone(sdist: Path) -> None:
-    assert set(crates(sdist)) == extension_crates(crates(ROOT)) == {"orbsoc", "orbsoc-hw", "orbsoc-py"}
+    assert (
+        set(crates(sdist))
+        == extension_crates(crates(ROOT))
+        == {"orbsoc", "orbsoc-hw", "orbsoc-orbit", "orbsoc-py"}
+    )
 
 
 @pytest.fixture(scope="module")

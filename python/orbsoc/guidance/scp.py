@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import isfinite
 from typing import Any, Generic, Protocol, TypeVar
 
@@ -170,7 +170,7 @@ def sequential_convex(
                 return ended(*_failure(number, solution))
             reference = step.iterate
             settled = step.change < rules.step_tol and tolerance <= rules.tight_tol
-            if settled and _within(solution, rules.final_residual):
+            if settled and within_residual(solution, rules.final_residual):
                 if step.slack < rules.slack_tol:
                     return ended(
                         ExitReason.CONVERGED,
@@ -194,15 +194,104 @@ def sequential_convex(
     )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrustRules:
+    """When `trust_region` stops, and how it moves its radius, in the unit of the mission's steps.
+
+    Converged: a subproblem promises less than `least_gain` of the cost. A step counts if it brings `accepted` of what was
+    promised; the radius shrinks to `shrink` of the step below `poor`, and grows by `grow` above `good`.
+    """
+
+    radius: float
+    least_gain: float = 1e-8
+    least_radius: float = 1e-6
+    max_iterations: int = 40
+    accepted: float = 0.05
+    poor: float = 0.25
+    good: float = 0.75
+    shrink: float = 0.4
+    grow: float = 2.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Proposal(Generic[I]):
+    """What the subproblems about a reference say: the next one, its cost if the linearisation held, how far it is, and
+    what was solved. Without an iterate the last solve has failed."""
+
+    iterate: I | None
+    cost: float
+    distance: float
+    subproblems: tuple[Iteration, ...]
+
+
+def trust_region(
+    start: I,
+    propose: Callable[[I, float], Proposal[I]],
+    restore: Callable[[I], I | None],
+    cost: Callable[[I], float],
+    *,
+    rules: TrustRules,
+    callback: Callable[[Iteration], None] | None = None,
+) -> Outcome[I]:
+    """Descend from a feasible reference: propose within a radius, restore feasibility, and accept by what was gained.
+
+    `propose` solves one conic problem or several about a reference, within a radius; `restore` moves an iterate to the
+    nearest feasible one, or gives up with None. `callback` sees every solved problem. Source: Conn, Gould & Toint, Trust-
+    Region Methods, algorithm 6.1.1, on a cost that needs no merit function since every reference is feasible.
+    """
+    reference, value, radius = start, cost(start), rules.radius
+    solved: list[Iteration] = []
+
+    def ended(reason: ExitReason, message: str) -> Outcome[I]:
+        return Outcome(reason, reference, tuple(solved), message)
+
+    try:
+        for number in range(1, rules.max_iterations + 1):
+            proposal = propose(reference, radius)
+            for each in proposal.subproblems:
+                solved.append(replace(each, number=len(solved) + 1, change=proposal.distance))
+                if callback is not None:
+                    callback(solved[-1])
+            if proposal.iterate is None:
+                return ended(*_failure(len(solved), solved[-1].solution))
+            promised = value - proposal.cost
+            if promised <= rules.least_gain * max(1.0, abs(value)):
+                return ended(
+                    ExitReason.CONVERGED,
+                    f"converged after {number} linearisations and {len(solved)} conic problems: the last promised"
+                    f" {max(promised, 0.0):.1e} of {value:.6g}",
+                )
+            trial = restore(proposal.iterate)
+            gain = -float("inf") if trial is None else value - cost(trial)
+            if trial is not None and gain >= rules.accepted * promised:
+                reference, value = trial, value - gain
+            if gain < rules.poor * promised:
+                radius = rules.shrink * min(radius, proposal.distance)
+            elif gain > rules.good * promised:
+                radius = max(radius, rules.grow * proposal.distance)
+            if radius < rules.least_radius:
+                return ended(
+                    ExitReason.MAX_ITERATIONS,
+                    f"no step of more than {rules.least_radius:g} gains anything at {value:.9g}, though {promised:.1e} is"
+                    " promised",
+                )
+    except KeyboardInterrupt:
+        return ended(ExitReason.INTERRUPTED, f"interrupted after {len(solved)} conic problems")
+    return ended(
+        ExitReason.MAX_ITERATIONS,
+        f"no convergence after {rules.max_iterations} linearisations, at {value:.9g}",
+    )
+
+
 def _usable(solution: Solution, rules: Rules) -> bool:
     """Whether to move to this solution: solved, or close enough by its residuals on the original data."""
     stopped_short = (Status.SOLVED_INACCURATE, Status.NUMERICAL_LIMIT, Status.MAX_ITERATIONS)
     if solution.status is not Status.SOLVED and solution.status not in stopped_short:
         return False
-    return _within(solution, rules.usable_residual)
+    return within_residual(solution, rules.usable_residual)
 
 
-def _within(solution: Solution, limit: float) -> bool:
+def within_residual(solution: Solution, limit: float) -> bool:
     """Whether a solution is called solved, or its residuals on the original data are within `limit`."""
     if solution.status is Status.SOLVED:
         return True

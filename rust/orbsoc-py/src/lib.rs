@@ -9,6 +9,7 @@ mod hardware;
 mod image;
 mod method;
 mod mixed;
+mod orbit;
 mod watch;
 
 use pyo3::prelude::*;
@@ -33,6 +34,8 @@ mod _core {
     };
     #[pymodule_export]
     use super::mixed::MixedEngine;
+    #[pymodule_export]
+    use super::orbit::OrbitField;
     use pyo3::prelude::*;
 
     #[pymodule_init]

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize_scalar
 
 from orbsoc.conic.settings import Settings
-from orbsoc.conic.solution import Solution, Status
+from orbsoc.conic.solution import Solution
 
-from ..scp import Iteration, Solve
+from ..scp import Iteration, Solve, within_residual
 from .programme import ImpulseProgramme
 from .unknowns import Impulses
 
@@ -53,6 +53,11 @@ class Generated:
         return found.without_small(NEGLIGIBLE * found.total_m_s)
 
     @property
+    def solved(self) -> bool:
+        """Whether the last solve counts, so that there is a programme."""
+        return any(each.solution is self.solution for each in self.rounds)
+
+    @property
     def lower_bound(self) -> float:
         """No programme with any number of impulses in the window costs less, by the primer at its refined maxima."""
         return max((each.lower_bound for each in self.rounds), default=-np.inf)
@@ -72,6 +77,9 @@ def generate(
     window_s: tuple[float, float],
     *,
     solve: Solve,
+    candidates_s: ArrayLike | None = None,
+    keep_s: ArrayLike = (),
+    usable_residual: float = 0.0,
     gap: float = 1e-6,
     max_rounds: int = 30,
     tolerance: float = 1e-9,
@@ -84,8 +92,11 @@ def generate(
     with every time allowed: that is the bound. Within `gap`, neighbouring times are merged where that costs no more than
     it. It ends there, after `max_rounds`, or with the first solve that
     does not end SOLVED, which `Generated.solution` then is.
+    With `candidates_s` (K,) impulses are at these times alone, the bound is that of all of them together, and nothing is
+    merged. `keep_s` stay in every round. A solve that does not end SOLVED counts while its residuals are within `usable_residual`.
     """
-    times = np.unique(np.asarray(times_s, dtype=np.float64))
+    kept_s = np.asarray(keep_s, dtype=np.float64)
+    times = np.unique(np.concatenate([np.asarray(times_s, dtype=np.float64), kept_s]))
     rounds: list[Round] = []
     subproblems: list[Iteration] = []
     ended: tuple[Impulses, Solution] | None = None
@@ -96,9 +107,9 @@ def generate(
         subproblems.append(Iteration(number, tolerance, problem, solution))
         if callback is not None:
             callback(subproblems[-1])
-        if solution.status is not Status.SOLVED:
+        if not within_residual(solution, usable_residual):
             break
-        maxima, sizes = primer_maxima(impulses, solution, window_s)
+        maxima, sizes = primer_maxima(impulses, solution, window_s, candidates_s)
         largest = float(sizes.max())
         bound = solution.dual_objective / max(1.0, largest)
         found = Round(times, solution.objective, bound, largest, float(maxima[sizes.argmax()]), solution)
@@ -107,6 +118,9 @@ def generate(
         if ended is not None and not within:  # the merged times cost more than the gap: keep those before
             break
         rounds.append(found)
+        if within and candidates_s is not None:
+            ended = impulses, solution
+            break
         merged = _merged(impulses.programme(solution), (window_s[1] - window_s[0]) / GRID)
         was, ended = ended, (impulses, solution) if within else None
         if within:
@@ -120,7 +134,7 @@ def generate(
         added = [t for t in maxima[sizes > 1.0] if not np.any(np.abs(kept - t) <= apart)]
         if not added:
             break
-        times = np.unique(np.concatenate([kept, added]))
+        times = np.unique(np.concatenate([kept, added, kept_s]))
     return Generated(*(ended or (impulses, solution)), tuple(rounds), tuple(subproblems))
 
 
@@ -133,14 +147,19 @@ def _merged(programme: ImpulseProgramme, apart_s: float) -> Array:
 
 
 def primer_maxima(
-    impulses: Impulses, solution: Solution, window_s: tuple[float, float]
+    impulses: Impulses,
+    solution: Solution,
+    window_s: tuple[float, float],
+    candidates_s: ArrayLike | None = None,
 ) -> tuple[Array, Array]:
-    """Times and sizes of the local maxima of the primer over the window, its ends included."""
-    grid = np.linspace(*window_s, GRID + 1)
+    """Times and sizes of the local maxima of the primer over the window, its ends included; or over `candidates_s`."""
+    grid = np.linspace(*window_s, GRID + 1) if candidates_s is None else np.asarray(candidates_s, np.float64)
     sizes = impulses.primer_size(solution, grid)
     lower = np.concatenate([[-np.inf], sizes[:-1]])
     upper = np.concatenate([sizes[1:], [-np.inf]])
     peaks = np.flatnonzero((sizes >= lower) & (sizes >= upper))
+    if candidates_s is not None:
+        return grid[peaks], sizes[peaks]
     times, values = [], []
     for k in map(int, peaks):
         t, size = float(grid[k]), float(sizes[k])

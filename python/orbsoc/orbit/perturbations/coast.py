@@ -50,6 +50,21 @@ def coast_with_transitions(
     return _integrated(start, times_s, forces, kicks, rtol, variational=True)
 
 
+def checked_arguments(
+    states: ArrayLike, times_s: ArrayLike, kicks: ArrayLike | None
+) -> tuple[Array, Array, Array | None]:
+    """As arrays; raises ValueError for shapes that do not fit and times that do not increase."""
+    start, times = np.array(states, np.float64), np.array(times_s, np.float64)
+    if start.ndim != 2 or start.shape[1] != 6:
+        raise ValueError(f"states has shape {start.shape}; it must be (B, 6)")
+    if times.ndim != 1 or times.size == 0 or not (np.diff(times) > 0.0).all():
+        raise ValueError(f"times_s = {times!r}: must be increasing times, one or more")
+    impulses = None if kicks is None else np.array(kicks, np.float64)
+    if impulses is not None and impulses.shape != (times.size, len(start), 3):
+        raise ValueError(f"kicks has shape {impulses.shape}; it must be {(times.size, len(start), 3)}")
+    return start, times, impulses
+
+
 def _integrated(
     states: Array,
     times_s: ArrayLike,
@@ -59,15 +74,8 @@ def _integrated(
     *,
     variational: bool,
 ) -> tuple[Array, Array]:
-    times = np.asarray(times_s, np.float64)
-    if states.ndim != 2 or states.shape[1] != 6:
-        raise ValueError(f"states has shape {states.shape}; it must be (B, 6)")
-    if times.ndim != 1 or times.size == 0 or not (np.diff(times) > 0.0).all():
-        raise ValueError(f"times_s = {times!r}: must be increasing times, one or more")
+    states, times, impulses = checked_arguments(states, times_s, kicks)
     count = len(states)
-    impulses = None if kicks is None else np.asarray(kicks, np.float64)
-    if impulses is not None and impulses.shape != (times.size, count, 3):
-        raise ValueError(f"kicks has shape {impulses.shape}; it must be {(times.size, count, 3)}")
     width = 42 if variational else 6
     scale = np.ones((1, width))  # lengths and speeds, and what transitions turn into what
     length, speed = (max(1.0, float(np.abs(part).max())) for part in (states[:, :3], states[:, 3:]))

@@ -1,0 +1,31 @@
+"""A long approach by plane change, phasing and rendezvous (Zheng et al. 2018, paper 003), about an oblate Earth with air.
+
+>>> scenario = load_scenario("scenarios/paper003_socp.toml")  # doctest: +SKIP
+>>> plan(scenario).programme.total_m_s  # doctest: +SKIP
+385.3422782
+"""
+
+from orbsoc.guidance.mission import PlanStatus
+from orbsoc.guidance.scenario_file import ScenarioError
+
+from .dispersion import DISPERSION, disperse
+from .planner import COLUMNS, Plan, audit, plan
+from .reproduction import reproduce
+from .scenario import Scenario, load_scenario
+
+PAPER = "003"
+
+__all__ = [
+    "COLUMNS",
+    "DISPERSION",
+    "PAPER",
+    "Plan",
+    "PlanStatus",
+    "Scenario",
+    "ScenarioError",
+    "audit",
+    "disperse",
+    "load_scenario",
+    "plan",
+    "reproduce",
+]

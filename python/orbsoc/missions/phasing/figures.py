@@ -1,0 +1,211 @@
+"""Figures of a plan: the approach over time with its primer, the distance after the meeting, the front, the surprise.
+
+Matplotlib is imported when a figure is drawn, with the Agg canvas and without pyplot: no global state, no display.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.guidance.figure_style import STYLE
+from orbsoc.guidance.mission import FigureFile
+from orbsoc.orbit import EARTH
+from orbsoc.orbit.perturbations import fast_coast
+
+from .approach import state_at
+from .descent import PhasingImpulses
+from .phasing_plan import PhasingPlan
+from .verification import Flight
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+BLUE, VERMILION, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#555555"
+"""Okabe–Ito: distinct to colour-blind eyes and in print."""
+DOTS_PER_INCH = 150
+
+
+def draw_figures(plan: PhasingPlan, folder: Path) -> tuple[FigureFile, ...]:
+    """Write the figures of a plan that was flown into `folder`; empty when there is nothing to show."""
+    flight = plan.verification
+    if flight is None or plan.programme is None:
+        return ()
+    import matplotlib as mpl
+
+    with mpl.rc_context(STYLE):
+        found = [_approach(plan, flight, folder), _distance(plan, flight, folder)]
+        if plan.analysis is not None and plan.analysis.front:
+            found.append(_front(plan, folder))
+        if plan.analysis is not None and plan.analysis.surprised is not None:
+            found.append(_surprise(plan, folder))
+    return tuple(found)
+
+
+def _approach(plan: PhasingPlan, flight: Flight, folder: Path) -> FigureFile:
+    """Heights, distance, and the primer with the impulses."""
+    assert plan.programme is not None
+    primed = plan.descended is not None
+    figure, axes = _panels((7.6, 7.0 if primed else 5.0), (2, 2, 2) if primed else (2, 2))
+    zero, scenario = plan.programme.times_s[0], plan.scenario
+    hours = (flight.times_s - zero) / 3600.0
+    after = flight.times_s > scenario.target.epoch_s
+    forces = scenario.forces_on(scenario.target.ballistic_m2_kg)
+    target = fast_coast(
+        [scenario.target.state], np.append(scenario.target.epoch_s, flight.times_s[after]), forces
+    )[1:, 0]
+    for states, where, colour, name in (
+        (target, after, VERMILION, "target"),
+        (flight.chaser, slice(None), BLUE, "chaser"),
+    ):
+        height = (np.linalg.norm(states[:, :3], axis=1) - EARTH.earth_radius_m) / 1e3
+        axes[0].plot(hours[where], height, color=colour, linewidth=1.2, label=name)
+    axes[0].set_ylabel("height (km)")
+    axes[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
+    apart = np.linalg.norm(flight.chaser[after, :3] - target[:, :3], axis=1) / 1e3
+    axes[1].semilogy(hours[after][:-1], apart[:-1], color=BLUE, linewidth=1.2)
+    axes[1].set_ylabel("distance (km)")
+    if plan.descended is not None:
+        last, approach = plan.descended.last, plan.descended.approach
+        assert isinstance(last.impulses, PhasingImpulses)
+        sizes = last.impulses.primer_size(last.solution, approach.times_s)
+        axes[2].plot(
+            (approach.times_s - zero) / 3600.0, sizes, color=GREEN, linewidth=1.4, marker=".", markersize=3
+        )
+        axes[2].axhline(1.0, color=GREY, linewidth=0.8)
+        axes[2].set_ylabel("|primer|")
+        axes[2].set_ylim(0.0, 1.12)
+    for each in axes:
+        for t in plan.programme.times_s:
+            each.axvline((t - zero) / 3600.0, color=GREY, linewidth=0.8, linestyle=":")
+    axes[-1].set_xlabel("time after the first burn (h)")
+    figure.suptitle(
+        f"{scenario.name}: {plan.programme.total_m_s:.2f} m/s in {len(plan.programme)} impulses (dotted)"
+    )
+    words = (
+        "The approach: heights of chaser and target over the equatorial radius, their distance"
+        + (", and the primer at every instant: no impulse pays where it is below 1" if primed else "")
+        + ". Dotted: impulses."
+    )
+    return _save(figure, folder, "approach.png", words)
+
+
+def _distance(plan: PhasingPlan, flight: Flight, folder: Path) -> FigureFile:
+    """The paper's figures 3 and 4."""
+    figure, axes = _panels((7.6, 3.6), (1,))
+    minutes = (flight.after_s - flight.after_s[0]) / 60.0
+    axes[0].semilogy(minutes[1:], flight.distance_m[1:] / 1e3, color=BLUE, label="drag as planned with")
+    other = plan.scenario.surprise
+    if other is not None:
+        forces = plan.scenario.forces_on(plan.scenario.chaser.ballistic_m2_kg)
+        chaser = fast_coast([flight.end_state], flight.after_s, forces)[:, 0, :3]
+        name, end_s = "target", float(flight.after_s[0])
+        goal = state_at(plan.scenario, name, end_s, other.ballistic_m2_kg)
+        target = fast_coast([goal], flight.after_s, plan.scenario.forces_on(other.ballistic_m2_kg))[:, 0, :3]
+        apart = np.linalg.norm(chaser - target, axis=1) / 1e3
+        axes[0].semilogy(minutes, apart, color=VERMILION, label="with the other drag, not planned again")
+        axes[0].legend()
+    axes[0].set_xlabel("time after the meeting (min)")
+    axes[0].set_ylabel("distance (km)")
+    figure.suptitle(f"{plan.scenario.name}: no burn after the meeting")
+    return _save(
+        figure, folder, "distance.png",
+        "Distance of chaser and target after the meeting if nothing burns any more (the paper's figures 3 and 4).",
+    )  # fmt: skip
+
+
+def _front(plan: PhasingPlan, folder: Path) -> FigureFile:
+    assert plan.analysis is not None
+    figure, axes = _panels((7.6, 4.0), (1,))
+    points = plan.analysis.front
+    for name, label, colour, marker in (
+        ("scheme_m_s", "four burns of the scheme", VERMILION, "s"),
+        ("least_m_s", "least, generated impulses", BLUE, "o"),
+    ):
+        known = [
+            (each.revolutions, getattr(each, name)) for each in points if getattr(each, name) is not None
+        ]
+        if known:
+            axes[0].plot(*np.array(known).T, color=colour, marker=marker, label=label)
+            for count, cost in known if name == "least_m_s" else ():
+                axes[0].annotate(
+                    f"{cost:.1f}",
+                    (count, cost),
+                    xytext=(0, -13),
+                    textcoords="offset points",
+                    ha="center",
+                    fontsize=9,
+                )
+    own = plan.scenario.window.revolutions
+    if plan.programme is not None and own not in {each.revolutions for each in points}:
+        axes[0].plot(
+            [own],
+            [plan.programme.total_m_s],
+            color=GREEN,
+            marker="*",
+            markersize=12,
+            label="this plan",
+            zorder=3,
+        )
+    axes[0].set_xlabel("revolutions on the phasing orbit")
+    axes[0].set_ylabel("Σ‖Δv‖ (m/s)")
+    axes[0].set_ylim(bottom=0.0)
+    axes[0].legend()
+    figure.suptitle(f"{plan.scenario.name}: what another number of revolutions costs")
+    return _save(
+        figure, folder, "front.png",
+        "The price of speed: impulses of the paper's scheme by shooting, and the least over all instants, by the number of"
+        " revolutions.",
+    )  # fmt: skip
+
+
+def _surprise(plan: PhasingPlan, folder: Path) -> FigureFile:
+    assert plan.analysis is not None
+    assert plan.analysis.surprised is not None
+    found = plan.analysis.surprised
+    figure, axes = _panels((7.6, 3.4), (1,))
+    known = [each for each in found.replans if isfinite(each.extra_m_s)]
+    places = range(len(known))
+    axes[0].bar(places, [each.extra_m_s for each in known], color=BLUE, width=0.55)
+    for place, each in zip(places, known, strict=True):
+        axes[0].annotate(
+            f"+{each.extra_m_s:.2f} m/s",
+            (place, each.extra_m_s),
+            xytext=(0, 3),
+            textcoords="offset points",
+            ha="center",
+        )
+    axes[0].set_xticks(list(places), [f"{each.before_s / 3600.0:g} h before" for each in known])
+    axes[0].set_ylabel("more Δv (m/s)")
+    axes[0].margins(y=0.2)
+    axes[0].grid(visible=False, axis="x")
+    figure.suptitle(
+        f"{plan.scenario.name}: without planning again it would miss by {found.miss_m / 1e3:.1f} km"
+    )
+    return _save(
+        figure, folder, "surprise.png",
+        "The target's drag is not what was planned with: what planning again costs, by when the chaser learns of it.",
+    )  # fmt: skip
+
+
+def _panels(size: tuple[float, float], heights: Sequence[float]) -> tuple[Figure, list[Axes]]:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, layout="constrained")
+    found = figure.subplots(
+        len(heights), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": heights}
+    )
+    return figure, list(found[:, 0])
+
+
+def _save(figure: Figure, folder: Path, name: str, caption: str) -> FigureFile:
+    figure.savefig(folder / name, dpi=DOTS_PER_INCH, metadata={"Software": "orbsoc"})
+    return FigureFile(name, caption)

@@ -1,0 +1,193 @@
+"""The scenario file of a long approach by phasing. Lengths in km, angles in degrees, times in seconds or hours, as in the keys."""
+
+from __future__ import annotations
+
+from math import pi, sqrt
+from os import PathLike
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, Strict, model_validator
+
+from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
+from orbsoc.guidance.vehicle import Vector
+from orbsoc.orbit import EARTH, Elements, state_from_elements
+from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass
+
+Array = NDArray[np.float64]
+
+GROUND_KM = 80.0
+"""An orbit that comes lower is none."""
+
+
+class Body(Table):
+    """Osculating elements in inertial axes at an epoch."""
+
+    sma_km: float = Field(gt=6378.0, le=50_000.0)
+    ecc: float = Field(ge=0.0, lt=1.0)
+    inc_deg: float = Field(ge=0.0, le=180.0)
+    raan_deg: float = Field(ge=-360.0, le=360.0)
+    argp_deg: float = Field(ge=-360.0, le=360.0)
+    true_anomaly_deg: float = Field(ge=-360.0, le=360.0)
+    epoch_s: float
+    ballistic_m2_kg: float = Field(default=0.0, ge=0.0, le=1.0, description="C_D A/m, for the drag")
+
+    @property
+    def elements(self) -> Elements:
+        angles = np.deg2rad([self.inc_deg, self.raan_deg, self.argp_deg, self.true_anomaly_deg])
+        return Elements(1e3 * self.sma_km, self.ecc, *map(float, angles))
+
+    @property
+    def state(self) -> Array:
+        """[r_m, v_m_s], (6,), ECI, at the epoch."""
+        return np.concatenate(state_from_elements(self.elements))
+
+    @property
+    def period_s(self) -> float:
+        return 2.0 * pi * sqrt((1e3 * self.sma_km) ** 3 / EARTH.mu_m3_s2)
+
+
+class Window(Table):
+    """When the chaser may burn: the first burn turns the plane, the last one meets the target at its apogee."""
+
+    start: int = Field(default=0, ge=0, le=40, description="revolutions of waiting between the first burns")
+    revolutions: int = Field(ge=1, le=60, description="of the chaser on the phasing orbit")
+    latest_h: float = Field(gt=0.0, le=240.0, description="of the meeting, after the first burn")
+    start_s: float | None = Field(default=None, description="of the first burn; else where the planes cross")
+    phasing_s: float | None = Field(
+        default=None, description="of the phasing burn; else where the chaser passes the target's apogee"
+    )
+    end_s: float | None = Field(default=None, description="of the meeting; else at the target's apogee")
+    node_s: float = Field(default=347.0, ge=30.0, le=3600.0, description="between instants of possible burns")
+    normal_first: bool = Field(
+        default=False, description="the paper's timing: until the phasing burn, out of the plane alone"
+    )
+    front: Annotated[tuple[int, ...], Strict(False)] = Field(
+        default=(), description="other numbers of revolutions to price"
+    )
+
+
+class Limits(Table):
+    """Of the orbits between burns."""
+
+    perigee_height_km: float = Field(default=150.0, ge=GROUND_KM, le=2000.0)
+    apogee_height_km: float = Field(default=3000.0, ge=GROUND_KM, le=40_000.0)
+
+
+class Engine(Table):
+    """For the finite burns that stand for the impulses: acceleration at the first ignition, speed of the exhaust."""
+
+    acceleration_m_s2: float = Field(gt=0.0, le=100.0)
+    exhaust_m_s: float = Field(gt=0.0, le=50_000.0)
+
+
+class Surprise(Table):
+    """What the target's drag really is, and when, before the meeting, the chaser learns of it and plans again."""
+
+    ballistic_m2_kg: float = Field(ge=0.0, le=1.0)
+    replans_h: Annotated[tuple[float, ...], Strict(False)] = (12.5, 8.3, 4.2, 0.8)
+
+
+class Errors(Table):
+    """Standard deviations, an axis of (R, T, N): of what is known of the target at its epoch, and of the engine."""
+
+    position_m: Vector = (200.0, 500.0, 200.0)
+    velocity_m_s: Vector = (0.3, 0.2, 0.3)
+    ballistic_m2_kg: float = Field(default=0.0015, ge=0.0, le=1.0, description="of the target")
+    execution_share: float = Field(default=0.001, ge=0.0, le=0.3, description="of an impulse's size")
+    execution_deg: float = Field(default=0.29, ge=0.0, le=10.0, description="of an impulse's direction")
+    distance_km: float = Field(
+        default=200.0, gt=0.0, le=5000.0, description="within which the meeting counts"
+    )
+    probability: float | None = Field(
+        default=None, gt=0.5, lt=1.0, description="of the meeting, that the plan must have"
+    )
+    runs: int = Field(default=20_000, ge=0, le=1_000_000, description="of linear draws; 0 for none")
+    seed: int = Field(default=0, ge=0)
+
+
+class Scenario(BaseScenario):
+    """A long approach: from one orbit to a target on another, both about an oblate Earth with air."""
+
+    mission: Literal["phasing"]
+    scheme: Literal["paper", "socp"] = "socp"
+    forces: Annotated[tuple[Literal["j2", "drag"], ...], Strict(False)] = ("j2", "drag")
+    chaser: Body
+    target: Body
+    window: Window
+    limits: Limits = Limits()
+    engine: Engine | None = None
+    surprise: Surprise | None = None
+    uncertainty: Errors | None = None
+    compare_with: float | None = Field(
+        default=None, gt=0.0, description="Σ‖Δv‖, m/s, that it is known to have, for `orbsoc reproduce 003`"
+    )
+
+    def forces_on(self, ballistic_m2_kg: float) -> list[Force]:
+        """On one body."""
+        drag = [Drag(ballistic_m2_kg)] if "drag" in self.forces and ballistic_m2_kg else []
+        return [PointMass(), *([J2()] if "j2" in self.forces else []), *drag]
+
+    @model_validator(mode="after")
+    def _physics(self) -> Self:
+        refuse(self._complaints())
+        return self
+
+    def _complaints(self) -> list[Complaint]:
+        found: list[Complaint] = []
+        for name, body in (("chaser", self.chaser), ("target", self.target)):
+            perigee_km = body.elements.perigee_height_m() / 1e3
+            if perigee_km < GROUND_KM:
+                allowed = f"with sma_km = {body.sma_km:g} the perigee is at {perigee_km:.1f} km: must be {GROUND_KM:g} or higher"
+                found.append(Complaint(f"{name}.ecc", f"{body.ecc:g}", allowed))
+            if body.ballistic_m2_kg and "drag" not in self.forces:
+                allowed = (
+                    f"does nothing without 'drag' in forces = {list(self.forces)}; add it, or leave this out"
+                )
+                found.append(Complaint(f"{name}.ballistic_m2_kg", f"{body.ballistic_m2_kg:g}", allowed))
+        if len(set(self.forces)) < len(self.forces):
+            found.append(Complaint("forces", f"{list(self.forces)}", "each at most once"))
+        if self.surprise is not None and "drag" not in self.forces:
+            allowed = "does nothing without 'drag' in forces; add it"
+            found.append(Complaint("surprise.ballistic_m2_kg", f"{self.surprise.ballistic_m2_kg:g}", allowed))
+        found += self._window_complaints()
+        low, high = self.limits.perigee_height_km, self.limits.apogee_height_km
+        if low >= high:
+            found.append(
+                Complaint(
+                    "limits.perigee_height_km", f"{low:g}", f"must be below apogee_height_km = {high:g}"
+                )
+            )
+        return found
+
+    def _window_complaints(self) -> list[Complaint]:
+        found: list[Complaint] = []
+        window = self.window
+        start_s = self.chaser.epoch_s if window.start_s is None else window.start_s
+        if start_s < self.chaser.epoch_s:
+            allowed = f"must not be before chaser.epoch_s = {self.chaser.epoch_s:g}"
+            found.append(Complaint("window.start_s", f"{start_s:g}", allowed))
+        apart = abs(self.target.epoch_s - self.chaser.epoch_s)
+        if apart > 10.0 * 86400.0:
+            allowed = f"must be within 10 days of chaser.epoch_s = {self.chaser.epoch_s:g}"
+            found.append(Complaint("target.epoch_s", f"{self.target.epoch_s:g}", allowed))
+        if window.phasing_s is not None and window.phasing_s <= start_s:
+            allowed = f"must be after the first burn, {start_s:g}"
+            found.append(Complaint("window.phasing_s", f"{window.phasing_s:g}", allowed))
+        earliest_s = max(window.phasing_s or start_s, start_s, self.target.epoch_s)
+        if window.end_s is not None and window.end_s <= earliest_s:
+            allowed = f"must be after the burns before it and target.epoch_s, {earliest_s:g}"
+            found.append(Complaint("window.end_s", f"{window.end_s:g}", allowed))
+        if (
+            window.end_s is not None
+            and window.end_s > start_s + 3600.0 * window.latest_h + self.chaser.period_s
+        ):
+            allowed = f"must be at most latest_h = {window.latest_h:g} after the first burn"
+            found.append(Complaint("window.end_s", f"{window.end_s:g}", allowed))
+        return found
+
+
+def load_scenario(path: str | PathLike[str]) -> Scenario:
+    """The scenario of a file, checked. Raises `orbsoc.guidance.scenario_file.ScenarioError`."""
+    return load(Scenario, path)
