@@ -21,6 +21,7 @@ MODULES = {
     "reachable_insertion": "orbsoc.missions.reachable_insertion",
     "passive_safety": "orbsoc.missions.passive_safety",
     "fly_around": "orbsoc.missions.fly_around",
+    "platform_launch": "orbsoc.missions.platform_launch",
 }
 
 SCHEMAS = {"scenario": "reachable_insertion", "reach-scenario": "reachable_domain"}
