@@ -104,7 +104,7 @@ def test_the_series_falls_by_one_power_more_with_every_order(order: int) -> None
         motion = ClohessyWiltshire(rate)
         plane = server[[1, 0, 3, 2]]
         best = Transfers(motion, *_around(motion, series(server, rate, 2)[0])).best(plane)
-        time_s, first, last, cost = series(server, rate, order)
+        _, first, last, cost = series(server, rate, order)
         exact = programme(motion, plane, best.time_s).dv_m_s[:, [1, 0]]
         errors.append(abs(cost - best.cost) + float(np.abs(np.array([first, last]) - exact).max()))
     assert np.log2(errors[0] / errors[1]) > order + 0.8

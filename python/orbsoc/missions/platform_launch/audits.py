@@ -129,7 +129,7 @@ class Dispersed:
 
 
 def dispersed(scenario: Scenario, flown: ImpulseProgramme, end_s: float) -> Dispersed:
-    """Draws by (seed, number), in the plane of the orbit; the server leaves at the end of the stroke, whatever the plan's own stop is."""
+    """Draws by (seed, number); the server leaves at the end of the stroke, whatever the plan's own stop is."""
     errors = scenario.uncertainty
     assert errors is not None
     motion, cost = scenario.motion, scenario.rendezvous.cost
@@ -146,9 +146,7 @@ def dispersed(scenario: Scenario, flown: ImpulseProgramme, end_s: float) -> Disp
         state, at = found.state, 0.0
         for t, dv in zip(flown.times_s.tolist(), flown.dv_m_s, strict=True):
             state = motion.transition(t, at) @ state
-            size = float(np.linalg.norm(dv))
-            state[3:] += dv
-            state[3:5] += errors.execution_share * size * random.standard_normal(2)
+            state[3:] += dv * (1.0 + errors.execution_share * random.standard_normal())
             at = t
         miss = float(np.linalg.norm((motion.transition(end_s, at) @ state)[:3]))
         best = transfers.best(in_plane(found.state), cost)

@@ -58,7 +58,7 @@ def draw_figures(plan: LaunchPlan, folder: Path) -> tuple[FigureFile, ...]:
         drawn.append(("primer.png", "Length of the primer vector: 1 at an impulse, and above 1 where a further impulse would"
                       " save.", lambda: _primer(met)))  # fmt: skip
     if plan.front:
-        drawn.append(("front.png", "The least Σ|Δv| over the time of flight, with two impulses and with as many as pay.",
+        drawn.append(("front.png", "The least Σ‖Δv‖ over the time of flight, with two impulses and with as many as pay.",
                       lambda: _front(plan)))  # fmt: skip
     flights = plan.dispersed
     if flights is not None:
@@ -206,7 +206,7 @@ def _cost(plan: LaunchPlan, met: Rendezvous) -> Figure:
     axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.minorticks_off()
     axes.set_xlabel("time of flight (orbits)")
-    axes.set_ylabel("Σ|Δv|² (m²/s²)" if met.cost == "squares" else "Σ|Δv| (m/s)")
+    axes.set_ylabel("Σ‖Δv‖² (m²/s²)" if met.cost == "squares" else "Σ‖Δv‖ (m/s)")
     _legend(axes)
     return figure
 
@@ -232,7 +232,7 @@ def _scans(plan: LaunchPlan) -> Figure:
     ):
         _scan(axes, found, mark)
         axes.set_xlabel(label)
-    panels[0].set_ylabel("Σ|Δv|² (m²/s²)" if plan.scenario.rendezvous.cost == "squares" else "Σ|Δv| (m/s)")
+    panels[0].set_ylabel("Σ‖Δv‖² (m²/s²)" if plan.scenario.rendezvous.cost == "squares" else "Σ‖Δv‖ (m/s)")
     return figure
 
 
@@ -269,7 +269,7 @@ def _front(plan: LaunchPlan) -> Figure:
         axes.annotate(f"{k:.0f}", (x, y), xytext=(0, -14), textcoords="offset points", ha="center")
     axes.set_ylim(0.0, 1.1 * float(two.max()))
     axes.set_xlabel("longest time of flight (orbits)")
-    axes.set_ylabel("Σ|Δv| (m/s)")
+    axes.set_ylabel("Σ‖Δv‖ (m/s)")
     _legend(axes)
     return figure
 
@@ -288,6 +288,6 @@ def _dispersed(found: Dispersed, met: Rendezvous) -> Figure:
         met.time_s, met.value, color="black", marker="*", markersize=12, linestyle="none", label="plan"
     )
     right.set_xlabel("time of flight, planned again (s)")
-    right.set_ylabel("Σ|Δv|² (m²/s²)" if met.cost == "squares" else "Σ|Δv| (m/s)")
+    right.set_ylabel("Σ‖Δv‖² (m²/s²)" if met.cost == "squares" else "Σ‖Δv‖ (m/s)")
     _legend(right)
     return figure

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import degrees
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,20 +100,6 @@ def messages(scenario: Scenario, found: Flown) -> dict[str, str]:
     )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class Orbits:
-    """Elements as they are, and as the paper's way to them gives them: inertial velocity without ω × ρ, and of the server
-    without the platform's recoil and yaw."""
-
-    platform: Elements
-    platform_as_printed: Elements
-    server: Elements
-    server_as_printed: Elements
-
-    def to_dict(self) -> dict[str, Any]:
-        return {name: element_rows(getattr(self, name)) for name in self.__dataclass_fields__}
-
-
 def element_rows(elements: Elements) -> dict[str, float]:
     """Elements as in plan.json: kilometres and degrees, perigee angle from −180 to 180."""
     argp = (degrees(elements.argp_rad) + 180.0) % 360.0 - 180.0
@@ -124,26 +109,25 @@ def element_rows(elements: Elements) -> dict[str, float]:
     }  # fmt: skip
 
 
-def orbits(scenario: Scenario, found: Separation, first_dv: Array) -> Orbits:
-    """At the launch: of the platform without it, and of the server after its first impulse (3,), both at one instant."""
+def orbits(scenario: Scenario, found: Separation, first_dv: Array) -> dict[str, Elements]:
+    """At the launch, of the platform without it and of the server after its first impulse (3,), both at one instant: as
+    they are, and `_as_printed`, by the paper's way: inertial velocity without ω × ρ, and a server as far up its tube and
+    as fast, but of a platform that neither recoils nor turns."""
     target, constants = scenario.target_state(), scenario.constants
     x, z, vx, vz = scenario.platform_state()
     platform = np.array([z, x, 0.0, vz, vx, 0.0])
     kick = np.concatenate([np.zeros(3), first_dv])
-    # The paper's server: as far up its tube and as fast, but of a platform that neither recoils nor turns.
     body_axes = axes(found.pair.yaw_rad)
     offset = body_axes @ (found.pair.place_m + np.array([0.0, found.q[3]]))
     speed = found.q[7] * body_axes[:, 1]
     pushed = platform + kick + np.array([offset[1], offset[0], 0.0, speed[1], speed[0], 0.0])
-
-    def of(inertial: Array) -> Elements:
-        return elements_from_state(inertial[:3], inertial[3:], constants)
+    rows, _ = local_frame(target)
 
     def without_rotation(relative: Array) -> Array:
-        rows, _ = local_frame(target)
         return target + np.concatenate([rows.T @ relative[:3], rows.T @ relative[3:]])
 
-    return Orbits(
-        of(absolute_state(target, platform)), of(without_rotation(platform)),
-        of(absolute_state(target, found.state + kick)), of(without_rotation(pushed)),
-    )  # fmt: skip
+    states = {
+        "platform": absolute_state(target, platform), "platform_as_printed": without_rotation(platform),
+        "server": absolute_state(target, found.state + kick), "server_as_printed": without_rotation(pushed),
+    }  # fmt: skip
+    return {name: elements_from_state(each[:3], each[3:], constants) for name, each in states.items()}

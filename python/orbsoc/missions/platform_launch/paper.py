@@ -9,65 +9,64 @@ from collections.abc import Iterator
 from math import acos, degrees
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.mission import BROKEN, PaperRow
 
 from .flights import element_rows
 from .planner import LaunchPlan
+from .rendezvous import Rendezvous
 from .scenario import Scenario
 from .separation import in_rotating_frame
 
-Array = NDArray[np.float64]
-
-INFERRED_FORCE_N = 300.0
-"""With which the figures were made; table 1 prints 500."""
-STEP_S = 1.45
-"""The first step of the paper's integration after the stroke, inferred."""
+PRINTED_N, INFERRED_N, STEP_S = 500.0, 300.0, 1.45
+"""Force of table 1; force and end with which the figures were made."""
+DATA = {
+    "platform": {
+        "columns": 3, "rows": 2, "server_length_m": 1.2, "server_cm_m": 0.6, "server_diameter_m": 0.3, "wall_m": 0.05,
+        "gap_m": 0.1, "mass_kg": 900.0, "inertia_kg_m2": 615.0, "missing": (), "thrust_n": (0.0, 0.0), "torque_n_m": 0.0,
+    },
+    "server": {"mass_kg": 300.0, "inertia_kg_m2": 36.0},
+    "orbit": {
+        "altitude_km": 400.0, "semi_minor_m": 500.0, "raan_deg": 115.0, "inc_deg": 45.0, "latitude_argument_deg": 60.0,
+        "constants": "paper",
+    },
+    "slot": (1, 2), "phase_deg": 0.0, "yaw_bias_deg": 0.0, "uncertainty": None,
+}  # fmt: skip
+"""Of table 1 and section 3."""
 _FORCE = (
     "no stroke with 500 N fits yaw and speed of the figures together; 300 N, stopped at 1.45 s, the first step after the"
     " stroke, fits all"
 )
+_GEO = "not so for every orbit: at 35 793 km the least is at 1.41 orbits"
+_STEP = (
+    "0.23 s (0.025 %) remain: step and rounding of the paper's launch are unknown, and the cost is flat there"
+)
 
 
 def is_papers(scenario: Scenario) -> bool:
-    """Whether a scenario has the paper's platform, orbit and slot, with its force as printed or as inferred."""
-    table, orbit = scenario.platform, scenario.orbit
-    rack = (
-        table.columns,
-        table.rows,
-        table.server_length_m,
-        table.server_cm_m,
-        table.server_diameter_m,
-        table.wall_m,
-    )
+    """Whether a scenario has the paper's data and cost, with the push as printed or as inferred."""
+    found, asked = scenario.model_dump(), scenario.rendezvous
+    launch = (scenario.force_n, scenario.stop, scenario.stop_s)
     return (
-        rack == (3, 2, 1.2, 0.6, 0.3, 0.05)
-        and (table.gap_m, table.mass_kg, table.inertia_kg_m2) == (0.1, 900.0, 615.0)
-        and (scenario.server.mass_kg, scenario.server.inertia_kg_m2) == (300.0, 36.0)
-        and (orbit.altitude_km, orbit.semi_minor_m, orbit.raan_deg, orbit.inc_deg) == (400.0, 500.0, 115.0, 45.0)
-        and (orbit.constants, orbit.latitude_argument_deg) == ("paper", 60.0)
-        and (scenario.slot, scenario.phase_deg, scenario.yaw_bias_deg) == ((1, 2), 0.0, 0.0)
-        and not table.missing and scenario.separation().pair.free
-        and scenario.rendezvous.model_copy(update={"hold_m": 0.0}).model_dump()
-        == {"cost": "squares", "impulses": 2, "longest_orbits": 5.0, "duration_s": "free", "hold_m": 0.0}
-        and scenario.force_n in (500.0, INFERRED_FORCE_N)
-    )  # fmt: skip
+        all(found[key] == value for key, value in DATA.items())
+        and (asked.cost, asked.impulses, asked.longest_orbits, asked.duration_s)
+        == ("squares", 2, 5.0, "free")
+        and launch in ((PRINTED_N, "stroke", None), (INFERRED_N, "time", STEP_S))
+    )
 
 
 def compare(plan: LaunchPlan) -> tuple[PaperRow, ...]:
     """Rows for what the paper prints; empty for other data or without impulses."""
     if plan.meeting is None or not is_papers(plan.scenario):
         return ()
-    if plan.scenario.force_n == 500.0:
-        return tuple(_printed_force(plan))
-    if plan.scenario.stop == "stroke":
-        return ()
-    return (*_launch(plan), *_rendezvous(plan), *_series(plan), *_elements(plan))
+    if plan.scenario.force_n == PRINTED_N:
+        return tuple(_printed(plan))
+    return (*_launch(plan), *_rendezvous(plan, plan.meeting), *_series(plan, plan.meeting), *_elements(plan))
 
 
 def disturbance(plan: LaunchPlan) -> dict[str, float]:
-    """What the launch does to the platform at the separation, beside its undisturbed flight on the ellipse."""
+    """What the launch does to the platform at the separation, beside its undisturbed flight on the ellipse; and what
+    the rotation of the local frame adds."""
     found, t = plan.separation, plan.separation.time_s
     still = plan.scenario.platform_state(t) - found.platform
     still[:2] -= found.platform[2:] * t
@@ -76,7 +75,7 @@ def disturbance(plan: LaunchPlan) -> dict[str, float]:
     turned, turning = degrees(found.q[2] - yaw - bias), degrees(found.q[6] - rate)
     frame, q = in_rotating_frame(found, plan.scenario.motion.mean_motion_rad_s)
     moved = frame - found.server
-    return {
+    values = {
         "x_m": found.q[0] - still[0], "z_m": found.q[1] - still[1],
         "vx_m_s": found.q[4] - still[2], "vz_m_s": found.q[5] - still[3],
         "yaw_deg": turned, "yaw_rate_deg_s": turning, "slide_m_s": found.q[7],
@@ -84,134 +83,117 @@ def disturbance(plan: LaunchPlan) -> dict[str, float]:
         "yaw_rate_in_rotating_frame_deg_s": turning + degrees(q[6] - found.q[6]),
         "server_vx_from_rotation_m_s": moved[2], "server_vz_from_rotation_m_s": moved[3],
     }  # fmt: skip
+    return {name: float(value) for name, value in values.items()}
 
 
-def _row(
-    quantity: str, where: str, printed: float, form: str, unit: str, ours: float, reason: str = ""
-) -> PaperRow:
+def _row(quantity: str, where: str, printed: str, unit: str, ours: float, reason: str = "") -> PaperRow:
     """A value that agrees within one unit of its last printed digit, or is `BROKEN`."""
-    text = format(printed, form)
-    digit = 10.0 ** -len(text.partition(".")[2])
-    agrees = abs(ours - printed) <= digit * (1.0 + 1e-9)
-    more = f".{len(text.partition('.')[2]) + 1}f"
-    mine = format(ours, f"+{more}" if form.startswith("+") else more)
-    verdict = "reproduced" if agrees else BROKEN
+    digits = len(printed.partition(".")[2])
+    digit = 10.0**-digits
+    verdict = "reproduced" if abs(ours - float(printed)) <= digit * (1.0 + 1e-9) else BROKEN
+    mine = f"{ours:{'+' * printed.startswith('+')}.{digits + 1}f}"
     return PaperRow(
-        quantity, where, f"{text} {unit}".rstrip(), f"{mine} {unit}".rstrip(), verdict, reason, f"±{digit:g}"
+        quantity,
+        where,
+        f"{printed} {unit}".rstrip(),
+        f"{mine} {unit}".rstrip(),
+        verdict,
+        reason,
+        f"±{digit:g}",
     )
 
 
-def _printed_force(plan: LaunchPlan) -> Iterator[PaperRow]:
+def _printed(plan: LaunchPlan) -> Iterator[PaperRow]:
+    """With 500 N: what is known to come out, and not what the figures show."""
     found = disturbance(plan)
-    for name, printed, unit, known in (
-        ("yaw_rate_deg_s", 4.29, "°/s", 5.521), ("slide_m_s", 1.67, "m/s", 2.143), ("vz_m_s", -0.19, "m/s", -0.237),
-    ):  # fmt: skip
-        same = abs(found[name] - known) <= 1e-3
-        yield PaperRow(
-            f"{name.rpartition('_deg')[0] or name} with 500 N".replace("_m_s", "").replace("_", " "), "table 1, section 3",
-            f"{printed:g} {unit}", f"{found[name]:.3f} {unit}", "misprint" if same else BROKEN, _FORCE, "±0.001",
-        )  # fmt: skip
+    rows = (
+        ("platform, yaw rate", "figure 6", "4.29 °/s", found["yaw_rate_deg_s"], 5.521),
+        ("platform, vz", "figure 4", "-0.19 m/s", found["vz_m_s"], -0.237),
+        ("speed in the tube", "figure 8", "1.67 m/s", found["slide_m_s"], 2.143),
+    )
+    for quantity, where, printed, ours, known in rows:
+        verdict = "misprint" if abs(ours - known) <= 1e-3 else BROKEN
+        mine = f"{ours:.3f} {printed.partition(' ')[2]}"
+        yield PaperRow(quantity, f"table 1, {where}", printed, mine, verdict, _FORCE, "±0.001")
 
 
 def _launch(plan: LaunchPlan) -> Iterator[PaperRow]:
     found = disturbance(plan)
+    rotating = found["yaw_in_rotating_frame_deg"], found["yaw_rate_in_rotating_frame_deg_s"]
     yield PaperRow("force of the tube", "table 1", "500 N", "300 N", "inferred", _FORCE)
-    yield _row("platform, z", "figure 3", -0.13, ".2f", "m", found["z_m"])
-    yield _row("platform, vx", "figure 4", 0.03, "+.2f", "m/s", found["vx_m_s"])
-    yield _row("platform, vz", "figure 4", -0.19, ".2f", "m/s", found["vz_m_s"])
-    turned = found["yaw_in_rotating_frame_deg"]
-    yield _row("platform, yaw", "figure 5", 3.91, "+.2f", "°", found["yaw_deg"],
-               f"{turned:.3f}° with the rotation of the local frame")  # fmt: skip
-    turning = found["yaw_rate_in_rotating_frame_deg_s"]
-    yield _row("platform, yaw rate", "figure 6", 4.29, ".2f", "°/s", turning,
-               f"with the rotation of the local frame; without it {found['yaw_rate_deg_s']:.3f}°/s")  # fmt: skip
-    yield _row("speed in the tube", "figure 8", 1.67, ".2f", "m/s", found["slide_m_s"])
+    yield _row("platform, z", "figure 3", "-0.13", "m", found["z_m"])
+    yield _row("platform, vx", "figure 4", "+0.03", "m/s", found["vx_m_s"])
+    yield _row("platform, vz", "figure 4", "-0.19", "m/s", found["vz_m_s"])
+    reason = f"{rotating[0]:.3f}° with the rotation of the local frame"
+    yield _row("platform, yaw", "figure 5", "+3.91", "°", found["yaw_deg"], reason)
+    reason = f"with the rotation of the local frame; without it {found['yaw_rate_deg_s']:.3f}°/s"
+    yield _row("platform, yaw rate", "figure 6", "4.29", "°/s", rotating[1], reason)
+    yield _row("speed in the tube", "figure 8", "1.67", "m/s", found["slide_m_s"])
 
 
-def _rendezvous(plan: LaunchPlan) -> Iterator[PaperRow]:
-    assert plan.meeting is not None
-    programme, server = plan.meeting.programme, plan.separation.server
-    first, last = programme.sizes_m_s
-    before = np.array([server[3], server[2]])
-    angle = degrees(acos(float(programme.dv_m_s[0, :2] @ before) / (first * float(np.linalg.norm(before)))))
-    same = abs(plan.meeting.time_s - 920.954) <= 5e-3
+def _rendezvous(plan: LaunchPlan, met: Rendezvous) -> Iterator[PaperRow]:
+    first, last = met.programme.sizes_m_s
+    before = plan.separation.state[3:]
+    angle = degrees(acos(float(met.programme.dv_m_s[0] @ before) / (first * float(np.linalg.norm(before)))))
+    same = abs(met.time_s - 920.954) <= 5e-3
     yield PaperRow(
-        "time of flight", "figure 9", "920.72 s", f"{plan.meeting.time_s:.3f} s", "not reproduced" if same else BROKEN,
-        "0.23 s (0.025 %) remain: step and rounding of the paper's launch are unknown, and the cost is flat there", "±0.005 s",
-    )  # fmt: skip
-    yield _row("Σ|Δv|²", "section 3", 0.62, ".2f", "m²/s²", plan.meeting.value)
-    yield _row("first impulse", "figure 10", 0.64, ".2f", "m/s", first)
-    yield _row("last impulse", "figure 10", 0.46, ".2f", "m/s", last)
-    yield _row("angle of the first impulse to the velocity", "section 3", 167.0, ".0f", "°", angle)
-    yield _row(
-        "time of flight over the period",
-        "section 3",
-        0.16,
-        ".2f",
-        "",
-        plan.meeting.time_s / plan.scenario.motion.period_s,
-    )
-    others = sum(each.cost > plan.meeting.value + 1e-9 for each in plan.meeting.minima)
-    alone = others == len(plan.meeting.minima) - 1 and len(plan.stationary_s) == len(plan.meeting.minima)
-    yield PaperRow(
-        "least of all minima", "section 3", "found from one start", f"least of {others + 1} to 5 orbits",
-        "reproduced" if alone else BROKEN, "not so for every orbit: at 35 793 km the least is at 1.41 orbits",
-    )  # fmt: skip
-
-
-def _series(plan: LaunchPlan) -> Iterator[PaperRow]:
-    assert plan.meeting is not None
-    if isinstance(plan.series, str):
-        return
-    zero, one, two = plan.series
-    away = 100.0 * (plan.meeting.time_s - one.time_s) / plan.meeting.time_s
-    same = (
-        abs(zero.time_s - one.time_s) <= 1e-9
-        and abs(one.time_s - 692.43) <= 5e-3
-        and abs(two.time_s - 976.70) <= 5e-3
-    )
-    yield PaperRow(
-        "time of flight, first order", "section 2", "very close", f"{one.time_s:.2f} s, {away:.0f} % short",
-        "not reproduced" if same else BROKEN,
-        f"order 1 does not move the time of order 0; order 2 gives {two.time_s:.2f} s. The rate times the time is"
-        f" {plan.scenario.motion.mean_motion_rad_s * plan.meeting.time_s:.2f}, not small; as a guess it works, for the cost is flat",
+        "time of flight", "figure 9", "920.72 s", f"{met.time_s:.3f} s", "not reproduced" if same else BROKEN, _STEP,
         "±0.005 s",
     )  # fmt: skip
+    yield _row("Σ‖Δv‖²", "section 3", "0.62", "m²/s²", met.value)
+    yield _row("first impulse", "figure 10", "0.64", "m/s", first)
+    yield _row("last impulse", "figure 10", "0.46", "m/s", last)
+    yield _row("angle of the first impulse to the velocity", "section 3", "167", "°", angle)
+    share = met.time_s / plan.scenario.motion.period_s
+    yield _row("time of flight over the period", "section 3", "0.16", "", share)
+    count = len(met.minima)
+    least = met.value <= min(each.cost for each in met.minima) + 1e-9 and len(plan.stationary_s) == count
+    yield PaperRow(
+        "least of all minima", "section 3", "found from one start", f"least of {count} to 5 orbits",
+        "reproduced" if least else BROKEN, _GEO,
+    )  # fmt: skip
+
+
+def _series(plan: LaunchPlan, met: Rendezvous) -> Iterator[PaperRow]:
+    assert not isinstance(plan.series, str)
+    times = [each.time_s for each in plan.series]
+    same = np.allclose(times, (692.431, 692.431, 976.696), rtol=0.0, atol=5e-3)
+    small = plan.scenario.motion.mean_motion_rad_s * met.time_s
+    reason = (
+        f"order 1 does not move the time of order 0, and order 2 gives {times[2]:.2f} s: ωt is {small:.2f}, not small."
+        " As a first guess it serves, for the cost is flat"
+    )
+    ours = f"{times[1]:.2f} s, {100.0 * (1.0 - times[1] / met.time_s):.0f} % short"
+    verdict = "not reproduced" if same else BROKEN
+    yield PaperRow(
+        "time of flight, first order", "section 2", "very close", ours, verdict, reason, "±0.005 s"
+    )
 
 
 def _elements(plan: LaunchPlan) -> Iterator[PaperRow]:
-    """Those printed are found without ω × ρ: a misprint of the orbits where they agree with that and not with the truth."""
-    found = plan.orbits
+    """Printed elements are misprints where they follow from the paper's way alone, and not from the truth."""
+    way = "from an inertial velocity without ω × ρ"
     rows = (
-        (
-            "platform",
-            found.platform_as_printed,
-            found.platform,
-            (6772.0, 2.2153e-4, 60.0, 0.0),
-            (0.05, 1e-8, 5e-3, 5e-3),
-        ),
-        (
-            "server",
-            found.server_as_printed,
-            found.server,
-            (6771.6, 2.1755e-4, 20.24, 39.76),
-            (0.05, 1e-7, 1e-2, 1e-2),
-        ),
-    )
-    names = ("sma_km", "ecc", "argp_deg", "true_anomaly_deg")
-    for body, printed, true, values, limits in rows:
-        theirs, ours = element_rows(printed), element_rows(true)
-        for name, value, limit in zip(names, values, limits, strict=True):
-            apart = abs(theirs[name] - value)
-            apart = abs((apart + 180.0) % 360.0 - 180.0) if name.endswith("deg") else apart
-            form = ".4e" if name == "ecc" else ".2f"
-            right = (
-                abs((ours[name] - value + 180.0) % 360.0 - 180.0) <= limit if name.endswith("deg") else False
-            )
-            known = "reproduced" if right else "misprint"
-            reason = f"{theirs[name]:{form}} from an inertial velocity without ω × ρ"
-            reason += "" if body == "platform" else ", and without the platform's recoil and yaw"
+        ("platform", (6772.0, 2.2153e-4, 60.0, 0.0), (0.05, 1e-8, 0.005, 0.005), way),
+        ("server", (6771.6, 2.1755e-4, 20.24, 39.76), (0.05, 1e-7, 0.01, 0.01),
+         f"{way}, and without the platform's recoil and yaw"),
+    )  # fmt: skip
+    keys = ("sma_km", "ecc", "argp_deg", "true_anomaly_deg")
+    names = ("semi-major axis (km)", "eccentricity", "argument of perigee (°)", "true anomaly (°)")
+    for body, values, limits, reason in rows:
+        theirs, ours = (element_rows(plan.orbits[f"{body}{way}"]) for way in ("_as_printed", ""))
+        for key, name, value, limit in zip(keys, names, values, limits, strict=True):
+            form = ".4e" if key == "ecc" else ".2f"
+            right, known = (_apart(each[key], value, key) <= limit for each in (ours, theirs))
+            verdict = "reproduced" if right else "misprint" if known else BROKEN
+            why = "" if right else f"{theirs[key]:{form}} {reason}"
+            mine = f"{ours[key]:{form}}".replace("360.00", "0.00")
             yield PaperRow(
-                f"{body}, {name.partition('_')[0].replace('true', 'true anomaly')}", "section 3", f"{value:{form}}",
-                f"{ours[name]:{form}}".replace("360.00", "0.00"), known if apart <= limit else BROKEN, "" if right else reason, f"±{limit:g}",
-            )  # fmt: skip
+                f"{body}, {name}", "section 3", f"{value:{form}}", mine, verdict, why, f"±{limit:g}"
+            )
+
+
+def _apart(value: float, other: float, key: str) -> float:
+    """Of two numbers; of angles, the shorter way round."""
+    apart = abs(value - other)
+    return min(apart, abs(apart - 360.0)) if key.endswith("_deg") else apart

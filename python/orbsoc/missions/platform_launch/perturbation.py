@@ -32,7 +32,7 @@ class PerturbationError(ValueError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Approximation:
-    """One order of the series: time of flight, both impulses (2,), Σ|Δv|² as the series has it, and as those times cost."""
+    """One order of the series: time of flight, both impulses (2,), Σ‖Δv‖² as the series has it, and as those times cost."""
 
     order: int
     time_s: float
@@ -54,7 +54,7 @@ class Approximation:
 
 
 def series(server: ArrayLike, rate_rad_s: float, order: int) -> tuple[float, Array, Array, float]:
-    """Time of flight, both impulses (2,) and Σ|Δv|² to an order in ω, from the server's state (4,): x, z and rates.
+    """Time of flight, both impulses (2,) and Σ‖Δv‖² to an order in ω, from the server's state (4,): x, z and rates.
 
     Raises PerturbationError unless r · v < 0: order 0 is the straight flight at the speed that costs least.
     """

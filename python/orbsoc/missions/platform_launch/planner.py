@@ -16,9 +16,10 @@ from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Column, PlanStatus
 from orbsoc.guidance.safety import CutBurn
 from orbsoc.guidance.scp import Iteration, Solve
+from orbsoc.orbit import Elements
 
 from .audits import Dispersed, HoldPoint, Scan, cut_burns, dispersed, hold_points, pointing
-from .flights import Flown, Orbits, corrected, flown, oblate_with_drag, orbits, two_body
+from .flights import Flown, corrected, flown, oblate_with_drag, orbits, two_body
 from .perturbation import Approximation, PerturbationError, approximations
 from .rendezvous import Rendezvous, rendezvous
 from .scenario import Scenario
@@ -28,7 +29,7 @@ from .transfer import Transfers, in_plane, stationary_minima
 
 Array = NDArray[np.float64]
 
-COLUMNS = {"time_s": Column("time of flight", ".2f", "s"), "dv_m_s": Column("Σ|Δv|", ".6f", "m/s")}
+COLUMNS = {"time_s": Column("time of flight", ".2f", "s"), "dv_m_s": Column("Σ‖Δv‖", ".6f", "m/s")}
 """Columns of the iteration table that are this mission's own."""
 KANE, TWO_BODIES = 1e-12, 1e-9
 """Within which the launch's three ways must agree, SI."""
@@ -121,12 +122,13 @@ class LaunchPlan:
 
     @cached_property
     def stationary_s(self) -> tuple[float, ...]:
-        """Times of all local minima of Σ|Δv|², by polynomials."""
+        """Times of all local minima of Σ‖Δv‖², by polynomials."""
         state = in_plane(self.separation.state)
         return stationary_minima(self.scenario.motion, state, self.scenario.longest_s)
 
     @cached_property
-    def orbits(self) -> Orbits:
+    def orbits(self) -> dict[str, Elements]:
+        """Of platform and server, as they are and as the paper has them."""
         assert self.programme is not None
         return orbits(self.scenario, self.separation, self.programme.dv_m_s[0])
 
@@ -138,7 +140,7 @@ class LaunchPlan:
 
     @cached_property
     def front(self) -> tuple[tuple[float, float, float, int], ...]:
-        """Time of flight, Σ|Δv| of two impulses in any time up to it, of as many as pay, and how many; for "generated"."""
+        """Time of flight, Σ‖Δv‖ of two impulses in any time up to it, of as many as pay, and how many; for "generated"."""
         if self.meeting is None or self.meeting.generated is None:
             return ()
         from orbsoc.solving.solver import solve

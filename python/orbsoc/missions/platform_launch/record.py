@@ -8,7 +8,7 @@ from typing import Any
 from orbsoc.guidance.mission import PlanStatus
 
 from .audits import ORBITS
-from .flights import Flown
+from .flights import Flown, element_rows
 from .paper import compare, disturbance
 from .planner import LaunchPlan, Verification
 from .rendezvous import Rendezvous
@@ -43,7 +43,7 @@ def plan_document(plan: LaunchPlan) -> dict[str, Any]:
         "sequence": plan.sequence.to_dict() if met and plan.sequence else None,
         "front": [dict(zip(("duration_s", "two_m_s", "generated_m_s", "impulses"), row, strict=True)) for row in plan.front],
         "dispersed": plan.dispersed.to_dict() if plan.dispersed else None,
-        "orbits": plan.orbits.to_dict() if met else None,
+        "orbits": {name: element_rows(each) for name, each in plan.orbits.items()} if met else None,
         "subproblems": [row.to_dict() for row in plan.subproblems],
         "paper": [row.to_dict() for row in compare(plan)],
         "constants": plan.scenario.constants.to_dict(),
@@ -58,7 +58,7 @@ def verdict(plan: LaunchPlan) -> str:
         return f"INTERRUPTED: {plan.message}; there is no plan"
     if found is None or met is None:
         return f"NO ANSWER: {plan.message}"
-    sizes = "Σ|Δv|²" if met.cost == "squares" else "Σ|Δv|"
+    sizes = "Σ‖Δv‖²" if met.cost == "squares" else "Σ‖Δv‖"
     head = (
         f"the server leaves its tube after {leave.time_s:.3f} s at {leave.q[7]:.3f} m/s and is at rest at the target"
         f" {met.time_s:.2f} s later: {len(met.programme)} impulses, {met.programme.total_m_s:.4f} m/s in all, {sizes} = {met.value:.4f}"
@@ -78,11 +78,11 @@ def verdict(plan: LaunchPlan) -> str:
 
 
 def _last(plan: LaunchPlan) -> str:
-    price = min(plan.holds, key=lambda each: each.price if each.nearest_m > 1.0 else float("inf"))
+    safest = max(plan.holds, key=lambda each: each.nearest_m)
     unit = "m²/s²" if plan.scenario.rendezvous.cost == "squares" else "m/s"
     return (
-        f"hits the target; two impulses to a hold point at {price.ahead_m:+g} m on the V-bar keep {price.nearest_m:.1f} m"
-        f" then, for {price.price:+.4f} {unit}"
+        f"comes within {plan.cuts[-1].missed_m:.1f} m. Two impulses to a hold point at {safest.ahead_m:+g} m on the V-bar instead"
+        f" keep it {safest.nearest_m:.1f} m away then, for {safest.price:+.4f} {unit}"
     )
 
 
@@ -97,7 +97,7 @@ def _launch(plan: LaunchPlan) -> dict[str, Any]:
         "yaw_rate_deg_s": degrees(found.q[6]),
         "slide_m": float(found.q[3]),
         "slide_m_s": float(found.q[7]),
-        "platform": {name: float(value) for name, value in disturbance(plan).items()},
+        "platform": disturbance(plan),
         "assembly": {
             "mass_kg": found.pair.assembly.mass_kg,
             "centre_m": found.pair.assembly.centre_m.tolist(),

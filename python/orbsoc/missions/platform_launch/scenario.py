@@ -97,7 +97,7 @@ class Orbit(Table):
 class Rendezvous(Table):
     """How the server comes to the target: what is least, with how many impulses, within what time."""
 
-    cost: Literal["squares", "norms"] = Field(default="squares", description="Σ|Δv|² or Σ|Δv|")
+    cost: Literal["squares", "norms"] = Field(default="squares", description="Σ‖Δv‖² or Σ‖Δv‖")
     impulses: Literal[2, "generated"] = 2
     longest_orbits: float = Field(default=5.0, gt=0.05, le=20.0, description="of a free time of flight")
     duration_s: Duration = Field(default="free", description='"free" or a time')
@@ -111,7 +111,7 @@ class Uncertainty(Table):
 
     force_share: float = Field(default=0.02, ge=0.0, le=0.3)
     yaw_deg: float = Field(default=0.5, ge=0.0, le=30.0)
-    execution_share: float = Field(default=0.01, ge=0.0, le=0.3, description="of an impulse's size, an axis")
+    execution_share: float = Field(default=0.01, ge=0.0, le=0.3, description="of an impulse's size")
     runs: int = Field(default=400, ge=1, le=100_000)
     seed: int = Field(default=0, ge=0)
 
@@ -266,7 +266,7 @@ def _launch_complaints(scenario: Scenario) -> Iterator[Complaint]:
 def _rendezvous_complaints(scenario: Scenario) -> Iterator[Complaint]:
     table = scenario.rendezvous
     if table.impulses == "generated" and table.cost == "squares":
-        allowed = "every further impulse lowers Σ|Δv|², there is no last one; with impulses = 'generated' must be 'norms'"
+        allowed = "every further impulse lowers Σ‖Δv‖², there is no last one; with impulses = 'generated' must be 'norms'"
         yield Complaint("rendezvous.cost", "'squares'", allowed)
     singular = isinstance(table.duration_s, float) and table.impulses == 2
     if singular and abs(singularity(scenario.motion, float(table.duration_s))) < SINGULAR:
