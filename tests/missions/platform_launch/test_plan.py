@@ -17,6 +17,7 @@ from orbsoc.guidance.mission import BROKEN, Agreement, Dispersible, PlanStatus
 from orbsoc.interfaces import clarabel
 from orbsoc.missions import MISSIONS
 from orbsoc.missions.platform_launch import Plan, load_scenario, plan, reproduce
+from orbsoc.missions.platform_launch.paper import compare
 from orbsoc.orbit.perturbations import PointMass, coast
 from orbsoc.orbit.relative import relative_state
 from tests.missions.platform_launch.data import SCENARIOS, launched, paper
@@ -166,7 +167,7 @@ def test_the_papers_numbers_are_reproduced_or_their_misprint_is_named() -> None:
 def test_a_plan_that_does_not_give_the_papers_numbers_is_told_as_failed() -> None:
     """Another launch under the paper's data."""
     other = replace(planned(), separation=launched(320.0).separation())
-    verdicts = {row["quantity"]: row["verdict"] for row in other.to_dict()["paper"]}
+    verdicts = {row.quantity: row.verdict for row in compare(other)}
     assert verdicts["speed in the tube"] == BROKEN
     assert verdicts["first impulse"] == "reproduced"
 

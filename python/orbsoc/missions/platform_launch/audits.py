@@ -43,9 +43,6 @@ class HoldPoint:
     nearest_m: float
     from_there: float
 
-    def to_dict(self) -> dict[str, float]:
-        return {name: getattr(self, name) for name in self.__dataclass_fields__}
-
 
 def hold_points(
     motion: ClohessyWiltshire, state: Array, cost: Cost, ahead_m: float, longest_s: float

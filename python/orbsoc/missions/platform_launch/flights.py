@@ -124,7 +124,7 @@ def orbits(scenario: Scenario, found: Separation, first_dv: Array) -> dict[str, 
     rows, _ = local_frame(target)
 
     def without_rotation(relative: Array) -> Array:
-        return target + np.concatenate([rows.T @ relative[:3], rows.T @ relative[3:]])
+        return np.asarray(target + np.concatenate([rows.T @ relative[:3], rows.T @ relative[3:]]))
 
     states = {
         "platform": absolute_state(target, platform), "platform_as_printed": without_rotation(platform),

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from math import cos, sin, sqrt
-from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp  # pyright: ignore[reportUnknownVariableType]
 
-from .launch import LaunchError, Pair
+from .launch import LaunchError, Pair, integrated
 
 Array = NDArray[np.float64]
 
-RTOL = 1e-13
 LONGEST = 100.0
 """Times as long as the push alone would take, after which a server is held to stay."""
 
@@ -55,7 +52,7 @@ def accelerations(pair: Pair, q: Array) -> Array:
 
 def integrate(pair: Pair, times_s: Array) -> Array:
     """q and its rates (K, 8) at increasing times (K,), the first of them the start, by DOP853."""
-    return _run(lambda q: np.concatenate([q[4:], accelerations(pair, q)]), pair.start, times_s)
+    return integrated(lambda q: np.concatenate([q[4:], accelerations(pair, q)]), pair.start, times_s)
 
 
 def until(pair: Pair, slide_m: float) -> tuple[float, Array]:
@@ -76,20 +73,3 @@ def until(pair: Pair, slide_m: float) -> tuple[float, Array]:
             return t, integrate(pair, np.array([0.0, t]))[-1]
     allowed = "the platform's thrust and torque hold the server in its tube"
     raise LaunchError(f"force_n = {pair.force_n:g}: {allowed}; it must leave it")
-
-
-def _run(rate: Any, start: Array, times_s: Array) -> Array:
-    integrator: Any = cast(Any, solve_ivp)  # published without types
-    times = np.asarray(times_s, np.float64)
-    found = integrator(
-        lambda _, q: rate(q),
-        (times[0], times[-1]),
-        start,
-        method="DOP853",
-        t_eval=times,
-        rtol=RTOL,
-        atol=1e-15,
-    )
-    if not found.success:
-        raise LaunchError(f"the launch cannot be integrated: {found.message}")
-    return np.asarray(found.y.T)

@@ -8,11 +8,14 @@ uniform motion before the launch, so that x, z and their rates are what the laun
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, sin
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import solve_ivp  # pyright: ignore[reportUnknownVariableType]
 from scipy.optimize import brentq
 
 from .rack import Assembly, Rack, Slot
@@ -22,6 +25,8 @@ Array = NDArray[np.float64]
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(48)
 TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
 """By a right angle, counter-clockwise."""
+RTOL, ATOL = 1e-13, 1e-15
+"""Of integrations."""
 FARTHEST = 1e3
 """Strokes that a server may have slid at a given time."""
 
@@ -33,6 +38,17 @@ class LaunchError(ValueError):
 def axes(yaw: float) -> Array:
     """The body's axes as columns, (2, 2)."""
     return np.array([[cos(yaw), -sin(yaw)], [sin(yaw), cos(yaw)]])
+
+
+def integrated(rate: Callable[[Array], Array], start: Array, times_s: Array) -> Array:
+    """States (K, n) at increasing times (K,), the first of them the start, by DOP853. Raises LaunchError."""
+    times = np.asarray(times_s, np.float64)
+    run: Any = cast(Any, solve_ivp)  # published without types
+    span = times[0], times[-1]
+    found = run(lambda _, y: rate(y), span, start, method="DOP853", t_eval=times, rtol=RTOL, atol=ATOL)
+    if not found.success:
+        raise LaunchError(f"the launch cannot be integrated: {found.message}")
+    return np.asarray(found.y.T)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,11 +140,8 @@ def closed_form(pair: Pair, slides_m: Array) -> tuple[Array, Array]:
     drift = pair.yaw_rate_rad_s * TURN @ origin
     for k, (t, yaw, rate) in enumerate(zip(times, yaws, turning, strict=True)):
         body_axes = axes(yaw)
-        offset = (
-            body_axes
-            @ (body.mass_kg * body.centre_m + m * (pair.place_m + np.array([0.0, slides[k]])))
-            / total
-        )
+        moved = pair.place_m + np.array([0.0, slides[k]])
+        offset = body_axes @ (body.mass_kg * body.centre_m + m * moved) / total
         found[k, :2] = origin + drift * t - offset
         found[k, 4:6] = drift - rate * TURN @ offset - m / total * speeds[k] * body_axes[:, 1]
     found[:, 2], found[:, 3], found[:, 6], found[:, 7] = yaws, slides, turning, speeds

@@ -11,15 +11,14 @@ Vectors are (x, z): along the target's motion, and outward.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import minimize
 
 from orbsoc.orbit.relative import ClohessyWiltshire
 
-from .transfer import PLANE, cost_of
+from .transfer import cost_of
 
 Array = NDArray[np.float64]
 
@@ -41,10 +40,6 @@ class Approximation:
     cost: float
     true_cost: float
     """Of the exact impulses for `time_s`."""
-    iterations: int
-    """Of sequential quadratic programming from it to an optimum."""
-    ends_at_s: float
-    """The time of flight of that optimum."""
 
     def to_dict(self) -> dict[str, Any]:
         rows = {name: getattr(self, name) for name in self.__dataclass_fields__}
@@ -75,40 +70,11 @@ def series(server: ArrayLike, rate_rad_s: float, order: int) -> tuple[float, Arr
 
 
 def approximations(server: ArrayLike, motion: ClohessyWiltshire) -> tuple[Approximation, ...]:
-    """Every order with what it is worth: its cost beside the true one of its time, and where an optimiser goes from it.
-
-    Raises PerturbationError.
-    """
+    """Every order with what it is worth: its cost beside the true one of its time. Raises PerturbationError."""
     x, z, vx, vz = (float(each) for each in np.asarray(server, np.float64))
     value = cost_of(motion, np.array([z, x, vz, vx]), "squares")
     found = []
     for order in ORDERS:
         t, first, last, cost = series(server, motion.mean_motion_rad_s, order)
-        iterations, ends = _optimised(np.asarray(server, np.float64), motion, t, first, last)
-        found.append(Approximation(order, t, first, last, cost, value(t), iterations, ends))
+        found.append(Approximation(order, t, first, last, cost, value(t)))
     return tuple(found)
-
-
-def _optimised(
-    server: Array, motion: ClohessyWiltshire, time_s: float, first: Array, last: Array
-) -> tuple[int, float]:
-    """The paper's nonlinear programme from a guess, by SLSQP: iterations, and its time of flight; five unknowns, four
-    equalities, lengths over the distance and times over the guess's."""
-    n = motion.mean_motion_rad_s
-    swap = np.array([1, 0, 3, 2])
-    start = server[swap]
-
-    def miss(y: Array) -> Array:
-        state = start.copy()
-        state[2:] += y[[1, 0]]
-        matrix = motion.transition(float(y[4]) * time_s, 0.0)[np.ix_(PLANE, PLANE)]
-        end = matrix @ state
-        end[2:] += y[[3, 2]]
-        return np.asarray(end * np.array([n, n, 1.0, 1.0]))
-
-    run: Any = cast(Any, minimize)  # published without types
-    found = run(
-        lambda y: float(y[:4] @ y[:4]), np.concatenate([first, last, [1.0]]), method="SLSQP",
-        constraints={"type": "eq", "fun": miss}, options={"ftol": 1e-12, "maxiter": 200},
-    )  # fmt: skip
-    return int(found.nit), float(found.x[4]) * time_s

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from math import degrees
 from typing import Any
 
@@ -31,16 +32,16 @@ def plan_document(plan: LaunchPlan) -> dict[str, Any]:
         "duration_s": met and met.time_s,
         "impulses": programme.to_list() if programme else [],
         "impulses_two_body": found.corrected.programme.to_list() if found else [],
-        "minima": [{"time_s": each.time_s, "cost": each.cost} for each in met.minima] if met else [],
+        "minima": [asdict(each) for each in met.minima] if met else [],
         "flat_s": _flat(plan, met) if met else None,
         "terminal_error": found and _miss(found.as_planned),
-        "constraints": [check.to_dict() for check in found.checks] if found else [],
+        "constraints": [asdict(check) for check in found.checks] if found else [],
         "verification": found and _verification(found),
         "audits": _audits(plan) if met else {},
         "certificates": _certificates(plan, met) if met else {},
         "series": _series(plan) if met else None,
         "scans": {name: each.to_dict() for name, each in zip(("yaw_bias", "phase"), plan.scans, strict=True)} if met else {},
-        "sequence": plan.sequence.to_dict() if met and plan.sequence else None,
+        "sequence": asdict(plan.sequence) if met and plan.sequence else None,
         "front": [dict(zip(("duration_s", "two_m_s", "generated_m_s", "impulses"), row, strict=True)) for row in plan.front],
         "dispersed": plan.dispersed.to_dict() if plan.dispersed else None,
         "orbits": {name: element_rows(each) for name, each in plan.orbits.items()} if met else None,
@@ -138,7 +139,7 @@ def _audits(plan: LaunchPlan) -> dict[str, Any]:
             "number": worst.number,
             "burns": [cut.to_dict() | {"by_fraction_m": cut.by_fraction_m.tolist()} for cut in plan.cuts],
         },
-        "hold_points": [each.to_dict() for each in plan.holds],
+        "hold_points": [asdict(each) for each in plan.holds],
     }
 
 

@@ -58,12 +58,13 @@ def separated(pair: Pair, stroke_m: float, stop_s: float | None, platform: Array
 
 
 def disagreement(found: Separation) -> tuple[float, float]:
-    """How far Kane's equations, and the two bodies with their reaction, are from the separation: largest difference of
-    q and its rates, each in SI. With thrust or torque the first is 0: the separation itself is by Kane's equations."""
-    span = np.array([0.0, found.time_s])
-    by_kane = kane.integrate(found.pair, span)[-1]
-    by_forces = two_body.integrate(found.pair, span).states[-1]
-    return float(np.abs(by_kane - found.q).max()), float(np.abs(by_forces - found.q).max())
+    """How far Kane's equations, and the two bodies with their reaction, are from the separation: the largest difference
+    of q and its rates, SI, over the largest of them where that is above 1. With thrust or torque the first is 0, for
+    the separation itself is by Kane's equations."""
+    span, size = np.array([0.0, found.time_s]), max(1.0, float(np.abs(found.q).max()))
+    ways = kane.integrate(found.pair, span), two_body.integrate(found.pair, span).states
+    by_kane, by_forces = (float(np.abs(way[-1] - found.q).max()) / size for way in ways)
+    return by_kane, by_forces
 
 
 def in_rotating_frame(found: Separation, rate_rad_s: float) -> tuple[Array, Array]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 from math import prod
-from typing import Any
 
 from .launch import LaunchError
 from .rack import Rack, Slot
@@ -28,13 +27,7 @@ class Order:
 
     slots: tuple[Slot, ...]
     costs: tuple[float, ...]
-
-    @property
-    def total(self) -> float:
-        return sum(self.costs)
-
-    def to_dict(self) -> dict[str, Any]:
-        return {"slots": [list(each) for each in self.slots], "costs": list(self.costs), "total": self.total}
+    total: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,9 +37,6 @@ class Sequence:
     orders: int
     best: Order
     worst: Order
-
-    def to_dict(self) -> dict[str, Any]:
-        return {"orders": self.orders, "best": self.best.to_dict(), "worst": self.worst.to_dict()}
 
 
 class Sequencer:
@@ -73,7 +63,7 @@ class Sequencer:
                 raise LaunchError(f"slot = {list(slot)}: its server is gone, or another stands above it")
             costs.append(self.cost(rack, slot))
             rack = rack.without(slot)
-        return Order(slots, tuple(costs))
+        return Order(slots, tuple(costs), sum(costs))
 
     def sequence(self) -> Sequence | None:
         """The best and the worst of all orders; None where there are too many sets of servers to compare, or none left.

@@ -13,7 +13,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import minimize_scalar
+from scipy.optimize import brentq, minimize_scalar
 
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.orbit.relative import ClohessyWiltshire
@@ -166,19 +166,17 @@ def flat_interval(
 ) -> tuple[float, float]:
     """Between which times about a minimum the sum of squares is within a share of it, s."""
     value = cost_of(motion, state, "squares")
-    limit = (1.0 + share) * best.cost
 
-    def edge(step: float) -> float:
-        t = best.time_s
-        while t + step > 0.0 and value(t + step) < limit:
-            t += step
-        for _ in range(60):
-            step *= 0.5
-            if t + step > 0.0 and value(t + step) < limit:
-                t += step
-        return t
+    def above(t: float) -> float:
+        return value(t) - (1.0 + share) * best.cost
 
-    return edge(-best.time_s / 64), edge(best.time_s / 64)
+    ends = []
+    for factor in (0.98, 1.02):
+        edge = best.time_s
+        while above(edge * factor) < 0.0:
+            edge *= factor
+        ends.append(float(brentq(above, *sorted((edge, edge * factor)))))
+    return ends[0], ends[1]
 
 
 def _matrices(motion: ClohessyWiltshire, times_s: Array) -> Array:

@@ -7,17 +7,13 @@ bodies, their common angular acceleration, the tube's lateral force and its coup
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp  # pyright: ignore[reportUnknownVariableType]
 
-from .launch import TURN, LaunchError, Pair, axes
+from .launch import TURN, Pair, axes, integrated
 
 Array = NDArray[np.float64]
-
-RTOL = 1e-13
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,16 +81,10 @@ def integrate(
         ahead = [-2.0 * n * y[6], 3.0 * n**2 * y[1] + 2.0 * n * y[5]]
         return np.array([*ahead, -2.0 * n * y[8], 3.0 * n**2 * y[3] + 2.0 * n * y[7]])
 
-    def rate(_: float, y: Array) -> Array:
+    def rate(y: Array) -> Array:
         return np.concatenate([y[5:], _solved(pair, y, field(y))[:5]])
 
-    integrator: Any = cast(Any, solve_ivp)  # published without types
-    found = integrator(
-        rate, (times[0], times[-1]), start, method="DOP853", t_eval=times, rtol=RTOL, atol=1e-15
-    )
-    if not found.success:
-        raise LaunchError(f"the launch cannot be integrated: {found.message}")
-    rows = np.asarray(found.y.T)
+    rows = integrated(rate, start, times)
     states = np.empty((times.size, 8))
     forces = np.array([_solved(pair, y, field(y))[5:] for y in rows])
     for k, y in enumerate(rows):
