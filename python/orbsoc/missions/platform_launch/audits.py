@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 ORBITS = 3.0
 """After an engine failure, in which the least distance is sought."""
-BIAS_DEG = np.arange(-60.0, 61.0, 5.0)
+BIAS_DEG = np.arange(-90.0, 91.0, 5.0)
 PHASE_DEG = np.arange(0.0, 360.0, 10.0)
 
 
