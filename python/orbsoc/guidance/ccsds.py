@@ -16,7 +16,7 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from orbsoc.orbit import EARTH, elements_from_state
+from orbsoc.orbit import EARTH, ConstantsSet, elements_from_state
 
 Array = NDArray[np.float64]
 
@@ -65,10 +65,11 @@ def opm(
     *,
     mass_kg: float | None = None,
     manoeuvres: Sequence[InertialManoeuvre] = (),
+    constants: ConstantsSet = EARTH,
 ) -> str:
     """A state (6,), ECI, SI, and its elements as an Orbit Parameter Message, with the manoeuvres that follow."""
     vector = np.asarray(state, np.float64)
-    orbit = elements_from_state(vector[:3], vector[3:])
+    orbit = elements_from_state(vector[:3], vector[3:], constants)
     lines = [*_header("CCSDS_OPM_VERS = 3.0", subject), *_object(subject.name)]
     lines.append(f"EPOCH = {_stamp(subject.epoch, time_s)}")
     for key, value in zip(("X", "Y", "Z", "X_DOT", "Y_DOT", "Z_DOT"), vector / 1e3, strict=True):
@@ -82,7 +83,7 @@ def opm(
         f"RA_OF_ASC_NODE = {raan:.10f} [deg]",
         f"ARG_OF_PERICENTER = {argp:.10f} [deg]",
         f"TRUE_ANOMALY = {anomaly:.10f} [deg]",
-        f"GM = {EARTH.mu_m3_s2 / 1e9:.7f} [km**3/s**2]",
+        f"GM = {constants.mu_m3_s2 / 1e9:.7f} [km**3/s**2]",
     ]
     if mass_kg is not None:
         lines.append(f"MASS = {mass_kg:.6f} [kg]")

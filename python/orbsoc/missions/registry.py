@@ -22,6 +22,7 @@ MODULES = {
     "passive_safety": "orbsoc.missions.passive_safety",
     "fly_around": "orbsoc.missions.fly_around",
     "phasing": "orbsoc.missions.phasing",
+    "platform_launch": "orbsoc.missions.platform_launch",
 }
 
 SCHEMAS = {"scenario": "reachable_insertion", "reach-scenario": "reachable_domain"}

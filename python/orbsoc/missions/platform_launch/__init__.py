@@ -1,0 +1,30 @@
+"""A platform launches one of its servers towards a target: the launch of two bodies, and the rendezvous that costs least.
+
+>>> scenario = load_scenario("scenarios/paper002.toml")  # doctest: +SKIP
+>>> round(plan(scenario).meeting.time_s, 2)  # doctest: +SKIP
+920.95
+"""
+
+from orbsoc.guidance.mission import PlanStatus
+from orbsoc.guidance.scenario_file import ScenarioError
+
+from .dispersion import DISPERSION, disperse
+from .launch_plan import Plan, plan, reproduce
+from .planner import COLUMNS
+from .scenario import Scenario, load_scenario
+
+PAPER = "002"
+
+__all__ = [
+    "COLUMNS",
+    "DISPERSION",
+    "PAPER",
+    "Plan",
+    "PlanStatus",
+    "Scenario",
+    "ScenarioError",
+    "disperse",
+    "load_scenario",
+    "plan",
+    "reproduce",
+]
