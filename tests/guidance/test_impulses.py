@@ -259,3 +259,18 @@ def test_an_engine_in_the_plane_plans_as_all_axes_do(cost: Cost) -> None:
         primer = impulses.primer_size(solution, impulses.times_s)
         assert primer[found[-1].sizes_m_s > 1e-6] == pytest.approx(1.0, abs=1e-6)
     assert found[0].dv_m_s == pytest.approx(found[1].dv_m_s, abs=1e-6)
+
+
+def test_over_given_instants_generation_reaches_the_programme_with_all_of_them() -> None:
+    instants = np.linspace(0.0, 4000.0, 41)
+    found = generate(
+        lambda times: transfer(times, "norms"), instants[::20], (0.0, 4000.0), solve=orbsoc.solve,
+        candidates_s=instants, keep_s=[1000.0],
+    )  # fmt: skip
+    best = orbsoc.solve(transfer(instants, "norms").builder.build(), tol=1e-9)
+    assert found.solved
+    assert found.programme.total_m_s == pytest.approx(best.objective, rel=1e-6)
+    assert set(found.impulses.times_s) <= set(instants)
+    assert 1000.0 in found.impulses.times_s
+    assert found.impulses.times_s.size < 10
+    assert found.lower_bound <= best.objective * (1.0 + 1e-8)
