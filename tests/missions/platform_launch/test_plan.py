@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -100,6 +102,30 @@ def test_without_a_launch_towards_the_target_there_is_a_plan_and_no_series() -> 
     assert found["status"] == "verified"
     assert found["series"]["orders"] == []
     assert found["series"]["reason"].endswith("must be below 0, towards the target")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"rendezvous": {"longest_orbits": 0.06}},  # shorter than any minimum
+        {"rendezvous": {"duration_s": 3000.0}},
+        {"slot": [1, 1], "platform": {"columns": 1, "rows": 1}},
+        {"platform": {"columns": 1, "rows": 1, "torque_n_m": 10.0}, "slot": [1, 1]},
+        {"orbit": {"altitude_km": 20_000.0, "semi_minor_m": 50.0, "constants": "wgs84"}},
+    ],
+)
+def test_other_launches_are_planned_verified_and_told(change: dict[str, Any]) -> None:
+    found = plan(launched(**change)).to_dict()
+    assert found["status"] == "verified"
+    assert json.loads(json.dumps(found, allow_nan=False))["verdict"].startswith("VERIFIED: the server leaves")
+
+
+def test_what_two_bodies_do_not_meet_is_not_verified() -> None:
+    """At 96 m/s the linear model is no guide."""
+    found = plan(launched(1e6))
+    assert found.status is PlanStatus.NOT_VERIFIED
+    assert "do not fly" in found.to_dict()["verdict"]
+    assert "two-body rendezvous, corrected: position is broken by" in found.to_dict()["verdict"]
 
 
 def test_generated_impulses_beat_two_by_a_third() -> None:

@@ -7,10 +7,13 @@ from math import cos, sin, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from .launch import LaunchError, Pair, integrated
+from .launch import RTOL, LaunchError, Pair, integrated
 
 Array = NDArray[np.float64]
 
+ROUGH = 1e-6
+"""Of the integrations that come near to the end of a slide."""
+HELD = "the platform's thrust and torque hold the server in its tube; it must leave it"
 LONGEST = 100.0
 """Times as long as the push alone would take, after which a server is held to stay."""
 
@@ -50,26 +53,30 @@ def accelerations(pair: Pair, q: Array) -> Array:
     return np.asarray(np.linalg.solve(matrix, side))
 
 
-def integrate(pair: Pair, times_s: Array) -> Array:
+def integrate(pair: Pair, times_s: Array, rtol: float = RTOL) -> Array:
     """q and its rates (K, 8) at increasing times (K,), the first of them the start, by DOP853."""
-    return integrated(lambda q: np.concatenate([q[4:], accelerations(pair, q)]), pair.start, times_s)
+
+    def rate(q: Array) -> Array:
+        return np.concatenate([q[4:], accelerations(pair, q)])
+
+    return integrated(rate, pair.start, times_s, rtol)
 
 
 def until(pair: Pair, slide_m: float) -> tuple[float, Array]:
-    """When the server has slid so far, s, and q with its rates then (8,); Newton's method on the time of integration.
+    """When the server has slid so far, s, and q with its rates then (8,): Newton's method, roughly and then exactly.
 
     Raises LaunchError where it does not get there.
     """
     mass = pair.assembly.mass_kg
     usual = sqrt(2.0 * slide_m / pair.force_n * pair.server_mass_kg * mass / (pair.server_mass_kg + mass))
-    t, q = usual, pair.start
-    for _ in range(50):
-        q = integrate(pair, np.array([0.0, t]))[-1]
-        step = (slide_m - q[3]) / q[7] if q[7] > 0.0 else np.inf
-        if not 0.0 < t + step < LONGEST * usual:
-            break
-        t += step
-        if abs(step) <= 4e-16 * t or abs(slide_m - q[3]) <= 1e-15:
-            return t, integrate(pair, np.array([0.0, t]))[-1]
-    allowed = "the platform's thrust and torque hold the server in its tube"
-    raise LaunchError(f"force_n = {pair.force_n:g}: {allowed}; it must leave it")
+    t = usual
+    for rtol in (ROUGH, RTOL):
+        for _ in range(50):
+            q = integrate(pair, np.array([0.0, t]), rtol)[-1]
+            step = (slide_m - q[3]) / q[7] if q[7] > 0.0 else np.inf
+            if not 0.0 < t + step < LONGEST * usual:
+                raise LaunchError(f"force_n = {pair.force_n:g}: {HELD}")
+            if abs(step) <= 10.0 * rtol * t:
+                break
+            t += step
+    return t, q

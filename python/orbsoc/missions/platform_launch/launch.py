@@ -25,8 +25,7 @@ Array = NDArray[np.float64]
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(48)
 TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
 """By a right angle, counter-clockwise."""
-RTOL, ATOL = 1e-13, 1e-15
-"""Of integrations."""
+RTOL = 1e-13
 FARTHEST = 1e3
 """Strokes that a server may have slid at a given time."""
 
@@ -40,12 +39,12 @@ def axes(yaw: float) -> Array:
     return np.array([[cos(yaw), -sin(yaw)], [sin(yaw), cos(yaw)]])
 
 
-def integrated(rate: Callable[[Array], Array], start: Array, times_s: Array) -> Array:
+def integrated(rate: Callable[[Array], Array], start: Array, times_s: Array, rtol: float = RTOL) -> Array:
     """States (K, n) at increasing times (K,), the first of them the start, by DOP853. Raises LaunchError."""
     times = np.asarray(times_s, np.float64)
     run: Any = cast(Any, solve_ivp)  # published without types
     span = times[0], times[-1]
-    found = run(lambda _, y: rate(y), span, start, method="DOP853", t_eval=times, rtol=RTOL, atol=ATOL)
+    found = run(lambda _, y: rate(y), span, start, method="DOP853", t_eval=times, rtol=rtol, atol=0.01 * rtol)
     if not found.success:
         raise LaunchError(f"the launch cannot be integrated: {found.message}")
     return np.asarray(found.y.T)

@@ -20,6 +20,7 @@ from orbsoc.orbit import Elements
 
 from .audits import Dispersed, HoldPoint, Scan, cut_burns, dispersed, hold_points, pointing
 from .flights import Flown, corrected, flown, oblate_with_drag, orbits, two_body
+from .launch import LaunchError
 from .perturbation import Approximation, PerturbationError, approximations
 from .rendezvous import Rendezvous, rendezvous
 from .scenario import Scenario
@@ -108,7 +109,11 @@ class LaunchPlan:
 
     @cached_property
     def sequence(self) -> Sequence | None:
-        return Sequencer(self.scenario).sequence()
+        """Of all servers; None where there are too many orders, or one of the servers cannot be launched."""
+        try:
+            return Sequencer(self.scenario).sequence()
+        except LaunchError:
+            return None
 
     @cached_property
     def series(self) -> tuple[Approximation, ...] | str:
@@ -208,7 +213,7 @@ def verify(scenario: Scenario, separation: Separation, found: Rendezvous) -> Ver
     if found.cost == "squares" and scenario.rendezvous.duration_s == "free":
         plane = in_plane(state)
         times = stationary_minima(scenario.motion, plane, scenario.longest_s)
-        least = min(map(cost_of(scenario.motion, plane, "squares"), times), default=np.inf)
+        least = min(map(cost_of(scenario.motion, plane, "squares"), times), default=found.value)
         checks += (Check("no minimum is cheaper", least - found.value + CHEAPER, "m²/s²", end_s),)
     return Verification(by_kane, by_two_bodies, plan, drag, met, checks)
 

@@ -20,7 +20,7 @@ from orbsoc.orbit import EARTH, ConstantsSet, Elements, state_from_elements
 from orbsoc.orbit.relative import ClohessyWiltshire
 
 from .launch import LaunchError, Pair
-from .rack import Rack
+from .rack import Rack, Slot
 from .separation import Separation, separated
 from .transfer import singularity
 
@@ -175,13 +175,12 @@ class Scenario(BaseScenario):
         x, z, vx, vz = self.platform_state(after_s)
         return atan2(x, -z), float((x * vz - z * vx) / (x * x + z * z))
 
-    def pair(self, *, force_n: float | None = None, yaw_rad: float = 0.0, rack: Rack | None = None,
-             slot: tuple[int, int] | None = None) -> Pair:  # fmt: skip
-        """The launch as two bodies; with another force, a further yaw, or another server of another rack."""
+    def pair(self, rack: Rack | None = None, slot: Slot | None = None) -> Pair:
+        """The launch as two bodies; with a rack and a slot, that of another server."""
         yaw, rate = self.sight()
         return Pair.of(
-            rack or self.rack, slot or self.slot, force_n or self.force_n,
-            yaw_rad=yaw + radians(self.yaw_bias_deg) + yaw_rad, yaw_rate_rad_s=rate,
+            rack or self.rack, slot or self.slot, self.force_n,
+            yaw_rad=yaw + radians(self.yaw_bias_deg), yaw_rate_rad_s=rate,
             thrust_n=self.platform.thrust_n, torque_n_m=self.platform.torque_n_m,
         )  # fmt: skip
 

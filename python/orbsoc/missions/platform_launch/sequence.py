@@ -49,7 +49,7 @@ class Sequencer:
 
         @cache
         def cost(rack: Rack, slot: Slot) -> float:
-            pair = scenario.pair(rack=rack, slot=slot)
+            pair = scenario.pair(rack, slot)
             found = separated(pair, rack.stroke_m(slot), None, platform)
             return transfers.best(in_plane(found.state), scenario.rendezvous.cost).cost
 
