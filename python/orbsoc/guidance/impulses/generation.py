@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import minimize_scalar
 
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Status
@@ -136,6 +135,8 @@ def primer_maxima(
     impulses: Impulses, solution: Solution, window_s: tuple[float, float]
 ) -> tuple[Array, Array]:
     """Times and sizes of the local maxima of the primer over the window, its ends included."""
+    from scipy.optimize import minimize_scalar
+
     grid = np.linspace(*window_s, GRID + 1)
     sizes = impulses.primer_size(solution, grid)
     lower = np.concatenate([[-np.inf], sizes[:-1]])

@@ -23,6 +23,8 @@ MOST_HOLES = 0.1
 """Share of the azimuths of a curve that may lack a tilt."""
 LEAST_TILT_DEG, MOST_TILT_DEG = 1e-6, 180.0
 """Bounds of an interpolated tilt."""
+SAMPLES = 8
+"""Of a step between azimuths."""
 LEAST_STEP_DEG = 1e-3
 """Azimuths nearer to each other than this are not parted further."""
 
@@ -71,8 +73,8 @@ class TiltLimit:
     def error_deg(self, azimuth_deg: ArrayLike, height_km: ArrayLike) -> Array:
         """How far a value may be off: the sum of three parts, NaN outside the table.
 
-        Over azimuth: the largest `miss` of the two nodes before and the two behind. Of the nodes themselves: the largest
-        change from a coarser grid among these. Over height: the change when every second height is left out, and no
+        Over azimuth: the largest `miss` of the step and its neighbours. Of the azimuths themselves: the largest change from a
+        coarser grid among these. Over height: the change when every second height is left out, and no
         more than what the heights above and below allow, since a higher bound makes no tilt larger.
         """
         beta, height = np.broadcast_arrays(np.asarray(azimuth_deg, np.float64), np.asarray(height_km))
@@ -81,36 +83,36 @@ class TiltLimit:
         above = np.clip(np.searchsorted(self.height_km, height - 1e-9), 0, len(self.height_km) - 1)
         below = np.clip(np.searchsorted(self.height_km, height + 1e-9, side="right") - 1, 0, None)
         after = np.searchsorted(self.azimuth_deg, np.mod(beta, 360.0), side="right")
-        near = (after[..., None] + np.arange(-2, 2)) % len(self.azimuth_deg)
-        total = self.miss + self._own_error
-        of_azimuth = np.maximum(
-            total[near, below[..., None]].max(axis=-1), total[near, above[..., None]].max(axis=-1)
-        )
+        near = (after[..., None] + np.arange(-2, 1)) % len(self.azimuth_deg)
+        of_azimuth = np.zeros(beta.shape)
+        for height_of in (below, above):
+            own = self._own_error[near, height_of[..., None]].max(axis=-1)
+            of_azimuth = np.maximum(of_azimuth, self.miss[near, height_of[..., None]].max(axis=-1) + own)
         return np.asarray(of_azimuth + self._height_error(beta, height, below, above))
 
     @cached_property
     def miss(self) -> Array:
-        """How far each tilt (A, K) lies from the curve through the azimuths left when it and every second one are left out.
+        """How far the curve lies from those with every second azimuth left out, the largest in each step from an azimuth to the
+        next, (A, K).
 
-        Steps then are twice as long, so this is more than the error between the azimuths, sixteen times where the edge is
-        smooth, and about that error at a corner.
+        Their steps are twice as long, so this is more than the error between the azimuths: sixteen times where the edge is
+        smooth, about that error at a corner. It is looked for between the azimuths as well: a tip that lies there is seen by none.
         """
-        out = np.empty_like(self.table)
-        for left_out, kept in (
-            (slice(0, None, 2), slice(1, None, 2)),
-            (slice(1, None, 2), slice(0, None, 2)),
-        ):
-            through = _around(self.azimuth_deg[kept], self.table[kept], self.azimuth_deg[left_out])
-            out[left_out] = np.abs(through - self.table[left_out])
-        return out
+        gap = np.diff(self.azimuth_deg, append=self.azimuth_deg[0] + 360.0)
+        places = self.azimuth_deg[:, None] + gap[:, None] * np.arange(SAMPLES) / SAMPLES
+        full = _around(self.azimuth_deg, self.table, places.ravel())
+        away = [
+            np.abs(_around(self.azimuth_deg[part], self.table[part], places.ravel()) - full)
+            for part in (slice(0, None, 2), slice(1, None, 2))
+        ]
+        return np.asarray(np.maximum(*away).reshape(*places.shape, -1).max(axis=1))
 
     def unresolved(self, tolerance_deg: float, most: int) -> Array:
-        """Azimuths within 0…180 to solve next, at most `most`, those of the largest misses first: halfway between
-        neighbours of which one is missed by more than the tolerance."""
+        """Azimuths within 0…180 to solve next, at most `most`, those of the largest misses first: the middles of steps in
+        which the curve is missed by more than the tolerance."""
         azimuth, half = self.azimuth_deg, self.azimuth_deg < 180.0 - 1e-9
-        worst = self.miss.max(axis=1, initial=0.0)
+        score = self.miss.max(axis=1, initial=0.0)
         gap = np.diff(azimuth, append=azimuth[0] + 360.0)
-        score = np.maximum(worst, np.roll(worst, -1))
         wanted = np.flatnonzero(half & (score > tolerance_deg) & (gap > LEAST_STEP_DEG))
         chosen = np.sort(wanted[np.argsort(-score[wanted], kind="stable")[: max(most, 0)]])
         return np.asarray(azimuth[chosen] + 0.5 * gap[chosen])
