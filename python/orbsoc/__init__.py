@@ -3,8 +3,8 @@
 `orbsoc.solve(problem)` solves a conic problem; `orbsoc.PsScheduler` runs the same solve on the emulated PS+PL
 computer; `orbsoc.missions` plans; `orbsoc.plan_file` and the command `orbsoc` do all of it.
 
-`orbsoc.CVXPY`, `orbsoc.plan_file`, `orbsoc.missions` and `orbsoc.reach` are imported when they are first named; the first needs CVXPY
-(`pip install 'orbsoc[cvxpy]'`) and raises ImportError without it, the last what `pip install 'orbsoc[reach]'` brings.
+What is not needed to solve a problem is imported when it is first named, SciPy when it is first used. `orbsoc.CVXPY` needs CVXPY
+(`pip install 'orbsoc[cvxpy]'`) and raises ImportError without it, `orbsoc.reach` what `pip install 'orbsoc[reach]'` brings.
 """
 
 from importlib import import_module
@@ -15,13 +15,13 @@ from orbsoc.conic.problem import Cones, Problem, ProblemError
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Certificate, Solution, Start, Status
 from orbsoc.conic.verify import verify
-from orbsoc.files.versions import __version__ as __version__
-from orbsoc.hw.emulation import PsScheduler
 from orbsoc.solving.batch import BatchSolution, BatchSolver, solve_batch
 from orbsoc.solving.solver import Solver, solve
 
 if TYPE_CHECKING:
     from orbsoc.commands.plan import plan_file as plan_file
+    from orbsoc.files.versions import __version__ as __version__
+    from orbsoc.hw.emulation import PsScheduler as PsScheduler
     from orbsoc.interfaces.cvxpy import CVXPY as CVXPY
 
     from . import missions as missions
@@ -47,7 +47,12 @@ __all__ = [
 ]
 
 
-_LAZY = {"CVXPY": "orbsoc.interfaces.cvxpy", "plan_file": "orbsoc.commands.plan"}
+_LAZY = {
+    "CVXPY": "orbsoc.interfaces.cvxpy",
+    "PsScheduler": "orbsoc.hw.emulation",
+    "__version__": "orbsoc.files.versions",
+    "plan_file": "orbsoc.commands.plan",
+}
 
 
 def __getattr__(name: str) -> Any:

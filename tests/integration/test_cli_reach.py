@@ -25,7 +25,7 @@ from orbsoc.missions.reachable_domain.continuation.tasks import grid_shards, sol
 from orbsoc.missions.reachable_domain.files.ephemeris import fly_point, oem, opm
 from orbsoc.missions.reachable_domain.files.results_folder import solve_into
 from orbsoc.orbit import Elements
-from orbsoc.sweep import DaskCluster, Inline, Report, ShardStore, StoreError, Task, run
+from orbsoc.sweep import DaskCluster, Processes, Report, ShardStore, StoreError, Task, run
 from tests.missions.reachable_domain.cases import SCENARIOS, small_scenario
 from tests.processes import started
 
@@ -381,10 +381,10 @@ def test_a_sweep_whose_disk_fills_up_resumes_to_the_same_table(
 
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(StoreError, match="No space left on device; finished shards are kept"):
-        solve_into(tmp_path / "out", scenario, Inline(), unwatched)
+        solve_into(tmp_path / "out", scenario, Processes(1), unwatched)
     monkeypatch.undo()
     kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("part.parquet")}
     assert len(kept) == 2
-    solve_into(tmp_path / "out", scenario, Inline(), unwatched, resume=True)
+    solve_into(tmp_path / "out", scenario, Processes(1), unwatched, resume=True)
     assert {path: path.stat().st_mtime_ns for path in kept} == kept
     same_tables(solved[1], tmp_path / "out")

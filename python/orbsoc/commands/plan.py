@@ -93,6 +93,10 @@ def plan(
         Path | None,
         typer.Option(help="output folder; out/NAME or out/NAME-PROBLEM by default", metavar="DIR"),
     ] = None,
+    report: Annotated[
+        bool,
+        typer.Option("--report/--no-report", help="figures and report.html, which take longer than the plan"),
+    ] = True,
     as_json: Annotated[bool, typer.Option("--json", help="print plan.json on standard output")] = False,
 ) -> None:
     """Plan one mission, verify it by propagation, and price the computer that would have planned it.
@@ -100,7 +104,7 @@ def plan(
     Exit codes: 0 verified, 1 not verified or a check failed, 2 bad input, 130 interrupted.
     """
     with exit_handling(as_json):
-        _refuse_idle_options(cases, seed=seed, resume=resume, check=check, ps=ps)
+        _refuse_idle_options(cases, seed=seed, resume=resume, check=check, ps=ps, no_report=not report)
     if cases is not None:
         if impulses is not None:
             raise typer.BadParameter(
@@ -118,7 +122,7 @@ def plan(
             folder = out if out is not None else _default_folder(scenario, chosen)
             run, document = plan_scenario(
                 mission, chosen, folder, device=device, partition=partition, deadline_ms=deadline_ms, exact=exact,
-                check=check is not None, ps=ps, impulses=impulses, interrupts=interrupts,
+                check=check is not None, ps=ps, impulses=impulses, report=report, interrupts=interrupts,
                 watch=lambda each: _table(each, as_json),
             )  # fmt: skip
         if as_json:
@@ -128,7 +132,7 @@ def plan(
 
 
 def _refuse_idle_options(
-    cases: int | None, *, seed: int | None, resume: bool, check: CheckChoice | None, ps: bool
+    cases: int | None, *, seed: int | None, resume: bool, check: CheckChoice | None, ps: bool, no_report: bool
 ) -> None:
     """Raises HwModelError for an option that would do nothing."""
     from hw_model import HwModelError
@@ -137,7 +141,7 @@ def _refuse_idle_options(
         idle = [("--seed", seed is not None), ("--resume", resume)]
         reason = "belongs to dispersed cases; give --cases N, or leave it out"
     else:
-        idle = [("--check", check is not None), ("--ps", ps)]
+        idle = [("--check", check is not None), ("--ps", ps), ("--no-report", no_report)]
         reason = "is for one plan, not for --cases; cases are planned on the emulated computer anyway"
     for name, given in idle:
         if given:
@@ -172,13 +176,14 @@ def plan_scenario(
     check: bool = False,
     ps: bool = False,
     impulses: str | PathLike[str] | None = None,
+    report: bool = True,
     interrupts: Interrupts | None = None,
     watch: Watch | None = None,
 ) -> tuple[PlanRun, dict[str, Any]]:
     """Plan, check, price, write into `folder`; with it the document of `plan.json`.
 
     Device "none" leaves the price out, `check` plans again with Clarabel, `ps` plans on the emulated computer, `impulses`
-    is a file that is judged instead of planning, `watch` gives what sees each subproblem. Raises before or instead of writing anything, KeyboardInterrupt after any Ctrl-C.
+    is a file that is judged instead of planning, without `report` there are no figures and no page, `watch` gives what sees each subproblem. Raises before or instead of writing anything, KeyboardInterrupt after any Ctrl-C.
     """
     from orbsoc.hw.schedules import EngineTooSmallError
     from orbsoc.report.run import PlanRun
@@ -188,7 +193,7 @@ def plan_scenario(
     if impulses is not None:
         found = _audited(scenario, impulses, check=check, ps=ps, deadline_ms=deadline_ms)
         run = PlanRun(mission, found, "nothing: the impulses were given", None, None)
-        return run, _written(run, folder, interrupts)
+        return run, _written(run, folder, interrupts, report=report)
     scheduler = _scheduler() if ps else None
     with watch(mission) if watch else nullcontext() as callback:
         found = _uninterrupted(mission.plan(scenario, solve=scheduler, callback=callback))
@@ -206,16 +211,16 @@ def plan_scenario(
     interrupts.check()
     solver = "orbsoc on the emulated PS+PL computer" if ps else "orbsoc"
     run = PlanRun(mission, found, solver, budget, compared, too_large)
-    return run, _written(run, folder, interrupts)
+    return run, _written(run, folder, interrupts, report=report)
 
 
-def _written(run: PlanRun, folder: Path | None, interrupts: Interrupts) -> dict[str, Any]:
+def _written(run: PlanRun, folder: Path | None, interrupts: Interrupts, *, report: bool) -> dict[str, Any]:
     """The document of a run, written into the folder if there is one."""
     from orbsoc.report.run import write_run
 
     document = run.to_dict()
     if folder is not None:
-        write_run(folder, run, document, commit=interrupts.commit)
+        write_run(folder, run, document, report=report, commit=interrupts.commit)
     return document
 
 

@@ -215,7 +215,9 @@ def _lines(document: dict[str, Any], folder: Path) -> list[str]:
 def _limit(row: dict[str, Any]) -> str:
     """A limit of the planes within reach, beside the paper's where it is the paper's case; an edge that is not drawn has
     no number."""
-    ours = "no edge" if row["whole_deg"] is None else f"{row['whole_deg']:.2f} deg"
+    ours = "no edge"
+    if row["whole_deg"] is not None:
+        ours = f"{row['whole_deg']:.2f} deg (± {row['whole_error_deg']:.3f})"
     if "paper_deg" not in row:
         return f"{row['limit']}: {ours}"
     return f"{row['limit']}: {ours}, paper {row['paper_deg']:.2f} deg; {row['reason']}"

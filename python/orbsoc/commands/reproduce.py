@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from orbsoc.guidance.mission import BROKEN
 from orbsoc.missions.registry import MISSIONS
 
 from . import hw_options as options
@@ -38,6 +37,8 @@ def reproduce(
 
     Exit codes: 0 every stated verdict holds, 1 one does not, 2 bad input.
     """
+    from orbsoc.guidance.mission import BROKEN
+
     papers = {name: MISSIONS[name].PAPER for name in MISSIONS if what not in MISSIONS}
     names = [what] if what in MISSIONS else [name for name in papers if what in ("all", papers[name])]
     if not names:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import sys
+from importlib import import_module
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse as _scipy_sparse
 
 from .errors import ProblemError
 
@@ -17,7 +18,15 @@ Matrix = Any
 
 INDEX_LIMIT = int(np.iinfo(np.int32).max)
 
-_sparse: Any = _scipy_sparse  # published without types
+
+class _Late:
+    """`scipy.sparse`, published without types, imported when it is first used: it takes longer than all of `orbsoc`."""
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(import_module("scipy.sparse"), name)
+
+
+_sparse: Any = _Late()
 
 
 class Csc(Protocol):
@@ -75,7 +84,7 @@ def entries(matrix: Matrix) -> tuple[Array, NDArray[np.intp], NDArray[np.intp]]:
 
 def is_sparse(value: Matrix) -> bool:
     """Whether `value` is a SciPy sparse matrix or array."""
-    return bool(_sparse.issparse(value))
+    return "scipy.sparse" in sys.modules and bool(_sparse.issparse(value))
 
 
 def upper(matrix: Csc) -> Csc:

@@ -8,12 +8,17 @@ from typing import Any
 
 import numpy as np
 
-import hw_model
+from hw_model import Trace, parse_trace
+from hw_model.timing.actions import actions_of
+from hw_model.timing.durations import Durations
+from hw_model.timing.timeline import as_partition, as_platform, makespan_picoseconds
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.solution import Status
 
 from .emulation import PsScheduler
 from .exact_cycles import exact_cycles
+
+PICOSECONDS_PER_US = 1e6
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,12 +58,8 @@ class RepresentativeSolves:
 
         Raises `hw_model.HwModelError` for unknown names, and for a device whose PL has no schedules.
         """
-        reports = [
-            hw_model.speedup(trace, device, partition, cycles=exact_cycles(problems))
-            for trace, problems in zip(self.traces, self.patterns, strict=True)
-        ]
-        clock = reports[0].pl_clock_mhz
-        priced = np.array([1e3 * report.makespan_ms.nominal * clock for report in reports])
+        clock = as_platform(device).pl.clock_mhz.value
+        priced = np.array(self._makespans(device, partition), float) * clock / PICOSECONDS_PER_US
         iterations = np.array(self.iterations, float)
         return SolvePrice(
             iterations=float(iterations.mean()),
@@ -66,3 +67,25 @@ class RepresentativeSolves:
             most_cycles=float(priced.max()),
             pl_clock_mhz=clock,
         )
+
+    def _makespans(self, device: str, partition: str) -> list[int]:
+        """Picoseconds of each solve. Those of one pattern share what its stages take."""
+        platform, sides = as_platform(device), as_partition(partition)
+        known: list[Durations] = []
+        out: list[int] = []
+        for trace, problems in zip(self.traces, self.patterns, strict=True):
+            parsed = parse_trace(trace)
+            durations = next((each for each in known if _same_stages(each.trace, parsed)), None)
+            if durations is None:
+                durations = Durations(parsed, platform, uses_pl=sides.uses_pl, cycles=exact_cycles(problems))
+                known.append(durations)
+            out.append(makespan_picoseconds(actions_of(parsed, sides), durations))
+        return out
+
+
+def _same_stages(one: Trace, other: Trace) -> bool:
+    return (one.datapath, one.ps_datapath, one.patterns) == (
+        other.datapath,
+        other.ps_datapath,
+        other.patterns,
+    )

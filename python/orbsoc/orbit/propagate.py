@@ -12,7 +12,6 @@ from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.integrate import solve_ivp  # pyright: ignore[reportUnknownVariableType]
 
 from .array import Array
 from .constants import EARTH, ConstantsSet
@@ -78,6 +77,8 @@ def propagate_burn(
 
     if times[-1] == 0.0:
         return np.tile(np.asarray(state_si, dtype=np.float64), (times.size, 1))
+    from scipy.integrate import solve_ivp  # pyright: ignore[reportUnknownVariableType]
+
     integrate: Any = cast(Any, solve_ivp)  # published without types
     with np.errstate(over="ignore", invalid="ignore"):  # an overflow ends in a step of size 0, and so below
         result = integrate(

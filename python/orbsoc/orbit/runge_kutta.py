@@ -16,7 +16,6 @@ from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.integrate import DOP853
 
 from .array import Array
 
@@ -42,6 +41,8 @@ class Tableau:
 @cache
 def tableau(length: float) -> Tableau:
     """For steps of `length`."""
+    from scipy.integrate import DOP853
+
     published: Any = cast(Any, DOP853)
     matrix, weights, nodes = (np.asarray(published.__dict__[name], np.float64) for name in ("A", "B", "C"))
     stages, h = len(weights), length

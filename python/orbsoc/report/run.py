@@ -16,8 +16,6 @@ from orbsoc.files.versions import versions
 from orbsoc.guidance.mission import Agreement, FigureFile, Mission, Plan, PlanStatus
 from orbsoc.hw.cycle_budget import CycleBudget
 
-from .page import render
-
 TEMPLATE = "plan.html.j2"
 OWN_TEMPLATE = "report.html.j2"
 """In a mission's folder: extends `TEMPLATE`."""
@@ -63,9 +61,16 @@ class PlanRun:
 
 
 def write_run(
-    folder: Path, run: PlanRun, document: dict[str, Any], *, commit: Callable[[], None] = lambda: None
+    folder: Path,
+    run: PlanRun,
+    document: dict[str, Any],
+    *,
+    report: bool = True,
+    commit: Callable[[], None] = lambda: None,
 ) -> None:
     """Write everything into `folder`, complete or not at all; raises `orbsoc.files.output_folder.OutputFolderError`.
+
+    Without `report` the figures and the page are left out.
 
     `commit` is called when all is written and about to move into place; what it raises keeps the folder as it was.
     """
@@ -73,13 +78,13 @@ def write_run(
         tables = run.plan.tables()
         for name, text in tables.items():
             (place / name).write_text(text, encoding="utf-8")
-        figures = run.plan.figures(place)
         hardware = run.budget.to_dict() if run.budget else None
         if hardware is not None:
             text = json.dumps(hardware, indent=2, allow_nan=False)
             (place / "hardware.json").write_text(text + "\n", encoding="utf-8")
-        page = report_page(run.mission, document, hardware, tables, figures, place)
-        (place / "report.html").write_text(page, encoding="utf-8")
+        if report:
+            page = report_page(run.mission, document, hardware, tables, run.plan.figures(place), place)
+            (place / "report.html").write_text(page, encoding="utf-8")
         write_manifest(place, document)
         commit()
 
@@ -93,6 +98,8 @@ def report_page(
     place: Path,
 ) -> str:
     """The page of a plan's document, with the figures in `place`; templates see the columns of each table."""
+    from .page import render
+
     folder = Path(mission.__file__).parent if mission.__file__ else None
     own = folder is not None and (folder / OWN_TEMPLATE).is_file()
     return render(

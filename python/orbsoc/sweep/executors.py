@@ -6,8 +6,8 @@ import os
 import threading
 from collections import Counter, deque
 from collections.abc import Generator, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import Any, Protocol, cast
 
@@ -38,6 +38,10 @@ class Executor(Protocol):
         """Pairs of task and columns as they finish; errors of `work` propagate."""
         ...
 
+    def standing(self) -> AbstractContextManager[Executor]:
+        """The same, its workers kept from one call of `results` to the next until the context ends."""
+        ...
+
 
 @dataclass(frozen=True, slots=True)
 class Inline:
@@ -50,25 +54,40 @@ class Inline:
         for task in tasks:
             yield task, work(task.payload)
 
+    def standing(self) -> AbstractContextManager[Executor]:
+        return nullcontext(self)
+
 
 @dataclass(frozen=True, slots=True)
 class Processes:
     """On `workers` processes of this machine, one thread of linear algebra each."""
 
     workers: int
+    kept: list[Worker] | None = field(default=None, repr=False, compare=False)
+    """Those of `standing`."""
 
     def check(self) -> None:
         """Nothing can be missing."""
 
+    @contextmanager
+    def standing(self) -> Iterator[Executor]:
+        kept: list[Worker] = []
+        try:
+            yield replace(self, kept=kept)
+        finally:
+            _end(kept)
+
     def results(self, work: Work, tasks: Sequence[Task]) -> Results:
         left, losses = deque(tasks), Counter[str]()
-        workers: list[Worker] = []
+        workers: list[Worker] = [] if self.kept is None else self.kept
         try:
             while left or any(worker.task for worker in workers):
-                while left and len(workers) < self.workers:
-                    with held(), _single_threaded_children():
-                        workers.append(Worker())
-                    workers[-1].give(work, left.popleft())
+                idle = [worker for worker in workers if worker.task is None]
+                while left and (idle or len(workers) < self.workers):
+                    if not idle:
+                        with held(), _single_threaded_children():
+                            workers.append(Worker())
+                    (idle.pop() if idle else workers[-1]).give(work, left.popleft())
                 for worker, task in answering(workers):
                     try:
                         columns = worker.take()
@@ -87,9 +106,15 @@ class Processes:
                         worker.give(work, left.popleft())
                     yield task, columns
         finally:
-            with held():
-                for worker in workers:
-                    worker.end()
+            if self.kept is None or any(worker.task for worker in workers):
+                _end(workers)
+
+
+def _end(workers: list[Worker]) -> None:
+    """End workers, whatever they are doing."""
+    with held():
+        while workers:
+            workers.pop().end()
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +130,9 @@ class DaskCluster:
         dask = _dask()
         if self.address is not None:
             self._client(dask, self.address).close()
+
+    def standing(self) -> AbstractContextManager[Executor]:
+        return nullcontext(self)
 
     def _client(self, dask: Any, to: Any) -> Any:
         try:

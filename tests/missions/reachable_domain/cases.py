@@ -23,6 +23,36 @@ def domain() -> Domain:
     return Domain.of(paper())
 
 
+@cache
+def kick_stage() -> Scenario:
+    """5 t with 30 kN for 250 s from 51.6 degrees of inclination: its burn spans little of an orbit, so the domain is thin."""
+    bound = {"first": 200.0, "last": 200.0, "step": 100.0}
+    return Scenario.model_validate(
+        {
+            "mission": "reachable_domain",
+            "name": "kick stage",
+            "axes": "eci",
+            "vehicle": {
+                "mass_kg": 5000.0,
+                "dry_mass_kg": 1500.0,
+                "thrust_n": 30000.0,
+                "mass_flow_kg_s": 8.997495996864073,
+            },
+            "initial": {
+                "position_m": [3094818.5204263255, 4863274.553397475, 3361522.683773609],
+                "velocity_m_s": [-6141.166428115682, 704.7614000295973, 4644.170890382302],
+            },
+            "burn": {"duration_s": 250.0},
+            "grid": {
+                "inclination_deg": {"first": 52.0, "last": 60.0, "step": 8.0},
+                "raan_deg": {"first": 30.0, "last": 39.0, "step": 9.0},
+                "perigee_height_km": {"first": 200.0, "last": 300.0, "step": 100.0},
+            },
+            "boundary": {"azimuths": 48, "perigee_height_km": bound},
+        }
+    )
+
+
 def perigees(*heights_km: float) -> np.ndarray:
     """Perigee radii, canonical."""
     return 1.0 + 1e3 * np.array(heights_km) / 6378137.0

@@ -58,7 +58,7 @@ def test_the_attitude_programme_flies_to_the_planned_orbit() -> None:
 
 def test_a_point_that_is_not_reached_has_its_evidence_and_no_table() -> None:
     found = plan(paper(), point=(28.3, 351.3, 100.0))
-    assert found.status is PlanStatus.INFEASIBLE
+    assert found.status is PlanStatus.NOT_FOUND
     assert "deg short" in found.message
     assert found.verification is None
     assert found.tables() == {}

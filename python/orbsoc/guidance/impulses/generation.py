@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import minimize_scalar
 
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution
@@ -153,6 +152,8 @@ def primer_maxima(
     candidates_s: ArrayLike | None = None,
 ) -> tuple[Array, Array]:
     """Times and sizes of the local maxima of the primer over the window, its ends included; or over `candidates_s`."""
+    from scipy.optimize import minimize_scalar
+
     grid = np.linspace(*window_s, GRID + 1) if candidates_s is None else np.asarray(candidates_s, np.float64)
     sizes = impulses.primer_size(solution, grid)
     lower = np.concatenate([[-np.inf], sizes[:-1]])

@@ -23,7 +23,6 @@ from orbsoc.guidance.powered_flight import commanded
 from orbsoc.guidance.scp import Iteration, Solve
 from orbsoc.orbit.planes import inclination_and_node
 
-from .continuation.boundary import solve_boundary
 from .continuation.domain import Domain
 from .continuation.table import COUNTS, FLOATS, WORDS, PointStatus, PointTable
 from .direct.arcs import Arcs
@@ -50,7 +49,7 @@ SAMPLES = 201
 """Times of `attitude.csv`."""
 STATUS = {
     PointStatus.REACHED: PlanStatus.VERIFIED,
-    PointStatus.NOT_REACHED: PlanStatus.INFEASIBLE,
+    PointStatus.NOT_REACHED: PlanStatus.NOT_FOUND,
     PointStatus.SOLVER_FAILED: PlanStatus.FAILED,
 }
 
@@ -211,14 +210,15 @@ def plan(
 def reproduce(scenarios: Path) -> tuple[PaperRow, ...]:
     """The envelope of the paper's table 2 beside that of the boundary at its lowest perigee height."""
     from .query.envelope import envelope, limits
+    from .query.resolved_boundary import resolved_boundary
     from .query.results import ReachableDomain
 
     lowest = load_scenario(scenarios / "paper004_reach.toml").grid.perigee_height_km.first
     scenario = load_scenario(scenarios / "paper004_reach.toml").with_changes(
         boundary={"perigee_height_km": {"first": lowest, "last": lowest, "step": 1.0}}
     )
-    domain, half = Domain.of(scenario), scenario.boundary.azimuths // 2
-    boundary = solve_boundary(domain, np.linspace(0.0, 180.0, half, endpoint=False))
+    domain = Domain.of(scenario)
+    boundary = resolved_boundary(domain)
     found = ReachableDomain(scenario, PointTable.empty(0, domain.tools.grids).columns, boundary)
     return tuple(
         PaperRow(

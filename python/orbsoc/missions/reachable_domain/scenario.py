@@ -66,7 +66,14 @@ class BurnRules(Table):
 class Boundary(Table):
     """Where the boundary curve is sought: azimuths about the current plane, and perigee heights."""
 
-    azimuths: int = Field(default=144, ge=8, le=3600, multiple_of=2)
+    azimuths: int = Field(default=144, ge=8, le=3600, multiple_of=2, description="to begin with, all around")
+    tolerance_deg: float = Field(
+        default=0.02,
+        ge=1e-3,
+        le=10.0,
+        description="of the tilt between azimuths; above it there are more of them",
+    )
+    most_azimuths: int = Field(default=1440, ge=8, le=14400, multiple_of=2)
     perigee_height_km: Span
 
 
@@ -149,7 +156,10 @@ def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
         )
     yield from _altitude_complaints(scenario)
     yield from _grid_complaints(scenario)
-    method = scenario.method
+    edge, method = scenario.boundary, scenario.method
+    if edge.most_azimuths < edge.azimuths:
+        allowed = f"must be at least boundary.azimuths = {edge.azimuths}"
+        yield Complaint("boundary.most_azimuths", str(edge.most_azimuths), allowed)
     if method.fine_nodes < method.nodes:
         allowed = f"must be at least method.nodes = {method.nodes}"
         yield Complaint("method.fine_nodes", str(method.fine_nodes), allowed)

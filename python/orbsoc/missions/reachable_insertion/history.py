@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import cumulative_simpson  # pyright: ignore[reportUnknownVariableType]
 
 from orbsoc.orbit import EARTH, Thruster, elements_from_state
 
@@ -66,4 +65,6 @@ class History:
 
 
 def _integrated(rate: Array, times: Array) -> Array:
+    from scipy.integrate import cumulative_simpson  # pyright: ignore[reportUnknownVariableType]
+
     return np.asarray(cumulative_simpson(rate, x=times, initial=0.0), dtype=np.float64)

@@ -8,7 +8,6 @@ from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.integrate import solve_ivp  # pyright: ignore[reportUnknownVariableType]
 
 from ..array import Array
 from ..propagate import PropagationError
@@ -114,6 +113,8 @@ def _integrated(
 
 def _run(rate: Any, times: Array, start: Array, rtol: float) -> Array:
     """Scaled rows at the times after the first."""
+    from scipy.integrate import solve_ivp  # pyright: ignore[reportUnknownVariableType]
+
     integrate: Any = cast(Any, solve_ivp)  # published without types
     with np.errstate(over="ignore", invalid="ignore"):
         found = integrate(

@@ -23,7 +23,7 @@ def test_a_plan_whose_perigee_lies_elsewhere_is_not_counted(argp_deg: float) -> 
     table = solved(150.0, perigee={"argp_deg": argp_deg})
     if argp_deg == 30.0:
         assert table["status"][0] == PointStatus.NOT_REACHED.value
-        assert "no plan flew to its promise" in table["evidence"][0]
+        assert "may be circular" in table["evidence"][0]
     else:
         assert table["status"][0] == PointStatus.REACHED.value
         turned = np.deg2rad(table["argp_deg"][0] - argp_deg)

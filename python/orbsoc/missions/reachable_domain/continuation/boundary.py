@@ -36,6 +36,12 @@ COLUMNS = (
 _STATUS = [PointStatus.NOT_REACHED.value, PointStatus.SOLVER_FAILED.value, PointStatus.OUTSIDE.value]
 
 
+def first_azimuths(domain: Domain) -> Array:
+    """Equal steps over the upper half circle, degrees: the azimuths that the boundary begins with."""
+    half = domain.scenario.boundary.azimuths // 2
+    return np.asarray(np.arange(half) * (180.0 / half))
+
+
 def solve_boundary(domain: Domain, azimuth_deg: Array) -> dict[str, NDArray[Any]]:
     """Columns `COLUMNS` for azimuths and their opposites × the scenario's boundary heights; NaN tilts where no orbit meets
     the bound, or the sequence failed. The iterations stand with the azimuths that were solved."""

@@ -17,6 +17,7 @@ from ..scenario import Perigee, Scenario
 from .perigee_at_bound import lower_perigees
 from .table import PointTable
 from .tools import Tolerances, Tools
+from .turned_perigee import turn_perigees
 from .wavefront import PlaneSet, Wavefront
 
 Array = NDArray[np.float64]
@@ -77,6 +78,9 @@ class Domain:
         argp = None if perigee.argp_deg is None else float(np.deg2rad(perigee.argp_deg))
         planes = PlaneSet(np.asarray(inc_deg), np.asarray(raan_deg), np.asarray(heights), argp)
         continuation = self.scenario.method.continuation == "wavefront"
+        at_bound = perigee.condition == "equal"
         front = Wavefront.over(self.tools, self.frame, planes, continuation=continuation)
         table = front.run()
-        return lower_perigees(front) if perigee.condition == "equal" else table
+        if at_bound:
+            table = lower_perigees(front)
+        return table if argp is None else turn_perigees(front, at_bound=at_bound)

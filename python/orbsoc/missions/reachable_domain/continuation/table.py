@@ -34,7 +34,8 @@ class Origin(enum.StrEnum):
     LARGEST_TILT = "restart from the furthest tilt at its azimuth"
     PERIGEE_AT_BOUND = "perigee lowered to its bound by Newton"
     BELOW = "not reached at a lower bound already"
-    FREE = "restart from the plan with the perigee direction free"
+    TURNED = "perigee turned from its natural direction by Newton"
+    NEIGHBOUR = "restart from the plan of the nearest plane"
 
 
 FLOATS = (

@@ -16,6 +16,7 @@ from .domain import Domain
 
 AZIMUTHS_PER_SHARD = 24
 
+Array = NDArray[np.float64]
 Columns = dict[str, NDArray[Any]]
 
 
@@ -34,14 +35,12 @@ def grid_shards(domain: Domain) -> Iterator[tuple[int, dict[str, Any]]]:
         yield len(payload["inc_deg"]) * bounds, payload
 
 
-def boundary_shards(domain: Domain) -> Iterator[tuple[int, dict[str, Any]]]:
-    """Rows and payload of every shard of the boundary: some azimuths each, at all its perigee bounds.
+def boundary_shards(domain: Domain, azimuths: Array) -> Iterator[tuple[int, dict[str, Any]]]:
+    """Rows and payload of every shard of the boundary at some azimuths: a few each, at all its perigee bounds.
 
-    Azimuths of the upper half circle only: each row stands for its mirror image too (`boundary.furthest_planes`).
+    Azimuths of the upper half circle only: each row stands for its mirror image too (`boundary.solve_boundary`).
     """
     bounds = 2 * domain.scenario.boundary.perigee_height_km.count
-    half = domain.scenario.boundary.azimuths // 2
-    azimuths = np.arange(half) * (180.0 / half)
     document = domain.scenario.model_dump(mode="json")
     for start in range(0, len(azimuths), AZIMUTHS_PER_SHARD):
         part = azimuths[start : start + AZIMUTHS_PER_SHARD]

@@ -28,6 +28,10 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
+NEAR_RAD = float(np.deg2rad(5.0))
+"""Planes nearer than this are neighbours."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class PlaneSet:
     """P planes and K ascending perigee bounds; `argp` fixes the perigee direction, None leaves it free.
@@ -101,7 +105,41 @@ class Wavefront:
         else:
             self._try(first, Origin.COLD)
         self._settle()
+        if self.continuation:
+            self._from_neighbours()
         return self.table
+
+    def _from_neighbours(self) -> None:
+        """Try rows that were not found, though they lie within the edge, once each, from plans of near planes at their bound."""
+        table, tried = self.table, np.zeros(len(self.table), bool)
+        while True:
+            inside = ~(table["tilt_deg"] + np.rad2deg(RESOLUTION_RAD) > table["furthest_tilt_deg"])
+            lost = np.flatnonzero(~table.reached() & inside & ~tried)
+            near = self._nearest_plans(lost)
+            lost, near = lost[near >= 0], near[near >= 0]
+            if not lost.size:
+                return
+            tried[lost] = True
+            found = attempt(self.tools, self.target(lost), self.plans.arcs[near])
+            self._take(lost, found, Origin.NEIGHBOUR)
+            table["evidence"][lost[found.verified]] = ""
+
+    def _nearest_plans(self, rows: Index) -> Index:
+        """For each row the row whose plan is that of the nearest plane reached at its bound; −1 where none is within
+        NEAR_RAD."""
+        bounds, normal = len(self.planes.heights_km), self.planes.normal
+        every = np.arange(len(self.table))
+        owner = np.where(self.plans.verified, every, self.plan_below(every))
+        out = np.full(rows.size, -1)
+        reached = self.table.reached() & (owner >= 0)
+        for bound in np.unique(rows % bounds):
+            here, have = np.flatnonzero(rows % bounds == bound), np.flatnonzero(reached[bound::bounds])
+            if have.size:
+                closeness = normal[rows[here] // bounds] @ normal[have].T
+                best = closeness.argmax(axis=1)
+                near = closeness[np.arange(here.size), best] >= np.cos(NEAR_RAD)
+                out[here[near]] = owner[have[best[near]] * bounds + bound]
+        return out
 
     def _settle(self) -> None:
         """Until every row has a status: reuse and continue plans, and explain the lowest failure of every plane."""

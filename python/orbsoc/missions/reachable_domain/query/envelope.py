@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from orbsoc.orbit.planes import inclination_and_node
 
@@ -31,6 +30,8 @@ PAPER_PERIGEE_KM = 100.0
 """The lowest perigee height of its section 3.1."""
 SIDES = tuple((name, side) for name in ("inclination", "node") for side in (0, 1))
 """Which limits, lowest first."""
+CURVE_STEPS = 6
+"""Points of a drawn edge for each azimuth that was solved."""
 SAME = 1e-6
 """Relative difference up to which a state is the paper's."""
 
@@ -38,12 +39,13 @@ SAME = 1e-6
 @dataclass(frozen=True, slots=True)
 class Limit:
     """One limit of the planes at the lowest perigee bound, degrees, NaN for none: the outermost grid plane reached, the limit
-    on the axis through the current plane, and that of the whole set."""
+    on the axis through the current plane, and that of the whole set with the error that the edge's own error makes."""
 
     limit: str
     grid_deg: float
     axis_deg: float
     whole_deg: float
+    whole_error_deg: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,19 +68,22 @@ def limits(domain: ReachableDomain) -> list[Limit]:
         "node": _near(domain.points["raan_deg"][reached], raan_now),
     }
     note = edge_note(domain.domain)
-    inc, raan = edge_curve(domain, height) if not note else (np.array([np.nan]), np.array([np.nan]))
-    whole = {"inclination": inc, "node": raan}
+    none = np.array([np.nan])
+    curves = [(none, none)] if note else [edge_curve(domain, height, errors=k) for k in (0.0, -1.0, 1.0)]
+    whole = [dict(zip(("inclination", "node"), curve, strict=True)) for curve in curves]
     rows: list[Limit] = []
     for name, side in SIDES:
         start, sign = (inc_now if name == "inclination" else raan_now), (-1.0 if side == 0 else 1.0)
         pick = (np.min, np.max)[side]
+        ends = [float(pick(curve[name])) for curve in whole]
         axis = float("nan") if note else _along_axis(domain, height, name, inc_now, raan_now, sign)
         rows.append(
             Limit(
                 limit=f"{('lowest', 'highest')[side]} {name}",
                 grid_deg=float(pick(grid[name])) if grid[name].size else float("nan"),
                 axis_deg=start + axis,
-                whole_deg=float(pick(whole[name])),
+                whole_deg=ends[0],
+                whole_error_deg=max(abs(end - ends[0]) for end in ends),
             )
         )
     return rows
@@ -112,10 +117,16 @@ def is_paper_case(scenario: Scenario) -> bool:
     return bool(max(off) <= SAME)
 
 
-def edge_curve(domain: ReachableDomain, height_km: float, count: int = 721) -> tuple[Array, Array]:
-    """Inclinations and nodes (degrees, nodes near the current one) along the edge at a perigee height, closed."""
-    azimuth = np.linspace(0.0, 360.0, count)
-    tilt = np.deg2rad(domain.limit(azimuth, height_km))
+def edge_curve(domain: ReachableDomain, height_km: float, *, errors: float = 0.0) -> tuple[Array, Array]:
+    """Inclinations and nodes (degrees, nodes near the current one) along the edge at a perigee height, closed, moved outwards
+    by that number of its stated errors. Steps are finest where the azimuths of the edge lie closest."""
+    known = np.append(domain.limit.azimuth_deg, domain.limit.azimuth_deg[0] + 360.0)
+    places = np.linspace(0.0, len(known) - 1.0, CURVE_STEPS * (len(known) - 1) + 1)
+    azimuth = np.interp(places, np.arange(len(known)), known)
+    tilt_deg = domain.limit(azimuth, height_km)
+    if errors:
+        tilt_deg = np.maximum(tilt_deg + errors * domain.limit.error_deg(azimuth, height_km), 0.0)
+    tilt = np.deg2rad(tilt_deg)
     inc, raan = inclination_and_node(domain.domain.frame.tilted(tilt, np.deg2rad(azimuth)))
     raan_now = float(np.rad2deg(inclination_and_node(domain.domain.frame.normal)[1]))
     return np.rad2deg(inc), _near(np.rad2deg(raan), raan_now)
@@ -136,6 +147,8 @@ def _along_axis(
         raan = raan_now + (sign * change if name == "node" else 0.0)
         tilt, azimuth = domain.tilt_and_azimuth_deg(inc, raan)
         return float(domain.limit(azimuth, height)) - tilt
+
+    from scipy.optimize import brentq
 
     steps = np.arange(0.0, 90.0, 0.5)
     for low, high in pairwise(steps):

@@ -65,7 +65,7 @@ class Margin:
         if not burn.converged:
             return Verdict.NOT_FOUND
         if burn.left_s < 0.0:
-            return Verdict.BEYOND
+            return Verdict.BEYOND if burn.left_s < -burn.error_s else Verdict.TOO_CLOSE
         return Verdict.WITHIN if burn.verified else Verdict.NOT_FLOWN
 
     @property

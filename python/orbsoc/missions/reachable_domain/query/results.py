@@ -25,6 +25,7 @@ from ..scenario import Scenario
 from .largest_orbit import LargestOrbits
 from .margin import Margin, Verdict
 from .requested_orbit import check_orbit
+from .resolved_boundary import next_azimuths
 from .shortest_burn import shortest_burn
 from .tilt_limit import TiltLimit
 
@@ -172,6 +173,9 @@ def load(folder: str | PathLike[str]) -> ReachableDomain:
     grid, edge = scenario.grid, scenario.boundary
     rows = grid.inclination_deg.count * grid.raan_deg.count * grid.perigee_height_km.count
     edge_rows = 2 * (edge.azimuths // 2) * edge.perigee_height_km.count
+    if len(boundary["azimuth_deg"]) >= edge_rows:  # what was added where the edge bends
+        edge_rows = len(boundary["azimuth_deg"])
+        edge_rows += 2 * len(next_azimuths(edge, boundary)) * edge.perigee_height_km.count
     for name, found, expected in ((POINTS, points, rows), (BOUNDARY, boundary, edge_rows)):
         have = len(next(iter(found.values())))
         if have != expected:
