@@ -19,12 +19,14 @@ from .exact_cycles import exact_cycles
 @dataclass(frozen=True, slots=True)
 class SolvePrice:
     """Modelled price of a solve: its interior-point iterations in the mean, the PL's cycles per iteration (a solve's start
-    is shared out among them), the most cycles of a solve that was priced, and the clock that counts them."""
+    is shared out among them), the most cycles of a solve that was priced, the clock that counts them, and how many times
+    as long everything on the PS takes."""
 
     iterations: float
     cycles_per_iteration: float
     most_cycles: float
     pl_clock_mhz: float
+    speedup: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,4 +67,6 @@ class RepresentativeSolves:
             cycles_per_iteration=float(priced.sum() / iterations.sum()),
             most_cycles=float(priced.max()),
             pl_clock_mhz=clock,
+            speedup=sum(report.baseline_ms.nominal for report in reports)
+            / sum(report.makespan_ms.nominal for report in reports),
         )

@@ -23,7 +23,7 @@ def test_a_shipped_platform_loads_and_every_number_has_a_source(name: str) -> No
     platform = load_platform(name)
     assert platform.name == name
     rows = dict(platform.parameters())
-    assert len(rows) == len(list(platform.parameters())) == 79
+    assert len(rows) == len(list(platform.parameters())) == 90
     for row in rows.values():
         assert row.tag in ("sourced", "measured", "assumed")
         assert row.source.strip()
