@@ -72,8 +72,8 @@ def powered_descent(nodes: int, seed: int) -> Problem:
     return b.build()
 
 
-def rendezvous(nodes: int, seed: int) -> Problem:
-    """Reach a point below the target with least Σ‖Δv‖: impulses bounded, an approach cone over the last third.
+def rendezvous(nodes: int, seed: int, *, approach_cone: bool = True) -> Problem:
+    """Reach a point below the target with least Σ‖Δv‖: impulses bounded, an approach cone over the last third or none.
 
     Clohessy–Wiltshire motion over one revolution, z to the centre of attraction, x along the target's velocity;
     lengths in km, time in radians of the target's orbit, so that speeds are in km · mean motion.
@@ -94,6 +94,8 @@ def rendezvous(nodes: int, seed: int) -> Problem:
         )
         b.second_order([([size.index[k], *impulse.index[k]], -np.eye(4))], np.zeros(4))
         b.nonnegative([(size.index[k : k + 1], np.ones((1, 1)))], [3.0])
+    if not approach_cone:
+        return b.build()
     opening = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     for k in range(nodes - nodes // 3, nodes):
         b.second_order([(x.index[k, :3], -opening)], np.zeros(3))  # ‖(x, y)‖ ≤ z

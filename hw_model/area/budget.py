@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from hw_model.timing.stage_cycles import Microcode, Origin, StageCycles, estimated
+from hw_model.timing.stream import is_streamed
 
 from .engine import (
     KINDS,
@@ -28,7 +29,10 @@ from .engine import (
     line_bits,
     logic_luts,
     multiplier_dsp,
+    require_buildable,
     storage_bram18,
+    storage_in_uram,
+    uram,
 )
 
 if TYPE_CHECKING:
@@ -102,11 +106,14 @@ class Budget:
 def budget(trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles = estimated) -> Budget:
     """What the engine of `platform` takes with the segments and buffers of `partition`; nothing without a PL.
 
-    Patterns are loaded one at a time: storage and microcode are those of the largest.
+    Patterns are loaded one at a time: storage and microcode are those of the largest. Raises HwModelError for an engine
+    that rtl/ cannot be.
     """
+    if partition.uses_pl:
+        require_buildable(platform.pl)
     area, pl, there = platform.area, platform.pl, platform.resources
-    storage = max((_storage_words(pattern, partition) for pattern in trace.patterns), default=0)
-    shape = engine_shape(trace, platform, partition)
+    storage, rows = _storage(trace, platform, partition, cycles)
+    shape = engine_shape(trace, platform, partition, cycles)
     packed = pl.microcode_format.value == "compressed"
     wide = line_bits(shape) if packed else shape.microcode_bits
     code = max(
@@ -115,14 +122,27 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
         default=_NOTHING,
     )
     used: Counter[Kind] = Counter()
-    halves = 0
+    halves = stored = 0
     if partition.uses_pl:
-        halves = bram18(code.lines, wide)
-        used["lut"] = logic_luts(shape, area) + (decoder_luts(shape, area) if packed else 0)
+        streamed = pl.microcode_memory.value in ("streamed", "streamed_start")
+        lines = code.lines + (2 * -(-8 * pl.stream_buffer_bytes.value // wide) if streamed else 0)
+        if pl.microcode_memory.value == "ultra_ram":
+            used["uram"] += uram(lines, wide)
+        else:
+            halves = bram18(lines, wide)
+        if pl.storage_memory.value == "ultra_ram":
+            blocks, stored, chosen = storage_in_uram(shape, rows)
+            used["uram"] += blocks
+            used["lut"] += chosen
+        else:
+            stored = storage_bram18(shape, rows)
+        used["lut"] += logic_luts(shape, area) + (decoder_luts(shape, area) if packed else 0)
         used["ff"] = flip_flops(shape, area, math.ceil(math.log2(max(2, code.lines))))
         used["ff"] += decoder_flip_flops(shape, area) if packed else 0
+        used["lut"] += area.lut_stream.value if streamed else 0
+        used["ff"] += area.ff_stream.value if streamed else 0
         used["dsp"] = shape.lanes * multiplier_dsp(SIGNIFICAND_BITS[shape.datapath])
-        used["bram36"] = math.ceil((storage_bram18(shape) + halves) / 2)
+        used["bram36"] = math.ceil((stored + halves) / 2)
     uses = tuple(
         Use(kind, used[kind], getattr(there, kind).value, getattr(area, f"{kind}_ceiling").value)
         for kind in KINDS
@@ -130,12 +150,26 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
     return Budget(uses, storage, code.words, code.bits, code.flat_bits, code.origin, math.ceil(halves / 2))
 
 
-def engine_shape(trace: Trace, platform: Platform, partition: Partition) -> Shape:
+def engine_shape(
+    trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles = estimated
+) -> Shape:
     """The engine with storage for the largest pattern."""
     pl = platform.pl
-    storage = max((_storage_words(pattern, partition) for pattern in trace.patterns), default=0)
+    storage, _ = _storage(trace, platform, partition, cycles)
     address_bits = max(8, math.ceil(math.log2(max(2, storage))))
     return Shape(trace.datapath, pl.lanes.value, pl.dividers.value, pl.banks.value, address_bits)
+
+
+def _storage(
+    trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles
+) -> tuple[int, int | None]:
+    """Words of storage of one replica, and the rows of a bank where these are not a power of two."""
+    storage = max((_storage_words(pattern, partition) for pattern in trace.patterns), default=0)
+    if platform.pl.storage_depth.value != "exact":
+        return storage, None
+    needed = [_needed_words(trace, platform, partition, p, cycles) for p in range(len(trace.patterns))]
+    storage = max((words for words in needed if words is not None), default=storage)
+    return storage, max(1, -(-storage // platform.pl.banks.value))
 
 
 def _storage_words(pattern: Pattern, partition: Partition) -> int:
@@ -146,6 +180,17 @@ def _storage_words(pattern: Pattern, partition: Partition) -> int:
         for buffer in (*stage.reads, *stage.writes)
     }
     return math.ceil(_words(pattern, on_pl) * (1.0 + TEMPORARIES))
+
+
+def _needed_words(
+    trace: Trace, platform: Platform, partition: Partition, p: int, cycles: StageCycles
+) -> int | None:
+    """Words of storage that a pattern's schedules need: those of all six modules are an upper bound for fewer."""
+    pattern = trace.patterns[p]
+    names = [name for name, stage in pattern.stages.items() if partition.side(stage.module) == "pl"]
+    found = cycles(trace, platform, p, names[0]).storage_words if names else None
+    whole = all(side == "pl" for side in partition.modules.values())
+    return found if whole or found is None else min(found, _storage_words(pattern, partition))
 
 
 def _words(pattern: Pattern, buffers: Iterable[str]) -> int:
@@ -174,7 +219,8 @@ def _stored(
     shape: Shape,
     wide: int,
 ) -> _Code:
-    """Microcode of each segment of a pattern, kept once however often it is launched, each from a line of its own."""
+    """Microcode on the chip of each segment of a pattern, kept once however often it is launched, each from a line of its
+    own; what is streamed is not there."""
     words = bits = flat_bits = lines = 0
     origin: Origin = "estimate"
     packed = platform.pl.microcode_format.value == "compressed"
@@ -183,6 +229,8 @@ def _stored(
         if partition.side(stage.module) != "pl":
             continue
         found = cycles(trace, platform, p, name)
+        if is_streamed(trace, platform, p, name):
+            continue
         flat = found.cycles * shape.microcode_bits
         code = found.microcode or Microcode(found.cycles, flat, math.ceil(flat / by))
         words, bits, flat_bits = words + code.words, bits + code.bits, flat_bits + code.flat_bits

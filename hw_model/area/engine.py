@@ -17,18 +17,20 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+from hw_model.errors import HwModelError
 from hw_model.vocabulary import Datapath
 
 if TYPE_CHECKING:
-    from hw_model.platform.sections import Area
+    from hw_model.platform.sections import Area, Pl
 
-Kind = Literal["lut", "ff", "dsp", "bram36"]
-KINDS: tuple[Kind, ...] = ("lut", "ff", "dsp", "bram36")
+Kind = Literal["lut", "ff", "dsp", "bram36", "uram"]
+KINDS: tuple[Kind, ...] = ("lut", "ff", "dsp", "bram36", "uram")
 WIDTH_BITS: dict[Datapath, int] = {"f64": 64, "f32": 32}
 SIGNIFICAND_BITS: dict[Datapath, int] = {"f64": 53, "f32": 24}
 REPLICAS = 3
 """Copies of each bank, one a read port: operands a, b and c."""
 
+URAM_ROWS = 4096
 _WHOLE = ((512, 72), (1024, 36), (2048, 18), (4096, 9), (8192, 4), (16384, 2), (32768, 1))
 _HALF = ((512, 36), (1024, 18), (2048, 9), (4096, 4), (8192, 2), (16384, 1))
 """(rows, bits) that a block RAM, or half of one, can be; one write and one read port."""
@@ -58,6 +60,18 @@ class Shape:
     def microcode_bits(self) -> int:
         """Bits of a flat microcode word (docs/pl-machine.md, Flat microcode)."""
         return 1 + self.lanes * (4 * self.address_bits + 4) + self.dividers * (3 * self.address_bits + 2)
+
+
+MOST = {"lanes": 16, "dividers": 4, "banks": 64}
+"""Largest engine that the scheduler takes; a test holds it against the scheduler's own limits."""
+
+
+def require_buildable(pl: Pl) -> None:
+    """Raise HwModelError for an engine that rtl/ cannot be: a schedule would refuse it, and so must an estimate."""
+    for name, most in MOST.items():
+        value = getattr(pl, name).value
+        if value > most:
+            raise HwModelError(f"`pl.{name}` = {value}: no engine of rtl/ has more than {most}")
 
 
 def logic_luts(shape: Shape, area: Area) -> int:
@@ -117,9 +131,25 @@ def or_luts(words: int) -> int:
     return math.ceil((2 * words - 1) / 5) if words <= 8 else math.ceil(2 * words / 3)
 
 
-def storage_bram18(shape: Shape) -> int:
-    """Halves of block RAMs of the storage, all replicas."""
-    return REPLICAS * shape.banks * bram18(1 << shape.row_bits, shape.word_bits)
+def storage_bram18(shape: Shape, rows: int | None = None) -> int:
+    """Halves of block RAMs of the storage, all replicas, with a power of two of rows in each bank or with `rows`."""
+    return REPLICAS * shape.banks * bram18(rows or 1 << shape.row_bits, shape.word_bits)
+
+
+def storage_in_uram(shape: Shape, rows: int | None = None) -> tuple[int, int, int]:
+    """UltraRAMs, halves of block RAMs and lookup tables of the storage, all replicas: rows that fill no further UltraRAM lie
+    in block RAM, and a lookup table a bit chooses between the two."""
+    rows = rows or 1 << shape.row_bits
+    whole = max(1, rows // URAM_ROWS) * URAM_ROWS
+    memories, rest = REPLICAS * shape.banks, max(0, rows - whole)
+    halves = bram18(rest, shape.word_bits) if rest else 0
+    luts = shape.word_bits if rest else 0
+    return memories * uram(whole, shape.word_bits), memories * halves, memories * luts
+
+
+def uram(rows: int, bits: int) -> int:
+    """UltraRAMs of a memory of `rows` × `bits`: each is 4096 × 72."""
+    return -(-rows // URAM_ROWS) * -(-bits // 72)
 
 
 def multiplier_dsp(significand_bits: int) -> int:

@@ -47,7 +47,7 @@ def pareto_figure(
             label="Pareto front, with its band",
         )  # fmt: skip
         axes.axvline(100.0, color="black", linestyle="--", linewidth=0.8)
-        _log_axis(
+        log_axis(
             axes.yaxis, [time for point in points for time in (point.time_ms.low, point.times_ms[0])] + tops
         )
         widest = min(400.0, 1.05 * max(100.0, *(100 * point.area_share for point in own)))
@@ -61,7 +61,7 @@ def pareto_figure(
     return finished(figure, path)
 
 
-def _log_axis(axis: Axis, values: Sequence[float]) -> None:
+def log_axis(axis: Axis, values: Sequence[float]) -> None:
     """A logarithmic axis over `values` with ticks at 1, 2 and 5 of each decade, in plain digits."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
@@ -134,7 +134,7 @@ def roofline_figure(rows: Sequence[Roof], platform: Platform, path: str | Path |
     axes.plot([], [], "o", color=GREY, label="(round) while computing")
     axes.plot([], [], "v", color=GREY, label="(triangle) with copies and interrupts")
     axes.set_xscale("log")
-    _log_axis(axes.yaxis, [0.9 * min(row.gops_with_link for row in rows), peak])
+    log_axis(axes.yaxis, [0.9 * min(row.gops_with_link for row in rows), peak])
     axes.set_xlabel("operations per byte across the link")
     axes.set_ylabel("modelled Gop/s")
     axes.set_title(f"Modelled roofline: {platform.name}", fontsize=10)

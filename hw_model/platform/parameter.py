@@ -19,10 +19,14 @@ Fraction01 = Annotated[float, Field(gt=0.0, le=1.0, strict=True, allow_inf_nan=F
 Exponent = Annotated[float, Field(ge=1.0, le=64.0, strict=True, allow_inf_nan=False)]
 Count = Annotated[int, Field(ge=0, le=10**9, strict=True)]
 Units = Annotated[int, Field(ge=1, le=1024, strict=True)]
+Bytes = Annotated[int, Field(ge=64, le=1 << 20, strict=True)]
 Banks = Annotated[int, Field(ge=1, le=1024, strict=True), AfterValidator(lambda count: _power_of_two(count))]
 Completion = Annotated[str, Field(pattern="^(interrupt|polling)$")]
 Schedule = Annotated[str, Field(pattern="^(serial|overlapped)$")]
 MicrocodeFormat = Annotated[str, Field(pattern="^(flat|compressed)$")]
+StorageMemory = Annotated[str, Field(pattern="^(block_ram|ultra_ram)$")]
+StorageDepth = Annotated[str, Field(pattern="^(power_of_two|exact)$")]
+MicrocodeMemory = Annotated[str, Field(pattern="^(block_ram|ultra_ram|streamed|streamed_start)$")]
 
 
 def _power_of_two(count: int) -> int:

@@ -11,6 +11,9 @@ from hw_model.vocabulary import PL_MODULES, Module, PlModule, Side
 
 from .data_file import Table, is_table, read, shipped
 
+BEST = "best"
+"""In place of a name: the fastest partition of a run that fits, which `hw_model.report.best` finds."""
+
 
 class Partition(BaseModel):
     """A side for each of the six modules. Stages of class `ps` stay on the PS, always."""
@@ -44,6 +47,11 @@ def load_partition(name_or_path: str | Path) -> Partition:
     named = str(name_or_path).split("+")
     if len(named) > 1 or named[0] in PL_MODULES:
         return on_pl(*named)
+    if str(name_or_path) == BEST:
+        raise PartitionError(
+            f"partition {BEST!r} is chosen for one run on one platform, and there is none here; name a partition"
+            " (`orbsoc hw partition` prices all)"
+        )
     raw, where = read("partition", "partitions", name_or_path, PartitionError)
     return parse_partition(raw, where)
 

@@ -11,6 +11,7 @@ from hw_model.vocabulary import Datapath
 
 from .parameter import (
     Banks,
+    Bytes,
     Completion,
     Count,
     Duration,
@@ -18,11 +19,14 @@ from .parameter import (
     Exponent,
     Fraction01,
     MicrocodeFormat,
+    MicrocodeMemory,
     Parameter,
     PlClock,
     PsClock,
     Rate,
     Schedule,
+    StorageDepth,
+    StorageMemory,
     Units,
 )
 
@@ -107,10 +111,16 @@ class Pl(Section):
     `banks` of storage and the `microcode_format` ("flat", or "compressed", which takes fewer bits and some more cycles)
     enter exact schedules and the budget; `microcode_compression` (flat bits over stored bits) a budget from estimates
     alone, for schedules count the bits.
+
+    `storage_memory` and `microcode_memory` say where the two lie: "block_ram", "ultra_ram", or for microcode "streamed", from
+    DDR memory by a double buffer on the chip, each half of `stream_buffer_bytes`, over `stream_ports` ports of its own of
+    `stream_bytes_per_cycle` each, the first after `stream_start_us`. "streamed_start": only segments that run once an attempt
+    are streamed, those of the iteration lie in block RAM. `storage_depth`: rows of a bank, a "power_of_two" as in rtl/,
+    or as many as the schedules need ("exact").
     """
 
     more_is_faster: ClassVar[frozenset[str]] = frozenset(
-        {"clock_mhz", "lanes", "dividers", "overlap_exponent"}
+        {"clock_mhz", "lanes", "dividers", "overlap_exponent", "stream_bytes_per_cycle", "stream_ports"}
     )
 
     clock_mhz: Parameter[PlClock]
@@ -119,6 +129,13 @@ class Pl(Section):
     banks: Parameter[Banks]
     microcode_format: Parameter[MicrocodeFormat]
     microcode_compression: Parameter[Exponent]
+    storage_memory: Parameter[StorageMemory]
+    storage_depth: Parameter[StorageDepth]
+    microcode_memory: Parameter[MicrocodeMemory]
+    stream_bytes_per_cycle: Parameter[Rate]
+    stream_buffer_bytes: Parameter[Bytes]
+    stream_ports: Parameter[Units]
+    stream_start_us: Parameter[Duration]
     segment_overhead_cycles: Parameter[Count]
     overlap_exponent: Parameter[Exponent]
     latency_preset: str
@@ -201,10 +218,13 @@ class Area(Section):
     lut_decoder_per_line_bit: Parameter[Count]
     ff_decoder: Parameter[Count]
     ff_decoder_per_lane: Parameter[Count]
+    lut_stream: Parameter[Count]
+    ff_stream: Parameter[Count]
     lut_ceiling: Parameter[Fraction01]
     ff_ceiling: Parameter[Fraction01]
     dsp_ceiling: Parameter[Fraction01]
     bram36_ceiling: Parameter[Fraction01]
+    uram_ceiling: Parameter[Fraction01]
 
 
 class Energy(Section):
@@ -244,3 +264,4 @@ class Resources(Section):
     ff: Parameter[Count]
     dsp: Parameter[Count]
     bram36: Parameter[Count]
+    uram: Parameter[Count] = Parameter(value=0, tag="assumed", source="none is listed for the part")

@@ -10,11 +10,13 @@ from hw_model.energy.joules import EnergyUse, counter_of, energy_use
 from hw_model.timing.actions import actions_of
 from hw_model.timing.durations import Durations
 from hw_model.timing.stage_cycles import StageCycles, estimated
-from hw_model.timing.timeline import Timeline, as_partition, as_platform, simulate
+from hw_model.timing.timeline import Timeline, simulate
 from hw_model.timing.trace import parse_trace
 from hw_model.vocabulary import CAUSES, MODULES, Cause, Module
 
 from .bands import corners_of
+from .speedup import ESTIMATED_WORDS
+from .usage import TIMELINE_USAGE, is_scheduled, why_ignored
 
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition
@@ -43,15 +45,21 @@ class Difference:
     by_module: dict[Module, tuple[int, int]]
     by_module_and_cause: dict[tuple[Module, Cause], tuple[int, int]]
     parameters: tuple[tuple[str, object, object], ...]
-    """Every parameter in which the two computers differ, with both values."""
+    """Every parameter in which the two computers differ and that either run reads, with both values."""
     moved: tuple[str, ...]
     """Modules that are on another side."""
     a_energy: EnergyUse
     b_energy: EnergyUse
+    estimated: bool
+    """Whether cycles of the PL are estimated on either side."""
 
     @property
     def headline(self) -> str:
-        """One sentence: which is faster, by how much, and the largest cause."""
+        """One sentence: which is faster, by how much, the largest cause, and whether PL cycles are estimated."""
+        return self._comparison + (ESTIMATED_WORDS if self.estimated else "")
+
+    @property
+    def _comparison(self) -> str:
         change = self.b_picoseconds - self.a_picoseconds
         if not change:
             return f"modelled: {self.a} and {self.b} take the same time, {self.a_picoseconds / 1e9:.3f} ms"
@@ -103,13 +111,11 @@ def explain(
 ) -> Difference:
     """What B takes more or less than A on the same trace. Raises TraceError."""
     checked = parse_trace(trace)
-    one, other = (
-        simulate(checked, as_platform(side.platform), as_partition(side.partition), cycles) for side in (a, b)
-    )
+    one, other = (simulate(checked, side.platform, side.partition, cycles) for side in (a, b))
     parameters = tuple(
         (key, mine.value, theirs.value)
         for (key, mine), (_, theirs) in zip(a.platform.parameters(), b.platform.parameters(), strict=True)
-        if mine.value != theirs.value
+        if mine.value != theirs.value and _read(key, checked, a, b, cycles)
     )
     moved = tuple(name for name, side in a.partition.modules.items() if b.partition.modules[name] != side)
     causes, modules = _pairs(one, other, "cause"), _pairs(one, other, "module")
@@ -124,7 +130,12 @@ def explain(
         {(m, c): both[m, c] for m in MODULES for c in CAUSES if (m, c) in both},
         parameters,
         moved,
-        *(_energy(checked, side, cycles) for side in (a, b)),
+        _energy(checked, a, cycles),
+        _energy(checked, b, cycles),
+        any(
+            side.partition.uses_pl and not is_scheduled(checked, side.partition, side.platform, cycles)
+            for side in (a, b)
+        ),
     )
 
 
@@ -132,9 +143,15 @@ def _energy(trace: Trace, side: Configuration, cycles: StageCycles) -> EnergyUse
     """Over the corners of the assumed bands."""
     corners = [
         Durations(trace, corner, uses_pl=side.partition.uses_pl, cycles=cycles)
-        for corner in corners_of(as_platform(side.platform))
+        for corner in corners_of(side.platform)
     ]
     return energy_use(corners, counter_of(actions_of(trace, side.partition), side.partition))
+
+
+def _read(key: str, trace: Trace, a: Configuration, b: Configuration, cycles: StageCycles) -> bool:
+    """Whether the time of either side depends on the parameter."""
+    usages = ((side, TIMELINE_USAGE.of(trace, side.partition, side.platform, cycles)) for side in (a, b))
+    return any(why_ignored(key, side.platform, usage) is None for side, usage in usages)
 
 
 def _pairs(one: Timeline, other: Timeline, *levels: Any) -> dict[tuple[Any, ...], tuple[int, int]]:

@@ -19,6 +19,7 @@ from hw_model.vocabulary import CAUSES, PICOSECONDS_PER_MS, Cause, Datapath, Sid
 from . import markdown
 from .assumptions import Assumption, assumptions
 from .bands import Band, band_of, corners_of
+from .best import chosen_partition
 from .bottleneck import bottleneck_of
 from .rows import (
     CopyRow,
@@ -32,6 +33,7 @@ from .rows import (
     solve_rows,
     stage_rows,
 )
+from .throughput import Throughput, throughputs
 from .usage import WORST_CASE_USAGE, ParameterUse
 
 if TYPE_CHECKING:
@@ -50,6 +52,8 @@ NOT_MODELLED = (
     "Copies inside a stage are free unless the trace counts them as moves.",
     "Whether the buffers and the engine fit into the device is `orbsoc hw budget`'s question.",
 )
+ESTIMATED_WORDS = "; PL cycles are estimated, not scheduled"
+"""The end of a headline without schedules."""
 ESTIMATED = (
     "PL cycles are an estimate between bounds: banks, ports, crossbar and instruction fetch are left out.",
 )
@@ -103,11 +107,17 @@ class Report:
     deadline: Deadline | None
     energy: EnergyUse
     baseline_energy: EnergyUse
+    throughput: tuple[Throughput, ...]
+    """Problems of these patterns back to back, with one, two and four in flight."""
     assumptions: tuple[Assumption, ...]
 
     @property
     def headline(self) -> str:
-        """One sentence that says how this partition does against the baseline."""
+        """One sentence that says how this partition does against the baseline, and whether PL cycles are estimated."""
+        return self._comparison + (ESTIMATED_WORDS if self.estimated else "")
+
+    @property
+    def _comparison(self) -> str:
         times = f"{_ms(self.makespan_ms)} against {_ms(self.baseline_ms)}"
         what = f"modelled: {self.partition} on {self.device}"
         if self.partition == self.baseline:
@@ -119,6 +129,11 @@ class Report:
             return f"{what} is faster than {self.baseline}: speedup {ratio}, {times}"
         leaning = "slower" if self.speedup.nominal < 1.0 else "faster"
         return f"{what} may be faster or slower than {self.baseline}, nominally {leaning}: speedup {ratio}, {times}"
+
+    @property
+    def estimated(self) -> bool:
+        """Whether cycles of the PL are estimated; schedules, which equal the RTL, give other ones."""
+        return any(row.origin == "estimate" for row in self.stages)
 
     @property
     def deadline_line(self) -> str:
@@ -151,8 +166,7 @@ class Report:
     @property
     def not_modelled(self) -> tuple[str, ...]:
         """What the numbers leave out."""
-        guessed = any(row.origin == "estimate" for row in self.stages)
-        return ESTIMATED + NOT_MODELLED if guessed else NOT_MODELLED
+        return ESTIMATED + NOT_MODELLED if self.estimated else NOT_MODELLED
 
     @property
     def slower_modules(self) -> tuple[ModuleRow, ...]:
@@ -198,6 +212,8 @@ class Report:
             "## Modelled energy",
             f"{self.energy_line}.",
             markdown.energy_table(self.energy),
+            "## Modelled throughput",
+            "\n".join(f"- {found.words}" for found in self.throughput),
             "## Transfers and interrupts",
             f"{self.launches} launches, {self.interrupts} interrupts.\n{markdown.copy_table(self.copies)}",
         ]
@@ -212,7 +228,8 @@ def speedup(
     baseline: Partition | str | Path = "all_ps",
     cycles: StageCycles = estimated,
 ) -> Report:
-    """Compare `partition` with `baseline` on the same `platform` and trace (objects, names or paths).
+    """Compare `partition` with `baseline` on the same `platform` and trace (objects, names or paths; "best" is the fastest
+    partition that fits).
 
     Bands come from the parameters that have `low` and `high`: PS, fabric (PL, link and interrupts) and generation
     of the problems are taken to their slow and fast ends independently. `deadline_ms` is for the whole trace.
@@ -221,7 +238,8 @@ def speedup(
     if deadline_ms is not None and not (math.isfinite(deadline_ms) and deadline_ms > 0.0):
         raise HwModelError(f"`deadline_ms` = {deadline_ms!r}: must be a positive number of milliseconds")
     trace, platform = parse_trace(trace), as_platform(platform)
-    partition, base = as_partition(partition), as_partition(baseline)
+    partition = chosen_partition(partition, trace, platform, cycles)
+    base = as_partition(baseline)
     actions, durations, timeline = _run(trace, platform, partition, cycles)
     base_actions, base_durations, before = _run(trace, platform, base, cycles)
     if not before.makespan_picoseconds or not timeline.makespan_picoseconds:
@@ -261,6 +279,7 @@ def speedup(
         copies=tuple(copy_rows(actions, durations)),
         interrupts=kinds.count("interrupt"),
         launches=kinds.count("launch"),
+        throughput=tuple(throughputs(trace, platform, partition, base, cycles)),
         deadline=None if deadline_ms is None else _judge(deadline_ms, makespan_ms, worst_ms),
         energy=_energy(actions, durations, partition),
         baseline_energy=_energy(base_actions, base_durations, base),

@@ -52,8 +52,8 @@ class Point:
 
     @property
     def area_share(self) -> float:
-        """Share of the ceiling that the tightest resource takes: above 1, the engine does not fit."""
-        return self.budget.tightest.share / self.budget.tightest.ceiling
+        """Share of the ceiling that the tightest resource takes: above 1, the engine does not fit; 1e6 of none at all."""
+        return min(1e6, self.budget.tightest.share / self.budget.tightest.ceiling)
 
     def row(self) -> dict[str, Any]:
         """Flat, for a table."""

@@ -13,19 +13,20 @@ errors.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hw_model.errors import HwModelError
+from hw_model.errors import HwModelError, PlatformError
 from hw_model.platform.data_file import is_table, read_toml
 from hw_model.platform.partition import load_partition
 from hw_model.platform.platform import load_platform
 
 from .study import Point, Study
-from .usage import STUDY_USAGE, require_used
+from .usage import STUDY_USAGE, ParameterUse, require_used
 
 if TYPE_CHECKING:
     from hw_model.platform.platform import Platform
@@ -79,44 +80,71 @@ def checked(sweep: Sweep, where: str) -> Sweep:
     if sweep.size > MAX_POINTS:
         raise SweepError(f"{where}: {sweep.size} points; at most {MAX_POINTS}")
     _no_twins(sweep, where)
-    for _ in computers(sweep):
-        pass
+    possible_computers(sweep)
     return sweep
 
 
-def computers(sweep: Sweep) -> Iterator[tuple[Platform, dict[str, Any]]]:
-    """Every computer of the grid with its settings, device by device."""
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """A computer of the grid that cannot be, or cannot be priced, and why."""
+
+    device: str
+    settings: dict[str, Any]
+    why: str
+
+
+def possible_computers(sweep: Sweep) -> tuple[list[tuple[Platform, dict[str, Any]]], list[Refused]]:
+    """The computers of the grid with their settings, device by device, and those that cannot be.
+
+    Raises PlatformError when none can be, as where a key is unknown: the first one's reason.
+    """
+    possible: list[tuple[Platform, dict[str, Any]]] = []
+    refused: list[Refused] = []
+    first: PlatformError | None = None
     for device in sweep.devices:
         base = load_platform(device)
         for values in product(*sweep.axes.values()):
             settings = dict(zip(sweep.axes, values, strict=True))
-            yield base.with_values(settings), settings
+            try:
+                possible.append((base.with_values(settings), settings))
+            except PlatformError as error:
+                first = first or error
+                refused.append(Refused(base.name, settings, str(error)))
+    if first is not None and not possible:
+        raise first
+    return possible, refused
 
 
 def run(
     trace: Trace, sweep: Sweep, study: Study | None = None, progress: Callable[[int], None] | None = None
-) -> list[Point]:
-    """Every point of the grid, device by device; `progress` is told how many are done.
+) -> tuple[list[Point], list[Refused]]:
+    """Every point of the grid, device by device, and the computers that have none; `progress` is told how many are done.
 
-    Raises IgnoredKeyError for an axis that no point reads.
+    Raises IgnoredKeyError for an axis that no point reads, and HwModelError when there is no point at all.
     """
     study = study or Study(trace)
     partitions = [load_partition(name) for name in sweep.partitions]
-    require_used(
-        sweep.axes,
-        (
-            (platform, STUDY_USAGE.of(trace, partition, platform, study.cycles))
-            for platform, _ in computers(sweep)
-            for partition in partitions
-        ),
-    )
+    possible, refused = possible_computers(sweep)
+    usages: list[tuple[Platform, ParameterUse]] = []
+    for (platform, _), partition in product(possible, partitions):
+        with suppress(HwModelError):  # it is refused below
+            usages.append((platform, STUDY_USAGE.of(trace, partition, platform, study.cycles)))
+    if usages:
+        require_used(sweep.axes, usages)
     points: list[Point] = []
-    for platform, settings in computers(sweep):
+    first: HwModelError | None = None
+    for platform, settings in possible:
         shown = {key: value for key, value in settings.items() if key not in ("pl.lanes", "pl.clock_mhz")}
-        points += study.points(platform, partitions, shown)
+        try:
+            points += study.points(platform, partitions, shown)
+        except HwModelError as error:
+            first = first or error
+            refused.append(Refused(platform.name, settings, str(error)))
         if progress is not None:
-            progress(len(points))
-    return points
+            progress(len(points) + len(partitions) * len(refused))
+    if first is not None and not points:
+        raise first
+    return points, refused
 
 
 def _flat(where: str, axes: dict[str, Any]) -> dict[str, Any]:

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from hw_model.timing.trace import Trace
     from hw_model.vocabulary import Datapath
 
-Question = Literal["times", "worst", "fit", "memory", "engine", "written"]
-"""`times`: of a run; `worst`: with jitter; `fit`: shares of the device; `memory`: that of block RAM alone; `engine`: schedules
+Question = Literal["times", "worst", "throughput", "fit", "memory", "engine", "written"]
+"""`times`: of a run; `worst`: with jitter; `throughput`: of many; `fit`: shares of the device; `memory`: that of block RAM alone; `engine`: schedules
 and the clock alone; `written`: all of the platform goes into a file."""
 
 
@@ -64,10 +64,12 @@ class ParameterUse:
         return bool(self.area or self.questions & {"times", "engine"})
 
 
-ALL_KINDS: frozenset[Kind] = frozenset({"lut", "ff", "dsp", "bram36"})
+ALL_KINDS: frozenset[Kind] = frozenset({"lut", "ff", "dsp", "bram36", "uram"})
 TIMELINE_USAGE = ParameterUse(frozenset({"times"}))
-"""One run without jitter: trace, explain."""
-WORST_CASE_USAGE = ParameterUse(frozenset({"times", "worst"}))
+"""One run without jitter: explain."""
+TRACE_USAGE = ParameterUse(frozenset({"times", "throughput"}))
+"""One run without jitter, and many: trace."""
+WORST_CASE_USAGE = ParameterUse(frozenset({"times", "worst", "throughput"}))
 """Times with their worst case: plan."""
 STUDY_USAGE = ParameterUse(frozenset({"times", "worst", "fit"}), ALL_KINDS, off_pl=True)
 """Times and resources against a run on the PS alone: partition, sweep."""
@@ -190,7 +192,27 @@ def _pl(name: str, platform: Platform, usage: ParameterUse) -> str | None:
         )
     if name == "microcode_compression":
         return _compression(platform, usage)
+    if name in ("storage_memory", "storage_depth"):
+        return _unless(bool(usage.area), "this report prices no area; `orbsoc hw budget` does")
+    if name == "microcode_memory":
+        timed = "times" in usage.questions and usage.scheduled
+        return _unless(
+            bool(usage.area) or timed, "the estimate knows no microcode; ask for schedules (--exact)"
+        )
+    if name.startswith("stream_"):
+        return _stream(name, platform, usage)
     return _other_datapath(name, usage.datapaths)
+
+
+def _stream(name: str, platform: Platform, usage: ParameterUse) -> str | None:
+    if not platform.pl.microcode_memory.value.startswith("streamed"):
+        return "`pl.microcode_memory` is not streamed; set that too"
+    timed = "times" in usage.questions and usage.scheduled
+    if name == "stream_buffer_bytes":
+        return _unless(
+            bool(usage.area) or timed, "the estimate knows no microcode; ask for schedules (--exact)"
+        )
+    return _unless(timed, _NO_TIMES)
 
 
 def _compression(platform: Platform, usage: ParameterUse) -> str | None:
@@ -230,6 +252,10 @@ def _runtime(name: str, platform: Platform, usage: ParameterUse) -> str | None:
 
 
 def _area(name: str, platform: Platform, usage: ParameterUse) -> str | None:
+    if name.endswith("_stream") and not platform.pl.microcode_memory.value.startswith("streamed"):
+        return "`pl.microcode_memory` is not streamed; set that too"
+    if name.startswith("uram") and not _takes_uram(platform):
+        return _NO_URAM
     if name.endswith("_ceiling"):
         return _unless(
             _compared(name, usage), "this report does not compare it with a ceiling; `orbsoc hw budget` does"
@@ -259,7 +285,13 @@ def _energy(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     return _other_datapath(name, usage.datapaths) if usage.on_pl else _NO_PL
 
 
+def _takes_uram(platform: Platform) -> bool:
+    return "ultra_ram" in (platform.pl.storage_memory.value, platform.pl.microcode_memory.value)
+
+
 def _resources(name: str, platform: Platform, usage: ParameterUse) -> str | None:
+    if name == "uram" and not _takes_uram(platform):
+        return _NO_URAM
     return _unless(
         _compared(name, usage), "this report does not ask whether it fits; `orbsoc hw budget` does"
     )
@@ -285,4 +317,5 @@ def _ways(usage: ParameterUse) -> list[bool]:
 
 
 _NO_TIMES = "this report has no modelled times; `orbsoc hw trace` and `hw partition` have"
+_NO_URAM = "nothing is in UltraRAM; set `pl.storage_memory` or `pl.microcode_memory` to ultra_ram"
 _NO_PL = "the partition leaves the PL idle; choose one that uses it"

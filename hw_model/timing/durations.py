@@ -10,6 +10,7 @@ from hw_model.vocabulary import WORD_BYTES, Cause, picoseconds_of_cycles
 
 from . import link, ps
 from .stage_cycles import PlCycles, StageCycles, estimated
+from .stream import with_fetch
 
 if TYPE_CHECKING:
     from hw_model.platform.platform import Platform
@@ -80,8 +81,9 @@ class Durations:
         return total
 
     def pl_cycles(self, work: Work) -> PlCycles:
-        """Cycles of a "compute" on the PL."""
-        return self._cycles(self.trace, self.platform, work.pattern, work.what)
+        """Cycles of a "compute" on the PL, waits for streamed microcode included."""
+        found = self._cycles(self.trace, self.platform, work.pattern, work.what)
+        return with_fetch(found, self.trace, self.platform, work.pattern, work.what)
 
     def by_dma(self, work: Work) -> bool:
         """Whether a "copy" is done by DMA, not by a core."""

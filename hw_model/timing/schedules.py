@@ -40,12 +40,14 @@ class Engine(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Schedule:
-    """One segment: cycles by the scheduler's causes, the L0 bound with its bottleneck, and its microcode."""
+    """One segment: cycles by the scheduler's causes, the L0 bound with its bottleneck, its microcode, and the words of storage
+    that the whole program needs."""
 
     causes: Mapping[str, int]
     lower_bound: int
     bottleneck: str
     microcode: Microcode
+    storage_words: int | None = None
 
 
 def engine_of(platform: Platform, datapath: Datapath) -> Engine:
@@ -85,7 +87,9 @@ def _translated(found: Schedule, stage: str) -> PlCycles:
         if cycles < 0:
             raise HwModelError(f"schedule of {stage!r}: {name} = {cycles} cycles: must be 0 or more")
         causes[CAUSE_OF[name]] += cycles
-    result = PlCycles(causes, found.lower_bound, found.bottleneck, "schedule", found.microcode)
+    result = PlCycles(
+        causes, found.lower_bound, found.bottleneck, "schedule", found.microcode, found.storage_words
+    )
     if result.cycles < found.lower_bound:
         raise HwModelError(
             f"schedule of {stage!r}: {result.cycles} cycles are fewer than the bound {found.lower_bound} allows"

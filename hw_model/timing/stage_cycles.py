@@ -32,7 +32,7 @@ class PlCycles:
     """One run of a stage on the PL engine: cycles by cause, which add up to the whole, and the L0 bound below it.
 
     `origin`: "schedule" is exact, equal to the RTL cycle for cycle; "estimate" is L1 as pl.py describes it.
-    `microcode`: of a schedule; an estimate knows none.
+    `microcode`, and `storage_words` that hold the buffers and temporaries of all stages: of a schedule; an estimate knows none.
     """
 
     causes: dict[PlCause, int]
@@ -40,6 +40,7 @@ class PlCycles:
     bottleneck: str
     origin: Origin
     microcode: Microcode | None = None
+    storage_words: int | None = None
 
     @property
     def cycles(self) -> int:

@@ -13,6 +13,7 @@ import pytest
 from matplotlib.image import imread
 from typer.testing import CliRunner, Result
 
+from orbsoc import Cones, Problem
 from orbsoc.commands.app import app
 from tests.integration.small_problem import small_problem
 
@@ -100,7 +101,7 @@ def test_trace_writes_the_viewers_document_and_a_record_that_can_be_priced_again
     assert result.exit_code == 0, result.output
     document = json.loads((tmp_path / "trace.json").read_text())
     assert document["otherData"]["parameters"]["pl.lanes"]["value"] == 2
-    again = invoke("trace", tmp_path / "recorded.json", *settings, "--out", tmp_path / "again")
+    again = invoke("trace", tmp_path / "recorded.json", *settings, "--estimate", "--out", tmp_path / "again")
     assert again.exit_code == 0, again.output
     repeated = json.loads((tmp_path / "again" / "trace.json").read_text())
     assert repeated["traceEvents"] == document["traceEvents"]
@@ -116,6 +117,13 @@ def test_cycles_are_the_schedules_unless_there_is_only_a_trace(workload: Path, t
 
     assert cycles(workload) == cycles(workload, "--exact") != cycles(workload, "--estimate")
     recorded = tmp_path / "-".join(("cycles", workload.stem)) / "recorded.json"
+    assert cycles(recorded) == cycles(workload)
+    problem = recorded.with_name("pattern_0.json")
+    Problem(c=[1.0], G=[[-1.0]], h=[-2.0], cones=Cones(l=1)).save(problem)
+    foreign = invoke("trace", recorded, "--out", tmp_path / "refused")
+    assert foreign.exit_code == 2
+    assert "is no problem of that pattern of recorded.json" in foreign.output + foreign.stderr
+    problem.unlink()
     assert cycles(recorded) == cycles(workload, "--estimate")
     refused = invoke("trace", recorded, "--exact", "--out", tmp_path / "refused")
     assert refused.exit_code == 2
@@ -275,6 +283,7 @@ def test_a_run_says_which_microcode_has_room_in_block_ram(workload: Path, tmp_pa
 
 def test_precision_needs_numbers_and_says_so_of_a_trace(workload: Path, tmp_path: Path) -> None:
     assert invoke("trace", workload, "--out", tmp_path).exit_code == 0
+    (tmp_path / "pattern_0.json").unlink()
     result = invoke("precision", tmp_path / "recorded.json", "--out", tmp_path / "p")
     assert result.exit_code == 2
     assert "a trace holds no problem to solve again" in result.output

@@ -28,6 +28,7 @@ OTHERS: dict[str, tuple[object, ...]] = {
     "runtime.schedule": ("overlapped",), "pl.microcode_format": ("flat",), "pl.lanes": (2, 16), "pl.banks": (2, 64),
     "pl.dividers": (2, 4), "runtime.cores_used": (3, 4), "ps.cores": (1,), "ps.cache_line_bytes": (16, 256),
     "ps.parallel_fraction": (0.5, 1.0), "link.ddr_efficiency": (0.001, 1.0), "link.flags_per_register": (1, 64),
+    "resources.uram": (3,), "pl.storage_memory": ("ultra_ram",), "pl.storage_depth": ("exact",), "pl.microcode_memory": ("streamed", "ultra_ram"),
     "pl.microcode_compression": (1.5, 40.0), "pl.overlap_exponent": (1.0, 40.0), "runtime.jitter_exponent": (1.0,),
 }  # fmt: skip
 
@@ -125,7 +126,7 @@ def _no_pictures(monkeypatch: pytest.MonkeyPatch, workload: Path) -> None:
         "orbsoc.hw.utilisation_figure.utilisation_figure",
     ):  # fmt: skip
         monkeypatch.setattr(name, lambda *_, **__: None)
-    monkeypatch.setattr("orbsoc.hw.exact_cycles.exact_units", lambda _: None)
+    monkeypatch.setattr("orbsoc.hw.exact_cycles.exact_units", lambda *_: None)
 
 
 @pytest.mark.parametrize("command", COMMANDS)

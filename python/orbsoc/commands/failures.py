@@ -59,7 +59,7 @@ def exit_of(error: Exception) -> tuple[int, str]:
     from orbsoc.guidance.impulses import ImpulseFileError
     from orbsoc.guidance.scenario_file import ScenarioError
     from orbsoc.hw.deadlines import CaseError
-    from orbsoc.hw.schedules import EngineError
+    from orbsoc.hw.schedules import EngineError, EngineTooSmallError
     from orbsoc.hw.workload import WorkloadError
     from orbsoc.orbit import PropagationError
     from orbsoc.rtl.validation import RtlError
@@ -69,6 +69,8 @@ def exit_of(error: Exception) -> tuple[int, str]:
         HwModelError, CaseError, EngineError, FileError, ImpulseFileError, OutputFolderError, ProblemError, RtlError,
         ScenarioError, SettingsError, StoreError, WorkloadError,
     )  # fmt: skip
+    if isinstance(error, EngineTooSmallError):
+        return FAILED, f"does NOT FIT the engine, and is not priced: {error}"
     if isinstance(error, bad_input):
         return BAD_INPUT, str(error)
     if isinstance(error, OSError):

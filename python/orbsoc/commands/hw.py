@@ -6,6 +6,7 @@ import typer
 
 from .hw_budget import budget
 from .hw_calibrate import calibrate
+from .hw_design import design
 from .hw_explain import explain
 from .hw_partition import partition
 from .hw_precision import precision
@@ -26,3 +27,4 @@ app.command()(trace)
 app.command()(budget)
 app.command()(calibrate)
 app.command()(precision)
+app.command()(design)

@@ -32,18 +32,22 @@ def budget(
     with exit_handling(as_json):
         from hw_model.area.budget import budget as priced
         from hw_model.figures.area import area_figure
-        from hw_model.platform.partition import load_partition
+        from hw_model.report.best import chosen_partition
+        from hw_model.report.remedies import remedies
         from hw_model.report.usage import BUDGET_USAGE, require_used
         from hw_model.vocabulary import count_of
         from orbsoc.hw.workload import load_workload
 
         chosen = options.parsed_settings(settings)
-        platform, split = options.computer(device, chosen), load_partition(partition)
+        platform = options.computer(device, chosen)
+        options.check_partition(partition)
         record = load_workload(workload)
         cycles = options.stage_cycles(record, exact=exact)
+        split = chosen_partition(partition, record.trace, platform, cycles)
         reading = BUDGET_USAGE.of(record.trace, split, platform, cycles)
         require_used(chosen, [(platform, reading)])
         found = priced(record.trace, platform, split, cycles)
+        ways = remedies(record.trace, platform, split, cycles)
         title = f"{split.name} on {platform.name}, {count_of(platform.pl.lanes.value, 'lane')}"
         verdict = (
             f"modelled: {title}: {'FITS' if found.fits else 'DOES NOT FIT'}; tightest is {found.tightest.kind},"
@@ -55,6 +59,7 @@ def budget(
             "headline": verdict,
             "workload": record.origin,
             "fits": found.fits,
+            "remedies": [asdict(remedy) for remedy in ways],
             **asdict(found),
             "assumptions": options.echoed(platform, reading),
         }
@@ -70,6 +75,7 @@ def budget(
             ),
             f"storage {found.storage_words} words in three replicas: the buffers, and a quarter more as an allowance for temporaries",
             _microcode(found, platform),
+            *(f"would fit: {remedy.words}" for remedy in ways),
             verdict,
         ]
         options.print_report(lines, document, folder, as_json=as_json)

@@ -11,7 +11,9 @@ from . import hw_options as options
 from .failures import exit_handling
 
 if TYPE_CHECKING:
+    from hw_model import Platform, Trace
     from hw_model.report.explain import Configuration
+    from hw_model.timing.stage_cycles import StageCycles
 
 _FORM = "DEVICE:PARTITION[:KEY=VALUE,…]"
 
@@ -31,9 +33,12 @@ def explain(
         from hw_model.report.usage import TIMELINE_USAGE, require_used
         from orbsoc.hw.workload import load_workload
 
-        (one, set_in_one), (other, set_in_other) = _configuration(a), _configuration(b)
+        _parts(a), _parts(b)
         record = load_workload(workload)
         cycles = options.stage_cycles(record, exact=exact)
+        (one, set_in_one), (other, set_in_other) = (
+            _configuration(text, record.trace, cycles) for text in (a, b)
+        )
         assumptions: dict[str, list[dict[str, Any]]] = {}
         for side, chosen, keys in (("a", one, set_in_one), ("b", other, set_in_other)):
             reading = TIMELINE_USAGE.of(record.trace, chosen.partition, chosen.platform, cycles)
@@ -60,15 +65,22 @@ def explain(
         options.print_report(lines, document, folder, as_json=as_json)
 
 
-def _configuration(text: str) -> tuple[Configuration, dict[str, Any]]:
-    """A computer and a partition from their short form, and what was set. Raises HwModelError."""
+def _parts(text: str) -> tuple[Platform, dict[str, Any], str]:
+    """A computer, what was set of it, and a partition's name, from their short form. Raises HwModelError."""
     from hw_model import HwModelError
-    from hw_model.platform.partition import load_partition
-    from hw_model.report.explain import Configuration
 
     parts = text.split(":", 2)
     if len(parts) < 2:
         raise HwModelError(f"configuration {text!r}: must be {_FORM}")
     given = parts[2].split(",") if len(parts) > 2 else []
     settings = options.parsed_settings(given, option=f"configuration {text!r}: ")
-    return Configuration(text, options.computer(parts[0], settings), load_partition(parts[1])), settings
+    options.check_partition(parts[1])
+    return options.computer(parts[0], settings), settings, parts[1]
+
+
+def _configuration(text: str, trace: Trace, cycles: StageCycles) -> tuple[Configuration, dict[str, Any]]:
+    from hw_model.report.best import chosen_partition
+    from hw_model.report.explain import Configuration
+
+    platform, settings, partition = _parts(text)
+    return Configuration(text, platform, chosen_partition(partition, trace, platform, cycles)), settings

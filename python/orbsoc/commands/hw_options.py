@@ -7,6 +7,7 @@ import io
 import json
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,6 +18,7 @@ from orbsoc.files.atomic_write import write_atomically
 if TYPE_CHECKING:
     from hw_model import Platform
     from hw_model.report.usage import ParameterUse
+    from hw_model.timing.schedules import Engine
     from hw_model.timing.stage_cycles import StageCycles
     from orbsoc.hw.workload import Workload
 
@@ -30,7 +32,10 @@ WorkloadArgument = Annotated[
 ]
 DeviceOption = Annotated[str, typer.Option(help="platform: name or TOML file")]
 PartitionOption = Annotated[
-    str, typer.Option(help="what runs on the PL: name, TOML file, or modules joined by +")
+    str,
+    typer.Option(
+        help="what runs on the PL: name, TOML file, modules joined by +, or best: the fastest that fits"
+    ),
 ]
 SetOption = Annotated[
     list[str] | None,
@@ -53,10 +58,21 @@ JsonOption = Annotated[bool, typer.Option("--json", help="print the JSON documen
 
 
 def computer(device: str, settings: Mapping[str, Any] | None = None) -> Platform:
-    """The platform `device` with settings applied. Raises PlatformError naming key, value and what is allowed."""
+    """The platform `device` with settings applied. Raises HwModelError naming key, value and what is allowed."""
     from hw_model import load_platform
+    from hw_model.area.engine import require_buildable
 
-    return load_platform(device).with_values(settings or {})
+    platform = load_platform(device).with_values(settings or {})
+    require_buildable(platform.pl)
+    return platform
+
+
+def check_partition(name: str) -> None:
+    """Raise PartitionError for a name that is neither a partition's nor "best", before there is a run."""
+    from hw_model.platform.partition import BEST, load_partition
+
+    if name != BEST:
+        load_partition(name)
 
 
 def parsed_settings(
@@ -115,13 +131,18 @@ def stage_cycles(
     None: schedules, unless there is only a trace. Those of the `computers`, as far as it is known which will be priced,
     are made side by side. Raises WorkloadError when schedules are asked for and there is only a trace.
     """
+    from hw_model import HwModelError
     from hw_model.timing.schedules import engine_of
     from hw_model.timing.stage_cycles import estimated
     from orbsoc.hw.exact_cycles import exact_cycles
 
     if not takes_schedules(workload, exact=exact):
         return estimated
-    return exact_cycles(workload.problems, [engine_of(each, workload.trace.datapath) for each in computers])
+    expected: list[Engine] = []
+    for each in computers:
+        with suppress(HwModelError):  # it is refused where it is priced
+            expected.append(engine_of(each, workload.trace.datapath))
+    return exact_cycles(workload.problems, expected, workload.settings)
 
 
 def takes_schedules(workload: Workload, *, exact: bool | None) -> bool:

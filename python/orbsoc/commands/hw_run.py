@@ -125,7 +125,7 @@ def _energy_line(energy: dict[str, dict[str, float]]) -> str:
 
 
 def _engine(platform: Platform, fp: int) -> Engine:
-    from orbsoc.hw.schedules import Engine, EngineError
+    from orbsoc.hw.schedules import MODEL_MICROCODE_WORDS, Engine, EngineError
 
     bits: Literal[64, 32]
     if fp == 64:
@@ -139,6 +139,7 @@ def _engine(platform: Platform, fp: int) -> Engine:
         lanes=platform.pl.lanes.value,
         dividers=platform.pl.dividers.value,
         banks=platform.pl.banks.value,
+        microcode_words=MODEL_MICROCODE_WORDS,
     )
 
 

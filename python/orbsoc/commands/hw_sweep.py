@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -31,18 +33,18 @@ def sweep(
         from hw_model.figures.study import pareto_figure
         from hw_model.platform.partition import load_partition
         from hw_model.report.study import Study, pareto
-        from hw_model.report.sweep import computers, load_sweep, run
+        from hw_model.report.sweep import load_sweep, possible_computers, run
         from hw_model.report.usage import STUDY_USAGE
         from hw_model.vocabulary import count_of
         from orbsoc.hw.workload import load_workload
 
         chosen = load_sweep(file)
         record = load_workload(_workload(chosen, workload, file))
-        platforms = [platform for platform, _ in computers(chosen)]
+        platforms = [platform for platform, _ in possible_computers(chosen)[0]]
         cycles = options.stage_cycles(record, exact=exact, computers=platforms)
-        points = run(record.trace, chosen, Study(record.trace, cycles))
+        points, refused = run(record.trace, chosen, Study(record.trace, cycles))
         front = pareto(points)
-        first = {platform.name: platform for platform, _ in reversed(list(computers(chosen)))}
+        first = {platform.name: platform for platform in reversed(platforms)}
         widest = max(map(load_partition, chosen.partitions), key=lambda split: split.uses_pl)
         document = {
             "schema": "orbsoc.hardware-sweep/1",
@@ -51,6 +53,7 @@ def sweep(
             "points": len(points),
             "axes": {"device": list(chosen.devices), "partition": list(chosen.partitions)}
             | {key: list(values) for key, values in chosen.axes.items()},
+            "refused": [asdict(each) for each in refused],
             "pareto": [point.row() for point in front],
             "assumptions": {
                 name: options.echoed(platform, STUDY_USAGE.of(record.trace, widest, platform, cycles))
@@ -76,8 +79,18 @@ def sweep(
                 f" {point.energy.nominal_mj:.2f} mJ, {point.budget.tightest.kind} at {100 * point.area_share:.0f} % of its ceiling"
                 for point in front
             ),
+            *(f"no point: {each.device} {_settings(each.settings)}: {each.why}" for each in refused[:_SHOWN]),
+            *([f"… and {len(refused) - _SHOWN} more without a point"] if len(refused) > _SHOWN else []),
         ]
         options.print_report(lines, document, folder, as_json=as_json)
+
+
+_SHOWN = 5
+"""Refusals that are printed; `sweep.json` has all."""
+
+
+def _settings(settings: Mapping[str, Any]) -> str:
+    return " ".join(f"{key}={value}" for key, value in settings.items())
 
 
 def _workload(chosen: Sweep, given: Path | None, file: Path) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,25 +27,38 @@ def trace(
         from hw_model import simulate
         from hw_model.figures.gantt import gantt_figure
         from hw_model.platform.partition import load_partition
+        from hw_model.report.best import chosen_partition
         from hw_model.report.perfetto import as_text, trace_events
-        from hw_model.report.usage import TIMELINE_USAGE, require_used
+        from hw_model.report.throughput import throughputs
+        from hw_model.report.usage import TRACE_USAGE, require_used
+        from orbsoc.conic.problem_file import encode_problem
         from orbsoc.hw.exact_cycles import exact_units
-        from orbsoc.hw.workload import load_workload
+        from orbsoc.hw.workload import load_workload, pattern_file
 
         chosen = options.parsed_settings(settings)
-        platform, split = options.computer(device, chosen), load_partition(partition)
+        platform = options.computer(device, chosen)
+        options.check_partition(partition)
         record = load_workload(workload)
         cycles = options.stage_cycles(record, exact=exact)
-        require_used(chosen, [(platform, TIMELINE_USAGE.of(record.trace, split, platform, cycles))])
+        split = chosen_partition(partition, record.trace, platform, cycles)
+        require_used(chosen, [(platform, TRACE_USAGE.of(record.trace, split, platform, cycles))])
         timeline = simulate(record.trace, platform, split, cycles)
         folder = out or Path("out") / f"hw-trace-{record.name}"
-        units = exact_units(record.problems) if options.takes_schedules(record, exact=exact) else None
+        units = (
+            exact_units(record.problems, record.settings)
+            if options.takes_schedules(record, exact=exact)
+            else None
+        )
         document = trace_events(timeline, record.trace, platform, split, cycles, units)
         options.write_all(
             folder,
             {
                 "trace.json": as_text(document),
                 "recorded.json": record.trace.model_dump_json(by_alias=True),
+                **{
+                    pattern_file(k): options.as_json_text(encode_problem(problem))
+                    for k, problem in enumerate(record.problems)
+                },
             },
         )
         gantt_figure(timeline, folder / "gantt.png")
@@ -53,9 +67,16 @@ def trace(
             f"modelled: {split.name} on {platform.name}, {record.origin}: {milliseconds:.3f} ms in"
             f" {len(timeline.segments)} segments; open trace.json in ui.perfetto.dev"
         ]
+        rows = throughputs(record.trace, platform, split, load_partition("all_ps"), cycles)
+        lines += [row.words for row in rows]
         if split.uses_pl:
             lines.append(_of_units(timeline) if units else NO_UNITS)
-        options.print_report(lines, document["otherData"] | {"folder": str(folder)}, folder, as_json=as_json)
+        options.print_report(
+            lines,
+            document["otherData"] | {"folder": str(folder), "throughput": [asdict(row) for row in rows]},
+            folder,
+            as_json=as_json,
+        )
 
 
 NO_UNITS = (

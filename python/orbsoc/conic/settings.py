@@ -22,10 +22,14 @@ POSITIVE = (
 )  # fmt: skip
 """What has to be above zero, and, but for the time, finite, as in the core."""
 
+ORDERINGS = ("amd", "nested_dissection", "automatic")
+"""Orders of the KKT matrix's elimination, as in the core."""
+
 _KINDS: dict[str, tuple[type, Any, str]] = {
     "bool": (bool, bool, "True or False"),
     "int": (Integral, int, "an integer"),
     "float": (Real, float, "a number"),
+    "str": (str, str, "a string"),
 }
 """Of a field's annotation: what is taken, what it becomes, and how an error calls it."""
 
@@ -36,6 +40,7 @@ class Settings:
 
     `tol` is the relative tolerance of docs/algorithm.md's status table (primal and dual
     residual, gap); `tol_inaccurate` the one at which `SOLVED_INACCURATE` is reported.
+    `ordering`: the order of the KKT matrix's elimination; each has bits of its own, the same on every path.
     """
 
     tol: float = 1e-8
@@ -52,6 +57,7 @@ class Settings:
     step_fraction: float = 0.99
     ruiz_passes: int = 4
     max_restarts: int = 3
+    ordering: str = "amd"
 
     def __post_init__(self) -> None:
         for name, kind in self.__annotations__.items():
@@ -66,6 +72,9 @@ class Settings:
                 raise SettingsError(f"settings: {name} = {value!r} must be finite")
         if self.step_fraction >= 1.0:
             raise SettingsError(f"settings: step_fraction = {self.step_fraction!r} must be less than 1")
+        if self.ordering not in ORDERINGS:
+            allowed = ", ".join(ORDERINGS)
+            raise SettingsError(f"settings: ordering = {self.ordering!r} must be one of {allowed}")
         for name, (least, most) in COUNTS.items():
             value = getattr(self, name)
             if not least <= value <= most:
@@ -75,13 +84,13 @@ class Settings:
         return "\n".join(f"{f.name:<18} {getattr(self, f.name)}" for f in fields(self))
 
 
-def _typed(name: str, annotation: Any, value: Any) -> bool | int | float:
+def _typed(name: str, annotation: Any, value: Any) -> bool | int | float | str:
     """The value as its field's type; TypeError names the field."""
     taken, made, expected = _KINDS[annotation]
     if not isinstance(value, taken) or (isinstance(value, bool) and taken is not bool):
         raise TypeError(f"settings: {name} = {value!r} must be {expected}")
     try:
-        out: bool | int | float = made(value)
+        out: bool | int | float | str = made(value)
     except OverflowError:
         raise SettingsError(f"settings: {name} is too large, {value!r:.20}…") from None
     return out

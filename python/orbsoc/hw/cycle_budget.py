@@ -8,6 +8,8 @@ from typing import Any
 
 import hw_model
 from hw_model.area.budget import Budget, budget
+from hw_model.platform.partition import BEST
+from hw_model.report.best import chosen_partition
 from hw_model.timing.schedules import engine_of
 from hw_model.timing.stage_cycles import estimated
 from orbsoc.conic.solution import Solution, Status
@@ -40,9 +42,8 @@ class CycleBudget:
     @property
     def headline(self) -> str:
         """The model's headline, and what it is about."""
-        return (
-            f"{SCOPE}, {self.report.headline}; {self.cycles} PL cycles; {self.fit}; {self.report.energy_line}"
-        )
+        cycles = "" if self.report.estimated else f" {self.cycles} PL cycles;"
+        return f"{SCOPE}, {self.report.headline};{cycles} {self.fit}; {self.report.energy_line}"
 
     @property
     def cycles(self) -> str:
@@ -106,8 +107,8 @@ def check_names(device: str, partition: str, *, exact: bool = True) -> None:
 
     `exact`: and unless the device's PL has schedules.
     """
-    platform, split = hw_model.load_platform(device), hw_model.load_partition(partition)
-    if exact and split.uses_pl:
+    platform = hw_model.load_platform(device)
+    if exact and (partition == BEST or hw_model.load_partition(partition).uses_pl):
         engine_of(platform, "f64")
 
 
@@ -137,9 +138,9 @@ def cycle_budget(
             raise KeyboardInterrupt
         same_bits &= _same_bits(again, row.solution)
     judged_ms = deadline_ms if verified else None
-    cycles = exact_cycles(scheduler.patterns) if exact else estimated
+    cycles = exact_cycles(scheduler.patterns, settings=scheduler.pattern_settings) if exact else estimated
     trace, platform = hw_model.parse_trace(scheduler.trace), hw_model.load_platform(device)
-    split = hw_model.load_partition(partition)
+    split = chosen_partition(partition, trace, platform, cycles)
     report = hw_model.speedup(trace, platform, split, deadline_ms=judged_ms, cycles=cycles)
     return CycleBudget(report, same_bits, deadline_ms, exact, budget(trace, platform, split, cycles))
 

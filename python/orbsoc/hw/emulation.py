@@ -38,7 +38,8 @@ class PsScheduler(scheduler.PsScheduler):
 
     The answer has the bits of `orbsoc.solve`. `settings` and `overrides` (fields of `Settings`) are the default of
     every call; a call's own come before them. `latencies` (preset → operation → cycles) replaces
-    `operation_latencies()` in the trace.
+    `operation_latencies()` in the trace. `every_ordering`: the order of elimination of every solve, whatever its own
+    settings say.
 
     >>> from orbsoc import Cones, Problem
     >>> ps = PsScheduler(tol=1e-9)
@@ -49,8 +50,16 @@ class PsScheduler(scheduler.PsScheduler):
     """
 
     def __init__(
-        self, settings: Settings | None = None, *, latencies: Latencies | None = None, **overrides: Any
+        self,
+        settings: Settings | None = None,
+        *,
+        latencies: Latencies | None = None,
+        every_ordering: str | None = None,
+        **overrides: Any,
     ) -> None:
         super().__init__(
-            settings, latencies=operation_latencies() if latencies is None else latencies, **overrides
+            settings,
+            latencies=operation_latencies() if latencies is None else latencies,
+            every_ordering=every_ordering,
+            **overrides,
         )

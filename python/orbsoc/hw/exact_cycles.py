@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 from hw_model.timing.schedules import Engine, Schedule, engine_of, scheduled
 from hw_model.timing.stage_cycles import Microcode, StageCycles
 from hw_model.timing.unit_schedules import UnitSchedule, UnitSchedules
+from orbsoc.conic.settings import Settings
 
+from .schedules import MODEL_MICROCODE_WORDS, EngineError, pl_program
 from .schedules import Engine as Parameters
-from .schedules import pl_program
 
 if TYPE_CHECKING:
     from hw_model import Platform, Trace
@@ -21,39 +22,48 @@ if TYPE_CHECKING:
 
     from .schedules import Segment
 
+    _Made = tuple[Mapping[str, Segment], int] | EngineError
+    """Segments of a program and the words of storage that it needs, or why there is none."""
 
-def exact_cycles(problems: Sequence[Problem], expected: Iterable[Engine] = ()) -> StageCycles:
-    """Cycles of the stages of a trace whose patterns are those of `problems`, in its order.
+
+def exact_cycles(
+    problems: Sequence[Problem], expected: Iterable[Engine] = (), settings: Sequence[Settings] = ()
+) -> StageCycles:
+    """Cycles of the stages of a trace whose patterns are those of `problems`, in its order, solved with these settings.
 
     They equal the RTL's, cycle for cycle, in the microcode's format that the platform names. Those of the engines
     `expected` are made side by side, when the first of any is asked for. Raises `hw_model.HwModelError` for latencies
     that are not the RTL's, for which there is no schedule, and `hw.schedules.EngineError` for an engine that cannot exist.
     """
     awaited = {_parameters(engine) for engine in expected}
-    made: dict[tuple[int, Parameters], Mapping[str, Segment]] = {}
+    made: dict[tuple[int, Parameters], _Made] = {}
 
     def source(pattern: int, stage: str, engine: Engine) -> Schedule:
         parameters = _parameters(engine)
         if (pattern, parameters) not in made:
-            made.update(_side_by_side(problems, {parameters, *awaited}))
+            made.update(_side_by_side(problems, {parameters, *awaited}, settings))
             awaited.clear()
-        found = made[pattern, parameters][stage]
+        program = made[pattern, parameters]
+        if isinstance(program, EngineError):
+            raise program
+        segments, words = program
+        found = segments[stage]
         causes, bits = found.causes, found.flat_bits
         if engine.compressed:
             causes, bits = found.compressed_causes, found.compressed_bits
         return Schedule(
-            causes, found.lower_bound, found.bottleneck, Microcode(found.words, found.flat_bits, bits)
+            causes, found.lower_bound, found.bottleneck, Microcode(found.words, found.flat_bits, bits), words
         )
 
     return scheduled(source)
 
 
-def exact_units(problems: Sequence[Problem]) -> UnitSchedules:
+def exact_units(problems: Sequence[Problem], settings: Sequence[Settings] = ()) -> UnitSchedules:
     """What every lane and divider executes in the same segments. Raises as `exact_cycles` does."""
 
     def look_up(trace: Trace, platform: Platform, pattern: int, stage: str) -> UnitSchedule:
         engine = engine_of(platform, trace.datapath)
-        program = pl_program(problems[pattern], None, _parameters(engine))
+        program = pl_program(problems[pattern], _shaping(settings, pattern), _parameters(engine))
         began, units, operations = program.core.issues(stage, "compressed" if engine.compressed else "flat")
         startup = program.segments[stage].causes["startup"]
         return UnitSchedule(
@@ -68,16 +78,32 @@ def exact_units(problems: Sequence[Problem]) -> UnitSchedules:
 
 
 def _side_by_side(
-    problems: Sequence[Problem], engines: Iterable[Parameters]
-) -> dict[tuple[int, Parameters], Mapping[str, Segment]]:
-    """The segments of each problem's schedule on each engine, by all cores; Ctrl-C begins no further ones."""
+    problems: Sequence[Problem], engines: Iterable[Parameters], settings: Sequence[Settings]
+) -> dict[tuple[int, Parameters], _Made]:
+    """The segments of each problem's schedule on each engine, or why there are none, by all cores; Ctrl-C begins no
+    further ones."""
     keys = list(product(range(len(problems)), engines))
     pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
     try:
-        programs = pool.map(lambda key: pl_program(problems[key[0]], None, key[1]).segments, keys)
+        programs = pool.map(lambda key: _segments(problems[key[0]], _shaping(settings, key[0]), key[1]), keys)
         return dict(zip(keys, programs, strict=True))
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _shaping(settings: Sequence[Settings], pattern: int) -> Settings:
+    """Of a pattern's settings those that shape its operations; of the others a program is independent."""
+    if not settings:
+        return Settings()
+    return Settings(ordering=settings[pattern].ordering, ruiz_passes=settings[pattern].ruiz_passes)
+
+
+def _segments(problem: Problem, settings: Settings, engine: Parameters) -> _Made:
+    try:
+        program = pl_program(problem, settings, engine)
+        return program.segments, program.core.least_storage_words
+    except EngineError as error:
+        return error
 
 
 def _parameters(engine: Engine) -> Parameters:
@@ -86,4 +112,5 @@ def _parameters(engine: Engine) -> Parameters:
         lanes=engine.lanes,
         dividers=engine.dividers,
         banks=engine.banks,
+        microcode_words=MODEL_MICROCODE_WORDS,
     )

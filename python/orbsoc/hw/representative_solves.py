@@ -24,12 +24,14 @@ PICOSECONDS_PER_US = 1e6
 @dataclass(frozen=True, slots=True)
 class SolvePrice:
     """Modelled price of a solve: its interior-point iterations in the mean, the PL's cycles per iteration (a solve's start
-    is shared out among them), the most cycles of a solve that was priced, and the clock that counts them."""
+    is shared out among them), the most cycles of a solve that was priced, the clock that counts them, and how many times
+    as long everything on the PS takes."""
 
     iterations: float
     cycles_per_iteration: float
     most_cycles: float
     pl_clock_mhz: float
+    speedup: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,13 +61,15 @@ class RepresentativeSolves:
         Raises `hw_model.HwModelError` for unknown names, and for a device whose PL has no schedules.
         """
         clock = as_platform(device).pl.clock_mhz.value
-        priced = np.array(self._makespans(device, partition), float) * clock / PICOSECONDS_PER_US
+        taken = self._makespans(device, partition)
+        priced = np.array(taken, float) * clock / PICOSECONDS_PER_US
         iterations = np.array(self.iterations, float)
         return SolvePrice(
             iterations=float(iterations.mean()),
             cycles_per_iteration=float(priced.sum() / iterations.sum()),
             most_cycles=float(priced.max()),
             pl_clock_mhz=clock,
+            speedup=sum(self._makespans(device, "all_ps")) / sum(taken),
         )
 
     def _makespans(self, device: str, partition: str) -> list[int]:

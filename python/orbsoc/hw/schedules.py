@@ -12,6 +12,7 @@ from numbers import Integral
 from threading import Lock
 from typing import Any, Literal
 
+from hw_model.errors import HwModelError
 from orbsoc import _core
 from orbsoc.conic.pattern import pattern_digest
 from orbsoc.conic.problem import Problem
@@ -24,7 +25,12 @@ _MOST = (1 << 32) - 1
 """Largest number of any field of an engine; the scheduler limits each field further."""
 
 
-class EngineError(ValueError):
+MODEL_MICROCODE_WORDS = 1 << 25
+"""Microcode memory of engines that are priced: a schedule does not depend on it, and whether a device holds it is the
+budget's question."""
+
+
+class EngineError(HwModelError):
     """An engine that cannot exist, or that is too small for a problem; names the field, its value, what is allowed."""
 
 
@@ -128,6 +134,12 @@ class Stream:
     def name(self) -> str:
         """The segment's."""
         return "_".join(self.stages)
+
+    @property
+    def module(self) -> str | None:
+        """The module of its first stage, whose its segment counts as; None where there is no such stage."""
+        first = _core.stages().get(self.stages[0])
+        return None if first is None else first.module
 
 
 def _are_names(names: object) -> bool:

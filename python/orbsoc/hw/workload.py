@@ -6,7 +6,7 @@ is then priced from that record without solving again.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,10 @@ from orbsoc.files.json_fields import is_object, read_json, shown
 
 if TYPE_CHECKING:
     from hw_model import Trace
+    from hw_model.timing.trace import Pattern
     from orbsoc.conic.problem import Problem
+    from orbsoc.conic.settings import Settings
+    from orbsoc.hw.emulation import PsScheduler
 
 
 class WorkloadError(ValueError):
@@ -23,50 +26,71 @@ class WorkloadError(ValueError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Workload:
-    """A recorded run. `problems` holds one problem of each pattern of the trace; none when it came from a file."""
+    """A recorded run. `problems` holds one problem of each pattern of the trace, `settings` what it was solved with; none
+    when there is only a trace."""
 
     name: str
     origin: str
     """How it was made, for a report: "plan of rec1.toml (4 solves, 41 iterations)"."""
     trace: Trace
     problems: tuple[Problem, ...]
+    settings: tuple[Settings, ...] = ()
 
 
-def load_workload(path: str | Path) -> Workload:
-    """The record of SCENARIO.toml (planned now), PROBLEM.json or a failure bundle (solved now), or TRACE.json.
+def load_workload(path: str | Path, ordering: str | None = None) -> Workload:
+    """The record of SCENARIO.toml (planned now), PROBLEM.json or a failure bundle (solved now), or TRACE.json with the
+    problems of its patterns, where they lie beside it.
 
+    `ordering`: the order of elimination of every solve; a trace has its own.
     Raises WorkloadError, or what reading a scenario, problem or trace raises; KeyboardInterrupt when a solve was
     interrupted, for a truncated record would be priced too low.
     """
     path = Path(path)
-    return _planned(path) if path.suffix == ".toml" else _from_json(path)
+    return _planned(path, ordering) if path.suffix == ".toml" else _from_json(path, ordering)
 
 
-def record_trace(trace: dict[str, Any], name: str, what: str, problems: tuple[Problem, ...] = ()) -> Workload:
+def pattern_file(number: int) -> str:
+    """Name of the file, beside a recorded trace, with a problem of its pattern."""
+    return f"pattern_{number}.json"
+
+
+def record_trace(
+    trace: dict[str, Any],
+    name: str,
+    what: str,
+    problems: tuple[Problem, ...] = (),
+    settings: tuple[Settings, ...] = (),
+) -> Workload:
     """A workload from a raw trace; `what` says what ran, e.g. "plan of rec1.toml"."""
     from hw_model import parse_trace
 
     parsed = parse_trace(trace)
     solves, iterations = len(parsed.solves), sum(solve.iterations for solve in parsed.solves)
     count = f"{solves} solve{'s' if solves != 1 else ''}, {iterations} iterations"
-    return Workload(name, f"{what} ({count})", parsed, problems)
+    return Workload(name, f"{what} ({count})", parsed, problems, settings)
 
 
-def _planned(path: Path) -> Workload:
+def _planned(path: Path, ordering: str | None) -> Workload:
     from orbsoc.hw.emulation import PsScheduler
     from orbsoc.missions.registry import load_scenario
 
-    scheduler = PsScheduler()
+    scheduler = PsScheduler(every_ordering=ordering)
     mission, scenario = load_scenario(path)
     plan = mission.plan(scenario, solve=scheduler)
     if plan.status.name == "INTERRUPTED":
         raise KeyboardInterrupt
     if not scheduler.trace["solves"]:
         raise WorkloadError(f"{path}: the plan ended before its first conic solve: {plan.message}")
-    return record_trace(scheduler.trace, path.stem, f"plan of {path.name}", scheduler.patterns)
+    return _record_of(scheduler, path, "plan")
 
 
-def _from_json(path: Path) -> Workload:
+def _record_of(scheduler: PsScheduler, path: Path, what: str) -> Workload:
+    return record_trace(
+        scheduler.trace, path.stem, f"{what} of {path.name}", scheduler.patterns, scheduler.pattern_settings
+    )
+
+
+def _from_json(path: Path, ordering: str | None) -> Workload:
     from hw_model.timing.trace import SCHEMA as TRACE
     from orbsoc.conic import problem_file
     from orbsoc.conic.errors import FileError, ProblemError
@@ -79,12 +103,14 @@ def _from_json(path: Path) -> Workload:
         document = read_json(path)
         schema = document.get("schema") if is_object(document) else None
         if schema == TRACE:
-            return record_trace(document, path.stem, f"trace {path.name}")
+            if ordering is not None:
+                raise WorkloadError(f"{path}: a trace has its own ordering; give a scenario or a problem")
+            return _with_problems(record_trace(document, path.stem, f"trace {path.name}"), path)
         if schema == problem_file.SCHEMA:
-            return solved(Problem(**problem_file.decode_problem(document)), Settings(), path)
+            return solved(Problem(**problem_file.decode_problem(document)), Settings(), path, ordering)
         if schema == bundle.SCHEMA:
             found = bundle.decode_bundle(document)
-            return solved(found.problem, found.settings, path)
+            return solved(found.problem, found.settings, path, ordering)
     except (FieldError, ProblemError) as error:
         raise FileError(f"{path}: {error}") from error
     known = f"{TRACE!r}, {problem_file.SCHEMA!r} or {bundle.SCHEMA!r}"
@@ -93,12 +119,46 @@ def _from_json(path: Path) -> Workload:
     )
 
 
-def solved(problem: Problem, settings: Any, path: Path) -> Workload:
+def _with_problems(record: Workload, path: Path) -> Workload:
+    """The same with the problems that lie beside the trace, if all do. Raises WorkloadError for one that is another's."""
+    from orbsoc.conic.problem import Problem
+    from orbsoc.conic.problem_file import decode_problem
+
+    places = [path.with_name(pattern_file(k)) for k in range(len(record.trace.patterns))]
+    if not all(place.is_file() for place in places):
+        return record
+    problems = tuple(Problem(**decode_problem(read_json(place))) for place in places)
+    settings: list[Settings] = []
+    for place, problem, pattern in zip(places, problems, record.trace.patterns, strict=True):
+        found = _settings_of(problem, pattern)
+        if found is None:
+            raise WorkloadError(
+                f"{place}: is no problem of that pattern of {path.name}: the operations of its stages differ;"
+                " take the file away, or the one that was written with the trace"
+            )
+        settings.append(found)
+    return replace(record, problems=problems, settings=tuple(settings))
+
+
+def _settings_of(problem: Problem, pattern: Pattern) -> Settings | None:
+    """Settings under which the stages of a problem have the pattern's operations; None where there are none."""
+    from orbsoc import _core
+    from orbsoc.conic.settings import ORDERINGS, Settings
+
+    for ordering in ORDERINGS:
+        settings = Settings(ordering=ordering)
+        counted = _core.operation_counts(problem, settings, {})
+        if all(counted[name]["operations"] == stage.operations for name, stage in pattern.stages.items()):
+            return settings
+    return None
+
+
+def solved(problem: Problem, settings: Settings, path: Path, ordering: str | None = None) -> Workload:
     """The record of one solve of `problem` on the emulated computer."""
     from orbsoc.conic.solution import Status
     from orbsoc.hw.emulation import PsScheduler
 
-    scheduler = PsScheduler(settings)
+    scheduler = PsScheduler(settings, every_ordering=ordering)
     if scheduler(problem).status is Status.INTERRUPTED:
         raise KeyboardInterrupt
-    return record_trace(scheduler.trace, path.stem, f"solve of {path.name}", scheduler.patterns)
+    return _record_of(scheduler, path, "solve")

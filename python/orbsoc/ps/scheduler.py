@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from types import FrameType
 from typing import Any
 
@@ -29,11 +30,20 @@ class PsScheduler:
 
     The answer has the bits of `orbsoc.solve`. `settings` and `overrides` (fields of `Settings`) are the default of
     every call; a call's own come before them. `latencies` (preset → operation → cycles) are those of the trace's
-    critical paths; `orbsoc.PsScheduler` takes the hardware model's.
+    critical paths; `orbsoc.PsScheduler` takes the hardware model's. `every_ordering`: the `ordering` of every solve,
+    whatever a call's settings say, as of a mission's that chooses its own.
     """
 
-    def __init__(self, settings: Settings | None = None, *, latencies: Latencies, **overrides: Any) -> None:
+    def __init__(
+        self,
+        settings: Settings | None = None,
+        *,
+        latencies: Latencies,
+        every_ordering: str | None = None,
+        **overrides: Any,
+    ) -> None:
         self._settings = resolve(settings, overrides)
+        self._ordering = every_ordering
         self._recorder = TraceRecorder(_core, latencies)
         self._method = Method.from_core(_core)
         self.record = PsRecord()
@@ -48,6 +58,15 @@ class PsScheduler:
     def patterns(self) -> tuple[Problem, ...]:
         """One problem of each sparsity pattern of the trace, in the order of `trace["patterns"]`."""
         return tuple(self._recorder.problems)
+
+    @property
+    def pattern_settings(self) -> tuple[Settings, ...]:
+        """The settings that each of `patterns` was first solved with."""
+        return tuple(self._recorder.settings)
+
+    def _chosen(self, settings: Settings) -> Settings:
+        """What a solve with these settings runs with."""
+        return settings if self._ordering is None else replace(settings, ordering=self._ordering)
 
     def __call__(
         self,
@@ -64,7 +83,7 @@ class PsScheduler:
         status stands, as the solve ended at that moment or on a proof, it goes up as KeyboardInterrupt, as it does there.
         Raises `ProtocolError` if PS and PL disagree, and what `orbsoc.solve` raises for wrong data or settings.
         """
-        chosen = resolve(settings or self._settings, overrides)
+        chosen = self._chosen(resolve(settings or self._settings, overrides))
         native = engine(problem, chosen)
         self.record = PsRecord()
         pl = ProgrammableLogic(self._method, native.run)

@@ -41,19 +41,22 @@ class TraceRecorder:
     def __init__(self, core: Any, latencies: Latencies) -> None:
         self._core = core
         self._latencies = latencies
-        self._position: dict[bytes, int] = {}
+        self._position: dict[tuple[bytes, str, int], int] = {}
         self._patterns: list[dict[str, Any]] = []
         self.problems: list[Problem] = []
         """The first problem of each pattern, in the order of the trace: what schedules are made from."""
+        self.settings: list[Settings] = []
+        """The settings of that problem: order of elimination and passes of equilibration shape the operations, too."""
         self._solves: list[dict[str, Any]] = []
 
     def add(self, problem: Problem, settings: Settings, engine: Recorded, solution: Solution) -> None:
         """Append one finished solve."""
-        key = pattern_digest(problem)
+        key = (pattern_digest(problem), settings.ordering, settings.ruiz_passes)
         if key not in self._position:
             self._patterns.append(self._pattern(problem, settings, engine, solution))
             self._position[key] = len(self._patterns) - 1
             self.problems.append(problem)
+            self.settings.append(settings)
         self._solves.append(
             {
                 "pattern": self._position[key],

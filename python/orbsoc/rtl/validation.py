@@ -53,7 +53,11 @@ class RtlError(RuntimeError):
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """One module of one problem on one engine. Raises ValueError for a level at which fetch would never deliver."""
+    """One module of one problem on one engine.
+
+    Raises ValueError for a level at which fetch would never deliver, and for a stream that begins with another module's
+    stage: its segment counts as the module's of its first stage, so that the case would be empty.
+    """
 
     problem: str
     module: str
@@ -67,6 +71,11 @@ class Point:
     def __post_init__(self) -> None:
         if not 0 <= self.level <= _MOST_LEVEL:
             raise ValueError(f"`level` = {self.level}: allowed is 0 to {_MOST_LEVEL}")
+        if self.stream is not None and self.stream.module not in (None, self.module):
+            raise ValueError(
+                f"`module` = {self.module!r}: the stream begins with stage {self.stream.stages[0]!r},"
+                f" which is a stage of {self.stream.module!r}; name that module"
+            )
 
 
 @dataclass(frozen=True, slots=True)

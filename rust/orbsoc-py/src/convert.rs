@@ -1,7 +1,7 @@
 //! Conversion of Python's problems and settings.
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyUntypedArray};
-use orbsoc::{Cones, Csc, Error, Problem, Settings};
+use orbsoc::{Cones, Csc, Error, Ordering, Problem, Settings};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -142,9 +142,14 @@ fn entries<'py>(matrix: &Bound<'py, PyAny>, kept: &Csc) -> PyResult<Option<Bound
 /// An `orbsoc.Settings`; its attributes have the names of the fields.
 pub fn settings(object: &Bound<'_, PyAny>) -> PyResult<Settings> {
     let py = object.py();
+    let name: String = object.getattr(intern!(py, "ordering"))?.extract()?;
+    let Some(ordering) = Ordering::named(&name) else {
+        let allowed = Ordering::ALL.map(Ordering::name).join(", ");
+        return Err(CoreError::new_err(format!("setting `ordering` = {name:?}: allowed is {allowed}")));
+    };
     macro_rules! read {
         ($($field:ident),*) => {
-            Settings { $($field: object.getattr(intern!(py, stringify!($field)))?.extract()?,)* }
+            Settings { ordering, $($field: object.getattr(intern!(py, stringify!($field)))?.extract()?,)* }
         };
     }
     Ok(read!(

@@ -92,6 +92,13 @@ impl HardwareProgram {
         (self.program.layout.words(), most.unwrap_or(0))
     }
 
+    /// Words of storage that would do for all segments, those of compressed microcode included.
+    #[getter]
+    fn least_storage_words(&self) -> u32 {
+        let segments = self.program.segments.iter().chain(&self.compact.segments);
+        segments.map(|segment| segment.schedule.least_storage).max().unwrap_or(0)
+    }
+
     /// One dictionary for each segment.
     fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let out = PyDict::new(py);

@@ -30,7 +30,8 @@ mod _core {
     use super::image::{program_image, ProgramImage};
     #[pymodule_export]
     use super::method::{
-        closing, iteration, operation_counts, restarts, stages, startup, warm_startup, RestartInfo, StageInfo,
+        closing, factor_shape, iteration, operation_counts, restarts, stages, startup, warm_startup,
+        RestartInfo, StageInfo,
     };
     #[pymodule_export]
     use super::mixed::MixedEngine;

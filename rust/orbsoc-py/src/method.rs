@@ -135,6 +135,18 @@ pub fn operation_counts<'py>(
     Ok(out)
 }
 
+/// Height of the elimination tree, entries of L, multiply-adds of LDLᵀ.
+#[pyfunction]
+pub fn factor_shape(
+    py: Python<'_>,
+    problem_: &Bound<'_, PyAny>,
+    settings_: &Bound<'_, PyAny>,
+) -> PyResult<(u32, u64, u64)> {
+    let (problem, settings) = (problem(problem_)?, settings(settings_)?);
+    let shape = py.detach(|| orbsoc::factor_shape(&problem, &settings)).map_err(refuse)?;
+    Ok((shape.height, shape.entries, shape.multiply_adds))
+}
+
 fn operations<'py>(py: Python<'py>, counts: &OperationCounts) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
     macro_rules! write {

@@ -38,7 +38,7 @@ mod tests;
 pub use batch::queue::BatchProgress;
 pub use batch::solver::{solve_batch, solve_batch_from, BatchSolver};
 pub use error::Error;
-pub use method::engine::{operation_counts, Engine, Progress};
+pub use method::engine::{factor_shape, operation_counts, Engine, Progress};
 pub use method::events::Event;
 pub use method::mixed::{MixedEngine, Narrow};
 pub use method::restart::{Attempt, Restart, RESTARTS};
@@ -52,6 +52,7 @@ pub use outcome::verification::Stop;
 pub use problem::convexity::check_convex;
 pub use problem::{Cones, Csc, Problem, Settings};
 pub use real::{Decide, Real};
+pub use symbolic::ordering::{FactorShape, Ordering};
 
 /// Solve a problem in double precision.
 ///

@@ -54,8 +54,18 @@ def test_a_difference_names_what_was_changed() -> None:
     found = explain(TRACE, *PAIRS[1])
     assert found.parameters == (("pl.lanes", 4, 8),)
     assert set(found.moved) == {"matrix_update", "matrix_scaling", "cone_ops", "line_search"}
-    assert explain(TRACE, *PAIRS[0]).headline.endswith("ms")
+    assert explain(TRACE, *PAIRS[0]).headline.endswith("ms; PL cycles are estimated, not scheduled")
     assert "take the same time" in explain(TRACE, *PAIRS[0]).headline
+
+
+def test_a_difference_names_no_parameter_that_neither_run_reads() -> None:
+    """Units of the other family differ in both widths, and this run computes in one."""
+    found = explain(
+        TRACE, A, configuration(load_platform("zu9eg").with_value("pl.latency_preset", "vendor_ip"), "paper")
+    )
+    keys = {key for key, _, _ in found.parameters}
+    assert "pl.latencies.f64.add_cycles" in keys
+    assert not [key for key in keys if ".f32." in key]
 
 
 def test_figures_are_drawn(tmp_path: Path) -> None:

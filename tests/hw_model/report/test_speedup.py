@@ -169,7 +169,8 @@ def test_changing_one_parameter_changes_the_echo_of_that_one_only(partition: str
     before = speedup(TRACE, platform, partition)
     steps = {"pl.lanes": 5, "pl.dividers": 2, "link.flags_per_register": 4, "link.ddr_efficiency": 0.5} | {
         "runtime.completion": "polling", "runtime.schedule": "overlapped", "runtime.cores_used": 1,
-        "pl.microcode_format": "flat", "ps.cache_line_bytes": 16, "ps.parallel_fraction": 0.7,
+        "pl.storage_memory": "ultra_ram", "pl.storage_depth": "exact", "pl.microcode_memory": "ultra_ram",
+        "resources.uram": 4, "pl.microcode_format": "flat", "ps.cache_line_bytes": 16, "ps.parallel_fraction": 0.7,
     }  # fmt: skip
     steps["link.dma_to_pl_bytes_per_pl_cycle"] = 1.0  # above the port already
     for row in before.assumptions:
@@ -186,7 +187,14 @@ def test_changing_one_parameter_changes_the_echo_of_that_one_only(partition: str
         assert (echo.value, echo.tag) == (value, "assumed")
         same = all(
             getattr(after, what) == getattr(before, what)
-            for what in ("causes_picoseconds", "baseline_ms", "worst_case_ms", "energy", "baseline_energy")
+            for what in (
+                "causes_picoseconds",
+                "baseline_ms",
+                "worst_case_ms",
+                "energy",
+                "baseline_energy",
+                "throughput",
+            )
         )
         assert same == (not row.used), row.key
 
@@ -252,7 +260,7 @@ def test_the_report_is_plain_data() -> None:
     assert plain["schema"] == "orbsoc.hardware-report/1"
     assert plain["speedup"]["nominal"] == report.speedup.nominal
     assert plain["deadline"]["verdict"] in ("PASS", "FAIL", "MARGINAL")
-    assert len(plain["assumptions"]) == 99
+    assert len(plain["assumptions"]) == 110
     assert plain["headline"] == report.headline
     assert {row["module"] for row in plain["modules"]} == {"ps", *PL_MODULES}
 

@@ -154,8 +154,9 @@ lanes = [2, 4, 8]
 """
     sweep = load_sweep(sweep_file(tmp_path, text))
     seen: list[int] = []
-    found = run(TRACE, sweep, progress=seen.append)
+    found, refused = run(TRACE, sweep, progress=seen.append)
     assert sweep.size == len(found) == seen[-1] == 2 * 2 * 2 * 3
+    assert not refused
     rows = {
         tuple(point.row()[key] for key in ("device", "partition", "runtime.completion", "lanes"))
         for point in found
@@ -166,6 +167,19 @@ lanes = [2, 4, 8]
     )
     platform = load_platform(one.device).with_values({"runtime.completion": "polling", "pl.lanes": 8})
     assert one.time_ms == speedup(TRACE, platform, one.partition).makespan_ms
+
+
+def test_a_computer_that_cannot_be_leaves_the_others_in_a_sweep(tmp_path: Path) -> None:
+    text = "[axes]\n'pl.lanes' = [0, 4, 64]\n'pl.banks' = [12, 16]\n"
+    found, refused = run(TRACE, load_sweep(sweep_file(tmp_path, text)))
+    assert [point.lanes for point in found] == [4]
+    assert len(refused) == 5
+    why = {(each.settings["pl.lanes"], each.settings["pl.banks"]): each.why for each in refused}
+    assert "`pl.lanes.value` = 0" in why[0, 16]
+    assert "`pl.lanes` = 64: no engine of rtl/ has more than 16" in why[64, 16]
+    assert "no power of two" in why[4, 12]
+    with pytest.raises(HwModelError, match=r"`pl\.lanes` = 64: no engine"):
+        run(TRACE, load_sweep(sweep_file(tmp_path, "[axes]\n'pl.lanes' = [64, 128]\n")))
 
 
 @pytest.mark.parametrize(

@@ -48,18 +48,21 @@ class Price(Protocol):
     def most_cycles(self) -> float: ...
     @property
     def pl_clock_mhz(self) -> float: ...
+    @property
+    def speedup(self) -> float: ...
 
 
 @dataclass(frozen=True, slots=True)
 class PatternCost:
     """Modelled cost of a subproblem on one grid: its PL cycles per interior-point iteration, a solve's start shared out
-    among them, the iterations, and the most cycles of a subproblem that was priced."""
+    among them, the iterations, the most cycles of a subproblem that was priced, and the speedup over the PS alone."""
 
     nodes: int
     subproblems: int
     iterations: float
     cycles_per_iteration: float
     most_cycles: float
+    speedup: float
 
     @property
     def cycles(self) -> float:
@@ -94,7 +97,12 @@ class DomainCost:
         for nodes, price in prices.items():
             own, clock = found.points[subproblems_on(nodes)], price.pl_clock_mhz
             pattern = PatternCost(
-                nodes, int(own.sum()), price.iterations, price.cycles_per_iteration, price.most_cycles
+                nodes,
+                int(own.sum()),
+                price.iterations,
+                price.cycles_per_iteration,
+                price.most_cycles,
+                price.speedup,
             )
             cycles += own * pattern.cycles
             patterns.append(pattern)
@@ -107,6 +115,13 @@ class DomainCost:
     @property
     def points_per_s(self) -> float:
         return len(self.cycles) / self.domain_s
+
+    @property
+    def speedup(self) -> float:
+        """All subproblems on the PS alone, over this partition; below 1 the PL makes them slower."""
+        own = [pattern.subproblems * pattern.cycles for pattern in self.patterns]
+        base = [cost * pattern.speedup for cost, pattern in zip(own, self.patterns, strict=True)]
+        return sum(base) / sum(own) if sum(own) > 0.0 else 1.0
 
     @property
     def points_within_deadline(self) -> int | None:
@@ -125,17 +140,24 @@ class DomainCost:
             "point_us": point_cycles / self.pl_clock_mhz,
             "point_pl_cycles": point_cycles,
             "points_per_s": self.points_per_s,
+            "speedup": self.speedup,
             "deadline_ms": self.deadline_ms,
             "points_within_deadline": self.points_within_deadline,
         }
 
     @property
     def words(self) -> str:
-        """The cost in a sentence."""
+        """The cost in a sentence, and whether the PL is worth it."""
+        ratio, low = self.speedup, self.speedup < 1.0
+        against = (
+            f"{1.0 / ratio if low else ratio:.2f} times {'SLOWER' if low else 'faster'} than the PS alone"
+        )
         text = (
             f"modelled: {self.partition} on {self.device} solves the subproblems of {self.points_per_s:.0f} points per"
             f" second, the whole domain in {self.domain_s:.1f} s ({1e6 / self.points_per_s:.0f} us a point)"
         )
+        if ratio != 1.0:
+            text += f", {against}"
         if self.deadline_ms is not None:
             text += f"; {self.points_within_deadline} points within {self.deadline_ms:g} ms"
         return text

@@ -7,7 +7,8 @@ use crate::stream::graph::{Graph, Operand};
 use core::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
 
-/// The address of every result, and one past the highest address in use. Banks are given; `order` is that of issue.
+/// The address of every result, one past the highest address in use, and how many words would do, each used again as
+/// soon as it is free. Banks are given; `order` is that of issue.
 ///
 /// # Errors
 /// [`Error::Storage`] when a bank is full.
@@ -18,7 +19,7 @@ pub(crate) fn allocate_registers(
     order: &[u32],
     first: u32,
     configuration: &Configuration,
-) -> Result<(Vec<u32>, u32), Error> {
+) -> Result<(Vec<u32>, u32, u32), Error> {
     let mut last_read = vec![0u32; graph.nodes.len()];
     for (node, place) in graph.nodes.iter().zip(places) {
         for source in node.sources() {
@@ -53,7 +54,33 @@ pub(crate) fn allocate_registers(
             pool.recent.push(Reverse((last_read[k as usize], k, address[k as usize])));
         }
     }
-    Ok((address, pool.end))
+    let live =
+        graph.nodes.iter().zip(0..).filter(|(node, _)| node.location.is_none()).map(|(_, k): (_, u32)| {
+            // A partial sum takes over its predecessor's word in the cycle in which it reads it.
+            let k = k as usize;
+            (places[k].bank, places[k].cycle, last_read[k] + u32::from(!pool.reused[k]))
+        });
+    let least = least_words(live, first, configuration.banks as u32);
+    Ok((address, pool.end, least))
+}
+
+/// Words that hold `first` fixed ones and the live ranges (bank, from, to), each bank with as many rows as the fullest.
+fn least_words(live: impl Iterator<Item = (u8, u32, u32)>, first: u32, banks: u32) -> u32 {
+    let mut changes: Vec<Vec<(u32, i32)>> = vec![Vec::new(); banks as usize];
+    for (bank, from, to) in live {
+        // At equal times what ends comes first: -1 sorts below 1.
+        changes[usize::from(bank)].extend([(from, 1), (to.max(from + 1), -1)]);
+    }
+    let rows = changes.into_iter().zip(0..banks).map(|(mut changes, bank)| {
+        changes.sort_unstable();
+        let (mut count, mut most) = (0, 0);
+        for (_, change) in changes {
+            count += change;
+            most = most.max(count);
+        }
+        (first + banks - 1 - bank) / banks + most.unsigned_abs()
+    });
+    banks * rows.max().unwrap_or(0)
 }
 
 /// Free words of each bank: unused ones in ascending order, then released ones, oldest first.
@@ -106,5 +133,22 @@ impl Pool {
             }
         }
         self.released[usize::from(bank)].pop_front()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::least_words;
+
+    #[test]
+    fn a_word_is_used_again_once_it_is_free() {
+        // Two banks, three fixed words: two rows in bank 0, one in bank 1.
+        assert_eq!(least_words([].into_iter(), 3, 2), 4);
+        // One after the other in bank 1: one word more there.
+        assert_eq!(least_words([(1, 0, 4), (1, 4, 6)].into_iter(), 3, 2), 4);
+        // At the same time: two.
+        assert_eq!(least_words([(1, 0, 5), (1, 4, 6)].into_iter(), 3, 2), 6);
+        // A result that nobody reads takes a word in its own cycle.
+        assert_eq!(least_words([(0, 7, 0), (0, 7, 0)].into_iter(), 0, 1), 2);
     }
 }

@@ -48,6 +48,8 @@ pub struct Schedule {
     pub slots: Causes,
     /// Words of storage in use, temporaries included.
     pub storage: u32,
+    /// Words that would do, were each used again as soon as it is free.
+    pub least_storage: u32,
 }
 
 impl Schedule {
@@ -179,7 +181,7 @@ impl<'a> Scheduler<'a> {
         let Placement { graph, places, stalls, .. } = placement;
         let words = places.iter().map(|place| place.cycle + 1).max().unwrap_or(1);
         let order = in_order(&places, configuration);
-        let (addresses, storage) =
+        let (addresses, storage, least_storage) =
             allocate_registers(self.segment, graph, &places, &order, first_free, configuration)?;
         let timing = configuration.timing();
         let end = end.max(words);
@@ -195,6 +197,7 @@ impl<'a> Scheduler<'a> {
             causes,
             slots,
             storage,
+            least_storage,
         })
     }
 }

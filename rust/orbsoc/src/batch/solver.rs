@@ -93,7 +93,7 @@ impl BatchSolver {
     /// As [`crate::Engine::new`], and [`Error::Threads`] when the system has no threads to give.
     pub fn new(base: &Problem, settings: &Settings, threads: usize) -> Result<Self, Error> {
         settings.validate()?;
-        let structure = Arc::new(Structure::for_lanes(base)?);
+        let structure = Arc::new(Structure::for_lanes(base, settings.ordering)?);
         let pool = if threads > 1 { Some(Pool::new(threads)?) } else { None };
         let workers = (0..threads.max(1)).map(|_| None).collect();
         Ok(Self { base: base.clone(), structure, settings: settings.clone(), workers, pool })

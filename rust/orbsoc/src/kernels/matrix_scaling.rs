@@ -256,7 +256,7 @@ mod tests {
     }
 
     fn scaled(problem: &Problem, passes: u32) -> Scaled {
-        let structure = Structure::new(problem, Panels::Exact).unwrap();
+        let structure = Structure::new(problem, crate::Ordering::Amd, Panels::Exact).unwrap();
         let unknowns = structure.unknowns();
         let g = structure.reduced.g.values().to_vec();
         let h = structure.reduced.row_origin.iter().map(|&i| problem.h[i]);

@@ -136,7 +136,7 @@ mod tests {
     }
 
     fn structure(problem: &Problem) -> Structure {
-        Structure::new(problem, Panels::Exact).unwrap()
+        Structure::new(problem, crate::Ordering::Amd, Panels::Exact).unwrap()
     }
 
     /// The rows and columns of (x, y, z), once the expansion rows are eliminated.

@@ -11,8 +11,9 @@ use crate::error::Error;
 use crate::problem::cones::{ConeLayout, Soc};
 use crate::problem::Csc;
 use crate::symbolic::column_blocks::{column_blocks, ColumnBlock};
+use crate::symbolic::ordering::{fill_reducing_order, FactorShape, Ordering};
 use crate::symbolic::{factor_layout::Symbolic, full_rows::Rows, indices::index};
-use crate::symbolic::{ordering::fill_reducing_order, supernodes::Panels, upper::Upper};
+use crate::symbolic::{supernodes::Panels, upper::Upper};
 
 /// More entries overflow the 32-bit sums of the fill-reducing order, which works in 2.4 times that number.
 const MOST_ENTRIES: usize = 1 << 29;
@@ -46,7 +47,14 @@ pub(crate) struct Kkt {
 }
 
 impl Kkt {
-    pub fn new(p: &Csc, a: &Csc, g: &Csc, cones: &ConeLayout, panels: Panels) -> Result<Self, Error> {
+    pub fn new(
+        p: &Csc,
+        a: &Csc,
+        g: &Csc,
+        cones: &ConeLayout,
+        ordering: Ordering,
+        panels: Panels,
+    ) -> Result<Self, Error> {
         let (n, me, m) = (p.ncols(), a.nrows(), g.nrows());
         let expanded = cones.soc.iter().filter(|c| c.expansion.is_some()).count();
         let dim = n + me + m + 2 * expanded;
@@ -73,7 +81,7 @@ impl Kkt {
             return Err(Error::TooLarge { what: "the KKT matrix", size: entries.len() });
         }
         let (natural, natural_place) = Upper::from_positions(dim, &entries);
-        let order = fill_reducing_order(&natural)?;
+        let order = fill_reducing_order(&natural, ordering)?;
         let (permuted, permuted_place) = natural.permuted(&order);
         let symbolic = Symbolic::new(&permuted, panels)?;
 
@@ -119,6 +127,11 @@ impl Kkt {
     #[inline(always)]
     pub fn column(&self, j: usize) -> core::ops::Range<usize> {
         self.colptr[j] as usize..self.colptr[j + 1] as usize
+    }
+
+    /// How much there is to factor.
+    pub fn factor_shape(&self) -> FactorShape {
+        FactorShape::of(&Upper { colptr: self.colptr.clone(), rowidx: self.rowidx.clone() })
     }
 
     pub fn nnz(&self) -> usize {

@@ -6,7 +6,7 @@ use crate::problem::cones::{ConeLayout, Soc};
 use crate::problem::problem::{Problem, Reduced};
 use crate::problem::Csc;
 use crate::symbolic::column_blocks::{column_blocks, ColumnBlock};
-use crate::symbolic::{indices::index, supernodes::Panels};
+use crate::symbolic::{indices::index, ordering::Ordering, supernodes::Panels};
 
 /// Positions of a sparse matrix's entries, column by column.
 #[derive(Clone, Debug)]
@@ -102,7 +102,7 @@ pub(crate) struct Structure {
 }
 
 impl Structure {
-    pub fn new(problem: &Problem, panels: Panels) -> Result<Self, Error> {
+    pub fn new(problem: &Problem, ordering: Ordering, panels: Panels) -> Result<Self, Error> {
         let reduced = Reduced::new(problem);
         let m = reduced.row_origin.len();
         let mut cones = ConeLayout { l: reduced.l, soc: Vec::with_capacity(reduced.q.len()) };
@@ -113,7 +113,7 @@ impl Structure {
             cones.soc.push(Soc { start, dim, expansion });
             start += dim;
         }
-        let kkt = Kkt::new(&problem.p, &problem.a, &reduced.g, &cones, panels)?;
+        let kkt = Kkt::new(&problem.p, &problem.a, &reduced.g, &cones, ordering, panels)?;
         Ok(Self {
             n: problem.n(),
             p: problem.p(),
@@ -128,8 +128,8 @@ impl Structure {
     }
 
     /// As [`Structure::new`], for lanes.
-    pub fn for_lanes(problem: &Problem) -> Result<Self, Error> {
-        let structure = Self::new(problem, Panels::Lanes)?;
+    pub fn for_lanes(problem: &Problem, ordering: Ordering) -> Result<Self, Error> {
+        let structure = Self::new(problem, ordering, Panels::Lanes)?;
         Ok(Self { kkt: structure.kkt.by_rows(), ..structure })
     }
 

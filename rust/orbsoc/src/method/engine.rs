@@ -11,7 +11,7 @@ use crate::method::{datapath::Datapath, events::Event, warm_start::Start};
 use crate::outcome::solution::{better_of, Solution};
 use crate::problem::{Problem, Settings};
 use crate::real::{count, Counted, Decide, Latency, Real, Tally};
-use crate::symbolic::supernodes::Panels;
+use crate::symbolic::{ordering::FactorShape, supernodes::Panels};
 use core::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -74,7 +74,7 @@ impl<T: Decide> Engine<T> {
     }
 
     pub(crate) fn with_panels(problem: &Problem, settings: &Settings, panels: Panels) -> Result<Self, Error> {
-        let path = Datapath::new(Arc::new(Structure::new(problem, panels)?), settings)?;
+        let path = Datapath::new(Arc::new(Structure::new(problem, settings.ordering, panels)?), settings)?;
         let mut engine = Self {
             events: Vec::with_capacity(most_events(settings)),
             path,
@@ -303,6 +303,14 @@ fn most_events(settings: &Settings) -> usize {
     once(WARM_STARTUP) + settings.max_restarts.min(LONGEST) as usize * once(STARTUP)
 }
 
+/// How much there is to factor in a problem's KKT matrix, in the order that the settings ask for.
+///
+/// # Errors
+/// A pattern too large.
+pub fn factor_shape(problem: &Problem, settings: &Settings) -> Result<FactorShape, Error> {
+    Ok(Structure::new(problem, settings.ordering, Panels::Exact)?.kkt.factor_shape())
+}
+
 /// Operations of each stage on a problem's pattern, and their longest dependent chain.
 ///
 /// # Errors
@@ -312,7 +320,7 @@ pub fn operation_counts(
     settings: &Settings,
     latency: Latency,
 ) -> Result<Vec<(Stage, Tally)>, Error> {
-    let structure = Arc::new(Structure::new(problem, Panels::Exact)?);
+    let structure = Arc::new(Structure::new(problem, settings.ordering, Panels::Exact)?);
     let mut path = Datapath::<Counted>::new(structure, settings)?;
     let inputs_ready = Workspace::new(&path.structure, Counted::zero());
     let mut tally = |stage| {

@@ -75,7 +75,7 @@ impl Recording {
 /// # Ok::<(), Error>(())
 /// ```
 pub fn record_tapes(problem: &Problem, settings: &Settings) -> Result<Recording, Error> {
-    let structure = Arc::new(Structure::new(problem, Panels::Exact)?);
+    let structure = Arc::new(Structure::new(problem, settings.ordering, Panels::Exact)?);
     let mut path = Datapath::<Taped>::new(structure, settings)?;
     let stages = Stage::ALL.iter().filter(|stage| stage.module() != Module::Ps);
     Ok(Recording {

@@ -5,8 +5,9 @@
 
 use crate::error::Error;
 use crate::problem::csc::Csc;
+use crate::symbolic::ordering::{fill_reducing_order, Ordering};
 use crate::symbolic::upper::Upper;
-use crate::symbolic::{etree::has_cholesky_factor, indices::index, ordering::fill_reducing_order};
+use crate::symbolic::{etree::has_cholesky_factor, indices::index};
 use nalgebra::{Cholesky, DMatrix};
 
 /// Negative curvature below this fraction of the diagonal passes: rounding in P = MᵀM can produce it.
@@ -95,7 +96,7 @@ fn has_factor(order: usize, correlations: &[(usize, usize, f64)]) -> Result<bool
     let entries: Vec<_> = diagonal.chain(correlations.iter().copied()).collect();
     let positions: Vec<_> = entries.iter().map(|&(i, j, _)| (index(i), index(j))).collect();
     let (given, first) = Upper::from_positions(order, &positions);
-    let (upper, second) = given.permuted(&fill_reducing_order(&given)?);
+    let (upper, second) = given.permuted(&fill_reducing_order(&given, Ordering::Amd)?);
     let mut values = vec![0.0; entries.len()];
     for (&at, (.., value)) in first.iter().zip(entries) {
         values[second[at as usize] as usize] = value;

@@ -1,6 +1,7 @@
 //! What a solve may spend and how exact it must be.
 
 use crate::error::Error;
+use crate::symbolic::ordering::Ordering;
 
 /// Settings of a solve. Each default was chosen by measurement; see `docs/decisions/`.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,6 +35,8 @@ pub struct Settings {
     /// Most restarts, by [`RESTARTS`](crate::RESTARTS), after the first attempt of a solve; 0 where a deadline is hard. A
     /// cold attempt after a warm start that was given up is one of them.
     pub max_restarts: u32,
+    /// Order of the KKT matrix's elimination.
+    pub ordering: Ordering,
 }
 
 impl Default for Settings {
@@ -52,6 +55,7 @@ impl Default for Settings {
             step_fraction: 0.99,
             ruiz_passes: 4,
             max_restarts: 3,
+            ordering: Ordering::Amd,
         }
     }
 }

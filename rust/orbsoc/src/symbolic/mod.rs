@@ -2,6 +2,7 @@
 
 pub(crate) mod amalgamation;
 pub(crate) mod column_blocks;
+pub(crate) mod dissection;
 pub(crate) mod etree;
 pub(crate) mod factor_layout;
 pub(crate) mod full_rows;

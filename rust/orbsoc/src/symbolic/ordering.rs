@@ -1,7 +1,8 @@
-//! Fill-reducing ordering: AMD, then a leaf-first postorder of the elimination tree. It changes neither fill nor
-//! operations, and brings columns of one kind side by side for the numeric kernels.
+//! Fill-reducing ordering: AMD or nested dissection, then a leaf-first postorder of the elimination tree. It changes
+//! neither fill nor operations, and brings columns of one kind side by side for the numeric kernels.
 
 use crate::error::Error;
+use crate::symbolic::dissection::{dissected, Shape};
 use crate::symbolic::indices::{begins, index, ordered};
 use crate::symbolic::{etree::elimination_tree, supernodes::MAX_LEAF_ROWS, upper::Upper};
 use core::ops::Range;
@@ -13,15 +14,132 @@ const MIN_GROUP: usize = 4;
 /// Rounds in which columns may follow their children to the front.
 const ROUNDS: usize = 3;
 
+/// How the KKT matrix is ordered. Each order has bits of its own, the same on every datapath.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Ordering {
+    /// Approximate minimum degree: the fewest operations.
+    #[default]
+    Amd,
+    /// Nested dissection: a shallow elimination tree, for hardware whose lanes wait for a chain of pivots.
+    NestedDissection,
+    /// Whichever takes one core less time: the one with fewer multiply-adds.
+    Automatic,
+}
+
+impl Ordering {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Amd, Self::NestedDissection, Self::Automatic];
+
+    /// Its name in settings.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Amd => "amd",
+            Self::NestedDissection => "nested_dissection",
+            Self::Automatic => "automatic",
+        }
+    }
+
+    /// The one of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|ordering| ordering.name() == name)
+    }
+}
+
+/// How much there is to factor under an order, and how much of it must follow one another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FactorShape {
+    /// Height of the elimination tree, in columns.
+    pub height: u32,
+    /// Entries of L, its diagonal included.
+    pub entries: u64,
+    /// Multiply-adds of LDLᵀ.
+    pub multiply_adds: u64,
+}
+
+impl FactorShape {
+    pub(crate) fn of(upper: &Upper) -> Self {
+        let (parent, counts) = elimination_tree(upper);
+        let mut heights = vec![1u32; parent.len()];
+        for (j, &parent) in parent.iter().enumerate() {
+            if let Ok(parent) = usize::try_from(parent) {
+                heights[parent] = heights[parent].max(heights[j] + 1);
+            }
+        }
+        let below = || counts.iter().map(|&count| u64::from(count) - 1);
+        Self {
+            height: heights.into_iter().max().unwrap_or(0),
+            entries: counts.iter().map(|&count| u64::from(count)).sum(),
+            multiply_adds: below().map(|rows| rows * (rows + 1) / 2).sum(),
+        }
+    }
+
+    /// About the cycles of a factorization in programmable logic: the chain of pivots, and the lanes' work.
+    fn makespan(self) -> u64 {
+        u64::from(self.height) * PIVOT_CYCLES + self.multiply_adds / LANES
+    }
+}
+
+/// From one pivot of a chain to the next: a division, a product, a sum.
+const PIVOT_CYCLES: u64 = 45;
+/// Multiply-adds a cycle.
+const LANES: u64 = 8;
+
+/// Dissections of which the one with the least makespan is taken; the first has one piece, in minimum-degree order.
+const SHAPES: [Shape; 5] = [
+    Shape { leaf: usize::MAX, dense: usize::MAX },
+    Shape { leaf: 12, dense: usize::MAX },
+    Shape { leaf: 48, dense: usize::MAX },
+    Shape { leaf: 24, dense: 4 },
+    Shape { leaf: 48, dense: 4 },
+];
+
 /// Fill-reducing permutation: `order[new] = old`, children before parents. Groups of leaves with equally few rows, and
 /// of columns with the same rows, come first; the others follow in postorder.
-pub(crate) fn fill_reducing_order(upper: &Upper) -> Result<Vec<u32>, Error> {
+pub(crate) fn fill_reducing_order(upper: &Upper, ordering: Ordering) -> Result<Vec<u32>, Error> {
+    let order = match ordering {
+        Ordering::Amd => minimum_degree(upper)?,
+        Ordering::NestedDissection => nested_dissection(upper)?,
+        Ordering::Automatic => {
+            let orders = [minimum_degree(upper)?, nested_dissection(upper)?];
+            let shape = |order: &Vec<u32>| FactorShape::of(&upper.permuted(order).0);
+            let [one, other] = orders;
+            if shape(&one).multiply_adds <= shape(&other).multiply_adds {
+                one
+            } else {
+                other
+            }
+        }
+    };
+    leaves_first(upper, &order)
+}
+
+/// Approximate minimum degree.
+pub(crate) fn minimum_degree(upper: &Upper) -> Result<Vec<u32>, Error> {
     let dim = upper.dim();
     let (mut order, mut inverse) = (vec![0; dim], vec![0; dim]);
     let mut memory = MemBuffer::new(amd::order_scratch::<u32>(dim, upper.nnz()));
     amd::order(&mut order, &mut inverse, upper.faer(), amd::Control::default(), MemStack::new(&mut memory))
         .map_err(|e| Error::Symbolic(format!("{e:?}")))?;
-    let mut forest = EliminationForest::new(&upper.permuted(&order).0);
+    Ok(order)
+}
+
+/// The dissection with the least makespan; minimum degree where no separator shortens it.
+fn nested_dissection(upper: &Upper) -> Result<Vec<u32>, Error> {
+    let mut best: Option<(u64, Vec<u32>)> = None;
+    for shape in SHAPES {
+        let order = dissected(upper, shape)?;
+        let found = FactorShape::of(&upper.permuted(&order).0);
+        let makespan = found.makespan();
+        if best.as_ref().is_none_or(|(least, _)| makespan < *least) {
+            best = Some((makespan, order));
+        }
+    }
+    Ok(best.map_or_else(Vec::new, |(_, order)| order))
+}
+
+/// An equivalent order, with the same tree, that brings columns of one kind together.
+fn leaves_first(upper: &Upper, order: &[u32]) -> Result<Vec<u32>, Error> {
+    let mut forest = EliminationForest::new(&upper.permuted(order).0);
     let front = forest.group_leaves();
     let rest = forest.postorder(&front);
     Ok(front.into_iter().chain(rest).map(|k| order[k as usize]).collect())

@@ -20,7 +20,7 @@ fn in_lanes<T: Decide>(base: &Problem) -> Vec<Solution> {
 }
 
 fn in_lanes_from<T: Decide>(base: &Problem, start: Option<StartOf<'_, '_>>) -> Vec<Solution> {
-    let structure = Arc::new(Structure::for_lanes(base).unwrap());
+    let structure = Arc::new(Structure::for_lanes(base, crate::Ordering::Amd).unwrap());
     let mut worker = LaneWorker::<T>::new(&structure, &Settings::default()).unwrap();
     let (mut next, mut solved) = (0, vec![None; COUNT]);
     let mut take = |problem: &mut Problem| {

@@ -8,7 +8,7 @@ use crate::kernels::supernodal::pivots::Regularization;
 use crate::real::{count, Counted, Latency, OperationCounts};
 use crate::symbolic::factor_layout::{Supernode, Symbolic};
 use crate::symbolic::indices::index;
-use crate::symbolic::ordering::fill_reducing_order;
+use crate::symbolic::ordering::{fill_reducing_order, Ordering};
 use crate::symbolic::supernodes::{Kind, Panels};
 use crate::symbolic::upper::Upper;
 use crate::tests::reference::SplitMix64;
@@ -101,7 +101,7 @@ fn quasi_definite(dim: usize, density: f64, exact: bool, seed: u64) -> Matrix {
 fn ordered(dim: usize, entries: &[(usize, usize)], values: &[f64], positive: &[bool]) -> Matrix {
     let entries: Vec<(u32, u32)> = entries.iter().map(|&(i, j)| (index(i), index(j))).collect();
     let (natural, place) = Upper::from_positions(dim, &entries);
-    let order = fill_reducing_order(&natural).unwrap();
+    let order = fill_reducing_order(&natural, Ordering::Amd).unwrap();
     let (upper, permuted_place) = natural.permuted(&order);
     let mut permuted = vec![0.0; values.len()];
     values
@@ -480,7 +480,7 @@ fn operations_are_the_closed_forms_of_the_column_counts() {
 #[test]
 fn the_order_is_a_permutation_that_puts_children_before_parents() {
     for matrix in matrices() {
-        let order = fill_reducing_order(&matrix.upper).unwrap();
+        let order = fill_reducing_order(&matrix.upper, Ordering::Amd).unwrap();
         let mut sorted: Vec<usize> = order.iter().map(|&old| old as usize).collect();
         sorted.sort_unstable();
         assert_eq!(sorted, (0..matrix.dim()).collect::<Vec<_>>());

@@ -83,7 +83,7 @@ proptest! {
     fn tapes_make_the_kernels_words_on_any_words(seed in 0u64..1000, decades in 0.0..60.0f64, odd in 0.0..0.3f64) {
         let problem = mixed_problem(seed % 4);
         let recording = record_tapes(&problem, &Settings::default()).unwrap();
-        let structure = Arc::new(Structure::new(&problem, Panels::Exact).unwrap());
+        let structure = Arc::new(Structure::new(&problem, crate::Ordering::Amd, Panels::Exact).unwrap());
         let mut path = Datapath::<f64>::new(structure.clone(), &Settings::default()).unwrap();
         let mut single = Datapath::<f32>::new(structure, &Settings::default()).unwrap();
         let mut numbers = SplitMix64(seed);

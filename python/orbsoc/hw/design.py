@@ -1,0 +1,169 @@
+"""The search for an engine: every shape, order, clock, memory and partition of one workload under a device's resources.
+
+A shape (order of elimination, lanes, dividers, banks) is scheduled once, as a task of `orbsoc.sweep`; its clocks,
+memories and partitions are priced from that. The workload is solved once under each order, before the tasks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cache
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hw_model import HwModelError
+from hw_model.platform.partition import all_partitions
+from hw_model.platform.platform import load_platform
+from hw_model.report.design import PAPER, Row
+from hw_model.report.study import Study
+from orbsoc.conic.problem_file import encode_problem
+from orbsoc.conic.settings import ORDERINGS
+from orbsoc.files.atomic_write import write_atomically
+from orbsoc.files.json_fields import read_json, write_json
+from orbsoc.sweep import Task
+
+from .exact_cycles import exact_cycles
+from .workload import Workload, load_workload, pattern_file
+
+if TYPE_CHECKING:
+    from hw_model import Platform
+
+DESIGNS = "designs"
+"""The dataset of the priced designs."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Space:
+    """What is searched: values of each parameter; every one with every other."""
+
+    ordering: tuple[str, ...] = ("amd", "nested_dissection")
+    lanes: tuple[int, ...] = (1, 2, 4, 8, 16)
+    dividers: tuple[int, ...] = (1, 2, 4)
+    banks: tuple[int, ...] = (16, 32)
+    clock_mhz: tuple[float, ...] = (100.0, 150.0)
+    microcode_memory: tuple[str, ...] = ("block_ram", "streamed_start")
+
+    def __post_init__(self) -> None:
+        unknown = [name for name in self.ordering if name not in ORDERINGS]
+        if unknown:
+            raise HwModelError(f"`ordering` = {unknown[0]!r}: allowed are {', '.join(ORDERINGS)}")
+
+    @property
+    def shapes(self) -> list[dict[str, Any]]:
+        """Engines that need a schedule of their own."""
+        names = ("ordering", "lanes", "dividers", "banks")
+        return [
+            dict(zip(names, values, strict=True)) for values in product(*(getattr(self, n) for n in names))
+        ]
+
+    @property
+    def designs_of_a_shape(self) -> int:
+        """Designs that are priced from one schedule."""
+        return len(self.clock_mhz) * len(self.microcode_memory) * len(_partitions())
+
+
+@cache
+def _partitions() -> tuple[Any, ...]:
+    """All that use the PL: without it there is no engine to design."""
+    return tuple(partition for partition in all_partitions() if partition.uses_pl)
+
+
+def record(workload: Path, ordering: str, folder: Path) -> Workload:
+    """The workload, solved under an order of elimination, or as an earlier run left it in `folder`."""
+    place = folder / f"record-{ordering}" / "recorded.json"
+    if not place.is_file():
+        made = load_workload(workload, ordering)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        for number, problem in enumerate(made.problems):
+            write_json(encode_problem(problem), place.with_name(pattern_file(number)))
+        write_json({"origin": made.origin}, place.with_name("origin.json"))
+        write_atomically(place, made.trace.model_dump_json(by_alias=True))
+    return load_workload(place)
+
+
+def origin(ordering: str, folder: Path) -> str:
+    """What was recorded, in words."""
+    return str(read_json(folder / f"record-{ordering}" / "origin.json")["origin"])
+
+
+def tasks(space: Space, device: str, settings: Mapping[str, Any], folder: Path) -> list[Task]:
+    """A task for each shape. Raises HwModelError for a shape that no engine of rtl/ can have."""
+    return [
+        Task(
+            DESIGNS,
+            number,
+            space.designs_of_a_shape,
+            {
+                "shape": shape,
+                "device": device,
+                "settings": dict(settings),
+                "clocks": list(space.clock_mhz),
+                "memories": list(space.microcode_memory),
+                "record": str(folder / f"record-{shape['ordering']}" / "recorded.json"),
+            },
+        )
+        for number, shape in enumerate(space.shapes)
+    ]
+
+
+@cache
+def _recorded(place: str) -> Workload:
+    return load_workload(place)
+
+
+def price_shape(payload: dict[str, Any]) -> dict[str, Any]:
+    """A task's work: schedule the shape, price its designs; columns of `hw_model.report.design.Row`."""
+    work, shape = _recorded(payload["record"]), payload["shape"]
+    study = Study(work.trace, exact_cycles(work.problems, (), work.settings))
+    base = load_platform(payload["device"]).with_values(payload["settings"])
+    rows: list[Row] = []
+    for clock, memory in product(payload["clocks"], payload["memories"]):
+        platform = platform_of(base, shape, clock, memory)
+        points = study.points(platform, _partitions())
+        rows += [Row.of(point, shape["ordering"], platform) for point in points]
+    return columns(rows)
+
+
+def platform_of(base: Platform, shape: Mapping[str, Any], clock_mhz: float, memory: str) -> Platform:
+    """The device with an engine of a shape."""
+    return base.with_values(
+        {
+            "pl.lanes": shape["lanes"],
+            "pl.dividers": shape["dividers"],
+            "pl.banks": shape["banks"],
+            "pl.clock_mhz": clock_mhz,
+            "pl.microcode_memory": memory,
+        }
+    )
+
+
+def paper_design(space: Space, device: str, settings: Mapping[str, Any], folder: Path) -> Row:
+    """The paper's split on the device's own engine, in the first order of the search, which is amd by default."""
+    ordering = "amd" if "amd" in space.ordering else space.ordering[0]
+    work = _recorded(str(folder / f"record-{ordering}" / "recorded.json"))
+    platform = load_platform(device).with_values(dict(settings))
+    study = Study(work.trace, exact_cycles(work.problems, (), work.settings))
+    (paper,) = (partition for partition in _partitions() if partition.name == PAPER)
+    (point,) = study.points(platform, [paper])
+    return Row.of(point, ordering, platform)
+
+
+def columns(rows: Sequence[Row]) -> dict[str, Any]:
+    """Rows as columns, as a shard holds them."""
+    plain = [asdict(row) for row in rows]
+    return {name: np.array([row[name] for row in plain], dtype=_kind(plain[0][name])) for name in plain[0]}
+
+
+def rows_of(found: Mapping[str, Any]) -> list[Row]:
+    """The rows again."""
+    names = list(found)
+    plain = zip(*(found[name].tolist() for name in names), strict=True)
+    return [Row(**dict(zip(names, values, strict=True))) for values in plain]
+
+
+def _kind(value: object) -> Any:
+    return object if isinstance(value, str) else None
