@@ -296,9 +296,9 @@ mod tests {
             });
             let numeric: Vec<f64> = (0..6).map(|i| (ends[0][i] - ends[1][i]) / (2.0 * step)).collect();
             let scale = |rows: core::ops::Range<usize>| rows.map(|i| numeric[i].abs()).fold(0.0, f64::max);
-            for i in 0..6 {
+            for (i, value) in numeric.iter().enumerate() {
                 let size = if i < 3 { scale(0..3) } else { scale(3..6) };
-                assert!((numeric[i] - with.transitions[2][6 * i + j]).abs() < 3e-5 * size, "{i} {j}");
+                assert!((value - with.transitions[2][6 * i + j]).abs() < 3e-5 * size, "{i} {j}");
             }
         }
     }

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.guidance.impulses import ImpulseProgramme
+from orbsoc.orbit import PropagationError
 from orbsoc.orbit.perturbations import fast_coast, fast_coast_with_transitions
 from orbsoc.orbit.relative import local_frame
 
@@ -83,7 +85,10 @@ class Approach:
         """
         weights = np.repeat(np.maximum(np.linalg.norm(dv_m_s, axis=1), least_m_s), 3)
         weights[: 3 * done] = 0.0
-        now = self.roll(dv_m_s)
+        try:
+            now = self.roll(dv_m_s)
+        except PropagationError:
+            return None
         for _ in range(NEWTON_STEPS):
             if now.miss_m < MET_M:
                 return now
@@ -102,9 +107,10 @@ class Approach:
         """The longest of halved steps that brings the end nearer."""
         length = 1.0
         while length > 1e-3:
-            trial = self.roll(now.dv_m_s - length * change)
-            if trial.miss_m < max((1.0 - 0.5 * length) * now.miss_m, MET_M):
-                return trial
+            with suppress(PropagationError):  # a fall to the ground is no shorter way
+                trial = self.roll(now.dv_m_s - length * change)
+                if trial.miss_m < max((1.0 - 0.5 * length) * now.miss_m, MET_M):
+                    return trial
             length *= 0.5
         return None
 

@@ -13,14 +13,15 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from orbsoc.orbit import Elements, elements_from_state
-from orbsoc.orbit.perturbations import J2, Drag, PointMass, SteeredBurn, fast_burn, fast_coast
+from orbsoc.orbit.perturbations import SteeredBurn, fast_burn, fast_coast
 
 from .approach import ROWS
 from .printed import TABLE
+from .table_checks import forces
 
 Array = NDArray[np.float64]
 
-FORCES = (PointMass(), J2())
+FORCES = forces()
 EXHAUST_M_S = 3090.0
 """An isp of 315 s."""
 ACCELERATION_M_S2 = 1.0687
@@ -55,8 +56,8 @@ def finite_design(
 ) -> Design:
     """The burns that meet a target of table 1, with a given drag, at the end of burn 8."""
     row = TABLE[target]
-    forces = [*FORCES, *([Drag(ballistic_m2_kg)] if ballistic_m2_kg else [])]
-    goal = fast_coast([row.state], [row.epoch_s, ends_s[-1]], forces)[-1, 0]
+    drag = forces(ballistic_m2_kg)
+    goal = fast_coast([row.state], [row.epoch_s, ends_s[-1]], drag)[-1, 0]
 
     def flown(unknowns: Array) -> tuple[list[SteeredBurn], list[Array]]:
         acceleration, burns, states = ACCELERATION_M_S2, [], []

@@ -9,6 +9,7 @@ from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError
 from orbsoc.guidance.scp import ExitReason, Iteration, Solve
+from orbsoc.orbit import PropagationError
 
 from .approach import Approach, Roll, approach_between
 from .descent import Descended, descend, spread
@@ -39,8 +40,12 @@ class Analysis:
 
     @cached_property
     def finite(self) -> FiniteBurns | None:
+        """None without an engine, and where burns of this one are too long to stand for the impulses."""
         engine = self.approach.scenario.engine
-        return None if engine is None else finite_burns(self.approach, self.roll, engine)
+        try:
+            return None if engine is None else finite_burns(self.approach, self.roll, engine)
+        except (PropagationError, ValueError):
+            return None
 
     @cached_property
     def surprised(self) -> Surprised | None:

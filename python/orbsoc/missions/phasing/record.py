@@ -82,6 +82,8 @@ def _consequences(plan: PhasingPlan) -> list[str]:
     analysis, found = plan.analysis, []
     if analysis is None:
         return []
+    if plan.scenario.engine is not None and analysis.finite is None:
+        found.append("The engine is too weak: its burns are too long to stand for these impulses")
     if analysis.surprised is not None:
         best = [each for each in analysis.surprised.replans if isfinite(each.extra_m_s)]
         words = f"With the other drag it would miss by {analysis.surprised.miss_m / 1e3:.1f} km"
