@@ -9,6 +9,7 @@ from math import inf
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from orbsoc.orbit import EARTH, ConstantsSet
 from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass, coast
 from orbsoc.orbit.relative import absolute_state, relative_state
 
@@ -24,19 +25,19 @@ BALLISTIC_M2_KG = (0.01, 0.02)
 """C_D A/m of target and chaser, assumed."""
 
 
-def two_body(_: int) -> Sequence[Force]:
+def two_body(_: int, constants: ConstantsSet = EARTH) -> Sequence[Force]:
     """Newton's law alone."""
-    return [PointMass()]
+    return [PointMass(constants)]
 
 
-def oblate(_: int) -> Sequence[Force]:
+def oblate(_: int, constants: ConstantsSet = EARTH) -> Sequence[Force]:
     """With J₂."""
-    return [PointMass(), J2()]
+    return [PointMass(constants), J2(constants)]
 
 
-def oblate_with_drag(pairs: int) -> Sequence[Force]:
+def oblate_with_drag(pairs: int, constants: ConstantsSet = EARTH) -> Sequence[Force]:
     """With J₂ and the drag of two different bodies."""
-    return [PointMass(), J2(), Drag(np.tile(BALLISTIC_M2_KG, pairs))]
+    return [*oblate(pairs, constants), Drag(np.tile(BALLISTIC_M2_KG, pairs), constants)]
 
 
 TRUTHS: dict[str, Forces] = {"two_body": two_body, "j2": oblate, "j2_drag": oblate_with_drag}

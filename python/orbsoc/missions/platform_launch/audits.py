@@ -108,7 +108,7 @@ def scan(scenario: Scenario, key: str, samples_deg: Array) -> Scan:
 @dataclass(frozen=True, slots=True, eq=False)
 class Dispersed:
     """Flights with a dispersed push, pointing and first impulse: how far each ends from the target with the plan's
-    impulses and time (runs,), m; and, where the impulses are planned again at the separation, their cost and time."""
+    impulses and time (runs,), m; and of two impulses planned again at the separation, their cost and time."""
 
     miss_m: Array
     costs: Array

@@ -16,7 +16,7 @@ from orbsoc.guidance.figure_style import STYLE
 from orbsoc.guidance.mission import FigureFile
 
 from . import two_body
-from .audits import ORBITS, Dispersed, Scan
+from .audits import ORBITS, Dispersed
 from .planner import LaunchPlan, Verification
 from .rendezvous import Rendezvous
 from .transfer import Transfers, costs, in_plane
@@ -30,6 +30,7 @@ Array = NDArray[np.float64]
 BLUE, VERMILION, GREEN, ORANGE, GREY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#777777"
 """Okabe–Ito: distinct to colour-blind eyes and in print."""
 DOTS_PER_INCH = 150
+COST = {"squares": "Σ‖Δv‖² (m²/s²)", "norms": "Σ‖Δv‖ (m/s)"}
 DRAWN_ORBITS = 0.02
 """Of an orbit, from which on the cost is drawn."""
 
@@ -63,7 +64,7 @@ def draw_figures(plan: LaunchPlan, folder: Path) -> tuple[FigureFile, ...]:
     flights = plan.dispersed
     if flights is not None:
         drawn.append(("dispersed.png", f"{flights.miss_m.size} flights with errors of push, pointing and impulses: how far from"
-                      " the target they end, and the cost where the impulses are planned again at the separation.",
+                      " the target they end, and what two impulses planned again at the separation cost.",
                       lambda: _dispersed(flights, met)))  # fmt: skip
     with mpl.rc_context(STYLE):
         for name, _, draw in drawn:
@@ -78,6 +79,13 @@ def _panels(size: tuple[float, float], rows: int = 1, columns: int = 1) -> tuple
 
     figure = Figure(figsize=size, layout="constrained")
     return figure, list(figure.subplots(rows, columns, squeeze=False).ravel())
+
+
+def _panel(along: str, up: str) -> tuple[Figure, Axes]:
+    figure, panels = _panels((7.4, 3.4))
+    panels[0].set_xlabel(along)
+    panels[0].set_ylabel(up)
+    return figure, panels[0]
 
 
 def _legend(axes: Axes) -> None:
@@ -138,23 +146,10 @@ def _rendezvous(plan: LaunchPlan, met: Rendezvous, found: Verification) -> Figur
     ellipse = np.array([scenario.platform_state(float(t))[:2] for t in around])
     left.plot(*ellipse.T, color=GREY, linewidth=1.0, linestyle="--", label="platform's ellipse")
     left.plot(flight.states[:, 1], flight.states[:, 0], color=BLUE, label="server")
-    left.plot(
-        0.0,
-        0.0,
-        marker="o",
-        markersize=8,
-        markerfacecolor="none",
-        color="black",
-        linestyle="none",
-        label="target",
-    )
+    left.plot(0.0, 0.0, "o", markersize=8, markerfacecolor="none", color="black", label="target")
     times, dv = met.programme.times_s, met.programme.dv_m_s
     places = np.array([np.interp(times, flight.times_s, flight.states[:, k]) for k in (1, 0)])
-    reach = max(
-        float(np.ptp(flight.states[:, 1])),
-        float(np.ptp(flight.states[:, 0])),
-        2.0 * scenario.orbit.semi_minor_m,
-    )
+    reach = max(2.0 * scenario.orbit.semi_minor_m, *np.ptp(flight.states[:, :2], axis=0).tolist())
     size = 0.25 * reach / met.programme.largest_m_s
     left.quiver(*places, dv[:, 1] * size, dv[:, 0] * size, color=VERMILION, angles="xy", scale_units="xy", scale=1.0,
                 width=0.006, zorder=3)  # fmt: skip
@@ -175,50 +170,31 @@ def _rendezvous(plan: LaunchPlan, met: Rendezvous, found: Verification) -> Figur
 
 def _cost(plan: LaunchPlan, met: Rendezvous) -> Figure:
     motion, state = plan.scenario.motion, in_plane(plan.separation.state)
-    figure, panels = _panels((7.4, 3.8))
-    axes = panels[0]
+    figure, axes = _panel("time of flight (orbits)", COST[met.cost])
     transfers = Transfers.of(motion, max(plan.scenario.longest_s, met.time_s))
     with np.errstate(all="ignore"):
         values = costs(transfers.matrices, state, met.cost)
-    least = min([met.value, *(each.cost for each in met.minima)])
-    values[values > 30.0 * least] = np.nan
-    orbits = transfers.times_s / motion.period_s
-    shown = orbits > DRAWN_ORBITS
-    axes.plot(orbits[shown], values[shown], color=BLUE, linewidth=1.4)
     points = np.array([[each.time_s / motion.period_s, each.cost] for each in met.minima])
+    least = min(met.value, float(points[:, 1].min()))
+    orbits = transfers.times_s / motion.period_s
+    values[(values > 30.0 * least) | (orbits < DRAWN_ORBITS)] = np.nan
+    axes.plot(orbits, values, color=BLUE, linewidth=1.4)
     axes.plot(*points.T, color=VERMILION, linestyle="none", marker="o", markersize=5, label="local minima")
-    axes.plot(
-        met.time_s / motion.period_s,
-        met.value,
-        color="black",
-        linestyle="none",
-        marker="*",
-        markersize=12,
-        label="plan",
-    )
+    here = met.time_s / motion.period_s
+    axes.plot(here, met.value, color="black", linestyle="none", marker="*", markersize=12, label="plan")
     axes.set_yscale("log")
-    ticks = [
-        0.1 * 10.0**k * m
-        for k in range(-3, 4)
-        for m in (1, 2, 5)
-        if least <= 0.1 * 10.0**k * m <= 30.0 * least
-    ]
+    ticks = [m * 10.0**k for k in range(-6, 7) for m in (1, 2, 5) if least <= m * 10.0**k <= 30.0 * least]
     axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.minorticks_off()
-    axes.set_xlabel("time of flight (orbits)")
-    axes.set_ylabel("Σ‖Δv‖² (m²/s²)" if met.cost == "squares" else "Σ‖Δv‖ (m/s)")
     _legend(axes)
     return figure
 
 
 def _engine(plan: LaunchPlan) -> Figure:
-    figure, panels = _panels((7.4, 3.4))
-    axes = panels[0]
+    figure, axes = _panel("of the impulse, given (%)", "least distance (m)")
     for cut, colour in zip(plan.cuts, (BLUE, VERMILION, GREEN, ORANGE) * 8, strict=False):
         share = 100.0 * np.linspace(0.0, 1.0, len(cut.by_fraction_m))
         axes.plot(share, cut.by_fraction_m, color=colour, label=f"impulse {cut.number}, {cut.time_s:.0f} s")
-    axes.set_xlabel("of the impulse, given (%)")
-    axes.set_ylabel("least distance (m)")
     axes.set_ylim(bottom=0.0)
     _legend(axes)
     return figure
@@ -230,37 +206,28 @@ def _scans(plan: LaunchPlan) -> Figure:
     for axes, found, mark, label in zip(
         panels, plan.scans, marks, ("yaw bias (°)", "phase (°)"), strict=True
     ):
-        _scan(axes, found, mark)
+        best = f"{found.best_cost:.3f} at {found.best_deg:.1f}°"
+        axes.plot(found.samples_deg, found.costs, color=BLUE, marker=".", linewidth=1.2)
+        axes.plot(found.best_deg, found.best_cost, color=VERMILION, marker="o", linestyle="none", label=best)
+        axes.axvline(mark, color="black", linewidth=0.9, linestyle="--", label="the plan's")
         axes.set_xlabel(label)
-    panels[0].set_ylabel("Σ‖Δv‖² (m²/s²)" if plan.scenario.rendezvous.cost == "squares" else "Σ‖Δv‖ (m/s)")
+        _legend(axes)
+    panels[0].set_ylabel(COST[plan.scenario.rendezvous.cost])
     return figure
 
 
-def _scan(axes: Axes, found: Scan, mark: float) -> None:
-    axes.plot(found.samples_deg, found.costs, color=BLUE, marker=".", linewidth=1.2)
-    axes.plot(found.best_deg, found.best_cost, color=VERMILION, marker="o", linestyle="none",
-              label=f"{found.best_cost:.3f} at {found.best_deg:.1f}°")  # fmt: skip
-    axes.axvline(mark, color="black", linewidth=0.9, linestyle="--", label="the plan's")
-    _legend(axes)
-
-
 def _primer(met: Rendezvous) -> Figure:
-    figure, panels = _panels((7.4, 3.2))
-    axes = panels[0]
-    times = np.linspace(0.0, met.time_s, 481)
+    figure, axes = _panel("time after the separation (s)", "primer vector")
+    times, at = np.linspace(0.0, met.time_s, 481), met.programme.times_s
     axes.plot(times, met.primer(times), color=BLUE)
-    at = met.programme.times_s
     axes.plot(at, met.primer(at), color=VERMILION, linestyle="none", marker="o", label="impulses")
     axes.axhline(1.0, color="black", linewidth=0.9, linestyle="--")
-    axes.set_xlabel("time after the separation (s)")
-    axes.set_ylabel("primer vector")
     _legend(axes)
     return figure
 
 
 def _front(plan: LaunchPlan) -> Figure:
-    figure, panels = _panels((7.4, 3.4))
-    axes = panels[0]
+    figure, axes = _panel("longest time of flight (orbits)", COST["norms"])
     times, two, many, count = np.array(plan.front).T
     orbits = times / plan.scenario.motion.period_s
     axes.plot(orbits, two, color=GREY, marker="s", label="two impulses")
@@ -268,8 +235,6 @@ def _front(plan: LaunchPlan) -> Figure:
     for x, y, k in zip(orbits, many, count, strict=True):
         axes.annotate(f"{k:.0f}", (x, y), xytext=(0, -14), textcoords="offset points", ha="center")
     axes.set_ylim(0.0, 1.1 * float(two.max()))
-    axes.set_xlabel("longest time of flight (orbits)")
-    axes.set_ylabel("Σ‖Δv‖ (m/s)")
     _legend(axes)
     return figure
 
@@ -282,12 +247,12 @@ def _dispersed(found: Dispersed, met: Rendezvous) -> Figure:
         left.axvline(value, color=VERMILION, linestyle=style, label=f"{100 * share:.0f} %: {value:.1f} m")
     left.set_xlabel("missed by (m)")
     left.set_ylabel("flights")
-    _legend(left)
     right.plot(found.times_s, found.costs, color=BLUE, linestyle="none", marker=".", markersize=3)
     right.plot(
         met.time_s, met.value, color="black", marker="*", markersize=12, linestyle="none", label="plan"
     )
-    right.set_xlabel("time of flight, planned again (s)")
-    right.set_ylabel("Σ‖Δv‖² (m²/s²)" if met.cost == "squares" else "Σ‖Δv‖ (m/s)")
-    _legend(right)
+    right.set_xlabel("time of flight of two new impulses (s)")
+    right.set_ylabel(COST[met.cost])
+    for axes in (left, right):
+        _legend(axes)
     return figure

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import degrees
 
 import numpy as np
@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from orbsoc.guidance.chaser_messages import chaser_messages
 from orbsoc.guidance.impulses import KICK, ImpulseProgramme
-from orbsoc.guidance.relative_flight import BALLISTIC_M2_KG, Forces, RelativeFlight, fly
-from orbsoc.orbit import ConstantsSet, Elements, elements_from_state
-from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass
+from orbsoc.guidance.relative_flight import Forces, RelativeFlight, fly, two_body
+from orbsoc.orbit import Elements, elements_from_state
 from orbsoc.orbit.relative import absolute_state, local_frame
 
 from .launch import axes
@@ -27,20 +26,6 @@ ROUNDS = 12
 """Of the correction, at most."""
 MET_M = 1e-5
 """Within which the correction ends; the state is known to about 1e-7 m."""
-
-
-def two_body(constants: ConstantsSet) -> Forces:
-    """Newton's law alone."""
-    return lambda _: [PointMass(constants)]
-
-
-def oblate_with_drag(constants: ConstantsSet) -> Forces:
-    """With J₂ and the drag of two different bodies."""
-
-    def forces(pairs: int) -> Sequence[Force]:
-        return [PointMass(constants), J2(constants), Drag(np.tile(BALLISTIC_M2_KG, pairs), constants)]
-
-    return forces
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,7 +60,7 @@ def corrected(scenario: Scenario, state: Array, programme: ImpulseProgramme, end
 
     Newton's method with the transition of the linear model. Where it does not get there, its last flight is returned.
     """
-    motion, forces = scenario.motion, two_body(scenario.constants)
+    motion, forces = scenario.motion, partial(two_body, constants=scenario.constants)
     effect = np.hstack([motion.transition(end_s, float(t)) @ KICK for t in programme.times_s])
     scale = np.repeat([motion.mean_motion_rad_s, 1.0], 3)
     found = flown(scenario, state, programme, end_s, forces)

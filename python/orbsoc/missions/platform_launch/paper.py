@@ -37,7 +37,7 @@ _FORCE = (
     "no stroke with 500 N fits yaw and speed of the figures together; 300 N, stopped at 1.45 s, the first step after the"
     " stroke, fits all"
 )
-_GEO = "not so for every orbit: at 35 793 km the least is at 1.41 orbits"
+_GEO = "not so for every orbit: at 35 786 km the least is at 1.41 orbits"
 _STEP = (
     "0.23 s (0.025 %) remain: step and rounding of the paper's launch are unknown, and the cost is flat there"
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +14,13 @@ from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Status
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Column, PlanStatus
+from orbsoc.guidance.relative_flight import oblate_with_drag, two_body
 from orbsoc.guidance.safety import CutBurn
 from orbsoc.guidance.scp import Iteration, Solve
 from orbsoc.orbit import Elements
 
 from .audits import Dispersed, HoldPoint, Scan, cut_burns, dispersed, hold_points, pointing
-from .flights import Flown, corrected, flown, oblate_with_drag, orbits, two_body
+from .flights import Flown, corrected, flown, orbits
 from .launch import LaunchError
 from .perturbation import Approximation, PerturbationError, approximations
 from .rendezvous import Rendezvous, rendezvous
@@ -198,8 +199,10 @@ def verify(scenario: Scenario, separation: Separation, found: Rendezvous) -> Ver
     by_kane, by_two_bodies = disagreement(separation)
     state, programme, end_s = separation.state, found.programme, found.time_s
     met = corrected(scenario, state, programme, end_s)
-    plan = flown(scenario, state, programme, end_s, two_body(scenario.constants))
-    drag = flown(scenario, state, programme, end_s, oblate_with_drag(scenario.constants))
+    plan, drag = (
+        flown(scenario, state, programme, end_s, partial(forces, constants=scenario.constants))
+        for forces in (two_body, oblate_with_drag)
+    )
     chasers = plan.flight.pairs[:, 1, :3]
     heights = np.linalg.norm(chasers, axis=1) - scenario.constants.earth_radius_m
     low = int(heights.argmin())

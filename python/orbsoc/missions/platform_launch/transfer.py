@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
+from math import cos, pi, sin
 from typing import Literal
 
 import numpy as np
@@ -27,6 +28,9 @@ STEPS = 360
 """Of an orbit, at which the cost is looked at before minima are refined."""
 FIRST, EARLY = 0.005, 40
 """Of an orbit, up to which the scan takes `EARLY` steps of one ratio instead, from a thousandth of it on."""
+NARROW, CLOSE = 14, 0.3
+"""Samples on each side of a singular time, for wells beside it are narrow; by which share a sample may be above the
+cost of its minimum."""
 PANELS = 8
 """Of an orbit, on each of which the cost is a polynomial to rounding."""
 DEGREE = 24
@@ -58,23 +62,30 @@ class Transfers:
         first = min(FIRST * motion.period_s, 0.5 * longest_s)
         steps = max(8, round(STEPS * (longest_s - first) / motion.period_s))
         early = np.geomspace(1e-3 * first, first, EARLY + 1)[:-1]
-        times = np.concatenate([early, np.linspace(first, longest_s, steps + 1)])
+        poles = np.array(singular_times(motion, longest_s)).reshape(-1, 1)
+        beside = motion.period_s * np.geomspace(1e-4, 1.0 / PANELS, NARROW) * np.array([[-1.0], [1.0]])
+        near = (poles[:, :, None] + beside).ravel()
+        near = near[(near > first) & (near < longest_s)]
+        times = np.unique(np.concatenate([early, near, np.linspace(first, longest_s, steps + 1)]))
         return cls(motion, times, _matrices(motion, times))
 
     def minima(self, state: Array, cost: Cost = "squares") -> tuple[Minimum, ...]:
         """Every local minimum that the scan brackets, by time; the ends count where the cost rises from them."""
-        with np.errstate(all="ignore"):
-            values = costs(self.matrices, state, cost)
-        values = np.nan_to_num(values, nan=np.inf)
-        padded = np.concatenate([[np.inf], values, [np.inf]])
-        low = np.flatnonzero((values <= padded[:-2]) & (values <= padded[2:]) & np.isfinite(values))
+        _, low = self._low(state, cost)
         return tuple(self._refined(state, cost, int(k)) for k in low)
 
     def best(self, state: Array, cost: Cost = "squares") -> Minimum:
-        """The cheapest of all; refines only the lowest sample's."""
+        """The cheapest; refines those that may be it by their samples."""
+        values, low = self._low(state, cost)
+        near = low[values[low] <= (1.0 + CLOSE) * values.min()]
+        return min((self._refined(state, cost, int(k)) for k in near), key=lambda each: each.cost)
+
+    def _low(self, state: Array, cost: Cost) -> tuple[Array, NDArray[np.intp]]:
+        """The cost at every time, and which samples are below their neighbours."""
         with np.errstate(all="ignore"):
             values = np.nan_to_num(costs(self.matrices, state, cost), nan=np.inf)
-        return self._refined(state, cost, int(values.argmin()))
+        padded = np.concatenate([[np.inf], values, [np.inf]])
+        return values, np.flatnonzero((values <= padded[:-2]) & (values <= padded[2:]) & np.isfinite(values))
 
     def _refined(self, state: Array, cost: Cost, k: int) -> Minimum:
         ends = self.times_s[max(k - 1, 0)], self.times_s[min(k + 1, len(self.times_s) - 1)]
@@ -122,6 +133,15 @@ def singularity(motion: ClohessyWiltshire, time_s: float) -> float:
     """8(1 − cos τ) − 3τ sin τ with τ = nt, over its size nearby: 0 where two positions do not determine a flight."""
     tau = motion.mean_motion_rad_s * time_s
     return float((8.0 * (1.0 - np.cos(tau)) - 3.0 * tau * np.sin(tau)) / (16.0 + 3.0 * tau))
+
+
+def singular_times(motion: ClohessyWiltshire, longest_s: float) -> list[float]:
+    """Whole revolutions, and the times between with tan(τ/2) = 3τ/8, up to a time."""
+    turns = range(1, int(motion.mean_motion_rad_s * longest_s / (2.0 * pi)) + 1)
+    between = [
+        float(brentq(lambda a: sin(a) - 0.75 * a * cos(a), k * pi + 1e-3, (k + 0.5) * pi)) for k in turns
+    ]
+    return [2.0 * a / motion.mean_motion_rad_s for a in (*(k * pi for k in turns), *between)]
 
 
 def stationary_minima(motion: ClohessyWiltshire, state: Array, longest_s: float) -> tuple[float, ...]:
