@@ -17,6 +17,8 @@ from orbsoc.files.atomic_write import write_atomically
 MANIFEST = "sweep.json"
 SCHEMA = "orbsoc.sweep/1"
 PART = "part.parquet"
+JOURNAL = "journal"
+"""Beside it, of a shard that is not finished: `journal.Journal`."""
 
 Columns = Mapping[str, NDArray[Any]]
 
@@ -96,6 +98,7 @@ class ShardStore:
         place = self.folder / task.place
         place.mkdir(parents=True, exist_ok=True)
         write_atomically(place / PART, stream.getvalue().to_pybytes(), durable=True)
+        (place / JOURNAL).unlink(missing_ok=True)
 
     def read(self, dataset: str) -> dict[str, NDArray[Any]]:
         """All finished shards of a dataset in order of their numbers, as columns. Raises StoreError without any."""

@@ -18,7 +18,7 @@ from .perigee_at_bound import lower_perigees
 from .table import PointTable
 from .tools import Tolerances, Tools
 from .turned_perigee import turn_perigees
-from .wavefront import PlaneSet, Wavefront
+from .wavefront import Part, PlaneSet, Wavefront
 
 Array = NDArray[np.float64]
 
@@ -71,15 +71,17 @@ class Domain:
         inc, raan = np.meshgrid(grid.inclination_deg.values(), grid.raan_deg.values(), indexing="ij")
         return inc.ravel(), raan.ravel()
 
-    def solve_planes(self, inc_deg: Array, raan_deg: Array, heights_km: Array | None = None) -> PointTable:
-        """All perigee bounds of some planes, one row a point."""
+    def solve_planes(
+        self, inc_deg: Array, raan_deg: Array, heights_km: Array | None = None, *, part: Part | None = None
+    ) -> PointTable:
+        """All perigee bounds of some planes, one row a point; `part` does parts of the work, or knows their results."""
         perigee = self.scenario.perigee
         heights = self.scenario.grid.perigee_height_km.values() if heights_km is None else heights_km
         argp = None if perigee.argp_deg is None else float(np.deg2rad(perigee.argp_deg))
         planes = PlaneSet(np.asarray(inc_deg), np.asarray(raan_deg), np.asarray(heights), argp)
         continuation = self.scenario.method.continuation == "wavefront"
         at_bound = perigee.condition == "equal"
-        front = Wavefront.over(self.tools, self.frame, planes, continuation=continuation)
+        front = Wavefront.over(self.tools, self.frame, planes, continuation=continuation, part=part)
         table = front.run()
         if at_bound:
             table = lower_perigees(front)

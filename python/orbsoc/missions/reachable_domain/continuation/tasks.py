@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
+from contextlib import closing
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from orbsoc.files.versions import __version__
+from orbsoc.sweep.journal import Journal
 
 from ..direct.subproblems import Subproblems
 from ..scenario import Scenario
@@ -15,6 +21,8 @@ from .boundary import solve_boundary
 from .domain import Domain
 
 AZIMUTHS_PER_SHARD = 24
+PACKAGE = "orbsoc.missions.reachable_domain"
+"""Whose classes a journal holds."""
 
 Array = NDArray[np.float64]
 Columns = dict[str, NDArray[Any]]
@@ -48,9 +56,16 @@ def boundary_shards(domain: Domain, azimuths: Array) -> Iterator[tuple[int, dict
 
 
 def solve_grid_shard(payload: Mapping[str, Any], solve: Subproblems | None = None) -> Columns:
-    """The table of one shard of the grid."""
+    """The table of one shard of the grid. Where the payload names a `journal`, a file, finished parts are kept there, and those
+    that it has are not computed again."""
     domain = _domain(payload) if solve is None else Domain.of(_scenario(payload), solve=solve)
-    return domain.solve_planes(np.array(payload["inc_deg"]), np.array(payload["raan_deg"])).columns
+    planes = np.array(payload["inc_deg"]), np.array(payload["raan_deg"])
+    if "journal" not in payload:
+        return domain.solve_planes(*planes).columns
+    what = {name: value for name, value in payload.items() if name != "journal"}
+    key = f"{__version__} {json.dumps(what, sort_keys=True)}"
+    with closing(Journal(Path(payload["journal"]), key, PACKAGE)) as journal:
+        return domain.solve_planes(*planes, part=journal.part).columns
 
 
 def solve_boundary_shard(payload: Mapping[str, Any]) -> Columns:

@@ -7,7 +7,10 @@ bound. Likewise what is not reached at a bound is not reached at a higher one.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +31,17 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
+Part = Callable[[Callable[[], Any]], Any]
+"""Does a part of the work, or knows its result: `orbsoc.sweep.journal.Journal.part`."""
+ROWS_PER_PART = 256
+"""Of attempts: enough for a batch, and a few per cent of a shard."""
 NEAR_RAD = float(np.deg2rad(5.0))
 """Planes nearer than this are neighbours."""
+
+
+def done_now(compute: Callable[[], Any]) -> Any:
+    """The part of a sweep that keeps no journal."""
+    return compute()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,14 +99,19 @@ class Wavefront:
     continuation: bool
     table: PointTable
     plans: Attempts
+    part: Part
 
     @classmethod
-    def over(cls, tools: Tools, frame: TiltFrame, planes: PlaneSet, *, continuation: bool) -> Wavefront:
-        """Nothing tried yet; without `continuation` every point is started cold by itself."""
+    def over(
+        cls, tools: Tools, frame: TiltFrame, planes: PlaneSet, *, continuation: bool, part: Part | None = None
+    ) -> Wavefront:
+        """Nothing tried yet; without `continuation` every point is started cold by itself. `part` does a part of the work, or
+        knows its result."""
         cold = towards_planes(tools.collocation(tools.nodes), planes.normal)
         plane = np.repeat(np.arange(len(planes)), len(planes.heights_km))
         plans = Attempts.none(cold[plane], tools.nodes)
-        return cls(tools, frame, planes, continuation, planes.blank(frame, tools.grids), plans)
+        table = planes.blank(frame, tools.grids)
+        return cls(tools, frame, planes, continuation, table, plans, part or done_now)
 
     def run(self) -> PointTable:
         """The lowest bound of every plane, then all bounds that its plan does not meet, then what is left."""
@@ -120,9 +137,8 @@ class Wavefront:
             if not lost.size:
                 return
             tried[lost] = True
-            found = attempt(self.tools, self.target(lost), self.plans.arcs[near])
-            self._take(lost, found, Origin.NEIGHBOUR)
-            table["evidence"][lost[found.verified]] = ""
+            self._try(lost, Origin.NEIGHBOUR, near)
+            table["evidence"][lost[self.plans.verified[lost]]] = ""
 
     def _nearest_plans(self, rows: Index) -> Index:
         """For each row the row whose plan is that of the nearest plane reached at its bound; −1 where none is within
@@ -166,10 +182,14 @@ class Wavefront:
         if (~high).any():
             self._try(rows[~high], Origin.CONTINUATION)
 
-    def _try(self, rows: Index, origin: Origin) -> None:
-        """Attempt rows from the arcs that stand in `plans`; rows that fail stay open."""
-        found = attempt(self.tools, self.target(rows), self.plans.arcs[rows])
-        self._take(rows, found, origin)
+    def _try(self, rows: Index, origin: Origin, start: Index | None = None) -> None:
+        """Attempt rows from the arcs that stand in `plans`, their own or those of the rows `start`; rows that fail stay open."""
+        start = rows if start is None else start
+        for first in range(0, rows.size, ROWS_PER_PART):
+            some = slice(first, first + ROWS_PER_PART)
+            target, arcs = self.target(rows[some]), self.plans.arcs[start[some]]
+            found = self.part(partial(attempt, self.tools, target, arcs))
+            self._take(rows[some], found, origin)
 
     def _take(self, rows: Index, found: Attempts, origin: Origin) -> None:
         self.table.write_spent(rows, found)
@@ -204,7 +224,7 @@ class Wavefront:
         table = self.table
         tilt, azimuth = np.deg2rad(table["tilt_deg"][rows]), np.deg2rad(table["azimuth_deg"][rows])
         target = LargestTilt(self.frame, azimuth, self.target(rows, free=True).perigee)
-        edge = largest_tilts(self.tools, target, needed_tilt=tilt)
+        edge = self.part(partial(largest_tilts, self.tools, target, needed_tilt=tilt))
         table.write_subproblems(rows, edge.subproblems, edge.solver_iterations)
         gap = tilt - edge.tilt
         beyond = np.flatnonzero(gap > 0.0)
@@ -223,7 +243,8 @@ class Wavefront:
         known = np.array([k for k, point in enumerate(points) if int(point) in place], np.intp)
         if known.size and edge.fine is not None:
             start = edge.fine[np.array([place[int(points[k])] for k in known])]
-            self._take(rows[known], self._from_edge(rows[known], start), Origin.LARGEST_TILT)
+            found = self.part(partial(self._from_edge, rows[known], start))
+            self._take(rows[known], found, Origin.LARGEST_TILT)
         left = np.flatnonzero(~self.plans.verified[rows])
         tilt, uncertainty = edge.tilt[points], np.fmax(edge.change[points], RESOLUTION_RAD)
         gap = np.deg2rad(self.table["tilt_deg"][rows]) - tilt

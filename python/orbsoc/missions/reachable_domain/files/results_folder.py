@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.sweep import DaskCluster, Executor, Inline, Processes, Report, ShardStore, Task, run
-from orbsoc.sweep.store import Columns
+from orbsoc.sweep.store import JOURNAL, Columns
 
 from ..continuation.boundary import first_azimuths
 from ..continuation.domain import Domain
@@ -35,6 +35,9 @@ def solve_into(
     first = _boundary_tasks(domain, first_azimuths(domain), 0)
     if len(first) == len(grid) == 1 and isinstance(executor, Processes):
         executor = Inline()  # nothing to share out
+    if not isinstance(executor, DaskCluster):  # its workers may have other disks
+        for task in grid:
+            task.payload["journal"] = str((folder / task.place / JOURNAL).resolve())
     with executor.standing() as workers:
         edge = _solve_boundary(store, domain, first, workers, watch)
         return *edge, run(store, grid, solve_grid_shard, workers, watch)
