@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from orbsoc.conic.builder import ConicBuilder
 from orbsoc.conic.named_rows import HasDuals
+from orbsoc.conic.solution import Status
 from orbsoc.guidance.impulses import Generated, Impulses, generate
 from orbsoc.guidance.scp import Iteration, Outcome, Proposal, Solve, TrustRules, trust_region
 
@@ -139,18 +140,25 @@ def descend(
         over_m = 0.0 if chance is None else chance.sigma_m(approach, roll) - chance.limit_m
         return roll.cost_m_s + MISSED_BY_M_S_M * max(over_m, 0.0)
 
-    def propose(roll: Roll, radius: float) -> Proposal[Roll]:
+    def about(roll: Roll, radius: float, first: Array) -> Generated:
         active = approach.times_s[np.any(roll.dv_m_s, axis=1)]
-        first = approach.times_s[::EVERY] if not generated else approach.times_s[[0, -1]]
-        found = generate(
+        return generate(
             lambda times: PhasingImpulses(approach, roll, times, radius, chance), first,
             (float(approach.times_s[0]), approach.end_s), solve=solve, candidates_s=approach.times_s, keep_s=active,
             gap=GAP, tolerance=TOLERANCE, usable_residual=USABLE,
         )  # fmt: skip
+
+    def propose(roll: Roll, radius: float) -> Proposal[Roll]:
+        sparse = bool(generated) and chance is None
+        found = about(roll, radius, approach.times_s[[0, -1]] if sparse else approach.times_s[::EVERY])
+        subproblems = found.subproblems
+        if found.solution.status is Status.PRIMAL_INFEASIBLE:  # of these instants; a proof needs all of them
+            found = about(roll, radius, approach.times_s)
+            subproblems += found.subproblems
         generated.append(found)
         solved = tuple(
             replace(each, figures={"instants": len(each.problem.cones.q), "dv_m_s": each.solution.objective})
-            for each in found.subproblems
+            for each in subproblems
         )
         if not found.solved:
             return Proposal(None, float("nan"), float("nan"), solved)
