@@ -17,7 +17,7 @@ from orbsoc.conic.builder import ConicBuilder
 from orbsoc.conic.named_rows import HasDuals
 from orbsoc.conic.solution import Status
 from orbsoc.guidance.impulses import Generated, Impulses, generate
-from orbsoc.guidance.scp import Iteration, Outcome, Proposal, Solve, TrustRules, trust_region
+from orbsoc.guidance.scp import ExitReason, Iteration, Outcome, Proposal, Solve, TrustRules, trust_region
 
 from .approach import Approach, Roll
 from .uncertain import Chance
@@ -30,6 +30,8 @@ MISSED_BY_M_S_M = 0.1
 """What a metre of deviation beyond the chance's limit costs while the descent is under way."""
 RULES = TrustRules(radius=1e3)
 """Of velocity changes, m/s."""
+PROVED = 1e-6
+"""Gap of the last linearisation beyond which a descent does not count as converged."""
 TOLERANCE, USABLE = 1e-10, 1e-8
 """Asked of every solve, and what a solver that stops short of it may leave."""
 GAP = 1e-9
@@ -172,6 +174,10 @@ def descend(
     outcome = trust_region(
         start, propose, lambda roll: approach.restore(roll.dv_m_s), merit, rules=rules, callback=callback
     )  # fmt: skip
+    gap = generated[-1].gap if generated else float("nan")
+    if outcome.reason is ExitReason.CONVERGED and not gap <= PROVED:
+        message = f"{outcome.message}; but its dual bound is {gap:.1e} of the cost below it: not proved to be the least"
+        outcome = replace(outcome, reason=ExitReason.MAX_ITERATIONS, message=message)
     return Descended(approach, outcome, generated[-1])
 
 
