@@ -21,6 +21,7 @@ __all__ = [
     "HardwareError",
     "HardwareProgram",
     "MixedEngine",
+    "OrbitField",
     "ProgramImage",
     "RawBatch",
     "RawSolution",

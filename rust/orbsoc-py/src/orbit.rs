@@ -2,7 +2,8 @@
 
 use crate::convert::CoreError;
 use numpy::{
-    PyArray1, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
+    PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    PyReadonlyArray3,
 };
 use orbsoc_orbit::{burn, coast, Coast, Error, Field, Layer, Thrust};
 use pyo3::prelude::*;
@@ -28,14 +29,14 @@ impl OrbitField {
         j2: f64,
         rotation_rad_s: f64,
         flattening: f64,
-        layers: PyReadonlyArray2<'_, f64>,
+        layers: &Bound<'_, PyArray2<f64>>,
     ) -> Self {
         let row = |row: numpy::ndarray::ArrayView1<'_, f64>| Layer {
             base_m: row[0],
             density_kg_m3: row[1],
             scale_m: row[2],
         };
-        let layers = layers.as_array().rows().into_iter().map(row).collect();
+        let layers = layers.readonly().as_array().rows().into_iter().map(row).collect();
         Self(Field { mu_m3_s2, radius_m, j2, rotation_rad_s, flattening, layers })
     }
 

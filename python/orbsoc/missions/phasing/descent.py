@@ -15,8 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from orbsoc.conic.builder import ConicBuilder
 from orbsoc.conic.named_rows import HasDuals
+from orbsoc.conic.solution import Status
 from orbsoc.guidance.impulses import Generated, Impulses, generate
-from orbsoc.guidance.scp import Iteration, Outcome, Proposal, Solve, TrustRules, trust_region
+from orbsoc.guidance.scp import ExitReason, Iteration, Outcome, Proposal, Solve, TrustRules, trust_region
 
 from .approach import Approach, Roll
 from .uncertain import Chance
@@ -29,6 +30,8 @@ MISSED_BY_M_S_M = 0.1
 """What a metre of deviation beyond the chance's limit costs while the descent is under way."""
 RULES = TrustRules(radius=1e3)
 """Of velocity changes, m/s."""
+PROVED = 1e-6
+"""Gap of the last linearisation beyond which a descent does not count as converged."""
 TOLERANCE, USABLE = 1e-10, 1e-8
 """Asked of every solve, and what a solver that stops short of it may leave."""
 GAP = 1e-9
@@ -139,18 +142,25 @@ def descend(
         over_m = 0.0 if chance is None else chance.sigma_m(approach, roll) - chance.limit_m
         return roll.cost_m_s + MISSED_BY_M_S_M * max(over_m, 0.0)
 
-    def propose(roll: Roll, radius: float) -> Proposal[Roll]:
+    def about(roll: Roll, radius: float, first: Array) -> Generated:
         active = approach.times_s[np.any(roll.dv_m_s, axis=1)]
-        first = approach.times_s[::EVERY] if not generated else approach.times_s[[0, -1]]
-        found = generate(
+        return generate(
             lambda times: PhasingImpulses(approach, roll, times, radius, chance), first,
             (float(approach.times_s[0]), approach.end_s), solve=solve, candidates_s=approach.times_s, keep_s=active,
             gap=GAP, tolerance=TOLERANCE, usable_residual=USABLE,
         )  # fmt: skip
+
+    def propose(roll: Roll, radius: float) -> Proposal[Roll]:
+        sparse = bool(generated) and chance is None
+        found = about(roll, radius, approach.times_s[[0, -1]] if sparse else approach.times_s[::EVERY])
+        subproblems = found.subproblems
+        if found.solution.status is Status.PRIMAL_INFEASIBLE:  # of these instants; a proof needs all of them
+            found = about(roll, radius, approach.times_s)
+            subproblems += found.subproblems
         generated.append(found)
         solved = tuple(
             replace(each, figures={"instants": len(each.problem.cones.q), "dv_m_s": each.solution.objective})
-            for each in found.subproblems
+            for each in subproblems
         )
         if not found.solved:
             return Proposal(None, float("nan"), float("nan"), solved)
@@ -164,6 +174,10 @@ def descend(
     outcome = trust_region(
         start, propose, lambda roll: approach.restore(roll.dv_m_s), merit, rules=rules, callback=callback
     )  # fmt: skip
+    gap = generated[-1].gap if generated else float("nan")
+    if outcome.reason is ExitReason.CONVERGED and not gap <= PROVED:
+        message = f"{outcome.message}; but its dual bound is {gap:.1e} of the cost below it: not proved to be the least"
+        outcome = replace(outcome, reason=ExitReason.MAX_ITERATIONS, message=message)
     return Descended(approach, outcome, generated[-1])
 
 
