@@ -22,7 +22,7 @@ from .separation import Separation
 Array = NDArray[np.float64]
 
 SAMPLES = 121
-ROUNDS = 12
+ROUNDS = 20
 """Of the correction, at most."""
 MET_M = 1e-5
 """Within which the correction ends; the state is known to about 1e-7 m."""
@@ -58,7 +58,7 @@ def flown(
 def corrected(scenario: Scenario, state: Array, programme: ImpulseProgramme, end_s: float) -> Flown:
     """The programme whose impulses are moved, as little as does it, until two bodies meet at rest.
 
-    Newton's method with the transition of the linear model. Where it does not get there, its last flight is returned.
+    Broyden's method from the transition of the linear model. Where it does not get there, its best flight is returned.
     """
     motion, forces = scenario.motion, partial(two_body, constants=scenario.constants)
     effect = np.hstack([motion.transition(end_s, float(t)) @ KICK for t in programme.times_s])
@@ -72,6 +72,7 @@ def corrected(scenario: Scenario, state: Array, programme: ImpulseProgramme, end
         following = flown(scenario, state, moved, end_s, forces)
         if following.miss_m > found.miss_m and following.speed_m_s > found.speed_m_s:
             break
+        effect += np.outer(following.end - found.end - effect @ change, change) / float(change @ change)
         found = following
     return found
 
