@@ -78,3 +78,12 @@ def test_the_papers_envelope_is_set_beside_the_boundary() -> None:
     rows = reproduce(SCENARIOS)
     assert [row.paper for row in rows] == ["16.31", "39.31", "318.27", "349.27"]
     assert all(row.verdict == "not reproduced" and row.reason for row in rows)
+
+
+def test_the_only_plane_of_a_grid_is_the_point_that_is_planned() -> None:
+    one = {"first": 28.3, "last": 28.3, "step": 1.0}
+    node = {"first": 351.3, "last": 351.3, "step": 1.0}
+    scenario = paper().with_changes(grid={"inclination_deg": one, "raan_deg": node})
+    found = plan(scenario)
+    assert (found.point["inc_deg"], found.point["raan_deg"]) == (28.3, 351.3)
+    assert found.status is PlanStatus.NOT_FOUND

@@ -1,7 +1,8 @@
 """Plan one point of the domain: the largest orbit in one plane above one perigee height, with every subproblem kept.
 
 The whole domain is `orbsoc reach`; this is the same solution of one of its points, with its convex subproblems solved by
-the caller's solver. Without a point it is that of the current plane at the lowest perigee height of the scenario's grid.
+the caller's solver. Without a point it is that of the grid's only plane, or else of the current one, at the lowest perigee height
+of the scenario's grid.
 """
 
 from __future__ import annotations
@@ -194,6 +195,8 @@ def plan(
     domain = Domain.of(scenario, solve=Subproblems(record.interior, dual=False), watch=record.watch)
     if point is None:
         inc, raan = np.rad2deg(inclination_and_node(domain.frame.normal))
+        if scenario.grid.inclination_deg.count == scenario.grid.raan_deg.count == 1:
+            inc, raan = scenario.grid.inclination_deg.first, scenario.grid.raan_deg.first
         point = float(inc), float(raan), scenario.grid.perigee_height_km.first
     try:
         table = domain.solve_planes(*(np.array([value]) for value in point))

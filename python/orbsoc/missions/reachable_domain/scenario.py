@@ -68,7 +68,7 @@ class Boundary(Table):
 
     azimuths: int = Field(default=144, ge=8, le=3600, multiple_of=2, description="to begin with, all around")
     tolerance_deg: float = Field(
-        default=0.02,
+        default=0.01,
         ge=1e-3,
         le=10.0,
         description="of the tilt between azimuths; above it there are more of them",

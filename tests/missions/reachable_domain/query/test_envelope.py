@@ -43,7 +43,7 @@ def test_the_papers_own_case_stands_beside_its_table_2() -> None:
     # 44.72 on 48 equal azimuths, which round off the corner that the edge has at azimuth 25 degrees.
     highest = document["limits"][1]
     assert highest["whole_deg"] == pytest.approx(45.24, abs=0.01)
-    assert 0.0 < highest["whole_error_deg"] < 0.03
+    assert 0.0 < highest["whole_error_deg"] < 0.045
 
 
 @pytest.mark.parametrize(("thrust_n", "lowest_km"), [(260000.0, 100.0), (270000.0, 150.0)])

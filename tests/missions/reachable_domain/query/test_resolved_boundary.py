@@ -39,7 +39,7 @@ def test_the_limits_are_those_of_288_equal_azimuths_or_wider() -> None:
     for row, reached in zip(limits(found), (43.236, 61.567, 14.451, 42.053), strict=True):
         outwards = 1.0 if row.limit.startswith("highest") else -1.0
         assert 0.0 < outwards * (row.whole_deg - reached) < 1.0
-        assert 0.0 < row.whole_error_deg < 0.03
+        assert 0.0 < row.whole_error_deg < 0.045
 
 
 def test_the_stated_error_covers_azimuths_that_were_left_out() -> None:

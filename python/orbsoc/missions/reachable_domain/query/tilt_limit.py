@@ -23,6 +23,9 @@ MOST_HOLES = 0.1
 """Share of the azimuths of a curve that may lack a tilt."""
 LEAST_TILT_DEG, MOST_TILT_DEG = 1e-6, 180.0
 """Bounds of an interpolated tilt."""
+AT_A_TIP = 3.0
+"""How many times the error may be a miss: 2.8 where a tip lies between azimuths too far apart for it, a sixteenth where the
+edge is smooth."""
 SAMPLES = 8
 """Of a step between azimuths."""
 LEAST_STEP_DEG = 1e-3
@@ -73,7 +76,7 @@ class TiltLimit:
     def error_deg(self, azimuth_deg: ArrayLike, height_km: ArrayLike) -> Array:
         """How far a value may be off: the sum of three parts, NaN outside the table.
 
-        Over azimuth: the largest `miss` of the step and its neighbours. Of the azimuths themselves: the largest change from a
+        Over azimuth: the largest `miss` of the step and its neighbours, AT_A_TIP times. Of the azimuths themselves: the largest change from a
         coarser grid among these. Over height: the change when every second height is left out, and no
         more than what the heights above and below allow, since a higher bound makes no tilt larger.
         """
@@ -87,7 +90,8 @@ class TiltLimit:
         of_azimuth = np.zeros(beta.shape)
         for height_of in (below, above):
             own = self._own_error[near, height_of[..., None]].max(axis=-1)
-            of_azimuth = np.maximum(of_azimuth, self.miss[near, height_of[..., None]].max(axis=-1) + own)
+            miss = AT_A_TIP * self.miss[near, height_of[..., None]].max(axis=-1)
+            of_azimuth = np.maximum(of_azimuth, miss + own)
         return np.asarray(of_azimuth + self._height_error(beta, height, below, above))
 
     @cached_property
