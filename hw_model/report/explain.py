@@ -16,7 +16,7 @@ from hw_model.vocabulary import CAUSES, MODULES, Cause, Module
 
 from .bands import corners_of
 from .speedup import ESTIMATED_WORDS
-from .usage import TIMELINE_USAGE, is_scheduled, why_ignored
+from .usage import EXPLAIN_USAGE, is_scheduled, why_ignored
 
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition
@@ -149,8 +149,8 @@ def _energy(trace: Trace, side: Configuration, cycles: StageCycles) -> EnergyUse
 
 
 def _read(key: str, trace: Trace, a: Configuration, b: Configuration, cycles: StageCycles) -> bool:
-    """Whether the time of either side depends on the parameter."""
-    usages = ((side, TIMELINE_USAGE.of(trace, side.partition, side.platform, cycles)) for side in (a, b))
+    """Whether time or energy of either side depends on the parameter."""
+    usages = ((side, EXPLAIN_USAGE.of(trace, side.partition, side.platform, cycles)) for side in (a, b))
     return any(why_ignored(key, side.platform, usage) is None for side, usage in usages)
 
 

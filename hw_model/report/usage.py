@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from hw_model.timing.trace import Trace
     from hw_model.vocabulary import Datapath
 
-Question = Literal["times", "worst", "throughput", "fit", "memory", "engine", "written"]
-"""`times`: of a run; `worst`: with jitter; `throughput`: of many; `fit`: shares of the device; `memory`: that of block RAM alone; `engine`: schedules
+Question = Literal["times", "worst", "energy", "throughput", "fit", "memory", "engine", "written"]
+"""`times`: of a run; `worst`: with jitter; `energy`: its joules; `throughput`: of many; `fit`: shares of the device; `memory`: that of block RAM alone; `engine`: schedules
 and the clock alone; `written`: all of the platform goes into a file."""
 
 
@@ -66,13 +66,15 @@ class ParameterUse:
 
 ALL_KINDS: frozenset[Kind] = frozenset({"lut", "ff", "dsp", "bram36", "uram"})
 TIMELINE_USAGE = ParameterUse(frozenset({"times"}))
-"""One run without jitter: explain."""
+"""One run without jitter: the file for a trace viewer."""
 TRACE_USAGE = ParameterUse(frozenset({"times", "throughput"}))
 """One run without jitter, and many: trace."""
-WORST_CASE_USAGE = ParameterUse(frozenset({"times", "worst", "throughput"}))
-"""Times with their worst case: plan."""
-STUDY_USAGE = ParameterUse(frozenset({"times", "worst", "fit"}), ALL_KINDS, off_pl=True)
-"""Times and resources against a run on the PS alone: partition, sweep."""
+EXPLAIN_USAGE = ParameterUse(frozenset({"times", "energy"}))
+"""Times and energies of two runs: explain."""
+WORST_CASE_USAGE = ParameterUse(frozenset({"times", "worst", "energy", "throughput"}))
+"""Times with their worst case, energy, and many runs: plan."""
+STUDY_USAGE = ParameterUse(frozenset({"times", "worst", "energy", "fit"}), ALL_KINDS, off_pl=True)
+"""Times, energy and resources against a run on the PS alone: partition, sweep."""
 BUDGET_USAGE = ParameterUse(frozenset({"fit"}), ALL_KINDS)
 SCHEDULE_USAGE = ParameterUse(frozenset({"engine", "memory"}), scheduled=True)
 """Schedules of one engine, and whether their microcode has room: run."""
@@ -148,6 +150,8 @@ def _why_of_setting(key: str, platform: Platform, usage: ParameterUse) -> str | 
             )
         ]
         return None if None in reasons else reasons[0]
+    if key == "ps.cores" and "times" in usage.questions and platform.runtime.cores_used.value > 1:
+        return None  # the limit of what is set beside it
     return why_ignored(key, platform, usage)
 
 
@@ -158,8 +162,8 @@ def _unless(used: bool, why: str) -> str | None:
 def _ps(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     if "times" not in usage.questions:
         return _NO_TIMES
-    if name == "cores":
-        return None  # those that idle draw as well
+    if name == "cores":  # those that idle draw as well
+        return _unless("energy" in usage.questions, "it only limits `runtime.cores_used`; set that too")
     if name == "cache_line_bytes":
         return _unless(usage.on_pl, _NO_PL)
     if name in ("parallel_fraction", "fork_join_us"):
@@ -272,10 +276,10 @@ def _area(name: str, platform: Platform, usage: ParameterUse) -> str | None:
 
 def _energy(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     """The table of energies goes with the times, but for actions that do not occur; schedules alone have the PL's."""
-    if "times" not in usage.questions:
+    if "energy" not in usage.questions:
         if "engine" in usage.questions and name.endswith(("_f64_pj", "_f32_pj", "_bit_pj")):
             return _other_datapath(name, usage.datapaths)
-        return _NO_TIMES
+        return _NO_ENERGY
     if name == "core_idle_mw":
         return _unless(platform.ps.cores.value > platform.runtime.cores_used.value, "no core idles here")
     if name in ("core_cycle_pj", "ps_static_mw", "pl_static_mw", "memory_static_mw"):
@@ -319,3 +323,4 @@ def _ways(usage: ParameterUse) -> list[bool]:
 _NO_TIMES = "this report has no modelled times; `orbsoc hw trace` and `hw partition` have"
 _NO_URAM = "nothing is in UltraRAM; set `pl.storage_memory` or `pl.microcode_memory` to ultra_ram"
 _NO_PL = "the partition leaves the PL idle; choose one that uses it"
+_NO_ENERGY = "this report has no energy; `orbsoc hw explain` and `hw partition` have"

@@ -30,7 +30,7 @@ def explain(
     with exit_handling(as_json):
         from hw_model.figures.difference import difference_figure
         from hw_model.report.explain import explain as compare
-        from hw_model.report.usage import TIMELINE_USAGE, require_used
+        from hw_model.report.usage import EXPLAIN_USAGE, require_used
         from orbsoc.hw.workload import load_workload
 
         _parts(a), _parts(b)
@@ -41,7 +41,7 @@ def explain(
         )
         assumptions: dict[str, list[dict[str, Any]]] = {}
         for side, chosen, keys in (("a", one, set_in_one), ("b", other, set_in_other)):
-            reading = TIMELINE_USAGE.of(record.trace, chosen.partition, chosen.platform, cycles)
+            reading = EXPLAIN_USAGE.of(record.trace, chosen.partition, chosen.platform, cycles)
             require_used(keys, [(chosen.platform, reading)])
             assumptions[side] = options.echoed(chosen.platform, reading)
         found = compare(record.trace, one, other, cycles)

@@ -80,7 +80,13 @@ def plan_cases(
                 "clip_sigma": CLIP_SIGMA,
             },
             "assumptions": options.echoed(
-                platform, replace(WORST_CASE_USAGE, on_pl=split.uses_pl, scheduled=exact and split.uses_pl)
+                platform,
+                replace(
+                    WORST_CASE_USAGE,
+                    questions=frozenset({"times", "worst"}),
+                    on_pl=split.uses_pl,
+                    scheduled=exact and split.uses_pl,
+                ),
             ),
         }
         options.write_all(
