@@ -117,9 +117,11 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
     rows = None
     if pl.storage_depth.value == "exact":
         needed = [_needed_words(trace, platform, partition, p, cycles) for p in range(len(trace.patterns))]
-        storage = max((words for words in needed if words is not None), default=storage)
-        rows = max(1, -(-storage // pl.banks.value))
-        address_bits = max(8, math.ceil(math.log2(max(2, storage))))
+        known = [words for words in needed if words is not None]
+        if known:
+            storage = max(known)
+            rows = max(1, -(-storage // pl.banks.value))
+            address_bits = max(8, math.ceil(math.log2(max(2, storage))))
     shape = Shape(trace.datapath, pl.lanes.value, pl.dividers.value, pl.banks.value, address_bits)
     packed = pl.microcode_format.value == "compressed"
     wide = line_bits(shape) if packed else shape.microcode_bits

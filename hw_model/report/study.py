@@ -62,7 +62,7 @@ class Point:
             "time_ms": time.nominal, "time_low_ms": time.low, "time_high_ms": time.high,
             "worst_case_ms": self.worst_case_ms,
             "speedup": ratio.nominal, "speedup_low": ratio.low, "speedup_high": ratio.high,
-            **uses, "area_share": self.area_share, "tightest": self.budget.tightest.kind, "fits": self.budget.fits,
+            **uses, "storage_words": self.budget.storage_words, "area_share": self.area_share, "tightest": self.budget.tightest.kind, "fits": self.budget.fits,
         }  # fmt: skip
 
     def beats(self, other: Point, *, everywhere: bool = False) -> bool:
