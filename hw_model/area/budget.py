@@ -168,8 +168,10 @@ def _storage(
     if platform.pl.storage_depth.value != "exact":
         return storage, None
     needed = [_needed_words(trace, platform, partition, p, cycles) for p in range(len(trace.patterns))]
-    storage = max((words for words in needed if words is not None), default=storage)
-    return storage, max(1, -(-storage // platform.pl.banks.value))
+    known = [words for words in needed if words is not None]
+    if not known:
+        return storage, None
+    return max(known), max(1, -(-max(known) // platform.pl.banks.value))
 
 
 def _storage_words(pattern: Pattern, partition: Partition) -> int:

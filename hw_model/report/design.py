@@ -69,9 +69,13 @@ class Row:
 
 
 def front_of(rows: Sequence[Row]) -> list[Row]:
-    """The designs that fit and that no other is both faster and smaller than, fastest first."""
+    """The designs that fit and that no other is both faster and smaller than, fastest first.
+
+    The PS alone takes no area, so that a design that is not faster is beaten by none at all.
+    """
     front: list[Row] = []
-    for row in sorted((row for row in rows if row.fits), key=lambda row: (row.time_ms, row.area_share)):
+    worth = (row for row in rows if row.fits and row.time_ms < row.baseline_ms)
+    for row in sorted(worth, key=lambda row: (row.time_ms, row.area_share)):
         if not front or row.area_share < front[-1].area_share:
             front.append(row)
     return front
@@ -99,7 +103,8 @@ class Standing:
         )
         fastest = min(no_larger, key=lambda row: row.time_ms, default=None)
         smallest = min(as_fast, key=lambda row: row.area_share, default=None)
-        return cls(paper, paper.fits and not beaten, fastest, smallest)
+        worth = paper.fits and paper.time_ms < paper.baseline_ms
+        return cls(paper, worth and not beaten, fastest, smallest)
 
     @property
     def words(self) -> str:
@@ -111,6 +116,8 @@ class Standing:
         )
         if not paper.fits:
             text += ", so that it does NOT FIT"
+        if paper.time_ms >= paper.baseline_ms:
+            text += f", SLOWER than the PS alone ({paper.baseline_ms:.3f} ms)"
         if self.on_the_front:
             return f"{text}: on the front"
         if self.fastest is not None and self.fastest.time_ms < paper.time_ms:

@@ -66,8 +66,8 @@ class Point:
             "worst_case_ms": self.worst_case_ms,
             "speedup": ratio.nominal, "speedup_low": ratio.low, "speedup_high": ratio.high,
             "energy_mj": self.energy.nominal_mj, "energy_low_mj": self.energy.low_mj,
-            "energy_high_mj": self.energy.high_mj,
-            **uses, "area_share": self.area_share, "tightest": self.budget.tightest.kind, "fits": self.budget.fits,
+            "energy_high_mj": self.energy.high_mj, **uses, "storage_words": self.budget.storage_words,
+            "area_share": self.area_share, "tightest": self.budget.tightest.kind, "fits": self.budget.fits,
         }  # fmt: skip
 
     def beats(self, other: Point, *, everywhere: bool = False) -> bool:

@@ -2,7 +2,7 @@
 
 Problems are independent, so that one may be in flight on the PL while a core generates or judges another: each has its own
 set of buffers on the PL, two sets make a double buffer. Each problem is the trace's chain of work; a piece waits until its
-resource is free: a core of the PS (any), the PL, or the DMA engine. Whoever waits longest comes first. The cores of the
+resource is free: a core of the PS (any), the PL, or the DMA engine. What could begin first is served first. The cores of the
 baseline solve a problem each, side by side.
 """
 
@@ -129,7 +129,7 @@ def _period(chain: Iterable[tuple[Resource, int]], in_flight: int, cores: int) -
         return 0.0
     count = ROUNDS * in_flight
     free: dict[Resource, list[int]] = {"ps": [0] * cores, "pl": [0], "dma": [0]}
-    # (when its next piece could begin, problem, piece): whoever could begin first is served first.
+    # (when its next piece could begin, problem, piece): what could begin first is served first.
     waiting = [(0, problem, 0) for problem in range(in_flight)]
     started, last = in_flight, 0
     while waiting:

@@ -131,6 +131,23 @@ def test_cycles_are_the_schedules_unless_there_is_only_a_trace(workload: Path, t
     assert "--exact" in refused.output + refused.stderr
 
 
+def test_the_order_is_chosen_by_the_modelled_run(tmp_path: Path) -> None:
+    """Where pivots wait for one another, the shallow tree wins on an engine that is wide enough."""
+    problem = ROOT / "scenarios" / "rendezvous_40.json"
+
+    def run_ms(*options: str) -> float:
+        result = invoke("trace", problem, *options, "--out", tmp_path / "out")
+        assert result.exit_code == 0, result.output
+        return float(result.stdout.split(": ")[2].split(" ms")[0])
+
+    wide = ("--set", "pl.lanes=8", "--set", "pl.dividers=4")
+    times = {name: run_ms(*wide, "--ordering", name) for name in ("amd", "nested_dissection", "automatic")}
+    assert times["nested_dissection"] < times["amd"]
+    assert times["automatic"] == times["nested_dissection"]
+    refused = invoke("trace", problem, "--ordering", "metis")
+    assert (refused.exit_code, "--ordering 'metis'" in refused.output + refused.stderr) == (2, True)
+
+
 def test_budget_exits_1_when_it_does_not_fit(workload: Path, tmp_path: Path) -> None:
     fits = invoke("budget", workload, "--out", tmp_path)
     assert (fits.exit_code, "FITS" in fits.stdout) == (0, True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, cast
@@ -9,14 +10,17 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 import pytest
 
+from benchmarks.guidance import rendezvous
 from hw_model import HwModelError, load_partition, load_platform, parse_trace, speedup
 from hw_model.area.budget import budget
+from hw_model.area.engine import MOST
 from hw_model.timing.schedules import engine_of
 from hw_model.timing.unit_schedules import coarse_slices, exact_slices
 from orbsoc import Cones, Problem, PsScheduler
+from orbsoc.conic.settings import Settings
 from orbsoc.hw.exact_cycles import exact_cycles, exact_units
 from orbsoc.hw.representative_solves import RepresentativeSolves
-from orbsoc.hw.schedules import Engine, EngineError, PlProgram, pl_program
+from orbsoc.hw.schedules import MODEL_MICROCODE_WORDS, Engine, EngineError, PlProgram, pl_program
 from orbsoc.missions.reachable_domain.continuation.table import subproblems_on
 from orbsoc.missions.reachable_domain.cost import DomainCost
 
@@ -172,4 +176,43 @@ def test_points_of_a_reachable_domain_are_priced_by_schedules(recorded: PsSchedu
     report = speedup(recorded.trace, "zu9eg", "paper", cycles=exact_cycles(recorded.patterns))
     own = 1e3 * report.makespan_ms.nominal * report.pl_clock_mhz
     assert found.patterns[0].most_cycles == pytest.approx(own, rel=1e-12)
+    assert found.speedup == pytest.approx(report.speedup.nominal, rel=1e-12)
+    assert ("SLOWER" if found.speedup < 1.0 else "faster") in found.words
     assert own != 1e3 * speedup(recorded.trace, "zu9eg", "paper").makespan_ms.nominal * report.pl_clock_mhz
+
+
+@pytest.mark.parametrize("name", MOST)
+def test_the_largest_engine_of_an_estimate_is_the_schedulers(name: str, recorded: PsScheduler) -> None:
+    def priced(value: int) -> None:
+        platform = load_platform("zu9eg").with_value(f"pl.{name}", value)
+        budget(parse_trace(recorded.trace), platform, load_partition("paper"))
+
+    most = MOST[name]
+    pl_program(PROBLEM, engine=replace(Engine(), **{name: most}))
+    priced(most)
+    with pytest.raises(EngineError, match=f"`{name}`"):
+        pl_program(PROBLEM, engine=replace(Engine(), **{name: 2 * most}))
+    with pytest.raises(HwModelError, match=rf"`pl\.{name}` = {2 * most}"):
+        priced(2 * most)
+
+
+def test_an_order_of_elimination_has_schedules_of_its_own() -> None:
+    problem = rendezvous(12, 0, approach_cone=False)
+    cycles = {}
+    for ordering in ("amd", "nested_dissection"):
+        ps = PsScheduler(every_ordering=ordering)
+        assert ps(problem, Settings(tol=1e-7)).status.name == "SOLVED"
+        (settings,) = ps.pattern_settings
+        assert (settings.ordering, settings.tol) == (ordering, 1e-7)
+        source = exact_cycles(ps.patterns, settings=ps.pattern_settings)
+        trace = parse_trace(ps.trace)
+        found = source(trace, load_platform("zu9eg"), 0, "factorize")
+        program = pl_program(problem, Settings(ordering=ordering), MODELLED)
+        assert found.cycles == program.segments["factorize"].compressed_cycles
+        cycles[ordering] = found.cycles
+        counted = trace.patterns[0].stages["factorize"].operations
+        assert counted["div"] == problem.n + problem.p + problem.m
+    assert cycles["amd"] != cycles["nested_dissection"]
+
+
+MODELLED = Engine(microcode_words=MODEL_MICROCODE_WORDS)

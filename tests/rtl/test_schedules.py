@@ -9,7 +9,7 @@ import pytest
 
 from orbsoc import _core
 from orbsoc.conic.settings import Settings
-from orbsoc.hw.schedules import Engine, scheduled
+from orbsoc.hw.schedules import Engine, Stream, scheduled
 from orbsoc.rtl import validation as rtl_validation
 from orbsoc.rtl.validation import (
     MODULES,
@@ -108,6 +108,16 @@ def test_what_counter_status_and_exit_say_counts(
 def test_a_level_at_which_fetch_never_delivers_is_refused(level: int) -> None:
     with pytest.raises(ValueError, match=rf"`level` = {level}: allowed is 0 to 255"):
         Point(SMALL, "line_search", Engine(), "in_order", level)
+
+
+def test_a_stream_of_another_modules_first_stage_is_refused_by_name() -> None:
+    """Its segment would not be the module's, and the case without any."""
+    stream = Stream(("factorize", "solve_pair"))
+    with pytest.raises(
+        ValueError, match=r"'linear_solve': the stream begins with stage 'factorize'.*'factorization'"
+    ):
+        Point("any", "linear_solve", Engine(), stream=stream)
+    Point("any", "factorization", Engine(), stream=stream)
 
 
 @pytest.mark.parametrize(("gaps", "said"), [({"seed": 0}, "seed"), ({"level": 256}, "level")])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,11 +16,21 @@ from orbsoc.conic.settings import ORDERINGS, Settings
 from tests.integration.small_problem import small_problem
 
 RENDEZVOUS = rendezvous(40, 0, approach_cone=False)
+FILED = Path(__file__).resolve().parents[2] / "scenarios" / "rendezvous_40.json"
 
 
 def shape(ordering: str, problem: orbsoc.Problem = RENDEZVOUS) -> tuple[int, int, int]:
     """Height of the elimination tree, entries of L, multiply-adds."""
     return _core.factor_shape(problem, Settings(ordering=ordering))
+
+
+def test_the_filed_rendezvous_is_the_one_that_is_made_here() -> None:
+    filed = orbsoc.Problem.load(FILED)
+    for name in ("c", "b", "h"):
+        np.testing.assert_allclose(getattr(filed, name), getattr(RENDEZVOUS, name), rtol=0.0, atol=1e-12)
+    for name in ("A", "G"):
+        assert abs(getattr(filed, name) - getattr(RENDEZVOUS, name)).max() <= 1e-12
+    assert filed.cones == RENDEZVOUS.cones
 
 
 def test_dissection_in_time_gives_a_shallow_tree_for_more_operations() -> None:

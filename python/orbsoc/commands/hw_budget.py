@@ -22,6 +22,7 @@ def budget(
     partition: options.PartitionOption = "paper",
     settings: options.SetOption = None,
     exact: options.ExactOption = None,
+    ordering: options.OrderingOption = None,
     out: options.OutOption = None,
     as_json: options.JsonOption = False,
 ) -> None:
@@ -36,12 +37,11 @@ def budget(
         from hw_model.report.remedies import remedies
         from hw_model.report.usage import BUDGET_USAGE, require_used
         from hw_model.vocabulary import count_of
-        from orbsoc.hw.workload import load_workload
 
         chosen = options.parsed_settings(settings)
         platform = options.computer(device, chosen)
         options.check_partition(partition)
-        record = load_workload(workload)
+        record = options.recorded(workload, ordering, platform, partition, exact=exact)
         cycles = options.stage_cycles(record, exact=exact)
         split = chosen_partition(partition, record.trace, platform, cycles)
         reading = BUDGET_USAGE.of(record.trace, split, platform, cycles)

@@ -110,7 +110,7 @@ def _searched(
     interrupts: Interrupts,
 ) -> tuple[list[Row], Standing, dict[str, Any]]:
     """All designs, the paper's standing, and the document; files are written."""
-    from dataclasses import asdict
+    from dataclasses import asdict, replace
 
     from rich.console import Console
 
@@ -120,7 +120,7 @@ def _searched(
     from hw_model.report.usage import STUDY_USAGE, require_used
     from orbsoc.hw import design as search
     from orbsoc.hw.exact_cycles import exact_cycles
-    from orbsoc.sweep import Processes, ShardStore, run
+    from orbsoc.sweep import Processes, ShardStore, Task, run
 
     from .sweep_progress import SweepProgress
 
@@ -138,15 +138,19 @@ def _searched(
     cycles = exact_cycles(works[0].problems, (), works[0].settings)
     reading = STUDY_USAGE.of(works[0].trace, load_partition("paper"), platform, cycles)
     require_used(chosen, [(platform, reading)])
+    payloads = search.payloads(space, device, chosen, folder)
+    tasks = [
+        Task(search.DESIGNS, number, space.designs_of_a_shape, payload)
+        for number, payload in enumerate(payloads)
+    ]
     workers = Processes(threads or len(os.sched_getaffinity(0)))
     with SweepProgress(Console(stderr=True)) as progress:
-        report = run(
-            store, search.tasks(space, device, chosen, folder), search.price_shape, workers, progress
-        )
+        report = run(store, tasks, search.price_shape, workers, progress)
     interrupts.check()
     rows = search.rows_of(store.read(search.DESIGNS))
     front = front_of(rows)
-    standing = Standing.of(search.paper_design(space, device, chosen, folder), front)
+    paper = replace(search.paper_design(space, device, chosen, folder), baseline_ms=rows[0].baseline_ms)
+    standing = Standing.of(paper, front)
     document = {
         "schema": "orbsoc.hardware-design/1",
         "provenance": "modelled",

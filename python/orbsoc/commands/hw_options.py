@@ -8,6 +8,7 @@ import json
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -41,6 +42,13 @@ SetOption = Annotated[
     list[str] | None,
     typer.Option(
         "--set", help="set a parameter for this run, e.g. pl.lanes=8; repeatable", metavar="KEY=VALUE"
+    ),
+]
+OrderingOption = Annotated[
+    str | None,
+    typer.Option(
+        help="order of elimination of every solve: amd, nested_dissection, or automatic, the one with the shorter modelled run",
+        show_default=False,
     ),
 ]
 OutOption = Annotated[
@@ -121,6 +129,34 @@ def listed(text: str, option: str, what: Callable[[str], Any] = str) -> list[Any
             raise HwModelError(f"{option} {text!r}: names {value} twice; it would be counted twice")
         found.append(value)
     return found
+
+
+def recorded(
+    workload: Path, ordering: str | None, platform: Platform, partition: str, *, exact: bool | None = None
+) -> Workload:
+    """The record of a workload under an order of elimination; None: as the solves' own settings say.
+
+    "automatic" solves under each and takes the order whose run under `partition` is shorter on `platform`. Raises what
+    `load_workload` raises, and HwModelError for no such order.
+    """
+    from hw_model import HwModelError, speedup
+    from orbsoc.conic.settings import ORDERINGS
+    from orbsoc.hw.workload import load_workload
+
+    if ordering is None:
+        return load_workload(workload)
+    if ordering not in ORDERINGS:
+        raise HwModelError(f"--ordering {ordering!r}: allowed are {', '.join(ORDERINGS)}")
+    if ordering != "automatic":
+        return load_workload(workload, ordering)
+    found = [load_workload(workload, name) for name in ORDERINGS if name != "automatic"]
+
+    def run_ms(record: Workload) -> float:
+        cycles = stage_cycles(record, exact=exact)
+        return speedup(record.trace, platform, partition, cycles=cycles).makespan_ms.nominal
+
+    best = min(found, key=run_ms)
+    return replace(best, origin=f"{best.origin}, eliminated in the order {best.settings[0].ordering}")
 
 
 def stage_cycles(

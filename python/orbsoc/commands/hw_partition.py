@@ -28,6 +28,7 @@ def partition(
     clocks: Annotated[str, typer.Option(help="PL clocks in MHz, joined by commas")] = "100,150,200",
     settings: options.SetOption = None,
     exact: options.ExactOption = None,
+    ordering: options.OrderingOption = None,
     out: options.OutOption = None,
     as_json: options.JsonOption = False,
 ) -> None:
@@ -39,11 +40,10 @@ def partition(
         from hw_model.report.partition_verdict import verdicts
         from hw_model.report.study import Study, pareto
         from hw_model.report.usage import STUDY_USAGE, require_used
-        from orbsoc.hw.workload import load_workload
 
         chosen = options.parsed_settings(settings, _AXES)
         computers = _computers(devices, lanes, clocks, chosen)
-        record = load_workload(workload)
+        record = options.recorded(workload, ordering, computers[0], "paper", exact=exact)
         cycles = options.stage_cycles(record, exact=exact, computers=computers)
         reading = STUDY_USAGE.of(record.trace, load_partition("paper"), computers[0], cycles)
         require_used(chosen, ((platform, reading) for platform in computers))

@@ -31,6 +31,7 @@ def run(
     banks: Annotated[int | None, typer.Option(help="banks of storage; the device's by default")] = None,
     fp: Annotated[int, typer.Option(help="word of the datapath: 64 or 32")] = 64,
     settings: options.SetOption = None,
+    ordering: options.OrderingOption = None,
     out: options.OutOption = None,
     as_json: options.JsonOption = False,
 ) -> None:
@@ -42,9 +43,9 @@ def run(
     with exit_handling(as_json):
         from hw_model.report.usage import SCHEDULE_USAGE, require_used
         from hw_model.timing.schedules import engine_of
+        from orbsoc.hw.exact_cycles import shaping
         from orbsoc.hw.schedules import KKT_SOLVES, pl_program
         from orbsoc.hw.utilisation_figure import utilisation_figure
-        from orbsoc.hw.workload import load_workload
 
         given = {"pl.lanes": lanes, "pl.banks": banks}
         own = {key: value for key, value in given.items() if value is not None}
@@ -54,17 +55,20 @@ def run(
         reading = replace(SCHEDULE_USAGE, datapaths=frozenset({"f64" if engine.fp == 64 else "f32"}))
         require_used(chosen, [(platform, reading)])
         engine_of(platform, "f64")
-        record = load_workload(workload)
+        record = options.recorded(workload, ordering, platform, "paper")
         if not record.problems:
             exit_with(
                 BAD_INPUT, f"{workload}: a trace holds no problem to schedule; name the scenario", as_json
             )
-        programs = [pl_program(problem, None, engine) for problem in record.problems]
+        patterns = [(problem, shaping(record.settings, k)) for k, problem in enumerate(record.problems)]
+        programs = [pl_program(problem, chosen_settings, engine) for problem, chosen_settings in patterns]
         energies = [
             _energies(program, pattern, platform)
             for program, pattern in zip(programs, record.trace.patterns, strict=True)
         ]
-        streams = [pl_program(problem, None, engine, KKT_SOLVES) for problem in record.problems]
+        streams = [
+            pl_program(problem, chosen_settings, engine, KKT_SOLVES) for problem, chosen_settings in patterns
+        ]
         folder = out or Path("out") / f"hw-run-{record.name}"
         document = {
             "schema": "orbsoc.hw-run/1",

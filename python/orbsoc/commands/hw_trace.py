@@ -19,6 +19,7 @@ def trace(
     partition: options.PartitionOption = "paper",
     settings: options.SetOption = None,
     exact: options.ExactOption = None,
+    ordering: options.OrderingOption = None,
     out: options.OutOption = None,
     as_json: options.JsonOption = False,
 ) -> None:
@@ -33,12 +34,12 @@ def trace(
         from hw_model.report.usage import TRACE_USAGE, require_used
         from orbsoc.conic.problem_file import encode_problem
         from orbsoc.hw.exact_cycles import exact_units
-        from orbsoc.hw.workload import load_workload, pattern_file
+        from orbsoc.hw.workload import pattern_file
 
         chosen = options.parsed_settings(settings)
         platform = options.computer(device, chosen)
         options.check_partition(partition)
-        record = load_workload(workload)
+        record = options.recorded(workload, ordering, platform, partition, exact=exact)
         cycles = options.stage_cycles(record, exact=exact)
         split = chosen_partition(partition, record.trace, platform, cycles)
         require_used(chosen, [(platform, TRACE_USAGE.of(record.trace, split, platform, cycles))])

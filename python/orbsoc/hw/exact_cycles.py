@@ -63,7 +63,7 @@ def exact_units(problems: Sequence[Problem], settings: Sequence[Settings] = ()) 
 
     def look_up(trace: Trace, platform: Platform, pattern: int, stage: str) -> UnitSchedule:
         engine = engine_of(platform, trace.datapath)
-        program = pl_program(problems[pattern], _shaping(settings, pattern), _parameters(engine))
+        program = pl_program(problems[pattern], shaping(settings, pattern), _parameters(engine))
         began, units, operations = program.core.issues(stage, "compressed" if engine.compressed else "flat")
         startup = program.segments[stage].causes["startup"]
         return UnitSchedule(
@@ -85,13 +85,13 @@ def _side_by_side(
     keys = list(product(range(len(problems)), engines))
     pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
     try:
-        programs = pool.map(lambda key: _segments(problems[key[0]], _shaping(settings, key[0]), key[1]), keys)
+        programs = pool.map(lambda key: _segments(problems[key[0]], shaping(settings, key[0]), key[1]), keys)
         return dict(zip(keys, programs, strict=True))
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _shaping(settings: Sequence[Settings], pattern: int) -> Settings:
+def shaping(settings: Sequence[Settings], pattern: int) -> Settings:
     """Of a pattern's settings those that shape its operations; of the others a program is independent."""
     if not settings:
         return Settings()

@@ -19,7 +19,7 @@ DEVICES = ("zu9eg", "zu7ev", "xc7z045", "xc7z020", "fmql45t900")
 
 
 def scheduled(bits_per_cycle: float, storage_words: int | None = None) -> StageCycles:
-    """The estimate's cycles as if they came from schedules, with microcode of so many bits a cycle."""
+    """The estimate's cycles as if they came from schedules, with microcode of `bits_per_cycle`."""
 
     def look_up(*asked: object) -> PlCycles:
         found = estimated(*asked)  # type: ignore[arg-type]

@@ -148,7 +148,7 @@ mod tests {
         assert_eq!(least_words([(1, 0, 4), (1, 4, 6)].into_iter(), 3, 2), 4);
         // At the same time: two.
         assert_eq!(least_words([(1, 0, 5), (1, 4, 6)].into_iter(), 3, 2), 6);
-        // A result that nobody reads takes a word in its own cycle.
+        // A result without a reader takes a word in its own cycle.
         assert_eq!(least_words([(0, 7, 0), (0, 7, 0)].into_iter(), 0, 1), 2);
     }
 }

@@ -5,7 +5,7 @@
 
 use crate::error::Error;
 use crate::symbolic::indices::{begins, index, ordered};
-use crate::symbolic::ordering::minimum_degree;
+use crate::symbolic::minimum_degree::minimum_degree;
 use crate::symbolic::upper::Upper;
 use core::cmp::Reverse;
 
@@ -32,13 +32,14 @@ pub(crate) fn dissected(upper: &Upper, shape: Shape) -> Result<Vec<u32>, Error> 
     let dim = graph.dim();
     let mean = graph.neighbours.len().div_ceil(dim.max(1));
     let limit = shape.dense.saturating_mul(mean.max(1));
-    let (mut rest, mut dense): (Vec<u32>, Vec<u32>) =
-        (0..index(dim)).partition(|&v| graph.of(v).len() <= limit);
+    let many = |v: &u32| graph.of(*v).len() > limit;
+    let rest: Vec<u32> = (0..index(dim)).filter(|v| !many(v)).collect();
+    let mut dense: Vec<u32> = (0..index(dim)).filter(many).collect();
     dense.sort_by_key(|&v| graph.of(v).len());
     // From the back: the densest, then separators, then what they separate.
     let mut from_back: Vec<u32> = dense.into_iter().rev().collect();
     let mut part = vec![NONE; dim];
-    let mut pieces = vec![core::mem::take(&mut rest)];
+    let mut pieces = vec![rest];
     let mut marks = 0;
     while let Some(piece) = pieces.pop() {
         marks += 1;
@@ -305,7 +306,8 @@ mod tests {
             }
             let (upper, _) = Upper::from_positions(dim, &entries);
             let graph = Graph::new(&upper);
-            let (left, right): (Vec<u32>, Vec<u32>) = (0..index(dim)).partition(|&v| u64::from(v) < l);
+            let (left, right): (Vec<u32>, Vec<u32>) =
+                ((0..l as u32).collect(), (l as u32..index(dim)).collect());
             let search = Search { graph: &graph, part: &mut [], inside: 0 };
             let cover = search.cover(&left, &right);
             let edges: Vec<_> = entries.iter().filter(|(i, j)| i != j).collect();

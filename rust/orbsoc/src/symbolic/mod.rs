@@ -7,6 +7,7 @@ pub(crate) mod etree;
 pub(crate) mod factor_layout;
 pub(crate) mod full_rows;
 pub(crate) mod indices;
+pub(crate) mod minimum_degree;
 pub(crate) mod ordering;
 pub(crate) mod supernodes;
 pub(crate) mod upper;

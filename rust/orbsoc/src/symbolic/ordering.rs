@@ -4,10 +4,9 @@
 use crate::error::Error;
 use crate::symbolic::dissection::{dissected, Shape};
 use crate::symbolic::indices::{begins, index, ordered};
+use crate::symbolic::minimum_degree::minimum_degree;
 use crate::symbolic::{etree::elimination_tree, supernodes::MAX_LEAF_ROWS, upper::Upper};
 use core::ops::Range;
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::sparse::linalg::amd;
 
 /// Smaller groups stay in postorder.
 const MIN_GROUP: usize = 4;
@@ -73,18 +72,16 @@ impl FactorShape {
         }
     }
 
-    /// About the cycles of a factorization in programmable logic: the chain of pivots, and the lanes' work.
-    fn makespan(self) -> u64 {
-        u64::from(self.height) * PIVOT_CYCLES + self.multiply_adds / LANES
+    /// What a factorization costs where much is done at once: the chain of pivots, and the multiply-adds, in these.
+    fn cost(self) -> u64 {
+        u64::from(self.height) * PIVOT_WEIGHT + self.multiply_adds
     }
 }
 
-/// From one pivot of a chain to the next: a division, a product, a sum.
-const PIVOT_CYCLES: u64 = 45;
-/// Multiply-adds a cycle.
-const LANES: u64 = 8;
+/// Multiply-adds in the time from one pivot of a chain to the next, a division, a product and a sum of 45 units: 8 a unit.
+const PIVOT_WEIGHT: u64 = 360;
 
-/// Dissections of which the one with the least makespan is taken; the first has one piece, in minimum-degree order.
+/// Dissections of which the cheapest is taken; the first has one piece, in minimum-degree order.
 const SHAPES: [Shape; 5] = [
     Shape { leaf: usize::MAX, dense: usize::MAX },
     Shape { leaf: 12, dense: usize::MAX },
@@ -113,25 +110,15 @@ pub(crate) fn fill_reducing_order(upper: &Upper, ordering: Ordering) -> Result<V
     leaves_first(upper, &order)
 }
 
-/// Approximate minimum degree.
-pub(crate) fn minimum_degree(upper: &Upper) -> Result<Vec<u32>, Error> {
-    let dim = upper.dim();
-    let (mut order, mut inverse) = (vec![0; dim], vec![0; dim]);
-    let mut memory = MemBuffer::new(amd::order_scratch::<u32>(dim, upper.nnz()));
-    amd::order(&mut order, &mut inverse, upper.faer(), amd::Control::default(), MemStack::new(&mut memory))
-        .map_err(|e| Error::Symbolic(format!("{e:?}")))?;
-    Ok(order)
-}
-
-/// The dissection with the least makespan; minimum degree where no separator shortens it.
+/// The cheapest dissection; minimum degree where no separator shortens it.
 fn nested_dissection(upper: &Upper) -> Result<Vec<u32>, Error> {
     let mut best: Option<(u64, Vec<u32>)> = None;
     for shape in SHAPES {
         let order = dissected(upper, shape)?;
         let found = FactorShape::of(&upper.permuted(&order).0);
-        let makespan = found.makespan();
-        if best.as_ref().is_none_or(|(least, _)| makespan < *least) {
-            best = Some((makespan, order));
+        let cost = found.cost();
+        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+            best = Some((cost, order));
         }
     }
     Ok(best.map_or_else(Vec::new, |(_, order)| order))
