@@ -232,6 +232,14 @@ def test_positive_infinity_is_legal_in_h_of_an_inequality() -> None:
     assert two_by_two(h=[INF, 0.0]).h.tolist() == [INF, 0.0]
 
 
+def test_a_bound_of_1e20_is_none_and_what_was_given_stays() -> None:
+    given = np.array([1e20, 9.9e19])
+    assert two_by_two(h=given).h.tolist() == [INF, 9.9e19]
+    assert given[0] == 1e20
+    cone = Problem(c=[1.0], G=[[1.0], [1.0], [0.0]], h=[1e300, 1e20, 1e20], cones=Cones(l=1, q=[2]))
+    assert cone.h.tolist() == [INF, 1e20, 1e20]
+
+
 def test_huge_but_finite_data_are_not_called_infinite() -> None:
     assert two_by_two(c=[1e300, -1e300]).c.tolist() == [1e300, -1e300]
 

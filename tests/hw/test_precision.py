@@ -74,7 +74,9 @@ def test_what_a_narrow_datapath_claims_the_referee_confirms(
 def test_everything_in_single_precision_does_not_reach_1e_6_on_mission_004_and_says_so() -> None:
     run = solve_narrow(mission_004(), 24, ALL, ASKED)
     assert run.solution.status is not orbsoc.Status.SOLVED
-    assert run.worst > 1e-6
+    # By the strict formula, that is, with the slack that the narrow words hold; h − Gx may be nearer to the cone.
+    found = run.solution.certificate
+    assert max(found.primal_residual, found.dual_residual, found.gap) > 1e-6
     assert "residual" in run.solution.message
 
 

@@ -1,7 +1,7 @@
 """A solve attempt that stalls is followed by a restart from cold, with ten times the accuracy of the linear solves.
 
 One that stalls then, far from a solution, is restarted with ten times the regularisation, too; one that stalls on an
-infeasibility certificate with a hundredth of it. The best outcome counts.
+infeasibility certificate, or after all that, with a hundredth of it. The best outcome counts.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from tests.solving.restart_problems import (
     RECOVERED,
     STALLED,
     STALLING,
+    STALLING_LIGHT,
     STALLING_REFINED,
     STALLING_REGULARIZED,
     WEAK,
@@ -83,18 +84,17 @@ def test_the_second_restart_has_ten_times_the_regularisation() -> None:
     assert solution.refinements == second.refinements + firm.refinements
 
 
-def test_the_best_of_three_stalled_attempts_counts() -> None:
+def test_the_best_of_four_stalled_attempts_counts() -> None:
     problem = badly_scaled(STALLED)
     *_, last = attempts(problem, STALLING)
     solution = orbsoc.solve(problem, STALLING)
-    alone = [
-        attempts(problem, settings)[0] for settings in (STALLING, STALLING_REFINED, STALLING_REGULARIZED)
-    ]
+    levels = (STALLING, STALLING_REFINED, STALLING_REGULARIZED, STALLING_LIGHT)
+    alone = [attempts(problem, settings)[0] for settings in levels]
     best = min(alone, key=worst)
-    assert len({worst(found) for found in alone}) == 3
+    assert len({worst(found) for found in alone}) == 4
     assert bits(solution) == bits(best)
     assert worst(solution) == worst(last) == worst(best)
-    assert solution.status is orbsoc.Status.NUMERICAL_LIMIT
+    assert solution.status is best.status is orbsoc.Status.SOLVED_INACCURATE
     assert solution.iterations == sum(found.iterations for found in alone)
 
 
@@ -117,7 +117,7 @@ def test_columns_of_very_different_sizes_beside_an_equality_row(smaller: float) 
         assert batch.iterations[k] == solution.iterations
 
 
-@pytest.mark.parametrize("seed", [606, 1985, 3769, 4765])
+@pytest.mark.parametrize("seed", [606, 3769, 4765, 5013, 5037])
 def test_a_stall_on_a_certificate_is_restarted_with_a_hundredth_of_the_regularisation(seed: int) -> None:
     problem = unstable_dynamics(seed)
     *earlier, last = attempts(problem, Settings())
@@ -133,8 +133,8 @@ def test_a_stall_on_a_certificate_is_restarted_with_a_hundredth_of_the_regularis
 
 
 def test_without_a_finite_iterate_the_message_says_so() -> None:
-    too_small = Settings(static_regularization=1e-10)
-    found = orbsoc.solve(columns_apart(0, 1e-6), too_small)
+    none = Settings(static_regularization=1e-300, dynamic_regularization=1e-300, pivot_floor=1e-300)
+    found = orbsoc.solve(columns_apart(1, 1e-6), none)
     assert found.status is orbsoc.Status.NUMERICAL_LIMIT
     assert np.isnan(found.x).all()
     assert found.message.startswith("no iterate (x is NaN)")
@@ -167,7 +167,7 @@ def test_every_way_to_solve_restarts() -> None:
 
 
 def test_a_solve_stopped_in_its_restart_returns_the_better_iterate() -> None:
-    problem = badly_scaled(RECOVERED[0])
+    problem = badly_scaled(RECOVERED[2])
     first, _ = attempts(problem, STALLING)
     stopped = orbsoc.solve(problem, STALLING, callback=lambda at: at["iteration"] > first.iterations + 1)
     assert stopped.status is orbsoc.Status.INTERRUPTED

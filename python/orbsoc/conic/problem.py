@@ -23,6 +23,8 @@ __all__ = ["Cones", "Problem", "ProblemError"]
 
 SYMMETRY_TOLERANCE = 1e-12
 """Largest |Pᵢⱼ − Pⱼᵢ| over √(Pᵢᵢ Pⱼⱼ), which bounds |Pᵢⱼ|, taken for rounding (and averaged away)."""
+ABSENT_FROM = 1e20
+"""From here on a bound in h of an R₊ row is +inf: as a number it would make every primal tolerance worthless."""
 
 
 @dataclass(frozen=True, slots=True, init=False, eq=False)
@@ -31,7 +33,7 @@ class Problem:
 
     Shapes: P (n, n) symmetric positive semidefinite, c (n,), A (p, n), b (p,), G (m, n), h (m,),
     K = `cones` of m rows, its R₊ rows first. Absent matrices become empty ones. `h = +inf` on an R₊ row means
-    that the row does not constrain. Matrices come in any SciPy format or as dense arrays and are held as CSC
+    that the row does not constrain; 1e20 and more become +inf there. Matrices come in any SciPy format or as dense arrays and are held as CSC
     with sorted, unique 32-bit indices; what already is so is kept without a copy, and must not be changed.
 
     Raises ProblemError for wrong shapes, NaN or infinite data, cones that do not add up, P not symmetric or
@@ -82,7 +84,7 @@ class Problem:
             raise ProblemError(
                 f"`cones` add up to {cones.m} rows (l = {cones.l}, q = {_short(cones.q)}), but G has {m} rows"
             )
-        _check_h(h_, cones.l)
+        h_ = _checked_bounds(h_, cones.l)
         for name, value in zip(
             ("P", "c", "A", "b", "G", "h", "cones"),
             (quadratic, cost, equalities, b_, inequalities, h_, cones),
@@ -156,9 +158,12 @@ def _finite_vector(name: str, values: Array) -> None:
         raise ProblemError(f"`{name}[{k}]` is {values[k]}; it must be finite")
 
 
-def _check_h(h: Array, l: int) -> None:
+def _checked_bounds(h: Array, l: int) -> Array:
+    """h with +inf for the R₊ rows, the first `l`, that have no bound."""
+    if l and h[:l].max() >= ABSENT_FROM:
+        h = np.concatenate([np.where(h[:l] >= ABSENT_FROM, np.inf, h[:l]), h[l:]])
     if csc.all_finite(h):
-        return
+        return h
     allowed = np.isfinite(h)
     allowed[:l] |= h[:l] == np.inf
     if not allowed.all():
@@ -169,6 +174,7 @@ def _check_h(h: Array, l: int) -> None:
             else "finite, because the row is in a second-order cone"
         )
         raise ProblemError(f"`h[{k}]` is {h[k]}; it must be {rule}")
+    return h
 
 
 def _rows(

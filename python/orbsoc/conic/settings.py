@@ -56,7 +56,7 @@ class Settings:
     refinement_max: int = 10
     step_fraction: float = 0.99
     ruiz_passes: int = 4
-    max_restarts: int = 3
+    max_restarts: int = 4
     ordering: str = "amd"
 
     def __post_init__(self) -> None:

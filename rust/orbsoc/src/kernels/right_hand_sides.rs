@@ -4,19 +4,46 @@
 
 use crate::real::Real;
 
-/// For the starting point, two sides. With a `linear` cost, x and s come from (0, b, h) and y and z from (−c, 0, 0);
-/// with a quadratic one all of them come from (−c, b, h).
+/// Bounds beyond this, in scaled data, count as this in the starting point of a quadratic cost.
+const START_BOUND: f64 = 100.0;
+
+/// h of an R₊ row, and what a starting point leaves out of it: a bound that is far away must not attract x, and must not
+/// make the dual variables as large as it is.
 #[inline(always)]
-pub fn starting<T: Real>(position: &[u32], n: usize, linear: bool, q: &[T], rhs: &mut [[T; 2]]) {
+fn bounded<T: Real>(h: T) -> (T, T) {
+    let bounded = h.min(T::constant(START_BOUND));
+    (bounded, h - bounded)
+}
+
+/// For the starting point, two sides. With a `linear` cost, x and s come from (0, b, h) and y and z from (−c, 0, 0);
+/// with a quadratic one all of them come from (−c, b, h), where the R₊ rows, `orthant` among (x, y, z), are bounded.
+#[inline(always)]
+pub fn starting<T: Real>(
+    position: &[u32],
+    n: usize,
+    orthant: core::ops::Range<usize>,
+    linear: bool,
+    q: &[T],
+    rhs: &mut [[T; 2]],
+) {
     let zero = T::zero();
     rhs.fill([zero, zero]);
     for (i, (&to, &q)) in position.iter().zip(q).enumerate() {
         let q = if i < n { -q } else { q };
         rhs[to as usize] = match (linear, i < n) {
+            (false, _) if orthant.contains(&i) => [bounded(q).0; 2],
             (false, _) => [q, q],
             (true, true) => [zero, q],
             (true, false) => [q, zero],
         };
+    }
+}
+
+/// s of a starting point with a quadratic cost: what its bounded rows leave out is added.
+#[inline(always)]
+pub fn unbounded<T: Real>(h: &[T], slack: &mut [T]) {
+    for (s, &h) in slack.iter_mut().zip(h) {
+        *s = *s + bounded(h).1;
     }
 }
 

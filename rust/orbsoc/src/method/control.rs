@@ -13,11 +13,14 @@ use std::time::{Duration, Instant};
 
 /// From a certified radius this many times the data's scale on, iterating further is pointless.
 const RADIUS_CONCLUSIVE: f64 = 1e8;
+/// … and so is a radius this many times its scale where κ/τ says "infeasible" as clearly as `EMBEDDING_CONCLUSIVE`.
+const RADIUS_SUFFICIENT: f64 = 1e6;
 /// A solve that meets the tolerance, but not this fraction of it, takes one iteration more: near the end an iteration
 /// gains two digits.
 const TOLERANCE_MARGIN: f64 = 0.2;
 /// The same after a warm start: the next problem of a sequence moves further than that.
 const WARM_TOLERANCE_MARGIN: f64 = 0.5;
+const EMBEDDING_CONCLUSIVE: f64 = 1e10;
 /// κ/τ from which the embedding leans towards infeasibility.
 const EMBEDDING_RATIO: f64 = 1e3;
 /// Iterations without a better iterate or a larger radius before a solve counts as stalled.
@@ -47,6 +50,8 @@ pub(crate) struct Control {
     /// Set from outside to stop at the next statistics.
     pub interrupted: bool,
     pub best: f64,
+    /// The least primal, dual and gap ratio that was progress.
+    least: [f64; 3],
     pub primal_radius: f64,
     pub dual_radius: f64,
     /// Why the iteration ended, once it has.
@@ -70,7 +75,7 @@ impl Control {
         let deadline = Duration::try_from_secs_f64(settings.max_time_s)
             .ok()
             .and_then(|limit| Instant::now().checked_add(limit));
-        Self { best: f64::INFINITY, deadline, ..Self::default() }
+        Self { best: f64::INFINITY, least: [f64::INFINITY; 3], deadline, ..Self::default() }
     }
 
     /// The restart that is to follow this attempt, after which the outcome so far has this `status`.
@@ -87,6 +92,7 @@ impl Control {
             restarts: self.restarts + 1,
             warm_start: if warm { WarmStart::FellBack } else { WarmStart::None },
             best: f64::INFINITY,
+            least: [f64::INFINITY; 3],
             deadline: self.deadline,
             suspended: self.suspended,
             interrupted: self.interrupted,
@@ -176,11 +182,16 @@ impl Control {
             return Outcome::Done(Stop::Stalled);
         }
         self.stalled_iterations += 1;
-        if strict < self.best {
-            // A gain of less than a tenth is no progress.
-            if strict < 0.9 * self.best {
+        // Progress is what is not yet within the tolerance becoming smaller by a tenth: the worst ratio may rise, the gap's
+        // for one, while others fall.
+        for (k, least) in [stat::PRIMAL, stat::DUAL, stat::GAP].into_iter().zip(&mut self.least) {
+            let ratio = entry(k);
+            if ratio > settings.tol && ratio < 0.9 * *least {
+                *least = ratio;
                 self.stalled_iterations = 0;
             }
+        }
+        if strict < self.best {
             self.best = strict;
             self.improved = true;
         }
@@ -198,20 +209,21 @@ impl Control {
             self.stalled_iterations = 0;
             copy_lane(lane, w.point.iter().chain(&w.slack), &mut w.dual_certificate);
         }
-        match self.reason(settings) {
+        let clear = tau * EMBEDDING_CONCLUSIVE < kappa;
+        match self.reason(settings, if clear { RADIUS_SUFFICIENT } else { RADIUS_CONCLUSIVE }) {
             Some(stop) => Outcome::Done(stop),
             None => Outcome::Next,
         }
     }
 
-    fn reason(&mut self, settings: &Settings) -> Option<Stop> {
+    fn reason(&mut self, settings: &Settings, conclusive: f64) -> Option<Stop> {
         let met_before = core::mem::replace(&mut self.met, self.best <= settings.tol);
         let aim = if self.attempt == Attempt::Warm { WARM_TOLERANCE_MARGIN } else { TOLERANCE_MARGIN };
         if self.best <= aim * settings.tol || met_before {
             Some(Stop::Converged)
-        } else if self.primal_radius >= RADIUS_CONCLUSIVE {
+        } else if self.primal_radius >= conclusive {
             Some(Stop::PrimalCertificate)
-        } else if self.dual_radius >= RADIUS_CONCLUSIVE {
+        } else if self.dual_radius >= conclusive {
             Some(Stop::DualCertificate)
         } else if self.warm_start_fails() {
             Some(Stop::WarmStartRejected)

@@ -181,13 +181,18 @@ fn transfer<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) 
             // The starting point needs no accuracy, only a place inside the cone.
             w.refinement_tolerance[0] = T::constant(1e-6) * max_abs(&w.q);
             let (linear, rhs) = (structure.cost.nnz() == 0, w.multi_rhs.as_chunks_mut::<2>().0);
-            right_hand_sides::starting(position, n, linear, &w.q, rhs);
+            let rows = n + structure.p;
+            right_hand_sides::starting(position, n, rows..rows + structure.cones.l, linear, &w.q, rhs);
         }
         Stage::StartPoint => {
             right_hand_sides::unload(&position[..n], solutions, 0, &mut w.point[..n]);
             right_hand_sides::unload(&position[n..], solutions, 1, &mut w.point[n..]);
             for (slack, &from) in w.slack.iter_mut().zip(&position[n + structure.p..]) {
                 *slack = -solutions[from as usize][0];
+            }
+            if structure.cost.nnz() > 0 {
+                let rows = n + structure.p;
+                right_hand_sides::unbounded(&w.q[rows..], &mut w.slack[..structure.cones.l]);
             }
         }
         Stage::StoreConstantAndPredictor => {

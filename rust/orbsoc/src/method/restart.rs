@@ -83,6 +83,7 @@ pub const RESTARTS: &[Restart] = &[
         Regularized,
         (RETRY_REFINEMENT, RETRY_REGULARIZATION_UP),
     ),
+    row(&[Refined, Regularized], true, UNSETTLED, Light, (RETRY_REFINEMENT, RETRY_REGULARIZATION_DOWN)),
 ];
 
 const fn row(
@@ -95,8 +96,8 @@ const fn row(
     Restart { after, stalled, statuses, attempt, refinement_factor, regularization_factor }
 }
 
-/// The most restarts that any solve makes under [`RESTARTS`]: warm, cold, refined, regularized.
-pub(crate) const LONGEST: u32 = 3;
+/// The most restarts that any solve makes under [`RESTARTS`]: warm, cold, refined, regularized, light.
+pub(crate) const LONGEST: u32 = 4;
 
 /// The row that fits an attempt that ended, stalled or not, with the solve's outcome so far at `status`.
 pub(crate) fn next(ended: Attempt, stalled: bool, status: Status) -> Option<&'static Restart> {

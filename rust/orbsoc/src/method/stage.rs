@@ -135,8 +135,8 @@ stages! {
     /// (0 or −c, b, h) for the starting x and s, (−c, 0 or b, 0 or h) for y and z.
     StartRhs "start_rhs" LinearSolve reads [Q] writes [MultiRhs RefinementTolerance]
         stales [MultiSolution MultiError MultiRefinement];
-    /// x, s = −z, and y, z of the starting solves.
-    StartPoint "start_point" LinearSolve reads [MultiSolution] writes [Point Slack]
+    /// x, s = −z, and y, z of the starting solves; s with what StartRhs left out of h.
+    StartPoint "start_point" LinearSolve reads [Q MultiSolution] writes [Point Slack]
         stales [MultiRhs Residual];
     /// Shift s and z into the cone; τ = κ = 1.
     StartShift "start_shift" ConeOps reads [Point Slack] writes [Point Slack Homogenizer] stales [Residual];

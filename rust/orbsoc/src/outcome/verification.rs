@@ -21,6 +21,16 @@ struct Residuals {
     dual_objective: f64,
 }
 
+/// How many times `tol` the common formula's ratio of a solution may be: its denominators leave out the products.
+const INDEPENDENT_FACTOR: f64 = 100.0;
+
+impl Residuals {
+    /// Whether the ratios are within a tolerance, and the common formula's within another.
+    fn within(&self, tol: f64, independent: f64) -> bool {
+        self.certificate.worst() <= tol && self.independent <= independent
+    }
+}
+
 /// A point in the user's scaling and row order.
 struct Point {
     x: DVector<f64>,
@@ -287,17 +297,16 @@ impl FinishedAttempt<'_> {
         let tol = self.settings.tol;
         let residuals = residuals_of(problem, &best, tol);
         let ratio = residuals.certificate.worst();
-        let solved = ratio <= tol && residuals.independent <= 100.0 * tol;
+        let tol_inaccurate = self.settings.tol_inaccurate;
+        let solved = residuals.within(tol, INDEPENDENT_FACTOR * tol);
         // A certificate counts when the solve ended on it or could enlarge it no further; a limit
         // that cut the solve short proves nothing.
-        let usable = ratio <= self.settings.tol_inaccurate
-            && residuals.independent <= self.settings.tol_inaccurate
-            && stop != Stop::Interrupted;
+        let usable = residuals.within(tol_inaccurate, tol_inaccurate) && stop != Stop::Interrupted;
         let by_certificate = matches!(stop, Stop::PrimalCertificate | Stop::DualCertificate);
         // A nearly solved problem is not infeasible, however far out its solution lies.
         if by_certificate || (stop == Stop::Stalled && !solved && !usable) {
             // … and where its products hide what is missing, a point as large as the radius is not excluded by it.
-            let apparent = (!by_certificate && ratio <= self.settings.tol_inaccurate).then_some(&best);
+            let apparent = (!by_certificate && ratio <= tol_inaccurate).then_some(&best);
             if let Some(found) = self.infeasible(apparent) {
                 return self.accept(&found);
             }
@@ -306,7 +315,8 @@ impl FinishedAttempt<'_> {
             let message = format!("verified: worst residual ratio {ratio:.1e} on the original data");
             return self.assemble(Status::Solved, &best, &residuals, message);
         }
-        let failed = failing_line(&residuals, tol);
+        let allowed = if usable { INDEPENDENT_FACTOR * tol } else { tol_inaccurate };
+        let failed = failing_lines(&residuals, tol, allowed);
         if usable {
             let message = format!("meets tol_inaccurate only: {failed}");
             return self.assemble(Status::SolvedInaccurate, &best, &residuals, message);
@@ -404,7 +414,8 @@ impl FinishedAttempt<'_> {
     }
 }
 
-fn failing_line(residuals: &Residuals, tol: f64) -> String {
+/// The ratios above `tol`, and the common formula's where it is above what is `allowed` for it.
+fn failing_lines(residuals: &Residuals, tol: f64, allowed: f64) -> String {
     let c = &residuals.certificate;
     let lines = [("primal residual", c.primal_residual), ("dual residual", c.dual_residual), ("gap", c.gap)];
     let failing: Vec<String> = lines
@@ -412,9 +423,9 @@ fn failing_line(residuals: &Residuals, tol: f64) -> String {
         .filter(|(_, v)| v.is_nan() || *v > tol)
         .map(|(name, v)| format!("{name} {v:.1e}"))
         .collect();
-    if failing.is_empty() {
-        format!("independent residual {:.1e} (tol {tol:.0e})", residuals.independent)
-    } else {
-        format!("{} (tol {tol:.0e})", failing.join(", "))
-    }
+    let own = (!failing.is_empty()).then(|| format!("{} (tol {tol:.0e})", failing.join(", ")));
+    let by_common_formula = (residuals.independent > allowed).then(|| {
+        format!("residual by the common formula {:.1e} (at most {allowed:.0e})", residuals.independent)
+    });
+    own.into_iter().chain(by_common_formula).collect::<Vec<_>>().join(", ")
 }

@@ -4,6 +4,9 @@ use crate::error::{fit, Error};
 use crate::problem::csc::{finite, Csc};
 use crate::problem::{cones::Cones, convexity::check_upper};
 
+/// From here on a bound of a nonnegative row is no bound.
+const ABSENT_FROM: f64 = 1e20;
+
 /// min ½xᵀPx + cᵀx  s.t.  Ax = b,  Gx + s = h,  s ∈ K.
 ///
 /// ```
@@ -36,7 +39,7 @@ impl Problem {
     ///
     /// # Errors
     /// Sizes that do not fit, NaN or infinity where none may stand (+∞ in `h` on a nonnegative
-    /// row is allowed and means that the row is absent), cones of dimension 0, no variables, and
+    /// row is allowed and means that the row is absent, as 1e20 and more do), cones of dimension 0, no variables, and
     /// [`Error::NotConvex`] for a P that is not positive semidefinite.
     pub fn new(
         p_upper: Option<Csc>,
@@ -63,7 +66,7 @@ impl Problem {
         a: Option<Csc>,
         b: Vec<f64>,
         g: Option<Csc>,
-        h: Vec<f64>,
+        mut h: Vec<f64>,
         cones: Cones,
     ) -> Result<Self, Error> {
         let n = c.len();
@@ -92,6 +95,7 @@ impl Problem {
         finite("c", &c)?;
         finite("b", &b)?;
         finite_or_absent(&h, cones.l)?;
+        without_huge_bounds(&mut h[..cones.l]);
         for (what, size) in
             [("P", p.nnz()), ("A", a.nnz()), ("G", g.nnz()), ("x, y, z", n + b.len() + h.len())]
         {
@@ -149,7 +153,9 @@ impl Problem {
     /// Another length, NaN, −∞, or +∞ on a row of a second-order cone.
     pub fn set_h(&mut self, h: &[f64]) -> Result<(), Error> {
         finite_or_absent(h, self.cones.l)?;
-        replace("h", &mut self.h, h)
+        replace("h", &mut self.h, h)?;
+        without_huge_bounds(&mut self.h[..self.cones.l]);
+        Ok(())
     }
 
     /// Replace the entries of P's upper triangle, in the order of its columns.
@@ -257,6 +263,11 @@ fn finite_or_absent(h: &[f64], l: usize) -> Result<(), Error> {
     }
 }
 
+/// A bound of [`ABSENT_FROM`] or more is none: as a number it would make every tolerance of the primal side worthless.
+fn without_huge_bounds(h: &mut [f64]) {
+    h.iter_mut().filter(|h| **h >= ABSENT_FROM).for_each(|h| *h = f64::INFINITY);
+}
+
 fn replace(argument: &'static str, old: &mut [f64], new: &[f64]) -> Result<(), Error> {
     fit(argument, (new.len(), "entries"), old.len(), "the problem needs")?;
     old.copy_from_slice(new);
@@ -321,6 +332,18 @@ mod tests {
         let reduced = Reduced::new(&reducible());
         assert_eq!((reduced.l, &reduced.q[..]), (5, &[3][..]));
         assert_eq!(reduced.row_origin, [0, 2, 3, 5, 9, 6, 7, 8]);
+    }
+
+    #[test]
+    fn bounds_of_1e20_and_more_are_none() {
+        let mut problem = reducible();
+        let mut h = problem.h.clone();
+        (h[0], h[1], h[4], h[5]) = (9.9e19, 1e20, f64::MAX, 1e20);
+        assert_eq!(problem.set_h(&h), Ok(()));
+        assert_eq!((problem.h[0], problem.h[5]), (9.9e19, 1e20), "a cone's row keeps its number");
+        assert!(problem.same_pattern(&reducible()).is_ok());
+        let Problem { p, c, a, b, g, cones, .. } = problem.clone();
+        assert_eq!(Problem::new(Some(p), c, Some(a), b, Some(g), h, cones).unwrap(), problem);
     }
 
     #[test]

@@ -54,7 +54,7 @@ impl Default for Settings {
             refinement_max: 10,
             step_fraction: 0.99,
             ruiz_passes: 4,
-            max_restarts: 3,
+            max_restarts: 4,
             ordering: Ordering::Amd,
         }
     }

@@ -15,17 +15,19 @@ struct Decided {
     settings: Settings,
 }
 
-/// One iterate's numbers: worst residual ratio, radii of primal and dual infeasibility, τ and κ.
+/// One iterate's numbers: worst residual ratio, the primal's, the dual's and the gap's as fractions of it, radii of primal
+/// and dual infeasibility, τ and κ.
 #[derive(Clone, Copy)]
 struct Iterate {
     worst: f64,
+    ratios: [f64; 3],
     primal: f64,
     dual: f64,
     tau: f64,
     kappa: f64,
 }
 
-const PLAIN: Iterate = Iterate { worst: 1.0, primal: 0.0, dual: 0.0, tau: 1.0, kappa: 1.0 };
+const PLAIN: Iterate = Iterate { worst: 1.0, ratios: [1.0; 3], primal: 0.0, dual: 0.0, tau: 1.0, kappa: 1.0 };
 const LEANING: Iterate = Iterate { tau: 1e-4, ..PLAIN };
 
 fn decided() -> Decided {
@@ -39,6 +41,9 @@ impl Decided {
         let work = &mut self.engine.path.work;
         work.statistics.fill(0.0);
         work.statistics[stat::STRICT] = at.worst;
+        for (k, ratio) in [stat::PRIMAL, stat::DUAL, stat::GAP].into_iter().zip(at.ratios) {
+            work.statistics[k] = ratio * at.worst;
+        }
         work.statistics[stat::PRIMAL_RADIUS] = at.primal;
         work.statistics[stat::DUAL_RADIUS] = at.dual;
         work.homogenizer.copy_from_slice(&[at.tau, at.kappa, 1.0]);
@@ -170,6 +175,31 @@ fn sixteen_iterations_without_progress_stall_and_creeping_is_none() {
 }
 
 #[test]
+fn a_ratio_that_falls_is_progress_while_the_worst_rises_and_not_below_the_tolerance() {
+    for falling in 0..3 {
+        let mut decided = decided();
+        for k in 0..=42 {
+            let mut ratios = [1.0; 3];
+            ratios[falling] = 0.5f64.powi(2 * k);
+            // The worst doubles; one ratio halves, and is above the tolerance for the last time in iteration 26.
+            let outcome = decided.judge(Iterate { worst: 2f64.powi(k), ratios, ..PLAIN });
+            assert_eq!(outcome, if k <= 26 + 15 { Outcome::Next } else { STALLED }, "iteration {k}");
+        }
+    }
+}
+
+#[test]
+fn a_smaller_radius_concludes_where_the_embedding_is_clear() {
+    let at = |tau, primal| decided().judge(Iterate { primal, tau, ..PLAIN });
+    assert_eq!(at(0.9e-10, 1e6), Outcome::Done(Stop::PrimalCertificate));
+    assert_eq!((at(0.9e-10, 0.9e6), at(1.1e-10, 1e6)), (Outcome::Next, Outcome::Next));
+    assert_eq!(
+        decided().judge(Iterate { dual: 1e6, tau: 0.9e-10, ..PLAIN }),
+        Outcome::Done(Stop::DualCertificate)
+    );
+}
+
+#[test]
 fn three_short_steps_in_a_row_stall() {
     let mut decided = decided();
     for (length, outcome) in [
@@ -268,10 +298,11 @@ fn a_stall_is_followed_by_the_attempt_that_fits_the_outcome_so_far() {
     let next = |attempt, status| after(Stop::Stalled, attempt, status);
     for status in [Status::NumericalLimit, Status::SolvedInaccurate] {
         assert_eq!(next(Attempt::Cold, status), Some(Attempt::Refined));
-        assert_eq!(next(Attempt::Regularized, status), None);
+        assert_eq!(next(Attempt::Regularized, status), Some(Attempt::Light));
+        assert_eq!(next(Attempt::Light, status), None);
     }
     assert_eq!(next(Attempt::Refined, Status::NumericalLimit), Some(Attempt::Regularized));
-    assert_eq!(next(Attempt::Refined, Status::SolvedInaccurate), None);
+    assert_eq!(next(Attempt::Refined, Status::SolvedInaccurate), Some(Attempt::Light));
     for proof in [Status::PrimalInfeasible, Status::DualInfeasible] {
         assert_eq!(next(Attempt::Cold, proof), Some(Attempt::Light));
         assert_eq!(next(Attempt::Refined, proof), Some(Attempt::Light));
@@ -281,7 +312,6 @@ fn a_stall_is_followed_by_the_attempt_that_fits_the_outcome_so_far() {
             assert_eq!(after(Stop::PrimalCertificate, attempt, proof), None, "it is conclusive");
         }
     }
-    assert_eq!(next(Attempt::Light, Status::NumericalLimit), None);
     assert_eq!(after(Stop::MaxIterations, Attempt::Refined, Status::MaxIterations), None);
     assert_eq!(after(Stop::WarmStartRejected, Attempt::Warm, Status::NumericalLimit), Some(Attempt::Cold));
     for status in [Status::Solved, Status::MaxTime, Status::Interrupted] {
@@ -295,7 +325,7 @@ fn restarts_are_counted_and_limited() {
     control.start_warm(true);
     assert_eq!((control.attempt, control.warm_start), (Attempt::Warm, WarmStart::Used));
     let mut made = Vec::new();
-    for max_restarts in 0..5 {
+    for max_restarts in 0..6 {
         let settings = Settings { max_restarts, ..Settings::default() };
         let mut control = control.clone();
         control.stop = Some(Stop::Stalled);
@@ -307,6 +337,6 @@ fn restarts_are_counted_and_limited() {
         made.push((control.attempt, control.restarts));
     }
     let (cold, refined) = ((Attempt::Cold, 1), (Attempt::Refined, 2));
-    let last = (Attempt::Regularized, 3);
-    assert_eq!(made, [(Attempt::Warm, 0), cold, refined, last, last]);
+    let (regularized, last) = ((Attempt::Regularized, 3), (Attempt::Light, 4));
+    assert_eq!(made, [(Attempt::Warm, 0), cold, refined, regularized, last, last]);
 }

@@ -434,7 +434,7 @@ fn column_counts(upper: &Upper) -> Vec<usize> {
 }
 
 /// What a factorisation asks for, from the column counts c of L: Σc(c+1)/2 multiply–subtracts, Σc
-/// products by the reciprocal pivot, one division and the regularisation for each pivot.
+/// products by the reciprocal pivot, one division and the regularisation for each pivot, a product and a bound among it.
 #[test]
 fn operations_are_the_closed_forms_of_the_column_counts() {
     for matrix in matrices().step_by(5) {
@@ -449,12 +449,14 @@ fn operations_are_the_closed_forms_of_the_column_counts() {
         let dim = matrix.dim() as u64;
         let expected = OperationCounts {
             sub_mul: updates as u64,
-            mul: nnz as u64,
+            mul: nnz as u64 + dim,
             div: dim,
             add: positive,
             sub: dim - positive,
             // −floor and −replacement.
             neg: 2 * (dim - positive),
+            min: dim - positive,
+            max: positive,
             compare: dim,
             select: dim,
             ..OperationCounts::default()
@@ -501,7 +503,7 @@ fn the_order_is_a_permutation_that_puts_children_before_parents() {
 #[test]
 fn pivots_of_the_wrong_sign_or_too_small_become_the_replacement() {
     let entries: Vec<(usize, usize)> = (0..6).map(|j| (j, j)).collect();
-    let values = [0.0, -5.0, 1e-7, 0.0, 5.0, -1e-7];
+    let values = [0.0, -1e-7, 1e-7, 0.0, 1.9e-7, -1e-7];
     let signs = [true, true, true, false, false, false];
     let by = Regularization { shift_up: 1e-8, shift_down: 3e-8, floor: 1e-6, replacement: 2e-5 };
     let matrix = ordered(6, &entries, &values, &signs);
@@ -509,6 +511,11 @@ fn pivots_of_the_wrong_sign_or_too_small_become_the_replacement() {
     found.sort_by(f64::total_cmp);
     let expected = [-2e-5, -2e-5, -2e-5, 2e-5, 2e-5, 2e-5];
     assert!(found.iter().zip(expected).all(|(f, e)| (f / e - 1.0).abs() < 1e-15), "{found:?}");
+    // One of the wrong sign that is larger than that becomes five times as large.
+    let matrix = ordered(2, &entries[..2], &[-5e-3, 3e-2], &[true, false]);
+    let mut d: Vec<f64> = factor(&matrix, by, Panels::Exact).d().iter().copied().collect();
+    d.sort_by(f64::total_cmp);
+    assert!(d.iter().zip([-0.15, 2.5e-2]).all(|(d, e)| (d / e - 1.0).abs() < 1e-14), "{d:?}");
     // Just above the floor, a pivot is only shifted.
     let matrix = ordered(2, &entries[..2], &[1.5e-6, -1.5e-6], &[true, false]);
     let mut d: Vec<f64> = factor(&matrix, by, Panels::Exact).d().iter().copied().collect();

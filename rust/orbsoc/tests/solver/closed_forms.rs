@@ -93,11 +93,13 @@ fn factorisation_and_solve_follow_the_column_counts_of_l() {
         let dim = positive + negative;
         let factorize = OperationCounts {
             sub_mul: multiply_subtracts,
-            mul: nnz_l,
+            mul: nnz_l + dim,
             div: dim,
             add: positive,
             sub: negative,
             neg: 2 * negative,
+            min: negative,
+            max: positive,
             compare: dim,
             select: dim,
             ..ZERO

@@ -52,17 +52,19 @@ fn a_linear_programme_of_one_variable_and_two_rows() {
         &data,
         &[
             // Columns with 1, 1, 0 entries below: l·y from x's diagonal twice, l = y/d twice, 1/d three
-            // times. Each negative pivot (z₀, z₁): −shift, then −floor, −replacement, compare, select;
-            // the positive one (x): +shift, compare, select.
+            // times. Each negative pivot (z₀, z₁): −shift, −floor, −replacement, compare, −5 times
+            // the pivot, minimum, select; the positive one (x): +shift, compare, product, maximum, select.
             (
                 Stage::Factorize,
                 OperationCounts {
                     sub_mul: 2,
-                    mul: 2,
+                    mul: 2 + 3,
                     div: 3,
                     add: 1,
                     sub: 2,
                     neg: 4,
+                    min: 2,
+                    max: 1,
                     compare: 3,
                     select: 3,
                     ..ZERO
@@ -118,11 +120,13 @@ fn a_quadratic_programme_whose_matrix_is_a_path() {
                 Stage::Factorize,
                 OperationCounts {
                     sub_mul: 3,
-                    mul: 3,
+                    mul: 3 + 4,
                     div: 4,
                     add: 2,
                     sub: 2,
                     neg: 4,
+                    min: 2,
+                    max: 2,
                     compare: 4,
                     select: 4,
                     ..ZERO
@@ -170,11 +174,13 @@ fn one_second_order_cone_of_dimension_three() {
                 Stage::Factorize,
                 OperationCounts {
                     sub_mul: 16,
-                    mul: 9,
+                    mul: 9 + 5,
                     div: 5,
                     add: 2,
                     sub: 3,
                     neg: 6,
+                    min: 3,
+                    max: 2,
                     compare: 5,
                     select: 5,
                     ..ZERO

@@ -11,19 +11,25 @@ pub struct Regularization<T> {
     pub shift_down: T,
     /// Pivots below this, in the direction of their sign, …
     pub floor: T,
-    /// … become this.
+    /// … become this, or [`REPLACEMENT_FACTOR`] times as large as they were, whichever is more.
     pub replacement: T,
 }
 
-/// The pivot with static and dynamic regularisation, by its known sign.
+/// A pivot of the wrong sign is the rounding error of the terms that cancelled. A replacement that is smaller than this
+/// error would make the factor explode; one that is larger only damps a direction that is unknown anyway.
+const REPLACEMENT_FACTOR: f64 = 5.0;
+
+/// The pivot with static and dynamic regularisation, by its known sign. What replaces it comes from the pivot before its
+/// shift, so that product and maximum run beside shift and comparison.
 #[inline(always)]
 pub fn regularized<T: Real>(pivot: T, positive: bool, by: Regularization<T>) -> T {
+    let enlarged = T::constant(-REPLACEMENT_FACTOR) * pivot;
     if positive {
-        let pivot = pivot + by.shift_up;
-        T::select(pivot.lt(by.floor), by.replacement, pivot)
+        let shifted = pivot + by.shift_up;
+        T::select(shifted.lt(by.floor), enlarged.max(by.replacement), shifted)
     } else {
-        let (pivot, ceiling) = (pivot - by.shift_down, -by.floor);
-        T::select(ceiling.lt(pivot), -by.replacement, pivot)
+        let shifted = pivot - by.shift_down;
+        T::select((-by.floor).lt(shifted), enlarged.min(-by.replacement), shifted)
     }
 }
 
