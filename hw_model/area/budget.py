@@ -14,7 +14,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-from hw_model.timing.stage_cycles import Microcode, Origin, StageCycles, estimated
+from hw_model.timing.control_program import streams_of
+from hw_model.timing.stage_cycles import Microcode, Origin, StageCycles, estimated, of_program
 
 from .engine import (
     KINDS,
@@ -141,6 +142,11 @@ def _storage_words(pattern: Pattern, partition: Partition) -> int:
     return math.ceil(_words(pattern, on_pl) * (1.0 + TEMPORARIES))
 
 
+def _alone(pattern: Pattern, partition: Partition) -> list[str]:
+    """The stages on the PL."""
+    return [name for name, stage in pattern.stages.items() if partition.side(stage.module) == "pl"]
+
+
 def _words(pattern: Pattern, buffers: Iterable[str]) -> int:
     return sum(pattern.buffers[buffer] for buffer in buffers)
 
@@ -168,13 +174,12 @@ def _stored(
     wide: int,
 ) -> _Code:
     """Microcode of each segment of a pattern, kept once however often it is launched, each from a line of its own."""
+    cycles = of_program(cycles, streams_of(trace, partition))
     words = bits = flat_bits = lines = 0
     origin: Origin = "estimate"
     packed = platform.pl.microcode_format.value == "compressed"
     by = platform.pl.microcode_compression.value if packed else 1.0
-    for name, stage in trace.patterns[p].stages.items():
-        if partition.side(stage.module) != "pl":
-            continue
+    for name in streams_of(trace, partition) or _alone(trace.patterns[p], partition):
         found = cycles(trace, platform, p, name)
         flat = found.cycles * shape.microcode_bits
         code = found.microcode or Microcode(found.cycles, flat, math.ceil(flat / by))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from hw_model.timing.stage_cycles import StageCycles, estimated
 from hw_model.timing.timeline import Timeline, as_partition, as_platform, simulate
 from hw_model.timing.trace import parse_trace
-from hw_model.vocabulary import CAUSES, MODULES, Cause, Module
+from hw_model.vocabulary import ACCOUNTS, CAUSES, Cause, Module
 
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition
@@ -98,8 +98,8 @@ def explain(
         one.makespan_picoseconds,
         other.makespan_picoseconds,
         {cause: causes[cause,] for cause in CAUSES if (cause,) in causes},
-        {module: modules[module,] for module in MODULES if (module,) in modules},
-        {(m, c): both[m, c] for m in MODULES for c in CAUSES if (m, c) in both},
+        {module: modules[module,] for module in ACCOUNTS if (module,) in modules},
+        {(m, c): both[m, c] for m in ACCOUNTS for c in CAUSES if (m, c) in both},
         parameters,
         moved,
     )

@@ -5,15 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING
 
+from hw_model.timing.control_program import members
 from hw_model.timing.schedules import Engine, Schedule, engine_of, scheduled
 from hw_model.timing.stage_cycles import Microcode, StageCycles
 from hw_model.timing.unit_schedules import UnitSchedule, UnitSchedules
 
 from .schedules import Engine as Parameters
-from .schedules import pl_program
+from .schedules import Streams, pl_program
 
 if TYPE_CHECKING:
     from hw_model import Platform, Trace
@@ -30,14 +32,15 @@ def exact_cycles(problems: Sequence[Problem], expected: Iterable[Engine] = ()) -
     that are not the RTL's, for which there is no schedule, and `hw.schedules.EngineError` for an engine that cannot exist.
     """
     awaited = {_parameters(engine) for engine in expected}
-    made: dict[tuple[int, Parameters], Mapping[str, Segment]] = {}
+    made: dict[tuple[int, Parameters, Streams], Mapping[str, Segment]] = {}
 
     def source(pattern: int, stage: str, engine: Engine) -> Schedule:
-        parameters = _parameters(engine)
-        if (pattern, parameters) not in made:
-            made.update(_side_by_side(problems, {parameters, *awaited}))
-            awaited.clear()
-        found = made[pattern, parameters][stage]
+        parameters, streams = _parameters(engine), _streams(engine)
+        if (pattern, parameters, streams) not in made:
+            made.update(_side_by_side(problems, {parameters, *awaited}, streams))
+            if not streams:
+                awaited.clear()
+        found = made[pattern, parameters, streams]["_".join(members(stage))]
         causes, bits = found.causes, found.flat_bits
         if engine.compressed:
             causes, bits = found.compressed_causes, found.compressed_bits
@@ -50,12 +53,22 @@ def exact_cycles(problems: Sequence[Problem], expected: Iterable[Engine] = ()) -
 
 def exact_units(problems: Sequence[Problem]) -> UnitSchedules:
     """What every lane and divider executes in the same segments. Raises as `exact_cycles` does."""
+    return _Units(problems)
 
-    def look_up(trace: Trace, platform: Platform, pattern: int, stage: str) -> UnitSchedule:
-        engine = engine_of(platform, trace.datapath)
-        program = pl_program(problems[pattern], None, _parameters(engine))
-        began, units, operations = program.core.issues(stage, "compressed" if engine.compressed else "flat")
-        startup = program.segments[stage].causes["startup"]
+
+@dataclass(frozen=True, slots=True)
+class _Units:
+    problems: Sequence[Problem]
+    streams: Streams = ()
+
+    def of_program(self, streams: tuple[str, ...]) -> _Units:
+        return _Units(self.problems, tuple(members(name) for name in streams))
+
+    def __call__(self, trace: Trace, platform: Platform, pattern: int, stage: str) -> UnitSchedule:
+        engine, name = engine_of(platform, trace.datapath), "_".join(members(stage))
+        program = pl_program(self.problems[pattern], None, _parameters(engine), None, self.streams)
+        began, units, operations = program.core.issues(name, "compressed" if engine.compressed else "flat")
+        startup = program.segments[name].causes["startup"]
         return UnitSchedule(
             engine.lanes,
             began.astype(int) + startup,
@@ -64,20 +77,24 @@ def exact_units(problems: Sequence[Problem]) -> UnitSchedules:
             tuple(program.core.operation_names()),
         )
 
-    return look_up
-
 
 def _side_by_side(
-    problems: Sequence[Problem], engines: Iterable[Parameters]
-) -> dict[tuple[int, Parameters], Mapping[str, Segment]]:
+    problems: Sequence[Problem], engines: Iterable[Parameters], streams: Streams
+) -> dict[tuple[int, Parameters, Streams], Mapping[str, Segment]]:
     """The segments of each problem's schedule on each engine, by all cores; Ctrl-C begins no further ones."""
-    keys = list(product(range(len(problems)), engines))
+    keys = list(product(range(len(problems)), engines, [streams]))
     pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
     try:
-        programs = pool.map(lambda key: pl_program(problems[key[0]], None, key[1]).segments, keys)
+        programs = pool.map(
+            lambda key: pl_program(problems[key[0]], None, key[1], None, key[2]).segments, keys
+        )
         return dict(zip(keys, programs, strict=True))
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _streams(engine: Engine) -> Streams:
+    return tuple(members(name) for name in engine.streams)
 
 
 def _parameters(engine: Engine) -> Parameters:
