@@ -18,7 +18,7 @@ class PlatformError(HwModelError):
 
 
 class PartitionError(HwModelError):
-    """A partition that does not place exactly the six PL modules."""
+    """A partition that does not place exactly the PL's modules."""
 
 
 class TraceError(HwModelError):

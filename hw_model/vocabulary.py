@@ -14,8 +14,10 @@ from typing import Final, Literal, get_args
 Side = Literal["ps", "pl"]
 PlModule = Literal[
     "matrix_update", "matrix_scaling", "factorization", "linear_solve", "cone_ops", "line_search",
+    "statistics",
 ]  # fmt: skip
-Module = Literal["ps", PlModule]
+Module = Literal["ps", PlModule, "joined"]
+"""`ps`: the processing system's own tasks, which no partition moves; `joined`: stages of several modules as one stream."""
 Datapath = Literal["f64", "f32"]
 Opcode = Literal[
     "move", "neg", "abs", "mul", "add", "sub", "mul_add", "mul_sub", "div", "sqrt", "min", "max",
@@ -25,7 +27,9 @@ PlCause = Literal["issue", "dependency", "bank", "divider", "write_port", "fetch
 Cause = Literal["ps", PlCause, "cache", "link", "interrupt"]
 
 PL_MODULES: Final[tuple[PlModule, ...]] = get_args(PlModule)
-MODULES: Final[tuple[Module, ...]] = get_args(Module)
+MODULES: Final[tuple[Module, ...]] = ("ps", *get_args(PlModule))
+ACCOUNTS: Final[tuple[Module, ...]] = (*MODULES, "joined")
+"""Where time is accounted for: a stage belongs to one module, a stream may not."""
 OPCODES: Final[tuple[Opcode, ...]] = get_args(Opcode)
 PL_CAUSES: Final[tuple[PlCause, ...]] = get_args(PlCause)
 CAUSES: Final[tuple[Cause, ...]] = get_args(Cause)
@@ -33,9 +37,9 @@ PICOSECONDS_PER_MS: Final = 10**9
 WORD_BYTES: Final[dict[Datapath, int]] = {"f64": 8, "f32": 4}
 
 
-def count_of(number: int, noun: str) -> str:
-    """A number of things: "1 lane", "4 lanes"."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+def count_of(number: int, noun: str, several: str = "") -> str:
+    """A number of things: "1 lane", "4 lanes"; `several` where an s does not do."""
+    return f"{number} {noun}" if number == 1 else f"{number} {several or f'{noun}s'}"
 
 
 def by_place(causes: Mapping[Cause, int]) -> dict[str, int]:

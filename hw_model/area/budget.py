@@ -14,7 +14,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-from hw_model.timing.stage_cycles import Microcode, Origin, StageCycles, estimated
+from hw_model.timing.control_program import streams_of
+from hw_model.timing.stage_cycles import Microcode, Origin, StageCycles, estimated, of_program
 from hw_model.timing.stream import is_streamed
 
 from .engine import (
@@ -187,12 +188,18 @@ def _storage_words(pattern: Pattern, partition: Partition) -> int:
 def _needed_words(
     trace: Trace, platform: Platform, partition: Partition, p: int, cycles: StageCycles
 ) -> int | None:
-    """Words of storage that a pattern's schedules need: those of all six modules are an upper bound for fewer."""
+    """Words of storage that a pattern's schedules need: those of all modules are an upper bound for fewer."""
     pattern = trace.patterns[p]
-    names = [name for name, stage in pattern.stages.items() if partition.side(stage.module) == "pl"]
-    found = cycles(trace, platform, p, names[0]).storage_words if names else None
-    whole = all(side == "pl" for side in partition.modules.values())
+    streams = streams_of(trace, partition)
+    names = list(streams) or _alone(pattern, partition)
+    found = of_program(cycles, streams)(trace, platform, p, names[0]).storage_words if names else None
+    whole = all(side == "pl" for module, side in partition.modules.items() if module != "statistics")
     return found if whole or found is None else min(found, _storage_words(pattern, partition))
+
+
+def _alone(pattern: Pattern, partition: Partition) -> list[str]:
+    """The stages on the PL."""
+    return [name for name, stage in pattern.stages.items() if partition.side(stage.module) == "pl"]
 
 
 def _words(pattern: Pattern, buffers: Iterable[str]) -> int:
@@ -223,13 +230,12 @@ def _stored(
 ) -> _Code:
     """Microcode on the chip of each segment of a pattern, kept once however often it is launched, each from a line of its
     own; what is streamed is not there."""
+    cycles = of_program(cycles, streams_of(trace, partition))
     words = bits = flat_bits = lines = 0
     origin: Origin = "estimate"
     packed = platform.pl.microcode_format.value == "compressed"
     by = platform.pl.microcode_compression.value if packed else 1.0
-    for name, stage in trace.patterns[p].stages.items():
-        if partition.side(stage.module) != "pl":
-            continue
+    for name in streams_of(trace, partition) or _alone(trace.patterns[p], partition):
         found = cycles(trace, platform, p, name)
         if is_streamed(trace, platform, p, name):
             continue

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from typing import TYPE_CHECKING, Final, Literal, get_args
 
+from hw_model.timing.control_program import members
 from hw_model.timing.ps import computing_cores
 from hw_model.vocabulary import OPCODES, WORD_BYTES, Datapath, Module, Opcode
 
@@ -69,8 +70,8 @@ def work_counts(work: Work, durations: Durations, microcode_word_bits: int, know
     if work.kind == "compute" and work.side == "pl":
         key = (work.pattern, work.what)
         if key not in known:
-            stage = durations.trace.patterns[work.pattern].stages[work.what]
-            known[key] = stage_counts(stage, durations.trace.datapath)
+            stages, datapath = durations.trace.patterns[work.pattern].stages, durations.trace.datapath
+            known[key] = sum((stage_counts(stages[name], datapath) for name in members(work.what)), Counts())
         counts.update(known[key])
         found = durations.pl_cycles(work)
         stored = found.microcode
@@ -90,7 +91,7 @@ def work_counts(work: Work, durations: Durations, microcode_word_bits: int, know
             "rest": link.status_register_reads.value,
             "interrupt": durations.platform.runtime.completion.value == "polling",
         }
-        counts["register_access"] += int(accesses[work.kind])
+        counts["register_access"] += int(accesses.get(work.kind, 0))
     for part in durations.parts(work):
         if part.cause == "ps":
             counts["core_cycle"] += part.cycles + part.shared_cycles * (durations.cores - 1)

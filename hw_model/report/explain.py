@@ -12,7 +12,7 @@ from hw_model.timing.durations import Durations
 from hw_model.timing.stage_cycles import StageCycles, estimated
 from hw_model.timing.timeline import Timeline, simulate
 from hw_model.timing.trace import parse_trace
-from hw_model.vocabulary import CAUSES, MODULES, Cause, Module
+from hw_model.vocabulary import ACCOUNTS, CAUSES, Cause, Module
 
 from .bands import corners_of
 from .speedup import ESTIMATED_WORDS
@@ -126,8 +126,8 @@ def explain(
         one.makespan_picoseconds,
         other.makespan_picoseconds,
         {cause: causes[cause,] for cause in CAUSES if (cause,) in causes},
-        {module: modules[module,] for module in MODULES if (module,) in modules},
-        {(m, c): both[m, c] for m in MODULES for c in CAUSES if (m, c) in both},
+        {module: modules[module,] for module in ACCOUNTS if (module,) in modules},
+        {(m, c): both[m, c] for m in ACCOUNTS for c in CAUSES if (m, c) in both},
         parameters,
         moved,
         _energy(checked, a, cycles),
@@ -141,10 +141,7 @@ def explain(
 
 def _energy(trace: Trace, side: Configuration, cycles: StageCycles) -> EnergyUse:
     """Over the corners of the assumed bands."""
-    corners = [
-        Durations(trace, corner, uses_pl=side.partition.uses_pl, cycles=cycles)
-        for corner in corners_of(side.platform)
-    ]
+    corners = [Durations(trace, corner, side.partition, cycles) for corner in corners_of(side.platform)]
     return energy_use(corners, counter_of(actions_of(trace, side.partition), side.partition))
 
 

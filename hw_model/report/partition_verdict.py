@@ -38,7 +38,7 @@ class Verdict:
         here = f"{lanes} at {self.point.pl_clock_mhz:g} MHz on {self.point.device}"
         own = f"{self.point.partition} ({self.point.times_ms[0]:.3f} ms{_fitting(self.point)})"
         if self.better is None:
-            return f"{here}: {own} is Pareto-optimal among the 64 partitions"
+            return f"{here}: {own} is Pareto-optimal among all partitions"
         how = "over the whole band" if self.robust else "nominally, not over the whole band"
         return (
             f"{here}: {own} is NOT Pareto-optimal: {self.better.partition} ({self.better.times_ms[0]:.3f} ms"

@@ -11,7 +11,8 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from hw_model.timing.stage_cycles import StageCycles, estimated
+from hw_model.timing.control_program import streams_of
+from hw_model.timing.stage_cycles import StageCycles, estimated, of_program
 from hw_model.vocabulary import PL_CAUSES, PL_MODULES
 
 from .assumptions import assumptions
@@ -45,7 +46,8 @@ def trace_events(
     `units`: the schedules of `cycles`; without them there are no tracks of units. The metadata echo every parameter of
     the platform with tag and source.
     """
-    tracks = _tracks(platform, with_units=units is not None and partition.uses_pl)
+    joined = any(segment.module == "joined" for segment in timeline.segments)
+    tracks = _tracks(platform, joined=joined, with_units=units is not None and partition.uses_pl)
     events: list[dict[str, Any]] = []
     for process in dict.fromkeys(process for process, _ in tracks):
         events.append(_metadata("process_name", process, 0, name=f"{_PROCESSES[process]} (modelled)"))
@@ -64,7 +66,8 @@ def trace_events(
             ]
     if units is not None and partition.uses_pl:
         names = _unit_names(platform)
-        for item in unit_events(timeline, trace, platform, units):
+        of_units = of_program(units, streams_of(trace, partition))
+        for item in unit_events(timeline, trace, platform, of_units):
             place = {
                 "ph": "X",
                 "name": item.name,
@@ -106,10 +109,10 @@ def as_text(document: dict[str, Any]) -> str:
     return head[:-1] + ', "traceEvents": [\n' + ",\n".join(lines) + "\n]}\n"
 
 
-def _tracks(platform: Platform, *, with_units: bool) -> dict[Track, int]:
+def _tracks(platform: Platform, *, joined: bool, with_units: bool) -> dict[Track, int]:
     """Thread number of each track, in the order of display."""
     names: list[Track] = [(PS, f"core {k}") for k in range(platform.runtime.cores_used.value)]
-    names += [(PL, module) for module in PL_MODULES]
+    names += [(PL, module) for module in (*PL_MODULES, *(["joined"] if joined else []))]
     names += [(PL, f"cycles: {cause} (added up within each segment)") for cause in PL_CAUSES]
     names += [(UNITS, name) for name in _unit_names(platform)] if with_units else []
     names += [(LINK, name) for name in (_BY_CORE, "dma", "cache maintenance", "interrupt")]

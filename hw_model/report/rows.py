@@ -6,7 +6,7 @@ from collections import Counter, defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from hw_model.vocabulary import CAUSES, MODULES, Cause, Module, Side
+from hw_model.vocabulary import ACCOUNTS, CAUSES, Cause, Module, Side
 
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition
@@ -114,7 +114,7 @@ def module_rows(
             causes_picoseconds=sums[module].causes,
             baseline_picoseconds=before.get((module,), 0),
         )
-        for module in MODULES
+        for module in ACCOUNTS
         if module in sums or (module,) in before
     ]
 

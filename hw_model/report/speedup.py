@@ -300,7 +300,7 @@ def _run(
     trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles
 ) -> tuple[list[Action], Durations, Timeline]:
     actions = actions_of(trace, partition)
-    durations = Durations(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
+    durations = Durations(trace, platform, partition, cycles)
     return actions, durations, lay_out(actions, durations, partition.name)
 
 

@@ -12,8 +12,9 @@ from hw_model.area.engine import KINDS
 from hw_model.energy.joules import EnergyUse, counter_of, energy_use
 from hw_model.platform.partition import on_pl
 from hw_model.timing.actions import Action, Work, actions_of
+from hw_model.timing.control_program import streams_of
 from hw_model.timing.durations import Durations
-from hw_model.timing.stage_cycles import PlCycles, StageCycles, estimated
+from hw_model.timing.stage_cycles import PlCycles, StageCycles, estimated, of_program
 from hw_model.timing.timeline import makespan_picoseconds, tally_of
 from hw_model.vocabulary import PICOSECONDS_PER_MS
 
@@ -91,25 +92,27 @@ class Study:
     def __init__(self, trace: Trace, cycles: StageCycles = estimated) -> None:
         self.trace = trace
         self.cycles = cycles
-        self._actions: dict[tuple[tuple[str, str], ...], tuple[list[Action], Counter[Work]]] = {}
+        self._actions: dict[tuple[str, ...], tuple[list[Action], Counter[Work]]] = {}
         self._stage_counts: StageCounts = {}
 
     def points(
         self, platform: Platform, partitions: Iterable[Partition], settings: dict[str, Any] | None = None
     ) -> list[Point]:
         """A point per partition on one platform; `settings` is carried along. The baseline is all on the PS."""
-        at_corners = {
-            uses_pl: [
-                Durations(self.trace, corner, uses_pl=uses_pl, cycles=self.cycles)
-                for corner in corners_of(platform)
-            ]
-            for uses_pl in (True, False)
-        }
-        cycles = _remembered(self.cycles)
+        known: dict[tuple[bool, tuple[str, ...]], list[Durations]] = {}
+        cycles = _Remembered(self.cycles)
 
         # corners_of begins with the nominal platform and the slowest one.
+        def at_corners(partition: Partition) -> list[Durations]:
+            key = partition.uses_pl, streams_of(self.trace, partition)
+            if key not in known:
+                known[key] = [
+                    Durations(self.trace, corner, partition, self.cycles) for corner in corners_of(platform)
+                ]
+            return known[key]
+
         def times_ms(partition: Partition) -> tuple[float, ...]:
-            return tuple(self._ms(partition, durations) for durations in at_corners[partition.uses_pl])
+            return tuple(self._ms(partition, durations) for durations in at_corners(partition))
 
         baselines = times_ms(on_pl())
         return [
@@ -121,15 +124,15 @@ class Study:
                 settings=settings or {},
                 times_ms=times_ms(partition),
                 baselines_ms=baselines,
-                worst_case_ms=self._ms(partition, at_corners[partition.uses_pl][1], worst=True),
+                worst_case_ms=self._ms(partition, at_corners(partition)[1], worst=True),
                 budget=budget(self.trace, platform, partition, cycles),
-                energy=self._energy(partition, at_corners[partition.uses_pl]),
+                energy=self._energy(partition, at_corners(partition)),
             )
             for partition in partitions
         ]
 
     def _done(self, partition: Partition) -> tuple[list[Action], Counter[Work]]:
-        key = tuple(sorted(partition.modules.items()))
+        key = partition.key
         if key not in self._actions:
             actions = actions_of(self.trace, partition)
             self._actions[key] = actions, tally_of(actions)
@@ -156,13 +159,20 @@ def pareto(points: Sequence[Point]) -> list[Point]:
     return front
 
 
-def _remembered(cycles: StageCycles) -> StageCycles:
-    """The same for one platform, each stage asked for once."""
-    known: dict[tuple[int, str], PlCycles] = {}
+class _Remembered:
+    """The same for one platform, each segment asked for once."""
 
-    def look_up(trace: Trace, platform: Platform, pattern: int, stage: str) -> PlCycles:
-        if (pattern, stage) not in known:
-            known[pattern, stage] = cycles(trace, platform, pattern, stage)
-        return known[pattern, stage]
+    def __init__(self, cycles: StageCycles) -> None:
+        self._cycles = cycles
+        self._known: dict[tuple[int, str], PlCycles] = {}
+        self._programs: dict[tuple[str, ...], _Remembered] = {}
 
-    return look_up
+    def __call__(self, trace: Trace, platform: Platform, pattern: int, stage: str) -> PlCycles:
+        if (pattern, stage) not in self._known:
+            self._known[pattern, stage] = self._cycles(trace, platform, pattern, stage)
+        return self._known[pattern, stage]
+
+    def of_program(self, streams: tuple[str, ...]) -> _Remembered:
+        if streams not in self._programs:
+            self._programs[streams] = _Remembered(of_program(self._cycles, streams))
+        return self._programs[streams]

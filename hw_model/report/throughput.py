@@ -73,9 +73,9 @@ def throughputs(
     """
     if platform.runtime.cores_used.value > 1:
         platform = platform.with_values({"runtime.cores_used": 1, "runtime.schedule": "serial"})
-    durations = Durations(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
+    durations = Durations(trace, platform, partition, cycles)
     chain = _chain(trace, partition, durations)
-    alone = Durations(trace, platform, uses_pl=False, cycles=cycles)
+    alone = Durations(trace, platform, baseline, cycles)
     base = sum(length for _, length in _chain(trace, baseline, alone))
     cores, solves = platform.ps.cores.value, len(trace.solves)
     latency = sum(length for _, length in chain)
@@ -117,7 +117,7 @@ def _chain(trace: Trace, partition: Partition, durations: Durations) -> list[tup
 
 
 def _resource(work: Work, durations: Durations) -> Resource:
-    if work.kind == "compute":
+    if work.kind in ("compute", "control"):
         return work.side
     return "dma" if work.kind == "copy" and durations.by_dma(work) else "ps"
 

@@ -8,14 +8,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
+from hw_model.errors import TraceError
 from hw_model.vocabulary import Module, Side
 
+from .control_program import SEPARATOR, attempt_stages, members, split, streams_of
 from .link import Residency
 
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition
 
-    from .trace import Trace
+    from .trace import Solve, Trace
 
 RESULT = "(result)"
 """Stage name of what ends a solve: the status read, and copies of what the last stage wrote on the PL."""
@@ -26,14 +28,17 @@ PROBLEM = "(problem data)"
 START_UP = "equilibrate"
 """Stage that begins every solve attempt, cold or warm."""
 
-PARAMETERS = "parameters"
-"""Buffer that the PS writes anew before it restarts a solve."""
+REWRITTEN = ("parameters", "control", "verdict", "best", "farkas", "ray")
+"""Buffers that the PS writes anew before it restarts a solve: parameters, limits, and what is kept from better to best."""
 
-Kind = Literal["build", "compute", "copy", "launch", "interrupt", "flags", "publish", "rest"]
+OUTCOME = ("control", "verdict")
+"""Buffers in which the PL leaves why an attempt has ended, where it decides by itself."""
+
+Kind = Literal["build", "compute", "copy", "launch", "interrupt", "flags", "publish", "rest", "control"]
 """`build`: the PS generates the problem of a solve; `launch`: the frame that starts a segment; `interrupt`: the PS learns,
 by interrupt or polling, that the segment has ended; `flags`: status, data-valid flags and acknowledgement after it;
 `publish`: the frame, status and flags by which the PS announces what it wrote itself; `rest`: the status read that ends
-a solve."""
+a solve; `control`: the PL's operation control between two segments that it runs by itself."""
 
 
 class Work(NamedTuple):
@@ -44,7 +49,7 @@ class Work(NamedTuple):
     """Where it computes; for a copy, where the buffer goes; else the PS."""
     pattern: int
     what: str
-    """The stage for "compute", the buffer for "copy", else empty."""
+    """The stage or stream for "compute" and "control", the buffer for "copy", else empty."""
 
 
 class Action(NamedTuple):
@@ -66,6 +71,11 @@ def actions_of(trace: Trace, partition: Partition) -> list[Action]:
     does each attempt of a solve with restarts: the PS judges its outcome before the next one. A partition that leaves
     the PL idle has no protocol: the PS computes and nothing else happens.
     """
+    streams = [members(name) for name in streams_of(trace, partition)]
+    if partition.control == "pl" and not streams:
+        raise TraceError(
+            "trace: `method` is missing: resident control needs the step lists that the solves ran"
+        )
     actions: list[Action] = []
     for s, solve in enumerate(trace.solves):
         pattern = trace.patterns[solve.pattern]
@@ -75,27 +85,56 @@ def actions_of(trace: Trace, partition: Partition) -> list[Action]:
         actions.append(Action(Work("build", "ps", solve.pattern, ""), "ps", PROBLEM, s, iteration, -1))
         if partition.uses_pl:
             actions.append(Action(Work("publish", "ps", solve.pattern, ""), "ps", PROBLEM, s, iteration, -1))
-        for e, (name, iteration) in enumerate(solve.events):
-            if e and name == START_UP:
+        e = 0
+        for stages in split([name for name, _ in solve.events], streams):
+            name, iteration = SEPARATOR.join(stages), solve.events[e][1]
+            begins = stages[0] == START_UP
+            if e and begins:
                 works = _end(partition, solve.pattern, residency, outputs)
                 actions += [Action(work, "ps", RESULT, s, iteration, e) for work in works]
-                residency.written([PARAMETERS], "ps")
-            stage = pattern.stages[name]
+                residency.written(REWRITTEN, "ps")
+            stage = pattern.stage(name)
             side = partition.side(stage.module)
-            crossing = residency.missing(stage.reads, side)
-            works = [Work("copy", side, solve.pattern, buffer) for buffer in crossing]
-            works += _run(side, solve.pattern, name, announced=partition.uses_pl)
+            works = []
+            if partition.control == "ps":
+                crossing = residency.missing(stage.reads, side)
+                works += [Work("copy", side, solve.pattern, buffer) for buffer in crossing]
+                works += _run(side, solve.pattern, name, announced=partition.uses_pl)
+            else:
+                if begins:
+                    works += _attempt(trace, solve, e, residency)
+                works += [Work(kind, "pl", solve.pattern, name) for kind in ("control", "compute")]
             actions += [Action(work, stage.module, name, s, iteration, e) for work in works]
             residency.written(stage.writes, side)
             outputs = stage.writes
+            e += len(stages)
         works = _end(partition, solve.pattern, residency, outputs)
         actions += [Action(work, "ps", RESULT, s, iteration, len(solve.events)) for work in works]
     return actions
 
 
+def _attempt(trace: Trace, solve: Solve, first: int, residency: Residency) -> list[Work]:
+    """The start of an attempt under resident control: what it reads before it writes it, and the frame."""
+    assert trace.method is not None  # actions_of has made sure
+    stages = trace.patterns[solve.pattern].stages
+    ran = [name for name, _ in solve.events[first:]]
+    cold, warm = (attempt_stages(trace.method, warm=way) for way in (False, True))
+    parting = next(k for k, (one, other) in enumerate(zip(cold, warm, strict=False)) if one != other)
+    written: set[str] = set()
+    given: dict[str, None] = {}
+    for name in warm if ran[parting : parting + 1] == warm[parting : parting + 1] else cold:
+        given |= dict.fromkeys(buffer for buffer in stages[name].reads if buffer not in written)
+        written |= set(stages[name].writes)
+    works = [Work("copy", "pl", solve.pattern, buffer) for buffer in residency.missing(given, "pl")]
+    return [*works, Work("launch", "ps", solve.pattern, "")]
+
+
 def _end(partition: Partition, pattern: int, residency: Residency, outputs: tuple[str, ...]) -> list[Work]:
     """The end of an attempt: the PL is idle, and what the last stage wrote goes to the PS."""
     works = [Work("rest", "ps", pattern, "")] if partition.uses_pl else []
+    if partition.control == "pl":
+        works = [Work(kind, "ps", pattern, "") for kind in ("interrupt", "flags", "rest")]
+        outputs = (*outputs, *OUTCOME)
     return works + [Work("copy", "ps", pattern, buffer) for buffer in residency.missing(outputs, "ps")]
 
 

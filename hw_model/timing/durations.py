@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, NamedTuple
 from hw_model.vocabulary import WORD_BYTES, Cause, picoseconds_of_cycles
 
 from . import link, ps
-from .stage_cycles import PlCycles, StageCycles, estimated
+from .control_program import control_cycles, members, streams_of
+from .stage_cycles import PlCycles, StageCycles, estimated, of_program
 from .stream import with_fetch
 
 if TYPE_CHECKING:
+    from hw_model.platform.partition import Partition
     from hw_model.platform.platform import Platform
 
     from .actions import Work
@@ -38,23 +40,23 @@ class Part(NamedTuple):
 class Durations:
     """Durations of the work in one trace on one platform, each distinct piece computed once.
 
-    `uses_pl`: whether the run has a PL to control. `cycles`: where a stage's cycles on the PL come from.
+    `cycles`: where a stage's cycles on the PL come from.
     """
 
     def __init__(
-        self, trace: Trace, platform: Platform, *, uses_pl: bool = True, cycles: StageCycles = estimated
+        self, trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles = estimated
     ) -> None:
         self.trace = trace
         self.platform = platform
-        self._cycles = cycles
-        self._uses_pl = uses_pl
-        self.cores = ps.computing_cores(platform, uses_pl=uses_pl)
+        self._source, self._partition = cycles, partition
+        self._cycles = of_program(cycles, streams_of(trace, partition))
+        self.cores = ps.computing_cores(platform, uses_pl=partition.uses_pl)
         """Cores that may share a stage."""
         self._known: dict[Work, tuple[Part, ...]] = {}
 
     def on(self, platform: Platform) -> Durations:
         """The same on another platform."""
-        return Durations(self.trace, platform, uses_pl=self._uses_pl, cycles=self._cycles)
+        return Durations(self.trace, platform, self._partition, self._source)
 
     def parts(self, work: Work) -> tuple[Part, ...]:
         """The parts of `work`, in order; none is empty. Σ picoseconds is its duration."""
@@ -107,6 +109,8 @@ class Durations:
                 return [Part("interrupt", picoseconds, 0, late, runtime.completion.value)]
             case "copy":
                 return self._crossing(work)
+            case "control":
+                return [self._on_control(work)]
             case "build":
                 cycles = ps.build_cycles(self.trace.patterns[work.pattern], self.platform.ps)
                 return [self._on_ps(cycles, "build")]
@@ -150,7 +154,7 @@ class Durations:
         return link.confirmation(self.platform.link, self.platform.pl.clock_mhz.value, buffers)
 
     def _stage_on_ps(self, work: Work) -> Part:
-        stage = self.trace.patterns[work.pattern].stages[work.what]
+        stage = self.trace.patterns[work.pattern].stage(work.what)
         datapath = self.trace.ps_datapath or self.trace.datapath
         return self._on_ps(ps.stage_cycles(stage, self.platform.ps, datapath), "compute")
 
@@ -159,6 +163,13 @@ class Durations:
         [picoseconds] = picoseconds_of_cycles([cycles], self.platform.ps.clock_mhz.value)
         late = _share(picoseconds, self.platform.runtime.ps_jitter_fraction.value)
         return Part("ps", picoseconds, cycles, late, detail, shared)
+
+    def _on_control(self, work: Work) -> Part:
+        """The operation control, between two segments."""
+        assert self.trace.method is not None  # actions_of has made sure
+        cycles = control_cycles(members(work.what), self.trace.method)
+        [picoseconds] = picoseconds_of_cycles([cycles], self.platform.pl.clock_mhz.value)
+        return Part("drain", picoseconds, cycles, 0, "operation control")
 
     def _on_pl(self, work: Work) -> list[Part]:
         """A segment is a fixed schedule: it has no jitter."""

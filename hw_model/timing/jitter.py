@@ -82,7 +82,7 @@ def distribution(
     if runs < 1:
         raise HwModelError(f"`runs` = {runs!r}: must be at least 1")
     trace, platform, partition = parse_trace(trace), as_platform(platform), as_partition(partition)
-    durations = Durations(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
+    durations = Durations(trace, platform, partition, cycles)
     actions = actions_of(trace, partition)
     bound = makespan_picoseconds(actions, durations, worst=True)
     if bound > _LONGEST_PICOSECONDS:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from hw_model.platform.partition import on_pl
-from hw_model.vocabulary import PL_CAUSES, Cause, PlModule
+from hw_model.vocabulary import ACCOUNTS, PL_CAUSES, Cause, Module
 
 from .actions import actions_of
 from .durations import Durations
@@ -39,7 +39,7 @@ class Limits:
 class Roof:
     """One module on the PL: operations a byte that crosses, and operations a nanosecond achieved."""
 
-    module: PlModule
+    module: Module
     operations: int
     link_bytes: int
     computing_ns: float
@@ -74,19 +74,20 @@ def roofs(
     trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles = estimated
 ) -> list[Roof]:
     """A row per module on the PL that runs."""
-    durations = Durations(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
+    durations = Durations(trace, platform, partition, cycles)
     actions = actions_of(trace, partition)
     work: Counter[str] = Counter()
     sizes: Counter[str] = Counter()
     for action in actions:
         if action.work.kind == "compute" and action.work.side == "pl":
-            stage = trace.patterns[action.work.pattern].stages[action.work.what]
+            stage = trace.patterns[action.work.pattern].stage(action.work.what)
             work[action.module] += sum(stage.operations.values())
         elif action.work.kind == "copy":
             sizes[action.module] += durations.size_bytes(action.work)
     totals = lay_out(actions, durations, partition.name).totals("module", "cause")
     rows: list[Roof] = []
-    for module, side in partition.modules.items():
+    for module in ACCOUNTS[1:]:
+        side = partition.side(module)
         own = {cause: picoseconds for (name, cause), picoseconds in totals.items() if name == module}
         computing = sum(own.get(cause, 0) for cause in PL_CAUSES)
         if side == "pl" and computing and work[module]:
@@ -96,7 +97,7 @@ def roofs(
 
 
 def _causes(trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles) -> Counter[Cause]:
-    durations = Durations(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
+    durations = Durations(trace, platform, partition, cycles)
     found: Counter[Cause] = Counter()
     for action in actions_of(trace, partition):
         for part in durations.parts(action.work):

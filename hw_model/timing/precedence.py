@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Literal, TypeVar
 
 from hw_model.vocabulary import Side
 
+from .actions import PROBLEM, RESULT
+
 if TYPE_CHECKING:
     from .actions import Action, Work
     from .trace import Stage, Trace
@@ -66,7 +68,7 @@ def overlapped(actions: Sequence[Action], trace: Trace, by_dma: Callable[[Work],
     before: list[tuple[int, ...]] = []
     for k, action in enumerate(actions):
         pattern = trace.patterns[trace.solves[action.solve].pattern]
-        stage = pattern.stages.get(action.stage)
+        stage = None if action.stage in (PROBLEM, RESULT) else pattern.stage(action.stage)
         waits = progress.waits(action, stage) | progress.turn(resources[k])
         progress.done(k, action, stage, resources[k])
         before.append(tuple(sorted(waits)))
@@ -75,7 +77,7 @@ def overlapped(actions: Sequence[Action], trace: Trace, by_dma: Callable[[Work],
 
 def _place(work: Work, by_dma: Callable[[Work], bool]) -> Resource:
     match work.kind:
-        case "compute" if work.side == "pl":
+        case "compute" | "control" if work.side == "pl":
             return "pl"
         case "compute" | "build":
             return "core"

@@ -19,6 +19,8 @@ from .stage_cycles import Microcode, PlCycles, StageCycles
 if TYPE_CHECKING:
     from hw_model.platform.platform import Platform
 
+    from .trace import Trace
+
 CAUSE_OF: dict[str, PlCause] = {
     "issue": "issue", "dependency": "dependency", "read_port": "bank", "write_port": "write_port",
     "result": "write_port", "divider": "divider", "fetch": "fetch", "startup": "drain", "drain": "drain",
@@ -36,6 +38,8 @@ class Engine(NamedTuple):
     datapath: Datapath
     compressed: bool
     """Whether its microcode is: a schedule for few bits, and cycles in which the decoder waits for a line."""
+    streams: tuple[str, ...] = ()
+    """Its program's streams, by name; (): the six modules stage by stage."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,13 +72,24 @@ def scheduled(source: Callable[[int, str, Engine], Schedule]) -> StageCycles:
     Raises HwModelError for a platform that has no schedules (`engine_of`), and for a cause that is not known.
     """
 
-    @cache
-    def on_engine(pattern: int, stage: str, engine: Engine) -> PlCycles:
-        return _translated(source(pattern, stage, engine), stage)
+    return Scheduled(cache(lambda *key: _translated(source(*key), key[1])))
 
-    return lambda trace, platform, pattern, stage: on_engine(
-        pattern, stage, engine_of(platform, trace.datapath)
-    )
+
+@dataclass(frozen=True, slots=True)
+class Scheduled:
+    """Cycles from schedules: a `StageCycles` of one program's segments."""
+
+    known: Callable[[int, str, Engine], PlCycles]
+    streams: tuple[str, ...] = ()
+
+    def __call__(self, trace: Trace, platform: Platform, pattern: int, stage: str) -> PlCycles:
+        """Cycles of one run of a segment."""
+        engine = engine_of(platform, trace.datapath)
+        return self.known(pattern, stage, engine._replace(streams=self.streams))
+
+    def of_program(self, streams: tuple[str, ...]) -> Scheduled:
+        """The same, of the program with these streams."""
+        return Scheduled(self.known, streams)
 
 
 def _translated(found: Schedule, stage: str) -> PlCycles:

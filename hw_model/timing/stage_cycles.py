@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from hw_model.vocabulary import PlCause
 
@@ -49,12 +49,24 @@ class PlCycles:
 
 
 StageCycles = Callable[["Trace", "Platform", int, str], PlCycles]
-"""(trace, platform, pattern, stage) → cycles of one run of that stage on that engine."""
+"""(trace, platform, pattern, stage or stream) → cycles of one run of it on that engine."""
+
+
+Source = TypeVar("Source", bound=Callable[..., Any])
+
+
+def of_program(source: Source, streams: tuple[str, ...]) -> Source:
+    """`source` for the segments of the program with these streams; (): the six modules stage by stage.
+
+    A source whose answers depend on the program has a method of this name; an estimate knows of no program.
+    """
+    chosen: Callable[[tuple[str, ...]], Source] | None = getattr(source, "of_program", None)
+    return source if chosen is None else chosen(streams)
 
 
 def estimated(trace: Trace, platform: Platform, pattern: int, stage: str) -> PlCycles:
     """The L1 estimate: from operation counts and the longest chain, without banks, ports and fetch."""
-    found = pl.estimate(trace.patterns[pattern].stages[stage], platform.pl, trace.datapath, stage)
+    found = pl.estimate(trace.patterns[pattern].stage(stage), platform.pl, trace.datapath, stage)
     causes: dict[PlCause, int] = {
         "issue": found.issue, "dependency": found.dependency, "divider": found.divider, "drain": found.drain,
     }  # fmt: skip

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING
 
 from hw_model.errors import HwModelError
 
+from .control_program import members
+
 if TYPE_CHECKING:
     from hw_model.platform.platform import Platform
 
@@ -27,7 +29,7 @@ def is_streamed(trace: Trace, platform: Platform, pattern: int, stage: str) -> b
         case "streamed":
             return True
         case "streamed_start":
-            return stage not in _repeats(trace, pattern)
+            return members(stage)[0] not in _repeats(trace, pattern)
         case _:
             return False
 

@@ -107,7 +107,7 @@ def simulate(
     `cycles`: where the cycles of a stage on the PL come from. Raises TraceError, PlatformError or PartitionError.
     """
     trace, platform, partition = parse_trace(trace), as_platform(platform), as_partition(partition)
-    durations = Durations(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
+    durations = Durations(trace, platform, partition, cycles)
     return lay_out(actions_of(trace, partition), durations, partition.name)
 
 
@@ -126,7 +126,7 @@ def lay_out(actions: list[Action], durations: Durations, partition: str) -> Time
     critical = set(precedence.critical(ends))
     segments: list[Segment] = []
     for k, (work, module, stage, solve, iteration, event) in enumerate(actions):
-        side: Side = work.side if work.kind == "compute" else "ps"
+        side: Side = work.side if work.kind in ("compute", "control") else "ps"
         now, resource = ends[k] - times[k], precedence.resources[k]
         for cause, picoseconds, cycles, _, detail, shared in durations.parts(work):
             segments.append(

@@ -1,4 +1,4 @@
-"""What a recorded solve hands to the hardware model: the trace schema "orbsoc.trace/1", validated.
+"""What a recorded solve hands to the hardware model: the trace schema "orbsoc.trace/2", validated.
 
 A trace holds patterns (sizes, buffers in words, and per stage its operations, critical path, reads and
 writes) and solves (which stages ran, in order). No numerical value of the problem is in it. A stage that
@@ -16,6 +16,7 @@ from pydantic import (
     BaseModel,
     ConfigDict,
     Field,
+    PrivateAttr,
     StrictStr,
     ValidationError,
     field_validator,
@@ -25,7 +26,7 @@ from pydantic import (
 from hw_model.errors import TraceError, describe
 from hw_model.vocabulary import MODULES, OPCODES, Datapath, Module, Opcode
 
-SCHEMA = "orbsoc.trace/1"
+SCHEMA = "orbsoc.trace/2"
 Count = Annotated[int, Field(ge=0, le=2**53, strict=True)]
 """What JSON carries exactly; so no time of a damaged trace leaves the range of its arithmetic."""
 
@@ -33,6 +34,19 @@ Count = Annotated[int, Field(ge=0, le=2**53, strict=True)]
 class _Record(BaseModel):
     # A key that this model does not know would be ignored in silence; a later writer changes the schema's number.
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Method(_Record):
+    """The step lists that the solves ran, as (stage,) or (repeated stage, stage that decides), and the stages that decide.
+
+    `flags`: of each of these, whether its flag asks to "repeat" or to "stop".
+    """
+
+    startup: tuple[tuple[StrictStr, ...], ...]
+    warm_startup: tuple[tuple[StrictStr, ...], ...]
+    iteration: tuple[tuple[StrictStr, ...], ...]
+    closing: tuple[tuple[StrictStr, ...], ...]
+    flags: dict[StrictStr, Literal["repeat", "stop"]]
 
 
 class Cones(_Record):
@@ -86,6 +100,30 @@ class Pattern(_Record):
     nnz_l: Count
     buffers: dict[StrictStr, Count]
     stages: dict[StrictStr, Stage]
+    _streams: dict[str, Stage] = PrivateAttr(default_factory=dict[str, Stage])
+
+    def stage(self, name: str) -> Stage:
+        """A stage, or the stages of a stream, as one: what it reads before it writes it, and all that it does."""
+        found = self.stages.get(name) or self._streams.get(name)
+        if found is None:
+            found = self._streams[name] = self._joined(name.split("+"))
+        return found
+
+    def _joined(self, names: list[str]) -> Stage:
+        stages = [self.stages[name] for name in names]
+        reads: dict[str, None] = {}
+        written: set[str] = set()
+        for stage in stages:
+            reads |= dict.fromkeys(buffer for buffer in stage.reads if buffer not in written)
+            written |= set(stage.writes)
+        presets = stages[0].critical_path
+        return Stage.model_construct(
+            module="joined" if len({stage.module for stage in stages}) > 1 else stages[0].module,
+            reads=tuple(reads),
+            writes=tuple(dict.fromkeys(buffer for stage in stages for buffer in stage.writes)),
+            operations={code: sum(stage.operations[code] for stage in stages) for code in OPCODES},
+            critical_path={name: sum(stage.critical_path[name] for stage in stages) for name in presets},
+        )
 
     @model_validator(mode="after")
     def _consistent(self) -> Pattern:
@@ -108,16 +146,20 @@ class Solve(_Record):
     status: StrictStr
     iterations: Count
     events: tuple[tuple[StrictStr, Count], ...]
+    resident: tuple[StrictStr, ...] | None = None
+    """Where the PL controlled the solve, the segments that it ran by itself, in order."""
 
 
 class Trace(_Record):
     """Everything that ran, in order."""
 
-    schema_: Literal["orbsoc.trace/1"] = Field(alias="schema")
+    schema_: Literal["orbsoc.trace/2"] = Field(alias="schema")
     datapath: Datapath
     """Of the PL and of what crosses the link."""
     ps_datapath: Datapath | None = None
     """Of the PS, where it is another."""
+    method: Method | None = None
+    """Without it, no streams and no resident control can be priced."""
     patterns: tuple[Pattern, ...]
     solves: tuple[Solve, ...]
 

@@ -9,6 +9,8 @@ module engine #(
     parameter int CODE_BITS /*verilator public*/ = 17,
     parameter int SEQUENCER /*verilator public*/ = 0,
     parameter int CHECKS = 1,
+    parameter int RESIDENT /*verilator public*/ = 0,
+    parameter int INSTRUCTIONS = 128,
     parameter int W = FP,
     parameter int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2),
     parameter int ITEM_LINES = (2 + LANES * (4 * ADDRESS_BITS + 8) + DIVIDERS * (3 * ADDRESS_BITS + 2) + 95) / 96,
@@ -45,6 +47,7 @@ module engine #(
     // Busy, its cycles in this or the last segment, and the rules violated in this cycle.
     output logic busy,
     output logic [31:0] cycles,
+    output logic [7:0] running,  // the segment of these cycles
     output logic [RULES-1:0] violations
 );
   localparam int EXP = FP == 64 ? 11 : 8;
@@ -67,8 +70,15 @@ module engine #(
   logic start, empty, enable, was_busy, ended;
   logic [CODE_BITS-1:0] start_address;
   logic [WIDTH-1:0] word;
+  logic program_write, launch, stop, halt, run, finished, flag_read;
+  logic [$clog2(INSTRUCTIONS):0] program_address;
+  logic [$clog2(INSTRUCTIONS)-1:0] entry;
+  logic [7:0] run_segment;
+  logic [ADDRESS_BITS-1:0] flag_address;
   registers #(
-      .CODE_BITS(CODE_BITS)
+      .CODE_BITS(CODE_BITS),
+      .RESIDENT(RESIDENT),
+      .INSTRUCTIONS(INSTRUCTIONS)
   ) control (
       .clock(clock),
       .reset(reset),
@@ -80,8 +90,52 @@ module engine #(
       .irq(irq),
       .start(start),
       .start_address(start_address),
-      .ended(ended)
+      .ended(ended),
+      .program_write(program_write),
+      .program_address(program_address),
+      .launch(launch),
+      .entry(entry),
+      .stop(stop),
+      .halt(halt),
+      .run(run),
+      .run_segment(run_segment),
+      .finished(finished),
+      .running(running)
   );
+
+  // Resident control, which reads its flags where the PS reads the storage.
+  generate
+    if (RESIDENT != 0) begin : g_resident
+      attempt #(
+          .INSTRUCTIONS(INSTRUCTIONS),
+          .ADDRESS_BITS(ADDRESS_BITS),
+          .W(W)
+      ) sequencer (
+          .clock(clock),
+          .reset(reset),
+          .program_write(program_write),
+          .program_address(program_address),
+          .program_word(bus_value),
+          .launch(launch),
+          .entry(entry),
+          .stop(stop),
+          .halt(halt),
+          .ended(ended),
+          .run(run),
+          .segment(run_segment),
+          .finished(finished),
+          .flag_read(flag_read),
+          .flag_address(flag_address),
+          .flag_word(host_value)
+      );
+    end else begin : g_no_resident
+      assign run = 1'b0;
+      assign run_segment = '0;
+      assign finished = 1'b0;
+      assign flag_read = 1'b0;
+      assign flag_address = '0;
+    end
+  endgenerate
 
   logic [FLIGHTS-1:0] flight_valid;
   logic [FLIGHTS*ADDRESS_BITS-1:0] flight_address;
@@ -179,9 +233,9 @@ module engine #(
   logic [ADDRESS_BITS-1:0] host_at;
   logic [W-1:0] host_store;
   always_ff @(posedge clock) begin
-    load <= host_read && !busy && !reset;
+    load <= (host_read || flag_read) && !busy && !reset;
     store <= host_write && !busy && !reset;
-    host_at <= host_address;
+    host_at <= flag_read ? flag_address : host_address;
     host_store <= host_word;
   end
 

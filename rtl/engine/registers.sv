@@ -5,7 +5,9 @@
 module registers #(
     parameter int SEGMENTS = 64,
     parameter int BUFFERS = 64,
-    parameter int CODE_BITS = 16
+    parameter int CODE_BITS = 16,
+    parameter int RESIDENT = 0,
+    parameter int INSTRUCTIONS = 128
 ) (
     input logic clock,
     input logic reset,
@@ -17,7 +19,18 @@ module registers #(
     output logic irq,
     output logic start,
     output logic [CODE_BITS-1:0] start_address,
-    input logic ended  // the sequencer's last busy cycle
+    input logic ended,  // the sequencer's last busy cycle
+    // Resident control: its program, and what it asks for.
+    output logic program_write,
+    output logic [$clog2(INSTRUCTIONS):0] program_address,
+    output logic launch,
+    output logic [$clog2(INSTRUCTIONS)-1:0] entry,
+    output logic stop,
+    output logic halt,
+    input logic run,
+    input logic [7:0] run_segment,
+    input logic finished,
+    output logic [7:0] running  // the segment that runs, or ran last
 );
   localparam logic [15:0] MODULE = 16'h0000;
   localparam logic [15:0] SEGMENT = 16'h0004;
@@ -25,12 +38,16 @@ module registers #(
   localparam logic [15:0] CONTROL = 16'h000C;
   localparam logic [15:0] STATUS = 16'h0010;
   localparam logic [15:0] IRQ_ACK = 16'h0014;
+  localparam logic [15:0] STOP = 16'h0018;
   localparam logic [15:0] DATA_VALID = 16'h0020;
   localparam logic [15:0] TABLE = 16'h1000;
   localparam logic [15:0] TABLE_END = TABLE + 16'(64 * SEGMENTS);
+  localparam logic [15:0] PROGRAM = 16'h2000;
+  localparam logic [15:0] PROGRAM_END = PROGRAM + 16'(8 * INSTRUCTIONS);
   localparam logic [15:0] VALID_END = DATA_VALID + 16'(4 * (BUFFERS / 32));
   localparam logic [31:0] START = 32'd1;
   localparam logic [31:0] PUBLISH = 32'd2;
+  localparam logic [31:0] ATTEMPT = 32'd3;
 
   localparam logic [3:0] NONE = 4'd0;
   localparam logic [3:0] LAUNCH_WHILE_BUSY = 4'd1;
@@ -54,6 +71,10 @@ module registers #(
 
   logic [2:0] state;
   logic [3:0] fault;
+  logic resident;  // an attempt runs
+  logic in_program;
+  logic [INSTRUCTIONS-1:0] entries;
+  logic [15:0] into_program;
 
   // The table.
   logic [SEGMENTS-1:0] exists;
@@ -91,8 +112,11 @@ module registers #(
   logic [BUFFERS-1:0] valid, written, reads, writes, stales;
   logic [PICK-1:0] announced;
   logic announced_exists, unreadable;
-  assign announced = segment[PICK-1:0];
-  assign announced_exists = segment < 32'(SEGMENTS) && exists[announced];
+  logic [31:0] chosen;
+  assign chosen = resident ? 32'(run_segment) : segment;
+  assign announced = chosen[PICK-1:0];
+  assign announced_exists = chosen < 32'(SEGMENTS) && exists[announced];
+  assign running = chosen[7:0];
   assign reads = table_reads[announced];
   assign writes = table_writes[announced];
   assign stales = table_stales[announced];
@@ -103,8 +127,11 @@ module registers #(
   logic frame_address;
   assign frame_address = address == MODULE || address == SEGMENT || address == SEQUENCE || address == CONTROL;
   always_comb begin
-    if (value != START && value != PUBLISH) frame_fault = INVALID_ACCESS;
+    if (value != START && value != PUBLISH && !(RESIDENT != 0 && value == ATTEMPT)) frame_fault = INVALID_ACCESS;
     else if (sequence_id != completed_sequence + 32'd1) frame_fault = WRONG_SEQUENCE;
+    else if (RESIDENT != 0 && value == ATTEMPT) begin
+      frame_fault = (module_id == 32'd0 && segment < 32'(INSTRUCTIONS) && entries[entry]) ? NONE : WRONG_SEGMENT;
+    end
     else if (!announced_exists) frame_fault = WRONG_SEGMENT;
     else if (32'(table_module[announced]) != module_id || (module_id == 32'd0) != (value == PUBLISH)) begin
       frame_fault = WRONG_SEGMENT;
@@ -112,7 +139,8 @@ module registers #(
     else frame_fault = NONE;
   end
   always_comb begin
-    if (in_table && state == IDLE) refusal = NONE;
+    if ((in_table || in_program) && state == IDLE) refusal = NONE;
+    else if (RESIDENT != 0 && address == STOP) refusal = NONE;
     else if (!frame_address && address != IRQ_ACK) refusal = INVALID_ACCESS;
     else if (state == BUSY) refusal = LAUNCH_WHILE_BUSY;
     else if (address == IRQ_ACK) refusal = (state == DONE && value == sequence_id) ? NONE : SPURIOUS_ACKNOWLEDGE;
@@ -126,7 +154,9 @@ module registers #(
 
   logic command;
   assign command = write && address == CONTROL && state == HAVE_SEQUENCE && found == NONE;
-  assign start = command && value == START;
+  logic run_fault;
+  assign run_fault = run && (!announced_exists || unreadable);
+  assign start = (command && value == START) || (run && !run_fault);
   assign start_address = table_start[announced];
   assign irq = state == DONE || state == FAULT;
 
@@ -142,30 +172,68 @@ module registers #(
       sequence_id <= '0;
       completed_segment <= '0;
       completed_sequence <= '0;
+      resident <= 1'b0;
     end else if (state != FAULT) begin
       if (found != NONE) begin
         state <= FAULT;
         fault <= found;
-      end else if (write) begin
+      end else if (run_fault) begin
+        state <= FAULT;
+        fault <= announced_exists ? READ_BEFORE_VALID : WRONG_SEGMENT;
+      end else if (finished) begin
+        state <= DONE;
+        resident <= 1'b0;
+        completed_segment <= '0;
+        completed_sequence <= sequence_id;
+      end else if (write && address != STOP) begin
         if (in_table && column == 4'd0) exists[row] <= 1'b1;
         if (address == MODULE) module_id <= value;
         if (address == SEGMENT) segment <= value;
         if (address == SEQUENCE) sequence_id <= value;
         if (address == IRQ_ACK) state <= IDLE;
-        else if (address == CONTROL) state <= (value == START) ? BUSY : IDLE;
-        else if (!in_table) state <= state + 3'd1;
-      end else if (state == BUSY && ended) begin
+        else if (address == CONTROL) state <= (value == PUBLISH) ? IDLE : BUSY;
+        else if (!in_table && !in_program) state <= state + 3'd1;
+        if (launch) resident <= 1'b1;
+      end else if (state == BUSY && ended && !resident) begin
         state <= DONE;
       end
       if (start) valid <= valid & ~writes;
       if ((command && value == PUBLISH) || (state == BUSY && ended)) begin
         valid <= (valid | writes) & ~stales;
         written <= written | writes;
-        completed_segment <= segment[7:0];
-        completed_sequence <= sequence_id;
+        if (!resident) begin
+          completed_segment <= segment[7:0];
+          completed_sequence <= sequence_id;
+        end
       end
     end
   end
+
+  // Resident control: its program is written while no frame has begun; an entry is an instruction marked as one.
+  generate
+    if (RESIDENT != 0) begin : g_resident
+      assign into_program = address - PROGRAM;
+      assign in_program = address >= PROGRAM && address < PROGRAM_END && address[1:0] == 2'b00;
+      always_ff @(posedge clock) begin
+        if (reset) entries <= '0;
+        else if (program_write && !program_address[0]) begin
+          entries[program_address[$clog2(INSTRUCTIONS):1]] <= value[24];
+        end
+        if (reset || launch) stop <= 1'b0;
+        else if (write && address == STOP) stop <= value[0];
+      end
+    end else begin : g_no_resident
+      assign into_program = '0;
+      assign in_program = 1'b0;
+      assign entries = '0;
+      assign stop = 1'b0;
+    end
+  endgenerate
+  assign program_write = write && state == IDLE && in_program;
+  assign program_address = into_program[2+:$clog2(INSTRUCTIONS) + 1];
+  assign launch = command && value == ATTEMPT;
+  assign entry = segment[$clog2(INSTRUCTIONS)-1:0];
+  assign halt = state == FAULT || found != NONE || run_fault;
 
   logic armed;
   logic [31:0] flags;

@@ -138,6 +138,8 @@ class Computer {
     if (dut.violations && !dut.reset) {
       for (int i = 0; i < RULE_COUNT; ++i) violations[i] += dut.violations >> i & 1;
     }
+    if (was_busy && !dut.busy) segments.push_back({uint32_t(dut.running), uint32_t(dut.cycles)});
+    was_busy = dut.busy;
     dut.clock = 1;
     dut.eval();
     ++clocks;
@@ -146,8 +148,10 @@ class Computer {
   std::array<uint64_t, RULE_COUNT> violations{};
   uint64_t busy_cycles = 0;  // counted from outside
   uint64_t clocks = 0;       // since construction
+  std::vector<std::array<uint32_t, 2>> segments;  // that have ended: number, busy cycles by the engine's own counter
 
  private:
   Vengine dut;
   uint32_t random = 1, level = 0;
+  bool was_busy = false;
 };

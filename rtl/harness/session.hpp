@@ -12,6 +12,7 @@
 //                                       many cycles the segment was busy by the engine's own counter, decimal
 //   clocks                   N          of everything since the session began, decimal: a word set and a register access take
 //                                       one, a word got takes four
+//   segments                 S:N S:N …  that have ended since the last such command: number and busy cycles, decimal
 //   violations               N N N N N N N N   since the reset, in the order of the rules, decimal
 #pragma once
 #include <cinttypes>
@@ -45,7 +46,7 @@ class Session {
     uint64_t first = 0;
     std::string second = "0";
     const bool decimal = command == "gaps" || command == "wait";
-    const bool alone = command == "reset" || command == "violations" || command == "clocks";
+    const bool alone = command == "reset" || command == "violations" || command == "clocks" || command == "segments";
     if (!alone && !(words >> (decimal ? std::dec : std::hex) >> first)) return false;
     if (!alone && command != "get" && command != "read" && command != "wait" && !(words >> second)) return false;
     if (command == "get") return print_hex(computer.read_word(first));
@@ -53,6 +54,7 @@ class Session {
     if (command == "wait") return wait(first);
     if (command == "violations") return violations();
     if (command == "clocks") return clocks();
+    if (command == "segments") return segments();
     if (command == "reset") computer.reset();
     else if (command == "template") computer.load_template(first, second);
     else if (command == "code") computer.load_line(first, second);
@@ -80,6 +82,13 @@ class Session {
   }
   bool clocks() {
     std::printf("%" PRIu64 "\n", computer.clocks);
+    return true;
+  }
+  bool segments() {
+    std::printf("segments");
+    for (const auto &[number, cycles] : computer.segments) std::printf(" %" PRIu32 ":%" PRIu32, number, cycles);
+    std::printf("\n");
+    computer.segments.clear();
     return true;
   }
   bool violations() {

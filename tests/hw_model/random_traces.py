@@ -48,7 +48,7 @@ def traces(draw: st.DrawFn) -> dict[str, Any]:
         for _ in range(draw(st.integers(1, 3)))
     ]  # fmt: skip
     return {
-        "schema": "orbsoc.trace/1",
+        "schema": "orbsoc.trace/2",
         "datapath": draw(st.sampled_from(("f64", "f32"))),
         "patterns": patterns,
         "solves": solves,

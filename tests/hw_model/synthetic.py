@@ -110,7 +110,7 @@ def synthetic_trace(*, iterations: int = 12, solves: int = 1, datapath: str = "f
     }  # fmt: skip
     solve = {"pattern": 0, "status": "SOLVED", "iterations": iterations, "events": events}
     return {
-        "schema": "orbsoc.trace/1",
+        "schema": "orbsoc.trace/2",
         "datapath": datapath,
         "patterns": [pattern],
         "solves": [dict(solve) for _ in range(solves)],

@@ -86,4 +86,4 @@ def tiny_trace() -> dict[str, Any]:
     solve = {
         "pattern": 0, "status": "SOLVED", "iterations": 1, "events": [["make", 0], ["factor", 1], ["check", 1]],
     }  # fmt: skip
-    return {"schema": "orbsoc.trace/1", "datapath": "f64", "patterns": [pattern], "solves": [solve]}
+    return {"schema": "orbsoc.trace/2", "datapath": "f64", "patterns": [pattern], "solves": [solve]}

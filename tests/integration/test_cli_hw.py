@@ -205,10 +205,10 @@ def test_bad_input_exits_2_and_is_named(
 
 def test_a_trace_of_another_schema_version_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "trace.json"
-    path.write_text(json.dumps({"schema": "orbsoc.trace/2"}), encoding="utf-8")
+    path.write_text(json.dumps({"schema": "orbsoc.trace/3"}), encoding="utf-8")
     result = invoke("budget", path, "--out", tmp_path / "out")
     assert result.exit_code == 2
-    assert "orbsoc.trace/1" in result.output
+    assert "orbsoc.trace/2" in result.output
 
 
 def test_a_scenario_is_planned_once_and_priced(tmp_path: Path) -> None:

@@ -259,22 +259,30 @@ def test_kernels_use_no_crate_that_computes_for_them(path: Path) -> None:
 @pytest.mark.parametrize(
     ("source", "file", "used"),
     [
-        ("use crate::real::Real;", "kernels/ps.rs", {"real::Real"}),
+        ("use crate::real::Real;", "kernels/statistics.rs", {"real::Real"}),
         (
             "use crate::{method::engine::Engine, real::{Mask, Real}, error};",
-            "kernels/ps.rs",
+            "kernels/statistics.rs",
             {"method::engine::Engine", "real::Mask", "real::Real", "error"},
         ),
-        ("fn f(x: &crate::method::workspace::Buffer) {}", "kernels/ps.rs", {"method::workspace::Buffer"}),
+        (
+            "fn f(x: &crate::method::workspace::Buffer) {}",
+            "kernels/statistics.rs",
+            {"method::workspace::Buffer"},
+        ),
         (
             "use super::reduce::{dot, norm2};",
-            "kernels/ps.rs",
+            "kernels/statistics.rs",
             {"kernels::reduce::dot", "kernels::reduce::norm2"},
         ),
-        ("use super::reduce::{self};", "kernels/ps.rs", {"kernels::reduce"}),
+        ("use super::reduce::{self};", "kernels/statistics.rs", {"kernels::reduce"}),
         ("use super::super::reduce;", "kernels/supernodal/panel.rs", {"kernels::reduce"}),
         ("mod lanes;\npub use lanes::Lanes;", "real/mod.rs", {"real::lanes"}),
-        ("// use crate::method\n/* crate::kkt */\n#[cfg(test)]\nuse crate::method;", "kernels/ps.rs", set()),
+        (
+            "// use crate::method\n/* crate::kkt */\n#[cfg(test)]\nuse crate::method;",
+            "kernels/statistics.rs",
+            set(),
+        ),
     ],
 )
 def test_the_rust_check_finds_what_it_must(source: str, file: str, used: set[str]) -> None:

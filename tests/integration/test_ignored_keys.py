@@ -117,7 +117,7 @@ def _no_pictures(monkeypatch: pytest.MonkeyPatch, workload: Path) -> None:
     """Figures show the same numbers and take most of the time; the workload is recorded once a command."""
     monkeypatch.setattr("orbsoc.commands.hw_precision.CHOICES", ((53, ALL), (24, ("factorization",))))
     few = [load_partition(name) for name in ("all_ps", "paper", "factor_only")]
-    monkeypatch.setattr("hw_model.platform.partition.all_partitions", lambda: few)
+    monkeypatch.setattr("hw_model.platform.partition.all_partitions", lambda **_: few)
     known = {path: load_workload(path) for path in (workload,)}
     monkeypatch.setattr("orbsoc.hw.workload.load_workload", known.__getitem__)
     for name in (

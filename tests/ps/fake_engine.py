@@ -25,6 +25,7 @@ class Stage:
     reads: tuple[str, ...] = ()
     writes: tuple[str, ...] = ()
     stales: tuple[str, ...] = ()
+    flag: tuple[str, str] | None = None
 
 
 STAGES = {

@@ -187,8 +187,11 @@ def test_a_scheduler_works_in_another_thread() -> None:
     assert found == [Status.SOLVED]
 
 
-def test_the_core_has_stages_on_the_ps_and_on_all_six_modules() -> None:
-    assert {segment.module for segment in Method.from_core(_core).segments} == set(Module)
+def test_the_core_has_stages_on_the_ps_and_on_all_modules_of_the_control() -> None:
+    paper, resident = (Method.from_core(_core, resident=way) for way in (False, True))
+    assert {segment.module for segment in paper.segments} == set(Module) - {Module.STATISTICS}
+    assert {segment.module for segment in resident.segments[1:]} == set(Module) - {Module.PS}
+    assert set(paper.flags) == {"statistics", "center_start", "newton_start", "check_pair", "check_solve"}
 
 
 def test_what_is_loaded_before_the_first_stage_is_the_problem_and_the_parameters() -> None:

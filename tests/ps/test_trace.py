@@ -14,7 +14,7 @@ from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Certificate, Solution, Status
 from orbsoc.hw.emulation import LATENCY_PRESETS, operation_latencies
 from orbsoc.ps.trace import TraceRecorder
-from tests.ps.fake_engine import STAGES, WORDS, Stage
+from tests.ps.fake_engine import CLOSING, ITERATION, STAGES, STARTUP, WORDS, Stage
 
 OPERATIONS = (
     "move", "neg", "abs", "mul", "add", "sub", "mul_add", "mul_sub",
@@ -30,6 +30,18 @@ class FakeCore:
 
     def stages(self) -> dict[str, Stage]:
         return STAGES
+
+    def startup(self) -> list[tuple[str, ...]]:
+        return list(STARTUP)
+
+    def warm_startup(self) -> list[tuple[str, ...]]:
+        return []
+
+    def iteration(self) -> list[tuple[str, ...]]:
+        return list(ITERATION)
+
+    def closing(self) -> list[tuple[str, ...]]:
+        return list(CLOSING)
 
     def operation_counts(
         self, problem: Problem, settings: Settings, latencies: dict[str, dict[str, int]]

@@ -29,8 +29,10 @@ def explain(
     """Say what B takes more or less time for than A, cause by cause and module by module."""
     with exit_handling(as_json):
         from hw_model.figures.difference import difference_figure
+        from hw_model.figures.gantt import iterations_figure
         from hw_model.report.explain import explain as compare
         from hw_model.report.usage import EXPLAIN_USAGE, require_used
+        from hw_model.timing.timeline import simulate
         from orbsoc.hw.workload import load_workload
 
         _parts(a), _parts(b)
@@ -49,6 +51,8 @@ def explain(
         folder = out or Path("out") / f"hw-explain-{record.name}"
         options.write_all(folder, {"explain.json": options.as_json_text(document)})
         difference_figure(found, folder / "explain.png")
+        sides = (simulate(record.trace, side.platform, side.partition, cycles) for side in (one, other))
+        iterations_figure(tuple(sides), folder / "iterations.png")
         lines = [
             *(f"differs: {key} = {mine} → {theirs}" for key, mine, theirs in found.parameters),
             *(f"moved: {module}" for module in found.moved),

@@ -32,7 +32,7 @@ def partition(
     out: options.OutOption = None,
     as_json: options.JsonOption = False,
 ) -> None:
-    """Price all 64 partitions × lanes × clocks × devices, and say which of them no other beats."""
+    """Price all partitions of seven modules, and resident control, × lanes × clocks × devices, and say which of them no other beats."""
     with exit_handling(as_json):
         from hw_model.platform.partition import load_partition
         from hw_model.report.energy_front import energy_front, sensitivities
@@ -97,7 +97,7 @@ def _computers(devices: str, lanes: str, clocks: str, settings: dict[str, Any]) 
 def _priced(study: Study, computers: list[Platform]) -> list[Point]:
     from hw_model.platform.partition import all_partitions
 
-    splits = all_partitions()
+    splits = all_partitions(programs=study.trace.method is not None)
     return [point for platform in computers for point in study.points(platform, splits)]
 
 

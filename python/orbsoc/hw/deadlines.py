@@ -276,7 +276,7 @@ def _price(case: Case, platform: Platform, partition: Partition, cycles: StageCy
         trace = parse_trace(case.trace)
         actions = actions_of(trace, partition)
         tally = tally_of(actions)
-        nominal = Durations(trace, platform, uses_pl=partition.uses_pl, cycles=cycles)
+        nominal = Durations(trace, platform, partition, cycles)
         fast, slow = (nominal.on(platform.corner(end, end, end)) for end in ("fast", "slow"))
         times = [
             makespan_picoseconds(actions, prices, worst=prices is slow, tally=tally)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from orbsoc import _core
 from orbsoc.conic.settings import Settings
 from orbsoc.ps import scheduler
-from orbsoc.ps.trace import Latencies
+from orbsoc.ps.trace import Latencies, method_of
+
+if TYPE_CHECKING:
+    from hw_model.timing.control_program import ControlProgram
 
 LATENCY_PRESETS = ("orbsoc_rtl", "vendor_ip")
 """Families of floating-point units whose critical paths a trace carries; their numbers are hw_model's."""
@@ -33,13 +37,22 @@ def operation_latencies(datapath: str = "f64") -> dict[str, dict[str, int]]:
     return out
 
 
+def resident_program(*, joined: bool = True) -> ControlProgram:
+    """The control program of the solver's step lists; with `joined`, an iteration's stages share streams."""
+    from hw_model.timing.control_program import control_program  # loaded only when it is asked for
+    from hw_model.timing.trace import Method
+
+    return control_program(Method.model_validate(method_of(_core)), joined=joined)
+
+
 class PsScheduler(scheduler.PsScheduler):
     """Python plays the PS: a callable that solves stage by stage through the register file of an emulated PL.
 
     The answer has the bits of `orbsoc.solve`. `settings` and `overrides` (fields of `Settings`) are the default of
     every call; a call's own come before them. `latencies` (preset → operation → cycles) replaces
     `operation_latencies()` in the trace. `every_ordering`: the order of elimination of every solve, whatever its own
-    settings say.
+    settings say. With `resident`, the emulated PL has all seven modules and runs whole attempts by itself, an iteration's
+    stages as streams; the PS only starts them, and restarts.
 
     >>> from orbsoc import Cones, Problem
     >>> ps = PsScheduler(tol=1e-9)
@@ -55,11 +68,13 @@ class PsScheduler(scheduler.PsScheduler):
         *,
         latencies: Latencies | None = None,
         every_ordering: str | None = None,
+        resident: bool = False,
         **overrides: Any,
     ) -> None:
         super().__init__(
             settings,
             latencies=operation_latencies() if latencies is None else latencies,
             every_ordering=every_ordering,
+            program=resident_program() if resident else None,
             **overrides,
         )

@@ -5,15 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING
 
+from hw_model.timing.control_program import members
 from hw_model.timing.schedules import Engine, Schedule, engine_of, scheduled
 from hw_model.timing.stage_cycles import Microcode, StageCycles
 from hw_model.timing.unit_schedules import UnitSchedule, UnitSchedules
 from orbsoc.conic.settings import Settings
 
-from .schedules import MODEL_MICROCODE_WORDS, EngineError, pl_program
+from .schedules import MODEL_MICROCODE_WORDS, EngineError, Streams, pl_program
 from .schedules import Engine as Parameters
 
 if TYPE_CHECKING:
@@ -36,18 +38,19 @@ def exact_cycles(
     that are not the RTL's, for which there is no schedule, and `hw.schedules.EngineError` for an engine that cannot exist.
     """
     awaited = {_parameters(engine) for engine in expected}
-    made: dict[tuple[int, Parameters], _Made] = {}
+    made: dict[tuple[int, Parameters, Streams], _Made] = {}
 
     def source(pattern: int, stage: str, engine: Engine) -> Schedule:
-        parameters = _parameters(engine)
-        if (pattern, parameters) not in made:
-            made.update(_side_by_side(problems, {parameters, *awaited}, settings))
-            awaited.clear()
-        program = made[pattern, parameters]
+        parameters, streams = _parameters(engine), _streams(engine)
+        if (pattern, parameters, streams) not in made:
+            made.update(_side_by_side(problems, {parameters, *awaited}, settings, streams))
+            if not streams:
+                awaited.clear()
+        program = made[pattern, parameters, streams]
         if isinstance(program, EngineError):
             raise program
         segments, words = program
-        found = segments[stage]
+        found = segments["_".join(members(stage))]
         causes, bits = found.causes, found.flat_bits
         if engine.compressed:
             causes, bits = found.compressed_causes, found.compressed_bits
@@ -60,12 +63,24 @@ def exact_cycles(
 
 def exact_units(problems: Sequence[Problem], settings: Sequence[Settings] = ()) -> UnitSchedules:
     """What every lane and divider executes in the same segments. Raises as `exact_cycles` does."""
+    return _Units(problems, settings)
 
-    def look_up(trace: Trace, platform: Platform, pattern: int, stage: str) -> UnitSchedule:
-        engine = engine_of(platform, trace.datapath)
-        program = pl_program(problems[pattern], shaping(settings, pattern), _parameters(engine))
-        began, units, operations = program.core.issues(stage, "compressed" if engine.compressed else "flat")
-        startup = program.segments[stage].causes["startup"]
+
+@dataclass(frozen=True, slots=True)
+class _Units:
+    problems: Sequence[Problem]
+    settings: Sequence[Settings]
+    streams: Streams = ()
+
+    def of_program(self, streams: tuple[str, ...]) -> _Units:
+        return _Units(self.problems, self.settings, tuple(members(name) for name in streams))
+
+    def __call__(self, trace: Trace, platform: Platform, pattern: int, stage: str) -> UnitSchedule:
+        engine, name = engine_of(platform, trace.datapath), "_".join(members(stage))
+        chosen = shaping(self.settings, pattern)
+        program = pl_program(self.problems[pattern], chosen, _parameters(engine), None, self.streams)
+        began, units, operations = program.core.issues(name, "compressed" if engine.compressed else "flat")
+        startup = program.segments[name].causes["startup"]
         return UnitSchedule(
             engine.lanes,
             began.astype(int) + startup,
@@ -74,18 +89,18 @@ def exact_units(problems: Sequence[Problem], settings: Sequence[Settings] = ()) 
             tuple(program.core.operation_names()),
         )
 
-    return look_up
-
 
 def _side_by_side(
-    problems: Sequence[Problem], engines: Iterable[Parameters], settings: Sequence[Settings]
-) -> dict[tuple[int, Parameters], _Made]:
+    problems: Sequence[Problem], engines: Iterable[Parameters], settings: Sequence[Settings], streams: Streams
+) -> dict[tuple[int, Parameters, Streams], _Made]:
     """The segments of each problem's schedule on each engine, or why there are none, by all cores; Ctrl-C begins no
     further ones."""
-    keys = list(product(range(len(problems)), engines))
+    keys = list(product(range(len(problems)), engines, [streams]))
     pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
     try:
-        programs = pool.map(lambda key: _segments(problems[key[0]], shaping(settings, key[0]), key[1]), keys)
+        programs = pool.map(
+            lambda key: _segments(problems[key[0]], shaping(settings, key[0]), key[1], key[2]), keys
+        )
         return dict(zip(keys, programs, strict=True))
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
@@ -98,12 +113,16 @@ def shaping(settings: Sequence[Settings], pattern: int) -> Settings:
     return Settings(ordering=settings[pattern].ordering, ruiz_passes=settings[pattern].ruiz_passes)
 
 
-def _segments(problem: Problem, settings: Settings, engine: Parameters) -> _Made:
+def _segments(problem: Problem, settings: Settings, engine: Parameters, streams: Streams) -> _Made:
     try:
-        program = pl_program(problem, settings, engine)
+        program = pl_program(problem, settings, engine, None, streams)
         return program.segments, program.core.least_storage_words
     except EngineError as error:
         return error
+
+
+def _streams(engine: Engine) -> Streams:
+    return tuple(members(name) for name in engine.streams)
 
 
 def _parameters(engine: Engine) -> Parameters:

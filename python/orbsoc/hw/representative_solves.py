@@ -81,7 +81,7 @@ class RepresentativeSolves:
             parsed = parse_trace(trace)
             durations = next((each for each in known if _same_stages(each.trace, parsed)), None)
             if durations is None:
-                durations = Durations(parsed, platform, uses_pl=sides.uses_pl, cycles=exact_cycles(problems))
+                durations = Durations(parsed, platform, sides, exact_cycles(problems))
                 known.append(durations)
             out.append(makespan_picoseconds(actions_of(parsed, sides), durations))
         return out

@@ -163,7 +163,10 @@ KKT_SOLVES = Stream(("factorize", "solve_pair"), ("factor_l", "pivot_inverse", "
 """Factorization and two substitutions, without the residuals and norms that `solve_pair` leaves beside them."""
 
 
-_programs: OrderedDict[tuple[bytes, Settings, Engine, Stream | None], PlProgram] = OrderedDict()
+Streams = tuple[tuple[str, ...], ...]
+"""Of a whole program the stages of each segment, in order; (): the six modules stage by stage."""
+
+_programs: OrderedDict[tuple[bytes, Settings, Engine, Stream | None, Streams], PlProgram] = OrderedDict()
 _keeping = Lock()
 
 
@@ -172,14 +175,17 @@ def pl_program(
     settings: Settings | None = None,
     engine: Engine | None = None,
     stream: Stream | None = None,
+    streams: Streams = (),
 ) -> PlProgram:
-    """Schedule every stage of the PL modules, or one stream of some; cached by pattern and engine.
+    """Schedule every stage of the six PL modules, one stream of some, or a program of streams; cached by pattern and engine.
+
+    The stages of the module `statistics` are scheduled only where a stream names one; then the storage has its words.
 
     Raises EngineError if the engine cannot exist or is too small, or a stage or buffer of the stream does not exist.
     """
     settings, engine = settings or Settings(), engine or Engine()
-    key = (pattern_digest(problem), settings, engine, stream)
-    found = _programs.get(key) or scheduled(problem, settings, engine, stream)
+    key = (pattern_digest(problem), settings, engine, stream, streams)
+    found = _programs.get(key) or scheduled(problem, settings, engine, stream, streams)
     with _keeping:
         _programs[key] = found
         _programs.move_to_end(key)
@@ -193,6 +199,7 @@ def scheduled(
     settings: Settings,
     engine: Engine,
     stream: Stream | None = None,
+    streams: Streams = (),
     *,
     misread: tuple[str, int] | None = None,
 ) -> PlProgram:
@@ -202,18 +209,18 @@ def scheduled(
     the model. It needs `engine.address_bits`.
     """
     if engine.address_bits is not None:
-        return _made(problem, settings, engine, stream, engine.address_bits, misread)
+        return _made(problem, settings, engine, stream, streams, engine.address_bits, misread)
     if misread is not None:
         raise EngineError(
             "`address_bits` = None: a scheduler that misreads its table needs the words of storage"
         )
     for bits in range(_LEAST_ADDRESS_BITS, _MOST_ADDRESS_BITS):
         try:
-            return _made(problem, settings, engine, stream, bits)
+            return _made(problem, settings, engine, stream, streams, bits)
         except EngineError as error:
             if "`address_bits`" not in str(error):
                 raise
-    return _made(problem, settings, engine, stream, _MOST_ADDRESS_BITS)
+    return _made(problem, settings, engine, stream, streams, _MOST_ADDRESS_BITS)
 
 
 def _made(
@@ -221,15 +228,16 @@ def _made(
     settings: Settings,
     engine: Engine,
     stream: Stream | None,
+    streams: Streams,
     address_bits: int,
     misread: tuple[str, int] | None = None,
 ) -> PlProgram:
     fields = asdict(engine) | {"address_bits": address_bits}
-    joined = [] if stream is None else list(stream.stages)
+    parts = [list(stages) for stages in (streams if stream is None else (stream.stages,))]
     leaves = None if stream is None or stream.leaves is None else list(stream.leaves)
     try:
         core = _core.HardwareProgram(
-            problem, settings, **fields, joined=joined, leaves=leaves, misread=misread
+            problem, settings, **fields, streams=parts, leaves=leaves, misread=misread
         )
     except _core.HardwareError as error:
         too_small = "`microcode_words`" in str(error) and "are needed" in str(error)

@@ -7,9 +7,11 @@ data and answers interrupts; it computes nothing, and it never asks the engine f
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from typing import Protocol
 
 from .events import Kind, PsRecord
+from .program import ControlProgram
 from .registers import (
     ERROR_OF_FAULT,
     WORD_BITS,
@@ -27,7 +29,13 @@ from .registers import (
     UnacknowledgedInterrupt,
     WrongSegment,
 )
-from .segments import Method, Segment, Step
+from .segments import OUTCOME, Method, Segment, Step
+
+ATTEMPT = "attempt"
+"""Name of what the PL runs by itself."""
+
+ATTEMPT_SEGMENTS = 10_000
+"""Segments that an attempt may run before its launch counts as lost."""
 
 POLL_BUDGET = 1000
 """Polls of the interrupt line before a launch counts as lost. Polls, not seconds: the emulation has no clock."""
@@ -49,7 +57,9 @@ class Driver:
     """One solve on the PS.
 
     `port` is the PL's register file, in reset; `words` gives the size of each buffer in words. `carry` moves a buffer
-    where the PL has a storage of its own; without it both sides work on the engine's. Every disagreement between the
+    where the PL has a storage of its own; without it both sides work on the engine's. With a `program` the PL runs
+    whole attempts: the PS launches one, waits, and fetches how it has ended; when `stopped` says so, it asks the PL to
+    end at its next decision. Every disagreement between the
     two sides raises a `ProtocolError` that names the stage.
     """
 
@@ -63,6 +73,8 @@ class Driver:
         record: PsRecord,
         poll_budget: int = POLL_BUDGET,
         carry: Carry | None = None,
+        program: ControlProgram | None = None,
+        stopped: Callable[[], bool] = lambda: False,
     ) -> None:
         self._method = method
         self._engine = engine
@@ -71,6 +83,8 @@ class Driver:
         self._record = record
         self._poll_budget = poll_budget
         self._carry = carry
+        self._program = program
+        self._stopped = stopped
         self._segments = {segment.stage: segment for segment in method.segments}
         self._flag_words = -(-len(method.buffers) // WORD_BITS)
         self._last = method.segments[0]
@@ -99,6 +113,9 @@ class Driver:
 
     def _attempt(self, warm: bool, observe: Callable[[], None] | None) -> None:
         """Start up, iterate until a stage says DONE, close, and fetch what the last stage wrote."""
+        if self._program is not None:
+            self._launch_attempt(self._program, warm)
+            return
         outcome = self._run_steps(self._method.warm_startup if warm else self._method.startup)
         while outcome != self._method.done:
             outcome = self._run_steps(self._method.iteration)
@@ -107,6 +124,42 @@ class Driver:
         self._run_steps(self._method.closing)
         self._require_rest()
         self._move(Kind.TO_PS, self._last.writes & ~self._held_by_ps)
+
+    def _launch_attempt(self, program: ControlProgram, warm: bool) -> None:
+        """Have the PL run an attempt by itself, and fetch how it has ended."""
+        needed, written = self._method.attempt(warm=warm)
+        closing = 0
+        for step in self._method.closing:
+            closing |= self._segments[step[0]].writes
+        self._move(Kind.TO_PL, needed & ~self._held_by_pl)
+        attempt = Segment(
+            program.warm if warm else program.cold, ATTEMPT, Module.PS, reads=needed, writes=written, stales=0
+        )
+        self._last = attempt
+        self._write_frame(attempt, Control.ATTEMPT)
+        self._record.add(Kind.LAUNCH, attempt.stage, self._sequence)
+        self._await_attempt(attempt)
+        self._confirm(replace(attempt, number=0, writes=closing))
+        self._written |= written
+        self._held_by_pl |= needed | written
+        self._held_by_ps &= ~written
+        self._write(Register.IRQ_ACK, self._sequence)
+        self._require_rest()
+        outcome = (closing | self._method.mask(OUTCOME) & written) & self._valid
+        self._move(Kind.TO_PS, outcome)
+        self._held_by_ps |= outcome
+
+    def _await_attempt(self, attempt: Segment) -> None:
+        """Wait for the end of an attempt, which takes as long as all its segments; ask it to stop where `stopped` says so."""
+        asked = False
+        for _ in range(self._poll_budget * ATTEMPT_SEGMENTS):
+            if self._port.interrupt:
+                break
+            if not asked and self._stopped():
+                self._write(Register.STOP, 1)
+                asked = True
+            self._port.tick()
+        self._await_interrupt(attempt)
 
     def _run_steps(self, steps: Iterable[Step]) -> int | None:
         """Run the steps in order, as the Rust loop does; stop at DONE."""

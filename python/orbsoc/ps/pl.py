@@ -7,8 +7,9 @@ writes of a frame in their one order only, so that a write that is lost, doubled
 from __future__ import annotations
 
 import enum
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
+from .program import ControlProgram
 from .registers import WORD_BITS, WORD_MASK, Control, Fault, Module, Register, Status
 from .segments import Method, Segment
 
@@ -42,10 +43,18 @@ _NEXT = {
 class ProgrammableLogic:
     """A fresh PL: flags down, launch counter 0.
 
-    `execute` runs a stage and returns its outcome; a segment takes `busy_ticks` ≥ 1 polls of the PS.
+    `execute` runs a stage and returns its outcome; a segment takes `busy_ticks` ≥ 1 polls of the PS. With a `program`,
+    the operation control runs whole attempts, one segment of it a poll.
     """
 
-    def __init__(self, method: Method, execute: Callable[[str], int], *, busy_ticks: int = 1) -> None:
+    def __init__(
+        self,
+        method: Method,
+        execute: Callable[[str], int],
+        *,
+        busy_ticks: int = 1,
+        program: ControlProgram | None = None,
+    ) -> None:
         if busy_ticks < 1:
             raise ValueError(f"busy_ticks = {busy_ticks} must be at least 1")
         self._segments = method.segments
@@ -60,6 +69,15 @@ class ProgrammableLogic:
         self._completed = (0, 0)
         self._fault = Fault.NONE
         self._ticks_left = 0
+        self._by_stage = {segment.stage: segment for segment in method.segments}
+        self._flags = method.flags
+        self._code = () if program is None else program.instructions
+        self._entries = () if program is None else (program.cold, program.warm)
+        self._at: int | None = None
+        """The next instruction of an attempt; None: a single segment runs."""
+        self._raised = self._stop_asked = False
+        self.ran: list[tuple[str, ...]] = []
+        """The segments that the operation control ran by itself."""
 
     @property
     def interrupt(self) -> bool:
@@ -85,6 +103,8 @@ class ProgrammableLogic:
             self._stop(fault)
         elif address == Register.IRQ_ACK:
             self._acknowledge(value)
+        elif address == Register.STOP:
+            self._stop_asked = bool(value & 1)
         elif address == Register.CONTROL:
             self._command(value)
         else:
@@ -96,6 +116,9 @@ class ProgrammableLogic:
         """Let the running segment advance; at its end the flags move and the interrupt goes up."""
         if self._state is not _State.BUSY:
             return
+        if self._at is not None:
+            self._run_on()
+            return
         self._ticks_left -= 1
         if self._ticks_left == 0:
             segment = self._announced()
@@ -103,8 +126,40 @@ class ProgrammableLogic:
             self._complete(segment)
             self._state = _State.DONE
 
+    def _run_on(self) -> None:
+        """Run the control program up to and with its next segment, or to its end."""
+        while self._state is _State.BUSY and self._at is not None:
+            instruction = self._code[self._at]
+            self._at += 1
+            match instruction.op:
+                case "run":
+                    self._run_stream(instruction.stream)
+                    return
+                case "end":
+                    self._completed = (0, self._frame[Register.SEQUENCE])
+                    self._state, self._at = _State.DONE, None
+                case _:
+                    raised = self._raised or (self._stop_asked and self._flags[instruction.flag][0] == "stop")
+                    if raised == (instruction.op == "if"):
+                        self._at = instruction.target
+
+    def _run_stream(self, stream: Sequence[str]) -> None:
+        """The stages of one segment; the last leaves the flag that the next instruction reads."""
+        for stage in stream:
+            segment = self._by_stage[stage]
+            if segment.unreadable(self._valid, self._written):
+                self._stop(Fault.READ_BEFORE_VALID)
+                return
+            self._valid &= ~segment.writes
+            self._raised = self._execute(stage) != 0
+            self._valid = segment.valid_after(self._valid)
+            self._written |= segment.writes
+        self.ran.append(tuple(stream))
+
     def _refusal(self, address: int) -> Fault:
         """The fault of a write to `address` in the present state, if any."""
+        if address == Register.STOP and self._code:
+            return Fault.NONE
         if address not in (*_FRAME.values(), Register.IRQ_ACK):
             return Fault.INVALID_ACCESS
         if self._state is _State.BUSY:
@@ -126,6 +181,10 @@ class ProgrammableLogic:
         if fault is not Fault.NONE:
             self._stop(fault)
             return
+        if value == Control.ATTEMPT:
+            self._at, self._stop_asked = self._frame[Register.SEGMENT], False
+            self._state = _State.BUSY
+            return
         segment = self._announced()
         self._valid &= ~segment.writes
         if value == Control.START:
@@ -137,10 +196,13 @@ class ProgrammableLogic:
 
     def _frame_fault(self, value: int) -> Fault:
         """What is wrong with a complete frame, if anything."""
-        if value not in (Control.START, Control.PUBLISH):
+        if value not in (Control.START, Control.PUBLISH) and not (self._code and value == Control.ATTEMPT):
             return Fault.INVALID_ACCESS
         if self._frame[Register.SEQUENCE] != (self._completed[1] + 1) & WORD_MASK:
             return Fault.WRONG_SEQUENCE
+        if value == Control.ATTEMPT:
+            known = self._frame[Register.SEGMENT] in self._entries
+            return Fault.NONE if known and self._frame[Register.MODULE] == Module.PS else Fault.WRONG_SEGMENT
         if self._frame[Register.SEGMENT] >= len(self._segments):
             return Fault.WRONG_SEGMENT
         segment = self._announced()

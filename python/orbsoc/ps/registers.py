@@ -17,7 +17,7 @@ WORD_MASK = (1 << WORD_BITS) - 1
 
 
 class Register(enum.IntEnum):
-    """Byte addresses. DATA_VALID is the first of ⌈buffers/32⌉ words, one flag per buffer."""
+    """Byte addresses. STOP asks a running attempt to end at its next decision. DATA_VALID is the first of ⌈buffers/32⌉ words, one flag per buffer."""
 
     MODULE = 0x00
     SEGMENT = 0x04
@@ -25,11 +25,12 @@ class Register(enum.IntEnum):
     CONTROL = 0x0C
     STATUS = 0x10
     IRQ_ACK = 0x14
+    STOP = 0x18
     DATA_VALID = 0x20
 
 
 class Module(enum.IntEnum):
-    """Values of the MODULE register: the PS itself and the six modules of the PL."""
+    """Values of the MODULE register: the PS itself and the seven modules of the PL."""
 
     PS = 0
     MATRIX_UPDATE = 1
@@ -38,6 +39,7 @@ class Module(enum.IntEnum):
     LINEAR_SOLVE = 4
     CONE_OPS = 5
     LINE_SEARCH = 6
+    STATISTICS = 7
 
 
 class Control(enum.IntEnum):
@@ -47,6 +49,8 @@ class Control(enum.IntEnum):
     """Run the announced segment on the PL; an interrupt tells the end."""
     PUBLISH = 2
     """The PS ran the announced stage itself: set and clear the flags of what it wrote and made stale."""
+    ATTEMPT = 3
+    """Run the control program from the instruction in SEGMENT on, up to its end; an interrupt tells that."""
 
 
 class Fault(enum.IntEnum):

@@ -21,6 +21,7 @@ from orbsoc.solving.solver import engine, resolve, solution_of, start_values
 from .driver import Driver
 from .events import PsRecord
 from .pl import ProgrammableLogic
+from .program import ControlProgram
 from .segments import Method
 from .trace import Latencies, TraceRecorder
 
@@ -31,7 +32,8 @@ class PsScheduler:
     The answer has the bits of `orbsoc.solve`. `settings` and `overrides` (fields of `Settings`) are the default of
     every call; a call's own come before them. `latencies` (preset → operation → cycles) are those of the trace's
     critical paths; `orbsoc.PsScheduler` takes the hardware model's. `every_ordering`: the `ordering` of every solve,
-    whatever a call's settings say, as of a mission's that chooses its own.
+    whatever a call's settings say, as of a mission's that chooses its own. With a `program`, the PL has all modules and runs
+    whole attempts by itself; the PS starts them, and restarts, and sees nothing of the iterations between.
     """
 
     def __init__(
@@ -40,18 +42,20 @@ class PsScheduler:
         *,
         latencies: Latencies,
         every_ordering: str | None = None,
+        program: ControlProgram | None = None,
         **overrides: Any,
     ) -> None:
         self._settings = resolve(settings, overrides)
         self._ordering = every_ordering
         self._recorder = TraceRecorder(_core, latencies)
-        self._method = Method.from_core(_core)
+        self._program = program
+        self._method = Method.from_core(_core, resident=program is not None)
         self.record = PsRecord()
         """What the PS did in the last solve."""
 
     @property
     def trace(self) -> dict[str, Any]:
-        """All solves since this scheduler was made, as hw_model reads them ("orbsoc.trace/1")."""
+        """All solves since this scheduler was made, as hw_model reads them ("orbsoc.trace/2")."""
         return self._recorder.as_dict()
 
     @property
@@ -86,16 +90,19 @@ class PsScheduler:
         chosen = self._chosen(resolve(settings or self._settings, overrides))
         native = engine(problem, chosen)
         self.record = PsRecord()
-        pl = ProgrammableLogic(self._method, native.run)
-        driver = Driver(self._method, native, pl, words=native.buffer_words(), record=self.record)
+        pl = ProgrammableLogic(self._method, native.run, program=self._program)
         values = None if warm_start is None else start_values(problem, warm_start)
-        observe = _table(native) if chosen.verbose else None
+        observe = _table(native) if chosen.verbose and self._program is None else None
         started = time.perf_counter()
         with _ctrl_c_stops(native) as stopped:
+            driver = Driver(
+                self._method, native, pl,
+                words=native.buffer_words(), record=self.record, program=self._program, stopped=stopped.is_set,
+            )  # fmt: skip
             warm = values is not None and native.start_from(values)
             driver.run(restart=native.begin_again, warm=warm, observe=observe)
         solution = solution_of(native.finish(time.perf_counter() - started))
-        self._recorder.add(problem, chosen, native, solution)
+        self._recorder.add(problem, chosen, native, solution, pl.ran if self._program else None)
         if stopped.is_set() and solution.status is not Status.INTERRUPTED:
             raise KeyboardInterrupt
         return solution

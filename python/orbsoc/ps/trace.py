@@ -1,4 +1,4 @@
-"""The record of solves that the hardware model reads: schema "orbsoc.trace/1", plain data, JSON-able.
+"""The record of solves that the hardware model reads: schema "orbsoc.trace/2", plain data, JSON-able.
 
 A trace holds each sparsity pattern once, with its stages, buffers, operation counts and critical paths, and
 every solve as the list of stages it ran. No number of a problem or a solution is in it. Solves of one pattern
@@ -15,9 +15,16 @@ from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution
 
-SCHEMA = "orbsoc.trace/1"
+SCHEMA = "orbsoc.trace/2"
 Latencies = Mapping[str, Mapping[str, int]]
 """Preset of floating-point units → operation → cycles; a trace carries the critical paths of each preset."""
+
+
+def method_of(core: Any) -> dict[str, Any]:
+    """The step lists that solves run, and which stages decide, from the extension module."""
+    names = ("startup", "warm_startup", "iteration", "closing")
+    lists = {name: [list(step) for step in getattr(core, name)()] for name in names}
+    return {**lists, "flags": {stage: info.flag[0] for stage, info in core.stages().items() if info.flag}}
 
 
 class Recorded(Protocol):
@@ -49,28 +56,37 @@ class TraceRecorder:
         """The settings of that problem: order of elimination and passes of equilibration shape the operations, too."""
         self._solves: list[dict[str, Any]] = []
 
-    def add(self, problem: Problem, settings: Settings, engine: Recorded, solution: Solution) -> None:
-        """Append one finished solve."""
+    def add(
+        self,
+        problem: Problem,
+        settings: Settings,
+        engine: Recorded,
+        solution: Solution,
+        resident: Sequence[Sequence[str]] | None = None,
+    ) -> None:
+        """Append one finished solve; `resident`: the segments that the PL ran by itself, where it controlled the solve."""
         key = (pattern_digest(problem), settings.ordering, settings.ruiz_passes)
         if key not in self._position:
             self._patterns.append(self._pattern(problem, settings, engine, solution))
             self._position[key] = len(self._patterns) - 1
             self.problems.append(problem)
             self.settings.append(settings)
-        self._solves.append(
-            {
-                "pattern": self._position[key],
-                "status": solution.status.name,
-                "iterations": solution.iterations,
-                "events": [[stage, iteration] for stage, iteration in engine.events()],
-            }
-        )
+        solve: dict[str, Any] = {
+            "pattern": self._position[key],
+            "status": solution.status.name,
+            "iterations": solution.iterations,
+            "events": [[stage, iteration] for stage, iteration in engine.events()],
+        }
+        if resident is not None:
+            solve["resident"] = ["+".join(stages) for stages in resident]
+        self._solves.append(solve)
 
     def as_dict(self) -> dict[str, Any]:
         """The trace so far; later solves do not change what was handed out."""
         return {
             "schema": SCHEMA,
             "datapath": "f64",
+            "method": method_of(self._core),
             "patterns": list(self._patterns),
             "solves": list(self._solves),
         }

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hw_model import load_platform
+from hw_model.timing.control_program import members
 from hw_model.timing.stage_cycles import PlCycles
 from hw_model.timing.timeline import simulate
 from hw_model.timing.trace import parse_trace
@@ -40,15 +41,15 @@ def session_platform(rtl: Path, engine: Engine) -> Platform:
 
 
 def predicted_clocks(
-    trace: Mapping[str, Any], cycles: Mapping[str, int], rtl: Path, engine: Engine
+    trace: Mapping[str, Any], cycles: Mapping[str, int], rtl: Path, engine: Engine, partition: str = "paper"
 ) -> dict[str, int]:
-    """Clocks by cause of all solves of `trace`, without the PS's own work; `cycles` of each segment by its stage."""
+    """Clocks by cause of all solves of `trace`, without the PS's own work; `cycles` of each segment by its name."""
     parsed = parse_trace({**trace, "datapath": "f64" if engine.fp == 64 else "f32"})
 
     def source(_: Trace, __: Platform, ___: int, stage: str) -> PlCycles:
-        return PlCycles({"issue": cycles[stage]}, 0, "schedule", "schedule")
+        return PlCycles({"issue": cycles["_".join(members(stage))]}, 0, "schedule", "schedule")
 
-    timeline = simulate(parsed, session_platform(rtl, engine), "paper", source)
+    timeline = simulate(parsed, session_platform(rtl, engine), partition, source)
     by_cause = {cause: picoseconds for (cause,), picoseconds in timeline.totals("cause").items()}
     del by_cause["ps"]
     return {

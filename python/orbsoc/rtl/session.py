@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc import _core
+from orbsoc.ps.program import ControlProgram
 from orbsoc.ps.registers import WORD_BITS, WORD_MASK, Register
 from orbsoc.ps.segments import Method
 
@@ -24,6 +25,8 @@ Bits = NDArray[np.uint64]
 TABLE = 0x1000
 """First byte address of the table of segments; docs/pl-machine.md, "Register file"."""
 TABLE_ENTRY = 64
+PROGRAM = 0x2000
+"""First byte address of the control program: two words an instruction."""
 _AT_ONCE = 256
 """Commands sent before their answers are read: the answers must fit the pipe."""
 _CYCLES_PER_POLL = 10_000
@@ -86,12 +89,13 @@ class RtlSession:
         """Registers, flags and rules afresh; storage counts as unwritten."""
         self._do(["reset"])
 
-    def load(self, image: _core.ProgramImage, method: Method) -> None:
-        """Microcode, templates and literals of a program, and the table of the method's segments."""
+    def load(self, image: _core.ProgramImage, method: Method, program: ControlProgram | None = None) -> None:
+        """Microcode, templates and literals of a program, and the table of the method's segments; the control program."""
         self._do(f"template {k:x} {word}" for k, word in enumerate(image.templates))
         self._do(f"code {line:x} {word}" for line, word in enumerate(image.microcode))
         self.set_words(*image.literals)
-        for segment in method.segments:
+        segments = method.segments if program is None else tuple(method.numbered(program).values())
+        for segment in segments:
             start, _ = image.entries.get(segment.stage, (0, 0))
             entry = TABLE + TABLE_ENTRY * segment.number
             masks = (segment.reads, segment.writes, segment.stales)
@@ -99,6 +103,25 @@ class RtlSession:
             for offset, word in enumerate(words, start=1):
                 self.write(entry + 4 * offset, word)
             self.write(entry, segment.module)  # makes it exist
+        if program is not None:
+            self._load_program(image, method, program)
+
+    def _load_program(self, image: _core.ProgramImage, method: Method, program: ControlProgram) -> None:
+        numbers = method.numbered(program)
+        codes = {"end": 0, "run": 1, "if": 2, "unless": 3}
+        for place, instruction in enumerate(program.instructions):
+            word, address = codes[instruction.op] | instruction.target << 16, 0
+            if instruction.op == "run":
+                word |= numbers[instruction.stream].number << 8
+            elif instruction.flag:
+                kind, buffer = method.flags[instruction.flag]
+                indices, addresses = image.homes[buffer]
+                address = int(addresses[int(np.flatnonzero(indices == 0)[0])])
+                word |= (kind == "stop") << 2
+            if place in (program.cold, program.warm):
+                word |= 1 << 24
+            self.write(PROGRAM + 8 * place + 4, address)
+            self.write(PROGRAM + 8 * place, word)
 
     def write(self, address: int, value: int) -> None:
         """Write a register: one clock."""
@@ -126,6 +149,11 @@ class RtlSession:
     def clocks(self) -> int:
         """Clocks since the session began."""
         return int(self.ask("clocks"))
+
+    def segments(self) -> list[tuple[int, int]]:
+        """Number and busy cycles of every segment that has ended since this was last asked."""
+        pairs = (each.split(":") for each in self.ask("segments").split()[1:])
+        return [(int(number), int(cycles)) for number, cycles in pairs]
 
     def violations(self) -> Sequence[int]:
         """How often each rule of a schedule was violated since the reset, in the order of docs/pl-machine.md."""

@@ -1,10 +1,14 @@
-"""A whole interior-point solve on the RTL: six modules in Verilator, Python as the PS, Rust as the reference.
+"""A whole interior-point solve on the RTL: the PL in Verilator, Python as the PS, Rust as the reference.
 
 The PS is the one of `PsScheduler`: the same driver runs the same lists, launches every segment through the RTL's
 registers, takes its interrupt, and moves the buffers that cross, word by word, between its memory and the RTL's
 storage. Its own stages, statistics and decisions among them, are those of the Rust engine, on what was moved. A
 second engine runs every stage in Rust, from the problem on; whatever crosses to the PS, and every iterate, must have its bits.
-The RTL decides nothing on the way, so a solve starts cold: a warm start's verdict would be a segment's.
+There the RTL decides nothing on the way, so a solve starts cold: a warm start's verdict would be a segment's.
+
+Under resident control the RTL has all seven modules, and runs whole attempts. The PS sees registers, and the buffers that it
+fetches at the end. The harness logs which segments ran: the second engine runs their stages, and every word of the RTL's
+storage that belongs to a buffer must then be its.
 """
 
 from __future__ import annotations
@@ -19,7 +23,7 @@ from numpy.typing import NDArray
 from orbsoc import _core
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
-from orbsoc.hw.emulation import operation_latencies
+from orbsoc.hw.emulation import operation_latencies, resident_program
 from orbsoc.hw.schedules import Engine, pl_program
 from orbsoc.ps.driver import Driver
 from orbsoc.ps.events import Kind, PsRecord
@@ -115,7 +119,14 @@ class _Sides:
     """Of each buffer the words that have a place in the RTL's storage, and their addresses."""
     record: PsRecord
     fp: int
+    method: Method
+    streams: Sequence[tuple[str, ...]] = ()
+    """Under resident control, the stages of every segment by its number."""
+    launched: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])
+    """… and those that ran, with their busy cycles."""
     iterates: int = 0
+    compared_clocks: int = 0
+    """Clocks in which the storage was read for comparison only."""
     words: int = 0
     different_words: int = 0
     differences: list[Difference] = field(default_factory=list[Difference])
@@ -145,7 +156,11 @@ class _Sides:
     def begin_again(self) -> bool:
         """Finish the attempt in Rust, compare its last iterate, and say whether a restart follows."""
         self._catch_up()
-        self._compare_iterate()
+        if self.streams:
+            self._compare_storage()
+            self.ps.take_over()
+        else:
+            self._compare_iterate()
         return self.rust.begin_again() and self.ps.begin_again()
 
     def _catch_up(self) -> None:
@@ -153,9 +168,33 @@ class _Sides:
         events = self.record.after(self._seen)
         self._seen += len(events)
         for event in events:
-            if event.kind in (Kind.LAUNCH, Kind.RUN):
+            if event.kind is Kind.INTERRUPT and self.streams:
+                ran = self.session.segments()
+                self.launched += ran
+                for stage in (stage for number, _ in ran for stage in self.streams[number]):
+                    self.rust.run(stage)
+                    self._last = stage
+            elif event.kind in (Kind.LAUNCH, Kind.RUN) and not self.streams:
                 self.rust.run(event.name)
                 self._last = event.name
+
+    def _compare_storage(self) -> None:
+        """Every word of the RTL's storage that belongs to a buffer which the attempt may have written."""
+        self.iterates += 1
+        before = self.session.clocks()
+        _, written = self.method.attempt(warm=False)
+        for buffer in self.method.names(written):
+            if buffer in self.homes and not self._unfinished(buffer):
+                indices, addresses = self.homes[buffer]
+                found = self.session.get_words(addresses)
+                self._compare(buffer, indices, found, self.rust.words(buffer, indices))
+        self.compared_clocks += self.session.clocks() - before
+
+    def _unfinished(self, buffer: str) -> bool:
+        """Whether no stage that ran has written the buffer."""
+        ran = {stage for number, _ in self.launched for stage in self.streams[number]}
+        segments = {segment.stage: segment for segment in self.method.segments}
+        return not any(segments[stage].writes & self.method.mask([buffer]) for stage in ran)
 
     def _compare_iterate(self) -> None:
         self.iterates += 1
@@ -188,41 +227,53 @@ def solve_on_rtl(
     *,
     engine: Engine | None = None,
     form: Format = "flat",
+    resident: bool = False,
 ) -> SolveOutcome:
-    """Solve `problem` on the RTL and compare; `rtl` is its folder, `engine` must leave no field open that matters.
+    """Solve `problem` on the RTL and compare; `rtl` is its folder, `engine` must leave no field open that matters;
+    `resident`: under the RTL's own control.
 
     Raises RtlError if the RTL does not build or its session breaks off, `ProtocolError` if PS and RTL disagree about
     the state of the computer, `hw.schedules.EngineError` for an engine that cannot hold the problem.
     """
     settings = settings or Settings()
-    program = pl_program(problem, settings, engine)
+    control = resident_program() if resident else None
+    program = pl_program(problem, settings, engine, None, control.streams if control else ())
     image = _core.program_image(program.core, form)
-    method = Method.from_core(_core)
+    method = Method.from_core(_core, resident=resident)
+    numbered = method.numbered(control).items() if control else ()
+    streams = [stages for stages, _ in sorted(numbered, key=lambda item: item[1].number)]
     loop = _core.ExactEngine(problem, settings, program.engine.fp)
     whole = loop.solve()
     ps, rust = (_core.ExactEngine(problem, settings, program.engine.fp) for _ in range(2))
     record = PsRecord()
-    with RtlSession(built(rtl, program.engine, form, lines=len(image.microcode))) as session:
+    with RtlSession(
+        built(rtl, program.engine, form, lines=len(image.microcode), resident=resident)
+    ) as session:
         session.reset()
-        session.load(image, method)
+        session.load(image, method, control)
         before = session.clocks()
         port = RtlPort(session)
-        sides = _Sides(ps, rust, session, image.homes, record, program.engine.fp)
-        driver = Driver(method, sides, port, words=ps.buffer_words(), record=record, carry=sides.carry)
+        sides = _Sides(ps, rust, session, image.homes, record, program.engine.fp, method, streams)
+        driver = Driver(
+            method, sides, port, words=ps.buffer_words(), record=record, carry=sides.carry, program=control
+        )
         driver.run(restart=sides.begin_again)
-        clocks, assertions = session.clocks() - before, sum(session.violations())
+        clocks, assertions = session.clocks() - before - sides.compared_clocks, sum(session.violations())
     found = ps.finish()
     trace = TraceRecorder(_core, operation_latencies())
     trace.add(problem, settings, rust, solution_of(found))
-    cycles = {stage: cycles for stage, (_, cycles) in image.entries.items()}
-    stages = [segment.stage for segment in method.segments]
+    cycles = {name: cycles for name, (_, cycles) in image.entries.items()}
+    names = ["_".join(stages) for stages in streams] or [segment.stage for segment in method.segments]
     return SolveOutcome(
         problem=name,
         engine=program.engine,
         format=form,
         status=found.status,
         iterations=found.iterations,
-        launches=tuple(Launch(stages[s], busy, cycles[stages[s]]) for s, busy in port.busy),
+        launches=tuple(
+            Launch(names[s], busy, cycles[names[s]])
+            for s, busy in (sides.launched if resident else port.busy)
+        ),
         iterates=sides.iterates,
         words=sides.words,
         different_words=sides.different_words,
@@ -231,7 +282,9 @@ def solve_on_rtl(
         same_solution=_same(found, whole),
         assertions=assertions,
         rtl_clocks=clocks,
-        model_clocks=predicted_clocks(trace.as_dict(), cycles, rtl, program.engine),
+        model_clocks=predicted_clocks(
+            trace.as_dict(), cycles, rtl, program.engine, "resident" if resident else "paper"
+        ),
     )
 
 

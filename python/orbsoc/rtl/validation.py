@@ -122,8 +122,9 @@ def rtl_sources(given: Path | None) -> Path:
     )
 
 
-def built(folder: Path, engine: Engine, form: Format, *, lines: int) -> Path:
-    """The harness for one engine with room for `lines` of microcode, from the cache of `rtl/build.sh`.
+def built(folder: Path, engine: Engine, form: Format, *, lines: int, resident: bool = False) -> Path:
+    """The harness for one engine with room for `lines` of microcode, from the cache of `rtl/build.sh`; `resident`: with
+    the operation control that runs whole attempts.
 
     Raises RtlError with the log of the build.
     """
@@ -132,6 +133,8 @@ def built(folder: Path, engine: Engine, form: Format, *, lines: int) -> Path:
         "ADDRESS_BITS": engine.address_bits, "SEQUENCER": SEQUENCERS[form],
         "CODE_BITS": max(_CODE_BITS, (lines - 1).bit_length()),
     }  # fmt: skip
+    if resident:
+        parameters["RESIDENT"] = 1
     arguments = [f"-G{name}={value}" for name, value in parameters.items()]
     done = subprocess.run(
         ["sh", folder / "build.sh", "engine", *arguments], capture_output=True, text=True, check=False

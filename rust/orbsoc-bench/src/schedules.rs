@@ -3,7 +3,7 @@
 use crate::arguments::Plan;
 use crate::failure::Failure;
 use crate::spread::{microseconds, Spread};
-use orbsoc::{record_tapes, Problem, Recording, Settings};
+use orbsoc::{record_tapes, Module, Problem, Recording, Settings};
 use orbsoc_hw::{schedule, Compressed, Configuration, Graph, Layout, Microcode, Program};
 use std::fmt::Write;
 use std::time::Instant;
@@ -34,6 +34,7 @@ pub fn measure(problems: &[(String, Problem)], plan: &Plan) -> Result<Vec<Row>, 
     let mut rows = Vec::new();
     for (name, problem) in problems {
         let recording = record_tapes(problem, &settings).map_err(|e| format!("{name}: {e}"))?;
+        let recording = recording.only(|stage| stage.module() != Module::Statistics);
         let engines: Vec<Configuration> =
             LANES.iter().map(|&lanes| fitting(&recording, lanes)).collect::<Result<_, _>>()?;
         let mut times = vec![[Vec::new(), Vec::new(), Vec::new()]; engines.len()];

@@ -38,7 +38,7 @@ impl fmt::Display for Error {
                 "`microcode_words`: {needed} words are needed, the engine's memory holds {available}"
             ),
             Self::NoSegment { stage } => {
-                write!(f, "stage `{stage}` is none of the six PL modules': it has no segment")
+                write!(f, "stage `{stage}` has no tape here: it has no segment")
             }
             Self::Pattern { buffer, found, expected } => write!(
                 f,

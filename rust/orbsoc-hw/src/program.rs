@@ -86,7 +86,7 @@ impl Program {
     /// segment, on the layout of all. With `leaves`, operations that these buffers do not need are eliminated.
     ///
     /// # Errors
-    /// As [`Program::new`]; [`Error::NoSegment`] for a stage of the processing system, or for no stage.
+    /// As [`Program::new`]; [`Error::NoSegment`] for a stage without a tape, or for no stage.
     pub fn joined(
         recording: &Recording,
         configuration: &Configuration,
@@ -100,21 +100,24 @@ impl Program {
         Ok(program)
     }
 
-    /// One stream of some stages, for the fewest cycles and for few bits: [`Program::joined`] twice, for less work.
+    /// Some streams of stages, for the fewest cycles and for few bits: [`Program::joined`] twice for each, for less work. With
+    /// `leaves`, each leaves these buffers only.
     ///
     /// # Errors
     /// As [`Program::joined`].
-    pub fn joined_both(
+    pub fn streams(
         recording: &Recording,
         configuration: &Configuration,
-        stages: &[Stage],
+        streams: &[Vec<Stage>],
         leaves: Option<&[Buffer]>,
     ) -> Result<(Self, Self), Error> {
         let mut fast = Self::empty(recording, configuration)?;
         let mut compact = fast.clone();
-        fast.append_both(&mut compact, &joined(recording, stages, leaves)?)?;
-        fast.name(stages, leaves);
-        compact.name(stages, leaves);
+        for stages in streams {
+            fast.append_both(&mut compact, &joined(recording, stages, leaves)?)?;
+            fast.name(stages, leaves);
+            compact.name(stages, leaves);
+        }
         Ok((fast, compact))
     }
 
@@ -158,18 +161,18 @@ impl Program {
         Ok(())
     }
 
-    /// Name the stages of the only segment.
+    /// Name the stages of the last segment.
     fn name(&mut self, stages: &[Stage], leaves: Option<&[Buffer]>) {
-        for segment in &mut self.segments {
+        if let Some(segment) = self.segments.last_mut() {
             segment.then = stages[1..].to_vec();
             segment.leaves = leaves.map(<[Buffer]>::to_vec);
         }
     }
 
-    /// The segment of a stage.
+    /// The segment of a stage, or of the stream that begins with it.
     ///
     /// # Errors
-    /// [`Error::NoSegment`] for a stage of the processing system.
+    /// [`Error::NoSegment`] for a stage that has none.
     pub fn segment(&self, stage: Stage) -> Result<&Segment, Error> {
         let found = self.segments.iter().find(|segment| segment.stage == stage);
         found.ok_or_else(|| Error::NoSegment { stage: stage.name().to_owned() })

@@ -83,6 +83,12 @@ impl ExactEngine {
         })
     }
 
+    /// As `Engine.interrupt`.
+    fn interrupt(&self) -> PyResult<()> {
+        with!(&mut *self.state()?, engine => engine.interrupt());
+        Ok(())
+    }
+
     /// The whole solve, by the loop in Rust.
     fn solve(&self, py: Python<'_>) -> PyResult<RawSolution> {
         let state = &mut *self.state()?;
@@ -142,6 +148,12 @@ impl ExactEngine {
         let state = self.state()?;
         let events = with!(&*state, engine => engine.events());
         Ok(events.iter().map(|event| (event.stage.name(), event.iteration)).collect())
+    }
+
+    /// Take over the outcome of an attempt that ran elsewhere from the words that it left in these buffers.
+    fn take_over(&self) -> PyResult<()> {
+        with!(&mut *self.state()?, engine => engine.take_over());
+        Ok(())
     }
 
     /// As `Engine.begin_again`.

@@ -37,7 +37,7 @@ pub struct HardwareProgram {
 impl HardwareProgram {
     #[new]
     #[pyo3(signature = (
-        problem_, settings_, *, fp, lanes, dividers, banks, address_bits, microcode_words, joined=vec![], leaves=None,
+        problem_, settings_, *, fp, lanes, dividers, banks, address_bits, microcode_words, streams=vec![], leaves=None,
         misread=None
     ))]
     #[allow(clippy::too_many_arguments, clippy::needless_pass_by_value)] // fields of a configuration, owned by the binding
@@ -51,12 +51,13 @@ impl HardwareProgram {
         banks: usize,
         address_bits: u32,
         microcode_words: usize,
-        joined: Vec<String>,
+        streams: Vec<Vec<String>>,
         leaves: Option<Vec<String>>,
         misread: Option<(String, i32)>,
     ) -> PyResult<Self> {
         let (problem, settings) = (problem(problem_)?, settings(settings_)?);
-        let joined: Vec<Stage> = joined.iter().map(|name| stage_of(name)).collect::<PyResult<_>>()?;
+        let stages = |names: &Vec<String>| names.iter().map(|name| stage_of(name)).collect::<PyResult<_>>();
+        let streams: Vec<Vec<Stage>> = streams.iter().map(stages).collect::<PyResult<_>>()?;
         let leaves: Option<Vec<Buffer>> =
             leaves.map(|names| names.iter().map(|name| buffer_of(name)).collect()).transpose()?;
         let precision = match fp {
@@ -75,9 +76,13 @@ impl HardwareProgram {
         py.detach(|| {
             engine.validate().map_err(unfit)?;
             let recording = orbsoc::record_tapes(&problem, &settings).map_err(refuse)?;
-            let made = match joined.as_slice() {
+            // Without the seventh module on it, the engine's storage has no place for what only that module uses.
+            let other = |stage: Stage| stage.module() != Module::Statistics;
+            let recording =
+                if streams.iter().flatten().copied().all(other) { recording.only(other) } else { recording };
+            let made = match streams.as_slice() {
                 [] => Program::both(&recording, &engine),
-                stages => Program::joined_both(&recording, &engine, stages, leaves.as_deref()),
+                streams => Program::streams(&recording, &engine, streams, leaves.as_deref()),
             };
             let (program, compact) = made.map_err(unfit)?;
             let compressed = compact.compressed();

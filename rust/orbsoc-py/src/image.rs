@@ -12,8 +12,8 @@ type Array<T> = Py<PyArray1<T>>;
 pub struct ProgramImage {
     templates: Vec<String>,
     microcode: Vec<String>,
-    /// By stage: first line, busy cycles.
-    entries: BTreeMap<&'static str, (usize, u32)>,
+    /// By segment: first line, busy cycles.
+    entries: BTreeMap<String, (usize, u32)>,
     /// Addresses, bits.
     literals: (Array<u32>, Array<u64>),
     /// By buffer: indices of the words that have an architectural location, addresses.
@@ -43,7 +43,7 @@ pub fn program_image(
     Ok(ProgramImage {
         templates: image.templates,
         microcode: (0..image.microcode.len()).map(|line| image.microcode.hex(line)).collect(),
-        entries: image.entries.iter().map(|(stage, at)| (stage.name(), (at.start, at.cycles))).collect(),
+        entries: image.entries.into_iter().map(|(name, at)| (name, (at.start, at.cycles))).collect(),
         literals: (array(py, addresses), array(py, bits)),
         homes: homes.into_iter().map(|(name, words)| (name, pair(words))).collect(),
     })

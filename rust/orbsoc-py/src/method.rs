@@ -2,7 +2,7 @@
 
 use crate::convert::{problem, refuse, settings};
 use orbsoc::real::{Latency, OperationCounts};
-use orbsoc::{Restart, Stage, Step, CLOSING, ITERATION, RESTARTS, STARTUP, WARM_STARTUP};
+use orbsoc::{Flag, Restart, Stage, Step, CLOSING, ITERATION, RESTARTS, STARTUP, WARM_STARTUP};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -85,6 +85,15 @@ impl StageInfo {
     #[getter]
     fn writes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         PyTuple::new(py, self.0.writes().iter().map(|b| b.name()))
+    }
+
+    /// "repeat" or "stop", and the buffer whose first word decides.
+    #[getter]
+    fn flag(&self) -> Option<(&'static str, &'static str)> {
+        self.0.flag().map(|flag| match flag {
+            Flag::Repeat(buffer) => ("repeat", buffer.name()),
+            Flag::Stop(buffer) => ("stop", buffer.name()),
+        })
     }
 
     #[getter]

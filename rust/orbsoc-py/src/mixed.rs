@@ -77,7 +77,7 @@ impl MixedEngine {
 }
 
 fn module_of(name: &str) -> PyResult<Module> {
-    let modules = || Stage::ALL.iter().map(|stage| stage.module()).filter(|&module| module != Module::Ps);
+    let modules = || Stage::ALL.iter().map(|stage| stage.module());
     let found = modules().find(|module| module.name() == name);
     found.ok_or_else(|| {
         let mut known: Vec<&str> = modules().map(Module::name).collect();

@@ -43,7 +43,7 @@ pub use method::events::Event;
 pub use method::mixed::{MixedEngine, Narrow};
 pub use method::restart::{Attempt, Restart, RESTARTS};
 pub use method::stage;
-pub use method::stage::{Module, Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
+pub use method::stage::{Flag, Module, Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 pub use method::tape::{record_tapes, word_of, Recording, Store, Tape};
 pub use method::warm_start::Start;
 pub use method::workspace::Buffer;

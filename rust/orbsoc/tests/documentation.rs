@@ -5,7 +5,7 @@ use orbsoc::{Attempt, Buffer, Restart, Stage, Status, RESTARTS};
 const ALGORITHM: &str = include_str!("../../../docs/algorithm.md");
 const CONTROL: &str = concat!(
     include_str!("../src/method/control.rs"),
-    include_str!("../src/method/refinement.rs"),
+    include_str!("../src/kernels/decisions.rs"),
     include_str!("../src/method/restart.rs"),
     include_str!("../src/outcome/verification.rs")
 );

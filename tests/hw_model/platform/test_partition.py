@@ -15,10 +15,17 @@ ALLOWED = ", ".join(PL_MODULES)
 
 
 def test_the_shipped_partitions() -> None:
-    assert partition_names() == ["all_ps", "factor_only", "paper"]
+    assert partition_names() == ["all_ps", "factor_only", "paper", "paper_streams", "resident"]
     sides = {name: load_partition(name).modules for name in partition_names()}
     assert sides["all_ps"] == dict.fromkeys(PL_MODULES, "ps")
-    assert sides["paper"] == dict.fromkeys(PL_MODULES, "pl")
+    assert sides["paper"] == sides["paper_streams"] == dict.fromkeys(PL_MODULES, "pl") | {"statistics": "ps"}
+    assert sides["resident"] == dict.fromkeys(PL_MODULES, "pl")
+    programs = {
+        name: (load_partition(name).control, load_partition(name).streams) for name in partition_names()
+    }
+    assert programs.pop("paper_streams") == ("ps", "iteration")
+    assert programs.pop("resident") == ("pl", "iteration")
+    assert set(programs.values()) == {("ps", "stage")}
     assert sides["factor_only"] == dict.fromkeys(PL_MODULES, "ps") | {"factorization": "pl"}
 
 
@@ -46,6 +53,11 @@ def sides(**changes: str) -> dict[str, Any]:
         ({"name": "mine", "modules": 3}, r"`modules` = 3"),
         (sides() | {"lanes": 4}, r"`lanes` = 4 is not a known key; allowed here: name, description, modules"),
         ({"modules": sides()["modules"]}, r"`name` is missing"),
+        (
+            sides() | {"control": "pl"},
+            r'`control` = "pl": needs every module on the PL; on the PS is .*matrix_update, ',
+        ),
+        (sides() | {"streams": "solve"}, r"`streams` = 'solve': input should be 'stage' or 'iteration'"),
     ],
 )
 def test_a_bad_partition_is_refused_by_name(raw: dict[str, Any], says: str) -> None:
@@ -55,7 +67,7 @@ def test_a_bad_partition_is_refused_by_name(raw: dict[str, Any], says: str) -> N
 
 def test_a_partition_file_is_read_and_named_in_errors(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
-    lines = "\n".join(f'{name} = "pl"' for name in PL_MODULES)
+    lines = "\n".join(f'{name} = "pl"' for name in PL_MODULES if name != "statistics")
     path.write_text(f'name = "mine"\n[modules]\n{lines}\n', encoding="utf-8")
     assert load_partition(path) == load_partition("paper").model_copy(
         update={"name": "mine", "description": ""}
@@ -67,6 +79,7 @@ def test_a_partition_file_is_read_and_named_in_errors(tmp_path: Path) -> None:
 
 def test_an_unknown_name_lists_the_known_ones() -> None:
     with pytest.raises(
-        PartitionError, match="partition 'papers' is not known; known: all_ps, factor_only, paper"
+        PartitionError,
+        match="partition 'papers' is not known; known: all_ps, factor_only, paper, paper_streams",
     ):
         load_partition("papers")

@@ -23,7 +23,7 @@ def trace_of(stages: dict[str, Any], events: list[str], words: int = 100) -> dic
         "buffers": buffers, "stages": stages,
     }  # fmt: skip
     solve = {"pattern": 0, "status": "SOLVED", "iterations": 0, "events": [[name, 0] for name in events]}
-    return {"schema": "orbsoc.trace/1", "datapath": "f64", "patterns": [pattern], "solves": [solve]}
+    return {"schema": "orbsoc.trace/2", "datapath": "f64", "patterns": [pattern], "solves": [solve]}
 
 
 def copies(actions: list[Action]) -> list[tuple[str, str, str]]:

@@ -7,18 +7,19 @@ from typing import Any
 
 import pytest
 
+from hw_model.platform.partition import load_partition
 from hw_model.timing.actions import START_UP, actions_of
 from hw_model.timing.timeline import simulate
 from hw_model.timing.trace import parse_trace
-from hw_model.vocabulary import PL_MODULES
 from orbsoc import Cones, Problem, PsScheduler
 from orbsoc.conic.settings import Settings
 from orbsoc.ps.events import Kind
 from tests.hw_model.synthetic import stage
 from tests.hw_model.timing.test_actions import copies, trace_of
-from tests.hw_model.tiny import partition_of
 from tests.ps.fake_engine import STAGES, WORDS, FakeEngine, prepare
 from tests.solving.restart_problems import RECOVERED, STALLING, WEAK, badly_scaled, recovered_at_third_attempt
+
+PAPER = load_partition("paper")
 
 
 def _trace_of_fake(engine: FakeEngine) -> dict[str, Any]:
@@ -37,7 +38,7 @@ def test_the_actions_are_those_of_the_emulated_ps(iterations: int, refinements: 
     """Same moves in the same order, and the register accesses and interrupts of the driver's own record."""
     run = prepare(FakeEngine(iterations, refinements))
     run.driver.run()
-    actions = actions_of(parse_trace(_trace_of_fake(run.engine)), partition_of(*PL_MODULES))
+    actions = actions_of(parse_trace(_trace_of_fake(run.engine)), PAPER)
     moved = [
         (event.name, "pl" if event.kind is Kind.TO_PL else "ps")
         for event in run.record
@@ -74,7 +75,7 @@ def test_the_actions_are_those_of_the_emulated_ps_with_the_real_solver(
     assert ps(problem).status.name == "SOLVED"
     assert [stage for stage, _ in ps.trace["solves"][0]["events"]].count(START_UP) == attempts
     trace = parse_trace(ps.trace)
-    actions = actions_of(trace, partition_of(*PL_MODULES))
+    actions = actions_of(trace, PAPER)
     needed = Counter((buffer, side) for _, buffer, side in copies(actions))
     assert needed["parameters", "pl"] == attempts
     assert needed["raw_g", "pl"] == 1
@@ -96,7 +97,7 @@ def test_the_longest_iteration_holds_no_start_up() -> None:
     ps = PsScheduler(STALLING)
     ps(badly_scaled(RECOVERED[0]))
     [_, again] = [number for stage, number in ps.trace["solves"][0]["events"] if stage == START_UP]
-    timeline = simulate(ps.trace, "zu9eg", partition_of(*PL_MODULES))
+    timeline = simulate(ps.trace, "zu9eg", PAPER)
     solve, longest = timeline.longest_iteration()
     assert solve == 0
     assert longest not in (0, again)

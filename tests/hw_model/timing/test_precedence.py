@@ -97,7 +97,7 @@ def test_the_critical_path_tiles_the_makespan_and_its_causes_add_up(trace, platf
 def test_overlapping_is_never_slower_than_the_same_work_one_by_one(trace, platform, on_pl) -> None:  # type: ignore[no-untyped-def]
     checked, partition, platform = parse_trace(trace), partition_of(*on_pl), overlapped(platform)
     actions = actions_of(checked, partition)
-    durations = Durations(checked, platform, uses_pl=partition.uses_pl)
+    durations = Durations(checked, platform, partition)
     one_by_one = sum(durations.picoseconds(action.work) for action in actions)
     assert makespan_picoseconds(actions, durations) <= one_by_one
     assert all(

@@ -41,7 +41,7 @@ def _factor(raw: dict[str, Any]) -> dict[str, Any]:
 
 
 DAMAGES: dict[str, tuple[Damage, str]] = {
-    "other version": (lambda t: t.update(schema="orbsoc.trace/2"), r"`schema` = 'orbsoc\.trace/2': this model reads"),
+    "other version": (lambda t: t.update(schema="orbsoc.trace/1"), r"`schema` = 'orbsoc\.trace/1': this model reads"),
     "no version": (lambda t: t.pop("schema"), r"`schema` = None"),
     "datapath": (lambda t: t.update(datapath="f16"), r"`datapath` = 'f16': allowed are f64, f32"),
     "unknown key": (lambda t: t.update(note="x"), r"`note` = 'x' is not a known key; allowed here: schema_?, datapath"),
@@ -110,7 +110,7 @@ def test_damage_is_refused_and_named(damage: str) -> None:
         parse_trace(raw)
 
 
-@pytest.mark.parametrize("data", [None, 3, [], "orbsoc.trace/1"])
+@pytest.mark.parametrize("data", [None, 3, [], "orbsoc.trace/2"])
 def test_what_is_no_mapping_is_refused(data: Any) -> None:
     with pytest.raises(TraceError, match="a trace is a mapping"):
         parse_trace(data)
@@ -121,7 +121,7 @@ def test_a_file_that_is_no_trace_is_named(tmp_path: Path) -> None:
     path.write_text("{", encoding="utf-8")
     with pytest.raises(TraceError, match=r"trace\.json: not JSON"):
         load_trace(path)
-    path.write_text('{"schema": "orbsoc.trace/2", "schema": "orbsoc.trace/1"}', encoding="utf-8")
+    path.write_text('{"schema": "orbsoc.trace/1", "schema": "orbsoc.trace/2"}', encoding="utf-8")
     with pytest.raises(TraceError, match="key 'schema' is set twice"):
         load_trace(path)
     with pytest.raises(TraceError, match=r"none\.json: cannot be read"):

@@ -3,7 +3,6 @@
 use super::validation::{word_bits, Entry, Format, Sequence};
 use crate::microcode::flat::{flat, Microcode};
 use crate::program::Program;
-use orbsoc::Stage;
 
 /// What is loaded before the first segment runs; the layout has the addresses of the buffers' words.
 #[derive(Clone, Debug)]
@@ -13,7 +12,7 @@ pub struct Image {
     /// Lines of all segments.
     pub microcode: Microcode,
     /// Position of each segment's lines, and its busy cycles.
-    pub entries: Vec<(Stage, Entry)>,
+    pub entries: Vec<(String, Entry)>,
     /// Address and bits of every literal.
     pub literals: Vec<(u32, u64)>,
 }
@@ -25,7 +24,7 @@ impl Image {
         let mut entries = Vec::with_capacity(program.segments.len());
         for (number, segment) in program.segments.iter().enumerate() {
             let words = flat(&segment.schedule, &program.configuration);
-            entries.push((segment.stage, sequence.append(number, segment, &words)));
+            entries.push((segment.name(), sequence.append(number, segment, &words)));
         }
         let templates = sequence.compressed.as_ref().map(|c| c.templates().collect()).unwrap_or_default();
         let bits = |value| word_bits(program.configuration.precision, value);

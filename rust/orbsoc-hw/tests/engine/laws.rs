@@ -9,7 +9,8 @@ use orbsoc_hw::{
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-const MODULES: [Module; 6] = [
+const MODULES: [Module; 7] = [
+    Module::Statistics,
     Module::MatrixUpdate,
     Module::MatrixScaling,
     Module::Factorization,
@@ -91,7 +92,7 @@ proptest! {
         let recording = record_tapes(&problem, &Settings::default()).unwrap();
         let stages = [Stage::Factorize, Stage::SolveConstantAndPredictor];
         let (fast, compact) = Program::both(&recording, &engine).unwrap();
-        let (fast_stream, compact_stream) = Program::joined_both(&recording, &engine, &stages, None).unwrap();
+        let (fast_stream, compact_stream) = Program::streams(&recording, &engine, &[stages.to_vec()], None).unwrap();
         for (aim, all, stream) in [(Aim::Fast, fast, fast_stream), (Aim::Compact, compact, compact_stream)] {
             let alone = Program::with_aim(&recording, &engine, aim).unwrap();
             let joined = Program::joined(&recording, &engine, aim, &stages, None).unwrap();

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::kkt::structure::Structure;
-use crate::method::control::{keep_best, Control};
+use crate::method::control::Control;
 use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION};
 use crate::method::{datapath::Datapath, warm_start::Start, workspace::Buffer};
 use crate::outcome::solution::{better_of, Solution};
@@ -94,6 +94,7 @@ impl<T: Decide> LaneSlots<T> {
             start.fit(problem)?;
             let useful = self.path.load_start(lane, &start);
             control.start_warm(useful);
+            self.path.prepare(lane, control.attempt);
             if !useful {
                 control.suspend(Instant::now());
                 without.extend(taken.take());
@@ -142,20 +143,16 @@ impl<T: Decide> LaneSlots<T> {
     /// Run one stage in all lanes; repeat it if a lane asks to.
     fn run(&mut self, stage: Stage) -> Outcome {
         let Self { path, lanes, .. } = self;
-        let busy = lanes.iter().flatten().filter(|slot| slot.busy());
-        let needs_residual = busy.map(|slot| &slot.control).any(|control| control.needs_residual(stage));
+        let busy = lanes.iter().enumerate().filter(|(_, slot)| slot.as_ref().is_some_and(Slot::busy));
+        let needs_residual =
+            busy.map(|(lane, _)| lane).any(|lane| Control::needs_residual(lane, stage, &path.work));
         path.execute_with_residual(stage, needs_residual);
         let mut repeats = false;
         for (lane, slot) in lanes.iter_mut().enumerate() {
             let Some(Slot { control, .. }) = slot else { continue };
-            if control.stop.is_some() {
-                control.mask();
-            } else {
-                repeats |= control.decide(lane, stage, &path.settings, &mut path.work) == Outcome::Repeat;
+            if control.stop.is_none() {
+                repeats |= control.decide(lane, stage, &mut path.work) == Outcome::Repeat;
             }
-        }
-        if stage == Stage::Statistics {
-            keep_best(lanes.iter().map(|slot| slot.as_ref().map(|slot| &slot.control)), &mut path.work);
         }
         if repeats {
             Outcome::Repeat

@@ -79,3 +79,69 @@ pub(crate) mod refinement {
     pub const WORTHWHILE: usize = 2;
     pub const WORDS: usize = 3;
 }
+
+/// Entries of the control buffer: what an attempt decides by, and what it has decided.
+pub(crate) mod control {
+    /// Why the attempt ends, one of [`super::stop`]; 0 while it goes on. It stays until the next attempt.
+    pub const STOP: usize = 0;
+    /// The next linear solve needs its residual.
+    pub const NEEDS_RESIDUAL: usize = 1;
+    /// Largest known error before any refinement; 0: none is known.
+    pub const KNOWN_ERROR: usize = 2;
+    /// The factors of the last residual check are still in use.
+    pub const SAME_FACTORS: usize = 3;
+    /// Refinement tolerance of this iteration.
+    pub const TOLERANCE: usize = 4;
+    /// It may tell that a residual needs no check.
+    pub const TRUSTED: usize = 5;
+    /// It is no smaller than that of the iteration before.
+    pub const RISEN: usize = 6;
+    /// Refinement steps of the linear solve under way …
+    pub const REFINED: usize = 7;
+    /// … and of the attempt.
+    pub const REFINEMENTS: usize = 8;
+    /// The smallest worst ratio so far.
+    pub const BEST: usize = 9;
+    /// It meets the tolerance.
+    pub const MET: usize = 10;
+    /// Iterations without progress.
+    pub const STALLED_ITERATIONS: usize = 11;
+    /// Short steps in a row.
+    pub const SHORT_STEPS: usize = 12;
+    /// Steps taken since the attempt began.
+    pub const ITERATION: usize = 13;
+    /// Length of the last.
+    pub const STEP: usize = 14;
+    /// The largest radii that counted.
+    pub const PRIMAL_RADIUS: usize = 15;
+    pub const DUAL_RADIUS: usize = 16;
+    /// The attempt's limits: the worst ratio that ends it, …
+    pub const TOLERANCE_AIM: usize = 17;
+    /// … that which ends it after one iteration more, …
+    pub const TOLERANCE_MET: usize = 18;
+    /// … iterations, refinement steps of a linear solve, …
+    pub const MAX_ITERATIONS: usize = 19;
+    pub const MAX_REFINEMENTS: usize = 20;
+    /// … whether it may skip residual checks, and whether it began from a given point.
+    pub const TRUSTING: usize = 21;
+    pub const WARM: usize = 22;
+    /// The least primal, dual and gap ratio that was progress.
+    pub const LEAST: usize = 23;
+    pub const WORDS: usize = 26;
+}
+
+/// Why an attempt ends, as a word, in the order in which the reasons are tested.
+pub(crate) mod stop {
+    pub const NONE: f64 = 0.0;
+    pub const NOT_FINITE: f64 = 1.0;
+    pub const CONVERGED: f64 = 2.0;
+    pub const PRIMAL_CERTIFICATE: f64 = 3.0;
+    pub const DUAL_CERTIFICATE: f64 = 4.0;
+    pub const WARM_START_REJECTED: f64 = 5.0;
+    /// Asked for from outside; no stage computes it.
+    pub const INTERRUPTED: f64 = 6.0;
+    pub const MAX_ITERATIONS: f64 = 7.0;
+    /// Nor this.
+    pub const MAX_TIME: f64 = 8.0;
+    pub const STALLED: f64 = 9.0;
+}

@@ -9,14 +9,15 @@
 
 pub(crate) mod central_pair;
 pub(crate) mod cone_ops;
+pub(crate) mod decisions;
 pub(crate) mod factorization;
 pub(crate) mod layout;
 pub(crate) mod line_search;
 pub(crate) mod linear_solve;
 pub(crate) mod matrix_scaling;
 pub(crate) mod matrix_update;
-pub(crate) mod ps;
 pub(crate) mod reduce;
 pub(crate) mod right_hand_sides;
 pub(crate) mod sparse;
+pub(crate) mod statistics;
 pub(crate) mod supernodal;

@@ -1,41 +1,29 @@
-//! The decisions of a solve: when to stop, when to refine, what to keep. Decisions compare entries that
-//! a stage computed and copy buffers; they do no arithmetic on iterates.
+//! What a solve's loop does with its decisions, which the stages make as words: count, stop, restart.
 
-use crate::kernels::layout::stat;
+use crate::kernels::layout::{control as word, stop as code};
 use crate::method::restart::{self, Attempt, Restart};
-use crate::method::stage::{Outcome, Stage};
-use crate::method::{refinement::Accuracy, workspace::Workspace};
+use crate::method::stage::{Flag, Outcome, Stage};
+use crate::method::workspace::Workspace;
 use crate::outcome::solution::{Status, WarmStart};
 use crate::outcome::verification::Stop;
 use crate::problem::Settings;
-use crate::real::{Decide, Real};
+use crate::real::Decide;
 use std::time::{Duration, Instant};
 
-/// From a certified radius this many times the data's scale on, iterating further is pointless.
-const RADIUS_CONCLUSIVE: f64 = 1e8;
-/// … and so is a radius this many times its scale where κ/τ says "infeasible" as clearly as `EMBEDDING_CONCLUSIVE`.
-const RADIUS_SUFFICIENT: f64 = 1e6;
-/// A solve that meets the tolerance, but not this fraction of it, takes one iteration more: near the end an iteration
-/// gains two digits.
-const TOLERANCE_MARGIN: f64 = 0.2;
-/// The same after a warm start: the next problem of a sequence moves further than that.
-const WARM_TOLERANCE_MARGIN: f64 = 0.5;
-const EMBEDDING_CONCLUSIVE: f64 = 1e10;
-/// κ/τ from which the embedding leans towards infeasibility.
-const EMBEDDING_RATIO: f64 = 1e3;
-/// Iterations without a better iterate or a larger radius before a solve counts as stalled.
-const MAX_STALLED_ITERATIONS: u32 = 15;
-/// Consecutive steps shorter than `SHORT_STEP` before a solve counts as stalled.
-const SHORT_STEPS: u32 = 3;
-const SHORT_STEP: f64 = 1e-4;
-/// A start is rejected from this barrier parameter on, in scaled data, …
-const WARM_START_MU_MAX: f64 = 0.5;
-/// … and from this one on after its Newton step.
-pub(crate) const WARM_STEP_MU_MAX: f64 = 1e3;
-/// A shorter step after a warm start rejects it: the point was too near the boundary.
-const WARM_START_MIN_STEP: f64 = 0.01;
+/// The reasons and their words.
+const STOPS: &[(f64, Stop)] = &[
+    (code::NOT_FINITE, Stop::Stalled),
+    (code::CONVERGED, Stop::Converged),
+    (code::PRIMAL_CERTIFICATE, Stop::PrimalCertificate),
+    (code::DUAL_CERTIFICATE, Stop::DualCertificate),
+    (code::WARM_START_REJECTED, Stop::WarmStartRejected),
+    (code::INTERRUPTED, Stop::Interrupted),
+    (code::MAX_ITERATIONS, Stop::MaxIterations),
+    (code::MAX_TIME, Stop::MaxTime),
+    (code::STALLED, Stop::Stalled),
+];
+
 #[derive(Clone, Debug, Default)]
-#[allow(clippy::struct_excessive_bools)] // independent facts about one attempt, no state machine
 pub(crate) struct Control {
     /// Steps taken since the last start.
     pub iteration: u32,
@@ -45,26 +33,19 @@ pub(crate) struct Control {
     pub attempt: Attempt,
     /// Attempts of the same solve before this one.
     pub restarts: u32,
-    /// Refinement steps of the whole solve.
+    /// Refinement steps of the whole solve …
     pub refinements: u32,
+    /// … and of its attempts before this one.
+    refined_before: u32,
     /// Set from outside to stop at the next statistics.
     pub interrupted: bool,
     pub best: f64,
-    /// The least primal, dual and gap ratio that was progress.
-    least: [f64; 3],
     pub primal_radius: f64,
     pub dual_radius: f64,
     /// Why the iteration ended, once it has.
     pub stop: Option<Stop>,
     /// Length of the last step; 0 before the first.
     pub step: f64,
-    /// The last statistics were the best so far: the iterate is to be kept.
-    improved: bool,
-    /// The best iterate meets the tolerance.
-    met: bool,
-    stalled_iterations: u32,
-    short_steps: u32,
-    accuracy: Accuracy,
     deadline: Option<Instant>,
     /// Since when the attempt is suspended.
     suspended: Option<Instant>,
@@ -75,7 +56,7 @@ impl Control {
         let deadline = Duration::try_from_secs_f64(settings.max_time_s)
             .ok()
             .and_then(|limit| Instant::now().checked_add(limit));
-        Self { best: f64::INFINITY, least: [f64::INFINITY; 3], deadline, ..Self::default() }
+        Self { best: f64::INFINITY, deadline, ..Self::default() }
     }
 
     /// The restart that is to follow this attempt, after which the outcome so far has this `status`.
@@ -92,11 +73,11 @@ impl Control {
             restarts: self.restarts + 1,
             warm_start: if warm { WarmStart::FellBack } else { WarmStart::None },
             best: f64::INFINITY,
-            least: [f64::INFINITY; 3],
             deadline: self.deadline,
             suspended: self.suspended,
             interrupted: self.interrupted,
             refinements: self.refinements,
+            refined_before: self.refinements,
             spent: self.spent + self.iteration,
             ..Self::default()
         }
@@ -130,195 +111,72 @@ impl Control {
         self.spent + self.iteration
     }
 
-    /// The attempt has ended: what the stages compute for other lanes meanwhile is not kept.
-    pub fn mask(&mut self) {
-        self.improved = false;
-    }
-
     /// Whether a decision needs the residual of the linear solve that a stage makes, if it makes one.
-    pub fn needs_residual(&self, stage: Stage) -> bool {
-        !matches!(stage, Stage::SolveConstantAndPredictor | Stage::SolveKkt) || self.accuracy.needs_residual()
+    pub fn needs_residual<T: Decide>(lane: usize, stage: Stage, work: &Workspace<T>) -> bool {
+        !matches!(stage, Stage::SolveConstantAndPredictor | Stage::SolveKkt)
+            || work.control[word::NEEDS_RESIDUAL].lane(lane) != 0.0
     }
 
     /// What a stage that has run asks of the loop, for the problem in one lane.
-    pub fn decide<T: Decide>(
-        &mut self,
-        lane: usize,
-        stage: Stage,
-        settings: &Settings,
-        work: &mut Workspace<T>,
-    ) -> Outcome {
-        let active = &mut work.refinement_active[0];
-        let outcome = match stage {
-            Stage::Statistics => self.judge(lane, settings, work),
-            Stage::CheckSolve => self.judge_refinement(lane, settings, &work.refinement, active),
-            Stage::CheckConstantAndPredictor => {
-                self.judge_refinement(lane, settings, &work.multi_refinement, active)
+    pub fn decide<T: Decide>(&mut self, lane: usize, stage: Stage, work: &mut Workspace<T>) -> Outcome {
+        if stage == Stage::Advance {
+            self.take_over(lane, &work.control);
+        }
+        let Some(flag) = stage.flag() else { return Outcome::Next };
+        let value = work.get(flag.buffer())[0].lane(lane);
+        match flag {
+            Flag::Repeat(_) => {
+                self.take_over(lane, &work.control);
+                return if value == 0.0 { Outcome::Next } else { Outcome::Repeat };
             }
-            Stage::CenterStart => judge_start(work.homogenizer[1].lane(lane), WARM_START_MU_MAX),
-            Stage::NewtonStart => judge_start(work.homogenizer[1].lane(lane), WARM_STEP_MU_MAX),
-            Stage::Advance => {
-                self.note_step(work.step_taken[0].lane(lane));
-                Outcome::Next
-            }
-            _ => Outcome::Next,
-        };
-        if let Outcome::Done(stop) = outcome {
-            self.stop = Some(stop);
+            Flag::Stop(_) => {}
         }
-        outcome
-    }
-
-    /// After the statistics: keep what is better than anything before, and stop or go on.
-    fn judge<T: Decide>(&mut self, lane: usize, settings: &Settings, w: &mut Workspace<T>) -> Outcome {
-        let entry = |k: usize| w.statistics[k].lane(lane);
-        let (strict, primal, dual) =
-            (entry(stat::STRICT), entry(stat::PRIMAL_RADIUS), entry(stat::DUAL_RADIUS));
-        self.improved = false;
-        // Only a plain cold attempt skips residuals: a warm one begins where they are large.
-        let trusting = self.attempt == Attempt::Cold;
-        self.accuracy.renew(trusting.then(|| w.refinement_tolerance[0].lane(lane)));
-        if entry(stat::NON_FINITE) != 0.0 || strict.is_nan() {
-            return Outcome::Done(Stop::Stalled);
-        }
-        self.stalled_iterations += 1;
-        // Progress is what is not yet within the tolerance becoming smaller by a tenth: the worst ratio may rise, the gap's
-        // for one, while others fall.
-        for (k, least) in [stat::PRIMAL, stat::DUAL, stat::GAP].into_iter().zip(&mut self.least) {
-            let ratio = entry(k);
-            if ratio > settings.tol && ratio < 0.9 * *least {
-                *least = ratio;
-                self.stalled_iterations = 0;
-            }
-        }
-        if strict < self.best {
-            self.best = strict;
-            self.improved = true;
-        }
-        // The embedding of a solvable problem ends with τ ≫ κ, whatever radius it passes by: a radius
-        // counts only where the embedding, too, says "infeasible".
-        let (tau, kappa) = (w.homogenizer[0].lane(lane), w.homogenizer[1].lane(lane));
-        let leaning = tau * EMBEDDING_RATIO < kappa;
-        if leaning && primal > self.primal_radius {
-            self.primal_radius = primal;
-            self.stalled_iterations = 0;
-            copy_lane(lane, w.point.iter(), &mut w.primal_certificate);
-        }
-        if leaning && dual > self.dual_radius {
-            self.dual_radius = dual;
-            self.stalled_iterations = 0;
-            copy_lane(lane, w.point.iter().chain(&w.slack), &mut w.dual_certificate);
-        }
-        let clear = tau * EMBEDDING_CONCLUSIVE < kappa;
-        match self.reason(settings, if clear { RADIUS_SUFFICIENT } else { RADIUS_CONCLUSIVE }) {
-            Some(stop) => Outcome::Done(stop),
-            None => Outcome::Next,
-        }
-    }
-
-    fn reason(&mut self, settings: &Settings, conclusive: f64) -> Option<Stop> {
-        let met_before = core::mem::replace(&mut self.met, self.best <= settings.tol);
-        let aim = if self.attempt == Attempt::Warm { WARM_TOLERANCE_MARGIN } else { TOLERANCE_MARGIN };
-        if self.best <= aim * settings.tol || met_before {
-            Some(Stop::Converged)
-        } else if self.primal_radius >= conclusive {
-            Some(Stop::PrimalCertificate)
-        } else if self.dual_radius >= conclusive {
-            Some(Stop::DualCertificate)
-        } else if self.warm_start_fails() {
-            Some(Stop::WarmStartRejected)
-        } else if self.interrupted {
-            Some(Stop::Interrupted)
-        } else if self.iteration >= settings.max_iterations {
-            Some(Stop::MaxIterations)
-        } else if self.deadline.is_some_and(|at| Instant::now() >= at) {
-            Some(Stop::MaxTime)
-        } else if self.stalled_iterations > MAX_STALLED_ITERATIONS || self.short_steps >= SHORT_STEPS {
-            Some(Stop::Stalled)
+        let reason = if stage == Stage::Statistics {
+            self.take_over(lane, &work.control);
+            self.from_outside(value)
         } else {
-            None
-        }
+            value
+        };
+        let Some(stop) = stop_of(reason) else { return Outcome::Next };
+        self.stop = Some(stop);
+        // What the stages compute for other lanes meanwhile is not kept.
+        work.control[word::STOP].set_lane(lane, reason);
+        Outcome::Done(stop)
     }
 
-    /// Whether the last step rejects the warm start.
-    fn warm_start_fails(&self) -> bool {
-        self.attempt == Attempt::Warm && self.iteration > 0 && self.step < WARM_START_MIN_STEP
+    /// The attempt ran elsewhere, and has left these words.
+    pub fn ended<T: Decide>(&mut self, lane: usize, work: &Workspace<T>) {
+        self.take_over(lane, &work.control);
+        let rejected = work.verdict[0].lane(lane);
+        let reason = if rejected == code::NONE { work.control[word::STOP].lane(lane) } else { rejected };
+        self.stop = stop_of(self.from_outside(reason));
     }
 
-    /// After a solve or a refinement step: refine (once more), or go on.
-    fn judge_refinement<T: Decide>(
-        &mut self,
-        lane: usize,
-        settings: &Settings,
-        entries: &[T],
-        active: &mut T,
-    ) -> Outcome {
-        if !self.accuracy.wants_more(lane, settings.refinement_max, entries, active) {
-            return Outcome::Next;
-        }
-        self.refinements += 1;
-        Outcome::Repeat
+    /// The counts and sizes that the stages have left in the control buffer.
+    fn take_over<T: Decide>(&mut self, lane: usize, words: &[T]) {
+        let entry = |k: usize| words[k].lane(lane);
+        let count = |k: usize| entry(k) as u32;
+        self.iteration = count(word::ITERATION);
+        self.refinements = self.refined_before + count(word::REFINEMENTS);
+        (self.best, self.step) = (entry(word::BEST), entry(word::STEP));
+        (self.primal_radius, self.dual_radius) = (entry(word::PRIMAL_RADIUS), entry(word::DUAL_RADIUS));
     }
 
-    fn note_step(&mut self, taken: f64) {
-        self.iteration += 1;
-        self.step = taken;
-        self.short_steps = if taken < SHORT_STEP { self.short_steps + 1 } else { 0 };
-    }
-}
-
-/// After the statistics: keep the iterates that are better than anything before in their lanes. Entries of
-/// lanes without a problem mean nothing.
-pub(crate) fn keep_best<'a, T: Decide>(
-    lanes: impl Iterator<Item = Option<&'a Control>> + Clone,
-    w: &mut Workspace<T>,
-) {
-    if lanes.clone().flatten().all(|control| control.improved) {
-        let (point, rest) = w.best.split_at_mut(w.point.len());
-        let (slack, tau) = rest.split_at_mut(w.slack.len());
-        point.copy_from_slice(&w.point);
-        slack.copy_from_slice(&w.slack);
-        tau.copy_from_slice(&w.homogenizer[..1]);
-        return;
-    }
-    let mut improved = T::zero();
-    for (lane, control) in lanes.enumerate() {
-        improved.set_lane(lane, f64::from(u8::from(control.is_some_and(|control| control.improved))));
-    }
-    T::vectorize(Keep { improved, work: w });
-}
-
-/// Keep the iterates of the lanes where `improved` is positive.
-struct Keep<'a, T> {
-    improved: T,
-    work: &'a mut Workspace<T>,
-}
-
-impl<T: Real> pulp::WithSimd for Keep<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        let improved = T::zero().lt(self.improved);
-        let Workspace { best, point, slack, homogenizer, .. } = self.work;
-        for (best, &new) in best.iter_mut().zip(point.iter().chain(&*slack).chain(&homogenizer[..1])) {
-            *best = T::select(improved, new, *best);
+    /// The reason to end the attempt, with those that come from outside in their places.
+    fn from_outside(&self, reason: f64) -> f64 {
+        let before = |other: f64| reason == code::NONE || reason > other;
+        let late = || self.deadline.is_some_and(|at| Instant::now() >= at);
+        if self.interrupted && before(code::INTERRUPTED) {
+            code::INTERRUPTED
+        } else if before(code::MAX_TIME) && late() {
+            code::MAX_TIME
+        } else {
+            reason
         }
     }
 }
 
-/// Reject a warm start whose barrier parameter is too large.
-fn judge_start(mu: f64, highest: f64) -> Outcome {
-    if mu < highest {
-        Outcome::Next
-    } else {
-        Outcome::Done(Stop::WarmStartRejected)
-    }
-}
-
-/// Copy one lane's entries.
-fn copy_lane<'a, T: Decide>(lane: usize, from: impl Iterator<Item = &'a T>, to: &mut [T]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        to.set_lane(lane, from.lane(lane));
-    }
+/// The reason that a word names.
+fn stop_of(reason: f64) -> Option<Stop> {
+    STOPS.iter().find(|(word, _)| *word == reason).map(|&(_, stop)| stop)
 }

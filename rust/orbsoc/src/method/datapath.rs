@@ -2,7 +2,8 @@
 //! engines and batches decide.
 
 use crate::error::Error;
-use crate::kernels::layout::parameter;
+use crate::kernels::decisions::{TOLERANCE_MARGIN, WARM_TOLERANCE_MARGIN};
+use crate::kernels::layout::{control as word, parameter};
 use crate::kkt::structure::Structure;
 use crate::method::workspace::{Buffer, Workspace};
 use crate::method::{control::Control, dispatch::execute, restart::Attempt, stage::Stage, warm_start::Start};
@@ -55,7 +56,7 @@ impl<T: Real> Datapath<T> {
     }
 }
 
-/// Buffers that decisions write: a solve must not read what the one before left there.
+/// Buffers that are written where something better comes along: a solve must not read what the one before left there.
 const KEPT: [Buffer; 3] = [Buffer::Best, Buffer::PrimalCertificate, Buffer::DualCertificate];
 
 impl<T: Decide> Datapath<T> {
@@ -67,7 +68,7 @@ impl<T: Decide> Datapath<T> {
         self.prepare(lane, Attempt::default());
     }
 
-    /// Set the parameters of an attempt in a lane that has been reset.
+    /// Set the parameters and limits of an attempt in a lane that has been reset.
     pub fn prepare(&mut self, lane: usize, attempt: Attempt) {
         let (settings, entries) = (&self.settings, &mut self.work.parameters);
         let (refinement, regularization) = attempt.factors();
@@ -75,6 +76,29 @@ impl<T: Decide> Datapath<T> {
             .set_lane(lane, refinement * effective_refinement_share(settings));
         let shift = regularization * settings.static_regularization;
         entries[parameter::STATIC_REGULARIZATION].set_lane(lane, shift);
+        self.work.verdict[0].set_lane(lane, 0.0);
+        let words = &mut self.work.control;
+        words.iter_mut().for_each(|entry| entry.set_lane(lane, 0.0));
+        let warm = attempt == Attempt::Warm;
+        let margin = if warm { WARM_TOLERANCE_MARGIN } else { TOLERANCE_MARGIN };
+        let flag = |holds: bool| f64::from(u8::from(holds));
+        for (k, value) in [
+            // Before there is a tolerance, every residual is checked.
+            (word::NEEDS_RESIDUAL, 1.0),
+            (word::BEST, f64::INFINITY),
+            (word::LEAST, f64::INFINITY),
+            (word::LEAST + 1, f64::INFINITY),
+            (word::LEAST + 2, f64::INFINITY),
+            (word::TOLERANCE_AIM, margin * settings.tol),
+            (word::TOLERANCE_MET, settings.tol),
+            (word::MAX_ITERATIONS, f64::from(settings.max_iterations)),
+            (word::MAX_REFINEMENTS, f64::from(settings.refinement_max)),
+            // Only a plain cold attempt skips residuals: a warm one begins where they are large.
+            (word::TRUSTING, flag(attempt == Attempt::Cold)),
+            (word::WARM, flag(warm)),
+        ] {
+            words[k].set_lane(lane, value);
+        }
     }
 
     /// Problems' entries into the input buffers, each into its own lane.

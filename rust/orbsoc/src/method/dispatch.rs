@@ -1,11 +1,11 @@
 //! From a stage's name to its kernels: which buffers each call gets, and which instructions it may use.
-//! Arithmetic only; decisions are in `control.rs`.
+//! Decisions are arithmetic, too: flag words, which `control.rs` reads.
 
 use crate::kernels::layout::{centering, parameter, regularization, stat};
 use crate::kernels::{
     cone_ops, factorization, line_search, linear_solve, matrix_scaling, matrix_update, right_hand_sides,
 };
-use crate::kernels::{ps, reduce::max_abs, supernodal::pivots::Regularization};
+use crate::kernels::{decisions, reduce::max_abs, statistics, supernodal::pivots::Regularization};
 use crate::kkt::structure::Structure;
 use crate::method::{stage::Stage, warm_start, workspace::Workspace};
 use crate::problem::Settings;
@@ -26,7 +26,8 @@ mod kind {
     pub const RHS: u8 = 10;
     pub const LINE_SEARCH: u8 = 11;
     pub const STATISTICS: u8 = 12;
-    pub const PS: u8 = 13;
+    pub const SCALARS: u8 = 13;
+    pub const CHECK: u8 = 14;
 }
 
 /// A stage's arithmetic, compiled for each instruction set, one of which is chosen at run time.
@@ -59,8 +60,12 @@ impl<T: Real, const KIND: u8> pulp::WithSimd for Run<'_, T, KIND> {
             kind::CONES => cone_operations(structure, work, stage),
             kind::RHS => right_hand_side(structure, work, stage),
             kind::LINE_SEARCH => step_length(structure, work),
-            kind::STATISTICS => statistics(structure, work),
-            _ => processing_system(structure, work, stage),
+            kind::STATISTICS => {
+                residuals(structure, work);
+                judge(work);
+            }
+            kind::CHECK => check(work, stage),
+            _ => scalars(structure, work, stage),
         }
     }
 }
@@ -96,9 +101,9 @@ pub(crate) fn execute<T: Real>(
         Stage::PredictorRhs | Stage::CorrectorRhs => run!(RHS),
         Stage::StepLength => run!(LINE_SEARCH),
         Stage::Statistics => run!(STATISTICS),
-        Stage::CheckSolve | Stage::CheckConstantAndPredictor => {} // decisions, in control.rs
+        Stage::CheckSolve | Stage::CheckConstantAndPredictor => run!(CHECK),
         Stage::EmbeddingPivot | Stage::TauStep | Stage::Centering | Stage::ConeProduct | Stage::Advance => {
-            run!(PS);
+            run!(SCALARS);
         }
     }
 }
@@ -145,7 +150,7 @@ fn matrix_update<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: St
     match stage {
         Stage::LoadKkt => matrix_update::load_data(kkt, &w.p, &w.a, &w.g, &mut w.kkt_values),
         Stage::IdentityBlocks => {
-            ps::first_regularization(&w.parameters, &mut w.regularization);
+            statistics::first_regularization(&w.parameters, &mut w.regularization);
             matrix_update::identity_blocks(kkt, cones, &mut w.kkt_values);
         }
         _ => matrix_update::scaling_blocks(kkt, cones, &w.w, &w.cone, &mut w.kkt_values),
@@ -301,8 +306,8 @@ fn step_length<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
 }
 
 #[inline(always)]
-fn statistics<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
-    let at = ps::Iterate {
+fn residuals<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
+    let at = statistics::Iterate {
         p: &w.p,
         a: &w.a,
         g: &w.g,
@@ -315,7 +320,7 @@ fn statistics<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
         homogenizer: &w.homogenizer,
     };
     let products = &mut w.scratch[..2 * structure.n + structure.p + structure.m];
-    ps::statistics(
+    statistics::statistics(
         structure,
         &at,
         products,
@@ -327,17 +332,35 @@ fn statistics<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
     );
     let degree = T::constant(structure.cones.degree() as f64 + 1.0);
     let complementarity = w.statistics[stat::MU] * degree;
-    let sizes = ps::sizes(structure.n, &w.point);
+    let sizes = statistics::sizes(structure.n, &w.point);
     w.refinement_tolerance[0] =
-        ps::refinement_tolerance(&w.residual, complementarity, sizes, &w.homogenizer, &w.parameters);
-    ps::balance_regularization(sizes, &w.parameters, &mut w.regularization);
+        statistics::refinement_tolerance(&w.residual, complementarity, sizes, &w.homogenizer, &w.parameters);
+    statistics::balance_regularization(sizes, &w.parameters, &mut w.regularization);
+}
+
+/// Whether the attempt ends at this iterate, which is kept where it is better than those before.
+#[inline(always)]
+pub(crate) fn judge<T: Real>(w: &mut Workspace<T>) {
+    let keep =
+        decisions::judge(&w.statistics, &w.homogenizer, w.refinement_tolerance[0], &mut w.control);
+    let best = w.point.iter().chain(&w.slack).chain(&w.homogenizer[..1]);
+    decisions::keep(keep.best, best, &mut w.best);
+    decisions::keep(keep.primal, w.point.iter(), &mut w.primal_certificate);
+    decisions::keep(keep.dual, w.point.iter().chain(&w.slack), &mut w.dual_certificate);
+}
+
+/// Whether to refine once more.
+#[inline(always)]
+fn check<T: Real>(w: &mut Workspace<T>, stage: Stage) {
+    let entries = if stage == Stage::CheckSolve { &w.refinement } else { &w.multi_refinement };
+    decisions::refine_again(entries, &mut w.refinement_active[0], &mut w.control);
 }
 
 #[inline(always)]
-fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
+fn scalars<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: Stage) {
     match stage {
         Stage::EmbeddingPivot => {
-            ps::embedding_pivot(
+            statistics::embedding_pivot(
                 &w.q,
                 &w.constant_solution,
                 &w.cost_product,
@@ -345,7 +368,7 @@ fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage
                 &mut w.embedding,
             );
         }
-        Stage::TauStep => ps::tau_step(
+        Stage::TauStep => statistics::tau_step(
             &w.q,
             &w.step,
             &w.cost_product,
@@ -357,11 +380,11 @@ fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage
         Stage::Centering => {
             let mu = w.statistics[stat::MU];
             let step = w.step_length[0];
-            ps::centering(step, mu, &w.homogenizer, &w.tau_step, &mut w.centering);
+            statistics::centering(step, mu, &w.homogenizer, &w.tau_step, &mut w.centering);
             let least = w.parameters[parameter::STEP_FRACTION];
-            w.boundary_fraction[0] = ps::fraction_to_boundary(step, least);
+            w.boundary_fraction[0] = statistics::fraction_to_boundary(step, least);
         }
-        Stage::ConeProduct => ps::cone_product(
+        Stage::ConeProduct => statistics::cone_product(
             &structure.cones,
             &w.lambda,
             &w.scaled_s,
@@ -370,12 +393,13 @@ fn processing_system<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage
             &mut w.complementarity_rhs,
         ),
         _ => {
-            let alpha = ps::step_taken(w.step_length[0], w.boundary_fraction[0]);
+            let alpha = statistics::step_taken(w.step_length[0], w.boundary_fraction[0]);
             w.step_taken[0] = alpha;
-            ps::advance(alpha, &w.step, &mut w.point);
-            ps::advance(alpha, &w.slack_step, &mut w.slack);
-            ps::advance(alpha, &w.tau_step, &mut w.homogenizer[..2]);
-            w.homogenizer[ps::STEPPED] = T::one();
+            statistics::advance(alpha, &w.step, &mut w.point);
+            statistics::advance(alpha, &w.slack_step, &mut w.slack);
+            statistics::advance(alpha, &w.tau_step, &mut w.homogenizer[..2]);
+            w.homogenizer[statistics::STEPPED] = T::one();
+            decisions::count_step(alpha, &mut w.control);
         }
     }
 }

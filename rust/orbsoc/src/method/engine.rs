@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::kernels::layout::stat;
 use crate::kkt::structure::Structure;
-use crate::method::control::{keep_best, Control};
+use crate::method::control::Control;
 use crate::method::restart::{Attempt, Restart, LONGEST};
 use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 use crate::method::workspace::{Buffer, Workspace};
@@ -151,13 +151,9 @@ impl<T: Decide> Engine<T> {
     /// linear solve.
     pub(crate) fn run_with(&mut self, stage: Stage, execute: impl FnOnce(&mut Datapath<T>, bool)) -> Outcome {
         self.events.push(Event { stage, iteration: self.control.total_iterations() });
-        let needs_residual = self.control.needs_residual(stage);
+        let needs_residual = Control::needs_residual(0, stage, &self.path.work);
         execute(&mut self.path, needs_residual);
-        let outcome = self.control.decide(0, stage, &self.path.settings, &mut self.path.work);
-        if stage == Stage::Statistics {
-            keep_best(core::iter::once(Some(&self.control)), &mut self.path.work);
-        }
-        outcome
+        self.control.decide(0, stage, &mut self.path.work)
     }
 
     /// Run the lists from start to end, with restarts.
@@ -205,6 +201,7 @@ impl<T: Decide> Engine<T> {
         self.reset();
         let useful = self.path.load_start(0, start);
         self.control.start_warm(useful);
+        self.path.prepare(0, self.control.attempt);
         Ok(useful)
     }
 
@@ -246,6 +243,12 @@ impl<T: Decide> Engine<T> {
     /// Stop at the next statistics, with the best iterate.
     pub fn interrupt(&mut self) {
         self.control.interrupted = true;
+    }
+
+    /// Take over the outcome of an attempt that ran elsewhere from the words that it left in this engine's buffers: the
+    /// control words, the verdict on a warm start, and what the closing stages write.
+    pub fn take_over(&mut self) {
+        self.control.ended(0, &self.path.work);
     }
 
     /// The last statistics in the user's units.

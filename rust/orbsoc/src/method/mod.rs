@@ -6,7 +6,6 @@ pub(crate) mod dispatch;
 pub(crate) mod engine;
 pub(crate) mod events;
 pub(crate) mod mixed;
-pub(crate) mod refinement;
 pub(crate) mod restart;
 pub mod stage;
 pub(crate) mod tape;

@@ -4,12 +4,12 @@
 use crate::method::workspace::Buffer;
 use crate::outcome::verification::Stop;
 
-/// Where a stage runs: the processing system, or one of the six modules of programmable logic.
+/// The module that a stage belongs to: what a partition places on programmable logic or on the processing system.
 /// To the solver these are names; what they cost is someone else's business.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(missing_docs)]
 pub enum Module {
-    Ps,
+    Statistics,
     MatrixUpdate,
     MatrixScaling,
     Factorization,
@@ -22,7 +22,7 @@ impl Module {
     /// The name in traces and files.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Ps => "ps",
+            Self::Statistics => "statistics",
             Self::MatrixUpdate => "matrix_update",
             Self::MatrixScaling => "matrix_scaling",
             Self::Factorization => "factorization",
@@ -145,7 +145,7 @@ stages! {
         reads [Start Scale ScaleInverse CostScale] writes [Point Slack Homogenizer] stales [Residual];
     /// Onto the central path, where the residuals suggest.
     CenterStart "center_start" ConeOps
-        reads [Parameters Residual Point Slack] writes [Point Slack Homogenizer]
+        reads [Parameters Residual Point Slack] writes [Point Slack Homogenizer Verdict]
         stales [Residual CostProduct Statistics];
     /// (−c, b, h − 2s): from a central pair to the equations of the data.
     NewtonStartRhs "newton_start_rhs" LinearSolve
@@ -153,11 +153,11 @@ stages! {
     /// That step, and onto the central path again, where the distance there suggests.
     NewtonStart "newton_start" ConeOps
         reads [KktSolution W Cone Point Slack Homogenizer]
-        writes [Point Slack Homogenizer] stales [KktRhs Residual W Lambda LambdaInverse Cone];
+        writes [Point Slack Homogenizer Verdict] stales [KktRhs Residual W Lambda LambdaInverse Cone];
     /// Residuals, gap, μ; decides termination, and keeps the best iterate and certificates.
-    Statistics "statistics" Ps
-        reads [Parameters P A G Q Norms ScaleInverse CostScale Point Slack Homogenizer]
-        writes [Residual CostProduct Embedding Centering Statistics RefinementTolerance Regularization Best PrimalCertificate DualCertificate]
+    Statistics "statistics" Statistics
+        reads [Parameters P A G Q Norms ScaleInverse CostScale Point Slack Homogenizer Control Best PrimalCertificate DualCertificate]
+        writes [Residual CostProduct Embedding Centering Statistics RefinementTolerance Regularization Control Best PrimalCertificate DualCertificate]
         stales [Embedding FactorL PivotInverse];
     /// Nesterov–Todd scaling at the iterate.
     NtScaling "nt_scaling" ConeOps
@@ -175,7 +175,7 @@ stages! {
         reads [KktValues FactorL PivotInverse MultiRhs MultiSolution MultiError MultiRefinement RefinementActive]
         writes [MultiSolution MultiError MultiRefinement] stales [];
     /// Decides on one more refinement step of both.
-    CheckConstantAndPredictor "check_pair" Ps reads [MultiRefinement RefinementActive] writes [RefinementActive] stales [];
+    CheckConstantAndPredictor "check_pair" Statistics reads [MultiRefinement RefinementActive Control] writes [RefinementActive Control] stales [];
     /// The solution for (−c, b, h), and the predictor for dτ = 0.
     StoreConstantAndPredictor "store_pair" LinearSolve reads [MultiSolution] writes [ConstantSolution Step]
         stales [MultiRhs TauStep ScaledZ ScaledS];
@@ -188,15 +188,15 @@ stages! {
         reads [KktValues FactorL PivotInverse KktRhs KktSolution KktError Refinement RefinementActive]
         writes [KktSolution KktError Refinement] stales [];
     /// Decides on one more refinement step.
-    CheckSolve "check_solve" Ps reads [Refinement RefinementActive] writes [RefinementActive] stales [];
+    CheckSolve "check_solve" Statistics reads [Refinement RefinementActive Control] writes [RefinementActive Control] stales [];
     /// Pivot of the embedding's scalar equation.
-    EmbeddingPivot "embedding_pivot" Ps
+    EmbeddingPivot "embedding_pivot" Statistics
         reads [Q ConstantSolution CostProduct Homogenizer Embedding] writes [Embedding] stales [];
     /// The solution in natural order.
     StoreStep "store_step" LinearSolve reads [KktSolution] writes [Step]
         stales [KktRhs TauStep ScaledZ ScaledS];
     /// dτ and dκ.
-    TauStep "tau_step" Ps
+    TauStep "tau_step" Statistics
         reads [Q Step CostProduct Homogenizer Embedding Centering] writes [TauStep] stales [];
     /// The direction with dτ, and W dz, W⁻¹ds.
     Direction "direction" ConeOps
@@ -205,10 +205,10 @@ stages! {
     StepLength "step_length" LineSearch
         reads [Homogenizer TauStep Lambda LambdaInverse Cone ScaledS ScaledZ] writes [StepLength] stales [Centering];
     /// σ = (1 − α)², and how near to the boundary the step may go.
-    Centering "centering" Ps
+    Centering "centering" Statistics
         reads [Parameters StepLength Statistics Homogenizer TauStep] writes [Centering BoundaryFraction] stales [];
     /// λ∘λ + (W⁻¹ds)∘(W dz) − σμe.
-    ConeProduct "cone_product" Ps
+    ConeProduct "cone_product" Statistics
         reads [Lambda ScaledS ScaledZ Centering] writes [ComplementarityRhs] stales [];
     /// Right-hand side of the corrector.
     CorrectorRhs "corrector_rhs" ConeOps
@@ -217,13 +217,45 @@ stages! {
     /// ds = W(W⁻¹ds).
     SlackStep "slack_step" ConeOps reads [W Cone ScaledS] writes [SlackStep] stales [];
     /// Take the step.
-    Advance "advance" Ps
-        reads [BoundaryFraction StepLength Step SlackStep TauStep Point Slack Homogenizer]
-        writes [StepTaken Point Slack Homogenizer]
+    Advance "advance" Statistics
+        reads [BoundaryFraction StepLength Step SlackStep TauStep Point Slack Homogenizer Control]
+        writes [StepTaken Point Slack Homogenizer Control]
         stales [Residual CostProduct Statistics W Lambda LambdaInverse Cone];
     /// Iterate and certificates in the user's scaling.
     Unscale "unscale" MatrixScaling
         reads [Scale ScaleInverse CostScale Best PrimalCertificate DualCertificate] writes [UnscaledIterate UnscaledCertificates] stales [];
+}
+
+/// A word that a stage leaves for whoever runs the lists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flag {
+    /// Not zero: run the repeated stage once more.
+    Repeat(Buffer),
+    /// Not zero: leave the iteration; the word says why.
+    Stop(Buffer),
+}
+
+impl Flag {
+    /// The buffer whose first word it is.
+    pub fn buffer(self) -> Buffer {
+        match self {
+            Self::Repeat(buffer) | Self::Stop(buffer) => buffer,
+        }
+    }
+}
+
+impl Stage {
+    /// The flag by which a stage decides, if it does.
+    pub fn flag(self) -> Option<Flag> {
+        match self {
+            Self::Statistics => Some(Flag::Stop(Buffer::Control)),
+            Self::CenterStart | Self::NewtonStart => Some(Flag::Stop(Buffer::Verdict)),
+            Self::CheckSolve | Self::CheckConstantAndPredictor => {
+                Some(Flag::Repeat(Buffer::RefinementActive))
+            }
+            _ => None,
+        }
+    }
 }
 
 use Stage::{
@@ -307,6 +339,10 @@ const GIVEN: &[Buffer] = &[
     Buffer::Start,
     Buffer::Norms,
     Buffer::Parameters,
+    Buffer::Control,
+    Buffer::Best,
+    Buffer::PrimalCertificate,
+    Buffer::DualCertificate,
 ];
 
 /// A stage that would read entries that were never written, or written before something they depend on.

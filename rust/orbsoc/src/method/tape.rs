@@ -5,7 +5,7 @@
 
 use crate::error::Error;
 use crate::kkt::structure::Structure;
-use crate::method::stage::{Module, Stage};
+use crate::method::stage::Stage;
 use crate::method::{datapath::Datapath, workspace::Buffer};
 use crate::problem::{Problem, Settings};
 use crate::real::{record, Opcode, Operation, Real, Taped, Value};
@@ -40,16 +40,23 @@ pub struct Tape {
 pub struct Recording {
     /// The problem whose pattern it is.
     pub problem: Problem,
-    /// One for each stage of a PL module, in the order of [`Stage::ALL`].
+    /// One for each stage, in the order of [`Stage::ALL`].
     pub tapes: Vec<Tape>,
     /// Words of each buffer, in the order of [`Buffer::ALL`].
     pub words: Vec<usize>,
 }
 
 impl Recording {
-    /// The tape of a stage; none for stages of the processing system.
+    /// The tape of a stage.
     pub fn tape(&self, stage: Stage) -> Option<&Tape> {
         self.tapes.iter().find(|tape| tape.stage == stage)
+    }
+
+    /// The tapes of some stages only.
+    #[must_use]
+    pub fn only(mut self, wanted: impl Fn(Stage) -> bool) -> Self {
+        self.tapes.retain(|tape| wanted(tape.stage));
+        self
     }
 
     /// Words of a buffer.
@@ -58,7 +65,7 @@ impl Recording {
     }
 }
 
-/// Record every stage of the six PL modules on a problem's pattern, with the exact factor layout, that is,
+/// Record every stage on a problem's pattern, with the exact factor layout, that is,
 /// without a single operation on a stored zero; [`crate::Engine::exact`] has the same layout.
 ///
 /// # Errors
@@ -77,10 +84,9 @@ impl Recording {
 pub fn record_tapes(problem: &Problem, settings: &Settings) -> Result<Recording, Error> {
     let structure = Arc::new(Structure::new(problem, settings.ordering, Panels::Exact)?);
     let mut path = Datapath::<Taped>::new(structure, settings)?;
-    let stages = Stage::ALL.iter().filter(|stage| stage.module() != Module::Ps);
     Ok(Recording {
         problem: problem.clone(),
-        tapes: stages.map(|&stage| record_stage(&mut path, stage)).collect(),
+        tapes: Stage::ALL.iter().map(|&stage| record_stage(&mut path, stage)).collect(),
         words: Buffer::ALL.iter().map(|&buffer| path.work.get(buffer).len()).collect(),
     })
 }

@@ -7,9 +7,10 @@
 
 use crate::error::{fit, Error};
 use crate::kernels::{central_pair::central_pair, layout::parameter, reduce::max_abs};
+use crate::kernels::decisions::{judge_start, WARM_START_MU_MAX, WARM_STEP_MU_MAX};
 use crate::kernels::{cone_ops, right_hand_sides};
 use crate::kkt::structure::Structure;
-use crate::method::{control::WARM_STEP_MU_MAX, stage::Stage, workspace::Workspace};
+use crate::method::{stage::Stage, workspace::Workspace};
 use crate::outcome::solution::Solution;
 use crate::problem::Problem;
 use crate::real::Real;
@@ -104,6 +105,7 @@ fn center<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
     }
     central_pair(&structure.cones, mu, &mut w.slack, &mut w.point[rows..]);
     w.homogenizer.copy_from_slice(&[T::one(), mu, T::zero()]);
+    w.verdict[0] = judge_start(mu, WARM_START_MU_MAX);
 }
 
 /// Take the step, and move onto the central path: at μ₁, or, where that move is long, at a μ from its square. κ is at
@@ -142,4 +144,5 @@ fn newton<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
     central_pair(cones, mu, &mut w.slack, &mut w.point[rows..]);
     let kappa = T::select(mu.lt(T::constant(WARM_STEP_MU_MAX)), mu.min(T::one()), mu);
     w.homogenizer.copy_from_slice(&[T::one(), kappa, T::zero()]);
+    w.verdict[0] = judge_start(kappa, WARM_STEP_MU_MAX);
 }

@@ -2,7 +2,7 @@
 //! they read and write, and the emulated computer moves them whole.
 
 use crate::kernels::cone_ops::SCALARS;
-use crate::kernels::layout::{centering, embedding, parameter, refinement, regularization, stat};
+use crate::kernels::layout::{centering, control, embedding, parameter, refinement, regularization, stat};
 use crate::kkt::structure::Structure;
 
 macro_rules! buffers {
@@ -158,6 +158,10 @@ buffers! {
     BoundaryFraction boundary_fraction "boundary_share" = |_: &Structure| 1;
     /// The step that was taken.
     StepTaken step_taken "step_taken" = |_: &Structure| 1;
+    /// What an attempt decides by, and what it has decided.
+    Control control "control" = |_: &Structure| control::WORDS;
+    /// Whether a warm start is rejected.
+    Verdict verdict "verdict" = |_: &Structure| 1;
     /// Best iterate so far: point, slack, τ.
     Best best "best" = |s: &Structure| s.unknowns() + s.m + 1;
     /// Point with the largest radius of primal infeasibility.

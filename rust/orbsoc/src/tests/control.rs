@@ -1,8 +1,9 @@
 //! When an attempt stops, what it keeps, and what it may accept: decisions on made-up statistics.
 
-use crate::kernels::layout::refinement;
-use crate::kernels::layout::stat;
-use crate::method::control::{keep_best, Control};
+use crate::kernels::layout::{refinement, stat};
+use crate::kernels::decisions::{count_step, refine_again};
+use crate::method::control::Control;
+use crate::method::dispatch::judge;
 use crate::method::restart::Attempt;
 use crate::tests::reference::mixed_problem;
 use crate::Stop;
@@ -12,7 +13,6 @@ use std::time::{Duration, Instant};
 struct Decided {
     engine: Engine<f64>,
     control: Control,
-    settings: Settings,
 }
 
 /// One iterate's numbers: worst residual ratio, the primal's, the dual's and the gap's as fractions of it, radii of primal
@@ -31,12 +31,21 @@ const PLAIN: Iterate = Iterate { worst: 1.0, ratios: [1.0; 3], primal: 0.0, dual
 const LEANING: Iterate = Iterate { tau: 1e-4, ..PLAIN };
 
 fn decided() -> Decided {
-    let settings = Settings::default();
-    let engine = Engine::new(&mixed_problem(9), &settings).unwrap();
-    Decided { engine, control: Control::new(&settings), settings }
+    decided_with(&Settings::default())
+}
+
+fn decided_with(settings: &Settings) -> Decided {
+    let engine = Engine::new(&mixed_problem(9), settings).unwrap();
+    Decided { engine, control: Control::new(settings) }
 }
 
 impl Decided {
+    /// Begin an attempt anew.
+    fn begin(&mut self, control: Control) {
+        self.engine.path.prepare(0, control.attempt);
+        self.control = control;
+    }
+
     fn judge(&mut self, at: Iterate) -> Outcome {
         let work = &mut self.engine.path.work;
         work.statistics.fill(0.0);
@@ -48,20 +57,25 @@ impl Decided {
         work.statistics[stat::DUAL_RADIUS] = at.dual;
         work.homogenizer.copy_from_slice(&[at.tau, at.kappa, 1.0]);
         work.point.fill(at.worst);
-        let outcome = self.control.decide(0, Stage::Statistics, &self.settings, work);
-        keep_best(core::iter::once(Some(&self.control)), work);
-        outcome
+        judge(work);
+        self.control.decide(0, Stage::Statistics, work)
     }
 
     fn step(&mut self, length: f64) {
-        self.engine.path.work.step_taken[0] = length;
         let work = &mut self.engine.path.work;
-        assert_eq!(self.control.decide(0, Stage::Advance, &self.settings, work), Outcome::Next);
+        count_step(length, &mut work.control);
+        assert_eq!(self.control.decide(0, Stage::Advance, work), Outcome::Next);
     }
 
     fn kept(&self, buffer: Buffer) -> f64 {
         self.engine.buffer(buffer)[0]
     }
+}
+
+fn warm() -> Control {
+    let mut control = Control::new(&Settings::default());
+    control.start_warm(true);
+    control
 }
 
 const CONVERGED: Outcome = Outcome::Done(Stop::Converged);
@@ -83,13 +97,12 @@ fn after_a_warm_start_half_of_the_tolerance_is_enough() {
     let mut decided = decided();
     let near = Iterate { worst: 0.5e-8, ..PLAIN };
     assert_eq!(decided.judge(near), Outcome::Next);
-    decided.control = Control::new(&decided.settings);
-    decided.control.start_warm(true);
+    decided.begin(warm());
     assert_eq!(decided.judge(Iterate { worst: 0.51e-8, ..PLAIN }), Outcome::Next);
-    decided.control = decided.control.restarted(Attempt::Cold);
+    let cold = decided.control.restarted(Attempt::Cold);
+    decided.begin(cold);
     assert_eq!(decided.judge(near), Outcome::Next);
-    decided.control = Control::new(&decided.settings);
-    decided.control.start_warm(true);
+    decided.begin(warm());
     assert_eq!(decided.judge(near), CONVERGED);
 }
 
@@ -100,7 +113,7 @@ fn the_clock_stands_still_while_an_attempt_is_suspended() {
     for (rest, outcome) in
         [(Duration::from_secs(3600), Outcome::Next), (Duration::ZERO, Outcome::Done(Stop::MaxTime))]
     {
-        decided.control = Control::new(&settings);
+        decided.begin(Control::new(&settings));
         let now = Instant::now();
         decided.control.suspend(now);
         decided.control.resume(now + rest);
@@ -122,10 +135,14 @@ fn iterates_that_are_not_numbers_stall_and_are_not_kept() {
     let mut decided = decided();
     decided.judge(PLAIN);
     assert_eq!(decided.judge(Iterate { worst: f64::NAN, ..PLAIN }), STALLED);
-    decided.engine.path.work.statistics[stat::NON_FINITE] = f64::NAN;
+    assert_eq!(decided.kept(Buffer::Best), PLAIN.worst);
+    let mut decided = self::decided();
+    decided.judge(PLAIN);
     let work = &mut decided.engine.path.work;
+    work.statistics[stat::NON_FINITE] = f64::NAN;
     work.statistics[stat::STRICT] = 1e-12;
-    assert_eq!(decided.control.decide(0, Stage::Statistics, &decided.settings, work), STALLED);
+    judge(work);
+    assert_eq!(decided.control.decide(0, Stage::Statistics, work), STALLED);
     assert_eq!(decided.kept(Buffer::Best), PLAIN.worst);
 }
 
@@ -218,27 +235,43 @@ fn three_short_steps_in_a_row_stall() {
 
 #[test]
 fn converging_comes_before_every_limit_and_interruption_before_the_others() {
+    let settings = Settings { max_iterations: 1, ..Settings::default() };
+    let ended = |interrupted, at| {
+        let mut decided = decided_with(&settings);
+        decided.step(1.0);
+        decided.control.interrupted = interrupted;
+        decided.judge(at)
+    };
+    assert_eq!(ended(false, PLAIN), Outcome::Done(Stop::MaxIterations));
+    assert_eq!(ended(true, PLAIN), Outcome::Done(Stop::Interrupted));
+    assert_eq!(ended(true, Iterate { worst: 1e-10, ..PLAIN }), CONVERGED);
+}
+
+#[test]
+fn what_has_ended_keeps_nothing_more() {
     let mut decided = decided();
-    decided.settings.max_iterations = 1;
-    decided.step(1.0);
-    assert_eq!(decided.judge(PLAIN), Outcome::Done(Stop::MaxIterations));
+    decided.judge(PLAIN);
     decided.control.interrupted = true;
-    assert_eq!(decided.judge(PLAIN), Outcome::Done(Stop::Interrupted));
-    assert_eq!(decided.judge(Iterate { worst: 1e-10, ..PLAIN }), CONVERGED);
+    assert_eq!(decided.judge(Iterate { worst: 0.5, ..PLAIN }), Outcome::Done(Stop::Interrupted));
+    decided.control.interrupted = false;
+    assert_eq!(decided.judge(Iterate { worst: 0.1, ..PLAIN }), Outcome::Done(Stop::Interrupted));
+    assert_eq!(decided.kept(Buffer::Best), 0.5);
 }
 
 #[test]
 fn refinement_goes_on_while_it_gains_a_factor_of_four_and_ends_at_its_goal() {
     let settings = Settings { refinement_max: 3, ..Settings::default() };
     let outcomes = |errors: &[(f64, f64)]| {
-        let Decided { mut engine, mut control, .. } = decided();
+        let Decided { mut engine, mut control } = decided_with(&settings);
         engine.path.work.refinement_active[0] = 1.0;
         let ask = |&(error, worthwhile)| {
             let entries = &mut engine.path.work.refinement;
             entries[refinement::ERROR] = error;
             entries[refinement::ALLOWED] = 1e-9;
             entries[refinement::WORTHWHILE] = worthwhile;
-            control.decide(0, Stage::CheckSolve, &settings, &mut engine.path.work)
+            let work = &mut engine.path.work;
+            refine_again(&work.refinement, &mut work.refinement_active[0], &mut work.control);
+            control.decide(0, Stage::CheckSolve, &mut engine.path.work)
         };
         errors.iter().map(ask).collect::<Vec<_>>()
     };

@@ -25,6 +25,8 @@ fn attempt(engine: &mut Engine<f64>, startup: &[Step], look: &mut impl FnMut(&En
     };
     assert!(startup.iter().all(|step| step.perform(&mut run) == Outcome::Next));
     while ITERATION.iter().all(|step| step.perform(&mut run) == Outcome::Next) {}
+    // Once more, where nothing is better than what was kept.
+    run(Stage::Statistics);
     assert!(CLOSING.iter().all(|step| step.perform(&mut run) == Outcome::Next));
 }
 

@@ -3,6 +3,7 @@
 mod batch;
 mod control;
 mod dataflow;
+mod decisions;
 mod factorization;
 mod newton;
 pub(crate) mod reference;

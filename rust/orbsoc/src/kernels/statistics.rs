@@ -1,7 +1,7 @@
-//! The PS's arithmetic: statistics, the embedding's scalar equation, centring, cone product, advance.
+//! PL module *statistics*: residuals and the numbers of termination, the embedding's scalar equation, centring, cone
+//! product, advance. In the paper's computer the processing system does this.
 //!
-//! These stages belong to no PL module and no partition moves them. Their numbers are made here,
-//! in the solve's own arithmetic, on every processing system; `method::control` decides on them.
+//! Sums go through the fixed reduction tree; `decisions` decides on what comes of them.
 
 use super::layout::{centering, embedding, parameter, regularization, stat};
 use super::reduce::{dot, max_abs, max_abs_weighted, non_finite_flag, sum_abs_weighted};
