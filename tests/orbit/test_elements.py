@@ -125,3 +125,8 @@ def test_canonical_units_make_mu_one() -> None:
     assert units.length_m**3 / units.time_s**2 == pytest.approx(EARTH.mu_m3_s2, rel=1e-15)
     assert units.speed_m_s == pytest.approx(7905.366, abs=1e-3)
     np.testing.assert_allclose(units.state_to_si(units.state_from_si(np.arange(6.0))), np.arange(6.0))
+
+
+def test_the_period_is_that_of_the_mean_motion() -> None:
+    orbit = Elements(7.0e6, 0.1, 0.5, 1.0, 2.0, 3.0)
+    assert 2.0 * np.pi / orbit.period_s() == pytest.approx(np.sqrt(EARTH.mu_m3_s2 / 7.0e6**3))

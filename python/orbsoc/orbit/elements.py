@@ -45,6 +45,10 @@ class Elements:
         """Infinite on a parabola or hyperbola."""
         return self.sma_m * (1.0 + self.ecc) if self.ecc < 1.0 else float("inf")
 
+    def period_s(self, constants: ConstantsSet = EARTH) -> float:
+        """Of an ellipse."""
+        return float(2.0 * np.pi * np.sqrt(self.sma_m**3 / constants.mu_m3_s2))
+
     def perigee_height_m(self, constants: ConstantsSet = EARTH) -> float:
         """Height of the perigee over the equatorial radius."""
         return self.perigee_radius_m - constants.earth_radius_m

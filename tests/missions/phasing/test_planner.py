@@ -136,3 +136,10 @@ def test_dispersed_cases_are_scenarios() -> None:
     assert case == disperse(scenario(), 3, 1)
     assert case.target.true_anomaly_deg != scenario().target.true_anomaly_deg
     assert disperse(scenario(), 0).target == scenario().target
+
+
+def test_a_descent_whose_bound_stays_open_is_not_called_the_least(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("orbsoc.missions.phasing.descent.PROVED", -1.0)
+    found = plan(scenario())
+    assert found.status is PlanStatus.NOT_VERIFIED
+    assert "not proved to be the least" in found.to_dict()["verdict"]

@@ -69,18 +69,18 @@ def plan_phasing(scenario: Scenario, revolutions: int | None = None) -> Phasing:
     angle = (goal.argp_rad + pi - latitude_argument(orbit)) % tau
     phasing_s = window.phasing_s
     if phasing_s is None:
-        phasing_s = start_s + _coast_angle_s(orbit, angle) + window.start * _period_s(orbit.sma_m)
+        phasing_s = start_s + _coast_angle_s(orbit, angle) + window.start * orbit.period_s()
     radius = orbit.sma_m
     latest_s = start_s + 3600.0 * window.latest_h
     ends = [window.end_s] if window.end_s is not None else _apogees(scenario, phasing_s, latest_s)
     found: list[Phasing] = []
-    heights: list[str] = []
+    others: list[float] = []
     for end_s in ends:
-        period_s = (end_s - phasing_s) / count
-        sma = (EARTH.mu_m3_s2 * (period_s / tau) ** 2) ** (1.0 / 3.0)
+        turn_s = (end_s - phasing_s) / count
+        sma = (EARTH.mu_m3_s2 * (turn_s / tau) ** 2) ** (1.0 / 3.0)
         other = 2.0 * sma - radius
         low, high = sorted((radius, other))
-        heights.append(f"{(other - EARTH.earth_radius_m) / 1e3:.0f}")
+        others.append((other - EARTH.earth_radius_m) / 1e3)
         limits = scenario.limits
         within = (
             low - EARTH.earth_radius_m >= 1e3 * limits.perigee_height_km
@@ -89,14 +89,16 @@ def plan_phasing(scenario: Scenario, revolutions: int | None = None) -> Phasing:
         if within:
             speeds = [sqrt(EARTH.mu_m3_s2 * (2.0 / radius - 1.0 / a)) for a in (orbit.sma_m, sma, goal.sma_m)]
             found.append(
-                Phasing(start_s, phasing_s, end_s, period_s, other - EARTH.earth_radius_m,
+                Phasing(start_s, phasing_s, end_s, turn_s, other - EARTH.earth_radius_m,
                         speeds[1] - speeds[0], speeds[2] - speeds[1])
             )  # fmt: skip
     if not found:
         limits = scenario.limits
+        others.sort(key=lambda h: max(limits.perigee_height_km - h, h - limits.apogee_height_km))
+        nearest = ", ".join(f"{height:.0f}" for height in others[:3])
         allowed = (
             f"no phasing orbit meets the target within latest_h = {window.latest_h:g}: its other apsis would be at"
-            f" {', '.join(heights[:6]) or 'no'} km, and {limits.perigee_height_km:g} to {limits.apogee_height_km:g} km are"
+            f" {nearest or 'no'} km, and {limits.perigee_height_km:g} to {limits.apogee_height_km:g} km are"
             " allowed; must be another number of revolutions, or wider limits"
         )
         raise ScenarioError(scenario.name, [Complaint("window.revolutions", str(count), allowed)])
@@ -182,18 +184,14 @@ def _plane_burn(scenario: Scenario) -> float:
 
 def _coast_angle_s(orbit: Elements, angle: float) -> float:
     """By the mean motion: for orbits that are nearly circular."""
-    return angle / tau * _period_s(orbit.sma_m)
-
-
-def _period_s(sma_m: float) -> float:
-    return tau * sqrt(sma_m**3 / EARTH.mu_m3_s2)
+    return angle / tau * orbit.period_s()
 
 
 def _apogees(scenario: Scenario, after_s: float, until_s: float) -> list[float]:
     """Times at which the target is at its apogee."""
     target, forces = scenario.target, scenario.forces_on(scenario.target.ballistic_m2_kg)
-    begin = max(after_s, target.epoch_s + 1.0)
-    times = np.arange(begin, until_s + target.period_s, target.period_s / 40.0)
+    begin, period_s = max(after_s, target.epoch_s + 1.0), target.elements.period_s()
+    times = np.arange(begin, until_s + period_s, period_s / 40.0)
     if times.size < 2:
         return []
     states = fast_coast([target.state], [target.epoch_s, *times], forces)[1:, 0]

@@ -20,7 +20,7 @@ from orbsoc.orbit.perturbations import fast_coast
 from .finite_design import FLIGHT_ENDS_S, FLIGHT_PITCH_RATE_RAD_S, finite_design, fitted_engine
 from .first_guess import elements, node_rate_rad_s, plan_phasing, shoot
 from .planner import plan
-from .printed import TABLE, TableRow
+from .printed import TABLE
 from .scenario import Errors, Scenario, load_scenario
 from .table_checks import Distances, difference, distances, forces
 from .uncertain import meeting
@@ -86,15 +86,11 @@ def _equations() -> Iterable[PaperRow]:
         "parking and target orbits intersect", "section 2.1", "yes", f"no, {gap:.1f} km apart", _near(gap, 10.4, 0.1, "not reproduced"),
         "osculating; a tangential scheme leaves a radial gap, and meeting exactly takes 114 m/s radially in burn 7", "±0.1 km",
     )  # fmt: skip
-    rounding = 3.0 * pi * 0.05 * (149684.4129 - goal.epoch_s) / goal_period_s(goal)
+    rounding = 3.0 * pi * 0.05 * (149684.4129 - goal.epoch_s) / goal.elements.period_s()
     yield PaperRow(
         "closest 8 km, by the printed digits", "table 1", "resolved", f"a ± 0.05 km is ±{rounding:.1f} km along the track",
         _near(rounding, 5.25, 0.1, "not reproduced"), "the table's digits do not resolve it", "±0.1 km",
     )  # fmt: skip
-
-
-def goal_period_s(row: TableRow) -> float:
-    return tau * sqrt((1e3 * row.sma_km) ** 3 / EARTH.mu_m3_s2)
 
 
 def _biased_node_deg(power: int) -> float:
@@ -115,8 +111,7 @@ def _phasing_apogee_m(at_s: float, target_turns: int = 7, turns: int = 6) -> flo
     orbit = elements(state)
     eccentric = 2.0 * np.arctan(sqrt((1 - orbit.ecc) / (1 + orbit.ecc)) * tan(0.5 * orbit.true_anomaly_rad))
     ahead = (eccentric - orbit.ecc * np.sin(eccentric)) % tau
-    period_s = tau * sqrt(orbit.sma_m**3 / EARTH.mu_m3_s2)
-    phase_s = (pi - ahead) / tau * period_s + target_turns * period_s
+    phase_s = ((pi - ahead) / tau + target_turns) * orbit.period_s()
     sma = (EARTH.mu_m3_s2 * (phase_s / turns / tau) ** 2) ** (1.0 / 3.0)
     chaser = fast_coast([TABLE["burn 6 design"].state], [TABLE["burn 6 design"].epoch_s, at_s], forces())[
         -1, 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import pi, sqrt
 from os import PathLike
 from typing import Annotated, Literal, Self
 
@@ -12,7 +11,7 @@ from pydantic import Field, Strict, model_validator
 
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
 from orbsoc.guidance.vehicle import Vector
-from orbsoc.orbit import EARTH, Elements, state_from_elements
+from orbsoc.orbit import Elements, state_from_elements
 from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass
 
 Array = NDArray[np.float64]
@@ -42,10 +41,6 @@ class Body(Table):
     def state(self) -> Array:
         """[r_m, v_m_s], (6,), ECI, at the epoch."""
         return np.concatenate(state_from_elements(self.elements))
-
-    @property
-    def period_s(self) -> float:
-        return 2.0 * pi * sqrt((1e3 * self.sma_km) ** 3 / EARTH.mu_m3_s2)
 
 
 class Window(Table):
@@ -181,7 +176,7 @@ class Scenario(BaseScenario):
             found.append(Complaint("window.end_s", f"{window.end_s:g}", allowed))
         if (
             window.end_s is not None
-            and window.end_s > start_s + 3600.0 * window.latest_h + self.chaser.period_s
+            and window.end_s > start_s + 3600.0 * window.latest_h + self.chaser.elements.period_s()
         ):
             allowed = f"must be at most latest_h = {window.latest_h:g} after the first burn"
             found.append(Complaint("window.end_s", f"{window.end_s:g}", allowed))

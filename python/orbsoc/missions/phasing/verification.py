@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.guidance.impulses import ImpulseProgramme
-from orbsoc.orbit import EARTH, elements_from_state
 from orbsoc.orbit.perturbations import coast
 from orbsoc.orbit.relative import local_frame, relative_state
 
+from .first_guess import elements
 from .scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -114,8 +114,8 @@ def fly(scenario: Scenario, programme: ImpulseProgramme, end_s: float) -> Flight
 
 def _limits(scenario: Scenario, state: Array, t: float, number: int) -> list[Check]:
     """Of the osculating orbit after an impulse."""
-    orbit, limits = elements_from_state(state[:3], state[3:]), scenario.limits
-    low, high = (1e-3 * orbit.perigee_height_m(EARTH), 1e-3 * orbit.apogee_height_m(EARTH))
+    orbit, limits = elements(state), scenario.limits
+    low, high = 1e-3 * orbit.perigee_height_m(), 1e-3 * orbit.apogee_height_m()
     return [
         Check(f"perigee after impulse {number}", low - limits.perigee_height_km, "km", t),
         Check(f"apogee after impulse {number}", limits.apogee_height_km - high, "km", t),
