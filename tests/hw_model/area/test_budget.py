@@ -103,6 +103,8 @@ def test_a_budget_changes_with_what_it_counts_as_used_and_with_nothing_else(name
     for row in assumptions(platform, BUDGET_USAGE.of(TRACE, partition, platform, estimated)):
         if row.key.startswith("pl.latencies.") or row.key in ("runtime.schedule", "runtime.cores_used"):
             continue
+        if row.key == "area.uram_ceiling":  # echoed beside a use of nothing
+            continue
         value = row.value
         if isinstance(value, str):
             value = steps[row.key]
