@@ -113,7 +113,7 @@ def _row(
         "why_not": "" if reached else run.solution.message,
         "pl_cycles": report.cycles["pl"], "modelled_ms": report.makespan_ms.nominal,
         "dsp": platform.pl.lanes.value * multiplier_dsp(bits), "lut": area.of("lut").used,
-        "bram36": area.of("bram36").used,
+        "bram36": area.of("bram36").used, "storage_words": area.storage_words,
     }  # fmt: skip
 
 
