@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from orbsoc.guidance.scenario_file import checked
-from orbsoc.missions.reachable_domain import Scenario, ScenarioError
+from orbsoc.missions.reachable_domain import Scenario, ScenarioError, load_scenario
 from orbsoc.orbit import LaunchFrame, eci_from_launch_inertial, rotate_state
-from tests.missions.reachable_domain.cases import paper
+from tests.missions.reachable_domain.cases import SCENARIOS, paper
 
 
 def test_the_scenario_is_the_papers() -> None:
@@ -49,3 +49,10 @@ def test_what_contradicts_the_rest_of_the_scenario_is_refused(
     document[table][key] = value
     with pytest.raises(ScenarioError, match=f"{table}.{key} = {value:g}: {words}"):
         checked(Scenario, document, source="test")
+
+
+def test_fewer_azimuths_at_most_than_to_begin_with_are_refused() -> None:
+    with pytest.raises(
+        ScenarioError, match=r"boundary\.most_azimuths = 16: must be at least boundary\.azimuths = 144"
+    ):
+        load_scenario(SCENARIOS / "paper004_reach.toml", {"boundary.most_azimuths": 16})
