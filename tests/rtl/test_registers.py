@@ -28,6 +28,7 @@ class Row:
     reads: tuple[str, ...] = ()
     writes: tuple[str, ...] = ()
     stales: tuple[str, ...] = ()
+    flag: tuple[str, str] | None = None
 
 
 def method(draw: random.Random) -> Method:

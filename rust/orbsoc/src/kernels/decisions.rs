@@ -1,7 +1,7 @@
 //! PL module *statistics*, second half: the decisions of a solve, as words.
 //!
 //! When to stop, when to refine once more, what to keep: comparisons, selects and counts on the entries of the control
-//! buffer, without a branch on data. Whoever runs the lists reads three words and obeys ([`crate::Stage::flag`]): the
+//! buffer, without a branch on data. What runs the lists reads three words and obeys ([`crate::Stage::flag`]): the
 //! loop in Rust, a processing system, or the operation control of programmable logic. A flag is 1 or 0.
 
 use super::layout::{control as word, refinement, stat, stop};

@@ -341,8 +341,7 @@ fn residuals<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
 /// Whether the attempt ends at this iterate, which is kept where it is better than those before.
 #[inline(always)]
 pub(crate) fn judge<T: Real>(w: &mut Workspace<T>) {
-    let keep =
-        decisions::judge(&w.statistics, &w.homogenizer, w.refinement_tolerance[0], &mut w.control);
+    let keep = decisions::judge(&w.statistics, &w.homogenizer, w.refinement_tolerance[0], &mut w.control);
     let best = w.point.iter().chain(&w.slack).chain(&w.homogenizer[..1]);
     decisions::keep(keep.best, best, &mut w.best);
     decisions::keep(keep.primal, w.point.iter(), &mut w.primal_certificate);

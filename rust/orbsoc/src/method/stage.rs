@@ -226,7 +226,7 @@ stages! {
         reads [Scale ScaleInverse CostScale Best PrimalCertificate DualCertificate] writes [UnscaledIterate UnscaledCertificates] stales [];
 }
 
-/// A word that a stage leaves for whoever runs the lists.
+/// A word that a stage leaves for what runs the lists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flag {
     /// Not zero: run the repeated stage once more.

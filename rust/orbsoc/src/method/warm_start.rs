@@ -6,8 +6,8 @@
 //! as in the cold start. A rejected start is followed by a cold one.
 
 use crate::error::{fit, Error};
-use crate::kernels::{central_pair::central_pair, layout::parameter, reduce::max_abs};
 use crate::kernels::decisions::{judge_start, WARM_START_MU_MAX, WARM_STEP_MU_MAX};
+use crate::kernels::{central_pair::central_pair, layout::parameter, reduce::max_abs};
 use crate::kernels::{cone_ops, right_hand_sides};
 use crate::kkt::structure::Structure;
 use crate::method::{stage::Stage, workspace::Workspace};

@@ -1,7 +1,7 @@
 //! When an attempt stops, what it keeps, and what it may accept: decisions on made-up statistics.
 
-use crate::kernels::layout::{refinement, stat};
 use crate::kernels::decisions::{count_step, refine_again};
+use crate::kernels::layout::{refinement, stat};
 use crate::method::control::Control;
 use crate::method::dispatch::judge;
 use crate::method::restart::Attempt;
