@@ -22,7 +22,9 @@ PAIRS = st.lists(st.tuples(st.integers(1, 9), st.integers(1, 12)), min_size=1, m
 
 @given(PAIRS)
 def test_the_front_has_every_design_that_no_other_beats(pairs: list[tuple[int, int]]) -> None:
-    rows = [replace(PAPER, time_ms=float(time), area_share=area / 10.0, baseline_ms=8.0) for time, area in pairs]
+    rows = [
+        replace(PAPER, time_ms=float(time), area_share=area / 10.0, baseline_ms=8.0) for time, area in pairs
+    ]
     front = {(row.time_ms, row.area_share) for row in front_of(rows)}
     fitting = {(row.time_ms, row.area_share) for row in rows if row.fits and row.time_ms < 8.0}
     assert front == {
