@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import pytest
@@ -188,10 +188,11 @@ def test_the_largest_engine_of_an_estimate_is_the_schedulers(name: str, recorded
         budget(parse_trace(recorded.trace), platform, load_partition("paper"))
 
     most = MOST[name]
-    pl_program(PROBLEM, engine=replace(Engine(), **{name: most}))
+    largest, larger = (dict[str, Any]({name: value}) for value in (most, 2 * most))
+    pl_program(PROBLEM, engine=replace(Engine(), **largest))
     priced(most)
     with pytest.raises(EngineError, match=f"`{name}`"):
-        pl_program(PROBLEM, engine=replace(Engine(), **{name: 2 * most}))
+        pl_program(PROBLEM, engine=replace(Engine(), **larger))
     with pytest.raises(HwModelError, match=rf"`pl\.{name}` = {2 * most}"):
         priced(2 * most)
 
