@@ -107,7 +107,7 @@ def test_the_stream_makes_the_kernels_words(stream: Stream) -> None:
 def test_a_stream_of_stages_or_buffers_that_are_not_there_is_refused() -> None:
     for stream, named in (
         (Stream(("factorise",)), "`factorise`"),
-        (Stream(("factorize", "statistics")), "`statistics`"),
+        (Stream(("factorize", "statistic")), "`statistic`"),
         (Stream(("factorize",), ("factors",)), "`factors`"),
     ):
         with pytest.raises(EngineError, match=named):

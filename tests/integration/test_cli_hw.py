@@ -47,7 +47,7 @@ def test_partition_prices_all_and_judges_the_papers(workload: Path, tmp_path: Pa
         tmp_path,
     )
     assert result.exit_code == 0, result.output
-    assert result.stdout.splitlines()[0].endswith("256 configurations")
+    assert result.stdout.splitlines()[0].endswith("520 configurations")
     assert "Pareto-optimal" in result.stdout
     document = json.loads((tmp_path / "partition.json").read_text())
     assert document["schema"] == "orbsoc.hardware-partitions/1"
@@ -55,7 +55,7 @@ def test_partition_prices_all_and_judges_the_papers(workload: Path, tmp_path: Pa
     assert all(verdict["pareto_optimal"] == (verdict["better"] is None) for verdict in document["paper"])
     with (tmp_path / "partition.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert len(rows) == 256
+    assert len(rows) == 520
     assert {row["device"] for row in rows} == {"zu9eg", "xc7z020"}
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {

@@ -67,8 +67,9 @@ def test_schedules_of_the_expected_engines_are_made_once_each_with_the_first(
 ) -> None:
     made: list[int] = []
 
-    def counted(problem: Problem, settings: None, engine: Engine) -> PlProgram:
+    def counted(problem: Problem, settings: None, engine: Engine, *program: object) -> PlProgram:
         made.append(engine.lanes)
+        assert program == (None, ())
         return pl_program(problem, settings, engine)
 
     monkeypatch.setattr("orbsoc.hw.exact_cycles.pl_program", counted)
