@@ -43,7 +43,9 @@ pub(crate) fn dissected(upper: &Upper, shape: Shape) -> Result<Vec<u32>, Error> 
     let mut marks = 0;
     while let Some(piece) = pieces.pop() {
         marks += 1;
-        piece.iter().for_each(|&v| part[v as usize] = marks);
+        for &v in &piece {
+            part[v as usize] = marks;
+        }
         let mut search = Search { graph: &graph, part: &mut part, inside: marks };
         let connected = search.components(&piece);
         marks = search.inside;
@@ -55,12 +57,16 @@ pub(crate) fn dissected(upper: &Upper, shape: Shape) -> Result<Vec<u32>, Error> 
         marks = search.inside;
         if let Some([one, separator, other]) = cut {
             from_back.extend(separator.iter().rev());
-            separator.iter().for_each(|&v| part[v as usize] = NONE);
+            for v in separator {
+                part[v as usize] = NONE;
+            }
             pieces.extend([one, other]);
         } else {
             let order = graph.minimum_degree_within(&piece)?;
             from_back.extend(order.iter().rev());
-            piece.iter().for_each(|&v| part[v as usize] = NONE);
+            for v in piece {
+                part[v as usize] = NONE;
+            }
         }
     }
     from_back.reverse();

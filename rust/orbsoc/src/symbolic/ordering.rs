@@ -107,7 +107,7 @@ pub(crate) fn fill_reducing_order(upper: &Upper, ordering: Ordering) -> Result<V
             }
         }
     };
-    leaves_first(upper, &order)
+    Ok(leaves_first(upper, &order))
 }
 
 /// The cheapest dissection; minimum degree where no separator shortens it.
@@ -125,11 +125,11 @@ fn nested_dissection(upper: &Upper) -> Result<Vec<u32>, Error> {
 }
 
 /// An equivalent order, with the same tree, that brings columns of one kind together.
-fn leaves_first(upper: &Upper, order: &[u32]) -> Result<Vec<u32>, Error> {
+fn leaves_first(upper: &Upper, order: &[u32]) -> Vec<u32> {
     let mut forest = EliminationForest::new(&upper.permuted(order).0);
     let front = forest.group_leaves();
     let rest = forest.postorder(&front);
-    Ok(front.into_iter().chain(rest).map(|k| order[k as usize]).collect())
+    front.into_iter().chain(rest).map(|k| order[k as usize]).collect()
 }
 
 /// The elimination tree, and rows of L below the columns whose children went to the front.
