@@ -57,10 +57,15 @@ module registers #(
 
   // The table.
   logic [SEGMENTS-1:0] exists;
+  (* ram_style = "distributed" *)
   logic [2:0] table_module[0:SEGMENTS-1];
+  (* ram_style = "distributed" *)
   logic [CODE_BITS-1:0] table_start[0:SEGMENTS-1];
+  (* ram_style = "distributed" *)
   logic [BUFFERS-1:0] table_reads[0:SEGMENTS-1];
+  (* ram_style = "distributed" *)
   logic [BUFFERS-1:0] table_writes[0:SEGMENTS-1];
+  (* ram_style = "distributed" *)
   logic [BUFFERS-1:0] table_stales[0:SEGMENTS-1];
   logic in_table, table_write;
   logic [PICK-1:0] row;
@@ -89,14 +94,21 @@ module registers #(
   logic [31:0] module_id, segment, sequence_id, completed_sequence;
   logic [7:0] completed_segment;
   logic [BUFFERS-1:0] valid, written, reads, writes, stales;
-  logic [PICK-1:0] announced;
+  logic [31:0] announced;
+  logic [2:0] announced_module;
   logic announced_exists, unreadable;
-  assign announced = segment[PICK-1:0];
-  assign announced_exists = segment < 32'(SEGMENTS) && exists[announced];
-  assign reads = table_reads[announced];
-  assign writes = table_writes[announced];
-  assign stales = table_stales[announced];
-  assign unreadable = (reads & ~(valid | (writes & written))) != '0;
+  // The announced segment's row of the table, registered: it is there in the cycle after the announcement, and what
+  // its buffers say a cycle later, when the command may come.
+  assign announced = (write && address == SEGMENT) ? value : segment;
+  always_ff @(posedge clock) begin
+    announced_exists <= announced < 32'(SEGMENTS) && exists[announced[PICK-1:0]];
+    announced_module <= table_module[announced[PICK-1:0]];
+    start_address <= table_start[announced[PICK-1:0]];
+    reads <= table_reads[announced[PICK-1:0]];
+    writes <= table_writes[announced[PICK-1:0]];
+    stales <= table_stales[announced[PICK-1:0]];
+    unreadable <= (reads & ~(valid | (writes & written))) != '0;
+  end
 
   // The fault of this access, if any: first its register, then its order.
   logic [3:0] refusal, frame_fault, found;
@@ -106,7 +118,7 @@ module registers #(
     if (value != START && value != PUBLISH) frame_fault = INVALID_ACCESS;
     else if (sequence_id != completed_sequence + 32'd1) frame_fault = WRONG_SEQUENCE;
     else if (!announced_exists) frame_fault = WRONG_SEGMENT;
-    else if (32'(table_module[announced]) != module_id || (module_id == 32'd0) != (value == PUBLISH)) begin
+    else if (32'(announced_module) != module_id || (module_id == 32'd0) != (value == PUBLISH)) begin
       frame_fault = WRONG_SEGMENT;
     end else if (unreadable) frame_fault = READ_BEFORE_VALID;
     else frame_fault = NONE;
@@ -127,7 +139,6 @@ module registers #(
   logic command;
   assign command = write && address == CONTROL && state == HAVE_SEQUENCE && found == NONE;
   assign start = command && value == START;
-  assign start_address = table_start[announced];
   assign irq = state == DONE || state == FAULT;
 
   always_ff @(posedge clock) begin
