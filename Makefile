@@ -4,6 +4,7 @@
 PYTHON ?= python3
 FUZZ   ?= 20
 T      ?= tests --ignore=tests/integration/test_wheel.py
+ROUTE  ?=
 VENV   := .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
@@ -17,6 +18,7 @@ READY     := $(VENV)/build-tools.stamp
 RUNTIME   := $(VENV)/runtime.stamp
 TESTING   := $(VENV)/test.stamp
 BENCHING  := $(VENV)/bench.stamp
+ROUTING   := $(VENV)/route.stamp
 WHEEL     := $(VENV)/wheel.stamp
 INSTALLED := $(VENV)/installed.stamp
 FILE_LIST := $(VENV)/sources.list
@@ -29,7 +31,7 @@ export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test check lint bench results units area fuzz memcheck lock clean FORCE
+.PHONY: help demo test check lint bench results units area route fuzz memcheck lock clean FORCE
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -66,6 +68,9 @@ units: $(INSTALLED) $(TESTING) ## a million vectors per floating-point unit and 
 area: $(INSTALLED) ## synthesise the RTL with yosys, and hold the area formula against it (30 min)
 	$(BIN)/python scripts/record_synthesis.py
 
+route: $(INSTALLED) $(ROUTING) ## place and route the RTL, ROUTE=units or modules, all of it in hours; a stopped run goes on
+	PYTHONPATH=$(CURDIR) $(BIN)/python -m scripts.record_route $(ROUTE)
+
 fuzz: $(INSTALLED) $(TESTING) ## the fuzzing of every entry point with new seeds, FUZZ=20 times as long as in the suite
 	ORBSOC_FUZZ=$(FUZZ) cargo test --release -p orbsoc --lib --locked
 	ORBSOC_FUZZ=$(FUZZ) $(BIN)/pytest tests/solving/test_fuzz.py tests/solving/test_bundle.py tests/solving/test_warm_start.py
@@ -96,6 +101,10 @@ $(TESTING): requirements/test.txt $(RUNTIME)
 	@touch $@
 
 $(BENCHING): requirements/bench.txt $(RUNTIME)
+	$(PIP) install -r $<
+	@touch $@
+
+$(ROUTING): requirements/route.txt $(RUNTIME)
 	$(PIP) install -r $<
 	@touch $@
 

@@ -15,7 +15,7 @@ from .data_file import Table
 _PARAMETER = re.compile(r"^localparam int (\w+) = (\d+);", re.MULTILINE)
 _UNITS = {"add": "adder", "mul": "multiplier", "div": "divider", "sqrt": "square root"}
 _HELD = ("div", "sqrt")
-"""Not pipelined: an operation holds its unit for all of its cycles."""
+"""An operation holds its unit for more than a cycle."""
 
 
 def rtl_latencies() -> Table:
@@ -28,12 +28,10 @@ def rtl_latencies() -> Table:
 def _of_word(written: dict[str, int], word: str) -> Table:
     found: Table = {}
     for unit, title in _UNITS.items():
-        name = f"{word.upper()}_{unit.upper()}_CYCLES"
-        if name not in written:
-            raise PlatformError(f"rtl/latency.svh: `{name}` is missing")
         source = f"rtl/latency.svh, which the RTL includes: design value of the project's {title}"
-        found[f"{unit}_cycles"] = {"value": written[name], "tag": "sourced", "source": source}
-        if unit in _HELD:
-            source = f"docs/pl-machine.md: the {title} is not pipelined"
-            found[f"{unit}_interval_cycles"] = {"value": written[name], "tag": "sourced", "source": source}
+        for key in (f"{unit}_cycles", f"{unit}_interval_cycles")[: 2 if unit in _HELD else 1]:
+            name = f"{word}_{key}".upper()
+            if name not in written:
+                raise PlatformError(f"rtl/latency.svh: `{name}` is missing")
+            found[key] = {"value": written[name], "tag": "sourced", "source": source}
     return found

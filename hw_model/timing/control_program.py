@@ -32,7 +32,7 @@ OpCode = Literal["run", "if", "unless", "end"]
 
 RUN_CYCLES = 3
 """PL cycles of the operation control beside a segment: fetch, check and start, and the end noticed."""
-FLAG_CYCLES = 6
+FLAG_CYCLES = 7
 """PL cycles in which it reads a flag from the storage and branches."""
 
 

@@ -23,7 +23,7 @@ module attempt #(
     output logic finished,
     output logic flag_read,
     output logic [ADDRESS_BITS-1:0] flag_address,
-    input logic [W-1:0] flag_word  // four cycles after the read
+    input logic [W-1:0] flag_word  // READ_CYCLES + 1 cycles after the read
 );
   localparam logic [1:0] END = 2'd0;
   localparam logic [1:0] RUN = 2'd1;
@@ -34,14 +34,14 @@ module attempt #(
   localparam logic [2:0] ACT = 3'd2;
   localparam logic [2:0] BUSY = 3'd3;
   localparam logic [2:0] FLAG = 3'd4;
-  localparam logic [1:0] LAST_WAIT = 2'd3;
+  localparam logic [2:0] LAST_WAIT = 3'(contract::READ_CYCLES);
 
   logic [23:0] code[0:INSTRUCTIONS-1];
   logic [ADDRESS_BITS-1:0] code_flag[0:INSTRUCTIONS-1];
   logic [23:0] instruction;
   logic [PC-1:0] pc;
   logic [2:0] state;
-  logic [1:0] waited;
+  logic [2:0] waited;
   logic [1:0] op;
   logic raised, taken;
 
@@ -60,7 +60,7 @@ module attempt #(
     flag_address <= state == FETCH ? code_flag[pc] : flag_address;
   end
   always_ff @(posedge clock) begin
-    waited <= state == FLAG ? waited + 2'd1 : '0;
+    waited <= state == FLAG ? waited + 3'd1 : '0;
     if (reset || halt) begin
       state <= IDLE;
       pc <= '0;

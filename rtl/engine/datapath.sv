@@ -7,21 +7,24 @@ module datapath #(
     parameter int ADD = EXP == 11 ? contract::F64_ADD_CYCLES : contract::F32_ADD_CYCLES,
     parameter int MUL = EXP == 11 ? contract::F64_MUL_CYCLES : contract::F32_MUL_CYCLES,
     parameter int DIV = EXP == 11 ? contract::F64_DIV_CYCLES : contract::F32_DIV_CYCLES,
+    parameter int INTERVAL = EXP == 11 ? contract::F64_DIV_INTERVAL_CYCLES : contract::F32_DIV_INTERVAL_CYCLES,
     parameter int SIMPLE = contract::SIMPLE_CYCLES,
+    parameter int READ = contract::READ_CYCLES,
     parameter int LANES = 4,
     parameter int DIVIDERS = 1,
     parameter int BANKS = 16,
     parameter int ADDRESS_BITS = 14,
     parameter int FIELDS = LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2),
     parameter int UNITS = LANES + DIVIDERS,
-    parameter int STAGES = 3 + MUL + ADD,
-    parameter int FLIGHTS = LANES * STAGES + DIVIDERS * 4
+    parameter int STAGES = READ + MUL + ADD,
+    parameter int DIVIDER_STAGES = READ + DIV,
+    parameter int FLIGHTS = LANES * STAGES + DIVIDERS * DIVIDER_STAGES
 ) (
     input logic clock,
     input logic reset,
     input logic enable,
     input logic [FIELDS-1:0] fields,
-    // The PS's access to the storage while the engine is idle; read latency 3 cycles.
+    // The PS's access to the storage while the engine is idle; read latency READ cycles.
     input logic host_read,
     input logic host_write,
     input logic [ADDRESS_BITS-1:0] host_address,
@@ -146,6 +149,7 @@ module datapath #(
           .ADD(ADD),
           .MUL(MUL),
           .SIMPLE(SIMPLE),
+          .READ(READ),
           .ADDRESS_BITS(A)
       ) unit (
           .clock(clock),
@@ -169,6 +173,8 @@ module datapath #(
           .EXP(EXP),
           .MAN(MAN),
           .CYCLES(DIV),
+          .INTERVAL(INTERVAL),
+          .READ(READ),
           .ADDRESS_BITS(A)
       ) unit (
           .clock(clock),
@@ -181,8 +187,8 @@ module datapath #(
           .result_valid(result_valid[LANES+d]),
           .result_address(result_address[(LANES+d)*A+:A]),
           .result(result[(LANES+d)*W+:W]),
-          .flight_valid(flight_valid[LANES*STAGES+4*d+:4]),
-          .flight_address(flight_address[(LANES*STAGES+4*d)*A+:4*A]),
+          .flight_valid(flight_valid[LANES*STAGES+d*DIVIDER_STAGES+:DIVIDER_STAGES]),
+          .flight_address(flight_address[(LANES*STAGES+d*DIVIDER_STAGES)*A+:DIVIDER_STAGES*A]),
           .conflict(divider_conflict[d])
       );
     end

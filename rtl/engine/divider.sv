@@ -1,8 +1,10 @@
-// Divide and square-root unit: one operation at a time, the next CYCLES cycles after the last. Timing as in lane.sv.
+// Divide and square-root unit: the next operation may come INTERVAL cycles after the last. Timing as in lane.sv.
 module divider #(
     parameter int EXP = 11,
     parameter int MAN = 52,
     parameter int CYCLES = EXP == 11 ? contract::F64_DIV_CYCLES : contract::F32_DIV_CYCLES,
+    parameter int INTERVAL = EXP == 11 ? contract::F64_DIV_INTERVAL_CYCLES : contract::F32_DIV_INTERVAL_CYCLES,
+    parameter int READ = contract::READ_CYCLES,
     parameter int ADDRESS_BITS = 14
 ) (
     input logic clock,
@@ -15,58 +17,52 @@ module divider #(
     output logic result_valid,
     output logic [ADDRESS_BITS-1:0] result_address,
     output logic [EXP+MAN:0] result,
-    output logic [3:0] flight_valid,
-    output logic [4*ADDRESS_BITS-1:0] flight_address,
+    // Destinations in flight: bit and address i of the operation whose result comes READ + CYCLES - 1 - i cycles later.
+    output logic [READ+CYCLES-1:0] flight_valid,
+    output logic [(READ+CYCLES)*ADDRESS_BITS-1:0] flight_address,
     output logic conflict
 );
   `include "engine/operations.svh"
 
   localparam int A = ADDRESS_BITS;
-  localparam int COUNT = $clog2(CYCLES + 1);
+  localparam int COUNT = $clog2(INTERVAL + 1);
+  localparam int STAGES = READ + CYCLES;
 
-  logic [1:0] op_1, op_2, op_3;
-  logic [A-1:0] to_1, to_2, to_3, to;
-  logic [COUNT-1:0] left;  // cycles to the result, 1 when it is valid, 0 when idle
+  logic [READ-1:0] root;
+  logic [COUNT-1:0] held;  // cycles until the unit is free
   logic start;
-  assign start = op_3 != DIVIDER_NOP;
+  assign start = flight_valid[READ-1];
   always_ff @(posedge clock) begin
     if (reset) begin
-      op_1 <= DIVIDER_NOP;
-      op_2 <= DIVIDER_NOP;
-      op_3 <= DIVIDER_NOP;
-      left <= '0;
+      flight_valid <= '0;
+      held <= '0;
     end else if (enable) begin
-      op_1 <= op;
-      op_2 <= op_1;
-      op_3 <= op_2;
-      if (start) left <= COUNT'(CYCLES);
-      else if (left != '0) left <= left - COUNT'(1);
+      flight_valid <= {flight_valid[STAGES-2:0], op != DIVIDER_NOP};
+      if (start) held <= COUNT'(INTERVAL - 1);
+      else if (held != '0) held <= held - COUNT'(1);
     end
     if (enable) begin
-      to_1 <= destination;
-      to_2 <= to_1;
-      to_3 <= to_2;
-      if (start) to <= to_3;
+      root <= {root[READ-2:0], op == DIVIDER_SQRT};
+      flight_address <= {flight_address[(STAGES-1)*A-1:0], destination};
     end
   end
 
   fp_divsqrt #(
       .EXP(EXP),
       .MAN(MAN),
-      .CYCLES(CYCLES)
+      .CYCLES(CYCLES),
+      .INTERVAL(INTERVAL)
   ) unit (
       .clock(clock),
       .reset(reset),
       .enable(enable),
       .start(start),
-      .root(op_3 == DIVIDER_SQRT),
+      .root(root[READ-1]),
       .a(a),
       .b(b),
       .result(result)
   );
-  assign conflict = enable && start && left > COUNT'(1);
-  assign result_valid = left == COUNT'(1);
-  assign result_address = to;
-  assign flight_valid = {left != '0, start, op_2 != DIVIDER_NOP, op_1 != DIVIDER_NOP};
-  assign flight_address = {to, to_3, to_2, to_1};
+  assign conflict = enable && start && held != '0;
+  assign result_valid = flight_valid[STAGES-1];
+  assign result_address = flight_address[(STAGES-1)*A+:A];
 endmodule

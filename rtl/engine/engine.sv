@@ -29,7 +29,7 @@ module engine #(
     input logic [31:0] bus_value,
     output logic [31:0] bus_answer,
     output logic irq,
-    // Storage, while the engine is idle; read latency 4 cycles.
+    // Storage, while the engine is idle; read latency READ_CYCLES + 1 cycles.
     input logic host_write,
     input logic host_read,
     input logic [ADDRESS_BITS-1:0] host_address,
@@ -56,13 +56,15 @@ module engine #(
   localparam int MUL = FP == 64 ? contract::F64_MUL_CYCLES : contract::F32_MUL_CYCLES;
   localparam int DIV = FP == 64 ? contract::F64_DIV_CYCLES : contract::F32_DIV_CYCLES;
   localparam int SQRT = FP == 64 ? contract::F64_SQRT_CYCLES : contract::F32_SQRT_CYCLES;
+  localparam int INTERVAL = FP == 64 ? contract::F64_DIV_INTERVAL_CYCLES : contract::F32_DIV_INTERVAL_CYCLES;
+  localparam int SQRT_INTERVAL = FP == 64 ? contract::F64_SQRT_INTERVAL_CYCLES : contract::F32_SQRT_INTERVAL_CYCLES;
   localparam int UNITS = LANES + DIVIDERS;
-  localparam int FLIGHTS = LANES * (3 + MUL + ADD) + DIVIDERS * 4;
+  localparam int FLIGHTS = LANES * (contract::READ_CYCLES + MUL + ADD) + DIVIDERS * (contract::READ_CYCLES + DIV);
 
   // The pipeline has these latencies; other parameters are refused.
   generate
-    if (contract::READ_CYCLES != 3 || contract::WRITE_CYCLES != 1 || contract::STARTUP_CYCLES != 2 ||
-        contract::FINISH_CYCLES != 1 || SQRT != DIV) begin : g_refused
+    if (contract::READ_CYCLES != 4 || contract::WRITE_CYCLES != 1 || contract::STARTUP_CYCLES != 3 ||
+        contract::FINISH_CYCLES != 1 || SQRT != DIV || SQRT_INTERVAL != INTERVAL) begin : g_refused
       $error("engine.svh or latency.svh names a latency that this engine does not have");
     end
   endgenerate
@@ -145,6 +147,7 @@ module engine #(
           .ADD(ADD),
           .MUL(MUL),
           .DIV(DIV),
+          .INTERVAL(INTERVAL),
           .SIMPLE(contract::SIMPLE_CYCLES),
           .LANES(LANES),
           .DIVIDERS(DIVIDERS),
@@ -248,6 +251,7 @@ module engine #(
       .ADD(ADD),
       .MUL(MUL),
       .DIV(DIV),
+      .INTERVAL(INTERVAL),
       .SIMPLE(contract::SIMPLE_CYCLES),
       .LANES(LANES),
       .DIVIDERS(DIVIDERS),

@@ -1,5 +1,5 @@
 // One lane: a multiplier, then an adder, a path for simple operations, and one result register.
-// `op` and `destination` come with the issue register (cycle t), the operands READ = 3 cycles later, the result U
+// `op` and `destination` come with the issue register (cycle t), the operands READ cycles later, the result U
 // cycles after those. A shift register holds the destinations; its stages are the cycles left to the result.
 module lane #(
     parameter int EXP = 11,
@@ -8,7 +8,8 @@ module lane #(
     parameter int MUL = EXP == 11 ? contract::F64_MUL_CYCLES : contract::F32_MUL_CYCLES,
     parameter int SIMPLE = contract::SIMPLE_CYCLES,
     parameter int ADDRESS_BITS = 14,
-    parameter int STAGES = 3 + MUL + ADD
+    parameter int READ = contract::READ_CYCLES,
+    parameter int STAGES = READ + MUL + ADD
 ) (
     input logic clock,
     input logic reset,
@@ -32,25 +33,18 @@ module lane #(
   localparam int A = ADDRESS_BITS;
   localparam int LINE = MUL + ADD;
 
-  // While the operands are read: cycles t + 1 ... t + 3.
-  logic [3:0] op_1, op_2, op_3;
-  logic [A-1:0] to_1, to_2, to_3;
+  // While the operands are read: cycles t + 1 ... t + READ. Of the last, what the operation is.
+  logic [4*READ-1:0] ops;
+  logic [READ*A-1:0] tos;
+  logic [3:0] op_r;
+  logic [A-1:0] to_r;
   always_ff @(posedge clock) begin
-    if (reset) begin
-      op_1 <= OP_NOP;
-      op_2 <= OP_NOP;
-      op_3 <= OP_NOP;
-    end else if (enable) begin
-      op_1 <= op;
-      op_2 <= op_1;
-      op_3 <= op_2;
-    end
-    if (enable) begin
-      to_1 <= destination;
-      to_2 <= to_1;
-      to_3 <= to_2;
-    end
+    if (reset) ops <= '0;
+    else if (enable) ops <= {ops[4*READ-5:0], op};
+    if (enable) tos <= {tos[(READ-1)*A-1:0], destination};
   end
+  assign op_r = ops[4*(READ-1)+:4];
+  assign to_r = tos[(READ-1)*A+:A];
 
   // The shift register of destinations. Stage j is j cycles before the result register; stage 0 belongs to it.
   logic [LINE-1:0] line_valid, line_product, line_sum, line_subtract;
@@ -59,10 +53,10 @@ module lane #(
   always_comb begin
     enter = '0;
     for (int j = 0; j < LINE; j++) begin
-      if (j + 1 == SIMPLE && op_3 != OP_NOP && !is_product(op_3) && !is_sum(op_3)) enter[j] = 1'b1;
-      if (j + 1 == MUL && op_3 == OP_MUL) enter[j] = 1'b1;
-      if (j + 1 == ADD && (op_3 == OP_ADD || op_3 == OP_SUB)) enter[j] = 1'b1;
-      if (j + 1 == LINE && (op_3 == OP_ADD_MUL || op_3 == OP_SUB_MUL)) enter[j] = 1'b1;
+      if (j + 1 == SIMPLE && op_r != OP_NOP && !is_product(op_r) && !is_sum(op_r)) enter[j] = 1'b1;
+      if (j + 1 == MUL && op_r == OP_MUL) enter[j] = 1'b1;
+      if (j + 1 == ADD && (op_r == OP_ADD || op_r == OP_SUB)) enter[j] = 1'b1;
+      if (j + 1 == LINE && (op_r == OP_ADD_MUL || op_r == OP_SUB_MUL)) enter[j] = 1'b1;
     end
   end
   // Result conflict: two operations of the lane end in the same cycle.
@@ -74,18 +68,22 @@ module lane #(
         if (reset) line_valid[j] <= 1'b0;
         else if (enable) line_valid[j] <= enter[j] || (j + 1 < LINE ? line_valid[(j+1)%LINE] : 1'b0);
         if (enable) begin
-          line_product[j]  <= enter[j] ? is_product(op_3) : line_product[(j+1)%LINE];
-          line_sum[j]      <= enter[j] ? is_sum(op_3) : line_sum[(j+1)%LINE];
-          line_subtract[j] <= enter[j] ? op_3 == OP_SUB_MUL : line_subtract[(j+1)%LINE];
-          line_to[j]       <= enter[j] ? to_3 : line_to[(j+1)%LINE];
+          line_product[j]  <= enter[j] ? is_product(op_r) : line_product[(j+1)%LINE];
+          line_sum[j]      <= enter[j] ? is_sum(op_r) : line_sum[(j+1)%LINE];
+          line_subtract[j] <= enter[j] ? op_r == OP_SUB_MUL : line_subtract[(j+1)%LINE];
+          line_to[j]       <= enter[j] ? to_r : line_to[(j+1)%LINE];
         end
       end
-      assign flight_valid[3+j] = line_valid[j];
-      assign flight_address[(3+j)*A+:A] = line_to[j];
+      assign flight_valid[READ+j] = line_valid[j];
+      assign flight_address[(READ+j)*A+:A] = line_to[j];
     end
   endgenerate
-  assign flight_valid[2:0] = {op_3 != OP_NOP, op_2 != OP_NOP, op_1 != OP_NOP};
-  assign flight_address[3*A-1:0] = {to_3, to_2, to_1};
+  generate
+    for (genvar i = 0; i < READ; i++) begin : g_read
+      assign flight_valid[i] = ops[4*i+:4] != OP_NOP;
+    end
+  endgenerate
+  assign flight_address[READ*A-1:0] = tos;
 
   // The units.
   logic [W-1:0] product, c_late, sum, simple, simple_1;
@@ -111,7 +109,7 @@ module lane #(
       .out(c_late)
   );
   // A product with its addend is at the adder when ADD cycles are left.
-  assign chained = line_valid[ADD] && line_sum[ADD] && line_product[ADD];
+  always_ff @(posedge clock) if (enable) chained <= line_valid[ADD+1] && line_sum[ADD+1] && line_product[ADD+1];
   fp_add #(
       .EXP(EXP),
       .MAN(MAN),
@@ -119,7 +117,7 @@ module lane #(
   ) adder (
       .clock(clock),
       .enable(enable),
-      .subtract(chained ? line_subtract[ADD] : op_3 == OP_SUB),
+      .subtract(chained ? line_subtract[ADD] : op_r == OP_SUB),
       .a(chained ? c_late : c),
       .b(chained ? product : a),
       .result(sum)
@@ -128,12 +126,12 @@ module lane #(
       .EXP(EXP),
       .MAN(MAN)
   ) compare (
-      .a(op_3 == OP_MIN ? b : a),
-      .b(op_3 == OP_MIN ? a : b),
+      .a(op_r == OP_MIN ? b : a),
+      .b(op_r == OP_MIN ? a : b),
       .less(less)
   );
   always_comb begin
-    case (op_3)
+    case (op_r)
       OP_NEG: simple = {!a[W-1], a[W-2:0]};
       OP_ABS: simple = {1'b0, a[W-2:0]};
       OP_MIN, OP_MAX: simple = less ? b : a;

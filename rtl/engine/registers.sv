@@ -78,10 +78,15 @@ module registers #(
 
   // The table.
   logic [SEGMENTS-1:0] exists;
+  (* ram_style = "distributed" *)
   logic [2:0] table_module[0:SEGMENTS-1];
+  (* ram_style = "distributed" *)
   logic [CODE_BITS-1:0] table_start[0:SEGMENTS-1];
+  (* ram_style = "distributed" *)
   logic [BUFFERS-1:0] table_reads[0:SEGMENTS-1];
+  (* ram_style = "distributed" *)
   logic [BUFFERS-1:0] table_writes[0:SEGMENTS-1];
+  (* ram_style = "distributed" *)
   logic [BUFFERS-1:0] table_stales[0:SEGMENTS-1];
   logic in_table, table_write;
   logic [PICK-1:0] row;
@@ -110,17 +115,34 @@ module registers #(
   logic [31:0] module_id, segment, sequence_id, completed_sequence;
   logic [7:0] completed_segment;
   logic [BUFFERS-1:0] valid, written, reads, writes, stales;
-  logic [PICK-1:0] announced;
+  logic [31:0] announced;
+  logic [2:0] announced_module;
   logic announced_exists, unreadable;
-  logic [31:0] chosen;
-  assign chosen = resident ? 32'(run_segment) : segment;
-  assign announced = chosen[PICK-1:0];
-  assign announced_exists = chosen < 32'(SEGMENTS) && exists[announced];
-  assign running = chosen[7:0];
-  assign reads = table_reads[announced];
-  assign writes = table_writes[announced];
-  assign stales = table_stales[announced];
-  assign unreadable = (reads & ~(valid | (writes & written))) != '0;
+  // The announced segment's row of the table, registered: it is there in the cycle after the announcement, and what
+  // its buffers say a cycle later, when the command may come. The operation control of an attempt looks its row up at once.
+  logic row_exists, row_unreadable;
+  logic [CODE_BITS-1:0] row_start;
+  logic [BUFFERS-1:0] row_reads, row_writes, row_stales, now_reads;
+  logic [PICK-1:0] now;
+  assign announced = (write && address == SEGMENT) ? value : segment;
+  always_ff @(posedge clock) begin
+    row_exists <= announced < 32'(SEGMENTS) && exists[announced[PICK-1:0]];
+    announced_module <= table_module[announced[PICK-1:0]];
+    row_start <= table_start[announced[PICK-1:0]];
+    row_reads <= table_reads[announced[PICK-1:0]];
+    row_writes <= table_writes[announced[PICK-1:0]];
+    row_stales <= table_stales[announced[PICK-1:0]];
+    row_unreadable <= (row_reads & ~(valid | (row_writes & written))) != '0;
+  end
+  assign now = run_segment[PICK-1:0];
+  assign now_reads = table_reads[now];
+  assign running = resident ? run_segment : segment[7:0];
+  assign announced_exists = resident ? 32'(run_segment) < 32'(SEGMENTS) && exists[now] : row_exists;
+  assign reads = resident ? now_reads : row_reads;
+  assign writes = resident ? table_writes[now] : row_writes;
+  assign stales = resident ? table_stales[now] : row_stales;
+  assign start_address = resident ? table_start[now] : row_start;
+  assign unreadable = resident ? (now_reads & ~(valid | (writes & written))) != '0 : row_unreadable;
 
   // The fault of this access, if any: first its register, then its order.
   logic [3:0] refusal, frame_fault, found;
@@ -133,7 +155,7 @@ module registers #(
       frame_fault = (module_id == 32'd0 && segment < 32'(INSTRUCTIONS) && entries[entry]) ? NONE : WRONG_SEGMENT;
     end
     else if (!announced_exists) frame_fault = WRONG_SEGMENT;
-    else if (32'(table_module[announced]) != module_id || (module_id == 32'd0) != (value == PUBLISH)) begin
+    else if (32'(announced_module) != module_id || (module_id == 32'd0) != (value == PUBLISH)) begin
       frame_fault = WRONG_SEGMENT;
     end else if (unreadable) frame_fault = READ_BEFORE_VALID;
     else frame_fault = NONE;
@@ -157,7 +179,6 @@ module registers #(
   logic run_fault;
   assign run_fault = run && (!announced_exists || unreadable);
   assign start = (command && value == START) || (run && !run_fault);
-  assign start_address = table_start[announced];
   assign irq = state == DONE || state == FAULT;
 
   always_ff @(posedge clock) begin

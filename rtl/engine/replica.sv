@@ -1,6 +1,6 @@
 // One read replica of the storage: BANKS memories with one read and one write port each, and the crossbars from the
 // units' addresses to the banks and from the banks' words to the units' operand registers, both as one-hot ORs.
-// Address at cycle t: row registers t + 1, output registers t + 2, operand registers t + 3.
+// Address at cycle t: row registers t + 1, block memories t + 2, their output registers t + 3, operand registers t + 4.
 module replica #(
     parameter int UNITS = 5,
     parameter int BANKS = 16,
@@ -44,13 +44,14 @@ module replica #(
   end
   assign conflict = enable && clash;
 
-  logic [UNITS*BANKS-1:0] pick_1, pick_2;
+  logic [UNITS*BANKS-1:0] pick_1, pick_2, pick_3;
   logic [BANKS*ROW-1:0] rows_1;
-  logic [BANKS*WIDTH-1:0] words_2;
+  logic [BANKS*WIDTH-1:0] words_3;
   always_ff @(posedge clock) begin
     if (enable) begin
       pick_1 <= pick;
       pick_2 <= pick_1;
+      pick_3 <= pick_2;
       rows_1 <= rows;
     end
   end
@@ -64,7 +65,7 @@ module replica #(
           .clock(clock),
           .enable(enable),
           .read_row(rows_1[b*ROW+:ROW]),
-          .read_word(words_2[b*WIDTH+:WIDTH]),
+          .read_word(words_3[b*WIDTH+:WIDTH]),
           .write(write[b]),
           .write_row(write_row[b*ROW+:ROW]),
           .write_word(write_word[b*WIDTH+:WIDTH])
@@ -78,7 +79,7 @@ module replica #(
     for (int u = 0; u < UNITS; u++) begin
       for (int b = 0; b < BANKS; b++) begin
         gathered[u*WIDTH+:WIDTH] =
-            gathered[u*WIDTH+:WIDTH] | ({WIDTH{pick_2[u*BANKS+b]}} & words_2[b*WIDTH+:WIDTH]);
+            gathered[u*WIDTH+:WIDTH] | ({WIDTH{pick_3[u*BANKS+b]}} & words_3[b*WIDTH+:WIDTH]);
       end
     end
   end

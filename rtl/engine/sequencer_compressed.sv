@@ -134,30 +134,32 @@ module sequencer_compressed #(
     end
   end
 
-  // Fetch as in the in-order sequencer: the memory's output register holds the next line.
+  // Fetch as in the in-order sequencer: the memory's output register holds the next line, the memory the one after.
   logic [FETCH-1:0] code[0:(1<<CODE_BITS)-1];
-  logic [FETCH-1:0] fetched;
+  logic [FETCH-1:0] fetched, ready;
   logic [CODE_BITS-1:0] next;
-  logic warm, ended, issue, done, decoding, take, deliver, push;
+  logic warm, fetched_valid, ended, issue, done, decoding, take, deliver, push, advance;
   logic [FILL-1:0] stays;
-  assign decoding = busy && warm && !ended;
+  assign decoding = busy && fetched_valid && !ended;
   assign take = decoding && rest == '0 && fill >= length;
   assign deliver = take || (decoding && rest != '0);
   assign stays = take ? fill - length : fill;
   assign push = decoding && stays <= FILL'(3 * FETCH);
+  assign advance = push || (busy && !fetched_valid);
   assign done = ended && !issue && empty;
   always_ff @(posedge clock) begin
     if (code_write) code[code_address] <= code_word;
     if (template_write) templates[template_address] <= template_word;
-    if (push || (busy && !warm)) fetched <= code[next];
+    if (advance) fetched <= code[next];
+    if (advance) ready <= fetched;
     if (start) next <= start_address;
-    else if (push || (busy && !warm)) next <= next + CODE_BITS'(1);
+    else if (advance) next <= next + CODE_BITS'(1);
   end
 
   // The buffer is zero above `fill`: an OR appends a line.
   logic [BUFFER-1:0] staying, line;
   assign staying = take ? buffer >> length : buffer;
-  assign line = {{(BUFFER - FETCH) {1'b0}}, fetched} << stays;
+  assign line = {{(BUFFER - FETCH) {1'b0}}, ready} << stays;
   always_ff @(posedge clock) begin
     if (start) begin
       buffer <= '0;
@@ -184,6 +186,7 @@ module sequencer_compressed #(
     if (reset) begin
       busy   <= 1'b0;
       warm   <= 1'b0;
+      fetched_valid <= 1'b0;
       ended  <= 1'b0;
       issue  <= 1'b0;
       frozen <= 1'b0;
@@ -191,6 +194,7 @@ module sequencer_compressed #(
       if (start) busy <= 1'b1;
       else if (done) busy <= 1'b0;
       warm   <= busy && !done;
+      fetched_valid <= warm && !done;
       ended  <= busy && !done && (ended || (take && kind == LAST));
       issue  <= deliver;
       frozen <= decoding && !deliver;

@@ -1,5 +1,6 @@
 // Static sequencer: it issues one word of a segment a cycle, up to the word whose last bit is set.
-// First busy cycle: address register; second: microcode memory; third: the first word is in the issue register.
+// First busy cycle: address register; second: microcode memory; third: its output register; fourth: the first word is
+// in the issue register.
 module sequencer_flat #(
     parameter int WIDTH = 285,
     parameter int CODE_BITS = 16
@@ -16,28 +17,31 @@ module sequencer_flat #(
     output logic [WIDTH-1:0] word
 );
   logic [WIDTH-1:0] code[0:(1<<CODE_BITS)-1];
-  logic [WIDTH-1:0] fetched;
+  logic [WIDTH-1:0] fetched, ready;
   logic [CODE_BITS-1:0] next;
-  logic fetched_valid, issue, ended;  // ended: the last word is, or was, in the issue register
+  logic fetched_valid, ready_valid, issue, ended;  // ended: the last word is, or was, in the issue register
 
   always_ff @(posedge clock) begin
     if (code_write) code[code_address] <= code_word;
     fetched <= code[next];
+    ready <= fetched;
     next <= start ? start_address : next + CODE_BITS'(1);
-    word <= (busy && fetched_valid && !ended) ? fetched : '0;
+    word <= (busy && ready_valid && !ended) ? ready : '0;
   end
   always_ff @(posedge clock) begin
     if (reset) begin
       busy <= 1'b0;
       fetched_valid <= 1'b0;
+      ready_valid <= 1'b0;
       issue <= 1'b0;
       ended <= 1'b0;
     end else begin
       if (start) busy <= 1'b1;
       else if (ended && !issue && empty) busy <= 1'b0;
       fetched_valid <= busy && !start;
-      issue <= busy && fetched_valid && !ended;
-      ended <= busy && !(ended && !issue && empty) && (ended || (fetched_valid && fetched[0]));
+      ready_valid <= busy && fetched_valid;
+      issue <= busy && ready_valid && !ended;
+      ended <= busy && !(ended && !issue && empty) && (ended || (ready_valid && ready[0]));
     end
   end
 endmodule

@@ -4,12 +4,13 @@ module sequencer_in_order #(
     parameter int ADD = contract::F64_ADD_CYCLES,
     parameter int MUL = contract::F64_MUL_CYCLES,
     parameter int DIV = contract::F64_DIV_CYCLES,
+    parameter int INTERVAL = contract::F64_DIV_INTERVAL_CYCLES,
     parameter int SIMPLE = contract::SIMPLE_CYCLES,
     parameter int LANES = 4,
     parameter int DIVIDERS = 1,
     parameter int BANKS = 16,
     parameter int ADDRESS_BITS = 14,
-    parameter int FLIGHTS = LANES * (3 + MUL + ADD) + DIVIDERS * 4,
+    parameter int FLIGHTS = LANES * (contract::READ_CYCLES + MUL + ADD) + DIVIDERS * (contract::READ_CYCLES + DIV),
     parameter int QUEUE_DEPTH = contract::QUEUE_DEPTH,
     parameter int CODE_BITS = 16,
     parameter int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2)
@@ -39,18 +40,19 @@ module sequencer_in_order #(
 
   logic [COUNT-1:0] waiting, behind;  // words in the queue, and those that remain
 
-  // Fetch: the memory's output register holds the next word of the segment.
+  // Fetch: the memory's output register holds the next word of the segment, the memory the one after.
   logic [WIDTH-1:0] code[0:(1<<CODE_BITS)-1];
-  logic [WIDTH-1:0] fetched;
+  logic [WIDTH-1:0] fetched, ready;
   logic [CODE_BITS-1:0] next;
-  logic warm, fetched_valid, fetched_all, push, done;
+  logic warm, fetched_valid, ready_valid, fetched_all, push, done;
   assign push = fetch_wanted && fetch_valid && waiting < COUNT'(QUEUE_DEPTH);
-  assign fetch_wanted = busy && fetched_valid && !fetched_all;
+  assign fetch_wanted = busy && ready_valid && !fetched_all;
   logic advance;
-  assign advance = push || (busy && !warm);
+  assign advance = push || (busy && !fetched_valid);
   always_ff @(posedge clock) begin
     if (code_write) code[code_address] <= code_word;
     if (advance) fetched <= code[next];
+    if (advance) ready <= fetched;
     if (start) next <= start_address;
     else if (advance) next <= next + CODE_BITS'(1);
   end
@@ -61,7 +63,7 @@ module sequencer_in_order #(
   generate
     for (genvar i = 0; i < QUEUE_DEPTH; i++) begin : g_queue
       always_ff @(posedge clock) begin
-        if (push && behind == COUNT'(i)) queue[i] <= fetched;
+        if (push && behind == COUNT'(i)) queue[i] <= ready;
         else if (issue) queue[i] <= queue[(i+1)%QUEUE_DEPTH];
       end
     end
@@ -72,6 +74,7 @@ module sequencer_in_order #(
       busy <= 1'b0;
       warm <= 1'b0;
       fetched_valid <= 1'b0;
+      ready_valid <= 1'b0;
       fetched_all <= 1'b0;
       waiting <= '0;
     end else begin
@@ -79,7 +82,8 @@ module sequencer_in_order #(
       else if (done) busy <= 1'b0;
       warm <= busy && !done;
       fetched_valid <= warm && !done;
-      fetched_all <= busy && !done && (fetched_all || (push && fetched[0]));
+      ready_valid <= fetched_valid && !done;
+      fetched_all <= busy && !done && (fetched_all || (push && ready[0]));
       waiting <= behind + COUNT'(push);
     end
   end
@@ -88,7 +92,7 @@ module sequencer_in_order #(
   logic [WIDTH-1:0] head;
   logic [LANES*LINE-1:0] result_taken;  // bit k - 1: taken k cycles after this one (all shifted by READ)
   logic [BANKS*AHEAD-1:0] bank_taken;
-  logic [DIVIDERS*DIV-1:0] divider_taken;
+  logic [DIVIDERS*INTERVAL-1:0] divider_taken;
   logic hazard, issue;
   assign head = queue[0];
   assign issue = busy && waiting != '0 && !hazard;
@@ -159,7 +163,7 @@ module sequencer_in_order #(
       end
     end
     for (int d = 0; d < DIVIDERS; d++) begin
-      if (divider_op[2*d+:2] != DIVIDER_NOP && divider_taken[d*DIV+:DIV] != '0) divider_hazard = 1'b1;
+      if (divider_op[2*d+:2] != DIVIDER_NOP && divider_taken[d*INTERVAL+:INTERVAL] != '0) divider_hazard = 1'b1;
     end
   end
   assign hazard = word_busy != '0 || result_hazard || bank_hazard || divider_hazard;
@@ -167,7 +171,7 @@ module sequencer_in_order #(
   // Reservations: those of the head enter, and all are shifted by one cycle.
   logic [LANES*LINE-1:0] result_next;
   logic [BANKS*AHEAD-1:0] bank_next;
-  logic [DIVIDERS*DIV-1:0] divider_next;
+  logic [DIVIDERS*INTERVAL-1:0] divider_next;
   always_comb begin
     result_next = result_taken;
     bank_next = bank_taken;
@@ -182,7 +186,7 @@ module sequencer_in_order #(
         end
       end
       for (int d = 0; d < DIVIDERS; d++) begin
-        if (divider_op[2*d+:2] != DIVIDER_NOP) divider_next[d*DIV+DIV-1] = 1'b1;
+        if (divider_op[2*d+:2] != DIVIDER_NOP) divider_next[d*INTERVAL+INTERVAL-1] = 1'b1;
       end
     end
   end
@@ -194,7 +198,7 @@ module sequencer_in_order #(
     end else begin
       for (int l = 0; l < LANES; l++) result_taken[l*LINE+:LINE] <= result_next[l*LINE+:LINE] >> 1;
       for (int b = 0; b < BANKS; b++) bank_taken[b*AHEAD+:AHEAD] <= bank_next[b*AHEAD+:AHEAD] >> 1;
-      for (int d = 0; d < DIVIDERS; d++) divider_taken[d*DIV+:DIV] <= divider_next[d*DIV+:DIV] >> 1;
+      for (int d = 0; d < DIVIDERS; d++) divider_taken[d*INTERVAL+:INTERVAL] <= divider_next[d*INTERVAL+:INTERVAL] >> 1;
     end
   end
 endmodule

@@ -41,7 +41,7 @@ module fp_add #(
     gap     = swap ? b_place - a_place : a_place - b_place;
   end
 
-  logic sign_1, unlike_1, special_1;
+  logic sign_1, unlike_1, special_1, far_1;
   logic [EXP-1:0] exp_1;
   logic [P-1:0] large_1, small_1;
   logic [ALIGN-1:0] align_1;
@@ -50,7 +50,8 @@ module fp_add #(
     unlike_1  <= a_sign != b_sign && !special;
     exp_1     <= swap ? b_place : a_place;
     small_1   <= special ? '0 : swap ? a_man : b_man;
-    align_1   <= (gap > EXP'(P + 3)) ? ALIGN'(P + 3) : ALIGN'(gap);
+    align_1   <= ALIGN'(gap);
+    far_1     <= (gap >> ALIGN) != '0;
     sign_1    <= !nan && (swap ? b_sign : a_sign);
     large_1   <= nan ? {2'b11, (P - 2)'(0)} : swap ? b_man : a_man;
   end
@@ -77,20 +78,23 @@ module fp_add #(
     special_2 <= special_1;
     exp_2     <= exp_1;
     large_2   <= large_1;
-    small_2   <= aligned | (P + 3)'(lost);
+    small_2   <= far_1 ? (P + 3)'(small_1 != '0) : aligned | (P + 3)'(lost);
   end
 
   // 3: add. The larger is first, so a difference is never negative; an exact zero difference is +0.
-  logic [S-1:0] sum;
-  assign sum = unlike_2 ? {1'b0, large_2, 3'b000} - {1'b0, small_2} : {1'b0, large_2, 3'b000} + {1'b0, small_2};
-  logic sign_3, special_3;
+  // The lowest bit of this sum carries a one into that of a difference.
+  logic [S:0] sum;
+  assign sum = {1'b0, large_2, 3'b000, 1'b1} + {{1'b0, small_2} ^ {S{unlike_2}}, unlike_2};
+  logic sign_3, unlike_3, special_3;
   logic [EXP-1:0] exp_3;
-  logic [S-1:0] sum_3;
+  logic [S-1:0] sum_3, floor_3;  // floor: where the smallest exponent has its leading one
   always_ff @(posedge clock) if (enable) begin
-    sign_3    <= sign_2 && !(unlike_2 && sum == '0);
+    sign_3    <= sign_2;
+    unlike_3  <= unlike_2;
     special_3 <= special_2;
     exp_3     <= exp_2;
-    sum_3     <= sum;
+    sum_3     <= sum[S:1];
+    floor_3   <= {1'b1, (S - 1)'(0)} >> exp_2;
   end
 
   // 4: normalisation shift: to the leading one, but not below the smallest exponent.
@@ -98,7 +102,7 @@ module fp_add #(
   fp_leading_zeros #(
       .WIDTH(S)
   ) leading (
-      .value(sum_3),
+      .value(sum_3 | floor_3),
       .count(zeros)
   );
   logic sign_4, special_4;
@@ -106,11 +110,11 @@ module fp_add #(
   logic [ LZ-1:0] up_4;
   logic [  S-1:0] sum_4;
   always_ff @(posedge clock) if (enable) begin
-    sign_4    <= sign_3;
+    sign_4    <= sign_3 && !(unlike_3 && sum_3 == '0);
     special_4 <= special_3;
     exp_4     <= exp_3;
     sum_4     <= sum_3;
-    up_4      <= (32'(zeros) > 32'(exp_3)) ? LZ'(exp_3) : zeros;
+    up_4      <= zeros;
   end
 
   // 5: normalise.

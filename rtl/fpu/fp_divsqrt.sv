@@ -1,12 +1,13 @@
 // IEEE 754 quotient a / b, or square root of a where `root`, rounded to nearest even. Specials and NaN as in fp_add.
-// Not pipelined: `start` takes the operands, the result is valid CYCLES cycles later for one cycle, and the next
-// `start` may come CYCLES cycles after the last. Without `enable` every register keeps its value.
-// Two result digits per cycle by restoring subtraction:
-// CYCLES >= 2 (unpack) + ceil((MAN + 3) / 2) (digits) + 2 (round).
+// `start` takes the operands, at most once in INTERVAL cycles; the result is valid CYCLES cycles later for one cycle.
+// Without `enable` every register keeps its value.
+// Two result bits a cycle by restoring subtraction of one of three multiples. SLOTS digit recurrences take turns:
+// CYCLES >= 3 (unpack, load) + ceil((MAN + 3) / 2) (digits) + 4 (collect, normalise, round).
 module fp_divsqrt #(
-    parameter int EXP    = 11,
-    parameter int MAN    = 52,
-    parameter int CYCLES = 32
+    parameter int EXP      = 11,
+    parameter int MAN      = 52,
+    parameter int CYCLES   = 35,
+    parameter int INTERVAL = 4
 ) (
     input  logic               clock,
     input  logic               enable,
@@ -19,7 +20,8 @@ module fp_divsqrt #(
 );
   localparam int P = MAN + 1;
   localparam int STEPS = (MAN + 4) / 2;
-  localparam int N = 2 * STEPS;  // digits: P, guard, one to normalise, and padding
+  localparam int N = 2 * STEPS;  // result bits: P, guard, one to normalise, and padding
+  localparam int SLOTS = (STEPS + INTERVAL) / INTERVAL;  // a slot is taken for a load and STEPS steps
   localparam int X = EXP + 2;
   localparam int LZ = $clog2(P + 1);
   localparam int DOWN = $clog2(P + 3);
@@ -27,35 +29,22 @@ module fp_divsqrt #(
   localparam logic signed [X-1:0] INFINITE = X'((1 << EXP) - 1);
   localparam logic signed [X-1:0] BIAS = X'((1 << (EXP - 1)) - 1);
 
-  // One-hot shift register: the cycle of the operation in flight.
-  logic [STEPS+1:0] token;
+  // Where operations are: bit i, i + 1 cycles after the start.
+  logic [STEPS+2:0] token;
   always_ff @(posedge clock) begin
     if (reset) token <= '0;
-    else if (enable) token <= {token[STEPS:0], start};
+    else if (enable) token <= {token[STEPS+1:0], start};
   end
 
-  // 1: take the operands.
-  logic root_1;
-  logic [EXP+MAN:0] a_1, b_1;
-  always_ff @(posedge clock) begin
-    if (enable && start) begin
-      root_1 <= root;
-      a_1    <= a;
-      b_1    <= b;
-    end
-  end
-
-  // 2: unpack, move the leading ones up, find special results.
+  // 1: unpack, count leading zeros, find special results.
   logic nan, a_inf, b_inf, a_zero, b_zero, infinite, zero;
   logic [EXP-1:0] a_exp, b_exp;
-  logic [P-1:0] a_raw, b_raw, a_man, b_man;
+  logic [P-1:0] a_raw, b_raw;
   logic [LZ-1:0] a_zeros, b_zeros;
-  logic [EXP-1:0] a_field, b_field;
-  logic signed [X-1:0] a_place, b_place, a_power;
-  assign a_exp = a_1[EXP+MAN-1:MAN];
-  assign b_exp = b_1[EXP+MAN-1:MAN];
-  assign a_raw = {a_exp != '0, a_1[MAN-1:0]};
-  assign b_raw = {b_exp != '0, b_1[MAN-1:0]};
+  assign a_exp = a[EXP+MAN-1:MAN];
+  assign b_exp = b[EXP+MAN-1:MAN];
+  assign a_raw = {a_exp != '0, a[MAN-1:0]};
+  assign b_raw = {b_exp != '0, b[MAN-1:0]};
   fp_leading_zeros #(
       .WIDTH(P)
   ) a_leading (
@@ -69,113 +58,189 @@ module fp_divsqrt #(
       .count(b_zeros)
   );
   always_comb begin
-    a_inf    = a_exp == ONES && a_1[MAN-1:0] == '0;
-    b_inf    = b_exp == ONES && b_1[MAN-1:0] == '0;
-    a_zero   = a_1[EXP+MAN-1:0] == '0;
-    b_zero   = b_1[EXP+MAN-1:0] == '0;
+    a_inf    = a_exp == ONES && a[MAN-1:0] == '0;
+    b_inf    = b_exp == ONES && b[MAN-1:0] == '0;
+    a_zero   = a[EXP+MAN-1:0] == '0;
+    b_zero   = b[EXP+MAN-1:0] == '0;
     // A NaN operand, a root of a negative number, infinity by infinity, zero by zero.
     nan      = (a_exp == ONES && !a_inf) ||
-               (root_1 ? a_1[EXP+MAN] && !a_zero : (b_exp == ONES && !b_inf) || (a_inf && b_inf) || (a_zero && b_zero));
-    infinite = root_1 ? a_inf : a_inf || b_zero;
-    zero     = root_1 ? a_zero : a_zero || b_inf;
-    a_field  = a_exp | EXP'(a_exp == '0);
-    b_field  = b_exp | EXP'(b_exp == '0);
-    a_place  = X'(a_field) - X'(a_zeros);
-    b_place  = X'(b_field) - X'(b_zeros);
-    a_man    = a_raw << a_zeros;
-    b_man    = b_raw << b_zeros;
-    a_power  = a_place - BIAS;
+               (root ? a[EXP+MAN] && !a_zero : (b_exp == ONES && !b_inf) || (a_inf && b_inf) || (a_zero && b_zero));
+    infinite = root ? a_inf : a_inf || b_zero;
+    zero     = root ? a_zero : a_zero || b_inf;
   end
-  logic sign_2, special_2, root_2;
-  logic signed [X-1:0] exp_2;  // of the digit before the point
-  logic [1:0] fixed_2;  // special result: not zero, NaN
-  logic [P-1:0] divisor_2;
-  always_ff @(posedge clock) begin
-    if (enable && token[0]) begin
-      root_2    <= root_1;
-      divisor_2 <= b_man;
-      exp_2     <= root_1 ? (a_power >>> 1) + BIAS : a_place - b_place + BIAS;
-      special_2 <= nan || infinite || zero;
-      fixed_2   <= {nan || infinite, nan};
-      sign_2    <= !nan && (a_1[EXP+MAN] ^ (b_1[EXP+MAN] && !root_1));
-    end
+  logic root_1, sign_1, special_1;
+  logic [1:0] fixed_1;  // special result: not zero, NaN
+  logic [EXP-1:0] a_field_1, b_field_1;
+  logic [LZ-1:0] a_zeros_1, b_zeros_1;
+  logic [P-1:0] a_1, b_1;
+  always_ff @(posedge clock) if (enable) begin
+    root_1    <= root;
+    sign_1    <= !nan && (a[EXP+MAN] ^ (b[EXP+MAN] && !root));
+    special_1 <= nan || infinite || zero;
+    fixed_1   <= {nan || infinite, nan};
+    a_field_1 <= a_exp | EXP'(a_exp == '0);
+    b_field_1 <= b_exp | EXP'(b_exp == '0);
+    a_zeros_1 <= a_zeros;
+    b_zeros_1 <= b_zeros;
+    a_1       <= a_raw;
+    b_1       <= b_raw;
   end
 
-  // 3 ... : digits q_1 q_2 ... of (a/2)/b or of sqrt(a/4), both below one. With the remainder w scaled by 2^j,
-  //   division: try 2w - b;   root: try 2w - (2 Q + 2^-j), where Q are the digits so far and j is the next digit.
-  // Fixed point with N fraction bits and three integer bits.
-  logic [N+2:0] rest, rest_a, rest_c, rest_next;
-  logic [N+1:0] rest_b;  // below the divisor or twice the root, so its top bit would be zero
-  logic [N-1:0] digits, digits_a, digits_b, place, place_half;
-  logic [N+2:0] take_a, take_b, dividend;
-  logic digit_a, digit_b;
-  always_comb begin
-    // a/2 or, as exponents of roots must be even, a/4 or 2a/4; a_man has its point after the leading one.
-    dividend = (N + 3)'(a_man) << (N - MAN - 2);
-    if (!root_1 || a_power[0]) dividend = dividend << 1;
+  // 2: move the leading ones up.
+  logic root_2, sign_2, special_2;
+  logic [1:0] fixed_2;
+  logic signed [X-1:0] a_place_2, b_place_2;
+  logic [P-1:0] a_2, b_2;
+  always_ff @(posedge clock) if (enable) begin
+    root_2    <= root_1;
+    sign_2    <= sign_1;
+    special_2 <= special_1;
+    fixed_2   <= fixed_1;
+    a_place_2 <= X'(a_field_1) - X'(a_zeros_1);
+    b_place_2 <= X'(b_field_1) - X'(b_zeros_1);
+    a_2       <= a_1 << a_zeros_1;
+    b_2       <= b_1 << b_zeros_1;
   end
+
+  // 3: load a slot; the exponent is that of the digit before the point.
+  // Division is of a/2 by b; a root is of a/4 or, as exponents of roots must be even, of a/2: both below one.
+  logic signed [X-1:0] power, exp_3;
+  logic [P+2:0] triple;
+  logic [N-1:0] radicand;
   always_comb begin
-    place_half = place >> 1;
-    take_a     = root_2 ? {2'b00, digits, 1'b0} | {3'b000, place} : {2'b00, divisor_2, {(N - MAN) {1'b0}}};
-    rest_a     = {rest[N+1:0], 1'b0};
-    digit_a    = rest_a >= take_a;
-    rest_b     = (N + 2)'(digit_a ? rest_a - take_a : rest_a);
-    digits_a   = digit_a ? digits | place : digits;
-    take_b     = root_2 ? {2'b00, digits_a, 1'b0} | {3'b000, place_half} : {2'b00, divisor_2, {(N - MAN) {1'b0}}};
-    rest_c     = {rest_b, 1'b0};
-    digit_b    = rest_c >= take_b;
-    rest_next  = digit_b ? rest_c - take_b : rest_c;
-    digits_b   = digit_b ? digits_a | place_half : digits_a;
+    power    = a_place_2 - BIAS;
+    exp_3    = root_2 ? (power >>> 1) + BIAS : a_place_2 - b_place_2 + BIAS;
+    triple   = {2'b0, b_2, 1'b0} + {1'b0, b_2, 2'b00};  // of the divisor 2b
+    radicand = power[0] ? N'(a_2) << (N - MAN - 1) : N'(a_2) << (N - MAN - 2);
   end
+
+  // 4 ... : digits. All numbers are integers. A remainder w is followed by one of 4 w - q D, q = 0 ... 3, in division
+  // by D; in a root with digits Q so far, and f the next four bits of the radicand, by one of 16 w + f - q (8 Q + q).
+  // Held are D or Q (bits above the lowest three: `once`), 3 D or 3 Q + 1 (`thrice`), and the quotient or the rest of
+  // the radicand (`moving`).
+  logic [SLOTS-1:0] load, collect;  // whose turn it is, one hot
+  logic [SLOTS*N-1:0] found;
+  logic [SLOTS-1:0] inexact;
+  logic [SLOTS*(X+4)-1:0] kept;  // exponent, sign and special result
   always_ff @(posedge clock) begin
-    if (enable && token[0]) begin
-      rest   <= dividend;
-      digits <= '0;
-      place  <= {1'b1, (N - 1)'(0)};
+    if (reset) begin
+      load <= SLOTS'(1);
+      collect <= SLOTS'(1);
     end else if (enable) begin
-      rest   <= rest_next;
-      digits <= digits_b;
-      place  <= place >> 2;
+      if (token[1]) load <= SLOTS'({load, load} >> (SLOTS - 1));
+      if (token[STEPS+2]) collect <= SLOTS'({collect, collect} >> (SLOTS - 1));
     end
   end
+  generate
+    for (genvar s = 0; s < SLOTS; s++) begin : g_slot
+      logic is_root, loads;
+      logic [N:0] w, thrice;
+      logic [N-1:0] once, moving;
+      logic [2:0] low;  // of D and of 3 D
+      logic [2:0] low_3;
+      logic [N+2:0] next;
+      logic [N+3:0] less_1, less_2, less_3;
+      logic [1:0] q;
+      logic [X+3:0] aside;
+      assign loads = token[1] && load[s];
+      always_comb begin
+        next = is_root ? {w[N-2:0], moving[N-1:N-4]} : {w, 2'b00};
+        less_1 = {1'b0, next} - {1'b0, once, low};
+        less_2 = {1'b0, next} - (is_root ? {once, 4'b0100} : {once, low, 1'b0});
+        less_3 = {1'b0, next} - {thrice, low_3};
+        // While it loads, the remainder comes in where that of digit 0 would.
+        q[1] = !less_2[N+3] && !loads;
+        q[0] = (!less_3[N+3] || (less_2[N+3] && !less_1[N+3])) && !loads;
+      end
+      always_ff @(posedge clock) if (enable) begin
+        case (q)
+          2'd0: w <= !loads ? next[N:0] : root_2 ? '0 : (N + 1)'(a_2);
+          2'd1: w <= less_1[N:0];
+          2'd2: w <= less_2[N:0];
+          default: w <= less_3[N:0];
+        endcase
+        moving <= loads ? (root_2 ? radicand : '0) : is_root ? moving << 4 : {moving[N-3:0], q};
+        if (loads) begin
+          is_root <= root_2;
+          low <= root_2 ? 3'b001 : {b_2[1:0], 1'b0};
+          low_3 <= root_2 ? 3'b001 : triple[2:0];
+          once <= root_2 ? '0 : N'(b_2[P-1:2]);
+          thrice <= root_2 ? (N + 1)'(1) : (N + 1)'(triple[P+2:3]);
+          aside <= {exp_3, sign_2, special_2, fixed_2};
+        end else if (is_root) begin
+          once <= {once[N-3:0], q};
+          case (q)
+            2'd0: thrice <= {thrice[N-2:0] - (N - 1)'(1), 2'b01};
+            2'd1: thrice <= {thrice[N-2:0], 2'b00};
+            2'd2: thrice <= {thrice[N-2:0], 2'b11};
+            default: thrice <= {thrice[N-2:0] + (N - 1)'(1), 2'b10};
+          endcase
+        end
+      end
+      assign found[s*N+:N] = is_root ? once : moving;
+      assign inexact[s] = w != '0;
+      assign kept[s*(X+4)+:X+4] = aside;
+    end
+  endgenerate
 
-  // Last but one: normalise, move down to a subnormal.
-  logic low;
-  logic signed [X-1:0] exp_last;
-  logic [N-1:0] normal;
-  logic [P+1:0] lowered;
-  logic [DOWN-1:0] down;
-  logic lost;
+  // Collect the digits of the slot whose turn it is.
+  logic [N-1:0] digits, digits_c;
+  logic [X+3:0] aside, aside_c;
+  logic rest_c;
   always_comb begin
-    low      = !digits[N-1];  // a quotient below one
-    normal   = low ? {digits[N-2:0], 1'b0} : digits;
-    exp_last = exp_2 - X'(low);
-    down     = (exp_last >= 1) ? '0 : (exp_last < -X'(P)) ? DOWN'(P + 2) : DOWN'(X'(1) - exp_last);
+    digits = '0;
+    aside  = '0;
+    for (int s = 0; s < SLOTS; s++) begin
+      digits = digits | ({N{collect[s]}} & found[s*N+:N]);
+      aside  = aside | ({(X + 4) {collect[s]}} & kept[s*(X+4)+:X+4]);
+    end
   end
+  always_ff @(posedge clock) if (enable) begin
+    digits_c <= digits;
+    aside_c  <= aside;
+    rest_c   <= (collect & inexact) != '0;
+  end
+
+  // Normalise, and how far down a subnormal moves.
+  logic low_c, sign_n, special_n, rest_n;
+  logic [1:0] fixed_n;
+  logic signed [X-1:0] exp_c;
+  logic [N-1:0] normal, normal_n;
+  logic [DOWN-1:0] down_n;
+  logic [EXP:0] exp_n;
+  assign low_c  = !digits_c[N-1];  // a quotient below one
+  assign normal = low_c ? {digits_c[N-2:0], 1'b0} : digits_c;
+  assign exp_c  = $signed(aside_c[X+3:4]) - X'(low_c);
+  always_ff @(posedge clock) if (enable) begin
+    {sign_n, special_n, fixed_n} <= aside_c[3:0];
+    rest_n   <= rest_c;
+    normal_n <= normal;
+    down_n   <= (exp_c >= 1) ? '0 : (exp_c < -X'(P)) ? DOWN'(P + 2) : DOWN'(X'(1) - exp_c);
+    exp_n    <= (exp_c >= INFINITE) ? {1'b0, ONES} : (exp_c >= 1) ? exp_c[EXP:0] : (EXP + 1)'(1);
+  end
+
+  // Move down.
+  logic lost, sign_l, special_l;
+  logic [P+1:0] lowered;
+  logic [P+2:0] man_l;
+  logic [EXP:0] exp_l;
   fp_shift_sticky #(
       .WIDTH(P + 2),
       .BITS (DOWN)
   ) lower (
-      .value  (normal[N-1-:P+2]),
-      .amount (down),
+      .value  (normal_n[N-1-:P+2]),
+      .amount (down_n),
       .shifted(lowered),
       .lost   (lost)
   );
-  logic [P+2:0] man_last;
-  logic [EXP:0] exp_round;
-  always_ff @(posedge clock) begin
-    if (enable && token[STEPS+1]) begin
-      if (special_2) begin
-        man_last  <= {fixed_2, (P + 1)'(0)};
-        exp_round <= fixed_2[1] ? {1'b0, ONES} : '0;
-      end else begin
-        man_last  <= {lowered, lost || rest != '0 || (normal << (P + 2)) != '0};
-        exp_round <= (exp_last >= INFINITE) ? {1'b0, ONES} : (exp_last >= 1) ? exp_last[EXP:0] : (EXP + 1)'(1);
-      end
-    end
+  always_ff @(posedge clock) if (enable) begin
+    sign_l    <= sign_n;
+    special_l <= special_n;
+    man_l     <= special_n ? {fixed_n, (P + 1)'(0)} : {lowered, lost || rest_n || (normal_n << (P + 2)) != '0};
+    exp_l     <= !special_n ? exp_n : fixed_n[1] ? {1'b0, ONES} : '0;
   end
 
-  // Last: round and pack. The inputs stay, and so would the result; it is read once.
+  // Round and pack.
   logic [EXP+MAN:0] result_last;
   fp_round #(
       .EXP (EXP),
@@ -184,15 +249,15 @@ module fp_divsqrt #(
   ) round (
       .clock  (clock),
       .enable (enable),
-      .sign   (sign_2),
-      .special(special_2),
-      .exp    (exp_round),
-      .man    (man_last),
+      .sign   (sign_l),
+      .special(special_l),
+      .exp    (exp_l),
+      .man    (man_l),
       .result (result_last)
   );
   fp_delay #(
       .WIDTH (EXP + MAN + 1),
-      .CYCLES(CYCLES - STEPS - 4)
+      .CYCLES(CYCLES - STEPS - 7)
   ) extra (
       .clock(clock),
       .enable(enable),

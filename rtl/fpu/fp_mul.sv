@@ -1,9 +1,9 @@
 // IEEE 754 product, rounded to nearest even: result = a * b. Specials and NaN as in fp_add.
-// One operation per cycle, LATENCY >= 7 cycles.
+// One operation per cycle, LATENCY >= 8 cycles.
 module fp_mul #(
     parameter int EXP     = 11,
     parameter int MAN     = 52,
-    parameter int LATENCY = 7
+    parameter int LATENCY = 8
 ) (
     input  logic               clock,
     input  logic               enable,
@@ -46,8 +46,18 @@ module fp_mul #(
     sign_1    <= !nan && (a[EXP+MAN] ^ b[EXP+MAN]);
   end
 
-  // 2, 3: multiply. Meanwhile the normalisation shift: up for the product of a subnormal, down for a product that
+  // 2, 3, 4: multiply. Meanwhile the normalisation shift: up for the product of a subnormal, down for a product that
   // becomes subnormal. (Of two subnormals, only the sticky bit remains for any shift.)
+  logic [2*P-1:0] product_4;
+  fp_product #(
+      .P(P)
+  ) multiply (
+      .clock  (clock),
+      .enable (enable),
+      .a      (a_1),
+      .b      (b_1),
+      .product(product_4)
+  );
   logic [LZ-1:0] zeros;
   fp_leading_zeros #(
       .WIDTH(P)
@@ -58,86 +68,89 @@ module fp_mul #(
   logic sign_2, special_2;
   logic signed [X-1:0] exp_2;
   logic [LZ-1:0] zeros_2;
-  logic [P-1:0] a_2, b_2;
   always_ff @(posedge clock) if (enable) begin
     sign_2    <= sign_1;
     special_2 <= special_1;
     exp_2     <= exp_1;
     zeros_2   <= tiny_1 ? zeros : '0;
-    a_2       <= a_1;
-    b_2       <= b_1;
   end
 
-  logic signed [X-1:0] normal;  // exponent once the leading one is in place
-  logic signed [X-1:0] move;  // up, or down when negative
-  assign normal = exp_2 - X'(zeros_2);
-  assign move   = (normal >= 1) ? X'(zeros_2) : exp_2 - X'(1);
   logic sign_3, special_3;
-  logic [EXP-1:0] exp_3;
-  logic [LZ-1:0] up_3;
+  logic signed [X-1:0] normal_3;  // the exponent once the leading one is in place
+  logic [LZ-1:0] zeros_3, up_most_3;
   logic [DOWN-1:0] down_3;
-  logic over_3;
-  logic [2*P-1:0] product_3;
   always_ff @(posedge clock) if (enable) begin
     sign_3    <= sign_2;
     special_3 <= special_2;
-    over_3    <= normal > INFINITE;
-    exp_3     <= (normal >= 1) ? normal[EXP-1:0] : EXP'(1);
-    up_3      <= (move > 0) ? move[LZ-1:0] : '0;
-    down_3    <= (move >= 0) ? '0 : (move < -X'(P + 2)) ? DOWN'(P + 2) : DOWN'(-move);
-    product_3 <= a_2 * b_2;
+    zeros_3   <= zeros_2;
+    normal_3  <= exp_2 - X'(zeros_2);
+    up_most_3 <= (exp_2 >= 1) ? LZ'(exp_2 - X'(1)) : '0;
+    down_3    <= (exp_2 >= 1) ? '0 : (exp_2 < -X'(P + 1)) ? DOWN'(P + 2) : DOWN'(X'(1) - exp_2);
   end
 
-  // 4: move up.
   logic sign_4, special_4, over_4;
   logic [EXP-1:0] exp_4;
+  logic [LZ-1:0] up_4;
   logic [DOWN-1:0] down_4;
-  logic [2*P-1:0] product_4;
   always_ff @(posedge clock) if (enable) begin
     sign_4    <= sign_3;
     special_4 <= special_3;
-    over_4    <= over_3;
-    exp_4     <= exp_3;
+    over_4    <= normal_3 > INFINITE;
+    exp_4     <= (normal_3 >= 1) ? normal_3[EXP-1:0] : EXP'(1);
+    up_4      <= (normal_3 >= 1) ? zeros_3 : up_most_3;
     down_4    <= down_3;
-    product_4 <= product_3 << up_3;
   end
 
-  // 5: move down, keeping the top and one sticky bit.
+  // 5: move up.
+  logic sign_5, special_5, over_5;
+  logic [EXP-1:0] exp_5;
+  logic [DOWN-1:0] down_5;
+  logic [2*P-1:0] product_5;
+  always_ff @(posedge clock) if (enable) begin
+    sign_5    <= sign_4;
+    special_5 <= special_4;
+    over_5    <= over_4;
+    exp_5     <= exp_4;
+    down_5    <= down_4;
+    product_5 <= product_4 << up_4;
+  end
+
+  // 6: move down, keeping the top and one sticky bit.
   logic [P+1:0] lowered;
   logic lost;
   fp_shift_sticky #(
       .WIDTH(P + 2),
       .BITS (DOWN)
   ) lower (
-      .value  (product_4[2*P-1:P-2]),
-      .amount (down_4),
+      .value  (product_5[2*P-1:P-2]),
+      .amount (down_5),
       .shifted(lowered),
       .lost   (lost)
   );
-  logic sign_5, special_5, over_5;
-  logic [EXP-1:0] exp_5;
-  logic [P+2:0] man_5;
-  always_ff @(posedge clock) if (enable) begin
-    sign_5    <= sign_4;
-    special_5 <= special_4;
-    over_5    <= over_4;
-    exp_5     <= exp_4;
-    man_5     <= {lowered, lost || product_4[P-3:0] != '0};
-  end
-
-  // 6: the product of two significands is in [1, 4): it is shifted by at most one place.
-  logic sign_6, special_6;
-  logic [EXP:0] exp_6;
-  logic [P+TAIL-1:0] man_6;
+  logic sign_6, special_6, over_6;
+  logic [EXP-1:0] exp_6;
+  logic [P+2:0] man_6;
   always_ff @(posedge clock) if (enable) begin
     sign_6    <= sign_5;
     special_6 <= special_5;
-    exp_6     <= over_5 ? {1'b0, ONES} : {1'b0, exp_5} + (EXP + 1)'(man_5[P+2]);
-    man_6     <= (man_5[P+2]) ? man_5 : {man_5[P+1:0], 1'b0};
+    over_6    <= over_5;
+    exp_6     <= exp_5;
+    man_6     <= {lowered, lost || product_5[P-3:0] != '0};
   end
 
-  // 7: round and pack.
-  logic [EXP+MAN:0] result_7;
+  // 7: the product of two significands is in [1, 4): it is shifted by at most one place.
+  logic sign_7, special_7;
+  logic [EXP:0] exp_7;
+  logic [P+TAIL-1:0] man_7;
+  always_ff @(posedge clock) if (enable) begin
+    sign_7    <= sign_6;
+    special_7 <= special_6;
+    exp_7     <= over_6 ? {1'b0, ONES} : {1'b0, exp_6} + (EXP + 1)'(man_6[P+2]);
+    man_7     <= (man_6[P+2]) ? man_6 : {man_6[P+1:0], 1'b0};
+  end
+
+  // 8: round and pack.
+  logic [EXP+MAN:0] result_8;
   fp_round #(
       .EXP (EXP),
       .MAN (MAN),
@@ -145,19 +158,19 @@ module fp_mul #(
   ) round (
       .clock  (clock),
       .enable (enable),
-      .sign   (sign_6),
-      .special(special_6),
-      .exp    (exp_6),
-      .man    (man_6),
-      .result (result_7)
+      .sign   (sign_7),
+      .special(special_7),
+      .exp    (exp_7),
+      .man    (man_7),
+      .result (result_8)
   );
   fp_delay #(
       .WIDTH (EXP + MAN + 1),
-      .CYCLES(LATENCY - 7)
+      .CYCLES(LATENCY - 8)
   ) extra (
       .clock(clock),
       .enable(enable),
-      .in   (result_7),
+      .in   (result_8),
       .out  (result)
   );
 endmodule

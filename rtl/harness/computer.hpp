@@ -79,13 +79,13 @@ class Computer {
     dut.host_address = address;
     clock();
     dut.host_read = 0;
-    for (int i = 0; i < 3; ++i) clock();
+    for (int i = 0; i < 4; ++i) clock();
     return dut.host_value;
   }
 
-  // Every word of storage, by address, while the engine is idle: one read a clock, latency four clocks.
+  // Every word of storage, by address, while the engine is idle: one read a clock, latency five clocks.
   std::vector<uint64_t> read_storage() {
-    constexpr uint64_t UNDER_WAY = 3;
+    constexpr uint64_t UNDER_WAY = 4;
     std::vector<uint64_t> words(STORAGE_WORDS);
     for (uint64_t at = 0; at < STORAGE_WORDS + UNDER_WAY; ++at) {
       dut.host_read = at < STORAGE_WORDS;

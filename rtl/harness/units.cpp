@@ -1,6 +1,6 @@
-// Unit test of the floating-point units: units EXP MAN LATENCIES(add,mul,div) VECTORS SEED.
-// Prints one line per operation and the first mismatches; exits 1 if there is one. Pipelined units get new operands
-// every cycle, with cycles of `enable` low in between; the result is compared exactly LATENCY enabled cycles later.
+// Unit test of the floating-point units: units EXP MAN LATENCIES(add,mul,div) INTERVAL(div) VECTORS SEED.
+// Prints one line per operation and the first mismatches; exits 1 if there is one. Units get new operands every cycle,
+// the divider once in INTERVAL, with cycles of `enable` low in between; the result is compared exactly LATENCY enabled cycles later.
 #include <cinttypes>
 #include <cstdio>
 #include <cstdlib>
@@ -28,27 +28,27 @@ class Bench {
     dut.reset = 0;
   }
 
-  Outcome run(Op op, int latency, uint64_t vectors, uint64_t seed) {
+  Outcome run(Op op, uint64_t latency, uint64_t interval, uint64_t vectors, uint64_t seed) {
     Vectors source(f, op, seed);
     Outcome outcome;
-    const bool iterative = op == Op::div || op == Op::sqrt;
+    const bool divides = op == Op::div || op == Op::sqrt;
     std::deque<Expected> expected;
     dut.subtract = op == Op::sub;
     dut.root = op == Op::sqrt;
-    const uint64_t cycles = iterative ? vectors * uint64_t(latency) + 1 : vectors + uint64_t(latency);
+    const uint64_t cycles = (vectors - 1) * interval + latency + 1;
     for (uint64_t cycle = 0, i = 0; cycle < cycles;) {
       // Compare the outputs, set the inputs, clock.
-      const bool due = iterative ? cycle > 0 && cycle % uint64_t(latency) == 0 : cycle >= uint64_t(latency);
+      const bool due = cycle >= latency && (cycle - latency) % interval == 0;
       if (due && op != Op::less) {
         check(op, expected.front(), output(op), outcome);
         expected.pop_front();
       }
       dut.start = 0;
-      if (i < vectors && (!iterative || cycle % uint64_t(latency) == 0)) {
+      if (i < vectors && cycle % interval == 0) {
         const auto [a, b] = source.pair(i++);
         dut.a = a;
         dut.b = b;
-        dut.start = iterative;
+        dut.start = divides;
         dut.eval();
         expected.push_back({a, b, reference(f, op, a, b)});
         if (op == Op::less) check(op, expected.back(), dut.less, outcome);
@@ -106,18 +106,20 @@ class Bench {
 }  // namespace
 
 int main(int argc, char **argv) {
-  if (argc != 8) {
-    std::fprintf(stderr, "usage: units EXP MAN ADD_CYCLES MUL_CYCLES DIV_CYCLES VECTORS SEED\n");
+  if (argc != 9) {
+    std::fprintf(stderr, "usage: units EXP MAN ADD_CYCLES MUL_CYCLES DIV_CYCLES DIV_INTERVAL_CYCLES VECTORS SEED\n");
     return 2;
   }
   const Format format{std::atoi(argv[1]), std::atoi(argv[2])};
   const int add = std::atoi(argv[3]), mul = std::atoi(argv[4]), div = std::atoi(argv[5]);
-  const uint64_t vectors = std::strtoull(argv[6], nullptr, 10), seed = std::strtoull(argv[7], nullptr, 10);
+  const uint64_t interval = std::strtoull(argv[6], nullptr, 10);
+  const uint64_t vectors = std::strtoull(argv[7], nullptr, 10), seed = std::strtoull(argv[8], nullptr, 10);
   const int latency[] = {add, add, mul, div, div, 0};
+  const uint64_t intervals[] = {1, 1, 1, interval, interval, 1};
   Bench bench(format, seed);
   bool good = true;
   for (Op op : {Op::add, Op::sub, Op::mul, Op::div, Op::sqrt, Op::less}) {
-    const Outcome o = bench.run(op, latency[int(op)], vectors, seed + uint64_t(op));
+    const Outcome o = bench.run(op, uint64_t(latency[int(op)]), intervals[int(op)], vectors, seed + uint64_t(op));
     std::printf("unit %s vectors %" PRIu64 " mismatches %" PRIu64 " nan %" PRIu64 " infinite %" PRIu64 " subnormal %" PRIu64
                 " zero %" PRIu64 "\n",
                 OP_NAME[int(op)], o.vectors, o.mismatches, o.nan, o.infinite, o.subnormal, o.zero);

@@ -4,7 +4,8 @@ module units #(
     parameter int MAN = 52,
     parameter int ADD_CYCLES = EXP == 11 ? contract::F64_ADD_CYCLES : contract::F32_ADD_CYCLES,
     parameter int MUL_CYCLES = EXP == 11 ? contract::F64_MUL_CYCLES : contract::F32_MUL_CYCLES,
-    parameter int DIV_CYCLES = EXP == 11 ? contract::F64_DIV_CYCLES : contract::F32_DIV_CYCLES
+    parameter int DIV_CYCLES = EXP == 11 ? contract::F64_DIV_CYCLES : contract::F32_DIV_CYCLES,
+    parameter int DIV_INTERVAL_CYCLES = EXP == 11 ? contract::F64_DIV_INTERVAL_CYCLES : contract::F32_DIV_INTERVAL_CYCLES
 ) (
     input  logic               clock,
     input  logic               reset,
@@ -45,7 +46,8 @@ module units #(
   fp_divsqrt #(
       .EXP(EXP),
       .MAN(MAN),
-      .CYCLES(DIV_CYCLES)
+      .CYCLES(DIV_CYCLES),
+      .INTERVAL(DIV_INTERVAL_CYCLES)
   ) divsqrt (
       .clock(clock),
       .reset(reset),

@@ -42,7 +42,10 @@ def test_a_problem_catches_what_is_wrong_in_rtl_checks_and_scheduler_and_passes_
 
 @pytest.mark.parametrize("misread", [("lanes", 1), ("add", -6), ("div", 1000)])
 def test_a_scheduler_cannot_misread_what_no_engine_has(misread: tuple[str, int]) -> None:
-    with pytest.raises(EngineError, match=r"allowed is (add, mul, div, sqrt or simple|1 to 50 cycles)"):
+    with pytest.raises(
+        EngineError,
+        match=r"allowed is (add, mul, div, sqrt, div_interval, sqrt_interval or simple|1 to 50 cycles)",
+    ):
         scheduled(problems()[SMALLEST], Settings(), ENGINE, misread=misread)
 
 

@@ -16,6 +16,7 @@ WANTED = {
     "runtime": MANIFEST["project"]["dependencies"],
     "test": EXTRAS["test"] + EXTRAS["cvxpy"] + EXTRAS["reach"],  # what these bring is tested
     "bench": EXTRAS["bench"],
+    "route": EXTRAS["route"],
 }
 
 
@@ -43,15 +44,15 @@ def test_every_lock_belongs_to_something_wanted() -> None:
 
 
 def test_no_extra_is_forgotten() -> None:
-    assert set(EXTRAS) == {"cvxpy", "reach", "test", "bench"}
+    assert set(EXTRAS) == {"cvxpy", "reach", "test", "bench", "route"}
 
 
 def test_the_gpl_peer_is_in_the_benchmark_lock_only() -> None:
     assert [lock for lock in WANTED if "ecos" in pins(lock)] == ["bench"]
 
 
-@pytest.mark.parametrize("lock", ["test", "bench"])
-def test_test_and_benchmark_locks_build_on_the_runtime_lock(lock: str) -> None:
+@pytest.mark.parametrize("lock", ["test", "bench", "route"])
+def test_these_locks_build_on_the_runtime_lock(lock: str) -> None:
     text = (ROOT / "requirements" / f"{lock}.txt").read_text()
     assert "\n-r runtime.txt\n" in text
     assert not set(pins(lock)) & set(pins("runtime"))

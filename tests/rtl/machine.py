@@ -61,6 +61,10 @@ class Machine:
         special |= {"div": table[prefix + "DIV_CYCLES"], "sqrt": table[prefix + "SQRT_CYCLES"]}
         return special.get(name, table["SIMPLE_CYCLES"])
 
+    def interval(self, name: str) -> int:
+        """Cycles from the issue of an operation to the next on the same unit."""
+        return self.numbers[f"F{self.fp}_{name.upper()}_INTERVAL_CYCLES"] if name in DIVIDER_OPS else 1
+
     def distance(self, name: str) -> int:
         """Cycles from issue until the result may be read: U + READ + WRITE."""
         return self.latency(name) + self.numbers["READ_CYCLES"] + self.numbers["WRITE_CYCLES"]
@@ -167,7 +171,7 @@ class Reservations:
         self.results.add((unit, end))
         self.writes.add((op.to % self.machine.banks, end))
         if op.divides:
-            self.divider_free[unit] = end
+            self.divider_free[unit] = time + self.machine.interval(op.name)
         return Slot(op, time, unit)
 
     def _unit(self, op: Op, time: int) -> int | None:
@@ -272,7 +276,7 @@ def in_order(machine: Machine, slots: Sequence[Slot], *, seed: int, level: int) 
                 end = cycle + machine.latency(slot.op.name)
                 busy[slot.op.to] = cycle + machine.distance(slot.op.name)
                 taken |= {("result", slot.unit, end), ("bank", slot.op.to % machine.banks, end)}
-                dividers[slot.unit] = end if slot.op.divides else 0
+                dividers[slot.unit] = cycle + machine.interval(slot.op.name)
                 last = max(last, busy[slot.op.to] + 1)
         if fetched:
             queue.append(remaining.popleft())

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from orbsoc.hw.schedules import Engine
 from orbsoc.rtl.mutations import MUTATIONS
 from tests.rtl.case_writer import Answer, Case, run_case
 from tests.rtl.compressed import Compressor
@@ -33,29 +34,28 @@ from tests.rtl.machine import (
 )
 from tests.rtl.verilator import require_verilator
 
-MACHINE = Machine(fp=32, lanes=1, banks=4, address_bits=10)
-
 
 @cache
-def programs(form: str) -> Case:
-    """Random programs for one sequencer; every engine runs the same."""
-    case = Case(MACHINE, form)
-    compressor = Compressor(MACHINE, random.Random(1))
+def programs(form: str, engine: Engine) -> Case:
+    """Random programs for one engine and sequencer; it and its mutants run the same."""
+    machine = Machine(engine.fp, engine.lanes, engine.dividers, engine.banks, address_bits=10)
+    case = Case(machine, form)
+    compressor = Compressor(machine, random.Random(1))
     for seed, names in enumerate([MIXTURE, MIXTURE, DIVIDER_OPS[1:], DIVIDER_OPS[1:]]):
-        ops, memory = random_program(MACHINE, 300, seed, names=names)
-        slots = schedule(MACHINE, ops)
+        ops, memory = random_program(machine, 300, seed, names=names)
+        slots = schedule(machine, ops)
         words = 1 + max(slot.time for slot in slots)
-        cycles = busy_cycles(MACHINE, slots, words)
+        cycles = busy_cycles(machine, slots, words)
         if form == "in_order":
-            slots, cycles = in_order(MACHINE, slots, seed=1, level=0)
+            slots, cycles = in_order(machine, slots, seed=1, level=0)
             words = 1 + max(slot.time for slot in slots)
         if form == "compressed":
             code, frozen = compressor.segment(slots, words)
             cycles += 1 + frozen
         else:
-            code = encode(MACHINE, slots, words)
+            code = encode(machine, slots, words)
         gaps = (1, 0) if form == "in_order" else None
-        case.add(f"random{seed}", code, cycles, memory, evaluate(MACHINE, ops, memory), gaps)
+        case.add(f"random{seed}", code, cycles, memory, evaluate(machine, ops, memory), gaps)
     case.templates = compressor.templates
     return case
 
@@ -64,14 +64,19 @@ def programs(form: str) -> Case:
 def test_a_mutation_of_the_rtl_is_caught(name: str, tmp_path: Path) -> None:
     require_verilator()
     mutation = MUTATIONS[name]
-    answers = run_case(programs(mutation.form), tmp_path, mutation.apply(RTL, tmp_path))
+    program = programs(mutation.form, mutation.engine)
+    answers = run_case(program, tmp_path, mutation.apply(RTL, tmp_path))
     assert not all(answer.good for answer in answers.values())
 
 
-@pytest.mark.parametrize("form", sorted({mutation.form for mutation in MUTATIONS.values()}))
-def test_the_engine_as_it_is_passes_the_programs_that_catch_mutations(form: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("form", "engine"), dict.fromkeys((mutation.form, mutation.engine) for mutation in MUTATIONS.values())
+)
+def test_the_engine_as_it_is_passes_the_programs_that_catch_mutations(
+    form: str, engine: Engine, tmp_path: Path
+) -> None:
     require_verilator()
-    answers = run_case(programs(form), tmp_path)
+    answers = run_case(programs(form, engine), tmp_path)
     assert all(answer.good for answer in answers.values()), answers
 
 

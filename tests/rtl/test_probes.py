@@ -23,12 +23,14 @@ MACHINES = {
 OPS = [*LANE_OPS[1:], *DIVIDER_OPS[1:]]
 FAR = 50  # cycles, more than any operation takes
 X, Y, Z, OLD, MOVED, TO, TO_2 = 1, 2, 3, 4, 5, 6, 8
+MORE = range(10, 18)  # a divider works on several operations: too close, a later one destroys an earlier one
 
 
 def words(machine: Machine) -> dict[int, int]:
     """Operands that no operation leaves unchanged, and words that no result equals."""
     code = "<d" if machine.fp == 64 else "<f"
     numbers = {X: -2.25, Y: 3.5, Z: 7.0, OLD: 123.0, MOVED: 55.0, TO: 99.0, TO_2: 98.0}
+    numbers |= dict.fromkeys(MORE, 97.0)
     return {at: int.from_bytes(struct.pack(code, value), "little") for at, value in numbers.items()}
 
 
@@ -45,7 +47,8 @@ def program(machine: Machine, slots: list[Slot]) -> tuple[list[int], dict[int, i
     """Microcode, storage before, storage after if every operation takes effect in the order of issue."""
     memory = words(machine)
     ordered = [slot.op for slot in sorted(slots, key=lambda slot: slot.time)]
-    return encode(machine, slots, FAR + 1), memory, evaluate(machine, ordered, memory)
+    length = 1 + max(FAR, *(slot.time for slot in slots))
+    return encode(machine, slots, length), memory, evaluate(machine, ordered, memory)
 
 
 @pytest.fixture(scope="module", params=MACHINES)
@@ -78,13 +81,15 @@ def test_interval_of_every_operation_is_the_tables(machine: Machine, tmp_path: P
     require_verilator()
     case = Case(machine)
     for name in OPS:
+        targets = (TO, TO_2, *MORE) if name in DIVIDER_OPS else (TO, TO_2)
         for interval in range(1, FAR):
-            pair = [(operation(name), 0), (operation(name, TO_2), interval)]
-            slots = [Slot(op, time, unit(machine, name)) for op, time in pair]
+            slots = [
+                Slot(operation(name, to), i * interval, unit(machine, name)) for i, to in enumerate(targets)
+            ]
             case.add(f"{name}.{interval}", *_with_cycles(program(machine, slots)))
     answers = run_case(case, tmp_path)
     for name in OPS:
-        least = machine.latency(name) if name in DIVIDER_OPS else 1
+        least = machine.interval(name)
         right = [i for i in range(1, FAR) if not answers[f"{name}.{i}"].different]
         clean = [i for i in range(1, FAR) if not answers[f"{name}.{i}"].violated]
         assert right == clean == list(range(least, FAR)), name
@@ -115,4 +120,4 @@ def _with_cycles(
 ) -> tuple[list[int], int, dict[int, int], dict[int, int]]:
     """With a number of cycles that nothing here compares: the values tell."""
     code, memory, after = parts
-    return code, 2 * FAR, memory, after
+    return code, len(code) + FAR, memory, after

@@ -18,7 +18,7 @@ VECTORS = int(os.environ.get("ORBSOC_UNIT_VECTORS", "40000"))
 FORMATS = {"f64": (11, 52), "f32": (8, 23), "(8,15)": (8, 15)}
 if VECTORS >= 1_000_000:  # `make units`
     FORMATS |= {"(8,7)": (8, 7), "(5,10)": (5, 10), "(6,9)": (6, 9)}
-UNITS = ("ADD", "MUL", "DIV")
+UNITS = ("ADD", "MUL", "DIV", "DIV_INTERVAL")
 LINE = re.compile(
     r"unit (\w+) vectors (\d+) mismatches (\d+) nan (\d+) infinite (\d+) subnormal (\d+) zero (\d+)"
 )
@@ -31,11 +31,11 @@ def run_units(name: str, vectors: int, seed: int, **wrong: int) -> subprocess.Co
     if f"{name.upper()}_ADD_CYCLES" in table:
         cycles = {unit: table[f"{name.upper()}_{unit}_CYCLES"] for unit in UNITS}
     else:
-        cycles = {"ADD": 6, "MUL": 7, "DIV": (man + 12) // 2}
+        cycles = {"ADD": 6, "MUL": 8, "DIV": (man + 18) // 2, "DIV_INTERVAL": 1 + man % 4}
     options = {f"{unit}_CYCLES": value for unit, value in cycles.items()}
     executable = build("units", EXP=exp, MAN=man, **options)
     expected = {**cycles, **wrong}
-    arguments = [exp, man, expected["ADD"], expected["MUL"], expected["DIV"], vectors, seed]
+    arguments = [exp, man, *(expected[unit] for unit in UNITS), vectors, seed]
     return subprocess.run([executable, *map(str, arguments)], capture_output=True, text=True, check=False)
 
 

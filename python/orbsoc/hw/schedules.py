@@ -205,7 +205,7 @@ def scheduled(
 ) -> PlProgram:
     """As `pl_program`, made anew; its `core` writes validation cases on this very problem's numbers.
 
-    `misread`: a unit (add, mul, div, sqrt, simple), and by how many cycles the scheduler is wrong about it: a mutation of
+    `misread`: a unit (add, mul, div, sqrt, simple) or div_interval, sqrt_interval, and by how many cycles the scheduler is wrong about it: a mutation of
     the model. It needs `engine.address_bits`.
     """
     if engine.address_bits is not None:

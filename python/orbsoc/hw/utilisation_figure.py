@@ -35,7 +35,7 @@ def busy_shares(program: PlProgram, stage: str, bins: int = BINS) -> tuple[Array
 
 
 def _held_cycles(program: PlProgram) -> Array:
-    """Cycles for which each operation, in the order of `operation_names`, holds its unit: a divider's are not pipelined."""
+    """Cycles for which each operation, in the order of `operation_names`, holds its unit."""
     from hw_model.platform.rtl_latency import rtl_latencies
 
     units = rtl_latencies()["f64" if program.engine.fp == 64 else "f32"]

@@ -36,18 +36,21 @@ from .validation import (
 
 ENGINE = Engine(fp=32, lanes=1, banks=4, address_bits=ADDRESS_BITS)
 """The smallest one: it is built anew for every mutation."""
+FREEZING = Engine(fp=64, lanes=4, banks=16, address_bits=ADDRESS_BITS)
+"""Its words are long enough for the decoder to freeze; the smallest engine's never are."""
 Kind = Literal["none", "RTL", "checks", "model"]
 SETTINGS = narrow_settings(Settings(), 24)
 
 
 @dataclass(frozen=True, slots=True)
 class Mutation:
-    """One replacement in one file of the RTL, seen with one sequencer."""
+    """One replacement in one file of the RTL, seen on one engine."""
 
     file: str
     line: str
     becomes: str
     form: Format = "flat"
+    engine: Engine = ENGINE
 
     def apply(self, rtl: Path, folder: Path) -> Path:
         """A copy of the RTL with the mutation, in `folder`.
@@ -66,7 +69,7 @@ class Mutation:
 
 
 MUTATIONS = {
-    "adder one cycle longer": Mutation("latency.svh", "F32_ADD_CYCLES = 6", "F32_ADD_CYCLES = 7"),
+    "adder one cycle longer": Mutation("latency.svh", "F32_ADD_CYCLES = 6;", "F32_ADD_CYCLES = 7;"),
     "banks swapped at the write crossbar": Mutation(
         "engine/write_crossbar.sv", "address[u*A+:PICK] == PICK'(b)", "address[u*A+:PICK] == PICK'(b ^ 1)"
     ),
@@ -86,7 +89,7 @@ MUTATIONS = {
         "engine/sequencer_in_order.sv", "word_busy[i] = uses[i]", "word_busy[i] = 1'b0", "in_order"
     ),
     "divider reserved a cycle short": Mutation(
-        "engine/sequencer_in_order.sv", "divider_next[d*DIV+DIV-1]", "divider_next[d*DIV+DIV-2]", "in_order"
+        "engine/sequencer_in_order.sv", "INTERVAL+INTERVAL-1] = 1", "INTERVAL+INTERVAL-2] = 1", "in_order"
     ),
     "addresses stepped one too far": Mutation(
         "engine/sequencer_compressed.sv",
@@ -99,6 +102,9 @@ MUTATIONS = {
         "rest_next = left[RUN-1:0];",
         "rest_next = left[RUN-1:0] + RUN'(1);",
         "compressed",
+    ),
+    "divider counts on while the decoder freezes": Mutation(
+        "fpu/fp_divsqrt.sv", "else if (enable) token <=", "else token <=", "compressed", FREEZING
     ),
 }
 
@@ -117,13 +123,15 @@ class Misbelief:
 
     misread: tuple[str, int] | None = None
     """A unit, and by how many cycles."""
-    banks: int = ENGINE.banks
+    banks_by: int = 1
+    """As many times the banks."""
 
     def case(self, problem: Problem, point: Point) -> str:
         """A point scheduled by it, named a case for the engine as it is."""
-        engine = replace(ENGINE, banks=self.banks)
+        right = point.engine.banks
+        engine = replace(point.engine, banks=self.banks_by * right)
         program = scheduled(problem, SETTINGS, engine, misread=self.misread)
-        return case_of(point, program).replace(f" banks {self.banks} ", f" banks {ENGINE.banks} ", 1)
+        return case_of(point, program).replace(f" banks {engine.banks} ", f" banks {right} ", 1)
 
 
 MODEL_MUTATIONS = {
@@ -131,7 +139,8 @@ MODEL_MUTATIONS = {
     "adder taken for one cycle shorter": Misbelief(misread=("add", -1)),
     "multiplier taken for one cycle shorter": Misbelief(misread=("mul", -1)),
     "divider taken for one cycle shorter": Misbelief(misread=("div", -1)),
-    "ports reserved as of twice the banks": Misbelief(banks=2 * ENGINE.banks),
+    "divider taken for free a cycle early": Misbelief(misread=("div_interval", -1)),
+    "ports reserved as of twice the banks": Misbelief(banks_by=2),
 }
 
 
@@ -170,19 +179,19 @@ def catches(rtl: Path, name: str, problem: Problem) -> Iterator[Catch]:
     """Every module of a problem on the engine as it is, then on every mutated one, then scheduled by every mutated
     scheduler. Raises RtlError as `prepared` and `compared` do."""
 
-    def cases(form: Format, wrong: Misbelief) -> list[tuple[Point, str]]:
-        points = [Point(name, module, ENGINE, form) for module in MODULES]
+    def cases(form: Format, wrong: Misbelief, engine: Engine = ENGINE) -> list[tuple[Point, str]]:
+        points = [Point(name, module, engine, form) for module in MODULES]
         return [(point, wrong.case(problem, point)) for point in points]
 
     right = Misbelief()
-    for form in sorted({mutation.form for mutation in MUTATIONS.values()}):
-        yield _catch(None, "none", rtl, cases(form, right))
+    for form, engine in dict.fromkeys((mutation.form, mutation.engine) for mutation in MUTATIONS.values()):
+        yield _catch(None, "none", rtl, cases(form, right, engine))
     kinds: list[tuple[Kind, dict[str, Mutation]]] = [("RTL", MUTATIONS), ("checks", CHECK_MUTATIONS)]
     for kind, mutations in kinds:
         for title, mutation in mutations.items():
             with tempfile.TemporaryDirectory() as scratch:
                 wrong = mutation.apply(rtl, Path(scratch))
-                yield _catch(title, kind, wrong, cases(mutation.form, right))
+                yield _catch(title, kind, wrong, cases(mutation.form, right, mutation.engine))
     for title, misbelief in MODEL_MUTATIONS.items():
         yield _catch(title, "model", rtl, cases("flat", misbelief))
 

@@ -30,6 +30,8 @@ pub struct Timing {
     pub mul: u32,
     pub div: u32,
     pub sqrt: u32,
+    pub div_interval: u32,
+    pub sqrt_interval: u32,
     pub simple: u32,
     pub read: u32,
     pub write: u32,
@@ -43,7 +45,7 @@ pub struct Timing {
 const UNITS: &str = include_str!("../../../../rtl/latency.svh");
 const ENGINE: &str = include_str!("../../../../rtl/engine.svh");
 const MOST_CYCLES: u32 = 50;
-const UNITS_MISREAD: &str = "add, mul, div, sqrt or simple";
+const UNITS_MISREAD: &str = "add, mul, div, sqrt, div_interval, sqrt_interval or simple";
 
 impl Timing {
     /// The RTL's own.
@@ -61,6 +63,8 @@ impl Timing {
             mul: unit("MUL"),
             div: unit("DIV"),
             sqrt: unit("SQRT"),
+            div_interval: unit("DIV_INTERVAL"),
+            sqrt_interval: unit("SQRT_INTERVAL"),
             simple: engine("SIMPLE_CYCLES"),
             read: engine("READ_CYCLES"),
             write: engine("WRITE_CYCLES"),
@@ -82,6 +86,8 @@ impl Timing {
             "mul" => ("mul", &mut self.mul),
             "div" => ("div", &mut self.div),
             "sqrt" => ("sqrt", &mut self.sqrt),
+            "div_interval" => ("div_interval", &mut self.div_interval),
+            "sqrt_interval" => ("sqrt_interval", &mut self.sqrt_interval),
             "simple" => ("simple", &mut self.simple),
             _ => return Err(Error::Configuration { field: "misread", value: 0, allowed: UNITS_MISREAD }),
         };
@@ -101,6 +107,15 @@ impl Timing {
             Code::Div => self.div,
             Code::Sqrt => self.sqrt,
             _ => self.simple,
+        }
+    }
+
+    /// Cycles from an issue to the next that the same divider, or lane, may take.
+    pub fn interval(&self, code: Code) -> u32 {
+        match code {
+            Code::Div => self.div_interval,
+            Code::Sqrt => self.sqrt_interval,
+            _ => 1,
         }
     }
 
@@ -132,8 +147,9 @@ mod tests {
     fn every_parameter_is_found_and_positive() {
         for precision in [Precision::F64, Precision::F32] {
             let t = Timing::of(precision);
-            let all = [t.add, t.mul, t.div, t.sqrt, t.simple, t.read, t.write, t.startup, t.queue_depth];
-            assert!(all.iter().all(|&cycles| cycles >= 1), "{t:?}");
+            let units = [t.add, t.mul, t.div, t.sqrt, t.div_interval, t.sqrt_interval];
+            let all = [t.simple, t.read, t.write, t.startup, t.queue_depth];
+            assert!(units.iter().chain(&all).all(|&cycles| cycles >= 1), "{t:?}");
         }
     }
 

@@ -136,7 +136,7 @@ impl<'a> Scoreboard<'a> {
         let timing = self.configuration.timing();
         let slot = self.slot(issue, cycle);
         if issue.code.on_divider() {
-            self.divider_free[issue.unit as usize] = cycle + timing.latency(issue.code);
+            self.divider_free[issue.unit as usize] = cycle + timing.interval(issue.code);
         } else {
             self.results[slot] |= 1 << issue.unit;
         }

@@ -154,7 +154,7 @@ impl Machine {
             if *free > cycle {
                 return broken(Rule::DividerBusy);
             }
-            *free = appears;
+            *free = cycle + timing.interval(code);
         } else if reserve(&mut self.results, appears, unit as usize) {
             return broken(Rule::ResultConflict);
         }

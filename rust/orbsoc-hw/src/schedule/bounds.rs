@@ -11,7 +11,7 @@ pub struct Bounds {
     pub issue: u32,
     /// The critical path.
     pub dependency: u32,
-    /// Every division and root occupies a divider for its latency.
+    /// Every division and root occupies a divider for its interval.
     pub divider: u32,
     /// Every result occupies a write port, every word that is read a read port, for a cycle.
     pub bank: u32,
@@ -23,7 +23,7 @@ impl Bounds {
         let timing = configuration.timing();
         let around = timing.startup + timing.finish;
         let on_dividers = || graph.nodes.iter().filter(|node| node.code.on_divider());
-        let busy: u32 = on_dividers().map(|node| timing.latency(node.code)).sum();
+        let busy: u32 = on_dividers().map(|node| timing.interval(node.code)).sum();
         let lanes = graph.nodes.len() as u32 - on_dividers().count() as u32;
         // From the last issue until its result is in storage.
         let after = |least: u32| if graph.nodes.is_empty() { 0 } else { least + timing.read + timing.write };

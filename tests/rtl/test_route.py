@@ -1,0 +1,32 @@
+"""The record of place and route is of this RTL and of the pinned tools, and the presets' clocks are its own."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+from scripts import record_route
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCUMENT = json.loads(record_route.RECORD.read_text())
+ROWS: list[dict[str, Any]] = DOCUMENT["rows"]
+OURS = [row for row in ROWS if row["module"] != "picorv32_axi"]
+
+
+def test_every_row_is_of_the_rtl_as_it_is() -> None:
+    old = {row["module"] for row in OURS if row["source"] != record_route.source_of(row["module"]).digest}
+    assert not old, f"{old}: `make route` places and routes them again"
+
+
+def test_every_row_is_made_by_the_pinned_tools() -> None:
+    lock = (ROOT / "requirements" / "route.txt").read_text()
+    pins = dict(re.findall(r"^([\w.-]+)==(\S+)$", lock, re.MULTILINE))
+    for row in ROWS:
+        assert row["tools"] == {tool: pins[tool] for tool in row["tools"]}
+
+
+def test_the_page_shows_the_record() -> None:
+    page = record_route.PAGE.read_text()
+    assert record_route.with_table(page) == page
