@@ -71,21 +71,23 @@ def test_operations_are_what_the_columns_of_l_imply() -> None:
 
 
 @pytest.mark.parametrize("lanes", [1, 2, 4])
-def test_the_whole_program_is_a_quarter_as_large_for_a_twentieth_more_cycles(lanes: int) -> None:
+def test_the_whole_program_is_less_than_a_third_as_large_for_a_tenth_more_cycles(lanes: int) -> None:
     """All stages together; `orbsoc hw validate` runs problem A's program in both formats on the RTL."""
     segments = scheduled(problem_c(), Settings(), Engine(lanes=lanes, banks=16)).segments.values()
     flat, stored = sum(s.flat_bits for s in segments), sum(s.compressed_bits for s in segments)
     cycles, slower = sum(s.cycles for s in segments), sum(s.compressed_cycles for s in segments)
-    assert flat >= 4 * stored
-    assert slower <= 1.05 * cycles
+    assert flat >= 3 * stored
+    assert slower <= 1.1 * cycles
 
 
 @BOTH
 @pytest.mark.parametrize("lanes", [1, 2, 4])
-def test_the_stream_is_a_quarter_as_large_for_a_twentieth_more_cycles(stream: Stream, lanes: int) -> None:
+def test_the_stream_is_less_than_a_third_as_large_for_a_tenth_more_cycles(
+    stream: Stream, lanes: int
+) -> None:
     found = segment(Engine(lanes=lanes, banks=16, dividers=1), stream)
-    assert found.flat_bits >= 4 * found.compressed_bits
-    assert found.compressed_cycles <= 1.05 * found.cycles
+    assert found.flat_bits >= 3 * found.compressed_bits
+    assert found.compressed_cycles <= 1.1 * found.cycles
 
 
 def test_a_stream_overlaps_its_stages() -> None:

@@ -99,7 +99,7 @@ def test_an_iteration_has_as_many_streams_as_decisions() -> None:
 
 def test_a_segment_costs_its_start_and_its_branch() -> None:
     assert control_cycles(("factor",), METHOD) == 3
-    assert control_cycles(("aim", "solve", "check"), METHOD) == 3 + 6
+    assert control_cycles(("aim", "solve", "check"), METHOD) == 3 + 7
 
 
 def test_under_the_papers_control_a_stream_ends_where_the_ps_computes() -> None:

@@ -36,7 +36,7 @@ def test_factorization_on_the_pl_by_hand(tmp_path: Path) -> None:
     # A write takes 60 ns, a read 100 + 10 cycles of 10 ns = 200 ns. A frame is 4 writes, its confirmation
     # 2 reads. v: 800 bytes by DMA, 2000 ns + 800 / 0.2; by the core 200 · 60 would be longer.
     # w: 16 bytes by the core, 4 · 200; by DMA 2000 + 16 / 0.1 would be longer.
-    # factor: issue ⌈10/2⌉ = 5, divider 2 · 32 = 64, chain 100, no overlap; drain 7 + 6 + 4.
+    # factor: issue ⌈10/2⌉ = 5, divider 2 · 4 = 8, chain 100, no overlap; drain 8 + 6 + 4.
     assert lines(timeline) == [
         ("(problem data)", "ps", "link", 4 * 60 + 2 * 200),
         ("make", "ps", "ps", 20),
@@ -45,8 +45,8 @@ def test_factorization_on_the_pl_by_hand(tmp_path: Path) -> None:
         ("factor", "ps", "link", 240),
         ("factor", "pl", "issue", 50),
         ("factor", "pl", "dependency", 1000),
-        ("factor", "pl", "divider", 640),
-        ("factor", "pl", "drain", 170),
+        ("factor", "pl", "divider", 80),
+        ("factor", "pl", "drain", 180),
         ("factor", "ps", "interrupt", 1000),
         ("factor", "ps", "link", 2 * 200 + 60),
         ("check", "ps", "link", 800),
@@ -54,12 +54,12 @@ def test_factorization_on_the_pl_by_hand(tmp_path: Path) -> None:
         ("check", "ps", "link", 640),
         ("(result)", "ps", "link", 200),
     ]
-    assert timeline.makespan_picoseconds == 12_536_000
-    assert timeline.totals("iteration") == {(0,): 1_300_000, (1,): 11_236_000}
+    assert timeline.makespan_picoseconds == 11_986_000
+    assert timeline.totals("iteration") == {(0,): 1_300_000, (1,): 10_686_000}
     assert timeline.totals("module", "side") == {
         ("ps", "ps"): 2_976_000,
         ("factorization", "ps"): 7_700_000,
-        ("factorization", "pl"): 1_860_000,
+        ("factorization", "pl"): 1_310_000,
     }
 
 
@@ -76,7 +76,7 @@ def test_single_precision_halves_the_words_and_takes_its_own_latencies(tmp_path:
     timeline = simulate(trace, tiny_platform(tmp_path), partition_of("factorization"))
     found = {(s.stage, s.detail, s.cause): s.duration_picoseconds // 1000 for s in timeline.segments}
     assert found["factor", "copy v to the PL by dma", "link"] == 2000 + 400 * 5
-    assert found["factor", "compute", "divider"] == 2 * 17 * 10
+    assert found["factor", "compute", "divider"] == 2 * 4 * 10
     assert found["check", "compute", "ps"] == 6 + 15
 
 

@@ -275,18 +275,32 @@ pub fn plus(a: OperationCounts, b: OperationCounts) -> OperationCounts {
 #[test]
 fn transfers_ask_for_nothing_but_signs() {
     let data = generated(0).0;
-    for stage in [
-        Stage::LoadKkt,
-        Stage::StoreStep,
-        Stage::StoreConstantAndPredictor,
-        Stage::CheckSolve,
-        Stage::CheckConstantAndPredictor,
-    ] {
+    for stage in [Stage::LoadKkt, Stage::StoreStep, Stage::StoreConstantAndPredictor] {
         assert_eq!(tally(&data, stage).operations, ZERO, "{}", stage.name());
     }
     // The signs of −c and of the residuals of x and y; s less the residual of z.
     let predictor = OperationCounts { neg: 9 + 9 + 3, sub: 18, ..ZERO };
     assert_eq!(tally(&data, Stage::PredictorRhs).operations, predictor);
+}
+
+/// Each right-hand side has its error's size, four comparisons with limits and what follows from them (four maxima and a
+/// minimum); the counts of refinements, and whether the next solve needs its residual, are the same for any number of them.
+#[test]
+fn a_check_asks_for_comparisons_by_right_hand_side() {
+    let data = generated(0).0;
+    for (stage, sides) in [(Stage::CheckSolve, 1), (Stage::CheckConstantAndPredictor, 2)] {
+        let expected = OperationCounts {
+            abs: sides,
+            mul: 1,
+            add: 2,
+            min: 7 + sides,
+            max: 3 + 4 * sides,
+            compare: 13 + 8 * sides,
+            select: 13 + 8 * sides,
+            ..ZERO
+        };
+        assert_eq!(tally(&data, stage).operations, expected, "{}", stage.name());
+    }
 }
 
 #[test]
