@@ -82,9 +82,7 @@ def test_the_whole_program_is_less_than_a_third_as_large_for_a_tenth_more_cycles
 
 @BOTH
 @pytest.mark.parametrize("lanes", [1, 2, 4])
-def test_the_stream_is_less_than_a_third_as_large_for_a_tenth_more_cycles(
-    stream: Stream, lanes: int
-) -> None:
+def test_the_stream_is_less_than_a_third_as_large_for_a_tenth_more_cycles(stream: Stream, lanes: int) -> None:
     found = segment(Engine(lanes=lanes, banks=16, dividers=1), stream)
     assert found.flat_bits >= 3 * found.compressed_bits
     assert found.compressed_cycles <= 1.1 * found.cycles

@@ -37,7 +37,7 @@ def test_a_search_prices_every_design_and_places_the_papers(searched: tuple[Path
     document = json.loads((out / "design.json").read_text())
     with (out / "designs.csv").open() as lines:
         rows = list(csv.DictReader(lines))
-    assert len(rows) == document["designs"] == 2 * 2 * 2 * 2 * 63
+    assert len(rows) == document["designs"] == 2 * 2 * 2 * 2 * 127
     assert document["schedules"] == 4
     with (out / "front.csv").open() as lines:
         assert len(list(csv.DictReader(lines))) == len(document["front"])

@@ -68,7 +68,7 @@ def test_validation_refuses_a_harness_of_which_a_check_is_silent(
 
 
 @pytest.mark.parametrize(
-    ("name", "becomes"), [("READ_CYCLES = 3", "READ_CYCLES = 4"), ("FINISH_CYCLES = 1", "FINISH_CYCLES = 2")]
+    ("name", "becomes"), [("READ_CYCLES = 4", "READ_CYCLES = 5"), ("FINISH_CYCLES = 1", "FINISH_CYCLES = 2")]
 )
 def test_a_latency_that_the_engine_does_not_have_stops_the_build(
     name: str, becomes: str, tmp_path: Path

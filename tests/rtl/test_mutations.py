@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from orbsoc.hw.schedules import Engine
-from orbsoc.rtl.mutations import MUTATIONS
+from orbsoc.rtl.mutations import FREEZING, MUTATIONS
 from tests.rtl.case_writer import Answer, Case, run_case
 from tests.rtl.compressed import Compressor
 from tests.rtl.engine_sources import RTL
@@ -35,15 +35,47 @@ from tests.rtl.machine import (
 from tests.rtl.verilator import require_verilator
 
 
+def full_words(machine: Machine, seed: int = 0) -> tuple[list[Slot], dict[int, int]]:
+    """Every lane begins an operation in every cycle, from far-away addresses, and the divider whenever it can: words so long
+    that the decoder falls behind, with divisions in flight."""
+    random_ = random.Random(seed)
+    rows = (1 << machine.address_bits) // machine.banks
+    memory: dict[int, int] = {}
+    slots: list[Slot] = []
+
+    def read(bank: int) -> int:
+        address = random_.randrange(rows // 2) * machine.banks + bank
+        memory[address] = 0x3FF0_0000_0000_0000 + random_.getrandbits(52)
+        return address
+
+    written = iter(range(rows // 2, rows))
+    for time in range(60):
+        for unit in range(machine.lanes + machine.dividers):
+            divides = unit >= machine.lanes
+            if divides and time % machine.interval("div"):
+                continue
+            banks = [(unit + time) % machine.banks] * 3
+            to = next(written) * machine.banks + unit + machine.lanes * divides
+            slots.append(Slot(Op("div" if divides else "add_mul", to, *map(read, banks)), time, unit))
+    return slots, memory
+
+
 @cache
 def programs(form: str, engine: Engine) -> Case:
     """Random programs for one engine and sequencer; it and its mutants run the same."""
-    machine = Machine(engine.fp, engine.lanes, engine.dividers, engine.banks, address_bits=10)
+    machine = Machine(
+        engine.fp, engine.lanes, engine.dividers, engine.banks, address_bits=engine.address_bits or 10
+    )
     case = Case(machine, form)
     compressor = Compressor(machine, random.Random(1))
+    made: list[tuple[list[Slot], dict[int, int]]] = []
     for seed, names in enumerate([MIXTURE, MIXTURE, DIVIDER_OPS[1:], DIVIDER_OPS[1:]]):
         ops, memory = random_program(machine, 300, seed, names=names)
-        slots = schedule(machine, ops)
+        made.append((schedule(machine, ops), memory))
+    if engine == FREEZING:
+        made.append(full_words(machine))
+    for seed, (slots, memory) in enumerate(made):
+        ops = [slot.op for slot in sorted(slots, key=lambda slot: slot.time)]
         words = 1 + max(slot.time for slot in slots)
         cycles = busy_cycles(machine, slots, words)
         if form == "in_order":

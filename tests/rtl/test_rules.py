@@ -11,25 +11,30 @@ from tests.rtl.verilator import require_verilator
 MACHINE = Machine(lanes=2, banks=8, address_bits=10)
 MEMORY = {at: 0x3FF0_0000_0000_0000 + at for at in range(32)}
 LANE_0, LANE_1, DIVIDER = 0, 1, 2
+TOGETHER = MACHINE.latency("mul") - MACHINE.latency(
+    "move"
+)  # a move that begins so late ends with the product
+READABLE = MACHINE.distance("mul")
+AGAIN = MACHINE.interval("div")
 
 # Addresses differ by 8 where one bank is meant, and are of different banks else.
 BROKEN = {
     "read_conflict": [Slot(Op("move", 1, 16), 0, LANE_0), Slot(Op("move", 2, 24), 0, LANE_1)],
-    "read_pending": [Slot(Op("mul", 1, 16, 17), 0, LANE_0), Slot(Op("move", 2, 1), 10, LANE_0)],
-    "write_pending": [Slot(Op("mul", 1, 16, 17), 0, LANE_0), Slot(Op("move", 1, 18), 8, LANE_1)],
-    "result_conflict": [Slot(Op("mul", 1, 16, 17), 0, LANE_0), Slot(Op("move", 2, 18), 6, LANE_0)],
-    "write_conflict": [Slot(Op("mul", 1, 16, 17), 0, LANE_0), Slot(Op("move", 9, 18), 6, LANE_1)],
-    "divider_busy": [Slot(Op("div", 1, 16, 17), 0, DIVIDER), Slot(Op("sqrt", 2, 18), 31, DIVIDER)],
+    "read_pending": [Slot(Op("mul", 1, 16, 17), 0, LANE_0), Slot(Op("move", 2, 1), READABLE - 1, LANE_0)],
+    "write_pending": [Slot(Op("mul", 1, 16, 17), 0, LANE_0), Slot(Op("move", 1, 18), TOGETHER + 2, LANE_1)],
+    "result_conflict": [Slot(Op("mul", 1, 16, 17), 0, LANE_0), Slot(Op("move", 2, 18), TOGETHER, LANE_0)],
+    "write_conflict": [Slot(Op("mul", 1, 16, 17), 0, LANE_0), Slot(Op("move", 9, 18), TOGETHER, LANE_1)],
+    "divider_busy": [Slot(Op("div", 1, 16, 17), 0, DIVIDER), Slot(Op("sqrt", 2, 18), AGAIN - 1, DIVIDER)],
     "read_unwritten": [Slot(Op("move", 1, 40), 0, LANE_0)],
 }
 # The same programs, one step away from the fault.
 SOUND = {
     "a broadcast": [Slot(Op("move", 1, 16), 0, LANE_0), Slot(Op("move", 2, 16), 0, LANE_1)],
     "other replicas": [Slot(Op("mul", 1, 16, 24), 0, LANE_0), Slot(Op("move", 2, 17), 0, LANE_1)],
-    "read in time": [Slot(Op("mul", 1, 16, 17), 0, LANE_0), Slot(Op("move", 2, 1), 11, LANE_0)],
-    "written in time": [Slot(Op("mul", 1, 16, 17), 0, LANE_0), Slot(Op("move", 1, 18), 11, LANE_1)],
-    "results apart": [Slot(Op("mul", 1, 16, 17), 0, LANE_0), Slot(Op("move", 2, 18), 5, LANE_0)],
-    "other bank": [Slot(Op("mul", 1, 16, 17), 0, LANE_0), Slot(Op("move", 2, 18), 6, LANE_1)],
+    "read in time": [Slot(Op("mul", 1, 16, 17), 0, LANE_0), Slot(Op("move", 2, 1), READABLE, LANE_0)],
+    "written in time": [Slot(Op("mul", 1, 16, 17), 0, LANE_0), Slot(Op("move", 1, 18), READABLE, LANE_1)],
+    "results apart": [Slot(Op("mul", 1, 16, 17), 0, LANE_0), Slot(Op("move", 2, 18), TOGETHER - 1, LANE_0)],
+    "other bank": [Slot(Op("mul", 1, 16, 17), 0, LANE_0), Slot(Op("move", 2, 18), TOGETHER, LANE_1)],
     "overwritten as it is read": [Slot(Op("move", 1, 16), 0, LANE_0), Slot(Op("move", 16, 17), 0, LANE_1)],
 }
 

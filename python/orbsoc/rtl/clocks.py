@@ -27,7 +27,7 @@ _PICOSECONDS_PER_CLOCK = 10_000
 
 
 def session_platform(rtl: Path, engine: Engine) -> Platform:
-    """The platform of a session on `engine`; a word crosses in one clock to the PL, in four to the PS."""
+    """The platform of a session on `engine`; a word crosses in one clock to the PL, in five to the PS."""
     word_bytes = WORD_BYTES["f64" if engine.fp == 64 else "f32"]
     return load_platform(rtl / PLATFORM).with_values(
         {
@@ -35,7 +35,7 @@ def session_platform(rtl: Path, engine: Engine) -> Platform:
             "pl.dividers": engine.dividers,
             "pl.banks": engine.banks,
             "link.dma_to_pl_bytes_per_pl_cycle": float(word_bytes),
-            "link.dma_to_ps_bytes_per_pl_cycle": word_bytes / 4,
+            "link.dma_to_ps_bytes_per_pl_cycle": word_bytes / 5,
         }
     )
 

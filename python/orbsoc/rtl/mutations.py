@@ -104,7 +104,11 @@ MUTATIONS = {
         "compressed",
     ),
     "divider counts on while the decoder freezes": Mutation(
-        "fpu/fp_divsqrt.sv", "else if (enable) token <=", "else token <=", "compressed", FREEZING
+        "fpu/fp_divsqrt.sv",
+        "if (enable) begin\n        case (q)",
+        "begin\n        case (q)",
+        "compressed",
+        FREEZING,
     ),
 }
 
