@@ -150,6 +150,9 @@ pub(crate) fn judge<T: Real>(stats: &[T], homogenizer: &[T], tolerance: T, w: &m
 /// Keep these entries in place of those kept so far where a flag is raised.
 #[inline(always)]
 pub(crate) fn keep<'a, T: Real>(where_: T, entries: impl Iterator<Item = &'a T>, kept: &mut [T]) {
+    if T::is_down(where_) {
+        return;
+    }
     for (kept, &entry) in kept.iter_mut().zip(entries) {
         *kept = T::select(raised(where_), entry, *kept);
     }

@@ -133,7 +133,7 @@ impl Control {
         }
         let reason = if stage == Stage::Statistics {
             self.take_over(lane, &work.control);
-            self.from_outside(value)
+            self.or_from_outside(value)
         } else {
             value
         };
@@ -149,10 +149,11 @@ impl Control {
         self.take_over(lane, &work.control);
         let rejected = work.verdict[0].lane(lane);
         let reason = if rejected == code::NONE { work.control[word::STOP].lane(lane) } else { rejected };
-        self.stop = stop_of(self.from_outside(reason));
+        self.stop = stop_of(self.or_from_outside(reason));
     }
 
     /// The counts and sizes that the stages have left in the control buffer.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts, below 2³²
     fn take_over<T: Decide>(&mut self, lane: usize, words: &[T]) {
         let entry = |k: usize| words[k].lane(lane);
         let count = |k: usize| entry(k) as u32;
@@ -163,7 +164,7 @@ impl Control {
     }
 
     /// The reason to end the attempt, with those that come from outside in their places.
-    fn from_outside(&self, reason: f64) -> f64 {
+    fn or_from_outside(&self, reason: f64) -> f64 {
         let before = |other: f64| reason == code::NONE || reason > other;
         let late = || self.deadline.is_some_and(|at| Instant::now() >= at);
         if self.interrupted && before(code::INTERRUPTED) {

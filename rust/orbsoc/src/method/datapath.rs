@@ -78,7 +78,9 @@ impl<T: Decide> Datapath<T> {
         entries[parameter::STATIC_REGULARIZATION].set_lane(lane, shift);
         self.work.verdict[0].set_lane(lane, 0.0);
         let words = &mut self.work.control;
-        words.iter_mut().for_each(|entry| entry.set_lane(lane, 0.0));
+        for entry in words.iter_mut() {
+            entry.set_lane(lane, 0.0);
+        }
         let warm = attempt == Attempt::Warm;
         let margin = if warm { WARM_TOLERANCE_MARGIN } else { TOLERANCE_MARGIN };
         let flag = |holds: bool| f64::from(u8::from(holds));

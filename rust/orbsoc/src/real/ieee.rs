@@ -31,6 +31,11 @@ macro_rules! ieee {
                 by_256_bits(work)
             }
 
+            #[inline(always)]
+            fn is_down(flag: Self) -> bool {
+                flag == 0.0
+            }
+
             $($own)*
 
             #[inline(always)]

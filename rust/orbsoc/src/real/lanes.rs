@@ -105,6 +105,11 @@ impl<S: EightLanes> Real for Lanes<S> {
     }
 
     #[inline(always)]
+    fn is_down(flag: Self) -> bool {
+        (0..Self::LANES).all(|lane| flag.lane(lane) == 0.0)
+    }
+
+    #[inline(always)]
     fn constant(value: f64) -> Self {
         let simd = S::token();
         Self { simd, entries: simd.splat_f64s(value) }

@@ -90,6 +90,12 @@ pub trait Real:
         Self::select(other.lt(self), other, self)
     }
 
+    /// Whether a flag (0 or 1) is known to be down everywhere, so that selects by it change nothing. A recording never knows.
+    #[inline(always)]
+    fn is_down(_flag: Self) -> bool {
+        false
+    }
+
     /// The additive identity.
     #[inline(always)]
     fn zero() -> Self {

@@ -259,6 +259,7 @@ fn alternating(
 }
 
 #[cfg(test)]
+#[allow(clippy::cast_possible_truncation)] // small sizes
 mod tests {
     use super::*;
     use crate::tests::reference::SplitMix64;
@@ -297,7 +298,7 @@ mod tests {
         let order = dissected(&upper, Shape { leaf: 6, dense: usize::MAX }).unwrap();
         let last: Vec<u32> = order[order.len() - width..].iter().map(|v| v / 3).collect();
         assert!(last.iter().all(|&slice| slice == last[0]), "{last:?}");
-        assert!((last[0] as i32 - slices / 2).abs() <= 2, "{last:?}");
+        assert!((last[0].cast_signed() - slices / 2).abs() <= 2, "{last:?}");
     }
 
     #[test]
