@@ -30,6 +30,7 @@ __all__ = [
     "__version__",
     "check_cost",
     "closing",
+    "factor_shape",
     "iteration",
     "operation_counts",
     "program_image",
