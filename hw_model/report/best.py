@@ -30,8 +30,8 @@ def chosen_partition(
 
 
 def best_partition(trace: Trace, platform: Platform, cycles: StageCycles) -> Partition:
-    """The fastest partition that fits, called "best (its name)"."""
-    partitions = all_partitions()
+    """The fastest partition that fits, called "best (its name)"; streams and resident control where the trace has lists."""
+    partitions = all_partitions(programs=trace.method is not None)
     points = Study(trace, cycles).points(platform, partitions)
     fitting = [pair for pair in zip(points, partitions, strict=True) if pair[0].budget.fits]
     _, found = min(fitting, key=lambda pair: (pair[0].times_ms[0], _modules_on_pl(pair[1])))

@@ -218,3 +218,10 @@ def test_an_order_of_elimination_has_schedules_of_its_own() -> None:
 
 
 MODELLED = Engine(microcode_words=MODEL_MICROCODE_WORDS)
+
+
+def test_the_best_partition_may_control_itself(recorded: PsScheduler) -> None:
+    """Where an interrupt costs as much as under Linux, control on the PL beats every partition that the PS controls."""
+    trace, cycles = parse_trace(recorded.trace), exact_cycles(recorded.patterns)
+    linux = load_platform("zu9eg").with_values({"runtime.preset": "linux", "ps.clock_mhz": 20.0})
+    assert speedup(trace, linux, "best", cycles=cycles).partition == "best (resident)"
