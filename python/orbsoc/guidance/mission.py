@@ -1,5 +1,5 @@
-"""What a mission is to everything outside its folder: the protocols `Mission`, `Plan`, `Dispersible` and
-`Auditable`, and their data.
+"""What a mission is to everything outside its folder: the protocols `Mission`, `Plan`, `Dispersible`, `Auditable` and
+`Sampled`, and their data.
 
 A module satisfies `Mission`, so that `orbsoc.missions.reachable_insertion.plan(scenario)` is a function call. A mission
 builds conic problems and hands them to the `solve` that it is given; it knows no registers, cycles or partitions.
@@ -257,4 +257,13 @@ class Auditable(Mission, Protocol):
         ...
 
 
-# A mission that is flown in a closed loop will satisfy `Flyable`, a third protocol beside these.
+@runtime_checkable
+class Sampled(Mission, Protocol):
+    """A mission that flies its paper's data with errors, many times, for `orbsoc reproduce --full`."""
+
+    def samples(self, scenarios: Path, /) -> Mapping[str, Callable[[], Sequence[PaperRow]]]:
+        """What is drawn, by name; its rows are computed when it is called, and depend on its seed alone."""
+        ...
+
+
+# A mission that is flown in a closed loop will satisfy `Flyable`, another protocol beside these.

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from orbsoc.guidance.mission import PlanStatus
-from orbsoc.missions.phasing import plan
+from orbsoc.missions.phasing import plan, samples
 from orbsoc.missions.phasing.finite import finite_burns
 from orbsoc.missions.phasing.scenario import Engine, Errors
 from orbsoc.missions.phasing.uncertain import Chance, impulse_covariance, meeting
 from orbsoc.orbit.relative import local_frame
 
-from .cases import planned, scenario
+from .cases import SCENARIOS, planned, scenario
 
 
 def test_the_covariance_is_that_of_true_flights() -> None:
@@ -81,3 +81,8 @@ def test_finite_burns_meet_after_corrections() -> None:
     assert misses[2].miss_m < 500.0
     assert abs(misses[2].dv_m_s - found.roll.cost_m_s) < 0.2
     assert all(burn.duration_s > 0.0 for burn in misses[2].burns)
+
+
+def test_what_is_drawn_is_told_beside_other_draws() -> None:
+    rows = [row for draw in samples(SCENARIOS).values() for row in draw()]
+    assert [row.verdict for row in rows] == ["inferred", "not reproduced"]

@@ -18,7 +18,7 @@ from orbsoc.conic.solution import Solution
 from orbsoc.guidance.mission import BROKEN, Agreement, Dispersible, PlanStatus
 from orbsoc.interfaces import clarabel
 from orbsoc.missions import MISSIONS
-from orbsoc.missions.platform_launch import Plan, load_scenario, plan, reproduce
+from orbsoc.missions.platform_launch import Plan, load_scenario, plan, reproduce, samples
 from orbsoc.missions.platform_launch.paper import compare
 from orbsoc.orbit.perturbations import PointMass, coast
 from orbsoc.orbit.relative import relative_state
@@ -174,6 +174,11 @@ def test_figures_are_written_with_captions(tmp_path: Path) -> None:
     names = ["launch", "tube", "rendezvous", "cost", "engine_out", "scans", "primer", "front", "dispersed"]
     assert [each.name for each in figures] == [f"{name}.png" for name in names]
     assert all((tmp_path / each.name).stat().st_size > 10_000 and each.caption for each in figures)
+
+
+def test_what_is_drawn_agrees_with_other_draws() -> None:
+    rows = [row for draw in samples(SCENARIOS).values() for row in draw()]
+    assert [row.verdict for row in rows] == ["inferred", "inferred"]
 
 
 def test_the_papers_numbers_are_reproduced_or_their_misprint_is_named() -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import partial
 from math import inf
 from pathlib import Path
 
@@ -12,11 +13,13 @@ from numpy.typing import NDArray
 
 from orbsoc.guidance.mission import BROKEN, PaperRow
 from orbsoc.guidance.safety import drift_clearance, states_after
+from orbsoc.guidance.samples import sampled_row, share_row
 from orbsoc.guidance.scenario_file import read_toml
 from orbsoc.orbit.relative import DriftEllipse
 from orbsoc.solving.solver import solve
 
 from .approach import Approach
+from .closed_loop import fly_many
 from .paper import ROWS, compare
 from .planner import Plan, plan_unflown
 from .scenario import Scenario, load_scenario
@@ -48,6 +51,15 @@ EQUATIONS = (
     ),
 )
 """Quantity, source, as printed, as it must be, and why; a test solves each variant."""
+UNSAFE = {
+    "paper000_3": (0.255, 0.385),
+    "paper000_2": (0.215, 0.515),
+    "paper000_3_printed": (0.135, 0.220),
+    "paper000_2_printed": (0.545, 0.745),
+    "paper000_7_printed": (0.085, 0.665),
+}
+"""By scenario, of its plan without margins: the share of flights that drift into the keep-out, as planned and re-planned. With
+margins none does."""
 
 
 def reproduce(scenarios: Path) -> tuple[PaperRow, ...]:
@@ -140,3 +152,38 @@ def _cost(scenario: Scenario, count: int) -> float:
     """With another number of impulses; infinite where infeasible."""
     best = plan_times(Approach.of(scenario.with_changes(impulses={"count": count})), solve).best
     return inf if best is None else best.cost
+
+
+def samples(scenarios: Path) -> dict[str, Callable[[], tuple[PaperRow, ...]]]:
+    """Rows of the tables with cones for all time, flown with the errors of `paper000_robust`, each three ways."""
+    return {f"{name}, flown with errors": partial(_flown, scenarios, name) for name in UNSAFE}
+
+
+def _flown(scenarios: Path, name: str) -> tuple[PaperRow, ...]:
+    errors = load_scenario(scenarios / "paper000_robust.toml").uncertainty
+    assert errors is not None
+    table = load_scenario(scenarios / f"{name}.toml")
+    bare = table.with_changes(safety="cone", samples=None, cost="norms")
+    robust = bare.with_changes(uncertainty=errors.model_dump())
+    approach, programmes = Approach.of(robust), [plan_unflown(each).programme for each in (bare, robust)]
+    if programmes[0] is None or programmes[1] is None:
+        return (share_row(f"{name}: plans", 0, 1, 1.0, "no plan, where one is known"),)
+    ways = (
+        ("as planned", fly_many(approach, programmes[0], solve, replan=False), UNSAFE[name][0]),
+        ("re-planned", fly_many(approach, programmes[0], solve, margins=False), UNSAFE[name][1]),
+        ("re-planned with margins", fly_many(approach, programmes[1], solve), 0.0),
+    )
+    reason = "flights that drift into the keep-out, of errors assumed"
+    rows = [
+        share_row(f"{name}: unsafe, {way}", each.unsafe, each.runs, known, reason)
+        for way, each, known in ways
+    ]
+    kept = ways[2][1]
+    given_up = kept.fallbacks + kept.failed
+    return (
+        *rows,
+        sampled_row(
+            f"{name}: margins given up", f"in {given_up} of {kept.replans} re-plans",
+            "a re-plan that cannot keep its margins says so, and none does", "0", near=not given_up,
+        ),
+    )  # fmt: skip

@@ -10,7 +10,7 @@ from orbsoc.guidance.scenario_file import ScenarioError
 
 from .dispersion import DISPERSION, disperse
 from .planner import COLUMNS, Plan, audit, plan
-from .reproduction import reproduce
+from .reproduction import reproduce, samples
 from .scenario import Scenario, load_scenario
 
 PAPER = "003"
@@ -28,4 +28,5 @@ __all__ = [
     "load_scenario",
     "plan",
     "reproduce",
+    "samples",
 ]

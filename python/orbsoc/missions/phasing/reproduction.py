@@ -6,13 +6,14 @@ rows, and the verdict says so.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from math import acos, cos, degrees, pi, radians, sin, sqrt, tan, tau
 from pathlib import Path
 
 import numpy as np
 
 from orbsoc.guidance.mission import BROKEN, PaperRow
+from orbsoc.guidance.samples import MEAN, P95, sampled_row
 from orbsoc.guidance.scenario_file import read_toml
 from orbsoc.orbit import EARTH
 from orbsoc.orbit.perturbations import fast_coast
@@ -290,3 +291,27 @@ def _plans(scenario: Scenario) -> Iterable[PaperRow]:
         f"{scenario.name}: Δv", "section 2.1", "least", f"{cost:.4f} m/s", _near(cost, known, 0.003, "not reproduced"),
         "free impulses, with the dual bound; the paper's scheme takes 661.88 m/s to the same place and time", "±0.003 m/s",
     )  # fmt: skip
+
+
+def samples(scenarios: Path) -> dict[str, Callable[[], tuple[PaperRow, ...]]]:
+    """The distance after the meeting, by what is not known."""
+    return {"draws of the meeting": lambda: tuple(_drawn(load_scenario(scenarios / "paper003_design.toml")))}
+
+
+def _drawn(scenario: Scenario) -> Iterable[PaperRow]:
+    approach, roll = shoot(scenario, plan_phasing(scenario), trim=False)
+    assert roll is not None
+    nothing = (0.0, 0.0, 0.0)
+    target = Errors(execution_share=0.0, execution_deg=0.0)
+    engine = Errors(position_m=nothing, velocity_m_s=nothing, ballistic_m2_kg=0.0)
+    for name, errors, known, reason in (
+        ("target", target, (38.0, 111.0), ""),
+        ("engine", engine, (58.0, 170.0), ", of directions that it does not tell"),
+    ):
+        _, *ours = (meeting(approach, roll, errors).least_m / 1e3).tolist()
+        near = all(abs(a - b) <= share * b for a, b, share in zip(ours, known, (MEAN, P95), strict=True))
+        yield sampled_row(
+            f"{scenario.name}: least distance, errors of the {name} alone", f"median {ours[0]:.1f} km, 95 % {ours[1]:.1f} km",
+            f"errors assumed; another program draws {known[0]:g} and {known[1]:g} km{reason}", f"±{100 * MEAN:g} %, ±{100 * P95:g} %",
+            near=near is (not reason), verdict="not reproduced" if reason else "inferred",
+        )  # fmt: skip

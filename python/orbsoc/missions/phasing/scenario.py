@@ -18,6 +18,9 @@ Array = NDArray[np.float64]
 
 GROUND_KM = 80.0
 """An orbit that comes lower is none."""
+Revolutions = Annotated[int, Field(ge=1, le=60)]
+LATEST_H = 240.0
+"""Of a meeting after the first burn."""
 
 
 class Body(Table):
@@ -47,8 +50,8 @@ class Window(Table):
     """When the chaser may burn: the first burn turns the plane, the last one meets the target at its apogee."""
 
     start: int = Field(default=0, ge=0, le=40, description="revolutions of waiting between the first burns")
-    revolutions: int = Field(ge=1, le=60, description="of the chaser on the phasing orbit")
-    latest_h: float = Field(gt=0.0, le=240.0, description="of the meeting, after the first burn")
+    revolutions: Revolutions = Field(description="of the chaser on the phasing orbit")
+    latest_h: float = Field(gt=0.0, le=LATEST_H, description="of the meeting, after the first burn")
     start_s: float | None = Field(default=None, description="of the first burn; else where the planes cross")
     phasing_s: float | None = Field(
         default=None, description="of the phasing burn; else where the chaser passes the target's apogee"
@@ -58,7 +61,7 @@ class Window(Table):
     normal_first: bool = Field(
         default=False, description="the paper's timing: until the phasing burn, out of the plane alone"
     )
-    front: Annotated[tuple[int, ...], Strict(False)] = Field(
+    front: Annotated[tuple[Revolutions, ...], Strict(False)] = Field(
         default=(), description="other numbers of revolutions to price"
     )
 
@@ -81,7 +84,12 @@ class Surprise(Table):
     """What the target's drag really is, and when, before the meeting, the chaser learns of it and plans again."""
 
     ballistic_m2_kg: float = Field(ge=0.0, le=1.0)
-    replans_h: Annotated[tuple[float, ...], Strict(False)] = (12.5, 8.3, 4.2, 0.8)
+    replans_h: Annotated[tuple[Annotated[float, Field(gt=0.0, le=LATEST_H)], ...], Strict(False)] = (
+        12.5,
+        8.3,
+        4.2,
+        0.8,
+    )
 
 
 class Errors(Table):

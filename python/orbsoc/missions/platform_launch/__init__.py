@@ -9,7 +9,7 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError
 
 from .dispersion import DISPERSION, disperse
-from .launch_plan import Plan, plan, reproduce
+from .launch_plan import Plan, plan, reproduce, samples
 from .planner import COLUMNS
 from .scenario import Scenario, load_scenario
 
@@ -27,4 +27,5 @@ __all__ = [
     "load_scenario",
     "plan",
     "reproduce",
+    "samples",
 ]

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from orbsoc.guidance.mission import Difference, FigureFile, PaperRow
+from orbsoc.guidance.samples import statistics_row
 from orbsoc.guidance.scenario_file import read_toml
 from orbsoc.guidance.scp import Iteration, Solve
 
@@ -85,3 +86,18 @@ def reproduce(scenarios: Path) -> tuple[PaperRow, ...]:
                 replace(row, quantity=f"{scenario.name}: {row.quantity}") for row in compare(plan(scenario))
             )
     return tuple(rows)
+
+
+def samples(scenarios: Path) -> dict[str, Callable[[], tuple[PaperRow, ...]]]:
+    """The paper's plan with errors of push, pointing and impulses."""
+    return {"dispersed launches": lambda: _dispersed(load_scenario(scenarios / "paper002_dispersed.toml"))}
+
+
+def _dispersed(scenario: Scenario) -> tuple[PaperRow, ...]:
+    found = plan(scenario).dispersed
+    assert found is not None
+    name, errors = scenario.name, "errors of push, pointing and impulses assumed"
+    return (
+        statistics_row(f"{name}: miss as planned", found.miss_m, "m", errors, mean=20.2, p95=40.6),
+        statistics_row(f"{name}: cost re-planned", found.costs, "m²/s²", errors, p95=0.6423),
+    )
