@@ -14,7 +14,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-from hw_model.timing.control_program import streams_of
+from hw_model.timing.control_program import segments_on_pl, streams_of
 from hw_model.timing.stage_cycles import Microcode, Origin, StageCycles, estimated, of_program
 from hw_model.timing.stream import is_streamed
 
@@ -190,16 +190,11 @@ def _needed_words(
 ) -> int | None:
     """Words of storage that a pattern's schedules need: those of all modules are an upper bound for fewer."""
     pattern = trace.patterns[p]
-    streams = streams_of(trace, partition)
-    names = list(streams) or _alone(pattern, partition)
-    found = of_program(cycles, streams)(trace, platform, p, names[0]).storage_words if names else None
+    names = segments_on_pl(trace, pattern, partition)
+    cycles = of_program(cycles, streams_of(trace, partition))
+    found = cycles(trace, platform, p, names[0]).storage_words if names else None
     whole = all(side == "pl" for module, side in partition.modules.items() if module != "statistics")
     return found if whole or found is None else min(found, _storage_words(pattern, partition))
-
-
-def _alone(pattern: Pattern, partition: Partition) -> list[str]:
-    """The stages on the PL."""
-    return [name for name, stage in pattern.stages.items() if partition.side(stage.module) == "pl"]
 
 
 def _words(pattern: Pattern, buffers: Iterable[str]) -> int:
@@ -235,7 +230,7 @@ def _stored(
     origin: Origin = "estimate"
     packed = platform.pl.microcode_format.value == "compressed"
     by = platform.pl.microcode_compression.value if packed else 1.0
-    for name in streams_of(trace, partition) or _alone(trace.patterns[p], partition):
+    for name in segments_on_pl(trace, trace.patterns[p], partition):
         found = cycles(trace, platform, p, name)
         if is_streamed(trace, platform, p, name):
             continue

@@ -31,6 +31,9 @@ class Row:
     time_low_ms: float
     time_high_ms: float
     baseline_ms: float
+    energy_mj: float
+    energy_low_mj: float
+    energy_high_mj: float
     area_share: float
     tightest: str
     lut: int
@@ -42,12 +45,13 @@ class Row:
     @classmethod
     def of(cls, point: Point, ordering: str, platform: Platform) -> Row:
         """Of a priced point."""
-        pl, time, budget = platform.pl, point.time_ms, point.budget
+        pl, time, budget, energy = platform.pl, point.time_ms, point.budget, point.energy
         return cls(
             ordering=ordering, lanes=pl.lanes.value, dividers=pl.dividers.value, banks=pl.banks.value,
             pl_clock_mhz=pl.clock_mhz.value, microcode_memory=pl.microcode_memory.value,
             partition=point.partition, time_ms=time.nominal, time_low_ms=time.low, time_high_ms=time.high,
-            baseline_ms=point.baselines_ms[0], area_share=point.area_share, tightest=budget.tightest.kind,
+            baseline_ms=point.baselines_ms[0], energy_mj=energy.nominal_mj, energy_low_mj=energy.low_mj,
+            energy_high_mj=energy.high_mj, area_share=point.area_share, tightest=budget.tightest.kind,
             lut=budget.of("lut").used, ff=budget.of("ff").used, dsp=budget.of("dsp").used,
             bram36=budget.of("bram36").used, uram=budget.of("uram").used,
         )  # fmt: skip
@@ -63,7 +67,7 @@ class Row:
         return (
             f"{count_of(self.lanes, 'lane')}, {count_of(self.dividers, 'divider')}, {self.banks} banks,"
             f" {self.pl_clock_mhz:g} MHz, {self.ordering}, microcode {self.microcode_memory}, {self.partition}:"
-            f" {self.time_ms:.3f} ms ({self.baseline_ms / self.time_ms:.2f}×), {self.tightest} at"
+            f" {self.time_ms:.3f} ms ({self.baseline_ms / self.time_ms:.2f}×), {self.energy_mj:.2f} mJ, {self.tightest} at"
             f" {100 * self.area_share:.0f} % of its ceiling"
         )
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from hw_model.errors import IgnoredKeyError
-from hw_model.timing.control_program import streams_of
+from hw_model.timing.control_program import segments_on_pl, streams_of
 from hw_model.timing.ps import computing_cores
 from hw_model.timing.stage_cycles import of_program
 from hw_model.vocabulary import OPCODES, Opcode
@@ -100,11 +100,10 @@ def _codes_on_ps(trace: Trace, partition: Partition | None) -> frozenset[Opcode]
 
 def is_scheduled(trace: Trace, partition: Partition, platform: Platform, cycles: StageCycles) -> bool:
     """Whether `cycles` answers with schedules for what `partition` has on the PL."""
-    streams = streams_of(trace, partition)
+    cycles = of_program(cycles, streams_of(trace, partition))
     for number, pattern in enumerate(trace.patterns):
-        alone = (name for name, stage in pattern.stages.items() if partition.side(stage.module) == "pl")
-        for name in streams or alone:
-            return of_program(cycles, streams)(trace, platform, number, name).origin == "schedule"
+        for name in segments_on_pl(trace, pattern, partition):
+            return cycles(trace, platform, number, name).origin == "schedule"
     return False
 
 

@@ -17,7 +17,7 @@ from hw_model.errors import TraceError
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition
 
-    from .trace import Method, Trace
+    from .trace import Method, Pattern, Trace
 
 Stream = tuple[str, ...]
 """Stages that run as one, in order."""
@@ -66,13 +66,14 @@ class ControlProgram:
 def partition_streams(method: Method, modules: Mapping[str, str], partition: Partition) -> tuple[Stream, ...]:
     """The segments of a program in which stages share streams, or that has the seventh module; () of all others.
 
-    `modules`: of each stage its module. A program of the six modules stage by stage needs no list.
+    `modules`: of each stage its module. A program of the six modules stage by stage needs no list. Stage by stage, all
+    partitions share the program of six modules or that of seven, and run of it what they have on the PL.
     """
     on_pl = {stage for stage, module in modules.items() if partition.modules[module] == "pl"}  # type: ignore[index]
     if partition.control == "pl":
         return control_program(method, joined=partition.streams == "iteration").streams
     if partition.streams == "stage" or not on_pl:
-        return tuple((stage,) for stage in modules if stage in on_pl) if "statistics" in on_pl else ()
+        return tuple((stage,) for stage in modules) if partition.modules["statistics"] == "pl" else ()
     blocks = _blocks(method, method.iteration, on_pl)
     outside = _stages((*method.startup, *method.warm_startup, *method.closing))
     inside = [body for _, _, body in blocks if body] + [main for main, _, _ in blocks]
@@ -86,6 +87,12 @@ def streams_of(trace: Trace, partition: Partition) -> tuple[str, ...]:
     if not partition.uses_pl or trace.method is None:
         return ()
     return tuple(SEPARATOR.join(stream) for stream in partition_streams(trace.method, modules, partition))
+
+
+def segments_on_pl(trace: Trace, pattern: Pattern, partition: Partition) -> list[str]:
+    """The names of the segments that the PL runs of a pattern."""
+    names = streams_of(trace, partition) or pattern.stages
+    return [name for name in names if partition.side(pattern.stage(name).module) == "pl"]
 
 
 def control_program(method: Method, *, joined: bool) -> ControlProgram:

@@ -37,7 +37,7 @@ def test_a_search_prices_every_design_and_places_the_papers(searched: tuple[Path
     document = json.loads((out / "design.json").read_text())
     with (out / "designs.csv").open() as lines:
         rows = list(csv.DictReader(lines))
-    assert len(rows) == document["designs"] == 2 * 2 * 2 * 2 * 127
+    assert len(rows) == document["designs"] == 2 * 2 * 2 * 2 * 129
     assert document["schedules"] == 4
     with (out / "front.csv").open() as lines:
         assert len(list(csv.DictReader(lines))) == len(document["front"])
@@ -54,6 +54,8 @@ def test_a_search_prices_every_design_and_places_the_papers(searched: tuple[Path
     )
     report = speedup(record.trace, platform, "paper", cycles=cycles)
     assert float(mine["time_ms"]) == report.makespan_ms.nominal
+    assert float(mine["energy_mj"]) == report.energy.nominal_mj
+    assert {"resident", "paper_streams"} <= {row["partition"] for row in rows}
     paper = speedup(record.trace, "zu9eg", "paper", cycles=cycles)
     assert document["paper"]["paper"]["time_ms"] == paper.makespan_ms.nominal
 

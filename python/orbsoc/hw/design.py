@@ -67,8 +67,8 @@ class Space:
 
 @cache
 def _partitions() -> tuple[Any, ...]:
-    """All that use the PL: without it there is no engine to design."""
-    return tuple(partition for partition in all_partitions() if partition.uses_pl)
+    """All that use the PL, streams and resident control among them: without it there is no engine to design."""
+    return tuple(partition for partition in all_partitions(programs=True) if partition.uses_pl)
 
 
 def record(workload: Path, ordering: str, folder: Path) -> Workload:

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hw_model.errors import TraceError
-from hw_model.platform.partition import load_partition
+from hw_model.platform.partition import load_partition, on_pl
 from hw_model.timing.control_program import (
     ControlProgram,
     control_cycles,
@@ -109,6 +109,14 @@ def test_under_the_papers_control_a_stream_ends_where_the_ps_computes() -> None:
         stage for stage, module in MODULES.items() if module != "statistics"
     }
     assert partition_streams(METHOD, MODULES, load_partition("paper")) == ()
+
+
+def test_stage_by_stage_all_partitions_with_statistics_share_one_program() -> None:
+    found = {
+        partition_streams(METHOD, MODULES, on_pl(*names))
+        for names in (("statistics",), ("statistics", "factorization"))
+    }
+    assert found == {tuple((stage,) for stage in MODULES)}
 
 
 def test_an_iteration_that_does_not_begin_with_a_decision_is_refused() -> None:
