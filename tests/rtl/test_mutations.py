@@ -83,7 +83,7 @@ def programs(form: str, engine: Engine) -> Case:
             words = 1 + max(slot.time for slot in slots)
         if form == "compressed":
             code, frozen = compressor.segment(slots, words)
-            cycles += 1 + frozen
+            cycles += machine.numbers["DECODE_CYCLES"] + frozen
         else:
             code = encode(machine, slots, words)
         gaps = (1, 0) if form == "in_order" else None

@@ -15,8 +15,8 @@ from orbsoc.ps.registers import Control, Fault, Register, Status
 from orbsoc.ps.segments import Method
 from orbsoc.rtl.session import RtlPort, RtlSession
 from orbsoc.rtl.solve import described, solve_on_rtl
-from orbsoc.rtl.solve_cases import FOUR_LANES, TIGHT
-from orbsoc.rtl.validation import built, problems
+from orbsoc.rtl.solve_cases import FOUR_LANES, SINGLE, TIGHT, TWO_LANES_F32
+from orbsoc.rtl.validation import Format, built, problems
 from tests.rtl.verilator import require_verilator
 from tests.solving.restart_problems import WEAK, recovered_at_third_attempt
 
@@ -26,20 +26,29 @@ INFEASIBLE = Problem(c=[1.0], G=[[-1.0], [1.0]], h=[-2.0, 1.0], cones=Cones(l=2)
 REFINED = Settings(tol=1e-10, static_regularization=1e-5, refinement_share=1e-6)
 
 
+MIDDLE = problems()["24 variables, cones 3 3 9"]
+UNBOUNDED = Problem(c=[-1.0], G=[[-1.0]], h=[0.0], cones=Cones(l=1))
+
+
 @pytest.mark.parametrize(
     ("name", "problem", "settings", "status"),
     [
         ("small", SMALL, TIGHT, "SOLVED"),
+        ("middle", MIDDLE, TIGHT, "SOLVED"),
+        ("single", SMALL, SINGLE, "SOLVED"),
         ("refined", SMALL, REFINED, "SOLVED"),
         ("infeasible", INFEASIBLE, Settings(), "PRIMAL_INFEASIBLE"),
+        ("unbounded", UNBOUNDED, Settings(), "DUAL_INFEASIBLE"),
         ("stalls twice", recovered_at_third_attempt(), WEAK, "SOLVED"),
     ],
 )
+@pytest.mark.parametrize("form", ["flat", "compressed"])
 def test_solves_are_rusts_and_cycles_are_the_models(
-    name: str, problem: Problem, settings: Settings, status: str
+    form: Format, name: str, problem: Problem, settings: Settings, status: str
 ) -> None:
     require_verilator()
-    outcome = solve_on_rtl(RTL, name, problem, settings, engine=FOUR_LANES, resident=True)
+    engine = TWO_LANES_F32 if name == "single" else FOUR_LANES
+    outcome = solve_on_rtl(RTL, name, problem, settings, engine=engine, form=form, resident=True)
     assert described(outcome) == []
     assert outcome.status == status
     assert abs(outcome.clock_error) <= 0.001

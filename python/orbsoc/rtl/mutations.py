@@ -99,8 +99,8 @@ MUTATIONS = {
     ),
     "runs of empty words one too long": Mutation(
         "engine/sequencer_compressed.sv",
-        "rest_next = left[RUN-1:0];",
-        "rest_next = left[RUN-1:0] + RUN'(1);",
+        "kind == EMPTY ? buffer[2+:RUN] :",
+        "kind == EMPTY ? buffer[2+:RUN] + RUN'(1) :",
         "compressed",
     ),
     "divider counts on while the decoder freezes": Mutation(

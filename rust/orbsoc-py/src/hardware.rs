@@ -128,9 +128,10 @@ impl HardwareProgram {
         let mut cycles: Vec<u32> = issues.iter().map(|issue| issue.cycle).collect();
         if format == Format::Compressed {
             let freezes = &self.compressed.freezes[number];
+            let decode = program.configuration.timing().decode;
             for cycle in &mut cycles {
                 let frozen = freezes.partition_point(|word| *word <= *cycle);
-                *cycle += 1 + u32::try_from(frozen)?;
+                *cycle += decode + u32::try_from(frozen)?;
             }
         }
         let operations: Vec<u8> = issues.iter().map(|issue| issue.code as u8).collect();

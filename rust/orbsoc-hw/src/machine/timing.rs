@@ -36,6 +36,7 @@ pub struct Timing {
     pub read: u32,
     pub write: u32,
     pub startup: u32,
+    pub decode: u32,
     pub finish: u32,
     pub queue_depth: u32,
     pub short_bits: u32,
@@ -69,6 +70,7 @@ impl Timing {
             read: engine("READ_CYCLES"),
             write: engine("WRITE_CYCLES"),
             startup: engine("STARTUP_CYCLES"),
+            decode: engine("DECODE_CYCLES"),
             finish: engine("FINISH_CYCLES"),
             queue_depth: engine("QUEUE_DEPTH"),
             short_bits: engine("SHORT_BITS"),
@@ -148,7 +150,7 @@ mod tests {
         for precision in [Precision::F64, Precision::F32] {
             let t = Timing::of(precision);
             let units = [t.add, t.mul, t.div, t.sqrt, t.div_interval, t.sqrt_interval];
-            let all = [t.simple, t.read, t.write, t.startup, t.queue_depth];
+            let all = [t.simple, t.read, t.write, t.startup, t.decode, t.queue_depth];
             assert!(units.iter().chain(&all).all(|&cycles| cycles >= 1), "{t:?}");
         }
     }

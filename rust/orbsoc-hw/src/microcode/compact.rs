@@ -31,7 +31,8 @@ pub(crate) fn compact(scheduler: &Scheduler<'_>, fast: &Schedule) -> Result<Sche
     };
     let limit = fast.cycles + fast.cycles / SLACK;
     // Cycles before the first word and after the last result, the decoder's one included.
-    let around = configuration.timing().startup + configuration.timing().finish + 1;
+    let timing = configuration.timing();
+    let around = timing.startup + timing.finish + timing.decode;
     let (mut best, mut interrupted): (Option<Candidate>, _) = (None, Vec::new());
     for (number, policy) in SchedulingPolicy::ALL.into_iter().enumerate() {
         let mut by_cycle = scheduler.by_cycle(&graph, priorities(number), policy);

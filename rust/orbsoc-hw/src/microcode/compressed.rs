@@ -50,7 +50,7 @@ impl Compressed {
             let (start, count) = (lines.len(), stream.bits.div_ceil(format.fetch()));
             let stalls = fetch_stalls(&items, count, format.fetch());
             let frozen = stalls.len() as u32;
-            let cycles = schedule.cycles + 1 + frozen;
+            let cycles = schedule.cycles + configuration.timing().decode + frozen;
             segments.push(CompressedSegment { start, lines: count, bits: stream.bits, frozen, cycles });
             freezes.push(stalls);
             lines.append(&stream.lines(format.fetch()));
@@ -64,7 +64,9 @@ impl Compressed {
         let table = table(&[schedule], &format);
         let (stream, items) = encode(schedule, &Index::new(&format, &table));
         let lines = stream.bits.div_ceil(format.fetch());
-        schedule.cycles + 1 + fetch_stalls(&items, lines, format.fetch()).len() as u32
+        schedule.cycles
+            + configuration.timing().decode
+            + fetch_stalls(&items, lines, format.fetch()).len() as u32
     }
 
     /// Bits of microcode in use, without the table.
