@@ -147,14 +147,18 @@ pub(crate) fn judge<T: Real>(stats: &[T], homogenizer: &[T], tolerance: T, w: &m
     Keep { best: improved, primal, dual }
 }
 
-/// Keep these entries in place of those kept so far where a flag is raised.
+/// Keep these vectors, one after the other, in place of those kept so far where a flag is raised.
 #[inline(always)]
-pub(crate) fn keep<'a, T: Real>(where_: T, entries: impl Iterator<Item = &'a T>, kept: &mut [T]) {
+pub(crate) fn keep<T: Real>(where_: T, vectors: &[&[T]], mut kept: &mut [T]) {
     if T::is_down(where_) {
         return;
     }
-    for (kept, &entry) in kept.iter_mut().zip(entries) {
-        *kept = T::select(raised(where_), entry, *kept);
+    for entries in vectors {
+        let here;
+        (here, kept) = kept.split_at_mut(entries.len());
+        for (kept, &entry) in here.iter_mut().zip(*entries) {
+            *kept = T::select(raised(where_), entry, *kept);
+        }
     }
 }
 

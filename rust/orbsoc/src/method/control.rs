@@ -122,21 +122,17 @@ impl Control {
         if stage == Stage::Advance {
             self.take_over(lane, &work.control);
         }
-        let Some(flag) = stage.flag() else { return Outcome::Next };
-        let value = work.get(flag.buffer())[0].lane(lane);
-        match flag {
-            Flag::Repeat(_) => {
-                self.take_over(lane, &work.control);
-                return if value == 0.0 { Outcome::Next } else { Outcome::Repeat };
-            }
-            Flag::Stop(_) => {}
-        }
-        let reason = if stage == Stage::Statistics {
-            self.take_over(lane, &work.control);
-            self.or_from_outside(value)
-        } else {
-            value
+        let value = |buffer| work.get(buffer)[0].lane(lane);
+        let mut reason = match stage.flag() {
+            None => return Outcome::Next,
+            Some(Flag::Repeat(buffer)) if value(buffer) == 0.0 => return Outcome::Next,
+            Some(Flag::Repeat(_)) => return Outcome::Repeat,
+            Some(Flag::Stop(buffer)) => value(buffer),
         };
+        self.take_over(lane, &work.control);
+        if stage == Stage::Statistics {
+            reason = self.or_from_outside(reason);
+        }
         let Some(stop) = stop_of(reason) else { return Outcome::Next };
         self.stop = Some(stop);
         // What the stages compute for other lanes meanwhile is not kept.

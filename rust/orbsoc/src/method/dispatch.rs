@@ -342,10 +342,9 @@ fn residuals<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
 #[inline(always)]
 pub(crate) fn judge<T: Real>(w: &mut Workspace<T>) {
     let keep = decisions::judge(&w.statistics, &w.homogenizer, w.refinement_tolerance[0], &mut w.control);
-    let best = w.point.iter().chain(&w.slack).chain(&w.homogenizer[..1]);
-    decisions::keep(keep.best, best, &mut w.best);
-    decisions::keep(keep.primal, w.point.iter(), &mut w.primal_certificate);
-    decisions::keep(keep.dual, w.point.iter().chain(&w.slack), &mut w.dual_certificate);
+    decisions::keep(keep.best, &[&w.point, &w.slack, &w.homogenizer[..1]], &mut w.best);
+    decisions::keep(keep.primal, &[&w.point], &mut w.primal_certificate);
+    decisions::keep(keep.dual, &[&w.point, &w.slack], &mut w.dual_certificate);
 }
 
 /// Whether to refine once more.

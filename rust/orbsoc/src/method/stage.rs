@@ -226,22 +226,13 @@ stages! {
         reads [Scale ScaleInverse CostScale Best PrimalCertificate DualCertificate] writes [UnscaledIterate UnscaledCertificates] stales [];
 }
 
-/// A word that a stage leaves for what runs the lists.
+/// A word that a stage leaves for what runs the lists: the first of a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flag {
     /// Not zero: run the repeated stage once more.
     Repeat(Buffer),
     /// Not zero: leave the iteration; the word says why.
     Stop(Buffer),
-}
-
-impl Flag {
-    /// The buffer whose first word it is.
-    pub fn buffer(self) -> Buffer {
-        match self {
-            Self::Repeat(buffer) | Self::Stop(buffer) => buffer,
-        }
-    }
 }
 
 impl Stage {

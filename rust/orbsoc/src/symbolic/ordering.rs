@@ -97,10 +97,8 @@ pub(crate) fn fill_reducing_order(upper: &Upper, ordering: Ordering) -> Result<V
         Ordering::Amd => minimum_degree(upper)?,
         Ordering::NestedDissection => nested_dissection(upper)?,
         Ordering::Automatic => {
-            let orders = [minimum_degree(upper)?, nested_dissection(upper)?];
-            let shape = |order: &Vec<u32>| FactorShape::of(&upper.permuted(order).0);
-            let [one, other] = orders;
-            if shape(&one).multiply_adds <= shape(&other).multiply_adds {
+            let (one, other) = (minimum_degree(upper)?, nested_dissection(upper)?);
+            if shape_of(upper, &one).multiply_adds <= shape_of(upper, &other).multiply_adds {
                 one
             } else {
                 other
@@ -110,13 +108,17 @@ pub(crate) fn fill_reducing_order(upper: &Upper, ordering: Ordering) -> Result<V
     Ok(leaves_first(upper, &order))
 }
 
+/// What there is to factor in that order.
+fn shape_of(upper: &Upper, order: &[u32]) -> FactorShape {
+    FactorShape::of(&upper.permuted(order).0)
+}
+
 /// The cheapest dissection; minimum degree where no separator shortens it.
 fn nested_dissection(upper: &Upper) -> Result<Vec<u32>, Error> {
     let mut best: Option<(u64, Vec<u32>)> = None;
     for shape in SHAPES {
         let order = dissected(upper, shape)?;
-        let found = FactorShape::of(&upper.permuted(&order).0);
-        let cost = found.cost();
+        let cost = shape_of(upper, &order).cost();
         if best.as_ref().is_none_or(|(least, _)| cost < *least) {
             best = Some((cost, order));
         }
