@@ -1,6 +1,7 @@
 """Synthesise the RTL with yosys and record what it takes: hw_model/area/synthesis.json, docs/rtl.md (`make area`).
 
-A row is synthesised again when the RTL, the tool or its parameters changed. All rows take half an hour of one core.
+A row is synthesised again when the RTL, the tool or its parameters changed. All rows take half an hour of one core; a
+stopped run goes on with the row that it was at.
 """
 
 from __future__ import annotations
@@ -80,11 +81,17 @@ def main() -> None:
     for module, parameters in (*UNITS, *FITTED, *HELD_OUT):
         row = old.get((module, parameters)) or synthesise(module, parameters)
         rows.append(row | {"fitted": (module, parameters) in FITTED})
-    document = {"schema": "orbsoc.synthesis/1", "tool": tool, "family": "xc7", "rtl": state, "rows": rows}
-    lines = ",\n".join(json.dumps(row) for row in rows)
-    head = json.dumps({key: value for key, value in document.items() if key != "rows"})
-    RECORD.write_text(f'{head[:-1]}, "rows": [\n{lines}\n]}}\n')
+        if len(rows) > len(old):  # what is found is kept, and a stopped run goes on
+            write(state, tool, rows)
+    write(state, tool, rows)
     PAGE.write_text(with_tables(PAGE.read_text()))
+
+
+def write(state: str, tool: str, rows: list[dict[str, Any]]) -> None:
+    """The record of these rows."""
+    head = json.dumps({"schema": "orbsoc.synthesis/1", "tool": tool, "family": "xc7", "rtl": state})
+    lines = ",\n".join(json.dumps(row) for row in rows)
+    RECORD.write_text(f'{head[:-1]}, "rows": [\n{lines}\n]}}\n')
 
 
 def synthesise(module: str, parameters: str) -> dict[str, Any]:
