@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.guidance.scenario_file import ScenarioError
 from orbsoc.missions.reachable_insertion import Plan, Scenario, plan
 from orbsoc.orbit import (
     EARTH,
@@ -40,6 +41,12 @@ LONGEST_ARC = 0.25
 LARGEST_DELTA_V_M_S = 3000.0
 LARGEST_TILT = np.deg2rad(8.0)
 LOWEST_M = 120e3
+ANGLES = ("inc_deg", "raan_deg", "argp_deg")
+FREE = (
+    ("raan_deg",), ("argp_deg",), ANGLES, ("raan_deg", "argp_deg"), (*ANGLES, "shape"), ("argp_deg", "shape"), ("shape",),
+)  # fmt: skip
+"""Elements left free, by turns."""
+ONE_OF_THE_SHAPE = ("sma_km", "ecc", "perigee_height_km")
 """Height that no burn of a construction passes below."""
 
 
@@ -99,6 +106,33 @@ def unreachable(seed: int, number: int) -> Mission:
         name=f"unreachable-{seed}-{number}", target={"position_m": r.tolist(), "velocity_m_s": v.tolist()}
     )
     return Mission("unreachable", changed, float("inf"))
+
+
+def freed(made: Mission, free: tuple[str, ...], shape: str) -> Mission:
+    """The mission with its target by elements, of which `free` is left out; of a free shape the one number `shape` stays.
+
+    The construction still bounds its burn. Raises ScenarioError for a perigee below the ground as the one number."""
+    state = made.scenario.target.vector()
+    orbit = elements_from_state(state[:3], state[3:])
+    angles = np.rad2deg([orbit.inc_rad, orbit.raan_rad, orbit.argp_rad]).tolist()
+    given = {key: angle for key, angle in zip(ANGLES, angles, strict=True) if key not in free}
+    sizes = (orbit.sma_m / 1e3, orbit.ecc, (orbit.perigee_radius_m - EARTH.earth_radius_m) / 1e3)
+    numbers = dict(zip(ONE_OF_THE_SHAPE, sizes, strict=True))
+    kept = (shape,) if "shape" in free else ("sma_km", "ecc")
+    target = {"position_m": None, "velocity_m_s": None, "free": list(free)} | given
+    return Mission(
+        made.kind,
+        made.scenario.with_changes(target=target | {key: numbers[key] for key in kept}),
+        made.burn_s,
+    )
+
+
+def _with_free_elements(seed: int, count: int) -> Iterator[Mission]:
+    for number, made in enumerate(missions(seed, count)):
+        try:
+            yield freed(made, FREE[number % len(FREE)], ONE_OF_THE_SHAPE[number % len(ONE_OF_THE_SHAPE)])
+        except ScenarioError as error:
+            sys.stderr.write(f"left out: {error}\n")
 
 
 def _constructed(kind: str, name: str, random: np.random.Generator) -> Mission | None:
@@ -294,16 +328,18 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--unreachable", type=int, default=0)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--free", action="store_true", help="targets with elements left free")
     parser.add_argument("--out", type=Path, default=Path("out/missions"))
     chosen = parser.parse_args(arguments)
     chosen.out.mkdir(parents=True, exist_ok=True)
-    path = chosen.out / f"missions-{chosen.seed}.csv"
+    path = chosen.out / f"missions-{chosen.seed}{'-free' * chosen.free}.csv"
     done = {row.name: row for row in _read(path)}
     with path.open("a", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, [each.name for each in fields(Answer)])
         if not done:
             writer.writeheader()
-        for number, made in enumerate(_asked(chosen.seed, chosen.count, chosen.unreachable)):
+        ask = _with_free_elements(chosen.seed, chosen.count) if chosen.free else None
+        for number, made in enumerate(ask or _asked(chosen.seed, chosen.count, chosen.unreachable)):
             if made.scenario.name in done:
                 continue
             found = answer(made)

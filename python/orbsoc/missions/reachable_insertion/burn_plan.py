@@ -10,10 +10,10 @@ from orbsoc.guidance.powered_flight import Trajectory
 from orbsoc.guidance.scp import ExitReason, Iteration, Outcome
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements
 
+from .any_target import AnyTarget
 from .problems import Iterate
 from .proof import Proof
 from .scenario import Scenario
-from .target import TargetOrbit
 from .verification import Verification
 
 COLD = "thrust along the velocity"
@@ -39,7 +39,7 @@ class BurnPlan:
     """
 
     scenario: Scenario
-    target: TargetOrbit
+    target: AnyTarget
     status: PlanStatus
     exit_reason: ExitReason
     message: str

@@ -23,7 +23,6 @@ from .made_ready import MadeReady
 from .search import Found, Search
 from .smooth_burn import Law, corrected, smoothed
 from .starts import REACHED, Start, burn_time, impulse
-from .target import TargetOrbit
 
 Array = NDArray[np.float64]
 
@@ -159,27 +158,16 @@ def _best_near(ready: MadeReady, at: tuple[float, Law], step_s: float, latest: f
 def _costs(ready: MadeReady, states: Array) -> Array:
     """Of an ignition at each state (K, 6): the impulse in the middle of its burn, and the speed that closes the gap to the orbit."""
     target, exhaust = ready.target, ready.burn.acceleration / ready.burn.flow
-    first = np.linalg.norm(_orbit_there(target, states)[1] - states[:, 3:], axis=1)
+    first = np.linalg.norm(target.there(states)[1] - states[:, 3:], axis=1)
     half = np.minimum(-0.5 * np.expm1(-first / exhaust) / ready.burn.flow, 0.5 * ready.burn.longest)[:, None]
     r, v = states[:, :3], states[:, 3:]
     pull = -r / np.linalg.norm(r, axis=1, keepdims=True) ** 3
     middle = np.hstack([r + half * v + 0.5 * half**2 * pull, v + half * pull])
-    position, velocity = _orbit_there(target, middle)
+    position, velocity = target.there(middle)
     gap = np.linalg.norm(position - middle[:, :3], axis=1)
     # A burn of length t shifts the vehicle by some t Δv / 2 beside its turn: a gap asks for gap / t more.
     costs = np.linalg.norm(velocity - middle[:, 3:], axis=1) + gap / np.maximum(half[:, 0], 1e-3)
     return np.asarray(np.nan_to_num(costs, nan=np.inf))
-
-
-def _orbit_there(target: TargetOrbit, states: Array) -> tuple[Array, Array]:
-    """Positions and velocities (K, 3) on the target orbit where it passes nearest to the directions of states (K, 6)."""
-    r = states[:, :3]
-    flat = r - np.outer(r @ target.normal, target.normal)
-    outwards = flat / np.linalg.norm(flat, axis=1, keepdims=True)
-    along = 1.0 + target.eccentricity * (outwards @ target.perigee)
-    radius = target.momentum**2 / np.where(along > 1e-9, along, 1e-9)
-    velocity = np.cross(target.normal, target.eccentricity * target.perigee + outwards) / target.momentum
-    return radius[:, None] * outwards, velocity
 
 
 def _settled(ready: MadeReady, search: Search, flown: list[tuple[float, Law]], now: Found) -> Found:

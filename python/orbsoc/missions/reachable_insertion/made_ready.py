@@ -14,11 +14,13 @@ from orbsoc.guidance.scp import Subproblem
 from orbsoc.orbit import EARTH, CanonicalUnits, elements_from_state
 from orbsoc.orbit.propagate import Steering
 
+from .any_target import AnyTarget
 from .coast import at_ignition
+from .free_target import FreeTarget
 from .guess import along_velocity, propagated, towards_plane
-from .problems import Iterate, MaxEnergyFixedPerigee, MaxEnergyFreePerigee, MinTime, Row
+from .problems import Iterate, MaxEnergyFixedPerigee, MaxEnergyFreePerigee, MinTime
 from .scenario import Scenario
-from .smooth_burn import Law, conditions
+from .smooth_burn import Law
 from .target import TargetOrbit
 from .verification import Verification, verify
 
@@ -37,7 +39,7 @@ class MadeReady:
     """The burn from where the coast of `ignition_s` ends, the target orbit, and the units that both are in."""
 
     scenario: Scenario
-    target: TargetOrbit
+    target: AnyTarget
     burn: Burn
     units: CanonicalUnits
     start_si: Array
@@ -48,7 +50,7 @@ class MadeReady:
         units = CanonicalUnits.of(EARTH)
         vehicle = scenario.vehicle
         start_si = at_ignition(scenario, ignition_s)
-        target = TargetOrbit.through(units.state_from_si(scenario.launch_inertial(scenario.target)))
+        target = target_of(scenario, units)
         burn = Burn.of(start_si, vehicle.thruster(), vehicle.longest_burn_s, units)
         return cls(scenario, target, burn, units, start_si, ignition_s)
 
@@ -66,10 +68,11 @@ class MadeReady:
         height_km = self.scenario.target.perigee_height_km
         assert height_km is not None  # the scenario checks it
         radius = (EARTH.earth_radius_m + 1e3 * height_km) / self.units.length_m
+        target = self._whole
         if self.free_perigee:
             hard_or_soft = weight if soft else None
-            return MaxEnergyFreePerigee(self.burn, self.target, radius, hard_or_soft, self.figures)
-        return MaxEnergyFixedPerigee(self.burn, self.target, radius, weight, self.figures)
+            return MaxEnergyFreePerigee(self.burn, target, radius, hard_or_soft, self.figures)
+        return MaxEnergyFixedPerigee(self.burn, target, radius, weight, self.figures)
 
     def flown(self, steering: Steering, duration_s: float, nodes: int) -> Trajectory:
         """What a steering flies, at the nodes of a grid."""
@@ -77,7 +80,7 @@ class MadeReady:
         return propagated(self.start_si, thruster, steering, duration_s, legendre_gauss(nodes))
 
     def cold_start(self) -> Iterate:
-        law = towards_plane(self.target.normal, self.units) if self.free_perigee else along_velocity
+        law = towards_plane(self._whole.normal, self.units) if self.free_perigee else along_velocity
         return Iterate(self.flown(law, self.scenario.burn.duration_s, self.scenario.method.nodes))
 
     def along(self, direction: Array) -> Iterate:
@@ -109,9 +112,13 @@ class MadeReady:
         return Iterate(Trajectory(trajectory.grid, trajectory.states, raw, trajectory.end, law.duration))
 
     def _missing(self, trajectory: Trajectory) -> Iterate:
-        rows = conditions(self.target, trajectory.end[None])[0]
-        rows[:3] *= self.target.momentum
-        return Iterate(trajectory, slack=tuple(zip(TERMINAL, rows.tolist(), strict=True)))
+        return Iterate(trajectory, slack=self.target.misses(trajectory.end))
+
+    @property
+    def _whole(self) -> TargetOrbit:
+        """Of `max_energy`, whose scenario has no element free."""
+        assert isinstance(self.target, TargetOrbit)
+        return self.target
 
     def verified(self, iterate: Iterate) -> Verification:
         """The flight of an iterate, judged."""
@@ -129,4 +136,8 @@ class MadeReady:
         }
 
 
-TERMINAL = (Row.LEAN_TO_PERIGEE, Row.LEAN_ACROSS, Row.MOMENTUM, Row.ECCENTRICITY, Row.PERIGEE_DIRECTION)
+def target_of(scenario: Scenario, units: CanonicalUnits) -> AnyTarget:
+    """The scenario's target, canonical, in the axes of plans."""
+    if scenario.target.free:
+        return FreeTarget.of(scenario.target, scenario.eci_rotation)
+    return TargetOrbit.through(units.state_from_si(scenario.launch_inertial(scenario.target)))

@@ -10,19 +10,19 @@ l·H = 0, q·H = 0, n·H = S_H |H_f|, l·L = S_L |L_f|, q·L = 0.
 
 from __future__ import annotations
 
-import enum
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from orbsoc.conic.builder import ConicBuilder, Term, Variable
 from orbsoc.conic.solution import Solution
 from orbsoc.guidance.powered_flight import Burn, BurnVariables, Trajectory, add_burn, read_burn, stored
 from orbsoc.guidance.scp import Step, Subproblem
 
+from .any_target import AnyTarget
+from .rows import PLANE_ROWS, TERMINAL_ROWS, Row
 from .target import LinearVectors, TargetOrbit
 
 Array = NDArray[np.float64]
@@ -40,28 +40,12 @@ class Iterate:
     slack: tuple[tuple[Row, float], ...] = ()
 
 
-class Row(enum.Enum):
-    """What a terminal row holds; the value is its name in reports."""
-
-    LEAN_TO_PERIGEE = "orbit plane, lean towards the perigee"
-    LEAN_ACROSS = "orbit plane, lean across the perigee line"
-    MOMENTUM = "size of the angular momentum"
-    ECCENTRICITY = "eccentricity"
-    PERIGEE_DIRECTION = "perigee direction"
-    PERIGEE_RADIUS = "perigee radius"
-
-
-PLANE_ROWS = (Row.LEAN_TO_PERIGEE, Row.LEAN_ACROSS)
-TERMINAL_ROWS = (*PLANE_ROWS, Row.MOMENTUM, Row.ECCENTRICITY, Row.PERIGEE_DIRECTION)
-"""The five rows l·H, q·H, n·H, l·L, q·L in their order."""
-
-
 @dataclass(frozen=True, slots=True)
 class MinTime:
-    """Problem A (eqs. 13, 20): the shortest burn onto the target orbit; S_H = S_L = 1."""
+    """Problem A (eqs. 13, 20): the shortest burn onto the target orbit; S_H = S_L = 1. Elements left free have no row."""
 
     burn: Burn
-    target: TargetOrbit
+    target: AnyTarget
     slack_weight: float
     figures: Figures
 
@@ -70,10 +54,9 @@ class MinTime:
         variables = add_burn(builder, self.burn, reference.trajectory, free_duration=True)
         assert variables.duration is not None
         builder.cost(variables.duration, [1.0])
-        blocks, rhs = _terminal_rows(self.target, LinearVectors.about(reference.trajectory.end))
-        rhs = rhs + np.array([0.0, 0.0, self.target.momentum, self.target.eccentricity, 0.0])
-        slack = Slack.add(builder, TERMINAL_ROWS, self.slack_weight)
-        builder.equality([(variables.end, blocks), *slack.terms()], rhs)
+        block, rhs = self.target.linear_rows(reference.trajectory.end)
+        slack = Slack.add(builder, self.target.rows, self.slack_weight)
+        builder.equality([(variables.end, stored(block)), *slack.terms()], rhs)
 
         def read(solution: Solution) -> Step[Iterate]:
             return _step(builder, solution, reference, slack, self.figures, free_duration=True)
@@ -111,12 +94,13 @@ class MaxEnergyFixedPerigee:
         builder.nonnegative([(gains, -np.eye(2) / GAIN)], reached)
         builder.cost(gains, [-1.0, 0.0])
 
-        blocks, rhs = _terminal_rows(self.target, LinearVectors.about(reference.trajectory.end))
+        block, rhs = self.target.scaled_rows(reference.trajectory.end)
         by_scales = np.zeros((5, 2))
         by_scales[2, 0], by_scales[3, 1] = -self.target.momentum, -self.target.eccentricity
         slack = Slack.add(builder, TERMINAL_ROWS, GAIN * self.slack_weight)
         builder.equality(
-            [(variables.end, blocks), (gains, by_scales / GAIN), *slack.terms()], rhs - by_scales @ reached
+            [(variables.end, stored(block)), (gains, by_scales / GAIN), *slack.terms()],
+            rhs - by_scales @ reached,
         )
 
         p = self.target.momentum**2
@@ -245,15 +229,6 @@ class Slack:
         if self.head is not None:
             values += zip(self.one_sided, builder.value(solution, "slack_head") / self.weight, strict=True)
         return tuple((row, float(value)) for row, value in values)
-
-
-def _terminal_rows(target: TargetOrbit, linear: LinearVectors) -> tuple[sparse.coo_array, Array]:
-    """Block (5, 6) of the end state and the right-hand side (5,) for S_H = S_L = 0."""
-    for_h = np.vstack([target.perigee, target.ahead, target.normal])
-    for_l = np.vstack([target.perigee, target.ahead])
-    block = np.vstack([for_h @ linear.momentum_jacobian, for_l @ linear.laplace_jacobian])
-    rhs = -np.concatenate([for_h @ linear.momentum_value, for_l @ linear.laplace_value])
-    return stored(block), rhs
 
 
 def _step(

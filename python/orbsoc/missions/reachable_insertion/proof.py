@@ -14,6 +14,7 @@ import numpy as np
 
 from orbsoc.guidance.powered_flight import Burn
 
+from .any_target import AnyTarget
 from .target import TargetOrbit
 
 GROUND = 1.0
@@ -30,7 +31,7 @@ class Proof:
 
 
 def proof_of_infeasibility(
-    burn: Burn, target: TargetOrbit, duration: float, *, whole_orbit: bool
+    burn: Burn, target: AnyTarget, duration: float, *, whole_orbit: bool
 ) -> Proof | None:
     """Why no burn of at most `duration` ends on the target orbit (its plane alone unless `whole_orbit`); None for no proof."""
     if burn.flow * duration > 1.0 - 1e-9:  # a vehicle without dry mass has no bound
@@ -46,14 +47,15 @@ def proof_of_infeasibility(
     highest = radius + min(climb, fastest * duration)
     h = np.cross(r, v)
     if whole_orbit:
-        needed = float(np.linalg.norm(target.momentum * target.normal - h))
+        needed = target.momentum_gap(h)
     else:
+        assert isinstance(target, TargetOrbit)
         across = float(np.linalg.norm(np.cross(h, target.normal)))
         needed = across if h @ target.normal > 0.0 else float(np.linalg.norm(h))
     if needed > highest * has:
         return Proof("turning and changing the angular momentum", needed / highest, delta_v)
-    if whole_orbit:
-        energy = -0.5 * (1.0 - target.eccentricity**2) / target.momentum**2
+    energy = target.energy
+    if whole_orbit and energy is not None:
         last = float(np.sqrt(max(0.0, 2.0 * (energy + 1.0 / GROUND))))
         if abs(last - first) > has:
             return Proof("changing the energy", abs(last - first), delta_v)

@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import LegendreGauss, legendre_gauss
 from orbsoc.guidance.powered_flight import Burn
-from orbsoc.orbit.planes import cross
 from orbsoc.orbit.runge_kutta import force_times, integrate_explicitly
 
-from .target import TargetOrbit
+from .any_target import AnyTarget
 
 Array = NDArray[np.float64]
 
@@ -83,18 +82,9 @@ def longest_of(burn: Burn) -> float:
     return min(burn.longest, NEARLY_ALL / burn.flow)
 
 
-def conditions(target: TargetOrbit, ends: Array) -> Array:
-    """l·H, q·H, n·H − h, l·L − e, q·L of end states (B, 6) → (B, 5), angular momenta in units of the target's."""
-    r, v = ends[:, :3], ends[:, 3:]
-    h = cross(r, v)
-    laplace = cross(v, h) - r / np.linalg.norm(r, axis=1, keepdims=True)
-    return np.column_stack([
-        h @ target.perigee / target.momentum,
-        h @ target.ahead / target.momentum,
-        h @ target.normal / target.momentum - 1.0,
-        laplace @ target.perigee - target.eccentricity,
-        laplace @ target.ahead,
-    ])  # fmt: skip
+def conditions(target: AnyTarget, ends: Array) -> Array:
+    """The target's rows at end states (B, 6) → (B, K)."""
+    return target.conditions(ends)
 
 
 def ends_of(burn: Burn, laws: Array, durations: Array, steps: int) -> Array:
@@ -125,7 +115,7 @@ def steps_for(law: Law) -> int:
 
 def corrected(
     burn: Burn,
-    target: TargetOrbit,
+    target: AnyTarget,
     law: Law,
     *,
     free_duration: bool = True,
@@ -192,7 +182,7 @@ def followed(law: Law, nodes: int, too_long: float = TOO_LONG) -> bool:
 
 
 def smoothed(
-    burn: Burn, target: TargetOrbit, law: Law, most_nodes: int, too_long: float = TOO_LONG
+    burn: Burn, target: AnyTarget, law: Law, most_nodes: int, too_long: float = TOO_LONG
 ) -> Law | None:
     """A law about as short as a grid of `most_nodes` allows, from one that need not be smooth; None where that fails.
 
@@ -218,7 +208,7 @@ def smoothed(
     return found
 
 
-def smoothest(burn: Burn, target: TargetOrbit, law: Law) -> Law | None:
+def smoothest(burn: Burn, target: AnyTarget, law: Law) -> Law | None:
     """The law of the same duration and degree that ends on the orbit and turns least, ∫|du/dτ|² dτ; None for none found.
 
     Gauss–Newton on the turn within the null space of the conditions' Jacobian.

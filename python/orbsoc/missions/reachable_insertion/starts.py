@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from orbsoc.guidance.powered_flight import Burn
 
+from .any_target import AnyTarget
 from .smooth_burn import Law, constant, corrected, longest_of
-from .target import TargetOrbit
 
 Array = NDArray[np.float64]
 
@@ -41,15 +41,15 @@ class Start:
         return self.miss <= REACHED
 
 
-def starts(burn: Burn, target: TargetOrbit) -> Iterator[Start]:
+def starts(burn: Burn, target: AnyTarget) -> Iterator[Start]:
     """One start a direction; each is worked out when it is asked for."""
     for name, direction in _directions(burn, target):
         yield _flown(burn, target, name, direction)
 
 
-def impulse(burn: Burn, target: TargetOrbit) -> Array:
+def impulse(burn: Burn, target: AnyTarget) -> Array:
     """Velocity of the target orbit less the vehicle's, canonical (3,): what a burn in no time would give."""
-    return target.velocity_along(burn.start[:3]) - burn.start[3:]
+    return target.impulse(burn.start)
 
 
 def burn_time(burn: Burn, delta_v: float) -> float:
@@ -58,7 +58,7 @@ def burn_time(burn: Burn, delta_v: float) -> float:
     return min(float(-np.expm1(-delta_v / exhaust) / burn.flow), LEFT * longest_of(burn))
 
 
-def _directions(burn: Burn, target: TargetOrbit) -> Iterator[tuple[str, Array]]:
+def _directions(burn: Burn, target: AnyTarget) -> Iterator[tuple[str, Array]]:
     velocity = burn.start[3:]
     towards = impulse(burn, target)
     if float(np.linalg.norm(towards)) > 1e-6:
@@ -70,7 +70,7 @@ def _directions(burn: Burn, target: TargetOrbit) -> Iterator[tuple[str, Array]]:
     yield "thrust across the plane, to the right", -across
 
 
-def _flown(burn: Burn, target: TargetOrbit, name: str, direction: Array) -> Start:
+def _flown(burn: Burn, target: AnyTarget, name: str, direction: Array) -> Start:
     size = float(np.linalg.norm(impulse(burn, target)))
     duration = max(burn_time(burn, size), 1e-3 * burn.longest)
     best: tuple[float, Law] | None = None

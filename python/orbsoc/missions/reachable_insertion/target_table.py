@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, Strict
 
 from orbsoc.guidance.scenario_file import Complaint, Table
 from orbsoc.guidance.vehicle import State, Vector, state_complaints
@@ -19,6 +19,7 @@ PerigeeDirection = Literal["fixed", "free"]
 STATE = ("position_m", "velocity_m_s")
 SHAPE = ("sma_km", "ecc", "perigee_height_km", "apogee_height_km", "c3_km2_s2", "v_infinity_m_s")
 ANGLES = ("inc_deg", "raan_deg", "argp_deg")
+SIZES = ("sma_km", "c3_km2_s2", "v_infinity_m_s")
 LEAST_C3 = 1e-6
 """km²/s², from a parabola, which has no semi-major axis."""
 
@@ -43,6 +44,10 @@ class Target(Table):
     apogee_height_km: float | None = Field(default=None, gt=0.0, le=1.0e7)
     c3_km2_s2: float | None = Field(default=None, description="2 × energy: v∞² of an escape")
     v_infinity_m_s: float | None = Field(default=None, gt=0.0, le=5.0e4)
+    free: Annotated[tuple[Literal["inc_deg", "raan_deg", "argp_deg", "shape"], ...], Strict(False)] = Field(
+        default=(),
+        description="elements that may end as they like, of min_time; with shape, one number of the shape or none is given",
+    )
     perigee_direction: PerigeeDirection = "fixed"
 
     @property
@@ -61,18 +66,23 @@ class Target(Table):
         inc, raan, argp = (float(np.deg2rad(getattr(self, key) or 0.0)) for key in ANGLES)
         return Elements(sma, ecc, inc, raan, argp, float(np.deg2rad(self.true_anomaly_deg)))
 
+    def semi_major_axis_m(self) -> float | None:
+        """From the key that gives the energy, if one does."""
+        mu = EARTH.mu_m3_s2
+        if self.v_infinity_m_s is not None:
+            return -mu / self.v_infinity_m_s**2
+        if self.c3_km2_s2 is not None:
+            return -mu / (1e6 * self.c3_km2_s2)
+        return self.sma_km and 1e3 * self.sma_km
+
     def shape(self) -> tuple[float, float]:
         """Semi-major axis (m) and eccentricity from the two keys that are given."""
-        mu, earth = EARTH.mu_m3_s2, EARTH.earth_radius_m
-        sma, ecc = self.sma_km and 1e3 * self.sma_km, self.ecc
+        earth = EARTH.earth_radius_m
+        sma, ecc = self.semi_major_axis_m(), self.ecc
         perigee, apogee = (
             None if height is None else earth + 1e3 * height
             for height in (self.perigee_height_km, self.apogee_height_km)
         )
-        if self.v_infinity_m_s is not None:
-            sma = -mu / self.v_infinity_m_s**2
-        if self.c3_km2_s2 is not None:
-            sma = -mu / (1e6 * self.c3_km2_s2)
         if sma is not None and ecc is not None:
             return sma, ecc
         if sma is not None and perigee is not None:
@@ -90,50 +100,91 @@ class Target(Table):
 
 def target_complaints(target: Target, problem: str) -> Iterator[Complaint]:
     """What names no orbit, or two; then what no vehicle's state can be."""
-    yield from _choice(target, problem)
-    if target.by_elements:
-        yield from _shape_complaints(target)
-        return
-    position, velocity = target.position_m, target.velocity_m_s
-    assert position is not None
-    assert velocity is not None
-    yield from state_complaints("target", State(position_m=position, velocity_m_s=velocity))
-
-
-def _choice(target: Target, problem: str) -> Iterator[Complaint]:
-    def given(keys: tuple[str, ...]) -> list[str]:
-        return [key for key in keys if getattr(target, key) is not None]
-
-    states, shape, angles = given(STATE), given(SHAPE), given(ANGLES)
+    states = [key for key in STATE if getattr(target, key) is not None]
     if states:
-        # perigee_height_km beside a state is what max_energy asks for
-        extra = [key for key in (*shape, *angles) if key != "perigee_height_km"]
-        if extra:
-            yield Complaint(
-                f"target.{extra[0]}",
-                f"{getattr(target, extra[0])}",
-                "there is a state already; must be one of the two",
-            )
-        for key in STATE:
-            if key not in states:
-                yield Complaint(f"target.{key}", "", f"is missing, and target.{states[0]} needs it")
+        yield from _beside_a_state(target, states)
+        position, velocity = target.position_m, target.velocity_m_s
+        assert position is not None
+        assert velocity is not None
+        yield from state_complaints("target", State(position_m=position, velocity_m_s=velocity))
         return
     if problem == "max_energy":
         yield Complaint("target.position_m", "", 'is missing, and problem = "max_energy" needs a state')
+    yield from _element_complaints(target)
+    yield from _free_complaints(target)
+    yield from _shape_complaints(target)
+
+
+def _beside_a_state(target: Target, states: list[str]) -> Iterator[Complaint]:
+    # perigee_height_km beside a state is what max_energy asks for
+    elements = [*_given(target, (*SHAPE, *ANGLES)), *(["free"] if target.free else [])]
+    extra = [key for key in elements if key != "perigee_height_km"]
+    if extra:
+        yield Complaint(
+            f"target.{extra[0]}",
+            f"{getattr(target, extra[0])}",
+            "there is a state already; must be one of the two",
+        )
+    for key in STATE:
+        if key not in states:
+            yield Complaint(f"target.{key}", "", f"is missing, and target.{states[0]} needs it")
+
+
+def _given(target: Target, keys: tuple[str, ...]) -> list[str]:
+    return [key for key in keys if getattr(target, key) is not None]
+
+
+def _element_complaints(target: Target) -> Iterator[Complaint]:
+    """A key that is missing and not free, given and free, or one too many."""
+    shape, angles = _given(target, SHAPE), _given(target, ANGLES)
     for key in ANGLES:
-        if key not in angles:
+        if key in angles and key in target.free:
+            yield Complaint(
+                f"target.{key}", f"{getattr(target, key)}", "is in target.free; must be one of the two"
+            )
+        if key not in angles and key not in target.free:
             yield Complaint(
                 f"target.{key}",
                 "",
-                "is missing; an orbit by elements needs it, or give position_m and velocity_m_s",
+                "is missing; an orbit by elements needs it, or name it in target.free, or give position_m and velocity_m_s",
             )
-    if (
-        len(shape) != 2
-        or {"c3_km2_s2", "v_infinity_m_s"} <= set(shape)
-        or ("sma_km" in shape and {"c3_km2_s2", "v_infinity_m_s"} & set(shape))
-    ):
+    if "shape" in target.free:
+        if len(shape) > 1:
+            allowed = f'with "shape" in target.free must be one of {", ".join(SHAPE)}, or none'
+            yield Complaint("target", ", ".join(shape), allowed)
+    elif len(shape) != 2 or len(set(SIZES) & set(shape)) > 1:
         allowed = f"must be two of {', '.join(SHAPE)}, and only one of those that give the energy"
         yield Complaint("target", f"{', '.join(shape) or 'no shape'}", allowed)
+
+
+def _free_complaints(target: Target) -> Iterator[Complaint]:
+    """What says nothing without what is left free."""
+    if not target.free:
+        return
+    if len(set(target.free)) < len(target.free):
+        yield Complaint("target.free", f"{list(target.free)}", "each at most once")
+    for key, reason in (
+        ("raan_deg", "there is no node without an inclination"),
+        ("argp_deg", "it counts from the node of a plane"),
+    ):
+        if getattr(target, key) is not None and target.inc_deg is None:
+            yield Complaint(
+                f"target.{key}",
+                f"{getattr(target, key)}",
+                f"needs target.inc_deg, for {reason}; or must be free",
+            )
+    if (
+        target.argp_deg is not None
+        and target.raan_deg is None
+        and target.inc_deg is not None
+        and abs(np.sin(np.deg2rad(target.inc_deg))) < 1e-9
+    ):
+        allowed = "needs target.raan_deg, for an equatorial orbit has no node; or must be free"
+        yield Complaint("target.argp_deg", f"{target.argp_deg}", allowed)
+    if not _given(target, (*SHAPE, *ANGLES)):
+        yield Complaint(
+            "target.free", f"{list(target.free)}", "leaves nothing to reach; must leave something out"
+        )
 
 
 def _shape_complaints(target: Target) -> Iterator[Complaint]:
@@ -141,6 +192,10 @@ def _shape_complaints(target: Target) -> Iterator[Complaint]:
         yield Complaint(
             "target.c3_km2_s2", f"{target.c3_km2_s2:g}", f"a parabola; must be {LEAST_C3:g} or more from 0"
         )
+    if "shape" in target.free:
+        if target.sma_km == 0.0:
+            yield Complaint("target.sma_km", "0", "names no orbit; must not be 0")
+        return
     try:
         target.vector()
     except (ValueError, ZeroDivisionError) as error:

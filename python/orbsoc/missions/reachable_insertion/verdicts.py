@@ -12,8 +12,10 @@ from orbsoc.guidance.scp import ExitReason
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements
 
 from .burn_plan import BurnPlan
+from .free_target import FreeTarget
 from .ignition import later_ignition
-from .problems import Iterate, Row
+from .problems import Iterate
+from .rows import Row
 from .scenario import MOST_NODES
 from .search import SMOOTH
 
@@ -187,6 +189,8 @@ def _what_to_try(plan: BurnPlan) -> str:
 
 def _in_words(plan: BurnPlan, iterate: Iterate, row: Row, value: float) -> str:
     target = plan.target
+    if isinstance(target, FreeTarget):
+        return _missed_in_words(row, value)
     momentum = iterate.momentum_scale * target.momentum
     units = CanonicalUnits.of(EARTH)
     if row in (Row.LEAN_TO_PERIGEE, Row.LEAN_ACROSS):
@@ -210,6 +214,22 @@ def _in_words(plan: BurnPlan, iterate: Iterate, row: Row, value: float) -> str:
         return f"the perigee direction off by {np.rad2deg(np.arctan2(abs(value), eccentricity)):.3f}°"
     low_km = _perigee_shortfall_m(plan, value) / 1e3
     return f"the perigee too low by {low_km:.2f} km"
+
+
+def _missed_in_words(row: Row, value: float) -> str:
+    """Of a target with free elements, whose rows are relative."""
+    if row is Row.INCLINATION:
+        return f"the inclination too {'low' if value < 0 else 'high'} by {abs(np.rad2deg(value)):.4f}°"
+    if row in (Row.LEAN_TO_PERIGEE, Row.LEAN_ACROSS):
+        return f"the orbit plane tilted by {abs(np.rad2deg(value)):.4f}°"
+    if row is Row.ENERGY:
+        speed = CanonicalUnits.of(EARTH).speed_m_s
+        return (
+            f"v²/2 − μ/r too {'small' if value < 0 else 'large'} by {abs(value) * speed**2 / 1e6:.4f} km²/s²"
+        )
+    if row is Row.PERIGEE_DIRECTION:
+        return f"the eccentricity vector off the perigee direction by {abs(value):.2e}"
+    return f"the {row.value} off by {abs(value):.2e} of itself"
 
 
 def _perigee_shortfall_m(plan: BurnPlan, value: float) -> float:

@@ -24,10 +24,11 @@ from orbsoc.orbit import (
     rotate_state,
 )
 
+from .any_target import AnyTarget
 from .coast import at_ignition
+from .free_target import FreeTarget
 from .problems import Iterate
 from .scenario import Scenario
-from .target import TargetOrbit
 
 Array = NDArray[np.float64]
 
@@ -117,7 +118,7 @@ def fly(
 
 
 def verify(
-    scenario: Scenario, target: TargetOrbit, iterate: Iterate, *, ignition_s: float = 0.0
+    scenario: Scenario, target: AnyTarget, iterate: Iterate, *, ignition_s: float = 0.0
 ) -> Verification:
     """Fly the plan and compare the orbit it reaches with the one it promises."""
     units = CanonicalUnits.of(EARTH)
@@ -128,7 +129,7 @@ def verify(
     h = angular_momentum(reached[:3], reached[3:])
     delta_h = float(np.linalg.norm(h - momentum) / np.linalg.norm(momentum))
     delta_l = float(np.linalg.norm(laplace_vector(reached[:3], reached[3:], 1.0) - laplace))
-    plane = float(np.arctan2(np.linalg.norm(np.cross(h, target.normal)), h @ target.normal))
+    plane = target.plane_error(h)
     planned_orbit = orbit_of(scenario, units.state_to_si(trajectory.end))
     propagated_orbit = orbit_of(scenario, flight.propagated[-1])
     perigee_error = float("nan")
@@ -144,6 +145,7 @@ def verify(
         ("max‖u‖ − 1 between nodes", excess, rules.thrust_excess),
         ("depth below the ground in m", max(0.0, -flight.lowest_altitude_m), 0.0),
     ]
+    checks += [(name, value, getattr(rules, limit)) for name, value, limit in target.errors(propagated_orbit)]
     if scenario.problem == "max_energy":
         free = scenario.target.perigee_direction == "free"
         shortfall = max(0.0, -perigee_error) if free else abs(perigee_error)
@@ -172,9 +174,10 @@ def orbit_of(scenario: Scenario, state_si: Array) -> Elements:
     return elements_from_state(state[:3], state[3:])
 
 
-def _promised(scenario: Scenario, target: TargetOrbit, iterate: Iterate) -> tuple[Array, Array]:
+def _promised(scenario: Scenario, target: AnyTarget, iterate: Iterate) -> tuple[Array, Array]:
     """Canonical H and L that the burn has to end with."""
-    if scenario.problem == "max_energy" and scenario.target.perigee_direction == "free":
+    perigee_free = scenario.problem == "max_energy" and scenario.target.perigee_direction == "free"
+    if perigee_free or isinstance(target, FreeTarget):
         end = iterate.trajectory.end
         return angular_momentum(end[:3], end[3:]), laplace_vector(end[:3], end[3:], 1.0)
     return (
