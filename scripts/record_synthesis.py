@@ -13,8 +13,8 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from hw_model.area.engine import Shape, engine_area
-from hw_model.area.synthesis import recorded, shape_of
+from hw_model.area.engine import engine_area
+from hw_model.area.synthesis import Synthesis, is_resident, recorded, shape_of
 from hw_model.platform.platform import load_platform
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -41,6 +41,7 @@ HELD_OUT = [
     ("engine", engine(32, 2, 4, dividers=2, address_bits=12, code_bits=10)),
     ("engine", engine(64, 1, 8, address_bits=13, code_bits=11)),
     ("engine", engine(32, 4, 8, address_bits=13, code_bits=13)),
+    ("engine", engine(64, 1, 4) + " RESIDENT=1"),
 ]
 FORMATS = {"EXP=11 MAN=52": "f64", "EXP=8 MAN=23": "f32"}
 UNITS = [
@@ -130,9 +131,9 @@ def engines_table() -> str:
     ]
     for row in recorded(RECORD):
         if row.module == "engine":
-            said = engine_area(shape_of(row), area, row.parameters["CODE_BITS"])
+            said = engine_area(shape_of(row), area, row.parameters["CODE_BITS"], resident=is_resident(row))
             lines.append(
-                f"| {_named(shape_of(row), row.parameters['CODE_BITS'])}{'' if row.fitted else ' *'}"
+                f"| {_named(row)}{'' if row.fitted else ' *'}"
                 f" | {row.lut} | {said['lut']} ({100 * (said['lut'] / row.lut - 1):+.1f} %)"
                 f" | {row.ff} | {said['ff']} ({100 * (said['ff'] / row.ff - 1):+.1f} %)"
                 f" | {row.dsp} | {said['dsp']} | {row.bram36:g} | {said['bram36']:g} |"
@@ -140,9 +141,10 @@ def engines_table() -> str:
     return "\n".join(lines) + "\n"
 
 
-def _named(shape: Shape, code_bits: int) -> str:
-    dividers = f", {shape.dividers} dividers" if shape.dividers > 1 else ""
-    return f"{shape.datapath}, {shape.lanes} × {shape.banks}{dividers}, 2^{shape.address_bits}, 2^{code_bits}"
+def _named(row: Synthesis) -> str:
+    shape, code_bits = shape_of(row), row.parameters["CODE_BITS"]
+    more = f", {shape.dividers} dividers" if shape.dividers > 1 else ", resident" if is_resident(row) else ""
+    return f"{shape.datapath}, {shape.lanes} × {shape.banks}{more}, 2^{shape.address_bits}, 2^{code_bits}"
 
 
 def _text(parameters: dict[str, int]) -> str:

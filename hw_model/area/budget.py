@@ -19,6 +19,7 @@ from hw_model.timing.stage_cycles import Microcode, Origin, StageCycles, estimat
 from hw_model.timing.stream import is_streamed
 
 from .engine import (
+    ATTEMPT,
     KINDS,
     SIGNIFICAND_BITS,
     Kind,
@@ -144,6 +145,8 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
         used["ff"] += area.ff_stream.value if streamed else 0
         used["dsp"] = shape.lanes * multiplier_dsp(SIGNIFICAND_BITS[shape.datapath])
         used["bram36"] = math.ceil((stored + halves) / 2)
+        if partition.control == "pl":
+            used.update({kind: math.ceil(more) for kind, more in ATTEMPT.items()})
     uses = tuple(
         Use(kind, used[kind], getattr(there, kind).value, getattr(area, f"{kind}_ceiling").value)
         for kind in KINDS

@@ -27,6 +27,10 @@ Kind = Literal["lut", "ff", "dsp", "bram36", "uram"]
 KINDS: tuple[Kind, ...] = ("lut", "ff", "dsp", "bram36", "uram")
 WIDTH_BITS: dict[Datapath, int] = {"f64": 64, "f32": 32}
 SIGNIFICAND_BITS: dict[Datapath, int] = {"f64": 53, "f32": 24}
+LEAST_PRODUCT = 9
+"""Bits of a product from which on yosys takes a DSP48E1 for it."""
+ATTEMPT: dict[Kind, float] = {"lut": 513, "ff": 158, "bram36": 0.5}
+"""What control on the PL takes by itself: the recorded engine with RESIDENT=1 less the same without it."""
 REPLICAS = 3
 """Copies of each bank, one a read port: operands a, b and c."""
 
@@ -81,7 +85,7 @@ def logic_luts(shape: Shape, area: Area) -> int:
     rows = banks * shape.row_bits * (2 * or_luts(units) + or_luts(lanes))
     gathered = ports * shape.word_bits * or_luts(banks)
     written = banks * (shape.row_bits + shape.word_bits) * or_luts(units + 1)
-    picked = banks * (ports + units + 1)
+    picked = banks * (2 * ports + units + 1)  # each port's choice once more, as a shift register while the banks are read
     return rows + gathered + written + picked + _units_and_control(shape, area, "lut")
 
 
@@ -89,9 +93,9 @@ def flip_flops(shape: Shape, area: Area, code_bits: int) -> int:
     """Flip-flops, with a program counter of `code_bits`."""
     units, lanes, banks, word = shape.lanes + shape.dividers, shape.lanes, shape.banks, shape.word_bits
     ports = 2 * units + lanes
-    read = ports * (2 * banks + word) + REPLICAS * banks * shape.row_bits
+    read = ports * word + REPLICAS * banks * (shape.row_bits + word)
     written = banks * (1 + shape.row_bits + word)
-    issue = shape.microcode_bits + code_bits
+    issue = 2 * shape.microcode_bits + code_bits  # what the memory puts out, and what is issued
     host = 2 + shape.address_bits + word
     return read + written + issue + host + _units_and_control(shape, area, "ff")
 
@@ -113,7 +117,8 @@ def decoder_luts(shape: Shape, area: Area) -> int:
 
 def decoder_flip_flops(shape: Shape, area: Area) -> int:
     """Flip-flops of the decoder: four lines and what fills them, and each lane's template, addresses and steps."""
-    return 4 * line_bits(shape) + area.ff_decoder.value + shape.lanes * area.ff_decoder_per_lane.value
+    own = 4 * line_bits(shape) + area.ff_decoder.value + shape.lanes * area.ff_decoder_per_lane.value
+    return own - shape.microcode_bits  # the register of a memory of flat words, which it has not
 
 
 def line_bits(shape: Shape) -> int:
@@ -153,8 +158,9 @@ def uram(rows: int, bits: int) -> int:
 
 
 def multiplier_dsp(significand_bits: int) -> int:
-    """DSP48E1 of a multiplier of two significands: 24 × 17 bits, unsigned, each."""
-    return -(-significand_bits // 17) * -(-significand_bits // 24)
+    """DSP48E1 of a multiplier of two significands: 24 × 17 bits, unsigned, each. A corner of less than 9 bits of product is logic."""
+    corner = (significand_bits % 24 or 24) + (significand_bits % 17 or 17)
+    return -(-significand_bits // 17) * -(-significand_bits // 24) - (corner < LEAST_PRODUCT)
 
 
 def bram18(rows: int, bits: int) -> int:
@@ -166,11 +172,12 @@ def bram18(rows: int, bits: int) -> int:
     return min(min(2 * tiles(*shape) for shape in _WHOLE), min(tiles(*shape) for shape in _HALF))
 
 
-def engine_area(shape: Shape, area: Area, code_bits: int) -> dict[Kind, float]:
-    """What the whole engine takes, with flat microcode of 2^`code_bits` words."""
-    return {
+def engine_area(shape: Shape, area: Area, code_bits: int, *, resident: bool = False) -> dict[Kind, float]:
+    """What the whole engine takes, with flat microcode of 2^`code_bits` words; `resident` with control on the PL."""
+    own: dict[Kind, float] = {
         "lut": logic_luts(shape, area),
         "ff": flip_flops(shape, area, code_bits),
         "dsp": shape.lanes * multiplier_dsp(SIGNIFICAND_BITS[shape.datapath]),
         "bram36": (storage_bram18(shape) + bram18(1 << code_bits, shape.microcode_bits)) / 2,
     }
+    return {kind: used + ATTEMPT.get(kind, 0) * resident for kind, used in own.items()}

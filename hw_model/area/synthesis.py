@@ -43,6 +43,11 @@ def shape_of(row: Synthesis) -> Shape:
     return Shape(datapath, given["LANES"], given["DIVIDERS"], given["BANKS"], given["ADDRESS_BITS"])
 
 
+def is_resident(row: Synthesis) -> bool:
+    """Whether the engine of a row controls itself."""
+    return bool(row.parameters.get("RESIDENT"))
+
+
 def _row(row: dict[str, Any]) -> Synthesis:
     return Synthesis(
         row["module"], row["parameters"], row["lut"], row["ff"], row["dsp"], row["bram36"], row["fitted"]

@@ -49,7 +49,7 @@ def test_a_small_device_overflows_and_the_tightest_resource_is_named() -> None:
     assert not found.fits
     assert found.tightest.share / found.tightest.ceiling == max(use.share / use.ceiling for use in found.uses)
     assert not found.tightest.fits
-    assert found.of("dsp").used == 192
+    assert found.of("dsp").used == 176
 
 
 def test_fewer_modules_need_less_storage_and_microcode() -> None:
