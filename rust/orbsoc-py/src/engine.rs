@@ -4,10 +4,11 @@ use crate::convert::{one_at_a_time, problem, refuse, replace_numbers, settings};
 use crate::method::RestartInfo;
 use crate::watch::Watch;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
-use orbsoc::{Buffer, Error, Outcome, Problem, Progress, Solution, Stage, Start, Status};
+use orbsoc::{Buffer, Error, Observer, Outcome, Problem, Progress, Solution, Stage, Start, Status};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::ops::ControlFlow;
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
@@ -115,10 +116,10 @@ impl Engine {
         let inner = &mut state.inner;
         let (solution, elapsed) = py.detach(|| {
             let clock = Instant::now();
-            let mut observe = |progress: &Progress| watch.look(|py| progress_dict(py, progress));
+            let observer = &mut Observing(&mut watch);
             let solution = match &start {
-                Some(from) => inner.solve_from_observed(&borrowed(from), &mut observe),
-                None => Ok(inner.solve_observed(&mut observe)),
+                Some(from) => inner.solve_from_watched(&borrowed(from), observer),
+                None => Ok(inner.solve_watched(observer)),
             };
             (solution, clock.elapsed())
         });
@@ -248,6 +249,19 @@ pub fn raw_solution(
         nnz_kkt,
         nnz_l,
         warm_start: solution.warm_start.name(),
+    }
+}
+
+/// A solve that Python looks at.
+struct Observing<'a, 'b>(&'a mut Watch<'b>);
+
+impl Observer for Observing<'_, '_> {
+    fn iterated(&mut self, progress: &Progress) -> ControlFlow<()> {
+        self.0.look(|py| progress_dict(py, progress))
+    }
+
+    fn waited(&mut self) -> ControlFlow<()> {
+        self.0.wait()
     }
 }
 

@@ -31,9 +31,21 @@ impl<'a> Watch<'a> {
         if self.callback.is_none() && self.looked.elapsed() < SIGNAL_INTERVAL {
             return ControlFlow::Continue(());
         }
+        self.attached(|watch, py| watch.ask(py, progress))
+    }
+
+    /// Within an iteration: whether to continue. No callback is called.
+    pub fn wait(&mut self) -> ControlFlow<()> {
+        self.attached(|_, py| py.check_signals().map(ControlFlow::Continue))
+    }
+
+    fn attached(
+        &mut self,
+        ask: impl for<'py> FnOnce(&Self, Python<'py>) -> PyResult<ControlFlow<()>>,
+    ) -> ControlFlow<()> {
         self.looked = Instant::now();
         Python::attach(|py| {
-            self.ask(py, progress).unwrap_or_else(|error| {
+            ask(self, py).unwrap_or_else(|error| {
                 if error.is_instance_of::<PyKeyboardInterrupt>(py) {
                     self.interrupted = true;
                 } else {

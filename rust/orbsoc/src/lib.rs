@@ -41,6 +41,7 @@ pub use error::Error;
 pub use method::engine::{factor_shape, operation_counts, Engine, Progress};
 pub use method::events::Event;
 pub use method::mixed::{MixedEngine, Narrow};
+pub use method::observer::Observer;
 pub use method::restart::{Attempt, Restart, RESTARTS};
 pub use method::stage;
 pub use method::stage::{Flag, Module, Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};

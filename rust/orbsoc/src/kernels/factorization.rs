@@ -10,21 +10,27 @@ use super::supernodal::simplicial::{self, Simplicial};
 use super::supernodal::update::{
     subtract, subtract_leaves, subtract_scattered, Columns, SamePanel, ScatterTarget,
 };
+use super::supernodal::watch::{Watch, PIECE};
 use crate::real::{outline, Real};
 use crate::symbolic::factor_layout::{Supernode, Symbolic};
 use crate::symbolic::supernodes::Kind;
 
-/// Factor `values` (permuted upper triangle). `positive` holds the pivots' signs.
-/// Outputs: columns `l` as panels, reciprocal pivots; scratch holds one panel's unscaled columns.
+/// Columns `l` as panels, reciprocal pivots; scratch holds one panel's unscaled columns.
+pub struct Factor<'a, T> {
+    pub l: &'a mut [T],
+    pub pivot_inverse: &'a mut [T],
+    pub scratch: &'a mut [T],
+}
+
+/// Factor `values` (permuted upper triangle). `positive` holds the pivots' signs. What `watch` has stopped is no factor.
 #[inline(always)]
 pub fn factorize<T: Real>(
     symbolic: &Symbolic,
     positive: &[bool],
     regularization: Regularization<T>,
     values: &[T],
-    scratch: &mut [T],
-    l: &mut [T],
-    pivot_inverse: &mut [T],
+    Factor { l, pivot_inverse, scratch }: Factor<T>,
+    watch: &mut impl Watch,
 ) {
     l.fill(T::zero());
     for run in &symbolic.entry_runs {
@@ -65,10 +71,19 @@ pub fn factorize<T: Real>(
         if node.diagonal_size == 1 {
             factor_independent(node.leading_dim, positive, regularization, panel, y, pivot_inverse);
         } else {
-            factor_supernodes(node, positive, regularization, panel, y, pivot_inverse);
+            factor_supernodes(node, positive, regularization, (panel, y), pivot_inverse, watch);
         }
         if node.diagonal_size < node.leading_dim {
-            contribute(symbolic, node, Columns { l: panel, y, leading_dim: node.leading_dim }, trailing);
+            contribute(
+                symbolic,
+                node,
+                Columns { l: panel, y, leading_dim: node.leading_dim },
+                trailing,
+                watch,
+            );
+        }
+        if watch.stops(entries) {
+            return;
         }
     }
 }
@@ -96,9 +111,9 @@ fn factor_supernodes<T: Real>(
     node: &Supernode,
     positive: &[bool],
     by: Regularization<T>,
-    mut panel: &mut [T],
-    mut y: &mut [T],
+    (mut panel, mut y): (&mut [T], &mut [T]),
     mut pivot_inverse: &mut [T],
+    watch: &mut impl Watch,
 ) {
     let leading_dim = node.leading_dim;
     for positive in positive.chunks(node.diagonal_size) {
@@ -110,7 +125,7 @@ fn factor_supernodes<T: Real>(
             2 => factor_block::<T, 2>(leading_dim, 0, positive, by, chain, chain_y, inverse),
             3 => factor_block::<T, 3>(leading_dim, 0, positive, by, chain, chain_y, inverse),
             4 => factor_block::<T, 4>(leading_dim, 0, positive, by, chain, chain_y, inverse),
-            _ => factor_supernode(leading_dim, positive, by, chain, chain_y, inverse),
+            _ => factor_supernode(leading_dim, positive, by, (chain, chain_y), inverse, watch),
         }
     }
 }
@@ -121,9 +136,9 @@ fn factor_supernode<T: Real>(
     leading_dim: usize,
     positive: &[bool],
     regularization: Regularization<T>,
-    panel: &mut [T],
-    y: &mut [T],
+    (panel, y): (&mut [T], &mut [T]),
     pivot_inverse: &mut [T],
+    watch: &mut impl Watch,
 ) {
     const BLOCK: usize = 4;
     let width = positive.len();
@@ -133,6 +148,9 @@ fn factor_supernode<T: Real>(
         if first > 0 {
             let columns = Columns { l: earlier, y: &y[..first * leading_dim], leading_dim };
             subtract(columns, (first, end), &SamePanel { leading_dim, first }, block);
+            if watch.stops(first * (end - first) * (leading_dim - first)) {
+                return;
+            }
         }
         let y = &mut y[first * leading_dim..end * leading_dim];
         let block = &mut block[..(end - first) * leading_dim];
@@ -187,7 +205,13 @@ fn factor_block<T: Real, const W: usize>(
 
 /// Subtract a finished supernode's contribution from the trailing ones.
 #[inline(always)]
-fn contribute<T: Real>(symbolic: &Symbolic, node: &Supernode, columns: Columns<T>, trailing: &mut [T]) {
+fn contribute<T: Real, W: Watch>(
+    symbolic: &Symbolic,
+    node: &Supernode,
+    columns: Columns<T>,
+    trailing: &mut [T],
+    watch: &mut W,
+) {
     if node.scatter_range.is_some() {
         let scatter = symbolic.scatter_indices(node);
         if node.kind == Kind::Leaves {
@@ -213,7 +237,19 @@ fn contribute<T: Real>(symbolic: &Symbolic, node: &Supernode, columns: Columns<T
             first,
         };
         let panel = &mut trailing[symbolic.column_begin(target, first) - end..];
-        subtract(columns, (update.lo, update.hi), &scatter, panel);
+        if !W::LOOKS {
+            subtract(columns, (update.lo, update.hi), &scatter, panel);
+            continue;
+        }
+        let work = node.width * (node.leading_dim - update.lo); // of a column
+        let piece = PIECE.div_ceil(work).next_multiple_of(T::TILE_COLS);
+        for lo in (update.lo..update.hi).step_by(piece) {
+            let hi = update.hi.min(lo + piece);
+            subtract(columns, (lo, hi), &scatter, panel);
+            if watch.stops((hi - lo) * work) {
+                return;
+            }
+        }
     }
 }
 

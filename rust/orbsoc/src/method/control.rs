@@ -46,7 +46,7 @@ pub(crate) struct Control {
     pub stop: Option<Stop>,
     /// Length of the last step; 0 before the first.
     pub step: f64,
-    deadline: Option<Instant>,
+    pub deadline: Option<Instant>,
     /// Since when the attempt is suspended.
     suspended: Option<Instant>,
 }
@@ -140,6 +140,14 @@ impl Control {
         Outcome::Done(stop)
     }
 
+    /// End the attempt within a stage, whose results are of no use: late, or asked to.
+    pub fn cut<T: Decide>(&mut self, lane: usize, stop: Stop, work: &mut Workspace<T>) -> Outcome {
+        let (reason, _) = *STOPS.iter().find(|(_, each)| *each == stop).expect("a reason for each stop");
+        self.stop = Some(stop);
+        work.control[word::STOP].set_lane(lane, reason);
+        Outcome::Done(stop)
+    }
+
     /// The attempt ran elsewhere, and has left these words.
     pub fn ended<T: Decide>(&mut self, lane: usize, work: &Workspace<T>) {
         self.take_over(lane, &work.control);
@@ -162,10 +170,9 @@ impl Control {
     /// The reason to end the attempt, with those that come from outside in their places.
     fn or_from_outside(&self, reason: f64) -> f64 {
         let before = |other: f64| reason == code::NONE || reason > other;
-        let late = || self.deadline.is_some_and(|at| Instant::now() >= at);
         if self.interrupted && before(code::INTERRUPTED) {
             code::INTERRUPTED
-        } else if before(code::MAX_TIME) && late() {
+        } else if before(code::MAX_TIME) && is_late(self.deadline) {
             code::MAX_TIME
         } else {
             reason
@@ -176,4 +183,9 @@ impl Control {
 /// The reason that a word names.
 fn stop_of(reason: f64) -> Option<Stop> {
     STOPS.iter().find(|(word, _)| *word == reason).map(|&(_, stop)| stop)
+}
+
+/// Whether a deadline has passed.
+pub(crate) fn is_late(deadline: Option<Instant>) -> bool {
+    deadline.is_some_and(|at| Instant::now() >= at)
 }

@@ -5,8 +5,9 @@ use crate::error::Error;
 use crate::kernels::decisions::{TOLERANCE_MARGIN, WARM_TOLERANCE_MARGIN};
 use crate::kernels::layout::{control as word, parameter};
 use crate::kkt::structure::Structure;
+use crate::method::dispatch::{execute, factorize_watched};
 use crate::method::workspace::{Buffer, Workspace};
-use crate::method::{control::Control, dispatch::execute, restart::Attempt, stage::Stage, warm_start::Start};
+use crate::method::{control::Control, restart::Attempt, stage::Stage, warm_start::Start};
 use crate::outcome::verification::{FinishedAttempt, Stop};
 use crate::problem::{Problem, Settings};
 use crate::real::{Decide, Real};
@@ -53,6 +54,11 @@ impl<T: Real> Datapath<T> {
     pub fn execute_with_residual(&mut self, stage: Stage, needs_residual: bool) {
         let Self { structure, settings, work } = self;
         execute(structure, settings, work, stage, needs_residual);
+    }
+
+    /// The factorization, which `stop` may end early; whether it did not.
+    pub fn factorize_watched(&mut self, stop: &mut dyn FnMut() -> bool) -> bool {
+        factorize_watched(&self.structure, &mut self.work, stop)
     }
 }
 

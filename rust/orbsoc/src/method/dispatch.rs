@@ -2,6 +2,7 @@
 //! Decisions are arithmetic, too: flag words, which `control.rs` reads.
 
 use crate::kernels::layout::{centering, parameter, regularization, stat};
+use crate::kernels::supernodal::watch::{Unwatched, Watch, Watched};
 use crate::kernels::{
     cone_ops, factorization, line_search, linear_solve, matrix_scaling, matrix_update, right_hand_sides,
 };
@@ -49,7 +50,7 @@ impl<T: Real, const KIND: u8> pulp::WithSimd for Run<'_, T, KIND> {
             kind::SCALING => matrix_scaling(structure, settings, work, stage),
             kind::UPDATE => matrix_update(structure, work, stage),
             kind::WARM_START => warm_start::execute(structure, work, stage),
-            kind::FACTORIZE => factorize(structure, work),
+            kind::FACTORIZE => factorize(structure, work, &mut Unwatched),
             kind::TRANSFER => transfer(structure, work, stage),
             kind::SOLVE | kind::REFINE => {
                 solve::<T, 1>(structure, work, KIND == kind::REFINE, needs_residual);
@@ -108,6 +109,33 @@ pub(crate) fn execute<T: Real>(
     }
 }
 
+/// The factorization with the same bits, in pieces between which `stop` is asked.
+struct Watching<'a, T> {
+    structure: &'a Structure,
+    work: &'a mut Workspace<T>,
+    stop: &'a mut dyn FnMut() -> bool,
+}
+
+impl<T: Real> pulp::WithSimd for Watching<'_, T> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> bool {
+        let mut watch = Watched::new(self.stop);
+        factorize(self.structure, self.work, &mut watch);
+        !watch.stopped
+    }
+}
+
+/// Factorize; whether to the end, which `stop` did not prevent.
+pub(crate) fn factorize_watched<T: Real>(
+    structure: &Structure,
+    work: &mut Workspace<T>,
+    stop: &mut dyn FnMut() -> bool,
+) -> bool {
+    T::vectorize(Watching { structure, work, stop })
+}
+
 #[inline(always)]
 fn matrix_scaling<T: Real>(structure: &Structure, settings: &Settings, w: &mut Workspace<T>, stage: Stage) {
     if stage == Stage::Equilibrate {
@@ -158,7 +186,7 @@ fn matrix_update<T: Real>(structure: &Structure, w: &mut Workspace<T>, stage: St
 }
 
 #[inline(always)]
-fn factorize<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
+fn factorize<T: Real>(structure: &Structure, w: &mut Workspace<T>, watch: &mut impl Watch) {
     let regularization = Regularization {
         shift_up: w.regularization[regularization::UP],
         shift_down: w.regularization[regularization::DOWN],
@@ -170,9 +198,12 @@ fn factorize<T: Real>(structure: &Structure, w: &mut Workspace<T>) {
         &structure.kkt.positive,
         regularization,
         &w.kkt_values,
-        &mut w.scratch,
-        &mut w.factor_l,
-        &mut w.pivot_inverse,
+        factorization::Factor {
+            l: &mut w.factor_l,
+            pivot_inverse: &mut w.pivot_inverse,
+            scratch: &mut w.scratch,
+        },
+        watch,
     );
 }
 

@@ -3,12 +3,14 @@
 use crate::error::Error;
 use crate::kernels::layout::stat;
 use crate::kkt::structure::Structure;
-use crate::method::control::Control;
+use crate::method::control::{is_late, Control};
+use crate::method::observer::Observer;
 use crate::method::restart::{Attempt, Restart, LONGEST};
 use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 use crate::method::workspace::{Buffer, Workspace};
 use crate::method::{datapath::Datapath, events::Event, warm_start::Start};
 use crate::outcome::solution::{better_of, Solution};
+use crate::outcome::verification::Stop;
 use crate::problem::{Problem, Settings};
 use crate::real::{count, Counted, Decide, Latency, Real, Tally};
 use crate::symbolic::{ordering::FactorShape, supernodes::Panels};
@@ -37,7 +39,12 @@ pub struct Engine<T> {
     /// The outcome of an earlier attempt of this solve, which stalled.
     earlier: Option<Solution>,
     events: Vec<Event>,
+    /// Multiply–subtracts from which on a factorization is watched.
+    pub(crate) long: usize,
 }
+
+/// Multiply–subtracts of some tens of milliseconds.
+const LONG: usize = 1 << 27;
 
 /// Where a solve stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,6 +88,7 @@ impl<T: Decide> Engine<T> {
             problem: problem.clone(),
             control: Control::new(settings),
             earlier: None,
+            long: LONG,
         };
         engine.path.load(&[Some(problem)]);
         Ok(engine)
@@ -163,8 +171,13 @@ impl<T: Decide> Engine<T> {
 
     /// As [`Engine::solve`], showing each iteration to `observe`, which may end the solve.
     pub fn solve_observed(&mut self, mut observe: impl FnMut(&Progress) -> ControlFlow<()>) -> Solution {
+        self.solve_watched(&mut observe)
+    }
+
+    /// The same, for an observer that is asked within long factorizations, too.
+    pub fn solve_watched(&mut self, observer: &mut impl Observer) -> Solution {
         self.reset();
-        self.solve_with_restarts(STARTUP, &mut observe)
+        self.solve_with_restarts(STARTUP, observer)
     }
 
     /// As [`Engine::solve`], from a point nearby. Never a worse status than from cold: a start that
@@ -186,8 +199,20 @@ impl<T: Decide> Engine<T> {
         start: &Start,
         mut observe: impl FnMut(&Progress) -> ControlFlow<()>,
     ) -> Result<Solution, Error> {
+        self.solve_from_watched(start, &mut observe)
+    }
+
+    /// The same, for an observer that is asked within long factorizations, too.
+    ///
+    /// # Errors
+    /// As [`Engine::solve_from`].
+    pub fn solve_from_watched(
+        &mut self,
+        start: &Start,
+        observer: &mut impl Observer,
+    ) -> Result<Solution, Error> {
         let startup = if self.start_from(start)? { WARM_STARTUP } else { STARTUP };
-        Ok(self.solve_with_restarts(startup, &mut observe))
+        Ok(self.solve_with_restarts(startup, observer))
     }
 
     /// Forget the last solve and load a point to start from. A caller that runs the lists goes on with
@@ -206,38 +231,54 @@ impl<T: Decide> Engine<T> {
     }
 
     /// Attempt from a start-up list, then restart for as long as a restart follows.
-    pub(crate) fn solve_with_restarts(
-        &mut self,
-        startup: &[Step],
-        observe: &mut impl FnMut(&Progress) -> ControlFlow<()>,
-    ) -> Solution {
-        self.attempt(startup, observe);
+    pub(crate) fn solve_with_restarts(&mut self, startup: &[Step], observer: &mut impl Observer) -> Solution {
+        self.attempt(startup, observer);
         let mut solution = self.conclude();
         while self.restart(&solution) {
-            self.attempt(STARTUP, observe);
+            self.attempt(STARTUP, observer);
             solution = self.conclude();
         }
         solution
     }
 
     /// One attempt: a start-up list, iterations, the closing list.
-    fn attempt(&mut self, startup: &[Step], observe: &mut impl FnMut(&Progress) -> ControlFlow<()>) {
-        let mut ended = self.follow(startup);
+    fn attempt(&mut self, startup: &[Step], observer: &mut impl Observer) {
+        let mut ended = self.follow(startup, observer);
         while !ended {
-            ended = self.follow(ITERATION);
-            if !ended && observe(&self.progress()).is_break() {
+            ended = self.follow(ITERATION, observer);
+            if !ended && observer.iterated(&self.progress()).is_break() {
                 self.interrupt();
             }
         }
-        self.follow(CLOSING);
+        self.follow(CLOSING, observer);
     }
 
     /// Perform the steps of a list, up to one that asks to leave the iteration; whether one did.
-    fn follow(&mut self, steps: &[Step]) -> bool {
+    fn follow(&mut self, steps: &[Step], observer: &mut impl Observer) -> bool {
+        let long = self.factorization_multiply_subtracts() >= self.long;
         let mut run = |stage| {
+            if long && stage == Stage::Factorize {
+                return self.factorize_watched(observer);
+            }
             self.run_with(stage, |path, needs_residual| path.execute_with_residual(stage, needs_residual))
         };
         steps.iter().any(|step| matches!(step.perform(&mut run), Outcome::Done(_)))
+    }
+
+    /// A long factorization, which ends early at the deadline, or where the observer asks for it.
+    fn factorize_watched(&mut self, observer: &mut impl Observer) -> Outcome {
+        let (deadline, interrupted, mut stop) = (self.control.deadline, self.control.interrupted, None);
+        let outcome = self.run_with(Stage::Factorize, |path, _| {
+            path.factorize_watched(&mut || {
+                if interrupted || observer.waited().is_break() {
+                    stop = Some(Stop::Interrupted);
+                } else if is_late(deadline) {
+                    stop = Some(Stop::MaxTime);
+                }
+                stop.is_some()
+            });
+        });
+        stop.map_or(outcome, |stop| self.control.cut(0, stop, &mut self.path.work))
     }
 
     /// Stop at the next statistics, with the best iterate.

@@ -6,6 +6,7 @@ pub(crate) mod dispatch;
 pub(crate) mod engine;
 pub(crate) mod events;
 pub(crate) mod mixed;
+pub(crate) mod observer;
 pub(crate) mod restart;
 pub mod stage;
 pub(crate) mod tape;

@@ -1,10 +1,11 @@
 //! LDLᵀ and substitution against a textbook factorisation, faer's, and the definition, on random sparse
 //! quasi-definite matrices of every size from 0 to 64.
 
-use crate::kernels::factorization::factorize;
+use crate::kernels::factorization::{self as kernels, factorize};
 use crate::kernels::linear_solve::substitute;
 use crate::kernels::supernodal::condensed::Condensed;
 use crate::kernels::supernodal::pivots::Regularization;
+use crate::kernels::supernodal::watch::{Unwatched, Watch, Watched};
 use crate::real::{count, Counted, Latency, OperationCounts};
 use crate::symbolic::factor_layout::{Supernode, Symbolic};
 use crate::symbolic::indices::index;
@@ -119,12 +120,22 @@ struct Factor<T> {
 }
 
 fn factor<T: Real>(matrix: &Matrix, by: Regularization<T>, panels: Panels) -> Factor<T> {
+    factor_watched(matrix, by, panels, &mut Unwatched)
+}
+
+fn factor_watched<T: Real>(
+    matrix: &Matrix,
+    by: Regularization<T>,
+    panels: Panels,
+    watch: &mut impl Watch,
+) -> Factor<T> {
     let symbolic = Symbolic::new(&matrix.upper, panels).unwrap();
     let entries = |len| vec![T::zero(); len];
     let values: Vec<T> = matrix.values.iter().map(|&v| T::constant(v)).collect();
     let (mut l, mut pivot_inverse) = (entries(symbolic.panel_entries), entries(matrix.dim()));
     let mut scratch = entries(symbolic.max_panel);
-    factorize(&symbolic, &matrix.positive, by, &values, &mut scratch, &mut l, &mut pivot_inverse);
+    let out = kernels::Factor { l: &mut l, pivot_inverse: &mut pivot_inverse, scratch: &mut scratch };
+    factorize(&symbolic, &matrix.positive, by, &values, out, watch);
     Factor { symbolic, values, l, pivot_inverse }
 }
 
@@ -521,4 +532,32 @@ fn pivots_of_the_wrong_sign_or_too_small_become_the_replacement() {
     let mut d: Vec<f64> = factor(&matrix, by, Panels::Exact).d().iter().copied().collect();
     d.sort_by(f64::total_cmp);
     assert!(d.iter().zip([-1.53e-6, 1.51e-6]).all(|(d, e)| (d / e - 1.0).abs() < 1e-14), "{d:?}");
+}
+
+#[test]
+fn a_watched_factorization_has_the_same_bits_and_ends_where_it_is_stopped() {
+    for (dim, density) in [(64, 0.04), (64, 0.15), (150, 0.03), (60, 1.0)] {
+        let matrix = quasi_definite(dim, density, false, 5);
+        let plain = factor(&matrix, REGULARIZATION, Panels::Relaxed);
+        let mut asked = 0;
+        let mut never = || {
+            asked += 1;
+            false
+        };
+        let watched = factor_watched(&matrix, REGULARIZATION, Panels::Relaxed, &mut Watched::new(&mut never));
+        assert_eq!((&watched.l, &watched.pivot_inverse), (&plain.l, &plain.pivot_inverse));
+        assert!(asked >= 3, "{dim}, {density}: {asked}");
+        for last in [1, asked / 2, asked] {
+            let mut count = 0;
+            let mut stop = || {
+                count += 1;
+                count == last
+            };
+            let mut watch = Watched::new(&mut stop);
+            let cut = factor_watched(&matrix, REGULARIZATION, Panels::Relaxed, &mut watch);
+            assert!(watch.stopped);
+            assert_eq!(count, last, "asked again after its end");
+            assert!(last > asked / 2 || cut.pivot_inverse != plain.pivot_inverse);
+        }
+    }
 }

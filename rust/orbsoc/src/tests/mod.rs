@@ -6,6 +6,7 @@ mod dataflow;
 mod decisions;
 mod factorization;
 mod newton;
+mod observer;
 pub(crate) mod reference;
 mod solution;
 mod stage;

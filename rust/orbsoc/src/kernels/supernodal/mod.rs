@@ -5,3 +5,4 @@ pub(crate) mod panel;
 pub(crate) mod pivots;
 pub(crate) mod simplicial;
 pub(crate) mod update;
+pub(crate) mod watch;
