@@ -85,7 +85,8 @@ def logic_luts(shape: Shape, area: Area) -> int:
     rows = banks * shape.row_bits * (2 * or_luts(units) + or_luts(lanes))
     gathered = ports * shape.word_bits * or_luts(banks)
     written = banks * (shape.row_bits + shape.word_bits) * or_luts(units + 1)
-    picked = banks * (2 * ports + units + 1)  # each port's choice once more, as a shift register while the banks are read
+    # Each port's choice once more, as a shift register, while the banks are read.
+    picked = banks * (2 * ports + units + 1)
     return rows + gathered + written + picked + _units_and_control(shape, area, "lut")
 
 

@@ -39,7 +39,9 @@ def test_the_record_is_of_the_rtl_as_it_stands() -> None:
 
 def _named(row: Synthesis) -> str:
     shape = shape_of(row)
-    return f"{shape.datapath}-{shape.lanes}x{shape.banks}-{shape.address_bits}{'-resident' * is_resident(row)}"
+    return (
+        f"{shape.datapath}-{shape.lanes}x{shape.banks}-{shape.address_bits}{'-resident' * is_resident(row)}"
+    )
 
 
 def test_engines_of_one_two_and_four_lanes_in_both_formats_are_on_record_and_most_are_held_out() -> None:
@@ -106,7 +108,8 @@ def test_a_decoder_takes_what_synthesis_found(lanes: int) -> None:
     shape = Shape("f64", lanes, 1, 16, 14)
     more = 128 - line_bits(shape)  # the decoder on record has lines of 128 bits with two lanes, too
     luts = decoder_luts(shape, AREA) + more * AREA.lut_decoder_per_line_bit.value
-    flops = decoder_flip_flops(shape, AREA) + 4 * more + 2 * shape.microcode_bits + 12  # issue register, counter
+    registers = 2 * shape.microcode_bits + 12  # issue, counter
+    flops = decoder_flip_flops(shape, AREA) + 4 * more + registers
     assert abs(luts / row.lut - 1) <= LUT_ERROR
     assert abs(flops / row.ff - 1) <= FF_ERROR
     assert bram18(1 << 12, 128) == 2 * row.bram36
