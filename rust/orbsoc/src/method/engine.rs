@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::kernels::layout::stat;
 use crate::kkt::structure::Structure;
 use crate::method::control::{is_late, Control};
-use crate::method::observer::Observer;
+use crate::method::observer::{Observer, Progress};
 use crate::method::restart::{Attempt, Restart, LONGEST};
 use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 use crate::method::workspace::{Buffer, Workspace};
@@ -45,22 +45,6 @@ pub struct Engine<T> {
 
 /// Multiply–subtracts of some tens of milliseconds.
 const LONG: usize = 1 << 27;
-
-/// Where a solve stands.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[allow(missing_docs)]
-pub struct Progress {
-    pub iteration: u32,
-    pub objective: f64,
-    pub dual_objective: f64,
-    pub primal_residual: f64,
-    pub dual_residual: f64,
-    pub gap: f64,
-    pub mu: f64,
-    /// Length of the step that led here; 0 before the first.
-    pub step: f64,
-    pub refinements: u32,
-}
 
 impl<T: Decide> Engine<T> {
     /// Analyse the pattern, allocate, load the data.

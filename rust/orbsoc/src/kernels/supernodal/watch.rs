@@ -5,7 +5,7 @@ pub trait Watch {
     /// Whether the work is cut into pieces at all.
     const LOOKS: bool;
 
-    /// After so many multiply–subtracts more: whether to give up.
+    /// After `work` multiply–subtracts more: whether to give up.
     fn stops(&mut self, work: usize) -> bool;
 }
 
