@@ -32,6 +32,7 @@ def test_version_is_printed() -> None:
         (("--resume",), "--resume belongs to dispersed cases"),
         (("--cases", 2, "--deadline-ms", 50, "--ps"), "--ps is for one plan"),
         (("--cases", 2, "--deadline-ms", 50, "--check", "clarabel"), "--check is for one plan"),
+        (("--cases", 2, "--deadline-ms", 50, "--device", "none"), "--cases judges deadlines on a device"),
     ],
 )
 def test_an_option_that_would_do_nothing_is_refused(options: tuple[object, ...], complaint: str) -> None:

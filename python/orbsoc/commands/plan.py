@@ -103,8 +103,14 @@ def plan(
 
     Exit codes: 0 verified, 1 not verified or a check failed, 2 bad input, 130 interrupted.
     """
+    from hw_model import HwModelError
+
     with exit_handling(as_json):
         _refuse_idle_options(cases, seed=seed, resume=resume, check=check, ps=ps, no_report=not report)
+        if cases is not None and device == "none":
+            raise HwModelError(
+                "--device none: --cases judges deadlines on a device; name one, or leave it out"
+            )
     if cases is not None:
         if impulses is not None:
             raise typer.BadParameter(
