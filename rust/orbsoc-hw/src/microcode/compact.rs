@@ -30,7 +30,7 @@ pub(crate) fn compact(scheduler: &Scheduler<'_>, fast: &Schedule) -> Result<Sche
         Ok(Candidate { cycles: Compressed::cycles(&schedule, configuration), number, schedule })
     };
     let limit = fast.cycles + fast.cycles / SLACK;
-    // Cycles before the first word and after the last result, the decoder's one included.
+    // Cycles before the first word and after the last result, the decoder's included.
     let timing = configuration.timing();
     let around = timing.startup + timing.finish + timing.decode;
     let (mut best, mut interrupted): (Option<Candidate>, _) = (None, Vec::new());

@@ -39,6 +39,9 @@ pub fn factorize<T: Real>(
         }
     }
     for node in &symbolic.supernodes {
+        if watch.stops(node.width * node.leading_dim) {
+            return;
+        }
         let own = node.first..node.first + node.width;
         let (positive, pivot_inverse) = (&positive[own.clone()], &mut pivot_inverse[own]);
         if node.kind == Kind::Condensed {
@@ -81,9 +84,6 @@ pub fn factorize<T: Real>(
                 trailing,
                 watch,
             );
-        }
-        if watch.stops(entries) {
-            return;
         }
     }
 }

@@ -46,7 +46,7 @@ pub(crate) struct Control {
     pub stop: Option<Stop>,
     /// Length of the last step; 0 before the first.
     pub step: f64,
-    pub deadline: Option<Instant>,
+    deadline: Option<Instant>,
     /// Since when the attempt is suspended.
     suspended: Option<Instant>,
 }
@@ -133,17 +133,14 @@ impl Control {
         if stage == Stage::Statistics {
             reason = self.or_from_outside(reason);
         }
+        self.end(lane, reason, work)
+    }
+
+    /// End the attempt, if there is a reason to.
+    pub fn end<T: Decide>(&mut self, lane: usize, reason: f64, work: &mut Workspace<T>) -> Outcome {
         let Some(stop) = stop_of(reason) else { return Outcome::Next };
         self.stop = Some(stop);
         // What the stages compute for other lanes meanwhile is not kept.
-        work.control[word::STOP].set_lane(lane, reason);
-        Outcome::Done(stop)
-    }
-
-    /// End the attempt within a stage, whose results are of no use: late, or asked to.
-    pub fn cut<T: Decide>(&mut self, lane: usize, stop: Stop, work: &mut Workspace<T>) -> Outcome {
-        let (reason, _) = *STOPS.iter().find(|(_, each)| *each == stop).expect("a reason for each stop");
-        self.stop = Some(stop);
         work.control[word::STOP].set_lane(lane, reason);
         Outcome::Done(stop)
     }
@@ -168,11 +165,12 @@ impl Control {
     }
 
     /// The reason to end the attempt, with those that come from outside in their places.
-    fn or_from_outside(&self, reason: f64) -> f64 {
+    pub fn or_from_outside(&self, reason: f64) -> f64 {
         let before = |other: f64| reason == code::NONE || reason > other;
+        let late = || self.deadline.is_some_and(|at| Instant::now() >= at);
         if self.interrupted && before(code::INTERRUPTED) {
             code::INTERRUPTED
-        } else if before(code::MAX_TIME) && is_late(self.deadline) {
+        } else if before(code::MAX_TIME) && late() {
             code::MAX_TIME
         } else {
             reason
@@ -183,9 +181,4 @@ impl Control {
 /// The reason that a word names.
 fn stop_of(reason: f64) -> Option<Stop> {
     STOPS.iter().find(|(word, _)| *word == reason).map(|&(_, stop)| stop)
-}
-
-/// Whether a deadline has passed.
-pub(crate) fn is_late(deadline: Option<Instant>) -> bool {
-    deadline.is_some_and(|at| Instant::now() >= at)
 }

@@ -56,9 +56,9 @@ impl<T: Real> Datapath<T> {
         execute(structure, settings, work, stage, needs_residual);
     }
 
-    /// The factorization, which `stop` may end early; whether it did not.
-    pub fn factorize_watched(&mut self, stop: &mut dyn FnMut() -> bool) -> bool {
-        factorize_watched(&self.structure, &mut self.work, stop)
+    /// The factorization, which `stop` may end early.
+    pub fn factorize_watched(&mut self, stop: &mut dyn FnMut() -> bool) {
+        factorize_watched(&self.structure, &mut self.work, stop);
     }
 }
 

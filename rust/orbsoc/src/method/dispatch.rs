@@ -117,23 +117,21 @@ struct Watching<'a, T> {
 }
 
 impl<T: Real> pulp::WithSimd for Watching<'_, T> {
-    type Output = bool;
+    type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> bool {
-        let mut watch = Watched::new(self.stop);
-        factorize(self.structure, self.work, &mut watch);
-        !watch.stopped
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        factorize(self.structure, self.work, &mut Watched::new(self.stop));
     }
 }
 
-/// Factorize; whether to the end, which `stop` did not prevent.
+/// Factorize, unless `stop` ends it.
 pub(crate) fn factorize_watched<T: Real>(
     structure: &Structure,
     work: &mut Workspace<T>,
     stop: &mut dyn FnMut() -> bool,
-) -> bool {
-    T::vectorize(Watching { structure, work, stop })
+) {
+    T::vectorize(Watching { structure, work, stop });
 }
 
 #[inline(always)]

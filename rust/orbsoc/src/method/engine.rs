@@ -1,16 +1,15 @@
 //! One solve's state, and the only door to the kernels: [`Engine::run`].
 
 use crate::error::Error;
-use crate::kernels::layout::stat;
+use crate::kernels::layout::{stat, stop};
 use crate::kkt::structure::Structure;
-use crate::method::control::{is_late, Control};
+use crate::method::control::Control;
 use crate::method::observer::{Observer, Progress};
 use crate::method::restart::{Attempt, Restart, LONGEST};
 use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 use crate::method::workspace::{Buffer, Workspace};
 use crate::method::{datapath::Datapath, events::Event, warm_start::Start};
 use crate::outcome::solution::{better_of, Solution};
-use crate::outcome::verification::Stop;
 use crate::problem::{Problem, Settings};
 use crate::real::{count, Counted, Decide, Latency, Real, Tally};
 use crate::symbolic::{ordering::FactorShape, supernodes::Panels};
@@ -251,18 +250,15 @@ impl<T: Decide> Engine<T> {
 
     /// A long factorization, which ends early at the deadline, or where the observer asks for it.
     fn factorize_watched(&mut self, observer: &mut impl Observer) -> Outcome {
-        let (deadline, interrupted, mut stop) = (self.control.deadline, self.control.interrupted, None);
-        let outcome = self.run_with(Stage::Factorize, |path, _| {
+        let (mut control, mut reason) = (self.control.clone(), stop::NONE);
+        self.run_with(Stage::Factorize, |path, _| {
             path.factorize_watched(&mut || {
-                if interrupted || observer.waited().is_break() {
-                    stop = Some(Stop::Interrupted);
-                } else if is_late(deadline) {
-                    stop = Some(Stop::MaxTime);
-                }
-                stop.is_some()
+                control.interrupted |= observer.waited().is_break();
+                reason = control.or_from_outside(stop::NONE);
+                reason != stop::NONE
             });
         });
-        stop.map_or(outcome, |stop| self.control.cut(0, stop, &mut self.path.work))
+        self.control.end(0, reason, &mut self.path.work)
     }
 
     /// Stop at the next statistics, with the best iterate.
