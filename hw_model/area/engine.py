@@ -27,8 +27,8 @@ Kind = Literal["lut", "ff", "dsp", "bram36", "uram"]
 KINDS: tuple[Kind, ...] = ("lut", "ff", "dsp", "bram36", "uram")
 WIDTH_BITS: dict[Datapath, int] = {"f64": 64, "f32": 32}
 SIGNIFICAND_BITS: dict[Datapath, int] = {"f64": 53, "f32": 24}
-LEAST_PRODUCT = 9
-"""Bits of a product from which on yosys takes a DSP48E1 for it."""
+LEAST_FACTOR, LEAST_PRODUCT = 2, 9
+"""Bits of a factor, and of a product, from which on yosys takes a DSP48E1 for it."""
 ATTEMPT: dict[Kind, float] = {"lut": 513, "ff": 158, "bram36": 0.5}
 """What control on the PL takes by itself: the recorded engine with RESIDENT=1 less the same without it."""
 REPLICAS = 3
@@ -159,9 +159,14 @@ def uram(rows: int, bits: int) -> int:
 
 
 def multiplier_dsp(significand_bits: int) -> int:
-    """DSP48E1 of a multiplier of two significands: 24 × 17 bits, unsigned, each. A corner of less than 9 bits of product is logic."""
-    corner = (significand_bits % 24 or 24) + (significand_bits % 17 or 17)
-    return -(-significand_bits // 17) * -(-significand_bits // 24) - (corner < LEAST_PRODUCT)
+    """DSP48E1 of a multiplier of two significands: 24 × 17 bits, unsigned, each; a tile that is small is logic."""
+
+    def parts(most: int) -> list[int]:
+        return [min(most, significand_bits - first) for first in range(0, significand_bits, most)]
+
+    return sum(
+        min(a, b) >= LEAST_FACTOR and a + b >= LEAST_PRODUCT for a in parts(24) for b in parts(17)
+    )
 
 
 def bram18(rows: int, bits: int) -> int:
