@@ -41,13 +41,13 @@ LONGEST_ARC = 0.25
 LARGEST_DELTA_V_M_S = 3000.0
 LARGEST_TILT = np.deg2rad(8.0)
 LOWEST_M = 120e3
+"""Height that no burn of a construction passes below."""
 ANGLES = ("inc_deg", "raan_deg", "argp_deg")
 FREE = (
     ("raan_deg",), ("argp_deg",), ANGLES, ("raan_deg", "argp_deg"), (*ANGLES, "shape"), ("argp_deg", "shape"), ("shape",),
 )  # fmt: skip
 """Elements left free, by turns."""
 ONE_OF_THE_SHAPE = ("sma_km", "ecc", "perigee_height_km")
-"""Height that no burn of a construction passes below."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -338,8 +338,8 @@ def main(arguments: list[str] | None = None) -> int:
         writer = csv.DictWriter(file, [each.name for each in fields(Answer)])
         if not done:
             writer.writeheader()
-        ask = _with_free_elements(chosen.seed, chosen.count) if chosen.free else None
-        for number, made in enumerate(ask or _asked(chosen.seed, chosen.count, chosen.unreachable)):
+        asked = _asked(chosen.seed, chosen.count, chosen.unreachable, free=chosen.free)
+        for number, made in enumerate(asked):
             if made.scenario.name in done:
                 continue
             found = answer(made)
@@ -352,8 +352,8 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-def _asked(seed: int, count: int, beyond: int) -> Iterator[Mission]:
-    yield from missions(seed, count)
+def _asked(seed: int, count: int, beyond: int, *, free: bool) -> Iterator[Mission]:
+    yield from _with_free_elements(seed, count) if free else missions(seed, count)
     for number in range(beyond):
         yield unreachable(seed, number)
 
