@@ -82,11 +82,6 @@ def longest_of(burn: Burn) -> float:
     return min(burn.longest, NEARLY_ALL / burn.flow)
 
 
-def conditions(target: AnyTarget, ends: Array) -> Array:
-    """The target's rows at end states (B, 6) → (B, K)."""
-    return target.conditions(ends)
-
-
 def ends_of(burn: Burn, laws: Array, durations: Array, steps: int) -> Array:
     """End states (B, 6) of laws (B, d + 1, 3), flown together in steps that are equal in each."""
     times = force_times(np.linspace(0.0, 1.0, steps + 1))
@@ -135,7 +130,7 @@ def corrected(
 
     def rows(points: Array) -> Array:
         durations = np.exp(np.minimum(points[:, -1], longest))
-        return conditions(target, ends_of(burn, points[:, :-1].reshape(shape), durations, steps))
+        return target.conditions(ends_of(burn, points[:, :-1].reshape(shape), durations, steps))
 
     found = rows(x[None])[0]
     size = np.linalg.norm(law.coefficients)  # of the law only the direction counts, and its size is kept
@@ -220,7 +215,7 @@ def smoothest(burn: Burn, target: AnyTarget, law: Law) -> Law | None:
         x = law.coefficients.ravel()
         sides = STEP * np.vstack([np.eye(x.size), -np.eye(x.size)])
         points = (x + sides).reshape(-1, *law.coefficients.shape)
-        rows = conditions(target, ends_of(burn, points, np.full(len(points), law.duration), steps_for(law)))
+        rows = target.conditions(ends_of(burn, points, np.full(len(points), law.duration), steps_for(law)))
         turns = _turns(points)
         jacobian, slope = ((each[: x.size] - each[x.size :]).T / (2.0 * STEP) for each in (rows, turns))
         free = np.linalg.svd(jacobian)[2][len(rows[0]) :].T
