@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Difference, FigureFile, PaperRow
+from orbsoc.guidance.samples import share_row, statistics_row
 from orbsoc.guidance.scenario_file import read_toml
 from orbsoc.guidance.scp import Iteration, Solve
 
@@ -18,7 +20,16 @@ from .paper import compare, is_papers
 from .planner import FlyAround, judged, made
 from .record import plan_document
 from .scenario import Scenario, load_scenario
-from .truth import messages
+from .truth import fly_truth, messages
+
+
+DRAWN = {
+    "paper001_adaptive": (2.28, 2.49, 1.0),
+    "paper001_equal": (2.19, 2.52, 0.96),
+    "paper001_fewest": (2.72, 3.08, 1.0),
+}
+"""By scenario: mean and 95th percentile of the largest error (m), and the share of flights beyond the tolerance, of another
+program's 100 flights with the errors of `paper001_margin`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,3 +124,25 @@ def reproduce(scenarios: Path) -> tuple[PaperRow, ...]:
                 replace(row, quantity=f"{scenario.name}: {row.quantity}") for row in compare(plan(scenario))
             )
     return tuple(rows)
+
+
+def samples(scenarios: Path) -> dict[str, Callable[[], tuple[PaperRow, ...]]]:
+    """The plans that leave no margin, flown with the errors of `paper001_margin`."""
+    return {f"{name}, flown with errors": partial(_drawn, scenarios, name) for name in DRAWN}
+
+
+def _drawn(scenarios: Path, name: str) -> tuple[PaperRow, ...]:
+    scenario = load_scenario(scenarios / f"{name}.toml")
+    errors = load_scenario(scenarios / "paper001_margin.toml").uncertainty
+    found = plan(scenario).verification
+    assert errors is not None
+    assert found is not None
+    largest = fly_truth(
+        scenario, found.flown, uncertainty=errors, runs=errors.runs, samples=16
+    ).largest_errors_m
+    mean, p95, beyond = DRAWN[name]
+    beside, count = "errors of navigation and pulses assumed", int(np.sum(largest > scenario.tolerance_m))
+    return (
+        statistics_row(f"{name}: largest error", largest, "m", beside, mean=mean, p95=p95),
+        share_row(f"{name}: beyond the tolerance", count, errors.runs, beyond, beside),
+    )
