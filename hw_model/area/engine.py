@@ -164,9 +164,7 @@ def multiplier_dsp(significand_bits: int) -> int:
     def parts(most: int) -> list[int]:
         return [min(most, significand_bits - first) for first in range(0, significand_bits, most)]
 
-    return sum(
-        min(a, b) >= LEAST_FACTOR and a + b >= LEAST_PRODUCT for a in parts(24) for b in parts(17)
-    )
+    return sum(min(a, b) >= LEAST_FACTOR and a + b >= LEAST_PRODUCT for a in parts(24) for b in parts(17))
 
 
 def bram18(rows: int, bits: int) -> int:

@@ -22,7 +22,6 @@ from .record import plan_document
 from .scenario import Scenario, load_scenario
 from .truth import fly_truth, messages
 
-
 DRAWN = {
     "paper001_adaptive": (2.28, 2.49, 1.0),
     "paper001_equal": (2.19, 2.52, 0.96),
