@@ -332,7 +332,11 @@ impl FinishedAttempt<'_> {
         let message = if self.any_iterate {
             format!("best iterate returned: {failed}; {advice}")
         } else {
-            format!("no iterate (x is NaN): the first linear solve gave no finite numbers; {advice}")
+            let why = match stop {
+                Stop::MaxTime | Stop::Interrupted => "the solve ended before there was one",
+                _ => "the first linear solve gave no finite numbers",
+            };
+            format!("no iterate (x is NaN): {why}; {advice}")
         };
         self.assemble(status, &best, &residuals, message)
     }

@@ -61,6 +61,7 @@ fn an_interrupt_within_a_factorization_ends_the_solve_there_with_the_best_iterat
         assert_eq!(found.status, Status::Interrupted);
         assert_eq!((observer.waits, before_closing(&engine)), (last, Stage::Factorize));
         assert_eq!(found.x.iter().all(|x| x.is_finite()), observer.iterations > 0);
+        assert_eq!(found.message.contains("before there was one"), observer.iterations == 0);
         assert_eq!(engine.solve().status, Status::Solved, "the engine is as good as new");
     }
 }
@@ -68,7 +69,9 @@ fn an_interrupt_within_a_factorization_ends_the_solve_there_with_the_best_iterat
 #[test]
 fn a_time_limit_ends_a_factorization_not_the_next_statistics() {
     let mut engine = watched(&Settings { max_time_s: 1e-9, ..Settings::default() });
-    assert_eq!(engine.solve().status, Status::MaxTime);
+    let cut = engine.solve();
+    assert_eq!(cut.status, Status::MaxTime);
+    assert!(cut.message.contains("before there was one; raise max_time_s"), "{}", cut.message);
     assert_eq!(before_closing(&engine), Stage::Factorize);
     engine.long = usize::MAX;
     assert_eq!(engine.solve().status, Status::MaxTime);
