@@ -12,7 +12,7 @@ from orbsoc.guidance.mission import Agreement
 from orbsoc.missions.reachable_insertion import Plan, PlanStatus, Scenario, plan
 from orbsoc.missions.reachable_insertion.made_ready import MadeReady
 from orbsoc.missions.reachable_insertion.proof import proof_of_infeasibility
-from orbsoc.missions.reachable_insertion.smooth_burn import conditions, corrected, ends_of, steps_for
+from orbsoc.missions.reachable_insertion.smooth_burn import corrected, ends_of, steps_for
 from orbsoc.missions.reachable_insertion.starts import starts
 from orbsoc.missions.reachable_insertion.verdicts import verdict
 from orbsoc.orbit import CanonicalUnits, propagate_burn
@@ -162,7 +162,7 @@ def test_corrected_laws_end_on_the_orbit_by_an_independent_integrator(
         lambda t, _x: law.directions(np.array([2.0 * t / duration_s - 1.0]))[0],
         np.array([duration_s]),
     )
-    rows = conditions(ready.target, CanonicalUnits.of().state_from_si(end))[0]
+    rows = ready.target.conditions(CanonicalUnits.of().state_from_si(end))[0]
     assert np.abs(rows).max() < 1e-8
     own = ends_of(ready.burn, law.coefficients[None], np.array([law.duration]), steps_for(law))
     np.testing.assert_allclose(own, CanonicalUnits.of().state_from_si(end), atol=1e-9)
