@@ -269,13 +269,14 @@ def _check_before_planning(
     """Refuse now what would otherwise be refused after the work is done."""
     from hw_model import HwModelError
     from orbsoc.files.output_folder import check_replaceable, check_writable
-    from orbsoc.hw.cycle_budget import check_names
     from orbsoc.hw.deadlines import check_deadline
 
     if folder is not None:
         check_replaceable(folder)
         check_writable(folder)
     if device != "none":
+        from orbsoc.hw.cycle_budget import check_names
+
         check_names(device, partition, exact=exact)
     elif deadline_ms is not None:
         raise HwModelError(f"--deadline-ms = {deadline_ms}: there is no time to judge with --device none")

@@ -1,8 +1,20 @@
-"""The style of every mission's figures, for `matplotlib.rc_context`."""
+"""The style of every mission's figures, for `matplotlib.rc_context`, and how they are written."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .mission import FigureFile
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+DOTS_PER_INCH = 150
+FAST_COMPRESSION = {"compress_level": 1}
+"""A figure is written in two thirds of the time of the default level, into a file a quarter larger."""
 
 PLAIN: Any = {
     "font.size": 10.5,
@@ -21,3 +33,21 @@ STYLE: Any = PLAIN | {
     "lines.linewidth": 1.8,
 }
 """Curves over time: with a grid."""
+
+
+def labels_in_line(panels: Iterable[Axes], left: float = -0.105) -> None:
+    """Put the labels of stacked panels one below the other, `left` in widths of a panel.
+
+    `Figure.align_ylabels` finds the place by measuring every tick label of all panels for each of them: a quarter of the
+    time of a drawing.
+    """
+    for panel in panels:
+        panel.yaxis.set_label_coords(left, 0.5)
+
+
+def write_png(figure: Figure, folder: Path, name: str, caption: str) -> FigureFile:
+    """Write a figure into `folder`."""
+    figure.savefig(
+        folder / name, dpi=DOTS_PER_INCH, metadata={"Software": "orbsoc"}, pil_kwargs=FAST_COMPRESSION
+    )
+    return FigureFile(name, caption)

@@ -15,16 +15,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from math import isfinite
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution
 
-from .impulses import ImpulseProgramme
 from .monte_carlo import Dispersion
 from .scenario_file import BaseScenario
 from .scp import Iteration, Solve
+
+if TYPE_CHECKING:
+    from .impulses import ImpulseProgramme
 
 
 class PlanStatus(enum.Enum):

@@ -9,12 +9,14 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from orbsoc.files.output_folder import write_manifest, written_at_once
 from orbsoc.files.versions import versions
 from orbsoc.guidance.mission import Agreement, FigureFile, Mission, Plan, PlanStatus
-from orbsoc.hw.cycle_budget import CycleBudget
+
+if TYPE_CHECKING:
+    from orbsoc.hw.cycle_budget import CycleBudget
 
 TEMPLATE = "plan.html.j2"
 OWN_TEMPLATE = "report.html.j2"

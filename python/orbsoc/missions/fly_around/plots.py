@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.figure_style import STYLE
+from orbsoc.guidance.figure_style import STYLE, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit.relative import LVLH
 
@@ -27,7 +27,6 @@ Array = NDArray[np.float64]
 
 BLUE, VERMILION, GREEN, ORANGE, GREY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#555555"
 """Okabe–Ito: distinct to colour-blind eyes and in print."""
-DOTS_PER_INCH = 150
 TUBE_AROUND = 24
 PRIMER_POINTS = 721
 ARROW_M_PER_M_S = 0.35
@@ -83,7 +82,7 @@ def _path(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
     axes.locator_params(nbins=5)
     figure.legend(*axes.get_legend_handles_labels(), loc="lower center", ncols=3, fontsize=9.5)
     _title(figure, plan)
-    return _save(
+    return write_png(
         figure,
         folder,
         "ellipse.png",
@@ -137,7 +136,7 @@ def _error(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
     axes.set_ylabel("distance from the\nellipse (m)")
     axes.set_ylim(0.0, 1.08 * max(float(axes.get_ylim()[1]), scenario.tolerance_m))
     _over_time(axes, plan)
-    return _save(
+    return write_png(
         figure,
         folder,
         "error.png",
@@ -192,7 +191,7 @@ def _pulses(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
         panels[1].set_xlabel("time (s)")
         axes.set_xlabel("")
         caption += " Below, the length of the primer vector: 1 at a pulse, and above 1 where one more pulse would save fuel."
-    return _save(figure, folder, "delta_v.png", caption)
+    return write_png(figure, folder, "delta_v.png", caption)
 
 
 def _engine(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
@@ -217,7 +216,7 @@ def _engine(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
     axes.set_ylabel("least distance from\nthe target, 2 orbits (m)")
     axes.set_ylim(0.0, 1.1 * max(out))
     _over_time(axes, plan)
-    return _save(
+    return write_png(
         figure,
         folder,
         "engine_out.png",
@@ -257,7 +256,7 @@ def _front(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
     axes.set_ylabel("Σ‖Δv‖ (m/s)")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
     _title(figure, plan)
-    return _save(
+    return write_png(
         figure,
         folder,
         "front.png",
@@ -302,8 +301,3 @@ def _title(figure: Figure, plan: FlyAround) -> None:
         fontweight="bold",
         fontsize=11,
     )
-
-
-def _save(figure: Figure, folder: Path, name: str, caption: str) -> FigureFile:
-    figure.savefig(folder / name, dpi=DOTS_PER_INCH, metadata={"Software": "orbsoc"})
-    return FigureFile(name, caption)

@@ -3,10 +3,7 @@ pyplot: no global state, no display."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
-
-from orbsoc.guidance.mission import FigureFile
 
 from .approach_plan import ApproachPlan
 
@@ -19,7 +16,6 @@ COLOURS = ("#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 """Okabe–Ito without vermilion, which is for what is unsafe."""
 UNSAFE = "#D55E00"
 KEEP_OUT = "#f3c9b5"
-DOTS_PER_INCH = 150
 SHOWN = 6
 """Impulses that are drawn with a drift of their own; of more, the first ones."""
 
@@ -43,8 +39,3 @@ def panels(
         len(heights), 1, sharex=share, squeeze=False, gridspec_kw={"height_ratios": heights}
     )
     return figure, list(found[:, 0])
-
-
-def save(figure: Figure, folder: Path, name: str, caption: str) -> FigureFile:
-    figure.savefig(folder / name, dpi=DOTS_PER_INCH, metadata={"Software": "orbsoc"})
-    return FigureFile(name, caption)

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from orbsoc.guidance.figure_style import write_png
 from orbsoc.guidance.mission import FigureFile
 
 from .approach_plan import ApproachPlan
-from .canvas import COLOURS, KEEP_OUT, SHOWN, UNSAFE, colour, panels, save, title
+from .canvas import COLOURS, KEEP_OUT, SHOWN, UNSAFE, colour, panels, title
 
 
 def margins(plan: ApproachPlan, folder: Path) -> FigureFile:
@@ -50,7 +51,7 @@ def margins(plan: ApproachPlan, folder: Path) -> FigureFile:
     bottom.set_xlim(0.0, end)
     bottom.set_ylim(bottom=1.0)
     figure.legend(*bottom.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=9)
-    return save(
+    return write_png(
         figure, folder, "margins.png",
         "Velocity change spent, and how near the chaser comes: on its way, and for all later time by the drift that it is"
         " on. Dotted: down to the worst place at which a burn can stop.",
@@ -86,7 +87,7 @@ def cut_burns(plan: ApproachPlan, folder: Path) -> FigureFile:
     )
     axes.set_title(title(plan), loc="left", fontsize=11, fontweight="bold")
     figure.legend(loc="outside lower center", ncols=6, fontsize=9)
-    return save(
+    return write_png(
         figure, folder, "cut_burns.png",
         "Where a burn may stop: the least distance from the target over all later time, by the fraction that is flown.",
     )  # fmt: skip
@@ -110,7 +111,7 @@ def primer(plan: ApproachPlan, folder: Path) -> FigureFile:
     axes.set_xlabel("time since the first impulse (s)")
     axes.set_ylabel("primer magnitude")
     axes.set_title(title(plan), loc="left", fontsize=11, fontweight="bold")
-    return save(
+    return write_png(
         figure, folder, "primer.png",
         "The primer, what an impulse at each time would be worth against its cost, with the burns. Above 1 another time"
         " would save Δv if it added no condition of its own; each burn here adds the safety of its drift.",
@@ -141,7 +142,7 @@ def scan(plan: ApproachPlan, folder: Path) -> FigureFile:
     axes.set_xlabel("time of impulse 2 (s)")
     axes.set_ylabel("cost (m/s)")
     axes.set_title(title(plan), loc="left", fontsize=11, fontweight="bold")
-    return save(
+    return write_png(
         figure, folder, "timing.png",
         f"Cost by the time of the second impulse, {len(trials)} problems; the star is the plan.",
     )  # fmt: skip
@@ -173,7 +174,7 @@ def front(plan: ApproachPlan, folder: Path) -> FigureFile:
     axes.set_ylabel("cost (m/s)")
     axes.set_title(title(plan), loc="left", fontsize=11, fontweight="bold")
     figure.legend(loc="outside lower center", ncols=2, fontsize=9)
-    return save(
+    return write_png(
         figure, folder, "front.png",
         "What safety under interrupted burns costs, by how long the approach may take; each point on a coarse grid of"
         " times, so that a plan may lie a little below. Where a curve begins later, no approach is so safe before.",
@@ -199,7 +200,7 @@ def flights(plan: ApproachPlan, folder: Path) -> FigureFile:
     axes.set_ylabel("flights (%)")
     axes.set_title(title(plan), loc="left", fontsize=11, fontweight="bold")
     figure.legend(loc="outside lower center", ncols=1, fontsize=9)
-    return save(
+    return write_png(
         figure, folder, "monte_carlo.png",
         "Flights with navigation and execution errors: the share that comes nearer to the target than a distance, by the"
         " drift after any burn if no other follows. Shaded: the keep-out.",

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.guidance.figure_style import write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.guidance.safety import CutBurn
 
 from .approach_plan import ApproachPlan
-from .canvas import KEEP_OUT, SHOWN, UNSAFE, colour, panels, save, title
+from .canvas import KEEP_OUT, SHOWN, UNSAFE, colour, panels, title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -45,7 +46,7 @@ def plane(plan: ApproachPlan, folder: Path) -> FigureFile:
         if cut is None
         else f" Dashed red: the drift after burn {cut.number} when it stops at {cut.fraction:.0%}."
     )
-    return save(
+    return write_png(
         figure, folder, "approach.png",
         "The approach in the orbital plane, V-bar to the right, nadir down; below, the surroundings of the target with the"
         " keep-out disc. Thick: as flown (DOP853). Thin: one orbit of free drift after each burn, if no other follows."

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.figure_style import STYLE
+from orbsoc.guidance.figure_style import STYLE, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import EARTH
 from orbsoc.orbit.perturbations import fast_coast
@@ -31,7 +31,6 @@ Array = NDArray[np.float64]
 
 BLUE, VERMILION, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#555555"
 """Okabe–Ito: distinct to colour-blind eyes and in print."""
-DOTS_PER_INCH = 150
 
 
 def draw_figures(plan: PhasingPlan, folder: Path) -> tuple[FigureFile, ...]:
@@ -95,7 +94,7 @@ def _approach(plan: PhasingPlan, flight: Flight, folder: Path) -> FigureFile:
         + (", and the primer at every instant: no impulse pays where it is below 1" if primed else "")
         + ". Dotted: impulses."
     )
-    return _save(figure, folder, "approach.png", words)
+    return write_png(figure, folder, "approach.png", words)
 
 
 def _distance(plan: PhasingPlan, flight: Flight, folder: Path) -> FigureFile:
@@ -116,7 +115,7 @@ def _distance(plan: PhasingPlan, flight: Flight, folder: Path) -> FigureFile:
     axes[0].set_xlabel("time after the meeting (min)")
     axes[0].set_ylabel("distance (km)")
     figure.suptitle(f"{plan.scenario.name}: no burn after the meeting")
-    return _save(
+    return write_png(
         figure, folder, "distance.png",
         "Distance of chaser and target after the meeting if nothing burns any more (the paper's figures 3 and 4).",
     )  # fmt: skip
@@ -160,7 +159,7 @@ def _front(plan: PhasingPlan, folder: Path) -> FigureFile:
     axes[0].set_ylim(bottom=0.0)
     axes[0].legend()
     figure.suptitle(f"{plan.scenario.name}: what another number of revolutions costs")
-    return _save(
+    return write_png(
         figure, folder, "front.png",
         "The price of speed: impulses of the paper's scheme by shooting, and the least over all instants, by the number of"
         " revolutions.",
@@ -190,7 +189,7 @@ def _surprise(plan: PhasingPlan, folder: Path) -> FigureFile:
     figure.suptitle(
         f"{plan.scenario.name}: without planning again it would miss by {found.miss_m / 1e3:.1f} km"
     )
-    return _save(
+    return write_png(
         figure, folder, "surprise.png",
         "The target's drag is not what was planned with: what planning again costs, by when the chaser learns of it.",
     )  # fmt: skip
@@ -204,8 +203,3 @@ def _panels(size: tuple[float, float], heights: Sequence[float]) -> tuple[Figure
         len(heights), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": heights}
     )
     return figure, list(found[:, 0])
-
-
-def _save(figure: Figure, folder: Path, name: str, caption: str) -> FigureFile:
-    figure.savefig(folder / name, dpi=DOTS_PER_INCH, metadata={"Software": "orbsoc"})
-    return FigureFile(name, caption)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.figure_style import STYLE
+from orbsoc.guidance.figure_style import STYLE, write_png
 from orbsoc.guidance.mission import FigureFile
 
 from . import two_body
@@ -29,7 +29,6 @@ Array = NDArray[np.float64]
 
 BLUE, VERMILION, GREEN, ORANGE, GREY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#777777"
 """Okabe–Ito: distinct to colour-blind eyes and in print."""
-DOTS_PER_INCH = 150
 COST = {"squares": "Σ‖Δv‖² (m²/s²)", "norms": "Σ‖Δv‖ (m/s)"}
 DRAWN_ORBITS = 0.02
 """Of an orbit, from which on the cost is drawn."""
@@ -66,12 +65,13 @@ def draw_figures(plan: LaunchPlan, folder: Path) -> tuple[FigureFile, ...]:
         drawn.append(("dispersed.png", f"{flights.miss_m.size} flights with errors of push, pointing and impulses: how far from"
                       " the target they end, and what two impulses planned again at the separation cost.",
                       lambda: _dispersed(flights, met)))  # fmt: skip
+    written = []
     with mpl.rc_context(STYLE):
-        for name, _, draw in drawn:
+        for name, caption, draw in drawn:
             figure = draw()
             figure.suptitle(plan.scenario.name, x=0.01, ha="left", fontweight="bold")
-            figure.savefig(folder / name, dpi=DOTS_PER_INCH, metadata={"Software": "orbsoc"})
-    return tuple(FigureFile(name, caption) for name, caption, _ in drawn)
+            written.append(write_png(figure, folder, name, caption))
+    return tuple(written)
 
 
 def _panels(size: tuple[float, float], rows: int = 1, columns: int = 1) -> tuple[Figure, list[Axes]]:

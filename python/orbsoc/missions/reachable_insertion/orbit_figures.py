@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.guidance.figure_style import labels_in_line, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import EARTH, Elements, elements_from_state, state_from_elements
 from orbsoc.orbit.elements import at_true_anomaly
@@ -161,7 +162,7 @@ def history_figure(plan: BurnPlan, found: Verification) -> Figure:
         panel.legend(
             loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.1, handlelength=1.5
         )
-    figure.align_ylabels(panels)
+    labels_in_line(panels)
     title = (
         f"{plan.scenario.name}: {history.delta_v_m_s[-1]:.1f} m/s, {plan.propellant_kg:.1f} kg of propellant"
     )
@@ -196,21 +197,22 @@ def _earth(panel: Axes) -> None:
     )
 
 
-def draw(plan: BurnPlan, found: Verification, folder: Path, dots_per_inch: int) -> tuple[FigureFile, ...]:
+def draw(plan: BurnPlan, found: Verification, folder: Path) -> tuple[FigureFile, ...]:
     """Write the figures; of a burn of 0 s the orbit alone."""
-    orbit = FigureFile(
+    orbit = write_png(
+        orbit_figure(plan, found),
+        folder,
         "orbit.png",
         "The orbit before and after, seen from the first orbit's angular momentum, with the burn between them; inside the Earth,"
         " the burn enlarged, with the thrust direction at equal times.",
     )
-    figures = [(orbit, orbit_figure(plan, found))]
-    if plan.time_of_flight_s > 0.0:
-        history = FigureFile(
-            "history.png",
-            "What the burn does, as flown by the independent integrator: altitude, osculating perigee and apogee, mass, and the"
-            " Δv of the engine as change of speed, gravity's share and what is spent on turning the velocity.",
-        )
-        figures.append((history, history_figure(plan, found)))
-    for file, figure in figures:
-        figure.savefig(folder / file.name, dpi=dots_per_inch, metadata={"Software": "orbsoc"})
-    return tuple(file for file, _ in figures)
+    if plan.time_of_flight_s == 0.0:
+        return (orbit,)
+    history = write_png(
+        history_figure(plan, found),
+        folder,
+        "history.png",
+        "What the burn does, as flown by the independent integrator: altitude, osculating perigee and apogee, mass, and the"
+        " Δv of the engine as change of speed, gravity's share and what is spent on turning the velocity.",
+    )
+    return orbit, history

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.figure_style import STYLE
+from orbsoc.guidance.figure_style import STYLE, labels_in_line, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import EARTH, CanonicalUnits, pitch_yaw
 
@@ -30,7 +30,6 @@ Array = NDArray[np.float64]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73")
 """Okabe–Ito blue, vermilion and green: distinct to colour-blind eyes and in print."""
-DOTS_PER_INCH = 160
 MARGINS = {"left": 0.15, "right": 0.97, "bottom": 0.08, "top": 0.93}
 """Fixed, for a layout that is worked out takes as long as the drawing."""
 
@@ -43,7 +42,7 @@ def draw_figures(plan: BurnPlan, folder: Path) -> tuple[FigureFile, ...]:
     import matplotlib as mpl
 
     with mpl.rc_context(STYLE):
-        told = orbit_figures.draw(plan, found, folder, DOTS_PER_INCH)
+        told = orbit_figures.draw(plan, found, folder)
         if plan.time_of_flight_s == 0.0:
             return told
         return (
@@ -58,8 +57,8 @@ def _velocity(plan: BurnPlan, found: Verification, folder: Path) -> FigureFile:
     nodes = CanonicalUnits.of(EARTH).state_to_si(plan.trajectory.states)[:, 3:] / 1e3
     curve = found.flight.propagated[:, 3:] / 1e3
     error = (found.flight.planned - found.flight.propagated)[:, 3:]
-    figure = _components_figure(plan, found, nodes, curve, error, ("$v_x$", "$v_y$", "$v_z$"), "km/s", "m/s")
-    return _save(
+    figure = _components_figure(plan, found, nodes, curve, error, ("vx", "vy", "vz"), "km/s", "m/s")
+    return write_png(
         figure,
         folder,
         "velocity.png",
@@ -72,8 +71,8 @@ def _position(plan: BurnPlan, found: Verification, folder: Path) -> FigureFile:
     nodes = CanonicalUnits.of(EARTH).state_to_si(plan.trajectory.states)[:, :3] / 1e3
     curve = found.flight.propagated[:, :3] / 1e3
     error = (found.flight.planned - found.flight.propagated)[:, :3]
-    figure = _components_figure(plan, found, nodes, curve, error, ("$x$", "$y$", "$z$"), "km", "m")
-    return _save(
+    figure = _components_figure(plan, found, nodes, curve, error, ("x", "y", "z"), "km", "m")
+    return write_png(
         figure,
         folder,
         "position.png",
@@ -102,7 +101,7 @@ def _components_figure(
         axes[3].plot(found.flight.times_s, error[:, k], color=colour, linewidth=1.2, label=name)
     _legend_above(axes[0])
     axes[3].set_ylabel(f"planned −\npropagated ({error_unit})")
-    axes[3].ticklabel_format(axis="y", style="sci", scilimits=(-2, 3), useMathText=True)
+    axes[3].ticklabel_format(axis="y", style="sci", scilimits=(-2, 3))
     _legend_above(axes[3])
     _finish(axes, plan)
     return figure
@@ -127,10 +126,10 @@ def _attitude(plan: BurnPlan, found: Verification, folder: Path) -> FigureFile:
             "limit", (0.0, limit), xytext=(2, -3), textcoords="offset points", va="top", color=COLOURS[1]
         )
     axes[2].set_ylabel("‖u‖ − 1\nbefore normalising")
-    axes[2].ticklabel_format(axis="y", style="sci", scilimits=(-2, 3), useMathText=True)
+    axes[2].ticklabel_format(axis="y", style="sci", scilimits=(-2, 3))
     _finish(axes, plan)
     number = 6 if plan.scenario.problem == "min_time" else 7
-    return _save(
+    return write_png(
         figure,
         folder,
         "attitude.png",
@@ -188,7 +187,7 @@ def _finish(axes: Sequence[Axes], plan: BurnPlan) -> None:
     axes[-1].set_xlim(0.0, plan.time_of_flight_s)
     figure = axes[0].get_figure(root=True)
     assert figure is not None
-    figure.align_ylabels(axes)
+    labels_in_line(axes)
     figure.suptitle(_title(plan), x=0.01, ha="left", fontweight="bold")
 
 
@@ -207,8 +206,3 @@ def _title(plan: BurnPlan) -> str:
     if plan.scenario.problem == "max_energy" and plan.scenario.target.perigee_direction == "free":
         what += ", perigee direction free"
     return f"{plan.scenario.name}: {what}, {plan.trajectory.grid.size} nodes"
-
-
-def _save(figure: Figure, folder: Path, name: str, caption: str) -> FigureFile:
-    figure.savefig(folder / name, dpi=DOTS_PER_INCH, metadata={"Software": "orbsoc"})
-    return FigureFile(name, caption)

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from orbsoc.guidance.figure_style import PLAIN
+from orbsoc.guidance.figure_style import PLAIN, write_png
 from orbsoc.guidance.mission import FigureFile
 
 from ..continuation.boundary import edge_note
@@ -19,8 +19,6 @@ from .planes import draw_boundary, draw_maps
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-DOTS_PER_INCH = 150
 
 
 def draw_figures(domain: ReachableDomain, folder: Path) -> tuple[FigureFile, ...]:
@@ -67,6 +65,5 @@ def draw_figures(domain: ReachableDomain, folder: Path) -> tuple[FigureFile, ...
             figure = Figure(figsize=size, layout=None if draw is draw_band else "constrained")
             FigureCanvasAgg(figure)
             draw(figure, domain)
-            figure.savefig(folder / name, dpi=DOTS_PER_INCH)
-        written.append(FigureFile(name, caption))
+            written.append(write_png(figure, folder, name, caption))
     return tuple(written)
