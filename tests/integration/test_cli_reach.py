@@ -77,6 +77,23 @@ def test_the_run_writes_what_it_says(solved: tuple[Path, Path, str]) -> None:
     assert not re.search(r'(?:src|href)="https?:', page)
 
 
+def test_what_no_report_leaves_out_is_written_by_resume(
+    solved: tuple[Path, Path, str], tmp_path: Path
+) -> None:
+    scenario, folder, _stdout = solved
+    other = tmp_path / "out"
+    bare = orbsoc_reach(scenario, "--out", other, "--threads", "2", "--no-report", "--json")
+    assert bare.returncode == 0, bare.stderr
+    document = json.loads(bare.stdout)
+    assert document["files"] == ["boundary.parquet", "points.parquet", "summary.json"]
+    assert not {path.suffix for path in other.iterdir()} & {".png", ".html", ".nc"}
+    again = orbsoc_reach(scenario, "--out", other, "--threads", "2", "--resume", "--json")
+    assert again.returncode == 0, again.stderr
+    whole = json.loads((folder / "summary.json").read_text())
+    assert json.loads(again.stdout)["files"] == whole["files"]
+    assert document["status"] == whole["status"]
+
+
 def edge_work(folder: Path) -> int:
     """Subproblems of the edge, which belong to no point."""
     return int(orbsoc.reach.load(folder).boundary["sequence_iterations"].sum())

@@ -166,7 +166,7 @@ READ, WRITE, FINISH = 4, 1, 1  # docs/pl-machine.md
 def test_points_of_a_reachable_domain_are_priced_by_schedules(recorded: PsScheduler) -> None:
     points = {"status": np.zeros(1), subproblems_on(12): np.array([1])}
     solves = RepresentativeSolves(
-        (recorded.trace,), (recorded.trace["solves"][0]["iterations"],), (recorded.patterns,)
+        (parse_trace(recorded.trace),), (recorded.trace["solves"][0]["iterations"],), (recorded.patterns,)
     )
     found = DomainCost.of(
         cast("ReachableDomain", SimpleNamespace(points=points)),

@@ -47,6 +47,12 @@ def reach(
             help="also write this grid point's burn and orbit as CCSDS messages: 'inclination node perigee', deg deg km"
         ),
     ] = None,
+    report: Annotated[
+        bool,
+        typer.Option(
+            "--report/--no-report", help="figures, pages and NetCDF; without them, --resume writes them later"
+        ),
+    ] = True,
     out: Annotated[
         Path | None, typer.Option(help="results folder; out/NAME by default", metavar="DIR")
     ] = None,
@@ -63,7 +69,14 @@ def reach(
         chosen = _checked(scenario, device, partition, deadline_ms)
         point = None if ephemeris is None else _point(ephemeris, chosen)
         document = _solve_and_write(
-            chosen, folder, executor, resume, (device, partition, deadline_ms), as_json, interrupts
+            chosen,
+            folder,
+            executor,
+            resume,
+            (device, partition, deadline_ms),
+            as_json,
+            interrupts,
+            report=report,
         )
         if point is not None:
             _write_messages(folder, point)
@@ -145,6 +158,8 @@ def _solve_and_write(
     hardware: tuple[str, str, float | None],
     as_json: bool,
     interrupts: Interrupts,
+    *,
+    report: bool,
 ) -> dict[str, Any]:
     from rich.console import Console
 
@@ -185,7 +200,7 @@ def _solve_and_write(
         ],
     }
     try:
-        return write_outputs(folder, found, cost, extra, render)
+        return write_outputs(folder, found, cost, extra, render if report else None)
     except OSError as error:
         raise StoreError(
             f"--out = {folder}: tables and figures cannot be written: {error.strerror or error}; all shards are kept,"

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hw_model import Trace, parse_trace
-from hw_model.timing.actions import actions_of
+from hw_model.timing.actions import Action, actions_of
 from hw_model.timing.durations import Durations
 from hw_model.timing.timeline import as_partition, as_platform, makespan_picoseconds
 from orbsoc.conic.problem import Problem
@@ -17,6 +17,9 @@ from orbsoc.conic.solution import Status
 
 from .emulation import PsScheduler
 from .exact_cycles import exact_cycles
+
+if TYPE_CHECKING:
+    from hw_model.platform.platform import Platform
 
 PICOSECONDS_PER_US = 1e6
 
@@ -39,20 +42,23 @@ class RepresentativeSolves:
     """Traces of solves on the emulated computer, the iterations of each, and the problems of their patterns, which are
     what schedules are made from."""
 
-    traces: tuple[dict[str, Any], ...]
+    traces: tuple[Trace, ...]
     iterations: tuple[int, ...]
     patterns: tuple[tuple[Problem, ...], ...]
+    _makespans: dict[tuple[str, str], list[int]] = field(default_factory=dict, init=False, repr=False)
+    _actions: dict[str, list[list[Action]]] = field(default_factory=dict, init=False, repr=False)
+    """Found before, by names: actions depend on the partition alone."""
 
     @classmethod
     def of(cls, subproblems: Iterable[tuple[Problem, float]]) -> RepresentativeSolves:
         """Solve each problem to its tolerance. Raises KeyboardInterrupt when interrupted."""
-        found: list[tuple[dict[str, Any], int, tuple[Problem, ...]]] = []
+        found: list[tuple[Trace, int, tuple[Problem, ...]]] = []
         for problem, tol in subproblems:
             scheduler = PsScheduler(tol=tol)
             solution = scheduler(problem)
             if solution.status is Status.INTERRUPTED:
                 raise KeyboardInterrupt
-            found.append((scheduler.trace, solution.iterations, scheduler.patterns))
+            found.append((parse_trace(scheduler.trace), solution.iterations, scheduler.patterns))
         return cls(*zip(*found, strict=True))
 
     def price(self, device: str, partition: str) -> SolvePrice:
@@ -61,7 +67,7 @@ class RepresentativeSolves:
         Raises `hw_model.HwModelError` for unknown names, and for a device whose PL has no schedules.
         """
         clock = as_platform(device).pl.clock_mhz.value
-        taken = self._makespans(device, partition)
+        taken = self._taken(device, partition)
         priced = np.array(taken, float) * clock / PICOSECONDS_PER_US
         iterations = np.array(self.iterations, float)
         return SolvePrice(
@@ -69,21 +75,30 @@ class RepresentativeSolves:
             cycles_per_iteration=float(priced.sum() / iterations.sum()),
             most_cycles=float(priced.max()),
             pl_clock_mhz=clock,
-            speedup=sum(self._makespans(device, "all_ps")) / sum(taken),
+            speedup=sum(self._taken(device, "all_ps")) / sum(taken),
         )
 
-    def _makespans(self, device: str, partition: str) -> list[int]:
+    def _taken(self, device: str, partition: str) -> list[int]:
         """Picoseconds of each solve. Those of one pattern share what its stages take."""
-        platform, sides = as_platform(device), as_partition(partition)
+        found = self._makespans.get((device, partition))
+        if found is None:
+            found = self._makespans[device, partition] = self._timed(as_platform(device), partition)
+        return found
+
+    def _timed(self, platform: Platform, partition: str) -> list[int]:
+        sides = as_partition(partition)
+        if partition not in self._actions:
+            self._actions[partition] = [actions_of(trace, sides) for trace in self.traces]
         known: list[Durations] = []
         out: list[int] = []
-        for trace, problems in zip(self.traces, self.patterns, strict=True):
-            parsed = parse_trace(trace)
-            durations = next((each for each in known if _same_stages(each.trace, parsed)), None)
+        for trace, problems, actions in zip(
+            self.traces, self.patterns, self._actions[partition], strict=True
+        ):
+            durations = next((each for each in known if _same_stages(each.trace, trace)), None)
             if durations is None:
-                durations = Durations(parsed, platform, sides, exact_cycles(problems))
+                durations = Durations(trace, platform, sides, exact_cycles(problems))
                 known.append(durations)
-            out.append(makespan_picoseconds(actions_of(parsed, sides), durations))
+            out.append(makespan_picoseconds(actions, durations))
         return out
 
 

@@ -12,10 +12,7 @@ from orbsoc.files.atomic_write import write_atomically
 from orbsoc.files.versions import versions
 
 from ..cost import CYCLES, DomainCost
-from ..figures.band_page import write_band
-from ..figures.draw import draw_figures
 from ..query.results import ReachableDomain
-from .netcdf import write_netcdf
 from .summary import summary
 
 SUMMARY, POINTS_FILE, BOUNDARY_FILE, CUBE, REPORT, BAND = (
@@ -34,29 +31,39 @@ Render = Callable[..., str]
 
 
 def write_outputs(
-    folder: Path, domain: ReachableDomain, cost: DomainCost, extra: Mapping[str, Any], render: Render
+    folder: Path, domain: ReachableDomain, cost: DomainCost, extra: Mapping[str, Any], render: Render | None
 ) -> dict[str, Any]:
     """Write everything but the shards into `folder`; returns the content of `summary.json`.
 
-    `render` makes the report's page: `orbsoc.report.page.render`.
+    `render` makes the report's page: `orbsoc.report.page.render`. Without it there are the tables and the summary only.
     """
     import pyarrow as pa
     import pyarrow.parquet as parquet
 
     document = {"schema": SCHEMA, **summary(domain), **extra, "versions": versions()}
-    figures = draw_figures(domain, folder)
-    write_band(domain, folder / BAND)
-    write_netcdf(domain, folder / CUBE, cost)
     parquet.write_table(points_table(domain, cost), folder / POINTS_FILE)
     parquet.write_table(pa.table(dict(domain.boundary)), folder / BOUNDARY_FILE)
-    page = render(TEMPLATE, figures, folder, folder=Path(__file__).parent, found=document, band=BAND)
-    write_atomically(folder / REPORT, page)
-    document["files"] = sorted(
-        [SUMMARY, POINTS_FILE, BOUNDARY_FILE, CUBE, REPORT, BAND, *(figure.name for figure in figures)]
-    )
+    pictured = _pictured(folder, domain, cost, document, render) if render else ()
+    document["files"] = sorted([SUMMARY, POINTS_FILE, BOUNDARY_FILE, *pictured])
     finite: dict[str, Any] = _finite(document)
     write_atomically(folder / SUMMARY, json.dumps(finite, indent=2, allow_nan=False) + "\n")
     return finite
+
+
+def _pictured(
+    folder: Path, domain: ReachableDomain, cost: DomainCost, document: Mapping[str, Any], render: Render
+) -> tuple[str, ...]:
+    """Write figures, pages and the NetCDF cube, whose libraries take longer to load than a small domain to solve."""
+    from ..figures.band_page import write_band
+    from ..figures.draw import draw_figures
+    from .netcdf import write_netcdf
+
+    figures = draw_figures(domain, folder)
+    write_band(domain, folder / BAND)
+    write_netcdf(domain, folder / CUBE, cost)
+    page = render(TEMPLATE, figures, folder, folder=Path(__file__).parent, found=document, band=BAND)
+    write_atomically(folder / REPORT, page)
+    return (CUBE, REPORT, BAND, *(figure.name for figure in figures))
 
 
 def points_table(domain: ReachableDomain, cost: DomainCost) -> Any:
