@@ -38,6 +38,7 @@ mod tests;
 pub use batch::queue::BatchProgress;
 pub use batch::solver::{solve_batch, solve_batch_from, BatchSolver};
 pub use error::Error;
+pub use method::compiled::Compiled;
 pub use method::engine::{factor_shape, operation_counts, Engine};
 pub use method::events::Event;
 pub use method::mixed::{MixedEngine, Narrow};

@@ -1,6 +1,6 @@
 //! Snapshots of a solve: the words of every buffer before and after each stage.
 
-use orbsoc::{Buffer, Decide, Engine, Error, Outcome, Problem, Settings, Stage, Step};
+use orbsoc::{Buffer, Compiled, Engine, Error, Outcome, Problem, Settings, Stage, Step};
 use orbsoc::{Start, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 use std::collections::HashMap;
 
@@ -12,7 +12,7 @@ pub struct Snapshot<T> {
     pub after: Engine<T>,
 }
 
-impl<T: Decide> Snapshot<T> {
+impl<T: Compiled> Snapshot<T> {
     fn of(before: &Engine<T>, stages: &[Stage]) -> Self {
         let mut after = before.clone();
         for &stage in stages {
@@ -43,7 +43,7 @@ impl<T> Snapshots<T> {
     }
 }
 
-impl<T: Decide> Snapshots<T> {
+impl<T: Compiled> Snapshots<T> {
     /// The snapshot of stages that run as one stream, from the state before the last of them; none if the solve ended
     /// before it.
     pub fn joined(&self, stages: &[Stage]) -> Option<Snapshot<T>> {
@@ -57,7 +57,7 @@ impl<T: Decide> Snapshots<T> {
 ///
 /// # Errors
 /// As [`Engine::new`].
-pub fn snapshots<T: Decide>(problem: &Problem, settings: &Settings) -> Result<Snapshots<T>, Error> {
+pub fn snapshots<T: Compiled>(problem: &Problem, settings: &Settings) -> Result<Snapshots<T>, Error> {
     let mut cold = Recorder { engine: Engine::<T>::exact(problem, settings)?, last: HashMap::new() };
     cold.steps(STARTUP);
     while cold.steps(ITERATION) {}
@@ -80,7 +80,7 @@ struct Recorder<T> {
     last: HashMap<Stage, Engine<T>>,
 }
 
-impl<T: Decide> Recorder<T> {
+impl<T: Compiled> Recorder<T> {
     /// Perform a list; false if a stage ended it.
     fn steps(&mut self, steps: &[Step]) -> bool {
         steps.iter().all(|step| !matches!(self.perform(*step), Outcome::Done(_)))

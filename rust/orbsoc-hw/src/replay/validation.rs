@@ -10,7 +10,7 @@ use crate::microcode::compressed::Compressed;
 use crate::microcode::flat::{flat, Microcode};
 use crate::program::{Program, Segment};
 use core::fmt::Write;
-use orbsoc::{Buffer, Decide, Module};
+use orbsoc::{Buffer, Compiled, Module};
 
 /// The format of the microcode, and the sequencer that runs it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,7 +34,7 @@ struct Run<'a> {
 /// # Errors
 /// [`Error::Damaged`] if the microcode breaks a rule or computes another word than the kernel; [`Error::Configuration`]
 /// as [`Gaps::validate`].
-pub fn validation_case<T: Decide>(
+pub fn validation_case<T: Compiled>(
     program: &Program,
     snapshots: &Snapshots<T>,
     module: Module,
@@ -119,7 +119,7 @@ fn without_empty_words(words: &Microcode, segment: &Segment) -> Microcode {
     words.select(&cycles)
 }
 
-fn run<'a, T: Decide>(
+fn run<'a, T: Compiled>(
     program: &Program,
     segment: &'a Segment,
     snapshot: &Snapshot<T>,
@@ -163,7 +163,7 @@ fn run<'a, T: Decide>(
 }
 
 /// Check that the words are those of the program's pattern.
-fn same_pattern<T: Decide>(program: &Program, snapshot: &Snapshot<T>) -> Result<(), Error> {
+fn same_pattern<T: Compiled>(program: &Program, snapshot: &Snapshot<T>) -> Result<(), Error> {
     for &buffer in Buffer::ALL {
         let (found, expected) = (snapshot.before(buffer).len(), program.layout.words_of(buffer));
         if found != expected {

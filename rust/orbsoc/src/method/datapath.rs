@@ -17,10 +17,10 @@ use std::sync::Arc;
 const START_FLOOR: f64 = 1e-10;
 
 #[derive(Clone, Debug)]
-pub(crate) struct Datapath<T> {
-    pub structure: Arc<Structure>,
-    pub settings: Settings,
-    pub work: Workspace<T>,
+pub struct Datapath<T> {
+    pub(crate) structure: Arc<Structure>,
+    pub(crate) settings: Settings,
+    pub(crate) work: Workspace<T>,
 }
 
 /// `refinement_share` at tolerances of 1e-8 and looser, less at tighter ones: no later iteration repairs an error of the
@@ -30,7 +30,7 @@ fn effective_refinement_share(settings: &Settings) -> f64 {
 }
 
 impl<T: Real> Datapath<T> {
-    pub fn new(structure: Arc<Structure>, settings: &Settings) -> Result<Self, Error> {
+    pub(crate) fn new(structure: Arc<Structure>, settings: &Settings) -> Result<Self, Error> {
         settings.validate()?;
         let mut work = Workspace::new(&structure, T::zero());
         let entries = &mut work.parameters;
@@ -46,18 +46,18 @@ impl<T: Real> Datapath<T> {
     }
 
     /// Run a stage's arithmetic.
-    pub fn execute(&mut self, stage: Stage) {
+    pub(crate) fn execute(&mut self, stage: Stage) {
         self.execute_with_residual(stage, true);
     }
 
     /// The same; without `needs_residual`, the residual of a linear solve is left as it was.
-    pub fn execute_with_residual(&mut self, stage: Stage, needs_residual: bool) {
+    pub(crate) fn execute_with_residual(&mut self, stage: Stage, needs_residual: bool) {
         let Self { structure, settings, work } = self;
         execute(structure, settings, work, stage, needs_residual);
     }
 
     /// The factorization, which `stop` may end early.
-    pub fn factorize_watched(&mut self, stop: &mut dyn FnMut() -> bool) {
+    pub(crate) fn factorize_watched(&mut self, stop: &mut dyn FnMut() -> bool) {
         factorize_watched(&self.structure, &mut self.work, stop);
     }
 }
@@ -67,7 +67,7 @@ const KEPT: [Buffer; 3] = [Buffer::Best, Buffer::PrimalCertificate, Buffer::Dual
 
 impl<T: Decide> Datapath<T> {
     /// Forget the last solve of a lane.
-    pub fn reset(&mut self, lane: usize) {
+    pub(crate) fn reset(&mut self, lane: usize) {
         for buffer in KEPT {
             self.work.get_mut(buffer).iter_mut().for_each(|entry| entry.set_lane(lane, 0.0));
         }
@@ -75,7 +75,7 @@ impl<T: Decide> Datapath<T> {
     }
 
     /// Set the parameters and limits of an attempt in a lane that has been reset.
-    pub fn prepare(&mut self, lane: usize, attempt: Attempt) {
+    pub(crate) fn prepare(&mut self, lane: usize, attempt: Attempt) {
         let (settings, entries) = (&self.settings, &mut self.work.parameters);
         let (refinement, regularization) = attempt.factors();
         entries[parameter::REFINEMENT_SHARE]
@@ -110,7 +110,7 @@ impl<T: Decide> Datapath<T> {
     }
 
     /// Problems' entries into the input buffers, each into its own lane.
-    pub fn load(&mut self, problems: &[Option<&Problem>]) {
+    pub(crate) fn load(&mut self, problems: &[Option<&Problem>]) {
         let (work, reduced) = (&mut self.work, &self.structure.reduced);
         let lanes: Vec<(usize, &Problem)> =
             problems.iter().enumerate().filter_map(|(lane, problem)| Some((lane, (*problem)?))).collect();
@@ -136,7 +136,7 @@ impl<T: Decide> Datapath<T> {
     }
 
     /// Copy the entries of some lanes of `buffers` from another datapath's, (from, to) each.
-    pub fn copy_lanes(&mut self, moves: &[(usize, usize)], from: &Self, buffers: &[Buffer]) {
+    pub(crate) fn copy_lanes(&mut self, moves: &[(usize, usize)], from: &Self, buffers: &[Buffer]) {
         for &buffer in buffers {
             for (to, entry) in self.work.get_mut(buffer).iter_mut().zip(from.work.get(buffer)) {
                 for &(from_lane, to_lane) in moves {
@@ -148,7 +148,7 @@ impl<T: Decide> Datapath<T> {
 
     /// A point's entries into a lane's input buffer; false when they are of no use: not all of them are finite,
     /// or there are no rows, without which the first step from anywhere is Newton's, and exact.
-    pub fn load_start(&mut self, lane: usize, start: &Start) -> bool {
+    pub(crate) fn load_start(&mut self, lane: usize, start: &Start) -> bool {
         let rows = &self.structure.reduced.row_origin;
         let (z, s) = (rows.iter().map(|&i| &start.z[i]), rows.iter().map(|&i| &start.s[i]));
         let entries = start.x.iter().chain(start.y).chain(z).chain(s).copied();
@@ -161,7 +161,7 @@ impl<T: Decide> Datapath<T> {
     }
 
     /// The attempt that has ended in a lane, for its verification.
-    pub fn finished<'a>(
+    pub(crate) fn finished<'a>(
         &'a self,
         lane: usize,
         problem: &'a Problem,

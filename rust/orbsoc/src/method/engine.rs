@@ -8,10 +8,10 @@ use crate::method::observer::{Observer, Progress};
 use crate::method::restart::{Attempt, Restart, LONGEST};
 use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 use crate::method::workspace::{Buffer, Workspace};
-use crate::method::{datapath::Datapath, events::Event, warm_start::Start};
+use crate::method::{compiled::Compiled, datapath::Datapath, events::Event, warm_start::Start};
 use crate::outcome::solution::{better_of, Solution};
 use crate::problem::{Problem, Settings};
-use crate::real::{count, Counted, Decide, Latency, Real, Tally};
+use crate::real::{count, Counted, Latency, Real, Tally};
 use crate::symbolic::{ordering::FactorShape, supernodes::Panels};
 use core::ops::ControlFlow;
 use std::sync::Arc;
@@ -45,7 +45,7 @@ pub struct Engine<T> {
 /// Multiply–subtracts of some tens of milliseconds.
 const LONG: usize = 1 << 27;
 
-impl<T: Decide> Engine<T> {
+impl<T: Compiled> Engine<T> {
     /// Analyse the pattern, allocate, load the data.
     ///
     /// # Errors
@@ -135,7 +135,7 @@ impl<T: Decide> Engine<T> {
     ///
     /// A whole solve skips residuals of linear solves that no decision needs; its numbers are the same otherwise.
     pub fn run(&mut self, stage: Stage) -> Outcome {
-        self.run_with(stage, |path, _| path.execute(stage))
+        self.run_with(stage, |path, _| T::execute(path, stage, true))
     }
 
     /// As [`Engine::run`], with `execute` for the arithmetic; it is told whether a decision needs the residual of a
@@ -243,7 +243,7 @@ impl<T: Decide> Engine<T> {
             if long && stage == Stage::Factorize {
                 return self.factorize_watched(observer);
             }
-            self.run_with(stage, |path, needs_residual| path.execute_with_residual(stage, needs_residual))
+            self.run_with(stage, |path, needs_residual| T::execute(path, stage, needs_residual))
         };
         steps.iter().any(|step| matches!(step.perform(&mut run), Outcome::Done(_)))
     }
@@ -252,7 +252,7 @@ impl<T: Decide> Engine<T> {
     fn factorize_watched(&mut self, observer: &mut impl Observer) -> Outcome {
         let (mut control, mut reason) = (self.control.clone(), stop::NONE);
         self.run_with(Stage::Factorize, |path, _| {
-            path.factorize_watched(&mut || {
+            T::factorize_watched(path, &mut || {
                 control.interrupted |= observer.waited().is_break();
                 reason = control.or_from_outside(stop::NONE);
                 reason != stop::NONE

@@ -1,5 +1,6 @@
 //! The iteration as data, its buffers, its decisions, and the engine that runs it.
 
+pub(crate) mod compiled;
 pub(crate) mod control;
 pub(crate) mod datapath;
 pub(crate) mod dispatch;

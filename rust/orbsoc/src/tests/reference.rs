@@ -5,7 +5,7 @@ use crate::kkt::assembly::{Kkt, SOC_DENSE_MAX};
 use crate::method::stage::{ITERATION, STARTUP};
 use crate::problem::cones::{ConeLayout, Soc};
 use crate::problem::Csc;
-use crate::{Cones, Decide, Engine, Problem, Real};
+use crate::{Compiled, Cones, Engine, Problem, Real};
 use nalgebra::DMatrix;
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -189,7 +189,7 @@ pub fn mixed_problem(seed: u64) -> Problem {
 }
 
 /// Run STARTUP and then `iterations` whole iterations.
-pub fn iterate_from_startup<T: Decide>(engine: &mut Engine<T>, iterations: usize) {
+pub fn iterate_from_startup<T: Compiled>(engine: &mut Engine<T>, iterations: usize) {
     let lists = core::iter::once(STARTUP).chain(core::iter::repeat_n(ITERATION, iterations));
     for step in lists.flatten() {
         step.perform(&mut |stage| engine.run(stage));

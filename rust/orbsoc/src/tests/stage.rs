@@ -5,11 +5,12 @@ use crate::kernels::layout::refinement;
 use crate::kernels::layout::regularization;
 use crate::tests::reference::{dense, iterate_from_startup, mixed_problem};
 use crate::{
-    Buffer, Decide, Engine, Outcome, Real, Settings, Stage, Status, Step, Stop, CLOSING, ITERATION, STARTUP,
+    Buffer, Compiled, Decide, Engine, Outcome, Real, Settings, Stage, Status, Step, Stop, CLOSING, ITERATION,
+    STARTUP,
 };
 use nalgebra::DVector;
 
-fn engine<T: Decide>(seed: u64) -> Engine<T> {
+fn engine<T: Compiled>(seed: u64) -> Engine<T> {
     Engine::new(&mixed_problem(seed), &Settings::single_precision()).unwrap()
 }
 

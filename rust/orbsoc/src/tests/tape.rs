@@ -6,7 +6,8 @@ use crate::real::{Latency, Opcode, OperationCounts, Value};
 use crate::symbolic::supernodes::Panels;
 use crate::tests::reference::{iterate_from_startup, mixed_problem, seeded, SplitMix64};
 use crate::{
-    operation_counts, record_tapes, Buffer, Cones, Csc, Decide, Engine, Problem, Settings, Stage, Tape,
+    operation_counts, record_tapes, Buffer, Compiled, Cones, Csc, Decide, Engine, Problem, Settings, Stage,
+    Tape,
 };
 use proptest::prelude::*;
 use std::collections::{HashMap, HashSet};
@@ -46,7 +47,7 @@ fn other_numbers(problem: &Problem, seed: u64) -> Problem {
 }
 
 /// Run `iterations` of a solve, comparing every stage of a module with its tape.
-fn follow<T: Decide>(recorded: &Problem, solved: &Problem, iterations: usize) -> HashSet<Stage> {
+fn follow<T: Compiled>(recorded: &Problem, solved: &Problem, iterations: usize) -> HashSet<Stage> {
     let recording = record_tapes(recorded, &Settings::default()).unwrap();
     let mut engine = Engine::<T>::exact(solved, &Settings::default()).unwrap();
     iterate_from_startup(&mut engine, iterations);
