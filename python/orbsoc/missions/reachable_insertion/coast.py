@@ -1,25 +1,39 @@
-"""The coast before the burn: the first orbit without thrust."""
+"""The coast before the burn: the first orbit without thrust, about a point mass or, where the scenario says so, with J2."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from orbsoc.orbit import Thruster, propagate_burn
+from orbsoc.orbit import Thruster, propagate_burn, rotate_state
+from orbsoc.orbit.perturbations import J2, PointMass, coast, fast_coast
 
 from .scenario import Scenario
 
 Array = NDArray[np.float64]
 
 ENGINE_OFF = Thruster(mass_kg=1.0, thrust_n=0.0, mass_flow_kg_s=0.0)
+OBLATE_EARTH = (PointMass(), J2())
 
 
-def coasted(state_si: Array, times_s: ArrayLike) -> Array:
-    """States (K, 6), SI, after K increasing times of a coast. Raises `orbsoc.orbit.PropagationError`."""
-    return propagate_burn(state_si, ENGINE_OFF, lambda _t, x: x[3:], times_s)
+def coasted(scenario: Scenario, times_s: ArrayLike, *, independent: bool = False) -> Array:
+    """States (K, 6), in the axes of plans, SI, after K increasing times of the coast.
 
-
-def at_ignition(scenario: Scenario, ignition_s: float) -> Array:
-    """State at ignition, launch-inertial, SI (6,)."""
+    With J2 the compiled core flies it, or DOP853 where the planner is to be judged: `independent`. Without, it is DOP853 for both.
+    Raises `orbsoc.orbit.PropagationError`.
+    """
     start = scenario.launch_inertial(scenario.initial)
-    return start if ignition_s == 0.0 else coasted(start, [ignition_s])[-1]
+    if not scenario.burn.coast_j2:
+        return propagate_burn(start, ENGINE_OFF, lambda _t, x: x[3:], times_s)
+    to_eci, times = scenario.eci_rotation, np.atleast_1d(np.asarray(times_s, dtype=np.float64))
+    later = times[0] > 0.0  # the first time is that of the start
+    fly = coast if independent else fast_coast
+    found = fly(rotate_state(to_eci, start)[None], np.append(0.0, times) if later else times, OBLATE_EARTH)
+    return np.asarray(rotate_state(to_eci.T, found[int(later) :, 0]))
+
+
+def at_ignition(scenario: Scenario, ignition_s: float, *, independent: bool = False) -> Array:
+    """State at ignition, in the axes of plans, SI (6,)."""
+    if ignition_s == 0.0:
+        return scenario.launch_inertial(scenario.initial)
+    return coasted(scenario, [ignition_s], independent=independent)[-1]

@@ -118,7 +118,7 @@ def _flown(ready: MadeReady) -> list[tuple[float, Law]]:
     )
     count = int(np.clip(PER_BURN * latest / max(burn_s, 1e-3), FEWEST, MOST))
     times = np.linspace(0.0, latest, count + 1)
-    costs = _costs(ready, ready.units.state_from_si(coasted(ready.start_si, times)))
+    costs = _costs(ready, ready.units.state_from_si(coasted(ready.scenario, times)))
     padded = np.pad(costs, 1, constant_values=np.inf)
     minima = np.flatnonzero((costs <= padded[:-2]) & (costs <= padded[2:]))
     chosen = minima[np.argsort(costs[minima], kind="stable")][:FLOWN]

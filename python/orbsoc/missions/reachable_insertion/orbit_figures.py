@@ -59,7 +59,7 @@ def orbit_figure(plan: BurnPlan, found: Verification) -> Figure:
     ):
         panel.plot(*points, color=colour, label=f"{name}: {shape_of(orbit)}")
     if plan.ignition_s > 0.0:
-        way = coasted(start, np.linspace(0.0, plan.ignition_s, 400))[:, :3] @ axes.T / 1e3
+        way = coasted(plan.scenario, np.linspace(0.0, plan.ignition_s, 400))[:, :3] @ axes.T / 1e3
         panel.plot(
             way[:, 0],
             way[:, 1],

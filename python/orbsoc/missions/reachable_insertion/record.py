@@ -15,6 +15,7 @@ from orbsoc.orbit import EARTH, CanonicalUnits, Elements, pitch_yaw
 from .burn_plan import BurnPlan
 from .ignition import later_ignition
 from .paper import compare
+from .scenario import Scenario
 from .verdicts import starts_tried, verdict, violations
 
 Array = NDArray[np.float64]
@@ -64,6 +65,7 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
             "available_m_s": plan.proof.available * CanonicalUnits.of(EARTH).speed_m_s,
         },
         "ignition_s": plan.ignition_s,
+        "forces": forces_document(plan.scenario),
         "later_ignition": (later := later_ignition(plan)) and asdict(later),
         "scp_iterations": len(plan.subproblems),
         "nodes": plan.trajectory.grid.size,
@@ -85,6 +87,12 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
         "scenario": plan.scenario.model_dump(mode="json"),
     }
     return document
+
+
+def forces_document(scenario: Scenario) -> dict[str, list[str]]:
+    """What acts beside the thrust, in the plan and in its verification."""
+    oblate = ["J2"] if scenario.burn.coast_j2 else []
+    return {"coast": ["point mass", *oblate], "burn": ["point mass"]}
 
 
 def orbit_document(orbit: Elements) -> dict[str, float | None]:

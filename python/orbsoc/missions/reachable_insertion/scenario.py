@@ -36,6 +36,10 @@ class BurnTime(Table):
     latest_ignition_s: float | None = Field(
         default=None, gt=0.0, le=1.0e6, description="of ignition = free; one revolution by default"
     )
+    coast_j2: bool = Field(
+        default=False,
+        description="of ignition = free: the coast feels the Earth's oblateness, the burn does not",
+    )
 
 
 MOST_NODES = 128
@@ -143,6 +147,8 @@ def _problem_complaints(scenario: Scenario) -> Iterator[Complaint]:
         yield Complaint(
             "burn.latest_ignition_s", f"{burn.latest_ignition_s:g}", 'needs burn.ignition = "free"'
         )
+    if burn.coast_j2 and burn.ignition == "now":
+        yield Complaint("burn.coast_j2", "true", 'needs burn.ignition = "free"; a burn from now has no coast')
     if burn.ignition == "free" and scenario.problem != "min_time":
         yield Complaint(
             "burn.ignition", "'free'", f"problem = {scenario.problem!r} ignites now; must be 'now'"

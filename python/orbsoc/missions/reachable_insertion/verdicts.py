@@ -90,8 +90,9 @@ def _achievement(plan: BurnPlan) -> str:
 
 
 def _coast(plan: BurnPlan) -> str:
-    free = plan.scenario.burn.ignition == "free"
-    return f" after a coast of {plan.ignition_s:.1f} s" if free else ""
+    burn = plan.scenario.burn
+    oblate = " with J2" if burn.coast_j2 else ""
+    return f" after a coast of {plan.ignition_s:.1f} s{oblate}" if burn.ignition == "free" else ""
 
 
 def _evidence(plan: BurnPlan) -> str:
@@ -101,6 +102,7 @@ def _evidence(plan: BurnPlan) -> str:
         "Flown by an independent integrator, the attitude programme ends within"
         f" {found.angular_momentum_rel:.0e} of the promised angular momentum and {found.laplace_rel:.0e} of the"
         f" promised eccentricity vector, on a grid of {plan.trajectory.grid.size} nodes"
+        f"{'; J2 acts on the coast, and not on the burn' if plan.scenario.burn.coast_j2 else ''}"
     )
 
 

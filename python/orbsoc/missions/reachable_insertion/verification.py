@@ -101,7 +101,7 @@ def fly(
     times_s = 0.5 * duration_s * (tau + 1.0)
     raw = trajectory.grid.interpolate(trajectory.controls, tau)
     raw_norm = np.linalg.norm(raw, axis=1)
-    start_si = at_ignition(scenario, ignition_s)
+    start_si = at_ignition(scenario, ignition_s, independent=True)
     planned = trajectory.grid.interpolate_from_start(units.state_from_si(start_si), trajectory.states, tau)
     return Flight(
         times_s=times_s,
