@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from orbsoc.orbit import EARTH, CanonicalUnits, elements_from_state
 from orbsoc.orbit.propagate import Steering
 
 from .any_target import AnyTarget
+from .attitude_rate import RateBound
 from .coast import at_ignition
 from .free_target import FreeTarget
 from .guess import along_velocity, propagated, towards_plane
@@ -44,6 +45,8 @@ class MadeReady:
     units: CanonicalUnits
     start_si: Array
     ignition_s: float = 0.0
+    turn: RateBound | None = None
+    """Of the subproblems that are to hold one."""
 
     @classmethod
     def of(cls, scenario: Scenario, ignition_s: float = 0.0) -> MadeReady:
@@ -55,6 +58,17 @@ class MadeReady:
         return cls(scenario, target, burn, units, start_si, ignition_s)
 
     @property
+    def rate_bound(self) -> float | None:
+        """The fastest turn allowed, rad per canonical time."""
+        limits = self.scenario.limits
+        return None if limits is None else float(np.deg2rad(limits.attitude_rate_deg_s)) * self.units.time_s
+
+    @property
+    def unbounded(self) -> MadeReady:
+        """The same without a bound on the attitude rate."""
+        return replace(self, scenario=self.scenario.with_changes(limits=None), turn=None)
+
+    @property
     def free_perigee(self) -> bool:
         scenario = self.scenario
         return scenario.problem == "max_energy" and scenario.target.perigee_direction == "free"
@@ -64,15 +78,15 @@ class MadeReady:
         target orbit may not leave it."""
         weight = self.scenario.method.slack_weight * (FIRM if firm else 1.0)
         if self.scenario.problem == "min_time":
-            return MinTime(self.burn, self.target, weight, self.figures)
+            return MinTime(self.burn, self.target, weight, self.figures, self.turn)
         height_km = self.scenario.target.perigee_height_km
         assert height_km is not None  # the scenario checks it
         radius = (EARTH.earth_radius_m + 1e3 * height_km) / self.units.length_m
         target = self._whole
         if self.free_perigee:
             hard_or_soft = weight if soft else None
-            return MaxEnergyFreePerigee(self.burn, target, radius, hard_or_soft, self.figures)
-        return MaxEnergyFixedPerigee(self.burn, target, radius, weight, self.figures)
+            return MaxEnergyFreePerigee(self.burn, target, radius, hard_or_soft, self.figures, self.turn)
+        return MaxEnergyFixedPerigee(self.burn, target, radius, weight, self.figures, self.turn)
 
     def flown(self, steering: Steering, duration_s: float, nodes: int) -> Trajectory:
         """What a steering flies, at the nodes of a grid."""

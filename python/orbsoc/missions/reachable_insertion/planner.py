@@ -16,6 +16,7 @@ from orbsoc.guidance.mission import Column, Difference, FigureFile, PaperRow
 from orbsoc.guidance.scenario_file import read_toml
 from orbsoc.guidance.scp import Iteration, Rules, Solve
 
+from .bounded_search import BoundedSearch
 from .burn_plan import BurnPlan
 from .comparison import differences
 from .ignition import LaterIgnition, best_ignition, later_ignition
@@ -113,7 +114,8 @@ def plan(
         solve = solve_in_rust
     if problem is not None and problem != scenario.problem:
         scenario = scenario.with_changes(problem=problem)
-    search = Search(solve, Rules(max_iterations=scenario.method.max_iterations), callback)
+    searches = Search if scenario.limits is None else BoundedSearch
+    search = searches(solve, Rules(max_iterations=scenario.method.max_iterations), callback)
     ready = MadeReady.of(scenario)
     free = scenario.burn.ignition == "free"
     return _conclude(best_ignition(ready, search) if free else search.run(ready))

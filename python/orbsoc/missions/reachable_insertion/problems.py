@@ -22,6 +22,7 @@ from orbsoc.guidance.powered_flight import Burn, BurnVariables, Trajectory, add_
 from orbsoc.guidance.scp import Step, Subproblem
 
 from .any_target import AnyTarget
+from .attitude_rate import RateBound
 from .rows import PLANE_ROWS, TERMINAL_ROWS, Row
 from .target import LinearVectors, TargetOrbit
 
@@ -48,11 +49,14 @@ class MinTime:
     target: AnyTarget
     slack_weight: float
     figures: Figures
+    turn: RateBound | None = None
 
     def __call__(self, reference: Iterate) -> Subproblem[Iterate]:
         builder = ConicBuilder()
         variables = add_burn(builder, self.burn, reference.trajectory, free_duration=True)
         assert variables.duration is not None
+        if self.turn is not None:
+            self.turn.add(builder, variables, reference.trajectory, worth=1.0)
         builder.cost(variables.duration, [1.0])
         block, rhs = self.target.linear_rows(reference.trajectory.end)
         slack = Slack.add(builder, self.target.rows, self.slack_weight)
@@ -85,10 +89,15 @@ class MaxEnergyFixedPerigee:
     perigee_radius: float
     slack_weight: float
     figures: Figures
+    turn: RateBound | None = None
 
     def __call__(self, reference: Iterate) -> Subproblem[Iterate]:
         builder = ConicBuilder()
         variables = add_burn(builder, self.burn, reference.trajectory, free_duration=False)
+        if self.turn is not None:
+            radius = float(np.linalg.norm(reference.trajectory.end[:3]))
+            worth = GAIN * self.burn.acceleration * radius / self.target.momentum
+            self.turn.add(builder, variables, reference.trajectory, worth)
         gains = builder.variable("gains", 2)
         reached = np.array([reference.momentum_scale, reference.laplace_scale])
         builder.nonnegative([(gains, -np.eye(2) / GAIN)], reached)
@@ -130,6 +139,7 @@ class MaxEnergyFreePerigee:
     perigee_radius: float
     slack_weight: float | None
     figures: Figures
+    turn: RateBound | None = None
 
     def __call__(self, reference: Iterate) -> Subproblem[Iterate]:
         builder = ConicBuilder()
@@ -138,6 +148,9 @@ class MaxEnergyFreePerigee:
         position, velocity = trajectory.end[:3], trajectory.end[3:]
         gradient = np.concatenate([position / np.linalg.norm(position) ** 3, velocity])
         builder.cost(variables.end, -gradient)
+        if self.turn is not None:
+            worth = self.burn.acceleration * float(np.linalg.norm(velocity))
+            self.turn.add(builder, variables, trajectory, worth)
 
         linear = LinearVectors.about(trajectory.end)
         in_plane = np.vstack([self.target.perigee, self.target.ahead])

@@ -19,6 +19,8 @@ class Row(enum.Enum):
     INCLINATION = "inclination"
     RADIAL_VELOCITY = "radial velocity"
     """Of a circular orbit."""
+    ATTITUDE_RATE = "attitude rate"
+    """Of the way there, and no terminal row."""
 
 
 PLANE_ROWS = (Row.LEAN_TO_PERIGEE, Row.LEAN_ACROSS)

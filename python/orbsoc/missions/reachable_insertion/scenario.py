@@ -42,6 +42,14 @@ class BurnTime(Table):
     )
 
 
+class Limits(Table):
+    """What the vehicle cannot do, beside its thrust and its propellant."""
+
+    attitude_rate_deg_s: Positive = Field(
+        description="fastest turn of the thrust over the burn; a slew before ignition is not modelled"
+    )
+
+
 MOST_NODES = 128
 
 
@@ -79,6 +87,7 @@ class Scenario(BaseScenario):
     initial: State
     target: Target
     burn: BurnTime
+    limits: Limits | None = None
     method: Method = Method()
     verification: Verification = Verification()
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import ExitReason, Iteration, Outcome, Rules, Solve, sequential_convex
 from orbsoc.orbit import PropagationError
@@ -20,7 +19,7 @@ from .burn_plan import COLD, Stage
 from .made_ready import MadeReady
 from .problems import Iterate
 from .proof import Proof, proof_of_infeasibility
-from .smooth_burn import TOO_LONG, Law, corrected, followed, smoothed, through
+from .smooth_burn import TOO_LONG, Law, corrected, followed, smoothed, through, unit_on
 from .starts import REACHED, Start, impulse, starts
 from .verification import Verification
 
@@ -32,8 +31,6 @@ SLACK_LEFT = 1e-5
 MOST_FLOWN = 2
 """Starts that reach the target orbit, after which others would lead to the same burn."""
 SMOOTH = "a law that turns smoothly, shortened"
-MADE_UNIT = 4
-"""How often a corrected interpolant is replaced by that of its directions."""
 WORTH_A_LAW = 1e-3
 """Share by which a verified burn may be longer than a converged sequence's before a smooth law is tried beside it."""
 SMOOTHED = 6
@@ -277,10 +274,10 @@ def _flown(ready: MadeReady, stage: Stage) -> Verification | None:
     """The verification of a converged stage; None when there is nothing to fly."""
     if stage.outcome.reason is not ExitReason.CONVERGED:
         return None
-    return _judged(ready, stage.outcome.iterate)
+    return judged(ready, stage.outcome.iterate)
 
 
-def _judged(ready: MadeReady, iterate: Iterate) -> Verification | None:
+def judged(ready: MadeReady, iterate: Iterate) -> Verification | None:
     try:
         return ready.verified(iterate)
     except (PropagationError, ValueError):  # it dives to the centre, or burns the vehicle up
@@ -305,7 +302,7 @@ def _corrected(ready: MadeReady, found: Found, stage: Stage) -> tuple[Stage, Ver
         stage, note="corrected in flight", outcome=Outcome(ExitReason.CONVERGED, iterate, (), message)
     )
     found.stages.append(moved)
-    return moved, _judged(ready, iterate)
+    return moved, judged(ready, iterate)
 
 
 def _follow_law(ready: MadeReady, found: Found, start: Start) -> None:
@@ -340,22 +337,25 @@ def _not_the_shortest(found: Found) -> bool:
 
 def _law_flown(ready: MadeReady, found: Found, law: Law, start: Start) -> None:
     """On the coarsest grid that follows it: the interpolant of its nodal directions, corrected and made of unit length by turns."""
+    nodes = nodes_that_follow(ready, law)
+    unit = unit_on(ready.burn, ready.target, law, nodes, REACHED)
+    if unit is None:
+        return
+    message = (
+        "a smooth turn of the thrust reaches the orbit; the shortest burn turns faster than the grid follows"
+    )
+    outcome = Outcome(ExitReason.CONVERGED, ready.by_interpolant(unit, nodes), (), message)
+    found.stages.append(Stage(nodes, SMOOTH, outcome, start.name, ready.ignition_s))
+    found.consider(found.stages[-1], judged(ready, outcome.iterate))
+
+
+def nodes_that_follow(ready: MadeReady, law: Law) -> int:
+    """Of the coarsest grid that follows a law, at most the finest allowed."""
     method = ready.scenario.method
     nodes = method.nodes
     while nodes < method.max_nodes and not followed(law, nodes, 0.1 * TOO_LONG):
         nodes = min(method.max_nodes, int(np.ceil(GROWTH * nodes)))
-    grid = legendre_gauss(nodes)
-    for _ in range(MADE_UNIT):
-        drawn = through(grid, law.directions(grid.nodes), law.duration)
-        law, miss = corrected(ready.burn, ready.target, drawn, iterations=8)
-        if miss > REACHED:
-            return
-    message = (
-        "a smooth turn of the thrust reaches the orbit; the shortest burn turns faster than the grid follows"
-    )
-    outcome = Outcome(ExitReason.CONVERGED, ready.by_interpolant(law, nodes), (), message)
-    found.stages.append(Stage(nodes, SMOOTH, outcome, start.name, ready.ignition_s))
-    found.consider(found.stages[-1], _judged(ready, outcome.iterate))
+    return nodes
 
 
 def _missed(ready: MadeReady, start: Start) -> Stage:

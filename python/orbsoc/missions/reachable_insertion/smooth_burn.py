@@ -167,6 +167,21 @@ DEGREE = 4
 LENGTHENED, SHORTENED = 0.02, (0.02, 5e-3, 1e-3, 3e-4)
 """Shares of its duration by which a law is lengthened until a grid follows it, and shortened as long as one does."""
 MOST_LONGER, MOST_SHORTER = 12, 60
+MADE_UNIT = 4
+"""How often a corrected interpolant is replaced by that of its directions."""
+
+
+def unit_on(burn: Burn, target: AnyTarget, law: Law, nodes: int, within: float) -> Law | None:
+    """The interpolant of the law's directions at the nodes of a grid, corrected onto the orbit and made of unit length by turns;
+    None where it misses the orbit by more than `within`."""
+    grid = legendre_gauss(nodes)
+    for _ in range(MADE_UNIT):
+        law, miss = corrected(
+            burn, target, through(grid, law.directions(grid.nodes), law.duration), iterations=8
+        )
+        if miss > within:
+            return None
+    return law
 
 
 def followed(law: Law, nodes: int, too_long: float = TOO_LONG) -> bool:

@@ -25,6 +25,7 @@ from orbsoc.orbit import (
 )
 
 from .any_target import AnyTarget
+from .attitude_rate import peak_rate, rates
 from .coast import at_ignition
 from .free_target import FreeTarget
 from .problems import Iterate
@@ -40,12 +41,13 @@ SAMPLES = 401
 class Flight:
     """The plan sampled at `times_s` (K,), launch-inertial axes.
 
-    `direction` (K, 3) is the commanded unit thrust, `raw_norm` (K,) the length of the interpolant before it was
+    `direction` (K, 3) is the commanded unit thrust, `rate_rad_s` (K,) how fast it turns, `raw_norm` (K,) the length of the interpolant before it was
     normalised; `planned` and `propagated` (K, 6) are [r_m, v_m_s] of collocation and of the integrator.
     """
 
     times_s: Array
     direction: Array
+    rate_rad_s: Array
     raw_norm: Array
     planned: Array
     propagated: Array
@@ -63,6 +65,7 @@ class Verification:
     `angular_momentum_rel` = |ΔH|/|H| and `laplace_rel` = |ΔL|/μ against the orbit that was asked for (the planned
     one where the problem leaves it open); `plane_rad` is the angle between the reached and the target plane;
     `perigee_error_m` is reached − required perigee radius, NaN when the problem requires none.
+    `peak_rate_rad_s` is the fastest turn of the commanded direction, by differences of it.
     `thrust_excess` and `thrust_deficit` are max‖u‖ − 1 and min‖u‖ − 1 of the raw interpolant.
     """
 
@@ -75,6 +78,7 @@ class Verification:
     perigee_error_m: float
     thrust_excess: float
     thrust_deficit: float
+    peak_rate_rad_s: float
     failures: tuple[str, ...]
 
     @property
@@ -106,6 +110,7 @@ def fly(
     return Flight(
         times_s=times_s,
         direction=raw / raw_norm[:, None],
+        rate_rad_s=_per_second(rates(trajectory.grid, trajectory.controls, tau), duration_s),
         raw_norm=raw_norm,
         planned=units.state_to_si(planned),
         propagated=propagate_burn(
@@ -150,6 +155,15 @@ def verify(
         free = scenario.target.perigee_direction == "free"
         shortfall = max(0.0, -perigee_error) if free else abs(perigee_error)
         checks.append(("perigee error in m", shortfall, rules.perigee_m))
+    failures = [
+        f"{name} is {value:.2e}, allowed {limit:.0e}" for name, value, limit in checks if not value <= limit
+    ]
+    peak = peak_rate(trajectory.grid, trajectory.controls)
+    peak_rad_s = float(_per_second(np.array(peak), trajectory.duration * units.time_s))
+    limits = scenario.limits
+    if limits is not None and not np.rad2deg(peak_rad_s) <= limits.attitude_rate_deg_s:
+        allowed = f"allowed {limits.attitude_rate_deg_s:g} °/s"
+        failures.append(f"attitude rate is {np.rad2deg(peak_rad_s):.6g} °/s, {allowed}")
     return Verification(
         flight=flight,
         planned_orbit=planned_orbit,
@@ -160,12 +174,14 @@ def verify(
         perigee_error_m=perigee_error,
         thrust_excess=excess,
         thrust_deficit=deficit,
-        failures=tuple(
-            f"{name} is {value:.2e}, allowed {limit:.0e}"
-            for name, value, limit in checks
-            if not value <= limit
-        ),
+        peak_rate_rad_s=peak_rad_s,
+        failures=tuple(failures),
     )
+
+
+def _per_second(per_tau: Array, duration_s: float) -> Array:
+    """Rates over τ ∈ [−1, 1] as rates over the burn; a burn of 0 s turns nothing."""
+    return 2.0 * per_tau / duration_s if duration_s > 0.0 else np.zeros_like(per_tau)
 
 
 def orbit_of(scenario: Scenario, state_si: Array) -> Elements:
