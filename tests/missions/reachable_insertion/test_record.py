@@ -78,7 +78,7 @@ def test_attitude_file_read_back_and_flown_reaches_the_planned_orbit(problem: st
     text = attitude_csv(found)
     assert text is not None
     rows = list(csv.DictReader(io.StringIO(text)))
-    assert list(rows[0]) == ["t_s", "pitch_deg", "yaw_deg", "ux", "uy", "uz"]
+    assert list(rows[0]) == ["t_s", "pitch_deg", "yaw_deg", "ux", "uy", "uz", "rate_deg_s"]
     t, pitch, yaw = (np.array([float(row[key]) for row in rows]) for key in ("t_s", "pitch_deg", "yaw_deg"))
     u = np.array([[float(row[key]) for key in ("ux", "uy", "uz")] for row in rows])
     np.testing.assert_allclose(thrust_direction(np.deg2rad(pitch), np.deg2rad(yaw)), u, atol=1e-10)

@@ -129,7 +129,7 @@ def test_a_launch_site_is_needed_for_launch_axes_alone() -> None:
     with pytest.raises(ScenarioError, match=r"launch_site.*is missing"):
         scenario(target, axes="launch_inertial")
     found = plan(scenario(target))
-    assert found.tables()["attitude.csv"].startswith("t_s,ux_eci,uy_eci,uz_eci,mass_kg\n")
+    assert found.tables()["attitude.csv"].startswith("t_s,ux_eci,uy_eci,uz_eci,mass_kg,rate_deg_s\n")
     assert found.to_dict()["trajectory"]["axes"] == "eci"
 
 

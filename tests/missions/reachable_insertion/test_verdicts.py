@@ -83,7 +83,7 @@ def test_a_vehicle_on_its_target_orbit_gets_a_plan_of_no_burn() -> None:
     assert found.subproblems == ()
     assert Agreement.of(found, found).agrees
     assert found.to_dict()["propellant_kg"] == 0.0
-    assert found.tables()["attitude.csv"].splitlines() == ["t_s,pitch_deg,yaw_deg,ux,uy,uz"]
+    assert found.tables()["attitude.csv"].splitlines() == ["t_s,pitch_deg,yaw_deg,ux,uy,uz,rate_deg_s"]
 
 
 def test_a_plane_change_whose_shortest_burn_reverses_is_flown_with_a_smooth_turn() -> None:

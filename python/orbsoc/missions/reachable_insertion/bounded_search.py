@@ -24,9 +24,10 @@ from .starts import REACHED, Start
 from .verification import Verification
 
 TURNING = "turning within the bound"
+TOO_QUICK = "the same, and the bound on the attitude rate"
 MARGIN = 1e-4
 """Share of the bound that the convex problem keeps free, for what its interpolant turns faster between the cones."""
-PRICE = 2.0
+FIRST_PRICE, HIGHEST_PRICE = 2.0, 32.0
 LOOSE = 1e-4
 """1 − |u| at a node, from which on the relaxation is not tight."""
 ROUNDS = 4
@@ -89,8 +90,8 @@ class BoundedSearch(Search):
         ended: tuple[Iterate, bool] | None = None
         for _ in range(ROUNDS):
             stage = self._turning(ready, found, reference, RateBound(share * bound, price))
-            if price == 0.0 and _loose(stage):
-                price = PRICE
+            while _loose(stage) and _feasible(stage) and price < HIGHEST_PRICE:
+                price = max(FIRST_PRICE, 4.0 * price)
                 stage = self._turning(ready, found, stage.outcome.iterate, RateBound(share * bound, price))
             reference = stage.outcome.iterate
             if found.interrupted or not _feasible(stage):
@@ -109,15 +110,13 @@ class BoundedSearch(Search):
         return ended
 
     def _turning(self, ready: MadeReady, found: Found, reference: Iterate, turn: RateBound) -> Stage:
-        min_time = ready.scenario.problem == "min_time"
         note = TURNING if turn.price == 0.0 else f"{TURNING}, at full thrust"
         return self._stage(
             replace(ready, turn=turn),
             found,
             replace(reference, slack=()),
             note,
-            soft=not min_time,
-            firm=min_time,
+            firm=True,
             start=TURNING,
         )
 
@@ -161,7 +160,8 @@ def _finished(ready: MadeReady, found: Found, stage: Stage) -> tuple[Stage, Veri
 def _conclude(ready: MadeReady, found: Found, free: Found) -> None:
     """Nothing within the bound: the burn without it, and by how much it turns too fast."""
     bound = ready.rate_bound
-    assert bound is not None and free.best is not None
+    assert bound is not None
+    assert free.best is not None
     arc = free.iterate.trajectory
     if free.verification is None or free.verification.below_ground or found.verification is not None:
         if found.best is None:
@@ -170,6 +170,6 @@ def _conclude(ready: MadeReady, found: Found, free: Found) -> None:
     excess = 2.0 * peak_rate(arc.grid, arc.controls) / arc.duration - bound
     iterate = replace(free.iterate, slack=((Row.ATTITUDE_RATE, excess),))
     message = "the burn that reaches the target turns faster than is allowed, and none that turns more slowly was found"
-    stage = replace(free.best, outcome=Outcome(ExitReason.INFEASIBLE, iterate, (), message))
+    stage = replace(free.best, note=TOO_QUICK, outcome=Outcome(ExitReason.INFEASIBLE, iterate, (), message))
     found.stages.append(stage)
     found.best, found.verification = stage, None

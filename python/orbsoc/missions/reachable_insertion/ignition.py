@@ -21,7 +21,7 @@ from .burn_plan import COLD, BurnPlan
 from .coast import coasted
 from .made_ready import MadeReady
 from .search import Found, Search
-from .smooth_burn import Law, corrected, smoothed
+from .smooth_burn import Law, corrected, smoothed, turn_of
 from .starts import REACHED, Start, burn_time, impulse
 
 Array = NDArray[np.float64]
@@ -91,6 +91,9 @@ def later_ignition(plan: BurnPlan) -> LaterIgnition | None:
     burn = MadeReady.of(ready.scenario, ignition_s).burn
     law = smoothed(burn, ready.target, law, ready.scenario.method.max_nodes) or law
     limit = plan.trajectory.duration if plan.verification is not None else np.inf
+    bound = ready.rate_bound
+    if bound is not None and turn_of(law) > bound:
+        return None
     if ignition_s == 0.0 or law.duration > (1.0 - LEAST_SHARE) * limit:
         return None
     return LaterIgnition(ignition_s, law.duration * ready.units.time_s)

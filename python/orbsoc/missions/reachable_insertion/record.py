@@ -16,7 +16,7 @@ from .burn_plan import BurnPlan
 from .ignition import later_ignition
 from .paper import compare
 from .scenario import Scenario
-from .verdicts import starts_tried, verdict, violations
+from .verdicts import rate_is_active, starts_tried, verdict, violations
 
 Array = NDArray[np.float64]
 
@@ -54,6 +54,7 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
             "lowest_altitude_km": found.flight.lowest_altitude_m / 1e3,
             "samples": found.flight.times_s.size,
         },
+        "attitude_rate": found and _rate_document(plan, found.peak_rate_rad_s),
         "violations": [
             {"row": v.row.value, "value_canonical": v.value, "words": v.words} for v in violations(plan)
         ],
@@ -87,6 +88,16 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
         "scenario": plan.scenario.model_dump(mode="json"),
     }
     return document
+
+
+def _rate_document(plan: BurnPlan, peak_rad_s: float) -> dict[str, float | bool | None]:
+    """The fastest turn over the burn, the bound, and whether the plan is at it; null without a bound."""
+    limits = plan.scenario.limits
+    return {
+        "peak_deg_s": float(np.rad2deg(peak_rad_s)),
+        "bound_deg_s": None if limits is None else limits.attitude_rate_deg_s,
+        "active": rate_is_active(plan),
+    }
 
 
 def forces_document(scenario: Scenario) -> dict[str, list[str]]:
@@ -131,11 +142,11 @@ def trajectory_document(plan: BurnPlan) -> dict[str, Any]:
 
 
 ATTITUDE_COLUMNS = {
-    "launch_inertial": ("t_s", "pitch_deg", "yaw_deg", "ux", "uy", "uz"),
-    "eci": ("t_s", "ux_eci", "uy_eci", "uz_eci", "mass_kg"),
+    "launch_inertial": ("t_s", "pitch_deg", "yaw_deg", "ux", "uy", "uz", "rate_deg_s"),
+    "eci": ("t_s", "ux_eci", "uy_eci", "uz_eci", "mass_kg", "rate_deg_s"),
     "velocity": (
         "t_s", "pitch_velocity_deg", "yaw_velocity_deg", "u_along_velocity", "u_across_in_plane", "u_along_momentum",
-        "mass_kg",
+        "mass_kg", "rate_deg_s",
     ),
 }  # fmt: skip
 """Columns of `attitude.csv` by its axes; times count from ignition."""
@@ -158,17 +169,17 @@ def attitude_programme(plan: BurnPlan) -> Array | None:
     if plan.time_of_flight_s == 0.0:
         return np.empty((0, len(ATTITUDE_COLUMNS[axes])))
     flight, vehicle = plan.verification.flight, plan.scenario.vehicle
-    times, u = flight.times_s, flight.direction
+    times, u, rate = flight.times_s, flight.direction, np.rad2deg(flight.rate_rad_s)
     if axes == "launch_inertial":
         pitch, yaw = pitch_yaw(u)
-        return np.column_stack([times, np.rad2deg(pitch), np.rad2deg(yaw), u])
+        return np.column_stack([times, np.rad2deg(pitch), np.rad2deg(yaw), u, rate])
     mass = vehicle.mass_kg - vehicle.mass_flow_kg_s * times
     if axes == "eci":
-        return np.column_stack([times, u, mass])
+        return np.column_stack([times, u, mass, rate])
     along, across, normal = (np.einsum("ki,ki->k", u, each) for each in _velocity_axes(flight.propagated))
     yaw = np.arcsin(np.clip(normal, -1.0, 1.0))
     return np.column_stack([
-        times, np.rad2deg(np.arctan2(across, along)), np.rad2deg(yaw), along, across, normal, mass
+        times, np.rad2deg(np.arctan2(across, along)), np.rad2deg(yaw), along, across, normal, mass, rate
     ])  # fmt: skip
 
 

@@ -171,6 +171,12 @@ MADE_UNIT = 4
 """How often a corrected interpolant is replaced by that of its directions."""
 
 
+def turn_of(law: Law) -> float:
+    """The fastest turn, rad per canonical time, between `SAMPLES` directions."""
+    units = law.directions(np.linspace(-1.0, 1.0, SAMPLES))
+    return float(np.linalg.norm(np.diff(units, axis=0), axis=1).max()) * (SAMPLES - 1) / law.duration
+
+
 def unit_on(burn: Burn, target: AnyTarget, law: Law, nodes: int, within: float) -> Law | None:
     """The interpolant of the law's directions at the nodes of a grid, corrected onto the orbit and made of unit length by turns;
     None where it misses the orbit by more than `within`."""

@@ -46,7 +46,7 @@ def verdict(plan: BurnPlan) -> str:
     if plan.status is PlanStatus.VERIFIED:
         if plan.time_of_flight_s == 0.0:
             return "VERIFIED: the vehicle is on its target orbit already; a burn of 0 s, and nothing to steer"
-        return f"VERIFIED: {_achievement(plan)}. {_evidence(plan)}{_later(plan)}"
+        return f"VERIFIED: {_achievement(plan)}. {_evidence(plan)}{_turns(plan)}{_later(plan)}"
     if plan.status is PlanStatus.NOT_VERIFIED:
         return f"NOT VERIFIED, do not fly: {_achievement(plan)}, but {_objection(plan)}"
     if plan.status is PlanStatus.INFEASIBLE:
@@ -59,6 +59,17 @@ def verdict(plan: BurnPlan) -> str:
         f"NO ANSWER: {plan.message}. This is not evidence that the target is out of reach;"
         f" {_what_to_try(plan)}"
     )
+
+
+ACTIVE = 0.999
+"""Share of the bound on the attitude rate, from which on a plan is at it."""
+
+
+def rate_is_active(plan: BurnPlan) -> bool | None:
+    """Whether a plan turns as fast as the scenario allows; None without a bound or a flight."""
+    if plan.scenario.limits is None or plan.verification is None:
+        return None
+    return bool(np.rad2deg(plan.verification.peak_rate_rad_s) >= ACTIVE * plan.scenario.limits.attitude_rate_deg_s)
 
 
 def shape_of(orbit: Elements) -> str:
@@ -106,6 +117,16 @@ def _evidence(plan: BurnPlan) -> str:
     )
 
 
+def _turns(plan: BurnPlan) -> str:
+    """How fast, of a scenario that bounds it."""
+    limits, found = plan.scenario.limits, plan.verification
+    if limits is None or found is None:
+        return ""
+    peak = f"{np.rad2deg(found.peak_rate_rad_s):.4g} °/s"
+    standing = "which is the bound" if rate_is_active(plan) else f"{limits.attitude_rate_deg_s:g} °/s are allowed"
+    return f". The thrust turns at up to {peak}; {standing}"
+
+
 def _objection(plan: BurnPlan) -> str:
     found = plan.verification
     assert found is not None
@@ -144,8 +165,9 @@ def _not_found(plan: BurnPlan) -> str:
     if plan.scenario.problem == "min_time" and plan.time_of_flight_s > 0.97 * longest_s:
         burn += f", even one of all the propellant ({longest_s:.3f} s),"
     tried = starts_tried(plan)
+    turning = "" if plan.scenario.limits is None else " within the attitude rate"
     return (
-        f"NOT FOUND: no {burn} that meets all terminal conditions was found from {len(tried)}"
+        f"NOT FOUND: no {burn} that meets all terminal conditions{turning} was found from {len(tried)}"
         f" start{'s' if len(tried) > 1 else ''}. The closest one leaves {worst}. This is not a proof that there is none;"
         f" {_later(plan, sentence=False) or _what_to_try(plan)}"
     )
@@ -184,6 +206,8 @@ def _later(plan: BurnPlan, *, sentence: bool = True) -> str:
 
 
 def _what_to_try(plan: BurnPlan) -> str:
+    if any(row is Row.ATTITUDE_RATE for row, _ in plan.iterate.slack):
+        return "allow a faster turn, leave elements of the target free, or let the ignition wait: --set burn.ignition=free"
     if plan.scenario.problem == "max_energy":
         return "try a longer burn.duration_s, another target plane or perigee height, or more method.nodes"
     return "try another burn.duration_s as first guess, a nearer target, or more method.nodes"
@@ -191,6 +215,11 @@ def _what_to_try(plan: BurnPlan) -> str:
 
 def _in_words(plan: BurnPlan, iterate: Iterate, row: Row, value: float) -> str:
     target = plan.target
+    if row is Row.ATTITUDE_RATE:
+        over = np.rad2deg(value) / CanonicalUnits.of(EARTH).time_s
+        assert plan.scenario.limits is not None
+        bound = plan.scenario.limits.attitude_rate_deg_s
+        return f"the attitude rate at {bound + over:.4g} °/s, {over:.4g} above limits.attitude_rate_deg_s = {bound:g}"
     if isinstance(target, FreeTarget):
         return _missed_in_words(row, value)
     momentum = iterate.momentum_scale * target.momentum
