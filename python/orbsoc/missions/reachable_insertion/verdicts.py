@@ -69,7 +69,9 @@ def rate_is_active(plan: BurnPlan) -> bool | None:
     """Whether a plan turns as fast as the scenario allows; None without a bound or a flight."""
     if plan.scenario.limits is None or plan.verification is None:
         return None
-    return bool(np.rad2deg(plan.verification.peak_rate_rad_s) >= ACTIVE * plan.scenario.limits.attitude_rate_deg_s)
+    return bool(
+        np.rad2deg(plan.verification.peak_rate_rad_s) >= ACTIVE * plan.scenario.limits.attitude_rate_deg_s
+    )
 
 
 def shape_of(orbit: Elements) -> str:
@@ -123,7 +125,9 @@ def _turns(plan: BurnPlan) -> str:
     if limits is None or found is None:
         return ""
     peak = f"{np.rad2deg(found.peak_rate_rad_s):.4g} °/s"
-    standing = "which is the bound" if rate_is_active(plan) else f"{limits.attitude_rate_deg_s:g} °/s are allowed"
+    standing = (
+        "which is the bound" if rate_is_active(plan) else f"{limits.attitude_rate_deg_s:g} °/s are allowed"
+    )
     return f". The thrust turns at up to {peak}; {standing}"
 
 
