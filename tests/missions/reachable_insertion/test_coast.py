@@ -88,7 +88,7 @@ def test_a_plan_that_waits_for_the_node_is_shorter_and_one_that_ignores_j2_misse
     assert np.deg2rad(0.3) < missed.plane_rad < np.deg2rad(0.35)  # 1.9 h of −0.22°/h by sin i
 
 
-BAD = {
+BAD: dict[str, tuple[dict[str, Any], str]] = {
     "no coast": ({"ignition": "now", "latest_ignition_s": None, "coast_j2": True}, r"burn\.coast_j2 = true: needs burn\.ignition"),
     "text": ({"coast_j2": "yes"}, r"burn\.coast_j2 = 'yes': .*boolean"),
 }  # fmt: skip

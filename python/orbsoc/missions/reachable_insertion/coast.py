@@ -36,4 +36,4 @@ def at_ignition(scenario: Scenario, ignition_s: float, *, independent: bool = Fa
     """State at ignition, in the axes of plans, SI (6,)."""
     if ignition_s == 0.0:
         return scenario.launch_inertial(scenario.initial)
-    return coasted(scenario, [ignition_s], independent=independent)[-1]
+    return np.asarray(coasted(scenario, [ignition_s], independent=independent)[-1])
