@@ -1,0 +1,160 @@
+"""Transfers flown many at once, and the sensitivities of an end state to everything that a transfer commands.
+
+Coasts are two-body orbits in closed form; burns are integrated in the commanded direction, the interpolant of the nodal
+directions, normalised. The transition matrices of the arcs are central differences of neighbouring flights; the influence of
+the thrust on an end state is the quadrature of Φ(1, τ) [0; k u] on the Legendre–Gauss points at which the steps of a burn end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.guidance.collocation import interpolation_matrix, legendre_gauss
+from orbsoc.guidance.powered_flight import Burn
+from orbsoc.orbit.kepler import coasted_in_closed_form
+from orbsoc.orbit.runge_kutta import RungeKuttaArc, force_times, integrate_explicitly
+
+from .transfer import Transfer
+
+Array = NDArray[np.float64]
+
+DIFFERENCE = 1e-5
+"""Half the distance of neighbouring flights, canonical."""
+FEWEST_STEPS = 20
+LIGHTEST = 1e-3
+"""Of the first mass, that a flight is never lighter than."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sensitivities:
+    """Of the end state of a transfer: by coasts (6, K), durations (6, K) and by thrust, (6, K, N, 3), a length of which counts.
+
+    `states` (K, 2, 6) are those at the start and at the end of each burn."""
+
+    states: Array
+    by_coasts: Array
+    by_durations: Array
+    by_controls: Array
+
+    @property
+    def end(self) -> Array:
+        return np.asarray(self.states[-1, 1])
+
+
+def ends_of(burn: Burn, transfers: list[Transfer]) -> Array:
+    """End states (B, 6) of transfers on one grid."""
+    count = len(transfers)
+    states = np.repeat(burn.start[None], count, axis=0)
+    elapsed = np.zeros(count)
+    for k in range(len(transfers[0].coasts)):
+        states = coasted_in_closed_form(states, np.array([each.coasts[k] for each in transfers]))
+        durations = np.array([each.durations[k] for each in transfers])
+        controls = np.array([each.controls[k] for each in transfers])
+        arc = _burnt(burn, states, elapsed, durations, controls)
+        states = np.hstack([arc.positions[-1].T, (arc.velocities[-1] / durations).T])
+        elapsed = elapsed + durations
+    return states
+
+
+def sensitivities(burn: Burn, transfer: Transfer) -> Sensitivities:
+    """The end state's, by one batch of flights a burn."""
+    state, elapsed = burn.start, 0.0
+    burns = len(transfer.coasts)
+    nodes = transfer.grid.size
+    by_coasts, by_durations = np.zeros((6, burns)), np.zeros((6, burns))
+    by_controls = np.zeros((6, burns, nodes, 3))
+    visited = np.zeros((burns, 2, 6))
+    for k in range(burns):
+        state, transition = _coast_transition(state, float(transfer.coasts[k]))
+        arc = _burn_transition(
+            burn, state, elapsed, float(transfer.durations[k]), transfer.controls[k]
+        )
+        through = arc.transition @ transition
+        by_coasts[:, :k] = through @ by_coasts[:, :k]
+        by_durations[:, :k] = through @ by_durations[:, :k] + arc.by_elapsed[:, None]
+        by_controls[:, :k] = np.einsum("ij,jknd->iknd", through, by_controls[:, :k])
+        rate = np.concatenate([state[3:], -state[:3] / np.linalg.norm(state[:3]) ** 3])
+        by_coasts[:, k] = arc.transition @ rate
+        by_durations[:, k] = arc.by_duration
+        by_controls[:, k] = arc.by_controls
+        visited[k] = state, arc.end
+        state, elapsed = arc.end, elapsed + float(transfer.durations[k])
+    return Sensitivities(visited, by_coasts, by_durations, by_controls)
+
+
+@cache
+def step_ends(nodes: int) -> tuple[Array, Array]:
+    """Ends of the steps of a burn on [0, 1] and the weights of a quadrature there: 0, Legendre–Gauss points, 1."""
+    grid = legendre_gauss(max(FEWEST_STEPS, 2 * nodes))
+    ends = np.concatenate([[0.0], 0.5 * (grid.nodes + 1.0), [1.0]])
+    weights = np.concatenate([[0.0], 0.5 * grid.weights, [0.0]])
+    ends.setflags(write=False)
+    weights.setflags(write=False)
+    return ends, weights
+
+
+@cache
+def _interpolation(nodes: int) -> tuple[Array, Array]:
+    """From nodal values to the times at which a force is evaluated, and to the ends of steps."""
+    grid, ends = legendre_gauss(nodes), step_ends(nodes)[0]
+    at = (force_times(ends), ends)
+    to_forces, to_ends = (interpolation_matrix(grid.nodes, 2.0 * each - 1.0) for each in at)
+    return to_forces, to_ends
+
+
+def _burnt(burn: Burn, starts: Array, elapsed: Array, durations: Array, controls: Array) -> RungeKuttaArc:
+    """Burns from states (B, 6), after propellant of `elapsed` (B,) is gone, of controls (B, N, 3); velocities times durations."""
+    nodes = controls.shape[1]
+    ends = step_ends(nodes)[0]
+    times = force_times(ends)
+    raw = np.einsum("kn,bni->kib", _interpolation(nodes)[0], controls)
+    size = np.linalg.norm(raw, axis=1, keepdims=True)
+    left = np.maximum(1.0 - burn.flow * (elapsed + times[:, None, None] * durations), LIGHTEST)
+    thrust = burn.acceleration / left * raw / np.maximum(size, 1e-12)
+    square = durations**2
+
+    def force(k: int, position: Array) -> Array:
+        radius = np.sqrt(np.maximum(np.einsum("ib,ib->b", position, position), 0.01))
+        return np.asarray(square * (thrust[k] - position / radius**3))
+
+    return integrate_explicitly(ends, starts[:, :3].T, starts[:, 3:].T * durations, force)
+
+
+def _coast_transition(state: Array, time: float) -> tuple[Array, Array]:
+    """The state (6,) after a coast, and the transition matrix (6, 6)."""
+    moved = np.vstack([state, state + DIFFERENCE * np.eye(6), state - DIFFERENCE * np.eye(6)])
+    ends = coasted_in_closed_form(moved, np.full(len(moved), time))
+    return ends[0], (ends[1:7] - ends[7:]).T / (2.0 * DIFFERENCE)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Arc:
+    """One burn's end (6,) and its derivatives: (6, 6), by its duration (6,), by burning before it (6,), by thrust (6, N, 3)."""
+
+    end: Array
+    transition: Array
+    by_duration: Array
+    by_elapsed: Array
+    by_controls: Array
+
+
+def _burn_transition(burn: Burn, start: Array, elapsed: float, duration: float, controls: Array) -> _Arc:
+    sides = DIFFERENCE * np.vstack([np.eye(8), -np.eye(8)])
+    sides[:, 7] *= duration  # a share of the duration
+    points = np.vstack([np.zeros(8), sides]) + np.concatenate([start, [elapsed, duration]])
+    durations = points[:, 7]
+    arc = _burnt(burn, points[:, :6], points[:, 6], durations, np.repeat(controls[None], len(points), axis=0))
+    states = np.concatenate([arc.positions, arc.velocities / durations], axis=1)  # (E, 6, 17)
+    slopes = (states[:, :, 1:9] - states[:, :, 9:]) / (2.0 * DIFFERENCE)
+    ends, weights = step_ends(controls.shape[0])
+    transitions = slopes[:, :, :6]
+    onwards = np.linalg.solve(transitions.swapaxes(1, 2), transitions[-1].T).swapaxes(1, 2)  # Φ(1, σ), (E, 6, 6)
+    left = np.maximum(1.0 - burn.flow * (elapsed + ends * duration), LIGHTEST)
+    push = weights * duration * burn.acceleration / left
+    to_ends = _interpolation(controls.shape[0])[1]
+    by_controls = np.einsum("e,eid,en->ind", push, onwards[:, :, 3:], to_ends)
+    return _Arc(states[-1, :, 0], transitions[-1], slopes[-1, :, 7] / duration, slopes[-1, :, 6], by_controls)

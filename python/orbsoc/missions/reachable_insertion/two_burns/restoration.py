@@ -1,0 +1,113 @@
+"""A transfer corrected by Gauss–Newton steps until its flight ends on the target orbit.
+
+A step is the smallest to first order, of the directions across themselves, of durations in relative terms, and of coasts.
+Steps are judged by the size of the next one (Deuflhard's natural level function), as in `smooth_burn`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.guidance.powered_flight import Burn
+
+from ..any_target import AnyTarget
+from .flight import Sensitivities, ends_of, sensitivities
+from .limits import Limits
+from .transfer import Transfer
+
+Array = NDArray[np.float64]
+
+MISS = 1e-11
+"""Of the conditions, within which a transfer has reached the orbit."""
+REACHED = 1e-9
+SHARES = np.array([1.0, 0.5, 0.25, 0.1, 0.03, 0.01])
+LONGEST_STEP = 0.5
+"""Of a direction, of the logarithm of a duration, and of a coast."""
+
+
+def missed(target: AnyTarget, end: Array) -> float:
+    """The largest of the conditions at an end state (6,)."""
+    return float(np.abs(target.conditions(end[None])).max())
+
+
+def restored(
+    burn: Burn, target: AnyTarget, limits: Limits, transfer: Transfer, *, iterations: int = 15
+) -> tuple[Transfer, float]:
+    """The transfer moved onto the orbit, and what it still misses it by."""
+    transfer = limits.clipped(transfer.directed)
+    miss = np.inf
+    for _ in range(iterations):
+        found = sensitivities(burn, transfer)
+        miss = missed(target, found.end)
+        if not miss > MISS:
+            break
+        block, rhs = target.linear_rows(found.end)
+        step, inverse = _smallest_step(limits, transfer, found, block, block @ found.end - rhs)
+        level = float(np.linalg.norm(inverse @ (block @ found.end - rhs)))
+        best = _best_share(burn, target, limits, transfer, step, inverse, level)
+        if best is None:
+            break
+        transfer = best
+    return transfer, miss
+
+
+def _best_share(
+    burn: Burn, target: AnyTarget, limits: Limits, transfer: Transfer, step: Array, inverse: Array, level: float
+) -> Transfer | None:
+    """The transfer after the share of a step whose next step is smallest; None where none is smaller than this one."""
+    for shares in (SHARES[:1], SHARES[1:]):
+        tried = [_moved(limits, transfer, share * step) for share in shares]
+        ends = ends_of(burn, tried)
+        levels = np.array([_level(target, inverse, end) for end in ends])
+        best = int(np.nan_to_num(levels, nan=np.inf).argmin())
+        if levels[best] < level * (0.5 if len(shares) == 1 else 1.0):
+            return tried[best]
+    return None
+
+
+def _level(target: AnyTarget, inverse: Array, end: Array) -> float:
+    if not np.isfinite(end).all():
+        return np.inf
+    block, rhs = target.linear_rows(end)
+    return float(np.linalg.norm(inverse @ (block @ end - rhs)))
+
+
+def _smallest_step(
+    limits: Limits, transfer: Transfer, found: Sensitivities, block: Array, rows: Array
+) -> tuple[Array, Array]:
+    """The step [coasts, log durations, directions], and the weighted inverse of the rows' Jacobian."""
+    burns, nodes = len(transfer.coasts), transfer.grid.size
+    unit = transfer.controls
+    slopes = np.einsum("ri,ikna->rkna", block, found.by_controls)
+    slopes -= np.einsum("rkna,kna->rkn", slopes, unit)[..., None] * unit
+    weight = np.sqrt(0.5 * transfer.grid.weights)
+    by_directions = (slopes / weight[None, None, :, None]).reshape(len(rows), -1)
+    by_times = np.hstack([block @ found.by_coasts, block @ found.by_durations * transfer.durations])
+    jacobian = np.hstack([by_times, by_directions])
+    movable = np.ones(2 * burns, dtype=bool)
+    for _ in range(2 * burns + 1):
+        held = jacobian.copy()
+        held[:, : 2 * burns][:, ~movable] = 0.0
+        left, sizes, right = np.linalg.svd(held, full_matrices=False)
+        inverse = right.T @ (left / np.maximum(sizes, 1e-10 * sizes[0])).T
+        step = -inverse @ rows
+        allowed = limits.open(transfer, step[: 2 * burns])
+        if (allowed | ~movable).all():
+            break
+        movable &= allowed
+    step[2 * burns :] /= np.broadcast_to(weight[None, :, None], (burns, nodes, 3)).ravel()
+    step /= max(1.0, float(np.abs(step).max()) / LONGEST_STEP)
+    return step, inverse
+
+
+def _moved(limits: Limits, transfer: Transfer, step: Array) -> Transfer:
+    burns = len(transfer.coasts)
+    return limits.clipped(
+        Transfer(
+            transfer.grid,
+            transfer.coasts + step[:burns],
+            transfer.durations * np.exp(step[burns : 2 * burns]),
+            transfer.controls + step[2 * burns :].reshape(transfer.controls.shape),
+        ).directed
+    )

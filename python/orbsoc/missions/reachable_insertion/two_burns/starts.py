@@ -1,0 +1,117 @@
+"""Where the search sets out: two impulses, each stretched to a burn about its point of time.
+
+A target with free elements is completed in a few ways, and the impulses are sought to each; the burns then have to meet only
+what is given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.guidance.powered_flight import Burn
+from orbsoc.orbit import EARTH, CanonicalUnits, Elements, elements_from_state, rotate_state, state_from_elements
+from orbsoc.orbit.kepler import coasted_in_closed_form
+
+from ..any_target import AnyTarget
+from ..free_target import FreeTarget
+from ..target import TargetOrbit
+from .impulses import COARSE, FINE, Impulses, cheapest
+from .limits import Limits
+from .transfer import Transfer, constant
+
+Array = NDArray[np.float64]
+
+DEPARTURES, FEW_DEPARTURES = 60, 24
+NEW_NODES = np.deg2rad([0.0, -20.0, 20.0])
+PERIGEES = 6
+"""Directions of the perigee that a target with a free one is completed by."""
+LEAST_COAST = 1e-3
+
+
+def guesses(burn: Burn, target: AnyTarget, limits: Limits) -> list[Impulses]:
+    """The cheapest pairs of impulses, best first, that burns can be made of within the limits."""
+    whole = [target] if isinstance(target, TargetOrbit) else list(_completed(burn, target))
+    fine = len(whole) == 1
+    latest = limits.ignition + 0.5 * limits.burning
+    departures = np.linspace(0.0, latest, DEPARTURES if fine else FEW_DEPARTURES)
+    states = coasted_in_closed_form(np.tile(burn.start, (len(departures), 1)), departures)
+    spacing = departures[1]
+
+    def allowed(departure: Array, size: Array) -> NDArray[np.bool_]:
+        ignition = departure - 0.5 * _burn_time(burn, size, 0.0)
+        return np.asarray((ignition >= -spacing) & (ignition <= limits.ignition + spacing))
+
+    found: list[Impulses] = []
+    for each in whole:
+        found += cheapest(
+            departures, states, each, limits.coast + limits.burning, allowed, fineness=FINE if fine else COARSE
+        )
+    return sorted(found, key=lambda each: each.cost)
+
+
+def as_burns(burn: Burn, limits: Limits, impulses: Impulses, nodes: int) -> Transfer:
+    """Each impulse as a burn of its velocity, half before and half after its point of time."""
+    sizes = np.linalg.norm(impulses.velocities, axis=1)
+    first = float(_burn_time(burn, sizes[0], 0.0))
+    second = float(_burn_time(burn, sizes[1], first))
+    coasts = np.array([
+        max(impulses.departure - 0.5 * first, 0.0),
+        max(impulses.flight - 0.5 * (first + second), LEAST_COAST),
+    ])  # fmt: skip
+    made = constant(impulses.velocities, coasts, np.array([first, second]), nodes)
+    return limits.clipped(made)
+
+
+def _burn_time(burn: Burn, delta_v: Array | float, elapsed: float) -> Array:
+    """Canonical times in which the engine gives velocities, after burning for `elapsed`."""
+    exhaust = burn.acceleration / burn.flow
+    left = max(1.0 - burn.flow * elapsed, 0.0)
+    return np.asarray(-np.expm1(-np.asarray(delta_v) / exhaust) * left / burn.flow)
+
+
+def _completed(burn: Burn, target: FreeTarget) -> Iterator[TargetOrbit]:
+    """Orbits that have what is given of the target, and of what is free values near the first orbit's."""
+    units = CanonicalUnits.of(EARTH)
+    start = rotate_state(target.to_eci, units.state_to_si(burn.start))
+    now = elements_from_state(start[:3], start[3:])
+    shapes = list(_shapes(target, now, units.length_m))
+    inc = now.inc_rad if target.inc is None else target.inc
+    nodes = now.raan_rad + NEW_NODES if target.raan is None else np.array([target.raan])
+    argps = now.argp_rad + np.linspace(0.0, 2.0 * np.pi, PERIGEES, endpoint=False)
+    if target.argp is not None:
+        argps = np.array([target.argp])
+    for (sma_m, ecc), raan, argp in product(shapes, nodes, argps):
+        if ecc < 1e-6 and argp != argps[0]:
+            continue
+        orbit = Elements(sma_m, ecc, float(inc), float(raan), float(argp), 0.0)
+        state = rotate_state(target.to_eci.T, np.concatenate(state_from_elements(orbit)))
+        yield TargetOrbit.through(units.state_from_si(state))
+
+
+def _shapes(target: FreeTarget, now: Elements, length_m: float) -> Iterator[tuple[float, float]]:
+    """Semi-major axes (m) and eccentricities that have what is given of the shape."""
+    perigee, apogee = now.perigee_radius_m, now.apogee_radius_m
+    tried: list[tuple[float, float]] = []
+    if target.energy is not None:
+        sma = -0.5 * length_m / target.energy
+        known = target.eccentricity
+        tried = [(sma, 0.0 if sma > 0.0 else 1.0 - perigee / sma), (sma, abs(1.0 - perigee / sma)), (sma, now.ecc)]
+        tried = [(sma, known)] if known is not None else tried
+    elif target.eccentricity is not None:
+        ecc = target.eccentricity
+        tried = [(perigee / (1.0 - ecc), ecc), (apogee / (1.0 + ecc), ecc)]
+    elif target.perigee_radius is not None:
+        given = length_m * target.perigee_radius
+        tried = [(0.5 * (given + other), (other - given) / (other + given)) for other in (given, perigee, apogee)]
+    elif target.apogee_radius is not None:
+        given = length_m * target.apogee_radius
+        tried = [(0.5 * (given + other), (given - other) / (other + given)) for other in (given, perigee, apogee)]
+    else:
+        tried = [(now.sma_m, now.ecc)]
+    for sma, ecc in dict.fromkeys(tried):
+        if np.isfinite(sma) and ecc >= 0.0 and sma * (1.0 - ecc) > 0.0:
+            yield sma, ecc
