@@ -28,9 +28,7 @@ def coasted_in_closed_form(states: Array, times: Array) -> Array:
     for _ in range(ITERATIONS):
         square, cube = _stumpff(alpha * chi**2)
         psi = alpha * chi**2
-        excess = (
-            sigma * chi**2 * square + (1.0 - alpha * radius) * chi**3 * cube + radius * chi - time
-        )
+        excess = sigma * chi**2 * square + (1.0 - alpha * radius) * chi**3 * cube + radius * chi - time
         slope = sigma * chi * (1.0 - psi * cube) + (1.0 - alpha * radius) * chi**2 * square + radius
         bend = sigma * (1.0 - psi * square) + (1.0 - alpha * radius) * chi * (1.0 - psi * cube)
         root = np.sqrt(np.abs((DEGREE - 1) ** 2 * slope**2 - DEGREE * (DEGREE - 1) * excess * bend))

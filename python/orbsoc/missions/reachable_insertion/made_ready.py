@@ -95,11 +95,11 @@ class MadeReady:
 
     def cold_start(self) -> Iterate:
         law = towards_plane(self._whole.normal, self.units) if self.free_perigee else along_velocity
-        return Iterate(self.flown(law, self.scenario.burn.duration_s, self.scenario.method.nodes))
+        return Iterate(self.flown(law, self.scenario.burn.guess_s, self.scenario.method.nodes))
 
     def along(self, direction: Array) -> Iterate:
         """Thrust along one inertial direction for the scenario's burn time."""
-        law = Law(direction[None], self.scenario.burn.duration_s / self.units.time_s)
+        law = Law(direction[None], self.scenario.burn.guess_s / self.units.time_s)
         return self.by_law(law, self.scenario.method.nodes)
 
     def resampled(self, iterate: Iterate, nodes: int) -> Iterate:

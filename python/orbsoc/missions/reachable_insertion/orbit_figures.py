@@ -47,15 +47,15 @@ def orbit_figure(plan: BurnPlan, found: Verification) -> Figure:
 
     flight = found.flight
     start = plan.scenario.launch_inertial(plan.scenario.initial)
-    axes = _plane_of(start)
+    axes = plane_of(start)
     first, last = (elements_from_state(x[:3], x[3:]) for x in (start, flight.propagated[-1]))
     figure = Figure(figsize=(7.2, 7.2))
     panel = figure.add_axes((0.15, 0.215, 0.8, 0.73))
-    _earth(panel)
+    earth(panel)
     reach = FAR * float(np.linalg.norm(flight.propagated[:, :3], axis=1).max()) / 1e3
-    drawn = [_drawn(orbit, axes, reach) for orbit in (first, last)]
+    shown = [drawn(orbit, axes, reach) for orbit in (first, last)]
     for points, orbit, colour, name in zip(
-        drawn, (first, last), (BEFORE, AFTER), ("before", "after"), strict=True
+        shown, (first, last), (BEFORE, AFTER), ("before", "after"), strict=True
     ):
         panel.plot(*points, color=colour, label=f"{name}: {shape_of(orbit)}")
     if plan.ignition_s > 0.0:
@@ -79,7 +79,7 @@ def orbit_figure(plan: BurnPlan, found: Verification) -> Figure:
     panel.set_ylabel("ahead of it (km)")
     panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.085), ncols=1, fontsize=9.5)
     if plan.time_of_flight_s > 0.0:
-        _close_up(panel, burn, flight.direction @ axes.T, np.hstack(drawn))
+        _close_up(panel, burn, flight.direction @ axes.T, np.hstack(shown))
     figure.suptitle(f"{plan.scenario.name}: the orbit before and after", x=0.01, ha="left", fontweight="bold")
     return figure
 
@@ -111,9 +111,9 @@ def _close_up(panel: Axes, burn: Array, direction: Array, orbits: Array) -> None
 def _free_place(panel: Axes, orbits: Array) -> tuple[tuple[float, float], float]:
     """Lower left corner and size, in shares of the panel, of a square that hides little of the orbits (2, K)."""
     low, high = np.array([panel.get_xlim(), panel.get_ylim()]).T
-    earth = 2e-3 * EARTH.earth_radius_m / (high - low)
-    if earth.min() > INSIDE:
-        size = 0.5 * float(earth.min()) * 0.6
+    globe = 2e-3 * EARTH.earth_radius_m / (high - low)
+    if globe.min() > INSIDE:
+        size = 0.5 * float(globe.min()) * 0.6
         middle = -low / (high - low)
         return (float(middle[0]) - size / 2, float(middle[1]) - size / 2), size
     middle, half = (low + high) / 2, ROOM * (high - low) / 2
@@ -170,7 +170,7 @@ def history_figure(plan: BurnPlan, found: Verification) -> Figure:
     return figure
 
 
-def _plane_of(state: Array) -> Array:
+def plane_of(state: Array) -> Array:
     """Rows: along the position, ahead of it in the orbit's plane, along the angular momentum."""
     outwards = state[:3] / np.linalg.norm(state[:3])
     normal = np.cross(state[:3], state[3:])
@@ -178,7 +178,7 @@ def _plane_of(state: Array) -> Array:
     return np.array([outwards, np.cross(normal, outwards), normal])
 
 
-def _drawn(orbit: Elements, axes: Array, reach_km: float) -> tuple[Array, Array]:
+def drawn(orbit: Elements, axes: Array, reach_km: float) -> tuple[Array, Array]:
     """The orbit's points in a plane's axes, km; of a hyperbola, or beyond `reach_km`, what lies within."""
     widest = np.pi if orbit.ecc < 1.0 else ASYMPTOTE * float(np.arccos(-1.0 / orbit.ecc))
     anomalies = np.linspace(-widest, widest, 721)
@@ -189,7 +189,7 @@ def _drawn(orbit: Elements, axes: Array, reach_km: float) -> tuple[Array, Array]
     return flat[:, 0], flat[:, 1]
 
 
-def _earth(panel: Axes) -> None:
+def earth(panel: Axes) -> None:
     from matplotlib.patches import Circle
 
     panel.add_patch(

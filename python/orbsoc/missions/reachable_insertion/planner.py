@@ -26,7 +26,8 @@ from .paper import compare
 from .plots import draw_figures
 from .record import attitude_csv, plan_document
 from .scenario import ProblemName, Scenario, load_scenario
-from .search import Found, Search
+from .search import Found, Search, null_burn
+from .two_burns.planner import TwoBurnPlan, plan_two_burns
 from .verdicts import shape_of, verdict
 
 if TYPE_CHECKING:
@@ -101,7 +102,7 @@ def plan(
     solve: Solve | None = None,
     problem: ProblemName | None = None,
     callback: Callable[[Iteration], None] | None = None,
-) -> Plan:
+) -> Plan | TwoBurnPlan:
     """Plan the insertion of `scenario`; `problem` overrides the scenario's, `callback` sees every iteration.
 
     `solve` is any solver with the call shape of `orbsoc.solve`, which is the default. A target that cannot be
@@ -114,9 +115,13 @@ def plan(
         solve = solve_in_rust
     if problem is not None and problem != scenario.problem:
         scenario = scenario.with_changes(problem=problem)
+    ready = MadeReady.of(scenario)
+    if scenario.burn.count == 2:
+        nothing = Found(ready)
+        there = null_burn(ready, nothing)
+        return _conclude(nothing) if there else plan_two_burns(ready, solve, callback)
     searches = Search if scenario.limits is None else BoundedSearch
     search = searches(solve, Rules(max_iterations=scenario.method.max_iterations), callback)
-    ready = MadeReady.of(scenario)
     free = scenario.burn.ignition == "free"
     return _conclude(best_ignition(ready, search) if free else search.run(ready))
 

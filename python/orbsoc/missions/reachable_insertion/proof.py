@@ -2,7 +2,7 @@
 
 With r ≥ R on the whole burn (it may not pass below the ground), Δv = ∫F/m dt over the longest burn T:
 - w = √(v² + 2μ/R − 2μ/r) obeys |ẇ| ≤ F/m, for d(v²/2 − μ/r)/dt = (F/m) u·v and v ≤ w: the energy that a burn can end with
-  lies between those of w₀ ± Δv;
+  lies between those of w₀ ± Δv; coasts leave w alone, so that the same holds of several burns;
 - |H_f − H₀| ≤ r_max Δv, for dH/dt = (F/m) r × u, with r_max from r̈ ≤ v_t²/r − μ/r² + F/m and v ≤ w₀ + Δv.
 """
 
@@ -31,9 +31,12 @@ class Proof:
 
 
 def proof_of_infeasibility(
-    burn: Burn, target: AnyTarget, duration: float, *, whole_orbit: bool
+    burn: Burn, target: AnyTarget, duration: float, *, whole_orbit: bool, coasts: bool = False
 ) -> Proof | None:
-    """Why no burn of at most `duration` ends on the target orbit (its plane alone unless `whole_orbit`); None for no proof."""
+    """Why no burn of at most `duration` ends on the target orbit (its plane alone unless `whole_orbit`); None for no proof.
+
+    With `coasts` it is a proof for several burns of that duration together, with coasts before and between them.
+    """
     if burn.flow * duration > 1.0 - 1e-9:  # a vehicle without dry mass has no bound
         return None
     r, v = burn.start[:3], burn.start[3:]
@@ -52,7 +55,7 @@ def proof_of_infeasibility(
         assert isinstance(target, TargetOrbit)
         across = float(np.linalg.norm(np.cross(h, target.normal)))
         needed = across if h @ target.normal > 0.0 else float(np.linalg.norm(h))
-    if needed > highest * has:
+    if not coasts and needed > highest * has:
         return Proof("turning and changing the angular momentum", needed / highest, delta_v)
     energy = target.energy
     if whole_orbit and energy is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -15,6 +16,7 @@ from orbsoc.orbit import EARTH, CanonicalUnits, Elements, pitch_yaw
 from .burn_plan import BurnPlan
 from .ignition import later_ignition
 from .paper import compare
+from .proof import Proof
 from .scenario import Scenario
 from .verdicts import rate_is_active, starts_tried, verdict, violations
 
@@ -59,12 +61,7 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
             {"row": v.row.value, "value_canonical": v.value, "words": v.words} for v in violations(plan)
         ],
         "starts": starts_tried(plan),
-        "proof": plan.proof
-        and {
-            "what": plan.proof.what,
-            "needed_m_s": plan.proof.needed * CanonicalUnits.of(EARTH).speed_m_s,
-            "available_m_s": plan.proof.available * CanonicalUnits.of(EARTH).speed_m_s,
-        },
+        "proof": plan.proof and proof_document(plan.proof),
         "ignition_s": plan.ignition_s,
         "forces": forces_document(plan.scenario),
         "later_ignition": (later := later_ignition(plan)) and asdict(later),
@@ -81,7 +78,7 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
         ],
         "subproblems": [row.to_dict() for row in plan.subproblems],
         "paper": [row.to_dict() for row in compare(plan)],
-        "attitude_axes": attitude_axes(plan),
+        "attitude_axes": attitude_axes(plan.scenario),
         "trajectory": None if found is None else trajectory_document(plan),
         "settings": asdict(Rules(max_iterations=plan.scenario.method.max_iterations)),
         "constants": EARTH.to_dict(),
@@ -104,6 +101,12 @@ def forces_document(scenario: Scenario) -> dict[str, list[str]]:
     """What acts beside the thrust, in the plan and in its verification."""
     oblate = ["J2"] if scenario.burn.coast_j2 else []
     return {"coast": ["point mass", *oblate], "burn": ["point mass"]}
+
+
+def proof_document(proof: Proof) -> dict[str, Any]:
+    """What the target needs more of than there is."""
+    speed = CanonicalUnits.of(EARTH).speed_m_s
+    return {"what": proof.what, "needed_m_s": proof.needed * speed, "available_m_s": proof.available * speed}
 
 
 def orbit_document(orbit: Elements) -> dict[str, float | None]:
@@ -152,9 +155,9 @@ ATTITUDE_COLUMNS = {
 """Columns of `attitude.csv` by its axes; times count from ignition."""
 
 
-def attitude_axes(plan: BurnPlan) -> str:
+def attitude_axes(scenario: Scenario) -> str:
     """The axes that `attitude.csv` is in: "velocity" where the scenario asks for it, else those of the plan."""
-    return "velocity" if plan.scenario.axes == "velocity" else plan.scenario.plan_axes
+    return "velocity" if scenario.axes == "velocity" else scenario.plan_axes
 
 
 def attitude_programme(plan: BurnPlan) -> Array | None:
@@ -165,18 +168,24 @@ def attitude_programme(plan: BurnPlan) -> Array | None:
     """
     if plan.verification is None or plan.status is not PlanStatus.VERIFIED:
         return None
-    axes = attitude_axes(plan)
+    axes = attitude_axes(plan.scenario)
     if plan.time_of_flight_s == 0.0:
         return np.empty((0, len(ATTITUDE_COLUMNS[axes])))
     flight, vehicle = plan.verification.flight, plan.scenario.vehicle
-    times, u, rate = flight.times_s, flight.direction, np.rad2deg(flight.rate_rad_s)
+    mass = vehicle.mass_kg - vehicle.mass_flow_kg_s * flight.times_s
+    return attitude_rows(
+        axes, flight.times_s, flight.direction, flight.propagated, mass, np.rad2deg(flight.rate_rad_s)
+    )
+
+
+def attitude_rows(axes: str, times: Array, u: Array, states: Array, mass: Array, rate: Array) -> Array:
+    """Rows (K, C) of `ATTITUDE_COLUMNS` for directions (K, 3) that turn at `rate` (K,), °/s, at states (K, 6)."""
     if axes == "launch_inertial":
         pitch, yaw = pitch_yaw(u)
         return np.column_stack([times, np.rad2deg(pitch), np.rad2deg(yaw), u, rate])
-    mass = vehicle.mass_kg - vehicle.mass_flow_kg_s * times
     if axes == "eci":
         return np.column_stack([times, u, mass, rate])
-    along, across, normal = (np.einsum("ki,ki->k", u, each) for each in _velocity_axes(flight.propagated))
+    along, across, normal = (np.einsum("ki,ki->k", u, each) for each in _velocity_axes(states))
     yaw = np.arcsin(np.clip(normal, -1.0, 1.0))
     return np.column_stack([
         times, np.rad2deg(np.arctan2(across, along)), np.rad2deg(yaw), along, across, normal, mass, rate
@@ -197,8 +206,13 @@ def attitude_csv(plan: BurnPlan) -> str | None:
     rows = attitude_programme(plan)
     if rows is None:
         return None
-    header = ",".join(ATTITUDE_COLUMNS[attitude_axes(plan)])
-    return "\n".join([header, *(",".join(f"{value:.12g}" for value in row) for row in rows)]) + "\n"
+    return csv_text(ATTITUDE_COLUMNS[attitude_axes(plan.scenario)], rows)
+
+
+def csv_text(header: Sequence[str], rows: Array) -> str:
+    """A header and one line per row."""
+    lines = [",".join(header), *(",".join(f"{value:.12g}" for value in row) for row in rows)]
+    return "\n".join(lines) + "\n"
 
 
 def _number(value: float) -> float | None:

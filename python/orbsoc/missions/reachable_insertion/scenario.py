@@ -26,9 +26,15 @@ PaperCase = Literal["paper004_as_printed", "paper004_zf196", "paper004_rec1", "p
 
 
 class BurnTime(Table):
-    """Burn time: the first guess of `min_time`, the given time of `max_energy`; and when the burn may begin."""
+    """Burn time: the first guess of `min_time`, the given time of `max_energy`; how many burns, and when the first may begin."""
 
-    duration_s: Positive
+    duration_s: Positive | None = Field(
+        default=None, description="first guess of min_time, given time of max_energy; two burns need none"
+    )
+    count: Literal[1, 2] = Field(default=1, description="2: burn, coast, burn, of min_time")
+    longest_coast_s: float | None = Field(
+        default=None, gt=0.0, le=1.0e7, description="between two burns; as long as it takes by default"
+    )
     ignition: Literal["now", "free"] = Field(
         default="now",
         description="free: after a coast on the first orbit, of the length that shortens the burn most",
@@ -40,6 +46,11 @@ class BurnTime(Table):
         default=False,
         description="of ignition = free: the coast feels the Earth's oblateness, the burn does not",
     )
+
+    @property
+    def guess_s(self) -> float:
+        """`duration_s`; 1 s of two burns without it, where only a vehicle on its target orbit is asked for a burn of any length."""
+        return 1.0 if self.duration_s is None else self.duration_s
 
 
 class Limits(Table):
@@ -140,7 +151,7 @@ def _mass_complaints(scenario: Scenario) -> Iterator[Complaint]:
             f"{vehicle.dry_mass_kg:g}",
             f"must be below vehicle.mass_kg = {vehicle.mass_kg:g}",
         )
-    elif duration_s >= vehicle.longest_burn_s:
+    elif duration_s is not None and duration_s >= vehicle.longest_burn_s:
         left = vehicle.mass_kg - vehicle.mass_flow_kg_s * duration_s
         yield Complaint(
             "burn.duration_s",
@@ -158,6 +169,19 @@ def _problem_complaints(scenario: Scenario) -> Iterator[Complaint]:
         )
     if burn.coast_j2 and burn.ignition == "now":
         yield Complaint("burn.coast_j2", "true", 'needs burn.ignition = "free"; a burn from now has no coast')
+    if burn.duration_s is None and burn.count == 1:
+        yield Complaint("burn.duration_s", "", "is missing, and burn.count = 1 needs it")
+    if burn.longest_coast_s is not None and burn.count == 1:
+        yield Complaint("burn.longest_coast_s", f"{burn.longest_coast_s:g}", "needs burn.count = 2")
+    if burn.count == 2 and scenario.problem != "min_time":
+        yield Complaint("burn.count", "2", f"problem = {scenario.problem!r} has one burn; must be 1")
+    if burn.count == 2 and burn.coast_j2:
+        yield Complaint("burn.coast_j2", "true", "is for one burn; with burn.count = 2 must be false")
+    if burn.count == 2 and scenario.limits is not None:
+        rate = f"{scenario.limits.attitude_rate_deg_s:g}"
+        yield Complaint(
+            "limits.attitude_rate_deg_s", rate, "is for one burn; leave it out with burn.count = 2"
+        )
     if burn.ignition == "free" and scenario.problem != "min_time":
         yield Complaint(
             "burn.ignition", "'free'", f"problem = {scenario.problem!r} ignites now; must be 'now'"

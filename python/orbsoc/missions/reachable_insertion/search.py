@@ -123,7 +123,7 @@ class Search:
         return found
 
     def _run(self, ready: MadeReady, found: Found) -> None:
-        if ready.scenario.problem == "min_time" and _null(ready, found):
+        if ready.scenario.problem == "min_time" and null_burn(ready, found):
             return
         self._cold(ready, found)
         if found.verified or found.interrupted:
@@ -256,7 +256,7 @@ class Search:
         return stage
 
 
-def _null(ready: MadeReady, found: Found) -> bool:
+def null_burn(ready: MadeReady, found: Found) -> bool:
     """Whether the vehicle is on its target orbit: a plan of 0 s."""
     coarse = ready.along(ready.burn.start[3:]).trajectory
     states = np.tile(ready.burn.start, (coarse.grid.size, 1))
@@ -379,5 +379,5 @@ def _nothing(ready: MadeReady) -> tuple[Stage, None]:
 
 def _proof(ready: MadeReady) -> Proof | None:
     min_time = ready.scenario.problem == "min_time"
-    duration = ready.burn.longest if min_time else ready.scenario.burn.duration_s / ready.units.time_s
+    duration = ready.burn.longest if min_time else ready.scenario.burn.guess_s / ready.units.time_s
     return proof_of_infeasibility(ready.burn, ready.target, duration, whole_orbit=min_time)

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import ExitReason
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements
 
+from .any_target import AnyTarget
 from .burn_plan import BurnPlan
 from .free_target import FreeTarget
 from .ignition import later_ignition
@@ -18,6 +20,8 @@ from .problems import Iterate
 from .rows import Row
 from .scenario import MOST_NODES
 from .search import SMOOTH
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,37 +222,43 @@ def _what_to_try(plan: BurnPlan) -> str:
 
 
 def _in_words(plan: BurnPlan, iterate: Iterate, row: Row, value: float) -> str:
-    target = plan.target
     if row is Row.ATTITUDE_RATE:
         over = np.rad2deg(value) / CanonicalUnits.of(EARTH).time_s
         assert plan.scenario.limits is not None
         bound = plan.scenario.limits.attitude_rate_deg_s
         return f"the attitude rate at {bound + over:.4g} °/s, {over:.4g} above limits.attitude_rate_deg_s = {bound:g}"
+    if row is Row.PERIGEE_RADIUS and not isinstance(plan.target, FreeTarget):
+        return f"the perigee too low by {_perigee_shortfall_m(plan, value) / 1e3:.2f} km"
+    scales = (iterate.momentum_scale, iterate.laplace_scale)
+    return row_in_words(plan.target, row, value, iterate.trajectory.end, scales)
+
+
+def row_in_words(
+    target: AnyTarget, row: Row, value: float, end: Array, scales: tuple[float, float] = (1.0, 1.0)
+) -> str:
+    """What a row of a target, of S_H and S_L times its vectors, is violated by at a canonical end state (6,)."""
     if isinstance(target, FreeTarget):
         return _missed_in_words(row, value)
-    momentum = iterate.momentum_scale * target.momentum
+    momentum = scales[0] * target.momentum
     units = CanonicalUnits.of(EARTH)
     if row in (Row.LEAN_TO_PERIGEE, Row.LEAN_ACROSS):
         angle = abs(value) / momentum
-        speed_m_s = angle * float(np.linalg.norm(iterate.trajectory.end[3:])) * units.speed_m_s
+        speed_m_s = angle * float(np.linalg.norm(end[3:])) * units.speed_m_s
         axis = "line of apsides" if row is Row.LEAN_ACROSS else "in-plane normal of the line of apsides"
         return (
             f"the orbit plane tilted by {np.rad2deg(angle):.4f}° about the {axis} (some {speed_m_s:.1f} m/s of"
             " velocity out of the plane)"
         )
     if row is Row.MOMENTUM:
-        radius = float(np.linalg.norm(iterate.trajectory.end[:3]))
+        radius = float(np.linalg.norm(end[:3]))
         return (
             f"the angular momentum too {'small' if value < 0 else 'large'} by {abs(value) / momentum:.2e} of itself"
             f" (about {abs(value) / radius * units.speed_m_s:.1f} m/s of horizontal velocity)"
         )
     if row is Row.ECCENTRICITY:
         return f"the eccentricity too {'small' if value < 0 else 'large'} by {abs(value):.2e}"
-    if row is Row.PERIGEE_DIRECTION:
-        eccentricity = max(iterate.laplace_scale * target.eccentricity, abs(value))
-        return f"the perigee direction off by {np.rad2deg(np.arctan2(abs(value), eccentricity)):.3f}°"
-    low_km = _perigee_shortfall_m(plan, value) / 1e3
-    return f"the perigee too low by {low_km:.2f} km"
+    eccentricity = max(scales[1] * target.eccentricity, abs(value))
+    return f"the perigee direction off by {np.rad2deg(np.arctan2(abs(value), eccentricity)):.3f}°"
 
 
 def _missed_in_words(row: Row, value: float) -> str:

@@ -30,6 +30,7 @@ from .coast import at_ignition
 from .free_target import FreeTarget
 from .problems import Iterate
 from .scenario import Scenario
+from .scenario import Verification as VerificationRules
 
 Array = NDArray[np.float64]
 
@@ -110,7 +111,7 @@ def fly(
     return Flight(
         times_s=times_s,
         direction=raw / raw_norm[:, None],
-        rate_rad_s=_per_second(rates(trajectory.grid, trajectory.controls, tau), duration_s),
+        rate_rad_s=per_second(rates(trajectory.grid, trajectory.controls, tau), duration_s),
         raw_norm=raw_norm,
         planned=units.state_to_si(planned),
         propagated=propagate_burn(
@@ -129,48 +130,33 @@ def verify(
     units = CanonicalUnits.of(EARTH)
     trajectory = iterate.trajectory
     flight = fly(scenario, trajectory, ignition_s=ignition_s)
-    reached = units.state_from_si(flight.propagated[-1])
     momentum, laplace = _promised(scenario, target, iterate)
-    h = angular_momentum(reached[:3], reached[3:])
-    delta_h = float(np.linalg.norm(h - momentum) / np.linalg.norm(momentum))
-    delta_l = float(np.linalg.norm(laplace_vector(reached[:3], reached[3:], 1.0) - laplace))
-    plane = target.plane_error(h)
-    planned_orbit = orbit_of(scenario, units.state_to_si(trajectory.end))
-    propagated_orbit = orbit_of(scenario, flight.propagated[-1])
+    errors = OrbitErrors.of(scenario, target, flight.propagated[-1], momentum, laplace)
     perigee_error = float("nan")
     if scenario.problem == "max_energy" and scenario.target.perigee_height_km is not None:
-        perigee_error = propagated_orbit.perigee_height_m() - 1e3 * scenario.target.perigee_height_km
+        perigee_error = errors.orbit.perigee_height_m() - 1e3 * scenario.target.perigee_height_km
     excess, deficit = float(flight.raw_norm.max()) - 1.0, float(flight.raw_norm.min()) - 1.0
 
     rules = scenario.verification
-    checks = [
-        ("|ΔH|/|H|", delta_h, rules.angular_momentum_rel),
-        ("|ΔL|/μ", delta_l, rules.laplace_rel),
-        ("plane error in rad", plane, rules.plane_rad),
-        ("max‖u‖ − 1 between nodes", excess, rules.thrust_excess),
-        ("depth below the ground in m", max(0.0, -flight.lowest_altitude_m), 0.0),
-    ]
-    checks += [(name, value, getattr(rules, limit)) for name, value, limit in target.errors(propagated_orbit)]
+    checks = errors.checks(rules, target, excess, flight.lowest_altitude_m)
     if scenario.problem == "max_energy":
         free = scenario.target.perigee_direction == "free"
         shortfall = max(0.0, -perigee_error) if free else abs(perigee_error)
         checks.append(("perigee error in m", shortfall, rules.perigee_m))
-    failures = [
-        f"{name} is {value:.2e}, allowed {limit:.0e}" for name, value, limit in checks if not value <= limit
-    ]
+    failures = [*failures_of(checks)]
     peak = peak_rate(trajectory.grid, trajectory.controls)
-    peak_rad_s = float(_per_second(np.array(peak), trajectory.duration * units.time_s))
+    peak_rad_s = float(per_second(np.array(peak), trajectory.duration * units.time_s))
     limits = scenario.limits
     if limits is not None and not np.rad2deg(peak_rad_s) <= limits.attitude_rate_deg_s:
         allowed = f"allowed {limits.attitude_rate_deg_s:g} °/s"
         failures.append(f"attitude rate is {np.rad2deg(peak_rad_s):.6g} °/s, {allowed}")
     return Verification(
         flight=flight,
-        planned_orbit=planned_orbit,
-        propagated_orbit=propagated_orbit,
-        angular_momentum_rel=delta_h,
-        laplace_rel=delta_l,
-        plane_rad=plane,
+        planned_orbit=orbit_of(scenario, units.state_to_si(trajectory.end)),
+        propagated_orbit=errors.orbit,
+        angular_momentum_rel=errors.angular_momentum_rel,
+        laplace_rel=errors.laplace_rel,
+        plane_rad=errors.plane_rad,
         perigee_error_m=perigee_error,
         thrust_excess=excess,
         thrust_deficit=deficit,
@@ -179,7 +165,57 @@ def verify(
     )
 
 
-def _per_second(per_tau: Array, duration_s: float) -> Array:
+Check = tuple[str, float, float]
+"""What is checked, what it is, and what is allowed."""
+
+
+@dataclass(frozen=True, slots=True)
+class OrbitErrors:
+    """How far a flight ends from the orbit that was promised; see `Verification`. `orbit` is the one reached, ECI."""
+
+    orbit: Elements
+    angular_momentum_rel: float
+    laplace_rel: float
+    plane_rad: float
+
+    @classmethod
+    def of(
+        cls, scenario: Scenario, target: AnyTarget, reached_si: Array, momentum: Array, laplace: Array
+    ) -> OrbitErrors:
+        """Of an end state (6,), SI, against the canonical H and L that were promised."""
+        reached = CanonicalUnits.of(EARTH).state_from_si(reached_si)
+        h = angular_momentum(reached[:3], reached[3:])
+        return cls(
+            orbit_of(scenario, reached_si),
+            float(np.linalg.norm(h - momentum) / np.linalg.norm(momentum)),
+            float(np.linalg.norm(laplace_vector(reached[:3], reached[3:], 1.0) - laplace)),
+            target.plane_error(h),
+        )
+
+    def checks(
+        self, rules: VerificationRules, target: AnyTarget, thrust_excess: float, lowest_altitude_m: float
+    ) -> list[Check]:
+        """Everything that a flight has to keep to, beside its limit."""
+        found = [
+            ("|ΔH|/|H|", self.angular_momentum_rel, rules.angular_momentum_rel),
+            ("|ΔL|/μ", self.laplace_rel, rules.laplace_rel),
+            ("plane error in rad", self.plane_rad, rules.plane_rad),
+            ("max‖u‖ − 1 between nodes", thrust_excess, rules.thrust_excess),
+            ("depth below the ground in m", max(0.0, -lowest_altitude_m), 0.0),
+        ]
+        return found + [
+            (name, value, float(getattr(rules, limit))) for name, value, limit in target.errors(self.orbit)
+        ]
+
+
+def failures_of(checks: list[Check]) -> tuple[str, ...]:
+    """Each check that is not met, in words."""
+    return tuple(
+        f"{name} is {value:.2e}, allowed {limit:.0e}" for name, value, limit in checks if not value <= limit
+    )
+
+
+def per_second(per_tau: Array, duration_s: float) -> Array:
     """Rates over τ ∈ [−1, 1] as rates over the burn; a burn of 0 s turns nothing."""
     return 2.0 * per_tau / duration_s if duration_s > 0.0 else np.zeros_like(per_tau)
 

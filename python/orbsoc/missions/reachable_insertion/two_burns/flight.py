@@ -70,9 +70,7 @@ def sensitivities(burn: Burn, transfer: Transfer) -> Sensitivities:
     visited = np.zeros((burns, 2, 6))
     for k in range(burns):
         state, transition = _coast_transition(state, float(transfer.coasts[k]))
-        arc = _burn_transition(
-            burn, state, elapsed, float(transfer.durations[k]), transfer.controls[k]
-        )
+        arc = _burn_transition(burn, state, elapsed, float(transfer.durations[k]), transfer.controls[k])
         through = arc.transition @ transition
         by_coasts[:, :k] = through @ by_coasts[:, :k]
         by_durations[:, :k] = through @ by_durations[:, :k] + arc.by_elapsed[:, None]
@@ -152,7 +150,9 @@ def _burn_transition(burn: Burn, start: Array, elapsed: float, duration: float, 
     slopes = (states[:, :, 1:9] - states[:, :, 9:]) / (2.0 * DIFFERENCE)
     ends, weights = step_ends(controls.shape[0])
     transitions = slopes[:, :, :6]
-    onwards = np.linalg.solve(transitions.swapaxes(1, 2), transitions[-1].T).swapaxes(1, 2)  # Φ(1, σ), (E, 6, 6)
+    onwards = np.linalg.solve(transitions.swapaxes(1, 2), transitions[-1].T).swapaxes(
+        1, 2
+    )  # Φ(1, σ), (E, 6, 6)
     left = np.maximum(1.0 - burn.flow * (elapsed + ends * duration), LIGHTEST)
     push = weights * duration * burn.acceleration / left
     to_ends = _interpolation(controls.shape[0])[1]

@@ -53,7 +53,13 @@ def restored(
 
 
 def _best_share(
-    burn: Burn, target: AnyTarget, limits: Limits, transfer: Transfer, step: Array, inverse: Array, level: float
+    burn: Burn,
+    target: AnyTarget,
+    limits: Limits,
+    transfer: Transfer,
+    step: Array,
+    inverse: Array,
+    level: float,
 ) -> Transfer | None:
     """The transfer after the share of a step whose next step is smallest; None where none is smaller than this one."""
     for shares in (SHARES[:1], SHARES[1:]):

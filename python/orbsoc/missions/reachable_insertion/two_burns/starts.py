@@ -13,7 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.guidance.powered_flight import Burn
-from orbsoc.orbit import EARTH, CanonicalUnits, Elements, elements_from_state, rotate_state, state_from_elements
+from orbsoc.orbit import (
+    EARTH,
+    CanonicalUnits,
+    Elements,
+    elements_from_state,
+    rotate_state,
+    state_from_elements,
+)
 from orbsoc.orbit.kepler import coasted_in_closed_form
 
 from ..any_target import AnyTarget
@@ -48,7 +55,12 @@ def guesses(burn: Burn, target: AnyTarget, limits: Limits) -> list[Impulses]:
     found: list[Impulses] = []
     for each in whole:
         found += cheapest(
-            departures, states, each, limits.coast + limits.burning, allowed, fineness=FINE if fine else COARSE
+            departures,
+            states,
+            each,
+            limits.coast + limits.burning,
+            allowed,
+            fineness=FINE if fine else COARSE,
         )
     return sorted(found, key=lambda each: each.cost)
 
@@ -99,17 +111,25 @@ def _shapes(target: FreeTarget, now: Elements, length_m: float) -> Iterator[tupl
     if target.energy is not None:
         sma = -0.5 * length_m / target.energy
         known = target.eccentricity
-        tried = [(sma, 0.0 if sma > 0.0 else 1.0 - perigee / sma), (sma, abs(1.0 - perigee / sma)), (sma, now.ecc)]
+        tried = [
+            (sma, 0.0 if sma > 0.0 else 1.0 - perigee / sma),
+            (sma, abs(1.0 - perigee / sma)),
+            (sma, now.ecc),
+        ]
         tried = [(sma, known)] if known is not None else tried
     elif target.eccentricity is not None:
         ecc = target.eccentricity
         tried = [(perigee / (1.0 - ecc), ecc), (apogee / (1.0 + ecc), ecc)]
     elif target.perigee_radius is not None:
         given = length_m * target.perigee_radius
-        tried = [(0.5 * (given + other), (other - given) / (other + given)) for other in (given, perigee, apogee)]
+        tried = [
+            (0.5 * (given + other), (other - given) / (other + given)) for other in (given, perigee, apogee)
+        ]
     elif target.apogee_radius is not None:
         given = length_m * target.apogee_radius
-        tried = [(0.5 * (given + other), (given - other) / (other + given)) for other in (given, perigee, apogee)]
+        tried = [
+            (0.5 * (given + other), (given - other) / (other + given)) for other in (given, perigee, apogee)
+        ]
     else:
         tried = [(now.sma_m, now.ecc)]
     for sma, ecc in dict.fromkeys(tried):

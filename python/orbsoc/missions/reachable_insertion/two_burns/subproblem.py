@@ -7,16 +7,15 @@ in their own. The end state is x̂ + Σ S_u (u − û) + S_d d, and the target's
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
-from orbsoc.conic.builder import ConicBuilder
+from orbsoc.conic.builder import ConicBuilder, HasPoint, Variable
 from orbsoc.conic.problem import Problem
-from orbsoc.guidance.powered_flight import Burn, stored
-from orbsoc.guidance.scp import Solve
+from orbsoc.guidance.powered_flight import stored
 
 from ..any_target import AnyTarget
 from .flight import Sensitivities
@@ -65,8 +64,6 @@ def problem_about(
     _bound_times(builder, at, limits, radius, times)
 
     pick = np.vstack([np.zeros(3), -np.eye(3)])
-    from scipy import sparse
-
     balls = sparse.kron(sparse.eye_array(burns * nodes), pick)
     builder.second_order([(controls, balls)], np.tile([1.0, 0.0, 0.0, 0.0], burns * nodes), size=4)
     heads = np.hstack([np.full((burns * nodes, 1), radius), -now.reshape(-1, 3)])
@@ -74,7 +71,9 @@ def problem_about(
     return builder, builder.build()
 
 
-def _bound_times(builder: ConicBuilder, at: Linearised, limits: Limits, radius: float, times: object) -> None:
+def _bound_times(
+    builder: ConicBuilder, at: Linearised, limits: Limits, radius: float, times: Variable
+) -> None:
     """|d| ≤ ρ, and times within their limits."""
     now = np.concatenate([at.transfer.coasts, at.transfer.durations])
     burns = len(at.transfer.coasts)
@@ -88,8 +87,8 @@ def _bound_times(builder: ConicBuilder, at: Linearised, limits: Limits, radius: 
     builder.nonnegative([(times, row[None] / limits.burning)], [1.0 - now[burns:].sum() / limits.burning])
 
 
-def stepped(builder: ConicBuilder, solution: object, at: Linearised) -> tuple[Transfer, float, float]:
-    """The transfer at a solution, its cost relative to the reference's, and the largest step."""
+def stepped(builder: ConicBuilder, solution: HasPoint, at: Linearised) -> tuple[Transfer, float]:
+    """The transfer at a solution, and the largest step."""
     transfer = at.transfer
     burns = len(transfer.coasts)
     step = builder.value(solution, "times")
@@ -101,5 +100,7 @@ def stepped(builder: ConicBuilder, solution: object, at: Linearised) -> tuple[Tr
         np.maximum(transfer.durations + moved[burns:], SHORTEST),
         controls,
     )
-    distance = max(float(np.abs(step).max()), float(np.linalg.norm(controls - transfer.controls, axis=2).max()))
-    return new, new.burning / transfer.burning, distance
+    distance = max(
+        float(np.abs(step).max()), float(np.linalg.norm(controls - transfer.controls, axis=2).max())
+    )
+    return new, distance

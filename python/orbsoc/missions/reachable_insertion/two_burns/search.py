@@ -1,0 +1,269 @@
+"""The search for two burns: impulses as starts, each flown onto the target orbit, then shortened by convex problems.
+
+Every transfer on the way ends on the target orbit, as flown; only one that the independent integrator confirms counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.conic.settings import Settings
+from orbsoc.guidance.mission import PlanStatus
+from orbsoc.guidance.powered_flight import Burn
+from orbsoc.guidance.scp import (
+    ExitReason,
+    Iteration,
+    Outcome,
+    Proposal,
+    Rules,
+    Solve,
+    TrustRules,
+    trust_region,
+    within_residual,
+)
+from orbsoc.orbit import PropagationError, elements_from_state
+from orbsoc.orbit.kepler import coasted_in_closed_form
+
+from ..ignition import latest_s
+from ..made_ready import MadeReady
+from ..proof import Proof, proof_of_infeasibility
+from .flight import Sensitivities, sensitivities
+from .limits import Limits
+from .restoration import REACHED, restored
+from .starts import as_burns, guesses
+from .subproblem import Linearised, problem_about, stepped
+from .transfer import Transfer
+from .verification import Verification, verify
+
+Array = NDArray[np.float64]
+
+FLOWN = 8
+"""Pairs of impulses that are made into burns and flown onto the target orbit."""
+SHORTENED = 3
+"""Of these, the shortest, that convex problems shorten."""
+GROWTH = 1.5
+"""Factor by which the grid grows when the thrust turns faster than it follows."""
+BEYOND = 1.5
+"""Factor on the propellant that a transfer may take on the way, so that one that is too long can be shortened."""
+NEARLY_ALL = 0.98
+"""Of the vehicle's mass, that a transfer may burn on the way."""
+UNBOUNDED = 1e4
+"""Canonical coast where the scenario names no longest one."""
+TOLERANCE = 1e-9
+TRUST = TrustRules(radius=0.3, least_gain=1e-7)
+LOOKS = 65
+"""Points of a coast at which its height is looked at."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Attempt:
+    """One run of the sequence, or a start that did not find the orbit: `miss` is the largest of the conditions."""
+
+    start: str
+    note: str
+    outcome: Outcome[Transfer]
+    miss: float
+
+    @property
+    def transfer(self) -> Transfer:
+        return self.outcome.iterate
+
+    @property
+    def nodes(self) -> int:
+        return self.transfer.grid.size
+
+
+@dataclass(slots=True)
+class Found:
+    """What the search came to: every attempt, the one that counts, and its verification."""
+
+    ready: MadeReady
+    attempts: list[Attempt] = field(default_factory=list)
+    best: Attempt | None = None
+    verification: Verification | None = None
+    proof: Proof | None = None
+    interrupted: str = ""
+
+    def consider(self, attempt: Attempt, verification: Verification | None) -> None:
+        """Keep the better of this and what was found before: verified, then flown, then closest."""
+        if self.best is None or self._rank(attempt, verification) < self._rank(self.best, self.verification):
+            self.best, self.verification = attempt, verification
+
+    def _rank(self, attempt: Attempt, verification: Verification | None) -> tuple[float, float]:
+        if verification is None:
+            return (2.0, attempt.miss) if attempt.miss > REACHED else (1.5, attempt.transfer.burning)
+        if verification.verified:
+            return (0.0, attempt.transfer.burning)
+        return (1.0, float(len(verification.failures)))
+
+    @property
+    def status(self) -> PlanStatus:
+        if self.interrupted:
+            return PlanStatus.INTERRUPTED
+        if self.proof is not None:
+            return PlanStatus.INFEASIBLE
+        if self.verification is None:
+            return PlanStatus.NOT_FOUND
+        return PlanStatus.VERIFIED if self.verification.verified else PlanStatus.NOT_VERIFIED
+
+
+def limits_of(ready: MadeReady) -> Limits:
+    """What the scenario allows, and of the propellant somewhat more, for the way."""
+    burn, scenario = ready.burn, ready.scenario
+    ignition = latest_s(ready) / ready.units.time_s if scenario.burn.ignition == "free" else 0.0
+    longest = scenario.burn.longest_coast_s
+    coast = UNBOUNDED if longest is None else longest / ready.units.time_s
+    return Limits(ignition, coast, min(BEYOND * burn.longest, max(burn.longest, NEARLY_ALL / burn.flow)))
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """A pair of impulses, made into burns and flown onto the orbit, with what it misses."""
+
+    name: str
+    transfer: Transfer
+    miss: float
+
+
+def flown_starts(ready: MadeReady, limits: Limits, count: int) -> list[Start]:
+    """The cheapest pairs of impulses as burns that end on the orbit, those that do first, shortest first."""
+    burn, speed = ready.burn, ready.units.speed_m_s
+    found = []
+    for impulses in guesses(burn, ready.target, limits)[:count]:
+        first, second = speed * np.linalg.norm(impulses.velocities, axis=1)
+        name = f"impulses of {first:.1f} and {second:.1f} m/s, {impulses.flight * ready.units.time_s:.0f} s apart"
+        made = as_burns(burn, limits, impulses, ready.scenario.method.nodes)
+        moved, miss = restored(burn, ready.target, limits, made)
+        found.append(Start(name, moved, miss))
+    return sorted(found, key=lambda each: (each.miss > REACHED, each.transfer.burning))
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """How transfers are sought: the solver of the subproblems, the rules of the sequence, and what sees its iterations."""
+
+    solve: Solve
+    rules: Rules
+    callback: Callable[[Iteration], None] | None = None
+
+    def run(self, ready: MadeReady) -> Found:
+        """The shortest two burns found, verified where the flight confirms them; Ctrl-C ends it with what it has."""
+        found = Found(ready)
+        burn = ready.burn
+        found.proof = proof_of_infeasibility(burn, ready.target, burn.longest, whole_orbit=True, coasts=True)
+        if found.proof is None:
+            try:
+                self._run(ready, found)
+            except KeyboardInterrupt:
+                found.interrupted = "interrupted in the search for two burns"
+        return found
+
+    def _run(self, ready: MadeReady, found: Found) -> None:
+        limits = limits_of(ready)
+        shortened = 0
+        for start in flown_starts(ready, limits, FLOWN):
+            if start.miss > REACHED:
+                message = f"corrected in flight, the burns miss the orbit by {start.miss:.1e}"
+                missed = Attempt(
+                    start.name,
+                    "corrected in flight",
+                    Outcome(ExitReason.INFEASIBLE, start.transfer, (), message),
+                    start.miss,
+                )
+                found.attempts.append(missed)
+                found.consider(missed, None)
+            elif shortened < SHORTENED:
+                self._shorten(ready, limits, found, start)
+                shortened += 1
+            if found.interrupted:
+                return
+
+    def _shorten(self, ready: MadeReady, limits: Limits, found: Found, start: Start) -> None:
+        """From one start, on finer grids while the thrust turns faster than they follow."""
+        most = ready.scenario.method.max_nodes
+        transfer: Transfer | None = start.transfer
+        note = "two burns shortened"
+        while transfer is not None:
+            outcome = self._descended(ready, limits, transfer)
+            attempt = Attempt(start.name, note, outcome, 0.0)
+            found.attempts.append(attempt)
+            if outcome.reason is ExitReason.INTERRUPTED:
+                found.interrupted = outcome.message
+                return
+            verification = judged(ready, outcome.iterate)
+            found.consider(attempt, verification)
+            if verification is None or verification.verified or attempt.nodes >= most:
+                return
+            note = f"refined: {verification.failures[0]}"
+            finer = outcome.iterate.resampled(min(most, int(np.ceil(GROWTH * attempt.nodes))))
+            transfer = _restored(ready, limits, finer)
+
+    def _descended(self, ready: MadeReady, limits: Limits, start: Transfer) -> Outcome[Transfer]:
+        burn, target = ready.burn, ready.target
+        unit = start.burning
+
+        def propose(reference: Transfer, radius: float) -> Proposal[Transfer]:
+            found = sensitivities(burn, reference)
+            at = Linearised.about(reference, found)
+            builder, problem = problem_about(at, target, limits, radius)
+            solution = self.solve(problem, Settings(tol=TOLERANCE))
+            figures = _figures(ready, reference, found)
+            row = Iteration(1, TOLERANCE, problem, solution, figures=figures)
+            if not within_residual(solution, self.rules.usable_residual):
+                return Proposal(None, 0.0, 0.0, (row,))
+            new, distance = stepped(builder, solution, at)
+            return Proposal(new, new.burning / unit, distance, (row,))
+
+        return trust_region(
+            start,
+            propose,
+            lambda transfer: _restored(ready, limits, transfer),
+            lambda transfer: transfer.burning / unit,
+            rules=replace(TRUST, max_iterations=max(self.rules.max_iterations, TRUST.max_iterations)),
+            callback=self.callback,
+        )
+
+
+def _restored(ready: MadeReady, limits: Limits, transfer: Transfer) -> Transfer | None:
+    """The transfer moved onto the orbit; None where that fails, or where a coast leads below the ground."""
+    moved, miss = restored(ready.burn, ready.target, limits, transfer)
+    if miss > REACHED or not above_ground(ready.burn, moved):
+        return None
+    return moved
+
+
+def above_ground(burn: Burn, transfer: Transfer) -> bool:
+    """Whether every coast stays above the ground."""
+    before = np.vstack([burn.start, sensitivities(burn, transfer).states[:-1, 1]])
+    for state, time in zip(before, transfer.coasts, strict=True):
+        way = coasted_in_closed_form(np.tile(state, (LOOKS, 1)), np.linspace(0.0, float(time), LOOKS))
+        if np.linalg.norm(way[:, :3], axis=1).min() < 1.0:
+            return False
+    return True
+
+
+def judged(ready: MadeReady, transfer: Transfer) -> Verification | None:
+    """The flight of a transfer that the propellant allows; None where it does not, or where it cannot be flown."""
+    if transfer.burning > ready.burn.longest:
+        return None
+    end = sensitivities(ready.burn, transfer).end
+    try:
+        return verify(ready.scenario, ready.target, transfer, end)
+    except (PropagationError, ValueError):
+        return None
+
+
+def _figures(ready: MadeReady, transfer: Transfer, found: Sensitivities) -> dict[str, float]:
+    """The columns of the iteration table that are this mission's own; of the reference."""
+    end = ready.units.state_to_si(found.end)
+    orbit = elements_from_state(end[:3], end[3:])
+    return {
+        "nodes": transfer.grid.size,
+        "time_of_flight_s": transfer.burning * ready.units.time_s,
+        "perigee_height_km": orbit.perigee_height_m() / 1e3,
+        "apogee_height_km": orbit.apogee_height_m() / 1e3,
+    }

@@ -1,0 +1,127 @@
+"""Fly the whole programme, coast, burn, coast, burn, with the integrator that the optimiser does not use, and judge its end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.guidance.powered_flight import commanded
+from orbsoc.orbit import (
+    EARTH,
+    CanonicalUnits,
+    Elements,
+    angular_momentum,
+    laplace_vector,
+    propagate_burn,
+)
+
+from ..any_target import AnyTarget
+from ..attitude_rate import rates
+from ..coast import coasted
+from ..free_target import FreeTarget
+from ..scenario import Scenario
+from ..verification import SAMPLES, Flight, OrbitErrors, failures_of, orbit_of, per_second
+from .transfer import Transfer
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CoastArc:
+    """States (K, 6), SI, in the axes of plans, at times (K,) from the start of the coast."""
+
+    times_s: Array
+    states: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TransferFlight:
+    """Coasts and burns by turns, each from the end of the one before; `starts_s` (2K,) count from the scenario's state.
+
+    A burn's `planned` is what was propagated: the optimiser flies by the same law, and only ends are compared.
+    """
+
+    coasts: tuple[CoastArc, ...]
+    burns: tuple[Flight, ...]
+    starts_s: tuple[float, ...]
+
+    @property
+    def end(self) -> Array:
+        return np.asarray(self.burns[-1].propagated[-1])
+
+    @property
+    def lowest_altitude_m(self) -> float:
+        """Over the equatorial radius, of coasts and burns."""
+        states = np.vstack([each.states for each in self.coasts] + [each.propagated for each in self.burns])
+        return float(np.linalg.norm(states[:, :3], axis=1).min()) - EARTH.earth_radius_m
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Verification:
+    """What the propagation found, as of one burn; `failures` names every tolerance that is not met."""
+
+    flight: TransferFlight
+    planned_orbit: Elements
+    propagated_orbit: Elements
+    angular_momentum_rel: float
+    laplace_rel: float
+    plane_rad: float
+    thrust_excess: float
+    thrust_deficit: float
+    failures: tuple[str, ...]
+
+    @property
+    def verified(self) -> bool:
+        return not self.failures
+
+
+def fly(scenario: Scenario, transfer: Transfer) -> TransferFlight:
+    """The programme propagated. Raises `orbsoc.orbit.PropagationError`, and ValueError where it burns the vehicle up."""
+    time_s = CanonicalUnits.of(EARTH).time_s
+    thruster = scenario.vehicle.thruster()
+    state = scenario.launch_inertial(scenario.initial)
+    tau = np.linspace(-1.0, 1.0, SAMPLES)
+    coasts, burns, starts = [], [], []
+    now_s = 0.0
+    for coast, duration, controls in zip(transfer.coasts, transfer.durations, transfer.controls, strict=True):
+        coast_s, duration_s = float(coast) * time_s, float(duration) * time_s
+        times_s = np.linspace(0.0, coast_s, SAMPLES)
+        coasts.append(CoastArc(times_s, coasted(state, times_s)))
+        raw = transfer.grid.interpolate(controls, tau)
+        size = np.linalg.norm(raw, axis=1)
+        times_s = 0.5 * duration_s * (tau + 1.0)
+        steering = commanded(transfer.grid, controls, duration_s)
+        states = propagate_burn(coasts[-1].states[-1], thruster, steering, times_s)
+        turning = per_second(rates(transfer.grid, controls, tau), duration_s)
+        burns.append(Flight(times_s, raw / size[:, None], turning, size, states, states))
+        starts += [now_s, now_s + coast_s]
+        now_s += coast_s + duration_s
+        state = states[-1]
+        thruster = replace(thruster, mass_kg=thruster.mass_kg - thruster.mass_flow_kg_s * duration_s)
+    return TransferFlight(tuple(coasts), tuple(burns), tuple(starts))
+
+
+def verify(scenario: Scenario, target: AnyTarget, transfer: Transfer, planned_end: Array) -> Verification:
+    """Fly the transfer and compare the orbit it reaches with the one it promises; `planned_end` (6,) is canonical."""
+    flight = fly(scenario, transfer)
+    if isinstance(target, FreeTarget):
+        momentum = angular_momentum(planned_end[:3], planned_end[3:])
+        laplace = laplace_vector(planned_end[:3], planned_end[3:], 1.0)
+    else:
+        momentum, laplace = target.momentum * target.normal, target.eccentricity * target.perigee
+    errors = OrbitErrors.of(scenario, target, flight.end, momentum, laplace)
+    size = np.concatenate([each.raw_norm for each in flight.burns])
+    excess, deficit = float(size.max()) - 1.0, float(size.min()) - 1.0
+    return Verification(
+        flight=flight,
+        planned_orbit=orbit_of(scenario, CanonicalUnits.of(EARTH).state_to_si(planned_end)),
+        propagated_orbit=errors.orbit,
+        angular_momentum_rel=errors.angular_momentum_rel,
+        laplace_rel=errors.laplace_rel,
+        plane_rad=errors.plane_rad,
+        thrust_excess=excess,
+        thrust_deficit=deficit,
+        failures=failures_of(errors.checks(scenario.verification, target, excess, flight.lowest_altitude_m)),
+    )
