@@ -24,7 +24,9 @@ Array = NDArray[np.float64]
 
 DIFFERENCE = 1e-5
 """Half the distance of neighbouring flights, canonical."""
-FEWEST_STEPS = 20
+FEWEST_STEPS = 16
+SPARE = 4
+"""Steps of a burn beyond its nodes: the quadrature is then exact for the interpolant times a smooth transition."""
 LIGHTEST = 1e-3
 """Of the first mass, that a flight is never lighter than."""
 
@@ -43,6 +45,11 @@ class Sensitivities:
     @property
     def end(self) -> Array:
         return np.asarray(self.states[-1, 1])
+
+    @property
+    def by_times(self) -> Array:
+        """By coasts and durations, (6, 2K)."""
+        return np.hstack([self.by_coasts, self.by_durations])
 
 
 def ends_of(burn: Burn, transfers: list[Transfer]) -> Array:
@@ -87,7 +94,7 @@ def sensitivities(burn: Burn, transfer: Transfer) -> Sensitivities:
 @cache
 def step_ends(nodes: int) -> tuple[Array, Array]:
     """Ends of the steps of a burn on [0, 1] and the weights of a quadrature there: 0, Legendre–Gauss points, 1."""
-    grid = legendre_gauss(max(FEWEST_STEPS, 2 * nodes))
+    grid = legendre_gauss(max(FEWEST_STEPS, nodes + SPARE))
     ends = np.concatenate([[0.0], 0.5 * (grid.nodes + 1.0), [1.0]])
     weights = np.concatenate([[0.0], 0.5 * grid.weights, [0.0]])
     ends.setflags(write=False)

@@ -6,6 +6,8 @@ Steps are judged by the size of the next one (Deuflhard's natural level function
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,6 +20,7 @@ from .transfer import Transfer
 
 Array = NDArray[np.float64]
 
+ITERATIONS = 15
 MISS = 1e-11
 """Of the conditions, within which a transfer has reached the orbit."""
 REACHED = 1e-9
@@ -31,16 +34,26 @@ def missed(target: AnyTarget, end: Array) -> float:
     return float(np.abs(target.conditions(end[None])).max())
 
 
-def restored(
-    burn: Burn, target: AnyTarget, limits: Limits, transfer: Transfer, *, iterations: int = 15
-) -> tuple[Transfer, float]:
-    """The transfer moved onto the orbit, and what it still misses it by."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Restored:
+    """A transfer moved towards the orbit, its sensitivities, and what it still misses the orbit by."""
+
+    transfer: Transfer
+    found: Sensitivities
+    miss: float
+
+    @property
+    def reaches(self) -> bool:
+        return self.miss <= REACHED
+
+
+def restored(burn: Burn, target: AnyTarget, limits: Limits, transfer: Transfer) -> Restored:
+    """The transfer moved onto the orbit as far as that goes."""
     transfer = limits.clipped(transfer.directed)
-    miss = np.inf
-    for _ in range(iterations):
+    for last in range(ITERATIONS + 1):
         found = sensitivities(burn, transfer)
         miss = missed(target, found.end)
-        if not miss > MISS:
+        if last == ITERATIONS or not miss > MISS:
             break
         block, rhs = target.linear_rows(found.end)
         step, inverse = _smallest_step(limits, transfer, found, block, block @ found.end - rhs)
@@ -49,7 +62,7 @@ def restored(
         if best is None:
             break
         transfer = best
-    return transfer, miss
+    return Restored(transfer, found, miss)
 
 
 def _best_share(

@@ -33,18 +33,20 @@ from ..made_ready import MadeReady
 from ..proof import Proof, proof_of_infeasibility
 from .flight import Sensitivities, sensitivities
 from .limits import Limits
-from .restoration import REACHED, restored
+from .restoration import REACHED, Restored, restored
 from .starts import as_burns, guesses
-from .subproblem import Linearised, problem_about, stepped
+from .subproblem import Linearised, bend_of, multipliers, problem_about, stepped
 from .transfer import Transfer
 from .verification import Verification, verify
 
 Array = NDArray[np.float64]
 
-FLOWN = 8
+FLOWN = 6
 """Pairs of impulses that are made into burns and flown onto the target orbit."""
 SHORTENED = 3
-"""Of these, the shortest, that convex problems shorten."""
+"""Of these, the shortest, that convex problems shorten; of two that end alike no third."""
+SAME = 1e-5
+"""Relative difference of burns that are taken for the same."""
 GROWTH = 1.5
 """Factor by which the grid grows when the thrust turns faster than it follows."""
 BEYOND = 1.5
@@ -122,11 +124,10 @@ def limits_of(ready: MadeReady) -> Limits:
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """A pair of impulses, made into burns and flown onto the orbit, with what it misses."""
+    """A pair of impulses, made into burns and flown onto the orbit as far as that goes."""
 
     name: str
-    transfer: Transfer
-    miss: float
+    flown: Restored
 
 
 def flown_starts(ready: MadeReady, limits: Limits, count: int) -> list[Start]:
@@ -135,11 +136,12 @@ def flown_starts(ready: MadeReady, limits: Limits, count: int) -> list[Start]:
     found = []
     for impulses in guesses(burn, ready.target, limits)[:count]:
         first, second = speed * np.linalg.norm(impulses.velocities, axis=1)
-        name = f"impulses of {first:.1f} and {second:.1f} m/s, {impulses.flight * ready.units.time_s:.0f} s apart"
+        name = (
+            f"impulses of {first:.1f} and {second:.1f} m/s, {impulses.flight * ready.units.time_s:.0f} s apart"
+        )
         made = as_burns(burn, limits, impulses, ready.scenario.method.nodes)
-        moved, miss = restored(burn, ready.target, limits, made)
-        found.append(Start(name, moved, miss))
-    return sorted(found, key=lambda each: (each.miss > REACHED, each.transfer.burning))
+        found.append(Start(name, restored(burn, ready.target, limits, made)))
+    return sorted(found, key=lambda each: (not each.flown.reaches, each.flown.transfer.burning))
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,28 +166,24 @@ class Search:
 
     def _run(self, ready: MadeReady, found: Found) -> None:
         limits = limits_of(ready)
-        shortened = 0
+        ends: list[float] = []
         for start in flown_starts(ready, limits, FLOWN):
-            if start.miss > REACHED:
-                message = f"corrected in flight, the burns miss the orbit by {start.miss:.1e}"
-                missed = Attempt(
-                    start.name,
-                    "corrected in flight",
-                    Outcome(ExitReason.INFEASIBLE, start.transfer, (), message),
-                    start.miss,
-                )
-                found.attempts.append(missed)
-                found.consider(missed, None)
-            elif shortened < SHORTENED:
+            if not start.flown.reaches:
+                miss = start.flown.miss
+                message = f"corrected in flight, the burns miss the orbit by {miss:.1e}"
+                outcome = Outcome(ExitReason.INFEASIBLE, start.flown.transfer, (), message)
+                found.attempts.append(Attempt(start.name, "corrected in flight", outcome, miss))
+                found.consider(found.attempts[-1], None)
+            elif len(ends) < SHORTENED and not _agree(ends):
                 self._shorten(ready, limits, found, start)
-                shortened += 1
+                ends.append(found.attempts[-1].transfer.burning)
             if found.interrupted:
                 return
 
     def _shorten(self, ready: MadeReady, limits: Limits, found: Found, start: Start) -> None:
         """From one start, on finer grids while the thrust turns faster than they follow."""
         most = ready.scenario.method.max_nodes
-        transfer: Transfer | None = start.transfer
+        transfer: Transfer | None = start.flown.transfer
         note = "two burns shortened"
         while transfer is not None:
             outcome = self._descended(ready, limits, transfer)
@@ -200,46 +198,55 @@ class Search:
                 return
             note = f"refined: {verification.failures[0]}"
             finer = outcome.iterate.resampled(min(most, int(np.ceil(GROWTH * attempt.nodes))))
-            transfer = _restored(ready, limits, finer)
+            moved = restored(ready.burn, ready.target, limits, finer)
+            transfer = moved.transfer if moved.reaches else None
 
     def _descended(self, ready: MadeReady, limits: Limits, start: Transfer) -> Outcome[Transfer]:
         burn, target = ready.burn, ready.target
         unit = start.burning
+        known: Array | None = None
+        flown: Restored | None = None
 
         def propose(reference: Transfer, radius: float) -> Proposal[Transfer]:
-            found = sensitivities(burn, reference)
+            nonlocal known
+            same = flown is not None and flown.transfer is reference
+            found = flown.found if flown is not None and same else sensitivities(burn, reference)
             at = Linearised.about(reference, found)
-            builder, problem = problem_about(at, target, limits, radius)
+            bend = np.zeros((4, 4)) if known is None else bend_of(burn, target, at, known)
+            builder, problem = problem_about(at, target, limits, radius, bend)
             solution = self.solve(problem, Settings(tol=TOLERANCE))
             figures = _figures(ready, reference, found)
             row = Iteration(1, TOLERANCE, problem, solution, figures=figures)
             if not within_residual(solution, self.rules.usable_residual):
                 return Proposal(None, 0.0, 0.0, (row,))
+            known = multipliers(builder, solution, at, target)
             new, distance = stepped(builder, solution, at)
             return Proposal(new, new.burning / unit, distance, (row,))
+
+        def restore(transfer: Transfer) -> Transfer | None:
+            nonlocal flown
+            flown = restored(burn, target, limits, transfer)
+            return flown.transfer if flown.reaches and above_ground(burn, flown) else None
 
         return trust_region(
             start,
             propose,
-            lambda transfer: _restored(ready, limits, transfer),
+            restore,
             lambda transfer: transfer.burning / unit,
             rules=replace(TRUST, max_iterations=max(self.rules.max_iterations, TRUST.max_iterations)),
             callback=self.callback,
         )
 
 
-def _restored(ready: MadeReady, limits: Limits, transfer: Transfer) -> Transfer | None:
-    """The transfer moved onto the orbit; None where that fails, or where a coast leads below the ground."""
-    moved, miss = restored(ready.burn, ready.target, limits, transfer)
-    if miss > REACHED or not above_ground(ready.burn, moved):
-        return None
-    return moved
+def _agree(ends: list[float]) -> bool:
+    """Whether the first two descents ended in the same burns."""
+    return len(ends) == 2 and abs(ends[0] - ends[1]) <= SAME * ends[0]
 
 
-def above_ground(burn: Burn, transfer: Transfer) -> bool:
+def above_ground(burn: Burn, flown: Restored) -> bool:
     """Whether every coast stays above the ground."""
-    before = np.vstack([burn.start, sensitivities(burn, transfer).states[:-1, 1]])
-    for state, time in zip(before, transfer.coasts, strict=True):
+    before = np.vstack([burn.start, flown.found.states[:-1, 1]])
+    for state, time in zip(before, flown.transfer.coasts, strict=True):
         way = coasted_in_closed_form(np.tile(state, (LOOKS, 1)), np.linspace(0.0, float(time), LOOKS))
         if np.linalg.norm(way[:, :3], axis=1).min() < 1.0:
             return False

@@ -2,27 +2,34 @@
 
 Unknowns are the nodal thrusts u, relaxed to ‖u‖ ≤ 1, and a step d of the times: coasts in units of their own local time, durations
 in their own. The end state is x̂ + Σ S_u (u − û) + S_d d, and the target's rows hold to first order. Steps are bounded by
-‖uᵢ − ûᵢ‖ ≤ ρ and |d| ≤ ρ.
+‖uᵢ − ûᵢ‖ ≤ ρ and |d| ≤ ρ. The balls bend the cost of u but not of d, where the optimum is as flat as a Hohmann transfer's is in
+its times: the convex part of the Lagrangian's second derivatives by d, with the multipliers of the problem before, is added.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from orbsoc.conic.builder import ConicBuilder, HasPoint, Variable
+from orbsoc.conic.builder import ConicBuilder, HasPoint, Term, Variable
+from orbsoc.conic.named_rows import HasDuals
 from orbsoc.conic.problem import Problem
-from orbsoc.guidance.powered_flight import stored
+from orbsoc.guidance.powered_flight import Burn, stored
 
 from ..any_target import AnyTarget
-from .flight import Sensitivities
+from .flight import Sensitivities, sensitivities
 from .limits import SHORTEST, Limits
 from .transfer import Transfer
 
 Array = NDArray[np.float64]
+
+
+ROWS = "target"
+DIFFERENCE = 1e-4
+"""Of times in their scales, between which slopes are compared."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,9 +48,9 @@ class Linearised:
 
 
 def problem_about(
-    at: Linearised, target: AnyTarget, limits: Limits, radius: float
+    at: Linearised, target: AnyTarget, limits: Limits, radius: float, bend: Array
 ) -> tuple[ConicBuilder, Problem]:
-    """The conic problem; its cost is the change of the burns' total duration, relative to what it is."""
+    """The conic problem; its cost is the change of the burns' total duration, relative to what it is, and ½ dᵀ `bend` d."""
     transfer, found = at.transfer, at.found
     burns, nodes = transfer.controls.shape[:2]
     builder = ConicBuilder()
@@ -51,16 +58,19 @@ def problem_about(
     times = builder.variable("times", 2 * burns)
     total = transfer.burning
     builder.cost(times, np.concatenate([np.zeros(burns), at.scales[burns:] / total]))
+    builder.quadratic_cost(times, stored(bend))
 
     block, rhs = target.linear_rows(found.end)
     by_controls = block @ found.by_controls.reshape(6, -1)
-    by_times = block @ np.hstack([found.by_coasts, found.by_durations]) * at.scales
-    size = np.abs(np.hstack([by_times, by_controls])).max(axis=1, keepdims=True)
+    by_times = block @ found.by_times * at.scales
+    size = _sizes(at, target)
     now = transfer.controls.reshape(-1)
     side = rhs - block @ found.end + by_controls @ now
-    builder.equality(
-        [(controls, stored(by_controls / size)), (times, stored(by_times / size))], side / size[:, 0]
-    )
+    terms: list[Term] = [
+        (controls, stored(by_controls / size[:, None])),
+        (times, stored(by_times / size[:, None])),
+    ]
+    builder.equality(terms, side / size, name=ROWS)
     _bound_times(builder, at, limits, radius, times)
 
     pick = np.vstack([np.zeros(3), -np.eye(3)])
@@ -71,9 +81,41 @@ def problem_about(
     return builder, builder.build()
 
 
-def _bound_times(
-    builder: ConicBuilder, at: Linearised, limits: Limits, radius: float, times: Variable
-) -> None:
+def _sizes(at: Linearised, target: AnyTarget) -> Array:
+    """The largest entry of each row."""
+    block = target.linear_rows(at.found.end)[0]
+    by_times = np.abs(block @ at.found.by_times * at.scales).max(axis=1)
+    by_controls = np.abs(block @ at.found.by_controls.reshape(6, -1)).max(axis=1)
+    return np.asarray(np.maximum(by_times, by_controls))
+
+
+def multipliers(builder: ConicBuilder, solution: HasDuals, at: Linearised, target: AnyTarget) -> Array:
+    """Of the target's rows as they are, not as they were scaled."""
+    return np.asarray(builder.dual(solution, ROWS) / _sizes(at, target))
+
+
+def bend_of(burn: Burn, target: AnyTarget, at: Linearised, multiplied: Array) -> Array:
+    """The convex part of the second derivatives (2K, 2K) of the rows by the times, each row times its multiplier."""
+    burns = len(at.transfer.coasts)
+
+    def slope(found: Sensitivities) -> Array:
+        return np.asarray(multiplied @ target.linear_rows(found.end)[0] @ found.by_times * at.scales)
+
+    here = slope(at.found)
+    bend = np.zeros((2 * burns, 2 * burns))
+    for k, scale in enumerate(at.scales):
+        step = DIFFERENCE * scale * np.eye(2 * burns)[k]
+        moved = replace(
+            at.transfer,
+            coasts=at.transfer.coasts + step[:burns],
+            durations=at.transfer.durations + step[burns:],
+        )
+        bend[k] = (slope(sensitivities(burn, moved)) - here) / DIFFERENCE
+    values, vectors = np.linalg.eigh(0.5 * (bend + bend.T))
+    return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
+
+
+def _bound_times(builder: ConicBuilder, at: Linearised, limits: Limits, radius: float, times: Variable) -> None:
     """|d| ≤ ρ, and times within their limits."""
     now = np.concatenate([at.transfer.coasts, at.transfer.durations])
     burns = len(at.transfer.coasts)
@@ -100,7 +142,5 @@ def stepped(builder: ConicBuilder, solution: HasPoint, at: Linearised) -> tuple[
         np.maximum(transfer.durations + moved[burns:], SHORTEST),
         controls,
     )
-    distance = max(
-        float(np.abs(step).max()), float(np.linalg.norm(controls - transfer.controls, axis=2).max())
-    )
+    distance = max(float(np.abs(step).max()), float(np.linalg.norm(controls - transfer.controls, axis=2).max()))
     return new, distance
