@@ -18,6 +18,7 @@ from .ignition import later_ignition
 from .paper import compare
 from .proof import Proof
 from .scenario import Scenario
+from .two_burns.instead import two_burns_instead
 from .verdicts import rate_is_active, starts_tried, verdict, violations
 
 Array = NDArray[np.float64]
@@ -65,6 +66,7 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
         "ignition_s": plan.ignition_s,
         "forces": forces_document(plan.scenario),
         "later_ignition": (later := later_ignition(plan)) and asdict(later),
+        "two_burns": (instead := two_burns_instead(plan)) and asdict(instead),
         "scp_iterations": len(plan.subproblems),
         "nodes": plan.trajectory.grid.size,
         "stages": [

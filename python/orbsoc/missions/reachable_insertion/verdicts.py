@@ -20,6 +20,7 @@ from .problems import Iterate
 from .rows import Row
 from .scenario import MOST_NODES
 from .search import SMOOTH
+from .two_burns.instead import two_burns_instead
 
 Array = NDArray[np.float64]
 
@@ -154,7 +155,8 @@ def _infeasible(plan: BurnPlan) -> str:
     return (
         f"INFEASIBLE: no {burn}, however steered, reaches the target. {proof.what[0].upper()}{proof.what[1:]} takes more"
         f" than {speed * proof.needed:.1f} m/s, and the vehicle has {speed * proof.available:.1f} m/s. This is a proof"
-        f" for a burn that starts {'now' if plan.ignition_s == 0.0 else 'then'} and stays above the ground{_later(plan)}"
+        f" for a burn that starts {'now' if plan.ignition_s == 0.0 else 'then'} and stays above the ground"
+        f"{_later(plan) or _two_burns(plan)}"
     )
 
 
@@ -177,7 +179,7 @@ def _not_found(plan: BurnPlan) -> str:
     return (
         f"NOT FOUND: no {burn} that meets all terminal conditions{turning} was found from {len(tried)}"
         f" start{'s' if len(tried) > 1 else ''}. The closest one leaves {worst}. This is not a proof that there is none;"
-        f" {_later(plan, sentence=False) or _what_to_try(plan)}"
+        f" {_later(plan, sentence=False) or _two_burns(plan, sentence=False) or _what_to_try(plan)}"
     )
 
 
@@ -211,6 +213,19 @@ def _later(plan: BurnPlan, *, sentence: bool = True) -> str:
         text += f" and saves {flow * saved_s:.1f} kg of propellant ({share:.0f} %)"
     text += ": --set burn.ignition=free"
     return f". With {text}" if sentence else f"with {text}"
+
+
+def _two_burns(plan: BurnPlan, *, sentence: bool = True) -> str:
+    """Two burns that reach the target, as `_later` has it."""
+    found = two_burns_instead(plan)
+    if found is None:
+        return ""
+    wait = f" after a coast of {found.ignition_s:.0f} s" if found.ignition_s > 0.0 else ""
+    text = (
+        f"burns of {found.first_s:.1f} s{wait} and, {found.coast_s:.0f} s later, {found.second_s:.1f} s reach the target"
+        " as flown: --set burn.count=2"
+    )
+    return f". Two {text}" if sentence else f"two {text}"
 
 
 def _what_to_try(plan: BurnPlan) -> str:

@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 BETWEEN = "#CC79A7"
 """Okabe–Ito reddish purple, of the transfer orbit."""
-ARROWS = 5
+ARROWS = 3
 MARGINS = {"left": 0.12, "right": 0.97, "bottom": 0.07, "top": 0.94}
 
 
@@ -104,9 +104,9 @@ def orbit_figure(plan: TransferPlan, found: Verification) -> Figure:
             angles="xy", scale_units="xy", scale=1.0, width=0.005, color="#222222", zorder=3,
         )  # fmt: skip
         middle = way[len(way) // 2, :2]
-        inwards = -middle / np.linalg.norm(middle)
+        across, up = -16.0 * middle / np.linalg.norm(middle)
         panel.annotate(
-            f"{k + 1}", middle, xytext=tuple(16.0 * inwards), textcoords="offset points", ha="center", va="center",
+            f"{k + 1}", (middle[0], middle[1]), xytext=(float(across), float(up)), textcoords="offset points", ha="center", va="center",
             fontweight="bold", color=BURN,
         )  # fmt: skip
     panel.set_aspect("equal", adjustable="datalim")
@@ -177,7 +177,7 @@ def attitude_figure(plan: TransferPlan, found: Verification) -> Figure:
     transfer = plan.transfer
     assert transfer is not None
     figure = Figure(figsize=(7.2, 4.8))
-    grid = {"wspace": 0.3, "hspace": 0.15, "left": 0.11, "right": 0.98, "bottom": 0.12, "top": 0.86}
+    grid = {"wspace": 0.38, "hspace": 0.15, "left": 0.14, "right": 0.98, "bottom": 0.12, "top": 0.86}
     panels = figure.subplots(2, 2, sharex="col", gridspec_kw=grid)
     for k, (burn, controls) in enumerate(zip(found.flight.burns, transfer.controls, strict=True)):
         at = 0.5 * float(burn.times_s[-1]) * (transfer.grid.nodes + 1.0)
@@ -187,6 +187,7 @@ def attitude_figure(plan: TransferPlan, found: Verification) -> Figure:
             panel.plot(burn.times_s, flown[row], color=colour)
             panel.plot(at, nodal[row], "o", markerfacecolor="white", markeredgecolor=colour, markersize=4.5)
             panel.margins(y=0.12)
+            panel.ticklabel_format(axis="y", useOffset=False)
             if k == 0:
                 panel.set_ylabel(f"{name} (°)")
         panels[0, k].set_title(f"burn {k + 1}", fontsize=10)

@@ -27,12 +27,12 @@ class Limits:
         durations *= min(1.0, self.burning / durations.sum())
         return Transfer(transfer.grid, coasts, durations, transfer.controls)
 
-    def open(self, transfer: Transfer, step: Array) -> Array:
+    def open(self, transfer: Transfer, step: Array) -> NDArray[np.bool_]:
         """Of a step of [coasts, durations] (2K,), which times it may move: not those at a bound that it leads over."""
         now = np.concatenate([transfer.coasts, transfer.durations])
         low = np.concatenate([np.zeros(2), np.full(2, SHORTEST)])
         high = np.concatenate([[self.ignition, self.coast], np.full(2, self.burning)])
-        return ~((now <= low) & (step < 0.0) | (now >= high) & (step > 0.0))
+        return np.asarray(~((now <= low) & (step < 0.0) | (now >= high) & (step > 0.0)))
 
 
 SHORTEST = 1e-7

@@ -118,8 +118,9 @@ def attitude_csv(plan: TransferPlan) -> str | None:
         if k:
             rows.append(_coast_rows(axes, flight, k, mass_kg))
         mass = mass_kg - vehicle.mass_flow_kg_s * burn.times_s
-        times, rate = burn.times_s + flight.starts_s[2 * k + 1], np.rad2deg(burn.rate_rad_s)
-        told = attitude_rows(axes, times, burn.direction, burn.propagated, mass, rate)
+        told = attitude_rows(
+            axes, burn.times_s + flight.starts_s[2 * k + 1], burn.direction, burn.propagated, mass
+        )
         rows.append(np.column_stack([told, np.full(len(told), vehicle.thrust_n)]))
         mass_kg = float(mass[-1])
     table = np.vstack(rows)
@@ -132,17 +133,8 @@ def _coast_rows(axes: str, flight: TransferFlight, k: int, mass_kg: float) -> Ar
     coast = flight.coasts[k]
     times, states = coast.times_s[COASTED:-1:COASTED], coast.states[COASTED:-1:COASTED]
     shares = times / coast.times_s[-1]
-    first, last = flight.burns[k - 1].direction[-1], flight.burns[k].direction[0]
-    angle_deg = np.rad2deg(np.arctan2(np.linalg.norm(np.cross(first, last)), first @ last))
-    still = np.ones(len(times))
-    told = attitude_rows(
-        axes,
-        times + flight.starts_s[2 * k],
-        turned(first, last, shares),
-        states,
-        mass_kg * still,
-        angle_deg / coast.times_s[-1] * still,
-    )
+    u = turned(flight.burns[k - 1].direction[-1], flight.burns[k].direction[0], shares)
+    told = attitude_rows(axes, times + flight.starts_s[2 * k], u, states, np.full(len(times), mass_kg))
     return np.column_stack([told, np.zeros(len(told))])
 
 

@@ -136,9 +136,7 @@ def flown_starts(ready: MadeReady, limits: Limits, count: int) -> list[Start]:
     found = []
     for impulses in guesses(burn, ready.target, limits)[:count]:
         first, second = speed * np.linalg.norm(impulses.velocities, axis=1)
-        name = (
-            f"impulses of {first:.1f} and {second:.1f} m/s, {impulses.flight * ready.units.time_s:.0f} s apart"
-        )
+        name = f"impulses of {first:.1f} and {second:.1f} m/s, {impulses.flight * ready.units.time_s:.0f} s apart"
         made = as_burns(burn, limits, impulses, ready.scenario.method.nodes)
         found.append(Start(name, restored(burn, ready.target, limits, made)))
     return sorted(found, key=lambda each: (not each.flown.reaches, each.flown.transfer.burning))

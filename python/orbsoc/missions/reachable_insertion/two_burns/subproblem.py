@@ -115,7 +115,9 @@ def bend_of(burn: Burn, target: AnyTarget, at: Linearised, multiplied: Array) ->
     return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
 
 
-def _bound_times(builder: ConicBuilder, at: Linearised, limits: Limits, radius: float, times: Variable) -> None:
+def _bound_times(
+    builder: ConicBuilder, at: Linearised, limits: Limits, radius: float, times: Variable
+) -> None:
     """|d| ≤ ρ, and times within their limits."""
     now = np.concatenate([at.transfer.coasts, at.transfer.durations])
     burns = len(at.transfer.coasts)
@@ -142,5 +144,7 @@ def stepped(builder: ConicBuilder, solution: HasPoint, at: Linearised) -> tuple[
         np.maximum(transfer.durations + moved[burns:], SHORTEST),
         controls,
     )
-    distance = max(float(np.abs(step).max()), float(np.linalg.norm(controls - transfer.controls, axis=2).max()))
+    distance = max(
+        float(np.abs(step).max()), float(np.linalg.norm(controls - transfer.controls, axis=2).max())
+    )
     return new, distance

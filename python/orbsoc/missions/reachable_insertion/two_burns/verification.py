@@ -18,11 +18,10 @@ from orbsoc.orbit import (
 )
 
 from ..any_target import AnyTarget
-from ..attitude_rate import rates
-from ..coast import coasted
+from ..coast import ENGINE_OFF
 from ..free_target import FreeTarget
 from ..scenario import Scenario
-from ..verification import SAMPLES, Flight, OrbitErrors, failures_of, orbit_of, per_second
+from ..verification import SAMPLES, Flight, OrbitErrors, failures_of, orbit_of
 from .transfer import Transfer
 
 Array = NDArray[np.float64]
@@ -88,14 +87,13 @@ def fly(scenario: Scenario, transfer: Transfer) -> TransferFlight:
     for coast, duration, controls in zip(transfer.coasts, transfer.durations, transfer.controls, strict=True):
         coast_s, duration_s = float(coast) * time_s, float(duration) * time_s
         times_s = np.linspace(0.0, coast_s, SAMPLES)
-        coasts.append(CoastArc(times_s, coasted(state, times_s)))
+        coasts.append(CoastArc(times_s, propagate_burn(state, ENGINE_OFF, lambda _t, x: x[3:], times_s)))
         raw = transfer.grid.interpolate(controls, tau)
         size = np.linalg.norm(raw, axis=1)
         times_s = 0.5 * duration_s * (tau + 1.0)
         steering = commanded(transfer.grid, controls, duration_s)
         states = propagate_burn(coasts[-1].states[-1], thruster, steering, times_s)
-        turning = per_second(rates(transfer.grid, controls, tau), duration_s)
-        burns.append(Flight(times_s, raw / size[:, None], turning, size, states, states))
+        burns.append(Flight(times_s, raw / size[:, None], size, states, states))
         starts += [now_s, now_s + coast_s]
         now_s += coast_s + duration_s
         state = states[-1]

@@ -1,0 +1,44 @@
+"""Two burns onto a target that one burn was not found to reach: flown, not estimated, and not yet shortened."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+from orbsoc.guidance.mission import PlanStatus
+
+from ..burn_plan import BurnPlan
+from ..made_ready import MadeReady
+from ..proof import proof_of_infeasibility
+from .search import FLOWN, above_ground, flown_starts, judged, limits_of
+
+
+@dataclass(frozen=True, slots=True)
+class TwoBurns:
+    """Burns and the coasts before them, in their order."""
+
+    ignition_s: float
+    first_s: float
+    coast_s: float
+    second_s: float
+
+
+@lru_cache(maxsize=8)
+def two_burns_instead(plan: BurnPlan) -> TwoBurns | None:
+    """The first two burns found that the independent integrator confirms; None for a plan that needs none, and where none are."""
+    scenario = plan.scenario
+    if scenario.problem != "min_time" or plan.status in (PlanStatus.VERIFIED, PlanStatus.INTERRUPTED):
+        return None
+    ready = MadeReady.of(scenario)
+    burn = ready.burn
+    if proof_of_infeasibility(burn, ready.target, burn.longest, whole_orbit=True, coasts=True):
+        return None
+    for start in flown_starts(ready, limits_of(ready), FLOWN):
+        if not start.flown.reaches or not above_ground(burn, start.flown):
+            continue
+        verification = judged(ready, start.flown.transfer)
+        if verification is not None and verification.verified:
+            transfer = start.flown.transfer
+            coasts, burns = transfer.coasts * ready.units.time_s, transfer.durations * ready.units.time_s
+            return TwoBurns(float(coasts[0]), float(burns[0]), float(coasts[1]), float(burns[1]))
+    return None
