@@ -35,12 +35,15 @@ LIGHTEST = 1e-3
 class Sensitivities:
     """Of the end state of a transfer: by coasts (6, K), durations (6, K) and by thrust, (6, K, N, 3), a length of which counts.
 
-    `states` (K, 2, 6) are those at the start and at the end of each burn."""
+    `states` (K, 2, 6) are those at the start and at the end of each burn; `turns` (K, 3, 2K) is by which rotation the direction
+    to each ignition follows coasts and durations.
+    """
 
     states: Array
     by_coasts: Array
     by_durations: Array
     by_controls: Array
+    turns: Array
 
     @property
     def end(self) -> Array:
@@ -75,20 +78,25 @@ def sensitivities(burn: Burn, transfer: Transfer) -> Sensitivities:
     by_coasts, by_durations = np.zeros((6, burns)), np.zeros((6, burns))
     by_controls = np.zeros((6, burns, nodes, 3))
     visited = np.zeros((burns, 2, 6))
+    turns = np.zeros((burns, 3, 2 * burns))
     for k in range(burns):
         state, transition = _coast_transition(state, float(transfer.coasts[k]))
+        radius = float(np.linalg.norm(state[:3]))
+        by_coasts = transition @ by_coasts
+        by_durations = transition @ by_durations
+        by_coasts[:, k] = np.concatenate([state[3:], -state[:3] / radius**3])
+        by_times = np.hstack([by_coasts, by_durations])
+        turns[k] = np.cross(state[:3], by_times[:3].T).T / radius**2
         arc = _burn_transition(burn, state, elapsed, float(transfer.durations[k]), transfer.controls[k])
-        through = arc.transition @ transition
-        by_coasts[:, :k] = through @ by_coasts[:, :k]
-        by_durations[:, :k] = through @ by_durations[:, :k] + arc.by_elapsed[:, None]
-        by_controls[:, :k] = np.einsum("ij,jknd->iknd", through, by_controls[:, :k])
-        rate = np.concatenate([state[3:], -state[:3] / np.linalg.norm(state[:3]) ** 3])
-        by_coasts[:, k] = arc.transition @ rate
+        by_coasts = arc.transition @ by_coasts
+        by_durations = arc.transition @ by_durations
+        by_durations[:, :k] += arc.by_elapsed[:, None]
+        by_controls = np.einsum("ij,jknd->iknd", arc.transition @ transition, by_controls)
         by_durations[:, k] = arc.by_duration
         by_controls[:, k] = arc.by_controls
         visited[k] = state, arc.end
         state, elapsed = arc.end, elapsed + float(transfer.durations[k])
-    return Sensitivities(visited, by_coasts, by_durations, by_controls)
+    return Sensitivities(visited, by_coasts, by_durations, by_controls, turns)
 
 
 @cache

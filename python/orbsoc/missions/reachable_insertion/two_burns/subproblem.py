@@ -1,7 +1,8 @@
 """The convex problem about a transfer that ends on the target orbit: the shortest burns, to first order, within a trust radius.
 
 Unknowns are the nodal thrusts u, relaxed to ‖u‖ ≤ 1, and a step d of the times: coasts in units of their own local time, durations
-in their own. The end state is x̂ + Σ S_u (u − û) + S_d d, and the target's rows hold to first order. Steps are bounded by
+in their own. Directions are meant in axes that follow the way to their ignition, so that a burn that is moved along the orbit
+keeps its attitude to the orbit. The end state is x̂ + Σ S_u (u − û) + S_d d, and the target's rows hold to first order. Steps are bounded by
 ‖uᵢ − ûᵢ‖ ≤ ρ and |d| ≤ ρ. The balls bend the cost of u but not of d, where the optimum is as flat as a Hohmann transfer's is in
 its times: the convex part of the Lagrangian's second derivatives by d, with the multipliers of the problem before, is added.
 """
@@ -46,6 +47,19 @@ class Linearised:
         local = np.linalg.norm(starts[:, :3], axis=1) / np.linalg.norm(starts[:, 3:], axis=1)
         return cls(transfer, found, np.concatenate([local, np.maximum(transfer.durations, 1e-4)]))
 
+    def by_times(self, transfer: Transfer, found: Sensitivities) -> Array:
+        """The end state by d (6, 2K), of this transfer or one near it: directions turn with their ignition."""
+        swept = np.cross(
+            self.found.turns.swapaxes(1, 2)[:, :, None], transfer.controls[:, None]
+        )  # (K, 2K, N, 3)
+        by_turns = np.einsum("ikna,kjna->ij", found.by_controls, swept)
+        return np.asarray((found.by_times + by_turns) * self.scales)
+
+    def moved(self, transfer: Transfer, step: Array) -> Transfer:
+        """A transfer with this one's times, moved by a step d."""
+        times = step * self.scales
+        return transfer.moved(times, self.found.turns @ times)
+
 
 def problem_about(
     at: Linearised, target: AnyTarget, limits: Limits, radius: float, bend: Array
@@ -62,7 +76,7 @@ def problem_about(
 
     block, rhs = target.linear_rows(found.end)
     by_controls = block @ found.by_controls.reshape(6, -1)
-    by_times = block @ found.by_times * at.scales
+    by_times = block @ at.by_times(transfer, found)
     size = _sizes(at, target)
     now = transfer.controls.reshape(-1)
     side = rhs - block @ found.end + by_controls @ now
@@ -84,7 +98,7 @@ def problem_about(
 def _sizes(at: Linearised, target: AnyTarget) -> Array:
     """The largest entry of each row."""
     block = target.linear_rows(at.found.end)[0]
-    by_times = np.abs(block @ at.found.by_times * at.scales).max(axis=1)
+    by_times = np.abs(block @ at.by_times(at.transfer, at.found)).max(axis=1)
     by_controls = np.abs(block @ at.found.by_controls.reshape(6, -1)).max(axis=1)
     return np.asarray(np.maximum(by_times, by_controls))
 
@@ -98,19 +112,14 @@ def bend_of(burn: Burn, target: AnyTarget, at: Linearised, multiplied: Array) ->
     """The convex part of the second derivatives (2K, 2K) of the rows by the times, each row times its multiplier."""
     burns = len(at.transfer.coasts)
 
-    def slope(found: Sensitivities) -> Array:
-        return np.asarray(multiplied @ target.linear_rows(found.end)[0] @ found.by_times * at.scales)
+    def slope(transfer: Transfer, found: Sensitivities) -> Array:
+        return np.asarray(multiplied @ target.linear_rows(found.end)[0] @ at.by_times(transfer, found))
 
-    here = slope(at.found)
+    here = slope(at.transfer, at.found)
     bend = np.zeros((2 * burns, 2 * burns))
-    for k, scale in enumerate(at.scales):
-        step = DIFFERENCE * scale * np.eye(2 * burns)[k]
-        moved = replace(
-            at.transfer,
-            coasts=at.transfer.coasts + step[:burns],
-            durations=at.transfer.durations + step[burns:],
-        )
-        bend[k] = (slope(sensitivities(burn, moved)) - here) / DIFFERENCE
+    for k, step in enumerate(DIFFERENCE * np.eye(2 * burns)):
+        moved = at.moved(at.transfer, step)
+        bend[k] = (slope(moved, sensitivities(burn, moved)) - here) / DIFFERENCE
     values, vectors = np.linalg.eigh(0.5 * (bend + bend.T))
     return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
 
@@ -134,15 +143,13 @@ def _bound_times(
 def stepped(builder: ConicBuilder, solution: HasPoint, at: Linearised) -> tuple[Transfer, float]:
     """The transfer at a solution, and the largest step."""
     transfer = at.transfer
-    burns = len(transfer.coasts)
     step = builder.value(solution, "times")
-    moved = step * at.scales
     controls = builder.value(solution, "controls").reshape(transfer.controls.shape)
-    new = Transfer(
-        transfer.grid,
-        np.maximum(transfer.coasts + moved[:burns], 0.0),
-        np.maximum(transfer.durations + moved[burns:], SHORTEST),
-        controls,
+    moved = at.moved(replace(transfer, controls=controls), step)
+    new = replace(
+        moved,
+        coasts=np.maximum(moved.coasts, 0.0),
+        durations=np.maximum(moved.durations, SHORTEST),
     )
     distance = max(
         float(np.abs(step).max()), float(np.linalg.norm(controls - transfer.controls, axis=2).max())

@@ -32,6 +32,12 @@ class Transfer:
         size = np.linalg.norm(self.controls, axis=2, keepdims=True)
         return Transfer(self.grid, self.coasts, self.durations, self.controls / np.maximum(size, 1e-12))
 
+    def moved(self, times: Array, turns: Array) -> Transfer:
+        """The same with [coasts, durations] changed by `times` (2K,) and the directions of each burn turned by a rotation vector (K, 3)."""
+        burns = len(self.coasts)
+        controls = np.array([rotated(each, turn) for each, turn in zip(self.controls, turns, strict=True)])
+        return Transfer(self.grid, self.coasts + times[:burns], self.durations + times[burns:], controls)
+
     def resampled(self, nodes: int) -> Transfer:
         """What it commands, on another grid."""
         grid = legendre_gauss(nodes)
@@ -44,3 +50,11 @@ def constant(directions: Array, coasts: Array, durations: Array, nodes: int) -> 
     unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     controls = np.repeat(unit[:, None, :], nodes, axis=1)
     return Transfer(legendre_gauss(nodes), coasts, durations, controls)
+
+
+def rotated(vectors: Array, turn: Array) -> Array:
+    """Vectors (N, 3) turned by a rotation vector (3,), by Rodrigues' formula."""
+    angle = float(np.linalg.norm(turn))
+    axis = turn / angle if angle > 0.0 else np.array([1.0, 0.0, 0.0])
+    along = np.outer(vectors @ axis, axis)
+    return np.asarray(along + np.cos(angle) * (vectors - along) + np.sin(angle) * np.cross(axis, vectors))
