@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.guidance.scenario_file import ScenarioError
-from orbsoc.missions.reachable_insertion import Plan, Scenario, plan
+from orbsoc.missions.reachable_insertion import Plan, Scenario, TwoBurnPlan, plan
 from orbsoc.orbit import (
     EARTH,
     Elements,
@@ -244,17 +244,17 @@ def _programme(
     size = 10.0 ** random.uniform(-2.0, -0.25)
     wobble = size * random.standard_normal((3, 3)) / np.array([[1.0], [1.0], [2.0]])
     fixed = bool(random.integers(2))
-    axes = _axes(np.concatenate([r, v]))
+    axes = axes_along(np.concatenate([r, v]))
 
     def steering(t_s: float, state: Array) -> Array:
         tau = 2.0 * t_s / burn_s - 1.0
         turned = nominal + wobble[0] + wobble[1] * tau + wobble[2] * tau**2
-        return turned @ (axes if fixed else _axes(state))
+        return turned @ (axes if fixed else axes_along(state))
 
     return steering
 
 
-def _axes(state: Array) -> Array:
+def axes_along(state: Array) -> Array:
     """Rows: along the velocity, in the plane across it, along the angular momentum."""
     along = state[3:] / np.linalg.norm(state[3:])
     normal = np.cross(state[:3], state[3:])
@@ -296,7 +296,7 @@ def answer(made: Mission) -> Answer:
     """Plan one; an exception is an answer of status "traceback"."""
     started = time.process_time()
     try:
-        found: Plan | None = plan(made.scenario)
+        found: Plan | TwoBurnPlan | None = plan(made.scenario)
         words = ""
     except Exception as error:  # counted as what it is
         found, words = None, f"{type(error).__name__}: {error}"
@@ -318,7 +318,7 @@ def answer(made: Mission) -> Answer:
     ratio = burn_s / made.burn_s if made.burn_s else 1.0 + burn_s
     return Answer(
         made.scenario.name, made.kind, found.status.value, burn_s, made.burn_s, ratio,
-        len(found.stages), len(found.subproblems), cpu_s, found.message,
+        len(found.stages if isinstance(found, Plan) else found.attempts), len(found.subproblems), cpu_s, found.message,
     )  # fmt: skip
 
 
@@ -328,17 +328,19 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--unreachable", type=int, default=0)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--free", action="store_true", help="targets with elements left free")
+    kind = parser.add_mutually_exclusive_group()
+    kind.add_argument("--free", action="store_true", help="targets with elements left free")
+    kind.add_argument("--two-burns", action="store_true", help="transfers made of two burns")
     parser.add_argument("--out", type=Path, default=Path("out/missions"))
     chosen = parser.parse_args(arguments)
     chosen.out.mkdir(parents=True, exist_ok=True)
-    path = chosen.out / f"missions-{chosen.seed}{'-free' * chosen.free}.csv"
+    path = chosen.out / f"missions-{chosen.seed}{'-free' * chosen.free}{'-two-burns' * chosen.two_burns}.csv"
     done = {row.name: row for row in _read(path)}
     with path.open("a", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, [each.name for each in fields(Answer)])
         if not done:
             writer.writeheader()
-        asked = _asked(chosen.seed, chosen.count, chosen.unreachable, free=chosen.free)
+        asked = _asked(chosen)
         for number, made in enumerate(asked):
             if made.scenario.name in done:
                 continue
@@ -352,10 +354,16 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-def _asked(seed: int, count: int, beyond: int, *, free: bool) -> Iterator[Mission]:
-    yield from _with_free_elements(seed, count) if free else missions(seed, count)
-    for number in range(beyond):
-        yield unreachable(seed, number)
+def _asked(chosen: argparse.Namespace) -> Iterator[Mission]:
+    from benchmarks import two_burn_missions as two  # which makes its missions of what is defined here
+
+    seed, count = chosen.seed, chosen.count
+    if chosen.two_burns:
+        yield from two.transfers(seed, count)
+    else:
+        yield from _with_free_elements(seed, count) if chosen.free else missions(seed, count)
+    for number in range(chosen.unreachable):
+        yield two.unreachable_transfer(seed, number) if chosen.two_burns else unreachable(seed, number)
 
 
 def tally(answers: object) -> str:

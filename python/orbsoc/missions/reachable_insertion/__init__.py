@@ -12,6 +12,7 @@ from .burn_plan import Stage
 from .dispersion import DISPERSION, disperse
 from .planner import COLUMNS, Plan, plan, reproduce
 from .scenario import Scenario, load_scenario
+from .two_burns.planner import TwoBurnPlan
 
 PAPER = "004"
 
@@ -24,6 +25,7 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "Stage",
+    "TwoBurnPlan",
     "disperse",
     "load_scenario",
     "plan",

@@ -1,0 +1,141 @@
+"""Random transfers whose answer is known: coast, burn, coast, burn is flown forward, and the orbit it ends on is the target.
+
+`python -m benchmarks.missions --two-burns` plans them. The burns of the construction bound the shortest ones; half of the missions
+ignite now, half when it suits. `unreachable_transfer` makes targets that no number of burns reaches.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.missions import LOWEST_M, STANDARD_GRAVITY_M_S2, Mission, axes_along
+from orbsoc.missions.reachable_insertion import Scenario
+from orbsoc.orbit import EARTH, Elements, Thruster, elements_from_state, propagate_burn, state_from_elements
+from orbsoc.orbit.propagate import Steering
+
+Array = NDArray[np.float64]
+
+KINDS = ("raise", "lower", "plane", "any")
+LONGEST_ARC = 0.25
+"""Of the period of the first orbit, that one burn may take."""
+DELTA_V_M_S = (20.0, 2000.0)
+"""Of one burn."""
+COASTS = (0.05, 0.9)
+"""Between the burns, in periods of the first orbit."""
+HIGHEST_ECCENTRICITY = 1.5
+OFF = Thruster(1.0, 0.0, 0.0)
+
+
+def transfers(seed: int, count: int) -> Iterator[Mission]:
+    """The first `count` of a seed, kinds by turns; each depends on (seed, number) alone."""
+    for number in range(count):
+        yield transfer(seed, number)
+
+
+def transfer(seed: int, number: int) -> Mission:
+    """Mission `number` of a seed; draws are repeated until one can be flown."""
+    random = np.random.default_rng([seed, number, 2])
+    kind = KINDS[number % len(KINDS)]
+    while True:
+        found = _constructed(kind, f"two-burns-{kind}-{seed}-{number}", random)
+        if found is not None:
+            return found
+
+
+def unreachable_transfer(seed: int, number: int) -> Mission:
+    """A target out of reach by turns: an energy that the vehicle cannot buy even at the ground, or the first orbit flown the
+    other way round, which costs more than 0.8 of its speed however it is done, by a vehicle that has 0.3 of it at most."""
+    random = np.random.default_rng([seed, number, 3])
+    while True:
+        made = transfer(seed, int(random.integers(1_000_000)))
+        vehicle, start = made.scenario.vehicle, made.scenario.initial.vector()
+        exhaust = vehicle.thrust_n / vehicle.mass_flow_kg_s
+        delta_v = exhaust * np.log(vehicle.mass_kg / vehicle.dry_mass_kg)
+        orbit = elements_from_state(start[:3], start[3:])
+        if number % 2 == 0:
+            at_ground = np.sqrt(2.0 * EARTH.mu_m3_s2 * (1.0 / EARTH.earth_radius_m - 0.5 / orbit.sma_m))
+            energy = 0.5 * (at_ground + delta_v + 200.0) ** 2 - EARTH.mu_m3_s2 / EARTH.earth_radius_m
+            sma = -0.5 * EARTH.mu_m3_s2 / energy
+            ecc = abs(1.0 - orbit.perigee_radius_m / sma)
+            target = Elements(sma, ecc, orbit.inc_rad, orbit.raan_rad, orbit.argp_rad, 0.0)
+            state = np.concatenate(state_from_elements(target))
+        elif orbit.ecc < 0.02 and delta_v < 0.3 * float(np.linalg.norm(start[3:])):
+            state = np.concatenate([start[:3], -start[3:]])
+        else:
+            continue
+        changed = made.scenario.with_changes(
+            name=f"unreachable-transfer-{seed}-{number}",
+            target={"position_m": state[:3].tolist(), "velocity_m_s": state[3:].tolist()},
+        )
+        return Mission("unreachable", changed, float("inf"))
+
+
+def _constructed(kind: str, name: str, random: np.random.Generator) -> Mission | None:
+    """One draw; None when its flight dives, takes too long, or ends on an orbit that is not wanted."""
+    first = _first_orbit(random)
+    start = np.concatenate(state_from_elements(first))
+    period_s = first.period_s()
+    mass_kg = 10.0 ** random.uniform(np.log10(200.0), np.log10(2e5))
+    thrust_n = mass_kg * 10.0 ** random.uniform(np.log10(0.3), np.log10(30.0))
+    exhaust_m_s = STANDARD_GRAVITY_M_S2 * random.uniform(220.0, 460.0)
+    flow_kg_s = thrust_n / exhaust_m_s
+    delta_v = 10.0 ** random.uniform(*np.log10(DELTA_V_M_S), 2)
+    masses = mass_kg * np.exp(-np.cumsum(delta_v) / exhaust_m_s)
+    burns_s = np.array([mass_kg - masses[0], masses[0] - masses[1]]) / flow_kg_s
+    longest_s = float(burns_s.sum()) * random.uniform(1.1, 1.6)
+    dry_kg = mass_kg - flow_kg_s * longest_s
+    if burns_s.max() > LONGEST_ARC * period_s or dry_kg < 0.02 * mass_kg:
+        return None
+    free = bool(random.integers(2))
+    coasts_s = (random.uniform(0.0, period_s) if free else 0.0, random.uniform(*COASTS) * period_s)
+    state, lowest = start, np.inf
+    for k, (coast_s, burn_s) in enumerate(zip(coasts_s, burns_s, strict=True)):
+        for thruster, steering, time_s in (
+            (OFF, lambda _t, x: x[3:], coast_s),
+            (Thruster((mass_kg, *masses)[k], thrust_n, flow_kg_s), _programme(kind, burn_s, random), burn_s),
+        ):
+            arc = propagate_burn(state, thruster, steering, np.linspace(0.0, time_s, 65))
+            lowest = min(lowest, float(np.linalg.norm(arc[:, :3], axis=1).min()))
+            state = arc[-1]
+    last = elements_from_state(state[:3], state[3:])
+    if lowest < EARTH.earth_radius_m + LOWEST_M or last.ecc > HIGHEST_ECCENTRICITY:
+        return None
+    if last.perigee_radius_m < EARTH.earth_radius_m + LOWEST_M:
+        return None
+    scenario = Scenario.model_validate({
+        "mission": "reachable_insertion", "name": name, "problem": "min_time", "axes": "eci",
+        "vehicle": {"mass_kg": mass_kg, "dry_mass_kg": dry_kg, "thrust_n": thrust_n, "mass_flow_kg_s": flow_kg_s},
+        "initial": {"position_m": start[:3].tolist(), "velocity_m_s": start[3:].tolist()},
+        "target": {"position_m": state[:3].tolist(), "velocity_m_s": state[3:].tolist()},
+        "burn": {"count": 2, "ignition": "free" if free else "now"},
+    })  # fmt: skip
+    return Mission(kind, scenario, float(burns_s.sum()))
+
+
+def _first_orbit(random: np.random.Generator) -> Elements:
+    perigee_m = EARTH.earth_radius_m + 1e3 * 10.0 ** random.uniform(np.log10(200.0), np.log10(2000.0))
+    ecc = random.choice([0.0, random.uniform(0.0, 0.1), random.uniform(0.1, 0.6)])
+    inc = random.uniform(0.0, np.pi)
+    raan, argp, anomaly = random.uniform(0.0, 2.0 * np.pi, 3)
+    return Elements(perigee_m / (1.0 - ecc), float(ecc), float(inc), raan, argp, float(anomaly))
+
+
+def _programme(kind: str, burn_s: float, random: np.random.Generator) -> Steering:
+    """A nominal direction that suits the kind, in axes along and across the motion, and a random smooth turn."""
+    nominal = {
+        "raise": np.array([1.0, 0.0, 0.0]),
+        "lower": np.array([-1.0, 0.0, 0.0]),
+        "plane": np.array([random.uniform(-0.5, 0.5), 0.0, random.choice([-1.0, 1.0])]),
+        "any": random.standard_normal(3),
+    }[kind]
+    nominal = nominal / np.linalg.norm(nominal)
+    wobble = 10.0 ** random.uniform(-2.0, -0.4) * random.standard_normal((3, 3))
+
+    def steering(t_s: float, state: Array) -> Array:
+        tau = 2.0 * t_s / burn_s - 1.0
+        return np.asarray((nominal + wobble[0] + wobble[1] * tau + wobble[2] * tau**2) @ axes_along(state))
+
+    return steering

@@ -1,0 +1,102 @@
+"""Flights of transfers, their sensitivities, and their restoration, against finite differences and the independent integrator."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from benchmarks.two_burn_missions import transfer
+from orbsoc.guidance.collocation import legendre_gauss
+from orbsoc.guidance.powered_flight import Burn
+from orbsoc.missions.reachable_insertion.made_ready import MadeReady
+from orbsoc.missions.reachable_insertion.two_burns.flight import ends_of, sensitivities
+from orbsoc.missions.reachable_insertion.two_burns.restoration import restored
+from orbsoc.missions.reachable_insertion.two_burns.search import limits_of
+from orbsoc.missions.reachable_insertion.two_burns.starts import as_burns, guesses
+from orbsoc.missions.reachable_insertion.two_burns.transfer import Transfer, rotated
+from orbsoc.missions.reachable_insertion.two_burns.verification import fly
+
+Array = NDArray[np.float64]
+BURN = Burn(np.array([1.05, 0.0, 0.0, 0.0, 0.98, 0.1]), 0.3, 0.1, 5.0)
+STEP = 1e-5
+
+
+def made() -> Transfer:
+    random = np.random.default_rng(4)
+    controls = np.array([[1.0, 0.2, -0.4]]) + 0.03 * random.standard_normal((2, 12, 3))
+    grid = legendre_gauss(12)
+    return Transfer(grid, np.array([0.3, 2.0]), np.array([0.5, 0.8]), controls).directed
+
+
+def slope(one: Transfer, other: Transfer) -> Array:
+    ends = ends_of(BURN, [one, other])
+    return np.asarray((ends[0] - ends[1]) / (2.0 * STEP))
+
+
+@pytest.mark.parametrize("k", range(2))
+def test_the_end_follows_coasts_and_durations_as_differences_say(k: int) -> None:
+    transfer, step = made(), STEP * np.eye(2)[k]
+    found = sensitivities(BURN, transfer)
+    np.testing.assert_allclose(found.end, ends_of(BURN, [transfer])[0], atol=1e-13)
+    by_coast = slope(
+        replace(transfer, coasts=transfer.coasts + step), replace(transfer, coasts=transfer.coasts - step)
+    )
+    by_duration = slope(
+        replace(transfer, durations=transfer.durations + step),
+        replace(transfer, durations=transfer.durations - step),
+    )
+    np.testing.assert_allclose(found.by_coasts[:, k], by_coast, atol=1e-7)
+    np.testing.assert_allclose(found.by_durations[:, k], by_duration, atol=1e-7)
+
+
+@pytest.mark.parametrize("k", range(2))
+def test_the_end_follows_the_thrust_as_differences_say(k: int) -> None:
+    """A turn of all directions together, of which the interpolant's length does not change."""
+    transfer = made()
+    turn = np.array([0.3, -0.5, 0.7])
+    found = sensitivities(BURN, transfer)
+    swept = np.cross(turn, transfer.controls[k])
+    turns = np.zeros((2, 3))
+    turns[k] = STEP * turn
+    by_turn = slope(transfer.moved(np.zeros(4), turns), transfer.moved(np.zeros(4), -turns))
+    np.testing.assert_allclose(np.einsum("ina,na->i", found.by_controls[:, k], swept), by_turn, rtol=2e-3, atol=1e-5)
+
+
+@pytest.mark.parametrize("k", range(2))
+def test_directions_turn_as_the_way_to_the_ignition_does(k: int) -> None:
+    transfer = made()
+    found = sensitivities(BURN, transfer)
+    for j in range(4):
+        times = STEP * np.eye(4)[j]
+        later = sensitivities(BURN, transfer.moved(times, np.zeros((2, 3)))).states[k, 0, :3]
+        now = found.states[k, 0, :3]
+        expected = np.cross(now, (later - now) / STEP) / (now @ now)
+        np.testing.assert_allclose(found.turns[k, :, j], expected, atol=1e-4)
+
+
+def test_a_rotation_is_orthogonal_and_composes() -> None:
+    vectors = np.random.default_rng(1).standard_normal((5, 3))
+    turn = np.array([0.4, -1.1, 0.3])
+    once = rotated(vectors, turn)
+    np.testing.assert_allclose(np.linalg.norm(once, axis=1), np.linalg.norm(vectors, axis=1))
+    np.testing.assert_allclose(rotated(once, -turn), vectors, atol=1e-14)
+    np.testing.assert_allclose(rotated(vectors, 0.0 * turn), vectors)
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_a_restored_start_ends_on_the_orbit_by_the_independent_integrator(number: int) -> None:
+    scenario = transfer(77, number).scenario
+    ready = MadeReady.of(scenario)
+    limits = limits_of(ready)
+    starts = [as_burns(ready.burn, limits, pair, 12) for pair in guesses(ready.burn, ready.target, limits)[:3]]
+    found = [restored(ready.burn, ready.target, limits, each) for each in starts]
+    reaching = [each for each in found if each.reaches]
+    assert reaching
+    for each in reaching:
+        end = ready.units.state_from_si(fly(scenario, each.transfer).end)
+        assert np.abs(ready.target.conditions(end[None])).max() < 1e-8
+        assert each.transfer.coasts[0] <= limits.ignition
+        assert each.transfer.burning <= limits.burning * (1.0 + 1e-12)
