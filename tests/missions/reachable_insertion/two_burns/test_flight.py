@@ -62,7 +62,9 @@ def test_the_end_follows_the_thrust_as_differences_say(k: int) -> None:
     turns = np.zeros((2, 3))
     turns[k] = STEP * turn
     by_turn = slope(transfer.moved(np.zeros(4), turns), transfer.moved(np.zeros(4), -turns))
-    np.testing.assert_allclose(np.einsum("ina,na->i", found.by_controls[:, k], swept), by_turn, rtol=2e-3, atol=1e-5)
+    np.testing.assert_allclose(
+        np.einsum("ina,na->i", found.by_controls[:, k], swept), by_turn, rtol=2e-3, atol=1e-5
+    )
 
 
 @pytest.mark.parametrize("k", range(2))
@@ -91,7 +93,9 @@ def test_a_restored_start_ends_on_the_orbit_by_the_independent_integrator(number
     scenario = transfer(77, number).scenario
     ready = MadeReady.of(scenario)
     limits = limits_of(ready)
-    starts = [as_burns(ready.burn, limits, pair, 12) for pair in guesses(ready.burn, ready.target, limits)[:3]]
+    starts = [
+        as_burns(ready.burn, limits, pair, 12) for pair in guesses(ready.burn, ready.target, limits)[:3]
+    ]
     found = [restored(ready.burn, ready.target, limits, each) for each in starts]
     reaching = [each for each in found if each.reaches]
     assert reaching

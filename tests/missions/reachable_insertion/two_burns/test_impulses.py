@@ -31,7 +31,9 @@ def found(target: Elements, **limits: Any) -> list[Any]:
     departures = np.linspace(0.0, 6.8, 60)
     states = coasted_in_closed_form(np.tile(state(LOW), (60, 1)), departures)
     whenever = limits.get("allowed", lambda departure, size: departure + size >= 0.0)
-    return cheapest(departures, states, TargetOrbit.through(state(target)), limits.get("longest", 1e3), whenever)
+    return cheapest(
+        departures, states, TargetOrbit.through(state(target)), limits.get("longest", 1e3), whenever
+    )
 
 
 @pytest.mark.parametrize("orbit", ORBITS.values(), ids=ORBITS)
@@ -49,7 +51,7 @@ def test_every_pair_ends_on_the_target_orbit_after_its_flight(orbit: Elements) -
 
 
 def test_between_two_circles_the_cheapest_is_hohmanns_within_the_grid() -> None:
-    r1, r2 = UNITS.length_m ** -1 * np.array([LOW.sma_m, ORBITS["circle"].sma_m])
+    r1, r2 = UNITS.length_m**-1 * np.array([LOW.sma_m, ORBITS["circle"].sma_m])
     first = np.sqrt(2.0 * r2 / (r1 * (r1 + r2))) - np.sqrt(1.0 / r1)
     second = np.sqrt(1.0 / r2) - np.sqrt(2.0 * r1 / (r2 * (r1 + r2)))
     best = found(ORBITS["circle"])[0]

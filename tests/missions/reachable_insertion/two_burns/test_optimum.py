@@ -44,7 +44,9 @@ def hohmann_m_s(inner_m: float, outer_m: float, turns_rad: tuple[float, float] =
 @pytest.mark.parametrize(
     ("thrust_n", "losses"), [(20000.0, 1e-5), (5000.0, 1e-4), (500.0, 0.02)], ids=["high", "shipped", "low"]
 )
-def test_a_raise_costs_hohmanns_impulses_and_the_losses_of_finite_burns(thrust_n: float, losses: float) -> None:
+def test_a_raise_costs_hohmanns_impulses_and_the_losses_of_finite_burns(
+    thrust_n: float, losses: float
+) -> None:
     scenario = load_scenario(RAISE)
     flow = scenario.vehicle.mass_flow_kg_s * thrust_n / scenario.vehicle.thrust_n
     found = planned(scenario.with_changes(vehicle={"thrust_n": thrust_n, "mass_flow_kg_s": flow}))
@@ -59,7 +61,9 @@ def test_a_turn_is_shared_between_the_burns_as_the_best_impulses_share_it() -> N
     found = planned(scenario.with_changes(vehicle=vehicle))
     total = np.deg2rad(55.0 - 51.6)
     best: Any = minimize_scalar(
-        lambda first: hohmann_m_s(6778137.0, 7278137.0, (first, total - first)), bounds=(0.0, total), method="bounded"
+        lambda first: hohmann_m_s(6778137.0, 7278137.0, (first, total - first)),
+        bounds=(0.0, total),
+        method="bounded",
     )
     assert best.fun * (1.0 - 1e-6) <= found.delta_v_m_s <= best.fun * (1.0 + 1e-3)
 
@@ -74,7 +78,9 @@ def shot(scenario: Scenario, x: Array, units: CanonicalUnits) -> Array:
     for k in range(2):
         coast, duration, *angles = x[8 * k : 8 * k + 8]
 
-        def rate(t: float, s: Array, thrust: float, mass: float, angles: list[float], duration: float) -> Array:
+        def rate(
+            t: float, s: Array, thrust: float, mass: float, angles: list[float], duration: float
+        ) -> Array:
             tau = 2.0 * t / duration - 1.0 if thrust else 0.0
             right = angles[0] + angles[1] * tau + angles[2] * tau**2
             up = angles[3] + angles[4] * tau + angles[5] * tau**2
@@ -84,7 +90,13 @@ def shot(scenario: Scenario, x: Array, units: CanonicalUnits) -> Array:
 
         for thrust, time in ((0.0, coast), (acceleration, duration)):
             ran: Any = solve_ivp(
-                rate, (0.0, time), state, method="DOP853", rtol=1e-11, atol=1e-12, args=(thrust, mass, angles, duration)
+                rate,
+                (0.0, time),
+                state,
+                method="DOP853",
+                rtol=1e-11,
+                atol=1e-12,
+                args=(thrust, mass, angles, duration),
             )
             state = ran.y[:, -1]
         mass -= flow * duration
