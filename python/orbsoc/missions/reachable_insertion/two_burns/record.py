@@ -27,7 +27,7 @@ from .verification import TransferFlight
 Array = NDArray[np.float64]
 
 COASTED = 4
-"""Of the samples of a coast between burns, one in so many is told."""
+"""Every fourth sample of a coast between burns is told."""
 
 
 def plan_document(plan: TransferPlan) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Where the search sets out: two impulses, each stretched to a burn about its point of time.
+"""Where the search sets out: two impulses, each made into a burn about its point of time.
 
 A target with free elements is completed in a few ways, and the impulses are sought to each; the burns then have to meet only
 what is given.
