@@ -84,9 +84,9 @@ def test_the_document_is_json_and_holds_both_burns(raised: TwoBurnPlan) -> None:
 def test_the_attitude_file_flown_by_its_rows_ends_on_the_target_orbit(raised: TwoBurnPlan) -> None:
     """Linear between rows, thrust and its mass flow where the file says so: nothing of the planner is used."""
     rows = list(csv.DictReader(io.StringIO(raised.tables()["attitude.csv"])))
-    assert list(rows[0]) == ["t_s", "ux_eci", "uy_eci", "uz_eci", "mass_kg", "thrust_n"]
+    assert list(rows[0]) == ["t_s", "ux_eci", "uy_eci", "uz_eci", "mass_kg", "rate_deg_s", "thrust_n"]
     table = np.array([[float(value) for value in row.values()] for row in rows])
-    times, thrust = table[:, 0], table[:, 5]
+    times, thrust = table[:, 0], table[:, 6]
     assert times[0] == 0.0
     assert (np.diff(times) > 0.0).all()
     np.testing.assert_allclose(np.linalg.norm(table[:, 1:4], axis=1), 1.0, atol=1e-9)
@@ -191,6 +191,8 @@ REFUSED = {
     "a coast between one burn": ({"burn.count": 1, "burn.duration_s": 9.0, "burn.longest_coast_s": 9.0}, "burn.longest_coast_s"),
     "one burn without its time": ({"burn.count": 1}, "burn.duration_s: is missing"),
     "three burns": ({"burn.count": 3}, "burn.count"),
+    "a bound on the attitude rate": ({"limits.attitude_rate_deg_s": 1.0}, "limits.attitude_rate_deg_s = 1"),
+    "J2 on the coast": ({"burn.coast_j2": True, "burn.ignition": "free"}, "burn.coast_j2 = true"),
     "an ignition that is not free": ({"burn.latest_ignition_s": 9.0}, "burn.latest_ignition_s"),
 }  # fmt: skip
 

@@ -29,6 +29,8 @@ def two_burns_instead(plan: BurnPlan) -> TwoBurns | None:
     scenario = plan.scenario
     if scenario.problem != "min_time" or plan.status in (PlanStatus.VERIFIED, PlanStatus.INTERRUPTED):
         return None
+    if scenario.limits is not None or scenario.burn.coast_j2:  # which two burns do not take
+        return None
     ready = MadeReady.of(scenario)
     burn = ready.burn
     if proof_of_infeasibility(burn, ready.target, burn.longest, whole_orbit=True, coasts=True):

@@ -16,6 +16,7 @@ from ..record import (
     attitude_axes,
     attitude_rows,
     csv_text,
+    forces_document,
     orbit_document,
     proof_document,
 )
@@ -66,6 +67,9 @@ def plan_document(plan: TransferPlan) -> dict[str, Any]:
         ],
         "starts": starts_tried(plan),
         "proof": plan.proof and proof_document(plan.proof),
+        "forces": forces_document(plan.scenario),
+        "attitude_rate": found
+        and {"peak_deg_s": _peak_deg_s(found.flight), "bound_deg_s": None, "active": None},
         "scp_iterations": len(plan.subproblems),
         "nodes": best and best.nodes,
         "stages": [
@@ -84,6 +88,11 @@ def plan_document(plan: TransferPlan) -> dict[str, Any]:
         "constants": EARTH.to_dict(),
         "scenario": plan.scenario.model_dump(mode="json"),
     }
+
+
+def _peak_deg_s(flight: TransferFlight) -> float:
+    """The fastest turn of the thrust over the samples of both burns."""
+    return float(np.rad2deg(max(each.rate_rad_s.max() for each in flight.burns)))
 
 
 def _programme_document(plan: TransferPlan) -> dict[str, Any]:
@@ -118,9 +127,8 @@ def attitude_csv(plan: TransferPlan) -> str | None:
         if k:
             rows.append(_coast_rows(axes, flight, k, mass_kg))
         mass = mass_kg - vehicle.mass_flow_kg_s * burn.times_s
-        told = attitude_rows(
-            axes, burn.times_s + flight.starts_s[2 * k + 1], burn.direction, burn.propagated, mass
-        )
+        times, rate = burn.times_s + flight.starts_s[2 * k + 1], np.rad2deg(burn.rate_rad_s)
+        told = attitude_rows(axes, times, burn.direction, burn.propagated, mass, rate)
         rows.append(np.column_stack([told, np.full(len(told), vehicle.thrust_n)]))
         mass_kg = float(mass[-1])
     table = np.vstack(rows)
@@ -133,8 +141,17 @@ def _coast_rows(axes: str, flight: TransferFlight, k: int, mass_kg: float) -> Ar
     coast = flight.coasts[k]
     times, states = coast.times_s[COASTED:-1:COASTED], coast.states[COASTED:-1:COASTED]
     shares = times / coast.times_s[-1]
-    u = turned(flight.burns[k - 1].direction[-1], flight.burns[k].direction[0], shares)
-    told = attitude_rows(axes, times + flight.starts_s[2 * k], u, states, np.full(len(times), mass_kg))
+    first, last = flight.burns[k - 1].direction[-1], flight.burns[k].direction[0]
+    angle_deg = np.rad2deg(np.arctan2(np.linalg.norm(np.cross(first, last)), first @ last))
+    still = np.ones(len(times))
+    told = attitude_rows(
+        axes,
+        times + flight.starts_s[2 * k],
+        turned(first, last, shares),
+        states,
+        mass_kg * still,
+        angle_deg / coast.times_s[-1] * still,
+    )
     return np.column_stack([told, np.zeros(len(told))])
 
 

@@ -18,10 +18,11 @@ from orbsoc.orbit import (
 )
 
 from ..any_target import AnyTarget
+from ..attitude_rate import rates
 from ..coast import ENGINE_OFF
 from ..free_target import FreeTarget
 from ..scenario import Scenario
-from ..verification import SAMPLES, Flight, OrbitErrors, failures_of, orbit_of
+from ..verification import SAMPLES, Flight, OrbitErrors, failures_of, orbit_of, per_second
 from .transfer import Transfer
 
 Array = NDArray[np.float64]
@@ -93,7 +94,8 @@ def fly(scenario: Scenario, transfer: Transfer) -> TransferFlight:
         times_s = 0.5 * duration_s * (tau + 1.0)
         steering = commanded(transfer.grid, controls, duration_s)
         states = propagate_burn(coasts[-1].states[-1], thruster, steering, times_s)
-        burns.append(Flight(times_s, raw / size[:, None], size, states, states))
+        turning = per_second(rates(transfer.grid, controls, tau), duration_s)
+        burns.append(Flight(times_s, raw / size[:, None], turning, size, states, states))
         starts += [now_s, now_s + coast_s]
         now_s += coast_s + duration_s
         state = states[-1]
