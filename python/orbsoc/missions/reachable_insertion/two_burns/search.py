@@ -44,9 +44,7 @@ Array = NDArray[np.float64]
 FLOWN = 6
 """Pairs of impulses that are made into burns and flown onto the target orbit."""
 SHORTENED = 3
-"""Of these, the shortest, that convex problems shorten; of two that end alike no third."""
-SAME = 1e-5
-"""Relative difference of burns that are taken for the same."""
+"""Of these, the shortest, that convex problems shorten: all of them, for two that end alike can end beside a third."""
 GROWTH = 1.5
 """Factor by which the grid grows when the thrust turns faster than it follows."""
 BEYOND = 1.5
@@ -164,7 +162,7 @@ class Search:
 
     def _run(self, ready: MadeReady, found: Found) -> None:
         limits = limits_of(ready)
-        ends: list[float] = []
+        shortened = 0
         for start in flown_starts(ready, limits, FLOWN):
             if not start.flown.reaches:
                 miss = start.flown.miss
@@ -172,9 +170,9 @@ class Search:
                 outcome = Outcome(ExitReason.INFEASIBLE, start.flown.transfer, (), message)
                 found.attempts.append(Attempt(start.name, "corrected in flight", outcome, miss))
                 found.consider(found.attempts[-1], None)
-            elif len(ends) < SHORTENED and not _agree(ends):
+            elif shortened < SHORTENED:
                 self._shorten(ready, limits, found, start)
-                ends.append(found.attempts[-1].transfer.burning)
+                shortened += 1
             if found.interrupted:
                 return
 
@@ -234,11 +232,6 @@ class Search:
             rules=replace(TRUST, max_iterations=max(self.rules.max_iterations, TRUST.max_iterations)),
             callback=self.callback,
         )
-
-
-def _agree(ends: list[float]) -> bool:
-    """Whether the first two descents ended in the same burns."""
-    return len(ends) == 2 and abs(ends[0] - ends[1]) <= SAME * ends[0]
 
 
 def above_ground(burn: Burn, flown: Restored) -> bool:
