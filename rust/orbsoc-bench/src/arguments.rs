@@ -13,6 +13,9 @@ orbsoc-bench FOLDER|FILE … [--repeats N] [--tol T] [--stages] [--label TEXT] [
     --batch N      solve N variants of each problem in SIMD lanes on one thread, too; time per problem
     --label TEXT   what is measured, for the header of the file
     --out FILE     write the results as CSV
+orbsoc-bench --warm FOLDER|FILE … [--repeats N] [--tol T] [--stages]
+    New numbers and a solve, c, b and h changed by up to 1 %: from cold, and from the solution before the change.
+    --stages       time every stage of both, too
 orbsoc-bench --schedule FOLDER|FILE … [--repeats N]
     Millions of operations a second that the PL's schedulers take in, on engines of 1, 2, 4 and 8 lanes,
     and a fingerprint of the microcode.
@@ -25,6 +28,7 @@ pub enum Command {
     Compare { before: PathBuf, after: PathBuf },
     Measure(Plan),
     Schedule(Plan),
+    Warm(Plan),
 }
 
 /// What to measure and where to write it.
@@ -53,7 +57,7 @@ impl Command {
             label: String::new(),
             out: None,
         };
-        let mut schedule = false;
+        let (mut schedule, mut warm) = (false, false);
         while let Some(argument) = arguments.next() {
             let mut value = || arguments.next().ok_or(format!("{argument} needs a value; see --help"));
             match argument.as_str() {
@@ -70,6 +74,7 @@ impl Command {
                 "--stages" => plan.stages = true,
                 "--cold" => plan.cold = true,
                 "--schedule" => schedule = true,
+                "--warm" => warm = true,
                 _ if argument.starts_with('-') => {
                     return Err(format!("unknown option {argument}; see --help"))
                 }
@@ -79,7 +84,11 @@ impl Command {
         if plan.paths.is_empty() {
             return Err("no problems: give a folder or a file of orbsoc.problem/1; see --help".into());
         }
-        Ok(if schedule { Self::Schedule(plan) } else { Self::Measure(plan) })
+        Ok(match (schedule, warm) {
+            (true, _) => Self::Schedule(plan),
+            (_, true) => Self::Warm(plan),
+            _ => Self::Measure(plan),
+        })
     }
 }
 

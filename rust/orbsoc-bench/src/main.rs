@@ -5,6 +5,7 @@
 //! orbsoc-bench out/problems/mission004 --stages --out before.csv
 //! orbsoc-bench out/problems/mission004 --stages --out after.csv      # at another commit
 //! orbsoc-bench --compare before.csv after.csv
+//! orbsoc-bench --warm out/problems/portfolio --stages
 //! orbsoc-bench --schedule out/problems/mission004 --repeats 5
 //! ```
 
@@ -17,6 +18,8 @@ mod results;
 mod schedules;
 mod spread;
 mod stages;
+mod variants;
+mod warm;
 
 use arguments::{Command, HELP};
 use failure::Failure;
@@ -42,12 +45,20 @@ fn run() -> Result<(), Failure> {
         Command::Schedule(plan) => {
             print!("{}", schedules::table(&schedules::measure(&load(&plan.paths)?, &plan)?));
         }
+        Command::Warm(plan) => {
+            let measured = warm::measure(&load(&plan.paths)?, &plan)?;
+            print!("{}", warm::table(&measured));
+            if plan.stages {
+                print!("\nfrom cold\n{}", results::stage_table(measured.iter().map(|m| &m.cold.stages)));
+                print!("\nwarm\n{}", results::stage_table(measured.iter().map(|m| &m.warm.stages)));
+            }
+        }
         Command::Measure(plan) => {
             let problems = load(&plan.paths)?;
             let measured = measure::measure(&problems, &plan)?;
             print!("{}", results::table(&measured));
             if plan.stages {
-                print!("\n{}", results::stage_table(&measured));
+                print!("\n{}", results::stage_table(measured.iter().map(|m| &m.stages)));
             }
             if let Some(path) = &plan.out {
                 results::write(path, &measured, &plan)?;

@@ -4,7 +4,8 @@ use crate::arguments::Plan;
 use crate::failure::Failure;
 use crate::spread::{microseconds, Spread};
 use crate::stages::{Clocks, StageTimes};
-use orbsoc::{BatchSolver, Engine, Problem, Settings, Solution};
+use crate::variants::vary;
+use orbsoc::{BatchSolver, Engine, Problem, Settings, Solution, STARTUP};
 use std::time::Instant;
 
 /// The measurements on one problem.
@@ -49,11 +50,11 @@ pub fn measure(problems: &[(String, Problem)], plan: &Plan) -> Result<Vec<Measur
             }
             if let Some(solver) = lanes.get_mut(k) {
                 let start = Instant::now();
-                variants(solver, plan.batch).map_err(refuse)?;
+                solve_variants(solver, plan.batch).map_err(refuse)?;
                 batches[k].push(microseconds(start) / plan.batch as f64);
             }
             if plan.stages {
-                clocks[k].time(Engine::new(problem, &settings).map_err(refuse)?);
+                clocks[k].time(STARTUP, &mut Engine::new(problem, &settings).map_err(refuse)?);
             }
         }
     }
@@ -83,19 +84,6 @@ fn evict(other: &mut [u64]) {
 }
 
 /// Solve variants of a problem: each number of c, b and h differs by up to a thousandth.
-fn variants(solver: &mut BatchSolver, count: usize) -> Result<Vec<Solution>, orbsoc::Error> {
-    solver.solve(count, |k, problem| {
-        let mut state = k as u64;
-        let mut varied = |numbers: &[f64]| -> Vec<f64> {
-            let mut vary = |&x: &f64| {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                x * (1.0 + 1e-3 * ((state >> 40) as f64 / f64::from(1 << 24)))
-            };
-            numbers.iter().map(&mut vary).collect()
-        };
-        let [c, b, h] = [problem.c(), problem.b(), problem.h()].map(&mut varied);
-        problem.set_c(&c)?;
-        problem.set_b(&b)?;
-        problem.set_h(&h)
-    })
+fn solve_variants(solver: &mut BatchSolver, count: usize) -> Result<Vec<Solution>, orbsoc::Error> {
+    solver.solve(count, |k, problem| vary(problem, 1e-3, k as u64))
 }

@@ -4,6 +4,7 @@ use crate::arguments::Plan;
 use crate::failure::Failure;
 use crate::measure::Measured;
 use crate::spread::Spread;
+use crate::stages::StageTimes;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
@@ -50,10 +51,10 @@ pub fn table(measured: &[Measured]) -> String {
 }
 
 /// Stages, the most expensive first: means over the problems of their medians.
-pub fn stage_table(measured: &[Measured]) -> String {
+pub fn stage_table<'a>(stages: impl ExactSizeIterator<Item = &'a Vec<StageTimes>>) -> String {
     let mut rows: Vec<(&str, &str, f64, f64)> = Vec::new();
-    let problems = measured.len() as f64;
-    for times in measured.iter().flat_map(|m| &m.stages) {
+    let problems = stages.len() as f64;
+    for times in stages.flatten() {
         let (calls, time) = (times.calls as f64 / problems, times.time.median / problems);
         match rows.iter_mut().find(|row| row.0 == times.stage) {
             Some(row) => {

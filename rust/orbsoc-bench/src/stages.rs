@@ -1,7 +1,7 @@
 //! Time of a solve by stage: a clock around every stage of the method.
 
 use crate::spread::{microseconds, Spread};
-use orbsoc::{Engine, Outcome, Stage, CLOSING, ITERATION, STARTUP};
+use orbsoc::{Engine, Outcome, Stage, Step, CLOSING, ITERATION};
 use std::time::Instant;
 
 /// Name of the last part: the status and its residuals, recomputed on the user's data.
@@ -23,10 +23,10 @@ pub struct Clocks {
 }
 
 impl Clocks {
-    /// Time one solve attempt, with the steps of `Engine::solve`.
-    pub fn time(&mut self, engine: Engine<f64>) {
+    /// Time one attempt that begins with these steps, as `Engine::solve` begins with `STARTUP`.
+    pub fn time(&mut self, startup: &[Step], engine: &mut Engine<f64>) {
         let mut attempt = Attempt { engine, times: vec![(0.0, 0); Stage::ALL.len() + 1] };
-        for step in STARTUP {
+        for step in startup {
             step.perform(&mut |stage| attempt.run(stage));
         }
         while !ITERATION
@@ -61,12 +61,12 @@ impl Clocks {
 }
 
 /// A solve attempt; by stage, microseconds and runs.
-struct Attempt {
-    engine: Engine<f64>,
+struct Attempt<'a> {
+    engine: &'a mut Engine<f64>,
     times: Vec<(f64, usize)>,
 }
 
-impl Attempt {
+impl Attempt<'_> {
     fn run(&mut self, stage: Stage) -> Outcome {
         let start = Instant::now();
         let outcome = self.engine.run(stage);

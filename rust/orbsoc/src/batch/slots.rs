@@ -1,8 +1,10 @@
 //! Problems of one pattern in the lanes of one datapath, all at the same stage.
 
 use crate::error::Error;
+use crate::kernels::layout::stop;
 use crate::kkt::structure::Structure;
 use crate::method::control::Control;
+use crate::method::engine::LONG;
 use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION};
 use crate::method::{datapath::Datapath, warm_start::Start, workspace::Buffer};
 use crate::outcome::solution::{better_of, Solution};
@@ -12,7 +14,7 @@ use core::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Asked after each iteration whether to go on; once it is not, attempts end.
+/// Asked after each iteration, and within long factorizations, whether to go on; once it is not, attempts end.
 pub(crate) type Watch<'f> = dyn FnMut() -> ControlFlow<()> + 'f;
 
 /// A problem in a lane.
@@ -41,6 +43,8 @@ pub(crate) struct LaneSlots<T> {
     lanes: Vec<Option<Slot>>,
     /// Buffers that a problem takes along when it moves.
     carried: Vec<Buffer>,
+    /// Multiply–subtracts, in all lanes, from which on a factorization is watched.
+    pub long: usize,
 }
 
 /// Where decisions keep certificates.
@@ -52,11 +56,12 @@ impl<T: Decide> LaneSlots<T> {
             path: Datapath::new(structure.clone(), settings)?,
             lanes: (0..T::LANES).map(|_| None).collect(),
             carried: carried_from_statistics(),
+            long: LONG,
         })
     }
 
     pub fn another(&self) -> Result<Self, Error> {
-        Self::new(&self.path.structure, &self.path.settings)
+        Ok(Self { long: self.long, ..Self::new(&self.path.structure, &self.path.settings)? })
     }
 
     pub fn settings(&self) -> &Settings {
@@ -104,15 +109,15 @@ impl<T: Decide> LaneSlots<T> {
     }
 
     /// Run a start-up list, and the first statistics.
-    pub fn begin(&mut self, startup: &[Step]) {
-        self.follow(startup);
-        self.follow(&ITERATION[..1]);
+    pub fn begin(&mut self, startup: &[Step], watch: &mut Watch<'_>) {
+        self.follow(startup, watch);
+        self.follow(&ITERATION[..1], watch);
     }
 
     /// One iteration, from one statistics to the next.
-    fn iterate(&mut self) {
-        self.follow(&ITERATION[1..]);
-        self.follow(&ITERATION[..1]);
+    fn iterate(&mut self, watch: &mut Watch<'_>) {
+        self.follow(&ITERATION[1..], watch);
+        self.follow(&ITERATION[..1], watch);
     }
 
     /// Iterate until at most `at_most` attempts go on, which are then suspended. All end soon after `watch` says so.
@@ -122,7 +127,7 @@ impl<T: Decide> LaneSlots<T> {
             slot.control.resume(now);
         }
         while self.busy() > at_most {
-            self.iterate();
+            self.iterate(watch);
             if watch().is_break() {
                 self.lanes.iter_mut().flatten().for_each(|slot| slot.control.interrupted = true);
             }
@@ -133,11 +138,43 @@ impl<T: Decide> LaneSlots<T> {
         }
     }
 
-    /// Perform the steps in all lanes; a repeated stage runs as long as any lane asks for it.
-    fn follow(&mut self, steps: &[Step]) {
+    /// Perform the steps in all lanes, up to a long factorization that ends all; a repeated stage runs as long as any lane asks
+    /// for it.
+    fn follow(&mut self, steps: &[Step], watch: &mut Watch<'_>) {
+        let long = self.path.structure.kkt.symbolic.multiply_subtracts.saturating_mul(T::LANES) >= self.long;
         for step in steps {
-            step.perform(&mut |stage| self.run(stage));
+            if long && *step == Step::Run(Stage::Factorize) {
+                if self.factorize_watched(watch) {
+                    return;
+                }
+            } else {
+                step.perform(&mut |stage| self.run(stage));
+            }
         }
+    }
+
+    /// A long factorization, which ends early where each attempt has a reason to: whether it did.
+    fn factorize_watched(&mut self, watch: &mut Watch<'_>) -> bool {
+        let Self { path, lanes, .. } = self;
+        let mut reasons = vec![stop::NONE; T::LANES];
+        let mut ended = false;
+        path.factorize_watched(&mut || {
+            let interrupted = watch().is_break();
+            ended = true;
+            for (slot, reason) in lanes.iter_mut().zip(&mut reasons) {
+                let Some(Slot { control, .. }) = slot.as_mut().filter(|slot| slot.busy()) else { continue };
+                control.interrupted |= interrupted;
+                *reason = control.or_from_outside(stop::NONE);
+                ended &= *reason != stop::NONE;
+            }
+            ended
+        });
+        for (lane, (slot, reason)) in lanes.iter_mut().zip(reasons).enumerate().filter(|_| ended) {
+            if let Some(Slot { control, .. }) = slot.as_mut().filter(|slot| slot.busy()) {
+                control.end(lane, reason, &mut path.work);
+            }
+        }
+        ended
     }
 
     /// Run one stage in all lanes; repeat it if a lane asks to.
@@ -146,7 +183,7 @@ impl<T: Decide> LaneSlots<T> {
         let busy = lanes.iter().enumerate().filter(|(_, slot)| slot.as_ref().is_some_and(Slot::busy));
         let needs_residual =
             busy.map(|(lane, _)| lane).any(|lane| Control::needs_residual(lane, stage, &path.work));
-        path.execute_with_residual(stage, needs_residual);
+        path.execute_as_needed(stage, needs_residual);
         let mut repeats = false;
         for (lane, slot) in lanes.iter_mut().enumerate() {
             let Some(Slot { control, .. }) = slot else { continue };
@@ -181,7 +218,9 @@ impl<T: Decide> LaneSlots<T> {
         if self.lanes.iter().flatten().all(Slot::busy) {
             return Vec::new();
         }
-        self.follow(CLOSING);
+        for step in CLOSING {
+            step.perform(&mut |stage| self.run(stage));
+        }
         let path = &self.path;
         let ended = self.lanes.iter_mut().enumerate().filter_map(|(lane, slot)| {
             let slot = slot.take_if(|slot| !slot.busy())?;

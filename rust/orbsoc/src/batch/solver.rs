@@ -126,7 +126,8 @@ impl BatchSolver {
     }
 
     /// As the others, showing to `observe`, on the calling thread, how far the batch is: at the beginning, after each
-    /// iteration of the lanes, or every millisecond where other threads do the work, and at the end. `observe` may end
+    /// iteration of the lanes and every few milliseconds of a long factorization, or every millisecond where other threads do the
+    /// work, and at the end. `observe` may end
     /// the batch: problems under way then end with their best iterate, those that have not begun without one, as
     /// [`crate::Status::Interrupted`] where that iterate does not meet the tolerance already.
     ///

@@ -35,7 +35,7 @@ pub(crate) trait Work: Send {
 /// One thread's lanes: the problems that began together, and those left over by earlier cohorts. They are kept from one
 /// batch to the next.
 pub(crate) struct LaneWorker<T> {
-    cohort: LaneSlots<T>,
+    pub cohort: LaneSlots<T>,
     /// Made when first needed: in many batches all problems of a cohort end with the same iteration.
     stragglers: Option<LaneSlots<T>>,
     /// Problems that restart.
@@ -58,7 +58,7 @@ impl<T: Decide + Send> Work for LaneWorker<T> {
             let next_batch = self.next_batch(base, take)?;
             if !next_batch.is_empty() {
                 self.make_room(done, watch)?;
-                self.begin(next_batch, start)?;
+                self.begin(next_batch, start, watch)?;
                 self.iterate_cohort(Self::STRAGGLERS, done, watch);
             } else if self.stragglers.as_ref().is_some_and(|stragglers| stragglers.busy() > 0) {
                 self.make_room(done, watch)?;
@@ -107,14 +107,19 @@ impl<T: Decide> LaneWorker<T> {
     }
 
     /// Bring problems to their starting points: warm where there are such, but for those that have tried.
-    fn begin(&mut self, next_batch: Vec<Slot>, start: Option<StartOf<'_, '_>>) -> Result<(), Error> {
+    fn begin(
+        &mut self,
+        next_batch: Vec<Slot>,
+        start: Option<StartOf<'_, '_>>,
+        watch: &mut Watch<'_>,
+    ) -> Result<(), Error> {
         let tried = next_batch.iter().all(|slot| slot.control.warm_start == WarmStart::FellBack);
         self.cohort.fill(next_batch);
         if let Some(start) = start.filter(|_| !tried) {
             self.restarts.extend(self.cohort.load_starts(start)?);
-            self.cohort.begin(WARM_STARTUP);
+            self.cohort.begin(WARM_STARTUP, watch);
         } else {
-            self.cohort.begin(STARTUP);
+            self.cohort.begin(STARTUP, watch);
         }
         Ok(())
     }

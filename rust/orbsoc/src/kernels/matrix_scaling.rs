@@ -22,17 +22,28 @@ pub struct Data<'a, T> {
 const LEAST_COST: f64 = 1e-3;
 const NO_COST: f64 = 1e-12;
 
-/// Scale `data` in place. Outputs: (D, E, F) and its reciprocals over the unknowns, (γ, 1/γ).
+/// What [`equilibrate`] makes beside the scaled data.
+pub struct Scales<'a, T> {
+    /// (D, E, F) …
+    pub scale: &'a mut [T],
+    /// … and its reciprocals, over the unknowns.
+    pub inverse: &'a mut [T],
+    /// γ, 1/γ.
+    pub cost: &'a mut [T],
+    /// DPD.
+    pub equilibrated_p: &'a mut [T],
+}
+
+/// Scale `data` in place.
 #[inline(always)]
 pub fn equilibrate<T: Real>(
     structure: &Structure,
     passes: u32,
     data: &mut Data<T>,
     norms: &mut [T],
-    scale: &mut [T],
-    scale_inverse: &mut [T],
-    cost_scale: &mut [T],
+    scales: Scales<T>,
 ) {
+    let Scales { scale, inverse, cost, equilibrated_p } = scales;
     let (n, p) = (structure.n, structure.p);
     scale.fill(T::one());
     for _ in 0..passes {
@@ -53,18 +64,34 @@ pub fn equilibrate<T: Real>(
         multiply(&structure.equality, norms, n, data.a);
         multiply(&structure.conic, norms, n + p, data.g);
     }
-    for (q, &scale) in data.q.iter_mut().zip(scale.iter()) {
-        *q = *q * scale;
-    }
-    let gamma = cost_factor(&data.q[..n], data.p);
-    for entry in data.p.iter_mut().chain(&mut data.q[..n]) {
-        *entry = *entry * gamma;
-    }
-    for (inverse, &scale) in scale_inverse.iter_mut().zip(scale.iter()) {
+    equilibrated_p.copy_from_slice(data.p);
+    let gamma = scale_vectors(n, scale, data.p, data.q);
+    for (inverse, &scale) in inverse.iter_mut().zip(scale.iter()) {
         *inverse = T::one() / scale;
     }
-    cost_scale[0] = gamma;
-    cost_scale[1] = T::one() / gamma;
+    cost[0] = gamma;
+    cost[1] = T::one() / gamma;
+}
+
+/// Other (c, b, h) beside the same matrices: what [`equilibrate`] makes of them and of P, from its scales and DPD.
+#[inline(always)]
+pub fn rescale<T: Real>(n: usize, scale: &[T], p: &mut [T], q: &mut [T], cost: &mut [T]) {
+    let gamma = scale_vectors(n, scale, p, q);
+    cost[0] = gamma;
+    cost[1] = T::one() / gamma;
+}
+
+/// Scale (c, b, h), and the cost by γ, which is the result.
+#[inline(always)]
+fn scale_vectors<T: Real>(n: usize, scale: &[T], p: &mut [T], q: &mut [T]) -> T {
+    for (q, &scale) in q.iter_mut().zip(scale) {
+        *q = *q * scale;
+    }
+    let gamma = cost_factor(&q[..n], p);
+    for entry in p.iter_mut().chain(&mut q[..n]) {
+        *entry = *entry * gamma;
+    }
+    gamma
 }
 
 /// γ, which makes the largest entry of the scaled P and c one; but where large costs stand beside small ones, no cost
@@ -263,9 +290,11 @@ mod tests {
         let q: Vec<f64> = problem.c.iter().chain(&problem.b).copied().chain(h).collect();
         let (p, a) = (problem.p.values().to_vec(), problem.a.values().to_vec());
         let (scale, inverse, mut norms) = (vec![0.0; unknowns], vec![0.0; unknowns], vec![0.0; unknowns]);
+        let equilibrated_p = &mut vec![0.0; p.len()];
         let mut out = Scaled { structure, p, a, g, q, scale, inverse, cost: [0.0; 2] };
         let Scaled { structure, p, a, g, q, scale, inverse, cost } = &mut out;
-        equilibrate(structure, passes, &mut Data { p, a, g, q }, &mut norms, scale, inverse, cost);
+        let scales = Scales { scale, inverse, cost, equilibrated_p };
+        equilibrate(structure, passes, &mut Data { p, a, g, q }, &mut norms, scales);
         out
     }
 

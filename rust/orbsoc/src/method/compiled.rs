@@ -9,9 +9,13 @@ use crate::real::Decide;
 /// Its methods are not generic. A generic one would be compiled again in each crate that names an engine, and all stages
 /// with it: minutes each time.
 pub trait Compiled: Decide {
-    /// [`Datapath::execute_with_residual`].
+    /// [`Datapath::execute`].
     #[doc(hidden)]
-    fn execute(path: &mut Datapath<Self>, stage: Stage, needs_residual: bool);
+    fn execute(path: &mut Datapath<Self>, stage: Stage);
+
+    /// [`Datapath::execute_as_needed`].
+    #[doc(hidden)]
+    fn execute_as_needed(path: &mut Datapath<Self>, stage: Stage, needs_residual: bool);
 
     /// [`Datapath::factorize_watched`].
     #[doc(hidden)]
@@ -21,8 +25,12 @@ pub trait Compiled: Decide {
 macro_rules! compiled {
     ($($t:ty),*) => {$(
         impl Compiled for $t {
-            fn execute(path: &mut Datapath<Self>, stage: Stage, needs_residual: bool) {
-                path.execute_with_residual(stage, needs_residual);
+            fn execute(path: &mut Datapath<Self>, stage: Stage) {
+                path.execute(stage);
+            }
+
+            fn execute_as_needed(path: &mut Datapath<Self>, stage: Stage, needs_residual: bool) {
+                path.execute_as_needed(stage, needs_residual);
             }
 
             fn factorize_watched(path: &mut Datapath<Self>, stop: &mut dyn FnMut() -> bool) {

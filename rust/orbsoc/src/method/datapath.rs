@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::kernels::decisions::{TOLERANCE_MARGIN, WARM_TOLERANCE_MARGIN};
 use crate::kernels::layout::{control as word, parameter};
 use crate::kkt::structure::Structure;
-use crate::method::dispatch::{execute, factorize_watched};
+use crate::method::dispatch::{execute, factorize_watched, rescale};
 use crate::method::workspace::{Buffer, Workspace};
 use crate::method::{control::Control, restart::Attempt, stage::Stage, warm_start::Start};
 use crate::outcome::verification::{FinishedAttempt, Stop};
@@ -21,6 +21,10 @@ pub struct Datapath<T> {
     pub(crate) structure: Arc<Structure>,
     pub(crate) settings: Settings,
     pub(crate) work: Workspace<T>,
+    /// P, A, G and their scales are those of the matrices as they are loaded.
+    equilibrated: bool,
+    /// They are in the KKT matrix.
+    in_kkt: bool,
 }
 
 /// `refinement_share` at tolerances of 1e-8 and looser, less at tighter ones: no later iteration repairs an error of the
@@ -42,7 +46,7 @@ impl<T: Real> Datapath<T> {
         entries[parameter::RESIDUAL_FLOOR] = T::constant(0.01 * settings.tol);
         entries[parameter::START_FLOOR] = T::constant(START_FLOOR.max(0.01 * settings.tol));
         entries[parameter::STEP_FRACTION] = T::constant(settings.step_fraction);
-        Ok(Self { structure, settings: settings.clone(), work })
+        Ok(Self { structure, settings: settings.clone(), work, equilibrated: false, in_kkt: false })
     }
 
     /// Run a stage's arithmetic.
@@ -51,9 +55,19 @@ impl<T: Real> Datapath<T> {
     }
 
     /// The same; without `needs_residual`, the residual of a linear solve is left as it was.
-    pub(crate) fn execute_with_residual(&mut self, stage: Stage, needs_residual: bool) {
-        let Self { structure, settings, work } = self;
+    fn execute_with_residual(&mut self, stage: Stage, needs_residual: bool) {
+        let Self { structure, settings, work, .. } = self;
         execute(structure, settings, work, stage, needs_residual);
+        match stage {
+            Stage::Equilibrate => (self.equilibrated, self.in_kkt) = (true, false),
+            Stage::LoadKkt => self.in_kkt = true,
+            _ => {}
+        }
+    }
+
+    /// Buffers have been written from outside.
+    pub(crate) fn forget_matrices(&mut self) {
+        (self.equilibrated, self.in_kkt) = (false, false);
     }
 
     /// The factorization, which `stop` may end early.
@@ -66,6 +80,21 @@ impl<T: Real> Datapath<T> {
 const KEPT: [Buffer; 3] = [Buffer::Best, Buffer::PrimalCertificate, Buffer::DualCertificate];
 
 impl<T: Decide> Datapath<T> {
+    /// Run what a solve needs of a stage, with the same numbers: not a residual that no decision needs, nor what is known
+    /// of the matrices since the solve before.
+    pub(crate) fn execute_as_needed(&mut self, stage: Stage, needs_residual: bool) {
+        match stage {
+            Stage::Equilibrate if self.equilibrated => {
+                let factors = |work: &Workspace<T>| lanes_of(work.cost_scale[0]);
+                let before = factors(&self.work);
+                rescale(&self.structure, &mut self.work);
+                self.in_kkt &= self.work.p.is_empty() || before.eq(factors(&self.work));
+            }
+            Stage::LoadKkt if self.in_kkt => {}
+            _ => self.execute_with_residual(stage, needs_residual),
+        }
+    }
+
     /// Forget the last solve of a lane.
     pub(crate) fn reset(&mut self, lane: usize) {
         for buffer in KEPT {
@@ -114,9 +143,11 @@ impl<T: Decide> Datapath<T> {
         let (work, reduced) = (&mut self.work, &self.structure.reduced);
         let lanes: Vec<(usize, &Problem)> =
             problems.iter().enumerate().filter_map(|(lane, problem)| Some((lane, (*problem)?))).collect();
-        fill(&mut work.raw_p, &lanes, |problem| problem.p.values(), |k| k);
-        fill(&mut work.raw_a, &lanes, |problem| problem.a.values(), |k| k);
-        fill(&mut work.raw_g, &lanes, |problem| problem.g.values(), |k| reduced.g_origin[k]);
+        let mut changed = fill(&mut work.raw_p, &lanes, |problem| problem.p.values(), |k| k);
+        changed |= fill(&mut work.raw_a, &lanes, |problem| problem.a.values(), |k| k);
+        changed |= fill(&mut work.raw_g, &lanes, |problem| problem.g.values(), |k| reduced.g_origin[k]);
+        self.equilibrated &= !changed;
+        self.in_kkt &= !changed;
         let (c, bh) = work.raw_q.split_at_mut(self.structure.n);
         let (b, h) = bh.split_at_mut(self.structure.p);
         fill(c, &lanes, |problem| &problem.c, |k| k);
@@ -137,6 +168,7 @@ impl<T: Decide> Datapath<T> {
 
     /// Copy the entries of some lanes of `buffers` from another datapath's, (from, to) each.
     pub(crate) fn copy_lanes(&mut self, moves: &[(usize, usize)], from: &Self, buffers: &[Buffer]) {
+        self.forget_matrices();
         for &buffer in buffers {
             for (to, entry) in self.work.get_mut(buffer).iter_mut().zip(from.work.get(buffer)) {
                 for &(from_lane, to_lane) in moves {
@@ -187,20 +219,28 @@ impl<T: Decide> Datapath<T> {
     }
 }
 
+/// Bits of a number's lanes.
+fn lanes_of<T: Decide>(number: T) -> impl Iterator<Item = u64> {
+    (0..T::LANES).map(move |lane| number.lane(lane).to_bits())
+}
+
 /// Word by entry, not lane by lane: the entries of all lanes are next to one another. Word k is the number at `origin(k)`, or zero
-/// where that is subnormal: its inverse, by which equilibration scales, would be infinite.
+/// where that is subnormal: its inverse, by which equilibration scales, would be infinite. Whether any word has other bits now.
 fn fill<'a, T: Decide>(
     to: &mut [T],
     lanes: &[(usize, &'a Problem)],
     numbers: impl Fn(&'a Problem) -> &'a [f64],
     origin: impl Fn(usize) -> usize,
-) {
+) -> bool {
     let lanes: Vec<(usize, &[f64])> = lanes.iter().map(|&(lane, problem)| (lane, numbers(problem))).collect();
+    let mut changed = false;
     for (k, entry) in to.iter_mut().enumerate() {
         let at = origin(k);
         for &(lane, numbers) in &lanes {
-            let number = numbers[at];
+            let (number, before) = (numbers[at], entry.lane(lane));
             entry.set_lane(lane, if number.is_subnormal() { 0.0 } else { number });
+            changed |= before.to_bits() != entry.lane(lane).to_bits();
         }
     }
+    changed
 }

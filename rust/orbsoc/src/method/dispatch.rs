@@ -109,6 +109,29 @@ pub(crate) fn execute<T: Real>(
     }
 }
 
+/// What equilibration makes of new (c, b, h), beside the matrices that it has equilibrated.
+struct Rescaling<'a, T> {
+    structure: &'a Structure,
+    work: &'a mut Workspace<T>,
+}
+
+impl<T: Real> pulp::WithSimd for Rescaling<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let w = self.work;
+        w.p.copy_from_slice(&w.equilibrated_p);
+        w.q.copy_from_slice(&w.raw_q);
+        matrix_scaling::rescale(self.structure.n, &w.scale, &mut w.p, &mut w.q, &mut w.cost_scale);
+    }
+}
+
+/// Equilibrate, where the matrices are equilibrated already.
+pub(crate) fn rescale<T: Real>(structure: &Structure, work: &mut Workspace<T>) {
+    T::vectorize(Rescaling { structure, work });
+}
+
 /// The factorization with the same bits, in pieces between which `stop` is asked.
 struct Watching<'a, T> {
     structure: &'a Structure,
@@ -143,15 +166,13 @@ fn matrix_scaling<T: Real>(structure: &Structure, settings: &Settings, w: &mut W
         w.q.copy_from_slice(&w.raw_q);
         let mut data = matrix_scaling::Data { p: &mut w.p, a: &mut w.a, g: &mut w.g, q: &mut w.q };
         let norms = &mut w.scratch[..structure.unknowns()];
-        matrix_scaling::equilibrate(
-            structure,
-            settings.ruiz_passes,
-            &mut data,
-            norms,
-            &mut w.scale,
-            &mut w.scale_inverse,
-            &mut w.cost_scale,
-        );
+        let scales = matrix_scaling::Scales {
+            scale: &mut w.scale,
+            inverse: &mut w.scale_inverse,
+            cost: &mut w.cost_scale,
+            equilibrated_p: &mut w.equilibrated_p,
+        };
+        matrix_scaling::equilibrate(structure, settings.ruiz_passes, &mut data, norms, scales);
         return;
     }
     let unknowns = structure.unknowns();

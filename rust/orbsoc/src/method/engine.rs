@@ -43,7 +43,7 @@ pub struct Engine<T> {
 }
 
 /// Multiply–subtracts of some tens of milliseconds.
-const LONG: usize = 1 << 27;
+pub(crate) const LONG: usize = 1 << 27;
 
 impl<T: Compiled> Engine<T> {
     /// Analyse the pattern, allocate, load the data.
@@ -108,6 +108,7 @@ impl<T: Compiled> Engine<T> {
 
     /// The entries of a buffer, for a caller that computes a stage elsewhere.
     pub fn buffer_mut(&mut self, buffer: Buffer) -> &mut [T] {
+        self.path.forget_matrices();
         self.path.work.get_mut(buffer)
     }
 
@@ -133,9 +134,10 @@ impl<T: Compiled> Engine<T> {
 
     /// Run one stage, with every entry that it declares, and say how to go on.
     ///
-    /// A whole solve skips residuals of linear solves that no decision needs; its numbers are the same otherwise.
+    /// A whole solve skips residuals of linear solves that no decision needs, and equilibrates matrices that have not changed
+    /// since the one before no more; its numbers are the same otherwise.
     pub fn run(&mut self, stage: Stage) -> Outcome {
-        self.run_with(stage, |path, _| T::execute(path, stage, true))
+        self.run_with(stage, |path, _| T::execute(path, stage))
     }
 
     /// As [`Engine::run`], with `execute` for the arithmetic; it is told whether a decision needs the residual of a
@@ -243,7 +245,7 @@ impl<T: Compiled> Engine<T> {
             if long && stage == Stage::Factorize {
                 return self.factorize_watched(observer);
             }
-            self.run_with(stage, |path, needs_residual| T::execute(path, stage, needs_residual))
+            self.run_with(stage, |path, needs_residual| T::execute_as_needed(path, stage, needs_residual))
         };
         steps.iter().any(|step| matches!(step.perform(&mut run), Outcome::Done(_)))
     }

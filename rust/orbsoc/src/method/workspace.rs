@@ -26,6 +26,10 @@ macro_rules! buffers {
             $(pub $field: Vec<T>,)*
             /// Kernel-local entries: never carry anything from one stage to the next.
             pub scratch: Vec<T>,
+            /// P before its cost factor, for other vectors beside the same matrices: [`Datapath::execute_as_needed`].
+            ///
+            /// [`Datapath::execute_as_needed`]: crate::method::datapath::Datapath::execute_as_needed
+            pub equilibrated_p: Vec<T>,
         }
 
         impl<T: Copy> Workspace<T> {
@@ -34,6 +38,7 @@ macro_rules! buffers {
                 Self {
                     $($field: vec![zero; ($entries)(structure)],)*
                     scratch: vec![zero; scratch],
+                    equilibrated_p: vec![zero; structure.cost.nnz()],
                 }
             }
 

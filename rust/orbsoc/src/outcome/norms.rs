@@ -92,20 +92,34 @@ pub(crate) fn symmetric_product(upper: &Csc, x: &DVector<f64>) -> DVector<f64> {
 #[inline(always)]
 fn multiply(matrix: &Csc, x: &[f64], y: &[f64], by_rows: &mut [f64], by_columns: &mut [f64]) {
     for (((rows, values), out), &x) in matrix.columns().zip(by_columns).zip(x) {
+        // Adjacent rows, as all of a dense matrix, are read and written side by side: the same sums.
+        if let [first, .., last] = *rows {
+            if last - first + 1 == rows.len() {
+                let (by_rows, y) = (&mut by_rows[first..=last], &y[first..=last]);
+                by_rows.iter_mut().zip(values).for_each(|(sum, &value)| *sum += value * x);
+                *out = four_sums(values, y, |&y| y);
+                continue;
+            }
+        }
         for (&i, &value) in rows.iter().zip(values) {
             by_rows[i] += value * x;
         }
-        // Four sums side by side: one alone would wait for each addition.
-        let mut four = [0.0; 4];
-        let (row_chunks, value_chunks) = (rows.as_chunks::<4>(), values.as_chunks::<4>());
-        for (rows, values) in row_chunks.0.iter().zip(value_chunks.0) {
-            for k in 0..4 {
-                four[k] += values[k] * y[rows[k]];
-            }
-        }
-        let rest: f64 = row_chunks.1.iter().zip(value_chunks.1).map(|(&i, v)| v * y[i]).sum();
-        *out = rest + ((four[0] + four[2]) + (four[1] + four[3]));
+        *out = four_sums(values, rows, |&i| y[i]);
     }
+}
+
+/// Σ of value times factor, four sums side by side: one alone would wait for each addition.
+#[inline(always)]
+fn four_sums<B>(values: &[f64], factors: &[B], factor: impl Fn(&B) -> f64) -> f64 {
+    let mut four = [0.0; 4];
+    let (value_chunks, factor_chunks) = (values.as_chunks::<4>(), factors.as_chunks::<4>());
+    for (values, factors) in value_chunks.0.iter().zip(factor_chunks.0) {
+        for k in 0..4 {
+            four[k] += values[k] * factor(&factors[k]);
+        }
+    }
+    let rest: f64 = factor_chunks.1.iter().zip(value_chunks.1).map(|(f, v)| v * factor(f)).sum();
+    rest + ((four[0] + four[2]) + (four[1] + four[3]))
 }
 
 #[inline(always)]

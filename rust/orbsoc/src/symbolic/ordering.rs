@@ -110,7 +110,7 @@ pub(crate) fn fill_reducing_order(upper: &Upper, ordering: Ordering) -> Result<V
 
 /// What there is to factor in that order.
 fn shape_of(upper: &Upper, order: &[u32]) -> FactorShape {
-    FactorShape::of(&upper.permuted(order).0)
+    FactorShape::of(&upper.permuted_pattern(order))
 }
 
 /// The cheapest dissection; minimum degree where no separator shortens it.
@@ -128,7 +128,7 @@ fn nested_dissection(upper: &Upper) -> Result<Vec<u32>, Error> {
 
 /// An equivalent order, with the same tree, that brings columns of one kind together.
 fn leaves_first(upper: &Upper, order: &[u32]) -> Vec<u32> {
-    let mut forest = EliminationForest::new(&upper.permuted(order).0);
+    let mut forest = EliminationForest::new(&upper.permuted_pattern(order));
     let front = forest.group_leaves();
     let rest = forest.postorder(&front);
     front.into_iter().chain(rest).map(|k| order[k as usize]).collect()

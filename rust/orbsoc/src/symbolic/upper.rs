@@ -39,17 +39,36 @@ impl Upper {
         let rows = begins(dim, positions.iter().map(|at| at.0));
         let by_row: Vec<u32> = ordered(&rows, positions.iter().zip(0..).map(|(at, k)| (at.0, k)));
         let colptr = begins(dim, positions.iter().map(|at| at.1));
-        let order = ordered(&colptr, by_row.iter().map(|&k| (positions[k as usize].1, k)));
-        let mut place = vec![0; positions.len()];
-        for (&k, new) in order.iter().zip(0..) {
-            place[k as usize] = new;
+        let mut next = colptr.clone();
+        let (mut rowidx, mut place) = (vec![0; positions.len()], vec![0; positions.len()]);
+        for k in by_row {
+            let (row, column) = positions[k as usize];
+            let at = &mut next[column as usize];
+            (place[k as usize], rowidx[*at as usize]) = (*at, row);
+            *at += 1;
         }
-        let rowidx = order.iter().map(|&k| positions[k as usize].0).collect();
         (Self { colptr, rowidx }, place)
     }
 
     /// The upper triangle of `PKPᵀ`, and where each entry of K went.
     pub fn permuted(&self, order: &[u32]) -> (Self, Vec<u32>) {
+        Self::from_positions(self.dim(), &self.positions_in(order))
+    }
+
+    /// The upper triangle of `PKPᵀ`.
+    pub fn permuted_pattern(&self, order: &[u32]) -> Self {
+        let (dim, positions) = (self.dim(), self.positions_in(order));
+        let rows = begins(dim, positions.iter().map(|at| at.0));
+        let by_row = ordered(&rows, positions.iter().copied());
+        let colptr = begins(dim, positions.iter().map(|at| at.1));
+        let columns = |row: usize| &by_row[rows[row] as usize..rows[row + 1] as usize];
+        let entries = (0..dim).flat_map(|row| columns(row).iter().map(move |&column| (column, index(row))));
+        let rowidx = ordered(&colptr, entries);
+        Self { colptr, rowidx }
+    }
+
+    /// Row and column of each entry in `PKPᵀ`.
+    fn positions_in(&self, order: &[u32]) -> Vec<(u32, u32)> {
         let mut inverse = vec![0; order.len()];
         for (&old, new) in order.iter().zip(0..) {
             inverse[old as usize] = new;
@@ -62,7 +81,7 @@ impl Upper {
                 (a.min(b), a.max(b))
             }));
         }
-        Self::from_positions(self.dim(), &positions)
+        positions
     }
 
     /// Below the diagonal, where each column's rows begin, and the rows, ascending.

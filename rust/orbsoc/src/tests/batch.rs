@@ -119,3 +119,42 @@ fn a_point_of_another_size_is_refused() {
     let error = solve_batch_from(&base, 1, written, short, &Settings::default(), 1).unwrap_err();
     assert!(matches!(error, Error::Dimension { argument: "start.s", .. }), "{error}");
 }
+
+/// Solve a batch whose factorizations count as long, or not; `watch` is asked whether to go on.
+fn watched(long: usize, max_time_s: f64, watch: &mut crate::batch::slots::Watch<'_>) -> Vec<Solution> {
+    let base = mixed_problem(2);
+    let structure = Arc::new(Structure::for_lanes(&base, crate::Ordering::Amd).unwrap());
+    let settings = Settings { max_time_s, ..Settings::default() };
+    let mut worker = LaneWorker::<Lanes<pulp::Scalar512b>>::new(&structure, &settings).unwrap();
+    worker.cohort.long = long;
+    let (mut next, mut solved) = (0, vec![None; COUNT]);
+    let mut take = |problem: &mut Problem| {
+        problem.copy_numbers(&base);
+        vary(next, problem);
+        next += 1;
+        Ok((next <= COUNT).then_some(next - 1))
+    };
+    let mut done = |k: usize, solution| solved[k] = Some(solution);
+    worker.work(&base, &mut take, None, &mut done, watch).unwrap();
+    solved.into_iter().map(Option::unwrap).collect()
+}
+
+#[test]
+fn long_factorizations_in_lanes_end_at_the_time_limit_and_when_told_to() {
+    let plain = watched(usize::MAX, f64::INFINITY, &mut || ControlFlow::Continue(()));
+    let long = watched(0, f64::INFINITY, &mut || ControlFlow::Continue(()));
+    for (one, other) in plain.iter().zip(&long) {
+        assert_eq!((one.status, one.iterations), (other.status, other.iterations));
+        assert_eq!(one.x, other.x, "looking on changes no bit");
+    }
+    let late = watched(0, 1e-9, &mut || ControlFlow::Continue(()));
+    let stopped = watched(0, f64::INFINITY, &mut || ControlFlow::Break(()));
+    for (solutions, status) in [(late, crate::Status::MaxTime), (stopped, crate::Status::Interrupted)] {
+        for solution in solutions {
+            assert_eq!((solution.status, solution.iterations), (status, 0));
+            assert!(solution.x.iter().all(|x| x.is_nan()), "before there was an iterate");
+        }
+    }
+    let at_statistics = watched(usize::MAX, 1e-9, &mut || ControlFlow::Continue(()));
+    assert!(at_statistics.iter().all(|s| s.status == crate::Status::MaxTime && s.x[0].is_finite()));
+}

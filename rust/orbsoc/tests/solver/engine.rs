@@ -2,7 +2,8 @@
 
 use crate::known::{generated, infeasible, solvable, unbounded, Data};
 use orbsoc::{
-    Buffer, Engine, Error, Event, Outcome, Settings, Solution, Stage, Status, CLOSING, ITERATION, STARTUP,
+    Buffer, Engine, Error, Event, Outcome, Problem, Settings, Solution, Stage, Status, CLOSING, ITERATION,
+    STARTUP,
 };
 
 /// Every number of a solution, as words.
@@ -133,4 +134,46 @@ fn events_are_the_stages_with_their_iterations() {
     );
     assert_eq!(runs(Stage::CheckSolve), runs(Stage::SolveKkt) + runs(Stage::RefineKkt));
     assert_eq!(engine.iteration(), solution.iterations);
+}
+
+/// A problem whose cost factor depends on c, with other numbers in c, b and h, and then in a matrix.
+fn updated(data: &Data) -> [Problem; 3] {
+    let first = data.problem();
+    let times = |numbers: &[f64], factor: f64| -> Vec<f64> { numbers.iter().map(|v| factor * v).collect() };
+    let mut second = first.clone();
+    second.set_c(&times(first.c(), 300.0)).unwrap();
+    second.set_b(&times(first.b(), 1.5)).unwrap();
+    second.set_h(&times(first.h(), 1.5)).unwrap();
+    let mut third = second.clone();
+    third.set_g_values(&times(first.g().values(), 2.0)).unwrap();
+    [first, second, third]
+}
+
+#[test]
+fn an_update_has_the_words_of_a_fresh_engine_whatever_it_leaves_as_it_was() {
+    for (name, data) in all() {
+        let problems = updated(&data);
+        let mut engine = Engine::<f64>::new(&problems[0], &Settings::default()).unwrap();
+        for k in [0, 1, 0, 2, 2, 1, 1] {
+            engine.update(&problems[k]).unwrap();
+            let mut fresh = Engine::<f64>::new(&problems[k], &Settings::default()).unwrap();
+            assert_eq!(words(&engine.solve()), words(&fresh.solve()), "{name}, problem {k}");
+            for buffer in [Buffer::P, Buffer::A, Buffer::G, Buffer::Q, Buffer::CostScale, Buffer::KktValues] {
+                let bits = |engine: &Engine<f64>| -> Vec<u64> {
+                    engine.buffer(buffer).iter().map(|v| v.to_bits()).collect()
+                };
+                assert_eq!(bits(&engine), bits(&fresh), "{name}, problem {k}, {}", buffer.name());
+            }
+        }
+    }
+}
+
+#[test]
+fn buffers_written_from_outside_are_equilibrated_anew() {
+    let problem = generated(3).0.problem();
+    let mut engine = Engine::<f64>::new(&problem, &Settings::default()).unwrap();
+    let first = words(&engine.solve());
+    engine.buffer_mut(Buffer::Scale).fill(1.0);
+    engine.buffer_mut(Buffer::KktValues).fill(1.0);
+    assert_eq!(words(&engine.solve()), first);
 }
