@@ -88,7 +88,7 @@ fn fitting(recording: &Recording, lanes: usize) -> Result<Configuration, Failure
 fn schedule_all(recording: &Recording, engine: &Configuration) -> Result<(usize, f64), Failure> {
     let layout = Layout::new(recording, engine).map_err(|e| e.to_string())?;
     let graphs: Vec<_> =
-        recording.tapes.iter().map(|tape| (tape.stage.name(), Graph::new(tape, &layout))).collect();
+        recording.tapes.iter().map(|tape| (tape.stage.name(), Graph::new(tape, &layout, engine))).collect();
     let start = Instant::now();
     for (stage, graph) in &graphs {
         schedule(stage, graph, &layout, engine).map_err(|e| e.to_string())?;

@@ -132,7 +132,7 @@ impl Program {
     }
 
     fn append(&mut self, tape: &Tape, aim: Aim) -> Result<(), Error> {
-        let graph = Graph::new(tape, &self.layout);
+        let graph = Graph::new(tape, &self.layout, &self.configuration);
         let scheduler = Scheduler::new(tape.stage.name(), &graph, &self.layout, &self.configuration);
         let fast = scheduler.fast()?;
         let schedule = match aim {
@@ -143,7 +143,7 @@ impl Program {
     }
 
     fn append_both(&mut self, few_bits: &mut Self, tape: &Tape) -> Result<(), Error> {
-        let graph = Graph::new(tape, &self.layout);
+        let graph = Graph::new(tape, &self.layout, &self.configuration);
         let scheduler = Scheduler::new(tape.stage.name(), &graph, &self.layout, &self.configuration);
         let fast = scheduler.fast()?;
         let compact = compact(&scheduler, &fast)?;

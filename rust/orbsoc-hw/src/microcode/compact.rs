@@ -12,7 +12,7 @@ use std::cell::OnceCell;
 const SLACK: u32 = 20;
 
 /// Schedule a graph by the first policy whose cycles, decoding included, are within the slack; if there is none, by the
-/// fastest. A schedule is interrupted when it must exceed the limit.
+/// fastest, `fast` itself among them. A schedule is interrupted when it must exceed the limit.
 ///
 /// # Errors
 /// [`Error::Storage`] when the temporaries do not fit.
@@ -46,13 +46,15 @@ pub(crate) fn compact(scheduler: &Scheduler<'_>, fast: &Schedule) -> Result<Sche
             interrupted.push((number, by_cycle));
         }
     }
+    let cycles = Compressed::cycles(fast, configuration);
+    let mut best =
+        faster(best, Candidate { cycles, number: SchedulingPolicy::ALL.len(), schedule: fast.clone() });
     for (number, mut by_cycle) in interrupted.into_iter().rev() {
-        let most = best.as_ref().map_or(u32::MAX, |best| best.cycles - around);
-        if by_cycle.run(most) {
-            best = Some(faster(best, candidate(number, by_cycle)?));
+        if by_cycle.run(best.cycles - around) {
+            best = faster(Some(best), candidate(number, by_cycle)?);
         }
     }
-    Ok(best.map_or_else(|| fast.clone(), |best| best.schedule))
+    Ok(best.schedule)
 }
 
 /// The schedule of a policy.

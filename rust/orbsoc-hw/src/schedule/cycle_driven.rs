@@ -333,7 +333,7 @@ mod tests {
             let configuration = Configuration { lanes, banks: 4, ..Configuration::default() };
             let layout = Layout::new(&recording, &configuration).unwrap();
             for tape in &recording.tapes {
-                let graph = Graph::new(tape, &layout);
+                let graph = Graph::new(tape, &layout, &configuration);
                 let scheduler = Scheduler::new(tape.stage.name(), &graph, &layout, &configuration);
                 for policy in SchedulingPolicy::ALL {
                     let priorities = scheduler.priorities(policy);

@@ -1,10 +1,12 @@
 //! Dataflow graph of a tape: the engine's operations, their dependences and the locations of their results.
 //!
-//! Dead results are eliminated. A stored result is computed into the word that stores it. A further copy of a result,
+//! Dead results are eliminated. Where a chain of sums would wait for products, they are taken apart. A stored result is computed into the word that stores it. A further copy of a result,
 //! and a stored word or literal, costs a `move`. A word is overwritten only after its last reader: anti-dependences are
 //! edges without latency.
 
 use super::layout::Layout;
+use super::products::take_apart;
+use crate::machine::configuration::Configuration;
 use crate::machine::operation::Code;
 use orbsoc::real::Value;
 use orbsoc::{Buffer, Tape};
@@ -52,15 +54,25 @@ pub struct Graph {
 }
 
 impl Graph {
-    /// Lower a tape onto a layout of its pattern.
-    pub fn new(tape: &Tape, layout: &Layout) -> Self {
+    /// Lower a tape onto a layout of its pattern, for one engine.
+    pub fn new(tape: &Tape, layout: &Layout, configuration: &Configuration) -> Self {
         let mut lowering = Lowering::new(tape, layout);
         lowering.operations();
         lowering.stores();
-        let mut graph = lowering.finish();
+        let mut graph = Self::of(lowering.nodes);
+        take_apart(&mut graph, configuration);
         graph.coalesce_accumulators(layout.words());
         graph.find_anti_dependences(layout.words());
         graph
+    }
+
+    /// Operations without dependences other than their operands.
+    pub(super) fn of(nodes: Vec<Node>) -> Self {
+        let mut uses = vec![0; nodes.len()];
+        for node in &nodes {
+            node.sources().for_each(|k| uses[k as usize] += 1);
+        }
+        Self { nodes, anti_dependences: Vec::new(), uses }
     }
 
     /// One past the highest fixed address that the graph reads or writes.
@@ -301,13 +313,5 @@ impl<'a> Lowering<'a> {
             let source = self.operand(store.value);
             self.push(Code::Move, [Some(source), None, None], Some(location));
         }
-    }
-
-    fn finish(self) -> Graph {
-        let mut uses = vec![0; self.nodes.len()];
-        for node in &self.nodes {
-            node.sources().for_each(|k| uses[k as usize] += 1);
-        }
-        Graph { nodes: self.nodes, anti_dependences: Vec::new(), uses }
     }
 }

@@ -4,3 +4,4 @@ pub(crate) mod chains;
 pub(crate) mod edges;
 pub(crate) mod graph;
 pub(crate) mod layout;
+mod products;
