@@ -5,42 +5,13 @@
 //! edges without latency.
 
 use super::layout::Layout;
+pub use super::node::{Node, Operand};
 use super::products::take_apart;
 use crate::machine::configuration::Configuration;
 use crate::machine::operation::Code;
 use orbsoc::real::Value;
 use orbsoc::{Buffer, Tape};
 use std::collections::HashMap;
-
-/// An operand: a fixed word of storage, or the result of a node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Operand {
-    /// The address of a buffer's word or of a literal.
-    Fixed(u32),
-    /// The node.
-    Node(u32),
-}
-
-/// One operation of the engine.
-#[derive(Clone, Copy, Debug)]
-#[allow(missing_docs)]
-pub struct Node {
-    pub code: Code,
-    /// a, b, c; absent where the operation does not read.
-    pub operands: [Option<Operand>; 3],
-    /// Architectural location of the result; none: a temporary.
-    pub location: Option<u32>,
-}
-
-impl Node {
-    /// The nodes whose results it reads, one for each operand.
-    pub fn sources(&self) -> impl Iterator<Item = u32> + '_ {
-        self.operands.iter().flatten().filter_map(|operand| match operand {
-            Operand::Node(k) => Some(*k),
-            Operand::Fixed(_) => None,
-        })
-    }
-}
 
 /// The operations of a segment. Every edge goes from a lower node to a higher one.
 #[derive(Clone, Debug)]
@@ -59,15 +30,14 @@ impl Graph {
         let mut lowering = Lowering::new(tape, layout);
         lowering.operations();
         lowering.stores();
-        let mut graph = Self::of(lowering.nodes);
-        take_apart(&mut graph, configuration);
+        let mut graph = Self::of(take_apart(lowering.nodes, configuration));
         graph.coalesce_accumulators(layout.words());
         graph.find_anti_dependences(layout.words());
         graph
     }
 
     /// Operations without dependences other than their operands.
-    pub(super) fn of(nodes: Vec<Node>) -> Self {
+    fn of(nodes: Vec<Node>) -> Self {
         let mut uses = vec![0; nodes.len()];
         for node in &nodes {
             node.sources().for_each(|k| uses[k as usize] += 1);

@@ -4,4 +4,5 @@ pub(crate) mod chains;
 pub(crate) mod edges;
 pub(crate) mod graph;
 pub(crate) mod layout;
+mod node;
 mod products;

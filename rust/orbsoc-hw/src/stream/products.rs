@@ -4,21 +4,22 @@
 //! product is done when c comes, and a term takes a sum's time. Both round twice: the bits are the same. It costs an
 //! operation, so only those are taken apart without which the segment would take longer than its lanes need anyway.
 
-use super::graph::{Graph, Node, Operand};
+use super::node::{Node, Operand};
 use crate::machine::configuration::Configuration;
 use crate::machine::operation::Code;
 use crate::machine::timing::Timing;
 
-/// Take products apart in a graph whose temporaries and anti-dependences are not settled yet.
-pub(super) fn take_apart(graph: &mut Graph, configuration: &Configuration) {
+/// Operations in topological order, with products taken apart; the numbers of nodes in operands follow.
+pub(super) fn take_apart(nodes: Vec<Node>, configuration: &Configuration) -> Vec<Node> {
     let timing = configuration.timing();
-    let (useful, shortest) = all_useful(&graph.nodes, timing);
+    let (useful, shortest) = all_useful(&nodes, timing);
     let lanes = configuration.lanes as u32;
-    let allowed = shortest.max((graph.nodes.len() as u32).div_ceil(lanes));
-    let tails = tails(&graph.nodes, &useful, timing);
-    let apart = needed(&graph.nodes, &tails, allowed, timing);
+    let allowed = shortest.max((nodes.len() as u32).div_ceil(lanes));
+    let apart = needed(&nodes, &tails(&nodes, &useful, timing), allowed, timing);
     if apart.contains(&true) {
-        rebuild(graph, &apart);
+        rebuilt(&nodes, &apart)
+    } else {
+        nodes
     }
 }
 
@@ -91,28 +92,25 @@ fn needed(nodes: &[Node], tails: &[u32], allowed: u32, timing: &Timing) -> Vec<b
     apart
 }
 
-fn rebuild(graph: &mut Graph, apart: &[bool]) {
-    let mut nodes: Vec<Node> =
-        Vec::with_capacity(graph.nodes.len() + apart.iter().filter(|&&apart| apart).count());
-    let mut number = vec![0; graph.nodes.len()];
-    for (k, node) in graph.nodes.iter().enumerate() {
+fn rebuilt(whole: &[Node], apart: &[bool]) -> Vec<Node> {
+    let mut nodes: Vec<Node> = Vec::with_capacity(whole.len() + apart.iter().filter(|&&apart| apart).count());
+    let mut number = vec![0; whole.len()];
+    for (k, node) in whole.iter().enumerate() {
         let operands = node.operands.map(|operand| match operand {
             Some(Operand::Node(source)) => Some(Operand::Node(number[source as usize])),
             other => other,
         });
-        let whole = Node { operands, ..*node };
-        match sum_of(node.code).filter(|_| apart[k]) {
-            Some(sum) => {
-                let [a, b, c] = operands;
-                nodes.push(Node { code: Code::Mul, operands: [a, b, None], location: None });
-                let product = Some(Operand::Node(nodes.len() as u32 - 1));
-                nodes.push(Node { code: sum, operands: [product, None, c], location: node.location });
-            }
-            None => nodes.push(whole),
+        if let Some(sum) = sum_of(node.code).filter(|_| apart[k]) {
+            let [a, b, c] = operands;
+            nodes.push(Node { code: Code::Mul, operands: [a, b, None], location: None });
+            let product = Some(Operand::Node(nodes.len() as u32 - 1));
+            nodes.push(Node { code: sum, operands: [product, None, c], location: node.location });
+        } else {
+            nodes.push(Node { operands, ..*node });
         }
         number[k] = nodes.len() as u32 - 1;
     }
-    *graph = Graph::of(nodes);
+    nodes
 }
 
 #[cfg(test)]
@@ -127,39 +125,37 @@ mod tests {
     }
 
     /// A sum of products, and products alone.
-    fn graph(alone: u32) -> Graph {
+    fn sum_and_products(alone: u32) -> Vec<Node> {
         let terms =
             (0..TERMS).map(|k| product(if k == 0 { Operand::Fixed(0) } else { Operand::Node(k - 1) }));
-        Graph::of(terms.chain((0..alone).map(|_| product(Operand::Fixed(0)))).collect())
+        terms.chain((0..alone).map(|_| product(Operand::Fixed(0)))).collect()
     }
 
-    fn codes(graph: &Graph) -> Vec<Code> {
-        graph.nodes.iter().map(|node| node.code).collect()
+    fn codes(nodes: &[Node]) -> Vec<Code> {
+        nodes.iter().map(|node| node.code).collect()
     }
 
     #[test]
     fn a_term_of_a_chain_takes_the_time_of_a_sum() {
-        let mut graph = graph(0);
         let configuration = Configuration::default();
-        take_apart(&mut graph, &configuration);
+        let nodes = take_apart(sum_and_products(0), &configuration);
         // The first term has nothing to wait for.
         let later = [Code::Mul, Code::Sub].repeat(TERMS as usize - 1);
-        assert_eq!(codes(&graph), [vec![Code::SubMul], later].concat());
+        assert_eq!(codes(&nodes), [vec![Code::SubMul], later].concat());
         let operand = |node| Some(Operand::Node(node));
         for term in 1..TERMS {
-            let sum = &graph.nodes[2 * term as usize];
+            let sum = &nodes[2 * term as usize];
             assert_eq!(sum.operands, [operand(2 * term - 1), None, operand(2 * term - 2)]);
         }
         let timing = configuration.timing();
-        let (_, chain) = all_useful(&graph.nodes, timing);
+        let (_, chain) = all_useful(&nodes, timing);
         assert_eq!(chain, timing.distance(Code::SubMul) + (TERMS - 1) * timing.distance(Code::Sub));
     }
 
     #[test]
     fn lanes_that_are_busy_longer_keep_products_and_sums_together() {
-        let whole = graph(1000);
-        let mut graph = whole.clone();
-        take_apart(&mut graph, &Configuration { lanes: 1, ..Configuration::default() });
-        assert_eq!(codes(&graph), codes(&whole));
+        let whole = sum_and_products(1000);
+        let one_lane = Configuration { lanes: 1, ..Configuration::default() };
+        assert_eq!(codes(&take_apart(whole.clone(), &one_lane)), codes(&whole));
     }
 }
