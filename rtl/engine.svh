@@ -1,10 +1,11 @@
 // Timing of the PL engine around its units, in cycles (docs/pl-machine.md). It is defined only here: the RTL
 // includes this file, and the schedulers read it (lines `localparam int NAME = N;`). Latencies of the units: latency.svh.
-localparam int SIMPLE_CYCLES = 1;   // move, neg, abs, min, max, compare, and, select
+localparam int SIMPLE_CYCLES = 2;   // move, neg, abs, min, max, compare, and, select
 localparam int READ_CYCLES = 4;     // issue register to operand registers
 localparam int WRITE_CYCLES = 1;    // result register to a bank's write register
 localparam int STARTUP_CYCLES = 3;  // busy before the first word is in the issue register
-localparam int DECODE_CYCLES = 5;   // compressed microcode: from a complete item in the buffer to the issue register
+localparam int DECODE_CYCLES = 9;   // compressed microcode: from a complete first header in the buffer to the issue register
+localparam int HEADERS_AHEAD = 3;   // compressed microcode: a header comes so many payloads before its own
 localparam int FINISH_CYCLES = 1;   // busy after the last write
 localparam int QUEUE_DEPTH = 4;     // instruction queue of the in-order sequencer
 localparam int SHORT_BITS = 6;      // compressed microcode: a step

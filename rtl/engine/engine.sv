@@ -14,7 +14,7 @@ module engine #(
     parameter int W = FP,
     parameter int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2),
     parameter int ITEM_LINES = (2 + LANES * (4 * ADDRESS_BITS + 8) + DIVIDERS * (3 * ADDRESS_BITS + 2) + 95) / 96,
-    parameter int FETCH = 32 * (ITEM_LINES > LANES ? ITEM_LINES : LANES),
+    parameter int FETCH = 32 << $clog2(ITEM_LINES > LANES ? ITEM_LINES : LANES),
     parameter int CODE_WIDTH /*verilator public*/ = SEQUENCER == 1 ? FETCH : WIDTH,
     parameter int TEMPLATES /*verilator public*/ = 1 << contract::TEMPLATE_BITS,
     parameter int TEMPLATE_WIDTH /*verilator public*/ = contract::TEMPLATE_WIDTH,
@@ -64,7 +64,7 @@ module engine #(
   // The pipeline has these latencies; other parameters are refused.
   generate
     if (contract::READ_CYCLES != 4 || contract::WRITE_CYCLES != 1 || contract::STARTUP_CYCLES != 3 ||
-        contract::FINISH_CYCLES != 1 || contract::DECODE_CYCLES != 5 || SQRT != DIV || SQRT_INTERVAL != INTERVAL) begin : g_refused
+        contract::FINISH_CYCLES != 1 || contract::DECODE_CYCLES != 9 || contract::HEADERS_AHEAD != 3 || SQRT != DIV || SQRT_INTERVAL != INTERVAL) begin : g_refused
       $error("engine.svh or latency.svh names a latency that this engine does not have");
     end
   endgenerate

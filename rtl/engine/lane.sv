@@ -33,17 +33,30 @@ module lane #(
   localparam int A = ADDRESS_BITS;
   localparam int LINE = MUL + ADD;
 
-  // While the operands are read: cycles t + 1 ... t + READ. Of the last, what the operation is.
+  // While the operands are read: cycles t + 1 ... t + READ. What the operation is, is decoded a cycle before the operands
+  // are there.
   logic [4*READ-1:0] ops;
   logic [READ*A-1:0] tos;
-  logic [3:0] op_r;
+  logic [3:0] coming;
   logic [A-1:0] to_r;
+  logic enters_simple, enters_mul, enters_add, enters_chain, subtract_r, chained;
+  assign coming = ops[4*(READ-2)+:4];
   always_ff @(posedge clock) begin
-    if (reset) ops <= '0;
-    else if (enable) ops <= {ops[4*READ-5:0], op};
-    if (enable) tos <= {tos[(READ-1)*A-1:0], destination};
+    if (reset) begin
+      ops <= '0;
+      {enters_simple, enters_mul, enters_add, enters_chain} <= '0;
+    end else if (enable) begin
+      ops <= {ops[4*READ-5:0], op};
+      enters_simple <= coming != OP_NOP && !is_product(coming) && !is_sum(coming);
+      enters_mul <= coming == OP_MUL;
+      enters_add <= is_sum(coming) && !is_product(coming);
+      enters_chain <= is_sum(coming) && is_product(coming);
+    end
+    if (enable) begin
+      tos <= {tos[(READ-1)*A-1:0], destination};
+      subtract_r <= coming == OP_SUB || coming == OP_SUB_MUL;
+    end
   end
-  assign op_r = ops[4*(READ-1)+:4];
   assign to_r = tos[(READ-1)*A+:A];
 
   // The shift register of destinations. Stage j is j cycles before the result register; stage 0 belongs to it.
@@ -53,10 +66,10 @@ module lane #(
   always_comb begin
     enter = '0;
     for (int j = 0; j < LINE; j++) begin
-      if (j + 1 == SIMPLE && op_r != OP_NOP && !is_product(op_r) && !is_sum(op_r)) enter[j] = 1'b1;
-      if (j + 1 == MUL && op_r == OP_MUL) enter[j] = 1'b1;
-      if (j + 1 == ADD && (op_r == OP_ADD || op_r == OP_SUB)) enter[j] = 1'b1;
-      if (j + 1 == LINE && (op_r == OP_ADD_MUL || op_r == OP_SUB_MUL)) enter[j] = 1'b1;
+      if (j + 1 == SIMPLE && enters_simple) enter[j] = 1'b1;
+      if (j + 1 == MUL && enters_mul) enter[j] = 1'b1;
+      if (j + 1 == ADD && enters_add) enter[j] = 1'b1;
+      if (j + 1 == LINE && enters_chain) enter[j] = 1'b1;
     end
   end
   // Result conflict: two operations of the lane end in the same cycle.
@@ -68,9 +81,9 @@ module lane #(
         if (reset) line_valid[j] <= 1'b0;
         else if (enable) line_valid[j] <= enter[j] || (j + 1 < LINE ? line_valid[(j+1)%LINE] : 1'b0);
         if (enable) begin
-          line_product[j]  <= enter[j] ? is_product(op_r) : line_product[(j+1)%LINE];
-          line_sum[j]      <= enter[j] ? is_sum(op_r) : line_sum[(j+1)%LINE];
-          line_subtract[j] <= enter[j] ? op_r == OP_SUB_MUL : line_subtract[(j+1)%LINE];
+          line_product[j]  <= enter[j] ? enters_mul || enters_chain : line_product[(j+1)%LINE];
+          line_sum[j]      <= enter[j] ? enters_add || enters_chain : line_sum[(j+1)%LINE];
+          line_subtract[j] <= enter[j] ? subtract_r : line_subtract[(j+1)%LINE];
           line_to[j]       <= enter[j] ? to_r : line_to[(j+1)%LINE];
         end
       end
@@ -86,8 +99,7 @@ module lane #(
   assign flight_address[READ*A-1:0] = tos;
 
   // The units.
-  logic [W-1:0] product, c_late, sum, simple, simple_1;
-  logic chained, less;
+  logic [W-1:0] product, c_late, sum, plain;
   fp_mul #(
       .EXP(EXP),
       .MAN(MAN),
@@ -108,7 +120,7 @@ module lane #(
       .in(c),
       .out(c_late)
   );
-  // A product with its addend is at the adder when ADD cycles are left.
+  // A product with its addend is at the adder's first register when ADD cycles are left.
   always_ff @(posedge clock) if (enable) chained <= line_valid[ADD+1] && line_sum[ADD+1] && line_product[ADD+1];
   fp_add #(
       .EXP(EXP),
@@ -117,41 +129,26 @@ module lane #(
   ) adder (
       .clock(clock),
       .enable(enable),
-      .subtract(chained ? line_subtract[ADD] : op_r == OP_SUB),
+      .subtract(chained ? line_subtract[ADD] : subtract_r),
       .a(chained ? c_late : c),
       .b(chained ? product : a),
       .result(sum)
   );
-  fp_less #(
+  simple #(
       .EXP(EXP),
-      .MAN(MAN)
-  ) compare (
-      .a(op_r == OP_MIN ? b : a),
-      .b(op_r == OP_MIN ? a : b),
-      .less(less)
-  );
-  always_comb begin
-    case (op_r)
-      OP_NEG: simple = {!a[W-1], a[W-2:0]};
-      OP_ABS: simple = {1'b0, a[W-2:0]};
-      OP_MIN, OP_MAX: simple = less ? b : a;
-      OP_COMPARE: simple = {W{less}};
-      OP_AND: simple = a & b;
-      OP_SELECT: simple = c[0] ? a : b;
-      default: simple = a;
-    endcase
-  end
-  fp_delay #(
-      .WIDTH (W),
-      .CYCLES(SIMPLE)
+      .MAN(MAN),
+      .LATENCY(SIMPLE)
   ) simple_path (
       .clock(clock),
       .enable(enable),
-      .in(simple),
-      .out(simple_1)
+      .op(coming),
+      .a(a),
+      .b(b),
+      .c(c),
+      .result(plain)
   );
 
   assign result_valid = line_valid[0];
   assign result_address = line_to[0];
-  assign result = line_sum[0] ? sum : line_product[0] ? product : simple_1;
+  assign result = line_sum[0] ? sum : line_product[0] ? product : plain;
 endmodule

@@ -1,0 +1,193 @@
+// The items of compressed microcode (docs/pl-machine.md): the buffer of lines, the place in it, and the headers. A header
+// comes AHEAD payloads before its own, so that a payload's length is a register's when its turn comes.
+module compressed_items #(
+    parameter int LANES = 4,
+    parameter int DIVIDERS = 1,
+    parameter int ADDRESS_BITS = 14,
+    parameter int FETCH = 128,
+    parameter int SHORT = contract::SHORT_BITS,
+    parameter int TEMPLATE = contract::TEMPLATE_BITS,
+    parameter int TEMPLATE_WIDTH = contract::TEMPLATE_WIDTH,
+    parameter int PAYLOAD = LANES * 4 * ADDRESS_BITS + DIVIDERS * 3 * ADDRESS_BITS,  // the longest
+    parameter int FILL = $clog2(PAYLOAD + 1),
+    parameter int AT = $clog2(FETCH) + 2
+) (
+    input logic clock,
+    input logic template_write,
+    input logic [TEMPLATE-1:0] template_address,
+    input logic [TEMPLATE_WIDTH-1:0] template_word,
+    input logic start,
+    input logic decoding,
+    input logic [FETCH-1:0] line,
+    output logic push,  // the line goes into the buffer
+    output logic deliver,  // a word, which may be empty
+    output logic last,  // it is the segment's last
+    output logic valid,  // it has operations, or may have: those of the payload below
+    output logic [FETCH*4-1:0] buffer,
+    output logic [AT-1:0] place,
+    output logic [LANES*TEMPLATE_WIDTH-1:0] used,  // the template of each lane
+    output logic [(LANES+1)*FILL-1:0] first,  // where the payload of each lane begins, and that of the dividers
+    output logic [2*DIVIDERS-1:0] divider_op
+);
+  `include "engine/operations.svh"
+
+  localparam int A = ADDRESS_BITS;
+  localparam int RUN = 8;
+  localparam int HEAD = 2 + LANES * (1 + TEMPLATE) + 2 * DIVIDERS;  // the longest header
+  localparam int HEADER = HEAD > 2 + RUN ? HEAD : 2 + RUN;
+  localparam int BIT = $clog2(FETCH);  // a place in a line
+  localparam int WRAP = AT + 1;  // a place in the stream, modulo twice the buffer
+  localparam int LONG = $clog2(4 * A + 1);  // the length of a lane's payload
+  localparam logic [1:0] SAME = 2'd0;
+  localparam logic [1:0] EMPTY = 2'd2;
+  localparam logic [1:0] LAST = 2'd3;
+
+  // The loop: at `at` lies a header, and behind it the payload of an item whose header came AHEAD items ago, so that its
+  // length is known. Both are taken if all of both is there. How long the header is, its first bits say.
+  logic [WRAP-1:0] at, after, behind, length;
+  logic [WRAP-1:0] spare;  // what is there, less what is asked for
+  logic [2:0] filled;  // lines, modulo twice the buffer
+  logic [HEADER+FETCH-2:0] near;
+  logic [HEADER-1:0] header;
+  logic [FILL-1:0] extent_3;
+  window #(
+      .WIDTH(HEADER + FETCH - 1),
+      .BITS (2),
+      .STEP (FETCH),
+      .ROW  (HEADER + 4 * FETCH - 1)
+  ) near_lines (
+      .row ((HEADER + 4 * FETCH - 1)'({buffer, buffer})),
+      .from(at[BIT+:2]),
+      .view(near)
+  );
+  window #(
+      .WIDTH(HEADER),
+      .BITS (BIT)
+  ) next_header (
+      .row (near),
+      .from(at[BIT-1:0]),
+      .view(header)
+  );
+  always_comb begin
+    length = WRAP'(2);
+    if (header[0]) begin
+      length = WRAP'(2 + LANES + 2 * DIVIDERS);
+      for (int l = 0; l < LANES; l++) length = length + (header[2+l] ? WRAP'(TEMPLATE) : '0);
+    end
+    if (header[1:0] == EMPTY) length = WRAP'(2 + RUN);
+    behind = at + length;
+    after = (at + WRAP'(extent_3)) + length;
+    spare = ({filled, BIT'(0)} - (at + WRAP'(extent_3))) - length;
+  end
+
+  // Headers, as they are taken. 1: its bits.
+  logic [HEADER-1:0] header_1;
+  logic there_1, there_2, there_3;  // an item
+  // 2: the templates that it names, each stored with the length of its payload.
+  logic [TEMPLATE_WIDTH-1:0] templates[0:(1<<TEMPLATE)-1];
+  logic [LONG-1:0] lengths[0:(1<<TEMPLATE)-1];
+  logic [LANES*TEMPLATE_WIDTH-1:0] used_2, used_next;
+  logic [LANES*LONG-1:0] lane_2, lane_next;
+  logic [2*DIVIDERS-1:0] divider_op_2, divider_op_next;
+  logic [1:0] kind_2;
+  logic [RUN-1:0] run_2;
+  logic [LANES*TEMPLATE+2*DIVIDERS-1:0] numbers;
+  logic [LONG-1:0] written;
+  always_comb begin
+    numbers   = header_1[HEAD-1:2+LANES];
+    used_next = used_2;
+    lane_next = lane_2;
+    for (int l = 0; l < LANES; l++) begin
+      if (header_1[0] && header_1[2+l]) begin
+        used_next[TEMPLATE_WIDTH*l+:TEMPLATE_WIDTH] = templates[numbers[TEMPLATE-1:0]];
+        lane_next[LONG*l+:LONG] = lengths[numbers[TEMPLATE-1:0]];
+        numbers = numbers >> TEMPLATE;
+      end
+    end
+    divider_op_next = header_1[0] ? numbers[2*DIVIDERS-1:0] : '0;
+    written = '0;
+    for (int f = 0; f < 4; f++) begin
+      if (template_word[4+2*f+:2] == 2'd2) written = written + LONG'(SHORT);
+      if (template_word[4+2*f+:2] == 2'd3) written = written + LONG'(A);
+    end
+  end
+  // 3: where each lane's payload begins, and the length of all.
+  logic [LANES*TEMPLATE_WIDTH-1:0] used_3;
+  logic [2*DIVIDERS-1:0] divider_op_3;
+  logic [1:0] kind_3;
+  logic [RUN-1:0] run_3;
+  logic runs_3;
+  logic [(LANES+1)*FILL-1:0] begins;
+  logic take, idle;
+  logic [(LANES+1)*FILL-1:0] first_3;
+  logic [FILL-1:0] extent;
+  always_comb begin
+    begins = '0;
+    for (int l = 0; l < LANES; l++)
+      begins[FILL*(l+1)+:FILL] = begins[FILL*l+:FILL] + FILL'(lane_2[LONG*l+:LONG]);
+    extent = begins[FILL*LANES+:FILL];
+    for (int d = 0; d < DIVIDERS; d++) begin
+      if (divider_op_2[2*d+:2] != DIVIDER_NOP)
+        extent = extent + (divider_op_2[2*d+:2] == DIVIDER_DIV ? FILL'(3 * A) : FILL'(2 * A));
+    end
+    if (kind_2 == EMPTY) extent = '0;
+  end
+  always_ff @(posedge clock) begin
+    if (start) begin
+      {there_1, there_2, there_3} <= '0;
+      header_1 <= '0;
+      used_2 <= '0;
+      lane_2 <= '0;
+      kind_2 <= SAME;
+      divider_op_2 <= '0;
+      extent_3 <= '0;
+    end else if (take) begin
+      {there_1, there_2, there_3} <= {1'b1, there_1, there_2};
+      header_1 <= header;
+      kind_2 <= header_1[1:0];
+      used_2 <= used_next;
+      lane_2 <= lane_next;
+      divider_op_2 <= divider_op_next;
+      extent_3 <= extent;
+    end
+    if (take) begin
+      run_2 <= header_1[2+:RUN];
+      kind_3 <= kind_2;
+      run_3 <= run_2;
+      runs_3 <= kind_2 == EMPTY && run_2 != '0;
+      used_3 <= used_2;
+      divider_op_3 <= divider_op_2;
+      first_3 <= begins;
+    end
+  end
+
+
+  // What is taken: the payload of the item whose header is in the third place. Empty words go on after it.
+  logic [RUN-1:0] rest;
+  assign take = decoding && idle && !spare[WRAP-1];
+  assign deliver = decoding && (!idle || (there_3 && !spare[WRAP-1]));
+  assign last = take && there_3 && kind_3 == LAST;
+  always_ff @(posedge clock) begin
+    if (start) idle <= 1'b1;
+    else if (take) idle <= !(there_3 && runs_3);
+    else if (rest == RUN'(1)) idle <= 1'b1;
+    rest <= take ? run_3 : rest - RUN'(1);
+    valid <= take && there_3 && kind_3 != EMPTY;
+    place <= behind[AT-1:0];
+    used <= used_3;
+    first <= first_3;
+    divider_op <= divider_op_3;
+  end
+
+  // A line goes where no bit is left that was not taken before this cycle.
+  assign push = decoding && !(filled[1:0] == at[BIT+:2] && filled[2] != at[BIT+2]);
+  always_ff @(posedge clock) begin
+    if (start) at <= '0;
+    else if (take) at <= after;
+    if (start) filled <= '0;
+    else if (push) filled <= filled + 3'd1;
+    for (int i = 0; i < 4; i++) if (push && filled[1:0] == 2'(i)) buffer[FETCH*i+:FETCH] <= line;
+    if (template_write) templates[template_address] <= template_word;
+    if (template_write) lengths[template_address] <= written;
+  end
+endmodule
