@@ -1,6 +1,6 @@
 #!/bin/sh
 # Build a Verilator model with its harness and print the path of the executable.
-# Usage: rtl/build.sh units -GEXP=11 -GMAN=52 -GADD_CYCLES=6 -GMUL_CYCLES=8 -GDIV_CYCLES=35 -GDIV_INTERVAL_CYCLES=4
+# Usage: rtl/build.sh units -GEXP=11 -GMAN=52 -GADD_CYCLES=7 -GMUL_CYCLES=8 -GDIV_CYCLES=35 -GDIV_INTERVAL_CYCLES=4
 #        rtl/build.sh engine -GFP=64 -GLANES=4 -GDIVIDERS=1 -GBANKS=16 -GADDRESS_BITS=14 -GSEQUENCER=0 -GCODE_BITS=17
 #        rtl/build.sh registers
 # SEQUENCER: 0 flat, 1 compressed, 2 in order. Parameters that are not given are the module's; the harness takes all from the model.

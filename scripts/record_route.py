@@ -57,17 +57,20 @@ PARTS = {
 }
 
 
-def _engine(fp: int, lanes: int) -> str:
-    return f"FP={fp} LANES={lanes} BANKS={4 * lanes} ADDRESS_BITS=12 CODE_BITS=10 CHECKS=0"
+def _engine(fp: int, lanes: int, sequencer: int) -> str:
+    store = f"BANKS={4 * lanes} ADDRESS_BITS=12 CODE_BITS=10"
+    return f"FP={fp} LANES={lanes} {store} SEQUENCER={sequencer} CHECKS=0"
 
 
 UNITS = [(unit, width) for width in FORMATS for unit in ("fp_add", "fp_mul", "fp_divsqrt")]
-ENGINES = [("engine", _engine(64, 1)), ("engine", _engine(32, 1)), ("engine", _engine(32, 4))]
+LANES = [("lane", width) for width in FORMATS]
+ENGINES = [("engine", _engine(fp, lanes, form)) for fp, lanes in ((64, 1), (32, 4)) for form in (0, 1)]
+"""With flat and with compressed microcode. The default store of 2^17 flat words fits no such part."""
 ROWS = [
-    *(("ecp5_85_8", *unit, seed) for unit in (*UNITS, ("lane", "EXP=11 MAN=52")) for seed in range(1, 6)),
+    *(("ecp5_85_8", *unit, seed) for unit in (*UNITS, *LANES) for seed in range(1, 6)),
     *(("ecp5_85_8", *engine, seed) for engine in ENGINES for seed in range(1, 4)),
     ("ecp5_85_8", "sequencer_compressed", "LANES=1 ADDRESS_BITS=12 CODE_BITS=10 FETCH=64", 1),
-    *(("nexus_40_9", *unit, seed) for unit in UNITS for seed in range(1, 3)),
+    *(("nexus_40_9", *unit, seed) for unit in (*UNITS, *LANES) for seed in range(1, 3)),
     *(("ecp5_85_8", "picorv32_axi", "TWO_CYCLE_ALU=1", seed) for seed in range(1, 6)),
 ]
 """Part, module, parameters, seed. The last is no module of ours: its authors print its clocks on the vendor's parts."""

@@ -125,7 +125,7 @@ def decoder_flip_flops(shape: Shape, area: Area) -> int:
 def line_bits(shape: Shape) -> int:
     """Bits of a line of compressed microcode: 32 a lane, and room for the longest item in three lines."""
     item = 2 + shape.lanes * (4 * shape.address_bits + 8) + shape.dividers * (3 * shape.address_bits + 2)
-    return 32 * max(shape.lanes, -(-item // 96))
+    return 32 << (max(shape.lanes, -(-item // 96)) - 1).bit_length()
 
 
 def or_luts(words: int) -> int:

@@ -37,7 +37,7 @@ module lane #(
   // are there.
   logic [4*READ-1:0] ops;
   logic [READ*A-1:0] tos;
-  logic [3:0] coming;
+  logic [3:0] coming, op_r;
   logic [A-1:0] to_r;
   logic enters_simple, enters_mul, enters_add, enters_chain, subtract_r, chained;
   assign coming = ops[4*(READ-2)+:4];
@@ -57,6 +57,7 @@ module lane #(
       subtract_r <= coming == OP_SUB || coming == OP_SUB_MUL;
     end
   end
+  assign op_r = ops[4*(READ-1)+:4];
   assign to_r = tos[(READ-1)*A+:A];
 
   // The shift register of destinations. Stage j is j cycles before the result register; stage 0 belongs to it.
@@ -99,7 +100,7 @@ module lane #(
   assign flight_address[READ*A-1:0] = tos;
 
   // The units.
-  logic [W-1:0] product, c_late, sum, plain;
+  logic [W-1:0] product, c_late, sum, simple;
   fp_mul #(
       .EXP(EXP),
       .MAN(MAN),
@@ -134,21 +135,62 @@ module lane #(
       .b(chained ? product : a),
       .result(sum)
   );
-  simple #(
+  // Simple operations: compare, then choose. Both ways are compared, as a choice of operands before one comparison would
+  // have the longest wires of the lane.
+  logic less, more;
+  fp_less #(
       .EXP(EXP),
-      .MAN(MAN),
-      .LATENCY(SIMPLE)
+      .MAN(MAN)
+  ) below (
+      .a(a),
+      .b(b),
+      .less(less)
+  );
+  fp_less #(
+      .EXP(EXP),
+      .MAN(MAN)
+  ) above (
+      .a(b),
+      .b(a),
+      .less(more)
+  );
+  logic [3:0] op_1;
+  logic less_1, more_1, odd_1;
+  logic [W-1:0] a_1, b_1;
+  always_ff @(posedge clock) if (enable) begin
+    op_1   <= op_r;
+    less_1 <= less;
+    more_1 <= more;
+    odd_1  <= c[0];
+    a_1    <= a;
+    b_1    <= b;
+  end
+
+  logic [W-1:0] chosen, simple_2;
+  always_comb begin
+    case (op_1)
+      OP_NEG: chosen = {!a_1[W-1], a_1[W-2:0]};
+      OP_ABS: chosen = {1'b0, a_1[W-2:0]};
+      OP_MIN: chosen = more_1 ? b_1 : a_1;
+      OP_MAX: chosen = less_1 ? b_1 : a_1;
+      OP_COMPARE: chosen = {W{less_1}};
+      OP_AND: chosen = a_1 & b_1;
+      OP_SELECT: chosen = odd_1 ? a_1 : b_1;
+      default: chosen = a_1;
+    endcase
+  end
+  always_ff @(posedge clock) if (enable) simple_2 <= chosen;
+  fp_delay #(
+      .WIDTH (W),
+      .CYCLES(SIMPLE - 2)
   ) simple_path (
       .clock(clock),
       .enable(enable),
-      .op(coming),
-      .a(a),
-      .b(b),
-      .c(c),
-      .result(plain)
+      .in(simple_2),
+      .out(simple)
   );
 
   assign result_valid = line_valid[0];
   assign result_address = line_to[0];
-  assign result = line_sum[0] ? sum : line_product[0] ? product : plain;
+  assign result = line_sum[0] ? sum : line_product[0] ? product : simple;
 endmodule

@@ -33,6 +33,7 @@ module sequencer_compressed #(
   localparam int AT = $clog2(FETCH) + 2;
 
   logic decoding, push, deliver, last, valid, last_1;
+  logic starts;  // a cycle after the command, which comes late in its own
   logic [FETCH*4-1:0] buffer;
   logic [FETCH-1:0] fetched, ready;
   logic [AT-1:0] place;
@@ -52,7 +53,7 @@ module sequencer_compressed #(
       .template_write(template_write),
       .template_address(template_address),
       .template_word(template_word),
-      .start(start),
+      .start(starts),
       .decoding(decoding),
       .line(ready),
       .push(push),
@@ -75,7 +76,7 @@ module sequencer_compressed #(
   ) payload (
       .clock(clock),
       .reset(reset),
-      .start(start),
+      .start(starts),
       .valid(valid),
       .last(last_1),
       .buffer(buffer),
@@ -85,7 +86,10 @@ module sequencer_compressed #(
       .divider_op(divider_op),
       .word(word)
   );
-  always_ff @(posedge clock) last_1 <= last;
+  always_ff @(posedge clock) begin
+    starts <= start;
+    last_1 <= last;
+  end
 
   // Fetch as in the in-order sequencer: the memory's output register holds the next line, the memory the one after.
   logic [FETCH-1:0] code[0:(1<<CODE_BITS)-1];

@@ -118,22 +118,23 @@ module fp_divsqrt #(
   // by D; in a root with digits Q so far, and f the next four bits of the radicand, by one of 16 w + f - q (8 Q + q).
   // Held are D or Q (bits above the lowest three: `once`), 3 D or 3 Q + 1 (`thrice`), and the quotient or the rest of
   // the radicand (`moving`).
-  logic [SLOTS-1:0] load, collect;  // whose turn it is, one hot
+  logic [SLOTS-1:0] load, turn, collect;  // whose turn it is, one hot
   logic [SLOTS*N-1:0] found;
   logic [SLOTS-1:0] inexact;
   logic [SLOTS*(X+4)-1:0] kept;  // exponent, sign and special result
+  assign turn = token[1] ? SLOTS'({load, load} >> (SLOTS - 1)) : load;
   always_ff @(posedge clock) begin
     if (reset) begin
       load <= SLOTS'(1);
       collect <= SLOTS'(1);
     end else if (enable) begin
-      if (token[1]) load <= SLOTS'({load, load} >> (SLOTS - 1));
+      load <= turn;
       if (token[STEPS+2]) collect <= SLOTS'({collect, collect} >> (SLOTS - 1));
     end
   end
   generate
     for (genvar s = 0; s < SLOTS; s++) begin : g_slot
-      logic is_root, loads;
+      logic is_root, is_quotient, loads;  // one register for both would drive twice the wires
       logic [N:0] w, thrice;
       logic [N-1:0] once, moving;
       logic [2:0] low;  // of D and of 3 D
@@ -142,9 +143,12 @@ module fp_divsqrt #(
       logic [N+3:0] less_1, less_2, less_3;
       logic [1:0] q;
       logic [X+3:0] aside;
-      assign loads = token[1] && load[s];
+      always_ff @(posedge clock) begin
+        if (reset) loads <= 1'b0;
+        else if (enable) loads <= token[0] && turn[s];
+      end
       always_comb begin
-        next = is_root ? {w[N-2:0], moving[N-1:N-4]} : {w, 2'b00};
+        next = is_quotient ? {w, 2'b00} : {w[N-2:0], moving[N-1:N-4]};
         less_1 = {1'b0, next} - {1'b0, once, low};
         less_2 = {1'b0, next} - (is_root ? {once, 4'b0100} : {once, low, 1'b0});
         less_3 = {1'b0, next} - {thrice, low_3};
@@ -162,6 +166,7 @@ module fp_divsqrt #(
         moving <= loads ? (root_2 ? radicand : '0) : is_root ? moving << 4 : {moving[N-3:0], q};
         if (loads) begin
           is_root <= root_2;
+          is_quotient <= !root_2;
           low <= root_2 ? 3'b001 : {b_2[1:0], 1'b0};
           low_3 <= root_2 ? 3'b001 : triple[2:0];
           once <= root_2 ? '0 : N'(b_2[P-1:2]);

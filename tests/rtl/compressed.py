@@ -51,7 +51,7 @@ class Compressor:
         machine = self.machine
         a_bits = machine.address_bits
         item = 2 + machine.lanes * (4 * a_bits + 8) + machine.dividers * (3 * a_bits + 2)
-        return 32 * max(machine.lanes, -(-item // 96))
+        return 32 << (max(machine.lanes, -(-item // 96)) - 1).bit_length()
 
     def segment(self, slots: Sequence[Slot], words: int) -> tuple[list[int], int]:
         """Lines, and the frozen cycles of their delivery."""
@@ -59,7 +59,7 @@ class Compressor:
         for slot in slots:
             by_time.setdefault(slot.time, []).append(slot)
         lanes = [LaneState() for _ in range(self.machine.lanes)]
-        items: list[tuple[Bits, int]] = []
+        items: list[tuple[Bits, Bits, int]] = []
         time = 0
         while time < words:
             run = next((n for n in range(EMPTY_MOST) if time + n in by_time), EMPTY_MOST)
@@ -67,19 +67,24 @@ class Compressor:
                 item = Bits()
                 item.put(2, 2)
                 item.put(run - 1, 8)
-                items.append((item, run))
+                items.append((item, Bits(), run))
                 time += run
                 continue
-            items.append((self._word(by_time.get(time, []), lanes, time == words - 1), 1))
+            items.append((*self._word(by_time.get(time, []), lanes, time == words - 1), 1))
             time += 1
+        ahead = self.machine.numbers["HEADERS_AHEAD"]
+        headers = [header for header, _, _ in items] + [Bits(0, 2)] * ahead
+        payloads = [Bits()] * ahead + [payload for _, payload, _ in items]
         stream = Bits()
-        for item, _ in items:
-            stream.put(item.value, item.length)
+        for header, payload in zip(headers, payloads, strict=True):
+            stream.put(header.value, header.length)
+            stream.put(payload.value, payload.length)
         count = -(-stream.length // self.line_bits)
         lines = [stream.value >> i * self.line_bits & (1 << self.line_bits) - 1 for i in range(count)]
-        return lines, self._frozen([(item.length, run) for item, run in items], count)
+        lengths = [header.length + payload.length for header, payload in zip(headers, payloads, strict=True)]
+        return lines, self._frozen(lengths, [0] * ahead + [run for _, _, run in items], count)
 
-    def _word(self, slots: list[Slot], lanes: list[LaneState], last: bool) -> Bits:
+    def _word(self, slots: list[Slot], lanes: list[LaneState], last: bool) -> tuple[Bits, Bits]:
         numbers, a_bits = self.machine.numbers, self.machine.address_bits
         payload, mask, changed = Bits(), 0, []
         ops = {slot.unit: slot.op for slot in slots}
@@ -105,8 +110,7 @@ class Compressor:
                 item.put(template, numbers["TEMPLATE_BITS"])
             for op in dividers:
                 item.put(0 if op is None else DIVIDER_OPS.index(op.name), 2)
-        item.put(payload.value, payload.length)
-        return item
+        return item, payload
 
     def _template(self, op: Op, state: LaneState) -> int:
         """A template that is right for the operation: a random one if there is room, else one of the table."""
@@ -157,22 +161,19 @@ class Compressor:
             if used[f]:
                 state.kept[f] = value
 
-    def _frozen(self, items: list[tuple[int, int]], lines: int) -> int:
-        """Cycles without a word, from the first in which one could be delivered to the last word's."""
-        fill, fetched, rest, frozen, next_item = self.line_bits, 1, 0, 0, 0
-        while next_item < len(items) or rest:
-            taken, delivered = 0, True
+    def _frozen(self, lengths: list[int], runs: list[int], lines: int) -> int:
+        """Cycles in which something is waited for that is not all there."""
+        at, fetched, rest, frozen, taken = 0, 1, 0, 0, 0
+        while taken < len(lengths) or rest:
+            full = fetched - at // self.line_bits == 4
             if rest:
                 rest -= 1
-            elif fill >= items[next_item][0]:
-                taken, run = items[next_item]
-                rest = run - 1
-                next_item += 1
+            elif at + lengths[taken] <= fetched * self.line_bits:
+                at += lengths[taken]
+                rest = max(runs[taken] - 1, 0)
+                taken += 1
             else:
-                delivered = False
-            frozen += not delivered
-            fill -= taken
-            if fetched < lines and fill <= 3 * self.line_bits:
-                fill += self.line_bits
+                frozen += 1
+            if fetched < lines and not full:
                 fetched += 1
         return frozen

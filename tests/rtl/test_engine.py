@@ -14,6 +14,7 @@ from tests.rtl.machine import (
     busy_cycles,
     encode,
     evaluate,
+    full_words,
     in_order,
     random_program,
     schedule,
@@ -24,6 +25,7 @@ SMALL = Machine(lanes=2, banks=8, address_bits=10)
 SINGLE = Machine(fp=32, lanes=1, banks=4, address_bits=10)
 WIDE = Machine(lanes=4, dividers=2, banks=16, address_bits=10)
 LONG = Machine(fp=32, lanes=1, dividers=2, banks=4, address_bits=15)
+FULL = Machine(lanes=4, banks=16, address_bits=14)
 MACHINES = {"2 lanes, 8 banks": SMALL, "1 lane, 4 banks, f32": SINGLE, "4 lanes, 2 dividers, 16 banks": WIDE}
 ONE = 0x3FF0_0000_0000_0000
 
@@ -68,17 +70,30 @@ def test_compressed_programs_take_the_frozen_cycles_of_their_fetch(machine: Mach
     require_verilator()
     case = Case(machine, "compressed")
     compressor = Compressor(machine, random.Random(1))
-    total = 0
     for seed in range(8):
         # Half of the programs on few words of storage, where addresses repeat and steps are short.
         ops, memory = random_program(machine, 400, seed, words=96 if seed % 2 else 16)
         slots = schedule(machine, ops)
         words = max(slot.time for slot in slots) + 1
         lines, frozen = compressor.segment(slots, words)
-        total += frozen
         cycles = busy_cycles(machine, slots, words) + machine.numbers["DECODE_CYCLES"] + frozen
         case.add(f"random{seed}", lines, cycles, memory, evaluate(machine, ops, memory))
     case.templates = compressor.templates
     answers = run_case(case, tmp_path)
     assert {name: answer for name, answer in answers.items() if not answer.good} == {}
-    assert total > 0
+
+
+def test_words_longer_than_a_line_freeze_the_datapath(tmp_path: Path) -> None:
+    require_verilator()
+    case = Case(FULL, "compressed")
+    compressor = Compressor(FULL, random.Random(1))
+    for seed in range(3):
+        slots, memory = full_words(FULL, seed)
+        words = max(slot.time for slot in slots) + 1
+        lines, frozen = compressor.segment(slots, words)
+        assert frozen > 0
+        cycles = busy_cycles(FULL, slots, words) + FULL.numbers["DECODE_CYCLES"] + frozen
+        case.add(f"full{seed}", lines, cycles, memory, evaluate(FULL, [slot.op for slot in slots], memory))
+    case.templates = compressor.templates
+    answers = run_case(case, tmp_path)
+    assert {name: answer for name, answer in answers.items() if not answer.good} == {}

@@ -28,36 +28,12 @@ from tests.rtl.machine import (
     busy_cycles,
     encode,
     evaluate,
+    full_words,
     in_order,
     random_program,
     schedule,
 )
 from tests.rtl.verilator import require_verilator
-
-
-def full_words(machine: Machine, seed: int = 0) -> tuple[list[Slot], dict[int, int]]:
-    """Every lane begins an operation in every cycle, from far-away addresses, and the divider whenever it can: words so long
-    that the decoder falls behind, with divisions in flight."""
-    random_ = random.Random(seed)
-    rows = (1 << machine.address_bits) // machine.banks
-    memory: dict[int, int] = {}
-    slots: list[Slot] = []
-
-    def read(bank: int) -> int:
-        address = random_.randrange(rows // 2) * machine.banks + bank
-        memory[address] = 0x3FF0_0000_0000_0000 + random_.getrandbits(52)
-        return address
-
-    written = iter(range(rows // 2, rows))
-    for time in range(60):
-        for unit in range(machine.lanes + machine.dividers):
-            divides = unit >= machine.lanes
-            if divides and time % machine.interval("div"):
-                continue
-            banks = [(unit + time) % machine.banks] * 3
-            to = next(written) * machine.banks + unit + machine.lanes * divides
-            slots.append(Slot(Op("div" if divides else "add_mul", to, *map(read, banks)), time, unit))
-    return slots, memory
 
 
 @cache

@@ -31,7 +31,7 @@ def run_units(name: str, vectors: int, seed: int, **wrong: int) -> subprocess.Co
     if f"{name.upper()}_ADD_CYCLES" in table:
         cycles = {unit: table[f"{name.upper()}_{unit}_CYCLES"] for unit in UNITS}
     else:
-        cycles = {"ADD": 6, "MUL": 8, "DIV": (man + 18) // 2, "DIV_INTERVAL": 1 + man % 4}
+        cycles = {"ADD": 7, "MUL": 8, "DIV": (man + 18) // 2, "DIV_INTERVAL": 1 + man % 4}
     options = {f"{unit}_CYCLES": value for unit, value in cycles.items()}
     executable = build("units", EXP=exp, MAN=man, **options)
     expected = {**cycles, **wrong}

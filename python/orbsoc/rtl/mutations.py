@@ -69,7 +69,7 @@ class Mutation:
 
 
 MUTATIONS = {
-    "adder one cycle longer": Mutation("latency.svh", "F32_ADD_CYCLES = 6;", "F32_ADD_CYCLES = 7;"),
+    "adder one cycle longer": Mutation("latency.svh", "F32_ADD_CYCLES = 7;", "F32_ADD_CYCLES = 8;"),
     "banks swapped at the write crossbar": Mutation(
         "engine/write_crossbar.sv", "address[u*A+:PICK] == PICK'(b)", "address[u*A+:PICK] == PICK'(b ^ 1)"
     ),
@@ -92,15 +92,15 @@ MUTATIONS = {
         "engine/sequencer_in_order.sv", "INTERVAL+INTERVAL-1] = 1", "INTERVAL+INTERVAL-2] = 1", "in_order"
     ),
     "addresses stepped one too far": Mutation(
-        "engine/sequencer_compressed.sv",
+        "engine/compressed_payload.sv",
         "2'd1: at = at + step[(4*l+f)*A+:A];",
         "2'd1: at = at + step[(4*l+f)*A+:A] + A'(1);",
         "compressed",
     ),
     "runs of empty words one too long": Mutation(
-        "engine/sequencer_compressed.sv",
-        "kind == EMPTY ? buffer[2+:RUN] :",
-        "kind == EMPTY ? buffer[2+:RUN] + RUN'(1) :",
+        "engine/compressed_items.sv",
+        "take ? run_3 :",
+        "take ? run_3 + RUN'(1) :",
         "compressed",
     ),
     "divider counts on while the decoder freezes": Mutation(

@@ -56,13 +56,13 @@ def test_figures_of_the_devices() -> None:
     ]  # fmt: skip
     units = zu9eg.pl.latencies
     assert [getattr(units.f64, f"{unit}_cycles").value for unit in ("add", "mul", "div", "sqrt")] == [
-        6,
+        7,
         8,
         35,
         35,
     ]
     assert [getattr(units.f32, f"{unit}_cycles").value for unit in ("add", "mul", "div", "sqrt")] == [
-        6,
+        7,
         8,
         20,
         20,

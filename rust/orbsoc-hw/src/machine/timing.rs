@@ -41,6 +41,7 @@ pub struct Timing {
     pub queue_depth: u32,
     pub short_bits: u32,
     pub template_bits: u32,
+    pub headers_ahead: u32,
 }
 
 const UNITS: &str = include_str!("../../../../rtl/latency.svh");
@@ -75,6 +76,7 @@ impl Timing {
             queue_depth: engine("QUEUE_DEPTH"),
             short_bits: engine("SHORT_BITS"),
             template_bits: engine("TEMPLATE_BITS"),
+            headers_ahead: engine("HEADERS_AHEAD"),
         }
     }
 

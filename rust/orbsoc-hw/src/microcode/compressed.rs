@@ -1,13 +1,14 @@
 //! Compressed microcode: delta-encoded words for a decoder in front of the issue register.
 //! docs/pl-machine.md, "Compressed microcode".
 
-use super::encoder::{encode, Index, Item, EMPTY, LAST, RUN_BITS, SAME};
+use super::encoder::{chunks, encode, Index, Item, EMPTY, LAST, RUN_BITS, SAME, SAME_BITS};
 use super::flat::Microcode;
 use super::template::{choose, Candidates, Format, LaneState, Mode, Template};
 use crate::error::Error;
 use crate::machine::configuration::Configuration;
 use crate::machine::operation::Code;
 use crate::schedule::scheduler::{Issue, Schedule};
+use std::collections::VecDeque;
 
 /// The compressed microcode of several segments, with their common table of templates.
 #[derive(Clone, Debug)]
@@ -21,6 +22,9 @@ pub struct Compressed {
     /// Of each segment, the word that each cycle of a frozen datapath waits for, ascending.
     pub freezes: Vec<Vec<u32>>,
 }
+
+/// Lines that the decoder holds.
+const BUFFER_LINES: usize = 4;
 
 /// One segment's lines and cycles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,7 +52,7 @@ impl Compressed {
         for schedule in schedules {
             let (stream, items) = encode(schedule, &index);
             let (start, count) = (lines.len(), stream.bits.div_ceil(format.fetch()));
-            let stalls = fetch_stalls(&items, count, format.fetch());
+            let stalls = fetch_stalls(&items, count, &format);
             let frozen = stalls.len() as u32;
             let cycles = schedule.cycles + configuration.timing().decode + frozen;
             segments.push(CompressedSegment { start, lines: count, bits: stream.bits, frozen, cycles });
@@ -66,7 +70,7 @@ impl Compressed {
         let lines = stream.bits.div_ceil(format.fetch());
         schedule.cycles
             + configuration.timing().decode
-            + fetch_stalls(&items, lines, format.fetch()).len() as u32
+            + fetch_stalls(&items, lines, &format).len() as u32
     }
 
     /// Bits of microcode in use, without the table.
@@ -95,28 +99,30 @@ fn table(schedules: &[&Schedule], format: &Format) -> Vec<Template> {
     choose(&candidates, format)
 }
 
-/// For each cycle in which the next item is not complete in the buffer: the word that waits.
-fn fetch_stalls(items: &[Item], lines: usize, fetch: usize) -> Vec<u32> {
-    let (mut fill, mut fetched, mut word, mut found) = (fetch, 1, 0, Vec::new());
-    let mut items = items.iter().copied();
-    let (mut rest, mut next) = (0, items.next());
+/// For each cycle in which the next header and payload are not complete in the buffer: the word that waits.
+fn fetch_stalls(items: &[Item], lines: usize, format: &Format) -> Vec<u32> {
+    let fetch = format.fetch();
+    let (mut at, mut fetched, mut rest, mut word, mut found) = (0, 1, 0, 0, Vec::new());
+    let mut chunks = chunks(items, format.headers_ahead).map(|(before, behind)| {
+        let length = before.map_or(SAME_BITS, |item| item.header) + behind.map_or(0, |item| item.payload);
+        (length, behind.map_or(0, |item| item.words))
+    });
+    let mut next = chunks.next();
     while rest > 0 || next.is_some() {
-        let mut taken = 0;
+        // A line goes where no bit is left that was not taken before this cycle.
+        let room = fetched < lines && fetched - at / fetch < BUFFER_LINES;
         if rest > 0 {
             rest -= 1;
             word += 1;
-        } else if let Some((length, words)) = next.filter(|(length, _)| fill >= *length) {
-            (taken, rest) = (length, words - 1);
-            word += 1;
-            next = items.next();
+        } else if let Some((length, words)) = next.filter(|(length, _)| fetched * fetch >= at + length) {
+            at += length;
+            word += words.min(1);
+            rest = words.saturating_sub(1);
+            next = chunks.next();
         } else {
             found.push(word);
         }
-        fill -= taken;
-        if fetched < lines && fill <= 3 * fetch {
-            fill += fetch;
-            fetched += 1;
-        }
+        fetched += usize::from(room);
     }
     found
 }
@@ -140,29 +146,24 @@ pub fn decompress(
     let (mut lanes, mut current) =
         (vec![LaneState::default(); format.lanes], vec![Template::NONE; format.lanes]);
     let (mut issues, mut cycle) = (Vec::new(), 0);
-    loop {
-        let kind = reader.take(2)?;
-        if kind == EMPTY {
-            cycle += reader.take(RUN_BITS)? as u32 + 1;
+    let mut headers = VecDeque::new();
+    for _ in 0..format.headers_ahead {
+        headers.push_back(reader.header()?);
+    }
+    while let Some(header) = headers.pop_front() {
+        headers.push_back(reader.header()?);
+        if header.kind == EMPTY {
+            cycle += header.run + 1;
             continue;
         }
-        let mut divider_ops = vec![0; format.dividers];
-        if kind != SAME {
-            let mask = reader.take(format.lanes)?;
-            for (lane, template) in current.iter_mut().enumerate() {
-                if mask >> lane & 1 == 1 {
-                    *template = compressed.table[reader.take(format.template_bits)? as usize];
-                }
-            }
-            for op in &mut divider_ops {
-                *op = reader.take(2)?;
-            }
+        for (lane, template) in header.changes {
+            current[lane] = template;
         }
         for (lane, template) in current.iter().enumerate() {
             let Some(code) = Code::of_field(u64::from(template.field), false) else { continue };
             issues.push(reader.lane(&mut lanes[lane], code, *template, (cycle, lane as u8))?);
         }
-        for (unit, &op) in divider_ops.iter().enumerate() {
+        for (unit, &op) in header.divider_ops.iter().enumerate() {
             let Some(code) = Code::of_field(op, true) else { continue };
             let a = reader.take(format.address_bits)? as u32;
             let b = if code == Code::Div { reader.take(format.address_bits)? as u32 } else { 0 };
@@ -170,11 +171,20 @@ pub fn decompress(
             issues.push(Issue { cycle, unit: unit as u8, code, operands: [a, b, 0], destination });
         }
         cycle += 1;
-        if kind == LAST {
+        if header.kind == LAST {
             debug_assert!(configuration.lanes == format.lanes);
-            return Ok(issues);
+            break;
         }
     }
+    Ok(issues)
+}
+
+/// What an item is: its kind, the empty words after its first, the lanes that take a new template, what dividers do.
+struct Header {
+    kind: u64,
+    run: u32,
+    changes: Vec<(usize, Template)>,
+    divider_ops: Vec<u64>,
 }
 
 struct Reader<'a> {
@@ -196,6 +206,25 @@ impl Reader<'_> {
         let value = (0..bits).map(|k| bit(self.at + k) << k).sum();
         self.at += bits;
         Ok(value)
+    }
+
+    fn header(&mut self) -> Result<Header, Error> {
+        let format = self.compressed.format;
+        let kind = self.take(2)?;
+        let mut header = Header { kind, run: 0, changes: Vec::new(), divider_ops: Vec::new() };
+        if kind == EMPTY {
+            header.run = self.take(RUN_BITS)? as u32;
+        } else if kind != SAME {
+            let mask = self.take(format.lanes)?;
+            for lane in (0..format.lanes).filter(|lane| mask >> lane & 1 == 1) {
+                let number = self.take(format.template_bits)?;
+                header.changes.push((lane, self.compressed.table[number as usize]));
+            }
+            for _ in 0..format.dividers {
+                header.divider_ops.push(self.take(2)?);
+            }
+        }
+        Ok(header)
     }
 
     fn lane(

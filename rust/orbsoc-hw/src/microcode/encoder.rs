@@ -10,11 +10,18 @@ pub(crate) const SAME: u64 = 0;
 pub(crate) const NEW: u64 = 1;
 pub(crate) const EMPTY: u64 = 2;
 pub(crate) const LAST: u64 = 3;
+/// Bits of a header that says no more than `SAME`.
+pub(crate) const SAME_BITS: usize = 2;
 /// Bits of a run of empty words.
 pub(crate) const RUN_BITS: usize = 8;
 
-/// An item: its bits, and the number of words that it encodes.
-pub(crate) type Item = (usize, u32);
+/// An item: the bits of its header and of its payload, and the number of words that it encodes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Item {
+    pub header: usize,
+    pub payload: usize,
+    pub words: u32,
+}
 
 /// A bit stream.
 #[derive(Default)]
@@ -40,6 +47,16 @@ impl Stream {
             _ => self.limbs.push(value),
         }
         self.bits += bits;
+    }
+
+    /// Append bits of another stream.
+    fn copy(&mut self, from: &Self, mut at: usize, bits: usize) {
+        let end = at + bits;
+        while at < end {
+            let some = (64 - at % 64).min(end - at).min(32);
+            self.push(from.limbs[at / 64] >> (at % 64) & ((1 << some) - 1), some);
+            at += some;
+        }
     }
 
     pub fn lines(&self, fetch: usize) -> Microcode {
@@ -97,14 +114,16 @@ impl<'a> Index<'a> {
     }
 }
 
-/// Encode a schedule: its bits, and its items.
+/// Encode a schedule: its bits, and its items. Each header comes some payloads before its own; behind the last item's,
+/// headers of `SAME` stand for those that are not there.
 pub(crate) fn encode(schedule: &Schedule, index: &Index<'_>) -> (Stream, Vec<Item>) {
     let mut writer = Writer {
         index,
         lanes: vec![LaneState::default(); index.format.lanes],
         current: vec![0; index.format.lanes],
         templates: vec![0; index.format.lanes],
-        stream: Stream::default(),
+        headers: Stream::default(),
+        payloads: Stream::default(),
         items: Vec::with_capacity(schedule.words as usize),
     };
     let (mut next, mut cycle) = (schedule.issues.as_slice(), 0);
@@ -116,7 +135,7 @@ pub(crate) fn encode(schedule: &Schedule, index: &Index<'_>) -> (Stream, Vec<Ite
         writer.word(word, coming + 1 == schedule.words);
         (next, cycle) = (rest, coming + 1);
     }
-    (writer.stream, writer.items)
+    (writer.interleaved(), writer.items)
 }
 
 struct Writer<'a> {
@@ -125,7 +144,8 @@ struct Writer<'a> {
     /// Template numbers of the lanes in the last word and in this one.
     current: Vec<usize>,
     templates: Vec<usize>,
-    stream: Stream,
+    headers: Stream,
+    payloads: Stream,
     items: Vec<Item>,
 }
 
@@ -133,15 +153,15 @@ impl Writer<'_> {
     fn empty_words(&mut self, mut count: u32) {
         while count > 0 {
             let some = count.min(1 << RUN_BITS);
-            self.stream.push(EMPTY, 2);
-            self.stream.push(u64::from(some - 1), RUN_BITS);
-            self.items.push((2 + RUN_BITS, some));
+            self.headers.push(EMPTY, 2);
+            self.headers.push(u64::from(some - 1), RUN_BITS);
+            self.items.push(Item { header: 2 + RUN_BITS, payload: 0, words: some });
             count -= some;
         }
     }
 
     fn word(&mut self, word: &[Issue], last: bool) {
-        let from = self.stream.bits;
+        let from = (self.headers.bits, self.payloads.bits);
         let format = self.index.format;
         self.templates.fill(0);
         let mut divider_ops = 0;
@@ -155,7 +175,7 @@ impl Writer<'_> {
             }
         }
         self.header(divider_ops, last);
-        let stream = &mut self.stream;
+        let stream = &mut self.payloads;
         for issue in word {
             if issue.code.on_divider() {
                 let operands = if issue.code == Code::Div { 2 } else { 1 };
@@ -168,23 +188,51 @@ impl Writer<'_> {
             }
         }
         core::mem::swap(&mut self.current, &mut self.templates);
-        self.items.push((self.stream.bits - from, 1));
+        let (header, payload) = (self.headers.bits - from.0, self.payloads.bits - from.1);
+        self.items.push(Item { header, payload, words: 1 });
     }
 
     /// The kind of an item, and what changes from the last word to this one.
     fn header(&mut self, divider_ops: u64, last: bool) {
         let format = self.index.format;
         if self.templates == self.current && divider_ops == 0 && !last {
-            self.stream.push(SAME, 2);
+            self.headers.push(SAME, SAME_BITS);
             return;
         }
-        self.stream.push(if last { LAST } else { NEW }, 2);
+        self.headers.push(if last { LAST } else { NEW }, 2);
         let both = || self.templates.iter().zip(&self.current).enumerate();
         let changed = both().filter(|(_, (new, old))| new != old);
-        self.stream.push(changed.clone().map(|(lane, _)| 1 << lane).sum(), format.lanes);
+        self.headers.push(changed.clone().map(|(lane, _)| 1 << lane).sum(), format.lanes);
         for (_, (&new, _)) in changed {
-            self.stream.push(new as u64, format.template_bits);
+            self.headers.push(new as u64, format.template_bits);
         }
-        self.stream.push(divider_ops, 2 * format.dividers);
+        self.headers.push(divider_ops, 2 * format.dividers);
     }
+
+    /// One stream of all headers and payloads.
+    fn interleaved(&self) -> Stream {
+        let (mut stream, mut header, mut payload) = (Stream::default(), 0, 0);
+        for (before, behind) in chunks(&self.items, self.index.format.headers_ahead) {
+            if let Some(item) = before {
+                stream.copy(&self.headers, header, item.header);
+                header += item.header;
+            } else {
+                stream.push(SAME, SAME_BITS);
+            }
+            if let Some(item) = behind {
+                stream.copy(&self.payloads, payload, item.payload);
+                payload += item.payload;
+            }
+        }
+        stream
+    }
+}
+
+/// Items in the order of the stream: whose header comes next, and whose payload comes after it.
+pub(crate) fn chunks(
+    items: &[Item],
+    headers_ahead: usize,
+) -> impl Iterator<Item = (Option<&Item>, Option<&Item>)> {
+    (0..items.len() + headers_ahead)
+        .map(move |k| (items.get(k), k.checked_sub(headers_ahead).map(|of| &items[of])))
 }

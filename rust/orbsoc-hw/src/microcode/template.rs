@@ -155,6 +155,7 @@ pub(crate) struct Format {
     pub address_bits: usize,
     pub short_bits: usize,
     pub template_bits: usize,
+    pub headers_ahead: usize,
 }
 
 impl Format {
@@ -167,11 +168,12 @@ impl Format {
             address_bits: configuration.address_bits as usize,
             short_bits: timing.short_bits as usize,
             template_bits: timing.template_bits as usize,
+            headers_ahead: timing.headers_ahead as usize,
         }
     }
 
-    /// Bits of a line: 32 a lane, or more if the longest item needs it. An item must fit three lines: with more in it,
-    /// the decoder's buffer takes no further line.
+    /// Bits of a line, a power of two: 32 a lane, or more if the longest header and payload need it. They must fit three
+    /// lines: with more in it, the decoder's buffer may take no further line.
     pub fn fetch(&self) -> usize {
         let item = |template_bits: usize| {
             let lane = 1 + template_bits + 4 * self.address_bits;
@@ -181,7 +183,7 @@ impl Format {
             self.template_bits <= MAX_TEMPLATE_BITS,
             "lines have no room for these template numbers"
         );
-        32 * self.lanes.max(item(MAX_TEMPLATE_BITS).div_ceil(96))
+        32 * self.lanes.max(item(MAX_TEMPLATE_BITS).div_ceil(96)).next_power_of_two()
     }
 
     pub fn mask(&self) -> u32 {
