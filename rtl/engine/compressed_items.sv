@@ -42,47 +42,50 @@ module compressed_items #(
   localparam logic [1:0] EMPTY = 2'd2;
   localparam logic [1:0] LAST = 2'd3;
 
-  // The loop: at `at` lies a header, and behind it the payload of an item whose header came AHEAD items ago, so that its
-  // length is known. Both are taken if all of both is there. How long the header is, its first bits say.
-  logic [WRAP-1:0] at, after, behind, length;
+  // The loop. At `at` lies a header, and behind it the payload of an item whose header came AHEAD items ago, so that its
+  // length is known; `over` is the header's place with that length added. Both are taken if all of both is there. How long
+  // the header is, its kind and mask say, which are read a cycle before, once for each length of the header in front.
+  localparam int OPEN = 2 + LANES;  // kind and mask
+  logic [WRAP-1:0] at, over, length;
   logic [WRAP-1:0] spare;  // what is there, less what is asked for
-  logic [2:0] filled;  // lines, modulo twice the buffer
-  logic [HEADER+FETCH-2:0] near;
+  logic [2:0] filled, filled_1;  // lines, modulo twice the buffer; those that were there when the kind was read
+  logic [OPEN-1:0] opening, following;
+  logic [LANES:0] names;  // as many templates, one hot
   logic [HEADER-1:0] header;
+  logic [HEADER+OPEN-1:0] next_headers;
   logic [FILL-1:0] extent_3;
-  window #(
-      .WIDTH(HEADER + FETCH - 1),
-      .BITS (2),
-      .STEP (FETCH),
-      .ROW  (HEADER + 4 * FETCH - 1)
-  ) near_lines (
-      .row ((HEADER + 4 * FETCH - 1)'({buffer, buffer})),
-      .from(at[BIT+:2]),
-      .view(near)
-  );
-  window #(
+  compressed_view #(
       .WIDTH(HEADER),
-      .BITS (BIT)
-  ) next_header (
-      .row (near),
-      .from(at[BIT-1:0]),
-      .view(header)
+      .FETCH(FETCH)
+  ) at_header (
+      .buffer(buffer),
+      .place (at[AT-1:0]),
+      .view  (header)
+  );
+  compressed_view #(
+      .WIDTH(HEADER + OPEN),
+      .FETCH(FETCH)
+  ) at_next (
+      .buffer(buffer),
+      .place (over[AT-1:0]),
+      .view  (next_headers)
   );
   always_comb begin
-    length = WRAP'(2);
-    if (header[0]) begin
-      length = WRAP'(2 + LANES + 2 * DIVIDERS);
-      for (int l = 0; l < LANES; l++) length = length + (header[2+l] ? WRAP'(TEMPLATE) : '0);
+    names = (LANES + 1)'(1);
+    for (int l = 0; l < LANES; l++) if (opening[2+l]) names = names << 1;
+    if (!opening[0]) names = '0;
+    length = opening[0] ? '0 : opening[1] ? WRAP'(2 + RUN) : WRAP'(2);
+    following = opening[0] ? '0 : opening[1] ? next_headers[2+RUN+:OPEN] : next_headers[2+:OPEN];
+    for (int n = 0; n <= LANES; n++) begin
+      length = length | ({WRAP{names[n]}} & WRAP'(OPEN + 2 * DIVIDERS + n * TEMPLATE));
+      following = following | ({OPEN{names[n]}} & next_headers[OPEN+2*DIVIDERS+n*TEMPLATE+:OPEN]);
     end
-    if (header[1:0] == EMPTY) length = WRAP'(2 + RUN);
-    behind = at + length;
-    after = (at + WRAP'(extent_3)) + length;
-    spare = ({filled, BIT'(0)} - (at + WRAP'(extent_3))) - length;
+    spare = ({filled_1, BIT'(0)} - over) - length;
   end
 
   // Headers, as they are taken. 1: its bits.
   logic [HEADER-1:0] header_1;
-  logic there_1, there_2, there_3;  // an item
+  logic there_1, there_2, there_3, there_4;  // an item
   // 2: the templates that it names, each stored with the length of its payload.
   logic [TEMPLATE_WIDTH-1:0] templates[0:(1<<TEMPLATE)-1];
   logic [LONG-1:0] lengths[0:(1<<TEMPLATE)-1];
@@ -121,6 +124,13 @@ module compressed_items #(
   logic take, idle;
   logic [(LANES+1)*FILL-1:0] first_3;
   logic [FILL-1:0] extent;
+  // 4: it waits for its payload, whose length is in `over`.
+  logic [LANES*TEMPLATE_WIDTH-1:0] used_4;
+  logic [2*DIVIDERS-1:0] divider_op_4;
+  logic [1:0] kind_4;
+  logic [RUN-1:0] run_4;
+  logic runs_4;
+  logic [(LANES+1)*FILL-1:0] first_4;
   always_comb begin
     begins = '0;
     for (int l = 0; l < LANES; l++)
@@ -134,7 +144,7 @@ module compressed_items #(
   end
   always_ff @(posedge clock) begin
     if (start) begin
-      {there_1, there_2, there_3} <= '0;
+      {there_1, there_2, there_3, there_4} <= '0;
       header_1 <= '0;
       used_2 <= '0;
       lane_2 <= '0;
@@ -142,7 +152,7 @@ module compressed_items #(
       divider_op_2 <= '0;
       extent_3 <= '0;
     end else if (take) begin
-      {there_1, there_2, there_3} <= {1'b1, there_1, there_2};
+      {there_1, there_2, there_3, there_4} <= {1'b1, there_1, there_2, there_3};
       header_1 <= header;
       kind_2 <= header_1[1:0];
       used_2 <= used_next;
@@ -158,34 +168,41 @@ module compressed_items #(
       used_3 <= used_2;
       divider_op_3 <= divider_op_2;
       first_3 <= begins;
+      {kind_4, run_4, runs_4} <= {kind_3, run_3, runs_3};
+      {used_4, divider_op_4, first_4} <= {used_3, divider_op_3, first_3};
     end
   end
 
 
-  // What is taken: the payload of the item whose header is in the third place. Empty words go on after it.
+  // What is taken: the payload of the item whose header is in the fourth place. Empty words go on after it.
   logic [RUN-1:0] rest;
   assign take = decoding && idle && !spare[WRAP-1];
-  assign deliver = decoding && (!idle || (there_3 && !spare[WRAP-1]));
-  assign last = take && there_3 && kind_3 == LAST;
+  assign deliver = decoding && (!idle || (there_4 && !spare[WRAP-1]));
+  assign last = take && there_4 && kind_4 == LAST;
   always_ff @(posedge clock) begin
     if (start) idle <= 1'b1;
-    else if (take) idle <= !(there_3 && runs_3);
+    else if (take) idle <= !(there_4 && runs_4);
     else if (rest == RUN'(1)) idle <= 1'b1;
-    rest <= take ? run_3 : rest - RUN'(1);
-    valid <= take && there_3 && kind_3 != EMPTY;
-    place <= behind[AT-1:0];
-    used <= used_3;
-    first <= first_3;
-    divider_op <= divider_op_3;
+    rest <= take ? run_4 : rest - RUN'(1);
+    valid <= take && there_4 && kind_4 != EMPTY;
+    place <= AT'(at + length);
+    used <= used_4;
+    first <= first_4;
+    divider_op <= divider_op_4;
   end
 
   // A line goes where no bit is left that was not taken before this cycle.
   assign push = decoding && !(filled[1:0] == at[BIT+:2] && filled[2] != at[BIT+2]);
   always_ff @(posedge clock) begin
-    if (start) at <= '0;
-    else if (take) at <= after;
+    if (start) {at, over} <= '0;
+    else if (take) begin
+      at   <= over + length;
+      over <= over + WRAP'(extent_3) + length;
+    end
+    opening <= take ? following : header[OPEN-1:0];
     if (start) filled <= '0;
     else if (push) filled <= filled + 3'd1;
+    filled_1 <= start ? '0 : filled;
     for (int i = 0; i < 4; i++) if (push && filled[1:0] == 2'(i)) buffer[FETCH*i+:FETCH] <= line;
     if (template_write) templates[template_address] <= template_word;
     if (template_write) lengths[template_address] <= written;

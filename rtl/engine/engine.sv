@@ -64,7 +64,7 @@ module engine #(
   // The pipeline has these latencies; other parameters are refused.
   generate
     if (contract::READ_CYCLES != 4 || contract::WRITE_CYCLES != 1 || contract::STARTUP_CYCLES != 3 ||
-        contract::FINISH_CYCLES != 1 || contract::DECODE_CYCLES != 9 || contract::HEADERS_AHEAD != 3 || SQRT != DIV || SQRT_INTERVAL != INTERVAL) begin : g_refused
+        contract::FINISH_CYCLES != 1 || contract::DECODE_CYCLES != 11 || contract::HEADERS_AHEAD != 4 || SQRT != DIV || SQRT_INTERVAL != INTERVAL) begin : g_refused
       $error("engine.svh or latency.svh names a latency that this engine does not have");
     end
   endgenerate

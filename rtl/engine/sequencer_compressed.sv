@@ -10,7 +10,7 @@ module sequencer_compressed #(
     parameter int TEMPLATE_WIDTH = contract::TEMPLATE_WIDTH,
     parameter int CODE_BITS = 16,
     parameter int FETCH = 128,
-    parameter int STAGES = contract::DECODE_CYCLES - contract::HEADERS_AHEAD,  // from the payload in the buffer to the issue register
+    parameter int STAGES = contract::DECODE_CYCLES - contract::HEADERS_AHEAD - 1,  // from the payload in the buffer to the issue register
     parameter int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2)
 ) (
     input logic clock,

@@ -163,17 +163,19 @@ class Compressor:
 
     def _frozen(self, lengths: list[int], runs: list[int], lines: int) -> int:
         """Cycles in which something is waited for that is not all there."""
-        at, fetched, rest, frozen, taken = 0, 1, 0, 0, 0
+        at, rest, frozen, taken = 0, 0, 0, 0
+        before, fetched = 1, min(lines, 2)
         while taken < len(lengths) or rest:
             full = fetched - at // self.line_bits == 4
             if rest:
                 rest -= 1
-            elif at + lengths[taken] <= fetched * self.line_bits:
+            elif at + lengths[taken] <= before * self.line_bits:
                 at += lengths[taken]
                 rest = max(runs[taken] - 1, 0)
                 taken += 1
             else:
                 frozen += 1
+            before = fetched
             if fetched < lines and not full:
                 fetched += 1
         return frozen

@@ -102,7 +102,9 @@ fn table(schedules: &[&Schedule], format: &Format) -> Vec<Template> {
 /// For each cycle in which the next header and payload are not complete in the buffer: the word that waits.
 fn fetch_stalls(items: &[Item], lines: usize, format: &Format) -> Vec<u32> {
     let fetch = format.fetch();
-    let (mut at, mut fetched, mut rest, mut word, mut found) = (0, 1, 0, 0, Vec::new());
+    // Lines in the buffer, and those that were there a cycle ago, when the kind of the next header was read.
+    let (mut fetched, mut seen) = (lines.min(2), 1);
+    let (mut at, mut rest, mut word, mut found) = (0, 0, 0, Vec::new());
     let mut chunks = chunks(items, format.headers_ahead).map(|(before, behind)| {
         let length = before.map_or(SAME_BITS, |item| item.header) + behind.map_or(0, |item| item.payload);
         (length, behind.map_or(0, |item| item.words))
@@ -114,7 +116,7 @@ fn fetch_stalls(items: &[Item], lines: usize, format: &Format) -> Vec<u32> {
         if rest > 0 {
             rest -= 1;
             word += 1;
-        } else if let Some((length, words)) = next.filter(|(length, _)| fetched * fetch >= at + length) {
+        } else if let Some((length, words)) = next.filter(|(length, _)| seen * fetch >= at + length) {
             at += length;
             word += words.min(1);
             rest = words.saturating_sub(1);
@@ -122,6 +124,7 @@ fn fetch_stalls(items: &[Item], lines: usize, format: &Format) -> Vec<u32> {
         } else {
             found.push(word);
         }
+        seen = fetched;
         fetched += usize::from(room);
     }
     found
