@@ -86,6 +86,16 @@ class Source:
     clock: str = "clock"
 
 
+MADE_OF = {
+    "engine": ("fpu/*.sv", "engine/*.sv*"),
+    "lane": ("fpu/*.sv", "engine/lane.sv", "engine/operations.svh"),
+    "sequencer_compressed": (
+        "engine/sequencer_compressed.sv", "engine/compressed_*.sv", "engine/window.sv", "engine/operations.svh",
+    ),
+}  # fmt: skip
+"""The files of a module beside the parameters; of a unit those of `fpu`."""
+
+
 def source_of(module: str) -> Source:
     """Ours are of rtl/; the foreign core is of the package that requirements/route.txt pins."""
     if module == "picorv32_axi":
@@ -95,9 +105,8 @@ def source_of(module: str) -> Source:
         folder = Path(package.origin).parent / "verilog"
         state = hashlib.sha256((folder / "picorv32.v").read_bytes()).hexdigest()[:16]
         return Source(folder, "read_verilog picorv32.v", state, clock="clk")
-    files = ("fpu/*.sv", "*.sv*") if module.startswith("fp_") else ("fpu/*.sv", "engine/*.sv*", "*.sv*")
     read = f"read_verilog -sv {' '.join(TILES)} -I. contract.sv fpu/*.sv engine/*.sv"
-    return Source(ROOT / "rtl", read, digest(*files))
+    return Source(ROOT / "rtl", read, digest("*.sv*", *MADE_OF.get(module, ("fpu/*.sv",))))
 
 
 PUBLISHED_MHZ = {"zu9eg": 714, "zu7ev": 714, "xc7z045": 416, "xc7z020": 238}

@@ -113,8 +113,14 @@ class Report:
 
     @property
     def headline(self) -> str:
-        """One sentence that says how this partition does against the baseline, and whether PL cycles are estimated."""
-        return self._comparison + (ESTIMATED_WORDS if self.estimated else "")
+        """One sentence: how this partition does against the baseline, at which clock, and whether PL cycles are estimated."""
+        clock = f"; {self._pl_clock}" if self.modules_on_pl else ""
+        return self._comparison + clock + (ESTIMATED_WORDS if self.estimated else "")
+
+    @property
+    def _pl_clock(self) -> str:
+        (known,) = (row for row in self.assumptions if row.key == "pl.clock_mhz")
+        return f"PL at {self.pl_clock_mhz:g} MHz ({known.tag})"
 
     @property
     def _comparison(self) -> str:
@@ -195,7 +201,7 @@ class Report:
             f"**{self.headline}.**",
             *([f"**{self.deadline_line}.**"] if self.deadline else []),
             *markdown.slower_modules(self.slower_modules, self.baseline),
-            f"{self.description}. {self.core} as PS; PL engine of {self.lanes} lanes at {self.pl_clock_mhz:g} MHz; "
+            f"{self.description}. {self.core} as PS; PL engine of {self.lanes} lanes; {self._pl_clock}; "
             f"datapath {self.datapath}; on the PL: {', '.join(self.modules_on_pl) or 'nothing'}. "
             "Brackets hold the band over the assumed ranges.",
             "## Assumptions",

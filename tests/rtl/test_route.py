@@ -40,7 +40,3 @@ def test_a_presets_clock_is_scaled_from_the_record(device: str) -> None:
     clock = load_platform(device).pl.clock_mhz
     assert clock.tag == "scaled"
     assert (clock.low, clock.value, clock.high) == record_route.scaled_clock_mhz(device, ROWS)
-
-
-def test_every_row_that_is_asked_for_is_there() -> None:
-    assert [record_route.key_of(row) for row in ROWS] == record_route.ROWS

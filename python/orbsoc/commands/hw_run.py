@@ -170,8 +170,8 @@ def _table(program: PlProgram, platform: Platform) -> list[str]:
     stored = sum(segment.compressed_bits for segment in segments)
     lines = [
         f"modelled, equal to the RTL cycle for cycle: f{engine.fp}, {count_of(engine.lanes, 'lane')},"
-        f" {count_of(engine.dividers, 'divider')}, {count_of(engine.banks, 'bank')}, PL at {platform.pl.clock_mhz.value:g} MHz,"
-        " flat microcode",
+        f" {count_of(engine.dividers, 'divider')}, {count_of(engine.banks, 'bank')}, PL at {platform.pl.clock_mhz.value:g} MHz"
+        f" ({platform.pl.clock_mhz.tag}), flat microcode",
         "module          segment            cycles      µs  bound by      of it  used  idle lanes: waiting for",
     ]
     for module in dict.fromkeys(segment.module for segment in segments):
