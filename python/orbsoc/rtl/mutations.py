@@ -99,8 +99,8 @@ MUTATIONS = {
     ),
     "runs of empty words one too long": Mutation(
         "engine/compressed_items.sv",
-        "take ? run_3 :",
-        "take ? run_3 + RUN'(1) :",
+        "take ? run_4 :",
+        "take ? run_4 + RUN'(1) :",
         "compressed",
     ),
     "divider counts on while the decoder freezes": Mutation(
