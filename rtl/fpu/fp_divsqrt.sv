@@ -135,7 +135,7 @@ module fp_divsqrt #(
   generate
     for (genvar s = 0; s < SLOTS; s++) begin : g_slot
       logic is_root, is_quotient, loads;  // one register for both would drive twice the wires
-      logic [N:0] w, thrice;
+      logic [N:0] w, below_2, thrice;
       logic [N-1:0] once, moving;
       logic [2:0] low;  // of D and of 3 D
       logic [2:0] low_3;
@@ -152,17 +152,14 @@ module fp_divsqrt #(
         less_1 = {1'b0, next} - {1'b0, once, low};
         less_2 = {1'b0, next} - (is_root ? {once, 4'b0100} : {once, low, 1'b0});
         less_3 = {1'b0, next} - {thrice, low_3};
-        // While it loads, the remainder comes in where that of digit 0 would.
+        // Each sign chooses for itself: the digit comes later. While a slot loads, the remainder comes in where that of
+        // digit 0 would.
+        below_2 = loads ? (root_2 ? '0 : (N + 1)'(a_2)) : less_1[N+3] ? next[N:0] : less_1[N:0];
         q[1] = !less_2[N+3] && !loads;
         q[0] = (!less_3[N+3] || (less_2[N+3] && !less_1[N+3])) && !loads;
       end
       always_ff @(posedge clock) if (enable) begin
-        case (q)
-          2'd0: w <= !loads ? next[N:0] : root_2 ? '0 : (N + 1)'(a_2);
-          2'd1: w <= less_1[N:0];
-          2'd2: w <= less_2[N:0];
-          default: w <= less_3[N:0];
-        endcase
+        w <= (less_2[N+3] || loads) ? below_2 : less_3[N+3] ? less_2[N:0] : less_3[N:0];
         moving <= loads ? (root_2 ? radicand : '0) : is_root ? moving << 4 : {moving[N-3:0], q};
         if (loads) begin
           is_root <= root_2;

@@ -105,8 +105,8 @@ MUTATIONS = {
     ),
     "divider counts on while the decoder freezes": Mutation(
         "fpu/fp_divsqrt.sv",
-        "if (enable) begin\n        case (q)",
-        "begin\n        case (q)",
+        "if (enable) begin\n        w <=",
+        "begin\n        w <=",
         "compressed",
         FREEZING,
     ),
