@@ -227,8 +227,8 @@ module engine #(
   assign ended = was_busy && !busy;
   always_ff @(posedge clock) begin
     was_busy <= busy && !reset;
-    if (reset || start) cycles <= '0;
-    else if (busy) cycles <= cycles + 32'd1;
+    if (reset) cycles <= '0;
+    else if (busy) cycles <= was_busy ? cycles + 32'd1 : 32'd1;
   end
 
   // The PS's access to the storage, through one register.

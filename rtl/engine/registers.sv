@@ -252,7 +252,7 @@ module registers #(
   endgenerate
   assign program_write = write && state == IDLE && in_program;
   assign program_address = into_program[2+:$clog2(INSTRUCTIONS) + 1];
-  assign launch = command && value == ATTEMPT;
+  assign launch = RESIDENT != 0 && command && value == ATTEMPT;
   assign entry = segment[$clog2(INSTRUCTIONS)-1:0];
   assign halt = state == FAULT || found != NONE || run_fault;
 

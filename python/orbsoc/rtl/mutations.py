@@ -79,8 +79,8 @@ MUTATIONS = {
         "if (enable && write) begin words[write_row] <= write_word;"
         " words[write_row ^ ROW'(1 << (ROW - 1))] <= write_word; end",
     ),
-    "counter two cycles ahead": Mutation("engine/engine.sv", "cycles <= '0;", "cycles <= 32'd2;"),
-    "counter stuck": Mutation("engine/engine.sv", "cycles <= cycles + 32'd1;", "cycles <= cycles;"),
+    "counter two cycles ahead": Mutation("engine/engine.sv", ": 32'd1;", ": 32'd3;"),
+    "counter stuck": Mutation("engine/engine.sv", "was_busy ? cycles + 32'd1", "was_busy ? cycles"),
     "done never in the status": Mutation("engine/registers.sv", "armed, state == DONE,", "armed, 1'b0,"),
     "interrupt never raised": Mutation(
         "engine/registers.sv", "irq = state == DONE || state == FAULT", "irq = 1'b0"
