@@ -142,7 +142,9 @@ def main() -> None:
     known = json.loads(RECORD.read_text())["rows"] if RECORD.exists() else []
     kept = {key_of(row): row for row in known}
     wanted = sys.argv[1:]
-    for part, module, parameters, seed in sorted(ROWS, key=lambda row: row[3]):  # one seed of all, then the next
+    for part, module, parameters, seed in sorted(
+        ROWS, key=lambda row: row[3]
+    ):  # one seed of all, then the next
         key, old = (part, module, parameters, seed), kept.get((part, module, parameters, seed))
         asked = not wanted or module in wanted or ("units" in wanted and module.startswith("fp_"))
         if not asked:

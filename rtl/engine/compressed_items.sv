@@ -48,7 +48,9 @@ module compressed_items #(
   localparam int OPEN = 2 + LANES;  // kind and mask
   logic [WRAP-1:0] at, over, length;
   logic [WRAP-1:0] spare;  // what is there, less what is asked for
-  logic [2:0] filled, filled_1;  // lines, modulo twice the buffer; those that were there when the kind was read
+  logic [WRAP-1:0] opened;  // what was there of the header when its opening was read, less that
+  logic [2:0] filled, filled_1;  // lines, modulo twice the buffer: now, and a cycle ago
+  logic complete;
   logic [OPEN-1:0] opening, following;
   logic [LANES:0] names;  // as many templates, one hot
   logic [HEADER-1:0] header;
@@ -80,7 +82,9 @@ module compressed_items #(
       length = length | ({WRAP{names[n]}} & WRAP'(OPEN + 2 * DIVIDERS + n * TEMPLATE));
       following = following | ({OPEN{names[n]}} & next_headers[OPEN+2*DIVIDERS+n*TEMPLATE+:OPEN]);
     end
-    spare = ({filled_1, BIT'(0)} - over) - length;
+    spare = ({filled, BIT'(0)} - over) - length;
+    opened = ({filled_1, BIT'(0)} - at) - WRAP'(OPEN);
+    complete = !spare[WRAP-1] && !opened[WRAP-1];
   end
 
   // Headers, as they are taken. 1: its bits.
@@ -176,8 +180,8 @@ module compressed_items #(
 
   // What is taken: the payload of the item whose header is in the fourth place. Empty words go on after it.
   logic [RUN-1:0] rest;
-  assign take = decoding && idle && !spare[WRAP-1];
-  assign deliver = decoding && (!idle || (there_4 && !spare[WRAP-1]));
+  assign take = decoding && idle && complete;
+  assign deliver = decoding && (!idle || (there_4 && complete));
   assign last = take && there_4 && kind_4 == LAST;
   always_ff @(posedge clock) begin
     if (start) idle <= 1'b1;

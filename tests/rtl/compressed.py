@@ -82,7 +82,7 @@ class Compressor:
         count = -(-stream.length // self.line_bits)
         lines = [stream.value >> i * self.line_bits & (1 << self.line_bits) - 1 for i in range(count)]
         lengths = [header.length + payload.length for header, payload in zip(headers, payloads, strict=True)]
-        return lines, self._frozen(lengths, [0] * ahead + [run for _, _, run in items], count)
+        return lines, self._frozen(lengths, [0] * ahead + [run for _, _, run in items])
 
     def _word(self, slots: list[Slot], lanes: list[LaneState], last: bool) -> tuple[Bits, Bits]:
         numbers, a_bits = self.machine.numbers, self.machine.address_bits
@@ -161,21 +161,21 @@ class Compressor:
             if used[f]:
                 state.kept[f] = value
 
-    def _frozen(self, lengths: list[int], runs: list[int], lines: int) -> int:
+    def _frozen(self, lengths: list[int], runs: list[int]) -> int:
         """Cycles in which something is waited for that is not all there."""
         at, rest, frozen, taken = 0, 0, 0, 0
-        before, fetched = 1, min(lines, 2)
+        before, fetched = 1, 2
         while taken < len(lengths) or rest:
             full = fetched - at // self.line_bits == 4
+            opened = at + 2 + self.machine.lanes <= before * self.line_bits
             if rest:
                 rest -= 1
-            elif at + lengths[taken] <= before * self.line_bits:
+            elif opened and at + lengths[taken] <= fetched * self.line_bits:
                 at += lengths[taken]
                 rest = max(runs[taken] - 1, 0)
                 taken += 1
             else:
                 frozen += 1
             before = fetched
-            if fetched < lines and not full:
-                fetched += 1
+            fetched += not full
         return frozen

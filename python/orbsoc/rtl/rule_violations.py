@@ -35,6 +35,7 @@ _CONFIG = re.compile(
 _FORMAT = re.compile(r"^format (\w+)$", re.MULTILINE)
 _FIRST_LINE = re.compile(r"^microcode \d+\n(\w+)$", re.MULTILINE)
 _TEMPLATE_BITS = re.compile(r"^localparam int TEMPLATE_BITS = (\d+);", re.MULTILINE)
+_HEADERS_AHEAD = re.compile(r"^localparam int HEADERS_AHEAD = (\d+);", re.MULTILINE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +55,18 @@ class _Word:
     divider: _Issue | None = None
 
 
+@dataclass(slots=True)
+class _Bits:
+    """Bits, least significant first."""
+
+    value: int = 0
+    length: int = 0
+
+    def put(self, value: int, length: int) -> None:
+        self.value |= value << self.length
+        self.length += length
+
+
 @dataclass(frozen=True, slots=True)
 class Bench:
     """What a control needs to know of an engine: it is in the head of any case for it."""
@@ -66,20 +79,25 @@ class Bench:
     format: str
     line_bits: int
     template_bits: int
+    headers_ahead: int
 
     @classmethod
     def of(cls, case: str, rtl: Path) -> Bench:
-        """That of a case, and of the RTL's folder for the bits of a template's number.
+        """That of a case, and of the RTL's folder for the bits of a template's number and how far headers run ahead.
 
         Raises ValueError if either does not say.
         """
         found = [pattern.search(case) for pattern in (_CONFIG, _FORMAT, _FIRST_LINE)]
         config, form, line = found
-        bits = _TEMPLATE_BITS.search((rtl / "engine.svh").read_text(encoding="utf-8"))
-        if config is None or form is None or line is None or bits is None:
-            raise ValueError("a case without config, format or microcode, or RTL without TEMPLATE_BITS")
+        parameters = (rtl / "engine.svh").read_text(encoding="utf-8")
+        bits, ahead = _TEMPLATE_BITS.search(parameters), _HEADERS_AHEAD.search(parameters)
+        if config is None or form is None or line is None or bits is None or ahead is None:
+            raise ValueError(
+                "a case without config, format or microcode, or RTL without TEMPLATE_BITS or HEADERS_AHEAD"
+            )
         fp, lanes, dividers, banks, address_bits = map(int, config.groups())
-        return cls(fp, lanes, dividers, banks, address_bits, form[1], 4 * len(line[1]), int(bits[1]))
+        numbers = (int(bits[1]), int(ahead[1]))
+        return cls(fp, lanes, dividers, banks, address_bits, form[1], 4 * len(line[1]), *numbers)
 
     @property
     def rules(self) -> frozenset[str]:
@@ -166,29 +184,31 @@ def _flat(bench: Bench, word: _Word) -> int:
 def _compressed(bench: Bench, words: Sequence[_Word]) -> tuple[list[int], list[int]]:
     """Templates and lines; every word names the templates of all lanes, and every address comes in full."""
     a, templates = bench.address_bits, [0]
-    stream, length = 0, 0
-
-    def put(value: int, bits: int) -> None:
-        nonlocal stream, length
-        stream |= value << length
-        length += bits
-
+    headers, payloads = [], [_Bits() for _ in range(bench.headers_ahead)]
     for number, word in enumerate(words):
-        put(3 if number == len(words) - 1 else 1, 2)
-        put((1 << bench.lanes) - 1, bench.lanes)
+        header, payload = _Bits(), _Bits()
+        header.put(3 if number == len(words) - 1 else 1, 2)
+        header.put((1 << bench.lanes) - 1, bench.lanes)
         for lane in range(bench.lanes):
             template = _template(word.lanes[lane]) if lane < len(word.lanes) else 0
             if template not in templates:
                 templates.append(template)
-            put(templates.index(template), bench.template_bits)
-        put(0 if word.divider is None else word.divider.code, 2)
-        put(0, 2 * (bench.dividers - 1))
+            header.put(templates.index(template), bench.template_bits)
+        header.put(0 if word.divider is None else word.divider.code, 2)
+        header.put(0, 2 * (bench.dividers - 1))
         for issue in [*word.lanes, *([word.divider] if word.divider else [])]:
             for address in (issue.a, *([issue.b] if issue.b else []), issue.to):
-                put(address, a)
-    lines = -(-length // bench.line_bits)
+                payload.put(address, a)
+        headers.append(header)
+        payloads.append(payload)
+    headers += [_Bits(0, 2)] * bench.headers_ahead
+    stream = _Bits()
+    for pair in zip(headers, payloads, strict=True):
+        for part in pair:
+            stream.put(part.value, part.length)
     mask = (1 << bench.line_bits) - 1
-    return templates, [stream >> line * bench.line_bits & mask for line in range(lines)]
+    lines = range(-(-stream.length // bench.line_bits))
+    return templates, [stream.value >> line * bench.line_bits & mask for line in lines]
 
 
 def _template(issue: _Issue) -> int:

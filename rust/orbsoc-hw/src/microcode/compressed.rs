@@ -52,7 +52,7 @@ impl Compressed {
         for schedule in schedules {
             let (stream, items) = encode(schedule, &index);
             let (start, count) = (lines.len(), stream.bits.div_ceil(format.fetch()));
-            let stalls = fetch_stalls(&items, count, &format);
+            let stalls = fetch_stalls(&items, &format);
             let frozen = stalls.len() as u32;
             let cycles = schedule.cycles + configuration.timing().decode + frozen;
             segments.push(CompressedSegment { start, lines: count, bits: stream.bits, frozen, cycles });
@@ -66,11 +66,8 @@ impl Compressed {
     pub(crate) fn cycles(schedule: &Schedule, configuration: &Configuration) -> u32 {
         let format = Format::new(configuration);
         let table = table(&[schedule], &format);
-        let (stream, items) = encode(schedule, &Index::new(&format, &table));
-        let lines = stream.bits.div_ceil(format.fetch());
-        schedule.cycles
-            + configuration.timing().decode
-            + fetch_stalls(&items, lines, &format).len() as u32
+        let (_, items) = encode(schedule, &Index::new(&format, &table));
+        schedule.cycles + configuration.timing().decode + fetch_stalls(&items, &format).len() as u32
     }
 
     /// Bits of microcode in use, without the table.
@@ -100,10 +97,10 @@ fn table(schedules: &[&Schedule], format: &Format) -> Vec<Template> {
 }
 
 /// For each cycle in which the next header and payload are not complete in the buffer: the word that waits.
-fn fetch_stalls(items: &[Item], lines: usize, format: &Format) -> Vec<u32> {
+fn fetch_stalls(items: &[Item], format: &Format) -> Vec<u32> {
     let fetch = format.fetch();
     // Lines in the buffer, and those that were there a cycle ago, when the kind of the next header was read.
-    let (mut fetched, mut seen) = (lines.min(2), 1);
+    let (mut fetched, mut seen) = (2, 1);
     let (mut at, mut rest, mut word, mut found) = (0, 0, 0, Vec::new());
     let mut chunks = chunks(items, format.headers_ahead).map(|(before, behind)| {
         let length = before.map_or(SAME_BITS, |item| item.header) + behind.map_or(0, |item| item.payload);
@@ -111,12 +108,13 @@ fn fetch_stalls(items: &[Item], lines: usize, format: &Format) -> Vec<u32> {
     });
     let mut next = chunks.next();
     while rest > 0 || next.is_some() {
-        // A line goes where no bit is left that was not taken before this cycle.
-        let room = fetched < lines && fetched - at / fetch < BUFFER_LINES;
+        // A line goes where no bit is left that was not taken before this cycle. Behind the last come the next segment's.
+        let room = fetched - at / fetch < BUFFER_LINES;
+        let complete = |length| fetched * fetch >= at + length && seen * fetch >= at + format.opening();
         if rest > 0 {
             rest -= 1;
             word += 1;
-        } else if let Some((length, words)) = next.filter(|(length, _)| seen * fetch >= at + length) {
+        } else if let Some((length, words)) = next.filter(|(length, _)| complete(*length)) {
             at += length;
             word += words.min(1);
             rest = words.saturating_sub(1);

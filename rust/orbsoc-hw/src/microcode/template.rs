@@ -186,6 +186,11 @@ impl Format {
         32 * self.lanes.max(item(MAX_TEMPLATE_BITS).div_ceil(96)).next_power_of_two()
     }
 
+    /// Bits of a header's kind and mask.
+    pub fn opening(&self) -> usize {
+        2 + self.lanes
+    }
+
     pub fn mask(&self) -> u32 {
         (1 << self.address_bits) - 1
     }
