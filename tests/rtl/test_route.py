@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +37,37 @@ def test_the_page_shows_the_record() -> None:
 
 
 @pytest.mark.parametrize("device", record_route.PUBLISHED_MHZ)
-def test_a_presets_clock_is_scaled_from_the_record(device: str) -> None:
+def test_a_devices_clock_is_scaled_from_the_record_and_assumed_without_one(device: str) -> None:
     clock = load_platform(device).pl.clock_mhz
+    if not any(row["module"] == "engine" for row in ROWS):
+        assert (clock.tag, clock.low, clock.value) == ("assumed", None, 150.0)
+        return
     assert clock.tag == "scaled"
     assert (clock.low, clock.value, clock.high) == record_route.scaled_clock_mhz(device, ROWS)
+
+
+def test_a_devices_clock_lies_between_the_engines_own_and_what_a_small_core_gains() -> None:
+    rows = [
+        {"part": "ecp5_85_8", "module": module, "mhz": mhz}
+        for module, mhz in (
+            ("engine", 90.0),
+            ("engine", 100.0),
+            ("picorv32_axi", 178.5),
+            ("picorv32_axi", 200.0),
+        )
+    ]
+    assert record_route.scaled_clock_mhz("zu9eg", rows) == (90, 180, 360)
+
+
+def test_clocks_are_written_into_the_devices_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for device in record_route.PUBLISHED_MHZ:
+        shutil.copy(record_route.DEVICES / f"{device}.toml", tmp_path)
+    monkeypatch.setattr(record_route, "DEVICES", tmp_path)
+    rows = [
+        {"part": "ecp5_85_8", "module": module, "mhz": mhz}
+        for module, mhz in (("engine", 90.0), ("picorv32_axi", 178.5))
+    ]
+    for _ in range(2):  # again, over the first
+        record_route.write_clocks(rows)
+        clock = load_platform(tmp_path / "zu9eg.toml").pl.clock_mhz
+        assert (clock.low, clock.value, clock.high, clock.tag) == (90.0, 180.0, 360.0, "scaled")
