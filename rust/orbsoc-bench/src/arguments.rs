@@ -19,6 +19,8 @@ orbsoc-bench --warm FOLDER|FILE … [--repeats N] [--tol T] [--stages]
 orbsoc-bench --schedule FOLDER|FILE … [--repeats N]
     Millions of operations a second that the PL's schedulers take in, on engines of 1, 2, 4 and 8 lanes,
     and a fingerprint of the microcode.
+orbsoc-bench --marks FOLDER|FILE … [--tol T]
+    Solves every problem once and marks its stages for an emulator that counts instructions; prints a hash of the answers.
 orbsoc-bench --compare BEFORE.csv AFTER.csv
     Ratio after/before for each problem, and for each stage when both files have stages.
 ";
@@ -29,6 +31,7 @@ pub enum Command {
     Measure(Plan),
     Schedule(Plan),
     Warm(Plan),
+    Marks(Plan),
 }
 
 /// What to measure and where to write it.
@@ -57,7 +60,7 @@ impl Command {
             label: String::new(),
             out: None,
         };
-        let (mut schedule, mut warm) = (false, false);
+        let mut command: fn(Plan) -> Self = Self::Measure;
         while let Some(argument) = arguments.next() {
             let mut value = || arguments.next().ok_or(format!("{argument} needs a value; see --help"));
             match argument.as_str() {
@@ -73,8 +76,9 @@ impl Command {
                 "--out" => plan.out = Some(value()?.into()),
                 "--stages" => plan.stages = true,
                 "--cold" => plan.cold = true,
-                "--schedule" => schedule = true,
-                "--warm" => warm = true,
+                "--schedule" => command = Self::Schedule,
+                "--warm" => command = Self::Warm,
+                "--marks" => command = Self::Marks,
                 _ if argument.starts_with('-') => {
                     return Err(format!("unknown option {argument}; see --help"))
                 }
@@ -84,11 +88,7 @@ impl Command {
         if plan.paths.is_empty() {
             return Err("no problems: give a folder or a file of orbsoc.problem/1; see --help".into());
         }
-        Ok(match (schedule, warm) {
-            (true, _) => Self::Schedule(plan),
-            (_, true) => Self::Warm(plan),
-            _ => Self::Measure(plan),
-        })
+        Ok(command(plan))
     }
 }
 

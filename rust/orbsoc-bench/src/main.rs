@@ -12,6 +12,7 @@
 mod arguments;
 mod compare;
 mod failure;
+mod marks;
 mod measure;
 mod problem_file;
 mod results;
@@ -52,6 +53,10 @@ fn run() -> Result<(), Failure> {
                 print!("\nfrom cold\n{}", results::stage_table(measured.iter().map(|m| &m.cold.stages)));
                 print!("\nwarm\n{}", results::stage_table(measured.iter().map(|m| &m.warm.stages)));
             }
+        }
+        Command::Marks(plan) => {
+            let settings = orbsoc::Settings { tol: plan.tol, ..orbsoc::Settings::default() };
+            print!("{}", marks::solve(&load(&plan.paths)?, &settings)?);
         }
         Command::Measure(plan) => {
             let problems = load(&plan.paths)?;
