@@ -15,7 +15,7 @@ const STAGES: u64 = Stage::ALL.len() as u64;
 const OUTSIDE: u64 = STAGES;
 /// The closing residuals on the user's data, and the status.
 const CONCLUDE: u64 = STAGES + 1;
-/// Before a problem.
+/// Twice before a problem: the instructions between are those of a mark.
 const PROBLEM: u64 = STAGES + 2;
 
 /// Solve every problem once, in one attempt and with marks; a line for each with its iterations and a hash of its
@@ -25,6 +25,7 @@ pub fn solve(problems: &[(String, Problem)], settings: &Settings) -> Result<Stri
     let names: Vec<&str> = Stage::ALL.iter().map(|stage| stage.name()).collect();
     let mut out = format!("{MARK} {} outside conclude problem\n", names.join(" "));
     for (name, problem) in problems {
+        marks.at(PROBLEM);
         marks.at(PROBLEM);
         let mut engine = Engine::<f64>::new(problem, settings).map_err(|e| format!("{name}: {e}"))?;
         let mut run = |stage: Stage| {
