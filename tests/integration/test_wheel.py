@@ -105,22 +105,28 @@ def test_what_is_tested_is_installed(package: ModuleType) -> None:
     assert not any(Path(package.__file__).is_relative_to(ROOT / name) for name in ("python", "hw_model"))
 
 
-def test_the_wheel_is_built_with_the_flags_that_cargo_is_configured_with(tmp_path: Path) -> None:
+@pytest.mark.parametrize("processor", ["x86_64", "aarch64"])
+def test_the_wheel_is_built_with_the_flags_that_cargo_is_configured_with(
+    tmp_path: Path, processor: str
+) -> None:
     (tmp_path / "python").symlink_to(sys.executable)
     maturin = tmp_path / "maturin"
-    maturin.write_text('#!/bin/sh\necho "$RUSTFLAGS"\n', encoding="utf-8")
+    maturin.write_text('#!/bin/sh\necho "$RUSTFLAGS;$*"\n', encoding="utf-8")
     maturin.chmod(0o755)
+    target = f"{processor}-unknown-linux-gnu"
     done = subprocess.run(
-        [ROOT / "scripts" / "build_wheel.sh", tmp_path / "python", tmp_path],
+        [ROOT / "scripts" / "build_wheel.sh", tmp_path / "python", tmp_path, target],
         cwd=ROOT,
         env={**os.environ, "RUSTFLAGS": "-C opt-level=3"},
         capture_output=True,
         text=True,
         check=True,
     )
-    configured = tomllib.loads((ROOT / ".cargo" / "config.toml").read_text(encoding="utf-8"))
-    assert configured["build"]["rustflags"]
-    assert f"-C opt-level=3 {' '.join(configured['build']['rustflags'])} " in done.stdout
+    targets = tomllib.loads((ROOT / ".cargo" / "config.toml").read_text(encoding="utf-8"))["target"]
+    configured = targets.get(f'cfg(target_arch = "{processor}")', {"rustflags": []})["rustflags"]
+    assert bool(configured) == (processor == "x86_64")
+    assert f"-C opt-level=3 {' '.join([*configured, '--remap-path-prefix='])}" in done.stdout
+    assert f"--target {target}" in done.stdout
 
 
 def test_the_extension_names_no_folder_of_the_machine_that_built_it(wheel: Path) -> None:

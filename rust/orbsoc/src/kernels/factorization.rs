@@ -4,6 +4,8 @@
 //! `l_ij ← k_ij − Σ_k l_ik·y_jk` in ascending k, whatever the supernodes are; then `d_j` is
 //! regularised and the column divided by it.
 
+#![allow(clippy::needless_range_loop)] // constant ranges over arrays unroll; iterators over them do not always
+
 use super::supernodal::condensed::{self, Condensed};
 use super::supernodal::pivots::{divide, regularized, Regularization};
 use super::supernodal::simplicial::{self, Simplicial};
@@ -164,7 +166,7 @@ fn factor_supernode<T: Real>(
     }
 }
 
-/// `W` columns of a supernode, from row `first` of the panel on.
+/// `W` ≤ 4 columns of a supernode, from row `first` of the panel on.
 #[inline(always)]
 fn factor_block<T: Real, const W: usize>(
     leading_dim: usize,
@@ -175,31 +177,75 @@ fn factor_block<T: Real, const W: usize>(
     y: &mut [T],
     pivot_inverse: &mut [T],
 ) {
-    for c in 0..W {
-        let (before, column) = panel.split_at_mut(c * leading_dim);
-        let column = &mut column[first + c..leading_dim];
-        let (y_before, y) = y.split_at_mut(c * leading_dim);
-        let mut l: [&[T]; W] = [&[]; W];
-        let mut factor = [T::zero(); W];
-        for k in 0..c {
-            l[k] = &before[k * leading_dim + first + c..(k + 1) * leading_dim];
-            factor[k] = y_before[k * leading_dim + first + c];
+    let mut at = Block { leading_dim, first, positive, regularization, panel, y, pivot_inverse };
+    at.factor_column::<0>();
+    if W > 1 {
+        at.factor_column::<1>();
+    }
+    if W > 2 {
+        at.factor_column::<2>();
+    }
+    if W > 3 {
+        at.factor_column::<3>();
+    }
+}
+
+/// Adjacent columns of a supernode, from row `first` of the panel on.
+struct Block<'a, T> {
+    leading_dim: usize,
+    first: usize,
+    positive: &'a [bool],
+    regularization: Regularization<T>,
+    panel: &'a mut [T],
+    y: &'a mut [T],
+    pivot_inverse: &'a mut [T],
+}
+
+impl<T: Real> Block<'_, T> {
+    /// The column that has `C` columns of the block before it.
+    #[inline(always)]
+    fn factor_column<const C: usize>(&mut self) {
+        let (leading_dim, top) = (self.leading_dim, self.first + C);
+        let (before, column) = self.panel.split_at_mut(C * leading_dim);
+        let (y_before, y) = self.y.split_at_mut(C * leading_dim);
+        let column = &mut column[top..leading_dim];
+        let mut l: [&[T]; C] = [&[]; C];
+        let mut factor = [T::zero(); C];
+        for k in 0..C {
+            l[k] = &before[k * leading_dim..][top..leading_dim];
+            factor[k] = y_before[k * leading_dim + top];
         }
         let mut pivot = column[0];
-        for k in 0..c {
+        for k in 0..C {
             pivot = pivot.sub_mul(l[k][0], factor[k]);
+            l[k] = &l[k][1..];
         }
-        let inverse = T::one() / regularized(pivot, positive[c], regularization);
-        pivot_inverse[c] = inverse;
-        let y = &mut y[first + c..leading_dim];
-        for i in 1..column.len() {
-            let mut entry = column[i];
-            for k in 0..c {
-                entry = entry.sub_mul(l[k][i], factor[k]);
-            }
-            y[i] = entry;
-            column[i] = entry * inverse;
+        let inverse = T::one() / regularized(pivot, self.positive[C], self.regularization);
+        self.pivot_inverse[C] = inverse;
+        subtract_and_divide(&mut column[1..], &mut y[top + 1..leading_dim], l, factor, inverse);
+    }
+}
+
+/// `y ← column − Σ_k l_k·factor_k`, the k in order, and `column ← y·inverse`.
+#[inline(always)]
+fn subtract_and_divide<T: Real, const C: usize>(
+    column: &mut [T],
+    y: &mut [T],
+    mut l: [&[T]; C],
+    factor: [T; C],
+    inverse: T,
+) {
+    let y = &mut y[..column.len()];
+    for k in 0..C {
+        l[k] = &l[k][..column.len()];
+    }
+    for i in 0..column.len() {
+        let mut entry = column[i];
+        for k in 0..C {
+            entry = entry.sub_mul(l[k][i], factor[k]);
         }
+        y[i] = entry;
+        column[i] = entry * inverse;
     }
 }
 

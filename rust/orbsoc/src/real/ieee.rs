@@ -2,6 +2,8 @@
 
 use super::scalar::{self, Decide, Real};
 use super::tiles::Factors;
+#[cfg(target_arch = "aarch64")]
+use super::neon;
 #[cfg(target_arch = "x86_64")]
 use pulp::{f64x4, Simd};
 
@@ -9,13 +11,19 @@ use pulp::{f64x4, Simd};
 #[derive(Clone, Copy)]
 pub struct Bit(bool);
 
-/// To AVX2 where there is it, on machines with AVX-512 too: a tile has four entries to the row.
+/// To AVX2 where there is it, on machines with AVX-512 too: a tile has four entries to the row. Elsewhere as a function
+/// of its own, for the instructions that every machine of the target has.
 #[inline(always)]
 fn by_256_bits<W: pulp::WithSimd>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     if let Some(simd) = pulp::x86::V3::try_new() {
         return pulp::Simd::vectorize(simd, work);
     }
+    by_itself(work)
+}
+
+#[inline(never)]
+fn by_itself<W: pulp::WithSimd>(work: W) -> W::Output {
     work.with_simd(pulp::Scalar)
 }
 
@@ -108,6 +116,18 @@ ieee! { f64,
                 return four_columns(simd, entries, factors);
             }
         }
+        #[cfg(target_arch = "aarch64")]
+        if let Some(simd) = pulp::aarch64::Neon::try_new() {
+            if M == 4 {
+                return neon::four_rows(simd, entries, factors);
+            }
+            if M == 8 {
+                return neon::eight_rows(simd, entries, factors);
+            }
+            if M == 1 && N == 4 {
+                return neon::four_columns(simd, entries, factors);
+            }
+        }
         scalar::subtract::<Self, M, N, LOWER>(entries, factors);
     }
 
@@ -128,6 +148,21 @@ ieee! { f64,
                 _ => {}
             }
         }
+        #[cfg(target_arch = "aarch64")]
+        if let Some(simd) = pulp::aarch64::Neon::try_new() {
+            let flat = x.as_flattened().as_flattened();
+            match R {
+                1 => {
+                    let sums = sums.as_flattened_mut().as_chunks_mut().0;
+                    return neon::accumulate_one(simd, sums, a, flat.as_chunks().0);
+                }
+                2 => {
+                    let sums = sums.as_flattened_mut().as_chunks_mut().0;
+                    return neon::accumulate_two(simd, sums, a, flat.as_chunks().0);
+                }
+                _ => {}
+            }
+        }
         scalar::accumulate(sums, a, x);
     }
 
@@ -139,6 +174,10 @@ ieee! { f64,
             let (whole, rest) = entries.split_at_mut(entries.len() / 4 * 4);
             multiple_of_two(simd, whole.as_flattened_mut().as_chunks_mut().0, by.as_chunks().0, [x[0], x[1]]);
             return scalar::subtract_multiple(rest, &by[whole.len()..], x);
+        }
+        #[cfg(target_arch = "aarch64")]
+        if let (2, Some(simd)) = (R, pulp::aarch64::Neon::try_new()) {
+            return neon::multiple_of_two(simd, entries.as_flattened_mut().as_chunks_mut().0, by, [x[0], x[1]]);
         }
         scalar::subtract_multiple(entries, by, x);
     }

@@ -9,6 +9,8 @@ mod counted;
 mod ieee;
 mod lanes;
 mod narrow;
+#[cfg(target_arch = "aarch64")]
+mod neon;
 mod outline;
 mod scalar;
 mod taped;

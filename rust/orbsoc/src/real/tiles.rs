@@ -19,15 +19,25 @@ pub struct Factors<'a, T> {
 
 impl<'a, T: Copy> Factors<'a, T> {
     /// `M` entries of `l` and `N` of `y` to `each`, column by column. By hand: the library's iterators over two
-    /// lists of chunks divide to count them, and become calls where the kernel around them is large.
+    /// lists of chunks divide to count them, and become calls where the kernel around them is large. A tile that lies
+    /// within its columns, and lists of one length, leave one comparison a column.
     #[inline(always)]
     pub fn pairs<const M: usize, const N: usize>(self, mut each: impl FnMut(&'a [T; M], &'a [T; N])) {
         let Self { l, y, leading_dim, row, column } = self;
-        let mut at = 0;
-        while let (Some(l), Some(y)) = (l.get(at + row..), y.get(at + column..)) {
-            let (Some(l), Some(y)) = (l.first_chunk(), y.first_chunk()) else { return };
-            each(l, y);
-            at += leading_dim;
+        if row + M > leading_dim || column + N > leading_dim {
+            return;
+        }
+        let (mut l, mut y) = (l, &y[..l.len()]);
+        while let (Some((l_column, l_rest)), Some((y_column, y_rest))) =
+            (l.split_at_checked(leading_dim), y.split_at_checked(leading_dim))
+        {
+            let (Some(entries), Some(factors)) =
+                (l_column[row..].first_chunk(), y_column[column..].first_chunk())
+            else {
+                return;
+            };
+            each(entries, factors);
+            (l, y) = (l_rest, y_rest);
         }
     }
 }

@@ -135,8 +135,8 @@ fn forward_below<T: Real, const R: usize, const W: usize>(
         columns[k] = &panel.column(k)[panel.diagonal_size..][..panel.rows.len()];
         by[k] = known[k];
     }
-    for (i, &row) in panel.rows.iter().enumerate() {
-        let entry = &mut trailing[row as usize];
+    for i in 0..panel.rows.len() {
+        let entry = &mut trailing[panel.rows[i] as usize];
         let mut sum = *entry;
         for k in 0..W {
             subtract(&mut sum, columns[k][i], by[k]);
@@ -234,6 +234,49 @@ fn backward_supernode<T: Real, const R: usize>(panel: Panel<T>, below: &[[T; R]]
     }
 }
 
+/// `sums[i] −= columns[i][r]·entry(by[r])`, from the last r down. Zipped, as an index that counts down is checked.
+#[inline(always)]
+fn subtract_from_last<T: Real, B, const R: usize, const C: usize>(
+    sums: &mut [[T; R]; C],
+    columns: [&[T]; C],
+    by: &[B],
+    entry: impl Fn(&B) -> [T; R],
+) {
+    match (sums.as_mut_slice(), columns.as_slice()) {
+        ([p], [a]) => {
+            for (&a, by) in a.iter().zip(by).rev() {
+                let by = entry(by);
+                subtract(p, a, by);
+            }
+        }
+        ([p, q], [a, b]) => {
+            for ((&a, &b), by) in a.iter().zip(*b).zip(by).rev() {
+                let by = entry(by);
+                subtract(p, a, by);
+                subtract(q, b, by);
+            }
+        }
+        ([p, q, s], [a, b, c]) => {
+            for (((&a, &b), &c), by) in a.iter().zip(*b).zip(*c).zip(by).rev() {
+                let by = entry(by);
+                subtract(p, a, by);
+                subtract(q, b, by);
+                subtract(s, c, by);
+            }
+        }
+        ([p, q, s, t], [a, b, c, d]) => {
+            for ((((&a, &b), &c), &d), by) in a.iter().zip(*b).zip(*c).zip(*d).zip(by).rev() {
+                let by = entry(by);
+                subtract(p, a, by);
+                subtract(q, b, by);
+                subtract(s, c, by);
+                subtract(t, d, by);
+            }
+        }
+        _ => {}
+    }
+}
+
 /// A supernode of `W` columns, or one column.
 #[inline(always)]
 fn backward_narrow<T: Real, const R: usize, const W: usize>(
@@ -248,12 +291,13 @@ fn backward_narrow<T: Real, const R: usize, const W: usize>(
         tails[i] = &panel.column(i)[panel.diagonal_size..][..panel.rows.len()];
         sums[i] = unknown[i];
     }
-    for (r, &row) in panel.rows.iter().enumerate().rev() {
-        let by = trailing[row as usize];
-        for i in 0..W {
-            subtract(&mut sums[i], tails[i][r], by);
-        }
-    }
+    subtract_from_last(
+        &mut sums,
+        tails,
+        panel.rows,
+        #[inline(always)]
+        |&row| trailing[row as usize],
+    );
     for solved in (1..W).rev() {
         let by = sums[solved];
         for i in 0..solved {
@@ -261,6 +305,11 @@ fn backward_narrow<T: Real, const R: usize, const W: usize>(
         }
     }
     unknown.copy_from_slice(&sums);
+}
+
+#[inline(always)]
+fn entry<T: Real, const R: usize>(x: &[T; R]) -> [T; R] {
+    *x
 }
 
 /// Columns `first..first + C`, the ones after them being solved.
@@ -279,17 +328,10 @@ fn backward_group<T: Real, const R: usize, const C: usize>(
         tails[i] = &columns[i][panel.diagonal_size..][..below.len()];
         sums[i] = x[first + i];
     }
-    for r in (0..below.len()).rev() {
-        for i in 0..C {
-            subtract(&mut sums[i], tails[i][r], below[r]);
-        }
-    }
+    subtract_from_last(&mut sums, tails, below, entry);
     if panel.diagonal_size > 1 {
-        for r in (first + C..x.len()).rev() {
-            for i in 0..C {
-                subtract(&mut sums[i], columns[i][r], x[r]);
-            }
-        }
+        let solved = first + C..x.len();
+        subtract_from_last(&mut sums, columns.map(|column| &column[solved.clone()]), &x[solved.clone()], entry);
         for solved in (1..C).rev() {
             let by = sums[solved];
             for i in 0..solved {

@@ -186,8 +186,8 @@ pub fn subtract_scattered<T: Real, const W: usize>(
         for k in 0..W {
             l[k] = &l[k][..here.len()];
         }
-        for (i, &position) in here.iter().enumerate() {
-            let entry = &mut target[position as usize];
+        for i in 0..here.len() {
+            let entry = &mut target[here[i] as usize];
             let mut sum = *entry;
             for k in 0..W {
                 sum = sum.sub_mul(l[k][i], factor[k]);
