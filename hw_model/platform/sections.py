@@ -23,6 +23,7 @@ from .parameter import (
     Parameter,
     PlClock,
     PsClock,
+    PsPrice,
     Rate,
     Schedule,
     StorageDepth,
@@ -67,6 +68,9 @@ class Section(BaseModel):
 class Ps(Section):
     """Processor cores and their caches; `flop_per_cycle` is what one core sustains on sparse kernels.
 
+    `price`: a stage takes its flops at "flop_per_cycle", or its "executed_instructions" (timing/instructions.py), of which
+    this core needs `instruction_factor` times as many as a Cortex-A53, at `cycles_per_instruction`.
+
     `build_flops_per_nonzero`: what generating a subproblem's matrices costs, per KKT nonzero. When a stage runs on
     n cores (`runtime.cores_used`), `parallel_fraction` of it is divided by n, and `fork_join_us` is added.
     """
@@ -85,6 +89,13 @@ class Ps(Section):
     cache_line_bytes: Parameter[Units]
     parallel_fraction: Parameter[Fraction01]
     fork_join_us: Parameter[Duration]
+    price: Parameter[PsPrice] = Parameter(value="flop_per_cycle", tag="assumed", source="design input")
+    instruction_factor: Parameter[Rate] = Parameter(
+        value=1.0, low=1.0, high=2.0, tag="assumed", source="no count for this core"
+    )
+    cycles_per_instruction: Parameter[Rate] = Parameter(
+        value=1.0, low=0.5, high=2.0, tag="assumed", source="no figure for this core"
+    )
 
 
 class Latencies(Section):

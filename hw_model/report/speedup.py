@@ -11,6 +11,8 @@ from hw_model.energy.joules import EnergyUse, counter_of, energy_use
 from hw_model.errors import HwModelError
 from hw_model.timing.actions import Action, actions_of
 from hw_model.timing.durations import Durations
+from hw_model.timing.instructions import can_be_counted
+from hw_model.timing.ps import PRICES, price_words
 from hw_model.timing.stage_cycles import StageCycles, estimated
 from hw_model.timing.timeline import Timeline, as_partition, as_platform, lay_out, makespan_picoseconds
 from hw_model.timing.trace import parse_trace
@@ -73,6 +75,23 @@ class Deadline:
 
 
 @dataclass(frozen=True, slots=True)
+class PricedTimes:
+    """Makespans and speedup with the PS's stages at one price."""
+
+    price: str
+    """"flop a cycle, assumed" or "executed instructions (Cortex-A53, NEON)"."""
+    makespan_ms: Band
+    baseline_ms: Band
+    speedup: Band
+
+    @property
+    def words(self) -> str:
+        """Speedup and times at this price."""
+        ratio = f"{self.speedup.nominal:.2f}× ({self.speedup.low:.2f}–{self.speedup.high:.2f}×)"
+        return f"by {self.price} {ratio}, {_ms(self.makespan_ms)} against {_ms(self.baseline_ms)}"
+
+
+@dataclass(frozen=True, slots=True)
 class Report:
     """A modelled run of one trace; every number in it is modelled, none measured."""
 
@@ -107,6 +126,8 @@ class Report:
     deadline: Deadline | None
     energy: EnergyUse
     baseline_energy: EnergyUse
+    prices: tuple[PricedTimes, ...]
+    """The same comparison at each price of the PS's work; one where the trace has no counts to price."""
     throughput: tuple[Throughput, ...]
     """Problems of these patterns back to back, with one, two and four in flight."""
     assumptions: tuple[Assumption, ...]
@@ -164,6 +185,14 @@ class Report:
         )
 
     @property
+    def price_line(self) -> str:
+        """One sentence that holds the speedups at every price of the PS's work side by side."""
+        if self.partition == self.baseline:
+            times = "; ".join(f"by {found.price} {_ms(found.makespan_ms)}" for found in self.prices)
+            return f"modelled PS: {times}"
+        return f"modelled PS: {'; '.join(found.words for found in self.prices)}"
+
+    @property
     def bottleneck(self) -> str:
         """The resource that most of the time is spent on, and its share."""
         _, share, name = bottleneck_of(self.causes_picoseconds)
@@ -188,6 +217,7 @@ class Report:
             "headline": self.headline,
             "deadline_line": self.deadline_line,
             "energy_line": self.energy_line,
+            "price_line": self.price_line,
             "binding": self.bottleneck,
             "slower_modules": [row.module for row in self.slower_modules],
             "not_modelled": list(self.not_modelled),
@@ -199,6 +229,7 @@ class Report:
         parts = [
             f"# Modelled cycle budget: {self.partition} on {self.device}",
             f"**{self.headline}.**",
+            f"{self.price_line}.",
             *([f"**{self.deadline_line}.**"] if self.deadline else []),
             *markdown.slower_modules(self.slower_modules, self.baseline),
             f"{self.description}. {self.core} as PS; PL engine of {self.lanes} lanes; {self._pl_clock}; "
@@ -289,6 +320,7 @@ def speedup(
         deadline=None if deadline_ms is None else _judge(deadline_ms, makespan_ms, worst_ms),
         energy=_energy(actions, durations, partition),
         baseline_energy=_energy(base_actions, base_durations, base),
+        prices=_priced((actions, durations), (base_actions, base_durations)),
         assumptions=tuple(assumptions(platform, _usage(trace, (partition, base), platform, cycles))),
     )
 
@@ -316,6 +348,22 @@ def _times_ms(actions: list[Action], durations: Durations) -> list[float]:
         makespan_picoseconds(actions, durations.on(corner)) / PICOSECONDS_PER_MS
         for corner in corners_of(durations.platform)
     ]
+
+
+def _priced(run: tuple[list[Action], Durations], base: tuple[list[Action], Durations]) -> tuple[PricedTimes, ...]:
+    """Both runs at each price that the trace and the core have."""
+    platform, trace = run[1].platform, run[1].trace
+    found: list[PricedTimes] = []
+    for price in PRICES:
+        if price == "executed_instructions" and not all(map(can_be_counted, trace.patterns)):
+            continue
+        priced = platform.with_value("ps.price", price)
+        times, before = (_times_ms(actions, durations.on(priced)) for actions, durations in (run, base))
+        ratios = [slow / fast for slow, fast in zip(before, times, strict=True)]
+        found.append(
+            PricedTimes(price_words(priced.ps), band_of(times), band_of(before), band_of(ratios))
+        )
+    return tuple(found)
 
 
 def _energy(actions: list[Action], durations: Durations, partition: Partition) -> EnergyUse:

@@ -171,6 +171,11 @@ def _ps(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     if name in ("parallel_fraction", "fork_join_us"):
         cores = {computing_cores(platform, uses_pl=way) for way in _ways(usage)}
         return _unless(max(cores) > 1, "one core computes; set `runtime.cores_used` to more")
+    if name in ("instruction_factor", "cycles_per_instruction"):
+        return _unless(
+            platform.ps.price.value == "executed_instructions",
+            "`ps.price` is flop_per_cycle; set it to executed_instructions",
+        )
     for code in ("div", "sqrt"):
         if name.startswith(f"{code}_") and code not in usage.ps_codes:
             return f"no stage that the PS runs here has the operation {code}"

@@ -154,9 +154,8 @@ class Durations:
         return link.confirmation(self.platform.link, self.platform.pl.clock_mhz.value, buffers)
 
     def _stage_on_ps(self, work: Work) -> Part:
-        stage = self.trace.patterns[work.pattern].stage(work.what)
-        datapath = self.trace.ps_datapath or self.trace.datapath
-        return self._on_ps(ps.stage_cycles(stage, self.platform.ps, datapath), "compute")
+        pattern, datapath = self.trace.patterns[work.pattern], self.trace.ps_datapath or self.trace.datapath
+        return self._on_ps(ps.run_cycles(work.what, pattern, self.platform.ps, datapath), "compute")
 
     def _on_ps(self, one_core_cycles: int, detail: str) -> Part:
         cycles, shared = ps.on_cores(one_core_cycles, self.platform, self.cores)

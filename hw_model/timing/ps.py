@@ -5,6 +5,9 @@ two flops, every other operation but division and root as one: loads, stores and
 `flop_per_cycle`, which is what sparse kernels sustain. Divisions and roots do not overlap with anything, because the
 pivots and scalings that need them are on the dependent chain.
 
+With `price = "executed_instructions"`: cycles = ⌈instructions · instruction_factor · cycles_per_instruction⌉ + divisions and
+roots as above, where the instructions of a stage come from counts under an emulator (instructions.py).
+
 n cores: `parallel_fraction` of the stage is divided by n, and forking and joining added (Amdahl); the PS knows both
 times beforehand, and uses one core where that is faster.
 """
@@ -16,6 +19,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from hw_model.vocabulary import OPCODES, Datapath, Opcode
 
+from .instructions import recorded
+
 if TYPE_CHECKING:
     from hw_model.platform.platform import Platform
     from hw_model.platform.sections import Ps
@@ -26,20 +31,47 @@ _TWO_FLOPS: frozenset[Opcode] = frozenset({"mul_add", "mul_sub"})
 _NOT_STREAMING: frozenset[Opcode] = frozenset({"div", "sqrt"})
 
 
+PRICES = ("flop_per_cycle", "executed_instructions")
+"""What `ps.price` may be."""
+
+
+def price_words(ps: Ps) -> str:
+    """How the PS's stages are priced, in words for a report."""
+    if ps.price.value == "flop_per_cycle":
+        return f"flop a cycle, {ps.flop_per_cycle.tag}"
+    core = recorded().core
+    scaled = "" if ps.core in core else f", scaled to {ps.core}"
+    return f"executed instructions ({core}{scaled})"
+
+
 def flops(stage: Stage) -> int:
     """Flops of a stage without its divisions and roots."""
     streaming = (code for code in OPCODES if code not in _NOT_STREAMING)
     return sum((2 if code in _TWO_FLOPS else 1) * stage.operations[code] for code in streaming)
 
 
+def run_cycles(name: str, pattern: Pattern, ps: Ps, datapath: Datapath) -> int:
+    """PS clock cycles of one run of a stage on one core, at the price that the platform asks for."""
+    if ps.price.value == "flop_per_cycle":
+        return stage_cycles(pattern.stage(name), ps, datapath)
+    law = recorded()
+    executed = math.fsum(law.instructions(stage, pattern) for stage in name.split("+"))
+    per_instruction = ps.instruction_factor.value * ps.cycles_per_instruction.value
+    return math.ceil(executed * per_instruction) + _slow_cycles(pattern.stage(name), ps, datapath)
+
+
 def stage_cycles(stage: Stage, ps: Ps, datapath: Datapath) -> int:
-    """PS clock cycles of one run of `stage` on one core."""
+    """PS clock cycles of one run of `stage` on one core, by its flops."""
+    return math.ceil(flops(stage) / ps.flop_per_cycle.value) + _slow_cycles(stage, ps, datapath)
+
+
+def _slow_cycles(stage: Stage, ps: Ps, datapath: Datapath) -> int:
+    """Cycles of divisions and roots."""
     if datapath == "f64":
         div, sqrt = ps.div_f64_cycles.value, ps.sqrt_f64_cycles.value
     else:
         div, sqrt = ps.div_f32_cycles.value, ps.sqrt_f32_cycles.value
-    streaming = math.ceil(flops(stage) / ps.flop_per_cycle.value)
-    return streaming + div * stage.count("div") + sqrt * stage.count("sqrt")
+    return div * stage.count("div") + sqrt * stage.count("sqrt")
 
 
 def build_cycles(pattern: Pattern, ps: Ps) -> int:
