@@ -30,7 +30,7 @@ def _seeded(make: Callable[[int, int], Problem]) -> Make:
 
 # Family: its maker, the sizes that the law is fitted to, and those that it has not seen.
 FAMILIES: dict[str, tuple[Make, tuple[int, ...], tuple[int, ...]]] = {
-    "insertion": (lambda nodes: first_insertions(nodes, 1)[0], (12, 15, 24, 45), (18, 30)),
+    "insertion": (lambda nodes: first_insertions(nodes, 1)[0], (12, 15, 24, 35, 45), (18, 30)),
     "powered_descent": (_seeded(powered_descent), (8, 15, 30, 60), (10, 20, 50)),
     "six_dof": (_seeded(six_dof), (6, 10, 25), (8, 20)),
     "rendezvous": (_seeded(rendezvous), (10, 20, 40), (15, 30, 60)),
@@ -52,7 +52,7 @@ FAMILIES: dict[str, tuple[Make, tuple[int, ...], tuple[int, ...]]] = {
 }
 
 MISSIONS = {
-    "rec1": False, "paper000_1": False, "paper000_robust": False, "paper000_elliptic": True,
+    "rec1": False, "paper000_1": False, "paper000_robust": False, "paper000_elliptic": False, "paper000_free": True,
     "paper001_fewest": False, "paper001_equal": True, "paper002": False, "paper003_socp": True,
     "paper003_chance": False, "paper003_timing": False,
 }  # fmt: skip
