@@ -172,8 +172,9 @@ def _ps(name: str, platform: Platform, usage: ParameterUse) -> str | None:
         cores = {computing_cores(platform, uses_pl=way) for way in _ways(usage)}
         return _unless(max(cores) > 1, "one core computes; set `runtime.cores_used` to more")
     if name in ("instruction_factor", "cycles_per_instruction"):
+        both = {"worst", "throughput"} <= usage.questions  # a report that prints either price
         return _unless(
-            platform.ps.price.value == "executed_instructions",
+            both or platform.ps.price.value == "executed_instructions",
             "`ps.price` is flop_per_cycle; set it to executed_instructions",
         )
     for code in ("div", "sqrt"):

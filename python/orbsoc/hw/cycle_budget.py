@@ -43,7 +43,7 @@ class CycleBudget:
     def headline(self) -> str:
         """The model's headline, and what it is about."""
         cycles = "" if self.report.estimated else f" {self.cycles} PL cycles;"
-        return f"{SCOPE}, {self.report.headline};{cycles} {self.fit}; {self.report.energy_line}"
+        return f"{SCOPE}, {self.report.headline};{cycles} {self.fit}; {self.report.price_line}; {self.report.energy_line}"
 
     @property
     def cycles(self) -> str:

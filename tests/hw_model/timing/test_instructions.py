@@ -1,0 +1,59 @@
+"""The law of executed instructions against counts on patterns that it has not seen."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from typing import Any
+
+import pytest
+
+from hw_model.platform.platform import load_platform
+from hw_model.timing import ps
+from hw_model.timing.instructions import RECORD, recorded
+from hw_model.timing.trace import Pattern, parse_trace
+from orbsoc.hw.emulation import PsScheduler
+from scripts.instruction_problems import FAMILIES
+
+HELD_OUT: dict[str, dict[str, list[int]]] = {
+    row["name"]: row["stages"] for row in json.loads(RECORD.read_text(encoding="utf-8"))["held_out"]
+}
+SEEN = {row.name for row in recorded().measured}
+GENERATED = [name for name in HELD_OUT if name.rpartition("-")[0] in FAMILIES]
+
+
+@cache
+def pattern_of(name: str) -> Pattern:
+    family, _, size = name.rpartition("-")
+    scheduler = PsScheduler()
+    scheduler(FAMILIES[family][0](int(size)))
+    trace: dict[str, Any] = scheduler.trace
+    return parse_trace(trace).patterns[0]
+
+
+def test_the_law_has_not_seen_what_it_is_judged_by() -> None:
+    assert len(GENERATED) > 20
+    assert not SEEN & set(HELD_OUT)
+
+
+@pytest.mark.parametrize("name", GENERATED)
+def test_a_solve_has_the_instructions_that_the_law_says(name: str) -> None:
+    """The total within a tenth, stages that take a twentieth of it within 15 %."""
+    law, pattern = recorded(), pattern_of(name)
+    counts = {stage: found for stage, found in HELD_OUT[name].items() if stage in pattern.stages}
+    total = sum(instructions for _, instructions in counts.values())
+    said = {stage: runs * law.instructions(stage, pattern) for stage, (runs, _) in counts.items()}
+    assert sum(said.values()) == pytest.approx(total, rel=0.10)
+    for stage, (_, instructions) in counts.items():
+        if instructions >= 0.05 * total:
+            assert said[stage] == pytest.approx(instructions, rel=0.15), stage
+
+
+def test_the_price_is_instructions_times_cycles_and_divisions() -> None:
+    core = load_platform("zu9eg").with_value("ps.price", "executed_instructions").ps
+    pattern = pattern_of("rendezvous-15")
+    executed = recorded().instructions("factorize", pattern)
+    found = ps.run_cycles("factorize", pattern, core, "f64")
+    divisions = pattern.stages["factorize"].operations["div"] * core.div_f64_cycles.value
+    assert found == pytest.approx(executed * core.cycles_per_instruction.value + divisions, abs=1.0)
+    assert found != ps.run_cycles("factorize", pattern, load_platform("zu9eg").ps, "f64")
