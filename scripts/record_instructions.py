@@ -144,9 +144,7 @@ def pipeline(bench: Path, blocks: list[list[int]]) -> dict[str, dict[str, float]
         hot.append(block)
         covered += block[1] * block[2]
     regions = [
-        "\n".join(
-            [f"# LLVM-MCA-BEGIN {k}", *(assembly[at + 4 * i] for i in range(length)), "# LLVM-MCA-END"]
-        )
+        "\n".join([f"# LLVM-MCA-BEGIN {k}", *(assembly[at + 4 * i] for i in range(length)), "# LLVM-MCA-END"])
         for k, (at, length, _) in enumerate(hot)
     ]
     text = "\n".join(regions) + "\n"

@@ -350,7 +350,9 @@ def _times_ms(actions: list[Action], durations: Durations) -> list[float]:
     ]
 
 
-def _priced(run: tuple[list[Action], Durations], base: tuple[list[Action], Durations]) -> tuple[PricedTimes, ...]:
+def _priced(
+    run: tuple[list[Action], Durations], base: tuple[list[Action], Durations]
+) -> tuple[PricedTimes, ...]:
     """Both runs at each price that the trace and the core have."""
     platform, trace = run[1].platform, run[1].trace
     found: list[PricedTimes] = []
@@ -360,9 +362,7 @@ def _priced(run: tuple[list[Action], Durations], base: tuple[list[Action], Durat
         priced = platform.with_value("ps.price", price)
         times, before = (_times_ms(actions, durations.on(priced)) for actions, durations in (run, base))
         ratios = [slow / fast for slow, fast in zip(before, times, strict=True)]
-        found.append(
-            PricedTimes(price_words(priced.ps), band_of(times), band_of(before), band_of(ratios))
-        )
+        found.append(PricedTimes(price_words(priced.ps), band_of(times), band_of(before), band_of(ratios)))
     return tuple(found)
 
 

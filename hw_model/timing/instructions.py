@@ -62,7 +62,7 @@ class InstructionLaw:
         weight = correction = 0.0
         for known in self.measured:
             if name in known.logarithms:
-                alike = math.exp(-math.dist(here, known.place) ** 2 / (2.0 * ALIKE**2))
+                alike = math.exp(-(math.dist(here, known.place) ** 2) / (2.0 * ALIKE**2))
                 weight += alike
                 correction += alike * known.logarithms[name]
         return by_law * math.exp(correction / (weight + ALONE))
@@ -105,7 +105,11 @@ def features(stage: Stage, pattern: Pattern) -> dict[str, float]:
         "nonzeros_g": buffers["raw_g"],
     }
     if stage.module in ("factorization", "linear_solve", "matrix_update"):
-        found |= {"nonzeros_kkt": pattern.nnz_kkt, "nonzeros_l": pattern.nnz_l, "stored_l": buffers["factor_l"]}
+        found |= {
+            "nonzeros_kkt": pattern.nnz_kkt,
+            "nonzeros_l": pattern.nnz_l,
+            "stored_l": buffers["factor_l"],
+        }
     if stage.module == "factorization":
         found |= {
             "sqrt(multiply_add·mul)": math.sqrt(multiply_adds * count["mul"]),
@@ -140,7 +144,5 @@ def recorded(path: Path = RECORD) -> InstructionLaw:
     measured = tuple(
         Measured(row["name"], tuple(row["place"]), row["logarithms"]) for row in record["measured"]
     )
-    provenance = (
-        f"{record['core']}: executed under {record['emulator']}, {record['compiler']}, commit {record['commit']}"
-    )
+    provenance = f"{record['core']}: executed under {record['emulator']}, {record['compiler']}, commit {record['commit']}"
     return InstructionLaw(record["core"], provenance, record["costs"], measured)

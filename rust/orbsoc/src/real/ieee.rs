@@ -1,9 +1,9 @@
 //! IEEE binary64 and binary32 as datapaths.
 
-use super::scalar::{self, Decide, Real};
-use super::tiles::Factors;
 #[cfg(target_arch = "aarch64")]
 use super::neon;
+use super::scalar::{self, Decide, Real};
+use super::tiles::Factors;
 #[cfg(target_arch = "x86_64")]
 use pulp::{f64x4, Simd};
 

@@ -331,7 +331,12 @@ fn backward_group<T: Real, const R: usize, const C: usize>(
     subtract_from_last(&mut sums, tails, below, entry);
     if panel.diagonal_size > 1 {
         let solved = first + C..x.len();
-        subtract_from_last(&mut sums, columns.map(|column| &column[solved.clone()]), &x[solved.clone()], entry);
+        subtract_from_last(
+            &mut sums,
+            columns.map(|column| &column[solved.clone()]),
+            &x[solved.clone()],
+            entry,
+        );
         for solved in (1..C).rev() {
             let by = sums[solved];
             for i in 0..solved {
