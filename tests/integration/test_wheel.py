@@ -125,8 +125,9 @@ def test_the_wheel_is_built_with_the_flags_that_cargo_is_configured_with(
     targets = tomllib.loads((ROOT / ".cargo" / "config.toml").read_text(encoding="utf-8"))["target"]
     configured = targets.get(f'cfg(target_arch = "{processor}")', {"rustflags": []})["rustflags"]
     assert bool(configured) == (processor == "x86_64")
-    assert f"-C opt-level=3 {' '.join([*configured, '--remap-path-prefix='])}" in done.stdout
-    assert f"--target {target}" in done.stdout
+    flags, _, arguments = done.stdout.partition(";")
+    assert flags.split()[:-1] == ["-C", "opt-level=3", *configured]
+    assert f"--target {target}" in arguments
 
 
 def test_the_extension_names_no_folder_of_the_machine_that_built_it(wheel: Path) -> None:
