@@ -17,9 +17,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
+from hw_model.errors import TraceError
 from hw_model.vocabulary import OPCODES, Datapath, Opcode
 
-from .instructions import recorded
+from .instructions import can_be_counted, recorded
 
 if TYPE_CHECKING:
     from hw_model.platform.platform import Platform
@@ -40,7 +41,7 @@ def price_words(ps: Ps) -> str:
     if ps.price.value == "flop_per_cycle":
         return f"flop a cycle, {ps.flop_per_cycle.tag}"
     core = recorded().core
-    scaled = "" if ps.core in core else f", scaled to {ps.core}"
+    scaled = "" if core.partition(",")[0] in ps.core else f", scaled to {ps.core}"
     return f"executed instructions ({core}{scaled})"
 
 
@@ -51,11 +52,18 @@ def flops(stage: Stage) -> int:
 
 
 def run_cycles(name: str, pattern: Pattern, ps: Ps, datapath: Datapath) -> int:
-    """PS clock cycles of one run of a stage on one core, at the price that the platform asks for."""
-    if ps.price.value == "flop_per_cycle":
-        return stage_cycles(pattern.stage(name), ps, datapath)
+    """PS clock cycles of one run of a stage on one core, at the price that the platform asks for.
+
+    Stages that only a warm start runs were never counted: they have their flops' price. Raises TraceError for a pattern
+    without the sizes that the law needs.
+    """
     law = recorded()
-    executed = math.fsum(law.instructions(stage, pattern) for stage in name.split("+"))
+    names = name.split("+")
+    if ps.price.value == "flop_per_cycle" or not all(stage in law.costs for stage in names):
+        return stage_cycles(pattern.stage(name), ps, datapath)
+    if not can_be_counted(pattern):
+        raise TraceError("`ps.price` = executed_instructions needs the solver's own buffers in the trace")
+    executed = math.fsum(law.instructions(stage, pattern) for stage in names)
     per_instruction = ps.instruction_factor.value * ps.cycles_per_instruction.value
     return math.ceil(executed * per_instruction) + _slow_cycles(pattern.stage(name), ps, datapath)
 

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from hw_model.platform.platform import load_platform
+from hw_model.report.speedup import speedup
 from hw_model.timing import ps
 from hw_model.timing.instructions import RECORD, recorded
 from hw_model.timing.trace import Pattern, parse_trace
@@ -47,6 +48,22 @@ def test_a_solve_has_the_instructions_that_the_law_says(name: str) -> None:
     for stage, (_, instructions) in counts.items():
         if instructions >= 0.05 * total:
             assert said[stage] == pytest.approx(instructions, rel=0.15), stage
+
+
+def test_both_prices_stand_side_by_side_in_a_comparison() -> None:
+    scheduler = PsScheduler()
+    scheduler(FAMILIES["rendezvous"][0](15))
+    for device, words in (("zu9eg", "NEON)"), ("xc7z020", "NEON, scaled to Arm Cortex-A9)")):
+        report = speedup(scheduler.trace, device, "paper")
+        flops, executed = report.prices
+        assert (flops.makespan_ms, flops.speedup) == (report.makespan_ms, report.speedup)
+        assert executed.baseline_ms != flops.baseline_ms
+        assert f"by flop a cycle, assumed {flops.speedup.nominal:.2f}×" in report.price_line
+        assert (
+            f"executed instructions (Cortex-A53, {words} {executed.speedup.nominal:.2f}×" in report.price_line
+        )
+        chosen = load_platform(device).with_value("ps.price", "executed_instructions")
+        assert speedup(scheduler.trace, chosen, "paper").makespan_ms == executed.makespan_ms
 
 
 def test_the_price_is_instructions_times_cycles_and_divisions() -> None:
