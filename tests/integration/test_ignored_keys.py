@@ -25,7 +25,7 @@ KEYS += ["pl.latency_preset", "runtime.preset"]
 # Two values a key, so that one of them is felt: few cores or ports bind at one end only.
 OTHERS: dict[str, tuple[object, ...]] = {
     "pl.latency_preset": ("vendor_ip",), "runtime.preset": ("linux",), "runtime.completion": ("polling",),
-    "runtime.schedule": ("overlapped",), "pl.microcode_format": ("flat",), "pl.lanes": (2, 16), "pl.banks": (2, 64), "ps.overlap": (0.0, 1.0),
+    "ps.price": ("executed_instructions",), "runtime.schedule": ("overlapped",), "pl.microcode_format": ("flat",), "pl.lanes": (2, 16), "pl.banks": (2, 64), "ps.overlap": (0.0, 1.0),
     "pl.dividers": (2, 4), "runtime.cores_used": (3, 4), "ps.cores": (1,), "ps.cache_line_bytes": (16, 256),
     "ps.parallel_fraction": (0.5, 1.0), "link.ddr_efficiency": (0.001, 1.0), "link.flags_per_register": (1, 64),
     "resources.uram": (3,), "pl.storage_memory": ("ultra_ram",), "pl.storage_depth": ("exact",), "pl.microcode_memory": ("streamed", "ultra_ram"),
