@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Literal
 
 from hw_model.errors import IgnoredKeyError
 from hw_model.timing.control_program import segments_on_pl, streams_of
+from hw_model.timing.instructions import can_be_counted
 from hw_model.timing.ps import computing_cores
 from hw_model.timing.stage_cycles import of_program
 from hw_model.vocabulary import OPCODES, Opcode
@@ -46,6 +47,8 @@ class ParameterUse:
     ps_datapaths: frozenset[Datapath] = frozenset({"f64"})
     ps_codes: frozenset[Opcode] = frozenset(OPCODES)
     """Operations that the PS runs at all."""
+    counted: bool = True
+    """Whether executed instructions of the trace's patterns can be told."""
 
     def of(self, trace: Trace, partition: Partition, platform: Platform, cycles: StageCycles) -> ParameterUse:
         """The same of one trace under one partition, with the cycles from this source."""
@@ -58,6 +61,7 @@ class ParameterUse:
             scheduled=is_scheduled(trace, partition, platform, cycles),
             datapaths=frozenset({trace.datapath}),
             ps_datapaths=frozenset({trace.ps_datapath or trace.datapath}),
+            counted=all(map(can_be_counted, trace.patterns)),
         )
 
     @property
@@ -171,6 +175,8 @@ def _ps(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     if name in ("parallel_fraction", "fork_join_us"):
         cores = {computing_cores(platform, uses_pl=way) for way in _ways(usage)}
         return _unless(max(cores) > 1, "one core computes; set `runtime.cores_used` to more")
+    if name in ("price", "instruction_factor", "cycles_per_instruction") and not usage.counted:
+        return "the trace has not the solver's own buffers, by which executed instructions go"
     if name in ("instruction_factor", "cycles_per_instruction"):
         both = {"worst", "throughput"} <= usage.questions  # a report that prints either price
         return _unless(

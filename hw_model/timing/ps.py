@@ -17,7 +17,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from hw_model.errors import TraceError
 from hw_model.vocabulary import OPCODES, Datapath, Opcode
 
 from .instructions import can_be_counted, recorded
@@ -54,15 +53,14 @@ def flops(stage: Stage) -> int:
 def run_cycles(name: str, pattern: Pattern, ps: Ps, datapath: Datapath) -> int:
     """PS clock cycles of one run of a stage on one core, at the price that the platform asks for.
 
-    Stages that only a warm start runs were never counted: they have their flops' price. Raises TraceError for a pattern
-    without the sizes that the law needs.
+    Stages that only a warm start runs were never counted, and a pattern that the solver has not recorded has not the sizes
+    that the counts go by: they have their flops' price.
     """
     law = recorded()
     names = name.split("+")
-    if ps.price.value == "flop_per_cycle" or not all(stage in law.costs for stage in names):
+    counted = can_be_counted(pattern) and all(stage in law.costs for stage in names)
+    if ps.price.value == "flop_per_cycle" or not counted:
         return stage_cycles(pattern.stage(name), ps, datapath)
-    if not can_be_counted(pattern):
-        raise TraceError("`ps.price` = executed_instructions needs the solver's own buffers in the trace")
     executed = math.fsum(law.instructions(stage, pattern) for stage in names)
     per_instruction = ps.instruction_factor.value * ps.cycles_per_instruction.value
     return math.ceil(executed * per_instruction) + _slow_cycles(pattern.stage(name), ps, datapath)

@@ -173,6 +173,7 @@ def test_changing_one_parameter_changes_the_echo_of_that_one_only(partition: str
         "runtime.completion": "polling", "runtime.schedule": "overlapped", "runtime.cores_used": 1,
         "pl.storage_memory": "ultra_ram", "pl.storage_depth": "exact", "pl.microcode_memory": "ultra_ram",
         "resources.uram": 4, "pl.microcode_format": "flat", "ps.cache_line_bytes": 16, "ps.parallel_fraction": 0.7,
+        "ps.price": "executed_instructions",
     }  # fmt: skip
     steps["link.dma_to_pl_bytes_per_pl_cycle"] = 1.0  # above the port already
     for row in before.assumptions:
@@ -196,6 +197,7 @@ def test_changing_one_parameter_changes_the_echo_of_that_one_only(partition: str
                 "energy",
                 "baseline_energy",
                 "throughput",
+                "prices",
             )
         )
         assert same == (not row.used), row.key
@@ -262,7 +264,7 @@ def test_the_report_is_plain_data() -> None:
     assert plain["schema"] == "orbsoc.hardware-report/1"
     assert plain["speedup"]["nominal"] == report.speedup.nominal
     assert plain["deadline"]["verdict"] in ("PASS", "FAIL", "MARGINAL")
-    assert len(plain["assumptions"]) == 110
+    assert len(plain["assumptions"]) == 113
     assert plain["headline"] == report.headline
     assert {row["module"] for row in plain["modules"]} == {"ps", *PAPERS}
 
