@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.figure_style import STYLE
+from orbsoc.guidance.figure_style import STYLE, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import EARTH, elements_from_state, pitch_yaw
 
 from ..history import History
 from ..orbit_figures import AFTER, BEFORE, BURN, COAST, FAR, drawn, earth, plane_of
-from ..plots import DOTS_PER_INCH
 from ..verdicts import shape_of
 from .transfer_plan import TransferPlan
 from .verification import Verification
@@ -38,28 +37,28 @@ def draw_figures(plan: TransferPlan, folder: Path) -> tuple[FigureFile, ...]:
         return ()
     import matplotlib as mpl
 
-    files = (
-        FigureFile(
+    drawn_by = (
+        (
+            orbit_figure,
             "orbit.png",
             "The orbits before, between and after the burns, seen from the first orbit's angular momentum, with both burn arcs"
             " and the thrust direction at equal times.",
         ),
-        FigureFile(
+        (
+            history_figure,
             "history.png",
             "What happens over time, as flown by the independent integrator: altitude, osculating perigee and apogee, mass, and"
             " the Δv of the engine; burns are shaded.",
         ),
-        FigureFile(
+        (
+            attitude_figure,
             "attitude.png",
             "The thrust direction over each burn, as commanded and flown, with the nodes of its grid:"
             " right ascension atan2(u_y, u_x) and elevation asin(u_z) in the axes of the plan.",
         ),
     )
     with mpl.rc_context(STYLE):
-        drawings = (orbit_figure(plan, found), history_figure(plan, found), attitude_figure(plan, found))
-        for file, figure in zip(files, drawings, strict=True):
-            figure.savefig(folder / file.name, dpi=DOTS_PER_INCH, metadata={"Software": "orbsoc"})
-    return files
+        return tuple(write_png(draw(plan, found), folder, name, caption) for draw, name, caption in drawn_by)
 
 
 def orbit_figure(plan: TransferPlan, found: Verification) -> Figure:
