@@ -23,7 +23,7 @@ const PROBLEM: u64 = STAGES + 2;
 pub fn solve(problems: &[(String, Problem)], settings: &Settings) -> Result<String, Failure> {
     let mut marks = Marks(File::open("/dev/null").map_err(|e| format!("/dev/null: {e}"))?);
     let names: Vec<&str> = Stage::ALL.iter().map(|stage| stage.name()).collect();
-    let mut out = format!("{MARK} {} outside conclude problem\n", names.join(" "));
+    let mut lines = vec![format!("{MARK} {} outside conclude problem\n", names.join(" "))];
     for (name, problem) in problems {
         marks.at(PROBLEM);
         marks.at(PROBLEM);
@@ -44,9 +44,14 @@ pub fn solve(problems: &[(String, Problem)], settings: &Settings) -> Result<Stri
         marks.at(CONCLUDE);
         let solution = engine.conclude();
         marks.at(OUTSIDE);
-        out += &format!("{name} {} {:?} {:016x}\n", solution.iterations, solution.status, hash(&solution));
+        lines.push(format!(
+            "{name} {} {:?} {:016x}\n",
+            solution.iterations,
+            solution.status,
+            hash(&solution)
+        ));
     }
-    Ok(out)
+    Ok(lines.concat())
 }
 
 struct Marks(File);
