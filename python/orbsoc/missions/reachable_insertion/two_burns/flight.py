@@ -165,9 +165,12 @@ def _burn_transition(burn: Burn, start: Array, elapsed: float, duration: float, 
     slopes = (states[:, :, 1:9] - states[:, :, 9:]) / (2.0 * DIFFERENCE)
     ends, weights = step_ends(controls.shape[0])
     transitions = slopes[:, :, :6]
-    onwards = np.linalg.solve(transitions.swapaxes(1, 2), transitions[-1].T).swapaxes(
-        1, 2
-    )  # Φ(1, σ), (E, 6, 6)
+    try:
+        onwards = np.linalg.solve(transitions.swapaxes(1, 2), transitions[-1].T).swapaxes(1, 2)  # Φ(1, σ)
+    except (
+        np.linalg.LinAlgError
+    ):  # through the Earth's centre, say: no neighbour tells where such a burn leads
+        onwards = np.full_like(transitions, np.nan)
     left = np.maximum(1.0 - burn.flow * (elapsed + ends * duration), LIGHTEST)
     push = weights * duration * burn.acceleration / left
     to_ends = _interpolation(controls.shape[0])[1]

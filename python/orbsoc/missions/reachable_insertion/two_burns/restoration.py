@@ -52,6 +52,8 @@ def restored(burn: Burn, target: AnyTarget, limits: Limits, transfer: Transfer) 
     transfer = limits.clipped(transfer.directed)
     for last in range(ITERATIONS + 1):
         found = sensitivities(burn, transfer)
+        if not np.isfinite(found.by_controls).all():
+            return Restored(transfer, found, np.inf)
         miss = missed(target, found.end)
         if last == ITERATIONS or not miss > MISS:
             break
