@@ -40,7 +40,7 @@ def test_a_problem_catches_what_is_wrong_in_rtl_checks_and_scheduler_and_passes_
     assert all(catch.silent == 0 for mutation, catch in found.items() if mutation != unchecked)
 
 
-@pytest.mark.parametrize("misread", [("lanes", 1), ("add", -6), ("div", 1000)])
+@pytest.mark.parametrize("misread", [("lanes", 1), ("add", -7), ("div", 1000)])
 def test_a_scheduler_cannot_misread_what_no_engine_has(misread: tuple[str, int]) -> None:
     with pytest.raises(
         EngineError,
