@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from base64 import b64encode
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from html import escape
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from orbsoc.guidance.figure_style import image_element
 from orbsoc.guidance.mission import Column, Difference, FigureFile, PaperRow
 from orbsoc.guidance.scenario_file import read_toml
 from orbsoc.guidance.scp import Iteration, Rules, Solve
@@ -40,9 +39,6 @@ COLUMNS = {
     "apogee_height_km": Column("apogee", ".3f", "km"),
 }
 """Columns of the iteration table that are this mission's own."""
-
-
-NOTEBOOK_DPI = 80
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -77,10 +73,7 @@ class Plan(BurnPlan):
         text = f"<p><strong>{escape(verdict(self))}.</strong></p>"
         if self.verification is None:
             return text
-        image = BytesIO()
-        self.plot().savefig(image, dpi=NOTEBOOK_DPI, format="png")
-        data = b64encode(image.getvalue()).decode("ascii")
-        return f'{text}<img alt="the orbit before and after" src="data:image/png;base64,{data}">'
+        return text + image_element(self.plot(), "the orbit before and after")
 
     def to_dict(self) -> dict[str, Any]:
         return plan_document(self)

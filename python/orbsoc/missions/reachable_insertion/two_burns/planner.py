@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from base64 import b64encode
 from collections.abc import Callable
 from dataclasses import dataclass
 from html import escape
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from orbsoc.guidance.figure_style import image_element
 from orbsoc.guidance.mission import Difference, FigureFile
 from orbsoc.guidance.scp import Iteration, Rules, Solve
 
@@ -26,8 +25,6 @@ from .verdict import verdict
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-NOTEBOOK_DPI = 80
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -57,10 +54,7 @@ class TwoBurnPlan(TransferPlan):
         text = f"<p><strong>{escape(verdict(self))}.</strong></p>"
         if self.verification is None:
             return text
-        image = BytesIO()
-        self.plot().savefig(image, dpi=NOTEBOOK_DPI, format="png")
-        data = b64encode(image.getvalue()).decode("ascii")
-        return f'{text}<img alt="the orbits and both burns" src="data:image/png;base64,{data}">'
+        return text + image_element(self.plot(), "the orbits and both burns")
 
     def to_dict(self) -> dict[str, Any]:
         return plan_document(self)
