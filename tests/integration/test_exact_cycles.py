@@ -154,13 +154,13 @@ def test_a_segment_ends_when_the_last_of_its_units_operations_is_stored(
     after: set[int] = set()
     for name in pl_program(PROBLEM, None, Engine(lanes=2)).segments:
         schedule = exact_units(recorded.patterns)(trace, machine, 0, name)
-        takes = np.array([latency.get(operation, 1) for operation in schedule.names])
+        takes = np.array([latency.get(operation, SIMPLE) for operation in schedule.names])
         stored = (schedule.began + takes[schedule.operations]).max()
         after.add(int(exact_cycles(recorded.patterns)(trace, machine, 0, name).cycles - stored))
     assert after == {READ + WRITE + 1 + FINISH}
 
 
-READ, WRITE, FINISH = 4, 1, 1  # docs/pl-machine.md
+READ, SIMPLE, WRITE, FINISH = 4, 2, 1, 1  # docs/pl-machine.md
 
 
 def test_points_of_a_reachable_domain_are_priced_by_schedules(recorded: PsScheduler) -> None:
