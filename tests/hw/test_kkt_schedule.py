@@ -17,6 +17,10 @@ REC1 = Path(__file__).resolve().parents[2] / "scenarios" / "rec1.toml"
 WITH_RESIDUALS = Stream(KKT_SOLVES.stages)
 FOUR = Engine(lanes=4, banks=16, dividers=1)
 EIGHT = Engine(lanes=8, banks=32, dividers=2)
+DECODER_BOUND = pytest.mark.xfail(
+    strict=True,
+    reason="10.6 % more: flat words gain more from products off the chains of their sums than the decoder can feed",
+)
 BOTH = pytest.mark.parametrize("stream", [KKT_SOLVES, WITH_RESIDUALS], ids=["solves", "with residuals"])
 
 
@@ -71,16 +75,16 @@ def test_operations_are_what_the_columns_of_l_imply() -> None:
 
 
 @pytest.mark.parametrize("lanes", [1, 2, 4])
-def test_the_whole_program_is_less_than_a_third_as_large_for_a_ninth_more_cycles(lanes: int) -> None:
-    """All stages together; `orbsoc hw validate` runs problem A's program in both formats on the RTL.
-
-    On four lanes flat words gain more from products off the chains of their sums than the decoder can feed.
-    """
+def test_the_whole_program_is_less_than_a_third_as_large(lanes: int) -> None:
+    """All stages together; `orbsoc hw validate` runs problem A's program in both formats on the RTL."""
     segments = scheduled(problem_c(), Settings(), Engine(lanes=lanes, banks=16)).segments.values()
-    flat, stored = sum(s.flat_bits for s in segments), sum(s.compressed_bits for s in segments)
-    cycles, slower = sum(s.cycles for s in segments), sum(s.compressed_cycles for s in segments)
-    assert flat >= 3 * stored
-    assert slower <= (10 / 9 if lanes == 4 else 1.1) * cycles
+    assert sum(s.flat_bits for s in segments) >= 3 * sum(s.compressed_bits for s in segments)
+
+
+@pytest.mark.parametrize("lanes", [1, 2, pytest.param(4, marks=DECODER_BOUND)])
+def test_the_whole_program_takes_at_most_a_tenth_more_cycles(lanes: int) -> None:
+    segments = scheduled(problem_c(), Settings(), Engine(lanes=lanes, banks=16)).segments.values()
+    assert sum(s.compressed_cycles for s in segments) <= 1.1 * sum(s.cycles for s in segments)
 
 
 @BOTH
