@@ -13,6 +13,7 @@ module datapath #(
     parameter int LANES = 4,
     parameter int DIVIDERS = 1,
     parameter int BANKS = 16,
+    parameter int CLUSTERS = 1,
     parameter int ADDRESS_BITS = 14,
     parameter int FIELDS = LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2),
     parameter int UNITS = LANES + DIVIDERS,
@@ -86,8 +87,10 @@ module datapath #(
   logic [UNITS*W-1:0] operand_a, operand_b;
   logic [LANES*W-1:0] operand_c;
   logic conflict_a, conflict_b, conflict_c;
-  replica #(
-      .UNITS(UNITS),
+  read_network #(
+      .LANES(LANES),
+      .DIVIDERS(DIVIDERS),
+      .CLUSTERS(CLUSTERS),
       .BANKS(BANKS),
       .ADDRESS_BITS(A),
       .WIDTH(W)
@@ -102,8 +105,10 @@ module datapath #(
       .operand(operand_a),
       .conflict(conflict_a)
   );
-  replica #(
-      .UNITS(UNITS),
+  read_network #(
+      .LANES(LANES),
+      .DIVIDERS(DIVIDERS),
+      .CLUSTERS(CLUSTERS),
       .BANKS(BANKS),
       .ADDRESS_BITS(A),
       .WIDTH(W)
@@ -118,8 +123,10 @@ module datapath #(
       .operand(operand_b),
       .conflict(conflict_b)
   );
-  replica #(
-      .UNITS(LANES),
+  read_network #(
+      .LANES(LANES),
+      .DIVIDERS(0),
+      .CLUSTERS(CLUSTERS),
       .BANKS(BANKS),
       .ADDRESS_BITS(A),
       .WIDTH(W)
@@ -197,8 +204,10 @@ module datapath #(
   assign divider_busy = divider_conflict != '0;
 
   // Write-back; the PS is a further unit.
-  write_crossbar #(
-      .UNITS(UNITS + 1),
+  write_network #(
+      .LANES(LANES),
+      .DIVIDERS(DIVIDERS),
+      .CLUSTERS(CLUSTERS),
       .BANKS(BANKS),
       .ADDRESS_BITS(A),
       .WIDTH(W)

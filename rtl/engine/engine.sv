@@ -5,6 +5,7 @@ module engine #(
     parameter int LANES /*verilator public*/ = 4,
     parameter int DIVIDERS /*verilator public*/ = 1,
     parameter int BANKS /*verilator public*/ = 16,
+    parameter int CLUSTERS /*verilator public*/ = 1,
     parameter int ADDRESS_BITS /*verilator public*/ = 14,
     parameter int CODE_BITS /*verilator public*/ = 17,
     parameter int SEQUENCER /*verilator public*/ = 0,
@@ -63,6 +64,9 @@ module engine #(
 
   // The pipeline has these latencies; other parameters are refused.
   generate
+    if (LANES % CLUSTERS != 0 || BANKS < 2 * CLUSTERS || (CLUSTERS > 1 && SEQUENCER == 2)) begin : g_clusters_refused
+      $error("clusters have equal numbers of lanes, two banks or more, and no in-order sequencer");
+    end
     if (contract::READ_CYCLES != 4 || contract::WRITE_CYCLES != 1 || contract::STARTUP_CYCLES != 3 ||
         contract::FINISH_CYCLES != 1 || contract::DECODE_CYCLES != 11 || contract::HEADERS_AHEAD != 4 || SQRT != DIV || SQRT_INTERVAL != INTERVAL) begin : g_refused
       $error("engine.svh or latency.svh names a latency that this engine does not have");
@@ -256,6 +260,7 @@ module engine #(
       .LANES(LANES),
       .DIVIDERS(DIVIDERS),
       .BANKS(BANKS),
+      .CLUSTERS(CLUSTERS),
       .ADDRESS_BITS(ADDRESS_BITS)
   ) path (
       .clock(clock),

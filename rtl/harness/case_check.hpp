@@ -12,6 +12,7 @@ inline void check_config(const Case &c) {
                                                  {"lanes", Built::LANES},
                                                  {"dividers", Built::DIVIDERS},
                                                  {"banks", Built::BANKS},
+                                                 {"clusters", Built::CLUSTERS},
                                                  {"address_bits", Built::ADDRESS_BITS}};
   for (const auto &[key, value] : built) {
     if (c.config.at(key) != value)

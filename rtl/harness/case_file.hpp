@@ -35,7 +35,7 @@ class CaseReader {
     expect("orbsoc-pl-case");
     expect("1");
     expect("config");
-    for (const char *key : {"fp", "lanes", "dividers", "banks", "address_bits"}) c.config[key] = named(key);
+    for (const char *key : {"fp", "lanes", "dividers", "banks", "clusters", "address_bits"}) c.config[key] = named(key);
     expect("format");
     c.format = token();
     if (c.format == "compressed")

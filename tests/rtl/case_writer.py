@@ -42,7 +42,8 @@ class Case:
 
     def text(self) -> str:
         m = self.machine
-        config = f"config fp {m.fp} lanes {m.lanes} dividers {m.dividers} banks {m.banks} address_bits {m.address_bits}"
+        units = f"config fp {m.fp} lanes {m.lanes} dividers {m.dividers}"
+        config = f"{units} banks {m.banks} clusters {m.clusters} address_bits {m.address_bits}"
         lines = ["orbsoc-pl-case 1", config, f"format {self.form}"]
         if self.form == "compressed":
             lines += [f"templates {len(self.templates)}", *(f"{template:x}" for template in self.templates)]

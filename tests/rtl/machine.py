@@ -47,6 +47,7 @@ class Machine:
     lanes: int = 2
     dividers: int = 1
     banks: int = 8
+    clusters: int = 1
     address_bits: int = 10
 
     @property
@@ -76,10 +77,15 @@ class Machine:
             "LANES": self.lanes,
             "DIVIDERS": self.dividers,
             "BANKS": self.banks,
+            "CLUSTERS": self.clusters,
             "ADDRESS_BITS": self.address_bits,
             "SEQUENCER": SEQUENCERS[form],
             "CODE_BITS": 17,
         }
+
+    def cluster_of(self, unit: int) -> int:
+        """Lanes in equal runs, dividers in turn."""
+        return (unit - self.lanes) % self.clusters if unit >= self.lanes else unit * self.clusters // self.lanes
 
     def canonical_nan(self) -> int:
         return 0x7FF8_0000_0000_0000 if self.fp == 64 else 0x7FC0_0000
@@ -155,6 +161,10 @@ class Reservations:
     issued: set[tuple[int, int]] = field(default_factory=set)
     results: set[tuple[int, int]] = field(default_factory=set)
     writes: set[tuple[int, int]] = field(default_factory=set)
+    exported: dict[tuple[str, int, int], int] = field(default_factory=dict)
+    """(replica, cluster, cycle): the address that units of other clusters read."""
+    leaving: set[tuple[int, int]] = field(default_factory=set)
+    """(cluster, cycle) in which a result leaves it."""
     divider_free: dict[int, int] = field(default_factory=dict)
 
     def place(self, op: Op) -> Slot:
@@ -167,6 +177,10 @@ class Reservations:
         for replica, address in op.ports:
             self.read_last[address] = max(self.read_last.get(address, 0), time)
             self.rows[replica, address % self.machine.banks, time] = address
+            if self._remote(address, unit):
+                self.exported[replica, address % self.machine.clusters, time] = address
+        if self._remote(op.to, unit):
+            self.leaving.add((self.machine.cluster_of(unit), end))
         self.issued.add((unit, time))
         self.results.add((unit, end))
         self.writes.add((op.to % self.machine.banks, end))
@@ -182,13 +196,25 @@ class Reservations:
             return None
         if op.divides:
             units = range(self.machine.lanes, self.machine.lanes + self.machine.dividers)
-            return next((u for u in units if self.divider_free.get(u, 0) <= time), None)
-        free = (
-            u
-            for u in range(self.machine.lanes)
-            if not {(u, time)} & self.issued and (u, end) not in self.results
-        )
-        return next(free, None)
+            free = (u for u in units if self.divider_free.get(u, 0) <= time)
+        else:
+            free = (
+                u
+                for u in range(self.machine.lanes)
+                if not {(u, time)} & self.issued and (u, end) not in self.results
+            )
+        return next((u for u in free if self._reaches(op, time, end, u)), None)
+
+    def _remote(self, address: int, unit: int) -> bool:
+        return address % self.machine.clusters != self.machine.cluster_of(unit)
+
+    def _reaches(self, op: Op, time: int, end: int, unit: int) -> bool:
+        """Whether the network brings a unit its operands, and its result to the bank."""
+        if self._remote(op.to, unit) and (self.machine.cluster_of(unit), end) in self.leaving:
+            return False
+        clusters = self.machine.clusters
+        imports = ((replica, x) for replica, x in op.ports if self._remote(x, unit))
+        return all(self.exported.get((replica, x % clusters, time), x) == x for replica, x in imports)
 
 
 def schedule(machine: Machine, ops: Sequence[Op]) -> list[Slot]:

@@ -26,7 +26,15 @@ SINGLE = Machine(fp=32, lanes=1, banks=4, address_bits=10)
 WIDE = Machine(lanes=4, dividers=2, banks=16, address_bits=10)
 LONG = Machine(fp=32, lanes=1, dividers=2, banks=4, address_bits=15)
 FULL = Machine(lanes=4, banks=16, address_bits=14)
-MACHINES = {"2 lanes, 8 banks": SMALL, "1 lane, 4 banks, f32": SINGLE, "4 lanes, 2 dividers, 16 banks": WIDE}
+TWO_CLUSTERS = Machine(fp=32, lanes=4, banks=8, clusters=2, address_bits=10)
+FOUR_CLUSTERS = Machine(lanes=8, dividers=3, banks=16, clusters=4, address_bits=10)
+MACHINES = {
+    "2 lanes, 8 banks": SMALL,
+    "1 lane, 4 banks, f32": SINGLE,
+    "4 lanes, 2 dividers, 16 banks": WIDE,
+    "2 clusters": TWO_CLUSTERS,
+    "4 clusters of 2 lanes": FOUR_CLUSTERS,
+}
 ONE = 0x3FF0_0000_0000_0000
 
 
@@ -64,7 +72,9 @@ def test_in_order_programs_with_gaps_take_the_modelled_cycles(machine: Machine, 
 
 
 @pytest.mark.parametrize(
-    "machine", [SINGLE, LONG, WIDE], ids=["1 lane", "1 lane, 64-bit lines", "4 lanes, 2 dividers"]
+    "machine",
+    [SINGLE, LONG, WIDE, TWO_CLUSTERS],
+    ids=["1 lane", "1 lane, 64-bit lines", "4 lanes, 2 dividers", "2 clusters"],
 )
 def test_compressed_programs_take_the_frozen_cycles_of_their_fetch(machine: Machine, tmp_path: Path) -> None:
     require_verilator()

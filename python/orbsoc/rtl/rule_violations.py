@@ -30,7 +30,7 @@ _FULL = 3
 _WORDS = 64
 _ASSERTED = re.compile(r"^assert (\w+) ", re.MULTILINE)
 _CONFIG = re.compile(
-    r"^config fp (\d+) lanes (\d+) dividers (\d+) banks (\d+) address_bits (\d+)$", re.MULTILINE
+    r"^config fp (\d+) lanes (\d+) dividers (\d+) banks (\d+) clusters (\d+) address_bits (\d+)$", re.MULTILINE
 )
 _FORMAT = re.compile(r"^format (\w+)$", re.MULTILINE)
 _FIRST_LINE = re.compile(r"^microcode \d+\n(\w+)$", re.MULTILINE)
@@ -75,6 +75,7 @@ class Bench:
     lanes: int
     dividers: int
     banks: int
+    clusters: int
     address_bits: int
     format: str
     line_bits: int
@@ -95,9 +96,8 @@ class Bench:
             raise ValueError(
                 "a case without config, format or microcode, or RTL without TEMPLATE_BITS or HEADERS_AHEAD"
             )
-        fp, lanes, dividers, banks, address_bits = map(int, config.groups())
         numbers = (int(bits[1]), int(ahead[1]))
-        return cls(fp, lanes, dividers, banks, address_bits, form[1], 4 * len(line[1]), *numbers)
+        return cls(*map(int, config.groups()), form[1], 4 * len(line[1]), *numbers)
 
     @property
     def rules(self) -> frozenset[str]:
@@ -121,7 +121,7 @@ def control_case(bench: Bench) -> str:
     lines = [
         "orbsoc-pl-case 1",
         f"config fp {bench.fp} lanes {bench.lanes} dividers {bench.dividers} banks {bench.banks}"
-        f" address_bits {bench.address_bits}",
+        f" clusters {bench.clusters} address_bits {bench.address_bits}",
         f"format {bench.format}",
         *([f"templates {len(templates)}", *(f"{template:x}" for template in templates)] if templates else []),
         f"microcode {len(code)}",

@@ -37,8 +37,8 @@ pub struct HardwareProgram {
 impl HardwareProgram {
     #[new]
     #[pyo3(signature = (
-        problem_, settings_, *, fp, lanes, dividers, banks, address_bits, microcode_words, streams=vec![], leaves=None,
-        misread=None
+        problem_, settings_, *, fp, lanes, dividers, banks, address_bits, microcode_words, clusters=1, streams=vec![],
+        leaves=None, misread=None
     ))]
     #[allow(clippy::too_many_arguments, clippy::needless_pass_by_value)] // fields of a configuration, owned by the binding
     fn new(
@@ -51,6 +51,7 @@ impl HardwareProgram {
         banks: usize,
         address_bits: u32,
         microcode_words: usize,
+        clusters: usize,
         streams: Vec<Vec<String>>,
         leaves: Option<Vec<String>>,
         misread: Option<(String, i32)>,
@@ -71,8 +72,16 @@ impl HardwareProgram {
         };
         let wrong = misread.map(|(unit, by)| Timing::of(precision).misread(&unit, by));
         let timing = wrong.transpose().map_err(unfit)?;
-        let engine =
-            Configuration { precision, lanes, dividers, banks, address_bits, microcode_words, timing };
+        let engine = Configuration {
+            precision,
+            lanes,
+            dividers,
+            banks,
+            clusters,
+            address_bits,
+            microcode_words,
+            timing,
+        };
         py.detach(|| {
             engine.validate().map_err(unfit)?;
             let recording = orbsoc::record_tapes(&problem, &settings).map_err(refuse)?;

@@ -14,6 +14,8 @@ pub struct Configuration {
     pub dividers: usize,
     /// Banks of storage.
     pub banks: usize,
+    /// Clusters of lanes and banks, with a narrow network between.
+    pub clusters: usize,
     /// Words of storage: two to this.
     pub address_bits: u32,
     /// Words that the microcode memory holds, of all segments together.
@@ -29,6 +31,7 @@ impl Default for Configuration {
             lanes: 4,
             dividers: 1,
             banks: 16,
+            clusters: 1,
             address_bits: 15,
             microcode_words: 1 << 20,
             timing: None,
@@ -52,9 +55,29 @@ impl Configuration {
         check((1..=4).contains(&self.dividers), "dividers", self.dividers, "1 to 4")?;
         let banks = self.banks.is_power_of_two() && (2..=64).contains(&self.banks);
         check(banks, "banks", self.banks, "a power of two from 2 to 64")?;
+        let clusters = self.clusters;
+        let divides =
+            [1, 2, 4, 8].contains(&clusters) && self.lanes % clusters == 0 && self.banks >= 2 * clusters;
+        check(divides, "clusters", clusters, "1, 2, 4 or 8, a divisor of the lanes, with two banks each")?;
         let bits = (8..=20).contains(&self.address_bits);
         check(bits, "address_bits", self.address_bits as usize, "8 to 20")?;
         check(self.microcode_words >= 1, "microcode_words", self.microcode_words, "1 or more")
+    }
+
+    /// # Errors
+    /// Clusters: the in-order sequencer knows nothing of the network between them.
+    pub fn require_in_order(&self) -> Result<(), Error> {
+        let clusters = self.clusters as u64;
+        let wrong = Error::Configuration {
+            field: "clusters",
+            value: clusters,
+            allowed: "1 with an in-order sequencer",
+        };
+        if clusters == 1 {
+            Ok(())
+        } else {
+            Err(wrong)
+        }
     }
 
     /// Words of storage.
@@ -65,6 +88,26 @@ impl Configuration {
     /// The bank of a word.
     pub fn bank(&self, address: u32) -> usize {
         address as usize & (self.banks - 1)
+    }
+
+    /// The cluster of a bank: neighbouring words lie in neighbouring clusters.
+    pub fn cluster_of_bank(&self, bank: usize) -> usize {
+        bank & (self.clusters - 1)
+    }
+
+    /// The cluster of a unit.
+    pub fn cluster_of_unit(&self, on_divider: bool, unit: usize) -> usize {
+        if on_divider {
+            unit & (self.clusters - 1)
+        } else {
+            unit / (self.lanes / self.clusters)
+        }
+    }
+
+    /// The lanes of a cluster, as bits.
+    pub fn lanes_of_cluster(&self, cluster: usize) -> u32 {
+        let each = self.lanes / self.clusters;
+        ((1 << each) - 1) << (cluster * each)
     }
 
     /// Latencies of its units.
@@ -95,8 +138,26 @@ mod tests {
         assert_eq!(refused(Configuration { dividers: 0, ..good }), "dividers");
         assert_eq!(refused(Configuration { banks: 12, ..good }), "banks");
         assert_eq!(refused(Configuration { banks: 1, ..good }), "banks");
+        assert_eq!(refused(Configuration { clusters: 3, lanes: 3, ..good }), "clusters");
+        assert_eq!(refused(Configuration { clusters: 8, ..good }), "clusters");
+        assert_eq!(refused(Configuration { clusters: 4, banks: 4, ..good }), "clusters");
+        let clustered = Configuration { clusters: 4, ..good };
+        clustered.validate().unwrap();
+        assert!(clustered.require_in_order().is_err());
         assert_eq!(refused(Configuration { address_bits: 40, ..good }), "address_bits");
         assert_eq!(refused(Configuration { microcode_words: 0, ..good }), "microcode_words");
+    }
+
+    #[test]
+    fn every_unit_and_bank_is_in_one_cluster() {
+        let engine =
+            Configuration { lanes: 8, dividers: 3, banks: 16, clusters: 4, ..Configuration::default() };
+        let lanes: Vec<usize> = (0..8).map(|lane| engine.cluster_of_unit(false, lane)).collect();
+        assert_eq!(lanes, [0, 0, 1, 1, 2, 2, 3, 3]);
+        assert_eq!([0, 1, 2].map(|divider| engine.cluster_of_unit(true, divider)), [0, 1, 2]);
+        assert_eq!([0, 1, 4, 15].map(|bank| engine.cluster_of_bank(bank)), [0, 1, 0, 3]);
+        let masks: Vec<u32> = (0..4).map(|cluster| engine.lanes_of_cluster(cluster)).collect();
+        assert_eq!(masks, [3, 3 << 2, 3 << 4, 3 << 6]);
     }
 
     #[test]

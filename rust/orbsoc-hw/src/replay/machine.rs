@@ -55,6 +55,8 @@ pub struct Machine {
     readable_from: Vec<u32>,
     results: Vec<u64>,
     writes: Vec<u64>,
+    /// Clusters that export a result, cycle by cycle.
+    exports: Vec<u64>,
     divider_free: Vec<u32>,
 }
 
@@ -67,6 +69,7 @@ impl Machine {
             readable_from: vec![0; configuration.words()],
             results: Vec::new(),
             writes: Vec::new(),
+            exports: Vec::new(),
             divider_free: vec![0; configuration.dividers],
         }
     }
@@ -89,6 +92,7 @@ impl Machine {
         self.readable_from.fill(0);
         self.results.clear();
         self.writes.clear();
+        self.exports.clear();
         self.divider_free.fill(0);
         let timing = *self.configuration.timing();
         let (mut cycle, mut end) = (0, 0);
@@ -105,15 +109,19 @@ impl Machine {
         }
     }
 
+    fn cluster_of(&self, issue: &Issue) -> usize {
+        self.configuration.cluster_of_unit(issue.code.on_divider(), issue.unit as usize)
+    }
+
     /// All operations of one word: first all reads, then all writes.
     fn issue(&mut self, issues: &[Issue]) -> Result<(), Violation> {
-        let mut reads: Vec<(usize, usize, u32)> = Vec::with_capacity(3 * issues.len());
+        let mut reads = Vec::with_capacity(3 * issues.len());
         let mut results = Vec::with_capacity(issues.len());
         for issue in issues {
             let mut words = [0; 3];
             for (replica, reads_it) in issue.code.reads().into_iter().enumerate() {
                 if reads_it {
-                    words[replica] = self.read(issue.cycle, replica, issue.operands[replica], &mut reads)?;
+                    words[replica] = self.read(issue, replica, &mut reads)?;
                 }
             }
             results.push(compute(self.configuration.precision, issue.code, words));
@@ -121,20 +129,20 @@ impl Machine {
         issues.iter().zip(results).try_for_each(|(issue, result)| self.write(issue, result))
     }
 
-    fn read(
-        &self,
-        cycle: u32,
-        replica: usize,
-        address: u32,
-        reads: &mut Vec<(usize, usize, u32)>,
-    ) -> Result<u64, Violation> {
+    fn read(&self, issue: &Issue, replica: usize, reads: &mut Vec<Read>) -> Result<u64, Violation> {
+        let (cycle, address) = (issue.cycle, issue.operands[replica]);
         let broken = |rule| Violation { rule, cycle, address };
         let bank = self.configuration.bank(address);
-        let conflict = |&(r, b, other): &(usize, usize, u32)| (r, b) == (replica, bank) && other != address;
+        let source = self.configuration.cluster_of_bank(bank);
+        let exported = self.cluster_of(issue) != source;
+        let conflict = |other: &Read| {
+            let one_port = other.bank == bank || (exported && other.exported && other.source == source);
+            other.replica == replica && other.address != address && one_port
+        };
         if reads.iter().any(conflict) {
             return Err(broken(Rule::ReadConflict));
         }
-        reads.push((replica, bank, address));
+        reads.push(Read { replica, bank, source, exported, address });
         if self.readable_from[address as usize] > cycle {
             return Err(broken(Rule::ReadPending));
         }
@@ -158,13 +166,27 @@ impl Machine {
         } else if reserve(&mut self.results, appears, unit as usize) {
             return broken(Rule::ResultConflict);
         }
-        if reserve(&mut self.writes, appears, self.configuration.bank(destination)) {
+        let (bank, cluster) = (self.configuration.bank(destination), self.cluster_of(issue));
+        let exported = self.configuration.cluster_of_bank(bank) != cluster;
+        if reserve(&mut self.writes, appears, bank)
+            || (exported && reserve(&mut self.exports, appears, cluster))
+        {
             return broken(Rule::WriteConflict);
         }
         self.readable_from[destination as usize] = cycle + timing.distance(code);
         self.storage[destination as usize] = Some(result);
         Ok(())
     }
+}
+
+/// A word that is read in a cycle.
+struct Read {
+    replica: usize,
+    bank: usize,
+    /// The bank's cluster, and whether another cluster reads it.
+    source: usize,
+    exported: bool,
+    address: u32,
 }
 
 /// Reserve a bit of a cycle; whether it was reserved already.

@@ -42,6 +42,7 @@ pub fn validation_case<T: Compiled>(
 ) -> Result<String, Error> {
     if let Format::InOrder(gaps) = format {
         gaps.validate()?;
+        program.configuration.require_in_order()?;
     }
     let mut sequence = Sequence::new(program, format);
     let mut runs = Vec::new();
@@ -192,7 +193,7 @@ fn is_nan(configuration: &Configuration, word: u64) -> bool {
 }
 
 fn text(configuration: &Configuration, sequence: &Sequence, runs: &[(Entry, Run<'_>)]) -> String {
-    let Configuration { precision, lanes, dividers, banks, address_bits, .. } = *configuration;
+    let Configuration { precision, lanes, dividers, banks, clusters, address_bits, .. } = *configuration;
     let mut out = String::new();
     let fp = precision.bits();
     let name = match sequence.format {
@@ -203,7 +204,7 @@ fn text(configuration: &Configuration, sequence: &Sequence, runs: &[(Entry, Run<
     let mut line = |text: String| writeln!(out, "{text}").expect("writing to a string");
     line("orbsoc-pl-case 1".to_owned());
     line(format!(
-        "config fp {fp} lanes {lanes} dividers {dividers} banks {banks} address_bits {address_bits}"
+        "config fp {fp} lanes {lanes} dividers {dividers} banks {banks} clusters {clusters} address_bits {address_bits}"
     ));
     line(format!("format {name}"));
     if let Some(compressed) = &sequence.compressed {

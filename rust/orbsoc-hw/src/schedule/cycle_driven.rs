@@ -137,11 +137,15 @@ impl<'a> CycleScheduler<'a> {
         }
         self.issue_divisions();
         let free = self.placement.free_lanes(self.now);
-        let idle =
+        let mut idle =
             lanes_of(free).filter(|&lane| !self.continue_chain(lane)).fold(0u32, |all, k| all | 1 << k);
         // What one lane was refused, the others do not try.
         let mut from = [0, 0];
-        lanes_of(idle).for_each(|lane| self.start_chain(lane, &mut from));
+        while idle != 0 {
+            let lanes = self.first_of_clusters(idle);
+            let lane = self.start_chain(lanes, &mut from).unwrap_or(lanes & lanes.wrapping_neg());
+            idle &= !lane;
+        }
         self.notify_successors();
         if !self.queue.has_events(self.now) {
             self.now += 1;
@@ -201,10 +205,20 @@ impl<'a> CycleScheduler<'a> {
         next
     }
 
-    /// Assign the first ready operation that a lane can take. The positions `from`, of free and of owned chains, advance
-    /// past those tried.
-    fn start_chain(&mut self, lane: usize, from: &mut [u32; 2]) {
-        self.lanes[lane].stalls = 0;
+    /// The first lane of each cluster, of the lanes of a mask.
+    fn first_of_clusters(&self, mask: u32) -> u32 {
+        let configuration = self.placement.configuration;
+        let first = |cluster| {
+            let lanes = mask & configuration.lanes_of_cluster(cluster);
+            lanes & lanes.wrapping_neg()
+        };
+        (0..configuration.clusters).fold(0, |all, cluster| all | first(cluster))
+    }
+
+    /// Assign the first ready operation that one of these lanes can take; the lane, as a bit. The positions `from`, of
+    /// free and of owned chains, advance past those tried.
+    fn start_chain(&mut self, lanes: u32, from: &mut [u32; 2]) -> Option<u32> {
+        lanes_of(lanes).for_each(|lane| self.lanes[lane].stalls = 0);
         let sets = if self.policy.exclusive { 2 } else { 1 };
         for (owned, from) in [false, true].into_iter().zip(from).take(sets) {
             for _ in 0..MAX_TRIES {
@@ -212,12 +226,14 @@ impl<'a> CycleScheduler<'a> {
                 let Some(position) = ready.next(*from) else { break };
                 *from = position + 1;
                 let k = self.priorities.node_at(position);
-                if self.placement.try_place(k, self.now, 1 << lane).is_ok() {
-                    self.assign(lane, k);
-                    return;
+                if self.placement.try_place(k, self.now, lanes).is_ok() {
+                    let lane = self.placement.places[k as usize].unit;
+                    self.assign(usize::from(lane), k);
+                    return Some(1 << lane);
                 }
             }
         }
+        None
     }
 
     /// Record that a lane issues a node, which is placed already.

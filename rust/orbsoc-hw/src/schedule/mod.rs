@@ -4,6 +4,7 @@ pub(crate) mod bounds;
 pub(crate) mod causes;
 pub(crate) mod cycle_driven;
 pub(crate) mod event_queue;
+pub(crate) mod exports;
 pub(crate) mod intervals;
 pub(crate) mod placement;
 pub(crate) mod priority;

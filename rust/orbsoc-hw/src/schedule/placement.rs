@@ -37,6 +37,13 @@ pub(crate) fn in_order(places: &[Place], configuration: &Configuration) -> Vec<u
 /// All lanes, for operations outside a lane's chain.
 pub(crate) const ANY_LANE: u32 = u32::MAX;
 
+/// Where a node may be placed: a divider, or lanes of a cluster.
+struct Candidates {
+    unit: Option<usize>,
+    lanes: u32,
+    cluster: usize,
+}
+
 const UNPLACED: Place = Place { code: Code::Move, cycle: u32::MAX, unit: 0, bank: 0, swapped: false };
 
 /// A partial schedule. Predecessors must be placed before their successors.
@@ -149,11 +156,45 @@ impl<'a> Placement<'a> {
         tried.map(|_| ())
     }
 
+    /// A place in one of the lanes of a mask: in the cluster that most of the node's words belong to, if it can be.
     fn find(&mut self, node: &Node, cycle: u32, allowed: u32) -> Result<Place, Conflict> {
+        let reads = self.reads(node);
+        if node.code.on_divider() {
+            let unit = self.reservation.divider_from(cycle, node.code).1;
+            let cluster = self.configuration.cluster_of_unit(true, unit);
+            return self.find_in(
+                node,
+                cycle,
+                reads,
+                Candidates { unit: Some(unit), lanes: allowed, cluster },
+            );
+        }
+        let clusters = self.configuration.clusters;
+        if clusters == 1 {
+            return self.find_in(node, cycle, reads, Candidates { unit: None, lanes: allowed, cluster: 0 });
+        }
+        let mut conflict = Conflict::Result;
+        for cluster in self.by_locality(node, &reads) {
+            let lanes = allowed & self.configuration.lanes_of_cluster(cluster);
+            match self.find_in(node, cycle, reads, Candidates { unit: None, lanes, cluster }) {
+                Ok(place) => return Ok(place),
+                // What waits for a port waits for more than a lane.
+                Err(found) => conflict = if found == Conflict::Result { conflict } else { found },
+            }
+        }
+        Err(conflict)
+    }
+
+    fn find_in(
+        &mut self,
+        node: &Node,
+        cycle: u32,
+        mut reads: Reads,
+        Candidates { unit, lanes: allowed, cluster }: Candidates,
+    ) -> Result<Place, Conflict> {
         let mut code = node.code;
-        let mut reads = self.reads(node);
-        let unit = if code.on_divider() {
-            self.reservation.divider_from(cycle, code).1
+        let unit = if let Some(unit) = unit {
+            unit
         } else {
             let mut lanes = self.reservation.lanes_for(cycle, code) & allowed;
             if lanes == 0 {
@@ -168,18 +209,38 @@ impl<'a> Placement<'a> {
             lanes.trailing_zeros() as usize
         };
         let mut swapped = false;
-        if !self.reservation.may_read(cycle, &reads) {
+        if !self.reservation.may_read(cycle, &reads, cluster) {
             // Within a chain operands are not exchanged: their addresses would no longer compress.
             reads.swap();
             swapped = true;
-            if allowed != ANY_LANE || !code.commutes() || !self.reservation.may_read(cycle, &reads) {
+            if allowed.count_ones() == 1
+                || !code.commutes()
+                || !self.reservation.may_read(cycle, &reads, cluster)
+            {
                 return Err(Conflict::ReadPort);
             }
         }
-        let banks = self.reservation.banks_for(cycle, code);
-        let bank = self.bank(node, banks).ok_or(Conflict::WritePort)?;
-        self.reservation.take(cycle, code, unit, &reads, bank);
+        let (local, free) = self.reservation.banks_for(cycle, code, cluster);
+        let bank = self.bank(node, local, free).ok_or(Conflict::WritePort)?;
+        self.reservation.take(cycle, code, unit, &reads, bank, cluster);
         Ok(Place { code, cycle, unit: unit as u8, bank: bank as u8, swapped })
+    }
+
+    /// Clusters, the one with most of a node's words first.
+    fn by_locality(&self, node: &Node, reads: &Reads) -> Vec<usize> {
+        let mut words = [0u32; 8];
+        for (replica, &bank) in reads.banks.iter().enumerate() {
+            if bank != 0 {
+                let cluster = self.configuration.cluster_of_bank(bank.trailing_zeros() as usize);
+                words[cluster] += if replica == 2 { 2 } else { 1 };
+            }
+        }
+        if let Some(location) = node.location {
+            words[self.configuration.cluster_of_bank(self.configuration.bank(location))] += 1;
+        }
+        let mut clusters: Vec<usize> = (0..self.configuration.clusters).collect();
+        clusters.sort_by_key(|&cluster| core::cmp::Reverse(words[cluster]));
+        clusters
     }
 
     /// What a node reads.
@@ -209,19 +270,21 @@ impl<'a> Placement<'a> {
         reads.set(missing, self.configuration.bank(address) as u8, address);
     }
 
-    /// The bank of the location; or that of the accumulator, whose word may be reused; or the next one, round robin.
-    fn bank(&mut self, node: &Node, free: u64) -> Option<usize> {
+    /// The bank of the location; or that of the accumulator, whose word may be reused; or the next one of the cluster,
+    /// round robin.
+    fn bank(&mut self, node: &Node, local: u64, free: u64) -> Option<usize> {
         if let Some(location) = node.location {
             let bank = self.configuration.bank(location);
             return (free >> bank & 1 == 1).then_some(bank);
         }
         if let Some(Operand::Node(source)) = node.operands[2] {
             let bank = self.places[source as usize].bank;
-            if self.graph.uses[source as usize] == 1 && free >> bank & 1 == 1 {
+            if self.graph.uses[source as usize] == 1 && local >> bank & 1 == 1 {
                 return Some(bank as usize);
             }
         }
         let banks = self.configuration.banks as u32;
+        let free = if local != 0 { local } else { free };
         let above = free & (u64::MAX << self.preferred_bank);
         let bank = if above != 0 { above } else { free }.trailing_zeros();
         self.preferred_bank = ((bank + 1) % banks) as u8;

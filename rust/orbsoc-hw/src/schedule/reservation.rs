@@ -1,5 +1,6 @@
 //! Reservation table: lanes, result registers, read ports, write ports and dividers, cycle by cycle.
 
+use super::exports::Exports;
 use super::intervals::Intervals;
 use crate::machine::configuration::Configuration;
 use crate::machine::operation::Code;
@@ -68,6 +69,7 @@ pub(crate) struct Reservation {
     cycles: Vec<Cycle>,
     words: Vec<Word>,
     dividers: Vec<Intervals>,
+    exports: Exports,
     /// Disjoint-set forest: the parent of an open cycle is itself, that of a closed cycle a later one.
     open: Vec<u32>,
     refusals: Vec<u8>,
@@ -89,6 +91,7 @@ impl Reservation {
             cycles: vec![Cycle::default(); cycles as usize],
             words: Vec::new(),
             dividers: vec![Intervals::default(); configuration.dividers],
+            exports: Exports::new(configuration),
             open: Vec::new(),
             refusals: Vec::new(),
         }
@@ -144,12 +147,12 @@ impl Reservation {
         }
     }
 
-    /// Whether all of these reads have a port.
-    pub fn may_read(&self, cycle: u32, reads: &Reads) -> bool {
+    /// Whether all of these reads have a port, and a way to a cluster.
+    pub fn may_read(&self, cycle: u32, reads: &Reads, cluster: usize) -> bool {
         let taken = &self.cycles[cycle as usize].reads;
         (0..3).all(|replica| {
             taken[replica] & reads.banks[replica] == 0 || self.is_read(cycle, replica, reads.values[replica])
-        })
+        }) && self.exports.may_read(cycle, reads, cluster)
     }
 
     /// Whether a word is read in a cycle already.
@@ -188,9 +191,13 @@ impl Reservation {
         self.lanes & !self.cycles[cycle as usize].lanes & !self.cycles[end].results
     }
 
-    /// Banks whose write port is free for the result of an operation issued in this cycle, as bits.
-    pub fn banks_for(&self, cycle: u32, code: Code) -> u64 {
-        self.banks & !self.cycles[(cycle + self.latency(code)) as usize].writes
+    /// Banks whose write port is free for the result of an operation that a cluster issues in this cycle, as bits: those of
+    /// the cluster, and all that its result reaches.
+    pub fn banks_for(&self, cycle: u32, code: Code, cluster: usize) -> (u64, u64) {
+        let end = cycle + self.latency(code);
+        let free = self.banks & !self.cycles[end as usize].writes;
+        let local = free & self.exports.banks_of(cluster);
+        (local, if self.exports.may_write(end, cluster) { free } else { local })
     }
 
     /// The first cycle from `from` on in which a divider is free for an operation, and the divider.
@@ -201,8 +208,10 @@ impl Reservation {
     }
 
     /// Reserve all resources of an operation.
-    pub fn take(&mut self, cycle: u32, code: Code, unit: usize, reads: &Reads, bank: usize) {
+    pub fn take(&mut self, cycle: u32, code: Code, unit: usize, reads: &Reads, bank: usize, cluster: usize) {
         let end = cycle + self.latency(code);
+        self.exports.take_words(cycle, reads, cluster);
+        self.exports.take_result(end, bank, cluster);
         self.cycles[end as usize].writes |= 1 << bank;
         self.take_ports(cycle, reads);
         if code.on_divider() {

@@ -1,0 +1,12 @@
+// Which cluster a unit belongs to: the lanes in equal runs, the dividers in turn. The ports of a cluster are its lanes, then
+// its dividers; one without a divider in the last turn has a port that nothing uses.
+localparam int EACH = LANES / CLUSTERS;
+localparam int PORTS = EACH + (DIVIDERS + CLUSTERS - 1) / CLUSTERS;
+
+function automatic int cluster_of(input int unit);
+  return unit < LANES ? unit / EACH : (unit - LANES) % CLUSTERS;
+endfunction
+
+function automatic int unit_at(input int cluster, input int port);
+  return port < EACH ? cluster * EACH + port : LANES + cluster + (port - EACH) * CLUSTERS;
+endfunction
