@@ -135,7 +135,7 @@ module fp_divsqrt #(
   generate
     for (genvar s = 0; s < SLOTS; s++) begin : g_slot
       logic is_root, is_quotient, loads;  // one register for both would drive twice the wires
-      logic [N:0] w, below_2, thrice;
+      logic [N:0] w, below_2, thrice, thrice_0, thrice_3;
       logic [N-1:0] once, moving;
       logic [2:0] low;  // of D and of 3 D
       logic [2:0] low_3;
@@ -154,6 +154,8 @@ module fp_divsqrt #(
         less_3 = {1'b0, next} - {thrice, low_3};
         // Each sign chooses for itself: the digit comes later. While a slot loads, the remainder comes in where that of
         // digit 0 would.
+        thrice_0 = {thrice[N-2:0] - (N - 1)'(1), 2'b01};
+        thrice_3 = {thrice[N-2:0] + (N - 1)'(1), 2'b10};
         below_2 = loads ? (root_2 ? '0 : (N + 1)'(a_2)) : less_1[N+3] ? next[N:0] : less_1[N:0];
         q[1] = !less_2[N+3] && !loads;
         q[0] = (!less_3[N+3] || (less_2[N+3] && !less_1[N+3])) && !loads;
@@ -171,12 +173,8 @@ module fp_divsqrt #(
           aside <= {exp_3, sign_2, special_2, fixed_2};
         end else if (is_root) begin
           once <= {once[N-3:0], q};
-          case (q)
-            2'd0: thrice <= {thrice[N-2:0] - (N - 1)'(1), 2'b01};
-            2'd1: thrice <= {thrice[N-2:0], 2'b00};
-            2'd2: thrice <= {thrice[N-2:0], 2'b11};
-            default: thrice <= {thrice[N-2:0] + (N - 1)'(1), 2'b10};
-          endcase
+          thrice <= less_2[N+3] ? (less_1[N+3] ? thrice_0 : {thrice[N-2:0], 2'b00})
+                                : (less_3[N+3] ? {thrice[N-2:0], 2'b11} : thrice_3);
         end
       end
       assign found[s*N+:N] = is_root ? once : moving;
