@@ -3,10 +3,10 @@
 localparam int EACH = LANES / CLUSTERS;
 localparam int PORTS = EACH + (DIVIDERS + CLUSTERS - 1) / CLUSTERS;
 
-function automatic int cluster_of(input int unit);
-  return unit < LANES ? unit / EACH : (unit - LANES) % CLUSTERS;
+function automatic integer cluster_of(input integer unit);
+  cluster_of = unit < LANES ? unit / EACH : (unit - LANES) % CLUSTERS;
 endfunction
 
-function automatic int unit_at(input int cluster, input int port);
-  return port < EACH ? cluster * EACH + port : LANES + cluster + (port - EACH) * CLUSTERS;
+function automatic integer unit_at(input integer cluster, input integer port);
+  unit_at = port < EACH ? cluster * EACH + port : LANES + cluster + (port - EACH) * CLUSTERS;
 endfunction
