@@ -24,13 +24,13 @@ CELLS = ("lut", "lut_shift", "lut_memory", "ff", "dsp", "bram36", "carry4")
 
 
 def engine(
-    fp: int, lanes: int, banks: int, dividers: int = 1, address_bits: int = 14, code_bits: int = 12
+    fp: int, lanes: int, banks: int, dividers: int = 1, address_bits: int = 14, code_bits: int = 12, clusters: int = 1
 ) -> str:
     """Parameters of an engine with a flat sequencer and no checks."""
     return (
         f"FP={fp} LANES={lanes} BANKS={banks} DIVIDERS={dividers} ADDRESS_BITS={address_bits} CODE_BITS={code_bits}"
         " CHECKS=0"
-    )
+    ) + f" CLUSTERS={clusters}" * (clusters > 1)
 
 
 FITTED = [("engine", engine(fp, lanes, 4 * lanes)) for fp in (64, 32) for lanes in (1, 2)]
@@ -42,6 +42,14 @@ HELD_OUT = [
     ("engine", engine(64, 1, 8, address_bits=13, code_bits=11)),
     ("engine", engine(32, 4, 8, address_bits=13, code_bits=13)),
     ("engine", engine(64, 1, 4) + " RESIDENT=1"),
+    ("engine", engine(64, 4, 16, clusters=2)),
+    ("engine", engine(64, 4, 16, clusters=4)),
+    ("engine", engine(32, 4, 16, clusters=2)),
+    ("engine", engine(64, 8, 32, dividers=2, clusters=4)),
+    ("engine", engine(64, 8, 32, dividers=2, clusters=8)),
+    ("engine", engine(32, 8, 32, clusters=8)),
+    ("engine", engine(32, 8, 16, dividers=3, address_bits=12, code_bits=11, clusters=2)),
+    ("engine", engine(64, 16, 32, dividers=2, clusters=8)),
 ]
 FORMATS = {"EXP=11 MAN=52": "f64", "EXP=8 MAN=23": "f32"}
 UNITS = [
@@ -144,6 +152,7 @@ def engines_table() -> str:
 def _named(row: Synthesis) -> str:
     shape, code_bits = shape_of(row), row.parameters["CODE_BITS"]
     more = f", {shape.dividers} dividers" if shape.dividers > 1 else ", resident" if is_resident(row) else ""
+    more += f", {shape.clusters} clusters" if shape.clusters > 1 else ""
     return f"{shape.datapath}, {shape.lanes} × {shape.banks}{more}, 2^{shape.address_bits}, 2^{code_bits}"
 
 

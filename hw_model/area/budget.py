@@ -161,7 +161,8 @@ def engine_shape(
     pl = platform.pl
     storage, _ = _storage(trace, platform, partition, cycles)
     address_bits = max(8, math.ceil(math.log2(max(2, storage))))
-    return Shape(trace.datapath, pl.lanes.value, pl.dividers.value, pl.banks.value, address_bits)
+    units = (pl.lanes.value, pl.dividers.value, pl.banks.value)
+    return Shape(trace.datapath, *units, address_bits, pl.clusters.value)
 
 
 def _storage(

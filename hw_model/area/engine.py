@@ -49,6 +49,7 @@ class Shape:
     dividers: int
     banks: int
     address_bits: int
+    clusters: int = 1
 
     @property
     def word_bits(self) -> int:
@@ -70,24 +71,74 @@ MOST = {"lanes": 16, "dividers": 4, "banks": 64}
 """Largest engine that the scheduler takes; a test holds it against the scheduler's own limits."""
 
 
+MOST_CLUSTERS = 8
+
+
 def require_buildable(pl: Pl) -> None:
     """Raise HwModelError for an engine that rtl/ cannot be: a schedule would refuse it, and so must an estimate."""
     for name, most in MOST.items():
         value = getattr(pl, name).value
         if value > most:
             raise HwModelError(f"`pl.{name}` = {value}: no engine of rtl/ has more than {most}")
+    clusters, lanes, banks = pl.clusters.value, pl.lanes.value, pl.banks.value
+    if clusters > 1 and (clusters > MOST_CLUSTERS or lanes % clusters or banks < 2 * clusters):
+        raise HwModelError(
+            f"`pl.clusters` = {clusters}: allowed is a power of two up to {MOST_CLUSTERS} that divides the {lanes} lanes"
+            f" and leaves each two of the {banks} banks"
+        )
 
 
 def logic_luts(shape: Shape, area: Area) -> int:
     """Lookup tables: logic, shift registers and the table of segments."""
-    units, lanes, banks = shape.lanes + shape.dividers, shape.lanes, shape.banks
-    ports = 2 * units + lanes
-    rows = banks * shape.row_bits * (2 * or_luts(units) + or_luts(lanes))
-    gathered = ports * shape.word_bits * or_luts(banks)
-    written = banks * (shape.row_bits + shape.word_bits) * or_luts(units + 1)
+    clusters = [_cluster(shape, number) for number in range(shape.clusters)]
+    between = _network_luts(shape, clusters) if shape.clusters > 1 else 0
+    return sum(_cluster_luts(shape, each) for each in clusters) + between + _units_and_control(shape, area, "lut")
+
+
+@dataclass(frozen=True, slots=True)
+class _Cluster:
+    """Lanes and dividers of a cluster, and whether the PS writes through it."""
+
+    lanes: int
+    dividers: int
+    host: int
+
+    @property
+    def units(self) -> int:
+        return self.lanes + self.dividers
+
+    @property
+    def readers(self) -> tuple[int, int, int]:
+        """Of each replica."""
+        return self.units, self.units, self.lanes
+
+
+def _cluster(shape: Shape, number: int) -> _Cluster:
+    dividers = len(range(number, shape.dividers, shape.clusters))
+    return _Cluster(shape.lanes // shape.clusters, dividers, int(number == 0))
+
+
+def _cluster_luts(shape: Shape, own: _Cluster) -> int:
+    """The crossbars of a cluster: from its units, and what other clusters read and write, to its banks and back."""
+    banks, others = shape.banks // shape.clusters, shape.clusters - 1
+    exports = int(others > 0)
+    rows = banks * shape.row_bits * sum(or_luts(readers + exports) for readers in own.readers)
+    gathered = sum(own.readers) * or_luts(banks + others) + exports * REPLICAS * or_luts(banks)
+    writers = own.units + own.host + others
+    written = banks * (shape.row_bits + shape.word_bits) * or_luts(writers)
     # Each port's choice once more, as a shift register, while the banks are read.
-    picked = banks * (2 * ports + units + 1)
-    return rows + gathered + written + picked + _units_and_control(shape, area, "lut")
+    picked = banks * (2 * (sum(own.readers) + exports * REPLICAS) + writers)
+    return rows + gathered * shape.word_bits + written + picked
+
+
+def _network_luts(shape: Shape, clusters: list[_Cluster]) -> int:
+    """Between clusters: the addresses that leave each port, the results that leave each cluster, who reads where."""
+    local = shape.address_bits - math.ceil(math.log2(shape.clusters))
+    readers = [sum(counts) for counts in zip(*(own.readers for own in clusters), strict=True)]
+    asked = sum(or_luts(total - part) for own in clusters for total, part in zip(readers, own.readers, strict=True))
+    leaving = sum(or_luts(own.units + own.host) for own in clusters)
+    picked = 2 * sum(readers) * (shape.clusters - 1)
+    return asked * local + leaving * (shape.address_bits + shape.word_bits) + picked
 
 
 def flip_flops(shape: Shape, area: Area, code_bits: int) -> int:

@@ -40,7 +40,8 @@ def shape_of(row: Synthesis) -> Shape:
     """The engine that a row of the record is about."""
     given = row.parameters
     datapath: Datapath = "f64" if given["FP"] == 64 else "f32"
-    return Shape(datapath, given["LANES"], given["DIVIDERS"], given["BANKS"], given["ADDRESS_BITS"])
+    units = (given["LANES"], given["DIVIDERS"], given["BANKS"])
+    return Shape(datapath, *units, given["ADDRESS_BITS"], given.get("CLUSTERS", 1))
 
 
 def is_resident(row: Synthesis) -> bool:

@@ -119,7 +119,7 @@ class LatencyPreset(Section):
 class Pl(Section):
     """The PL engine: `lanes` issue one operation a cycle each; divisions and roots go to `dividers`.
 
-    `banks` of storage and the `microcode_format` ("flat", or "compressed", which takes fewer bits and some more cycles)
+    `banks` of storage, the `clusters` that lanes and banks lie in, and the `microcode_format` ("flat", or "compressed", which takes fewer bits and some more cycles)
     enter exact schedules and the budget; `microcode_compression` (flat bits over stored bits) a budget from estimates
     alone, for schedules count the bits.
 
@@ -138,6 +138,7 @@ class Pl(Section):
     lanes: Parameter[Units]
     dividers: Parameter[Units]
     banks: Parameter[Banks]
+    clusters: Parameter[Banks]
     microcode_format: Parameter[MicrocodeFormat]
     microcode_compression: Parameter[Exponent]
     storage_memory: Parameter[StorageMemory]

@@ -24,6 +24,7 @@ class Row:
     lanes: int
     dividers: int
     banks: int
+    clusters: int
     pl_clock_mhz: float
     microcode_memory: str
     partition: str
@@ -48,7 +49,7 @@ class Row:
         pl, time, budget, energy = platform.pl, point.time_ms, point.budget, point.energy
         return cls(
             ordering=ordering, lanes=pl.lanes.value, dividers=pl.dividers.value, banks=pl.banks.value,
-            pl_clock_mhz=pl.clock_mhz.value, microcode_memory=pl.microcode_memory.value,
+            clusters=pl.clusters.value, pl_clock_mhz=pl.clock_mhz.value, microcode_memory=pl.microcode_memory.value,
             partition=point.partition, time_ms=time.nominal, time_low_ms=time.low, time_high_ms=time.high,
             baseline_ms=point.baselines_ms[0], energy_mj=energy.nominal_mj, energy_low_mj=energy.low_mj,
             energy_high_mj=energy.high_mj, area_share=point.area_share, tightest=budget.tightest.kind,
@@ -66,6 +67,7 @@ class Row:
         """The design in a phrase."""
         return (
             f"{count_of(self.lanes, 'lane')}, {count_of(self.dividers, 'divider')}, {self.banks} banks,"
+            f" {count_of(self.clusters, 'cluster')},"
             f" {self.pl_clock_mhz:g} MHz, {self.ordering}, microcode {self.microcode_memory}, {self.partition}:"
             f" {self.time_ms:.3f} ms ({self.baseline_ms / self.time_ms:.2f}×), {self.energy_mj:.2f} mJ, {self.tightest} at"
             f" {100 * self.area_share:.0f} % of its ceiling"

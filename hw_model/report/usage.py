@@ -198,12 +198,12 @@ def _pl(name: str, platform: Platform, usage: ParameterUse) -> str | None:
         return _unless(bool(usage.questions & {"times", "engine"}), f"{_NO_TIMES}; area has no clock")
     if "engine" in usage.questions:
         return _unless(
-            name in ("lanes", "dividers", "banks", "latency_preset"),
+            name in ("lanes", "dividers", "banks", "clusters", "latency_preset"),
             "this report lists every segment's cycles and microcode in both formats; leave it out",
         )
     if name in ("overlap_exponent", "segment_overhead_cycles"):
         return _unless(not usage.scheduled, "cycles come from exact schedules; ask for --estimate")
-    if name in ("banks", "microcode_format"):
+    if name in ("banks", "clusters", "microcode_format"):
         what = name.removesuffix("_format")
         return _unless(
             bool(usage.scheduled or usage.area), f"the estimate knows no {what}; ask for schedules (--exact)"

@@ -40,6 +40,7 @@ class Engine(NamedTuple):
     """Whether its microcode is: a schedule for few bits, and cycles in which the decoder waits for a line."""
     streams: tuple[str, ...] = ()
     """Its program's streams, by name; (): the six modules stage by stage."""
+    clusters: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +64,8 @@ def engine_of(platform: Platform, datapath: Datapath) -> Engine:
             " ask for --estimate, or set pl.latency_preset to orbsoc_rtl"
         )
     compressed = pl.microcode_format.value == "compressed"
-    return Engine(pl.lanes.value, pl.dividers.value, pl.banks.value, datapath, compressed)
+    units = (pl.lanes.value, pl.dividers.value, pl.banks.value)
+    return Engine(*units, datapath, compressed, clusters=pl.clusters.value)
 
 
 def scheduled(source: Callable[[int, str, Engine], Schedule]) -> StageCycles:

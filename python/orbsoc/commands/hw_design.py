@@ -33,6 +33,7 @@ def design(
     lanes: Annotated[str, typer.Option(help=f"lane counts, {_LISTED}")] = "1,2,4,8,16",
     dividers: Annotated[str, typer.Option(help=f"divider counts, {_LISTED}")] = "1,2,4",
     banks: Annotated[str, typer.Option(help=f"bank counts, {_LISTED}")] = "16,32",
+    clusters: Annotated[str, typer.Option(help=f"clusters of lanes and banks, {_LISTED}")] = "1,8",
     clocks: Annotated[
         str | None, typer.Option(help=f"PL clocks in MHz, {_LISTED}; the device's by default")
     ] = None,
@@ -64,6 +65,7 @@ def design(
             lanes=tuple(options.listed(lanes, "--lanes", int)),
             dividers=tuple(options.listed(dividers, "--dividers", int)),
             banks=tuple(options.listed(banks, "--banks", int)),
+            clusters=tuple(options.listed(clusters, "--clusters", int)),
             clock_mhz=tuple(options.listed(clocks, "--clocks", float))
             if clocks
             else (platform.pl.clock_mhz.value,),
@@ -80,6 +82,7 @@ _AXES = {
     "pl.lanes": "--lanes",
     "pl.dividers": "--dividers",
     "pl.banks": "--banks",
+    "pl.clusters": "--clusters",
     "pl.clock_mhz": "--clocks",
     "pl.microcode_memory": "--memories",
 }

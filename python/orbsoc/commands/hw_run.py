@@ -143,6 +143,7 @@ def _engine(platform: Platform, fp: int) -> Engine:
         lanes=platform.pl.lanes.value,
         dividers=platform.pl.dividers.value,
         banks=platform.pl.banks.value,
+        clusters=platform.pl.clusters.value,
         microcode_words=MODEL_MICROCODE_WORDS,
     )
 
@@ -230,9 +231,8 @@ def _memory(program: PlProgram, platform: Platform) -> Memory:
     engine, segments = program.engine, program.segments.values()
     if engine.address_bits is None:
         raise AssertionError("a program's engine has its address bits settled")
-    shape = Shape(
-        "f64" if engine.fp == 64 else "f32", engine.lanes, engine.dividers, engine.banks, engine.address_bits
-    )
+    units = (engine.lanes, engine.dividers, engine.banks)
+    shape = Shape("f64" if engine.fp == 64 else "f32", *units, engine.address_bits, engine.clusters)
     line = line_bits(shape)
     lines = sum(-(-segment.compressed_bits // line) for segment in segments)
     storage = storage_bram18(shape) / 2

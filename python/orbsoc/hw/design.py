@@ -37,12 +37,13 @@ DESIGNS = "designs"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Space:
-    """What is searched: values of each parameter; every one with every other."""
+    """What is searched: values of each parameter; every one with every other, but for clusters that do not divide the lanes."""
 
     ordering: tuple[str, ...] = ("amd", "nested_dissection")
     lanes: tuple[int, ...] = (1, 2, 4, 8, 16)
     dividers: tuple[int, ...] = (1, 2, 4)
     banks: tuple[int, ...] = (16, 32)
+    clusters: tuple[int, ...] = (1, 8)
     clock_mhz: tuple[float, ...] = (100.0, 150.0)
     microcode_memory: tuple[str, ...] = ("block_ram", "streamed_start")
 
@@ -54,10 +55,9 @@ class Space:
     @property
     def shapes(self) -> list[dict[str, Any]]:
         """Engines that need a schedule of their own."""
-        names = ("ordering", "lanes", "dividers", "banks")
-        return [
-            dict(zip(names, values, strict=True)) for values in product(*(getattr(self, n) for n in names))
-        ]
+        names = ("ordering", "lanes", "dividers", "banks", "clusters")
+        every = (dict(zip(names, values, strict=True)) for values in product(*(getattr(self, n) for n in names)))
+        return [shape for shape in every if shape["clusters"] == 1 or shape["lanes"] % shape["clusters"] == 0]
 
     @property
     def designs_of_a_shape(self) -> int:
@@ -129,6 +129,7 @@ def platform_of(base: Platform, shape: Mapping[str, Any], clock_mhz: float, memo
             "pl.lanes": shape["lanes"],
             "pl.dividers": shape["dividers"],
             "pl.banks": shape["banks"],
+            "pl.clusters": shape["clusters"],
             "pl.clock_mhz": clock_mhz,
             "pl.microcode_memory": memory,
         }

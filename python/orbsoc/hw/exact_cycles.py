@@ -131,5 +131,6 @@ def _parameters(engine: Engine) -> Parameters:
         lanes=engine.lanes,
         dividers=engine.dividers,
         banks=engine.banks,
+        clusters=engine.clusters,
         microcode_words=MODEL_MICROCODE_WORDS,
     )

@@ -50,6 +50,7 @@ class Engine:
     lanes: int = 4
     dividers: int = 1
     banks: int = 16
+    clusters: int = 1
     address_bits: int | None = None
     microcode_words: int = 1 << 20
 

@@ -34,6 +34,7 @@ def session_platform(rtl: Path, engine: Engine) -> Platform:
             "pl.lanes": engine.lanes,
             "pl.dividers": engine.dividers,
             "pl.banks": engine.banks,
+            "pl.clusters": engine.clusters,
             "link.dma_to_pl_bytes_per_pl_cycle": float(word_bytes),
             "link.dma_to_ps_bytes_per_pl_cycle": word_bytes / 5,
         }

@@ -129,7 +129,7 @@ def built(folder: Path, engine: Engine, form: Format, *, lines: int, resident: b
     Raises RtlError with the log of the build.
     """
     parameters = {
-        "FP": engine.fp, "LANES": engine.lanes, "DIVIDERS": engine.dividers, "BANKS": engine.banks,
+        "FP": engine.fp, "LANES": engine.lanes, "DIVIDERS": engine.dividers, "BANKS": engine.banks, "CLUSTERS": engine.clusters,
         "ADDRESS_BITS": engine.address_bits, "SEQUENCER": SEQUENCERS[form],
         "CODE_BITS": max(_CODE_BITS, (lines - 1).bit_length()),
     }  # fmt: skip
