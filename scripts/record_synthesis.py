@@ -24,7 +24,13 @@ CELLS = ("lut", "lut_shift", "lut_memory", "ff", "dsp", "bram36", "carry4")
 
 
 def engine(
-    fp: int, lanes: int, banks: int, dividers: int = 1, address_bits: int = 14, code_bits: int = 12, clusters: int = 1
+    fp: int,
+    lanes: int,
+    banks: int,
+    dividers: int = 1,
+    address_bits: int = 14,
+    code_bits: int = 12,
+    clusters: int = 1,
 ) -> str:
     """Parameters of an engine with a flat sequencer and no checks."""
     return (

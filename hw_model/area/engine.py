@@ -92,7 +92,11 @@ def logic_luts(shape: Shape, area: Area) -> int:
     """Lookup tables: logic, shift registers and the table of segments."""
     clusters = [_cluster(shape, number) for number in range(shape.clusters)]
     between = _network_luts(shape, clusters) if shape.clusters > 1 else 0
-    return sum(_cluster_luts(shape, each) for each in clusters) + between + _units_and_control(shape, area, "lut")
+    return (
+        sum(_cluster_luts(shape, each) for each in clusters)
+        + between
+        + _units_and_control(shape, area, "lut")
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +112,7 @@ class _Cluster:
         return self.lanes + self.dividers
 
     @property
-    def readers(self) -> tuple[int, int, int]:
+    def readers(self) -> tuple[int, ...]:
         """Of each replica."""
         return self.units, self.units, self.lanes
 
@@ -134,8 +138,8 @@ def _cluster_luts(shape: Shape, own: _Cluster) -> int:
 def _network_luts(shape: Shape, clusters: list[_Cluster]) -> int:
     """Between clusters: the addresses that leave each port, the results that leave each cluster, who reads where."""
     local = shape.address_bits - math.ceil(math.log2(shape.clusters))
-    readers = [sum(counts) for counts in zip(*(own.readers for own in clusters), strict=True)]
-    asked = sum(or_luts(total - part) for own in clusters for total, part in zip(readers, own.readers, strict=True))
+    readers = [sum(own.readers[replica] for own in clusters) for replica in range(REPLICAS)]
+    asked = sum(or_luts(readers[k] - own.readers[k]) for own in clusters for k in range(REPLICAS))
     leaving = sum(or_luts(own.units + own.host) for own in clusters)
     picked = 2 * sum(readers) * (shape.clusters - 1)
     return asked * local + leaving * (shape.address_bits + shape.word_bits) + picked

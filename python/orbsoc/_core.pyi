@@ -246,6 +246,7 @@ class HardwareProgram:
         banks: int,
         address_bits: int,
         microcode_words: int,
+        clusters: int = ...,
         streams: list[list[str]] = ...,
         leaves: list[str] | None = None,
         misread: tuple[str, int] | None = None,

@@ -85,7 +85,9 @@ class Machine:
 
     def cluster_of(self, unit: int) -> int:
         """Lanes in equal runs, dividers in turn."""
-        return (unit - self.lanes) % self.clusters if unit >= self.lanes else unit * self.clusters // self.lanes
+        return (
+            (unit - self.lanes) % self.clusters if unit >= self.lanes else unit * self.clusters // self.lanes
+        )
 
     def canonical_nan(self) -> int:
         return 0x7FF8_0000_0000_0000 if self.fp == 64 else 0x7FC0_0000

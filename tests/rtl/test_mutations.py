@@ -40,7 +40,7 @@ from tests.rtl.verilator import require_verilator
 def programs(form: str, engine: Engine) -> Case:
     """Random programs for one engine and sequencer; it and its mutants run the same."""
     machine = Machine(
-        engine.fp, engine.lanes, engine.dividers, engine.banks, address_bits=engine.address_bits or 10
+        engine.fp, engine.lanes, engine.dividers, engine.banks, engine.clusters, engine.address_bits or 10
     )
     case = Case(machine, form)
     compressor = Compressor(machine, random.Random(1))

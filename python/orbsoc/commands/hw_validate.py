@@ -23,6 +23,10 @@ def validate(
     quick: Annotated[
         bool, typer.Option("--quick", help="the subset of continuous integration: a few minutes")
     ] = False,
+    engines: Annotated[
+        bool,
+        typer.Option("--engines", help="engines with clusters, several dividers, few banks: 96 points"),
+    ] = False,
     solve: Annotated[
         bool, typer.Option("--solve", help="whole solves, Python as the PS, instead of segment by segment")
     ] = False,
@@ -52,6 +56,7 @@ def validate(
     with exit_handling(as_json):
         from orbsoc.rtl.validation import (
             all_points,
+            engine_points,
             kkt_points,
             mission_004,
             problems,
@@ -61,7 +66,10 @@ def validate(
         )
         from orbsoc.rtl.validation import validate as compare
 
-        _require_one_run({"--tables": tables, "--mutations": mutations, "--solve": solve}, quick=quick)
+        _require_one_run(
+            {"--tables": tables, "--engines": engines, "--mutations": mutations, "--solve": solve},
+            quick=quick,
+        )
         where = out or Path("out") / "hw-validate"
         if tables:
             print_tables(rtl_sources(rtl).parent / "scenarios" / "rec1.toml", where, as_json=as_json)
@@ -72,8 +80,9 @@ def validate(
             validate_solves(folder, where, quick=quick, as_json=as_json)
         scenario = folder.parent / "scenarios" / "rec1.toml"
         named = problems(mission_004(scenario, free_perigee=False))
-        points = (quick_points if quick else all_points)(tuple(named))
-        if not quick:
+        chosen = quick_points if quick else engine_points if engines else all_points
+        points = chosen(tuple(named))
+        if chosen is all_points:
             named["mission 004 C, N = 12"] = mission_004(scenario, free_perigee=True)
             points += kkt_points("mission 004 C, N = 12")
         outcomes: list[Outcome] = []

@@ -56,7 +56,9 @@ class Space:
     def shapes(self) -> list[dict[str, Any]]:
         """Engines that need a schedule of their own."""
         names = ("ordering", "lanes", "dividers", "banks", "clusters")
-        every = (dict(zip(names, values, strict=True)) for values in product(*(getattr(self, n) for n in names)))
+        every = (
+            dict(zip(names, values, strict=True)) for values in product(*(getattr(self, n) for n in names))
+        )
         return [shape for shape in every if shape["clusters"] == 1 or shape["lanes"] % shape["clusters"] == 0]
 
     @property

@@ -38,6 +38,7 @@ ENGINE = Engine(fp=32, lanes=1, banks=4, address_bits=ADDRESS_BITS)
 """The smallest one: it is built anew for every mutation."""
 FREEZING = Engine(fp=64, lanes=4, banks=16, address_bits=ADDRESS_BITS)
 """Its words are long enough for the decoder to freeze; the smallest engine's never are."""
+CLUSTERED = Engine(fp=32, lanes=4, banks=8, clusters=4, address_bits=ADDRESS_BITS)
 Kind = Literal["none", "RTL", "checks", "model"]
 SETTINGS = narrow_settings(Settings(), 24)
 
@@ -110,6 +111,30 @@ MUTATIONS = {
         "compressed",
         FREEZING,
     ),
+    "divider's digits taken from the next slot": Mutation(
+        "fpu/fp_divsqrt.sv", "digits | ({N{collect[s]}}", "digits | ({N{collect[(s+1)%SLOTS]}}"
+    ),
+    "triple of a root's digits not brought on": Mutation(
+        "fpu/fp_divsqrt.sv", "(less_3[N+3] ? {thrice[N-2:0], 2'b11} : thrice_3)", "{thrice[N-2:0], 2'b11}"
+    ),
+    "one cluster's word given to all importers": Mutation(
+        "engine/read_network.sv",
+        "{WIDTH{remote_3[u*CLUSTERS+s]}}",
+        "{WIDTH{remote_3[u*CLUSTERS]}}",
+        engine=CLUSTERED,
+    ),
+    "imports a cycle early": Mutation(
+        "engine/read_network.sv",
+        "{WIDTH{remote_3[u*CLUSTERS+s]}}",
+        "{WIDTH{remote_2[u*CLUSTERS+s]}}",
+        engine=CLUSTERED,
+    ),
+    "results leave for the next cluster": Mutation(
+        "engine/write_network.sv",
+        "leaving_address[FROM*A+:PICK] == PICK'(s)",
+        "leaving_address[FROM*A+:PICK] == PICK'(s + 1)",
+        engine=CLUSTERED,
+    ),
 }
 
 CHECK_MUTATIONS = {
@@ -129,13 +154,20 @@ class Misbelief:
     """A unit, and by how many cycles."""
     banks_by: int = 1
     """As many times the banks."""
+    clusters: int | None = None
+    """Another number of clusters."""
+    engine: Engine = ENGINE
 
     def case(self, problem: Problem, point: Point) -> str:
         """A point scheduled by it, named a case for the engine as it is."""
-        right = point.engine.banks
-        engine = replace(point.engine, banks=self.banks_by * right)
-        program = scheduled(problem, SETTINGS, engine, misread=self.misread)
-        return case_of(point, program).replace(f" banks {engine.banks} ", f" banks {right} ", 1)
+        right = point.engine
+        engine = replace(right, banks=self.banks_by * right.banks, clusters=self.clusters or right.clusters)
+        case = case_of(point, scheduled(problem, SETTINGS, engine, misread=self.misread))
+        for field in ("banks", "clusters"):
+            case = case.replace(
+                f" {field} {getattr(engine, field)} ", f" {field} {getattr(right, field)} ", 1
+            )
+        return case
 
 
 MODEL_MUTATIONS = {
@@ -145,6 +177,7 @@ MODEL_MUTATIONS = {
     "divider taken for one cycle shorter": Misbelief(misread=("div", -1)),
     "divider taken for free a cycle early": Misbelief(misread=("div_interval", -1)),
     "ports reserved as of twice the banks": Misbelief(banks_by=2),
+    "network between clusters forgotten": Misbelief(clusters=1, engine=CLUSTERED),
 }
 
 
@@ -197,7 +230,7 @@ def catches(rtl: Path, name: str, problem: Problem) -> Iterator[Catch]:
                 wrong = mutation.apply(rtl, Path(scratch))
                 yield _catch(title, kind, wrong, cases(mutation.form, right, mutation.engine))
     for title, misbelief in MODEL_MUTATIONS.items():
-        yield _catch(title, "model", rtl, cases("flat", misbelief))
+        yield _catch(title, "model", rtl, cases("flat", misbelief, misbelief.engine))
 
 
 def _catch(mutation: str | None, kind: Kind, rtl: Path, cases: list[tuple[Point, str]]) -> Catch:

@@ -30,7 +30,8 @@ _FULL = 3
 _WORDS = 64
 _ASSERTED = re.compile(r"^assert (\w+) ", re.MULTILINE)
 _CONFIG = re.compile(
-    r"^config fp (\d+) lanes (\d+) dividers (\d+) banks (\d+) clusters (\d+) address_bits (\d+)$", re.MULTILINE
+    r"^config fp (\d+) lanes (\d+) dividers (\d+) banks (\d+) clusters (\d+) address_bits (\d+)$",
+    re.MULTILINE,
 )
 _FORMAT = re.compile(r"^format (\w+)$", re.MULTILINE)
 _FIRST_LINE = re.compile(r"^microcode \d+\n(\w+)$", re.MULTILINE)
@@ -96,8 +97,9 @@ class Bench:
             raise ValueError(
                 "a case without config, format or microcode, or RTL without TEMPLATE_BITS or HEADERS_AHEAD"
             )
-        numbers = (int(bits[1]), int(ahead[1]))
-        return cls(*map(int, config.groups()), form[1], 4 * len(line[1]), *numbers)
+        fp, lanes, dividers, banks, clusters, address_bits = map(int, config.groups())
+        widths = (4 * len(line[1]), int(bits[1]), int(ahead[1]))
+        return cls(fp, lanes, dividers, banks, clusters, address_bits, form[1], *widths)
 
     @property
     def rules(self) -> frozenset[str]:

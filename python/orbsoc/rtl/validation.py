@@ -291,6 +291,7 @@ def quick_points(names: Sequence[str]) -> list[Point]:
         *(Point(middle, module, four, "compressed") for module in MODULES),
         Point(small, "cone_ops", one, "compressed"),
         *(Point(middle, "factorization", four, "in_order", level) for level in (0, 64)),
+        *(Point(middle, module, CLUSTERED) for module in MODULES),
     ]
 
 
@@ -320,6 +321,26 @@ def all_points(names: Sequence[str]) -> list[Point]:
         for module in MODULES
     ]
     return [*static, *dynamic, *compressed]
+
+
+CLUSTERED = Engine(lanes=4, dividers=2, banks=8, clusters=2, address_bits=ADDRESS_BITS)
+_MORE_ENGINES: tuple[tuple[Engine, Format], ...] = (
+    (CLUSTERED, "flat"),
+    (Engine(lanes=3, dividers=2, banks=8, address_bits=ADDRESS_BITS), "flat"),
+    (Engine(lanes=2, dividers=4, banks=2, address_bits=ADDRESS_BITS), "compressed"),
+    (Engine(fp=32, lanes=4, banks=16, clusters=4, address_bits=ADDRESS_BITS), "compressed"),
+    (Engine(lanes=8, dividers=3, banks=32, clusters=8, address_bits=ADDRESS_BITS), "flat"),
+    (Engine(fp=32, lanes=16, dividers=2, banks=32, clusters=8, address_bits=ADDRESS_BITS), "flat"),
+)
+
+
+def engine_points(names: Sequence[str]) -> list[Point]:
+    """Engines that no other set has, with clusters, several dividers, few banks: every module of two problems, and
+    factorization and two solves as one stream."""
+    pairs = [(name, engine, form) for engine, form in _MORE_ENGINES for name in names[1:3]]
+    modules = [Point(name, module, engine, form) for name, engine, form in pairs for module in MODULES]
+    streams = [Point(name, "factorization", engine, form, stream=KKT_SOLVES) for name, engine, form in pairs]
+    return modules + streams
 
 
 def kkt_points(name: str) -> list[Point]:
