@@ -1,4 +1,5 @@
-"""Draw docs/figures/pl-engine and pl-registers, .svg and .png: the PL as blocks, and what the PS sees of it.
+"""Draw docs/figures/pl-engine, pl-registers and pl-clusters, .svg and .png: the PL as blocks, what the PS sees of it, and
+lanes and banks in clusters.
 
 `python scripts/draw_pl.py` needs matplotlib and orbsoc, whose register map it draws.
 """
@@ -12,15 +13,16 @@ from orbsoc.ps.registers import Register
 
 ACCESS = {Register.STATUS: "read", Register.DATA_VALID: "read"}
 FIELDS: dict[Register, tuple[tuple[int, int, str], ...]] = {
-    Register.MODULE: ((0, 31, "0 PS, 1–6 the modules of the PL"),),
+    Register.MODULE: ((0, 31, "0 PS, 1–7 the modules of the PL"),),
     Register.SEGMENT: ((0, 31, "number of the stage"),),
     Register.SEQUENCE: ((0, 31, "launch counter"),),
-    Register.CONTROL: ((0, 31, "1 START, 2 PUBLISH"),),
+    Register.CONTROL: ((0, 31, "1 START, 2 PUBLISH, 3 ATTEMPT"),),
     Register.STATUS: (
         (0, 0, "BUSY"), (1, 1, "DONE"), (2, 2, "ARMED"), (4, 5, "OUTCOME"), (8, 11, "FAULT"),
         (16, 23, "SEGMENT"), (24, 31, "SEQUENCE"),
     ),
     Register.IRQ_ACK: ((0, 31, "SEQUENCE of the launch whose interrupt is taken"),),
+    Register.STOP: ((0, 0, "STOP"),),
     Register.DATA_VALID: ((0, 31, "one flag a buffer, 32 a word"),),
 }  # fmt: skip
 """First and last bit of each field."""
@@ -29,6 +31,7 @@ FIELDS: dict[Register, tuple[tuple[int, int, str], ...]] = {
 def main() -> None:
     engine()
     registers()
+    clusters()
 
 
 def engine() -> None:
@@ -119,6 +122,53 @@ def registers() -> None:
         for first, last, name in FIELDS[register]:
             _field(axes, left + width * (31 - last) / 32, top + 2, width * (last - first + 1) / 32, name)
     save(figure, "pl-registers")
+
+
+def clusters() -> None:
+    """Two of several clusters, and the network between them."""
+    figure, axes = canvas(1040, 400)
+    text(
+        axes,
+        (24, 32),
+        "Clusters: own banks, own lanes, one word a cycle between",
+        14,
+        weight="bold",
+        at="left",
+    )
+    text(
+        axes,
+        (24, 54),
+        "from each replica of a cluster one word a cycle goes to lanes of others, from each cluster one result to banks of others",
+        10,
+        SOFT,
+        at="left",
+    )
+    for left, name in ((24, "cluster 0"), (694, "cluster 1 … CLUSTERS − 1")):
+        box(axes, (left, 76, 322, 300), "#fbfaf7", LINE, radius=8, dashed=True)
+        text(axes, (left + 161, 100), name, 11, weight="bold")
+        for top, face, title, line, color in (
+            (116, CARD, "Banks", "words w with w mod CLUSTERS = cluster", TEAL),
+            (206, "#eef3fa", "Crossbars", "own banks and imports to own units", BLUE),
+            (296, CARD, "Lanes, dividers", "LANES / CLUSTERS, some with a divider", PURPLE),
+        ):
+            box(axes, (left + 22, top, 278, 64), face, LINE, band=color)
+            text(axes, (left + 161, top + 28), title, 12, color, weight="bold")
+            text(axes, (left + 161, top + 48), line, 9.2)
+        for x, start, end in ((60, 180, 206), (60, 270, 296), (262, 296, 270), (262, 206, 180)):
+            arrow(axes, (left + x, start), (left + x, end))
+    box(axes, (420, 116, 200, 244), "#f6eefa", "#c19ad4", radius=8)
+    text(axes, (520, 142), "Network", 12.5, PURPLE, weight="bold")
+    for k, line in enumerate(
+        ("an OR of one word from each cluster:", "three replicas to read,", "one way to write")
+    ):
+        text(axes, (520, 164 + 17 * k), line, 9.2)
+    for y, words in ((234, "words read elsewhere"), (316, "results for other banks")):
+        arrow(axes, (326, y), (420, y), GREEN)
+        arrow(axes, (620, y), (714, y), GREEN)
+        arrow(axes, (714, y + 18), (620, y + 18), GREEN)
+        arrow(axes, (420, y + 18), (326, y + 18), GREEN)
+        text(axes, (520, y + 12), words, 9.2, GREEN)
+    save(figure, "pl-clusters")
 
 
 def _field(axes: Axes, left: float, top: float, width: float, name: str) -> None:
