@@ -25,7 +25,7 @@ def validate(
     ] = False,
     engines: Annotated[
         bool,
-        typer.Option("--engines", help="engines with clusters, several dividers, few banks: 96 points"),
+        typer.Option("--engines", help="engines with clusters, several dividers, few banks: 84 points"),
     ] = False,
     solve: Annotated[
         bool, typer.Option("--solve", help="whole solves, Python as the PS, instead of segment by segment")
