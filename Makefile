@@ -39,9 +39,9 @@ help: ## list the targets
 demo: $(INSTALLED) ## plan the insertion rec1 on the emulated computer, into out/demo
 	$(BIN)/orbsoc plan scenarios/rec1.toml --out out/demo --deadline-ms 50
 
-test: $(INSTALLED) $(TESTING) ## Rust tests, then Python tests against the installed wheel
+test: $(INSTALLED) $(TESTING) ## Rust tests, then Python tests against the installed wheel, on all cores
 	cargo test --workspace --exclude orbsoc-py --locked
-	$(BIN)/pytest
+	$(BIN)/pytest -n auto --dist loadfile
 
 check: $(EXTENSION) $(TESTING) ## the Python tests T=tests/conic on the sources: no wheel, Rust compiled when it has changed
 	PYTHONPATH=$(CURDIR)/python:$(CURDIR) $(BIN)/pytest $(T)
