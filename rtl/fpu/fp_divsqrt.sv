@@ -48,13 +48,13 @@ module fp_divsqrt #(
   fp_leading_zeros #(
       .WIDTH(P)
   ) a_leading (
-      .value(a_raw),
+      .value({1'b0, a[MAN-1:0]}),
       .count(a_zeros)
   );
   fp_leading_zeros #(
       .WIDTH(P)
   ) b_leading (
-      .value(b_raw),
+      .value({1'b0, b[MAN-1:0]}),
       .count(b_zeros)
   );
   always_comb begin
@@ -80,8 +80,8 @@ module fp_divsqrt #(
     fixed_1   <= {nan || infinite, nan};
     a_field_1 <= a_exp | EXP'(a_exp == '0);
     b_field_1 <= b_exp | EXP'(b_exp == '0);
-    a_zeros_1 <= a_zeros;
-    b_zeros_1 <= b_zeros;
+    a_zeros_1 <= (a_exp != '0) ? '0 : a_zeros;
+    b_zeros_1 <= (b_exp != '0) ? '0 : b_zeros;
     a_1       <= a_raw;
     b_1       <= b_raw;
   end
@@ -137,8 +137,8 @@ module fp_divsqrt #(
       logic is_root, is_quotient, loads;  // one register for both would drive twice the wires
       logic [N:0] w, below_2, thrice, thrice_0, thrice_3;
       logic [N-1:0] once, moving;
-      logic [2:0] low;  // of D and of 3 D
-      logic [2:0] low_3;
+      logic [2:0] low, low_3;  // of D and of 3 D
+      logic [3:0] low_2;  // of 2 D
       logic [N+2:0] next;
       logic [N+3:0] less_1, less_2, less_3;
       logic [1:0] q;
@@ -150,7 +150,7 @@ module fp_divsqrt #(
       always_comb begin
         next = is_quotient ? {w, 2'b00} : {w[N-2:0], moving[N-1:N-4]};
         less_1 = {1'b0, next} - {1'b0, once, low};
-        less_2 = {1'b0, next} - (is_root ? {once, 4'b0100} : {once, low, 1'b0});
+        less_2 = {1'b0, next} - {once, low_2};
         less_3 = {1'b0, next} - {thrice, low_3};
         // Each sign chooses for itself: the digit comes later. While a slot loads, the remainder comes in where that of
         // digit 0 would.
@@ -167,6 +167,7 @@ module fp_divsqrt #(
           is_root <= root_2;
           is_quotient <= !root_2;
           low <= root_2 ? 3'b001 : {b_2[1:0], 1'b0};
+          low_2 <= root_2 ? 4'b0100 : {b_2[1:0], 2'b00};
           low_3 <= root_2 ? 3'b001 : triple[2:0];
           once <= root_2 ? '0 : N'(b_2[P-1:2]);
           thrice <= root_2 ? (N + 1)'(1) : (N + 1)'(triple[P+2:3]);
