@@ -52,10 +52,9 @@ HELD_OUT = [
     ("engine", engine(64, 4, 16, clusters=4)),
     ("engine", engine(32, 4, 16, clusters=2)),
     ("engine", engine(64, 8, 32, dividers=2, clusters=4)),
-    ("engine", engine(64, 8, 32, dividers=2, clusters=8)),
     ("engine", engine(32, 8, 32, clusters=8)),
     ("engine", engine(32, 8, 16, dividers=3, address_bits=12, code_bits=11, clusters=2)),
-    ("engine", engine(64, 16, 32, dividers=2, clusters=8)),
+    ("engine", engine(32, 16, 32, dividers=2, clusters=8)),
 ]
 FORMATS = {"EXP=11 MAN=52": "f64", "EXP=8 MAN=23": "f32"}
 UNITS = [
