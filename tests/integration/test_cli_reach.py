@@ -123,7 +123,7 @@ def test_every_point_has_its_modelled_cycles_in_both_exports(solved: tuple[Path,
     assert hardware["points_within_deadline"] == int(60 / hardware["domain_s"])
     about = {k.decode(): v.decode() for k, v in table.schema.field("modelled_pl_cycles").metadata.items()}
     assert (about["provenance"], about["device"], about["partition"]) == ("modelled", "zu9eg", "paper")
-    assert about["unit"] == "cycles of the PL clock at 150 MHz"
+    assert about["unit"] == f"cycles of the PL clock at {hardware['pl_clock_mhz']:g} MHz"
     assert "modelled, not measured" in about["source"]
     with xarray.open_dataset(folder / "domain.nc", engine="h5netcdf") as cube:
         np.testing.assert_array_equal(cube["modelled_pl_cycles"].values.ravel(), cycles)

@@ -11,7 +11,7 @@ from hw_model.timing.stream import fetch_cycles, is_streamed
 from tests.hw_model.report.test_best import PAPER, TRACE, scheduled
 from tests.hw_model.synthetic import synthetic_trace
 
-STREAMED = load_platform("zu9eg").with_value("pl.microcode_memory", "streamed")
+STREAMED = load_platform("zu9eg").with_values({"pl.microcode_memory": "streamed", "pl.clock_mhz": 150.0})
 
 
 @given(st.integers(1, 10**6), st.floats(1.0, 1e7), st.integers(1, 4))
