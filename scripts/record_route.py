@@ -311,7 +311,7 @@ def with_table(page: str) -> str:
 
 
 def table() -> str:
-    """Clocks as Markdown: worst and best of the seeds, and the worst one's critical path."""
+    """Clocks as Markdown: worst and best of the seeds, the worst one's critical path; and the clocks scaled from them."""
     lines = [
         "| part | module | seeds | MHz, worst | best | LUT | FF | DSP | BRAM | critical path, share of routing |",
         "|---|---|---|---|---|---|---|---|---|---|",
@@ -326,6 +326,11 @@ def table() -> str:
             f" | {worst['lut']} | {worst['ff']} | {worst['dsp']} | {worst['bram']}"
             f" | `{worst['from']}` to `{worst['to']}`, {100 * worst['routing']:.0f} % |"
         )
+    if any(row["module"] == "engine" for row in rows):
+        lines += ["", "| device | PL clock scaled to it, MHz | low | high |", "|---|--:|--:|--:|"]
+        for device in PUBLISHED_MHZ:
+            low, value, high = scaled_clock_mhz(device, rows)
+            lines.append(f"| `{device}` | {value} | {low} | {high} |")
     return "\n".join(lines) + "\n"
 
 

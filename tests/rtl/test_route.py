@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from hw_model.platform.platform import load_platform
+from hw_model.platform.platform import load_platform, platform_names
 from scripts import record_route
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -37,13 +37,17 @@ def test_the_page_shows_the_record() -> None:
 
 
 @pytest.mark.parametrize("device", record_route.PUBLISHED_MHZ)
-def test_a_devices_clock_is_scaled_from_the_record_and_assumed_without_one(device: str) -> None:
+def test_a_devices_clock_is_scaled_from_the_record(device: str) -> None:
     clock = load_platform(device).pl.clock_mhz
-    if not any(row["module"] == "engine" for row in ROWS):
-        assert (clock.tag, clock.low, clock.value) == ("assumed", None, 150.0)
-        return
     assert clock.tag == "scaled"
     assert (clock.low, clock.value, clock.high) == record_route.scaled_clock_mhz(device, ROWS)
+
+
+@pytest.mark.parametrize("device", platform_names())
+def test_no_device_has_a_bare_clock(device: str) -> None:
+    clock = load_platform(device).pl.clock_mhz
+    assert clock.low is not None, device
+    assert clock.high is not None, device
 
 
 def test_a_devices_clock_lies_between_the_engines_own_and_what_a_small_core_gains() -> None:
