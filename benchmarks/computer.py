@@ -2,28 +2,36 @@
 
 `python -m benchmarks.computer --out out/computer` plans a scenario of each mission, schedules its solves on a few engines in
 two orders of elimination, and takes for each partition the fastest that fits the device, at the device's clock and at
-150 MHz. The PS alone is priced by operations and by executed instructions. Writes computer.json and computer.md. What a
-scenario gave is kept: a run that was stopped goes on.
+150 MHz. The PS alone is priced by operations and by executed instructions, in the order that it is fastest in. Writes
+computer-DEVICE.json and .md. What a scenario gave is kept: a run that was stopped goes on.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Iterator, Sequence
 from itertools import product
 from pathlib import Path
 from typing import Any
 
 from benchmarks.measure import geometric_mean
+from hw_model.area.budget import budget
 from hw_model.platform.partition import load_partition
 from hw_model.platform.platform import Platform, load_platform
-from hw_model.report.speedup import Report, speedup
+from hw_model.report.bands import band_of
 from hw_model.report.study import Study
+from hw_model.timing.actions import actions_of
+from hw_model.timing.durations import Durations
+from hw_model.timing.ps import PRICES
+from hw_model.timing.timeline import lay_out, makespan_picoseconds, tally_of
+from hw_model.vocabulary import PICOSECONDS_PER_MS
 from orbsoc.files.json_fields import write_json
 from orbsoc.hw.exact_cycles import exact_cycles
-from orbsoc.hw.workload import Workload, load_workload
+from orbsoc.hw.workload import load_workload
 
 SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
 WORKLOADS = {
@@ -44,7 +52,13 @@ ENGINES = {
 }
 PARTITIONS = ("paper", "resident")
 FORMATS = ("compressed", "flat")
-MEMORIES = ("block_ram", "streamed_start")
+MEMORIES = {
+    "block RAM": {},
+    "start streamed": {"pl.microcode_memory": "streamed_start"},
+    "start streamed, exact depth": {"pl.microcode_memory": "streamed_start", "pl.storage_depth": "exact"},
+    "streamed, exact depth": {"pl.microcode_memory": "streamed", "pl.storage_depth": "exact"},
+}
+"""All but the first are priced without RTL."""
 YARDSTICK_MHZ = 150.0
 
 
@@ -53,86 +67,124 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("out/computer"))
     parser.add_argument("--device", default="zu9eg")
+    parser.add_argument("--clock-mhz", type=float, nargs="*", help="of the PL; the device's and 150")
     given = parser.parse_args()
-    kept = given.out / "computer.json"
+    kept = given.out / f"computer-{given.device}.json"
     rows: list[dict[str, Any]] = json.loads(kept.read_text()) if kept.exists() else []
-    clock = load_platform(given.device).pl.clock_mhz.value
+    base = load_platform(given.device)
+    clocks = dict.fromkeys(given.clock_mhz or (base.pl.clock_mhz.value, YARDSTICK_MHZ))
     given.out.mkdir(parents=True, exist_ok=True)
     for name, scenario in WORKLOADS.items():
-        for mhz in dict.fromkeys((clock, YARDSTICK_MHZ)):
-            if not any(row["mission"] == name and row["pl_clock_mhz"] == mhz for row in rows):
-                rows += priced(name, SCENARIOS / scenario, given.device, mhz)
-                write_json(rows, kept)
-                sys.stderr.write(f"{name}, {mhz:g} MHz\n")
-    text = "\n".join(line for mhz in dict.fromkeys((clock, YARDSTICK_MHZ)) for line in table(rows, mhz))
-    (given.out / "computer.md").write_text(text)
+        done = {row["pl_clock_mhz"] for row in rows if row["mission"] == name}
+        if missing := [mhz for mhz in clocks if mhz not in done]:
+            rows += priced(name, SCENARIOS / scenario, base, missing)
+            write_json(rows, kept)
+            sys.stderr.write(f"{name}, {time.process_time():.0f} s of processor time\n")
+    text = "\n".join(line for mhz in clocks for line in table(rows, mhz))
+    (given.out / f"computer-{given.device}.md").write_text(text)
     sys.stdout.write(text)
 
 
-def priced(name: str, scenario: Path, device: str, mhz: float) -> Iterator[dict[str, Any]]:
-    """A row for each partition: the fastest order, engine, format and memory of those that fit; None where none does."""
-    works = {ordering: load_workload(scenario, ordering) for ordering in ORDERINGS}
-    for partition in PARTITIONS:
-        best = min(
-            candidates(works, partition, load_platform(device), mhz), default=None, key=lambda one: one[0]
+class Ordered:
+    """A workload solved in one order of elimination; its schedules are made once for all clocks and partitions."""
+
+    def __init__(self, scenario: Path, ordering: str) -> None:
+        self.ordering = ordering
+        self.work = load_workload(scenario, ordering)
+        self.cycles = exact_cycles(self.work.problems, (), self.work.settings)
+        self.study = Study(self.work.trace, self.cycles)
+        self.partitions = {name: load_partition(name) for name in PARTITIONS}
+        self.actions = {name: actions_of(self.work.trace, self.partitions[name]) for name in PARTITIONS}
+        self.tallies = {name: tally_of(actions) for name, actions in self.actions.items()}
+
+    def ms(self, platform: Platform, name: str) -> float:
+        """Nominal time of a partition; infinite if its engine does not fit."""
+        trace, split = self.work.trace, self.partitions[name]
+        if not budget(trace, platform, split, self.cycles).fits:
+            return math.inf
+        durations = Durations(trace, platform, split, self.cycles)
+        return (
+            makespan_picoseconds(self.actions[name], durations, tally=self.tallies[name]) / PICOSECONDS_PER_MS
         )
-        work = works["amd"]
+
+    def bound(self, platform: Platform, name: str) -> str:
+        """The two causes that take most of the time."""
+        durations = Durations(self.work.trace, platform, self.partitions[name], self.cycles)
+        causes = {
+            cause: ps for (cause,), ps in lay_out(self.actions[name], durations, name).totals("cause").items()
+        }
+        (first, second) = sorted(causes, key=lambda cause: -causes[cause])[:2]
+        total = sum(causes.values())
+        return ", ".join(f"{cause} {100 * causes[cause] / total:.0f} %" for cause in (first, second))
+
+
+def priced(name: str, scenario: Path, base: Platform, clocks: Sequence[float]) -> Iterator[dict[str, Any]]:
+    """A row for each partition: the fastest order, engine, format and memory of those that fit; None where none does."""
+    works = [Ordered(scenario, ordering) for ordering in ORDERINGS]
+    for mhz, partition in product(clocks, PARTITIONS):
+        designs = [
+            (work.ms(platform, partition), f"{words}, {work.ordering}", work, platform)
+            for work in works
+            for words, platform in engines(base, mhz)
+        ]
+        best_ms, design, work, platform = min(designs, key=lambda one: one[0])
+        solves = work.work.trace.solves
         row: dict[str, Any] = {
-            "mission": name, "origin": work.origin, "partition": partition, "pl_clock_mhz": mhz, "design": None,
+            "mission": name, "partition": partition, "pl_clock_mhz": mhz, "design": None,
+            "solves": len(solves), "iterations": sum(solve.iterations for solve in solves),
         }  # fmt: skip
-        if best is not None:
-            _, design, report = best
-            row |= {"design": design, "bottleneck": report.bottleneck, "energy_mj": report.energy.nominal_mj}
-            for key, price in zip(("operations", "executed"), report.prices, strict=False):
-                row[key] = {
-                    "ms": price.makespan_ms.nominal, "ps_ms": price.baseline_ms.nominal,
-                    "speedup": [price.speedup.low, price.speedup.nominal, price.speedup.high],
-                }  # fmt: skip
+        if math.isfinite(best_ms):
+            row |= {"design": design, "bound": work.bound(platform, partition)}
+            for price in PRICES:
+                row[price] = compared(works, work, platform.with_value("ps.price", price), partition)
         yield row
 
 
-def candidates(
-    works: dict[str, Workload], name: str, base: Platform, mhz: float
-) -> Iterator[tuple[float, str, Report]]:
-    """Nominal time, design in words and report of each that fits."""
-    partition = load_partition(name)
-    for (ordering, work), (engine, shape) in product(works.items(), ENGINES.items()):
-        cycles = exact_cycles(work.problems, (), work.settings)
-        study = Study(work.trace, cycles)
-        for form, memory in product(FORMATS, MEMORIES):
-            more = {"pl.clock_mhz": mhz, "pl.microcode_format": form, "pl.microcode_memory": memory}
-            platform = base.with_values(shape | more)
-            (point,) = study.points(platform, [partition])
-            if point.budget.fits:
-                words = f"{engine}, {form}, {memory}, {ordering}"
-                yield point.times_ms[0], words, speedup(work.trace, platform, partition, cycles=cycles)
+def engines(base: Platform, mhz: float) -> Iterator[tuple[str, Platform]]:
+    """Each engine with each place for its microcode, in words."""
+    for (engine, shape), form, (memory, places) in product(ENGINES.items(), FORMATS, MEMORIES.items()):
+        clock = {} if mhz == base.pl.clock_mhz.value else {"pl.clock_mhz": mhz}  # the device's own has a band
+        settings = shape | places | clock | {"pl.microcode_format": form}
+        yield f"{engine}, {form}, {memory}", base.with_values(settings)
+
+
+def compared(works: Sequence[Ordered], work: Ordered, platform: Platform, name: str) -> dict[str, Any]:
+    """Times at one price of the PS's work, and the PS alone in the order in which that is fastest."""
+    (point,) = work.study.points(platform, [work.partitions[name]])
+    alone = min(
+        (each.study.points(platform, [load_partition("all_ps")])[0].times_ms for each in works),
+        key=lambda times: times[0],
+    )
+    ratio = band_of([slow / fast for slow, fast in zip(alone, point.times_ms, strict=True)])
+    return {
+        "ms": point.times_ms[0], "ps_ms": alone[0], "speedup": [ratio.low, ratio.nominal, ratio.high],
+        "energy_mj": point.energy.nominal_mj,
+    }  # fmt: skip
 
 
 def table(rows: list[dict[str, Any]], mhz: float) -> list[str]:
     """Markdown of one clock, with geometric means."""
     lines = [
         f"PL at {mhz:g} MHz:", "",
-        "| mission | partition | design | ms | PS alone, ms by operations | by instructions | × by operations | × by instructions | most time |",
-        "|---|---|---|--:|--:|--:|--:|--:|---|",
+        "| mission | solves | iterations | partition | design | ms | PS alone, ms, by operations | by instructions | × by operations | × by instructions | most time |",
+        "|---|--:|--:|---|---|--:|--:|--:|--:|--:|---|",
     ]  # fmt: skip
     chosen = [row for row in rows if row["pl_clock_mhz"] == mhz]
     for row in chosen:
+        start = f"| {row['mission']} | {row['solves']} | {row['iterations']} | `{row['partition']}` |"
         if row["design"] is None:
-            lines.append(f"| {row['mission']} | `{row['partition']}` | none fits | | | | | | |")
+            lines.append(f"{start} none fits | | | | | | |")
             continue
-        one, two = row["operations"], row.get("executed", row["operations"])
+        one, two = (row[price] for price in PRICES)
         lines.append(
-            f"| {row['mission']} | `{row['partition']}` | {row['design']} | {one['ms']:.3f} | {one['ps_ms']:.3f}"
-            f" | {two['ps_ms']:.3f} | {_ratio(one)} | {_ratio(two)} | {row['bottleneck']} |"
+            f"{start} {row['design']} | {one['ms']:.3f} | {one['ps_ms']:.3f} | {two['ps_ms']:.3f}"
+            f" | {_ratio(one)} | {_ratio(two)} | {row['bound']} |"
         )
     for partition in PARTITIONS:
         of = [row for row in chosen if row["partition"] == partition and row["design"]]
-        means = (
-            geometric_mean([row[key]["speedup"][1] for row in of if key in row])
-            for key in ("operations", "executed")
-        )
+        means = (geometric_mean([row[price]["speedup"][1] for row in of]) for price in PRICES)
         lines.append(
-            f"| geometric mean | `{partition}` | | | | | {' | '.join(f'{mean:.2f}' for mean in means)} | |"
+            f"| geometric mean of {len(of)} | | | `{partition}` | | | | | {' | '.join(f'{mean:.2f}' for mean in means)} | |"
         )
     return [*lines, ""]
 
