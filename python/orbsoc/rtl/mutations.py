@@ -117,6 +117,32 @@ MUTATIONS = {
     "triple of a root's digits not brought on": Mutation(
         "fpu/fp_divsqrt.sv", "(less_3[N+3] ? {thrice[N-2:0], 2'b11} : thrice_3)", "{thrice[N-2:0], 2'b11}"
     ),
+    "divider's slots not taken by turns": Mutation(
+        "fpu/fp_divsqrt.sv", "token[1] ? SLOTS'({load, load} >> (SLOTS - 1)) : load", "load"
+    ),
+    "rest of a quotient forgotten": Mutation(
+        "fpu/fp_divsqrt.sv", "rest_c   <= (collect & inexact) != '0", "rest_c   <= 1'b0"
+    ),
+    "opening of a header believed before it is there": Mutation(
+        "engine/compressed_items.sv",
+        "complete = !spare[WRAP-1] && !opened[WRAP-1]",
+        "complete = !spare[WRAP-1]",
+        "compressed",
+        FREEZING,
+    ),
+    "places of payloads from the next header": Mutation(
+        "engine/compressed_items.sv",
+        "<= {used_3, divider_op_3, first_3}",
+        "<= {used_3, divider_op_3, begins}",
+        "compressed",
+        FREEZING,
+    ),
+    "templates a stage early at the addresses": Mutation(
+        "engine/compressed_payload.sv",
+        "<= {used, used_2, used_3, used_4}",
+        "<= {used, used_2, used_3, used_3}",
+        "compressed",
+    ),
     "one cluster's word given to all importers": Mutation(
         "engine/read_network.sv",
         "{WIDTH{remote_3[u*CLUSTERS+s]}}",
