@@ -70,7 +70,7 @@ def main() -> None:
     parser.add_argument("--clock-mhz", type=float, nargs="*", help="of the PL; the device's and 150")
     given = parser.parse_args()
     kept = given.out / f"computer-{given.device}.json"
-    rows: list[dict[str, Any]] = json.loads(kept.read_text()) if kept.exists() else []
+    rows: list[dict[str, Any]] = json.loads(kept.read_text())["rows"] if kept.exists() else []
     base = load_platform(given.device)
     clocks = dict.fromkeys(given.clock_mhz or (base.pl.clock_mhz.value, YARDSTICK_MHZ))
     given.out.mkdir(parents=True, exist_ok=True)
@@ -78,7 +78,7 @@ def main() -> None:
         done = {row["pl_clock_mhz"] for row in rows if row["mission"] == name}
         if missing := [mhz for mhz in clocks if mhz not in done]:
             rows += priced(name, SCENARIOS / scenario, base, missing)
-            write_json(rows, kept)
+            write_json({"provenance": "modelled", "rows": rows}, kept)
             sys.stderr.write(f"{name}, {time.process_time():.0f} s of processor time\n")
     text = "\n".join(line for mhz in clocks for line in table(rows, mhz))
     (given.out / f"computer-{given.device}.md").write_text(text)
