@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from orbsoc import Cones, Problem, Settings, _core
+from orbsoc import Cones, Problem, Settings, _core, solve
 from orbsoc.hw.emulation import resident_program
 from orbsoc.hw.schedules import pl_program
 from orbsoc.ps.driver import Driver
@@ -54,6 +54,40 @@ def test_solves_are_rusts_and_cycles_are_the_models(
     assert abs(outcome.clock_error) <= 0.001
     if name == "refined":
         assert any(launch.stage.startswith("refine") for launch in outcome.launches)
+
+
+def moved(shift: float) -> Problem:
+    """MIDDLE with another cost."""
+    P, A, b, G, h, cones = MIDDLE.P, MIDDLE.A, MIDDLE.b, MIDDLE.G, MIDDLE.h, MIDDLE.cones
+    return Problem(P=P, c=MIDDLE.c + shift, A=A, b=b, G=G, h=h, cones=cones)
+
+
+@pytest.mark.parametrize("form", ["flat", "compressed"])
+def test_warm_starts_are_rusts_and_cycles_are_the_models(form: Format) -> None:
+    require_verilator()
+    start = solve(MIDDLE)
+    outcome = solve_on_rtl(RTL, "warm", moved(10.0), engine=FOUR_LANES, form=form, resident=True, start=start)
+    assert described(outcome) == []
+    assert abs(outcome.clock_error) <= 0.001
+    assert (outcome.status, solve(moved(10.0), warm_start=start).warm_start) == ("SOLVED", "used")
+    stages = [launch.stage for launch in outcome.launches]
+    assert "load_start" in stages
+    assert not any("identity_blocks" in stage for stage in stages)  # no cold attempt
+
+
+def test_a_rejected_warm_start_falls_back_on_the_rtl_as_in_rust() -> None:
+    """On the PL the verdict alone says why the attempt ended; Rust's loop has it in its word for that, too."""
+    require_verilator()
+    start = solve(MIDDLE)
+    outcome = solve_on_rtl(RTL, "warm", moved(-1000.0), engine=FOUR_LANES, resident=True, start=start)
+    assert outcome.same_stages
+    assert outcome.same_solution
+    assert (outcome.busy_error_cycles, outcome.assertions) == (0, 0)
+    assert abs(outcome.clock_error) <= 0.001
+    assert {(each.buffer, each.index) for each in outcome.differences} == {("control", 0)}
+    assert solve(moved(-1000.0), warm_start=start).warm_start == "fell_back"
+    stages = [launch.stage for launch in outcome.launches]
+    assert stages.index("load_start") < stages.index("identity_blocks")
 
 
 def test_the_stop_bit_ends_the_rtls_attempt_at_its_next_decision() -> None:

@@ -23,13 +23,14 @@ from numpy.typing import NDArray
 from orbsoc import _core
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Solution, Start
 from orbsoc.hw.emulation import operation_latencies, resident_program
 from orbsoc.hw.schedules import Engine, pl_program
 from orbsoc.ps.driver import Driver
 from orbsoc.ps.events import Kind, PsRecord
 from orbsoc.ps.segments import Method
 from orbsoc.ps.trace import TraceRecorder
-from orbsoc.solving.solver import solution_of
+from orbsoc.solving.solver import solution_of, start_values
 
 from .clocks import predicted_clocks
 from .session import RtlPort, RtlSession
@@ -124,6 +125,8 @@ class _Sides:
     """Under resident control, the stages of every segment by its number."""
     launched: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])
     """… and those that ran, with their busy cycles."""
+    warm: bool = False
+    """Whether the attempt starts from a point that the PS gave."""
     iterates: int = 0
     compared_clocks: int = 0
     """Clocks in which the storage was read for comparison only."""
@@ -182,7 +185,8 @@ class _Sides:
         """Every word of the RTL's storage that belongs to a buffer which the attempt may have written."""
         self.iterates += 1
         before = self.session.clocks()
-        _, written = self.method.attempt(warm=False)
+        _, written = self.method.attempt(warm=self.warm)
+        self.warm = False  # what follows is a cold restart
         for buffer in self.method.names(written):
             if buffer in self.homes and not self._unfinished(buffer):
                 indices, addresses = self.homes[buffer]
@@ -228,9 +232,10 @@ def solve_on_rtl(
     engine: Engine | None = None,
     form: Format = "flat",
     resident: bool = False,
+    start: Solution | Start | None = None,
 ) -> SolveOutcome:
     """Solve `problem` on the RTL and compare; `rtl` is its folder, `engine` must leave no field open that matters;
-    `resident`: under the RTL's own control.
+    `resident`: under the RTL's own control, and only then from `start`.
 
     Raises RtlError if the RTL does not build or its session breaks off, `ProtocolError` if PS and RTL disagree about
     the state of the computer, `hw.schedules.EngineError` for an engine that cannot hold the problem.
@@ -243,8 +248,10 @@ def solve_on_rtl(
     numbered = method.numbered(control).items() if control else ()
     streams = [stages for stages, _ in sorted(numbered, key=lambda item: item[1].number)]
     loop = _core.ExactEngine(problem, settings, program.engine.fp)
-    whole = loop.solve()
+    point = None if start is None else start_values(problem, start)
+    whole = loop.solve(point)
     ps, rust = (_core.ExactEngine(problem, settings, program.engine.fp) for _ in range(2))
+    warm = point is not None and ps.start_from(point) and rust.start_from(point)
     record = PsRecord()
     with RtlSession(
         built(rtl, program.engine, form, lines=len(image.microcode), resident=resident)
@@ -253,11 +260,11 @@ def solve_on_rtl(
         session.load(image, method, control)
         before = session.clocks()
         port = RtlPort(session)
-        sides = _Sides(ps, rust, session, image.homes, record, program.engine.fp, method, streams)
+        sides = _Sides(ps, rust, session, image.homes, record, program.engine.fp, method, streams, warm=warm)
         driver = Driver(
             method, sides, port, words=ps.buffer_words(), record=record, carry=sides.carry, program=control
         )
-        driver.run(restart=sides.begin_again)
+        driver.run(restart=sides.begin_again, warm=warm)
         clocks, assertions = session.clocks() - before - sides.compared_clocks, sum(session.violations())
     found = ps.finish()
     trace = TraceRecorder(_core, operation_latencies())
@@ -295,7 +302,8 @@ def _same(found: _core.RawSolution, whole: _core.RawSolution) -> bool:
         bool(np.all((one.view(np.uint64) == other.view(np.uint64)) | (np.isnan(one) & np.isnan(other))))
         for one, other in pairs
     )
-    return same_bits and (found.status, found.iterations) == (whole.status, whole.iterations)
+    ends = ((end.status, end.iterations, end.warm_start) for end in (found, whole))
+    return same_bits and next(ends) == next(ends)
 
 
 def described(outcome: SolveOutcome) -> Sequence[str]:

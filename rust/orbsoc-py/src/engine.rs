@@ -41,13 +41,13 @@ pub struct RawSolution {
 }
 
 /// x, y, z, s.
-type Point<'py> = [PyReadonlyArray1<'py, f64>; 4];
+pub type Point<'py> = [PyReadonlyArray1<'py, f64>; 4];
 
-fn owned(point: &Point<'_>) -> [Vec<f64>; 4] {
+pub fn owned(point: &Point<'_>) -> [Vec<f64>; 4] {
     [0, 1, 2, 3].map(|k| point[k].as_array().to_vec())
 }
 
-fn borrowed([x, y, z, s]: &[Vec<f64>; 4]) -> Start<'_> {
+pub fn borrowed([x, y, z, s]: &[Vec<f64>; 4]) -> Start<'_> {
     Start { x, y, z, s }
 }
 

@@ -1,7 +1,7 @@
 //! The engine whose buffers have the layout of the tapes, for comparison with the RTL.
 
 use crate::convert::{one_at_a_time, problem, refuse, settings};
-use crate::engine::{raw_solution, stage_of, RawSolution, DONE, NEXT, REPEAT};
+use crate::engine::{borrowed, owned, raw_solution, stage_of, Point, RawSolution, DONE, NEXT, REPEAT};
 use crate::hardware::HardwareError;
 use numpy::{PyArray1, PyReadonlyArray1};
 use orbsoc::{Buffer, Decide, Outcome};
@@ -89,11 +89,28 @@ impl ExactEngine {
         Ok(())
     }
 
-    /// The whole solve, by the loop in Rust.
-    fn solve(&self, py: Python<'_>) -> PyResult<RawSolution> {
+    /// The whole solve, by the loop in Rust, from `start` = (x, y, z, s) if it is given.
+    #[pyo3(signature = (start=None))]
+    #[allow(clippy::needless_pass_by_value)] // what the binding hands over is owned
+    fn solve(&self, py: Python<'_>, start: Option<Point<'_>>) -> PyResult<RawSolution> {
+        let start = start.as_ref().map(owned);
         let state = &mut *self.state()?;
-        let (solution, sizes) = py.detach(|| with!(state, engine => (engine.solve(), engine.kkt_sizes())));
-        Ok(raw_solution(py, solution, sizes, (Duration::ZERO, Duration::ZERO)))
+        let (solution, sizes) = py.detach(|| {
+            with!(state, engine => {
+                let solution = match &start {
+                    Some(from) => engine.solve_from(&borrowed(from)),
+                    None => Ok(engine.solve()),
+                };
+                (solution, engine.kkt_sizes())
+            })
+        });
+        Ok(raw_solution(py, solution.map_err(refuse)?, sizes, (Duration::ZERO, Duration::ZERO)))
+    }
+
+    /// As `Engine.start_from`.
+    #[allow(clippy::needless_pass_by_value)] // what the binding hands over is owned
+    fn start_from(&self, start: Point<'_>) -> PyResult<bool> {
+        with!(&mut *self.state()?, engine => engine.start_from(&borrowed(&owned(&start)))).map_err(refuse)
     }
 
     /// The bits of the words of a buffer at `indices`; without them, of all words.
