@@ -53,7 +53,8 @@ def validate_solves(folder: Path, where: Path, *, quick: bool, as_json: bool) ->
 
 def _title(outcome: SolveOutcome) -> str:
     engine = outcome.engine
-    return f"{outcome.problem}, f{engine.fp}, {engine.lanes} lanes, {outcome.format}"
+    control = ", resident" if outcome.resident else ""
+    return f"{outcome.problem}, f{engine.fp}, {engine.lanes} lanes, {outcome.format}{control}"
 
 
 def _record(outcome: SolveOutcome) -> dict[str, Any]:
@@ -68,6 +69,7 @@ def _record(outcome: SolveOutcome) -> dict[str, Any]:
         "problem": outcome.problem,
         "engine": asdict(outcome.engine),
         "format": outcome.format,
+        "resident": outcome.resident,
         "status": outcome.status,
         "iterations": outcome.iterations,
         "iterates_compared": outcome.iterates,

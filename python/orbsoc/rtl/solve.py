@@ -69,6 +69,7 @@ class SolveOutcome:
     problem: str
     engine: Engine
     format: Format
+    resident: bool
     status: str
     iterations: int
     launches: tuple[Launch, ...]
@@ -275,6 +276,7 @@ def solve_on_rtl(
         problem=name,
         engine=program.engine,
         format=form,
+        resident=resident,
         status=found.status,
         iterations=found.iterations,
         launches=tuple(

@@ -1,4 +1,5 @@
-"""Which whole solves are run on the RTL: those in binary64 take ten iterations or more, most are a mission's."""
+"""Which whole solves are run on the RTL: those in binary64 under the paper's control take ten iterations or more, most are a
+mission's; under resident control every way to end is among them."""
 
 from __future__ import annotations
 
@@ -6,9 +7,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from orbsoc.conic.problem import Problem
+from orbsoc.conic.problem import Cones, Problem
 from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Solution
 from orbsoc.hw.schedules import Engine
+from orbsoc.solving.solver import solve
 
 from .solve import SolveOutcome, solve_on_rtl
 from .validation import ADDRESS_BITS, Format, mission_004, problems, require_scenario
@@ -22,6 +25,10 @@ SINGLE = Settings(
     tol=1e-4, tol_inaccurate=1e-3, static_regularization=1e-6, pivot_floor=1e-7, dynamic_regularization=1e-4
 )
 """Binary32 in all stages: a regularisation of 1e-8 is lost beside entries of 1, and the first factorization breaks down."""
+REFINED = Settings(tol=1e-10, static_regularization=1e-5, refinement_share=1e-6)
+"""Solutions that must be refined."""
+INFEASIBLE = Problem(c=[1.0], G=[[-1.0], [1.0]], h=[-2.0, 1.0], cones=Cones(l=2))
+UNBOUNDED = Problem(c=[-1.0], G=[[-1.0]], h=[0.0], cones=Cones(l=1))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,6 +40,8 @@ class SolvePoint:
     settings: Settings = field(default_factory=Settings)
     engine: Engine = FOUR_LANES
     format: Format = "flat"
+    resident: bool = False
+    start: Solution | None = None
 
 
 def quick_solves(scenarios: Path) -> list[SolvePoint]:
@@ -50,7 +59,7 @@ def quick_solves(scenarios: Path) -> list[SolvePoint]:
 
 def all_solves(scenarios: Path) -> list[SolvePoint]:
     """Those, and the mission's subproblems A and C with as many nodes as the paper's, flat and compressed on 4 lanes
-    and on 2, and A with half as many again."""
+    and on 2, and A with half as many again; and those under resident control."""
     sixteen = Engine(lanes=4, banks=16, address_bits=16)
     free = mission_004(scenarios / "rec1.toml", free_perigee=True)
     twelve = [_mission_004(scenarios, 12), SolvePoint("mission 004 C, N = 12", free, TIGHT)]
@@ -64,13 +73,41 @@ def all_solves(scenarios: Path) -> list[SolvePoint]:
             for form in formats
         ),
         _mission_004(scenarios, 18, sixteen),
+        *resident_solves(),
     ]
+
+
+def resident_solves() -> list[SolvePoint]:
+    """Attempts that the RTL runs by itself, flat and compressed: solved in both precisions, refined, from a start that is
+    taken, and both ways to have no solution."""
+    drawn = problems()
+    small, middle = list(drawn)[1], list(drawn)[3]
+    found = [
+        SolvePoint(small, drawn[small], TIGHT),
+        SolvePoint(middle, drawn[middle], TIGHT),
+        SolvePoint(f"{small}, single", drawn[small], SINGLE, TWO_LANES_F32),
+        SolvePoint(f"{small}, refined", drawn[small], REFINED),
+        SolvePoint(f"{middle}, warm", shifted(drawn[middle], 10.0), start=solve(drawn[middle])),
+        SolvePoint("infeasible", INFEASIBLE),
+        SolvePoint("unbounded", UNBOUNDED),
+    ]
+    formats: tuple[Format, ...] = ("flat", "compressed")
+    return [replace(at, format=form, resident=True) for form in formats for at in found]
+
+
+def shifted(problem: Problem, by: float) -> Problem:
+    """The problem with another cost."""
+    A, b, G, h = problem.A, problem.b, problem.G, problem.h
+    return Problem(P=problem.P, c=problem.c + by, A=A, b=b, G=G, h=h, cones=problem.cones)
 
 
 def run_solves(rtl: Path, points: list[SolvePoint]) -> Iterator[SolveOutcome]:
     """Solve the points one by one; raises what `solve_on_rtl` raises."""
     for at in points:
-        yield solve_on_rtl(rtl, at.name, at.problem, at.settings, engine=at.engine, form=at.format)
+        yield solve_on_rtl(
+            rtl, at.name, at.problem, at.settings,
+            engine=at.engine, form=at.format, resident=at.resident, start=at.start,
+        )  # fmt: skip
 
 
 def _mission_004(scenarios: Path, nodes: int, engine: Engine = FOUR_LANES) -> SolvePoint:
