@@ -57,6 +57,11 @@ MEMORIES = {
     "start streamed": {"pl.microcode_memory": "streamed_start"},
     "start streamed, exact depth": {"pl.microcode_memory": "streamed_start", "pl.storage_depth": "exact"},
     "streamed, exact depth": {"pl.microcode_memory": "streamed", "pl.storage_depth": "exact"},
+    "streamed by four ports, exact depth": {
+        "pl.microcode_memory": "streamed",
+        "pl.storage_depth": "exact",
+        "pl.stream_ports": 4,
+    },
 }
 """All but the first are priced without RTL."""
 YARDSTICK_MHZ = 150.0

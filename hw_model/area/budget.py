@@ -127,6 +127,7 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
     halves = stored = 0
     if partition.uses_pl:
         streamed = pl.microcode_memory.value in ("streamed", "streamed_start")
+        readers = pl.stream_ports.value if streamed else 0
         lines = code.lines + (2 * -(-8 * pl.stream_buffer_bytes.value // wide) if streamed else 0)
         if pl.microcode_memory.value == "ultra_ram":
             used["uram"] += uram(lines, wide)
@@ -141,8 +142,8 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
         used["lut"] += logic_luts(shape, area) + (decoder_luts(shape, area) if packed else 0)
         used["ff"] = flip_flops(shape, area, math.ceil(math.log2(max(2, code.lines))))
         used["ff"] += decoder_flip_flops(shape, area) if packed else 0
-        used["lut"] += area.lut_stream.value if streamed else 0
-        used["ff"] += area.ff_stream.value if streamed else 0
+        used["lut"] += readers * area.lut_stream.value
+        used["ff"] += readers * area.ff_stream.value
         used["dsp"] = shape.lanes * multiplier_dsp(SIGNIFICAND_BITS[shape.datapath])
         used["bram36"] = math.ceil((stored + halves) / 2)
         if partition.control == "pl":
