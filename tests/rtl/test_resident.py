@@ -12,7 +12,7 @@ from orbsoc.hw.emulation import resident_program
 from orbsoc.hw.schedules import pl_program
 from orbsoc.ps.driver import Driver
 from orbsoc.ps.events import Kind, PsRecord
-from orbsoc.ps.registers import Control, Fault, ProtocolError, Register, Status
+from orbsoc.ps.registers import Control, Fault, Register, Status
 from orbsoc.ps.segments import Method
 from orbsoc.rtl.mutations import Mutation
 from orbsoc.rtl.session import RtlPort, RtlSession
@@ -96,13 +96,6 @@ def test_a_stop_bit_that_is_not_read_is_noticed(tmp_path: Path) -> None:
     require_verilator()
     deaf = Mutation("engine/attempt.sv", "(instruction[2] && stop)", "1'b0").apply(RTL, tmp_path)
     assert ran_until_stopped(deaf).count("statistics") > 1
-
-
-def test_segments_by_an_instructions_target_are_noticed(tmp_path: Path) -> None:
-    require_verilator()
-    wrong = Mutation("engine/attempt.sv", "segment = instruction[15:8]", "segment = instruction[23:16]")
-    with pytest.raises(ProtocolError):
-        solve_on_rtl(wrong.apply(RTL, tmp_path), "wrong", SMALL, TIGHT, engine=FOUR_LANES, resident=True)
 
 
 def test_an_attempt_from_no_entry_faults() -> None:

@@ -56,8 +56,9 @@ impl Configuration {
         let banks = self.banks.is_power_of_two() && (2..=64).contains(&self.banks);
         check(banks, "banks", self.banks, "a power of two from 2 to 64")?;
         let clusters = self.clusters;
-        let divides =
-            [1, 2, 4, 8].contains(&clusters) && self.lanes % clusters == 0 && self.banks >= 2 * clusters;
+        let divides = [1, 2, 4, 8].contains(&clusters)
+            && self.lanes.is_multiple_of(clusters)
+            && self.banks >= 2 * clusters;
         check(divides, "clusters", clusters, "1, 2, 4 or 8, a divisor of the lanes, with two banks each")?;
         let bits = (8..=20).contains(&self.address_bits);
         check(bits, "address_bits", self.address_bits as usize, "8 to 20")?;

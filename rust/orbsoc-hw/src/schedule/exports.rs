@@ -1,6 +1,6 @@
 //! Reservation of the network between clusters: in a cycle each cluster exports one word from each replica, and one result.
 
-use super::reservation::Reads;
+use super::reads::Reads;
 use crate::machine::configuration::Configuration;
 
 /// What leaves the clusters, cycle by cycle. One cluster exports nothing.

@@ -8,6 +8,7 @@ pub(crate) mod exports;
 pub(crate) mod intervals;
 pub(crate) mod placement;
 pub(crate) mod priority;
+pub(crate) mod reads;
 pub(crate) mod ready;
 pub(crate) mod registers;
 pub(crate) mod reservation;

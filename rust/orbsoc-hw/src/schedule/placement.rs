@@ -1,7 +1,8 @@
 //! Placement of one operation in one cycle: its lane or divider, its bank, and the ports that it reserves.
 
 use super::causes::Stalls;
-use super::reservation::{Conflict, Reads, Reservation};
+use super::reads::Reads;
+use super::reservation::{Conflict, Reservation};
 use crate::machine::configuration::Configuration;
 use crate::machine::operation::Code;
 use crate::stream::edges::Edges;
