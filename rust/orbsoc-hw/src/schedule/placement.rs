@@ -214,7 +214,7 @@ impl<'a> Placement<'a> {
             // Within a chain operands are not exchanged: their addresses would no longer compress.
             reads.swap();
             swapped = true;
-            if allowed.count_ones() == 1
+            if allowed.is_power_of_two()
                 || !code.commutes()
                 || !self.reservation.may_read(cycle, &reads, cluster)
             {
