@@ -24,7 +24,7 @@ from tests.hw_model.synthetic import synthetic_trace
 from tests.hw_model.timing.test_precedence import overlapped
 
 TRACE = parse_trace(synthetic_trace(iterations=3, solves=2))
-ZU9EG = load_platform("zu9eg")
+ZU9EG = load_platform("zu9eg").with_value("pl.clock_mhz", 150.0)
 NAMES = ("mul", "sub_mul", "div")
 EVERY, OPERATIONS = 3, 400
 
