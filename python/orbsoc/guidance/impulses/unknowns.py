@@ -22,7 +22,6 @@ KICK = np.vstack([np.zeros((3, 3)), np.eye(3)])
 """What a velocity change does to a state, (6, 3)."""
 POSITION = np.eye(6)[:3]
 """The position of a state, (3, 6)."""
-VELOCITY = np.eye(6)[3:]
 
 
 class ImpulsesError(ValueError):

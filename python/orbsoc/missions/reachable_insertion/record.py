@@ -19,7 +19,8 @@ from .paper import compare
 from .proof import Proof
 from .scenario import Scenario
 from .two_burns.instead import two_burns_instead
-from .verdicts import rate_is_active, starts_tried, verdict, violations
+from .verdicts import Violation, rate_is_active, starts_tried, verdict, violations
+from .verification import EndOfFlight
 
 Array = NDArray[np.float64]
 
@@ -42,10 +43,7 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
         "verdict": verdict(plan),
         "time_of_flight_s": plan.time_of_flight_s,
         "propellant_kg": plan.propellant_kg,
-        "orbit": found and orbit_document(found.planned_orbit),
-        "propagated_orbit": found and orbit_document(found.propagated_orbit),
-        "terminal_error": found
-        and {"angular_momentum_rel": found.angular_momentum_rel, "laplace_rel": found.laplace_rel},
+        **end_document(found),
         "verification": found
         and {
             "verified": found.verified,
@@ -58,9 +56,7 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
             "samples": found.flight.times_s.size,
         },
         "attitude_rate": found and _rate_document(plan, found.peak_rate_rad_s),
-        "violations": [
-            {"row": v.row.value, "value_canonical": v.value, "words": v.words} for v in violations(plan)
-        ],
+        "violations": violations_document(violations(plan)),
         "starts": starts_tried(plan),
         "proof": plan.proof and proof_document(plan.proof),
         "ignition_s": plan.ignition_s,
@@ -97,6 +93,21 @@ def _rate_document(plan: BurnPlan, peak_rad_s: float) -> dict[str, float | bool 
         "bound_deg_s": None if limits is None else limits.attitude_rate_deg_s,
         "active": rate_is_active(plan),
     }
+
+
+def end_document(found: EndOfFlight | None) -> dict[str, Any]:
+    """The orbit as planned and as propagated, and by how much the second misses the target; null where nothing was flown."""
+    return {
+        "orbit": found and orbit_document(found.planned_orbit),
+        "propagated_orbit": found and orbit_document(found.propagated_orbit),
+        "terminal_error": found
+        and {"angular_momentum_rel": found.angular_momentum_rel, "laplace_rel": found.laplace_rel},
+    }
+
+
+def violations_document(found: Sequence[Violation]) -> list[dict[str, Any]]:
+    """Terminal rows that are left violated."""
+    return [{"row": each.row.value, "value_canonical": each.value, "words": each.words} for each in found]
 
 
 def forces_document(scenario: Scenario) -> dict[str, list[str]]:

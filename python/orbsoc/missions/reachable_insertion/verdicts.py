@@ -189,15 +189,22 @@ def starts_tried(plan: BurnPlan) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = []
     for (start, ignition_s), stage in last.items():
         left = violations_of(plan, stage.outcome.iterate)
-        found.append({
-            "start": start,
-            "ignition_s": ignition_s,
-            "ended": stage.outcome.reason.value,
-            "worst_row": left[0].row.value if left else None,
-            "by_canonical": left[0].value if left else None,
-            "words": left[0].words if left else "",
-        })  # fmt: skip
+        found.append(start_tried(start, ignition_s, stage.outcome.reason, left))
     return found
+
+
+def start_tried(
+    start: str, ignition_s: float, ended: ExitReason, left: tuple[Violation, ...]
+) -> dict[str, Any]:
+    """A start of the search as data: how it ended, and the worst of the rows that it `left`."""
+    return {
+        "start": start,
+        "ignition_s": ignition_s,
+        "ended": ended.value,
+        "worst_row": left[0].row.value if left else None,
+        "by_canonical": left[0].value if left else None,
+        "words": left[0].words if left else "",
+    }
 
 
 def _later(plan: BurnPlan, *, sentence: bool = True) -> str:

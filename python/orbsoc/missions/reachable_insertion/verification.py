@@ -60,31 +60,39 @@ class Flight:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Verification:
-    """What the propagation found; `failures` names every tolerance that is not met, empty when verified.
+class EndOfFlight:
+    """What the propagation of one burn or two found; `failures` names every tolerance that is not met, empty when verified.
 
     `angular_momentum_rel` = |ΔH|/|H| and `laplace_rel` = |ΔL|/μ against the orbit that was asked for (the planned
-    one where the problem leaves it open); `plane_rad` is the angle between the reached and the target plane;
-    `perigee_error_m` is reached − required perigee radius, NaN when the problem requires none.
-    `peak_rate_rad_s` is the fastest turn of the commanded direction, by differences of it.
+    one where the problem leaves it open); `plane_rad` is the angle between the reached and the target plane.
     `thrust_excess` and `thrust_deficit` are max‖u‖ − 1 and min‖u‖ − 1 of the raw interpolant.
     """
 
-    flight: Flight
     planned_orbit: Elements
     propagated_orbit: Elements
     angular_momentum_rel: float
     laplace_rel: float
     plane_rad: float
-    perigee_error_m: float
     thrust_excess: float
     thrust_deficit: float
-    peak_rate_rad_s: float
     failures: tuple[str, ...]
 
     @property
     def verified(self) -> bool:
         return not self.failures
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Verification(EndOfFlight):
+    """What the propagation of one burn found.
+
+    `perigee_error_m` is reached − required perigee radius, NaN when the problem requires none.
+    `peak_rate_rad_s` is the fastest turn of the commanded direction, by differences of it.
+    """
+
+    flight: Flight
+    perigee_error_m: float
+    peak_rate_rad_s: float
 
     @property
     def below_ground(self) -> bool:

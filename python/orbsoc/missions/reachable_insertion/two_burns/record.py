@@ -16,9 +16,10 @@ from ..record import (
     attitude_axes,
     attitude_rows,
     csv_text,
+    end_document,
     forces_document,
-    orbit_document,
     proof_document,
+    violations_document,
 )
 from .search import TOLERANCE, TRUST
 from .transfer_plan import TransferPlan
@@ -48,10 +49,7 @@ def plan_document(plan: TransferPlan) -> dict[str, Any]:
         "coast_s": plan.coast_s,
         "total_time_s": plan.total_time_s,
         "burns": [asdict(each) for each in plan.burns],
-        "orbit": found and orbit_document(found.planned_orbit),
-        "propagated_orbit": found and orbit_document(found.propagated_orbit),
-        "terminal_error": found
-        and {"angular_momentum_rel": found.angular_momentum_rel, "laplace_rel": found.laplace_rel},
+        **end_document(found),
         "verification": found
         and {
             "verified": found.verified,
@@ -62,9 +60,7 @@ def plan_document(plan: TransferPlan) -> dict[str, Any]:
             "lowest_altitude_km": found.flight.lowest_altitude_m / 1e3,
             "samples": sum(each.times_s.size for each in found.flight.burns),
         },
-        "violations": [
-            {"row": v.row.value, "value_canonical": v.value, "words": v.words} for v in violations(plan)
-        ],
+        "violations": violations_document(violations(plan)),
         "starts": starts_tried(plan),
         "proof": plan.proof and proof_document(plan.proof),
         "forces": forces_document(plan.scenario),

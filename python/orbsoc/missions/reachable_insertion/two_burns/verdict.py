@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.orbit import EARTH, CanonicalUnits
 
 from ..made_ready import MadeReady
 from ..scenario import MOST_NODES
-from ..verdicts import Violation, row_in_words, shape_of
+from ..verdicts import Violation, row_in_words, shape_of, start_tried
 from .flight import sensitivities
 from .restoration import REACHED
 from .search import Attempt
@@ -46,21 +48,19 @@ def violations_of(plan: TransferPlan, attempt: Attempt) -> tuple[Violation, ...]
     )
 
 
-def starts_tried(plan: TransferPlan) -> list[dict[str, object]]:
+def starts_tried(plan: TransferPlan) -> list[dict[str, Any]]:
     """Every start of the search, in its order: how its last attempt ended, and the worst row that it left."""
     last = {attempt.start: attempt for attempt in plan.attempts}
-    found: list[dict[str, object]] = []
-    for start, attempt in last.items():
-        left = violations_of(plan, attempt)
-        found.append({
-            "start": start,
-            "ignition_s": float(attempt.transfer.coasts[0]) * CanonicalUnits.of(EARTH).time_s,
-            "ended": attempt.outcome.reason.value,
-            "worst_row": left[0].row.value if left else None,
-            "by_canonical": left[0].value if left else None,
-            "words": left[0].words if left else "",
-        })  # fmt: skip
-    return found
+    time_s = CanonicalUnits.of(EARTH).time_s
+    return [
+        start_tried(
+            start,
+            float(attempt.transfer.coasts[0]) * time_s,
+            attempt.outcome.reason,
+            violations_of(plan, attempt),
+        )
+        for start, attempt in last.items()
+    ]
 
 
 def _achievement(plan: TransferPlan) -> str:

@@ -11,7 +11,6 @@ from orbsoc.guidance.powered_flight import commanded
 from orbsoc.orbit import (
     EARTH,
     CanonicalUnits,
-    Elements,
     angular_momentum,
     laplace_vector,
     propagate_burn,
@@ -22,7 +21,7 @@ from ..attitude_rate import rates
 from ..coast import ENGINE_OFF
 from ..free_target import FreeTarget
 from ..scenario import Scenario
-from ..verification import SAMPLES, Flight, OrbitErrors, failures_of, orbit_of, per_second
+from ..verification import SAMPLES, EndOfFlight, Flight, OrbitErrors, failures_of, orbit_of, per_second
 from .transfer import Transfer
 
 Array = NDArray[np.float64]
@@ -59,22 +58,10 @@ class TransferFlight:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Verification:
-    """What the propagation found, as of one burn; `failures` names every tolerance that is not met."""
+class Verification(EndOfFlight):
+    """What the propagation of two burns found."""
 
     flight: TransferFlight
-    planned_orbit: Elements
-    propagated_orbit: Elements
-    angular_momentum_rel: float
-    laplace_rel: float
-    plane_rad: float
-    thrust_excess: float
-    thrust_deficit: float
-    failures: tuple[str, ...]
-
-    @property
-    def verified(self) -> bool:
-        return not self.failures
 
 
 def fly(scenario: Scenario, transfer: Transfer) -> TransferFlight:
