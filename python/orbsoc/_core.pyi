@@ -250,6 +250,7 @@ class HardwareProgram:
         streams: list[list[str]] = ...,
         leaves: list[str] | None = None,
         misread: tuple[str, int] | None = None,
+        copies: int = ...,
     ) -> HardwareProgram: ...
     @property
     def storage_words(self) -> tuple[int, int]: ...

@@ -29,11 +29,14 @@ if TYPE_CHECKING:
 
 
 def exact_cycles(
-    problems: Sequence[Problem], expected: Iterable[Engine] = (), settings: Sequence[Settings] = ()
+    problems: Sequence[Problem],
+    expected: Iterable[Engine] = (),
+    settings: Sequence[Settings] = (),
+    copies: int = 1,
 ) -> StageCycles:
     """Cycles of the stages of a trace whose patterns are those of `problems`, in its order, solved with these settings.
 
-    They equal the RTL's, cycle for cycle, in the microcode's format that the platform names. Those of the engines
+    `copies`: of segments in which as many problems of a pattern are interleaved. They equal the RTL's, cycle for cycle, in the microcode's format that the platform names. Those of the engines
     `expected` are made side by side, when the first of any is asked for. Raises `hw_model.HwModelError` for latencies
     that are not the RTL's, for which there is no schedule, and `hw.schedules.EngineError` for an engine that cannot exist.
     """
@@ -43,7 +46,7 @@ def exact_cycles(
     def source(pattern: int, stage: str, engine: Engine) -> Schedule:
         parameters, streams = _parameters(engine), _streams(engine)
         if (pattern, parameters, streams) not in made:
-            made.update(_side_by_side(problems, {parameters, *awaited}, settings, streams))
+            made.update(_side_by_side(problems, {parameters, *awaited}, settings, streams, copies))
             if not streams:
                 awaited.clear()
         program = made[pattern, parameters, streams]
@@ -91,7 +94,11 @@ class _Units:
 
 
 def _side_by_side(
-    problems: Sequence[Problem], engines: Iterable[Parameters], settings: Sequence[Settings], streams: Streams
+    problems: Sequence[Problem],
+    engines: Iterable[Parameters],
+    settings: Sequence[Settings],
+    streams: Streams,
+    copies: int,
 ) -> dict[tuple[int, Parameters, Streams], _Made]:
     """The segments of each problem's schedule on each engine, or why there are none, by all cores; Ctrl-C begins no
     further ones."""
@@ -99,7 +106,7 @@ def _side_by_side(
     pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
     try:
         programs = pool.map(
-            lambda key: _segments(problems[key[0]], shaping(settings, key[0]), key[1], key[2]), keys
+            lambda key: _segments(problems[key[0]], shaping(settings, key[0]), key[1], key[2], copies), keys
         )
         return dict(zip(keys, programs, strict=True))
     finally:
@@ -113,9 +120,11 @@ def shaping(settings: Sequence[Settings], pattern: int) -> Settings:
     return Settings(ordering=settings[pattern].ordering, ruiz_passes=settings[pattern].ruiz_passes)
 
 
-def _segments(problem: Problem, settings: Settings, engine: Parameters, streams: Streams) -> _Made:
+def _segments(
+    problem: Problem, settings: Settings, engine: Parameters, streams: Streams, copies: int
+) -> _Made:
     try:
-        program = pl_program(problem, settings, engine, None, streams)
+        program = pl_program(problem, settings, engine, None, streams, copies)
         return program.segments, program.core.least_storage_words
     except EngineError as error:
         return error

@@ -167,7 +167,7 @@ KKT_SOLVES = Stream(("factorize", "solve_pair"), ("factor_l", "pivot_inverse", "
 Streams = tuple[tuple[str, ...], ...]
 """Of a whole program the stages of each segment, in order; (): the six modules stage by stage."""
 
-_programs: OrderedDict[tuple[bytes, Settings, Engine, Stream | None, Streams], PlProgram] = OrderedDict()
+_programs: OrderedDict[tuple[bytes, Settings, Engine, Stream | None, Streams, int], PlProgram] = OrderedDict()
 _keeping = Lock()
 
 
@@ -177,16 +177,19 @@ def pl_program(
     engine: Engine | None = None,
     stream: Stream | None = None,
     streams: Streams = (),
+    copies: int = 1,
 ) -> PlProgram:
     """Schedule every stage of the six PL modules, one stream of some, or a program of streams; cached by pattern and engine.
+
+    `copies`: problems of the pattern that every segment works on at once, their operations interleaved.
 
     The stages of the module `statistics` are scheduled only where a stream names one; then the storage has its words.
 
     Raises EngineError if the engine cannot exist or is too small, or a stage or buffer of the stream does not exist.
     """
     settings, engine = settings or Settings(), engine or Engine()
-    key = (pattern_digest(problem), settings, engine, stream, streams)
-    found = _programs.get(key) or scheduled(problem, settings, engine, stream, streams)
+    key = (pattern_digest(problem), settings, engine, stream, streams, copies)
+    found = _programs.get(key) or scheduled(problem, settings, engine, stream, streams, copies=copies)
     with _keeping:
         _programs[key] = found
         _programs.move_to_end(key)
@@ -202,6 +205,7 @@ def scheduled(
     stream: Stream | None = None,
     streams: Streams = (),
     *,
+    copies: int = 1,
     misread: tuple[str, int] | None = None,
 ) -> PlProgram:
     """As `pl_program`, made anew; its `core` writes validation cases on this very problem's numbers.
@@ -210,18 +214,18 @@ def scheduled(
     the model. It needs `engine.address_bits`.
     """
     if engine.address_bits is not None:
-        return _made(problem, settings, engine, stream, streams, engine.address_bits, misread)
+        return _made(problem, settings, engine, stream, streams, engine.address_bits, copies, misread)
     if misread is not None:
         raise EngineError(
             "`address_bits` = None: a scheduler that misreads its table needs the words of storage"
         )
     for bits in range(_LEAST_ADDRESS_BITS, _MOST_ADDRESS_BITS):
         try:
-            return _made(problem, settings, engine, stream, streams, bits)
+            return _made(problem, settings, engine, stream, streams, bits, copies)
         except EngineError as error:
             if "`address_bits`" not in str(error):
                 raise
-    return _made(problem, settings, engine, stream, streams, _MOST_ADDRESS_BITS)
+    return _made(problem, settings, engine, stream, streams, _MOST_ADDRESS_BITS, copies)
 
 
 def _made(
@@ -231,6 +235,7 @@ def _made(
     stream: Stream | None,
     streams: Streams,
     address_bits: int,
+    copies: int = 1,
     misread: tuple[str, int] | None = None,
 ) -> PlProgram:
     fields = asdict(engine) | {"address_bits": address_bits}
@@ -238,7 +243,7 @@ def _made(
     leaves = None if stream is None or stream.leaves is None else list(stream.leaves)
     try:
         core = _core.HardwareProgram(
-            problem, settings, **fields, streams=parts, leaves=leaves, misread=misread
+            problem, settings, **fields, streams=parts, leaves=leaves, misread=misread, copies=copies
         )
     except _core.HardwareError as error:
         too_small = "`microcode_words`" in str(error) and "are needed" in str(error)

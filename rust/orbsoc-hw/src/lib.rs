@@ -31,4 +31,5 @@ pub use schedule::bounds::Bounds;
 pub use schedule::causes::Causes;
 pub use schedule::scheduler::{schedule, Aim, Issue, Schedule};
 pub use stream::graph::{Graph, Node, Operand};
+pub use stream::interleaved::interleaved;
 pub use stream::layout::Layout;

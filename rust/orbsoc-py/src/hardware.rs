@@ -4,8 +4,8 @@ use crate::convert::{problem, refuse, settings};
 use numpy::{IntoPyArray, PyArray1};
 use orbsoc::{Buffer, Module, Problem, Settings, Stage};
 use orbsoc_hw::{
-    snapshots, validation_case, Causes, Code, Compressed, Configuration, Format, Gaps, Precision, Program,
-    Segment, Timing,
+    interleaved, snapshots, validation_case, Causes, Code, Compressed, Configuration, Format, Gaps,
+    Precision, Program, Segment, Timing,
 };
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
@@ -38,7 +38,7 @@ impl HardwareProgram {
     #[new]
     #[pyo3(signature = (
         problem_, settings_, *, fp, lanes, dividers, banks, address_bits, microcode_words, clusters=1, streams=vec![],
-        leaves=None, misread=None
+        leaves=None, misread=None, copies=1
     ))]
     #[allow(clippy::too_many_arguments, clippy::needless_pass_by_value)] // fields of a configuration, owned by the binding
     fn new(
@@ -55,6 +55,7 @@ impl HardwareProgram {
         streams: Vec<Vec<String>>,
         leaves: Option<Vec<String>>,
         misread: Option<(String, i32)>,
+        copies: u32,
     ) -> PyResult<Self> {
         let (problem, settings) = (problem(problem_)?, settings(settings_)?);
         let stages = |names: &Vec<String>| names.iter().map(|name| stage_of(name)).collect::<PyResult<_>>();
@@ -89,6 +90,7 @@ impl HardwareProgram {
             let other = |stage: Stage| stage.module() != Module::Statistics;
             let recording =
                 if streams.iter().flatten().copied().all(other) { recording.only(other) } else { recording };
+            let recording = if copies > 1 { interleaved(&recording, copies) } else { recording };
             let made = match streams.as_slice() {
                 [] => Program::both(&recording, &engine),
                 streams => Program::streams(&recording, &engine, streams, leaves.as_deref()),

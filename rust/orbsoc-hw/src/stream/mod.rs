@@ -3,6 +3,7 @@
 pub(crate) mod chains;
 pub(crate) mod edges;
 pub(crate) mod graph;
+pub(crate) mod interleaved;
 pub(crate) mod layout;
 mod node;
 mod products;
