@@ -4,20 +4,25 @@ Problems are independent, so that one may be in flight on the PL while a core ge
 set of buffers on the PL, two sets make a double buffer. Each problem is the trace's chain of work; a piece waits until its
 resource is free: a core of the PS (any), the PL, or the DMA engine. What could begin first is served first. The cores of the
 baseline solve a problem each, side by side.
+
+Copies interleaved in one stream are a group: on the PL each segment of each iteration runs as often as the copy that needs it
+most asks for, whatever the others do; all else is priced once a problem.
 """
 
 from __future__ import annotations
 
 import heapq
+from collections import Counter
 from dataclasses import dataclass
+from itertools import groupby
 from typing import TYPE_CHECKING, Literal
 
-from hw_model.timing.actions import Work, actions_of
+from hw_model.timing.actions import Action, Work, actions_of
 from hw_model.timing.durations import Durations
 from hw_model.vocabulary import PICOSECONDS_PER_MS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
     from hw_model.platform.partition import Partition
     from hw_model.platform.platform import Platform
@@ -65,16 +70,22 @@ class Throughput:
 
 
 def throughputs(
-    trace: Trace, platform: Platform, partition: Partition, baseline: Partition, cycles: StageCycles
+    trace: Trace,
+    platform: Platform,
+    partition: Partition,
+    baseline: Partition,
+    cycles: StageCycles,
+    copies: int = 1,
 ) -> list[Throughput]:
     """Solves a second with one problem in flight, two and four. The trace is repeated: Σ of its solves is one problem.
 
+    `copies`: problems that each segment of `cycles` works on; then a problem in flight is a group of them.
     A core works on one problem at a time, whatever `runtime.cores_used` says of a single one.
     """
     if platform.runtime.cores_used.value > 1:
         platform = platform.with_values({"runtime.cores_used": 1, "runtime.schedule": "serial"})
     durations = Durations(trace, platform, partition, cycles)
-    chain = _chain(trace, partition, durations)
+    chain = _chain(trace, partition, durations, copies)
     alone = Durations(trace, platform, baseline, cycles)
     base = sum(length for _, length in _chain(trace, baseline, alone))
     cores, solves = platform.ps.cores.value, len(trace.solves)
@@ -98,22 +109,44 @@ def throughputs(
                 most_per_s=per_s / busy[busiest],
                 busiest=busiest,
                 baseline_per_s=per_s * cores / base,
-                buffer_words=in_flight * words if partition.uses_pl else 0,
+                buffer_words=in_flight * copies * words if partition.uses_pl else 0,
             )
         )
     return found
 
 
-def _chain(trace: Trace, partition: Partition, durations: Durations) -> list[tuple[Resource, int]]:
+def _chain(
+    trace: Trace, partition: Partition, durations: Durations, copies: int = 1
+) -> list[tuple[Resource, int]]:
     """Resource and picoseconds of every piece of work, adjacent ones of a resource taken together."""
+    actions = actions_of(trace, partition)
     chain: list[tuple[Resource, int]] = []
-    for action in actions_of(trace, partition):
-        resource, length = _resource(action.work, durations), durations.picoseconds(action.work)
+    for work in (action.work for action in actions) if copies == 1 else grouped(actions, copies):
+        resource, length = _resource(work, durations), durations.picoseconds(work)
         if chain and chain[-1][0] == resource:
             chain[-1] = resource, chain[-1][1] + length
         elif length:
             chain.append((resource, length))
     return chain
+
+
+def grouped(actions: Iterable[Action], copies: int) -> Iterator[Work]:
+    """Of each group of solves what precedes the PL's work, that work, and what follows."""
+    for _, group in groupby(actions, key=lambda action: action.solve // copies):
+        before: list[Work] = []
+        after: list[Work] = []
+        runs: dict[int, Counter[tuple[int, Work]]] = {}
+        for action in group:
+            if action.work.kind in ("compute", "control") and action.work.side == "pl":
+                runs.setdefault(action.solve, Counter())[action.iteration, action.work] += 1
+            else:
+                (after if action.solve in runs else before).append(action.work)
+        most: Counter[tuple[int, Work]] = Counter()
+        for counts in runs.values():
+            most |= counts
+        yield from before
+        yield from (work for _, work in most.elements())
+        yield from after
 
 
 def _resource(work: Work, durations: Durations) -> Resource:

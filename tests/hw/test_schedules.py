@@ -52,6 +52,16 @@ def test_other_numbers_of_the_same_pattern_are_not_scheduled_again(program: PlPr
     assert pl_program(SMALL, engine=Engine(lanes=2)) is not program
 
 
+def test_interleaved_copies_take_less_than_one_after_the_other(program: PlProgram) -> None:
+    two = pl_program(SMALL, copies=2)
+    for name, one in program.segments.items():
+        assert two.segments[name].operations >= 2 * one.operations, name
+    assert sum(each.cycles for each in two.segments.values()) < 1.5 * sum(
+        each.cycles for each in program.segments.values()
+    )
+    assert two.home_words > program.home_words
+
+
 def test_an_absent_row_is_part_of_the_pattern() -> None:
     g, cones = sparse.csc_array(-np.eye(2)), Cones(l=2, q=[])
     both = Problem(c=[1.0, 1.0], G=g, h=[0.0, 0.0], cones=cones)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterable
+
 import pytest
 
 from hw_model import PartitionError, load_partition, load_platform, parse_trace, simulate, speedup
@@ -9,7 +12,8 @@ from hw_model.area.budget import budget
 from hw_model.platform.partition import all_partitions
 from hw_model.report.best import best_partition
 from hw_model.report.remedies import remedies
-from hw_model.report.throughput import IN_FLIGHT, throughputs
+from hw_model.report.throughput import IN_FLIGHT, grouped, throughputs
+from hw_model.timing.actions import Work, actions_of
 from hw_model.timing.stage_cycles import Microcode, PlCycles, StageCycles, estimated
 from tests.hw_model.synthetic import synthetic_trace
 
@@ -107,3 +111,18 @@ def test_the_ps_alone_solves_a_problem_a_core() -> None:
     alone = simulate(TRACE, platform, ALL_PS).makespan_picoseconds / 1e9
     assert row.solves_per_s == pytest.approx(4 * 2 * 1e3 / alone, rel=1e-12)
     assert row.gain == pytest.approx(1.0, rel=1e-12)
+
+
+def test_interleaved_copies_run_what_the_longest_of_them_needs_and_cross_the_link_one_by_one() -> None:
+    long, other = TRACE.solves
+    short = other.model_copy(update={"events": other.events[: len(other.events) // 2]})
+    alone = actions_of(TRACE.model_copy(update={"solves": (long,)}), PAPER)
+    both = actions_of(TRACE.model_copy(update={"solves": (short, long)}), PAPER)
+    together = Counter(grouped(both, 2))
+
+    def of(works: Iterable[Work], kind: str, side: str) -> Counter[Work]:
+        return Counter(work for work in works if (work.kind, work.side) == (kind, side))
+
+    assert of(together.elements(), "compute", "pl") == of((each.work for each in alone), "compute", "pl")
+    for kind in ("build", "copy", "launch"):
+        assert of(together.elements(), kind, "ps") == of((each.work for each in both), kind, "ps")
