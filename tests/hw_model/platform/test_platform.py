@@ -16,7 +16,7 @@ from tests.hw_model.tiny import platform_toml, tiny_platform
 
 
 def test_the_shipped_platforms() -> None:
-    assert platform_names() == ["fmql45t900", "xc7z020", "xc7z045", "zu7ev", "zu9eg"]
+    assert platform_names() == ["fmql45t900", "ng_ultra", "xc7z020", "xc7z045", "zu7ev", "zu9eg"]
 
 
 @pytest.mark.parametrize("name", platform_names())
@@ -271,7 +271,7 @@ def test_a_bad_file_is_refused_by_name(tmp_path: Path, old: str, new: str, says:
 
 
 def test_an_unknown_name_lists_the_known_ones() -> None:
-    known = "fmql45t900, xc7z020, xc7z045, zu7ev, zu9eg"
+    known = "fmql45t900, ng_ultra, xc7z020, xc7z045, zu7ev, zu9eg"
     with pytest.raises(PlatformError, match=f"platform 'zu9' is not known; known: {known}, or the path"):
         load_platform("zu9")
 
