@@ -178,12 +178,13 @@ def test_what_was_planned_survives_an_interruption(tmp_path: Path, monkeypatch: 
     ("content", "says"),
     [
         (b"not gzip", "not a recorded case"),
-        (gzip.compress(b"{}"), "not a recorded case"),
-        (gzip.compress(b'{"study": "x", "schema": "orbsoc.case/9"}'), "another schema"),
+        (gzip.compress(b"{}", mtime=0), "not a recorded case"),
+        (gzip.compress(b'{"study": "x", "schema": "orbsoc.case/9"}', mtime=0), "another schema"),
         (
             gzip.compress(
                 b'{"study": "x", "schema": "orbsoc.case/2", "number": 0, "status": "verified", "scp_iterations": 1,'
-                b' "ipm_iterations": [1], "trace": {}, "patterns": []}'
+                b' "ipm_iterations": [1], "trace": {}, "patterns": []}',
+                mtime=0,
             ),
             "recorded for another scenario, seed or version",
         ),
