@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from hw_model.energy.joules import EnergyUse, counter_of, energy_use
 from hw_model.errors import HwModelError
+from hw_model.platform.partition import BEST
 from hw_model.timing.actions import Action, actions_of
 from hw_model.timing.durations import Durations
 from hw_model.timing.instructions import can_be_counted
@@ -144,10 +145,15 @@ class Report:
         return f"PL at {self.pl_clock_mhz:g} MHz ({known.tag})"
 
     @property
+    def _is_baseline(self) -> bool:
+        """Whether there is nothing to compare: the baseline itself, also where it is the best."""
+        return self.partition in (self.baseline, f"{BEST} ({self.baseline})")
+
+    @property
     def _comparison(self) -> str:
         times = f"{_ms(self.makespan_ms)} against {_ms(self.baseline_ms)}"
         what = f"modelled: {self.partition} on {self.device}"
-        if self.partition == self.baseline:
+        if self._is_baseline:
             return f"{what} takes {_ms(self.makespan_ms)} on one {self.core}"
         ratio = f"{self.speedup.nominal:.2f}× ({self.speedup.low:.2f}–{self.speedup.high:.2f}×)"
         if self.speedup.high < 1.0:
@@ -177,7 +183,7 @@ class Report:
     @property
     def energy_line(self) -> str:
         """One sentence on the energy, PS and PL, waiting and idle included."""
-        if self.partition == self.baseline:
+        if self._is_baseline:
             return f"modelled energy: {self.energy.words}"
         return (
             f"modelled energy: {self.energy.words}; {self.baseline} "
@@ -187,7 +193,7 @@ class Report:
     @property
     def price_line(self) -> str:
         """One sentence that holds the speedups at every price of the PS's work side by side."""
-        if self.partition == self.baseline:
+        if self._is_baseline:
             times = "; ".join(f"by {found.price} {_ms(found.makespan_ms)}" for found in self.prices)
             return f"modelled PS: {times}"
         return f"modelled PS: {'; '.join(found.words for found in self.prices)}"
