@@ -39,16 +39,20 @@ def test_the_record_is_of_the_rtl_as_it_stands() -> None:
 
 def _named(row: Synthesis) -> str:
     shape = shape_of(row)
-    return (
-        f"{shape.datapath}-{shape.lanes}x{shape.banks}-{shape.address_bits}{'-resident' * is_resident(row)}"
-    )
+    return f"{shape.datapath}-{shape.lanes}x{shape.banks}x{shape.clusters}-{shape.address_bits}{'-resident' * is_resident(row)}"
 
 
-def test_engines_of_one_two_and_four_lanes_in_both_formats_are_on_record_and_most_are_held_out() -> None:
-    shapes = {(shape_of(row).datapath, shape_of(row).lanes): row.fitted for row in ENGINES}
-    assert set(shapes) == {(datapath, lanes) for datapath in ("f64", "f32") for lanes in (1, 2, 4)}
+def test_engines_of_one_to_eight_lanes_in_both_formats_are_on_record_and_most_are_held_out() -> None:
+    shapes = {(shape_of(row).datapath, shape_of(row).lanes) for row in ENGINES}
+    assert shapes >= {(datapath, lanes) for datapath in ("f64", "f32") for lanes in (1, 2, 4, 8)}
     assert sum(not row.fitted for row in ENGINES) >= len(ENGINES) / 2
-    assert all(not row.fitted for row in ENGINES if shape_of(row).lanes == 4)
+    assert all(not row.fitted for row in ENGINES if shape_of(row).lanes >= 4)
+
+
+def test_no_engine_in_clusters_was_fitted() -> None:
+    clustered = [row for row in ENGINES if shape_of(row).clusters > 1]
+    assert len(clustered) >= 6
+    assert not any(row.fitted for row in clustered)
 
 
 @pytest.mark.parametrize("row", ENGINES, ids=_named)
@@ -97,7 +101,8 @@ def test_the_trees_are_about_as_large_as_those_of_a_replica(banks: int) -> None:
         wanted = {"UNITS": 2, "BANKS": banks, "WIDTH": width}
         return next(row.lut for row in recorded() if row.module == "replica" and row.parameters == wanted)
 
-    assert (luts(32) - luts(16)) / (2 * 16) == pytest.approx(or_luts(banks), rel=0.3)
+    # A replica by itself has one word more to join, without an enable: an input more of a tree whose tables take five each.
+    assert (luts(32) - luts(16)) / (2 * 16) == pytest.approx(or_luts(banks) + 1 / 5, rel=0.3)
 
 
 @pytest.mark.parametrize("lanes", [2, 4])
