@@ -79,9 +79,9 @@ def test_cases_are_judged_by_schedules_and_their_pattern_is_scheduled_once(
     made: list[str] = []
     schedule = pl_program.scheduled
 
-    def counted(*arguments: Any) -> pl_program.PlProgram:
+    def counted(*arguments: Any, **named: Any) -> pl_program.PlProgram:
         made.append(pattern_digest(arguments[0]).hex()[:16])
-        return schedule(*arguments)
+        return schedule(*arguments, **named)
 
     monkeypatch.setattr(pl_program, "scheduled", counted)
     monkeypatch.setattr(pl_program, "_programs", OrderedDict())

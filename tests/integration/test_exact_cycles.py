@@ -69,7 +69,7 @@ def test_schedules_of_the_expected_engines_are_made_once_each_with_the_first(
 
     def counted(problem: Problem, settings: None, engine: Engine, *program: object) -> PlProgram:
         made.append(engine.lanes)
-        assert program == (None, ())
+        assert program == (None, (), 1)
         return pl_program(problem, settings, engine)
 
     monkeypatch.setattr("orbsoc.hw.exact_cycles.pl_program", counted)

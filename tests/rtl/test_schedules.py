@@ -45,7 +45,7 @@ def test_the_rtl_runs_the_quick_points_in_the_models_cycles() -> None:
     outcomes = [o for found in validate(RTL, quick_points(tuple(named)), named, watched) for o in found]
     assert [outcome for outcome in outcomes if not outcome.good] == []
     assert summary(outcomes)["flat"]["largest_cycle_error"] == 0.0
-    assert len(watched) == 7  # engines and sequencers
+    assert len(watched) == 8  # engines and sequencers
 
 
 def test_a_word_that_differs_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
