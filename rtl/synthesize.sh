@@ -12,7 +12,9 @@ parameters=
 for pair in "$@"; do parameters="$parameters -chparam ${pair%%=*} ${pair#*=}"; done
 flow="synth_xilinx -family xc7 -flatten -top $module"
 if [ "${FAMILY:-xc7}" = ultra ]; then flow="synth_nanoxplore -family ultra -top $module; flatten"; fi
-work=$(mktemp -d)
+# Not in /tmp: tools that are compiled to WebAssembly see another one.
+mkdir -p ../out
+work=$(mktemp -d ../out/synthesis.XXXXXX)
 trap 'rm -rf "$work"' EXIT
 if ! "${YOSYS:-yosys}" -q -p "read_verilog -sv -I. contract.sv $(echo fpu/*.sv engine/*.sv); hierarchy -top $module $parameters;
   $flow; tee -q -o $work/cells stat" >"$work/log" 2>&1
