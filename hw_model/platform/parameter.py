@@ -32,7 +32,9 @@ MicrocodeMemory = Annotated[str, Field(pattern="^(block_ram|ultra_ram|streamed|s
 
 def _power_of_two(count: int) -> int:
     if count & (count - 1):
-        raise ValueError(f"{count} is no power of two: the bank of a word is the low bits of its address")
+        raise ValueError(
+            f"{count} is no power of two: the low bits of an address name the bank and its cluster"
+        )
     return count
 
 

@@ -90,11 +90,16 @@ _AXES = {
 
 def _check(space: Space, platform: Platform) -> None:
     """Refuse what no engine can be before anything is solved. Raises HwModelError."""
+    from hw_model import HwModelError
     from hw_model.area.engine import require_buildable
     from hw_model.timing.schedules import engine_of
     from orbsoc.hw.design import platform_of
 
     engine_of(platform, "f64")
+    if not space.shapes:
+        raise HwModelError(
+            f"--clusters {','.join(map(str, space.clusters))} divides none of --lanes {','.join(map(str, space.lanes))}: no engine is left"
+        )
     for shape in space.shapes:
         for clock in space.clock_mhz:
             for memory in space.microcode_memory:
