@@ -37,21 +37,10 @@ def main() -> None:
 def engine() -> None:
     """Blocks of the engine, and the way of one operation through them."""
     figure, axes = canvas(1040, 470)
-    text(
+    heading(
         axes,
-        (24, 32),
         "The PL engine: a static schedule, so nothing waits that the schedule did not plan",
-        14,
-        weight="bold",
-        at="left",
-    )
-    text(
-        axes,
-        (24, 54),
         "one microcode word a cycle starts at most one operation in every lane and divider",
-        10,
-        SOFT,
-        at="left",
     )
     box(axes, (816, 222, 210, 206), "#f6eefa", "#c19ad4", radius=8, dashed=True)
     for place, face, edge, title, lines, color in (
@@ -102,14 +91,7 @@ def engine() -> None:
 def registers() -> None:
     """The register map, with the bits of each word."""
     figure, axes = canvas(1040, 92 + 44 * len(Register))
-    text(
-        axes,
-        (24, 32),
-        "What the PS sees of the PL: 32-bit words at byte addresses",
-        14,
-        weight="bold",
-        at="left",
-    )
+    heading(axes, "What the PS sees of the PL: 32-bit words at byte addresses")
     left, width = 268, 748
     for bit in (31, 24, 16, 8, 0):
         text(axes, (left + width * (31.5 - bit) / 32, 62), str(bit), 8.6, SOFT)
@@ -127,21 +109,10 @@ def registers() -> None:
 def clusters() -> None:
     """Two of several clusters, and the network between them."""
     figure, axes = canvas(1040, 400)
-    text(
+    heading(
         axes,
-        (24, 32),
         "Clusters: own banks, own lanes, one word a cycle between",
-        14,
-        weight="bold",
-        at="left",
-    )
-    text(
-        axes,
-        (24, 54),
         "from each replica of a cluster one word a cycle goes to lanes of others, from each cluster one result to banks of others",
-        10,
-        SOFT,
-        at="left",
     )
     for left, name in ((24, "cluster 0"), (694, "cluster 1 … CLUSTERS − 1")):
         box(axes, (left, 76, 322, 300), "#fbfaf7", LINE, radius=8, dashed=True)
@@ -169,6 +140,12 @@ def clusters() -> None:
         arrow(axes, (420, y + 18), (326, y + 18), GREEN)
         text(axes, (520, y + 12), words, 9.2, GREEN)
     save(figure, "pl-clusters")
+
+
+def heading(axes: Axes, title: str, line: str = "") -> None:
+    """What a picture shows, and a line below."""
+    text(axes, (24, 32), title, 14, weight="bold", at="left")
+    text(axes, (24, 54), line, 10, SOFT, at="left")
 
 
 def _field(axes: Axes, left: float, top: float, width: float, name: str) -> None:
