@@ -88,38 +88,44 @@ module registers #(
   logic [BUFFERS-1:0] table_writes[0:SEGMENTS-1];
   (* ram_style = "distributed" *)
   logic [BUFFERS-1:0] table_stales[0:SEGMENTS-1];
+  // A word is written a cycle after it came: a segment is announced two cycles later at the earliest.
   logic in_table, table_write;
   logic [PICK-1:0] row;
   logic [3:0] column;
   logic [15:0] into_table;
+  logic [31:0] table_word;
   assign into_table = address - TABLE;
   assign in_table = address >= TABLE && address < TABLE_END && address[1:0] == 2'b00;
-  assign row = into_table[6+:PICK];
-  assign column = into_table[5:2];
-  assign table_write = write && state == IDLE && in_table;
+  always_ff @(posedge clock) begin
+    table_write <= write && state == IDLE && in_table;
+    row <= into_table[6+:PICK];
+    column <= into_table[5:2];
+    table_word <= value;
+  end
   generate
     for (genvar i = 0; i < BUFFERS / 32; i++) begin : g_masks
       always_ff @(posedge clock) begin
-        if (table_write && column == 4'(2 + i)) table_reads[row][32*i+:32] <= value;
-        if (table_write && column == 4'(4 + i)) table_writes[row][32*i+:32] <= value;
-        if (table_write && column == 4'(6 + i)) table_stales[row][32*i+:32] <= value;
+        if (table_write && column == 4'(2 + i)) table_reads[row][32*i+:32] <= table_word;
+        if (table_write && column == 4'(4 + i)) table_writes[row][32*i+:32] <= table_word;
+        if (table_write && column == 4'(6 + i)) table_stales[row][32*i+:32] <= table_word;
       end
     end
   endgenerate
   always_ff @(posedge clock) begin
-    if (table_write && column == 4'd0) table_module[row] <= value[2:0];
-    if (table_write && column == 4'd1) table_start[row] <= value[CODE_BITS-1:0];
+    if (table_write && column == 4'd0) table_module[row] <= table_word[2:0];
+    if (table_write && column == 4'd1) table_start[row] <= table_word[CODE_BITS-1:0];
   end
 
   // The frame and its announcement.
-  logic [31:0] module_id, segment, sequence_id, completed_sequence;
-  logic [7:0] completed_segment;
+  logic [31:0] module_id, segment, sequence_id, next_sequence;
+  logic [7:0] completed_segment, completed_sequence;
   logic [BUFFERS-1:0] valid, written, reads, writes, stales;
   logic [31:0] announced;
   logic [2:0] announced_module;
-  logic announced_exists, unreadable;
+  logic announced_exists, unreadable, is_publish, is_entry, wrong_module, wrong_sequence;
   // The announced segment's row of the table, registered: it is there in the cycle after the announcement, and what
-  // its buffers say a cycle later, when the command may come. The operation control of an attempt looks its row up at once.
+  // its module and its buffers say a cycle later, when the command may come. The operation control of an attempt looks
+  // its row up at once.
   logic row_exists, row_unreadable;
   logic [CODE_BITS-1:0] row_start;
   logic [BUFFERS-1:0] row_reads, row_writes, row_stales, now_reads;
@@ -133,6 +139,10 @@ module registers #(
     row_writes <= table_writes[announced[PICK-1:0]];
     row_stales <= table_stales[announced[PICK-1:0]];
     row_unreadable <= (row_reads & ~(valid | (row_writes & written))) != '0;
+    wrong_module <= 32'(announced_module) != module_id;
+    is_publish <= module_id == 32'd0;
+    is_entry <= segment < 32'(INSTRUCTIONS) && entries[entry];
+    if (write && address == SEQUENCE) wrong_sequence <= value != next_sequence;
   end
   assign now = run_segment[PICK-1:0];
   assign now_reads = table_reads[now];
@@ -150,14 +160,13 @@ module registers #(
   assign frame_address = address == MODULE || address == SEGMENT || address == SEQUENCE || address == CONTROL;
   always_comb begin
     if (value != START && value != PUBLISH && !(RESIDENT != 0 && value == ATTEMPT)) frame_fault = INVALID_ACCESS;
-    else if (sequence_id != completed_sequence + 32'd1) frame_fault = WRONG_SEQUENCE;
+    else if (wrong_sequence) frame_fault = WRONG_SEQUENCE;
     else if (RESIDENT != 0 && value == ATTEMPT) begin
-      frame_fault = (module_id == 32'd0 && segment < 32'(INSTRUCTIONS) && entries[entry]) ? NONE : WRONG_SEGMENT;
+      frame_fault = (is_publish && is_entry) ? NONE : WRONG_SEGMENT;
     end
     else if (!announced_exists) frame_fault = WRONG_SEGMENT;
-    else if (32'(announced_module) != module_id || (module_id == 32'd0) != (value == PUBLISH)) begin
-      frame_fault = WRONG_SEGMENT;
-    end else if (unreadable) frame_fault = READ_BEFORE_VALID;
+    else if (wrong_module || is_publish != (value == PUBLISH)) frame_fault = WRONG_SEGMENT;
+    else if (unreadable) frame_fault = READ_BEFORE_VALID;
     else frame_fault = NONE;
   end
   always_comb begin
@@ -193,6 +202,7 @@ module registers #(
       sequence_id <= '0;
       completed_segment <= '0;
       completed_sequence <= '0;
+      next_sequence <= 32'd1;
       resident <= 1'b0;
     end else if (state != FAULT) begin
       if (found != NONE) begin
@@ -205,9 +215,9 @@ module registers #(
         state <= DONE;
         resident <= 1'b0;
         completed_segment <= '0;
-        completed_sequence <= sequence_id;
+        completed_sequence <= sequence_id[7:0];
+        next_sequence <= sequence_id + 32'd1;
       end else if (write && address != STOP) begin
-        if (in_table && column == 4'd0) exists[row] <= 1'b1;
         if (address == MODULE) module_id <= value;
         if (address == SEGMENT) segment <= value;
         if (address == SEQUENCE) sequence_id <= value;
@@ -218,13 +228,15 @@ module registers #(
       end else if (state == BUSY && ended && !resident) begin
         state <= DONE;
       end
+      if (table_write && column == 4'd0) exists[row] <= 1'b1;
       if (start) valid <= valid & ~writes;
       if ((command && value == PUBLISH) || (state == BUSY && ended)) begin
         valid <= (valid | writes) & ~stales;
         written <= written | writes;
         if (!resident) begin
           completed_segment <= segment[7:0];
-          completed_sequence <= sequence_id;
+          completed_sequence <= sequence_id[7:0];
+          next_sequence <= sequence_id + 32'd1;
         end
       end
     end
@@ -266,6 +278,6 @@ module registers #(
     end
     // OUTCOME (bits 4, 5) is 0: the PS decides, a segment only computes.
     answer = (address == STATUS)
-        ? {completed_sequence[7:0], completed_segment, 4'd0, fault, 5'd0, armed, state == DONE, state == BUSY} : flags;
+        ? {completed_sequence, completed_segment, 4'd0, fault, 5'd0, armed, state == DONE, state == BUSY} : flags;
   end
 endmodule

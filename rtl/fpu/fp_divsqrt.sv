@@ -157,8 +157,7 @@ module fp_divsqrt #(
         thrice_0 = {thrice[N-2:0] - (N - 1)'(1), 2'b01};
         thrice_3 = {thrice[N-2:0] + (N - 1)'(1), 2'b10};
         below_2 = loads ? (root_2 ? '0 : (N + 1)'(a_2)) : less_1[N+3] ? next[N:0] : less_1[N:0];
-        q[1] = !less_2[N+3] && !loads;
-        q[0] = (!less_3[N+3] || (less_2[N+3] && !less_1[N+3])) && !loads;
+        q = {!less_2[N+3], less_2[N+3] ? !less_1[N+3] : !less_3[N+3]};
       end
       always_ff @(posedge clock) if (enable) begin
         w <= (less_2[N+3] || loads) ? below_2 : less_3[N+3] ? less_2[N:0] : less_3[N:0];
