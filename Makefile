@@ -31,6 +31,7 @@ export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
+.NOTPARALLEL: # pip installs into one environment; compilers use all cores by themselves
 .PHONY: help demo test check lint bench results units area route fuzz memcheck lock clean FORCE
 
 help: ## list the targets
@@ -117,10 +118,12 @@ $(EXTENSION): Cargo.toml Cargo.lock $(shell find rust -path '*/src/*' -o -name C
 $(FILE_LIST): FORCE | $(READY)
 	@printf '%s\n' $(SOURCES) | sort | cmp -s - $@ || printf '%s\n' $(SOURCES) | sort > $@
 
+# While the crates compile, pip waits for its downloads: what the wheel needs is installed beside.
 $(WHEEL): $(SOURCES) $(FILE_LIST) $(READY)
 	@scripts/require_tools.sh $(BIN)/python
 	rm -rf dist
-	scripts/build_wheel.sh $(BIN)/python dist
+	@[ $(RUNTIME) -nt requirements/runtime.txt ] || { $(PIP) install -r requirements/runtime.txt && touch $(RUNTIME); } & \
+	scripts/build_wheel.sh $(BIN)/python dist || status=$$?; wait; exit $${status:-0}
 	@touch $@
 
 $(INSTALLED): $(WHEEL) $(RUNTIME)
