@@ -118,18 +118,19 @@ module fp_divsqrt #(
   // by D; in a root with digits Q so far, and f the next four bits of the radicand, by one of 16 w + f - q (8 Q + q).
   // Held are D or Q (bits above the lowest three: `once`), 3 D or 3 Q + 1 (`thrice`), and the quotient or the rest of
   // the radicand (`moving`).
-  logic [SLOTS-1:0] load, turn, collect;  // whose turn it is, one hot
+  logic [SLOTS-1:0] load, turn, collect, collect_next;  // whose turn it is, one hot
   logic [SLOTS*N-1:0] found;
   logic [SLOTS-1:0] inexact;
   logic [SLOTS*(X+4)-1:0] kept;  // exponent, sign and special result
   assign turn = token[1] ? SLOTS'({load, load} >> (SLOTS - 1)) : load;
+  assign collect_next = token[STEPS+2] ? SLOTS'({collect, collect} >> (SLOTS - 1)) : collect;
   always_ff @(posedge clock) begin
     if (reset) begin
       load <= SLOTS'(1);
       collect <= SLOTS'(1);
     end else if (enable) begin
       load <= turn;
-      if (token[STEPS+2]) collect <= SLOTS'({collect, collect} >> (SLOTS - 1));
+      collect <= collect_next;
     end
   end
   generate
@@ -183,50 +184,67 @@ module fp_divsqrt #(
     end
   endgenerate
 
-  // Collect the digits of the slot whose turn it is.
+  // Collect the digits of the slot whose turn it is; its exponent comes a cycle before. A result below the normal range moves
+  // down by what the exponent alone says: there, whether the quotient is below one makes no difference.
   logic [N-1:0] digits, digits_c;
-  logic [X+3:0] aside, aside_c;
-  logic rest_c;
+  logic [X+3:0] aside, aside_b, aside_c;
+  logic signed [X-1:0] exp_b;
+  logic [DOWN-1:0] down_c;
+  logic rest_c, subnormal_c;
   always_comb begin
     digits = '0;
     aside  = '0;
     for (int s = 0; s < SLOTS; s++) begin
       digits = digits | ({N{collect[s]}} & found[s*N+:N]);
-      aside  = aside | ({(X + 4) {collect[s]}} & kept[s*(X+4)+:X+4]);
+      aside  = aside | ({(X + 4) {collect_next[s]}} & kept[s*(X+4)+:X+4]);
     end
   end
+  assign exp_b = $signed(aside_b[X+3:4]);
   always_ff @(posedge clock) if (enable) begin
-    digits_c <= digits;
-    aside_c  <= aside;
-    rest_c   <= (collect & inexact) != '0;
+    aside_b     <= aside;
+    digits_c    <= digits;
+    aside_c     <= aside_b;
+    rest_c      <= (collect & inexact) != '0;
+    subnormal_c <= exp_b <= 1;
+    down_c      <= (exp_b >= 1) ? '0 : (exp_b < -X'(P)) ? DOWN'(P + 2) : DOWN'(X'(1) - exp_b);
   end
 
-  // Normalise, and how far down a subnormal moves.
-  logic low_c, sign_n, special_n, rest_n;
+  // Normalise, or move down by whole steps.
+  localparam int STEP = 3;  // bits of a distance within a step
+  logic low_c, sign_n, special_n, rest_n, lost_c;
   logic [1:0] fixed_n;
   logic signed [X-1:0] exp_c;
-  logic [N-1:0] normal, normal_n;
-  logic [DOWN-1:0] down_n;
+  logic [N-1:0] normal, stepped, normal_n;
+  logic [STEP-1:0] down_n;
   logic [EXP:0] exp_n;
   assign low_c  = !digits_c[N-1];  // a quotient below one
-  assign normal = low_c ? {digits_c[N-2:0], 1'b0} : digits_c;
+  assign normal = (low_c && !subnormal_c) ? {digits_c[N-2:0], 1'b0} : digits_c;
   assign exp_c  = $signed(aside_c[X+3:4]) - X'(low_c);
+  fp_shift_sticky #(
+      .WIDTH(N),
+      .BITS (DOWN)
+  ) step_down (
+      .value  (normal),
+      .amount ({down_c[DOWN-1:STEP], STEP'(0)}),
+      .shifted(stepped),
+      .lost   (lost_c)
+  );
   always_ff @(posedge clock) if (enable) begin
     {sign_n, special_n, fixed_n} <= aside_c[3:0];
-    rest_n   <= rest_c;
-    normal_n <= normal;
-    down_n   <= (exp_c >= 1) ? '0 : (exp_c < -X'(P)) ? DOWN'(P + 2) : DOWN'(X'(1) - exp_c);
+    rest_n   <= rest_c || lost_c;
+    normal_n <= stepped;
+    down_n   <= down_c[STEP-1:0];
     exp_n    <= (exp_c >= INFINITE) ? {1'b0, ONES} : (exp_c >= 1) ? exp_c[EXP:0] : (EXP + 1)'(1);
   end
 
-  // Move down.
+  // Move down by the rest.
   logic lost, sign_l, special_l;
   logic [P+1:0] lowered;
   logic [P+2:0] man_l;
   logic [EXP:0] exp_l;
   fp_shift_sticky #(
       .WIDTH(P + 2),
-      .BITS (DOWN)
+      .BITS (STEP)
   ) lower (
       .value  (normal_n[N-1-:P+2]),
       .amount (down_n),
