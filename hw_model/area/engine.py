@@ -1,11 +1,11 @@
 """What an engine of rtl/ takes of an FPGA, as a formula of its shape; synthesis.py has what it is held against.
 
-Structure gives the crossbars, memories and multipliers; of a lane, a divider and the control there are figures, each
-measured once by synthesis (`[area.orbsoc_rtl]`).
+Structure gives the crossbars, memories and multipliers, in the cells of a family (fabric.py); of a lane, a divider and the
+control there are figures, each measured once by synthesis (`[area.orbsoc_rtl]`).
 With U = lanes + dividers units, B banks of 2^ROW words, W bits a word, F bits a microcode word:
 
-DSP: a multiplier of p-bit significands takes ⌈p/17⌉·⌈p/24⌉ DSP48E1 (12 at binary64, 2 at binary32), one a lane.
-BRAM: three replicas of each bank, and the microcode; each memory in the shape that takes the fewest halves.
+DSP: a multiplier of p-bit significands takes ⌈p/17⌉·⌈p/24⌉ blocks less one that is logic (11 at binary64, 2 at binary32), one a lane.
+BRAM: three replicas of each bank, and the microcode; each memory in the shape that takes the least.
 FF: of 2U + L read ports two picks a bank and an operand, of 3B read banks a row, of B write banks a row, word and enable;
 the issue register and program counter; the PS's port; lanes, dividers, control.
 LUT: rows, words and write-back are ORs of gated words (`or_luts`), and each port picks its bank; lanes, dividers, control.
@@ -20,24 +20,15 @@ from typing import TYPE_CHECKING, Literal
 from hw_model.errors import HwModelError
 from hw_model.vocabulary import Datapath
 
+from .fabric import FABRICS, URAM_ROWS, Fabric, Kind, multiplier_dsp, uram
+
 if TYPE_CHECKING:
     from hw_model.platform.sections import Area, Pl
 
-Kind = Literal["lut", "ff", "dsp", "bram36", "uram"]
-KINDS: tuple[Kind, ...] = ("lut", "ff", "dsp", "bram36", "uram")
 WIDTH_BITS: dict[Datapath, int] = {"f64": 64, "f32": 32}
 SIGNIFICAND_BITS: dict[Datapath, int] = {"f64": 53, "f32": 24}
-LEAST_FACTOR, LEAST_PRODUCT = 2, 9
-"""Bits of a factor, and of a product, from which on yosys takes a DSP48E1 for it."""
-ATTEMPT: dict[Kind, float] = {"lut": 1089, "ff": 159, "bram36": 0.5}
-"""What control on the PL takes by itself: the recorded engine with RESIDENT=1 less the same without it."""
 REPLICAS = 3
 """Copies of each bank, one a read port: operands a, b and c."""
-
-URAM_ROWS = 4096
-_WHOLE = ((512, 72), (1024, 36), (2048, 18), (4096, 9), (8192, 4), (16384, 2), (32768, 1))
-_HALF = ((512, 36), (1024, 18), (2048, 9), (4096, 4), (8192, 2), (16384, 1))
-"""(rows, bits) that a block RAM, or half of one, can be; one write and one read port."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,12 +79,18 @@ def require_buildable(pl: Pl) -> None:
         )
 
 
+def fabric_of(area: Area) -> Fabric:
+    """The family that the figures of `area` are of."""
+    return FABRICS[area.fabric.value]
+
+
 def logic_luts(shape: Shape, area: Area) -> int:
     """Lookup tables: logic, shift registers and the table of segments."""
+    fabric = fabric_of(area)
     clusters = [_cluster(shape, number) for number in range(shape.clusters)]
-    between = _network_luts(shape, clusters) if shape.clusters > 1 else 0
+    between = _network_luts(shape, fabric, clusters) if shape.clusters > 1 else 0
     return (
-        sum(_cluster_luts(shape, each) for each in clusters)
+        sum(_cluster_luts(shape, fabric, each) for each in clusters)
         + between
         + _units_and_control(shape, area, "lut")
     )
@@ -122,25 +119,25 @@ def _cluster(shape: Shape, number: int) -> _Cluster:
     return _Cluster(shape.lanes // shape.clusters, dividers, int(number == 0))
 
 
-def _cluster_luts(shape: Shape, own: _Cluster) -> int:
+def _cluster_luts(shape: Shape, fabric: Fabric, own: _Cluster) -> int:
     """The crossbars of a cluster: from its units, and what other clusters read and write, to its banks and back."""
     banks, others = shape.banks // shape.clusters, shape.clusters - 1
     exports = int(others > 0)
-    rows = banks * shape.row_bits * sum(or_luts(readers + exports) for readers in own.readers)
-    gathered = sum(own.readers) * or_luts(banks + others) + exports * REPLICAS * or_luts(banks)
+    rows = banks * shape.row_bits * sum(fabric.or_luts(readers + exports) for readers in own.readers)
+    gathered = sum(own.readers) * fabric.or_luts(banks + others) + exports * REPLICAS * fabric.or_luts(banks)
     writers = own.units + own.host + others
-    written = banks * (shape.row_bits + shape.word_bits) * or_luts(writers)
+    written = banks * (shape.row_bits + shape.word_bits) * fabric.or_luts(writers)
     # Each port's choice once more, as a shift register, while the banks are read.
     picked = banks * (2 * (sum(own.readers) + exports * REPLICAS) + writers)
     return rows + gathered * shape.word_bits + written + picked
 
 
-def _network_luts(shape: Shape, clusters: list[_Cluster]) -> int:
+def _network_luts(shape: Shape, fabric: Fabric, clusters: list[_Cluster]) -> int:
     """Between clusters: the addresses that leave each port, the results that leave each cluster, who reads where."""
     local = shape.address_bits - math.ceil(math.log2(shape.clusters))
     readers = [sum(own.readers[replica] for own in clusters) for replica in range(REPLICAS)]
-    asked = sum(or_luts(readers[k] - own.readers[k]) for own in clusters for k in range(REPLICAS))
-    leaving = sum(or_luts(own.units + own.host) for own in clusters)
+    asked = sum(fabric.or_luts(readers[k] - own.readers[k]) for own in clusters for k in range(REPLICAS))
+    leaving = sum(fabric.or_luts(own.units + own.host) for own in clusters)
     picked = 2 * sum(readers) * (shape.clusters - 1)
     return asked * local + leaving * (shape.address_bits + shape.word_bits) + picked
 
@@ -183,60 +180,29 @@ def line_bits(shape: Shape) -> int:
     return 32 << (max(shape.lanes, -(-item // 96)) - 1).bit_length()
 
 
-def or_luts(words: int) -> int:
-    """LUT6 of one bit of the OR of that many words, each with its own enable, as yosys maps it.
-
-    Up to eight words it finds the tree over two inputs a word; of 16 and 32 words it takes 9 to 11 and 24 a bit,
-    two for three words and no longer two for five.
-    """
-    return math.ceil((2 * words - 1) / 5) if words <= 8 else math.ceil(2 * words / 3)
+def storage_bram36(shape: Shape, fabric: Fabric, rows: int | None = None) -> float:
+    """Block RAM of the storage, all replicas, with a power of two of rows in each bank or with `rows`."""
+    return REPLICAS * shape.banks * fabric.bram36(rows or 1 << shape.row_bits, shape.word_bits)
 
 
-def storage_bram18(shape: Shape, rows: int | None = None) -> int:
-    """Halves of block RAMs of the storage, all replicas, with a power of two of rows in each bank or with `rows`."""
-    return REPLICAS * shape.banks * bram18(rows or 1 << shape.row_bits, shape.word_bits)
-
-
-def storage_in_uram(shape: Shape, rows: int | None = None) -> tuple[int, int, int]:
-    """UltraRAMs, halves of block RAMs and lookup tables of the storage, all replicas: rows that fill no further UltraRAM lie
-    in block RAM, and a lookup table a bit chooses between the two."""
+def storage_in_uram(shape: Shape, fabric: Fabric, rows: int | None = None) -> tuple[int, float, int]:
+    """UltraRAMs, block RAM and lookup tables of the storage, all replicas: rows that fill no further UltraRAM lie in block RAM,
+    and a lookup table a bit chooses between the two."""
     rows = rows or 1 << shape.row_bits
     whole = max(1, rows // URAM_ROWS) * URAM_ROWS
     memories, rest = REPLICAS * shape.banks, max(0, rows - whole)
-    halves = bram18(rest, shape.word_bits) if rest else 0
+    blocks = fabric.bram36(rest, shape.word_bits) if rest else 0
     luts = shape.word_bits if rest else 0
-    return memories * uram(whole, shape.word_bits), memories * halves, memories * luts
-
-
-def uram(rows: int, bits: int) -> int:
-    """UltraRAMs of a memory of `rows` × `bits`: each is 4096 × 72."""
-    return -(-rows // URAM_ROWS) * -(-bits // 72)
-
-
-def multiplier_dsp(significand_bits: int) -> int:
-    """DSP48E1 of a multiplier of two significands: 24 × 17 bits, unsigned, each; a tile that is small is logic."""
-
-    def parts(most: int) -> list[int]:
-        return [min(most, significand_bits - first) for first in range(0, significand_bits, most)]
-
-    return sum(min(a, b) >= LEAST_FACTOR and a + b >= LEAST_PRODUCT for a in parts(24) for b in parts(17))
-
-
-def bram18(rows: int, bits: int) -> int:
-    """Halves of block RAMs of a memory of `rows` × `bits`, in the shape that takes the fewest, whole ones or halves."""
-
-    def tiles(depth: int, width: int) -> int:
-        return -(-rows // depth) * -(-bits // width)
-
-    return min(min(2 * tiles(*shape) for shape in _WHOLE), min(tiles(*shape) for shape in _HALF))
+    return memories * uram(whole, shape.word_bits), memories * blocks, memories * luts
 
 
 def engine_area(shape: Shape, area: Area, code_bits: int, *, resident: bool = False) -> dict[Kind, float]:
     """What the whole engine takes, with flat microcode of 2^`code_bits` words; `resident` with control on the PL."""
+    fabric = fabric_of(area)
     own: dict[Kind, float] = {
         "lut": logic_luts(shape, area),
         "ff": flip_flops(shape, area, code_bits),
         "dsp": shape.lanes * multiplier_dsp(SIGNIFICAND_BITS[shape.datapath]),
-        "bram36": (storage_bram18(shape) + bram18(1 << code_bits, shape.microcode_bits)) / 2,
+        "bram36": storage_bram36(shape, fabric) + fabric.bram36(1 << code_bits, shape.microcode_bits),
     }
-    return {kind: used + ATTEMPT.get(kind, 0) * resident for kind, used in own.items()}
+    return {kind: used + fabric.attempt.get(kind, 0) * resident for kind, used in own.items()}

@@ -24,6 +24,7 @@ Banks = Annotated[int, Field(ge=1, le=1024, strict=True), AfterValidator(lambda 
 Completion = Annotated[str, Field(pattern="^(interrupt|polling)$")]
 PsPrice = Annotated[str, Field(pattern="^(flop_per_cycle|executed_instructions)$")]
 Schedule = Annotated[str, Field(pattern="^(serial|overlapped)$")]
+FabricName = Annotated[str, Field(pattern="^(xc7|ng_ultra)$")]
 MicrocodeFormat = Annotated[str, Field(pattern="^(flat|compressed)$")]
 StorageMemory = Annotated[str, Field(pattern="^(block_ram|ultra_ram)$")]
 StorageDepth = Annotated[str, Field(pattern="^(power_of_two|exact)$")]

@@ -17,6 +17,7 @@ from .parameter import (
     Duration,
     End,
     Exponent,
+    FabricName,
     Fraction01,
     MicrocodeFormat,
     MicrocodeMemory,
@@ -214,8 +215,9 @@ class Runtime(Section):
 
 
 class Area(Section):
-    """Lookup tables and flip-flops of the engine's parts, and how full a device may get (area/engine.py has the formula)."""
+    """The family of cells, the engine's parts in them, and how full a device may get (area/engine.py has the formula)."""
 
+    fabric: Parameter[FabricName]
     lut_control: Parameter[Count]
     lut_lane_f64: Parameter[Count]
     lut_lane_f32: Parameter[Count]

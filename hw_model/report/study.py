@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from hw_model.area.budget import Budget, budget
-from hw_model.area.engine import KINDS
+from hw_model.area.fabric import KINDS
 from hw_model.energy.joules import EnergyUse, counter_of, energy_use
 from hw_model.platform.partition import on_pl
 from hw_model.timing.actions import Action, Work, actions_of

@@ -18,7 +18,7 @@ from hw_model.timing.stage_cycles import of_program
 from hw_model.vocabulary import OPCODES, Opcode
 
 if TYPE_CHECKING:
-    from hw_model.area.engine import Kind
+    from hw_model.area.fabric import Kind
     from hw_model.platform.partition import Partition
     from hw_model.platform.platform import Platform
     from hw_model.timing.stage_cycles import StageCycles

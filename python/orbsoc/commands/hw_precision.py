@@ -96,7 +96,7 @@ def _row(
     """One solve, and what it would have cost."""
     from hw_model import parse_trace, speedup
     from hw_model.area.budget import budget
-    from hw_model.area.engine import multiplier_dsp
+    from hw_model.area.fabric import multiplier_dsp
     from hw_model.platform.partition import on_pl
     from orbsoc.hw.precision import solve_narrow
 

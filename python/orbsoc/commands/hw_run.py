@@ -226,7 +226,7 @@ class Memory:
 
 
 def _memory(program: PlProgram, platform: Platform) -> Memory:
-    from hw_model.area.engine import Shape, bram18, line_bits, storage_bram18
+    from hw_model.area.engine import Shape, fabric_of, line_bits, storage_bram36
 
     engine, segments = program.engine, program.segments.values()
     if engine.address_bits is None:
@@ -235,9 +235,10 @@ def _memory(program: PlProgram, platform: Platform) -> Memory:
     shape = Shape("f64" if engine.fp == 64 else "f32", *units, engine.address_bits, engine.clusters)
     line = line_bits(shape)
     lines = sum(-(-segment.compressed_bits // line) for segment in segments)
-    storage = storage_bram18(shape) / 2
-    flat = bram18(sum(segment.words for segment in segments), shape.microcode_bits) / 2
-    compressed = bram18(lines, line) / 2
+    fabric = fabric_of(platform.area)
+    storage = storage_bram36(shape, fabric)
+    flat = fabric.bram36(sum(segment.words for segment in segments), shape.microcode_bits)
+    compressed = fabric.bram36(lines, line)
     available, ceiling = platform.resources.bram36.value, platform.area.bram36_ceiling.value
     most = ceiling * available
     return Memory(

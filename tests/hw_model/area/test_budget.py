@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hw_model.area.budget import Budget, budget
-from hw_model.area.engine import KINDS
+from hw_model.area.fabric import KINDS
 from hw_model.platform.partition import load_partition
 from hw_model.platform.platform import Platform, load_platform
 from hw_model.report.assumptions import assumptions
@@ -99,6 +99,7 @@ def test_a_budget_changes_with_what_it_counts_as_used_and_with_nothing_else(name
     steps = {
         "runtime.completion": "polling", "pl.microcode_format": "flat", "pl.storage_memory": "ultra_ram",
         "pl.storage_depth": "exact", "pl.microcode_memory": "ultra_ram", "ps.price": "executed_instructions",
+        "area.fabric": "ng_ultra",
     }  # fmt: skip
     for row in assumptions(platform, BUDGET_USAGE.of(TRACE, partition, platform, estimated)):
         if row.key.startswith("pl.latencies.") or row.key in ("runtime.schedule", "runtime.cores_used"):

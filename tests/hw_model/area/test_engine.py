@@ -9,23 +9,22 @@ from pathlib import Path
 import pytest
 
 from hw_model.area.engine import (
-    ATTEMPT,
     SIGNIFICAND_BITS,
     Shape,
-    bram18,
     decoder_flip_flops,
     decoder_luts,
     engine_area,
+    fabric_of,
     line_bits,
-    multiplier_dsp,
-    or_luts,
 )
+from hw_model.area.fabric import multiplier_dsp
 from hw_model.area.synthesis import Synthesis, is_resident, recorded, shape_of
 from hw_model.platform.platform import load_platform
 from hw_model.vocabulary import Datapath
 
 ROOT = Path(__file__).resolve().parents[3]
 AREA = load_platform("zu9eg").area
+FABRIC = fabric_of(AREA)
 ENGINES = [row for row in recorded() if row.module == "engine"]
 FF_ERROR = 0.03
 LUT_ERROR = 0.10
@@ -67,8 +66,8 @@ def test_the_formula_says_what_synthesis_found(row: Synthesis) -> None:
 def test_control_on_the_pl_takes_what_synthesis_found_more() -> None:
     (resident,) = (row for row in ENGINES if is_resident(row))
     (plain,) = (row for row in ENGINES if row.parameters.items() < resident.parameters.items())
-    more = {kind: getattr(resident, kind) - getattr(plain, kind) for kind in ATTEMPT}
-    assert more == ATTEMPT
+    more = {kind: getattr(resident, kind) - getattr(plain, kind) for kind in FABRIC.attempt}
+    assert more == FABRIC.attempt
 
 
 @pytest.mark.parametrize("datapath", SIGNIFICAND_BITS)
@@ -84,15 +83,15 @@ def test_a_multiplier_is_tiled_by_24_by_17_bits() -> None:
 
 
 @pytest.mark.parametrize(
-    ("rows", "bits", "halves"),
-    [(512, 36, 1), (512, 64, 2), (513, 64, 4), (1024, 181, 11), (4096, 64, 16), (4096, 105, 24), (1, 1, 1)],
+    ("rows", "bits", "blocks"),
+    [(512, 36, 0.5), (512, 64, 1), (513, 64, 2), (1024, 181, 5.5), (4096, 64, 8), (4096, 105, 12), (1, 1, 0.5)],
 )
-def test_a_memory_takes_the_cheapest_shape(rows: int, bits: int, halves: int) -> None:
-    assert bram18(rows, bits) == halves
+def test_a_memory_takes_the_cheapest_shape(rows: int, bits: int, blocks: float) -> None:
+    assert FABRIC.bram36(rows, bits) == blocks
 
 
 def test_an_or_of_gated_words_is_a_tree_of_lookup_tables_with_six_inputs() -> None:
-    assert [or_luts(words) for words in (1, 3, 4, 5, 8, 16)] == [1, 1, 2, 2, 3, 11]
+    assert [FABRIC.or_luts(words) for words in (1, 3, 4, 5, 8, 16)] == [1, 1, 2, 2, 3, 11]
 
 
 @pytest.mark.parametrize("banks", [8, 16, 32])
@@ -102,7 +101,7 @@ def test_the_trees_are_about_as_large_as_those_of_a_replica(banks: int) -> None:
         return next(row.lut for row in recorded() if row.module == "replica" and row.parameters == wanted)
 
     # A replica by itself has one word more to join, without an enable: an input more of a tree whose tables take five each.
-    assert (luts(32) - luts(16)) / (2 * 16) == pytest.approx(or_luts(banks) + 1 / 5, rel=0.3)
+    assert (luts(32) - luts(16)) / (2 * 16) == pytest.approx(FABRIC.or_luts(banks) + 1 / 5, rel=0.3)
 
 
 @pytest.mark.parametrize("lanes", [2, 4])
@@ -118,4 +117,4 @@ def test_a_decoder_takes_what_synthesis_found(lanes: int) -> None:
     flops = decoder_flip_flops(shape, AREA) + 4 * more + registers
     assert abs(luts / row.lut - 1) <= LUT_ERROR
     assert abs(flops / row.ff - 1) <= FF_ERROR
-    assert bram18(1 << 12, 128) == 2 * row.bram36
+    assert FABRIC.bram36(1 << 12, 128) == row.bram36

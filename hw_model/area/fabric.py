@@ -1,0 +1,89 @@
+"""What a family of FPGAs builds an engine of: lookup tables, block RAM, multiplier blocks, as the open tools use them.
+
+Memory is counted in BRAM36, also where a block has another size: an NX_RAM of NG-Ultra holds 48 Kbit in rows of 24, and
+counts as two thirds of one in each of its shapes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+Kind = Literal["lut", "ff", "dsp", "bram36", "uram"]
+KINDS: tuple[Kind, ...] = ("lut", "ff", "dsp", "bram36", "uram")
+WIDE, NARROW = 24, 17
+"""Bits of the factors of one multiplier block, unsigned: a DSP48E1, and NG-Ultra's."""
+LEAST_FACTOR, LEAST_PRODUCT = 2, 9
+"""Bits of a factor, and of a product, from which on a block is taken for it; below, it is logic."""
+URAM_ROWS = 4096
+
+
+@dataclass(frozen=True, slots=True)
+class Fabric:
+    """A family. `block_rams`: a size in BRAM36, and the (rows, bits) that it can be with one write and one read port.
+
+    `attempt` is what control on the PL takes by itself: the recorded engine with RESIDENT=1 less the same without it.
+    """
+
+    lut_inputs: int
+    full_tree: int
+    """Words up to which `or_luts` is the smallest tree."""
+    loose_tree: float
+    """Tables for each word beyond that, as the mapper finds them."""
+    has_shift_registers: bool
+    block_rams: tuple[tuple[float, tuple[tuple[int, int], ...]], ...]
+    attempt: dict[Kind, float]
+
+    def or_luts(self, words: int) -> int:
+        """Lookup tables of one bit of the OR of that many words, each with its own enable, as yosys maps it."""
+        if words <= self.full_tree:
+            return math.ceil((2 * words - 1) / (self.lut_inputs - 1))
+        return math.ceil(self.loose_tree * words)
+
+    def bram36(self, rows: int, bits: int) -> float:
+        """Block RAM of a memory of `rows` × `bits`, all of one size and shape: the least."""
+        return min(
+            size * -(-rows // depth) * -(-bits // width)
+            for size, shapes in self.block_rams
+            for depth, width in shapes
+        )
+
+
+_WHOLE = ((512, 72), (1024, 36), (2048, 18), (4096, 9), (8192, 4), (16384, 2), (32768, 1))
+_HALF = ((512, 36), (1024, 18), (2048, 9), (4096, 4), (8192, 2), (16384, 1))
+_NX_RAM = ((2048, 24), (4096, 12), (8192, 6), (16384, 3), (32768, 1))
+
+FABRICS: dict[str, Fabric] = {
+    # Up to eight words yosys finds the tree over two inputs a word; of 16 and 32 it takes 9 to 11 and 24 a bit.
+    "xc7": Fabric(
+        lut_inputs=6,
+        full_tree=8,
+        loose_tree=2 / 3,
+        has_shift_registers=True,
+        block_rams=((1.0, _WHOLE), (0.5, _HALF)),
+        attempt={"lut": 1089, "ff": 159, "bram36": 0.5},
+    ),
+    "ng_ultra": Fabric(
+        lut_inputs=4,
+        full_tree=64,
+        loose_tree=2 / 3,
+        has_shift_registers=False,
+        block_rams=((2 / 3, _NX_RAM),),
+        attempt={"lut": 1089, "ff": 159, "bram36": 0.5},
+    ),
+}
+
+
+def multiplier_dsp(significand_bits: int) -> int:
+    """Multiplier blocks of a product of two significands; a tile that is small is logic."""
+
+    def parts(most: int) -> list[int]:
+        return [min(most, significand_bits - first) for first in range(0, significand_bits, most)]
+
+    return sum(min(a, b) >= LEAST_FACTOR and a + b >= LEAST_PRODUCT for a in parts(WIDE) for b in parts(NARROW))
+
+
+def uram(rows: int, bits: int) -> int:
+    """UltraRAMs of a memory of `rows` × `bits`: each is 4096 × 72."""
+    return -(-rows // URAM_ROWS) * -(-bits // 72)
