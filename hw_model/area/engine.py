@@ -81,7 +81,7 @@ def require_buildable(pl: Pl) -> None:
 
 def fabric_of(area: Area) -> Fabric:
     """The family that the figures of `area` are of."""
-    return FABRICS[area.fabric.value]
+    return FABRICS[area.fabric]
 
 
 def logic_luts(shape: Shape, area: Area) -> int:

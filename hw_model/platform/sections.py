@@ -217,7 +217,7 @@ class Runtime(Section):
 class Area(Section):
     """The family of cells, the engine's parts in them, and how full a device may get (area/engine.py has the formula)."""
 
-    fabric: Parameter[FabricName]
+    fabric: FabricName
     lut_control: Parameter[Count]
     lut_lane_f64: Parameter[Count]
     lut_lane_f32: Parameter[Count]

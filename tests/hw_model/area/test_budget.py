@@ -99,7 +99,6 @@ def test_a_budget_changes_with_what_it_counts_as_used_and_with_nothing_else(name
     steps = {
         "runtime.completion": "polling", "pl.microcode_format": "flat", "pl.storage_memory": "ultra_ram",
         "pl.storage_depth": "exact", "pl.microcode_memory": "ultra_ram", "ps.price": "executed_instructions",
-        "area.fabric": "ng_ultra",
     }  # fmt: skip
     for row in assumptions(platform, BUDGET_USAGE.of(TRACE, partition, platform, estimated)):
         if row.key.startswith("pl.latencies.") or row.key in ("runtime.schedule", "runtime.cores_used"):
