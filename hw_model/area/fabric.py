@@ -31,7 +31,6 @@ class Fabric:
     """Words up to which `or_luts` is the smallest tree."""
     loose_tree: float
     """Tables for each word beyond that, as the mapper finds them."""
-    has_shift_registers: bool
     block_rams: tuple[tuple[float, tuple[tuple[int, int], ...]], ...]
     attempt: dict[Kind, float]
 
@@ -60,7 +59,6 @@ FABRICS: dict[str, Fabric] = {
         lut_inputs=6,
         full_tree=8,
         loose_tree=2 / 3,
-        has_shift_registers=True,
         block_rams=((1.0, _WHOLE), (0.5, _HALF)),
         attempt={"lut": 1089, "ff": 159, "bram36": 0.5},
     ),
@@ -68,9 +66,8 @@ FABRICS: dict[str, Fabric] = {
         lut_inputs=4,
         full_tree=64,
         loose_tree=2 / 3,
-        has_shift_registers=False,
         block_rams=((2 / 3, _NX_RAM),),
-        attempt={"lut": 1089, "ff": 159, "bram36": 0.5},
+        attempt={"lut": 1493, "ff": 171, "bram36": 4 / 3},
     ),
 }
 
