@@ -39,12 +39,41 @@ def test_no_platform_claims_a_measurement_but_that_of_the_rtls_area(name: str) -
 
 
 def test_link_figures_of_another_part_are_assumed_there() -> None:
-    at_home, borrowed = load_platform("xc7z045").link, load_platform("zu9eg").link
+    at_home, borrowed = load_platform("xc7z045").link, load_platform("ng_ultra").link
     assert at_home.dma_fixed_us.tag == "sourced"
     assert borrowed.dma_fixed_us.tag == "assumed"
     assert borrowed.dma_fixed_us.source == f"borrowed from zynq7000: {at_home.dma_fixed_us.source}"
     assert borrowed.dma_fixed_us.value == at_home.dma_fixed_us.value == 1.96
     assert borrowed.cache_clean_ns_per_line == at_home.cache_clean_ns_per_line  # assumed at home already
+
+
+PROTOCOL = {
+    "frame_register_writes", "status_register_reads", "flags_per_register", "acknowledge_register_writes",
+}  # fmt: skip
+"""Link parameters that are the emulated protocol's, and no figure of a device."""
+
+
+@pytest.mark.parametrize("name", ["zu9eg", "zu7ev"])
+def test_zynq_ultrascale_has_a_link_of_its_own_with_a_band_around_every_figure(name: str) -> None:
+    link = dict(load_platform(name).link.parameters())
+    figures = {key: row for key, row in link.items() if key not in PROTOCOL}
+    assert len(figures) == 14
+    assert link == dict(load_platform("zu9eg").link.parameters())
+    for key, row in figures.items():
+        assert not row.source.startswith("borrowed")
+        assert row.low is not None, key
+        assert row.low < row.high, key
+    zynq = dict(load_platform("xc7z045").link.parameters())
+    assert all(link[key] == zynq[key] for key in PROTOCOL)
+
+
+@pytest.mark.parametrize("key", ["dma_to_pl_bytes_per_pl_cycle", "dma_to_ps_bytes_per_pl_cycle"])
+def test_dma_of_zynq_ultrascale_is_a_zynq_7000s_on_ports_twice_as_wide(key: str) -> None:
+    wide, narrow = getattr(load_platform("zu9eg").link, key), getattr(load_platform("xc7z045").link, key)
+    assert wide.value == pytest.approx(2 * narrow.value, abs=0.005)
+    assert wide.tag == "scaled"
+    assert wide.low < narrow.value
+    assert wide.high <= 16.0
 
 
 def test_figures_of_the_devices() -> None:

@@ -20,14 +20,21 @@ def test_a_segment_takes_no_less_than_loading_and_no_more_than_loading_and_runni
 ) -> None:
     platform = STREAMED.with_value("pl.stream_ports", ports)
     wait = fetch_cycles(cycles, size_bytes, platform)
-    loading = size_bytes / (6.0 * ports)  # 1200 MB/s at 75 % and 150 MHz
+    loading = size_bytes / (8.0 * ports)  # what the stream takes; its port gives 26 a cycle
     start = platform.pl.stream_start_us.value * 150.0
     assert cycles + wait >= start + max(loading, cycles) - 1e-6
     assert cycles + wait <= start + loading + cycles + 2.0
 
 
 def test_the_wait_is_the_first_half_where_running_takes_longer_than_loading() -> None:
-    assert fetch_cycles(10**6, 10240.0, STREAMED) == 45 + 171  # 0.3 us, and 1024 bytes at 6 a cycle
+    assert fetch_cycles(10**6, 10240.0, STREAMED) == 45 + 128  # 0.3 us, and 1024 bytes at 8 a cycle
+
+
+def test_a_narrow_port_slows_the_stream() -> None:
+    narrow = load_platform("xc7z045").with_values(
+        {"pl.microcode_memory": "streamed", "pl.clock_mhz": 150.0}
+    )  # 1200 MB/s at 75 %
+    assert fetch_cycles(10**6, 10240.0, narrow) == 45 + 171  # 0.3 us, and 1024 bytes at 6 a cycle
 
 
 def test_only_what_runs_once_an_attempt_is_streamed_at_the_start() -> None:
