@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 from typing import get_args
 
 import pytest
 
+import hw_model
 from hw_model.errors import PlatformError
 from hw_model.platform import rtl_latency
 from hw_model.platform.parameter import Parameter, Tag
@@ -16,7 +18,9 @@ from tests.hw_model.tiny import platform_toml, tiny_platform
 
 
 def test_the_shipped_platforms() -> None:
-    assert platform_names() == ["fmql45t900", "ng_ultra", "xc7z020", "xc7z045", "zu7ev", "zu9eg"]
+    assert platform_names() == [
+        "fmql45t900", "k26", "mpfs250t", "ng_ultra", "vc1902", "xc7z020", "xc7z045", "zu7ev", "zu9eg",
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("name", platform_names())
@@ -53,7 +57,7 @@ PROTOCOL = {
 """Link parameters that are the emulated protocol's, and no figure of a device."""
 
 
-@pytest.mark.parametrize("name", ["zu9eg", "zu7ev"])
+@pytest.mark.parametrize("name", ["zu9eg", "zu7ev", "k26"])
 def test_zynq_ultrascale_has_a_link_of_its_own_with_a_band_around_every_figure(name: str) -> None:
     link = dict(load_platform(name).link.parameters())
     figures = {key: row for key, row in link.items() if key not in PROTOCOL}
@@ -74,6 +78,59 @@ def test_dma_of_zynq_ultrascale_is_a_zynq_7000s_on_ports_twice_as_wide(key: str)
     assert wide.tag == "scaled"
     assert wide.low < narrow.value
     assert wide.high <= 16.0
+
+
+def test_parts_with_a_link_measured_in_part_borrow_the_rest() -> None:
+    versal, polarfire = load_platform("vc1902").link, load_platform("mpfs250t").link
+    assert versal.register_write_ns.tag == "sourced"
+    assert versal.ddr_efficiency.source.startswith("borrowed from zynq_ultrascale: ")
+    assert polarfire.dma_to_pl_bytes_per_pl_cycle.tag == "sourced"
+    assert polarfire.register_write_ns.source.startswith("borrowed from zynq7000: ")
+    assert {versal.ddr_efficiency.tag, polarfire.register_write_ns.tag} == {"assumed"}
+
+
+def test_parts_of_one_logic_have_one_clock_and_versals_follows_by_a_published_ratio() -> None:
+    zu9eg, k26, versal = (load_platform(name).pl.clock_mhz for name in ("zu9eg", "k26", "vc1902"))
+    assert k26 == zu9eg
+    assert zu9eg.low is not None
+    assert zu9eg.high is not None
+    high = zu9eg.high * 456 / 661  # MicroBlaze, UG984
+    assert (versal.low, versal.value, versal.high) == (
+        zu9eg.low, round((zu9eg.low * high) ** 0.5), round(high),
+    )  # fmt: skip
+
+
+def test_block_and_ultra_ram_of_the_parts() -> None:
+    held = {name: load_platform(name).resources for name in platform_names()}
+    assert {name: row.uram.value for name, row in held.items() if row.uram.value} == {
+        "k26": 64, "vc1902": 463, "zu7ev": 96,
+    }  # fmt: skip
+    assert {held[name].uram.tag for name in ("k26", "vc1902", "zu7ev")} == {"sourced"}
+    k26 = held["k26"]
+    assert (k26.lut.value, k26.ff.value, k26.dsp.value, k26.bram36.value) == (117_120, 234_240, 1_248, 144)
+
+
+def test_what_another_logic_holds_is_converted_to_six_inputs_and_25_x_18() -> None:
+    polarfire = load_platform("mpfs250t").resources
+    left = 254_000 - 29_232 - 28_224  # logic elements that no LSRAM or math block takes
+    assert polarfire.ff.value == left
+    assert polarfire.lut.value == left * 961 // 1282
+    assert polarfire.dsp.value == 784 * (3 * 4) // (4 * 4)
+    assert polarfire.bram36.value == 812 // 2
+    assert {polarfire.lut.tag, polarfire.ff.tag, polarfire.dsp.tag, polarfire.bram36.tag} == {"scaled"}
+    ng_ultra = load_platform("ng_ultra").resources
+    assert (ng_ultra.ff.value, ng_ultra.bram36.value) == (1316 * 384, 672 * 2 // 3)
+
+
+def test_the_pipelines_of_both_arm_cores_are_those_on_record() -> None:
+    record = json.loads((Path(hw_model.__file__).parent / "timing" / "instructions.json").read_text())
+    for core, device in (("cortex-a53", "zu9eg"), ("cortex-a72", "vc1902")):
+        row, ps = record["pipeline"][core], load_platform(device).ps
+        cycles = ps.cycles_per_instruction
+        assert cycles.low == pytest.approx(row["issue"], rel=0.03)
+        assert cycles.high == pytest.approx(row["once"], rel=0.03)
+        assert cycles.value == pytest.approx((row["issue"] * row["repeated"]) ** 0.5, rel=0.01)
+        assert ps.instruction_factor.tag == "executed"
 
 
 def test_figures_of_the_devices() -> None:
@@ -300,7 +357,7 @@ def test_a_bad_file_is_refused_by_name(tmp_path: Path, old: str, new: str, says:
 
 
 def test_an_unknown_name_lists_the_known_ones() -> None:
-    known = "fmql45t900, ng_ultra, xc7z020, xc7z045, zu7ev, zu9eg"
+    known = "fmql45t900, k26, mpfs250t, ng_ultra, vc1902, xc7z020, xc7z045, zu7ev, zu9eg"
     with pytest.raises(PlatformError, match=f"platform 'zu9' is not known; known: {known}, or the path"):
         load_platform("zu9")
 
