@@ -18,18 +18,20 @@ from hw_model.vocabulary import by_place, count_of
 from .drawing import GREEN, GREY, PALE, PLACES, RED, blank, finished, legend, note
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from hw_model.report.bands import Band
     from hw_model.report.speedup import Report
 
+_DEVICES_IN_A_ROW = 6
 _GAIN = {"faster": GREEN, "band crosses 1": GREY, "slower": RED}
 
 
 def speedup_figure(
     reports: Sequence[Report], path: str | Path | None = None, fits: Sequence[bool] | None = None
 ) -> Figure:
-    """A bar per report with its band, grouped by device; the dashed line is the baseline.
+    """A bar per report with its band, grouped by device, many devices in rows of their own; the dashed line is the baseline.
 
     `fits`: whether each report's engine fits into its device; one that does not is an outline and says so. Saves a PNG
     when `path` is given. Raises HwModelError without reports or with different baselines.
@@ -39,13 +41,39 @@ def speedup_figure(
     baselines = sorted({report.baseline for report in reports})
     if len(baselines) > 1:
         raise HwModelError(f"`reports` have different baselines: {', '.join(baselines)}")
-    figure = blank(max(5.0, 1.6 + 0.95 * len(reports)), 4.2)
-    axes = figure.add_subplot()
     devices = list(dict.fromkeys(report.device for report in reports))
-    ordered = sorted(reports, key=lambda report: devices.index(report.device))
     fitting = {id(report): fit for report, fit in zip(reports, fits or [True] * len(reports), strict=True)}
-    places = [k + 0.6 * devices.index(report.device) for k, report in enumerate(ordered)]
-    for place, report in zip(places, ordered, strict=True):
+    rows = [
+        [report for device in group for report in reports if report.device == device]
+        for group in _in_rows(devices)
+    ]
+    figure = blank(max(5.0, 1.6 + 0.95 * max(map(len, rows))), 4.2 * len(rows))
+    top = 1.2 * max(1.0, *(report.speedup.high for report in reports))
+    for place, (axes, row) in enumerate(
+        zip(figure.subplots(len(rows), squeeze=False).flat, rows, strict=True)
+    ):
+        _bars(axes, row, fitting)
+        axes.set_ylim(0.0, top)
+        axes.set_ylabel(f"modelled speedup over {baselines[0]}")
+        if place == 0:
+            axes.set_title("Modelled speedup, with the band of the assumed parameters", fontsize=10)
+    shown = {_gain(report.speedup) for report in reports}
+    legend(figure, {name: colour for name, colour in _GAIN.items() if name in shown})
+    return finished(figure, path)
+
+
+def _in_rows(devices: list[str]) -> list[list[str]]:
+    """The devices in rows of nearly one length, at most `_DEVICES_IN_A_ROW` each."""
+    rows = -(-len(devices) // _DEVICES_IN_A_ROW)
+    length = -(-len(devices) // rows)
+    return [devices[start : start + length] for start in range(0, len(devices), length)]
+
+
+def _bars(axes: Axes, reports: list[Report], fitting: dict[int, bool]) -> None:
+    """One row of bars, with space between the devices."""
+    devices = list(dict.fromkeys(report.device for report in reports))
+    places = [k + 0.6 * devices.index(report.device) for k, report in enumerate(reports)]
+    for place, report in zip(places, reports, strict=True):
         band = report.speedup
         reach = [[band.nominal - band.low], [band.high - band.nominal]]
         colour, fit = _GAIN[_gain(band)], fitting[id(report)]
@@ -55,19 +83,13 @@ def speedup_figure(
         )  # fmt: skip
         text = f"{band.nominal:.2f}×" if fit else f"{band.nominal:.2f}×\ndoes not fit"
         note(axes, text, (place, band.high), ha="center", fontsize=9)
-    shown = {_gain(report.speedup) for report in reports}
     axes.axhline(1.0, color="black", linestyle="--", linewidth=0.8)
     labels = [
         "\n".join((report.device, count_of(report.lanes, "lane"), report.partition.replace("+", "\n+ ")))
-        for report in ordered
+        for report in reports
     ]
     axes.set_xticks(places, labels, fontsize=8)
     axes.set_xlim(places[0] - 1.0, places[-1] + 1.0)
-    axes.set_ylim(0.0, 1.2 * max(1.0, *(report.speedup.high for report in reports)))
-    axes.set_ylabel(f"modelled speedup over {baselines[0]}")
-    axes.set_title("Modelled speedup, with the band of the assumed parameters", fontsize=10)
-    legend(figure, {name: colour for name, colour in _GAIN.items() if name in shown})
-    return finished(figure, path)
 
 
 def module_figure(report: Report, path: str | Path | None = None) -> Figure:

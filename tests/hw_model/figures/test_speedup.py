@@ -8,6 +8,7 @@ import pytest
 
 from hw_model.errors import HwModelError
 from hw_model.figures.speedup import module_figure, speedup_figure
+from hw_model.platform.platform import platform_names
 from hw_model.report.speedup import speedup
 from tests.hw_model.synthetic import synthetic_trace
 
@@ -36,6 +37,16 @@ def test_a_bar_whose_engine_does_not_fit_is_an_outline_and_says_so() -> None:
     assert ["does not fit" in text.get_text() for text in axes.texts] == [False, True]
     [plain] = speedup_figure(reports).axes
     assert not any("does not fit" in text.get_text() for text in plain.texts)
+
+
+def test_many_devices_take_rows_of_one_scale() -> None:
+    devices = platform_names()
+    axes = speedup_figure([speedup(TRACE, device, "paper") for device in devices]).axes
+    rows = [[label.get_text().splitlines()[0] for label in row.get_xticklabels()] for row in axes]
+    assert [name for row in rows for name in row] == devices
+    assert len(rows) > 1
+    assert max(map(len, rows)) - min(map(len, rows)) <= 1
+    assert len({row.get_ylim() for row in axes}) == 1
 
 
 def test_module_bars_have_the_length_of_the_modules(tmp_path: Path) -> None:
