@@ -136,7 +136,11 @@ def place(pattern: Pattern) -> tuple[float, ...]:
 @cache
 def recorded(path: Path = RECORD) -> InstructionLaw:
     """The law of a record that scripts/record_instructions.py wrote."""
-    record: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return law_of(json.loads(path.read_text(encoding="utf-8")))
+
+
+def law_of(record: Mapping[str, Any]) -> InstructionLaw:
+    """The law of a record's entries."""
     measured = tuple(
         Measured(row["name"], tuple(row["place"]), row["logarithms"]) for row in record["measured"]
     )
