@@ -66,7 +66,7 @@ def problems() -> Iterator[tuple[str, bool, Problem]]:
         for size in sorted(fitted + held_out):
             yield f"{family}-{size}", size in held_out, make(size)
     for scenario, held_out in MISSIONS.items():
-        for k, problem in enumerate(_first_patterns(SCENARIOS / f"{scenario}.toml")):
+        for k, problem in enumerate(first_patterns(SCENARIOS / f"{scenario}.toml")):
             yield f"{scenario}-{k}", held_out, problem
 
 
@@ -74,7 +74,7 @@ class _Enough(Exception):
     """The patterns wanted have been asked for."""
 
 
-def _first_patterns(path: Path) -> list[Problem]:
+def first_patterns(path: Path) -> list[Problem]:
     """The first problems of a plan that differ in their sizes."""
     found: dict[tuple[int, int, int], Problem] = {}
 

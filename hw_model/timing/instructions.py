@@ -100,6 +100,8 @@ def features(stage: Stage, pattern: Pattern) -> dict[str, float]:
         "nonzeros_a": buffers["raw_a"],
         "nonzeros_g": buffers["raw_g"],
     }
+    if stage.module == "statistics":  # a pass over x, y or z has a cost of its own, unless it is empty
+        found["vectors"] = sum(size > 0 for size in (pattern.n, pattern.p, pattern.m))
     if stage.module in ("factorization", "linear_solve", "matrix_update"):
         found |= {
             "nonzeros_kkt": pattern.nnz_kkt,

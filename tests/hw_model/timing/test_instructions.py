@@ -14,30 +14,32 @@ from hw_model.timing import ps
 from hw_model.timing.instructions import RECORD, recorded
 from hw_model.timing.trace import Pattern, parse_trace
 from orbsoc.hw.emulation import PsScheduler
-from scripts.instruction_problems import FAMILIES
+from scripts.instruction_problems import FAMILIES, SCENARIOS, first_patterns
 
 HELD_OUT: dict[str, dict[str, list[int]]] = {
     row["name"]: row["stages"] for row in json.loads(RECORD.read_text(encoding="utf-8"))["held_out"]
 }
 SEEN = {row.name for row in recorded().measured}
-GENERATED = [name for name in HELD_OUT if name.rpartition("-")[0] in FAMILIES]
 
 
 @cache
 def pattern_of(name: str) -> Pattern:
     family, _, size = name.rpartition("-")
     scheduler = PsScheduler()
-    scheduler(FAMILIES[family][0](int(size)))
+    if family in FAMILIES:
+        scheduler(FAMILIES[family][0](int(size)))
+    else:  # of a mission, the first problems that differ in their sizes
+        scheduler(first_patterns(SCENARIOS / f"{family}.toml")[int(size)])
     trace: dict[str, Any] = scheduler.trace
     return parse_trace(trace).patterns[0]
 
 
 def test_the_law_has_not_seen_what_it_is_judged_by() -> None:
-    assert len(GENERATED) > 20
+    assert len(HELD_OUT) > 30
     assert not SEEN & set(HELD_OUT)
 
 
-@pytest.mark.parametrize("name", GENERATED)
+@pytest.mark.parametrize("name", HELD_OUT)
 def test_a_solve_has_the_instructions_that_the_law_says(name: str) -> None:
     """The total within a tenth, stages that take a twentieth of it within 15 %."""
     law, pattern = recorded(), pattern_of(name)
