@@ -67,13 +67,13 @@ CORES = (
         ("qemu-arm", "-cpu", "cortex-a7"), (),
     ),
     Core(
-        "Cortex-R52", ARMV7, ARM_TOOLS, f"{STATIC},+neon -C target-cpu=cortex-r52",
+        "Cortex-R52", ARMV7, ARM_TOOLS, f"{STATIC},+neon -C target-cpu=cortex-r52 -C link-arg=-Wl,--no-warn-mismatch",
         ("qemu-arm", "-cpu", "max"), ("cortex-r52",), r"vmrs|vmov\w*\.(i32|f64) \w+, #",
     ),
 )  # fmt: skip
 """The law is the first one's. Those of 32 bits run Arm instructions of four bytes, not Thumb; the flags are those of the
-solver, the compiled standard library keeps its own. The R52's program is one of Linux, which that core does not run: its
-instructions are the same."""
+solver, the compiled standard library keeps its own. The R52's program is one of Linux, which that core does not run, so
+that the linker objects to what of it is for which profile; the solver's instructions are those of the core."""
 HOT = 0.85
 """Share of the instructions whose blocks go through the pipeline model."""
 MOST_BLOCKS = 400

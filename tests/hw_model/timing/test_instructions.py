@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from functools import cache
+from statistics import geometric_mean
 from typing import Any
 
 import pytest
@@ -16,9 +17,9 @@ from hw_model.timing.trace import Pattern, parse_trace
 from orbsoc.hw.emulation import PsScheduler
 from scripts.instruction_problems import FAMILIES, SCENARIOS, first_patterns
 
-HELD_OUT: dict[str, dict[str, list[int]]] = {
-    row["name"]: row["stages"] for row in json.loads(RECORD.read_text(encoding="utf-8"))["held_out"]
-}
+RECORDED: dict[str, Any] = json.loads(RECORD.read_text(encoding="utf-8"))
+HELD_OUT: dict[str, dict[str, list[int]]] = {row["name"]: row["stages"] for row in RECORDED["held_out"]}
+CORES = {"Cortex-A53": "zu9eg", "Cortex-A9": "xc7z020", "Cortex-A7": "fmql45t900", "Cortex-R52": "ng_ultra"}
 SEEN = {row.name for row in recorded().measured}
 
 
@@ -50,6 +51,34 @@ def test_a_solve_has_the_instructions_that_the_law_says(name: str) -> None:
     for stage, (_, instructions) in counts.items():
         if instructions >= 0.05 * total:
             assert said[stage] == pytest.approx(instructions, rel=0.15), stage
+
+
+@pytest.mark.parametrize("core", CORES)
+def test_every_core_has_solved_every_problem_to_the_same_bits(core: str) -> None:
+    found = RECORDED["cores"][core]
+    assert set(found["totals"]) == set(RECORDED["totals"])
+    assert found["other_answers"] == []
+
+
+@pytest.mark.parametrize(("core", "platform"), CORES.items())
+def test_a_core_has_the_factor_that_was_counted(core: str, platform: str) -> None:
+    """Geometric mean of the problems' ratios, and their range, as printed in the preset with two decimals."""
+    totals, first = RECORDED["cores"][core]["totals"], RECORDED["cores"]["Cortex-A53"]["totals"]
+    ratios = [totals[name] / first[name] for name in first]
+    factor = load_platform(platform).ps.instruction_factor
+    assert factor.tag == "executed"
+    assert factor.value == pytest.approx(geometric_mean(ratios), abs=0.006)
+    if core != "Cortex-A53":
+        assert (factor.low, factor.high) == pytest.approx((min(ratios), max(ratios)), abs=0.006)
+
+
+@pytest.mark.parametrize("core", ["Cortex-A9", "Cortex-R52"])
+def test_a_core_has_the_cycles_that_its_pipeline_model_says(core: str) -> None:
+    model = RECORDED["cores"][core]["pipeline"][core.lower()]
+    cycles = load_platform(CORES[core]).ps.cycles_per_instruction
+    assert cycles.tag == "scaled"
+    assert (cycles.low, cycles.high) == pytest.approx((model["issue"], model["once"]), abs=0.006)
+    assert cycles.value == pytest.approx(geometric_mean([model["issue"], model["repeated"]]), abs=0.006)
 
 
 def test_both_prices_stand_side_by_side_in_a_comparison() -> None:
