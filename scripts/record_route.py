@@ -115,7 +115,7 @@ def source_of(module: str) -> Source:
     return Source(ROOT / "rtl", read, digest("*.sv*", *MADE_OF[module]))
 
 
-PUBLISHED_MHZ = {"zu9eg": 714, "zu7ev": 714, "xc7z045": 416, "fmql45t900": 416, "xc7z020": 238}
+PUBLISHED_MHZ = {"zu9eg": 714, "zu7ev": 714, "k26": 714, "xc7z045": 416, "fmql45t900": 416, "xc7z020": 238}
 """The clock of `picorv32_axi` that its authors print for the vendor's part with a device's logic: Kintex UltraScale+ -2 and
 Kintex-7 -2 by Vivado 2017.3 (README of the package that is routed here), Artix-7 -1 by Vivado 2015.1 (README of 2016). The
 FMQL45T900's logic is taken as an XC7Z045's."""
