@@ -60,7 +60,7 @@ FABRICS: dict[str, Fabric] = {
         full_tree=8,
         loose_tree=2 / 3,
         block_rams=((1.0, _WHOLE), (0.5, _HALF)),
-        attempt={"lut": 1089, "ff": 159, "bram36": 0.5},
+        attempt={"lut": 962, "ff": 160, "bram36": 0.5},
     ),
     "ng_ultra": Fabric(
         lut_inputs=4,
