@@ -101,6 +101,17 @@ def test_parts_of_one_logic_have_one_clock_and_versals_follows_by_a_published_ra
     )  # fmt: skip
 
 
+def test_parts_that_no_open_tool_routes_are_as_fast_as_the_slowest_engine_on_record_or_less() -> None:
+    slowest = load_platform("zu9eg").pl.clock_mhz.low
+    ultra, polarfire = (load_platform(name).pl.clock_mhz for name in ("ng_ultra", "mpfs250t"))
+    assert slowest is not None
+    assert (ultra.low, ultra.high) == (round(slowest / 3), slowest)
+    assert (polarfire.low, polarfire.value, polarfire.high) == (
+        round(slowest * 28 / 40), slowest, round(slowest * 40 / 28),
+    )  # fmt: skip
+    assert {ultra.tag, polarfire.tag} == {"assumed"}
+
+
 def test_block_and_ultra_ram_of_the_parts() -> None:
     held = {name: load_platform(name).resources for name in platform_names()}
     assert {name: row.uram.value for name, row in held.items() if row.uram.value} == {
