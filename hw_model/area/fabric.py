@@ -78,7 +78,9 @@ def multiplier_dsp(significand_bits: int) -> int:
     def parts(most: int) -> list[int]:
         return [min(most, significand_bits - first) for first in range(0, significand_bits, most)]
 
-    return sum(min(a, b) >= LEAST_FACTOR and a + b >= LEAST_PRODUCT for a in parts(WIDE) for b in parts(NARROW))
+    return sum(
+        min(a, b) >= LEAST_FACTOR and a + b >= LEAST_PRODUCT for a in parts(WIDE) for b in parts(NARROW)
+    )
 
 
 def uram(rows: int, bits: int) -> int:

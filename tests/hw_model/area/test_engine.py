@@ -84,7 +84,15 @@ def test_a_multiplier_is_tiled_by_24_by_17_bits() -> None:
 
 @pytest.mark.parametrize(
     ("rows", "bits", "blocks"),
-    [(512, 36, 0.5), (512, 64, 1), (513, 64, 2), (1024, 181, 5.5), (4096, 64, 8), (4096, 105, 12), (1, 1, 0.5)],
+    [
+        (512, 36, 0.5),
+        (512, 64, 1),
+        (513, 64, 2),
+        (1024, 181, 5.5),
+        (4096, 64, 8),
+        (4096, 105, 12),
+        (1, 1, 0.5),
+    ],
 )
 def test_a_memory_takes_the_cheapest_shape(rows: int, bits: int, blocks: float) -> None:
     assert FABRIC.bram36(rows, bits) == blocks

@@ -31,7 +31,9 @@ def _text(row: Synthesis) -> str:
 
 def test_the_record_is_of_the_rtl_as_it_stands() -> None:
     record = json.loads(NG_ULTRA.record.read_text())
-    assert (record["rtl"], record["family"]) == (rtl_digest(), "ultra"), "the RTL has changed: run `make route`"
+    assert (record["rtl"], record["family"]) == (rtl_digest(), "ultra"), (
+        "the RTL has changed: run `make route`"
+    )
     assert [(row.module, _text(row)) for row in ROWS] == NG_ULTRA.modules
 
 
@@ -77,7 +79,9 @@ def test_a_decoder_takes_what_synthesis_found(lanes: int) -> None:
     (row,) = (r for r in ROWS if r.module == "sequencer_compressed" and r.parameters["LANES"] == lanes)
     (four,) = (shape_of(r) for r in ENGINES if shape_of(r).lanes == 4 and shape_of(r).datapath == "f64")
     shape = shape_of(next(r for r in ENGINES if shape_of(r).lanes == lanes))
-    more = line_bits(four) - line_bits(shape)  # the decoder on record has the longer lines with two lanes, too
+    more = line_bits(four) - line_bits(
+        shape
+    )  # the decoder on record has the longer lines with two lanes, too
     luts = decoder_luts(shape, AREA) + more * AREA.lut_decoder_per_line_bit.value
     assert abs(luts / row.lut - 1) <= LUT_ERROR
 
