@@ -29,6 +29,8 @@ WIDTH_BITS: dict[Datapath, int] = {"f64": 64, "f32": 32}
 SIGNIFICAND_BITS: dict[Datapath, int] = {"f64": 53, "f32": 24}
 REPLICAS = 3
 """Copies of each bank, one a read port: operands a, b and c."""
+READ_STAGES = 3
+"""Cycles that a port's choice of a bank waits for the bank's word: what engines of 1, 2 and 4 lanes have on NG-Ultra."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,8 +129,9 @@ def _cluster_luts(shape: Shape, fabric: Fabric, own: _Cluster) -> int:
     gathered = sum(own.readers) * fabric.or_luts(banks + others) + exports * REPLICAS * fabric.or_luts(banks)
     writers = own.units + own.host + others
     written = banks * (shape.row_bits + shape.word_bits) * fabric.or_luts(writers)
+    ports = sum(own.readers) + exports * REPLICAS
     # Each port's choice once more, as a shift register, while the banks are read.
-    picked = banks * (2 * (sum(own.readers) + exports * REPLICAS) + writers)
+    picked = banks * (ports * (1 if fabric.shifted else 2) + writers)
     return rows + gathered * shape.word_bits + written + picked
 
 
@@ -150,7 +153,17 @@ def flip_flops(shape: Shape, area: Area, code_bits: int) -> int:
     written = banks * (1 + shape.row_bits + word)
     issue = 2 * shape.microcode_bits + code_bits  # what the memory puts out, and what is issued
     host = 2 + shape.address_bits + word
-    return read + written + issue + host + _units_and_control(shape, area, "ff")
+    shifted = _shifted(shape, fabric_of(area))
+    return read + written + issue + host + shifted + _units_and_control(shape, area, "ff")
+
+
+def _shifted(shape: Shape, fabric: Fabric) -> int:
+    """Flip-flops of what waits for a result, or for a bank's word, where it is not in lookup tables."""
+    if fabric.shifted is None:
+        return 0
+    lane, divider = fabric.shifted[shape.datapath]
+    choices = READ_STAGES * shape.banks * (2 * (shape.lanes + shape.dividers) + shape.lanes)
+    return choices + shape.address_bits * (shape.lanes * lane + shape.dividers * divider)
 
 
 def _units_and_control(shape: Shape, area: Area, kind: Literal["lut", "ff"]) -> int:

@@ -10,6 +10,8 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from hw_model.vocabulary import Datapath
+
 Kind = Literal["lut", "ff", "dsp", "bram36", "uram"]
 KINDS: tuple[Kind, ...] = ("lut", "ff", "dsp", "bram36", "uram")
 WIDE, NARROW = 24, 17
@@ -31,6 +33,8 @@ class Fabric:
     """Words up to which `or_luts` is the smallest tree."""
     loose_tree: float
     """Tables for each word beyond that, as the mapper finds them."""
+    shifted: dict[Datapath, tuple[int, int]] | None
+    """Flip-flops for each bit of an address, of a lane and of a divider, where lookup tables are no shift registers."""
     block_rams: tuple[tuple[float, tuple[tuple[int, int], ...]], ...]
     attempt: dict[Kind, float]
 
@@ -59,6 +63,7 @@ FABRICS: dict[str, Fabric] = {
         lut_inputs=6,
         full_tree=8,
         loose_tree=2 / 3,
+        shifted=None,
         block_rams=((1.0, _WHOLE), (0.5, _HALF)),
         attempt={"lut": 962, "ff": 160, "bram36": 0.5},
     ),
@@ -66,6 +71,7 @@ FABRICS: dict[str, Fabric] = {
         lut_inputs=4,
         full_tree=64,
         loose_tree=2 / 3,
+        shifted={"f64": (105, 48), "f32": (69, 33)},
         block_rams=((2 / 3, _NX_RAM),),
         attempt={"lut": 1493, "ff": 171, "bram36": 4 / 3},
     ),
