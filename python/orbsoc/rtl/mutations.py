@@ -121,7 +121,7 @@ MUTATIONS = {
         "fpu/fp_divsqrt.sv", "token[1] ? SLOTS'({load, load} >> (SLOTS - 1)) : load", "load"
     ),
     "rest of a quotient forgotten": Mutation(
-        "fpu/fp_divsqrt.sv", "rest_c   <= (collect & inexact) != '0", "rest_c   <= 1'b0"
+        "fpu/fp_divsqrt.sv", "rest_c      <= (collect & inexact) != '0", "rest_c   <= 1'b0"
     ),
     "opening of a header believed before it is there": Mutation(
         "engine/compressed_items.sv",
