@@ -81,18 +81,20 @@ class Source:
     clock: str = "clock"
 
 
-_ADD_AND_MULTIPLY = ("fpu/fp_[!d]*.sv", "fpu/fp_delay.sv")
+_SHARED = tuple(f"fpu/fp_{part}.sv" for part in ("delay", "leading_zeros", "round", "shift_sticky"))
+_ADD, _MULTIPLY = "fpu/fp_add.sv", ("fpu/fp_mul.sv", "fpu/fp_product.sv")
 MADE_OF = {
     "engine": ("fpu/*.sv", "engine/*.sv*"),
-    "lane": (*_ADD_AND_MULTIPLY, "engine/lane.sv", "engine/operations.svh"),
-    "fp_add": _ADD_AND_MULTIPLY,
-    "fp_mul": _ADD_AND_MULTIPLY,
-    "fp_divsqrt": ("fpu/*.sv",),
+    "lane": (*_SHARED, _ADD, *_MULTIPLY, "fpu/fp_less.sv", "engine/lane.sv", "engine/operations.svh"),
+    "fp_add": (*_SHARED, _ADD),
+    "fp_mul": (*_SHARED, *_MULTIPLY),
+    "fp_divsqrt": (*_SHARED, "fpu/fp_divsqrt.sv"),
     "sequencer_compressed": (
         "engine/sequencer_compressed.sv", "engine/compressed_*.sv", "engine/window.sv", "engine/operations.svh",
     ),
 }  # fmt: skip
-"""The files of a module beside the parameters."""
+"""The files of a module beside the parameters. Tools read no others: the names that they invent, and with them the placement,
+would follow those too."""
 
 
 def source_of(module: str) -> Source:
@@ -104,7 +106,8 @@ def source_of(module: str) -> Source:
         folder = Path(package.origin).parent / "verilog"
         state = hashlib.sha256((folder / "picorv32.v").read_bytes()).hexdigest()[:16]
         return Source(folder, "read_verilog picorv32.v", state, clock="clk")
-    read = f"read_verilog -sv {' '.join(TILES)} -I. contract.sv fpu/*.sv engine/*.sv"
+    files = (pattern.removesuffix("*") for pattern in MADE_OF[module] if not pattern.endswith(".svh"))
+    read = f"read_verilog -sv {' '.join(TILES)} -I. contract.sv {' '.join(files)}"
     return Source(ROOT / "rtl", read, digest("*.sv*", *MADE_OF[module]))
 
 
@@ -259,7 +262,7 @@ def run(tool: str, *arguments: str, folder: Path) -> None:
 
 
 def wrapper(module: str, given: dict[str, str], ports: dict[str, Any], clock: str) -> str:
-    """A module between registers: inputs shifted in, outputs caught and shifted out, on four pins."""
+    """A module between registers: inputs shifted in and held, outputs caught and shifted out, on four pins."""
     widths = {
         direction: {
             name: len(port["bits"])
@@ -269,7 +272,7 @@ def wrapper(module: str, given: dict[str, str], ports: dict[str, Any], clock: st
         for direction in ("input", "output")
     }
     wires = [f".{clock}(clock)"]
-    for direction, row in (("input", "held"), ("output", "made")):
+    for direction, row in (("input", "given"), ("output", "made")):
         at = 0
         for name, width in widths[direction].items():
             wires.append(f".{name}({row}[{at}+:{width}])")
@@ -277,11 +280,12 @@ def wrapper(module: str, given: dict[str, str], ports: dict[str, Any], clock: st
     inside, outside = (sum(widths[direction].values()) for direction in ("input", "output"))
     chosen = ", ".join(f".{name}({value})" for name, value in given.items())
     return f"""module routed (input logic clock, input logic in, input logic take, output logic out);
-  logic [{inside - 1}:0] held;
+  logic [{inside - 1}:0] held, given;
   logic [{outside - 1}:0] made, caught, row;
   {module} #({chosen}) unit ({", ".join(wires)});
   always_ff @(posedge clock) begin
     held <= {{held[{inside - 2}:0], in}};
+    given <= held;
     caught <= made;
     row <= take ? caught : row << 1;
   end

@@ -53,39 +53,44 @@ module fp_add #(
     b_man_1   <= {b_exp != '0, b[MAN-1:0]};
   end
 
-  // 2: order by magnitude.
+  // 2: order by magnitude, and move the smaller operand down by the lowest bits of its distance: three bits below the
+  // significand take what they move.
+  localparam int STEP = 2;
   logic special, nan;
   logic [EXP-1:0] gap;
+  logic [P-1:0] smaller;
   always_comb begin
     special = a_full_1 || b_full_1;
     // A NaN operand, or two infinities of unlike sign.
     nan     = nan_1 || (a_full_1 && b_full_1 && a_sign_1 != b_sign_1);
     gap     = swap_1 ? b_above_1 : a_above_1;
+    smaller = special ? '0 : swap_1 ? a_man_1 : b_man_1;
   end
   logic sign_2, unlike_2, special_2, far_2;
   logic [EXP-1:0] exp_2;
-  logic [P-1:0] large_2, small_2;
-  logic [ALIGN-1:0] align_2;
+  logic [P-1:0] large_2;
+  logic [P+2:0] small_2;
+  logic [ALIGN-1:STEP] steps_2;
   always_ff @(posedge clock) if (enable) begin
     special_2 <= special;
     unlike_2  <= a_sign_1 != b_sign_1 && !special;
     exp_2     <= swap_1 ? b_place_1 : a_place_1;
-    small_2   <= special ? '0 : swap_1 ? a_man_1 : b_man_1;
-    align_2   <= ALIGN'(gap);
+    small_2   <= {smaller, 3'b000} >> gap[STEP-1:0];
+    steps_2   <= gap[ALIGN-1:STEP];
     far_2     <= (gap >> ALIGN) != '0;
     sign_2    <= !nan && (swap_1 ? b_sign_1 : a_sign_1);
     large_2   <= nan ? {2'b11, (P - 2)'(0)} : swap_1 ? b_man_1 : a_man_1;
   end
 
-  // 3: align the smaller operand.
+  // 3: align the smaller operand by whole steps.
   logic [P+2:0] aligned;
   logic lost;
   fp_shift_sticky #(
       .WIDTH(P + 3),
       .BITS (ALIGN)
   ) align (
-      .value  ({small_2, 3'b000}),
-      .amount (align_2),
+      .value  (small_2),
+      .amount ({steps_2, STEP'(0)}),
       .shifted(aligned),
       .lost   (lost)
   );

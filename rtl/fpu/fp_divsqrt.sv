@@ -136,12 +136,13 @@ module fp_divsqrt #(
   generate
     for (genvar s = 0; s < SLOTS; s++) begin : g_slot
       logic is_root, is_quotient, loads;  // one register for both would drive twice the wires
-      logic [N:0] w, below_2, thrice, thrice_0, thrice_3;
+      logic [N:0] w, thrice, w_below, thrice_below, thrice_0, thrice_3;
       logic [N-1:0] once, moving;
       logic [2:0] low, low_3;  // of D and of 3 D
       logic [3:0] low_2;  // of 2 D
       logic [N+2:0] next;
       logic [N+3:0] less_1, less_2, less_3;
+      logic below;  // the digit is below two, or the slot loads
       logic [1:0] q;
       logic [X+3:0] aside;
       always_ff @(posedge clock) begin
@@ -153,15 +154,19 @@ module fp_divsqrt #(
         less_1 = {1'b0, next} - {1'b0, once, low};
         less_2 = {1'b0, next} - {once, low_2};
         less_3 = {1'b0, next} - {thrice, low_3};
-        // Each sign chooses for itself: the digit comes later. While a slot loads, the remainder comes in where that of
-        // digit 0 would.
+        // Each sign chooses for itself: the digit comes later. While a slot loads, remainder and multiple come in where
+        // those of digit 0 would.
         thrice_0 = {thrice[N-2:0] - (N - 1)'(1), 2'b01};
         thrice_3 = {thrice[N-2:0] + (N - 1)'(1), 2'b10};
-        below_2 = loads ? (root_2 ? '0 : (N + 1)'(a_2)) : less_1[N+3] ? next[N:0] : less_1[N:0];
+        below = less_2[N+3] || loads;
+        w_below = loads ? (root_2 ? '0 : (N + 1)'(a_2)) : less_1[N+3] ? next[N:0] : less_1[N:0];
+        thrice_below = loads ? (root_2 ? (N + 1)'(1) : (N + 1)'(triple[P+2:3]))
+                             : less_1[N+3] ? thrice_0 : {thrice[N-2:0], 2'b00};
         q = {!less_2[N+3], less_2[N+3] ? !less_1[N+3] : !less_3[N+3]};
       end
       always_ff @(posedge clock) if (enable) begin
-        w <= (less_2[N+3] || loads) ? below_2 : less_3[N+3] ? less_2[N:0] : less_3[N:0];
+        w <= below ? w_below : less_3[N+3] ? less_2[N:0] : less_3[N:0];
+        if (loads || is_root) thrice <= below ? thrice_below : less_3[N+3] ? {thrice[N-2:0], 2'b11} : thrice_3;
         moving <= loads ? (root_2 ? radicand : '0) : is_root ? moving << 4 : {moving[N-3:0], q};
         if (loads) begin
           is_root <= root_2;
@@ -170,12 +175,9 @@ module fp_divsqrt #(
           low_2 <= root_2 ? 4'b0100 : {b_2[1:0], 2'b00};
           low_3 <= root_2 ? 3'b001 : triple[2:0];
           once <= root_2 ? '0 : N'(b_2[P-1:2]);
-          thrice <= root_2 ? (N + 1)'(1) : (N + 1)'(triple[P+2:3]);
           aside <= {exp_3, sign_2, special_2, fixed_2};
         end else if (is_root) begin
           once <= {once[N-3:0], q};
-          thrice <= less_2[N+3] ? (less_1[N+3] ? thrice_0 : {thrice[N-2:0], 2'b00})
-                                : (less_3[N+3] ? {thrice[N-2:0], 2'b11} : thrice_3);
         end
       end
       assign found[s*N+:N] = is_root ? once : moving;
@@ -187,9 +189,11 @@ module fp_divsqrt #(
   // Collect the digits of the slot whose turn it is; its exponent comes a cycle before. A result below the normal range moves
   // down by what the exponent alone says: there, whether the quotient is below one makes no difference.
   logic [N-1:0] digits, digits_c;
-  logic [X+3:0] aside, aside_b, aside_c;
-  logic signed [X-1:0] exp_b;
+  logic [X+3:0] aside, aside_b;
+  logic [3:0] aside_c;
+  logic signed [X-1:0] exp_b, below_b;
   logic [DOWN-1:0] down_c;
+  logic [EXP:0] exp_c, below_c;  // the result's exponent, and that of a quotient below one
   logic rest_c, subnormal_c;
   always_comb begin
     digits = '0;
@@ -200,10 +204,13 @@ module fp_divsqrt #(
     end
   end
   assign exp_b = $signed(aside_b[X+3:4]);
+  assign below_b = exp_b - X'(1);
   always_ff @(posedge clock) if (enable) begin
     aside_b     <= aside;
     digits_c    <= digits;
-    aside_c     <= aside_b;
+    aside_c     <= aside_b[3:0];
+    exp_c       <= (exp_b >= INFINITE) ? {1'b0, ONES} : (exp_b >= 1) ? exp_b[EXP:0] : (EXP + 1)'(1);
+    below_c     <= (exp_b > INFINITE) ? {1'b0, ONES} : (exp_b > 1) ? below_b[EXP:0] : (EXP + 1)'(1);
     rest_c      <= (collect & inexact) != '0;
     subnormal_c <= exp_b <= 1;
     down_c      <= (exp_b >= 1) ? '0 : (exp_b < -X'(P)) ? DOWN'(P + 2) : DOWN'(X'(1) - exp_b);
@@ -213,13 +220,11 @@ module fp_divsqrt #(
   localparam int STEP = 3;  // bits of a distance within a step
   logic low_c, sign_n, special_n, rest_n, lost_c;
   logic [1:0] fixed_n;
-  logic signed [X-1:0] exp_c;
   logic [N-1:0] normal, stepped, normal_n;
   logic [STEP-1:0] down_n;
   logic [EXP:0] exp_n;
   assign low_c  = !digits_c[N-1];  // a quotient below one
   assign normal = (low_c && !subnormal_c) ? {digits_c[N-2:0], 1'b0} : digits_c;
-  assign exp_c  = $signed(aside_c[X+3:4]) - X'(low_c);
   fp_shift_sticky #(
       .WIDTH(N),
       .BITS (DOWN)
@@ -230,11 +235,11 @@ module fp_divsqrt #(
       .lost   (lost_c)
   );
   always_ff @(posedge clock) if (enable) begin
-    {sign_n, special_n, fixed_n} <= aside_c[3:0];
+    {sign_n, special_n, fixed_n} <= aside_c;
     rest_n   <= rest_c || lost_c;
     normal_n <= stepped;
     down_n   <= down_c[STEP-1:0];
-    exp_n    <= (exp_c >= INFINITE) ? {1'b0, ONES} : (exp_c >= 1) ? exp_c[EXP:0] : (EXP + 1)'(1);
+    exp_n    <= low_c ? below_c : exp_c;
   end
 
   // Move down by the rest.

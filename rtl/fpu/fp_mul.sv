@@ -115,38 +115,56 @@ module fp_mul #(
     product_5 <= product_4 << up_4;
   end
 
-  // 6: move down, keeping the top and one sticky bit.
-  logic [P+1:0] lowered;
-  logic lost;
+  // 6: move down by whole steps. The product of two significands is in [1, 4): one of 2 and more moves down by one place,
+  // unless it moves down anyway.
+  localparam int STEP = 3;  // bits of a distance within a step
+  logic above_5, lost_5;
+  logic [P+TAIL:0] stepped;
+  assign above_5 = product_5[2*P-1] && down_5 == '0;
   fp_shift_sticky #(
-      .WIDTH(P + 2),
+      .WIDTH(P + TAIL + 1),
       .BITS (DOWN)
-  ) lower (
-      .value  (product_5[2*P-1:P-2]),
-      .amount (down_5),
-      .shifted(lowered),
-      .lost   (lost)
+  ) step_down (
+      .value  (product_5[2*P-1:P-TAIL-1]),
+      .amount ({down_5[DOWN-1:STEP], STEP'(0)}),
+      .shifted(stepped),
+      .lost   (lost_5)
   );
-  logic sign_6, special_6, over_6;
+  logic sign_6, special_6, over_6, above_6, rest_6;
   logic [EXP-1:0] exp_6;
-  logic [P+2:0] man_6;
+  logic [STEP-1:0] down_6;
+  logic [P+TAIL:0] man_6;
   always_ff @(posedge clock) if (enable) begin
     sign_6    <= sign_5;
     special_6 <= special_5;
     over_6    <= over_5;
     exp_6     <= exp_5;
-    man_6     <= {lowered, lost || product_5[P-3:0] != '0};
+    above_6   <= above_5;
+    down_6    <= down_5[STEP-1:0] | STEP'(above_5);
+    man_6     <= stepped;
+    rest_6    <= lost_5 || product_5[P-TAIL-2:0] != '0;
   end
 
-  // 7: the product of two significands is in [1, 4): it is shifted by at most one place.
+  // 7: move down by the rest; the lowest bit is sticky. The highest is zero now.
+  logic lost_6;
+  logic [P+TAIL:0] lowered;
+  fp_shift_sticky #(
+      .WIDTH(P + TAIL + 1),
+      .BITS (STEP)
+  ) lower (
+      .value  (man_6),
+      .amount (down_6),
+      .shifted(lowered),
+      .lost   (lost_6)
+  );
   logic sign_7, special_7;
   logic [EXP:0] exp_7;
   logic [P+TAIL-1:0] man_7;
   always_ff @(posedge clock) if (enable) begin
     sign_7    <= sign_6;
     special_7 <= special_6;
-    exp_7     <= over_6 ? {1'b0, ONES} : {1'b0, exp_6} + (EXP + 1)'(man_6[P+2]);
-    man_7     <= (man_6[P+2]) ? man_6 : {man_6[P+1:0], 1'b0};
+    exp_7     <= over_6 ? {1'b0, ONES} : {1'b0, exp_6} + (EXP + 1)'(above_6);
+    man_7     <= lowered[P+TAIL-1:0] | (P + TAIL)'(lost_6 || rest_6);
   end
 
   // 8: round and pack.
