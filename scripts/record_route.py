@@ -285,7 +285,7 @@ def wrapper(module: str, given: dict[str, str], ports: dict[str, Any], clock: st
   {module} #({chosen}) unit ({", ".join(wires)});
   always_ff @(posedge clock) begin
     held <= {{held[{inside - 2}:0], in}};
-    given <= held;
+    if (take) given <= held;
     caught <= made;
     row <= take ? caught : row << 1;
   end
