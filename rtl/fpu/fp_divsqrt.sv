@@ -105,19 +105,17 @@ module fp_divsqrt #(
   // 3: load a slot; the exponent is that of the digit before the point.
   // Division is of a/2 by b; a root is of a/4 or, as exponents of roots must be even, of a/2: both below one.
   logic signed [X-1:0] power, exp_3;
-  logic [P+2:0] triple;
   logic [N-1:0] radicand;
   always_comb begin
     power    = a_place_2 - BIAS;
     exp_3    = root_2 ? (power >>> 1) + BIAS : a_place_2 - b_place_2 + BIAS;
-    triple   = {2'b0, b_2, 1'b0} + {1'b0, b_2, 2'b00};  // of the divisor 2b
     radicand = power[0] ? N'(a_2) << (N - MAN - 1) : N'(a_2) << (N - MAN - 2);
   end
 
   // 4 ... : digits. All numbers are integers. A remainder w is followed by one of 4 w - q D, q = 0 ... 3, in division
   // by D; in a root with digits Q so far, and f the next four bits of the radicand, by one of 16 w + f - q (8 Q + q).
-  // Held are D or Q (bits above the lowest three: `once`), 3 D or 3 Q + 1 (`thrice`), and the quotient or the rest of
-  // the radicand (`moving`).
+  // Held are D or Q (bits above the lowest three: `once`), and the quotient or the rest of the radicand (`moving`). Three
+  // times D is D + 2 D; for q = 3 a root takes 24 Q + 9 = (8 Q + 1) + (16 Q + 8). A carry-save addition takes both away.
   logic [SLOTS-1:0] load, turn, collect, collect_next;  // whose turn it is, one hot
   logic [SLOTS*N-1:0] found;
   logic [SLOTS-1:0] inexact;
@@ -136,13 +134,12 @@ module fp_divsqrt #(
   generate
     for (genvar s = 0; s < SLOTS; s++) begin : g_slot
       logic is_root, is_quotient, loads;  // one register for both would drive twice the wires
-      logic [N:0] w, thrice, w_below, thrice_below, thrice_0, thrice_3;
+      logic [N:0] w, below_2;
       logic [N-1:0] once, moving;
-      logic [2:0] low, low_3;  // of D and of 3 D
-      logic [3:0] low_2;  // of 2 D
+      logic [2:0] low;  // of D
+      logic [3:0] low_2, low_3;  // of 2 D, alone and beside D
       logic [N+2:0] next;
-      logic [N+3:0] less_1, less_2, less_3;
-      logic below;  // the digit is below two, or the slot loads
+      logic [N+3:0] one, two, kept_3, carried_3, less_1, less_2, less_3;
       logic [1:0] q;
       logic [X+3:0] aside;
       always_ff @(posedge clock) begin
@@ -151,29 +148,27 @@ module fp_divsqrt #(
       end
       always_comb begin
         next = is_quotient ? {w, 2'b00} : {w[N-2:0], moving[N-1:N-4]};
+        one = ~{1'b0, once, low};
+        two = ~{once, low_3};
+        kept_3 = {1'b0, next} ^ one ^ two;
+        carried_3 = ({1'b0, next} & one) | ({1'b0, next} & two) | (one & two);
         less_1 = {1'b0, next} - {1'b0, once, low};
         less_2 = {1'b0, next} - {once, low_2};
-        less_3 = {1'b0, next} - {thrice, low_3};
-        // Each sign chooses for itself: the digit comes later. While a slot loads, remainder and multiple come in where
-        // those of digit 0 would.
-        thrice_0 = {thrice[N-2:0] - (N - 1)'(1), 2'b01};
-        thrice_3 = {thrice[N-2:0] + (N - 1)'(1), 2'b10};
-        below = less_2[N+3] || loads;
-        w_below = loads ? (root_2 ? '0 : (N + 1)'(a_2)) : less_1[N+3] ? next[N:0] : less_1[N:0];
-        thrice_below = loads ? (root_2 ? (N + 1)'(1) : (N + 1)'(triple[P+2:3]))
-                             : less_1[N+3] ? thrice_0 : {thrice[N-2:0], 2'b00};
+        less_3 = kept_3 - ~{carried_3[N+2:0], 1'b1};
+        // Each sign chooses for itself: the digit comes later. While a slot loads, the remainder comes in where that of
+        // digit 0 would.
+        below_2 = loads ? (root_2 ? '0 : (N + 1)'(a_2)) : less_1[N+3] ? next[N:0] : less_1[N:0];
         q = {!less_2[N+3], less_2[N+3] ? !less_1[N+3] : !less_3[N+3]};
       end
       always_ff @(posedge clock) if (enable) begin
-        w <= below ? w_below : less_3[N+3] ? less_2[N:0] : less_3[N:0];
-        if (loads || is_root) thrice <= below ? thrice_below : less_3[N+3] ? {thrice[N-2:0], 2'b11} : thrice_3;
+        w <= (less_2[N+3] || loads) ? below_2 : less_3[N+3] ? less_2[N:0] : less_3[N:0];
         moving <= loads ? (root_2 ? radicand : '0) : is_root ? moving << 4 : {moving[N-3:0], q};
         if (loads) begin
           is_root <= root_2;
           is_quotient <= !root_2;
           low <= root_2 ? 3'b001 : {b_2[1:0], 1'b0};
           low_2 <= root_2 ? 4'b0100 : {b_2[1:0], 2'b00};
-          low_3 <= root_2 ? 3'b001 : triple[2:0];
+          low_3 <= root_2 ? 4'b1000 : {b_2[1:0], 2'b00};
           once <= root_2 ? '0 : N'(b_2[P-1:2]);
           aside <= {exp_3, sign_2, special_2, fixed_2};
         end else if (is_root) begin
