@@ -114,8 +114,8 @@ MUTATIONS = {
     "divider's digits taken from the next slot": Mutation(
         "fpu/fp_divsqrt.sv", "digits | ({N{collect[s]}}", "digits | ({N{collect[(s+1)%SLOTS]}}"
     ),
-    "triple of a root's digits not brought on": Mutation(
-        "fpu/fp_divsqrt.sv", "(less_3[N+3] ? {thrice[N-2:0], 2'b11} : thrice_3)", "{thrice[N-2:0], 2'b11}"
+    "square of a root's digit three taken for two's": Mutation(
+        "fpu/fp_divsqrt.sv", "low_3 <= root_2 ? 4'b1000", "low_3 <= root_2 ? 4'b0100"
     ),
     "divider's slots not taken by turns": Mutation(
         "fpu/fp_divsqrt.sv", "token[1] ? SLOTS'({load, load} >> (SLOTS - 1)) : load", "load"
