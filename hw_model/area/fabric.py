@@ -65,7 +65,7 @@ FABRICS: dict[str, Fabric] = {
         loose_tree=2 / 3,
         shifted=None,
         block_rams=((1.0, _WHOLE), (0.5, _HALF)),
-        attempt={"lut": 962, "ff": 160, "bram36": 0.5},
+        attempt={"lut": 791, "ff": 160, "bram36": 0.5},
     ),
     "ng_ultra": Fabric(
         lut_inputs=4,
