@@ -73,7 +73,7 @@ FABRICS: dict[str, Fabric] = {
         loose_tree=2 / 3,
         shifted={"f64": (105, 48), "f32": (69, 33)},
         block_rams=((2 / 3, _NX_RAM),),
-        attempt={"lut": 1493, "ff": 171, "bram36": 4 / 3},
+        attempt={"lut": 1259, "ff": 171, "bram36": 4 / 3},
     ),
 }
 

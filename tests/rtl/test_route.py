@@ -111,6 +111,25 @@ def test_a_devices_clock_is_scaled_from_the_record(device: str) -> None:
     assert (clock.low, clock.value, clock.high) == record_route.scaled_clock_mhz(device, ROWS)
 
 
+def test_an_engine_on_the_second_family_has_the_clock_that_is_scaled_to_it() -> None:
+    """What PicoRV32 gains from ECP5 to Nexus bounds what an engine gains; the root of it is the engine's gain."""
+
+    def worst(part: str, module: str) -> float:
+        """Of engines the one that both families have."""
+        asked = "" if module == "picorv32_axi" else "FP=32 LANES=1 "
+        return min(
+            row["mhz"]
+            for row in ROWS
+            if (row["part"], row["module"]) == (part, module) and row["parameters"].startswith(asked)
+        )
+
+    low = worst("ecp5_85_8", "engine")
+    gain = worst("lifcl_40_9", "picorv32_axi") / worst("ecp5_85_8", "picorv32_axi")
+    routed = worst("lifcl_40_9", "engine")
+    assert low < routed < low * gain
+    assert routed == pytest.approx(low * gain**0.5, rel=0.1)
+
+
 @pytest.mark.parametrize("device", platform_names())
 def test_no_device_has_a_bare_clock(device: str) -> None:
     clock = load_platform(device).pl.clock_mhz
