@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .drawing import BLUE, GREY, PALE, RED, blank, finished, note
+from .drawing import BLUE, GREY, PALE, RED, blank, finished
 from .study import log_axis
 
 if TYPE_CHECKING:
@@ -32,21 +32,21 @@ def design_figure(
         label="the front, with its band", zorder=3,
     )  # fmt: skip
     axes.plot(*_places([paper]), "X", color=RED, markersize=9, label="the paper's design", zorder=4)
-    axes.axhline(paper.baseline_ms, color=GREY, linewidth=0.9)
+    axes.axhline(paper.baseline_ms, color=GREY, linewidth=0.9, label="all on one core of the PS")
     axes.axvline(100.0, color="black", linestyle="--", linewidth=0.8)
     times = [row.time_ms for row in (*rows, paper)]
-    log_axis(axes.yaxis, [*times, paper.baseline_ms, *(row.time_low_ms for row in front)])
+    ends = [end for row in front for end in (row.time_low_ms, row.time_high_ms)]
+    log_axis(axes.yaxis, [*times, paper.baseline_ms, *ends])
     widest = min(
         300.0, 1.05 * max(100.0, 100.0 * paper.area_share, *(100.0 * row.area_share for row in rows))
     )
     axes.set_xlim(0.0, widest)
-    note(axes, "all on one core of the PS", (widest, paper.baseline_ms), (-4, 3), ha="right", color=GREY)
     axes.set_xlabel(
         "tightest resource, % of its ceiling (right of the dashed line it does not fit)", fontsize=8
     )
     axes.set_ylabel("modelled time, ms")
     axes.set_title(title, fontsize=10)
-    axes.legend(fontsize=8, frameon=False, loc="upper right")
+    axes.legend(fontsize=8, edgecolor="none", loc="upper right")
     return finished(figure, path)
 
 
