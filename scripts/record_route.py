@@ -182,16 +182,24 @@ def scaled_clock_mhz(device: str, rows: list[dict[str, Any]]) -> tuple[int, int,
     return round(low), round(low * gain**0.5), round(low * gain)
 
 
-def made_from(name: str, module: str) -> str:
-    """Of what a row of a module on a part is made: a digest of the RTL, the wrapper and the options."""
+def options(name: str, module: str, parameters: str) -> tuple[str, ...]:
+    """What nextpnr is told beside netlist and seed."""
+    part, mhz = PARTS[name], CROWDED_MHZ if "CLUSTERS" in parameters else TARGET_MHZ
+    return (*part.device, *(part.engine if module == "engine" else ()), "--freq", str(mhz))
+
+
+def made_from(name: str, module: str, parameters: str) -> str:
+    """Of what a row is made: a digest of the RTL, the wrapper and the options of both tools."""
     part, source = PARTS[name], source_of(module)
-    text = f"{part} {TARGET_MHZ} {CROWDED_MHZ} {source.read} {source.digest} {wrapper(module, {}, {}, source.clock)}"
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-def asked_mhz(parameters: str) -> int:
-    """The clock that nextpnr is asked for."""
-    return CROWDED_MHZ if "CLUSTERS" in parameters else TARGET_MHZ
+    made = (
+        part.synth,
+        part.finish,
+        part.files,
+        options(name, module, parameters),
+        source.read,
+        source.digest,
+    )
+    return hashlib.sha256(f"{made} {wrapper(module, {}, {}, source.clock)}".encode()).hexdigest()[:16]
 
 
 def versions(part: Part) -> dict[str, str]:
@@ -204,13 +212,16 @@ def main() -> None:
     known = json.loads(RECORD.read_text())["rows"] if RECORD.exists() else []
     kept = {key_of(row): row for row in known}
     wanted = sys.argv[1:]
+    names = {"units", *PARTS, *(module for _, module, _, _ in ROWS)}
+    if not names.issuperset(wanted):
+        raise SystemExit(f"ROUTE takes some of {', '.join(sorted(names))}, not {' '.join(wanted)}")
     for part, module, parameters, seed in sorted(ROWS, key=_seed):  # one seed of all, then the next
         key, old = (part, module, parameters, seed), kept.get((part, module, parameters, seed))
         named = {part, module, "units" if module.startswith("fp_") else ""}
         asked = not wanted or not named.isdisjoint(wanted)
         if not asked:
             continue
-        state = {"source": made_from(part, module), "tools": versions(PARTS[part])}
+        state = {"source": made_from(part, module, parameters), "tools": versions(PARTS[part])}
         if old is None or old | state != old:
             kept[key] = routed(part, module, parameters, seed) | state
             sys.stderr.write(f"{part} {module} {parameters} seed {seed}: {kept[key]['mhz']} MHz\n")
@@ -246,7 +257,7 @@ def key_of(row: dict[str, Any]) -> tuple[str, str, str, int]:
 def write(rows: list[dict[str, Any]]) -> None:
     """The record, a row a line."""
     lines = ",\n".join(json.dumps(row) for row in rows)
-    RECORD.write_text(f'{{"schema": "orbsoc.route/1", "target_mhz": {TARGET_MHZ}, "rows": [\n{lines}\n]}}\n')
+    RECORD.write_text(f'{{"schema": "orbsoc.route/1", "rows": [\n{lines}\n]}}\n')
 
 
 def routed(name: str, module: str, parameters: str, seed: int) -> dict[str, Any]:
@@ -254,9 +265,8 @@ def routed(name: str, module: str, parameters: str, seed: int) -> dict[str, Any]
     part = PARTS[name]
     netlist = synthesised(name, module, parameters)
     report = netlist.with_suffix(f".{seed}.report")
-    options = (*part.device, *(part.engine if module == "engine" else ()))
     run(
-        part.tool, *options, "--json", netlist.name, "--freq", str(asked_mhz(parameters)), "--seed", str(seed),
+        part.tool, *options(name, module, parameters), "--json", netlist.name, "--seed", str(seed),
         "--timing-allow-fail", "--report", report.name, "--quiet", folder=netlist.parent,
     )  # fmt: skip
     found = json.loads(report.read_text())
@@ -287,7 +297,7 @@ def synthesised(name: str, module: str, parameters: str) -> Path:
     """The netlist of a module in its wrapper, kept under out/route by what it is made of."""
     part, given = PARTS[name], dict(pair.split("=") for pair in parameters.split())
     source = source_of(module)
-    state = f"{made_from(name, module)} {parameters} {versions(part)}"
+    state = f"{made_from(name, module, parameters)} {parameters} {versions(part)}"
     folder = WORK / f"{name}-{module}-{hashlib.sha256(state.encode()).hexdigest()[:16]}"
     netlist = folder / "netlist.json"
     if netlist.exists():

@@ -23,7 +23,9 @@ OURS = [row for row in ROWS if row["module"] != "picorv32_axi"]
 
 def test_every_row_is_of_the_rtl_and_the_options_as_they_are() -> None:
     old = {
-        row["module"] for row in OURS if row["source"] != record_route.made_from(row["part"], row["module"])
+        record_route.key_of(row)
+        for row in OURS
+        if row["source"] != record_route.made_from(row["part"], row["module"], row["parameters"])
     }
     assert not old, f"{old}: `make route` places and routes them again"
 
