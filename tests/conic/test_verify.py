@@ -246,3 +246,11 @@ def test_the_optimal_looking_origin_supports_no_claim(name: str) -> None:
     for status in (Status.SOLVED, Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE):
         origin = point(problem, np.zeros(problem.n), status=status)
         assert not check_certificate(problem, origin).supports(status, 1e-5)
+
+
+def test_what_is_no_problem_or_no_point_is_a_type_error() -> None:
+    problem, optimal = optimum(0)
+    with pytest.raises(TypeError, match="`solution` is of type int; it must have x, y and z"):
+        verify(problem, 3)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=re.escape("`problem` is of type int; it must be an orbsoc.Problem")):
+        verify(3, optimal)  # type: ignore[arg-type]

@@ -112,9 +112,10 @@ class Residuals:
 def verify(problem: Problem, solution: HasPoint) -> Verification:
     """The residuals of any solver's x, y, z; the slack is recomputed as h − Gx.
 
-    Raises ProblemError if a vector does not have the problem's size, or is none of real numbers.
+    Raises ProblemError if a vector does not have the problem's size, or is none of real numbers; TypeError for no problem, or
+    no point.
     """
-    at = _point(problem, solution, slack=np.zeros(problem.m))
+    at = _point(problem, solution)
     with np.errstate(all="ignore"):
         x, y, z = at.x, at.y, at.z
         finite_h, constrains = _constraining(problem)
@@ -262,11 +263,17 @@ def _radius(gain: float, obstacles: Array) -> float:
     return float("inf") if total == 0.0 else float(gain / total)
 
 
-def _point(problem: Problem, solution: HasPoint, slack: Array) -> Start:
+def _point(problem: Problem, solution: HasPoint, slack: Array | None = None) -> Start:
     """The entries of a solution as float64 vectors of the problem's sizes."""
+    if not isinstance(problem, Problem):
+        raise TypeError(f"`problem` is of type {type(problem).__name__}; it must be an orbsoc.Problem")
+    if not all(hasattr(solution, name) for name in "xyz"):
+        raise TypeError(
+            f"`solution` is of type {type(solution).__name__}; it must have x, y and z, as an orbsoc.Solution has"
+        )
     return Start(
         x=csc.sized_vector("solution.x", solution.x, problem.n),
         y=csc.sized_vector("solution.y", solution.y, problem.p),
         z=csc.sized_vector("solution.z", solution.z, problem.m),
-        s=csc.sized_vector("solution.s", slack, problem.m),
+        s=csc.sized_vector("solution.s", np.zeros(problem.m) if slack is None else slack, problem.m),
     )

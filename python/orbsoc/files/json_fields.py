@@ -25,10 +25,10 @@ NON_FINITE = ("inf", "-inf", "nan")
 
 
 class FieldError(ValueError):
-    """A field of a document is missing, unknown or damaged."""
+    """A field of a document is missing, unknown or damaged; without a name, the document as a whole."""
 
     def __init__(self, field: str, reason: str) -> None:
-        super().__init__(f"field `{field}` {reason}")
+        super().__init__(f"field `{field}` {reason}" if field else f"the document {reason}")
 
 
 class Fields:
@@ -36,7 +36,7 @@ class Fields:
 
     def __init__(self, document: Any, prefix: str = "") -> None:
         if not is_object(document):
-            raise FieldError(prefix or "the document", "must be one JSON object")
+            raise FieldError(prefix, "must be one JSON object")
         self.document = document
         self._prefix = f"{prefix}." if prefix else ""
 
@@ -173,9 +173,9 @@ def read_json(path: str | os.PathLike[str]) -> Any:
     except FieldError:
         raise
     except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise FieldError("the document", f"is not JSON: {error}") from error
+        raise FieldError("", f"is not JSON: {error}") from error
     except ValueError as error:
-        raise FieldError("the document", "contains an integer of too many digits") from error
+        raise FieldError("", "contains an integer of too many digits") from error
 
 
 def write_json(document: Document, path: str | os.PathLike[str]) -> None:
@@ -184,4 +184,4 @@ def write_json(document: Document, path: str | os.PathLike[str]) -> None:
 
 
 def _refuse_constant(text: str) -> float:
-    raise FieldError("the document", f'contains the bare word {text}; it is written as a string, as in "inf"')
+    raise FieldError("", f'contains the bare word {text}; it is written as a string, as in "inf"')

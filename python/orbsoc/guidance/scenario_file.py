@@ -31,6 +31,11 @@ class BaseScenario(Table):
         """What tells apart the plans of one file, for the name of an output folder; empty where it holds one."""
         return ""
 
+    @property
+    def idle_keys(self) -> Mapping[str, str]:
+        """Dotted keys that the plan of this scenario does not depend on, with the reason; a file may hold them for another plan."""
+        return {}
+
     def with_changes(self, **changes: Any) -> Self:
         """A checked copy: `with_changes(problem="max_energy", method={"nodes": 16})` keeps the table's other keys.
 
@@ -120,8 +125,16 @@ def merged(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str,
 
 
 def load(model: type[S], path: str | PathLike[str], settings: Mapping[str, Any] | None = None) -> S:
-    """A mission's scenario file, checked; `settings` as in `read_document`. Raises ScenarioError."""
-    return checked(model, read_document(path, settings), source=str(path))
+    """A mission's scenario file, checked; `settings` as in `read_document`. Raises ScenarioError, also for a setting that
+    would change nothing."""
+    found = checked(model, read_document(path, settings), source=str(path))
+    idle = found.idle_keys
+    changes_nothing = [
+        Complaint(key, repr(value), idle[key]) for key, value in (settings or {}).items() if key in idle
+    ]
+    if changes_nothing:
+        raise ScenarioError(str(path), changes_nothing)
+    return found
 
 
 def checked(model: type[T], document: Mapping[str, Any], *, source: str) -> T:
@@ -147,6 +160,9 @@ def complaints(model: type[BaseModel], error: ValidationError) -> list[Complaint
         elif location == ["mission"] and detail["type"] == "literal_error":
             allowed = f"a scenario of another mission; must be {context['expected']}"
             found.append(Complaint("mission", repr(detail["input"]), allowed))
+        elif detail["type"] == "missing" and location[-1].isdigit():
+            allowed = f"entry {int(location[-1]) + 1} is missing"
+            found.append(Complaint(".".join(location[:-1]), repr(detail["input"]), allowed))
         elif detail["type"] == "missing":
             found.append(Complaint(".".join(location), "", MISSING))
         else:

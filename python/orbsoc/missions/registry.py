@@ -55,15 +55,14 @@ def load_scenario(
 
     Raises `orbsoc.guidance.scenario_file.ScenarioError`.
     """
-    from orbsoc.guidance.scenario_file import Complaint, ScenarioError, checked, read_document
+    from orbsoc.guidance.scenario_file import Complaint, ScenarioError, load, read_document
 
-    document = read_document(path, settings)
-    name = document.get("mission")
+    name = read_document(path, settings).get("mission")
     if name not in MISSIONS:
         allowed = f"no such mission; allowed: {', '.join(MISSIONS)}"
         raise ScenarioError(str(path), [Complaint("`mission`", repr(name), allowed)])
     mission = MISSIONS[str(name)]
-    return mission, checked(mission.Scenario, document, source=str(path))
+    return mission, load(mission.Scenario, path, settings)
 
 
 def dispersible(scenario: BaseScenario) -> Dispersible:

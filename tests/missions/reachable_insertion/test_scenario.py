@@ -54,6 +54,11 @@ BAD = {
         "thrust_kn = 271.239",
         r"vehicle\.thrust_kn = 271\.239: unknown key; allowed here: dry_mass_kg, .*Did you mean thrust_n",
     ),
+    "two numbers for a vector": (
+        POSITION,
+        "position_m = [1.0, 2.0]",
+        r"initial\.position_m = \[1\.0, 2\.0\]: entry 3 is missing",
+    ),
     "missing key": (THRUST, "", r"vehicle\.thrust_n: is missing"),
     "unknown table": ("[method]", "[methods]", r"methods = .*: unknown key; allowed here: axes, burn"),
     "unknown top key": ("axes =", "axis =", r"axis = 'launch_inertial': unknown key.*Did you mean axes"),
@@ -227,6 +232,36 @@ def test_eci_input_is_the_same_scenario_as_launch_inertial_input(tmp_path: Path)
     np.testing.assert_allclose(turned.launch_inertial(turned.initial), given.initial.vector(), rtol=1e-12)
     found = plan(turned, solve=orbsoc.solve)
     assert found.time_of_flight_s == pytest.approx(56.570006, abs=1e-6)
+
+
+IDLE = [
+    ("min_time", "target.perigee_direction", "free"),
+    ("min_time", "target.perigee_height_km", 100.0),
+    ("min_time", "target.true_anomaly_deg", 40.0),
+    ("max_energy", "target.true_anomaly_deg", 40.0),
+]
+
+
+@pytest.mark.parametrize(("problem", "key", "value"), IDLE)
+def test_a_setting_that_would_change_nothing_is_refused_and_a_file_may_hold_it(
+    problem: str, key: str, value: object
+) -> None:
+    settings = {"problem": problem, key: value}
+    with pytest.raises(ScenarioError, match=rf"{re.escape(key)} = .*: changes nothing"):
+        load_scenario(SCENARIOS / "rec1.toml", settings)
+    table, name = key.split(".")
+    asked = load_scenario(SCENARIOS / "rec1.toml", {"problem": problem})
+    changed = asked.with_changes(**{table: {name: value}})
+    assert plan(changed).time_of_flight_s == plan(asked).time_of_flight_s
+
+
+def test_settings_that_the_other_problem_takes_are_obeyed_there() -> None:
+    settings = {
+        "problem": "max_energy",
+        "target.perigee_direction": "free",
+        "target.perigee_height_km": 140.0,
+    }
+    assert load_scenario(SCENARIOS / "rec1.toml", settings).target.perigee_height_km == 140.0
 
 
 def test_missions_are_attributes_that_load_themselves() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from benchmarks.missions import KINDS, Mission, mission, unreachable
 from orbsoc.guidance.mission import Agreement
-from orbsoc.missions.reachable_insertion import Plan, PlanStatus, Scenario, plan
+from orbsoc.missions.reachable_insertion import Plan, PlanStatus, Scenario, load_scenario, plan
 from orbsoc.missions.reachable_insertion.made_ready import MadeReady
 from orbsoc.missions.reachable_insertion.proof import proof_of_infeasibility
 from orbsoc.missions.reachable_insertion.smooth_burn import corrected, ends_of, steps_for
@@ -116,6 +117,16 @@ def test_a_free_ignition_finds_the_coast_and_its_flight_starts_there() -> None:
     assert found.ignition_s == pytest.approx(3940.0, abs=15.0)
     bounded = plan(scenario("out of reach unless it waits", ignition="free", latest_ignition_s=1000.0))
     assert bounded.status is not PlanStatus.VERIFIED
+
+
+def test_of_equal_burns_a_revolution_apart_the_earlier_is_planned() -> None:
+    deorbit = load_scenario(Path(__file__).resolve().parents[3] / "scenarios" / "deorbit.toml")
+    once, twice = (
+        plan(deorbit.with_changes(burn={"ignition": "free", "latest_ignition_s": latest}))
+        for latest in (5700.0, 11400.0)
+    )
+    assert twice.ignition_s == pytest.approx(once.ignition_s, abs=2.0)
+    assert twice.time_of_flight_s == pytest.approx(once.time_of_flight_s, rel=1e-6)
 
 
 @pytest.mark.parametrize("number", range(40))

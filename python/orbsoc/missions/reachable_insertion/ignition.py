@@ -36,6 +36,8 @@ WITHOUT_PERIOD_S = 7200.0
 """Latest ignition by default on a first orbit that never returns."""
 LEAST_SHARE = 0.01
 """Of the burn, that a later ignition has to save to be worth a word."""
+SAME_SHARE = 1e-4
+"""Of the burn, that is not worth a revolution more of coast."""
 GOLDEN = 0.5 * (3.0 - np.sqrt(5.0))
 CLOSE_ENOUGH_S = 1.0
 """Of the ignition: the shortest burn is flat there."""
@@ -128,8 +130,21 @@ def _flown(ready: MadeReady) -> list[tuple[float, Law]]:
     found = [each for each in (_law_at(ready, float(times[k])) for k in (*chosen, 0)) if each is not None]
     found.sort(key=lambda each: each[1].duration)
     if found:
-        found.insert(0, _best_near(ready, found[0], float(times[1]), latest))
+        found.insert(0, _first_of_the_best(ready, found, float(times[1]), latest))
     return found
+
+
+def _first_of_the_best(
+    ready: MadeReady, found: list[tuple[float, Law]], step_s: float, latest: float
+) -> tuple[float, Law]:
+    """The earliest ignition of those whose burns are as good as equal: an orbit comes back to each after a revolution."""
+    near = [each for each in found if each[1].duration <= (1.0 + LEAST_SHARE) * found[0][1].duration]
+    settled = [_best_near(ready, each, step_s, latest) for each in near]
+    shortest = min(law.duration for _, law in settled)
+    return min(
+        (each for each in settled if each[1].duration <= (1.0 + SAME_SHARE) * shortest),
+        key=lambda each: each[0],
+    )
 
 
 def _law_at(ready: MadeReady, ignition_s: float, near: Law | None = None) -> tuple[float, Law] | None:

@@ -18,7 +18,7 @@ from orbsoc.guidance.vehicle import LaunchSite, Positive, State, Vehicle, state_
 from orbsoc.orbit import CanonicalUnits, eci_from_launch_inertial, rotate_state
 
 from .target import TargetOrbit
-from .target_table import Target, target_complaints
+from .target_table import Target, idle_target_keys, target_complaints
 
 Array = NDArray[np.float64]
 ProblemName = Literal["min_time", "max_energy"]
@@ -111,6 +111,10 @@ class Scenario(BaseScenario):
     def variant(self) -> str:
         """The problem: a file holds two."""
         return self.problem
+
+    @property
+    def idle_keys(self) -> Mapping[str, str]:
+        return idle_target_keys(self.target, self.problem)
 
     def launch_inertial(self, state: State | Target) -> Array:
         """A state of this scenario in launch-inertial axes, [r_m, v_m_s]; in ECI where there is no launch site."""

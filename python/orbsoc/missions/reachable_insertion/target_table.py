@@ -115,6 +115,18 @@ def target_complaints(target: Target, problem: str) -> Iterator[Complaint]:
     yield from _shape_complaints(target)
 
 
+def idle_target_keys(target: Target, problem: str) -> dict[str, str]:
+    """Dotted keys of the table that a plan does not depend on, each with the reason."""
+    anywhere = "changes nothing: the burn may end anywhere on the orbit"
+    idle = {"target.true_anomaly_deg": anywhere}
+    if problem == "min_time":
+        asked = 'changes nothing: problem = "min_time" takes the whole orbit from {}; it is of problem = "max_energy"'
+        idle["target.perigee_direction"] = asked.format("the target")
+        if not target.by_elements:
+            idle["target.perigee_height_km"] = asked.format("the target's state")
+    return idle
+
+
 def _beside_a_state(target: Target, states: list[str]) -> Iterator[Complaint]:
     # perigee_height_km beside a state is what max_energy asks for
     elements = [*_given(target, (*SHAPE, *ANGLES)), *(["free"] if target.free else [])]
