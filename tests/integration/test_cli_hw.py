@@ -85,6 +85,19 @@ def test_sweep_takes_its_workload_from_its_file_or_the_command_line(workload: Pa
     assert (tmp_path / "a" / "sweep.csv").read_text() == (tmp_path / "b" / "sweep.csv").read_text()
 
 
+def test_a_sweep_of_which_nothing_fits_says_what_is_nearest_and_what_it_lacks(
+    workload: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "sweep.toml"
+    file.write_text("[axes]\n'pl.lanes' = [2, 4]\n'resources.dsp' = [3]\n", encoding="utf-8")
+    found = invoke("sweep", file, workload, "--estimate", "--out", tmp_path / "a")
+    assert found.exit_code == 0, found.output
+    assert "2 points, 0 fit, 0 on the Pareto front" in found.stdout
+    assert re.search(
+        r"none fits; nearest to it: zu9eg paper 2 lanes .*, dsp at \d+ % of its ceiling", found.stdout
+    )
+
+
 def test_explain_adds_up_in_the_table_that_is_printed(workload: Path, tmp_path: Path) -> None:
     result = invoke("explain", workload, "zu9eg:paper", "zu9eg:factor_only:pl.lanes=8", "--out", tmp_path)
     assert result.exit_code == 0, result.output

@@ -13,6 +13,7 @@ from . import hw_options as options
 from .failures import exit_handling
 
 if TYPE_CHECKING:
+    from hw_model.report.study import Point
     from hw_model.report.sweep import Sweep
 
 
@@ -35,7 +36,6 @@ def sweep(
         from hw_model.report.study import Study, pareto
         from hw_model.report.sweep import load_sweep, possible_computers, run
         from hw_model.report.usage import STUDY_USAGE
-        from hw_model.vocabulary import count_of
         from orbsoc.hw.workload import load_workload
 
         chosen = load_sweep(file)
@@ -73,16 +73,31 @@ def sweep(
         fitting = sum(point.budget.fits for point in points)
         lines = [
             f"modelled: {record.origin}: {len(points)} points, {fitting} fit, {len(front)} on the Pareto front",
+            *map(_line, front),
             *(
-                f"{point.device} {point.partition} {count_of(point.lanes, 'lane')} {point.pl_clock_mhz:g} MHz"
-                f"{''.join(f' {key}={value}' for key, value in point.settings.items())}: {point.times_ms[0]:.3f} ms,"
-                f" {point.energy.nominal_mj:.2f} mJ, {point.budget.tightest.kind} at {100 * point.area_share:.0f} % of its ceiling"
-                for point in front
+                ["none fits; nearest to it: " + _line(min(points, key=_share))]
+                if points and not front
+                else []
             ),
             *(f"no point: {each.device} {_settings(each.settings)}: {each.why}" for each in refused[:_SHOWN]),
             *([f"… and {len(refused) - _SHOWN} more without a point"] if len(refused) > _SHOWN else []),
         ]
         options.print_report(lines, document, folder, as_json=as_json)
+
+
+def _line(point: Point) -> str:
+    from hw_model.vocabulary import count_of
+
+    settings = "".join(f" {key}={value}" for key, value in point.settings.items())
+    return (
+        f"{point.device} {point.partition} {count_of(point.lanes, 'lane')} {point.pl_clock_mhz:g} MHz{settings}:"
+        f" {point.times_ms[0]:.3f} ms, {point.energy.nominal_mj:.2f} mJ,"
+        f" {point.budget.tightest.kind} at {100 * point.area_share:.0f} % of its ceiling"
+    )
+
+
+def _share(point: Point) -> float:
+    return point.area_share
 
 
 _SHOWN = 5

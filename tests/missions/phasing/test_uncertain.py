@@ -8,6 +8,7 @@ from orbsoc.missions.phasing import plan, samples
 from orbsoc.missions.phasing.finite import finite_burns
 from orbsoc.missions.phasing.scenario import Engine, Errors
 from orbsoc.missions.phasing.uncertain import Chance, impulse_covariance, meeting
+from orbsoc.orbit import PropagationError
 from orbsoc.orbit.relative import local_frame
 
 from .cases import SCENARIOS, planned, scenario
@@ -81,6 +82,13 @@ def test_finite_burns_meet_after_corrections() -> None:
     assert misses[2].miss_m < 500.0
     assert abs(misses[2].dv_m_s - found.roll.cost_m_s) < 0.2
     assert all(burn.duration_s > 0.0 for burn in misses[2].burns)
+
+
+def test_a_burn_longer_than_the_flight_is_refused_before_it_is_flown() -> None:
+    found = planned().descended
+    assert found is not None
+    with pytest.raises(PropagationError, match="s is longer than the flight"):
+        finite_burns(found.approach, found.roll, Engine(acceleration_m_s2=1e-6, exhaust_m_s=3090.0))
 
 
 def test_what_is_drawn_is_told_beside_other_draws() -> None:

@@ -49,7 +49,11 @@ PERIOD_S = paper().motion.period_s
         ({"stop": "stroke"}, "stop_s = 1.45: stop = 'stroke' takes none"),
         (
             {"stop_s": 1.2},
-            "stop_s = 1.2: the server has slid 0.8334 m of 1.2 m by then; must be at least 1.44069",
+            "stop_s = 1.2: the server has slid 0.8334 m of 1.2 m by then; must be at least 1.44069 and at most 1.49069",
+        ),
+        (
+            {"force_n": 1000.0},
+            "stop_s = 1.45: the server has slid 4.025 m of 1.2 m by then; must be at least 0.789099 and at most 0.839099",
         ),
         ({"stop_s": 900.0}, "stop_s = 900: the server has slid beyond 1000 strokes by then"),
         (

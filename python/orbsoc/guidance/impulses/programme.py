@@ -13,6 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
+NOISE = 1e-8
+"""Of the total: smaller impulses are the solver's zeros."""
+
 CSV_COLUMNS = ("time_s", "dv_r_m_s", "dv_t_m_s", "dv_n_m_s")
 """Of `impulses.csv`: R outward, T along the motion, N along the angular momentum."""
 
@@ -62,6 +65,18 @@ class ImpulseProgramme:
     def total_m_s(self) -> float:
         """Sum of the 2-norms."""
         return float(self.sizes_m_s.sum())
+
+    @property
+    def worth_firing(self) -> NDArray[np.bool_]:
+        """Whether an impulse is more than the solver's zero, (N,)."""
+        return self.sizes_m_s > NOISE * self.total_m_s
+
+    @property
+    def words(self) -> str:
+        """The total and the number of impulses; those that are zero are counted apart."""
+        fired = int(self.worth_firing.sum())
+        idle = f", of {len(self)}: the others are zero" if fired < len(self) else ""
+        return f"{self.total_m_s:.4f} m/s in {fired} impulse{'s' * (fired != 1)}{idle}"
 
     @property
     def total_absolutes_m_s(self) -> float:

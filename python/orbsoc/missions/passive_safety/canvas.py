@@ -26,7 +26,7 @@ def colour(k: int) -> str:
 
 def title(plan: ApproachPlan) -> str:
     assert plan.programme is not None
-    return f"{plan.scenario.name}: {plan.programme.total_m_s:.4f} m/s in {len(plan.programme)} impulses"
+    return f"{plan.scenario.name}: {plan.programme.words}"
 
 
 def panels(

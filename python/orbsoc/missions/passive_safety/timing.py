@@ -37,8 +37,6 @@ CANDIDATES = (24, 60)
 MOST_CANDIDATES = 120
 SMALL = 1e-5
 """Of the total: smaller impulses are left out before a generated plan is solved again without them."""
-NOISE = 1e-8
-"""Of the total: smaller impulses are the solver's zeros."""
 FEWER = 1e-3
 """Of the cost that a generated plan may give away for fewer impulses: where the bound of safety is followed for a while,
 the optimum is a long row of small ones."""
@@ -197,7 +195,7 @@ def _fewer(found: Timed, attempt: Callable[[Array], Trial], trials: list[Trial])
             break
         kept = np.delete(kept, 2 + int(inner.argmin()))
     programme = best.impulses.programme(best.solution)
-    worth = programme.sizes_m_s > NOISE * programme.total_m_s
+    worth = programme.worth_firing
     worth[:2] = True
     worth[len(worth) - found.ends :] = True
     programme = ImpulseProgramme(programme.times_s[worth], programme.dv_m_s[worth])

@@ -13,7 +13,7 @@ def verdict(plan: ApproachPlan) -> str:
     """One or two sentences without a full stop."""
     if plan.verification is None or plan.programme is None:
         return f"{plan.status.name.replace('_', ' ')}: {plan.message}"
-    spent = f"{plan.status.name.replace('_', ' ')}: {plan.programme.total_m_s:.4f} m/s in {len(plan.programme)} impulses"
+    spent = f"{plan.status.name.replace('_', ' ')}: {plan.programme.words}"
     broken = "".join(f"; {words}" for words in plan.verification.failures)
     if not plan.approach.guarded:
         return f"{spent}{broken}; no keep-out was asked for"

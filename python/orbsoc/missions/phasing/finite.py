@@ -9,6 +9,7 @@ from math import exp
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.orbit import PropagationError
 from orbsoc.orbit.perturbations import SteeredBurn, fast_burn, fast_coast
 from orbsoc.orbit.relative import local_frame
 
@@ -45,7 +46,10 @@ class FiniteBurns:
 
 
 def finite_burns(approach: Approach, roll: Roll, engine: Engine, *, corrections: int = 2) -> FiniteBurns:
-    """Of a flight by impulses; every correction changes each burn in proportion to its size."""
+    """Of a flight by impulses; every correction changes each burn in proportion to its size.
+
+    Raises PropagationError where a burn takes longer than the flight.
+    """
     dv = roll.dv_m_s.copy()
     found = _flown(approach, roll, dv, engine)
     weights = np.repeat(np.linalg.norm(dv, axis=1), 3)
@@ -65,6 +69,8 @@ def _flown(approach: Approach, roll: Roll, dv: Array, engine: Engine) -> FiniteB
     acceleration, ignitions, burns = engine.acceleration_m_s2, [], []
     for k in np.flatnonzero(np.any(roll.dv_m_s, axis=1)):
         burn = _burn(approach, roll, int(k), dv[k], acceleration, engine.exhaust_m_s)
+        if burn.duration_s > approach.end_s - float(approach.times_s[0]):
+            raise PropagationError(f"a burn of {burn.duration_s:.4g} s is longer than the flight")
         ignition = float(approach.times_s[k]) - 0.5 * burn.duration_s
         if ignition > at:
             state = fast_coast([state], [at, ignition], forces)[-1, 0]

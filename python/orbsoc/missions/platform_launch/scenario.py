@@ -36,6 +36,8 @@ SINGULAR = 1e-4
 LONGEST_S = 1e6
 LEAST_SHARE = 1.0 - 1e-9
 """Of the stroke, that a server must have slid at the time that a scenario gives."""
+LATEST_S = 0.05
+"""After the end of the stroke, the latest time to leave: the paper's simulation ends at the step of 0.05 s that comes next."""
 Length = Annotated[float, Field(gt=0.0, le=100.0)]
 Index = Annotated[int, Field(ge=1, le=20)]
 Place = Annotated[tuple[Index, Index], Strict(False)]
@@ -252,9 +254,12 @@ def _launch_complaints(scenario: Scenario) -> Iterator[Complaint]:
     try:
         found = scenario.separation()
         stroke = scenario.rack.stroke_m(scenario.slot)
-        if found.q[3] < LEAST_SHARE * stroke:
-            least = separated(scenario.pair(), stroke, None, scenario.platform_state()).time_s
-            allowed = f"the server has slid {found.q[3]:.4g} m of {stroke:g} m by then; must be at least {least:.6g}"
+        if scenario.stop_s is None:
+            return
+        least = separated(scenario.pair(), stroke, None, scenario.platform_state()).time_s
+        if found.q[3] < LEAST_SHARE * stroke or scenario.stop_s > least + LATEST_S:
+            slid = f"the server has slid {found.q[3]:.4g} m of {stroke:g} m by then"
+            allowed = f"{slid}; must be at least {least:.6g} and at most {least + LATEST_S:.6g}"
             yield Complaint("stop_s", f"{scenario.stop_s:g}", allowed)
     except LaunchError as error:
         key, _, rest = str(error).partition(" = ")
