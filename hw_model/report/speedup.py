@@ -12,8 +12,7 @@ from hw_model.errors import HwModelError
 from hw_model.platform.partition import BEST
 from hw_model.timing.actions import Action, actions_of
 from hw_model.timing.durations import Durations
-from hw_model.timing.instructions import can_be_counted
-from hw_model.timing.ps import PRICES, price_words
+from hw_model.timing.ps import price_words
 from hw_model.timing.stage_cycles import StageCycles, estimated
 from hw_model.timing.timeline import Timeline, as_partition, as_platform, lay_out, makespan_picoseconds
 from hw_model.timing.trace import parse_trace
@@ -24,6 +23,7 @@ from .assumptions import Assumption, assumptions
 from .bands import Band, band_of, corners_of
 from .best import chosen_partition
 from .bottleneck import bottleneck_of
+from .prices import at_each_price
 from .rows import (
     CopyRow,
     IterationRow,
@@ -66,13 +66,25 @@ ESTIMATED = (
 class Deadline:
     """PASS: met by the worst case; FAIL: missed even at the fast end without jitter; MARGINAL: in between.
 
-    Margins are deadline minus time, negative when it is missed: nominally, and in the worst case.
+    Of the prices of the PS's work, the worst case takes the dearest and the fast end the cheapest. Margins are deadline
+    minus time, negative when it is missed: nominally, and in the worst case.
     """
 
     deadline_ms: float
     verdict: Verdict
     margin_ms: float
     worst_case_margin_ms: float
+    worst_case_price: str
+    """The price at which the worst case is, as in `PricedTimes`."""
+
+    @property
+    def words(self) -> str:
+        """The deadline and both margins."""
+        return (
+            f"against {self.deadline_ms:g} ms, margin {self.margin_ms:+.3f} ms nominally; worst case, by"
+            f" {self.worst_case_price} and with jitter, {self.deadline_ms - self.worst_case_margin_ms:.3f} ms,"
+            f" margin {self.worst_case_margin_ms:+.3f} ms"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +96,8 @@ class PricedTimes:
     makespan_ms: Band
     baseline_ms: Band
     speedup: Band
+    worst_case_ms: float
+    """Slow end of every band and every jitter at its bound."""
 
     @property
     def words(self) -> str:
@@ -110,7 +124,8 @@ class Report:
     speedup: Band
     """Baseline makespan over this one's, both at the same parameters."""
     worst_case_ms: float
-    """Slow end of every band and every jitter at its bound: no run that the model knows takes longer."""
+    """Slow end of every band and every jitter at its bound, at the platform's price of the PS's work: no run at that price
+    takes longer."""
     jitter_ms: float
     """How much of a nominal run jitter can add at most."""
     makespan_picoseconds: int
@@ -174,11 +189,7 @@ class Report:
         if self.deadline is None:
             return ""
         found = self.deadline
-        return (
-            f"modelled deadline verdict: {found.verdict}: {_ms(self.makespan_ms)} against {found.deadline_ms:g} ms, "
-            f"margin {found.margin_ms:+.3f} ms nominally, {found.worst_case_margin_ms:+.3f} ms in the worst case; "
-            f"binding is {self.bottleneck}"
-        )
+        return f"modelled deadline verdict: {found.verdict}: {_ms(self.makespan_ms)} {found.words}; binding is {self.bottleneck}"
 
     @property
     def energy_line(self) -> str:
@@ -289,14 +300,13 @@ def speedup(
         raise HwModelError("the trace takes no time at all: its solves run no operations")
     times_ms, base_ms = _times_ms(actions, durations), _times_ms(base_actions, base_durations)
     makespan_ms = band_of(times_ms)
-    slowest = durations.on(platform.corner("slow", "slow", "slow"))
-    worst_ms = makespan_picoseconds(actions, slowest, worst=True) / PICOSECONDS_PER_MS
     jitter = makespan_picoseconds(actions, durations, worst=True) - timeline.makespan_picoseconds
     kinds = [action.work.kind for action in actions]
     computed: dict[Side, int] = {"ps": 0, "pl": 0}
     for segment in timeline.segments:
         computed[segment.side] += segment.cycles
     causes = timeline.totals("cause")
+    prices = _priced((actions, durations), (base_actions, base_durations))
     return Report(
         device=platform.name,
         description=platform.description,
@@ -310,7 +320,7 @@ def speedup(
         makespan_ms=makespan_ms,
         baseline_ms=band_of(base_ms),
         speedup=band_of([before / after for before, after in zip(base_ms, times_ms, strict=True)]),
-        worst_case_ms=worst_ms,
+        worst_case_ms=_worst_ms(actions, durations),
         jitter_ms=jitter / PICOSECONDS_PER_MS,
         makespan_picoseconds=timeline.makespan_picoseconds,
         cycles=computed,
@@ -323,10 +333,10 @@ def speedup(
         interrupts=kinds.count("interrupt"),
         launches=kinds.count("launch"),
         throughput=tuple(throughputs(trace, platform, partition, base, cycles)),
-        deadline=None if deadline_ms is None else _judge(deadline_ms, makespan_ms, worst_ms),
+        deadline=None if deadline_ms is None else _judge(deadline_ms, makespan_ms, prices),
         energy=_energy(actions, durations, partition),
         baseline_energy=_energy(base_actions, base_durations, base),
-        prices=_priced((actions, durations), (base_actions, base_durations)),
+        prices=prices,
         assumptions=tuple(assumptions(platform, _usage(trace, (partition, base), platform, cycles))),
     )
 
@@ -360,16 +370,19 @@ def _priced(
     run: tuple[list[Action], Durations], base: tuple[list[Action], Durations]
 ) -> tuple[PricedTimes, ...]:
     """Both runs at each price that the trace and the core have."""
-    platform, trace = run[1].platform, run[1].trace
     found: list[PricedTimes] = []
-    for price in PRICES:
-        if price == "executed_instructions" and not all(map(can_be_counted, trace.patterns)):
-            continue
-        priced = platform.with_value("ps.price", price)
+    for priced in at_each_price(run[1].platform, run[1].trace):
         times, before = (_times_ms(actions, durations.on(priced)) for actions, durations in (run, base))
         ratios = [slow / fast for slow, fast in zip(before, times, strict=True)]
-        found.append(PricedTimes(price_words(priced.ps), band_of(times), band_of(before), band_of(ratios)))
+        bands = band_of(times), band_of(before), band_of(ratios)
+        found.append(PricedTimes(price_words(priced.ps), *bands, _worst_ms(run[0], run[1].on(priced))))
     return tuple(found)
+
+
+def _worst_ms(actions: list[Action], durations: Durations) -> float:
+    """At the slow end of every band, every jitter at its bound."""
+    slowest = durations.on(durations.platform.corner("slow", "slow", "slow"))
+    return makespan_picoseconds(actions, slowest, worst=True) / PICOSECONDS_PER_MS
 
 
 def _energy(actions: list[Action], durations: Durations, partition: Partition) -> EnergyUse:
@@ -383,14 +396,17 @@ def _json_object(fields: Sequence[tuple[str, Any]]) -> dict[str, Any]:
     return {name.replace("picoseconds", "picos"): value for name, value in fields}
 
 
-def _judge(deadline_ms: float, times: Band, worst_ms: float) -> Deadline:
-    if worst_ms <= deadline_ms:
+def _judge(deadline_ms: float, times: Band, prices: Sequence[PricedTimes]) -> Deadline:
+    worst = max(prices, key=lambda found: found.worst_case_ms)
+    if worst.worst_case_ms <= deadline_ms:
         verdict: Verdict = "PASS"
-    elif times.low > deadline_ms:
+    elif min(found.makespan_ms.low for found in prices) > deadline_ms:
         verdict = "FAIL"
     else:
         verdict = "MARGINAL"
-    return Deadline(deadline_ms, verdict, deadline_ms - times.nominal, deadline_ms - worst_ms)
+    return Deadline(
+        deadline_ms, verdict, deadline_ms - times.nominal, deadline_ms - worst.worst_case_ms, worst.price
+    )
 
 
 def _ms(band: Band) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +24,11 @@ def row(solution: Solution) -> Iteration:
 
 
 def budget(
-    *solutions: Solution, deadline_ms: float | None = None, verified: bool = True, scheduled: bool = False
+    *solutions: Solution,
+    deadline_ms: float | None = None,
+    verified: bool = True,
+    scheduled: bool = False,
+    device: str = "zu9eg",
 ) -> CycleBudget:
     scheduler = None
     if scheduled:
@@ -31,7 +36,7 @@ def budget(
         scheduler(PROBLEM, Settings(tol=1e-8))
     return cycle_budget(
         [row(solution) for solution in solutions],
-        device="zu9eg",
+        device=device,
         partition="paper",
         deadline_ms=deadline_ms,
         verified=verified,
@@ -96,6 +101,17 @@ def test_the_verdict_says_what_it_is_about(solved: Solution, deadline_ms: float,
     assert found.summary()["fits"]
     written = found.to_dict()
     assert (written["headline"], written["deadline_line"]) == (found.headline, found.deadline_line)
+
+
+def test_an_engine_that_the_device_does_not_hold_meets_no_deadline(solved: Solution) -> None:
+    found = budget(solved, deadline_ms=1e6, device="xc7z020")
+    assert not found.area.fits
+    assert found.summary()["verdict"] == "FAIL"
+    assert found.to_dict()["deadline"]["verdict"] == "FAIL"
+    assert re.search(
+        r": FAIL: the engine does NOT FIT: \w+ at \d+ % of its ceiling; if it did, ", found.deadline_line
+    )
+    assert "PASS" not in found.deadline_line
 
 
 def test_without_a_verified_plan_no_deadline_is_met(solved: Solution) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import hw_model
@@ -28,7 +28,8 @@ SCOPE = "the conic solves of the plan"
 class CycleBudget:
     """A modelled run of every subproblem of a plan. `same_bits`: scheduled and native solves agree bit for bit.
 
-    `deadline_ms` is what was asked; the report judges it only when there is a verified plan that took the time.
+    `deadline_ms` is what was asked; the report judges it only when there is a verified plan that took the time. An engine that
+    the device does not hold fails it, whatever the time.
     """
 
     report: hw_model.Report
@@ -64,11 +65,11 @@ class CycleBudget:
                 f"no deadline verdict: there is no verified plan that could meet {self.deadline_ms:g} ms;"
                 f" {SCOPE} that was tried take a modelled {took}"
             )
+        said = f"{took} {found.words}; binding is {self.report.bottleneck}"
+        judged = f"{said}; {self.fit}" if self.area.fits else f"{self.fit}; if it did, {said}"
         return (
-            f"modelled deadline verdict for {SCOPE}, {self.cycles} PL cycles: {found.verdict}: {took} against {found.deadline_ms:g} ms,"
-            f" margin {found.margin_ms:+.3f} ms nominally, {found.worst_case_margin_ms:+.3f} ms in the worst case;"
-            f" binding is {self.report.bottleneck};"
-            f" {self.fit}; the rest of the outer loop is not in it"
+            f"modelled deadline verdict for {SCOPE}, {self.cycles} PL cycles: {found.verdict}: {judged};"
+            " the rest of the outer loop is not in it"
         )
 
     def summary(self) -> dict[str, Any]:
@@ -142,7 +143,10 @@ def cycle_budget(
     trace, platform = hw_model.parse_trace(scheduler.trace), hw_model.load_platform(device)
     split = chosen_partition(partition, trace, platform, cycles)
     report = hw_model.speedup(trace, platform, split, deadline_ms=judged_ms, cycles=cycles)
-    return CycleBudget(report, same_bits, deadline_ms, exact, budget(trace, platform, split, cycles))
+    area = budget(trace, platform, split, cycles)
+    if report.deadline is not None and not area.fits:
+        report = replace(report, deadline=replace(report.deadline, verdict="FAIL"))
+    return CycleBudget(report, same_bits, deadline_ms, exact, area)
 
 
 def _same_bits(one: Solution, other: Solution) -> bool:

@@ -21,6 +21,7 @@ from orbsoc.files.atomic_write import write_atomically
 
 if TYPE_CHECKING:
     from hw_model import Partition, Platform
+    from hw_model.platform.parameter import End
     from hw_model.timing.stage_cycles import StageCycles
     from hw_model.vocabulary import Cause
     from orbsoc.conic.problem import Problem
@@ -63,14 +64,15 @@ class PricedCase:
     ipm_iterations: int
     time_ms: float
     fast_ms: float
+    """Fast end of every band, at the cheapest price of the PS's work."""
     worst_ms: float
-    """Slow end of every band, every jitter at its bound."""
+    """Slow end of every band, every jitter at its bound, at the dearest price."""
 
 
 @dataclass(frozen=True, slots=True)
 class DeadlineReport:
-    """The verdict over all cases. PASS: every one is met in its worst case; FAIL: one is missed at its fastest, or has
-    no plan; MARGINAL: in between."""
+    """The verdict over all cases. PASS: every one is met in its worst case; FAIL: one is missed at its fastest or has no
+    plan, or the device does not hold the engine; MARGINAL: in between."""
 
     device: str
     partition: str
@@ -211,8 +213,9 @@ def judge(
     check_deadline(deadline_ms)
     priced = tuple(_price(case, platform, partition, cycles_of(case)) for case in cases)
     planned = [case for case in priced if case.status == "verified"]
+    fits, area_words = _area(cases, platform, partition, cycles_of)
     late = any(case.fast_ms > deadline_ms for case in planned)
-    verdict: Verdict = "FAIL" if late or len(planned) < len(priced) else "PASS"
+    verdict: Verdict = "FAIL" if late or len(planned) < len(priced) or not fits else "PASS"
     margin = nominal = None
     cause: Cause | None = None
     share: float | None = None
@@ -227,7 +230,6 @@ def judge(
         timeline = simulate(decides.trace, platform, partition, cycles_of(decides))
         causes = {found: picoseconds for (found,), picoseconds in timeline.totals("cause").items()}
         cause, share, words = bottleneck_of(causes)
-    fits, area_words = _area(cases, platform, partition, cycles_of)
     return DeadlineReport(
         platform.name, partition.name, "estimated" if cycles_of is estimated_cycles else "exact", deadline_ms,
         verdict, margin, nominal, cause, share, words, fits, area_words, priced,
@@ -267,22 +269,24 @@ def _pattern_file(folder: Path, digest: str) -> Path:
 def _price(case: Case, platform: Platform, partition: Partition, cycles: StageCycles) -> PricedCase:
     """Times of one case."""
     from hw_model import parse_trace
+    from hw_model.report.prices import at_each_price
     from hw_model.timing.actions import actions_of
     from hw_model.timing.durations import Durations
     from hw_model.timing.timeline import makespan_picoseconds, tally_of
 
-    times = [0, 0, 0]
+    time_ms = fast_ms = worst_ms = 0.0
     if case.trace["solves"]:
         trace = parse_trace(case.trace)
         actions = actions_of(trace, partition)
         tally = tally_of(actions)
         nominal = Durations(trace, platform, partition, cycles)
-        fast, slow = (nominal.on(platform.corner(end, end, end)) for end in ("fast", "slow"))
-        times = [
-            makespan_picoseconds(actions, prices, worst=prices is slow, tally=tally)
-            for prices in (nominal, fast, slow)
-        ]
-    time_ms, fast_ms, worst_ms = (picoseconds / 1e9 for picoseconds in times)
+        time_ms = makespan_picoseconds(actions, nominal, tally=tally) / 1e9
+
+        def at(end: End) -> list[float]:
+            ends = (nominal.on(price.corner(end, end, end)) for price in at_each_price(platform, trace))
+            return [makespan_picoseconds(actions, each, worst=end == "slow", tally=tally) / 1e9 for each in ends]
+
+        fast_ms, worst_ms = min(at("fast")), max(at("slow"))
     return PricedCase(
         case.number, case.status, case.scp_iterations, sum(case.ipm_iterations), time_ms, fast_ms, worst_ms
     )

@@ -97,6 +97,26 @@ def test_both_prices_stand_side_by_side_in_a_comparison() -> None:
         assert speedup(scheduler.trace, chosen, "paper").makespan_ms == executed.makespan_ms
 
 
+def test_a_deadline_is_judged_at_the_dearest_price_and_lost_at_the_cheapest() -> None:
+    scheduler = PsScheduler()
+    scheduler(FAMILIES["rendezvous"][0](15))
+
+    def verdict(deadline_ms: float) -> str:
+        found = speedup(scheduler.trace, "mpfs250t", "paper", deadline_ms=deadline_ms).deadline
+        assert found is not None
+        return found.verdict
+
+    report = speedup(scheduler.trace, "mpfs250t", "paper")
+    dearest = max(report.prices, key=lambda each: each.worst_case_ms)
+    assert report.worst_case_ms < dearest.worst_case_ms
+    assert verdict(report.worst_case_ms) == "MARGINAL"
+    assert verdict(dearest.worst_case_ms) == "PASS"
+    cheapest = min(each.makespan_ms.low for each in report.prices)
+    assert [verdict(cheapest), verdict(cheapest * (1.0 - 1e-9))] == ["MARGINAL", "FAIL"]
+    line = speedup(scheduler.trace, "mpfs250t", "paper", deadline_ms=1e3).deadline_line
+    assert f"worst case, by {dearest.price} and with jitter, {dearest.worst_case_ms:.3f} ms" in line
+
+
 def test_the_price_is_instructions_times_cycles_and_divisions() -> None:
     core = load_platform("zu9eg").with_value("ps.price", "executed_instructions").ps
     pattern = pattern_of("rendezvous-15")
