@@ -14,6 +14,8 @@ def verdict(plan: ApproachPlan) -> str:
     if plan.verification is None or plan.programme is None:
         return f"{plan.status.name.replace('_', ' ')}: {plan.message}"
     spent = f"{plan.status.name.replace('_', ' ')}: {plan.programme.words}"
+    if plan.scenario.cost == "absolutes":
+        spent += f", {plan.cost:.4f} m/s by thrusters along the axes"
     broken = "".join(f"; {words}" for words in plan.verification.failures)
     if not plan.approach.guarded:
         return f"{spent}{broken}; no keep-out was asked for"

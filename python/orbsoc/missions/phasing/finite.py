@@ -48,7 +48,7 @@ class FiniteBurns:
 def finite_burns(approach: Approach, roll: Roll, engine: Engine, *, corrections: int = 2) -> FiniteBurns:
     """Of a flight by impulses; every correction changes each burn in proportion to its size.
 
-    Raises PropagationError where a burn takes longer than the flight.
+    Raises PropagationError where a burn would begin before the one before it has ended: the engine is too weak.
     """
     dv = roll.dv_m_s.copy()
     found = _flown(approach, roll, dv, engine)
@@ -69,15 +69,14 @@ def _flown(approach: Approach, roll: Roll, dv: Array, engine: Engine) -> FiniteB
     acceleration, ignitions, burns = engine.acceleration_m_s2, [], []
     for k in np.flatnonzero(np.any(roll.dv_m_s, axis=1)):
         burn = _burn(approach, roll, int(k), dv[k], acceleration, engine.exhaust_m_s)
-        if burn.duration_s > approach.end_s - float(approach.times_s[0]):
-            raise PropagationError(f"a burn of {burn.duration_s:.4g} s is longer than the flight")
         ignition = float(approach.times_s[k]) - 0.5 * burn.duration_s
-        if ignition > at:
-            state = fast_coast([state], [at, ignition], forces)[-1, 0]
+        if ignition < at:
+            raise PropagationError(f"a burn of {burn.duration_s:.4g} s has no room before its impulse's time")
+        state = fast_coast([state], [at, ignition], forces)[-1, 0]
         state = fast_burn(state, burn, forces)
-        at = max(at, ignition) + burn.duration_s
+        at = ignition + burn.duration_s
         acceleration /= burn.mass_ratio
-        ignitions.append(at - burn.duration_s)
+        ignitions.append(ignition)
         burns.append(burn)
     return FiniteBurns(np.array(ignitions), tuple(burns), state - _goal(approach, at))
 

@@ -15,6 +15,9 @@ from .phasing_plan import PhasingPlan
 from .replanning import Surprised
 from .uncertain import Meeting
 
+FAR_M = 1e3
+"""By which burns may miss after two corrections and still stand for the impulses; more corrections would bring them nearer."""
+
 
 def plan_document(plan: PhasingPlan) -> dict[str, Any]:
     """Everything about the plan that JSON can hold, SI; impulses in the chaser's (R, T, N). Null where there is none."""
@@ -82,8 +85,8 @@ def _consequences(plan: PhasingPlan) -> list[str]:
     analysis, found = plan.analysis, []
     if analysis is None:
         return []
-    if plan.scenario.engine is not None and analysis.finite is None:
-        found.append("The engine is too weak: its burns are too long to stand for these impulses")
+    if plan.scenario.engine is not None:
+        found.append(_as_burns(analysis.finite))
     if analysis.surprised is not None:
         best = [each for each in analysis.surprised.replans if isfinite(each.extra_m_s)]
         words = f"With the other drag it would miss by {analysis.surprised.miss_m / 1e3:.1f} km"
@@ -100,6 +103,15 @@ def _consequences(plan: PhasingPlan) -> list[str]:
             f" {errors.runs} draws"
         )
     return found
+
+
+def _as_burns(finite: FiniteBurns | None) -> str:
+    if finite is None:
+        return "The engine is too weak: its burns are too long to stand for these impulses"
+    words = f"Flown as burns of the engine and corrected twice they take {finite.dv_m_s:.2f} m/s and miss by {finite.miss_m:.0f} m"
+    if finite.miss_m > FAR_M:
+        words += ": the engine is too weak for these impulses"
+    return words
 
 
 def _certificates(plan: PhasingPlan) -> dict[str, Any]:
