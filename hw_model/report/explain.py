@@ -80,10 +80,14 @@ class Difference:
         )
         changes = {action: other.get(action, 0.0) - one.get(action, 0.0) for action in one | other}
         most = max(changes, key=lambda action: abs(changes[action]))
+        where = (
+            f"most of the difference is {most}, {changes[most]:+.2f} mJ"
+            if changes[most]
+            else "no action differs"
+        )
         return (
             f"modelled energy: A {self.a_energy.nominal_mj:.2f} mJ, B {self.b_energy.nominal_mj:.2f} mJ"
-            f" ({self.b_energy.low_mj:.2f}–{self.b_energy.high_mj:.2f}); most of the difference is {most},"
-            f" {changes[most]:+.2f} mJ"
+            f" ({self.b_energy.low_mj:.2f}–{self.b_energy.high_mj:.2f}); {where}"
         )
 
     def to_dict(self) -> dict[str, Any]:

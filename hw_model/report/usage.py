@@ -336,7 +336,7 @@ def _ways(usage: ParameterUse) -> list[bool]:
     return [True] * usage.on_pl + [False] * (usage.off_pl or not usage.on_pl)
 
 
-_NO_TIMES = "this report has no modelled times; `orbsoc hw trace` and `hw partition` have"
+_NO_TIMES = "this report times no PS, link or interrupts; `orbsoc hw trace` and `hw partition` do"
 _NO_URAM = "nothing is in UltraRAM; set `pl.storage_memory` or `pl.microcode_memory` to ultra_ram"
 _NO_PL = "the partition leaves the PL idle; choose one that uses it"
 _NO_ENERGY = "this report has no energy; `orbsoc hw explain` and `hw partition` have"

@@ -158,6 +158,9 @@ def test_margins_agree_with_exact_ones_within_their_error(solved: tuple[Path, Pa
     assert ellipse.verdict is orbsoc.reach.Verdict.NOT_RULED_OUT
     too_large = Elements(2.6e7, 0.74, plane[0], plane[1], 0.0, 0.0)
     assert found.can_reach(too_large, exact=True).verdict == "beyond reach"
+    assert re.search(r"km \(± [\d.]+\) beyond the largest semi-major axis", found.can_reach(too_large).words)
+    with pytest.raises(TypeError, match=r"`orbit` is of type int; it must be an orbsoc\.orbit\.Elements"):
+        found.can_reach(3)
     elsewhere = found.can_reach(Elements(7.0e6, 0.02, np.deg2rad(60.0), plane[1], 0.0, 0.0))
     assert elsewhere.verdict == "beyond reach"
     assert not elsewhere.inside_box

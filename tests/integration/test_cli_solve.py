@@ -136,6 +136,7 @@ def test_options_override_the_settings_of_a_bundle(tmp_path: Path) -> None:
 BAD = [
     ("none.json", None, (), "none.json: No such file or directory"),
     ("p.json", "{", (), "p.json: the document is not JSON"),
+    ("p.toml", "mission = 'a'", (), "`orbsoc plan` takes a scenario in TOML"),
     ("p.json", "[1]", (), "p.json: the document must be one JSON object"),
     ("p.json", "{}", (), "field `schema` is None; this command reads 'orbsoc.problem/1' and 'orbsoc.bundle/1'"),
     ("p.json", '{"schema": "orbsoc.problem/1", "n": 1, "p": 0, "m": 0, "c": [1, 2]}', (), "field `c` has 2"),

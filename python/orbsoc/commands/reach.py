@@ -50,7 +50,8 @@ def reach(
     report: Annotated[
         bool,
         typer.Option(
-            "--report/--no-report", help="figures, pages and NetCDF; without them, --resume writes them later"
+            "--report/--no-report",
+            help="figures, pages with the cost on every device, and NetCDF; without them, --resume writes them later",
         ),
     ] = True,
     out: Annotated[
@@ -162,6 +163,7 @@ def _solve_and_write(
     report: bool,
 ) -> dict[str, Any]:
     from rich.console import Console
+    from rich.progress import track
 
     import hw_model
     from orbsoc.hw.representative_solves import RepresentativeSolves
@@ -189,15 +191,14 @@ def _solve_and_write(
         return DomainCost.of(found, device, partition, prices, deadline_ms)
 
     cost = cost_on(device, partition, deadline_ms)
+    pairs = list(product(hw_model.platform_names(), hw_model.partition_names())) if report else []
+    priced = track(pairs, "pricing every device and partition", console=Console(stderr=True), transient=True)
     fresh = sum(report.rows_done - report.rows_before for report in reports)
     extra = {
         "elapsed_s": sum(report.elapsed_s for report in reports) if fresh else None,
         "rows_solved_in_this_run": fresh,
         "hardware": {**cost.to_dict(), "words": cost.words},
-        "hardware_table": [
-            cost_on(*names).to_dict()
-            for names in product(hw_model.platform_names(), hw_model.partition_names())
-        ],
+        "hardware_table": [cost_on(*names).to_dict() for names in priced],
     }
     try:
         return write_outputs(folder, found, cost, extra, render if report else None)

@@ -90,7 +90,8 @@ def _read(path: Path) -> tuple[Problem, Settings, Start | None]:
         known = f"{problem_file.SCHEMA!r} and {bundle.SCHEMA!r}"
         raise FieldError("schema", f"is {shown(schema)}; this command reads {known}")
     except (FieldError, ProblemError) as error:
-        raise FileError(f"{path}: {error}") from error
+        other = "; `orbsoc plan` takes a scenario in TOML" if path.suffix == ".toml" else ""
+        raise FileError(f"{path}: {error}{other}") from error
 
 
 def _is_infeasible(solution: Solution) -> bool:

@@ -91,7 +91,8 @@ def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise _unreadable(source, f"not TOML: {error}") from error
+        other = "; `orbsoc solve` takes a problem in JSON" if source.suffix == ".json" else ""
+        raise _unreadable(source, f"not TOML: {error}{other}") from error
 
 
 def read_document(path: str | PathLike[str], settings: Mapping[str, Any] | None = None) -> dict[str, Any]:

@@ -284,7 +284,9 @@ def _price(case: Case, platform: Platform, partition: Partition, cycles: StageCy
 
         def at(end: End) -> list[float]:
             ends = (nominal.on(price.corner(end, end, end)) for price in at_each_price(platform, trace))
-            return [makespan_picoseconds(actions, each, worst=end == "slow", tally=tally) / 1e9 for each in ends]
+            return [
+                makespan_picoseconds(actions, each, worst=end == "slow", tally=tally) / 1e9 for each in ends
+            ]
 
         fast_ms, worst_ms = min(at("fast")), max(at("slow"))
     return PricedCase(

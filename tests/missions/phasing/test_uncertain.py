@@ -85,11 +85,15 @@ def test_finite_burns_meet_after_corrections() -> None:
 
 
 @pytest.mark.parametrize("acceleration_m_s2", [1e-6, 1e-3, 0.01, 0.05])
-def test_burns_without_room_between_each_other_are_refused_before_they_are_flown(acceleration_m_s2: float) -> None:
+def test_burns_without_room_between_each_other_are_refused_before_they_are_flown(
+    acceleration_m_s2: float,
+) -> None:
     found = planned().descended
     assert found is not None
     with pytest.raises(PropagationError, match="has no room before its impulse's time"):
-        finite_burns(found.approach, found.roll, Engine(acceleration_m_s2=acceleration_m_s2, exhaust_m_s=3090.0))
+        finite_burns(
+            found.approach, found.roll, Engine(acceleration_m_s2=acceleration_m_s2, exhaust_m_s=3090.0)
+        )
 
 
 def test_what_is_drawn_is_told_beside_other_draws() -> None:

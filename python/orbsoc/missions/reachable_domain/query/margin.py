@@ -88,7 +88,8 @@ class Margin:
 
     def _parts(self) -> str:
         """What is left of the domain, its perigee where it suits best."""
-        tilt = f"{self.tilt_deg:+.3f} degrees (± {self.tilt_error_deg:.3f}) inside the furthest tilt at its perigee height"
+        side = "inside" if self.tilt_deg >= 0.0 else "beyond"
+        tilt = f"{abs(self.tilt_deg):.3f} degrees (± {self.tilt_error_deg:.3f}) {side} the furthest tilt at its perigee height"
         if math.isnan(self.tilt_deg):
             tilt = "no furthest tilt known at its perigee height"
         return f"{tilt}, {self._largest()}"
@@ -102,4 +103,5 @@ class Margin:
             sure = "hyperbolas" if self.sma_error_km == 0.0 else "perhaps hyperbolas"
             return f"{sure} reached on its plane, larger than any ellipse"
         error = "± unknown" if math.isinf(self.sma_error_km) else f"± {self.sma_error_km:.1f}"
-        return f"{self.sma_km:+.1f} km ({error}) inside the largest semi-major axis of its plane"
+        side = "inside" if self.sma_km >= 0.0 else "beyond"
+        return f"{abs(self.sma_km):.1f} km ({error}) {side} the largest semi-major axis of its plane"

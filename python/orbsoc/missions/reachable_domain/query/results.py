@@ -71,8 +71,11 @@ class ReachableDomain:
         a short burn in orbit shows. With `exact` the plane is solved now, and unless that rules the orbit out the
         shortest burn onto it, its own perigee included, is sought and flown: that decides. It takes a few seconds.
         The scenario's least altitude holds during the burn, cut-off included. Errors of interpolated numbers are estimates.
-        Raises OrbitError, a ValueError that names the field, for an orbit that is not an ellipse above the ground.
+        Raises OrbitError, a ValueError that names the field, for an orbit that is not an ellipse above the ground; TypeError
+        for what is no orbit.
         """
+        if not isinstance(orbit, Elements):
+            raise TypeError(f"`orbit` is of type {type(orbit).__name__}; it must be an orbsoc.orbit.Elements")
         check_orbit(orbit)
         height_km = orbit.perigee_height_m() / 1e3
         inc_deg, raan_deg = float(np.rad2deg(orbit.inc_rad)), float(np.rad2deg(orbit.raan_rad))
