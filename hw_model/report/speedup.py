@@ -81,8 +81,8 @@ class Deadline:
     def words(self) -> str:
         """The deadline and both margins."""
         return (
-            f"against {self.deadline_ms:g} ms, margin {self.margin_ms:+.3f} ms nominally; worst case, by"
-            f" {self.worst_case_price} and with jitter, {self.deadline_ms - self.worst_case_margin_ms:.3f} ms,"
+            f"against {self.deadline_ms:g} ms, margin {self.margin_ms:+.3f} ms nominally; worst case"
+            f" (by {self.worst_case_price}; with jitter) {self.deadline_ms - self.worst_case_margin_ms:.3f} ms,"
             f" margin {self.worst_case_margin_ms:+.3f} ms"
         )
 

@@ -114,7 +114,7 @@ def test_a_deadline_is_judged_at_the_dearest_price_and_lost_at_the_cheapest() ->
     cheapest = min(each.makespan_ms.low for each in report.prices)
     assert [verdict(cheapest), verdict(cheapest * (1.0 - 1e-9))] == ["MARGINAL", "FAIL"]
     line = speedup(scheduler.trace, "mpfs250t", "paper", deadline_ms=1e3).deadline_line
-    assert f"worst case, by {dearest.price} and with jitter, {dearest.worst_case_ms:.3f} ms" in line
+    assert f"worst case (by {dearest.price}; with jitter) {dearest.worst_case_ms:.3f} ms" in line
 
 
 def test_the_price_is_instructions_times_cycles_and_divisions() -> None:
