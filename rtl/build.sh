@@ -3,6 +3,7 @@
 # Usage: rtl/build.sh units -GEXP=11 -GMAN=52 -GADD_CYCLES=7 -GMUL_CYCLES=8 -GDIV_CYCLES=35 -GDIV_INTERVAL_CYCLES=4
 #        rtl/build.sh engine -GFP=64 -GLANES=4 -GDIVIDERS=1 -GBANKS=16 -GADDRESS_BITS=14 -GSEQUENCER=0 -GCODE_BITS=17
 #        rtl/build.sh registers
+#        rtl/build.sh axi_slaves -GFP=64 -GADDRESS_BITS=6 -GCODE_BITS=3 -GCODE_WIDTH=100
 # SEQUENCER: 0 flat, 1 compressed, 2 in order. Parameters that are not given are the module's; the harness takes all from the model.
 # The result is kept under $ORBSOC_RTL_CACHE (default ~/.cache/orbsoc/rtl) by the hash of sources, parameters and tools;
 # so are the objects of Verilator's runtime, which is a third of a build and the same in all of them.
@@ -15,7 +16,8 @@ case $top in
   units) sources="$here/harness/units.sv $here/harness/units.cpp" ;;
   engine) sources="$here/engine/*.sv $here/harness/engine.cpp" ;;
   registers) sources="$here/engine/registers.sv $here/harness/registers.cpp" ;;
-  *) echo "rtl/build.sh: no top '$top'; there are units, registers and engine" >&2; exit 2 ;;
+  axi_slaves) sources="$here/axi/axi_[!e]*.sv $here/harness/axi_traffic.cpp" ;;
+  *) echo "rtl/build.sh: no top '$top'; there are units, registers, engine and axi_slaves" >&2; exit 2 ;;
 esac
 
 texts=$(find "$here" -name '*.sv*' -o -name '*.[ch]pp' -o -name build.sh | LC_ALL=C sort | tr '\n' '\0' | xargs -0 cat)
