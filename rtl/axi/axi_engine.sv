@@ -70,8 +70,8 @@ module axi_engine #(
   localparam int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2);
   localparam int ITEM_LINES = (2 + LANES * (4 * ADDRESS_BITS + 8) + DIVIDERS * (3 * ADDRESS_BITS + 2) + 95) / 96;
   localparam int FETCH = 32 << $clog2(ITEM_LINES > LANES ? ITEM_LINES : LANES);
-  localparam int CODE_WIDTH = SEQUENCER == 1 ? FETCH : WIDTH;
-  localparam int RULES = 8;
+  localparam int CODE_WIDTH  /*verilator public*/ = SEQUENCER == 1 ? FETCH : WIDTH;
+  localparam int RULES  /*verilator public*/ = 8;
   localparam logic [31:0] ENGINE_WORD = {
     7'd0, RESIDENT != 0, 6'd0, 2'(SEQUENCER), 8'(DIVIDERS), 1'b0, 7'(LANES)
   } | (FP == 64 ? 32'h80 : 32'h0);
@@ -87,10 +87,10 @@ module axi_engine #(
   logic [contract::TEMPLATE_BITS-1:0] template_address;
   logic [contract::TEMPLATE_WIDTH-1:0] template_word;
   // For a harness alone.
-  logic busy  /*verilator public_flat_rd*/;
-  logic [31:0] cycles  /*verilator public_flat_rd*/;
-  logic [7:0] running  /*verilator public_flat_rd*/;
-  logic [RULES-1:0] violations  /*verilator public_flat_rd*/;
+  logic busy  /*verilator public*/;
+  logic [31:0] cycles  /*verilator public*/;
+  logic [7:0] running  /*verilator public*/;
+  logic [RULES-1:0] violations  /*verilator public*/;
   logic fetch_wanted;
 
   axi_slaves #(

@@ -6,6 +6,7 @@ module axi_slaves #(
     parameter int CODE_WIDTH /*verilator public*/ = 285,
     parameter int ID_BITS /*verilator public*/ = 4,
     parameter int REGION_BITS /*verilator public*/ = 24,
+    parameter int TEMPLATE_WIDTH /*verilator public*/ = contract::TEMPLATE_WIDTH,
     parameter logic [31:0] ENGINE_WORD = 32'd0,
     parameter logic [31:0] SIZES_WORD = 32'd0
 ) (
@@ -76,7 +77,7 @@ module axi_slaves #(
     output logic [CODE_WIDTH-1:0] code_word,
     output logic template_write,
     output logic [contract::TEMPLATE_BITS-1:0] template_address,
-    output logic [contract::TEMPLATE_WIDTH-1:0] template_word,
+    output logic [TEMPLATE_WIDTH-1:0] template_word,
     input logic busy,
     input logic [31:0] cycles
 );
@@ -213,7 +214,7 @@ module axi_slaves #(
   );
   assign host_word = word[FP-1:0];
   assign code_word = word[CODE_WIDTH-1:0];
-  assign template_word = word[contract::TEMPLATE_WIDTH-1:0];
+  assign template_word = word[TEMPLATE_WIDTH-1:0];
 
   logic read_valid, read_ready, read_error;
   axi_burst_read #(

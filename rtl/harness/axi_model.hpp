@@ -10,8 +10,9 @@
 #include <tuple>
 #include <vector>
 
+#include "orbsoc_registers.h"
+
 constexpr int READ_CLOCKS = 5, SETTLE_CLOCKS = 5;  // host_read to its word; host_write to the first read or register write
-constexpr uint16_t REG_CONTROL = 0x0c, REG_STATUS = 0x10;
 
 enum Memory : uint32_t { STORAGE = 0, CODE = 1, TEMPLATES = 2 };
 using Pieces = std::vector<uint32_t>;
@@ -109,7 +110,7 @@ class EngineModel {
   // The answer to this address in this clock, in which nothing else of the engine shows.
   uint32_t answer(uint16_t address, uint64_t clock) const {
     const uint32_t noise = uint32_t(address * 2654435761u ^ clock * 40503u);
-    return address == REG_STATUS ? (noise & ~1u) | status_busy(clock) : noise;
+    return address == ORBSOC_REG_STATUS ? (noise & ~1u) | status_busy(clock) : noise;
   }
   bool status_busy(uint64_t clock) const { return clock < status_until && clock >= began; }
   // The sequencer: with gaps as between the segments of an attempt, and on when a fault has ended STATUS's.
@@ -121,7 +122,7 @@ class EngineModel {
   void bus_write(uint16_t address, uint32_t value, uint64_t clock) {
     if (clock < last_write + SETTLE_CLOCKS || clock < last_read + READ_CLOCKS) fault("a register write before the memories were quiet", clock);
     writes.emplace_back(address, value, clock);
-    if (address == REG_CONTROL && value == 1 && !running(clock)) {
+    if (address == ORBSOC_REG_CONTROL && value == 1 && !running(clock)) {
       began = clock + 1;
       status_until = began + 10 + random() % 150;
       busy_until = random() % 4 ? status_until : status_until + random() % 10;

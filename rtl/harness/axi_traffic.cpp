@@ -17,7 +17,7 @@
 namespace {
 
 using Built = Vaxi_slaves_axi_slaves;
-constexpr uint16_t RESET = 0x3000, ENGINE = 0x3004, SIZES = 0x3008, CYCLES = 0x300c;
+constexpr uint16_t RESET = ORBSOC_REG_RESET, ENGINE = ORBSOC_REG_ENGINE, SIZES = ORBSOC_REG_SIZES, CYCLES = ORBSOC_REG_CYCLES;
 constexpr uint32_t ENGINE_WORD = 0x01010184, SIZES_WORD = 0x12345678, SLVERR = 2;
 constexpr uint64_t LAG = 4;       // clocks after the engine's end in which it may still count as running
 constexpr uint64_t PATIENCE = 3000;  // clocks without an answer that is owed
@@ -59,10 +59,13 @@ class Traffic {
 
  private:
   static Sizes built() {
-    return {Built::FP, Built::ADDRESS_BITS, Built::CODE_BITS, Built::CODE_WIDTH, 6, 12};
+    uint64_t template_bits = 0;
+    while (ORBSOC_TEMPLATES >> template_bits > 1) ++template_bits;
+    return {Built::FP, Built::ADDRESS_BITS, Built::CODE_BITS, Built::CODE_WIDTH, template_bits, Built::TEMPLATE_WIDTH};
   }
-  bool chance(double p) { return random() % 10000 < p * 10000; }
-  uint32_t below(uint64_t n) { return uint32_t(random() % n); }
+  uint32_t draw() { return uint32_t(random()); }
+  bool chance(double p) { return draw() % 10000 < p * 10000; }
+  uint32_t below(uint64_t n) { return uint32_t(draw() % n); }
   void fault(const std::string &what) { faults.push_back(what + ", clock " + std::to_string(now)); }
 
   // How eager each side of each channel is, for a while.
@@ -78,16 +81,16 @@ class Traffic {
 
   void create() {
     if (lite_address.size() + lite_data.size() < 6 && chance(create_rate)) {
-      LiteWrite w{uint16_t(below(0x2000) & (below(4) ? ~3u : ~0u)), random(), 15};
-      if (chance(launch_rate)) w = {REG_CONTROL, 1, 15};
-      else if (chance(0.03)) w = {RESET, random(), 15};
+      LiteWrite w{uint16_t(below(0x2000) & (below(4) ? ~3u : ~0u)), draw(), 15};
+      if (chance(launch_rate)) w = {ORBSOC_REG_CONTROL, 1, 15};
+      else if (chance(0.03)) w = {RESET, draw(), 15};
       if (chance(0.1)) w.strobes = uint8_t(below(15));
       lite_address.push_back(w);
       lite_data.push_back(w);
       lite_writes.push_back(w);
     }
     if (lite_reads.size() < 3 && chance(create_rate)) {
-      const uint16_t places[] = {REG_STATUS, REG_STATUS, ENGINE, SIZES, CYCLES, uint16_t(below(0x10000))};
+      const uint16_t places[] = {ORBSOC_REG_STATUS, ORBSOC_REG_STATUS, ENGINE, SIZES, CYCLES, uint16_t(below(0x10000))};
       lite_read_address.push_back(places[below(6)]);
       lite_reads.push_back(lite_read_address.back());
     }
@@ -135,7 +138,7 @@ class Traffic {
   std::vector<Burst> make_writes() {
     Burst b = make_burst(false);
     for (uint32_t i = 0; i <= b.len; ++i) {
-      b.data.push_back(uint64_t(random()) << 32 | random());
+      b.data.push_back(uint64_t(draw()) << 32 | draw());
       b.strobes.push_back(b.size == 2 ? ((b.address / 4 + i) % 2 ? 0xf0 : 0x0f) : 0xff);
     }
     if (b.len && b.size == 2 && b.kind == 1 && chance(0.3)) {  // in two bursts, a word begun in the first ended in the second
@@ -151,7 +154,7 @@ class Traffic {
       return {b, rest};
     }
     if (chance(0.08)) b.strobes[below(b.strobes.size())] &= 0xf0;
-    if (chance(0.04)) b.strobes[below(b.strobes.size())] = uint8_t(random());
+    if (chance(0.04)) b.strobes[below(b.strobes.size())] = uint8_t(draw());
     return {b};
   }
 
@@ -164,14 +167,14 @@ class Traffic {
 
   void drive() {
     dut.lite_awvalid = offered(lite_address, 0);
-    dut.lite_awaddr = valid[0] ? lite_address.front().address : uint16_t(random());
+    dut.lite_awaddr = valid[0] ? lite_address.front().address : uint16_t(draw());
     dut.lite_wvalid = offered(lite_data, 1);
-    dut.lite_wdata = valid[1] ? lite_data.front().value : random();
+    dut.lite_wdata = valid[1] ? lite_data.front().value : draw();
     dut.lite_wstrb = valid[1] ? lite_data.front().strobes : below(16);
     dut.lite_arvalid = offered(lite_read_address, 2);
-    dut.lite_araddr = valid[2] ? lite_read_address.front() : uint16_t(random());
+    dut.lite_araddr = valid[2] ? lite_read_address.front() : uint16_t(draw());
     const bool aw = offered(write_address, 3), w = offered(write_data, 4), ar = offered(read_address, 5);
-    const Burst to = aw ? write_address.front() : Burst{random(), random(), random(), random(), random(), {}, {}};
+    const Burst to = aw ? write_address.front() : Burst{draw(), draw(), draw(), draw(), draw(), {}, {}};
     dut.awvalid = aw;
     dut.awid = to.id & ((1u << Built::ID_BITS) - 1);
     dut.awaddr = to.address & ((uint64_t(4) << Built::REGION_BITS) - 1);
@@ -179,10 +182,10 @@ class Traffic {
     dut.awsize = to.size & 7;
     dut.awburst = to.kind & 3;
     dut.wvalid = w;
-    dut.wdata = w ? write_data.front().data : random();
-    dut.wstrb = w ? write_data.front().strobes : uint8_t(random());
+    dut.wdata = w ? write_data.front().data : draw();
+    dut.wstrb = w ? write_data.front().strobes : uint8_t(draw());
     dut.wlast = w ? write_data.front().last : below(2);
-    const Burst from = ar ? read_address.front() : Burst{random(), random(), random(), random(), random(), {}, {}};
+    const Burst from = ar ? read_address.front() : Burst{draw(), draw(), draw(), draw(), draw(), {}, {}};
     dut.arvalid = ar;
     dut.arid = from.id & ((1u << Built::ID_BITS) - 1);
     dut.araddr = from.address & ((uint64_t(4) << Built::REGION_BITS) - 1);
