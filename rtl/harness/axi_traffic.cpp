@@ -1,5 +1,5 @@
 // Random traffic on both AXI slaves (axi_slaves.sv), with back-pressure on every channel, against plain models of engine and
-// memories: axi_slaves SEED CLOCKS. Prints a count a line of what was done, and what was wrong; exits 0 if nothing was.
+// memories: axi_slaves SEED CLOCKS [+NAME]. Prints a count a line of what was done, and what was wrong; exits 0 if nothing was.
 //   Each register access reaches the bus once, in order, before it is answered, with its data.
 //   A burst that is not refused writes its words once, in order, and nothing else; reads see what was answered before.
 //   A burst that meets the engine idle all the time is taken, one that meets it running is refused without effect.
@@ -145,6 +145,7 @@ class Traffic {
       Burst rest = b;
       const uint32_t first = 1 + below(b.len);
       rest.address += 4 * first;
+      if (chance(0.3)) rest.address ^= sizes.stride(uint32_t(b.address >> Built::REGION_BITS));  // another word's: an error
       rest.len = b.len - first;
       rest.data.erase(rest.data.begin(), rest.data.begin() + first);
       rest.strobes.erase(rest.strobes.begin(), rest.strobes.begin() + first);
@@ -429,8 +430,9 @@ class Traffic {
 }  // namespace
 
 int main(int argc, char **argv) {
-  if (argc != 3) {
-    std::fprintf(stderr, "usage: axi_slaves SEED CLOCKS\n");
+  Verilated::commandArgs(argc, argv);  // a test's RTL may ask for a +NAME
+  if (argc < 3) {
+    std::fprintf(stderr, "usage: axi_slaves SEED CLOCKS [+NAME]\n");
     return 2;
   }
   return Traffic(uint32_t(std::atoi(argv[1])), uint64_t(std::atoll(argv[2]))).run() ? 0 : 1;
