@@ -17,7 +17,7 @@ from orbsoc.ps.registers import WORD_MASK, Control, Register
 from orbsoc.ps.segments import Method, Segment
 from orbsoc.rtl.session import RtlPort, RtlSession, control_words
 from orbsoc.rtl.validation import Format
-from tests.rtl.engine_sources import RTL, build
+from tests.rtl.engine_sources import build
 
 SEQUENCERS = {"flat": 0, "compressed": 1}
 CODE_BITS = 14
@@ -49,7 +49,9 @@ class AxiSession(RtlSession):
             start, _ = image.entries.get(segment.stage, (0, 0))
             masks = f"{segment.reads:x} {segment.writes:x} {segment.stales:x}"
             self._do([f"image_segment {int(segment.module):x} {start:x} {masks}"])
-        self._do(f"image_instruction {word:x} {flag:x}" for word, flag in control_words(image, method, program))
+        self._do(
+            f"image_instruction {word:x} {flag:x}" for word, flag in control_words(image, method, program)
+        )
         assert self.driver("load") == 0
 
     def driver(self, command: str) -> int:
@@ -98,6 +100,3 @@ class InterruptedCDriver(CDriver):
     """It takes the end of an attempt in the interrupt handler."""
 
     interrupts = True
-
-
-__all__ = ["RTL", "AxiSession", "CDriver", "InterruptedCDriver", "built_behind_axi"]

@@ -76,14 +76,18 @@ def test_the_header_is_the_one_that_the_map_gives() -> None:
 def constants(file: str) -> dict[str, int]:
     """Constants of a module of the RTL that are numbers."""
     text = (RTL / file).read_text()
-    found = re.findall(r"^  localparam logic \[\d+:0\] (\w+) = \d+'([dhb])([0-9A-Fa-f]+);", text, re.MULTILINE)
+    found = re.findall(
+        r"^  localparam logic \[\d+:0\] (\w+) = \d+'([dhb])([0-9A-Fa-f]+);", text, re.MULTILINE
+    )
     return {name: int(number, {"d": 10, "h": 16, "b": 2}[base]) for name, base, number in found}
 
 
 def defaults(file: str) -> dict[str, int]:
     """Default values of a module's parameters."""
     text = (RTL / file).read_text()
-    return {name: int(value) for name, value in re.findall(r"parameter int (\w+) (?:/\*.*?\*/ )?= (\d+)", text)}
+    return {
+        name: int(value) for name, value in re.findall(r"parameter int (\w+) (?:/\*.*?\*/ )?= (\d+)", text)
+    }
 
 
 def wanted(of: type[enum.IntEnum]) -> dict[str, int]:
@@ -137,8 +141,6 @@ def c_run(board: Board, steps: list[tuple[Kind, Segment]], *, polls: bool = Fals
         error = c_step(board, kind, segment, polls=polls)
         if error != OK:
             return error
-    if board.port.interrupt:
-        return int(Fault.UNACKNOWLEDGED_INTERRUPT)
     return board.call("require_rest")
 
 
@@ -169,7 +171,9 @@ def waited(board: Board, *, polls: bool) -> int:
 class EngineBoard(Board):
     """A board whose PS can run stages of the small engine."""
 
-    def __init__(self, made: Path, perturb: Perturbation = untouched, hit: int = 0, *, ticks: bool = False) -> None:
+    def __init__(
+        self, made: Path, perturb: Perturbation = untouched, hit: int = 0, *, ticks: bool = False
+    ) -> None:
         self.engine = FakeEngine()
         self.emulated = ProgrammableLogic(METHOD, self.engine.run, busy_ticks=2)
         super().__init__(made, FaultyRegisters(self.emulated, hit, perturb))
@@ -228,7 +232,11 @@ def test_by_polling_it_reads_more_of_status_and_nothing_else(made: Path) -> None
     assert len(status) > sum(access[1] == Register.STATUS for access in ACCESSES)
 
 
-PERTURBATIONS = {"dropped": lambda: drop, "doubled": lambda: repeat} | {
+def drop_frame(number: int, write: tuple[int, int]) -> list[tuple[int, int]]:
+    return [] if 0 <= number < 4 else [write]
+
+
+PERTURBATIONS = {"dropped": lambda: drop, "dropped with the next three": lambda: drop_frame, "doubled": lambda: repeat} | {
     f"overtaken by {count}": lambda count=count: overtaken_by(count) for count in (1, 2, 3)
 } | {f"bit {bit} flipped": lambda bit=bit: flip(bit) for bit in (0, 1, 2, 7, 8, 15, 31)}  # fmt: skip
 
@@ -366,13 +374,16 @@ def loads(made: Path) -> bool:
     board = EngineBoard(made)
     if board.call("load", ctypes.byref(image())) != OK:
         return False
-    lines = {line: sum(piece << 32 * k for k, piece in enumerate(pieces)) for line, pieces in enumerate(LINES)}
+    lines = {
+        line: sum(piece << 32 * k for k, piece in enumerate(pieces)) for line, pieces in enumerate(LINES)
+    }
     return (
         board.words(Region.MICROCODE) == lines
         and board.words(Region.TEMPLATES) == {0: 7, 1: 8, 2: 9}
         and board.words(Region.STORAGE) == LITERALS
         and board.get_words(LITERALS) == list(LITERALS.values())
         and board.tables == recorder.tables
+        and not board.refused
     )
 
 
@@ -442,7 +453,7 @@ MUTATIONS = {
     "sequence not checked": ("!= (pl->sequence & 0xffu)) return ORBSOC_LOST_WRITE", "!= (pl->sequence & 0xffu)) return ORBSOC_OK"),
     "fault overlooked": ("return (orbsoc_error)FIELD(*status, ORBSOC_STATUS_FAULT)", "return (orbsoc_error)(FIELD(*status, ORBSOC_STATUS_FAULT) & 7u)"),
     "one flag register too few": ("word < pl->flag_words", "word + 1u < pl->flag_words"),
-    "an unfinished frame overlooked": (" || FIELD(status, ORBSOC_STATUS_ARMED)) return ORBSOC_LOST_WRITE;\n  if (FIELD(status, ORBSOC_STATUS_SEQ", ") return ORBSOC_LOST_WRITE;\n  if (FIELD(status, ORBSOC_STATUS_SEQ"),
+    "segments launched as the PS's": ("start(pl, segment->module,", "start(pl, ORBSOC_MODULE_PS,"),
     "high half first": ("addresses[i], low(words[i]));\n      orbsoc_write(storage + (uintptr_t)8u * addresses[i] + 4u, high(words[i]));", "addresses[i] + 4u, high(words[i]));\n      orbsoc_write(storage + (uintptr_t)8u * addresses[i], low(words[i]));"),
     "lines side by side": ("while (bytes < 4u * count) bytes *= 2u;", "bytes = 4u * count - 4u;"),
     "a segment exists before it is whole": ("  write_register(pl, entry + ORBSOC_ENTRY_START, segment->start);\n", "  write_register(pl, entry + ORBSOC_ENTRY_MODULE, segment->module);\n  write_register(pl, entry + ORBSOC_ENTRY_START, segment->start);\n"),
@@ -453,10 +464,7 @@ MUTATIONS = {
 def conforms(made: Path) -> bool:
     """Whether a driver passes what the right one does."""
     board = EngineBoard(made)
-    try:
-        return c_run(board, STEPS) == OK and board.accesses == ACCESSES and loads(made) and not differences(made)
-    except AssertionError:
-        return False
+    return c_run(board, STEPS) == OK and board.accesses == ACCESSES and loads(made) and not differences(made)
 
 
 @pytest.mark.parametrize("name", MUTATIONS)
