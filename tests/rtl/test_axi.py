@@ -47,6 +47,19 @@ def test_random_traffic_meets_the_plain_models_and_the_rules_of_axi(shape: dict[
         assert [kind for kind in KINDS if counts.get(kind, 0) < 40] == []
 
 
+def test_the_core_file_lists_all_of_the_rtl_and_the_list_elaborates() -> None:
+    require_verilator()
+    listed = re.findall(r"^      - ([\w/.]+)", (RTL / "orbsoc.core").read_text(), re.MULTILINE)
+    folders = (RTL, RTL / "fpu", RTL / "engine", RTL / "axi")
+    assert sorted(listed) == sorted(
+        str(path.relative_to(RTL)) for folder in folders for path in folder.glob("*.sv*")
+    )
+    sources = [file for file in listed if file.endswith(".sv")]
+    command = ["verilator", "--lint-only", "-Wall", "-Wno-UNUSED", "-I.", "--top-module", "axi_engine"]
+    done = subprocess.run([*command, *sources], cwd=RTL, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 @dataclass(frozen=True)
 class Wrong:
     """One expression of one file of the slaves, and what is there instead; `before` it stands what makes the place unique."""
