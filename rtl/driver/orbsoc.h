@@ -92,6 +92,12 @@ typedef struct {
   uint32_t instruction_count;
 } orbsoc_image;
 
+/* Where the words of a buffer lie: its word `indices[i]` at storage address `addresses[i]`. Others have no place on the PL. */
+typedef struct {
+  size_t count;
+  const uint32_t *indices, *addresses;
+} orbsoc_buffer;
+
 #define ORBSOC_PIECES(width) (((width) + 31u) / 32u)
 
 /* One PL. Fields are the driver's; the caller may read `sequence`, `valid` and the engine's sizes. */

@@ -94,11 +94,11 @@ def compiler() -> str:
     return found
 
 
-def library(folder: Path, source: str | None = None) -> Path:
-    """The driver, or another text of it, with accesses that can be set."""
+def library(folder: Path, source: str | None = None, *, beside: str = "") -> Path:
+    """The driver, or another text of it, with accesses that can be set, and other C `beside` it."""
     driver, hooks, made = folder / "orbsoc.c", folder / "hooks.c", folder / "liborbsoc.so"
     driver.write_text((DRIVER / "orbsoc.c").read_text() if source is None else source)
-    hooks.write_text(HOOKS)
+    hooks.write_text(HOOKS + beside)
     command = [compiler(), *STRICT, "-O1", "-DORBSOC_EXTERNAL_ACCESS", f"-I{DRIVER}", "-shared", "-fPIC"]
     done = subprocess.run([*command, driver, hooks, "-o", made], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -112,7 +112,8 @@ class Board:
     """
 
     def __init__(
-        self, made: Path, port: RegisterFile, *, binary64: bool = True, code_width: int = 100, resident: bool = True
+        self, made: Path, port: RegisterFile, *, binary64: bool = True, code_width: int = 100, resident: bool = True,
+        address_bits: int = 6, code_bits: int = 3,
     ) -> None:  # fmt: skip
         self.library = ctypes.CDLL(str(made))
         self.pl = ctypes.create_string_buffer(self.library.pl_size())
@@ -125,7 +126,7 @@ class Board:
         self.resets = 0
         self._begun: list[int] = []
         engine = ENGINE_FIELDS["binary64"].put(binary64) | ENGINE_FIELDS["resident"].put(resident)
-        sizes = {"address_bits": 6, "code_bits": 3, "code_width": code_width}
+        sizes = {"address_bits": address_bits, "code_bits": code_bits, "code_width": code_width}
         self._constants = {
             int(Wrapper.ENGINE): engine,
             int(Wrapper.SIZES): sum(SIZES_FIELDS[name].put(value) for name, value in sizes.items()),
