@@ -24,7 +24,7 @@ module axi_memory_port #(
     output logic host_read,
     output logic [ADDRESS_BITS-1:0] host_address
 );
-  localparam int SETTLE = 4;
+  localparam int SETTLE = 4;  // what rtl/harness/computer.hpp waits, too
 
   logic [SETTLE-1:0] settling;
   logic [LATENCY-1:0] reads;  // bit i: taken i + 1 cycles ago
