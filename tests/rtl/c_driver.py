@@ -15,10 +15,8 @@ from orbsoc.ps.registers import (
     BUFFERS,
     ENGINE_FIELDS,
     ERROR_OF_FAULT,
-    PROGRAM,
     SIZES_FIELDS,
     TABLE,
-    WORD_MASK,
     LaunchTimeout,
     LostInterrupt,
     LostWrite,
@@ -207,11 +205,3 @@ class Board:
         found = (ctypes.c_uint64 * len(places))()
         assert self.call("get_words", (ctypes.c_uint32 * len(places))(*places), found, ctypes.c_size_t(len(places))) == OK  # fmt: skip
         return list(found)
-
-
-def halves(mask: int) -> tuple[int, int]:
-    """A mask as two registers have it."""
-    return mask & WORD_MASK, mask >> 32
-
-
-__all__ = ["PROGRAM", "Board", "CAttempt", "CInstruction", "CSegment", "c_segment", "halves", "library"]

@@ -1,13 +1,9 @@
 """The driver in C against the PS that Python plays: the same accesses in the same order, and the same error for each write that
-goes wrong. Its register map is the one of `orbsoc.ps.registers`, and so is the RTL's."""
+goes wrong."""
 
 from __future__ import annotations
 
 import ctypes
-import enum
-import re
-import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -20,23 +16,17 @@ from orbsoc.ps.pl import ProgrammableLogic
 from orbsoc.ps.registers import (
     BUFFERS,
     INSTRUCTIONS,
-    PROGRAM,
     SEGMENTS,
-    TABLE,
     TEMPLATES,
-    Control,
     Fault,
     Module,
-    Op,
     ProtocolError,
     Region,
     Register,
-    Wrapper,
 )
 from orbsoc.ps.segments import Method, Segment
 from orbsoc.rtl.session import RtlSession
-from scripts import write_registers
-from tests.ps.fake_engine import METHOD, WORDS, FakeEngine, prepare
+from tests.ps.fake_engine import METHOD, FakeEngine, prepare
 from tests.ps.test_faults import FaultyRegisters, Perturbation, drop, flip, overtaken_by, repeat, untouched
 from tests.rtl.c_driver import (
     DRIVER,
@@ -46,7 +36,6 @@ from tests.rtl.c_driver import (
     NOT_AT_REST,
     OK,
     OUT_OF_RANGE,
-    STRICT,
     WRONG_ENGINE,
     Board,
     CAttempt,
@@ -55,81 +44,13 @@ from tests.rtl.c_driver import (
     c_segment,
     library,
 )
-from tests.rtl.engine_sources import RTL, parameters
 
 BUDGET = 5
-COMPILERS = ("gcc", "aarch64-linux-gnu-gcc", "arm-linux-gnueabihf-gcc")
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return library(tmp_path_factory.mktemp("driver"))
-
-
-# ---- the map ----
-
-
-def test_the_header_is_the_one_that_the_map_gives() -> None:
-    assert write_registers.HEADER.read_text() == write_registers.header(), "run scripts/write_registers.py"
-
-
-def constants(file: str) -> dict[str, int]:
-    """Constants of a module of the RTL that are numbers."""
-    text = (RTL / file).read_text()
-    found = re.findall(
-        r"^  localparam logic \[\d+:0\] (\w+) = \d+'([dhb])([0-9A-Fa-f]+);", text, re.MULTILINE
-    )
-    return {name: int(number, {"d": 10, "h": 16, "b": 2}[base]) for name, base, number in found}
-
-
-def defaults(file: str) -> dict[str, int]:
-    """Default values of a module's parameters."""
-    text = (RTL / file).read_text()
-    return {
-        name: int(value) for name, value in re.findall(r"parameter int (\w+) (?:/\*.*?\*/ )?= (\d+)", text)
-    }
-
-
-def wanted(of: type[enum.IntEnum]) -> dict[str, int]:
-    return {name: int(member) for name, member in of.__members__.items()}
-
-
-def test_the_rtls_constants_are_the_maps() -> None:
-    registers, wrapper, attempt = (
-        constants(f"{file}.sv") for file in ("engine/registers", "axi/axi_registers", "engine/attempt")
-    )
-    assert wanted(Register).items() <= registers.items()
-    assert wanted(Control).items() <= registers.items()
-    assert wanted(Fault).items() <= registers.items()
-    assert {"TABLE": TABLE, "PROGRAM": PROGRAM}.items() <= registers.items()
-    assert wrapper == wanted(Wrapper) | {"STATUS": int(Register.STATUS)}
-    assert {"END": Op.END, "RUN": Op.RUN, "IF": Op.IF}.items() <= attempt.items()
-    sizes = {"SEGMENTS": SEGMENTS, "BUFFERS": BUFFERS, "INSTRUCTIONS": INSTRUCTIONS}
-    assert sizes.items() <= defaults("engine/registers.sv").items()
-    assert 1 << parameters()["TEMPLATE_BITS"] == TEMPLATES
-    region = 1 << defaults("axi/axi_engine.sv")["REGION_BITS"]
-    assert [int(each) for each in Region] == [0, region, 2 * region]
-
-
-# ---- compilers ----
-
-
-@pytest.mark.parametrize("external", ["", "-DORBSOC_EXTERNAL_ACCESS"], ids=["accesses", "external"])
-@pytest.mark.parametrize("compiler", COMPILERS)
-def test_the_driver_compiles_without_a_warning_and_needs_no_library(
-    compiler: str, external: str, tmp_path: Path
-) -> None:
-    if shutil.which(compiler) is None:
-        pytest.skip(f"{compiler} is not installed")
-    made = tmp_path / "orbsoc.o"
-    command = [compiler, *STRICT, "-O2", *filter(None, [external]), "-c", DRIVER / "orbsoc.c", "-o", made]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
-    undefined = subprocess.run(
-        [compiler.replace("gcc", "nm") if "-" in compiler else "nm", "-u", made],
-        capture_output=True, text=True, check=True,
-    ).stdout.split()  # fmt: skip
-    assert set(undefined) <= ({"U", "orbsoc_read", "orbsoc_write"} if external else set())
 
 
 # ---- the protocol ----
@@ -298,9 +219,7 @@ def attempt_accesses(made: Path) -> tuple[list[tuple[str, int, int]], list[tuple
 
 def test_an_attempt_under_resident_control_makes_the_accesses_of_the_python_ps(made: Path) -> None:
     python, c = attempt_accesses(made)
-    addresses = {int(register) for register in Register}
-    assert [(kind, min(address, 0x20), value) for kind, address, value in c] == python
-    assert {address for _, address, _ in python} <= addresses
+    assert [(kind, min(address, int(Register.DATA_VALID)), value) for kind, address, value in c] == python
 
 
 def test_an_interrupt_that_is_lost_and_a_segment_without_end_are_told_apart(made: Path) -> None:
@@ -438,7 +357,9 @@ def test_after_a_fault_only_a_reset_leads_on(made: Path) -> None:
     assert board.call("on_interrupt") == Fault.LAUNCH_WHILE_BUSY
     assert board.set_words({1: 1}) == NOT_AT_REST
     board.port = ProgrammableLogic(METHOD, board.engine.run)
+    assert board.resets == 1
     assert board.call("reset") == OK
+    assert board.resets == 2
     assert board.set_words({1: 1}) == OK
 
 
@@ -477,4 +398,3 @@ def test_a_mutation_of_the_driver_is_caught(name: str, tmp_path: Path) -> None:
 
 def test_the_driver_as_it_is_conforms(made: Path) -> None:
     assert conforms(made)
-    assert set(WORDS) == set(METHOD.buffers)
