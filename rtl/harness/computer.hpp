@@ -8,18 +8,25 @@
 
 #include "Vengine.h"
 #include "Vengine_engine.h"
+#include "orbsoc_registers.h"
+#include "rules.hpp"
 
 // Parameters and widths of the ports as the RTL has them (engine.sv, public).
 using Built = Vengine_engine;
 constexpr uint64_t CODE_LINES = uint64_t(1) << Built::CODE_BITS, STORAGE_WORDS = uint64_t(1) << Built::ADDRESS_BITS;
 constexpr uint64_t WORD_MASK = ~uint64_t(0) >> (64 - Built::FP);
 
-constexpr const char *RULES[] = {"read_conflict",  "read_pending", "write_pending",  "result_conflict",
-                                 "write_conflict", "divider_busy", "read_unwritten", "unknown_operation"};
-constexpr int RULE_COUNT = sizeof RULES / sizeof *RULES;
 static_assert(RULE_COUNT == Built::RULES, "a rule without a name (checks.sv)");
 
-enum Register : uint16_t { MODULE = 0x00, SEGMENT = 0x04, SEQUENCE = 0x08, CONTROL = 0x0c, STATUS = 0x10, IRQ_ACK = 0x14, TABLE = 0x1000 };
+enum Register : uint16_t {
+  MODULE = ORBSOC_REG_MODULE,
+  SEGMENT = ORBSOC_REG_SEGMENT,
+  SEQUENCE = ORBSOC_REG_SEQUENCE,
+  CONTROL = ORBSOC_REG_CONTROL,
+  STATUS = ORBSOC_REG_STATUS,
+  IRQ_ACK = ORBSOC_REG_IRQ_ACK,
+  TABLE = ORBSOC_TABLE
+};
 
 // Hexadecimal digits into a port of any width.
 inline void set_port(IData &port, const std::string &hex) { port = IData(std::stoull(hex, nullptr, 16)); }

@@ -21,10 +21,13 @@
 #include <sstream>
 #include <string>
 
-#include "computer.hpp"
+#include "rules.hpp"
 
-class Session {
+// `Computer` has the engine in it: computer.hpp, or axi_computer.hpp.
+template <class Computer> class Session {
  public:
+  virtual ~Session() = default;
+
   // Until the end of the input; false at the first line that is no command.
   bool run(std::istream &input) {
     std::string line;
@@ -41,11 +44,18 @@ class Session {
     return true;
   }
 
+ protected:
+  // Commands that only this computer has.
+  virtual bool answer_more(const std::string &, std::istringstream &) { return false; }
+
+  Computer computer;
+
  private:
   bool answer(const std::string &command, std::istringstream &words) {
     uint64_t first = 0;
     std::string second = "0";
     const bool decimal = command == "gaps" || command == "wait";
+    if (answer_more(command, words)) return true;
     const bool alone = command == "reset" || command == "violations" || command == "clocks" || command == "segments";
     if (!alone && !(words >> (decimal ? std::dec : std::hex) >> first)) return false;
     if (!alone && command != "get" && command != "read" && command != "wait" && !(words >> second)) return false;
@@ -96,6 +106,4 @@ class Session {
     std::printf("\n");
     return true;
   }
-
-  Computer computer;
 };

@@ -4,11 +4,15 @@ Registers are 32-bit words at byte addresses. One frame of four writes, in this 
 every stage: MODULE, SEGMENT, SEQUENCE, CONTROL. docs/ps-pl-protocol.md gives the protocol with its timing.
 Source of the structure: Aerospace Control 43(3), 2025, §2.3 (control, status, data-valid flags, interrupt);
 addresses, layouts and checks are this project's.
+
+It is the one source of the map: scripts/write_registers.py makes the driver's C header of it (rtl/driver), and a test holds the
+RTL's constants against it. The emulated PL has only `Register`; tables and the wrapper's registers are the RTL's.
 """
 
 from __future__ import annotations
 
 import enum
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -68,6 +72,111 @@ class Fault(enum.IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class Field:
+    """Some bits of a word."""
+
+    shift: int
+    bits: int
+
+    @property
+    def mask(self) -> int:
+        """The field's bits in place."""
+        return ((1 << self.bits) - 1) << self.shift
+
+    def put(self, value: int) -> int:
+        """The low bits of `value` in place."""
+        return value << self.shift & self.mask
+
+    def of(self, word: int) -> int:
+        """The field's value in a word."""
+        return (word & self.mask) >> self.shift
+
+
+STATUS_FIELDS: Mapping[str, Field] = {
+    "busy": Field(0, 1),
+    "done": Field(1, 1),
+    "armed": Field(2, 1),
+    "outcome": Field(4, 2),
+    "fault": Field(8, 4),
+    "segment": Field(16, 8),
+    "sequence": Field(24, 8),
+}
+
+# ---- Tables of the RTL (docs/pl-machine.md, Register file) ----
+
+SEGMENTS, BUFFERS, INSTRUCTIONS, TEMPLATES = 64, 64, 128, 64
+"""Rows of the table of segments, flags of a mask, instructions of the control program, templates of compressed microcode."""
+TABLE, TABLE_ENTRY = 0x1000, 64
+"""First byte address of the table of segments, and bytes from entry to entry."""
+PROGRAM, PROGRAM_ENTRY = 0x2000, 8
+"""The same of the control program: the instruction, and behind it the storage address of its flag."""
+PROGRAM_FLAG = 4
+
+
+class Entry(enum.IntEnum):
+    """Offsets in an entry of the table of segments. A mask has two words, buffers 0 to 31 first."""
+
+    MODULE = 0
+    START = 4
+    READS = 8
+    WRITES = 16
+    STALES = 24
+
+
+class Op(enum.IntEnum):
+    """What an instruction of the control program does: `if` jumps where the flag is raised, `unless` where it is not."""
+
+    END = 0
+    RUN = 1
+    IF = 2
+    UNLESS = 3
+
+
+INSTRUCTION_FIELDS: Mapping[str, Field] = {
+    "op": Field(0, 2),
+    "stop": Field(2, 1),
+    "segment": Field(8, 8),
+    "target": Field(16, 8),
+    "entry": Field(24, 1),
+}
+"""`stop`: the stop bit counts as the flag; `entry`: an attempt may begin here."""
+
+# ---- AXI (docs/driver.md) ----
+
+
+class Wrapper(enum.IntEnum):
+    """Registers of rtl/axi, which never reach the engine. RESET takes 1: the engine's reset; the others are read."""
+
+    RESET = 0x3000
+    ENGINE = 0x3004
+    SIZES = 0x3008
+    CYCLES = 0x300C
+    """Busy cycles of the segment that runs, or ran last, by the engine's own counter."""
+
+
+ENGINE_FIELDS: Mapping[str, Field] = {
+    "lanes": Field(0, 7),
+    "binary64": Field(7, 1),
+    "dividers": Field(8, 8),
+    "sequencer": Field(16, 2),
+    "resident": Field(24, 1),
+}
+SIZES_FIELDS: Mapping[str, Field] = {
+    "address_bits": Field(0, 8),
+    "code_bits": Field(8, 8),
+    "code_width": Field(16, 16),
+}
+
+
+class Region(enum.IntEnum):
+    """First byte addresses of the memories behind the AXI4 port."""
+
+    STORAGE = 0 << 24
+    MICROCODE = 1 << 24
+    TEMPLATES = 2 << 24
+
+
+@dataclass(frozen=True, slots=True)
 class Status:
     """The STATUS word: BUSY bit 0, DONE 1, ARMED 2, OUTCOME 4–5, FAULT 8–11, SEGMENT 16–23, SEQUENCE 24–31.
 
@@ -85,20 +194,20 @@ class Status:
 
     def encode(self) -> int:
         """The 32-bit word."""
-        flags = self.busy | self.done << 1 | self.armed << 2 | (self.outcome & 0x3) << 4
-        return flags | self.fault << 8 | (self.segment & 0xFF) << 16 | (self.sequence & 0xFF) << 24
+        return sum(field.put(int(getattr(self, name))) for name, field in STATUS_FIELDS.items())
 
     @classmethod
     def decode(cls, word: int) -> Status:
         """The fields of a 32-bit word."""
+        found = {name: field.of(word) for name, field in STATUS_FIELDS.items()}
         return cls(
-            busy=bool(word & 1),
-            done=bool(word >> 1 & 1),
-            armed=bool(word >> 2 & 1),
-            outcome=word >> 4 & 0x3,
-            fault=Fault(word >> 8 & 0xF),
-            segment=word >> 16 & 0xFF,
-            sequence=word >> 24 & 0xFF,
+            busy=bool(found["busy"]),
+            done=bool(found["done"]),
+            armed=bool(found["armed"]),
+            outcome=found["outcome"],
+            fault=Fault(found["fault"]),
+            segment=found["segment"],
+            sequence=found["sequence"],
         )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -14,23 +14,49 @@ from numpy.typing import NDArray
 
 from orbsoc import _core
 from orbsoc.ps.program import ControlProgram
-from orbsoc.ps.registers import WORD_BITS, WORD_MASK, Register
-from orbsoc.ps.segments import Method
+from orbsoc.ps.registers import (
+    INSTRUCTION_FIELDS,
+    PROGRAM,
+    PROGRAM_ENTRY,
+    PROGRAM_FLAG,
+    TABLE,
+    TABLE_ENTRY,
+    WORD_BITS,
+    WORD_MASK,
+    Entry,
+    Op,
+    Register,
+)
+from orbsoc.ps.segments import Method, Segment
 
 from .validation import RtlError
 
 Addresses = NDArray[np.uint32]
 Bits = NDArray[np.uint64]
 
-TABLE = 0x1000
-"""First byte address of the table of segments; docs/pl-machine.md, "Register file"."""
-TABLE_ENTRY = 64
-PROGRAM = 0x2000
-"""First byte address of the control program: two words an instruction."""
 _AT_ONCE = 256
 """Commands sent before their answers are read: the answers must fit the pipe."""
 _CYCLES_PER_POLL = 10_000
 """How long one poll of the interrupt line lets the PL run, at most."""
+
+
+def control_words(
+    image: _core.ProgramImage, method: Method, program: ControlProgram
+) -> Iterator[tuple[int, int]]:
+    """The instructions of a control program as the RTL has them: word, and the storage address of its flag."""
+    numbers, fields = method.numbered(program), INSTRUCTION_FIELDS
+    for place, instruction in enumerate(program.instructions):
+        word = fields["op"].put(Op[instruction.op.upper()]) | fields["target"].put(instruction.target)
+        word |= fields["entry"].put(place in (program.cold, program.warm))
+        flag = 0
+        if instruction.op == "run":
+            word |= fields["segment"].put(numbers[instruction.stream].number)
+        elif instruction.flag:
+            kind, buffer = method.flags[instruction.flag]
+            indices, addresses = image.homes[buffer]
+            flag = int(addresses[int(np.flatnonzero(indices == 0)[0])])
+            word |= fields["stop"].put(kind == "stop")
+        yield word, flag
 
 
 class RtlSession:
@@ -97,31 +123,25 @@ class RtlSession:
         segments = method.segments if program is None else tuple(method.numbered(program).values())
         for segment in segments:
             start, _ = image.entries.get(segment.stage, (0, 0))
-            entry = TABLE + TABLE_ENTRY * segment.number
-            masks = (segment.reads, segment.writes, segment.stales)
-            words = [start, *(half for mask in masks for half in (mask & WORD_MASK, mask >> WORD_BITS))]
-            for offset, word in enumerate(words, start=1):
-                self.write(entry + 4 * offset, word)
-            self.write(entry, segment.module)  # makes it exist
+            self.write_segment(segment, start)
         if program is not None:
-            self._load_program(image, method, program)
+            for place, (word, flag) in enumerate(control_words(image, method, program)):
+                self.write_instruction(place, word, flag)
 
-    def _load_program(self, image: _core.ProgramImage, method: Method, program: ControlProgram) -> None:
-        numbers = method.numbered(program)
-        codes = {"end": 0, "run": 1, "if": 2, "unless": 3}
-        for place, instruction in enumerate(program.instructions):
-            word, address = codes[instruction.op] | instruction.target << 16, 0
-            if instruction.op == "run":
-                word |= numbers[instruction.stream].number << 8
-            elif instruction.flag:
-                kind, buffer = method.flags[instruction.flag]
-                indices, addresses = image.homes[buffer]
-                address = int(addresses[int(np.flatnonzero(indices == 0)[0])])
-                word |= (kind == "stop") << 2
-            if place in (program.cold, program.warm):
-                word |= 1 << 24
-            self.write(PROGRAM + 8 * place + 4, address)
-            self.write(PROGRAM + 8 * place, word)
+    def write_segment(self, segment: Segment, start: int) -> None:
+        """An entry of the table of segments; `start` is the first line of its microcode."""
+        entry = TABLE + TABLE_ENTRY * segment.number
+        masks = ((Entry.READS, segment.reads), (Entry.WRITES, segment.writes), (Entry.STALES, segment.stales))
+        self.write(entry + Entry.START, start)
+        for offset, mask in masks:
+            self.write(entry + offset, mask & WORD_MASK)
+            self.write(entry + offset + WORD_BITS // 8, mask >> WORD_BITS)
+        self.write(entry + Entry.MODULE, segment.module)  # makes it exist
+
+    def write_instruction(self, place: int, word: int, flag: int) -> None:
+        """An instruction of the control program, and the storage address of its flag."""
+        self.write(PROGRAM + PROGRAM_ENTRY * place + PROGRAM_FLAG, flag)
+        self.write(PROGRAM + PROGRAM_ENTRY * place, word)
 
     def write(self, address: int, value: int) -> None:
         """Write a register: one clock."""

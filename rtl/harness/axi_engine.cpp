@@ -1,0 +1,162 @@
+// A session (session.hpp) with the engine behind AXI, whose PS is the driver in C: axi_engine - . Beside the session's commands:
+//   image_template WORD | image_line WORD | image_literal ADDRESS WORD | image_segment MODULE START READS WRITES STALES |
+//   image_instruction WORD FLAG        ok       the next one of the image
+//   load                               ERROR    of the image
+//   publish NUMBER | launch NUMBER | attempt ENTRY CLOSING WRITTEN | stop | rest      ERROR
+//   poll BUDGET                        ERROR    decimal
+//   interrupt CLOCKS                   ERROR    clock until the line is up, at most that often, then the handler; decimal
+//   bursts SEED SIZE                   COUNT CLOCKS CLOCKS    fill storage by bursts of 16 beats of 2^SIZE bytes, read it back at
+//                                      once: words that differ, and the clocks of writing and reading; a seed 0 never waits
+//   poke ADDRESS WORD                  RESPONSE        one beat of 64 bits at a byte address of the memories
+//   peek ADDRESS                       RESPONSE DATA
+// ERROR is the driver's, decimal; other numbers are hexadecimal.
+#include <memory>
+
+#include "axi_computer.hpp"
+#include "session.hpp"
+
+extern "C" {
+uint32_t orbsoc_read(uintptr_t address) {
+  AxiComputer &computer = *AxiComputer::current;
+  if (address < AxiComputer::MEMORIES) return computer.lite_read(uint16_t(address - AxiComputer::REGISTERS));
+  std::vector<uint64_t> beats;
+  if (computer.read_burst(address - AxiComputer::MEMORIES, 2, 1, beats)) computer.die("a read of the memories was refused");
+  return uint32_t(beats[0] >> 32 * (address / 4 % 2));
+}
+void orbsoc_write(uintptr_t address, uint32_t value) {
+  AxiComputer &computer = *AxiComputer::current;
+  if (address < AxiComputer::MEMORIES) computer.lite_write(uint16_t(address - AxiComputer::REGISTERS), value);
+  else if (computer.write_burst(address - AxiComputer::MEMORIES, 2, {uint64_t(value) << 32 | value}))
+    computer.die("a write to the memories was refused");
+}
+}
+
+namespace {
+
+class DriverSession : public Session<AxiComputer> {
+ private:
+  bool answer_more(const std::string &command, std::istringstream &words) override {
+    if (command.rfind("image_", 0) == 0) return image(command.substr(6), words);
+    if (command == "load") return error(load());
+    if (command == "publish" || command == "launch") return with_segment(command, words);
+    if (command == "attempt") {
+      orbsoc_attempt attempt{};
+      return (words >> std::hex >> attempt.entry >> attempt.closing >> attempt.written) && error(orbsoc_launch_attempt(&computer.pl, &attempt));
+    }
+    if (command == "stop") return error(orbsoc_stop(&computer.pl));
+    if (command == "rest") return error(orbsoc_require_rest(&computer.pl));
+    uint64_t first = 0;
+    if (command == "poll") return (words >> first) && error(orbsoc_poll(&computer.pl, uint32_t(first)));
+    if (command == "interrupt") return (words >> first) && interrupt(first);
+    if (command == "bursts") return (words >> first) && bursts(uint32_t(first), words);
+    if (command == "poke" || command == "peek") return (words >> std::hex >> first) && raw(command, first, words);
+    return false;
+  }
+
+  static bool error(orbsoc_error found) {
+    std::printf("%d\n", int(found));
+    return true;
+  }
+  bool image(const std::string &part, std::istringstream &words) {
+    std::string word;
+    words >> std::hex;
+    if (part == "template" && words >> word) templates.push_back(uint32_t(std::stoul(word, nullptr, 16)));
+    else if (part == "line" && words >> word) {
+      for (uint32_t piece : AxiComputer::pieces(word, Built::CODE_WIDTH)) microcode.push_back(piece);
+    } else if (part == "literal") {
+      uint64_t address, value;
+      if (!(words >> address >> value)) return false;
+      literal_addresses.push_back(uint32_t(address));
+      literals.push_back(value);
+    } else if (part == "segment") {
+      orbsoc_segment one{};
+      if (!(words >> one.module >> one.start >> one.reads >> one.writes >> one.stales)) return false;
+      segments.push_back(one);
+    } else if (part == "instruction") {
+      orbsoc_instruction one{};
+      if (!(words >> one.word >> one.flag)) return false;
+      instructions.push_back(one);
+    } else {
+      return false;
+    }
+    std::printf("ok\n");
+    return true;
+  }
+  orbsoc_error load() {
+    const uint32_t pieces = ORBSOC_PIECES(Built::CODE_WIDTH);
+    const orbsoc_image image = {Built::FP == 64, Built::ADDRESS_BITS, Built::CODE_WIDTH, microcode.data(),
+                                uint32_t(microcode.size() / pieces), templates.data(), uint32_t(templates.size()),
+                                literal_addresses.data(), literals.data(), literals.size(), segments.data(),
+                                uint32_t(segments.size()), instructions.data(), uint32_t(instructions.size())};
+    return orbsoc_load(&computer.pl, &image);
+  }
+  bool with_segment(const std::string &command, std::istringstream &words) {
+    std::size_t number = 0;
+    if (!(words >> std::hex >> number) || number >= segments.size()) return false;
+    const auto act = command == "publish" ? orbsoc_publish : orbsoc_launch;
+    return error(act(&computer.pl, uint32_t(number), &segments[number]));
+  }
+  bool interrupt(uint64_t clocks) {
+    for (; clocks > 0 && !computer.interrupt(); --clocks) computer.clock();
+    if (computer.interrupt()) orbsoc_on_interrupt(&computer.pl);
+    return error(orbsoc_await(&computer.pl, 1));
+  }
+
+  bool bursts(uint32_t seed, std::istringstream &words) {
+    constexpr uint64_t BEATS = 16;
+    uint32_t size = 3;
+    if (!(words >> size)) return false;
+    computer.eager(seed == 0);
+    const uint64_t bytes = (uint64_t(1) << Built::ADDRESS_BITS) * (Built::FP / 8), beat = uint64_t(1) << size;
+    uint64_t different = 0, state = seed, clocks[2] = {0, 0};
+    for (uint64_t at = 0; at < bytes; at += BEATS * beat) {
+      std::vector<uint64_t> sent, got;
+      for (uint64_t i = 0; i < BEATS; ++i) sent.push_back(state = state * 6364136223846793005u + 1442695040888963407u);
+      const uint64_t before = computer.clocks;
+      const uint32_t refused = computer.write_burst(at, size, sent);
+      const uint64_t between = computer.clocks;
+      if (refused | computer.read_burst(at, size, BEATS, got)) return false;
+      clocks[0] += between - before;
+      clocks[1] += computer.clocks - between;
+      for (uint64_t i = 0; i < BEATS; ++i) {
+        const uint64_t half = size == 3 ? ~uint64_t(0) : 0xffffffffull << 32 * ((at / 4 + i) % 2);
+        different += (sent[i] & half) != (got[i] & half);
+      }
+    }
+    computer.eager(false);
+    std::printf("%" PRIx64 " %" PRIx64 " %" PRIx64 "\n", different, clocks[0], clocks[1]);
+    return true;
+  }
+  bool raw(const std::string &command, uint64_t address, std::istringstream &words) {
+    uint64_t word = 0;
+    std::vector<uint64_t> beats;
+    if (command == "poke") {
+      if (!(words >> word)) return false;
+      std::printf("%" PRIx32 "\n", computer.write_burst(address, 3, {word}));
+    } else {
+      const uint32_t response = computer.read_burst(address, 3, 1, beats);
+      std::printf("%" PRIx32 " %" PRIx64 "\n", response, beats[0]);
+    }
+    return true;
+  }
+
+  std::vector<uint32_t> microcode, templates, literal_addresses;
+  std::vector<uint64_t> literals;
+  std::vector<orbsoc_segment> segments;
+  std::vector<orbsoc_instruction> instructions;
+};
+
+}  // namespace
+
+int main(int argc, char **argv) {
+  if (argc != 2 || std::string(argv[1]) != "-") {
+    std::fprintf(stderr, "usage: axi_engine -\n");
+    return 2;
+  }
+  try {
+    return std::make_unique<DriverSession>()->run(std::cin) ? 0 : 2;
+  } catch (const std::exception &failure) {
+    std::fprintf(stderr, "axi_engine: %s\n", failure.what());
+    return 2;
+  }
+}
