@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
+from hw_model.errors import HwModelError
 from hw_model.vocabulary import PlCause
 
 from . import pl
@@ -65,7 +66,15 @@ def of_program(source: Source, streams: tuple[str, ...]) -> Source:
 
 
 def estimated(trace: Trace, platform: Platform, pattern: int, stage: str) -> PlCycles:
-    """The L1 estimate: from operation counts and the longest chain, without banks, ports and fetch."""
+    """The L1 estimate: from operation counts and the longest chain, without banks, ports and fetch.
+
+    Raises HwModelError where problems are interleaved.
+    """
+    copies = platform.pl.interleaved.value
+    if copies > 1:
+        raise HwModelError(
+            f"`pl.interleaved` = {copies}: the estimate knows no interleaved problems; ask for schedules (--exact)"
+        )
     found = pl.estimate(trace.patterns[pattern].stage(stage), platform.pl, trace.datapath, stage)
     causes: dict[PlCause, int] = {
         "issue": found.issue, "dependency": found.dependency, "divider": found.divider, "drain": found.drain,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +11,7 @@ from . import hw_options as options
 from .failures import exit_handling
 
 if TYPE_CHECKING:
-    from hw_model import Timeline
+    from hw_model import Timeline, Trace
 
 
 def trace(
@@ -37,12 +38,14 @@ def trace(
         from orbsoc.hw.workload import pattern_file
 
         chosen = options.parsed_settings(settings)
-        platform = options.computer(device, chosen)
+        computer = options.computer(device, chosen, interleaves=True)
+        platform = computer.with_value("pl.interleaved", 1)  # the timeline is of one problem after the other
         options.check_partition(partition)
         record = options.recorded(workload, ordering, platform, partition, exact=exact)
         cycles = options.stage_cycles(record, exact=exact)
         split = chosen_partition(partition, record.trace, platform, cycles)
-        require_used(chosen, [(platform, TRACE_USAGE.of(record.trace, split, platform, cycles))])
+        require_used(chosen, [(computer, TRACE_USAGE.of(record.trace, split, platform, cycles))])
+        rows = throughputs(record.trace, computer, split, load_partition("all_ps"), cycles)
         timeline = simulate(record.trace, platform, split, cycles)
         folder = out or Path("out") / f"hw-trace-{record.name}"
         units = (
@@ -68,7 +71,8 @@ def trace(
             f"modelled: {split.name} on {platform.name}, {record.origin}: {milliseconds:.3f} ms in"
             f" {len(timeline.segments)} segments; open trace.json in ui.perfetto.dev"
         ]
-        rows = throughputs(record.trace, platform, split, load_partition("all_ps"), cycles)
+        copies = computer.pl.interleaved.value
+        lines += [_of_groups(record.trace, copies)] if copies > 1 else []
         lines += [row.words for row in rows]
         if split.uses_pl:
             lines.append(_of_units(timeline) if units else NO_UNITS)
@@ -78,6 +82,16 @@ def trace(
             folder,
             as_json=as_json,
         )
+
+
+def _of_groups(trace: Trace, copies: int) -> str:
+    """What the throughput of a workload is about where problems are interleaved."""
+    solves = Counter(solve.pattern for solve in trace.solves)
+    if min(solves.values()) >= copies:
+        what = f"groups of {copies} solves of a pattern as they follow, taken as independent problems"
+    else:
+        what = f"groups of the same solve in {copies} independent runs of the workload, which need the same iterations"
+    return f"the timeline is of one problem after the other; the throughput is of {what}"
 
 
 NO_UNITS = (

@@ -89,8 +89,15 @@ class RtlSession:
         """Registers, flags and rules afresh; storage counts as unwritten."""
         self._do(["reset"])
 
-    def load(self, image: _core.ProgramImage, method: Method, program: ControlProgram | None = None) -> None:
-        """Microcode, templates and literals of a program, and the table of the method's segments; the control program."""
+    def load(
+        self,
+        image: _core.ProgramImage,
+        method: Method,
+        program: ControlProgram | None = None,
+        copies: int = 1,
+    ) -> None:
+        """Microcode, templates and literals of a program, and the table of the method's segments; the control program,
+        which reads the flags of as many `copies` of a problem as the segments work on."""
         self._do(f"template {k:x} {word}" for k, word in enumerate(image.templates))
         self._do(f"code {line:x} {word}" for line, word in enumerate(image.microcode))
         self.set_words(*image.literals)
@@ -104,9 +111,11 @@ class RtlSession:
                 self.write(entry + 4 * offset, word)
             self.write(entry, segment.module)  # makes it exist
         if program is not None:
-            self._load_program(image, method, program)
+            self._load_program(image, method, program, copies)
 
-    def _load_program(self, image: _core.ProgramImage, method: Method, program: ControlProgram) -> None:
+    def _load_program(
+        self, image: _core.ProgramImage, method: Method, program: ControlProgram, copies: int
+    ) -> None:
         numbers = method.numbered(program)
         codes = {"end": 0, "run": 1, "if": 2, "unless": 3}
         for place, instruction in enumerate(program.instructions):
@@ -116,7 +125,9 @@ class RtlSession:
             elif instruction.flag:
                 kind, buffer = method.flags[instruction.flag]
                 indices, addresses = image.homes[buffer]
-                address = int(addresses[int(np.flatnonzero(indices == 0)[0])])
+                # Of several copies the flag of all is the buffer's last word.
+                index = 0 if copies == 1 else int(indices.max())
+                address = int(addresses[int(np.flatnonzero(indices == index)[0])])
                 word |= (kind == "stop") << 2
             if place in (program.cold, program.warm):
                 word |= 1 << 24
