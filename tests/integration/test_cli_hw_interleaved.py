@@ -64,7 +64,10 @@ def test_trace_prints_the_throughput_of_groups_beside_the_timeline_of_one(
     for row, alone in zip(four["throughput"], one["throughput"], strict=True):
         assert row["most_per_s"] > alone["most_per_s"]
         assert row["buffer_words"] == 4 * alone["buffer_words"]
-    assert (tmp_path / "four" / "trace.json").read_bytes() == (tmp_path / "one" / "trace.json").read_bytes()
+    events = [
+        json.loads((tmp_path / name / "trace.json").read_text())["traceEvents"] for name in ("one", "four")
+    ]
+    assert events[0] == events[1]
     by_file = document("trace", workload, *RESIDENT, "--device", device, "--out", tmp_path / "file")
     assert by_file["throughput"] == four["throughput"]
     said = invoke("trace", workload, *RESIDENT, "--device", device, "--out", tmp_path / "file").stdout
@@ -101,12 +104,15 @@ def test_run_lists_segments_that_work_on_several_problems(workload: Path, tmp_pa
     four = document("run", workload, "--set", "pl.interleaved=4", "--out", tmp_path)
     (alone,), (together,) = one["patterns"], four["patterns"]
     assert (alone["interleaved"], together["interleaved"]) == (1, 4)
+    picojoules = load_platform("zu9eg").energy.microcode_bit_pj.value
     for name, segment in alone["segments"].items():
         several = together["segments"][name]
-        assert 4 * segment["operations"] <= several["operations"] <= 4 * segment["operations"] + 100
+        # Products are taken off sums, two operations for one, where lanes would wait for the chain: they wait less now.
+        assert 2 * segment["operations"] < several["operations"] <= 4 * segment["operations"] + 100
         assert segment["cycles"] < several["cycles"] < 4 * segment["cycles"]
-        energy = [found["energy_nj"][0][name]["energy_nj"] for found in (one, four)]
-        assert energy[0] < energy[1] < 4.5 * energy[0]
+        fetch, all_fetch = (1e-3 * picojoules * each["flat_bits"] for each in (segment, several))
+        energy, all_energy = (found["energy_nj"][0][name]["energy_nj"] for found in (one, four))
+        assert all_energy - all_fetch == pytest.approx(4 * (energy - fetch), rel=1e-9)
     assert "4 problems interleaved in every segment" in invoke(
         "run", workload, "--set", "pl.interleaved=4", "--out", tmp_path
     ).stdout  # fmt: skip
@@ -169,20 +175,20 @@ def test_a_value_that_no_group_has_is_refused(workload: Path, tmp_path: Path, va
 
 
 def test_a_plan_on_a_device_that_interleaves_is_refused_before_it_is_made(
-    device: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    device: Path, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("orbsoc.missions.registry.load_scenario", lambda *_: pytest.fail("it was planned"))
     arguments = [
         "plan",
         str(ROOT / "scenarios" / "rec1.toml"),
         "--device",
         str(device),
         "--out",
-        str(tmp_path),
+        str(tmp_path / "out"),
     ]
     done = CliRunner().invoke(app, arguments)
     assert done.exit_code == 2, done.output
     assert ONE in " ".join(done.output.split())
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(

@@ -39,7 +39,9 @@ def trace(
 
         chosen = options.parsed_settings(settings)
         computer = options.computer(device, chosen, interleaves=True)
-        platform = computer.with_value("pl.interleaved", 1)  # the timeline is of one problem after the other
+        copies = computer.pl.interleaved.value
+        # The timeline is of one problem after the other.
+        platform = computer if copies == 1 else computer.with_value("pl.interleaved", 1)
         options.check_partition(partition)
         record = options.recorded(workload, ordering, platform, partition, exact=exact)
         cycles = options.stage_cycles(record, exact=exact)
@@ -71,7 +73,6 @@ def trace(
             f"modelled: {split.name} on {platform.name}, {record.origin}: {milliseconds:.3f} ms in"
             f" {len(timeline.segments)} segments; open trace.json in ui.perfetto.dev"
         ]
-        copies = computer.pl.interleaved.value
         lines += [_of_groups(record.trace, copies)] if copies > 1 else []
         lines += [row.words for row in rows]
         if split.uses_pl:

@@ -15,7 +15,7 @@ from orbsoc.hw.schedules import Engine
 from .group import GroupOutcome, group_on_rtl
 from .same_pattern import same_pattern
 from .solve_cases import FOUR_LANES, SINGLE, TWO_LANES_F32
-from .validation import ADDRESS_BITS, Format, problems
+from .validation import ADDRESS_BITS, CLUSTERED, Format, problems
 
 EIGHT_LANES = Engine(lanes=8, dividers=2, banks=32, clusters=4, address_bits=ADDRESS_BITS)
 
@@ -32,7 +32,7 @@ class GroupPoint:
 
 
 def quick_groups(copies: int) -> list[GroupPoint]:
-    """A small problem and others of its pattern on four lanes, and problems of one pattern that end differently."""
+    """A small problem and others of its pattern on four lanes, also in two clusters, and problems that end differently."""
     drawn = problems()
     small = list(drawn)[1]
     several = same_pattern(drawn[small], copies)
@@ -40,18 +40,19 @@ def quick_groups(copies: int) -> list[GroupPoint]:
         GroupPoint(small, several),
         GroupPoint(small, several, format="compressed"),
         GroupPoint("three ways to end", list(islice(cycle(ENDS), copies))),
-        GroupPoint(small, several, engine=EIGHT_LANES),
+        GroupPoint(small, several, engine=CLUSTERED),
     ]
 
 
 def all_groups(copies: int) -> list[GroupPoint]:
-    """Those, a larger problem on the same engines, and in binary32."""
+    """Those, a larger problem on the same engines and on eight lanes in four clusters, and the small one in binary32."""
     drawn = problems()
     small, middle = list(drawn)[1], list(drawn)[3]
     quick, larger = quick_groups(copies), same_pattern(drawn[middle], copies)
     return [
         *quick,
         *(replace(at, name=middle, problems=larger) for at in quick if at.name == small),
+        GroupPoint(middle, larger, engine=EIGHT_LANES),
         GroupPoint(f"{small}, single", same_pattern(drawn[small], copies), SINGLE, TWO_LANES_F32),
     ]
 
