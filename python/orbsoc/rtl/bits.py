@@ -10,7 +10,8 @@ from orbsoc import _core
 
 def unequal(found: NDArray[np.uint64], wanted: NDArray[np.uint64], fp: int) -> NDArray[np.bool_]:
     """Which words of `fp` bits differ."""
-    return (found != wanted) & ~(_is_nan(found, fp) & _is_nan(wanted, fp))
+    differs: NDArray[np.bool_] = (found != wanted) & ~(_is_nan(found, fp) & _is_nan(wanted, fp))
+    return differs
 
 
 def _is_nan(words: NDArray[np.uint64], fp: int) -> NDArray[np.bool_]:

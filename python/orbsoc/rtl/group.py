@@ -179,7 +179,8 @@ class _Group:
     def _own(self, buffer: str, number: int) -> NDArray[np.bool_]:
         """Words of the problem among those of all: entry i of problem c is word i · copies + c; a flag of all comes last."""
         indices, words = self.homes[buffer][0], self.ps[0].buffer_words()[buffer]
-        return (indices % len(self.ps) == number) & (indices < len(self.ps) * words)
+        own: NDArray[np.bool_] = (indices % len(self.ps) == number) & (indices < len(self.ps) * words)
+        return own
 
 
 class _TimedPort(RtlPort):

@@ -24,7 +24,7 @@ def _other(problem: Problem, number: int) -> Problem:
     blocks = [*(1,) * problem.cones.l, *problem.cones.q]
     rows = sparse.diags_array(np.repeat(random.uniform(0.5, 2.0, len(blocks)), blocks))
     return Problem(
-        P=problem.P * cost,
+        P=sparse.diags_array(np.full(problem.n, cost)) @ problem.P,
         c=problem.c * cost,
         A=equalities @ problem.A,
         b=equalities @ (problem.b + problem.A @ moved),
