@@ -42,7 +42,7 @@ def main() -> None:
     base = load_platform(given.device)
     resident, alone = load_partition("resident"), load_partition("all_ps")
     sys.stdout.write(
-        f"{SOLVES} solves, PL at {given.clock_mhz:g} MHz, flat microcode\n\n"
+        f"{SOLVES} solves, PL at {given.clock_mhz:g} MHz, {base.pl.microcode_format.value} microcode\n\n"
         "| engine | copies | solves/s with "
         + " | ".join(f"{count} in flight" for count in IN_FLIGHT)
         + " | at most | bound by | cores alone | ratio | fits |\n|---|"
