@@ -41,14 +41,14 @@ class Throughput:
     in_flight: int
     cores: int
     latency_ms: float
-    """Of a run of the trace alone."""
+    """Of a run of the trace alone; of groups, one after the other."""
     solves_per_s: float
     """As simulated."""
     most_per_s: float
     """Bound by the busiest resource, whatever the number in flight."""
     busiest: Resource
     interleaved: int
-    """Problems that a segment works on: so many are in each set of buffers."""
+    """Problems that a segment works on, and whose words are in each set of buffers."""
     baseline_per_s: float
     """All on the PS, each core with problems of its own."""
     buffer_words: int

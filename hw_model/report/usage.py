@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Literal
 
 from hw_model.errors import IgnoredKeyError
 from hw_model.timing.control_program import segments_on_pl, streams_of
+from hw_model.timing.groups import NO_GROUPS_BY_THE_PS, NO_GROUPS_HERE
 from hw_model.timing.instructions import can_be_counted
 from hw_model.timing.ps import computing_cores
-from hw_model.timing.stage_cycles import of_program
+from hw_model.timing.stage_cycles import NO_GROUPS_ESTIMATED, of_program
 from hw_model.vocabulary import OPCODES, Opcode
 
 if TYPE_CHECKING:
@@ -231,16 +232,10 @@ def _pl(name: str, platform: Platform, usage: ParameterUse) -> str | None:
 
 def _interleaved(usage: ParameterUse) -> str | None:
     if "worst" in usage.questions or ("times" in usage.questions and "throughput" not in usage.questions):
-        return (
-            "this report is of one problem after the other; `orbsoc hw trace` prints how many a second interleaved ones are,"
-            " `orbsoc hw budget` what they take"
-        )
+        return NO_GROUPS_HERE
     if not usage.resident:
-        return (
-            "only the PL's own control runs several problems in one stream;"
-            ' choose a partition with control = "pl", such as resident'
-        )
-    return _unless(usage.scheduled, "the estimate knows no interleaved problems; ask for schedules (--exact)")
+        return NO_GROUPS_BY_THE_PS
+    return _unless(usage.scheduled, NO_GROUPS_ESTIMATED)
 
 
 def _stream(name: str, platform: Platform, usage: ParameterUse) -> str | None:

@@ -24,14 +24,21 @@ if TYPE_CHECKING:
     from .trace import Trace
 
 
+NO_GROUPS_HERE = (
+    "this report is of one problem after the other; `orbsoc hw trace` prints how many a second interleaved ones are,"
+    " `orbsoc hw budget` what they take"
+)
+NO_GROUPS_BY_THE_PS = (
+    "only the PL's own control runs several problems in one stream;"
+    ' choose a partition with control = "pl", such as resident'
+)
+
+
 def require_one_problem(platform: Platform) -> None:
     """Raise HwModelError where the platform interleaves problems: the time of a run is that of one after the other."""
     copies = platform.pl.interleaved.value
     if copies > 1:
-        raise HwModelError(
-            f"`pl.interleaved` = {copies}: this report is of one problem after the other; leave it at 1."
-            " `orbsoc hw trace` prints how many a second interleaved ones are, `orbsoc hw budget` what they take"
-        )
+        raise HwModelError(f"`pl.interleaved` = {copies}: {NO_GROUPS_HERE}")
 
 
 def require_groups(platform: Platform, partition: Partition) -> None:
@@ -39,8 +46,7 @@ def require_groups(platform: Platform, partition: Partition) -> None:
     copies = platform.pl.interleaved.value
     if copies > 1 and partition.uses_pl and partition.control != "pl":
         raise HwModelError(
-            f"`pl.interleaved` = {copies}: only the PL's own control runs several problems in one stream, and partition"
-            f' {partition.name!r} leaves it to the PS; choose one with control = "pl", such as resident'
+            f"`pl.interleaved` = {copies} under partition {partition.name!r}: {NO_GROUPS_BY_THE_PS}"
         )
 
 

@@ -53,6 +53,9 @@ StageCycles = Callable[["Trace", "Platform", int, str], PlCycles]
 """(trace, platform, pattern, stage or stream) → cycles of one run of it on that engine."""
 
 
+NO_GROUPS_ESTIMATED = "the estimate knows no interleaved problems; ask for schedules (--exact)"
+
+
 Source = TypeVar("Source", bound=Callable[..., Any])
 
 
@@ -72,9 +75,7 @@ def estimated(trace: Trace, platform: Platform, pattern: int, stage: str) -> PlC
     """
     copies = platform.pl.interleaved.value
     if copies > 1:
-        raise HwModelError(
-            f"`pl.interleaved` = {copies}: the estimate knows no interleaved problems; ask for schedules (--exact)"
-        )
+        raise HwModelError(f"`pl.interleaved` = {copies}: {NO_GROUPS_ESTIMATED}")
     found = pl.estimate(trace.patterns[pattern].stage(stage), platform.pl, trace.datapath, stage)
     causes: dict[PlCause, int] = {
         "issue": found.issue, "dependency": found.dependency, "divider": found.divider, "drain": found.drain,

@@ -112,7 +112,9 @@ def test_a_budget_changes_with_what_it_counts_as_used_and_with_nothing_else(name
         else:
             value = value * 2 if isinstance(value, int) else 0.5 * value + 0.5
         if row.key == "pl.interleaved" and partition.uses_pl:
-            with pytest.raises(HwModelError, match=r"`pl\.interleaved` = 2: only the PL's own control runs"):
+            with pytest.raises(
+                HwModelError, match=r"`pl\.interleaved` = 2 under partition 'paper': only the PL's own"
+            ):
                 budget(TRACE, platform.with_value(row.key, value), partition)
         elif value != row.value:
             assert (budget(TRACE, platform.with_value(row.key, value), partition) == before) == (

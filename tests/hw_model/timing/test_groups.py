@@ -145,7 +145,8 @@ def test_a_budget_has_the_words_of_all_problems_until_they_do_not_fit() -> None:
 def test_the_ps_does_not_run_several_problems_in_one_stream(priced: Callable[..., Any]) -> None:
     base = (ALL_PS,) if priced is throughputs else ()
     with pytest.raises(
-        HwModelError, match=r"`pl\.interleaved` = 2: only the PL's own control .*'paper'.*resident"
+        HwModelError,
+        match=r"`pl\.interleaved` = 2 under partition 'paper': only the PL's own control .*resident",
     ):
         priced(TRACE, several(2), PAPER, *base, scheduled)
 
