@@ -60,10 +60,14 @@ def in_groups(trace: Trace, copies: int) -> Trace:
     if copies == 1:
         return trace
     _require_cold(trace, copies)
-    solves = Counter(solve.pattern for solve in trace.solves)
-    repeats = copies if min(solves.values()) < copies else 1
-    ordered = [solve for pattern in sorted(solves) for solve in trace.solves if solve.pattern == pattern]
+    patterns, repeats = sorted({solve.pattern for solve in trace.solves}), runs_in_group(trace, copies)
+    ordered = [solve for pattern in patterns for solve in trace.solves if solve.pattern == pattern]
     return trace.model_copy(update={"solves": tuple(solve for solve in ordered for _ in range(repeats))})
+
+
+def runs_in_group(trace: Trace, copies: int) -> int:
+    """Runs of the trace that a group takes its problems from: one, or where a pattern has too few solves as many as problems."""
+    return copies if min(Counter(solve.pattern for solve in trace.solves).values()) < copies else 1
 
 
 def _require_cold(trace: Trace, copies: int) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -87,8 +86,9 @@ def trace(
 
 def _of_groups(trace: Trace, copies: int) -> str:
     """What the throughput of a workload is about where problems are interleaved."""
-    solves = Counter(solve.pattern for solve in trace.solves)
-    if min(solves.values()) >= copies:
+    from hw_model.timing.groups import runs_in_group
+
+    if runs_in_group(trace, copies) == 1:
         what = f"groups of {copies} solves of a pattern as they follow, taken as independent problems"
     else:
         what = f"groups of the same solve in {copies} independent runs of the workload, which need the same iterations"

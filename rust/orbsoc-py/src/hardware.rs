@@ -96,7 +96,8 @@ impl HardwareProgram {
             let recording =
                 if streams.iter().flatten().copied().all(other) { recording.only(other) } else { recording };
             // Before the operations of all problems are made: they may be many more than an engine could hold words of.
-            let needed = Layout::new(&recording, &engine).map_err(unfit)?.locations().count() * copies as usize;
+            let needed =
+                Layout::new(&recording, &engine).map_err(unfit)?.locations().count() * copies as usize;
             let available = engine.words();
             if needed > available {
                 return Err(unfit(orbsoc_hw::Error::Storage { needed_by: "buffers", needed, available }));
