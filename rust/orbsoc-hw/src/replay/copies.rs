@@ -1,7 +1,7 @@
 //! What the stages of a segment do to the buffers of all problems in its stream: the reference is an engine for each.
 
 use crate::stream::interleaved::{gathered, OUTCOME};
-use orbsoc::{Buffer, Compiled, Engine, Flag, Stage};
+use orbsoc::{Buffer, Compiled, Decide, Engine, Flag, Stage};
 
 /// Of the flags of all problems before a segment: a value that no stage leaves, so that a flag not written differs.
 const UNWRITTEN: f64 = 0.5;
@@ -21,7 +21,7 @@ impl<T: Compiled> Copies<T> {
     /// The words of every buffer, as a program's storage holds them.
     pub fn words(&self) -> Vec<Vec<f64>> {
         let of_all = |&buffer: &Buffer| {
-            let words = |engine: &Engine<T>| engine.buffer(buffer).iter().map(|word| word.value()).collect();
+            let words = |engine: &Engine<T>| engine.buffer(buffer).iter().map(Decide::value).collect();
             let copies: Vec<Vec<f64>> = self.engines.iter().map(words).collect();
             let copies: Vec<&[f64]> = copies.iter().map(Vec::as_slice).collect();
             gathered(buffer, &copies, self.flags[buffer as usize])
