@@ -2,8 +2,7 @@
 
 `python -m benchmarks.throughput` records the solves of `paper001_fewest.toml`, keeps those of its most frequent pattern, and
 prices them with some copies interleaved in each stream under resident control, against the cores of the chip at the price
-by executed instructions, a problem on each. A group of copies runs each segment of each iteration as often as the copy
-that needs it most; generation, copies and interrupts are priced once a problem.
+by executed instructions, a problem on each. Both come from a platform with `pl.interleaved`, as for any command.
 """
 
 from __future__ import annotations
@@ -13,9 +12,9 @@ import sys
 from collections import Counter
 from itertools import cycle, islice
 
+from hw_model.area.budget import budget
 from hw_model.platform.partition import load_partition
 from hw_model.platform.platform import load_platform
-from hw_model.report.study import Study
 from hw_model.report.throughput import IN_FLIGHT, throughputs
 from hw_model.timing.trace import Trace
 from orbsoc.hw.exact_cycles import exact_cycles
@@ -43,7 +42,7 @@ def main() -> None:
     base = load_platform(given.device)
     resident, alone = load_partition("resident"), load_partition("all_ps")
     sys.stdout.write(
-        f"{SOLVES} solves, PL at {given.clock_mhz:g} MHz, flat microcode\n\n"
+        f"{SOLVES} solves, PL at {given.clock_mhz:g} MHz, {base.pl.microcode_format.value} microcode\n\n"
         "| engine | copies | solves/s with "
         + " | ".join(f"{count} in flight" for count in IN_FLIGHT)
         + " | at most | bound by | cores alone | ratio | fits |\n|---|"
@@ -52,17 +51,17 @@ def main() -> None:
     )
     for name, shape in ENGINES.items():
         more = {"pl.clock_mhz": given.clock_mhz, "ps.price": "executed_instructions"}
-        platform = base.with_values(shape | more)
         for copies in COPIES:
-            cycles = exact_cycles(work.problems[pattern : pattern + 1], (), work.settings[pattern:], copies)
-            found = throughputs(trace, platform, resident, alone, cycles, copies)
-            (point,) = Study(of_copies(trace, copies), cycles).points(platform, [resident])
-            most = max(point.budget.uses, key=lambda use: use.used / use.available if use.available else 0.0)
+            platform = base.with_values(shape | more | {"pl.interleaved": copies})
+            cycles = exact_cycles(work.problems[pattern : pattern + 1], (), work.settings[pattern:])
+            found = throughputs(trace, platform, resident, alone, cycles)
+            area = budget(trace, platform, resident, cycles)
+            most = max(area.uses, key=lambda use: use.used / use.available if use.available else 0.0)
             last = found[-1]
             rates = " | ".join(f"{each.solves_per_s:.0f}" for each in found)
             sys.stdout.write(
                 f"| {name} | {copies} | {rates} | {last.most_per_s:.0f} | {last.busiest.upper()}"
-                f" | {last.baseline_per_s:.0f} | {last.gain:.2f} | {'yes' if point.budget.fits else 'no'}: {most.kind} {100 * most.used / most.available:.0f} % |\n"
+                f" | {last.baseline_per_s:.0f} | {last.gain:.2f} | {'yes' if area.fits else 'no'}: {most.kind} {100 * most.used / most.available:.0f} % |\n"
             )
             sys.stdout.flush()
 
@@ -74,13 +73,6 @@ def most_frequent(work: Workload) -> tuple[Trace, int]:
     solves = tuple(solve.model_copy(update={"pattern": 0}) for solve in of_it)
     kept = {"patterns": (work.trace.patterns[pattern],), "solves": tuple(islice(cycle(solves), SOLVES))}
     return work.trace.model_copy(update=kept), pattern
-
-
-def of_copies(trace: Trace, copies: int) -> Trace:
-    """The same with the buffers of all copies, for a budget."""
-    (pattern,) = trace.patterns
-    buffers = {name: copies * words for name, words in pattern.buffers.items()}
-    return trace.model_copy(update={"patterns": (pattern.model_copy(update={"buffers": buffers}),)})
 
 
 if __name__ == "__main__":

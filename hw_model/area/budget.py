@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from hw_model.timing.control_program import segments_on_pl, streams_of
+from hw_model.timing.groups import require_groups
 from hw_model.timing.stage_cycles import Microcode, Origin, StageCycles, estimated, of_program
 from hw_model.timing.stream import is_streamed
 
@@ -104,11 +105,12 @@ class Budget:
 def budget(trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles = estimated) -> Budget:
     """What the engine of `platform` takes with the segments and buffers of `partition`; nothing without a PL.
 
-    Patterns are loaded one at a time: storage and microcode are those of the largest. Raises HwModelError for an engine
-    that rtl/ cannot be.
+    Patterns are loaded one at a time: storage and microcode are those of the largest, storage that of all interleaved
+    problems. Raises HwModelError for an engine that rtl/ cannot be, and for a partition that interleaves none.
     """
     if partition.uses_pl:
         require_buildable(platform.pl)
+    require_groups(platform, partition)
     area, pl, there, fabric = platform.area, platform.pl, platform.resources, fabric_of(platform.area)
     storage, rows = _storage(trace, platform, partition, cycles)
     shape = engine_shape(trace, platform, partition, cycles)
@@ -166,7 +168,8 @@ def _storage(
     trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles
 ) -> tuple[int, int | None]:
     """Words of storage of one replica, and the rows of a bank where these are not a power of two."""
-    storage = max((_storage_words(pattern, partition) for pattern in trace.patterns), default=0)
+    copies = platform.pl.interleaved.value
+    storage = max((_storage_words(pattern, partition, copies) for pattern in trace.patterns), default=0)
     if platform.pl.storage_depth.value != "exact":
         return storage, None
     needed = [_needed_words(trace, platform, partition, p, cycles) for p in range(len(trace.patterns))]
@@ -176,14 +179,14 @@ def _storage(
     return max(known), max(1, -(-max(known) // platform.pl.banks.value))
 
 
-def _storage_words(pattern: Pattern, partition: Partition) -> int:
+def _storage_words(pattern: Pattern, partition: Partition, copies: int) -> int:
     on_pl = {
         buffer
         for stage in pattern.stages.values()
         if partition.side(stage.module) == "pl"
         for buffer in (*stage.reads, *stage.writes)
     }
-    return math.ceil(_words(pattern, on_pl) * (1.0 + TEMPORARIES))
+    return math.ceil(copies * _words(pattern, on_pl) * (1.0 + TEMPORARIES))
 
 
 def _needed_words(
@@ -195,7 +198,9 @@ def _needed_words(
     cycles = of_program(cycles, streams_of(trace, partition))
     found = cycles(trace, platform, p, names[0]).storage_words if names else None
     whole = all(side == "pl" for module, side in partition.modules.items() if module != "statistics")
-    return found if whole or found is None else min(found, _storage_words(pattern, partition))
+    if whole or found is None:
+        return found
+    return min(found, _storage_words(pattern, partition, platform.pl.interleaved.value))
 
 
 def _words(pattern: Pattern, buffers: Iterable[str]) -> int:

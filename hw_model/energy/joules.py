@@ -120,9 +120,9 @@ def counter_of(
 
 
 def segment_nanojoules(
-    stage: Stage, datapath: Datapath, microcode_bits: int, table: Energy
+    stage: Stage, datapath: Datapath, microcode_bits: int, table: Energy, problems: int = 1
 ) -> tuple[float, ...]:
-    """Dynamic energy of one run of a stage on the PL, without clocks and leakage: low, nominal, high."""
-    counts = stage_counts(stage, datapath)
+    """Dynamic energy of one run of a stage on the PL for some problems, without clocks and leakage: low, nominal, high."""
+    counts = Counter({action: problems * count for action, count in stage_counts(stage, datapath).items()})
     counts["microcode_bit"] += microcode_bits
     return tuple(float(total_picojoules(counts, table, end)) * 1e-3 for end in ENDS)

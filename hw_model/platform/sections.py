@@ -129,6 +129,8 @@ class Pl(Section):
     `stream_bytes_per_cycle` each, the first after `stream_start_us`. "streamed_start": only segments that run once an attempt
     are streamed, those of the iteration lie in block RAM. `storage_depth`: rows of a bank, a "power_of_two" as in rtl/,
     or as many as the schedules need ("exact").
+
+    `interleaved`: problems of one pattern that every segment works on at once, each with words of its own (timing/groups.py).
     """
 
     more_is_faster: ClassVar[frozenset[str]] = frozenset(
@@ -149,6 +151,9 @@ class Pl(Section):
     stream_buffer_bytes: Parameter[Bytes]
     stream_ports: Parameter[Units]
     stream_start_us: Parameter[Duration]
+    interleaved: Parameter[Units] = Parameter(
+        value=1, tag="assumed", source="design input: one problem at a time"
+    )
     segment_overhead_cycles: Parameter[Count]
     overlap_exponent: Parameter[Exponent]
     latency_preset: str

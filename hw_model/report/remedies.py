@@ -47,8 +47,9 @@ class Remedy:
 
 def remedies(trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles) -> list[Remedy]:
     """Ways to make an engine fit that changes no schedule, those with the fewest changes first; and last the fastest
-    partition that fits as the platform is. Empty where it fits."""
-    if budget(trace, platform, partition, cycles).fits:
+    partition that fits as the platform is. Empty where it fits, and where problems are interleaved: such a run has no time
+    by which to choose."""
+    if platform.pl.interleaved.value > 1 or budget(trace, platform, partition, cycles).fits:
         return []
     study, found = Study(trace, cycles), list[Remedy]()
     for values in product(*MEMORIES.values()):

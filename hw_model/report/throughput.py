@@ -5,24 +5,22 @@ set of buffers on the PL, two sets make a double buffer. Each problem is the tra
 resource is free: a core of the PS (any), the PL, or the DMA engine. What could begin first is served first. The cores of the
 baseline solve a problem each, side by side.
 
-Copies interleaved in one stream are a group: on the PL each segment of each iteration runs as often as the copy that needs it
-most asks for, whatever the others do; all else is priced once a problem.
+Problems that are interleaved in one stream are a group (timing/groups.py), and what is in flight is a group.
 """
 
 from __future__ import annotations
 
 import heapq
-from collections import Counter
 from dataclasses import dataclass
-from itertools import groupby
 from typing import TYPE_CHECKING, Literal
 
-from hw_model.timing.actions import Action, Work, actions_of
+from hw_model.timing.actions import Work, actions_of
 from hw_model.timing.durations import Durations
+from hw_model.timing.groups import grouped, in_groups, require_groups
 from hw_model.vocabulary import PICOSECONDS_PER_MS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable
 
     from hw_model.platform.partition import Partition
     from hw_model.platform.platform import Platform
@@ -43,12 +41,14 @@ class Throughput:
     in_flight: int
     cores: int
     latency_ms: float
-    """Of a run of the trace alone."""
+    """Of a run of the trace alone; of groups, one after the other."""
     solves_per_s: float
     """As simulated."""
     most_per_s: float
     """Bound by the busiest resource, whatever the number in flight."""
     busiest: Resource
+    interleaved: int
+    """Problems that a segment works on, and whose words are in each set of buffers."""
     baseline_per_s: float
     """All on the PS, each core with problems of its own."""
     buffer_words: int
@@ -62,8 +62,9 @@ class Throughput:
     @property
     def words(self) -> str:
         """In a sentence."""
+        many = f" of {self.interleaved} interleaved" if self.interleaved > 1 else ""
         return (
-            f"modelled throughput: {self.solves_per_s:.1f} solves/s with {self.in_flight} in flight (at most"
+            f"modelled throughput: {self.solves_per_s:.1f} solves/s with {self.in_flight}{many} in flight (at most"
             f" {self.most_per_s:.1f}: {self.busiest.upper()}), {self.gain:.2f} times that of {self.cores} cores alone"
             f" ({self.baseline_per_s:.1f}); latency {self.latency_ms:.3f} ms"
         )
@@ -75,19 +76,22 @@ def throughputs(
     partition: Partition,
     baseline: Partition,
     cycles: StageCycles,
-    copies: int = 1,
 ) -> list[Throughput]:
     """Solves a second with one problem in flight, two and four. The trace is repeated: Σ of its solves is one problem.
 
-    `copies`: problems that each segment of `cycles` works on; then a problem in flight is a group of them.
-    A core works on one problem at a time, whatever `runtime.cores_used` says of a single one.
+    With `pl.interleaved`, its solves are taken as independent problems of groups, and a group is in flight.
+    A core works on one problem at a time, whatever `runtime.cores_used` says of a single one. Raises HwModelError for a
+    partition that interleaves no problems, and for a problem that starts warm in a group.
     """
+    copies = platform.pl.interleaved.value if partition.uses_pl else 1
+    require_groups(platform, partition)
+    trace = in_groups(trace, copies)
     if platform.runtime.cores_used.value > 1:
         platform = platform.with_values({"runtime.cores_used": 1, "runtime.schedule": "serial"})
     durations = Durations(trace, platform, partition, cycles)
     chain = _chain(trace, partition, durations, copies)
     alone = Durations(trace, platform, baseline, cycles)
-    base = sum(length for _, length in _chain(trace, baseline, alone))
+    base = sum(length for _, length in _chain(trace, baseline, alone, 1))
     cores, solves = platform.ps.cores.value, len(trace.solves)
     latency = sum(length for _, length in chain)
     busy: dict[Resource, float] = {
@@ -108,6 +112,7 @@ def throughputs(
                 solves_per_s=per_s / period,
                 most_per_s=per_s / busy[busiest],
                 busiest=busiest,
+                interleaved=copies,
                 baseline_per_s=per_s * cores / base,
                 buffer_words=in_flight * copies * words if partition.uses_pl else 0,
             )
@@ -116,37 +121,18 @@ def throughputs(
 
 
 def _chain(
-    trace: Trace, partition: Partition, durations: Durations, copies: int = 1
+    trace: Trace, partition: Partition, durations: Durations, copies: int
 ) -> list[tuple[Resource, int]]:
     """Resource and picoseconds of every piece of work, adjacent ones of a resource taken together."""
     actions = actions_of(trace, partition)
     chain: list[tuple[Resource, int]] = []
-    for work in (action.work for action in actions) if copies == 1 else grouped(actions, copies):
+    for work in (action.work for action in actions) if copies == 1 else grouped(actions, trace, copies):
         resource, length = _resource(work, durations), durations.picoseconds(work)
         if chain and chain[-1][0] == resource:
             chain[-1] = resource, chain[-1][1] + length
         elif length:
             chain.append((resource, length))
     return chain
-
-
-def grouped(actions: Iterable[Action], copies: int) -> Iterator[Work]:
-    """Of each group of solves what precedes the PL's work, that work, and what follows."""
-    for _, group in groupby(actions, key=lambda action: action.solve // copies):
-        before: list[Work] = []
-        after: list[Work] = []
-        runs: dict[int, Counter[tuple[int, Work]]] = {}
-        for action in group:
-            if action.work.kind in ("compute", "control") and action.work.side == "pl":
-                runs.setdefault(action.solve, Counter())[action.iteration, action.work] += 1
-            else:
-                (after if action.solve in runs else before).append(action.work)
-        most: Counter[tuple[int, Work]] = Counter()
-        for counts in runs.values():
-            most |= counts
-        yield from before
-        yield from (work for _, work in most.elements())
-        yield from after
 
 
 def _resource(work: Work, durations: Durations) -> Resource:

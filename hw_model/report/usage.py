@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Literal
 
 from hw_model.errors import IgnoredKeyError
 from hw_model.timing.control_program import segments_on_pl, streams_of
+from hw_model.timing.groups import NO_GROUPS_BY_THE_PS, NO_GROUPS_HERE
 from hw_model.timing.instructions import can_be_counted
 from hw_model.timing.ps import computing_cores
-from hw_model.timing.stage_cycles import of_program
+from hw_model.timing.stage_cycles import NO_GROUPS_ESTIMATED, of_program
 from hw_model.vocabulary import OPCODES, Opcode
 
 if TYPE_CHECKING:
@@ -41,6 +42,8 @@ class ParameterUse:
     questions: frozenset[Question]
     area: frozenset[Kind] = frozenset()
     on_pl: bool = True
+    resident: bool = False
+    """Whether the PL controls the run."""
     off_pl: bool = False
     scheduled: bool = False
     datapaths: frozenset[Datapath] = frozenset({"f64"})
@@ -56,6 +59,7 @@ class ParameterUse:
         return replace(
             self,
             on_pl=partition.uses_pl,
+            resident=partition.control == "pl",
             off_pl=off_pl,
             ps_codes=_codes_on_ps(trace, None if off_pl else partition),
             scheduled=is_scheduled(trace, partition, platform, cycles),
@@ -198,7 +202,7 @@ def _pl(name: str, platform: Platform, usage: ParameterUse) -> str | None:
         return _unless(bool(usage.questions & {"times", "engine"}), f"{_NO_TIMES}; area has no clock")
     if "engine" in usage.questions:
         return _unless(
-            name in ("lanes", "dividers", "banks", "clusters", "latency_preset"),
+            name in ("lanes", "dividers", "banks", "clusters", "interleaved", "latency_preset"),
             "this report lists every segment's cycles and microcode in both formats; leave it out",
         )
     if name in ("overlap_exponent", "segment_overhead_cycles"):
@@ -208,6 +212,8 @@ def _pl(name: str, platform: Platform, usage: ParameterUse) -> str | None:
         return _unless(
             bool(usage.scheduled or usage.area), f"the estimate knows no {what}; ask for schedules (--exact)"
         )
+    if name == "interleaved":
+        return _interleaved(usage)
     if name == "microcode_compression":
         return _compression(platform, usage)
     if name == "storage_depth" and not usage.scheduled:
@@ -222,6 +228,14 @@ def _pl(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     if name.startswith("stream_"):
         return _stream(name, platform, usage)
     return _other_datapath(name, usage.datapaths)
+
+
+def _interleaved(usage: ParameterUse) -> str | None:
+    if "worst" in usage.questions or ("times" in usage.questions and "throughput" not in usage.questions):
+        return NO_GROUPS_HERE
+    if not usage.resident:
+        return NO_GROUPS_BY_THE_PS
+    return _unless(usage.scheduled, NO_GROUPS_ESTIMATED)
 
 
 def _stream(name: str, platform: Platform, usage: ParameterUse) -> str | None:

@@ -14,6 +14,7 @@ from hw_model.vocabulary import ACCOUNTS, PL_CAUSES, Cause, Module
 
 from .actions import actions_of
 from .durations import Durations
+from .groups import require_one_problem
 from .stage_cycles import StageCycles, estimated
 from .timeline import lay_out
 
@@ -97,6 +98,7 @@ def roofs(
 
 
 def _causes(trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles) -> Counter[Cause]:
+    require_one_problem(platform)
     durations = Durations(trace, platform, partition, cycles)
     found: Counter[Cause] = Counter()
     for action in actions_of(trace, partition):

@@ -41,6 +41,8 @@ class Engine(NamedTuple):
     streams: tuple[str, ...] = ()
     """Its program's streams, by name; (): the six modules stage by stage."""
     clusters: int = 1
+    interleaved: int = 1
+    """Problems of the pattern that every segment works on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +67,7 @@ def engine_of(platform: Platform, datapath: Datapath) -> Engine:
         )
     compressed = pl.microcode_format.value == "compressed"
     units = (pl.lanes.value, pl.dividers.value, pl.banks.value)
-    return Engine(*units, datapath, compressed, clusters=pl.clusters.value)
+    return Engine(*units, datapath, compressed, clusters=pl.clusters.value, interleaved=pl.interleaved.value)
 
 
 def scheduled(source: Callable[[int, str, Engine], Schedule]) -> StageCycles:

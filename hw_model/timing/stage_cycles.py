@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
+from hw_model.errors import HwModelError
 from hw_model.vocabulary import PlCause
 
 from . import pl
@@ -52,6 +53,9 @@ StageCycles = Callable[["Trace", "Platform", int, str], PlCycles]
 """(trace, platform, pattern, stage or stream) → cycles of one run of it on that engine."""
 
 
+NO_GROUPS_ESTIMATED = "the estimate knows no interleaved problems; ask for schedules (--exact)"
+
+
 Source = TypeVar("Source", bound=Callable[..., Any])
 
 
@@ -65,7 +69,13 @@ def of_program(source: Source, streams: tuple[str, ...]) -> Source:
 
 
 def estimated(trace: Trace, platform: Platform, pattern: int, stage: str) -> PlCycles:
-    """The L1 estimate: from operation counts and the longest chain, without banks, ports and fetch."""
+    """The L1 estimate: from operation counts and the longest chain, without banks, ports and fetch.
+
+    Raises HwModelError where problems are interleaved.
+    """
+    copies = platform.pl.interleaved.value
+    if copies > 1:
+        raise HwModelError(f"`pl.interleaved` = {copies}: {NO_GROUPS_ESTIMATED}")
     found = pl.estimate(trace.patterns[pattern].stage(stage), platform.pl, trace.datapath, stage)
     causes: dict[PlCause, int] = {
         "issue": found.issue, "dependency": found.dependency, "divider": found.divider, "drain": found.drain,

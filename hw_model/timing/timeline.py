@@ -18,6 +18,7 @@ from hw_model.vocabulary import Cause, Module, Side
 
 from .actions import START_UP, Action, Kind, Work, actions_of
 from .durations import Durations
+from .groups import require_one_problem
 from .precedence import Precedence, Resource, overlapped, serial
 from .stage_cycles import StageCycles, estimated
 from .trace import parse_trace
@@ -119,7 +120,8 @@ def precedence_of(actions: list[Action], durations: Durations) -> Precedence:
 
 
 def lay_out(actions: list[Action], durations: Durations, partition: str) -> Timeline:
-    """The timeline of `actions`, each as long as `durations` says."""
+    """The timeline of `actions`, each as long as `durations` says. Raises HwModelError where problems are interleaved."""
+    require_one_problem(durations.platform)
     precedence = precedence_of(actions, durations)
     times = [durations.picoseconds(action.work) for action in actions]
     ends = precedence.ends(times, max)
@@ -151,8 +153,9 @@ def makespan_picoseconds(
 ) -> int:
     """The makespan alone; with `worst`, that of the longest run there can be: every jitter at its bound.
 
-    `tally`: how often each work occurs in `actions`, where the caller knows it.
+    `tally`: how often each work occurs in `actions`, where the caller knows it. Raises HwModelError as `lay_out` does.
     """
+    require_one_problem(durations.platform)
     if durations.platform.runtime.schedule.value == "serial":
         return durations.total_picoseconds(tally or tally_of(actions), worst=worst)
     times = [

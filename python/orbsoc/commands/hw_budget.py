@@ -39,7 +39,7 @@ def budget(
         from hw_model.vocabulary import count_of
 
         chosen = options.parsed_settings(settings)
-        platform = options.computer(device, chosen)
+        platform = options.computer(device, chosen, interleaves=True)
         options.check_partition(partition)
         record = options.recorded(workload, ordering, platform, partition, exact=exact)
         cycles = options.stage_cycles(record, exact=exact)
@@ -73,13 +73,18 @@ def budget(
                 f"{'' if use.fits else '  over'}"
                 for use in found.uses
             ),
-            f"storage {found.storage_words} words in three replicas: the buffers, and a quarter more as an allowance for temporaries",
+            f"storage {found.storage_words} words in three replicas: the buffers{_of_all(platform)}, and a quarter more as an allowance for temporaries",
             _microcode(found, platform),
             *(f"would fit: {remedy.words}" for remedy in ways),
             verdict,
         ]
         options.print_report(lines, document, folder, as_json=as_json)
         raise typer.Exit(0 if found.fits else FAILED)
+
+
+def _of_all(platform: Platform) -> str:
+    copies = platform.pl.interleaved.value
+    return f" of {copies} interleaved problems" if copies > 1 else ""
 
 
 def _microcode(found: Budget, platform: Platform) -> str:

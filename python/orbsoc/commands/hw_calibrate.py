@@ -34,7 +34,7 @@ def calibrate(
         from orbsoc.hw.workload import load_workload
 
         chosen = options.parsed_settings(settings)
-        platform = options.computer(device, chosen)
+        platform = options.computer(device, chosen, interleaves=True)
         require_used(chosen, [(platform, CALIBRATION_USAGE)])
         rows = read_measurements(measured)
         record = load_workload(workload)

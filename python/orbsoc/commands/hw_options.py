@@ -65,13 +65,21 @@ ExactOption = Annotated[
 JsonOption = Annotated[bool, typer.Option("--json", help="print the JSON document on standard output")]
 
 
-def computer(device: str, settings: Mapping[str, Any] | None = None) -> Platform:
-    """The platform `device` with settings applied. Raises HwModelError naming key, value and what is allowed."""
+def computer(
+    device: str, settings: Mapping[str, Any] | None = None, *, interleaves: bool = False
+) -> Platform:
+    """The platform `device` with settings applied. Raises HwModelError naming key, value and what is allowed.
+
+    `interleaves`: whether the command has a use for problems that are interleaved in one stream; else such a platform is refused.
+    """
     from hw_model import load_platform
     from hw_model.area.engine import require_buildable
+    from hw_model.timing.groups import require_one_problem
 
     platform = load_platform(device).with_values(settings or {})
     require_buildable(platform.pl)
+    if not interleaves:
+        require_one_problem(platform)
     return platform
 
 

@@ -50,7 +50,8 @@ def run(
         given = {"pl.lanes": lanes, "pl.banks": banks}
         own = {key: value for key, value in given.items() if value is not None}
         chosen = options.parsed_settings(settings, {key: f"--{key[3:]}" for key in own})
-        platform = options.computer(device, chosen | own)
+        platform = options.computer(device, chosen | own, interleaves=True)
+        copies = platform.pl.interleaved.value
         engine = _engine(platform, fp)
         reading = replace(SCHEDULE_USAGE, datapaths=frozenset({"f64" if engine.fp == 64 else "f32"}))
         require_used(chosen, [(platform, reading)])
@@ -61,13 +62,17 @@ def run(
                 BAD_INPUT, f"{workload}: a trace holds no problem to schedule; name the scenario", as_json
             )
         patterns = [(problem, shaping(record.settings, k)) for k, problem in enumerate(record.problems)]
-        programs = [pl_program(problem, chosen_settings, engine) for problem, chosen_settings in patterns]
+        programs = [
+            pl_program(problem, chosen_settings, engine, copies=copies)
+            for problem, chosen_settings in patterns
+        ]
         energies = [
             _energies(program, pattern, platform)
             for program, pattern in zip(programs, record.trace.patterns, strict=True)
         ]
         streams = [
-            pl_program(problem, chosen_settings, engine, KKT_SOLVES) for problem, chosen_settings in patterns
+            pl_program(problem, chosen_settings, engine, KKT_SOLVES, copies=copies)
+            for problem, chosen_settings in patterns
         ]
         folder = out or Path("out") / f"hw-run-{record.name}"
         document = {
@@ -99,7 +104,7 @@ def run(
 
 
 def _energies(program: PlProgram, pattern: Pattern, platform: Platform) -> dict[str, dict[str, float]]:
-    """Dynamic energy of one run of each segment in flat microcode."""
+    """Dynamic energy of one run of each segment in flat microcode, its work on all interleaved problems."""
     from hw_model.energy.joules import segment_nanojoules
 
     datapath: Literal["f64", "f32"] = "f64" if program.engine.fp == 64 else "f32"
@@ -107,7 +112,9 @@ def _energies(program: PlProgram, pattern: Pattern, platform: Platform) -> dict[
         name: dict(
             zip(
                 ("energy_low_nj", "energy_nj", "energy_high_nj"),
-                segment_nanojoules(pattern.stages[name], datapath, segment.flat_bits, platform.energy),
+                segment_nanojoules(
+                    pattern.stages[name], datapath, segment.flat_bits, platform.energy, program.interleaved
+                ),
                 strict=True,
             )
         )
@@ -172,7 +179,12 @@ def _table(program: PlProgram, platform: Platform) -> list[str]:
     lines = [
         f"modelled, equal to the RTL cycle for cycle: f{engine.fp}, {count_of(engine.lanes, 'lane')},"
         f" {count_of(engine.dividers, 'divider')}, {count_of(engine.banks, 'bank')}, PL at {platform.pl.clock_mhz.value:g} MHz"
-        f" ({platform.pl.clock_mhz.tag}), flat microcode",
+        f" ({platform.pl.clock_mhz.tag}), flat microcode"
+        + (
+            f", {program.interleaved} problems interleaved in every segment"
+            if program.interleaved > 1
+            else ""
+        ),
         "module          segment            cycles      µs  bound by      of it  used  idle lanes: waiting for",
     ]
     for module in dict.fromkeys(segment.module for segment in segments):

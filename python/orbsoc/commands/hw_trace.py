@@ -10,7 +10,7 @@ from . import hw_options as options
 from .failures import exit_handling
 
 if TYPE_CHECKING:
-    from hw_model import Timeline
+    from hw_model import Timeline, Trace
 
 
 def trace(
@@ -37,12 +37,16 @@ def trace(
         from orbsoc.hw.workload import pattern_file
 
         chosen = options.parsed_settings(settings)
-        platform = options.computer(device, chosen)
+        computer = options.computer(device, chosen, interleaves=True)
+        copies = computer.pl.interleaved.value
+        # The timeline is of one problem after the other.
+        platform = computer if copies == 1 else computer.with_value("pl.interleaved", 1)
         options.check_partition(partition)
         record = options.recorded(workload, ordering, platform, partition, exact=exact)
         cycles = options.stage_cycles(record, exact=exact)
         split = chosen_partition(partition, record.trace, platform, cycles)
-        require_used(chosen, [(platform, TRACE_USAGE.of(record.trace, split, platform, cycles))])
+        require_used(chosen, [(computer, TRACE_USAGE.of(record.trace, split, platform, cycles))])
+        rows = throughputs(record.trace, computer, split, load_partition("all_ps"), cycles)
         timeline = simulate(record.trace, platform, split, cycles)
         folder = out or Path("out") / f"hw-trace-{record.name}"
         units = (
@@ -68,7 +72,7 @@ def trace(
             f"modelled: {split.name} on {platform.name}, {record.origin}: {milliseconds:.3f} ms in"
             f" {len(timeline.segments)} segments; open trace.json in ui.perfetto.dev"
         ]
-        rows = throughputs(record.trace, platform, split, load_partition("all_ps"), cycles)
+        lines += [_of_groups(record.trace, copies)] if copies > 1 else []
         lines += [row.words for row in rows]
         if split.uses_pl:
             lines.append(_of_units(timeline) if units else NO_UNITS)
@@ -78,6 +82,17 @@ def trace(
             folder,
             as_json=as_json,
         )
+
+
+def _of_groups(trace: Trace, copies: int) -> str:
+    """What the throughput of a workload is about where problems are interleaved."""
+    from hw_model.timing.groups import runs_in_group
+
+    if runs_in_group(trace, copies) == 1:
+        what = f"groups of {copies} solves of a pattern as they follow, taken as independent problems"
+    else:
+        what = f"groups of the same solve in {copies} independent runs of the workload, which need the same iterations"
+    return f"the timeline is of one problem after the other; the throughput is of {what}"
 
 
 NO_UNITS = (

@@ -11,6 +11,7 @@ import typer
 
 from . import hw_options as options
 from .failures import FAILED, exit_handling
+from .hw_validate_groups import validate_groups
 from .hw_validate_mutations import validate_mutations
 from .hw_validate_solve import validate_solves
 from .hw_validate_tables import print_tables
@@ -43,6 +44,14 @@ def validate(
             help="the modelled tables of docs/pl-schedules.md, mission 004's problems C and A; needs no Verilator",
         ),
     ] = False,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            help="pl.interleaved=K: problems of one pattern in every segment, or with --solve in every attempt",
+            metavar="KEY=VALUE",
+        ),
+    ] = None,
     rtl: Annotated[
         Path | None, typer.Option(help="folder of the RTL; that of the source tree by default", metavar="DIR")
     ] = None,
@@ -70,12 +79,15 @@ def validate(
             {"--tables": tables, "--engines": engines, "--mutations": mutations, "--solve": solve},
             quick=quick,
         )
+        copies = _interleaved(settings, {"--tables": tables, "--mutations": mutations})
         where = out or Path("out") / "hw-validate"
         if tables:
             print_tables(rtl_sources(rtl).parent / "scenarios" / "rec1.toml", where, as_json=as_json)
         folder = rtl_folder(rtl)
         if mutations:
             validate_mutations(folder, where, as_json=as_json)
+        if solve and copies > 1:
+            validate_groups(folder, where, copies, quick=quick, as_json=as_json)
         if solve:
             validate_solves(folder, where, quick=quick, as_json=as_json)
         scenario = folder.parent / "scenarios" / "rec1.toml"
@@ -85,6 +97,7 @@ def validate(
         if chosen is all_points:
             named["mission 004 C, N = 12"] = mission_004(scenario, free_perigee=True)
             points += kkt_points("mission 004 C, N = 12")
+        points = [point.with_interleaved(copies) for point in points]
         outcomes: list[Outcome] = []
         watched: set[Path] = set()
         done = 0
@@ -125,6 +138,20 @@ def _document(outcomes: Sequence[Outcome], watched: set[Path], done: int, points
     }
 
 
+def _interleaved(settings: list[str] | None, without: dict[str, bool]) -> int:
+    """The one parameter that can be set. Raises IgnoredKeyError for others, and where a run has no use for it."""
+    from hw_model.errors import IgnoredKeyError
+
+    chosen = options.parsed_settings(settings, example="pl.interleaved=2")
+    for key, value in chosen.items():
+        why = "the points have engines of their own; only pl.interleaved can be set"
+        unused = [name for name, wanted in without.items() if wanted]
+        if key != "pl.interleaved" or unused:
+            why = f"{unused[0]} has no points to interleave" if unused else why
+            raise IgnoredKeyError(f"`{key}` = {value!r} would do nothing here: {why}")
+    return options.computer("zu9eg", chosen, interleaves=True).pl.interleaved.value
+
+
 def _require_one_run(given: dict[str, bool], *, quick: bool) -> None:
     """Raises RtlError for options of which one would be ignored."""
     from orbsoc.rtl.validation import RtlError
@@ -144,7 +171,7 @@ def _title(point: Any) -> str:
     what = point.stream.name if point.stream else point.module
     return (
         f"{what} of {point.problem!r}, f{engine.fp}, {engine.lanes} lanes, {engine.banks} banks,"
-        f" {point.format}{gaps}"
+        f" {point.format}{gaps}{f', {point.interleaved} interleaved' if point.interleaved > 1 else ''}"
     )
 
 

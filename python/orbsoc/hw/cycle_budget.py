@@ -10,6 +10,7 @@ import hw_model
 from hw_model.area.budget import Budget, budget
 from hw_model.platform.partition import BEST
 from hw_model.report.best import chosen_partition
+from hw_model.timing.groups import require_one_problem
 from hw_model.timing.schedules import engine_of
 from hw_model.timing.stage_cycles import estimated
 from orbsoc.conic.solution import Solution, Status
@@ -106,9 +107,10 @@ class CycleBudget:
 def check_names(device: str, partition: str, *, exact: bool = True) -> None:
     """Raise `hw_model.HwModelError` unless both name (or are paths of) what the model knows.
 
-    `exact`: and unless the device's PL has schedules.
+    `exact`: and unless the device's PL has schedules. Raises it, too, for a device that interleaves problems.
     """
     platform = hw_model.load_platform(device)
+    require_one_problem(platform)
     if exact and (partition == BEST or hw_model.load_partition(partition).uses_pl):
         engine_of(platform, "f64")
 

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
     from .schedules import Segment
 
+    _Shape = tuple[Parameters, int]
+    """An engine, and problems that every segment of its program works on."""
     _Made = tuple[Mapping[str, Segment], int] | EngineError
     """Segments of a program and the words of storage that it needs, or why there is none."""
 
@@ -32,24 +34,23 @@ def exact_cycles(
     problems: Sequence[Problem],
     expected: Iterable[Engine] = (),
     settings: Sequence[Settings] = (),
-    copies: int = 1,
 ) -> StageCycles:
     """Cycles of the stages of a trace whose patterns are those of `problems`, in its order, solved with these settings.
 
-    `copies`: of segments in which as many problems of a pattern are interleaved. They equal the RTL's, cycle for cycle, in the microcode's format that the platform names. Those of the engines
-    `expected` are made side by side, when the first of any is asked for. Raises `hw_model.HwModelError` for latencies
+    They equal the RTL's, cycle for cycle, in the microcode's format that the platform names, with as many problems of a
+    pattern in each segment as it interleaves. Those of the engines `expected` are made side by side, when the first of any is asked for. Raises `hw_model.HwModelError` for latencies
     that are not the RTL's, for which there is no schedule, and `hw.schedules.EngineError` for an engine that cannot exist.
     """
-    awaited = {_parameters(engine) for engine in expected}
-    made: dict[tuple[int, Parameters, Streams], _Made] = {}
+    awaited = {_shape(engine) for engine in expected}
+    made: dict[tuple[int, _Shape, Streams], _Made] = {}
 
     def source(pattern: int, stage: str, engine: Engine) -> Schedule:
-        parameters, streams = _parameters(engine), _streams(engine)
-        if (pattern, parameters, streams) not in made:
-            made.update(_side_by_side(problems, {parameters, *awaited}, settings, streams, copies))
+        shape, streams = _shape(engine), _streams(engine)
+        if (pattern, shape, streams) not in made:
+            made.update(_side_by_side(problems, {shape, *awaited}, settings, streams))
             if not streams:
                 awaited.clear()
-        program = made[pattern, parameters, streams]
+        program = made[pattern, shape, streams]
         if isinstance(program, EngineError):
             raise program
         segments, words = program
@@ -81,7 +82,8 @@ class _Units:
     def __call__(self, trace: Trace, platform: Platform, pattern: int, stage: str) -> UnitSchedule:
         engine, name = engine_of(platform, trace.datapath), "_".join(members(stage))
         chosen = shaping(self.settings, pattern)
-        program = pl_program(self.problems[pattern], chosen, _parameters(engine), None, self.streams)
+        parameters, copies = _shape(engine)
+        program = pl_program(self.problems[pattern], chosen, parameters, None, self.streams, copies)
         began, units, operations = program.core.issues(name, "compressed" if engine.compressed else "flat")
         startup = program.segments[name].causes["startup"]
         return UnitSchedule(
@@ -95,18 +97,17 @@ class _Units:
 
 def _side_by_side(
     problems: Sequence[Problem],
-    engines: Iterable[Parameters],
+    shapes: Iterable[_Shape],
     settings: Sequence[Settings],
     streams: Streams,
-    copies: int,
-) -> dict[tuple[int, Parameters, Streams], _Made]:
+) -> dict[tuple[int, _Shape, Streams], _Made]:
     """The segments of each problem's schedule on each engine, or why there are none, by all cores; Ctrl-C begins no
     further ones."""
-    keys = list(product(range(len(problems)), engines, [streams]))
+    keys = list(product(range(len(problems)), shapes, [streams]))
     pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
     try:
         programs = pool.map(
-            lambda key: _segments(problems[key[0]], shaping(settings, key[0]), key[1], key[2], copies), keys
+            lambda key: _segments(problems[key[0]], shaping(settings, key[0]), key[1], key[2]), keys
         )
         return dict(zip(keys, programs, strict=True))
     finally:
@@ -120,11 +121,10 @@ def shaping(settings: Sequence[Settings], pattern: int) -> Settings:
     return Settings(ordering=settings[pattern].ordering, ruiz_passes=settings[pattern].ruiz_passes)
 
 
-def _segments(
-    problem: Problem, settings: Settings, engine: Parameters, streams: Streams, copies: int
-) -> _Made:
+def _segments(problem: Problem, settings: Settings, shape: _Shape, streams: Streams) -> _Made:
+    parameters, copies = shape
     try:
-        program = pl_program(problem, settings, engine, None, streams, copies)
+        program = pl_program(problem, settings, parameters, None, streams, copies)
         return program.segments, program.core.least_storage_words
     except EngineError as error:
         return error
@@ -134,8 +134,8 @@ def _streams(engine: Engine) -> Streams:
     return tuple(members(name) for name in engine.streams)
 
 
-def _parameters(engine: Engine) -> Parameters:
-    return Parameters(
+def _shape(engine: Engine) -> _Shape:
+    parameters = Parameters(
         fp=64 if engine.datapath == "f64" else 32,
         lanes=engine.lanes,
         dividers=engine.dividers,
@@ -143,3 +143,4 @@ def _parameters(engine: Engine) -> Parameters:
         clusters=engine.clusters,
         microcode_words=MODEL_MICROCODE_WORDS,
     )
+    return parameters, engine.interleaved

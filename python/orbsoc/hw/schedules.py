@@ -99,6 +99,8 @@ class PlProgram:
     home_words: int
     """Words of storage that buffers and literals take; temporaries come on top, up to `storage_words`."""
     storage_words: int
+    interleaved: int
+    """Problems that every segment works on, each with words of its own."""
     core: _core.HardwareProgram
 
     def document(self) -> dict[str, Any]:
@@ -109,6 +111,7 @@ class PlProgram:
             "engine": asdict(self.engine),
             "home_words": self.home_words,
             "storage_words": self.storage_words,
+            "interleaved": self.interleaved,
             "segments": {name: asdict(segment) for name, segment in self.segments.items()},
         }
 
@@ -250,4 +253,4 @@ def _made(
         raise (EngineTooSmallError if too_small else EngineError)(str(error)) from error
     segments = {name: Segment(name, **described) for name, described in core.segments().items()}
     home, used = core.storage_words
-    return PlProgram(Engine(**fields), segments, home, used, core)
+    return PlProgram(Engine(**fields), segments, home, used, copies, core)

@@ -41,9 +41,10 @@ _CYCLES_PER_POLL = 10_000
 
 
 def control_words(
-    image: _core.ProgramImage, method: Method, program: ControlProgram
+    image: _core.ProgramImage, method: Method, program: ControlProgram, copies: int = 1
 ) -> Iterator[tuple[int, int]]:
-    """The instructions of a control program as the RTL has them: word, and the storage address of its flag."""
+    """The instructions of a control program as the RTL has them: word, and the storage address of its flag. Of several copies
+    of a problem the flag of all is the buffer's last word."""
     numbers, fields = method.numbered(program), INSTRUCTION_FIELDS
     for place, instruction in enumerate(program.instructions):
         word = fields["op"].put(Op[instruction.op.upper()]) | fields["target"].put(instruction.target)
@@ -54,7 +55,8 @@ def control_words(
         elif instruction.flag:
             kind, buffer = method.flags[instruction.flag]
             indices, addresses = image.homes[buffer]
-            flag = int(addresses[int(np.flatnonzero(indices == 0)[0])])
+            index = 0 if copies == 1 else int(indices.max())
+            flag = int(addresses[int(np.flatnonzero(indices == index)[0])])
             word |= fields["stop"].put(kind == "stop")
         yield word, flag
 
@@ -115,8 +117,15 @@ class RtlSession:
         """Registers, flags and rules afresh; storage counts as unwritten."""
         self._do(["reset"])
 
-    def load(self, image: _core.ProgramImage, method: Method, program: ControlProgram | None = None) -> None:
-        """Microcode, templates and literals of a program, and the table of the method's segments; the control program."""
+    def load(
+        self,
+        image: _core.ProgramImage,
+        method: Method,
+        program: ControlProgram | None = None,
+        copies: int = 1,
+    ) -> None:
+        """Microcode, templates and literals of a program, and the table of the method's segments; the control program,
+        which reads the flags of as many `copies` of a problem as the segments work on."""
         self._do(f"template {k:x} {word}" for k, word in enumerate(image.templates))
         self._do(f"code {line:x} {word}" for line, word in enumerate(image.microcode))
         self.set_words(*image.literals)
@@ -125,7 +134,7 @@ class RtlSession:
             start, _ = image.entries.get(segment.stage, (0, 0))
             self.write_segment(segment, start)
         if program is not None:
-            for place, (word, flag) in enumerate(control_words(image, method, program)):
+            for place, (word, flag) in enumerate(control_words(image, method, program, copies)):
                 self.write_instruction(place, word, flag)
 
     def write_segment(self, segment: Segment, start: int) -> None:

@@ -32,6 +32,7 @@ from orbsoc.ps.segments import Method
 from orbsoc.ps.trace import TraceRecorder
 from orbsoc.solving.solver import solution_of, start_values
 
+from .bits import same_solution, unequal
 from .clocks import predicted_clocks
 from .session import RtlPort, RtlSession
 from .validation import Format, built
@@ -210,18 +211,13 @@ class _Sides:
     def _compare(
         self, buffer: str, indices: NDArray[np.uint32], found: NDArray[np.uint64], wanted: NDArray[np.uint64]
     ) -> None:
-        """Bit for bit; any NaN equals any other, for the RTL's is the canonical one."""
-        differs = (found != wanted) & ~(self._is_nan(found) & self._is_nan(wanted))
+        differs = unequal(found, wanted, self.fp)
         self.words += len(found)
         self.different_words += int(differs.sum())
         iteration = self.rust.events()[-1][1] if self._last else 0
         for k in np.flatnonzero(differs)[: _SHOWN - len(self.differences)].tolist():
             bits = (f"{int(side[k]):0{self.fp // 4}x}" for side in (found, wanted))
             self.differences.append(Difference(iteration, self._last, buffer, int(indices[k]), *bits))
-
-    def _is_nan(self, words: NDArray[np.uint64]) -> NDArray[np.bool_]:
-        numbers = words.view(np.float64) if self.fp == 64 else words.astype(np.uint32).view(np.float32)
-        return np.isnan(numbers)
 
 
 def solve_on_rtl(
@@ -288,24 +284,13 @@ def solve_on_rtl(
         different_words=sides.different_words,
         differences=tuple(sides.differences),
         same_stages=rust.events() == loop.events(),
-        same_solution=_same(found, whole),
+        same_solution=same_solution(found, whole),
         assertions=assertions,
         rtl_clocks=clocks,
         model_clocks=predicted_clocks(
             trace.as_dict(), cycles, rtl, program.engine, "resident" if resident else "paper"
         ),
     )
-
-
-def _same(found: _core.RawSolution, whole: _core.RawSolution) -> bool:
-    """The same end, bit for bit; any NaN equals any other."""
-    pairs = [(getattr(found, v), getattr(whole, v)) for v in ("x", "y", "z", "s")]
-    same_bits = all(
-        bool(np.all((one.view(np.uint64) == other.view(np.uint64)) | (np.isnan(one) & np.isnan(other))))
-        for one, other in pairs
-    )
-    ends = ((end.status, end.iterations, end.warm_start) for end in (found, whole))
-    return same_bits and next(ends) == next(ends)
 
 
 def described(outcome: SolveOutcome) -> Sequence[str]:

@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -25,6 +25,7 @@ from orbsoc.hw.precision import narrow_settings
 from orbsoc.hw.schedules import KKT_SOLVES, Engine, PlProgram, Stream, scheduled
 
 from .rule_violations import Bench, control_case, silent_rules
+from .same_pattern import same_pattern
 
 Format = Literal["flat", "compressed", "in_order"]
 SEQUENCERS: dict[Format, int] = {"flat": 0, "compressed": 1, "in_order": 2}
@@ -67,6 +68,8 @@ class Point:
     """Of fetch gaps, of 256; in_order only."""
     stream: Stream | None = None
     """Stages of that module and others as one segment, in place of the module's own."""
+    interleaved: int = 1
+    """Problems of the pattern in each segment, with numbers of their own."""
 
     def __post_init__(self) -> None:
         if not 0 <= self.level <= _MOST_LEVEL:
@@ -76,6 +79,13 @@ class Point:
                 f"`module` = {self.module!r}: the stream begins with stage {self.stream.stages[0]!r},"
                 f" which is a stage of {self.stream.module!r}; name that module"
             )
+
+    def with_interleaved(self, copies: int) -> Point:
+        """The same for as many problems, with room for the words of all."""
+        if copies == 1:
+            return self
+        bits = (self.engine.address_bits or ADDRESS_BITS) + (copies - 1).bit_length()
+        return replace(self, engine=replace(self.engine, address_bits=bits), interleaved=copies)
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,9 +163,11 @@ class Prepared:
     harness: Path
 
 
-def case_of(point: Point, program: PlProgram) -> str:
-    """A point of a program, as the text that harnesses read."""
-    return program.core.case(point.module, point.format, seed=point.level + 1, level=point.level)
+def case_of(point: Point, program: PlProgram, others: Sequence[Problem] = ()) -> str:
+    """A point of a program, as the text that harnesses read; `others`: the problems interleaved with the program's own."""
+    return program.core.case(
+        point.module, point.format, seed=point.level + 1, level=point.level, others=list(others)
+    )
 
 
 def prepared(folder: Path, point: Point, case: str) -> Prepared:
@@ -366,14 +378,15 @@ def validate(
     Every harness first runs a program that breaks the rules, and is put into `watched`. Raises RtlError if its checks do
     not assert each of them.
     """
-    programs: dict[tuple[str, Engine, Stream | None], PlProgram] = {}
+    programs: dict[tuple[str, Engine, Stream | None, int], PlProgram] = {}
     for point in points:
-        key = (point.problem, point.engine, point.stream)
+        key = (point.problem, point.engine, point.stream, point.interleaved)
+        own, *others = same_pattern(named[point.problem], point.interleaved)
         if key not in programs:
             bits = 53 if point.engine.fp == 64 else 24
             settings = narrow_settings(Settings(), bits)
-            programs[key] = scheduled(named[point.problem], settings, point.engine, point.stream)
-        ready = prepared(folder, point, case_of(point, programs[key]))
+            programs[key] = scheduled(own, settings, point.engine, point.stream, copies=point.interleaved)
+        ready = prepared(folder, point, case_of(point, programs[key], others))
         if ready.harness not in watched:
             if silent := silent_checks(folder, ready):
                 raise RtlError(f"{point}: broken by a control, and not asserted: {', '.join(silent)}")

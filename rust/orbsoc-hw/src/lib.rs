@@ -25,7 +25,7 @@ pub use program::{Program, Segment};
 pub use replay::image::Image;
 pub use replay::in_order::{run_in_order, Dynamic, Gaps};
 pub use replay::machine::{Fault, Machine, Rule, Violation};
-pub use replay::snapshots::{snapshots, Snapshot, Snapshots};
+pub use replay::snapshots::{snapshots, Snapshots};
 pub use replay::validation::{validation_case, Entry, Format};
 pub use schedule::bounds::Bounds;
 pub use schedule::causes::Causes;

@@ -26,10 +26,14 @@ pub struct Segment {
 }
 
 impl Segment {
+    /// Its stages, in order.
+    pub fn stages(&self) -> Vec<Stage> {
+        core::iter::once(self.stage).chain(self.then.iter().copied()).collect()
+    }
+
     /// Names of its stages.
     pub fn name(&self) -> String {
-        let names: Vec<&str> =
-            core::iter::once(self.stage).chain(self.then.iter().copied()).map(Stage::name).collect();
+        let names: Vec<&str> = self.stages().into_iter().map(Stage::name).collect();
         names.join("_")
     }
 }

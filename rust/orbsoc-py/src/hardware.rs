@@ -2,9 +2,9 @@
 
 use crate::convert::{problem, refuse, settings};
 use numpy::{IntoPyArray, PyArray1};
-use orbsoc::{Buffer, Module, Problem, Settings, Stage};
+use orbsoc::{Buffer, Compiled, Module, Problem, Settings, Stage};
 use orbsoc_hw::{
-    interleaved, snapshots, validation_case, Causes, Code, Compressed, Configuration, Format, Gaps,
+    interleaved, snapshots, validation_case, Causes, Code, Compressed, Configuration, Format, Gaps, Layout,
     Precision, Program, Segment, Timing,
 };
 use pyo3::exceptions::{PyKeyError, PyValueError};
@@ -31,6 +31,8 @@ pub struct HardwareProgram {
     compressed: Compressed,
     problem: Problem,
     settings: Settings,
+    /// Problems that every segment works on.
+    copies: usize,
 }
 
 #[pymethods]
@@ -83,6 +85,9 @@ impl HardwareProgram {
             microcode_words,
             timing,
         };
+        if copies == 0 {
+            return Err(HardwareError::new_err("`copies` = 0: allowed is 1 or more"));
+        }
         py.detach(|| {
             engine.validate().map_err(unfit)?;
             let recording = orbsoc::record_tapes(&problem, &settings).map_err(refuse)?;
@@ -90,14 +95,21 @@ impl HardwareProgram {
             let other = |stage: Stage| stage.module() != Module::Statistics;
             let recording =
                 if streams.iter().flatten().copied().all(other) { recording.only(other) } else { recording };
-            let recording = if copies > 1 { interleaved(&recording, copies) } else { recording };
+            // Before the operations of all problems are made: they may be many more than an engine could hold words of.
+            let needed =
+                Layout::new(&recording, &engine).map_err(unfit)?.locations().count() * copies as usize;
+            let available = engine.words();
+            if needed > available {
+                return Err(unfit(orbsoc_hw::Error::Storage { needed_by: "buffers", needed, available }));
+            }
+            let recording = interleaved(&recording, copies);
             let made = match streams.as_slice() {
                 [] => Program::both(&recording, &engine),
                 streams => Program::streams(&recording, &engine, streams, leaves.as_deref()),
             };
             let (program, compact) = made.map_err(unfit)?;
             let compressed = compact.compressed();
-            Ok(Self { program, compact, compressed, problem, settings })
+            Ok(Self { program, compact, compressed, problem, settings, copies: copies as usize })
         })
     }
 
@@ -171,22 +183,50 @@ impl HardwareProgram {
         Ok(out)
     }
 
-    /// The text of a validation case: every stage of a module on the words of a solve.
-    #[pyo3(signature = (module, format, *, seed=1, level=0))]
-    fn case(&self, py: Python<'_>, module: &str, format: &str, seed: u32, level: u32) -> PyResult<String> {
+    /// The text of a validation case: every stage of a module on the words of a solve, or of as many as the program's
+    /// segments work on: `others` are the problems beside its own.
+    #[pyo3(signature = (module, format, *, seed=1, level=0, others=vec![]))]
+    #[allow(clippy::needless_pass_by_value)] // what the binding hands over is owned
+    fn case(
+        &self,
+        py: Python<'_>,
+        module: &str,
+        format: &str,
+        seed: u32,
+        level: u32,
+        others: Vec<Bound<'_, PyAny>>,
+    ) -> PyResult<String> {
         let known = Stage::ALL.iter().map(|stage| stage.module()).find(|known| known.name() == module);
         let module: Module = known.ok_or_else(|| PyKeyError::new_err("no module of that name"))?;
         let (format, program) = self.in_format(format, Gaps { seed, level })?;
+        if others.len() + 1 != self.copies {
+            return Err(HardwareError::new_err(format!(
+                "`others`: {} given; a program of {} interleaved takes {}",
+                others.len(),
+                self.copies,
+                self.copies - 1
+            )));
+        }
+        let others = others.iter().map(problem).collect::<PyResult<Vec<_>>>()?;
         py.detach(|| match program.configuration.precision {
-            Precision::F64 => {
-                let words = snapshots::<f64>(&self.problem, &self.settings).map_err(refuse)?;
-                validation_case(program, &words, module, format).map_err(unfit)
-            }
-            Precision::F32 => {
-                let words = snapshots::<f32>(&self.problem, &self.settings).map_err(refuse)?;
-                validation_case(program, &words, module, format).map_err(unfit)
-            }
+            Precision::F64 => self.written::<f64>(program, &others, module, format),
+            Precision::F32 => self.written::<f32>(program, &others, module, format),
         })
+    }
+}
+
+impl HardwareProgram {
+    fn written<T: Compiled>(
+        &self,
+        program: &Program,
+        others: &[Problem],
+        module: Module,
+        format: Format,
+    ) -> PyResult<String> {
+        let problems = core::iter::once(&self.problem).chain(others);
+        let solves: Result<Vec<_>, _> =
+            problems.map(|problem| snapshots::<T>(problem, &self.settings)).collect();
+        validation_case(program, &solves.map_err(refuse)?, module, format).map_err(unfit)
     }
 }
 

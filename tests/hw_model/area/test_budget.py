@@ -6,6 +6,7 @@ import pytest
 
 from hw_model.area.budget import Budget, budget
 from hw_model.area.fabric import KINDS
+from hw_model.errors import HwModelError
 from hw_model.platform.partition import load_partition
 from hw_model.platform.platform import Platform, load_platform
 from hw_model.report.assumptions import assumptions
@@ -110,7 +111,12 @@ def test_a_budget_changes_with_what_it_counts_as_used_and_with_nothing_else(name
             value = steps[row.key]
         else:
             value = value * 2 if isinstance(value, int) else 0.5 * value + 0.5
-        if value != row.value:
+        if row.key == "pl.interleaved" and partition.uses_pl:
+            with pytest.raises(
+                HwModelError, match=r"`pl\.interleaved` = 2 under partition 'paper': only the PL's own"
+            ):
+                budget(TRACE, platform.with_value(row.key, value), partition)
+        elif value != row.value:
             assert (budget(TRACE, platform.with_value(row.key, value), partition) == before) == (
                 not row.used
             ), row.key

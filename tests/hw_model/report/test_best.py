@@ -12,8 +12,9 @@ from hw_model.area.budget import budget
 from hw_model.platform.partition import all_partitions
 from hw_model.report.best import best_partition
 from hw_model.report.remedies import remedies
-from hw_model.report.throughput import IN_FLIGHT, grouped, throughputs
+from hw_model.report.throughput import IN_FLIGHT, throughputs
 from hw_model.timing.actions import Work, actions_of
+from hw_model.timing.groups import grouped
 from hw_model.timing.stage_cycles import Microcode, PlCycles, StageCycles, estimated
 from tests.hw_model.synthetic import synthetic_trace
 
@@ -117,8 +118,9 @@ def test_interleaved_copies_run_what_the_longest_of_them_needs_and_cross_the_lin
     long, other = TRACE.solves
     short = other.model_copy(update={"events": other.events[: len(other.events) // 2]})
     alone = actions_of(TRACE.model_copy(update={"solves": (long,)}), PAPER)
-    both = actions_of(TRACE.model_copy(update={"solves": (short, long)}), PAPER)
-    together = Counter(grouped(both, 2))
+    pair = TRACE.model_copy(update={"solves": (short, long)})
+    both = actions_of(pair, PAPER)
+    together = Counter(grouped(both, pair, 2))
 
     def of(works: Iterable[Work], kind: str, side: str) -> Counter[Work]:
         return Counter(work for work in works if (work.kind, work.side) == (kind, side))

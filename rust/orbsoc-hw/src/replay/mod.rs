@@ -1,5 +1,6 @@
 //! The engine in Rust: replay of schedules, validation cases and images for the RTL.
 
+pub(crate) mod copies;
 pub(crate) mod image;
 pub(crate) mod in_order;
 pub(crate) mod machine;

@@ -1,53 +1,17 @@
-//! Snapshots of a solve: the words of every buffer before and after each stage.
+//! Snapshots of a solve: the engine before each stage.
 
-use orbsoc::{Buffer, Compiled, Engine, Error, Outcome, Problem, Settings, Stage, Step};
+use orbsoc::{Compiled, Engine, Error, Outcome, Problem, Settings, Stage, Step};
 use orbsoc::{Start, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 use std::collections::HashMap;
 
-/// The engine before a stage, and after it.
+/// The engines of a solve before the last run of every stage.
 #[derive(Clone, Debug)]
-#[allow(missing_docs)]
-pub struct Snapshot<T> {
-    pub before: Engine<T>,
-    pub after: Engine<T>,
-}
-
-impl<T: Compiled> Snapshot<T> {
-    fn of(before: &Engine<T>, stages: &[Stage]) -> Self {
-        let mut after = before.clone();
-        for &stage in stages {
-            after.run(stage);
-        }
-        Self { before: before.clone(), after }
-    }
-
-    /// A buffer's words before the stage.
-    pub fn before(&self, buffer: Buffer) -> &[T] {
-        self.before.buffer(buffer)
-    }
-
-    /// A buffer's words after the stage.
-    pub fn after(&self, buffer: Buffer) -> &[T] {
-        self.after.buffer(buffer)
-    }
-}
-
-/// The snapshots of a solve.
-#[derive(Clone, Debug)]
-pub struct Snapshots<T>(HashMap<Stage, Snapshot<T>>);
+pub struct Snapshots<T>(HashMap<Stage, Engine<T>>);
 
 impl<T> Snapshots<T> {
-    /// The snapshot of a stage; none if the solve ended before it.
-    pub fn of(&self, stage: Stage) -> Option<&Snapshot<T>> {
-        self.0.get(&stage)
-    }
-}
-
-impl<T: Compiled> Snapshots<T> {
-    /// The snapshot of stages that run as one stream, from the state before the last of them; none if the solve ended
-    /// before it.
-    pub fn joined(&self, stages: &[Stage]) -> Option<Snapshot<T>> {
-        Some(Snapshot::of(&self.of(*stages.last()?)?.before, stages))
+    /// The engine from which stages run as one stream: that before the last of them; none if the solve ended before it.
+    pub fn before(&self, stages: &[Stage]) -> Option<&Engine<T>> {
+        self.0.get(stages.last()?)
     }
 }
 
@@ -70,8 +34,7 @@ pub fn snapshots<T: Compiled>(problem: &Problem, settings: &Settings) -> Result<
     }
     let mut all = warm.last;
     all.extend(cold.last);
-    let both = all.into_iter().map(|(stage, before)| (stage, Snapshot::of(&before, &[stage])));
-    Ok(Snapshots(both.collect()))
+    Ok(Snapshots(all))
 }
 
 /// A solve that keeps the engine before the last run of every stage.

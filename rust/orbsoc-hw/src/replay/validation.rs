@@ -1,16 +1,18 @@
 //! Validation cases: the files that compare a schedule with the RTL; docs/pl-machine.md, "Validation cases".
 
+use super::copies::Copies;
 use super::in_order::{run_in_order, Gaps};
 use super::machine::{Fault, Machine};
-use super::snapshots::{Snapshot, Snapshots};
+use super::snapshots::Snapshots;
 use crate::error::Error;
 use crate::machine::configuration::Configuration;
 use crate::machine::timing::Precision;
 use crate::microcode::compressed::Compressed;
 use crate::microcode::flat::{flat, Microcode};
 use crate::program::{Program, Segment};
+use crate::stream::interleaved::length;
 use core::fmt::Write;
-use orbsoc::{Buffer, Compiled, Module};
+use orbsoc::{Buffer, Compiled, Engine, Module};
 
 /// The format of the microcode, and the sequencer that runs it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,15 +30,15 @@ struct Run<'a> {
     expect: Vec<(u32, u64)>,
 }
 
-/// A case that runs every stage of a module on the words of a solve. The simulator must reproduce the words of the
-/// solver first; an error says what differs.
+/// A case that runs every stage of a module on the words of a solve, or of as many solves as the program's streams
+/// interleave. The simulator must reproduce the words of the solver first; an error says what differs.
 ///
 /// # Errors
 /// [`Error::Damaged`] if the microcode breaks a rule or computes another word than the kernel; [`Error::Configuration`]
 /// as [`Gaps::validate`].
 pub fn validation_case<T: Compiled>(
     program: &Program,
-    snapshots: &Snapshots<T>,
+    solves: &[Snapshots<T>],
     module: Module,
     format: Format,
 ) -> Result<String, Error> {
@@ -50,18 +52,10 @@ pub fn validation_case<T: Compiled>(
         if segment.stage.module() != module {
             continue;
         }
-        let joined;
-        let snapshot = if segment.then.is_empty() {
-            snapshots.of(segment.stage)
-        } else {
-            let stages: Vec<_> =
-                core::iter::once(segment.stage).chain(segment.then.iter().copied()).collect();
-            joined = snapshots.joined(&stages);
-            joined.as_ref()
-        };
-        let Some(snapshot) = snapshot else { continue };
+        let before = solves.iter().map(|solve| solve.before(&segment.stages())).collect::<Option<Vec<_>>>();
+        let Some(before) = before else { continue };
         let words = flat(&segment.schedule, &program.configuration);
-        let run = run(program, segment, snapshot, &words)?;
+        let run = run(program, segment, &before, &words)?;
         runs.push((sequence.append(number, segment, &words), run));
     }
     Ok(text(&program.configuration, &sequence, &runs))
@@ -123,10 +117,12 @@ fn without_empty_words(words: &Microcode, segment: &Segment) -> Microcode {
 fn run<'a, T: Compiled>(
     program: &Program,
     segment: &'a Segment,
-    snapshot: &Snapshot<T>,
+    before: &[&Engine<T>],
     words: &Microcode,
 ) -> Result<Run<'a>, Error> {
-    same_pattern(program, snapshot)?;
+    before.iter().try_for_each(|engine| same_pattern(program, engine, before.len()))?;
+    let mut copies = Copies::new(before);
+    let before = copies.words();
     let configuration = &program.configuration;
     let damaged = |detail: String| Error::Damaged { word: 0, detail };
     let name = segment.name();
@@ -135,7 +131,7 @@ fn run<'a, T: Compiled>(
     let mut memory: Vec<(u32, u64)> =
         program.layout.constants().map(|(value, address)| (address, bits(value))).collect();
     for (buffer, index, address) in program.layout.locations() {
-        memory.push((address, bits(snapshot.before(buffer)[index as usize].value())));
+        memory.push((address, bits(before[buffer as usize][index as usize])));
     }
     for &(address, word) in &memory {
         machine.load(address, word);
@@ -147,10 +143,12 @@ fn run<'a, T: Compiled>(
     if cycles != segment.schedule.cycles {
         return Err(damaged(format!("{name}: {cycles} cycles, not {}", segment.schedule.cycles)));
     }
+    segment.stages().into_iter().for_each(|stage| copies.run(stage));
+    let after = copies.words();
     for (buffer, index, address) in program.layout.locations() {
         let left = segment.leaves.as_ref().is_none_or(|buffers| buffers.contains(&buffer));
-        let words = if left { snapshot.after(buffer) } else { snapshot.before(buffer) };
-        let expected = words[index as usize].value();
+        let words = if left { &after } else { &before };
+        let expected = words[buffer as usize][index as usize];
         let found = machine.word(address);
         if found != Some(bits(expected))
             && !(expected.is_nan() && found.is_some_and(|f| is_nan(configuration, f)))
@@ -163,15 +161,16 @@ fn run<'a, T: Compiled>(
     Ok(Run { segment, memory, expect: written.collect() })
 }
 
-/// Check that the words are those of the program's pattern.
-fn same_pattern<T: Compiled>(program: &Program, snapshot: &Snapshot<T>) -> Result<(), Error> {
+/// Check that the words are those of the program's pattern, in streams of as many problems.
+fn same_pattern<T: Compiled>(program: &Program, engine: &Engine<T>, copies: usize) -> Result<(), Error> {
     for &buffer in Buffer::ALL {
-        let (found, expected) = (snapshot.before(buffer).len(), program.layout.words_of(buffer));
+        let found = length(buffer, engine.buffer(buffer).len(), copies);
+        let expected = program.layout.words_of(buffer);
         if found != expected {
             return Err(Error::Pattern { buffer: buffer.name(), found, expected });
         }
     }
-    match program.problem.same_pattern(snapshot.before.problem()) {
+    match program.problem.same_pattern(engine.problem()) {
         Err(orbsoc::Error::PatternChanged { argument }) => Err(Error::OtherPattern { part: argument }),
         _ => Ok(()),
     }

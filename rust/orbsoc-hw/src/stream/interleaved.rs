@@ -8,22 +8,40 @@ use orbsoc::real::{Opcode, Operation, Value};
 use orbsoc::{word_of, Buffer, Flag, Recording, Store, Tape};
 
 /// What the end of a solve reads, and later stages of an attempt would overwrite.
-const OUTCOME: [Buffer; 4] =
+pub(crate) const OUTCOME: [Buffer; 4] =
     [Buffer::Control, Buffer::Best, Buffer::PrimalCertificate, Buffer::DualCertificate];
+
+/// Buffers that begin with a flag; the flag of all copies follows the words of the last.
+const FLAGS: [Buffer; 3] = [Buffer::Control, Buffer::Verdict, Buffer::RefinementActive];
 
 /// The tapes of some problems of one pattern as one recording, whose buffers hold all of them.
 #[must_use]
 pub fn interleaved(recording: &Recording, copies: u32) -> Recording {
-    let words = Buffer::ALL.iter().zip(&recording.words).map(|(&buffer, &words)| {
-        let flags = matches!(buffer, Buffer::Control | Buffer::Verdict | Buffer::RefinementActive);
-        words * copies as usize + usize::from(flags)
-    });
-    let together = |tape: &Tape| Interleaving::new(tape, copies).tape(recording);
+    if copies == 1 {
+        return recording.clone();
+    }
+    let of_all = |(&buffer, &words): (&Buffer, &usize)| length(buffer, words, copies as usize);
+    let words = Buffer::ALL.iter().zip(&recording.words).map(of_all);
+    let tape = |tape: &Tape| Interleaving::new(tape, copies).tape(recording);
     Recording {
         problem: recording.problem.clone(),
         words: words.collect(),
-        tapes: recording.tapes.iter().map(together).collect(),
+        tapes: recording.tapes.iter().map(tape).collect(),
     }
+}
+
+/// Words of a buffer of all copies, each with `words` of them.
+pub(crate) fn length(buffer: Buffer, words: usize, copies: usize) -> usize {
+    words * copies + usize::from(copies > 1 && FLAGS.contains(&buffer))
+}
+
+/// The words of a buffer of all copies, equally many of each, as such a recording holds them.
+pub(crate) fn gathered<T: Copy>(buffer: Buffer, copies: &[&[T]], flag_of_all: T) -> Vec<T> {
+    let entries = copies.first().map_or(0, |words| words.len());
+    let mut all: Vec<T> =
+        (0..entries).flat_map(|entry| copies.iter().map(move |words| words[entry])).collect();
+    all.resize(length(buffer, entries, copies.len()), flag_of_all);
+    all
 }
 
 /// The tape of all copies in the making.

@@ -1,9 +1,11 @@
 //! Problems of one pattern in one stream, whole attempts on the machine that checks every rule.
 
 use crate::problem::problem;
-use orbsoc::{record_tapes, Buffer, Csc, Engine, Flag, Outcome, Problem, Settings, Stage, Step};
+use orbsoc::{record_tapes, Buffer, Csc, Engine, Flag, Module, Outcome, Problem, Settings, Stage, Step};
 use orbsoc::{CLOSING, ITERATION, STARTUP};
-use orbsoc_hw::{flat, interleaved, Configuration, Machine, Program};
+use orbsoc_hw::{
+    flat, interleaved, snapshots, validation_case, Configuration, Error, Format, Machine, Program,
+};
 
 /// The machine, and what the operation control does: it runs segments and reads one flag of all copies.
 struct Attempt {
@@ -128,4 +130,22 @@ fn every_copy_ends_with_the_words_of_its_own_solve() {
     let iterations: Vec<usize> = alone.iter().map(|engine| engine.events().len()).collect();
     assert!(iterations.iter().any(|&n| n != iterations[0]), "all end at once: {iterations:?}");
     assert!(stops.iter().any(|&stop| stop.to_bits() != stops[0].to_bits()), "one reason: {stops:?}");
+}
+
+#[test]
+fn a_case_has_the_words_of_as_many_solves_as_the_program_interleaves() {
+    let settings = Settings::default();
+    let problems = problems();
+    let recording = record_tapes(&problems[0], &settings).unwrap();
+    let program = Program::new(&interleaved(&recording, 3), &Configuration::default()).unwrap();
+    let solves: Vec<_> =
+        problems[..3].iter().map(|problem| snapshots::<f64>(problem, &settings).unwrap()).collect();
+    for module in [Module::ConeOps, Module::Statistics] {
+        validation_case(&program, &solves, module, Format::Flat).unwrap();
+    }
+    for fewer in [1, 2] {
+        let error = validation_case(&program, &solves[..fewer], Module::ConeOps, Format::Flat).unwrap_err();
+        assert!(matches!(error, Error::Pattern { found, expected, .. } if found < expected), "{error}");
+    }
+    assert_eq!(interleaved(&recording, 1).words, recording.words);
 }

@@ -56,11 +56,11 @@ proptest! {
         let settings = Settings::default();
         let made = match engine.precision {
             Precision::F64 => {
-                let words = snapshots::<f64>(&problem, &settings).unwrap();
+                let words = [snapshots::<f64>(&problem, &settings).unwrap()];
                 modules.map(|m| validation_case(&program, &words, m, Format::Flat)).collect::<Result<Vec<_>, _>>()
             }
             Precision::F32 => {
-                let words = snapshots::<f32>(&problem, &settings).unwrap();
+                let words = [snapshots::<f32>(&problem, &settings).unwrap()];
                 modules.map(|m| validation_case(&program, &words, m, Format::Flat)).collect()
             }
         };
@@ -74,7 +74,7 @@ proptest! {
         let recording = record_tapes(&problem, &settings).unwrap();
         let engine = Configuration { precision: Precision::F64, ..engine };
         let program = Program::with_aim(&recording, &engine, Aim::Compact).unwrap();
-        let words = snapshots::<f64>(&problem, &settings).unwrap();
+        let words = [snapshots::<f64>(&problem, &settings).unwrap()];
         for module in MODULES {
             let made = validation_case(&program, &words, module, Format::Compressed);
             prop_assert!(made.is_ok(), "{:?}", made.err());
@@ -153,7 +153,7 @@ proptest! {
         prop_assert!(cycles(&all) <= separate + separate / 10, "{} {separate}", cycles(&all));
         let operations = |program: &Program| program.segments[0].schedule.issues.len();
         prop_assert!(operations(&some) <= operations(&all));
-        let words = snapshots::<f64>(&problem, &settings).unwrap();
+        let words = [snapshots::<f64>(&problem, &settings).unwrap()];
         if engine.precision == Precision::F64 {
             for program in [all, some] {
                 let made = validation_case(&program, &words, Module::Factorization, Format::Flat);

@@ -29,7 +29,7 @@ fn an_engine_too_small_is_refused_with_what_it_needs() {
 
 #[test]
 fn gaps_without_end_are_refused_by_field() {
-    let words = snapshots::<f64>(&problem(1, 6, 2, 3, &[3]), &Settings::default()).unwrap();
+    let words = [snapshots::<f64>(&problem(1, 6, 2, 3, &[3]), &Settings::default()).unwrap()];
     let case = |seed, level| {
         validation_case(&small(), &words, Module::LineSearch, Format::InOrder(Gaps { seed, level }))
     };
@@ -49,7 +49,7 @@ fn a_stage_of_the_processing_system_has_no_segment() {
 #[test]
 fn words_of_another_pattern_are_refused_be_they_fewer_or_more() {
     for other in [problem(1, 3, 1, 1, &[]), problem(1, 12, 4, 6, &[3, 5])] {
-        let words = snapshots::<f64>(&other, &Settings::default()).unwrap();
+        let words = [snapshots::<f64>(&other, &Settings::default()).unwrap()];
         let error = validation_case(&small(), &words, Module::ConeOps, Format::Flat).unwrap_err();
         assert!(matches!(error, Error::Pattern { found, expected, .. } if found != expected), "{error}");
     }
@@ -66,7 +66,7 @@ fn words_of_another_pattern_with_as_many_words_are_refused_by_the_matrix() {
     let recording = record_tapes(&straight, &Settings::default()).unwrap();
     let program = Program::new(&recording, &Configuration::default()).unwrap();
     let case = |problem| {
-        let words = snapshots::<f64>(problem, &Settings::default()).unwrap();
+        let words = [snapshots::<f64>(problem, &Settings::default()).unwrap()];
         validation_case(&program, &words, Module::LineSearch, Format::Flat)
     };
     assert!(case(&straight).is_ok());
