@@ -1,7 +1,8 @@
 """Random transfers whose answer is known: coast, burn, coast, burn is flown forward, and the orbit it ends on is the target.
 
 `python -m benchmarks.missions --two-burns` plans them. The burns of the construction bound the shortest ones; half of the missions
-ignite now, half when it suits. `unreachable_transfer` makes targets that no number of burns reaches.
+ignite now, half when it suits. `unreachable_transfer` makes targets that no number of burns reaches. With `oblate` the coasts are
+flown with J2 by DOP853, and the first lasts up to `REVOLUTIONS`.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from benchmarks.missions import LOWEST_M, STANDARD_GRAVITY_M_S2, Mission, axes_along
 from orbsoc.missions.reachable_insertion import Scenario
 from orbsoc.orbit import EARTH, Elements, Thruster, elements_from_state, propagate_burn, state_from_elements
+from orbsoc.orbit.perturbations import J2, PointMass, coast
 from orbsoc.orbit.propagate import Steering
 
 Array = NDArray[np.float64]
@@ -26,31 +28,34 @@ DELTA_V_M_S = (20.0, 2000.0)
 COASTS = (0.05, 0.9)
 """Between the burns, in periods of the first orbit."""
 HIGHEST_ECCENTRICITY = 1.5
+REVOLUTIONS = 4.0
+"""Of the first orbit, that a coast with J2 before the first burn may take."""
 OFF = Thruster(1.0, 0.0, 0.0)
 
 
-def transfers(seed: int, count: int) -> Iterator[Mission]:
+def transfers(seed: int, count: int, *, oblate: bool = False) -> Iterator[Mission]:
     """The first `count` of a seed, kinds by turns; each depends on (seed, number) alone."""
     for number in range(count):
-        yield transfer(seed, number)
+        yield transfer(seed, number, oblate=oblate)
 
 
-def transfer(seed: int, number: int) -> Mission:
+def transfer(seed: int, number: int, *, oblate: bool = False) -> Mission:
     """Mission `number` of a seed; draws are repeated until one can be flown."""
-    random = np.random.default_rng([seed, number, 2])
+    random = np.random.default_rng([seed, number, 4 if oblate else 2])
     kind = KINDS[number % len(KINDS)]
     while True:
-        found = _constructed(kind, f"two-burns-{kind}-{seed}-{number}", random)
+        name = f"two-burns-{'oblate-' * oblate}{kind}-{seed}-{number}"
+        found = _constructed(kind, name, random, oblate=oblate)
         if found is not None:
             return found
 
 
-def unreachable_transfer(seed: int, number: int) -> Mission:
+def unreachable_transfer(seed: int, number: int, *, oblate: bool = False) -> Mission:
     """A target out of reach by turns: an energy that the vehicle cannot buy even at the ground, or the first orbit flown the
     other way round, which costs more than 0.8 of its speed however it is done, by a vehicle that has 0.3 of it at most."""
     random = np.random.default_rng([seed, number, 3])
     while True:
-        made = transfer(seed, int(random.integers(1_000_000)))
+        made = transfer(seed, int(random.integers(1_000_000)), oblate=oblate)
         vehicle, start = made.scenario.vehicle, made.scenario.initial.vector()
         exhaust = vehicle.thrust_n / vehicle.mass_flow_kg_s
         delta_v = exhaust * np.log(vehicle.mass_kg / vehicle.dry_mass_kg)
@@ -73,7 +78,7 @@ def unreachable_transfer(seed: int, number: int) -> Mission:
         return Mission("unreachable", changed, float("inf"))
 
 
-def _constructed(kind: str, name: str, random: np.random.Generator) -> Mission | None:
+def _constructed(kind: str, name: str, random: np.random.Generator, *, oblate: bool) -> Mission | None:
     """One draw; None when its flight dives, takes too long, or ends on an orbit that is not wanted."""
     first = _first_orbit(random)
     start = np.concatenate(state_from_elements(first))
@@ -90,14 +95,19 @@ def _constructed(kind: str, name: str, random: np.random.Generator) -> Mission |
     if burns_s.max() > LONGEST_ARC * period_s or dry_kg < 0.02 * mass_kg:
         return None
     free = bool(random.integers(2))
-    coasts_s = (random.uniform(0.0, period_s) if free else 0.0, random.uniform(*COASTS) * period_s)
+    latest_s = REVOLUTIONS * period_s if oblate else period_s
+    coasts_s = (random.uniform(0.0, latest_s) if free else 0.0, random.uniform(*COASTS) * period_s)
     state, lowest = start, np.inf
     for k, (coast_s, burn_s) in enumerate(zip(coasts_s, burns_s, strict=True)):
         for thruster, steering, time_s in (
             (OFF, lambda _t, x: x[3:], coast_s),
             (Thruster((mass_kg, *masses)[k], thrust_n, flow_kg_s), _programme(kind, burn_s, random), burn_s),
         ):
-            arc = propagate_burn(state, thruster, steering, np.linspace(0.0, time_s, 65))
+            times = np.linspace(0.0, time_s, 65)
+            if oblate and thruster is OFF and time_s > 0.0:
+                arc = coast(state[None], times, (PointMass(), J2()))[:, 0]
+            else:
+                arc = propagate_burn(state, thruster, steering, times)
             lowest = min(lowest, float(np.linalg.norm(arc[:, :3], axis=1).min()))
             state = arc[-1]
     last = elements_from_state(state[:3], state[3:])
@@ -105,12 +115,13 @@ def _constructed(kind: str, name: str, random: np.random.Generator) -> Mission |
         return None
     if last.perigee_radius_m < EARTH.earth_radius_m + LOWEST_M:
         return None
+    waiting = {"coast_j2": True, **({"latest_ignition_s": latest_s} if free else {})} if oblate else {}
     scenario = Scenario.model_validate({
         "mission": "reachable_insertion", "name": name, "problem": "min_time", "axes": "eci",
         "vehicle": {"mass_kg": mass_kg, "dry_mass_kg": dry_kg, "thrust_n": thrust_n, "mass_flow_kg_s": flow_kg_s},
         "initial": {"position_m": start[:3].tolist(), "velocity_m_s": start[3:].tolist()},
         "target": {"position_m": state[:3].tolist(), "velocity_m_s": state[3:].tolist()},
-        "burn": {"count": 2, "ignition": "free" if free else "now"},
+        "burn": {"count": 2, "ignition": "free" if free else "now", **waiting},
     })  # fmt: skip
     return Mission(kind, scenario, float(burns_s.sum()))
 

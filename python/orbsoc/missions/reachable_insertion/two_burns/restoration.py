@@ -11,11 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.powered_flight import Burn
-
 from ..any_target import AnyTarget
 from .flight import Sensitivities, ends_of, sensitivities
 from .limits import Limits
+from .motion import Motion
 from .transfer import Transfer
 
 Array = NDArray[np.float64]
@@ -47,11 +46,11 @@ class Restored:
         return self.miss <= REACHED
 
 
-def restored(burn: Burn, target: AnyTarget, limits: Limits, transfer: Transfer) -> Restored:
+def restored(motion: Motion, target: AnyTarget, limits: Limits, transfer: Transfer) -> Restored:
     """The transfer moved onto the orbit as far as that goes."""
     transfer = limits.clipped(transfer.directed)
     for last in range(ITERATIONS + 1):
-        found = sensitivities(burn, transfer)
+        found = sensitivities(motion, transfer)
         if not np.isfinite(found.by_controls).all():
             return Restored(transfer, found, np.inf)
         miss = missed(target, found.end)
@@ -60,7 +59,7 @@ def restored(burn: Burn, target: AnyTarget, limits: Limits, transfer: Transfer) 
         block, rhs = target.linear_rows(found.end)
         step, inverse = _smallest_step(limits, transfer, found, block, block @ found.end - rhs)
         level = float(np.linalg.norm(inverse @ (block @ found.end - rhs)))
-        best = _best_share(burn, target, limits, transfer, step, inverse, level)
+        best = _best_share(motion, target, limits, transfer, step, inverse, level)
         if best is None:
             break
         transfer = best
@@ -68,7 +67,7 @@ def restored(burn: Burn, target: AnyTarget, limits: Limits, transfer: Transfer) 
 
 
 def _best_share(
-    burn: Burn,
+    motion: Motion,
     target: AnyTarget,
     limits: Limits,
     transfer: Transfer,
@@ -79,7 +78,7 @@ def _best_share(
     """The transfer after the share of a step whose next step is smallest; None where none is smaller than this one."""
     for shares in (SHARES[:1], SHARES[1:]):
         tried = [_moved(limits, transfer, share * step) for share in shares]
-        ends = ends_of(burn, tried)
+        ends = ends_of(motion, tried)
         levels = np.array([_level(target, inverse, end) for end in ends])
         best = int(np.nan_to_num(levels, nan=np.inf).argmin())
         if levels[best] < level * (0.5 if len(shares) == 1 else 1.0):

@@ -21,31 +21,39 @@ from orbsoc.orbit import (
     rotate_state,
     state_from_elements,
 )
-from orbsoc.orbit.kepler import coasted_in_closed_form
 
 from ..any_target import AnyTarget
 from ..free_target import FreeTarget
 from ..target import TargetOrbit
 from .impulses import COARSE, FINE, Impulses, cheapest
 from .limits import Limits
+from .motion import Motion
 from .transfer import Transfer, constant
 
 Array = NDArray[np.float64]
 
 DEPARTURES, FEW_DEPARTURES = 60, 24
+MOST_REVOLUTIONS = 16.0
+"""With J2 no revolution of the first orbit is like the one before; up to this many each have `FEW_DEPARTURES`."""
 NEW_NODES = np.deg2rad([0.0, -20.0, 20.0])
 PERIGEES = 6
 """Directions of the perigee that a target with a free one is completed by."""
 LEAST_COAST = 1e-3
 
 
-def guesses(burn: Burn, target: AnyTarget, limits: Limits) -> list[Impulses]:
-    """The cheapest pairs of impulses, best first, that burns can be made of within the limits."""
+def guesses(motion: Motion, target: AnyTarget, limits: Limits) -> list[Impulses]:
+    """The cheapest pairs of impulses, best first, that burns can be made of within the limits.
+
+    The first orbit is that of the coast; the transfers are two-body orbits.
+    """
+    burn = motion.burn
     whole = [target] if isinstance(target, TargetOrbit) else list(_completed(burn, target))
-    fine = len(whole) == 1
     latest = limits.ignition + 0.5 * limits.burning
-    departures = np.linspace(0.0, latest, DEPARTURES if fine else FEW_DEPARTURES)
-    states = coasted_in_closed_form(np.tile(burn.start, (len(departures), 1)), departures)
+    revolutions = _revolutions(burn.start, latest) if motion.coast.oblate else 1.0
+    fine = len(whole) == 1 and revolutions <= 1.5
+    count = DEPARTURES if fine else int(FEW_DEPARTURES * np.clip(revolutions, 1.0, MOST_REVOLUTIONS))
+    departures = np.linspace(0.0, latest, count)
+    states = motion.coast.way(burn.start, departures)
     spacing = departures[1]
 
     def allowed(departure: Array, size: Array) -> NDArray[np.bool_]:
@@ -63,6 +71,12 @@ def guesses(burn: Burn, target: AnyTarget, limits: Limits) -> list[Impulses]:
             fineness=FINE if fine else COARSE,
         )
     return sorted(found, key=lambda each: each.cost)
+
+
+def _revolutions(state: Array, time: float) -> float:
+    """Of the orbit through a state (6,); of a hyperbola there is one at most."""
+    inverse = 2.0 / float(np.linalg.norm(state[:3])) - float(state[3:] @ state[3:])  # 1/a
+    return time * inverse**1.5 / (2.0 * np.pi) if inverse > 0.0 else 1.0
 
 
 def as_burns(burn: Burn, limits: Limits, impulses: Impulses, nodes: int) -> Transfer:

@@ -18,11 +18,12 @@ from scipy import sparse
 from orbsoc.conic.builder import ConicBuilder, HasPoint, Term, Variable
 from orbsoc.conic.named_rows import HasDuals
 from orbsoc.conic.problem import Problem
-from orbsoc.guidance.powered_flight import Burn, stored
+from orbsoc.guidance.powered_flight import stored
 
 from ..any_target import AnyTarget
 from .flight import Sensitivities, sensitivities
 from .limits import SHORTEST, Limits
+from .motion import Motion
 from .transfer import Transfer
 
 Array = NDArray[np.float64]
@@ -108,7 +109,7 @@ def multipliers(builder: ConicBuilder, solution: HasDuals, at: Linearised, targe
     return np.asarray(builder.dual(solution, ROWS) / _sizes(at, target))
 
 
-def bend_of(burn: Burn, target: AnyTarget, at: Linearised, multiplied: Array) -> Array:
+def bend_of(motion: Motion, target: AnyTarget, at: Linearised, multiplied: Array) -> Array:
     """The convex part of the second derivatives (2K, 2K) of the rows by the times, each row times its multiplier."""
     burns = len(at.transfer.coasts)
 
@@ -119,7 +120,7 @@ def bend_of(burn: Burn, target: AnyTarget, at: Linearised, multiplied: Array) ->
     bend = np.zeros((2 * burns, 2 * burns))
     for k, step in enumerate(DIFFERENCE * np.eye(2 * burns)):
         moved = at.moved(at.transfer, step)
-        bend[k] = (slope(moved, sensitivities(burn, moved)) - here) / DIFFERENCE
+        bend[k] = (slope(moved, sensitivities(motion, moved)) - here) / DIFFERENCE
     values, vectors = np.linalg.eigh(0.5 * (bend + bend.T))
     return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
 

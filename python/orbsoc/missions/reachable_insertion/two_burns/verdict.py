@@ -11,6 +11,7 @@ from ..made_ready import MadeReady
 from ..scenario import MOST_NODES
 from ..verdicts import Violation, row_in_words, shape_of, start_tried
 from .flight import sensitivities
+from .motion import Motion
 from .restoration import REACHED
 from .search import Attempt
 from .transfer_plan import TransferPlan
@@ -38,7 +39,7 @@ def violations_of(plan: TransferPlan, attempt: Attempt) -> tuple[Violation, ...]
     """The same of any attempt."""
     if attempt.miss <= REACHED:
         return ()
-    end = sensitivities(MadeReady.of(plan.scenario).burn, attempt.transfer).end
+    end = sensitivities(Motion.of(MadeReady.of(plan.scenario)), attempt.transfer).end
     found = [
         Violation(row, value, row_in_words(plan.target, row, value, end))
         for row, value in plan.target.misses(end)
@@ -83,6 +84,7 @@ def _evidence(plan: TransferPlan) -> str:
         "Flown by an independent integrator, coasts and burns end within"
         f" {found.angular_momentum_rel:.0e} of the promised angular momentum and {found.laplace_rel:.0e} of the"
         f" promised eccentricity vector, on a grid of {best.nodes} nodes a burn"
+        f"{'; J2 acts on the coasts, and not on the burns' if plan.scenario.burn.coast_j2 else ''}"
     )
 
 
@@ -102,10 +104,12 @@ def _objection(plan: TransferPlan) -> str:
 def _infeasible(plan: TransferPlan) -> str:
     proof, speed = plan.proof, CanonicalUnits.of(EARTH).speed_m_s
     assert proof is not None
+    oblate = plan.scenario.burn.coast_j2
+    for_which = "two burns and their coasts with J2" if oblate else "any number of burns and coasts"
     return (
         "INFEASIBLE: no burns, however steered and whenever begun, reach the target."
         f" {proof.what[0].upper()}{proof.what[1:]} takes more than {speed * proof.needed:.1f} m/s, and the vehicle has"
-        f" {speed * proof.available:.1f} m/s. This is a proof for any number of burns and coasts above the ground"
+        f" {speed * proof.available:.1f} m/s. This is a proof for {for_which} above the ground"
     )
 
 

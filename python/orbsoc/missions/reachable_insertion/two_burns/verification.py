@@ -18,7 +18,7 @@ from orbsoc.orbit import (
 
 from ..any_target import AnyTarget
 from ..attitude_rate import rates
-from ..coast import ENGINE_OFF
+from ..coast import coasted_from
 from ..free_target import FreeTarget
 from ..scenario import Scenario
 from ..verification import SAMPLES, EndOfFlight, Flight, OrbitErrors, failures_of, orbit_of, per_second
@@ -75,7 +75,7 @@ def fly(scenario: Scenario, transfer: Transfer) -> TransferFlight:
     for coast, duration, controls in zip(transfer.coasts, transfer.durations, transfer.controls, strict=True):
         coast_s, duration_s = float(coast) * time_s, float(duration) * time_s
         times_s = np.linspace(0.0, coast_s, SAMPLES)
-        coasts.append(CoastArc(times_s, propagate_burn(state, ENGINE_OFF, lambda _t, x: x[3:], times_s)))
+        coasts.append(CoastArc(times_s, coasted_from(scenario, state, times_s, independent=True)))
         raw = transfer.grid.interpolate(controls, tau)
         size = np.linalg.norm(raw, axis=1)
         times_s = 0.5 * duration_s * (tau + 1.0)
