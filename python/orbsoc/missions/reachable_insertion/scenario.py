@@ -57,7 +57,7 @@ class Limits(Table):
     """What the vehicle cannot do, beside its thrust and its propellant."""
 
     attitude_rate_deg_s: Positive = Field(
-        description="fastest turn of the thrust over the burn; a slew before ignition is not modelled"
+        description="fastest turn of the thrust over a burn; a slew before an ignition is not modelled"
     )
 
 
@@ -176,11 +176,6 @@ def _problem_complaints(scenario: Scenario) -> Iterator[Complaint]:
         yield Complaint("burn.longest_coast_s", f"{burn.longest_coast_s:g}", "needs burn.count = 2")
     if burn.count == 2 and scenario.problem != "min_time":
         yield Complaint("burn.count", "2", f"problem = {scenario.problem!r} has one burn; must be 1")
-    if burn.count == 2 and scenario.limits is not None:
-        rate = f"{scenario.limits.attitude_rate_deg_s:g}"
-        yield Complaint(
-            "limits.attitude_rate_deg_s", rate, "is for one burn; leave it out with burn.count = 2"
-        )
     if burn.ignition == "free" and scenario.problem != "min_time":
         yield Complaint(
             "burn.ignition", "'free'", f"problem = {scenario.problem!r} ignites now; must be 'now'"

@@ -29,8 +29,6 @@ def two_burns_instead(plan: BurnPlan) -> TwoBurns | None:
     scenario = plan.scenario
     if scenario.problem != "min_time" or plan.status in (PlanStatus.VERIFIED, PlanStatus.INTERRUPTED):
         return None
-    if scenario.limits is not None:  # which two burns do not take
-        return None
     ready = MadeReady.of(scenario)
     if proof_for_two_burns(ready):
         return None

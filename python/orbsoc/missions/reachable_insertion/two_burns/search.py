@@ -126,7 +126,8 @@ def limits_of(ready: MadeReady) -> Limits:
     ignition = latest_s(ready) / ready.units.time_s if scenario.burn.ignition == "free" else 0.0
     longest = scenario.burn.longest_coast_s
     coast = UNBOUNDED if longest is None else longest / ready.units.time_s
-    return Limits(ignition, coast, min(BEYOND * burn.longest, max(burn.longest, NEARLY_ALL / burn.flow)))
+    burning = min(BEYOND * burn.longest, max(burn.longest, NEARLY_ALL / burn.flow))
+    return Limits(ignition, coast, burning, ready.rate_bound)
 
 
 @dataclass(frozen=True, slots=True)

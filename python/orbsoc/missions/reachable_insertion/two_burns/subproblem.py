@@ -5,6 +5,9 @@ in their own. Directions are meant in axes that follow the way to their ignition
 keeps its attitude to the orbit. The end state is x̂ + Σ S_u (u − û) + S_d d, and the target's rows hold to first order. Steps are bounded by
 ‖uᵢ − ûᵢ‖ ≤ ρ and |d| ≤ ρ. The balls bend the cost of u but not of d, where the optimum is as flat as a Hohmann transfer's is in
 its times: the convex part of the Lagrangian's second derivatives by d, with the multipliers of the problem before, is added.
+
+A bound on the turn of the thrust adds the cones of `attitude_rate`, with the durations as unknowns. There the ball would lend a fast
+turn the way through its inside; ûᵢ·uᵢ ≥ 1 − ρ²/2, which every unit vector within ρ of ûᵢ obeys, keeps that to second order.
 """
 
 from __future__ import annotations
@@ -21,10 +24,12 @@ from orbsoc.conic.problem import Problem
 from orbsoc.guidance.powered_flight import stored
 
 from ..any_target import AnyTarget
+from ..attitude_rate import add_turns, slope_matrix
 from .flight import Sensitivities, sensitivities
 from .limits import SHORTEST, Limits
 from .motion import Motion
 from .transfer import Transfer
+from .turning import held_shares
 
 Array = NDArray[np.float64]
 
@@ -93,7 +98,26 @@ def problem_about(
     builder.second_order([(controls, balls)], np.tile([1.0, 0.0, 0.0, 0.0], burns * nodes), size=4)
     heads = np.hstack([np.full((burns * nodes, 1), radius), -now.reshape(-1, 3)])
     builder.second_order([(controls, balls)], heads.ravel(), size=4)
+    if limits.rate is not None:
+        _bound_turns(builder, at, limits.rate, radius, (controls, times))
     return builder, builder.build()
+
+
+def _bound_turns(
+    builder: ConicBuilder, at: Linearised, rate: float, radius: float, unknowns: tuple[Variable, Variable]
+) -> None:
+    """|p'| ≤ ωT/2 over each burn, and thrust on the outside of the ball."""
+    (controls, times), transfer = unknowns, at.transfer
+    burns, nodes = transfer.controls.shape[:2]
+    each = slope_matrix(nodes)
+    half = np.repeat(0.5 * rate * held_shares(transfer), len(each))
+    longer = np.hstack([np.zeros((burns, burns)), np.diag(at.scales[burns:])])
+    by_times = half[:, None] * np.repeat(longer, len(each), axis=0)
+    slopes = sparse.kron(sparse.eye_array(burns), sparse.coo_array(each))
+    add_turns(builder, controls, slopes, half * np.repeat(transfer.durations, len(each)), (times, by_times))
+    now = transfer.controls.reshape(-1, 3)
+    along = sparse.block_diag([-row[None] for row in now])
+    builder.nonnegative([(controls, along)], np.full(burns * nodes, 0.5 * radius**2 - 1.0))
 
 
 def _sizes(at: Linearised, target: AnyTarget) -> Array:
