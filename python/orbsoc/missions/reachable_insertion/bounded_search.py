@@ -89,14 +89,11 @@ class BoundedSearch(Search):
         share, price = 1.0 - MARGIN, 0.0
         ended: tuple[Iterate, bool] | None = None
         for _ in range(ROUNDS):
-            stage = self._turning(ready, found, reference, RateBound(share * bound, price))
-            while _loose(stage) and _feasible(stage) and price < HIGHEST_PRICE:
-                price = max(FIRST_PRICE, 4.0 * price)
-                stage = self._turning(ready, found, stage.outcome.iterate, RateBound(share * bound, price))
+            stage, price = self.at_rate(ready, found, reference, share * bound, price)
             reference = stage.outcome.iterate
-            if found.interrupted or not _feasible(stage):
+            if found.interrupted or not is_feasible(stage):
                 return ended
-            stage, verification = _finished(ready, found, stage)
+            stage, verification = finished(ready, found, stage)
             if verification is None:
                 return ended
             faster = verification.peak_rate_rad_s * ready.units.time_s / bound
@@ -109,16 +106,28 @@ class BoundedSearch(Search):
             share *= (1.0 - MARGIN) / faster
         return ended
 
-    def _turning(self, ready: MadeReady, found: Found, reference: Iterate, turn: RateBound) -> Stage:
-        note = TURNING if turn.price == 0.0 else f"{TURNING}, at full thrust"
-        return self._stage(
-            replace(ready, turn=turn),
-            found,
-            replace(reference, slack=()),
-            note,
-            firm=True,
-            start=TURNING,
-        )
+    def at_rate(
+        self,
+        ready: MadeReady,
+        found: Found,
+        reference: Iterate,
+        rate: float,
+        price: float = 0.0,
+        *,
+        name: str = TURNING,
+    ) -> tuple[Stage, float]:
+        """The burn on the grid of a reference whose cones hold a rate, at full thrust, and the price that this took."""
+
+        def turning(reference: Iterate, price: float) -> Stage:
+            note = name if price == 0.0 else f"{name}, at full thrust"
+            within = replace(ready, turn=RateBound(rate, price))
+            return self._stage(within, found, replace(reference, slack=()), note, firm=True, start=name)
+
+        stage = turning(reference, price)
+        while _loose(stage) and is_feasible(stage) and price < HIGHEST_PRICE:
+            price = max(FIRST_PRICE, 4.0 * price)
+            stage = turning(stage.outcome.iterate, price)
+        return stage, price
 
 
 def _aim(ready: MadeReady, iterate: Iterate) -> float:
@@ -133,13 +142,16 @@ def _loose(stage: Stage) -> bool:
     return float(np.linalg.norm(stage.outcome.iterate.trajectory.controls, axis=1).min()) < 1.0 - LOOSE
 
 
-def _feasible(stage: Stage) -> bool:
+def is_feasible(stage: Stage) -> bool:
+    """Whether a sequence ended near the target orbit."""
     near = (ExitReason.CONVERGED, ExitReason.MAX_ITERATIONS, ExitReason.INFEASIBLE)
     left = sum(abs(value) for _, value in stage.outcome.iterate.slack)
     return stage.outcome.reason in near and left <= SLACK_LEFT
 
 
-def _finished(ready: MadeReady, found: Found, stage: Stage) -> tuple[Stage, Verification | None]:
+def finished(
+    ready: MadeReady, found: Found, stage: Stage, *, steps: int | None = None
+) -> tuple[Stage, Verification | None]:
     """The stage as it is where its flight confirms it; else its directions on a grid that follows them, corrected in flight."""
     verification = judged(ready, stage.outcome.iterate)
     if ready.scenario.problem != "min_time" or (verification is not None and verification.verified):
@@ -147,12 +159,12 @@ def _finished(ready: MadeReady, found: Found, stage: Stage) -> tuple[Stage, Veri
     arc = stage.outcome.iterate.trajectory
     law = through(arc.grid, arc.controls, arc.duration)
     nodes = max(stage.nodes, nodes_that_follow(ready, law))
-    unit = unit_on(ready.burn, ready.target, law, nodes, REACHED)
+    unit = unit_on(ready.burn, ready.target, law, nodes, REACHED, steps=steps)
     if unit is None:
         return stage, verification
     message = f"{stage.outcome.message}; its directions were then corrected in flight"
     outcome = Outcome(ExitReason.CONVERGED, ready.by_interpolant(unit, nodes), (), message)
-    moved = replace(stage, nodes=nodes, note=f"{TURNING}, corrected in flight", outcome=outcome)
+    moved = replace(stage, nodes=nodes, note=f"{stage.start}, corrected in flight", outcome=outcome)
     found.stages.append(moved)
     return moved, judged(ready, outcome.iterate)
 

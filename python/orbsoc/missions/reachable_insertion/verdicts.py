@@ -17,6 +17,7 @@ from .burn_plan import BurnPlan
 from .free_target import FreeTarget
 from .ignition import later_ignition
 from .problems import Iterate
+from .quick_turn import QUICK
 from .rows import Row
 from .scenario import MOST_NODES, Scenario
 from .search import SMOOTH
@@ -92,11 +93,17 @@ def _achievement(plan: BurnPlan) -> str:
     orbit = plan.verification.planned_orbit
     shape = shape_of(orbit)
     if plan.scenario.problem == "min_time":
-        smooth = plan.stages[-1].note == SMOOTH
-        if smooth:
+        grid = f"a grid of {plan.trajectory.grid.size} nodes follows"
+        if plan.stages[-1].start == QUICK:
+            peak = f"{np.rad2deg(plan.verification.peak_rate_rad_s):.4g} °/s"
+            return (
+                f"a burn of {plan.time_of_flight_s:.3f} s onto the target orbit, {shape}, that turns at up to {peak}, about as"
+                f" fast as {grid}; the shortest one turns faster{_coast(plan)}"
+            )
+        if plan.stages[-1].note == SMOOTH:
             return (
                 f"a burn of {plan.time_of_flight_s:.3f} s onto the target orbit, {shape}, that turns smoothly; the"
-                f" shortest one turns faster than a grid of {plan.trajectory.grid.size} nodes follows{_coast(plan)}"
+                f" shortest one turns faster than {grid}{_coast(plan)}"
             )
         return f"the shortest burn found onto the target orbit, {shape}, takes {plan.time_of_flight_s:.3f} s{_coast(plan)}"
     direction = plan.scenario.target.perigee_direction

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..made_ready import MadeReady
+from .limits import Limits
 from .motion import Motion
 from .restoration import REACHED, restored
 from .search import FLOWN, SHORTENED, Attempt, Found, Search, Start, flown_starts, judged, limits_of
@@ -41,17 +42,18 @@ class BoundedSearch(Search):
     def _within(self, ready: MadeReady, found: Found, free: Found) -> None:
         """From what was found without the bound; from the starts themselves where that leads to nothing."""
         limits, motion = limits_of(ready), Motion.of(ready)
-        for attempt in _last_of_each(free)[:SHORTENED]:
-            flown = restored(motion, ready.target, limits, attempt.transfer)
-            if flown.reaches and not found.interrupted:
-                self._shorten(ready, limits, found, Start(f"{attempt.start}, {TURNING}", flown))
-        if found.verification is not None or found.interrupted:
-            return
-        for start in flown_starts(ready, limits, FLOWN):
-            if start.flown.reaches:
+        drawn = [
+            Start(each.start, restored(motion, ready.target, limits, each.transfer))
+            for each in _last_of_each(free)
+        ]
+        self._each(ready, limits, found, drawn)
+        if found.verification is None and not found.interrupted:
+            self._each(ready, limits, found, flown_starts(ready, limits, FLOWN))
+
+    def _each(self, ready: MadeReady, limits: Limits, found: Found, starts: list[Start]) -> None:
+        for start in [each for each in starts if each.flown.reaches][:SHORTENED]:
+            if not found.interrupted:
                 self._shorten(ready, limits, found, Start(f"{start.name}, {TURNING}", start.flown))
-            if found.verification is not None or found.interrupted:
-                return
 
 
 def _last_of_each(free: Found) -> list[Attempt]:
