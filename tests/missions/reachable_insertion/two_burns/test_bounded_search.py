@@ -102,11 +102,8 @@ def test_the_slew_between_the_burns_is_told_and_named_where_it_is_faster_than_th
     assert "the slew" not in verdict(turning(0.1))
 
 
-@pytest.mark.parametrize("number", [2, 3])
-def test_a_bounded_transfer_that_is_feasible_by_construction_is_verified_with_burns_no_longer(
-    number: int,
-) -> None:
-    made = transfer(2026, number, bounded=True)
+def test_a_bounded_transfer_that_is_feasible_by_construction_is_verified_with_burns_no_longer() -> None:
+    made = transfer(2026, 2, bounded=True)
     found = plan(made.scenario)
     assert found.status is PlanStatus.VERIFIED, found.message
     assert found.time_of_flight_s <= 1.001 * made.burn_s
@@ -114,8 +111,8 @@ def test_a_bounded_transfer_that_is_feasible_by_construction_is_verified_with_bu
 
 def test_propellant_for_the_fast_turn_alone_is_not_found_within_the_bound() -> None:
     enough = {"vehicle.dry_mass_kg": 1000.0 - 709.0 * scenario(None).vehicle.mass_flow_kg_s}
-    free, slow = (plan(scenario(bound, **enough)) for bound in (None, 0.01))
-    assert free.status is PlanStatus.VERIFIED
+    assert turning(None).time_of_flight_s < 709.0
+    slow = plan(scenario(0.01, **enough))
     assert slow.status is PlanStatus.NOT_FOUND
     assert isinstance(slow, TwoBurnPlan)
     assert "the propellant lasts for 709.0 s" in verdict(slow)

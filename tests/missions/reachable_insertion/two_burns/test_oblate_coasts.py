@@ -24,17 +24,17 @@ from orbsoc.missions.reachable_insertion.two_burns.verification import verify
 from orbsoc.orbit import EARTH
 
 Array = NDArray[np.float64]
-SCENARIOS = Path(__file__).resolve().parents[4] / "scenarios"
+RAISE = Path(__file__).resolve().parents[4] / "scenarios" / "raise_two_burns.toml"
 WAIT: dict[str, Any] = {"burn.ignition": "free", "burn.latest_ignition_s": 40000.0}
 
 
 @cache
-def planned(name: str, *, j2: bool, wait: bool = False) -> TwoBurnPlan:
-    """A shipped scenario in ECI; `wait`: with the target's node 2.5° to the west, and eleven hours until the first ignition."""
+def planned(*, j2: bool, wait: bool) -> TwoBurnPlan:
+    """The shipped raise; `wait`: with the target's node 2.5° to the west, and eleven hours until the first ignition."""
     settings: dict[str, Any] = {"axes": "eci", "burn.coast_j2": j2}
     if wait:
         settings |= {**WAIT, "target.raan_deg": 357.5}
-    found = plan(load_scenario(SCENARIOS / f"{name}.toml", settings))
+    found = plan(load_scenario(RAISE, settings))
     assert isinstance(found, TwoBurnPlan)
     assert found.status is PlanStatus.VERIFIED, verdict(found)
     return found
@@ -74,9 +74,8 @@ def missed(found: TwoBurnPlan, *, j2: bool) -> float:
     return float(np.abs(found.target.conditions(units.state_from_si(flown(found, j2=j2))[None])).max())
 
 
-@pytest.mark.parametrize(("name", "wait"), [("raise_two_burns", False), ("raise_two_burns", True)])
-def test_a_plan_ends_on_its_orbit_by_an_integration_of_the_textbooks_equation(name: str, wait: bool) -> None:
-    found = planned(name, j2=True, wait=wait)
+def test_a_plan_ends_on_its_orbit_by_an_integration_of_the_textbooks_equation() -> None:
+    found = planned(j2=True, wait=True)
     assert missed(found, j2=True) < 1e-8
     assert missed(found, j2=False) > 1e-3
     assert found.to_dict()["forces"] == {"coast": ["point mass", "J2"], "burn": ["point mass"]}
@@ -84,8 +83,8 @@ def test_a_plan_ends_on_its_orbit_by_an_integration_of_the_textbooks_equation(na
 
 
 def test_half_an_orbit_with_j2_tilts_the_plane_of_a_plan_without_it() -> None:
-    found = planned("raise_two_burns", j2=False)
-    oblate = planned("raise_two_burns", j2=True).scenario
+    found = planned(j2=False, wait=False)
+    oblate = found.scenario.with_changes(burn={"coast_j2": True})
     assert found.transfer is not None
     end = sensitivities(Motion.of(MadeReady.of(found.scenario)), found.transfer).end
     judged = verify(oblate, found.target, found.transfer, end)
@@ -95,15 +94,14 @@ def test_half_an_orbit_with_j2_tilts_the_plane_of_a_plan_without_it() -> None:
 
 
 def test_a_coast_that_waits_for_the_node_turns_the_plane_for_nothing() -> None:
-    """2.5° of node at 28.5° are 1.2° of plane, 150 m/s and more by thrust."""
-    with_j2, without = (planned("raise_two_burns", j2=j2, wait=True) for j2 in (True, False))
-    assert with_j2.ignition_s > 20000.0
-    assert with_j2.delta_v_m_s < without.delta_v_m_s - 20.0
+    """Hohmann's impulses in the plane take 375.4 m/s; a point mass pays 406.8 m/s for the turn, with the same wait."""
+    found = planned(j2=True, wait=True)
+    assert found.ignition_s > 20000.0
+    assert found.delta_v_m_s < 380.0
 
 
-@pytest.mark.parametrize("number", [2, 3])
-def test_a_transfer_with_j2_that_is_feasible_by_construction_is_verified(number: int) -> None:
-    made = transfer(2026, number, oblate=True)
+def test_a_transfer_with_j2_that_is_feasible_by_construction_is_verified() -> None:
+    made = transfer(2026, 3, oblate=True)
     found = plan(made.scenario)
     assert found.status is PlanStatus.VERIFIED, found.message
     assert found.time_of_flight_s <= 1.005 * made.burn_s
@@ -121,7 +119,7 @@ def test_no_bound_proves_a_transfer_with_j2_infeasible_that_is_feasible(number: 
 
 def test_the_proof_allows_for_what_j2_does_to_the_energy() -> None:
     """What two coasts may give is taken off what the target needs: 3μJ₂/R of w² each, some 25 m/s of w = 8.1 km/s."""
-    made = load_scenario(SCENARIOS / "raise_two_burns.toml", WAIT | {"burn.coast_j2": True})
+    made = load_scenario(RAISE, WAIT | {"burn.coast_j2": True})
     ready = MadeReady.of(made.with_changes(vehicle={"dry_mass_kg": 990.0}))
     proof = proof_for_two_burns(ready)
     sharp = proof_of_infeasibility(
@@ -134,15 +132,12 @@ def test_the_proof_allows_for_what_j2_does_to_the_energy() -> None:
     assert "two burns and their coasts with J2" in verdict(plan(ready.scenario))  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("number", range(2))
-def test_transfers_with_j2_beyond_reach_are_never_verified(number: int) -> None:
-    found = plan(unreachable_transfer(2026, number, oblate=True).scenario)
-    assert found.status in (PlanStatus.INFEASIBLE, PlanStatus.NOT_FOUND, PlanStatus.NOT_VERIFIED)
-    assert (found.status is PlanStatus.INFEASIBLE) == (number == 0)
+def test_an_energy_beyond_reach_is_proved_to_be_with_j2() -> None:
+    assert plan(unreachable_transfer(2026, 0, oblate=True).scenario).status is PlanStatus.INFEASIBLE
 
 
 def test_one_burn_from_now_has_no_coast_for_j2() -> None:
 
     one = {"burn.coast_j2": True, "burn.count": 1, "burn.duration_s": 60.0}
     with pytest.raises(ScenarioError, match=r"burn\.coast_j2 = true: needs .* or burn\.count = 2"):
-        load_scenario(SCENARIOS / "raise_two_burns.toml", one)
+        load_scenario(RAISE, one)
