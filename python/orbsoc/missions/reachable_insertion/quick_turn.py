@@ -11,11 +11,11 @@ import numpy as np
 from orbsoc.guidance.scp import Rules
 
 from .attitude_rate import peak_rate
-from .bounded_search import BoundedSearch, finished, is_feasible
 from .made_ready import MadeReady
 from .problems import Iterate
 from .search import GROWTH, SMOOTH, Found, Search
 from .smooth_burn import followed, through
+from .turning_search import TurningSearch, finished, is_feasible
 
 QUICK = "as fast a turn as the finest grid follows"
 FIRST, FASTER = 2.5, 1.25
@@ -36,7 +36,7 @@ def quickened(search: Search, found: Found) -> None:
     if found.best is None or found.best.note != SMOOTH or found.interrupted:
         return
     try:
-        _raise_the_bound(BoundedSearch(search.solve, RULES, search.callback), found)
+        _raise_the_bound(TurningSearch(search.solve, RULES, search.callback), found)
     except KeyboardInterrupt:
         found.interrupted = "interrupted in the search for a faster turn"
     found.stages.remove(found.best)
@@ -50,7 +50,7 @@ def _followed(ready: MadeReady, iterate: Iterate) -> bool:
     return followed(law, scenario.method.max_nodes, scenario.verification.thrust_excess)
 
 
-def _raise_the_bound(search: BoundedSearch, found: Found) -> None:
+def _raise_the_bound(search: TurningSearch, found: Found) -> None:
     ready, arc = found.ready, found.iterate.trajectory
     method = ready.scenario.method
     nodes = min(int(np.ceil(GROWTH * method.nodes)), max(FEWEST, int(COARSE * method.max_nodes)))

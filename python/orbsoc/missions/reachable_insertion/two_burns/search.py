@@ -33,7 +33,7 @@ from .flight import Sensitivities, sensitivities
 from .limits import Limits
 from .motion import Motion
 from .restoration import REACHED, Restored, restored
-from .starts import as_burns, guesses
+from .starts import MANY, as_burns, guesses, revolutions
 from .subproblem import Linearised, bend_of, multipliers, problem_about, stepped
 from .transfer import Transfer
 from .verification import Verification, verify
@@ -44,6 +44,10 @@ FLOWN = 6
 """Pairs of impulses that are made into burns and flown onto the target orbit."""
 SHORTENED = 3
 """Of these, the shortest, that convex problems shorten: all of them, for two that end alike can end beside a third."""
+MORE_FLOWN, MOST_MORE = 2, 12
+"""Starts that are flown beyond these for a revolution of the first orbit with J2, and at most."""
+APART = 0.25
+"""Of a revolution, that ignitions of starts that are shortened lie apart where J2 makes one revolution unlike the next."""
 GROWTH = 1.5
 """Factor by which the grid grows when the thrust turns faster than it follows."""
 BEYOND = 1.5
@@ -171,17 +175,20 @@ class Search:
 
     def _run(self, ready: MadeReady, found: Found) -> None:
         limits = limits_of(ready)
-        shortened = 0
-        for start in flown_starts(ready, limits, FLOWN):
+        turns = revolutions(Motion.of(ready), limits.ignition)
+        apart = APART * limits.ignition / turns if turns > MANY else 0.0
+        shortened: list[float] = []
+        for start in flown_starts(ready, limits, FLOWN + int(min(MORE_FLOWN * (turns - 1.0), MOST_MORE))):
+            ignition = float(start.flown.transfer.coasts[0])
             if not start.flown.reaches:
                 miss = start.flown.miss
                 message = f"corrected in flight, the burns miss the orbit by {miss:.1e}"
                 outcome = Outcome(ExitReason.INFEASIBLE, start.flown.transfer, (), message)
                 found.attempts.append(Attempt(start.name, "corrected in flight", outcome, miss))
                 found.consider(found.attempts[-1], None)
-            elif shortened < SHORTENED:
+            elif len(shortened) < SHORTENED and all(abs(ignition - each) >= apart for each in shortened):
                 self._shorten(ready, limits, found, start)
-                shortened += 1
+                shortened.append(ignition)
             if found.interrupted:
                 return
 

@@ -35,6 +35,8 @@ Array = NDArray[np.float64]
 DEPARTURES, FEW_DEPARTURES = 60, 24
 MOST_REVOLUTIONS = 16.0
 """With J2 no revolution of the first orbit is like the one before; up to this many each have `FEW_DEPARTURES`."""
+MANY = 1.5
+"""Revolutions, from which on each of them counts."""
 NEW_NODES = np.deg2rad([0.0, -20.0, 20.0])
 PERIGEES = 6
 """Directions of the perigee that a target with a free one is completed by."""
@@ -49,9 +51,9 @@ def guesses(motion: Motion, target: AnyTarget, limits: Limits) -> list[Impulses]
     burn = motion.burn
     whole = [target] if isinstance(target, TargetOrbit) else list(_completed(burn, target))
     latest = limits.ignition + 0.5 * limits.burning
-    revolutions = _revolutions(burn.start, latest) if motion.coast.oblate else 1.0
-    fine = len(whole) == 1 and revolutions <= 1.5
-    count = DEPARTURES if fine else int(FEW_DEPARTURES * np.clip(revolutions, 1.0, MOST_REVOLUTIONS))
+    turns = revolutions(motion, latest)
+    fine = len(whole) == 1 and turns <= MANY
+    count = DEPARTURES if fine else int(FEW_DEPARTURES * min(turns, MOST_REVOLUTIONS))
     departures = np.linspace(0.0, latest, count)
     states = motion.coast.way(burn.start, departures)
     spacing = departures[1]
@@ -73,10 +75,13 @@ def guesses(motion: Motion, target: AnyTarget, limits: Limits) -> list[Impulses]
     return sorted(found, key=lambda each: each.cost)
 
 
-def _revolutions(state: Array, time: float) -> float:
-    """Of the orbit through a state (6,); of a hyperbola there is one at most."""
+def revolutions(motion: Motion, time: float) -> float:
+    """Of the first orbit, that differ, and at least 1: those about a point mass are all alike, and a hyperbola has one."""
+    state = motion.burn.start
     inverse = 2.0 / float(np.linalg.norm(state[:3])) - float(state[3:] @ state[3:])  # 1/a
-    return time * inverse**1.5 / (2.0 * np.pi) if inverse > 0.0 else 1.0
+    if not motion.coast.oblate or inverse <= 0.0:
+        return 1.0
+    return max(1.0, float(time * inverse**1.5 / (2.0 * np.pi)))
 
 
 def as_burns(burn: Burn, limits: Limits, impulses: Impulses, nodes: int) -> Transfer:
