@@ -6,6 +6,8 @@ asked for, on few nodes, and the finest grid follows what that finds. The bound 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from orbsoc.guidance.scp import Rules
@@ -26,7 +28,7 @@ CLOSE = 1.015
 """Ratio of a bound that fails to one that leads to a plan, from which on others save some 0.01 % of the burn at most."""
 MOST_TRIED = 10
 RULES = Rules(step_tol=1e-5, tighten_below=1e-3, max_iterations=20)
-"""The flight's correction does what is left: steps of 1e-5 change a burn by 1e-4 of itself and less."""
+"""The flight's correction does what is left: 17 iterations at 16 °/s end within 1e-5 of the burn that 30 lead to."""
 STEPS = 96
 """Of a flight in that correction; with the usual 48 a turn of a tenth of the burn ends 1e-8 beside its orbit."""
 
@@ -36,7 +38,8 @@ def quickened(search: Search, found: Found) -> None:
     if found.best is None or found.best.note != SMOOTH or found.interrupted:
         return
     try:
-        _raise_the_bound(TurningSearch(search.solve, RULES, search.callback), found)
+        rules = replace(RULES, max_iterations=min(RULES.max_iterations, search.rules.max_iterations))
+        _raise_the_bound(TurningSearch(search.solve, rules, search.callback), found)
     except KeyboardInterrupt:
         found.interrupted = "interrupted in the search for a faster turn"
     found.stages.remove(found.best)
@@ -54,6 +57,7 @@ def _raise_the_bound(search: TurningSearch, found: Found) -> None:
     ready, arc = found.ready, found.iterate.trajectory
     method = ready.scenario.method
     nodes = min(int(np.ceil(GROWTH * method.nodes)), max(FEWEST, int(COARSE * method.max_nodes)))
+    nodes = min(nodes, method.max_nodes)
     slow = 2.0 * peak_rate(arc.grid, arc.controls) / arc.duration
     low, high, rate = slow, np.inf, FIRST * slow
     reference = ready.resampled(found.iterate, nodes)
