@@ -331,10 +331,15 @@ def main(arguments: list[str] | None = None) -> int:
     kind = parser.add_mutually_exclusive_group()
     kind.add_argument("--free", action="store_true", help="targets with elements left free")
     kind.add_argument("--two-burns", action="store_true", help="transfers made of two burns")
+    parser.add_argument("--oblate", action="store_true", help="of two burns: coasts with J2")
+    parser.add_argument("--bounded", action="store_true", help="of two burns: a bound on the attitude rate")
     parser.add_argument("--out", type=Path, default=Path("out/missions"))
     chosen = parser.parse_args(arguments)
     chosen.out.mkdir(parents=True, exist_ok=True)
-    path = chosen.out / f"missions-{chosen.seed}{'-free' * chosen.free}{'-two-burns' * chosen.two_burns}.csv"
+    path = (
+        chosen.out
+        / f"missions-{chosen.seed}{'-free' * chosen.free}{'-two-burns' * chosen.two_burns}{'-oblate' * chosen.oblate}{'-bounded' * chosen.bounded}.csv"
+    )
     done = {row.name: row for row in _read(path)}
     with path.open("a", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, [each.name for each in fields(Answer)])
@@ -359,11 +364,14 @@ def _asked(chosen: argparse.Namespace) -> Iterator[Mission]:
 
     seed, count = chosen.seed, chosen.count
     if chosen.two_burns:
-        yield from two.transfers(seed, count)
+        yield from two.transfers(seed, count, oblate=chosen.oblate, bounded=chosen.bounded)
     else:
         yield from _with_free_elements(seed, count) if chosen.free else missions(seed, count)
     for number in range(chosen.unreachable):
-        yield two.unreachable_transfer(seed, number) if chosen.two_burns else unreachable(seed, number)
+        if chosen.two_burns:
+            yield two.unreachable_transfer(seed, number, oblate=chosen.oblate)
+        else:
+            yield unreachable(seed, number)
 
 
 def tally(answers: object) -> str:

@@ -1,7 +1,9 @@
 """Random transfers whose answer is known: coast, burn, coast, burn is flown forward, and the orbit it ends on is the target.
 
 `python -m benchmarks.missions --two-burns` plans them. The burns of the construction bound the shortest ones; half of the missions
-ignite now, half when it suits. `unreachable_transfer` makes targets that no number of burns reaches.
+ignite now, half when it suits. `unreachable_transfer` makes targets that no number of burns reaches. With `oblate` the coasts are
+flown with J2 by DOP853, and the first lasts up to `REVOLUTIONS`. With `bounded`
+the thrust of the construction turns at a constant rate, slower than the orbit, and that rate is the mission's bound.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from numpy.typing import NDArray
 from benchmarks.missions import LOWEST_M, STANDARD_GRAVITY_M_S2, Mission, axes_along
 from orbsoc.missions.reachable_insertion import Scenario
 from orbsoc.orbit import EARTH, Elements, Thruster, elements_from_state, propagate_burn, state_from_elements
+from orbsoc.orbit.perturbations import J2, PointMass, coast
 from orbsoc.orbit.propagate import Steering
 
 Array = NDArray[np.float64]
@@ -26,31 +29,36 @@ DELTA_V_M_S = (20.0, 2000.0)
 COASTS = (0.05, 0.9)
 """Between the burns, in periods of the first orbit."""
 HIGHEST_ECCENTRICITY = 1.5
+REVOLUTIONS = 4.0
+"""Of the first orbit, that a coast with J2 before the first burn may take."""
+SLOW = (0.01, 0.7)
+"""Turns of the thrust of a bounded construction, in turns of the first orbit."""
 OFF = Thruster(1.0, 0.0, 0.0)
 
 
-def transfers(seed: int, count: int) -> Iterator[Mission]:
+def transfers(seed: int, count: int, *, oblate: bool = False, bounded: bool = False) -> Iterator[Mission]:
     """The first `count` of a seed, kinds by turns; each depends on (seed, number) alone."""
     for number in range(count):
-        yield transfer(seed, number)
+        yield transfer(seed, number, oblate=oblate, bounded=bounded)
 
 
-def transfer(seed: int, number: int) -> Mission:
+def transfer(seed: int, number: int, *, oblate: bool = False, bounded: bool = False) -> Mission:
     """Mission `number` of a seed; draws are repeated until one can be flown."""
-    random = np.random.default_rng([seed, number, 2])
+    random = np.random.default_rng([seed, number, 4 if oblate else 2])
     kind = KINDS[number % len(KINDS)]
     while True:
-        found = _constructed(kind, f"two-burns-{kind}-{seed}-{number}", random)
+        name = f"two-burns-{'oblate-' * oblate}{'bounded-' * bounded}{kind}-{seed}-{number}"
+        found = _constructed(kind, name, random, oblate=oblate, bounded=bounded)
         if found is not None:
             return found
 
 
-def unreachable_transfer(seed: int, number: int) -> Mission:
+def unreachable_transfer(seed: int, number: int, *, oblate: bool = False) -> Mission:
     """A target out of reach by turns: an energy that the vehicle cannot buy even at the ground, or the first orbit flown the
     other way round, which costs more than 0.8 of its speed however it is done, by a vehicle that has 0.3 of it at most."""
     random = np.random.default_rng([seed, number, 3])
     while True:
-        made = transfer(seed, int(random.integers(1_000_000)))
+        made = transfer(seed, int(random.integers(1_000_000)), oblate=oblate)
         vehicle, start = made.scenario.vehicle, made.scenario.initial.vector()
         exhaust = vehicle.thrust_n / vehicle.mass_flow_kg_s
         delta_v = exhaust * np.log(vehicle.mass_kg / vehicle.dry_mass_kg)
@@ -73,7 +81,9 @@ def unreachable_transfer(seed: int, number: int) -> Mission:
         return Mission("unreachable", changed, float("inf"))
 
 
-def _constructed(kind: str, name: str, random: np.random.Generator) -> Mission | None:
+def _constructed(
+    kind: str, name: str, random: np.random.Generator, *, oblate: bool, bounded: bool
+) -> Mission | None:
     """One draw; None when its flight dives, takes too long, or ends on an orbit that is not wanted."""
     first = _first_orbit(random)
     start = np.concatenate(state_from_elements(first))
@@ -90,27 +100,38 @@ def _constructed(kind: str, name: str, random: np.random.Generator) -> Mission |
     if burns_s.max() > LONGEST_ARC * period_s or dry_kg < 0.02 * mass_kg:
         return None
     free = bool(random.integers(2))
-    coasts_s = (random.uniform(0.0, period_s) if free else 0.0, random.uniform(*COASTS) * period_s)
+    latest_s = REVOLUTIONS * period_s if oblate else period_s
+    coasts_s = (random.uniform(0.0, latest_s) if free else 0.0, random.uniform(*COASTS) * period_s)
+    slowest, fastest = np.log10(SLOW)
+    rate_rad_s = 2.0 * np.pi / period_s * 10.0 ** random.uniform(slowest, fastest) if bounded else 0.0
     state, lowest = start, np.inf
     for k, (coast_s, burn_s) in enumerate(zip(coasts_s, burns_s, strict=True)):
-        for thruster, steering, time_s in (
-            (OFF, lambda _t, x: x[3:], coast_s),
-            (Thruster((mass_kg, *masses)[k], thrust_n, flow_kg_s), _programme(kind, burn_s, random), burn_s),
-        ):
-            arc = propagate_burn(state, thruster, steering, np.linspace(0.0, time_s, 65))
-            lowest = min(lowest, float(np.linalg.norm(arc[:, :3], axis=1).min()))
-            state = arc[-1]
+        nominal = _nominal(kind, random)
+        if bounded:
+            axis = random.standard_normal(3)
+        else:
+            steering = _programme(nominal, burn_s, random)
+        way = _coast(state, coast_s, oblate=oblate)
+        if bounded:
+            steering = _turning(nominal @ axes_along(way[-1]), axis, rate_rad_s)
+        thruster = Thruster((mass_kg, *masses)[k], thrust_n, flow_kg_s)
+        arc = propagate_burn(way[-1], thruster, steering, np.linspace(0.0, burn_s, 65))
+        radii = np.linalg.norm(np.vstack([way, arc])[:, :3], axis=1)
+        lowest, state = min(lowest, float(radii.min())), arc[-1]
     last = elements_from_state(state[:3], state[3:])
     if lowest < EARTH.earth_radius_m + LOWEST_M or last.ecc > HIGHEST_ECCENTRICITY:
         return None
     if last.perigee_radius_m < EARTH.earth_radius_m + LOWEST_M:
         return None
+    waiting = {"coast_j2": True, **({"latest_ignition_s": latest_s} if free else {})} if oblate else {}
+    limits = {"limits": {"attitude_rate_deg_s": float(np.rad2deg(rate_rad_s))}} if bounded else {}
     scenario = Scenario.model_validate({
         "mission": "reachable_insertion", "name": name, "problem": "min_time", "axes": "eci",
         "vehicle": {"mass_kg": mass_kg, "dry_mass_kg": dry_kg, "thrust_n": thrust_n, "mass_flow_kg_s": flow_kg_s},
         "initial": {"position_m": start[:3].tolist(), "velocity_m_s": start[3:].tolist()},
         "target": {"position_m": state[:3].tolist(), "velocity_m_s": state[3:].tolist()},
-        "burn": {"count": 2, "ignition": "free" if free else "now"},
+        "burn": {"count": 2, "ignition": "free" if free else "now", **waiting},
+        **limits,
     })  # fmt: skip
     return Mission(kind, scenario, float(burns_s.sum()))
 
@@ -123,19 +144,42 @@ def _first_orbit(random: np.random.Generator) -> Elements:
     return Elements(perigee_m / (1.0 - ecc), float(ecc), float(inc), raan, argp, float(anomaly))
 
 
-def _programme(kind: str, burn_s: float, random: np.random.Generator) -> Steering:
-    """A nominal direction that suits the kind, in axes along and across the motion, and a random smooth turn."""
+def _coast(start: Array, time_s: float, *, oblate: bool) -> Array:
+    """States (K, 6) on the way of a coast."""
+    times = np.linspace(0.0, time_s, 65)
+    if oblate and time_s > 0.0:
+        return coast(start[None], times, (PointMass(), J2()))[:, 0]
+    return propagate_burn(start, OFF, lambda _t, x: x[3:], times)
+
+
+def _nominal(kind: str, random: np.random.Generator) -> Array:
+    """A direction that suits the kind, in axes along and across the motion."""
     nominal = {
         "raise": np.array([1.0, 0.0, 0.0]),
         "lower": np.array([-1.0, 0.0, 0.0]),
         "plane": np.array([random.uniform(-0.5, 0.5), 0.0, random.choice([-1.0, 1.0])]),
         "any": random.standard_normal(3),
     }[kind]
-    nominal = nominal / np.linalg.norm(nominal)
+    return np.asarray(nominal / np.linalg.norm(nominal))
+
+
+def _programme(nominal: Array, burn_s: float, random: np.random.Generator) -> Steering:
+    """A nominal direction, in axes along and across the motion, and a random smooth turn."""
     wobble = 10.0 ** random.uniform(-2.0, -0.4) * random.standard_normal((3, 3))
 
     def steering(t_s: float, state: Array) -> Array:
         tau = 2.0 * t_s / burn_s - 1.0
         return np.asarray((nominal + wobble[0] + wobble[1] * tau + wobble[2] * tau**2) @ axes_along(state))
+
+    return steering
+
+
+def _turning(first: Array, axis: Array, rate_rad_s: float) -> Steering:
+    """An inertial direction that turns at a constant rate about an axis across it."""
+    across = np.cross(axis, first)
+    across /= np.linalg.norm(across)
+
+    def steering(t_s: float, _state: Array) -> Array:
+        return np.asarray(np.cos(rate_rad_s * t_s) * first + np.sin(rate_rad_s * t_s) * across)
 
     return steering

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +11,17 @@ import pytest
 
 from benchmarks.missions import KINDS, Mission, mission, unreachable
 from orbsoc.guidance.mission import Agreement
+from orbsoc.guidance.scp import Rules
 from orbsoc.missions.reachable_insertion import Plan, PlanStatus, Scenario, load_scenario, plan
 from orbsoc.missions.reachable_insertion.made_ready import MadeReady
 from orbsoc.missions.reachable_insertion.proof import proof_of_infeasibility
+from orbsoc.missions.reachable_insertion.quick_turn import quickened
+from orbsoc.missions.reachable_insertion.search import SMOOTH, Search
 from orbsoc.missions.reachable_insertion.smooth_burn import corrected, ends_of, steps_for
 from orbsoc.missions.reachable_insertion.starts import starts
 from orbsoc.missions.reachable_insertion.verdicts import verdict
 from orbsoc.orbit import CanonicalUnits, propagate_burn
+from orbsoc.solving.solver import solve
 
 KICK = {"mass_kg": 5000.0, "dry_mass_kg": 1000.0, "thrust_n": 30000.0, "mass_flow_kg_s": 6.798108086519522}
 SMALL = {"mass_kg": 1000.0, "dry_mass_kg": 800.0, "thrust_n": 440.0, "mass_flow_kg_s": 0.14473391410009306}
@@ -87,13 +92,41 @@ def test_a_vehicle_on_its_target_orbit_gets_a_plan_of_no_burn() -> None:
     assert found.tables()["attitude.csv"].splitlines() == ["t_s,pitch_deg,yaw_deg,ux,uy,uz,rate_deg_s"]
 
 
-def test_a_plane_change_whose_shortest_burn_reverses_is_flown_with_a_smooth_turn() -> None:
+def test_a_plane_change_whose_shortest_burn_reverses_turns_as_fast_as_the_grid_follows() -> None:
     found = plan(scenario("3 degrees of plane near the node"))
     assert found.status is PlanStatus.VERIFIED
-    assert 76.43 < found.time_of_flight_s < 81.0
+    assert 76.43 < found.time_of_flight_s < 76.6  # 16 °/s of limits.attitude_rate_deg_s take 76.618 s
+    assert found.verification is not None
+    peak = f"{np.rad2deg(found.verification.peak_rate_rad_s):.4g} °/s"
+    assert f"turns at up to {peak}, about as fast as a grid of 48 nodes follows; the shortest one" in verdict(
+        found
+    )
     assert found.later is not None
     assert found.later.burn_s < 67.6
     assert "max_nodes" not in verdict(found)
+
+
+def test_the_faster_turn_is_added_to_what_was_found_and_an_interruption_keeps_that() -> None:
+    coarse = scenario("3 degrees of plane near the node").with_changes(method={"max_nodes": 18})
+    ready, search = MadeReady.of(coarse), Search(solve, Rules())
+    found = search.run(ready)
+    assert found.best is not None
+    assert found.best.note == SMOOTH
+    smooth, stages = found.iterate.trajectory.duration, list(found.stages)
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    quickened(replace(search, callback=interrupted), found)
+    assert found.status is PlanStatus.INTERRUPTED
+    assert found.iterate.trajectory.duration == smooth
+    assert found.stages[-1] is found.best
+    found.interrupted = ""
+    quickened(search, found)
+    assert found.verified
+    assert found.iterate.trajectory.duration < 0.97 * smooth  # 79.13 and 82.71 s
+    assert found.stages[-1] is found.best
+    assert all(any(each is kept for kept in found.stages) for each in stages)
 
 
 def test_a_target_that_no_present_burn_reaches_is_not_found_and_names_the_coast_that_does() -> None:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
-from orbsoc.conic.builder import ConicBuilder
+from orbsoc.conic.builder import ConicBuilder, Term, Variable
 from orbsoc.guidance.collocation import (
     LegendreGauss,
     differentiation_matrix,
@@ -45,6 +45,21 @@ def peak_rate(grid: LegendreGauss, controls: Array) -> float:
     return float(rates(grid, controls, _dense(SAMPLES_PER_NODE * grid.size)).max())
 
 
+def add_turns(
+    builder: ConicBuilder,
+    controls: Variable,
+    slopes: Array | sparse.coo_array,
+    allowed: Array,
+    longer: tuple[Variable, Array] | None = None,
+) -> None:
+    """A cone for each row of `slopes` (M, nodes): |p'| there is at most `allowed` (M,), and M rows times a variable more."""
+    pick, head = np.vstack([np.zeros(3), -np.eye(3)]), np.array([[1.0], [0.0], [0.0], [0.0]])
+    terms: list[Term] = [(controls, sparse.kron(sparse.coo_array(slopes), pick))]
+    if longer is not None:
+        terms.append((longer[0], np.kron(-longer[1], head)))
+    builder.second_order(terms, np.kron(allowed, head[:, 0]), size=4, name="attitude rate")
+
+
 @dataclass(frozen=True, slots=True)
 class RateBound:
     """The thrust turns at `rate` at most, rad per canonical time.
@@ -61,15 +76,12 @@ class RateBound:
     ) -> None:
         """The cones, and the price where `worth` is the cost that a unit of time without thrust adds."""
         grid, slopes = reference.grid, slope_matrix(reference.grid.size)
-        pick = np.vstack([np.zeros(3), -np.eye(3)])
-        turn = (variables.controls, sparse.kron(sparse.coo_array(slopes), pick))
-        half = 0.5 * self.rate
-        head = np.tile([1.0, 0.0, 0.0, 0.0], len(slopes))
+        half = np.full(len(slopes), 0.5 * self.rate)
         if variables.duration is None:
-            builder.second_order([turn], half * reference.duration * head, size=4, name="attitude rate")
+            add_turns(builder, variables.controls, slopes, half * reference.duration)
         else:
-            longer = (variables.duration, -half * head[:, None])
-            builder.second_order([turn, longer], np.zeros(head.size), size=4, name="attitude rate")
+            longer = (variables.duration, half[:, None])
+            add_turns(builder, variables.controls, slopes, np.zeros(len(slopes)), longer)
         if self.price > 0.0:
             length = np.linalg.norm(reference.controls, axis=1, keepdims=True)
             weights = 0.5 * self.price * worth * reference.duration * grid.weights

@@ -1,9 +1,4 @@
-"""The search under a bound on the attitude rate: first without it; where that burn turns too fast, within it.
-
-Relaxed to |u| ≤ 1, a turn that the bound slows down takes the short way through the inside of the ball, at part of the thrust.
-Where that happens, thrust that is missing gets a price above its worth, linearised about the last iterate (the convex–concave
-procedure, Yuille & Rangarajan 2003), and the sequence ends on the sphere again.
-"""
+"""The search under a bound on the attitude rate: first without it; where that burn turns too fast, within it."""
 
 from __future__ import annotations
 
@@ -13,23 +8,18 @@ import numpy as np
 
 from orbsoc.guidance.scp import ExitReason, Outcome
 
-from .attitude_rate import RateBound, peak_rate
-from .burn_plan import Stage
+from .attitude_rate import peak_rate
 from .made_ready import MadeReady
 from .problems import Iterate
+from .quick_turn import quickened
 from .rows import Row
-from .search import GROWTH, SLACK_LEFT, SMOOTH, Found, Search, judged, nodes_that_follow
-from .smooth_burn import through, unit_on
-from .starts import REACHED, Start
-from .verification import Verification
+from .search import GROWTH, SMOOTH, Found, Search, judged
+from .starts import Start
+from .turning_search import TurningSearch, finished, is_feasible
 
-TURNING = "turning within the bound"
 TOO_QUICK = "the same, and the bound on the attitude rate"
 MARGIN = 1e-4
 """Share of the bound that the convex problem keeps free, for what its interpolant turns faster between the cones."""
-FIRST_PRICE, HIGHEST_PRICE = 2.0, 32.0
-LOOSE = 1e-4
-"""1 − |u| at a node, from which on the relaxation is not tight."""
 ROUNDS = 4
 """In which the bound of the convex problem is lowered by what the flown attitude exceeds the true one."""
 TOO_FAST = 1.05
@@ -39,7 +29,7 @@ GAIN = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
-class BoundedSearch(Search):
+class BoundedSearch(TurningSearch):
     """A search whose burns turn no faster than the scenario allows."""
 
     def run(self, ready: MadeReady) -> Found:
@@ -58,6 +48,8 @@ class BoundedSearch(Search):
             found.best, found.verification = free.best, allowed
             if free.best.note != SMOOTH:  # the shortest without the bound
                 return found
+            if refine and self._quick(ready, found, free):
+                return found
         try:
             self._grids(ready, found, free.iterate, refine=refine)
         except KeyboardInterrupt:
@@ -65,6 +57,17 @@ class BoundedSearch(Search):
         if not found.verified:
             _conclude(ready, found, free)
         return found
+
+    def _quick(self, ready: MadeReady, found: Found, free: Found) -> bool:
+        """Whether the fastest turn that a grid follows keeps the bound: then it is the answer."""
+        quick = Found(free.ready, list(free.stages), free.best, free.verification)
+        quickened(self, quick)
+        found.interrupted = quick.interrupted
+        verification = judged(ready, quick.iterate)
+        if quick.interrupted or verification is None or not verification.verified:
+            return bool(quick.interrupted)
+        found.stages, found.best, found.verification = quick.stages, quick.best, verification
+        return True
 
     def _grids(self, ready: MadeReady, found: Found, reference: Iterate, *, refine: bool) -> None:
         """From coarse to fine, as long as a finer grid finds a shorter or better burn."""
@@ -89,14 +92,11 @@ class BoundedSearch(Search):
         share, price = 1.0 - MARGIN, 0.0
         ended: tuple[Iterate, bool] | None = None
         for _ in range(ROUNDS):
-            stage = self._turning(ready, found, reference, RateBound(share * bound, price))
-            while _loose(stage) and _feasible(stage) and price < HIGHEST_PRICE:
-                price = max(FIRST_PRICE, 4.0 * price)
-                stage = self._turning(ready, found, stage.outcome.iterate, RateBound(share * bound, price))
+            stage, price = self.at_rate(ready, found, reference, share * bound, price)
             reference = stage.outcome.iterate
-            if found.interrupted or not _feasible(stage):
+            if found.interrupted or not is_feasible(stage):
                 return ended
-            stage, verification = _finished(ready, found, stage)
+            stage, verification = finished(ready, found, stage)
             if verification is None:
                 return ended
             faster = verification.peak_rate_rad_s * ready.units.time_s / bound
@@ -109,17 +109,6 @@ class BoundedSearch(Search):
             share *= (1.0 - MARGIN) / faster
         return ended
 
-    def _turning(self, ready: MadeReady, found: Found, reference: Iterate, turn: RateBound) -> Stage:
-        note = TURNING if turn.price == 0.0 else f"{TURNING}, at full thrust"
-        return self._stage(
-            replace(ready, turn=turn),
-            found,
-            replace(reference, slack=()),
-            note,
-            firm=True,
-            start=TURNING,
-        )
-
 
 def _aim(ready: MadeReady, iterate: Iterate) -> float:
     """What a finer grid makes smaller: the burn time, or the energy with its sign changed."""
@@ -127,34 +116,6 @@ def _aim(ready: MadeReady, iterate: Iterate) -> float:
     if ready.scenario.problem == "min_time":
         return arc.duration
     return float(1.0 / np.linalg.norm(arc.end[:3]) - 0.5 * arc.end[3:] @ arc.end[3:])
-
-
-def _loose(stage: Stage) -> bool:
-    return float(np.linalg.norm(stage.outcome.iterate.trajectory.controls, axis=1).min()) < 1.0 - LOOSE
-
-
-def _feasible(stage: Stage) -> bool:
-    near = (ExitReason.CONVERGED, ExitReason.MAX_ITERATIONS, ExitReason.INFEASIBLE)
-    left = sum(abs(value) for _, value in stage.outcome.iterate.slack)
-    return stage.outcome.reason in near and left <= SLACK_LEFT
-
-
-def _finished(ready: MadeReady, found: Found, stage: Stage) -> tuple[Stage, Verification | None]:
-    """The stage as it is where its flight confirms it; else its directions on a grid that follows them, corrected in flight."""
-    verification = judged(ready, stage.outcome.iterate)
-    if ready.scenario.problem != "min_time" or (verification is not None and verification.verified):
-        return stage, verification
-    arc = stage.outcome.iterate.trajectory
-    law = through(arc.grid, arc.controls, arc.duration)
-    nodes = max(stage.nodes, nodes_that_follow(ready, law))
-    unit = unit_on(ready.burn, ready.target, law, nodes, REACHED)
-    if unit is None:
-        return stage, verification
-    message = f"{stage.outcome.message}; its directions were then corrected in flight"
-    outcome = Outcome(ExitReason.CONVERGED, ready.by_interpolant(unit, nodes), (), message)
-    moved = replace(stage, nodes=nodes, note=f"{TURNING}, corrected in flight", outcome=outcome)
-    found.stages.append(moved)
-    return moved, judged(ready, outcome.iterate)
 
 
 def _conclude(ready: MadeReady, found: Found, free: Found) -> None:

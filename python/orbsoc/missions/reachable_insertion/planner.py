@@ -23,6 +23,7 @@ from .made_ready import MadeReady
 from .orbit_figures import orbit_figure
 from .paper import compare
 from .plots import draw_figures
+from .quick_turn import quickened
 from .record import attitude_csv, plan_document
 from .scenario import ProblemName, Scenario, load_scenario
 from .search import Found, Search, null_burn
@@ -116,7 +117,10 @@ def plan(
     searches = Search if scenario.limits is None else BoundedSearch
     search = searches(solve, Rules(max_iterations=scenario.method.max_iterations), callback)
     free = scenario.burn.ignition == "free"
-    return _conclude(best_ignition(ready, search) if free else search.run(ready))
+    found = best_ignition(ready, search) if free else search.run(ready)
+    if scenario.limits is None:
+        quickened(search, found)
+    return _conclude(found)
 
 
 def _conclude(found: Found) -> Plan:

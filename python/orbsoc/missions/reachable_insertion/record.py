@@ -55,7 +55,7 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
             "lowest_altitude_km": found.flight.lowest_altitude_m / 1e3,
             "samples": found.flight.times_s.size,
         },
-        "attitude_rate": found and _rate_document(plan, found.peak_rate_rad_s),
+        "attitude_rate": found and rate_document(plan.scenario, found),
         "violations": violations_document(violations(plan)),
         "starts": starts_tried(plan),
         "proof": plan.proof and proof_document(plan.proof),
@@ -85,13 +85,13 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
     return document
 
 
-def _rate_document(plan: BurnPlan, peak_rad_s: float) -> dict[str, float | bool | None]:
-    """The fastest turn over the burn, the bound, and whether the plan is at it; null without a bound."""
-    limits = plan.scenario.limits
+def rate_document(scenario: Scenario, found: EndOfFlight) -> dict[str, float | bool | None]:
+    """The fastest turn over a burn, the bound, and whether the plan is at it; null without a bound."""
+    limits = scenario.limits
     return {
-        "peak_deg_s": float(np.rad2deg(peak_rad_s)),
+        "peak_deg_s": float(np.rad2deg(found.peak_rate_rad_s)),
         "bound_deg_s": None if limits is None else limits.attitude_rate_deg_s,
-        "active": rate_is_active(plan),
+        "active": rate_is_active(scenario, found),
     }
 
 

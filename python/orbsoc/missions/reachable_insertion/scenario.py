@@ -44,7 +44,7 @@ class BurnTime(Table):
     )
     coast_j2: bool = Field(
         default=False,
-        description="of ignition = free: the coast feels the Earth's oblateness, the burn does not",
+        description="of ignition = free or two burns: coasts feel the Earth's oblateness, burns do not",
     )
 
     @property
@@ -57,7 +57,7 @@ class Limits(Table):
     """What the vehicle cannot do, beside its thrust and its propellant."""
 
     attitude_rate_deg_s: Positive = Field(
-        description="fastest turn of the thrust over the burn; a slew before ignition is not modelled"
+        description="fastest turn of the thrust over a burn; a slew before an ignition is not modelled"
     )
 
 
@@ -171,21 +171,15 @@ def _problem_complaints(scenario: Scenario) -> Iterator[Complaint]:
         yield Complaint(
             "burn.latest_ignition_s", f"{burn.latest_ignition_s:g}", 'needs burn.ignition = "free"'
         )
-    if burn.coast_j2 and burn.ignition == "now":
-        yield Complaint("burn.coast_j2", "true", 'needs burn.ignition = "free"; a burn from now has no coast')
+    if burn.coast_j2 and burn.ignition == "now" and burn.count == 1:
+        needs = 'needs burn.ignition = "free" or burn.count = 2; one burn from now has no coast'
+        yield Complaint("burn.coast_j2", "true", needs)
     if burn.duration_s is None and burn.count == 1:
         yield Complaint("burn.duration_s", "", "is missing, and burn.count = 1 needs it")
     if burn.longest_coast_s is not None and burn.count == 1:
         yield Complaint("burn.longest_coast_s", f"{burn.longest_coast_s:g}", "needs burn.count = 2")
     if burn.count == 2 and scenario.problem != "min_time":
         yield Complaint("burn.count", "2", f"problem = {scenario.problem!r} has one burn; must be 1")
-    if burn.count == 2 and burn.coast_j2:
-        yield Complaint("burn.coast_j2", "true", "is for one burn; with burn.count = 2 must be false")
-    if burn.count == 2 and scenario.limits is not None:
-        rate = f"{scenario.limits.attitude_rate_deg_s:g}"
-        yield Complaint(
-            "limits.attitude_rate_deg_s", rate, "is for one burn; leave it out with burn.count = 2"
-        )
     if burn.ignition == "free" and scenario.problem != "min_time":
         yield Complaint(
             "burn.ignition", "'free'", f"problem = {scenario.problem!r} ignites now; must be 'now'"

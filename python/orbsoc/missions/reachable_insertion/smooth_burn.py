@@ -115,13 +115,15 @@ def corrected(
     *,
     free_duration: bool = True,
     iterations: int = 40,
+    steps: int | None = None,
 ) -> tuple[Law, float]:
     """The law corrected onto the orbit, and what it still misses it by (largest of the five conditions).
 
-    Gauss–Newton steps that are smallest with the higher coefficients weighted by their degree.
+    Gauss–Newton steps that are smallest with the higher coefficients weighted by their degree. `steps` of each flight are those
+    of `steps_for` by default.
     """
     degree = len(law.coefficients) - 1
-    steps = steps_for(law)
+    steps = steps or steps_for(law)
     weights = ROUGHNESS * np.repeat(np.arange(degree + 1.0), 3)
     count = weights.size
     x = np.append(law.coefficients.ravel(), np.log(law.duration))
@@ -177,14 +179,15 @@ def turn_of(law: Law) -> float:
     return float(np.linalg.norm(np.diff(units, axis=0), axis=1).max()) * (SAMPLES - 1) / law.duration
 
 
-def unit_on(burn: Burn, target: AnyTarget, law: Law, nodes: int, within: float) -> Law | None:
+def unit_on(
+    burn: Burn, target: AnyTarget, law: Law, nodes: int, within: float, *, steps: int | None = None
+) -> Law | None:
     """The interpolant of the law's directions at the nodes of a grid, corrected onto the orbit and made of unit length by turns;
     None where it misses the orbit by more than `within`."""
     grid = legendre_gauss(nodes)
     for _ in range(MADE_UNIT):
-        law, miss = corrected(
-            burn, target, through(grid, law.directions(grid.nodes), law.duration), iterations=8
-        )
+        drawn = through(grid, law.directions(grid.nodes), law.duration)
+        law, miss = corrected(burn, target, drawn, iterations=8, steps=steps)
         if miss > within:
             return None
     return law

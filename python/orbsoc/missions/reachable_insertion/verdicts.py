@@ -17,10 +17,12 @@ from .burn_plan import BurnPlan
 from .free_target import FreeTarget
 from .ignition import later_ignition
 from .problems import Iterate
+from .quick_turn import QUICK
 from .rows import Row
-from .scenario import MOST_NODES
+from .scenario import MOST_NODES, Scenario
 from .search import SMOOTH
 from .two_burns.instead import two_burns_instead
+from .verification import EndOfFlight
 
 Array = NDArray[np.float64]
 
@@ -51,7 +53,7 @@ def verdict(plan: BurnPlan) -> str:
     if plan.status is PlanStatus.VERIFIED:
         if plan.time_of_flight_s == 0.0:
             return "VERIFIED: the vehicle is on its target orbit already; a burn of 0 s, and nothing to steer"
-        return f"VERIFIED: {_achievement(plan)}. {_evidence(plan)}{_turns(plan)}{_later(plan)}"
+        return f"VERIFIED: {_achievement(plan)}. {_evidence(plan)}{turns_in_words(plan.scenario, plan.verification)}{_later(plan)}"
     if plan.status is PlanStatus.NOT_VERIFIED:
         return f"NOT VERIFIED, do not fly: {_achievement(plan)}, but {_objection(plan)}"
     if plan.status is PlanStatus.INFEASIBLE:
@@ -70,13 +72,11 @@ ACTIVE = 0.999
 """Share of the bound on the attitude rate, from which on a plan is at it."""
 
 
-def rate_is_active(plan: BurnPlan) -> bool | None:
-    """Whether a plan turns as fast as the scenario allows; None without a bound or a flight."""
-    if plan.scenario.limits is None or plan.verification is None:
+def rate_is_active(scenario: Scenario, found: EndOfFlight | None) -> bool | None:
+    """Whether a flight turns as fast as the scenario allows; None without a bound or a flight."""
+    if scenario.limits is None or found is None:
         return None
-    return bool(
-        np.rad2deg(plan.verification.peak_rate_rad_s) >= ACTIVE * plan.scenario.limits.attitude_rate_deg_s
-    )
+    return bool(np.rad2deg(found.peak_rate_rad_s) >= ACTIVE * scenario.limits.attitude_rate_deg_s)
 
 
 def shape_of(orbit: Elements) -> str:
@@ -93,11 +93,17 @@ def _achievement(plan: BurnPlan) -> str:
     orbit = plan.verification.planned_orbit
     shape = shape_of(orbit)
     if plan.scenario.problem == "min_time":
-        smooth = plan.stages[-1].note == SMOOTH
-        if smooth:
+        grid = f"a grid of {plan.trajectory.grid.size} nodes follows"
+        if plan.stages[-1].start == QUICK:
+            peak = f"{np.rad2deg(plan.verification.peak_rate_rad_s):.4g} °/s"
+            return (
+                f"a burn of {plan.time_of_flight_s:.3f} s onto the target orbit, {shape}, that turns at up to {peak}, about as"
+                f" fast as {grid}; the shortest one turns faster{_coast(plan)}"
+            )
+        if plan.stages[-1].note == SMOOTH:
             return (
                 f"a burn of {plan.time_of_flight_s:.3f} s onto the target orbit, {shape}, that turns smoothly; the"
-                f" shortest one turns faster than a grid of {plan.trajectory.grid.size} nodes follows{_coast(plan)}"
+                f" shortest one turns faster than {grid}{_coast(plan)}"
             )
         return f"the shortest burn found onto the target orbit, {shape}, takes {plan.time_of_flight_s:.3f} s{_coast(plan)}"
     direction = plan.scenario.target.perigee_direction
@@ -124,15 +130,14 @@ def _evidence(plan: BurnPlan) -> str:
     )
 
 
-def _turns(plan: BurnPlan) -> str:
-    """How fast, of a scenario that bounds it."""
-    limits, found = plan.scenario.limits, plan.verification
+def turns_in_words(scenario: Scenario, found: EndOfFlight | None) -> str:
+    """How fast the thrust turns, of a scenario that bounds it."""
+    limits = scenario.limits
     if limits is None or found is None:
         return ""
     peak = f"{np.rad2deg(found.peak_rate_rad_s):.4g} °/s"
-    standing = (
-        "which is the bound" if rate_is_active(plan) else f"{limits.attitude_rate_deg_s:g} °/s are allowed"
-    )
+    allowed = f"{limits.attitude_rate_deg_s:g} °/s are allowed"
+    standing = "which is the bound" if rate_is_active(scenario, found) else allowed
     return f". The thrust turns at up to {peak}; {standing}"
 
 
@@ -245,14 +250,24 @@ def _what_to_try(plan: BurnPlan) -> str:
 
 def _in_words(plan: BurnPlan, iterate: Iterate, row: Row, value: float) -> str:
     if row is Row.ATTITUDE_RATE:
-        over = np.rad2deg(value) / CanonicalUnits.of(EARTH).time_s
-        assert plan.scenario.limits is not None
-        bound = plan.scenario.limits.attitude_rate_deg_s
-        return f"the attitude rate at {bound + over:.4g} °/s, {over:.4g} above limits.attitude_rate_deg_s = {bound:g}"
+        return rate_in_words(plan.scenario, value)
     if row is Row.PERIGEE_RADIUS and not isinstance(plan.target, FreeTarget):
         return f"the perigee too low by {_perigee_shortfall_m(plan, value) / 1e3:.2f} km"
     scales = (iterate.momentum_scale, iterate.laplace_scale)
     return row_in_words(plan.target, row, value, iterate.trajectory.end, scales)
+
+
+def rate_in_words(scenario: Scenario, over: float) -> str:
+    """An attitude rate that is above the scenario's bound by so much, rad per canonical time."""
+    assert scenario.limits is not None
+    over_deg_s, bound = (
+        np.rad2deg(over) / CanonicalUnits.of(EARTH).time_s,
+        scenario.limits.attitude_rate_deg_s,
+    )
+    return (
+        f"the attitude rate at {bound + over_deg_s:.4g} °/s, {over_deg_s:.4g} above"
+        f" limits.attitude_rate_deg_s = {bound:g}"
+    )
 
 
 def row_in_words(

@@ -65,7 +65,8 @@ class EndOfFlight:
 
     `angular_momentum_rel` = |ΔH|/|H| and `laplace_rel` = |ΔL|/μ against the orbit that was asked for (the planned
     one where the problem leaves it open); `plane_rad` is the angle between the reached and the target plane.
-    `thrust_excess` and `thrust_deficit` are max‖u‖ − 1 and min‖u‖ − 1 of the raw interpolant.
+    `thrust_excess` and `thrust_deficit` are max‖u‖ − 1 and min‖u‖ − 1 of the raw interpolant. `peak_rate_rad_s` is the fastest
+    turn of the commanded direction over a burn, by differences of it.
     """
 
     planned_orbit: Elements
@@ -75,6 +76,7 @@ class EndOfFlight:
     plane_rad: float
     thrust_excess: float
     thrust_deficit: float
+    peak_rate_rad_s: float
     failures: tuple[str, ...]
 
     @property
@@ -87,12 +89,10 @@ class Verification(EndOfFlight):
     """What the propagation of one burn found.
 
     `perigee_error_m` is reached − required perigee radius, NaN when the problem requires none.
-    `peak_rate_rad_s` is the fastest turn of the commanded direction, by differences of it.
     """
 
     flight: Flight
     perigee_error_m: float
-    peak_rate_rad_s: float
 
     @property
     def below_ground(self) -> bool:
@@ -151,13 +151,8 @@ def verify(
         free = scenario.target.perigee_direction == "free"
         shortfall = max(0.0, -perigee_error) if free else abs(perigee_error)
         checks.append(("perigee error in m", shortfall, rules.perigee_m))
-    failures = [*failures_of(checks)]
     peak = peak_rate(trajectory.grid, trajectory.controls)
     peak_rad_s = float(per_second(np.array(peak), trajectory.duration * units.time_s))
-    limits = scenario.limits
-    if limits is not None and not np.rad2deg(peak_rad_s) <= limits.attitude_rate_deg_s:
-        allowed = f"allowed {limits.attitude_rate_deg_s:g} °/s"
-        failures.append(f"attitude rate is {np.rad2deg(peak_rad_s):.6g} °/s, {allowed}")
     return Verification(
         flight=flight,
         planned_orbit=orbit_of(scenario, units.state_to_si(trajectory.end)),
@@ -169,7 +164,7 @@ def verify(
         thrust_excess=excess,
         thrust_deficit=deficit,
         peak_rate_rad_s=peak_rad_s,
-        failures=tuple(failures),
+        failures=failures_of(checks) + rate_failures(scenario, peak_rad_s),
     )
 
 
@@ -221,6 +216,14 @@ def failures_of(checks: list[Check]) -> tuple[str, ...]:
     return tuple(
         f"{name} is {value:.2e}, allowed {limit:.0e}" for name, value, limit in checks if not value <= limit
     )
+
+
+def rate_failures(scenario: Scenario, peak_rad_s: float) -> tuple[str, ...]:
+    """In words, where the thrust turns faster than the scenario allows."""
+    limits, peak_deg_s = scenario.limits, np.rad2deg(peak_rad_s)
+    if limits is None or peak_deg_s <= limits.attitude_rate_deg_s:
+        return ()
+    return (f"attitude rate is {peak_deg_s:.6g} °/s, allowed {limits.attitude_rate_deg_s:g} °/s",)
 
 
 def per_second(per_tau: Array, duration_s: float) -> Array:

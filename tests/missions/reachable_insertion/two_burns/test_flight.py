@@ -13,15 +13,25 @@ from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.powered_flight import Burn
 from orbsoc.missions.reachable_insertion.made_ready import MadeReady
 from orbsoc.missions.reachable_insertion.two_burns.flight import ends_of, sensitivities
+from orbsoc.missions.reachable_insertion.two_burns.motion import Motion, OblateCoast, TwoBodyCoast
 from orbsoc.missions.reachable_insertion.two_burns.restoration import restored
 from orbsoc.missions.reachable_insertion.two_burns.search import limits_of
 from orbsoc.missions.reachable_insertion.two_burns.starts import as_burns, guesses
 from orbsoc.missions.reachable_insertion.two_burns.transfer import Transfer, rotated
 from orbsoc.missions.reachable_insertion.two_burns.verification import fly
+from orbsoc.orbit import CanonicalUnits
 
 Array = NDArray[np.float64]
 BURN = Burn(np.array([1.05, 0.0, 0.0, 0.0, 0.98, 0.1]), 0.3, 0.1, 5.0)
+LATITUDE = np.array([[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 0.8, -0.6]])
+"""The pole of J2 is not an axis of the plan."""
+MOTIONS = {
+    "point mass": Motion(BURN, TwoBodyCoast()),
+    "J2": Motion(BURN, OblateCoast(LATITUDE, CanonicalUnits.of())),
+}
 STEP = 1e-5
+
+both_fields = pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
 
 
 def made() -> Transfer:
@@ -31,20 +41,24 @@ def made() -> Transfer:
     return Transfer(grid, np.array([0.3, 2.0]), np.array([0.5, 0.8]), controls).directed
 
 
-def slope(one: Transfer, other: Transfer) -> Array:
-    ends = ends_of(BURN, [one, other])
+def slope(motion: Motion, one: Transfer, other: Transfer) -> Array:
+    ends = ends_of(motion, [one, other])
     return np.asarray((ends[0] - ends[1]) / (2.0 * STEP))
 
 
+@both_fields
 @pytest.mark.parametrize("k", range(2))
-def test_the_end_follows_coasts_and_durations_as_differences_say(k: int) -> None:
+def test_the_end_follows_coasts_and_durations_as_differences_say(k: int, motion: Motion) -> None:
     transfer, step = made(), STEP * np.eye(2)[k]
-    found = sensitivities(BURN, transfer)
-    np.testing.assert_allclose(found.end, ends_of(BURN, [transfer])[0], atol=1e-13)
+    found = sensitivities(motion, transfer)
+    np.testing.assert_allclose(found.end, ends_of(motion, [transfer])[0], atol=1e-12)
     by_coast = slope(
-        replace(transfer, coasts=transfer.coasts + step), replace(transfer, coasts=transfer.coasts - step)
+        motion,
+        replace(transfer, coasts=transfer.coasts + step),
+        replace(transfer, coasts=transfer.coasts - step),
     )
     by_duration = slope(
+        motion,
         replace(transfer, durations=transfer.durations + step),
         replace(transfer, durations=transfer.durations - step),
     )
@@ -52,28 +66,30 @@ def test_the_end_follows_coasts_and_durations_as_differences_say(k: int) -> None
     np.testing.assert_allclose(found.by_durations[:, k], by_duration, atol=1e-7)
 
 
+@both_fields
 @pytest.mark.parametrize("k", range(2))
-def test_the_end_follows_the_thrust_as_differences_say(k: int) -> None:
+def test_the_end_follows_the_thrust_as_differences_say(k: int, motion: Motion) -> None:
     """A turn of all directions together, of which the interpolant's length does not change."""
     transfer = made()
     turn = np.array([0.3, -0.5, 0.7])
-    found = sensitivities(BURN, transfer)
+    found = sensitivities(motion, transfer)
     swept = np.cross(turn, transfer.controls[k])
     turns = np.zeros((2, 3))
     turns[k] = STEP * turn
-    by_turn = slope(transfer.moved(np.zeros(4), turns), transfer.moved(np.zeros(4), -turns))
+    by_turn = slope(motion, transfer.moved(np.zeros(4), turns), transfer.moved(np.zeros(4), -turns))
     np.testing.assert_allclose(
         np.einsum("ina,na->i", found.by_controls[:, k], swept), by_turn, rtol=2e-3, atol=1e-5
     )
 
 
+@both_fields
 @pytest.mark.parametrize("k", range(2))
-def test_directions_turn_as_the_way_to_the_ignition_does(k: int) -> None:
+def test_directions_turn_as_the_way_to_the_ignition_does(k: int, motion: Motion) -> None:
     transfer = made()
-    found = sensitivities(BURN, transfer)
+    found = sensitivities(motion, transfer)
     for j in range(4):
         times = STEP * np.eye(4)[j]
-        later = sensitivities(BURN, transfer.moved(times, np.zeros((2, 3)))).states[k, 0, :3]
+        later = sensitivities(motion, transfer.moved(times, np.zeros((2, 3)))).states[k, 0, :3]
         now = found.states[k, 0, :3]
         expected = np.cross(now, (later - now) / STEP) / (now @ now)
         np.testing.assert_allclose(found.turns[k, :, j], expected, atol=1e-4)
@@ -88,15 +104,15 @@ def test_a_rotation_is_orthogonal_and_composes() -> None:
     np.testing.assert_allclose(rotated(vectors, 0.0 * turn), vectors)
 
 
+@pytest.mark.parametrize("oblate", [False, True])
 @pytest.mark.parametrize("number", range(4))
-def test_a_restored_start_ends_on_the_orbit_by_the_independent_integrator(number: int) -> None:
-    scenario = transfer(77, number).scenario
+def test_a_restored_start_ends_on_the_orbit_by_the_independent_integrator(number: int, oblate: bool) -> None:
+    scenario = transfer(77, number, oblate=oblate).scenario
     ready = MadeReady.of(scenario)
+    motion = Motion.of(ready)
     limits = limits_of(ready)
-    starts = [
-        as_burns(ready.burn, limits, pair, 12) for pair in guesses(ready.burn, ready.target, limits)[:3]
-    ]
-    found = [restored(ready.burn, ready.target, limits, each) for each in starts]
+    starts = [as_burns(ready.burn, limits, pair, 12) for pair in guesses(motion, ready.target, limits)[:3]]
+    found = [restored(motion, ready.target, limits, each) for each in starts]
     reaching = [each for each in found if each.reaches]
     assert reaching
     for each in reaching:

@@ -74,7 +74,7 @@ def shot(scenario: Scenario, x: Array, units: CanonicalUnits) -> Array:
     acceleration = vehicle.thrust_n / vehicle.mass_kg / units.acceleration_m_s2
     flow = vehicle.mass_flow_kg_s / vehicle.mass_kg * units.time_s
     state = units.state_from_si(scenario.launch_inertial(scenario.initial))
-    mass = 1.0
+    mass, oblate = 1.0, scenario.burn.coast_j2
     for k in range(2):
         coast, duration, *angles = x[8 * k : 8 * k + 8]
 
@@ -85,7 +85,11 @@ def shot(scenario: Scenario, x: Array, units: CanonicalUnits) -> Array:
             right = angles[0] + angles[1] * tau + angles[2] * tau**2
             up = angles[3] + angles[4] * tau + angles[5] * tau**2
             u = np.array([np.cos(right) * np.cos(up), np.sin(right) * np.cos(up), np.sin(up)])
-            pull = -s[:3] / np.linalg.norm(s[:3]) ** 3
+            radius = float(np.linalg.norm(s[:3]))
+            pull = -s[:3] / radius**3
+            if oblate and not thrust:
+                shape = 5.0 * (s[2] / radius) ** 2 - np.array([1.0, 1.0, 3.0])
+                pull += 1.5 * 1.08262668e-3 * s[:3] / radius**5 * shape
             return np.concatenate([s[3:], pull + thrust / (mass - flow * t) * u])
 
         for thrust, time in ((0.0, coast), (acceleration, duration)):
@@ -103,9 +107,35 @@ def shot(scenario: Scenario, x: Array, units: CanonicalUnits) -> Array:
     return np.asarray(state)
 
 
-@pytest.mark.parametrize("path", [RAISE, TURN], ids=["raise", "turn"])
-def test_a_shooting_method_from_another_start_finds_no_shorter_burns(path: Path) -> None:
-    scenario = load_scenario(path)
+SLOW: dict[str, Any] = {
+    "limits.attitude_rate_deg_s": 0.02, "burn.coast_j2": True, "vehicle.thrust_n": 500.0,
+    "target.inc_deg": 0.0, "initial.velocity_m_s": [0.0, 7725.760633, 0.0],
+}  # fmt: skip
+"""On the equator, where a turn at a constant rate is linear in the first angle."""
+
+
+def room(scenario: Scenario, x: Array, units: CanonicalUnits) -> Array:
+    """1 − (rate/bound)² of both burns, at nine times each."""
+    assert scenario.limits is not None
+    bound = np.deg2rad(scenario.limits.attitude_rate_deg_s) * units.time_s
+    tau, found = np.linspace(-1.0, 1.0, 9), []
+    for duration, *angles in (x[1:8], x[9:16]):
+        up = angles[3] + angles[4] * tau + angles[5] * tau**2
+        right_rate, up_rate = (angles[k] + 2.0 * angles[k + 1] * tau for k in (1, 4))
+        square = (right_rate * np.cos(up)) ** 2 + up_rate**2
+        found.append(1.0 - square * (2.0 / (duration * bound)) ** 2)
+    return np.concatenate(found)
+
+
+@pytest.mark.parametrize(
+    ("path", "settings"),
+    [(RAISE, {}), (TURN, {}), (RAISE, SLOW)],
+    ids=["raise", "turn", "raise with J2 at 0.02 deg/s"],
+)
+def test_a_shooting_method_from_another_start_finds_no_shorter_burns(
+    path: Path, settings: dict[str, Any]
+) -> None:
+    scenario = load_scenario(path, settings)
     found = planned(scenario)
     units = CanonicalUnits.of(EARTH)
     target = target_of(scenario, units)
@@ -132,7 +162,14 @@ def test_a_shooting_method_from_another_start_finds_no_shorter_burns(path: Path)
         np.array(start),
         method="SLSQP",
         bounds=bounds,
-        constraints={"type": "eq", "fun": lambda x: target.conditions(shot(scenario, x, units)[None])[0]},
+        constraints=[
+            {"type": "eq", "fun": lambda x: target.conditions(shot(scenario, x, units)[None])[0]},
+            *(
+                []
+                if scenario.limits is None
+                else [{"type": "ineq", "fun": lambda x: room(scenario, x, units)}]
+            ),
+        ],
         options={"maxiter": 100, "ftol": 1e-10},
     )
     missed = np.abs(target.conditions(shot(scenario, best.x, units)[None])).max()

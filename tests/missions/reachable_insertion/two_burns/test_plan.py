@@ -191,8 +191,6 @@ REFUSED = {
     "a coast between one burn": ({"burn.count": 1, "burn.duration_s": 9.0, "burn.longest_coast_s": 9.0}, "burn.longest_coast_s"),
     "one burn without its time": ({"burn.count": 1}, "burn.duration_s: is missing"),
     "three burns": ({"burn.count": 3}, "burn.count"),
-    "a bound on the attitude rate": ({"limits.attitude_rate_deg_s": 1.0}, "limits.attitude_rate_deg_s = 1"),
-    "J2 on the coast": ({"burn.coast_j2": True, "burn.ignition": "free"}, "burn.coast_j2 = true"),
     "an ignition that is not free": ({"burn.latest_ignition_s": 9.0}, "burn.latest_ignition_s"),
 }  # fmt: skip
 

@@ -1,7 +1,7 @@
 """Transfers flown many at once, and the sensitivities of an end state to everything that a transfer commands.
 
-Coasts are two-body orbits in closed form; burns are integrated in the commanded direction, the interpolant of the nodal
-directions, normalised. The transition matrices of the arcs are central differences of neighbouring flights; the influence of
+Coasts are those of `motion`; burns are integrated in the commanded direction, the interpolant of the nodal
+directions, normalised. The transition matrices of the burns are central differences of neighbouring flights; the influence of
 the thrust on an end state is the quadrature of Φ(1, τ) [0; k u] on the Legendre–Gauss points at which the steps of a burn end.
 """
 
@@ -15,15 +15,13 @@ from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import interpolation_matrix, legendre_gauss
 from orbsoc.guidance.powered_flight import Burn
-from orbsoc.orbit.kepler import coasted_in_closed_form
 from orbsoc.orbit.runge_kutta import RungeKuttaArc, force_times, integrate_explicitly
 
+from .motion import DIFFERENCE, Motion
 from .transfer import Transfer
 
 Array = NDArray[np.float64]
 
-DIFFERENCE = 1e-5
-"""Half the distance of neighbouring flights, canonical."""
 FEWEST_STEPS = 16
 SPARE = 4
 """Steps of a burn beyond its nodes: the quadrature is then exact for the interpolant times a smooth transition."""
@@ -55,13 +53,13 @@ class Sensitivities:
         return np.hstack([self.by_coasts, self.by_durations])
 
 
-def ends_of(burn: Burn, transfers: list[Transfer]) -> Array:
+def ends_of(motion: Motion, transfers: list[Transfer]) -> Array:
     """End states (B, 6) of transfers on one grid."""
-    count = len(transfers)
+    count, burn = len(transfers), motion.burn
     states = np.repeat(burn.start[None], count, axis=0)
     elapsed = np.zeros(count)
     for k in range(len(transfers[0].coasts)):
-        states = coasted_in_closed_form(states, np.array([each.coasts[k] for each in transfers]))
+        states = motion.coast.ends(states, np.array([each.coasts[k] for each in transfers]))
         durations = np.array([each.durations[k] for each in transfers])
         controls = np.array([each.controls[k] for each in transfers])
         arc = _burnt(burn, states, elapsed, durations, controls)
@@ -70,8 +68,9 @@ def ends_of(burn: Burn, transfers: list[Transfer]) -> Array:
     return states
 
 
-def sensitivities(burn: Burn, transfer: Transfer) -> Sensitivities:
+def sensitivities(motion: Motion, transfer: Transfer) -> Sensitivities:
     """The end state's, by one batch of flights a burn."""
+    burn = motion.burn
     state, elapsed = burn.start, 0.0
     burns = len(transfer.coasts)
     nodes = transfer.grid.size
@@ -80,11 +79,11 @@ def sensitivities(burn: Burn, transfer: Transfer) -> Sensitivities:
     visited = np.zeros((burns, 2, 6))
     turns = np.zeros((burns, 3, 2 * burns))
     for k in range(burns):
-        state, transition = _coast_transition(state, float(transfer.coasts[k]))
+        state, transition = motion.coast.transition(state, float(transfer.coasts[k]))
         radius = float(np.linalg.norm(state[:3]))
         by_coasts = transition @ by_coasts
         by_durations = transition @ by_durations
-        by_coasts[:, k] = np.concatenate([state[3:], -state[:3] / radius**3])
+        by_coasts[:, k] = motion.coast.rate(state)
         by_times = np.hstack([by_coasts, by_durations])
         turns[k] = np.cross(state[:3], by_times[:3].T).T / radius**2
         arc = _burn_transition(burn, state, elapsed, float(transfer.durations[k]), transfer.controls[k])
@@ -135,13 +134,6 @@ def _burnt(burn: Burn, starts: Array, elapsed: Array, durations: Array, controls
         return np.asarray(square * (thrust[k] - position / radius**3))
 
     return integrate_explicitly(ends, starts[:, :3].T, starts[:, 3:].T * durations, force)
-
-
-def _coast_transition(state: Array, time: float) -> tuple[Array, Array]:
-    """The state (6,) after a coast, and the transition matrix (6, 6)."""
-    moved = np.vstack([state, state + DIFFERENCE * np.eye(6), state - DIFFERENCE * np.eye(6)])
-    ends = coasted_in_closed_form(moved, np.full(len(moved), time))
-    return ends[0], (ends[1:7] - ends[7:]).T / (2.0 * DIFFERENCE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

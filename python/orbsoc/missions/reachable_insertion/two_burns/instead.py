@@ -9,8 +9,8 @@ from orbsoc.guidance.mission import PlanStatus
 
 from ..burn_plan import BurnPlan
 from ..made_ready import MadeReady
-from ..proof import proof_of_infeasibility
-from .search import FLOWN, above_ground, flown_starts, judged, limits_of
+from .motion import Motion
+from .search import FLOWN, above_ground, flown_starts, judged, limits_of, proof_for_two_burns
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,14 +29,11 @@ def two_burns_instead(plan: BurnPlan) -> TwoBurns | None:
     scenario = plan.scenario
     if scenario.problem != "min_time" or plan.status in (PlanStatus.VERIFIED, PlanStatus.INTERRUPTED):
         return None
-    if scenario.limits is not None or scenario.burn.coast_j2:  # which two burns do not take
-        return None
     ready = MadeReady.of(scenario)
-    burn = ready.burn
-    if proof_of_infeasibility(burn, ready.target, burn.longest, whole_orbit=True, coasts=True):
+    if proof_for_two_burns(ready):
         return None
     for start in flown_starts(ready, limits_of(ready), FLOWN):
-        if not start.flown.reaches or not above_ground(burn, start.flown):
+        if not start.flown.reaches or not above_ground(Motion.of(ready), start.flown):
             continue
         verification = judged(ready, start.flown.transfer)
         if verification is not None and verification.verified:

@@ -1,4 +1,4 @@
-"""What bounds a transfer: how long the vehicle may coast, and for how long it can burn."""
+"""What bounds a transfer: how long the vehicle may coast, for how long it can burn, and how fast its thrust may turn."""
 
 from __future__ import annotations
 
@@ -14,11 +14,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Canonical times: the latest ignition, the longest coast between burns, and all burns together."""
+    """Canonical times: the latest ignition, the longest coast between burns, and all burns together; the fastest turn of the
+    thrust over a burn, rad per canonical time, None for any."""
 
     ignition: float
     coast: float
     burning: float
+    rate: float | None = None
 
     def clipped(self, transfer: Transfer) -> Transfer:
         """The transfer with its times within the limits; burns that are too long together, cut alike."""

@@ -17,6 +17,7 @@ from orbsoc.guidance.scp import Iteration, Rules, Solve
 from ..comparison import SMA_REL, TIME_REL
 from ..made_ready import MadeReady
 from ..verdicts import shape_of
+from .bounded_search import BoundedSearch
 from .figures import draw_figures, orbit_figure
 from .record import attitude_csv, plan_document
 from .search import Found, Search
@@ -92,7 +93,8 @@ def plan_two_burns(
     ready: MadeReady, solve: Solve, callback: Callable[[Iteration], None] | None = None
 ) -> TwoBurnPlan:
     """Plan a scenario with `burn.count = 2`."""
-    search = Search(solve, Rules(max_iterations=ready.scenario.method.max_iterations), callback)
+    searches = Search if ready.rate_bound is None else BoundedSearch
+    search = searches(solve, Rules(max_iterations=ready.scenario.method.max_iterations), callback)
     return _conclude(search.run(ready))
 
 

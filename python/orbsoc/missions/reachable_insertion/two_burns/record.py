@@ -19,12 +19,13 @@ from ..record import (
     end_document,
     forces_document,
     proof_document,
+    rate_document,
     violations_document,
 )
 from .search import TOLERANCE, TRUST
 from .transfer_plan import TransferPlan
 from .verdict import starts_tried, verdict, violations
-from .verification import TransferFlight
+from .verification import TransferFlight, Verification
 
 Array = NDArray[np.float64]
 
@@ -64,8 +65,7 @@ def plan_document(plan: TransferPlan) -> dict[str, Any]:
         "starts": starts_tried(plan),
         "proof": plan.proof and proof_document(plan.proof),
         "forces": forces_document(plan.scenario),
-        "attitude_rate": found
-        and {"peak_deg_s": _peak_deg_s(found.flight), "bound_deg_s": None, "active": None},
+        "attitude_rate": found and {**rate_document(plan.scenario, found), "slew_deg_s": _slew_deg_s(found)},
         "scp_iterations": len(plan.subproblems),
         "nodes": best and best.nodes,
         "stages": [
@@ -86,9 +86,9 @@ def plan_document(plan: TransferPlan) -> dict[str, Any]:
     }
 
 
-def _peak_deg_s(flight: TransferFlight) -> float:
-    """The fastest turn of the thrust over the samples of both burns."""
-    return float(np.rad2deg(max(each.rate_rad_s.max() for each in flight.burns)))
+def _slew_deg_s(found: Verification) -> float | None:
+    """Between the burns; null without a coast there."""
+    return float(np.rad2deg(found.slew_rad_s)) if np.isfinite(found.slew_rad_s) else None
 
 
 def _programme_document(plan: TransferPlan) -> dict[str, Any]:
@@ -138,7 +138,6 @@ def _coast_rows(axes: str, flight: TransferFlight, k: int, mass_kg: float) -> Ar
     times, states = coast.times_s[COASTED:-1:COASTED], coast.states[COASTED:-1:COASTED]
     shares = times / coast.times_s[-1]
     first, last = flight.burns[k - 1].direction[-1], flight.burns[k].direction[0]
-    angle_deg = np.rad2deg(np.arctan2(np.linalg.norm(np.cross(first, last)), first @ last))
     still = np.ones(len(times))
     told = attitude_rows(
         axes,
@@ -146,7 +145,7 @@ def _coast_rows(axes: str, flight: TransferFlight, k: int, mass_kg: float) -> Ar
         turned(first, last, shares),
         states,
         mass_kg * still,
-        angle_deg / coast.times_s[-1] * still,
+        np.rad2deg(flight.slew_rad_s) * still,
     )
     return np.column_stack([told, np.zeros(len(told))])
 

@@ -1,7 +1,8 @@
 """A transfer corrected by Gauss–Newton steps until its flight ends on the target orbit.
 
 A step is the smallest to first order, of the directions across themselves, of durations in relative terms, and of coasts.
-Steps are judged by the size of the next one (Deuflhard's natural level function), as in `smooth_burn`.
+Steps are judged by the size of the next one (Deuflhard's natural level function), as in `smooth_burn`. Where the turn of the thrust
+is bounded, a burn's directions are drawn together first, and then turn as a whole: that changes no rate but by the duration.
 """
 
 from __future__ import annotations
@@ -11,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.powered_flight import Burn
-
 from ..any_target import AnyTarget
 from .flight import Sensitivities, ends_of, sensitivities
 from .limits import Limits
-from .transfer import Transfer
+from .motion import Motion
+from .transfer import Transfer, rotated
+from .turning import slowed, turn_rates
 
 Array = NDArray[np.float64]
 
@@ -25,6 +26,8 @@ MISS = 1e-11
 """Of the conditions, within which a transfer has reached the orbit."""
 REACHED = 1e-9
 SHARES = np.array([1.0, 0.5, 0.25, 0.1, 0.03, 0.01])
+SLOWED = 6
+"""How often a correction that made a burn too fast is repeated."""
 LONGEST_STEP = 0.5
 """Of a direction, of the logarithm of a duration, and of a coast."""
 
@@ -47,11 +50,22 @@ class Restored:
         return self.miss <= REACHED
 
 
-def restored(burn: Burn, target: AnyTarget, limits: Limits, transfer: Transfer) -> Restored:
-    """The transfer moved onto the orbit as far as that goes."""
+def restored(motion: Motion, target: AnyTarget, limits: Limits, transfer: Transfer) -> Restored:
+    """The transfer moved onto the orbit as far as that goes, and slowed down where it turns too fast."""
     transfer = limits.clipped(transfer.directed)
+    if limits.rate is None:
+        return _corrected(motion, target, limits, transfer)
+    for _ in range(SLOWED):
+        found = _corrected(motion, target, limits, slowed(transfer, limits.rate))
+        transfer = found.transfer
+        if not found.reaches or turn_rates(transfer).max() <= limits.rate:
+            return found
+    return Restored(transfer, found.found, np.inf)
+
+
+def _corrected(motion: Motion, target: AnyTarget, limits: Limits, transfer: Transfer) -> Restored:
     for last in range(ITERATIONS + 1):
-        found = sensitivities(burn, transfer)
+        found = sensitivities(motion, transfer)
         if not np.isfinite(found.by_controls).all():
             return Restored(transfer, found, np.inf)
         miss = missed(target, found.end)
@@ -60,7 +74,7 @@ def restored(burn: Burn, target: AnyTarget, limits: Limits, transfer: Transfer) 
         block, rhs = target.linear_rows(found.end)
         step, inverse = _smallest_step(limits, transfer, found, block, block @ found.end - rhs)
         level = float(np.linalg.norm(inverse @ (block @ found.end - rhs)))
-        best = _best_share(burn, target, limits, transfer, step, inverse, level)
+        best = _best_share(motion, target, limits, transfer, step, inverse, level)
         if best is None:
             break
         transfer = best
@@ -68,7 +82,7 @@ def restored(burn: Burn, target: AnyTarget, limits: Limits, transfer: Transfer) 
 
 
 def _best_share(
-    burn: Burn,
+    motion: Motion,
     target: AnyTarget,
     limits: Limits,
     transfer: Transfer,
@@ -79,7 +93,7 @@ def _best_share(
     """The transfer after the share of a step whose next step is smallest; None where none is smaller than this one."""
     for shares in (SHARES[:1], SHARES[1:]):
         tried = [_moved(limits, transfer, share * step) for share in shares]
-        ends = ends_of(burn, tried)
+        ends = ends_of(motion, tried)
         levels = np.array([_level(target, inverse, end) for end in ends])
         best = int(np.nan_to_num(levels, nan=np.inf).argmin())
         if levels[best] < level * (0.5 if len(shares) == 1 else 1.0):
@@ -97,13 +111,17 @@ def _level(target: AnyTarget, inverse: Array, end: Array) -> float:
 def _smallest_step(
     limits: Limits, transfer: Transfer, found: Sensitivities, block: Array, rows: Array
 ) -> tuple[Array, Array]:
-    """The step [coasts, log durations, directions], and the weighted inverse of the rows' Jacobian."""
+    """The step [coasts, log durations, directions], and the weighted inverse of the rows' Jacobian; with a bound on their turn,
+    each burn's directions are three: a rotation vector."""
     burns, nodes = len(transfer.coasts), transfer.grid.size
     unit = transfer.controls
     slopes = np.einsum("ri,ikna->rkna", block, found.by_controls)
     slopes -= np.einsum("rkna,kna->rkn", slopes, unit)[..., None] * unit
     weight = np.sqrt(0.5 * transfer.grid.weights)
-    by_directions = (slopes / weight[None, None, :, None]).reshape(len(rows), -1)
+    if limits.rate is None:
+        by_directions = (slopes / weight[None, None, :, None]).reshape(len(rows), -1)
+    else:
+        by_directions = np.cross(unit, slopes).sum(axis=2).reshape(len(rows), -1)
     by_times = np.hstack([block @ found.by_coasts, block @ found.by_durations * transfer.durations])
     jacobian = np.hstack([by_times, by_directions])
     movable = np.ones(2 * burns, dtype=bool)
@@ -117,18 +135,20 @@ def _smallest_step(
         if (allowed | ~movable).all():
             break
         movable &= allowed
-    step[2 * burns :] /= np.broadcast_to(weight[None, :, None], (burns, nodes, 3)).ravel()
+    if limits.rate is None:
+        step[2 * burns :] /= np.broadcast_to(weight[None, :, None], (burns, nodes, 3)).ravel()
     step /= max(1.0, float(np.abs(step).max()) / LONGEST_STEP)
     return step, inverse
 
 
 def _moved(limits: Limits, transfer: Transfer, step: Array) -> Transfer:
     burns = len(transfer.coasts)
-    return limits.clipped(
-        Transfer(
-            transfer.grid,
-            transfer.coasts + step[:burns],
-            transfer.durations * np.exp(step[burns : 2 * burns]),
-            transfer.controls + step[2 * burns :].reshape(transfer.controls.shape),
-        ).directed
-    )
+    coasts = transfer.coasts + step[:burns]
+    durations = transfer.durations * np.exp(step[burns : 2 * burns])
+    turns = step[2 * burns :]
+    if limits.rate is None:
+        controls = transfer.controls + turns.reshape(transfer.controls.shape)
+    else:
+        pairs = zip(transfer.controls, turns.reshape(-1, 3), strict=True)
+        controls = np.array([rotated(each, turn) for each, turn in pairs])
+    return limits.clipped(Transfer(transfer.grid, coasts, durations, controls).directed)

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from orbsoc.conic.settings import Settings
 from orbsoc.guidance.mission import PlanStatus
-from orbsoc.guidance.powered_flight import Burn
 from orbsoc.guidance.scp import (
     ExitReason,
     Iteration,
@@ -26,15 +25,15 @@ from orbsoc.guidance.scp import (
     within_residual,
 )
 from orbsoc.orbit import PropagationError, elements_from_state
-from orbsoc.orbit.kepler import coasted_in_closed_form
 
 from ..ignition import latest_s
 from ..made_ready import MadeReady
-from ..proof import Proof, proof_of_infeasibility
+from ..proof import OBLATE_COAST, Proof, proof_of_infeasibility
 from .flight import Sensitivities, sensitivities
 from .limits import Limits
+from .motion import Motion
 from .restoration import REACHED, Restored, restored
-from .starts import as_burns, guesses
+from .starts import MANY, as_burns, guesses, revolutions
 from .subproblem import Linearised, bend_of, multipliers, problem_about, stepped
 from .transfer import Transfer
 from .verification import Verification, verify
@@ -45,6 +44,10 @@ FLOWN = 6
 """Pairs of impulses that are made into burns and flown onto the target orbit."""
 SHORTENED = 3
 """Of these, the shortest, that convex problems shorten: all of them, for two that end alike can end beside a third."""
+MORE_FLOWN, MOST_MORE = 2, 12
+"""Starts that are flown beyond these for a revolution of the first orbit with J2, and at most."""
+APART = 0.25
+"""Of a revolution, that ignitions of starts that are shortened lie apart where J2 makes one revolution unlike the next."""
 GROWTH = 1.5
 """Factor by which the grid grows when the thrust turns faster than it follows."""
 BEYOND = 1.5
@@ -111,13 +114,24 @@ class Found:
         return PlanStatus.VERIFIED if self.verification.verified else PlanStatus.NOT_VERIFIED
 
 
+def proof_for_two_burns(ready: MadeReady) -> Proof | None:
+    """Why no two burns reach the target, coasts included; None for no proof."""
+    burn, scenario = ready.burn, ready.scenario.burn
+    coasts = 2 if scenario.ignition == "free" else 1
+    drift = coasts * OBLATE_COAST if scenario.coast_j2 else 0.0
+    return proof_of_infeasibility(
+        burn, ready.target, burn.longest, whole_orbit=True, coasts=True, drift=drift
+    )
+
+
 def limits_of(ready: MadeReady) -> Limits:
     """What the scenario allows, and of the propellant somewhat more, for the way."""
     burn, scenario = ready.burn, ready.scenario
     ignition = latest_s(ready) / ready.units.time_s if scenario.burn.ignition == "free" else 0.0
     longest = scenario.burn.longest_coast_s
     coast = UNBOUNDED if longest is None else longest / ready.units.time_s
-    return Limits(ignition, coast, min(BEYOND * burn.longest, max(burn.longest, NEARLY_ALL / burn.flow)))
+    burning = min(BEYOND * burn.longest, max(burn.longest, NEARLY_ALL / burn.flow))
+    return Limits(ignition, coast, burning, ready.rate_bound)
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,13 +144,13 @@ class Start:
 
 def flown_starts(ready: MadeReady, limits: Limits, count: int) -> list[Start]:
     """The cheapest pairs of impulses as burns that end on the orbit, those that do first, shortest first."""
-    burn, speed = ready.burn, ready.units.speed_m_s
+    motion, speed = Motion.of(ready), ready.units.speed_m_s
     found = []
-    for impulses in guesses(burn, ready.target, limits)[:count]:
+    for impulses in guesses(motion, ready.target, limits)[:count]:
         first, second = speed * np.linalg.norm(impulses.velocities, axis=1)
         name = f"impulses of {first:.1f} and {second:.1f} m/s, {impulses.flight * ready.units.time_s:.0f} s apart"
-        made = as_burns(burn, limits, impulses, ready.scenario.method.nodes)
-        found.append(Start(name, restored(burn, ready.target, limits, made)))
+        made = as_burns(ready.burn, limits, impulses, ready.scenario.method.nodes)
+        found.append(Start(name, restored(motion, ready.target, limits, made)))
     return sorted(found, key=lambda each: (not each.flown.reaches, each.flown.transfer.burning))
 
 
@@ -151,8 +165,7 @@ class Search:
     def run(self, ready: MadeReady) -> Found:
         """The shortest two burns found, verified where the flight confirms them; Ctrl-C ends it with what it has."""
         found = Found(ready)
-        burn = ready.burn
-        found.proof = proof_of_infeasibility(burn, ready.target, burn.longest, whole_orbit=True, coasts=True)
+        found.proof = proof_for_two_burns(ready)
         if found.proof is None:
             try:
                 self._run(ready, found)
@@ -162,17 +175,20 @@ class Search:
 
     def _run(self, ready: MadeReady, found: Found) -> None:
         limits = limits_of(ready)
-        shortened = 0
-        for start in flown_starts(ready, limits, FLOWN):
+        turns = revolutions(Motion.of(ready), limits.ignition)
+        apart = APART * limits.ignition / turns if turns > MANY else 0.0
+        shortened: list[float] = []
+        for start in flown_starts(ready, limits, FLOWN + int(min(MORE_FLOWN * (turns - 1.0), MOST_MORE))):
+            ignition = float(start.flown.transfer.coasts[0])
             if not start.flown.reaches:
                 miss = start.flown.miss
                 message = f"corrected in flight, the burns miss the orbit by {miss:.1e}"
                 outcome = Outcome(ExitReason.INFEASIBLE, start.flown.transfer, (), message)
                 found.attempts.append(Attempt(start.name, "corrected in flight", outcome, miss))
                 found.consider(found.attempts[-1], None)
-            elif shortened < SHORTENED:
+            elif len(shortened) < SHORTENED and all(abs(ignition - each) >= apart for each in shortened):
                 self._shorten(ready, limits, found, start)
-                shortened += 1
+                shortened.append(ignition)
             if found.interrupted:
                 return
 
@@ -194,11 +210,11 @@ class Search:
                 return
             note = f"refined: {verification.failures[0]}"
             finer = outcome.iterate.resampled(min(most, int(np.ceil(GROWTH * attempt.nodes))))
-            moved = restored(ready.burn, ready.target, limits, finer)
+            moved = restored(Motion.of(ready), ready.target, limits, finer)
             transfer = moved.transfer if moved.reaches else None
 
     def _descended(self, ready: MadeReady, limits: Limits, start: Transfer) -> Outcome[Transfer]:
-        burn, target = ready.burn, ready.target
+        motion, target = Motion.of(ready), ready.target
         unit = start.burning
         known: Array | None = None
         flown: Restored | None = None
@@ -206,9 +222,9 @@ class Search:
         def propose(reference: Transfer, radius: float) -> Proposal[Transfer]:
             nonlocal known
             same = flown is not None and flown.transfer is reference
-            found = flown.found if flown is not None and same else sensitivities(burn, reference)
+            found = flown.found if flown is not None and same else sensitivities(motion, reference)
             at = Linearised.about(reference, found)
-            bend = np.zeros((4, 4)) if known is None else bend_of(burn, target, at, known)
+            bend = np.zeros((4, 4)) if known is None else bend_of(motion, target, at, known)
             builder, problem = problem_about(at, target, limits, radius, bend)
             solution = self.solve(problem, Settings(tol=TOLERANCE))
             figures = _figures(ready, reference, found)
@@ -221,8 +237,8 @@ class Search:
 
         def restore(transfer: Transfer) -> Transfer | None:
             nonlocal flown
-            flown = restored(burn, target, limits, transfer)
-            return flown.transfer if flown.reaches and above_ground(burn, flown) else None
+            flown = restored(motion, target, limits, transfer)
+            return flown.transfer if flown.reaches and above_ground(motion, flown) else None
 
         return trust_region(
             start,
@@ -234,11 +250,11 @@ class Search:
         )
 
 
-def above_ground(burn: Burn, flown: Restored) -> bool:
+def above_ground(motion: Motion, flown: Restored) -> bool:
     """Whether every coast stays above the ground."""
-    before = np.vstack([burn.start, flown.found.states[:-1, 1]])
+    before = np.vstack([motion.burn.start, flown.found.states[:-1, 1]])
     for state, time in zip(before, flown.transfer.coasts, strict=True):
-        way = coasted_in_closed_form(np.tile(state, (LOOKS, 1)), np.linspace(0.0, float(time), LOOKS))
+        way = motion.coast.way(state, np.linspace(0.0, float(time), LOOKS))
         if np.linalg.norm(way[:, :3], axis=1).min() < 1.0:
             return False
     return True
@@ -248,7 +264,7 @@ def judged(ready: MadeReady, transfer: Transfer) -> Verification | None:
     """The flight of a transfer that the propellant allows; None where it does not, or where it cannot be flown."""
     if transfer.burning > ready.burn.longest:
         return None
-    end = sensitivities(ready.burn, transfer).end
+    end = sensitivities(Motion.of(ready), transfer).end
     try:
         return verify(ready.scenario, ready.target, transfer, end)
     except (PropagationError, ValueError):

@@ -21,31 +21,41 @@ from orbsoc.orbit import (
     rotate_state,
     state_from_elements,
 )
-from orbsoc.orbit.kepler import coasted_in_closed_form
 
 from ..any_target import AnyTarget
 from ..free_target import FreeTarget
 from ..target import TargetOrbit
 from .impulses import COARSE, FINE, Impulses, cheapest
 from .limits import Limits
+from .motion import Motion
 from .transfer import Transfer, constant
 
 Array = NDArray[np.float64]
 
 DEPARTURES, FEW_DEPARTURES = 60, 24
+MOST_REVOLUTIONS = 16.0
+"""With J2 no revolution of the first orbit is like the one before; up to this many each have `FEW_DEPARTURES`."""
+MANY = 1.5
+"""Revolutions, from which on each of them counts."""
 NEW_NODES = np.deg2rad([0.0, -20.0, 20.0])
 PERIGEES = 6
 """Directions of the perigee that a target with a free one is completed by."""
 LEAST_COAST = 1e-3
 
 
-def guesses(burn: Burn, target: AnyTarget, limits: Limits) -> list[Impulses]:
-    """The cheapest pairs of impulses, best first, that burns can be made of within the limits."""
+def guesses(motion: Motion, target: AnyTarget, limits: Limits) -> list[Impulses]:
+    """The cheapest pairs of impulses, best first, that burns can be made of within the limits.
+
+    The first orbit is that of the coast; the transfers are two-body orbits.
+    """
+    burn = motion.burn
     whole = [target] if isinstance(target, TargetOrbit) else list(_completed(burn, target))
-    fine = len(whole) == 1
     latest = limits.ignition + 0.5 * limits.burning
-    departures = np.linspace(0.0, latest, DEPARTURES if fine else FEW_DEPARTURES)
-    states = coasted_in_closed_form(np.tile(burn.start, (len(departures), 1)), departures)
+    turns = revolutions(motion, latest)
+    fine = len(whole) == 1 and turns <= MANY
+    count = DEPARTURES if fine else int(FEW_DEPARTURES * min(turns, MOST_REVOLUTIONS))
+    departures = np.linspace(0.0, latest, count)
+    states = motion.coast.way(burn.start, departures)
     spacing = departures[1]
 
     def allowed(departure: Array, size: Array) -> NDArray[np.bool_]:
@@ -63,6 +73,15 @@ def guesses(burn: Burn, target: AnyTarget, limits: Limits) -> list[Impulses]:
             fineness=FINE if fine else COARSE,
         )
     return sorted(found, key=lambda each: each.cost)
+
+
+def revolutions(motion: Motion, time: float) -> float:
+    """Of the first orbit, that differ, and at least 1: those about a point mass are all alike, and a hyperbola has one."""
+    state = motion.burn.start
+    inverse = 2.0 / float(np.linalg.norm(state[:3])) - float(state[3:] @ state[3:])  # 1/a
+    if not motion.coast.oblate or inverse <= 0.0:
+        return 1.0
+    return max(1.0, float(time * inverse**1.5 / (2.0 * np.pi)))
 
 
 def as_burns(burn: Burn, limits: Limits, impulses: Impulses, nodes: int) -> Transfer:

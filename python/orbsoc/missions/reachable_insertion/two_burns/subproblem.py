@@ -5,6 +5,9 @@ in their own. Directions are meant in axes that follow the way to their ignition
 keeps its attitude to the orbit. The end state is x̂ + Σ S_u (u − û) + S_d d, and the target's rows hold to first order. Steps are bounded by
 ‖uᵢ − ûᵢ‖ ≤ ρ and |d| ≤ ρ. The balls bend the cost of u but not of d, where the optimum is as flat as a Hohmann transfer's is in
 its times: the convex part of the Lagrangian's second derivatives by d, with the multipliers of the problem before, is added.
+
+A bound on the turn of the thrust adds the cones of `attitude_rate`, with the durations as unknowns. There the ball would lend a fast
+turn the way through its inside; ûᵢ·uᵢ ≥ 1 − ρ²/2, which every unit vector within ρ of ûᵢ obeys, keeps that to second order.
 """
 
 from __future__ import annotations
@@ -18,12 +21,15 @@ from scipy import sparse
 from orbsoc.conic.builder import ConicBuilder, HasPoint, Term, Variable
 from orbsoc.conic.named_rows import HasDuals
 from orbsoc.conic.problem import Problem
-from orbsoc.guidance.powered_flight import Burn, stored
+from orbsoc.guidance.powered_flight import stored
 
 from ..any_target import AnyTarget
+from ..attitude_rate import add_turns, slope_matrix
 from .flight import Sensitivities, sensitivities
 from .limits import SHORTEST, Limits
+from .motion import Motion
 from .transfer import Transfer
+from .turning import held_shares
 
 Array = NDArray[np.float64]
 
@@ -92,7 +98,26 @@ def problem_about(
     builder.second_order([(controls, balls)], np.tile([1.0, 0.0, 0.0, 0.0], burns * nodes), size=4)
     heads = np.hstack([np.full((burns * nodes, 1), radius), -now.reshape(-1, 3)])
     builder.second_order([(controls, balls)], heads.ravel(), size=4)
+    if limits.rate is not None:
+        _bound_turns(builder, at, limits.rate, radius, (controls, times))
     return builder, builder.build()
+
+
+def _bound_turns(
+    builder: ConicBuilder, at: Linearised, rate: float, radius: float, unknowns: tuple[Variable, Variable]
+) -> None:
+    """|p'| ≤ ωT/2 over each burn, and thrust on the outside of the ball."""
+    (controls, times), transfer = unknowns, at.transfer
+    burns, nodes = transfer.controls.shape[:2]
+    each = slope_matrix(nodes)
+    half = np.repeat(0.5 * rate * held_shares(transfer), len(each))
+    longer = np.hstack([np.zeros((burns, burns)), np.diag(at.scales[burns:])])
+    by_times = half[:, None] * np.repeat(longer, len(each), axis=0)
+    slopes = sparse.kron(sparse.eye_array(burns), sparse.coo_array(each))
+    add_turns(builder, controls, slopes, half * np.repeat(transfer.durations, len(each)), (times, by_times))
+    now = transfer.controls.reshape(-1, 3)
+    along = sparse.block_diag([-row[None] for row in now])
+    builder.nonnegative([(controls, along)], np.full(burns * nodes, 0.5 * radius**2 - 1.0))
 
 
 def _sizes(at: Linearised, target: AnyTarget) -> Array:
@@ -108,7 +133,7 @@ def multipliers(builder: ConicBuilder, solution: HasDuals, at: Linearised, targe
     return np.asarray(builder.dual(solution, ROWS) / _sizes(at, target))
 
 
-def bend_of(burn: Burn, target: AnyTarget, at: Linearised, multiplied: Array) -> Array:
+def bend_of(motion: Motion, target: AnyTarget, at: Linearised, multiplied: Array) -> Array:
     """The convex part of the second derivatives (2K, 2K) of the rows by the times, each row times its multiplier."""
     burns = len(at.transfer.coasts)
 
@@ -119,7 +144,7 @@ def bend_of(burn: Burn, target: AnyTarget, at: Linearised, multiplied: Array) ->
     bend = np.zeros((2 * burns, 2 * burns))
     for k, step in enumerate(DIFFERENCE * np.eye(2 * burns)):
         moved = at.moved(at.transfer, step)
-        bend[k] = (slope(moved, sensitivities(burn, moved)) - here) / DIFFERENCE
+        bend[k] = (slope(moved, sensitivities(motion, moved)) - here) / DIFFERENCE
     values, vectors = np.linalg.eigh(0.5 * (bend + bend.T))
     return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
 

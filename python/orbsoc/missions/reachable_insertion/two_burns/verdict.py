@@ -4,22 +4,27 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.orbit import EARTH, CanonicalUnits
 
 from ..made_ready import MadeReady
+from ..rows import Row
 from ..scenario import MOST_NODES
-from ..verdicts import Violation, row_in_words, shape_of, start_tried
+from ..verdicts import Violation, rate_in_words, row_in_words, shape_of, start_tried, turns_in_words
 from .flight import sensitivities
+from .motion import Motion
 from .restoration import REACHED
 from .search import Attempt
 from .transfer_plan import TransferPlan
+from .turning import turn_rates
 
 
 def verdict(plan: TransferPlan) -> str:
     """One or two sentences."""
     if plan.status is PlanStatus.VERIFIED:
-        return f"VERIFIED: {_achievement(plan)}. {_evidence(plan)}{_one_is_enough(plan)}"
+        return f"VERIFIED: {_achievement(plan)}. {_evidence(plan)}{_turns(plan)}{_one_is_enough(plan)}"
     if plan.status is PlanStatus.NOT_VERIFIED:
         return f"NOT VERIFIED, do not fly: {_achievement(plan)}, but {_objection(plan)}"
     if plan.status is PlanStatus.INFEASIBLE:
@@ -36,13 +41,18 @@ def violations(plan: TransferPlan) -> tuple[Violation, ...]:
 
 def violations_of(plan: TransferPlan, attempt: Attempt) -> tuple[Violation, ...]:
     """The same of any attempt."""
-    if attempt.miss <= REACHED:
-        return ()
-    end = sensitivities(MadeReady.of(plan.scenario).burn, attempt.transfer).end
-    found = [
-        Violation(row, value, row_in_words(plan.target, row, value, end))
-        for row, value in plan.target.misses(end)
-    ]
+    ready, found = MadeReady.of(plan.scenario), []
+    if attempt.miss > REACHED:
+        end = sensitivities(Motion.of(ready), attempt.transfer).end
+        found = [
+            Violation(row, value, row_in_words(plan.target, row, value, end))
+            for row, value in plan.target.misses(end)
+        ]
+    if ready.rate_bound is not None:
+        over = float(turn_rates(attempt.transfer).max()) - ready.rate_bound
+        found += (
+            [Violation(Row.ATTITUDE_RATE, over, rate_in_words(plan.scenario, over))] if over > 0.0 else []
+        )
     return tuple(
         sorted((each for each in found if abs(each.value) > REACHED), key=lambda each: -abs(each.value))
     )
@@ -83,7 +93,18 @@ def _evidence(plan: TransferPlan) -> str:
         "Flown by an independent integrator, coasts and burns end within"
         f" {found.angular_momentum_rel:.0e} of the promised angular momentum and {found.laplace_rel:.0e} of the"
         f" promised eccentricity vector, on a grid of {best.nodes} nodes a burn"
+        f"{'; J2 acts on the coasts, and not on the burns' if plan.scenario.burn.coast_j2 else ''}"
     )
+
+
+def _turns(plan: TransferPlan) -> str:
+    """How fast the thrust turns over the burns, and between them where that is faster than the bound of the burns."""
+    found, limits = plan.verification, plan.scenario.limits
+    told = turns_in_words(plan.scenario, found)
+    if found is None or limits is None or not np.rad2deg(found.slew_rad_s) > limits.attitude_rate_deg_s:
+        return told
+    slew = f"the slew between the burns takes {np.rad2deg(found.slew_rad_s):.4g} °/s"
+    return f"{told}. The bound is for the burns alone; {slew}"
 
 
 def _one_is_enough(plan: TransferPlan) -> str:
@@ -102,10 +123,12 @@ def _objection(plan: TransferPlan) -> str:
 def _infeasible(plan: TransferPlan) -> str:
     proof, speed = plan.proof, CanonicalUnits.of(EARTH).speed_m_s
     assert proof is not None
+    oblate = plan.scenario.burn.coast_j2
+    for_which = "two burns and their coasts with J2" if oblate else "any number of burns and coasts"
     return (
         "INFEASIBLE: no burns, however steered and whenever begun, reach the target."
         f" {proof.what[0].upper()}{proof.what[1:]} takes more than {speed * proof.needed:.1f} m/s, and the vehicle has"
-        f" {speed * proof.available:.1f} m/s. This is a proof for any number of burns and coasts above the ground"
+        f" {speed * proof.available:.1f} m/s. This is a proof for {for_which} above the ground"
     )
 
 

@@ -17,11 +17,20 @@ from orbsoc.orbit import (
 )
 
 from ..any_target import AnyTarget
-from ..attitude_rate import rates
-from ..coast import ENGINE_OFF
+from ..attitude_rate import peak_rate, rates
+from ..coast import coasted_from
 from ..free_target import FreeTarget
 from ..scenario import Scenario
-from ..verification import SAMPLES, EndOfFlight, Flight, OrbitErrors, failures_of, orbit_of, per_second
+from ..verification import (
+    SAMPLES,
+    EndOfFlight,
+    Flight,
+    OrbitErrors,
+    failures_of,
+    orbit_of,
+    per_second,
+    rate_failures,
+)
 from .transfer import Transfer
 
 Array = NDArray[np.float64]
@@ -51,6 +60,14 @@ class TransferFlight:
         return np.asarray(self.burns[-1].propagated[-1])
 
     @property
+    def slew_rad_s(self) -> float:
+        """The rate of the great circle from the last direction of the first burn to the first of the second, over the coast."""
+        first, last = self.burns[0].direction[-1], self.burns[1].direction[0]
+        angle = float(np.arctan2(np.linalg.norm(np.cross(first, last)), first @ last))
+        coast_s = float(self.coasts[1].times_s[-1])
+        return angle / coast_s if coast_s > 0.0 else float("inf")
+
+    @property
     def lowest_altitude_m(self) -> float:
         """Over the equatorial radius, of coasts and burns."""
         states = np.vstack([each.states for each in self.coasts] + [each.propagated for each in self.burns])
@@ -59,9 +76,10 @@ class TransferFlight:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Verification(EndOfFlight):
-    """What the propagation of two burns found."""
+    """What the propagation of two burns found; `slew_rad_s` is the slowest turn between the burns that joins their directions."""
 
     flight: TransferFlight
+    slew_rad_s: float
 
 
 def fly(scenario: Scenario, transfer: Transfer) -> TransferFlight:
@@ -75,7 +93,7 @@ def fly(scenario: Scenario, transfer: Transfer) -> TransferFlight:
     for coast, duration, controls in zip(transfer.coasts, transfer.durations, transfer.controls, strict=True):
         coast_s, duration_s = float(coast) * time_s, float(duration) * time_s
         times_s = np.linspace(0.0, coast_s, SAMPLES)
-        coasts.append(CoastArc(times_s, propagate_burn(state, ENGINE_OFF, lambda _t, x: x[3:], times_s)))
+        coasts.append(CoastArc(times_s, coasted_from(scenario, state, times_s, independent=True)))
         raw = transfer.grid.interpolate(controls, tau)
         size = np.linalg.norm(raw, axis=1)
         times_s = 0.5 * duration_s * (tau + 1.0)
@@ -100,6 +118,9 @@ def verify(scenario: Scenario, target: AnyTarget, transfer: Transfer, planned_en
         momentum, laplace = target.momentum * target.normal, target.eccentricity * target.perigee
     errors = OrbitErrors.of(scenario, target, flight.end, momentum, laplace)
     size = np.concatenate([each.raw_norm for each in flight.burns])
+    pairs = zip(transfer.controls, flight.burns, strict=True)
+    peaks = [per_second(np.array(peak_rate(transfer.grid, u)), float(burn.times_s[-1])) for u, burn in pairs]
+    peak_rad_s = float(max(peaks))
     excess, deficit = float(size.max()) - 1.0, float(size.min()) - 1.0
     return Verification(
         flight=flight,
@@ -110,5 +131,8 @@ def verify(scenario: Scenario, target: AnyTarget, transfer: Transfer, planned_en
         plane_rad=errors.plane_rad,
         thrust_excess=excess,
         thrust_deficit=deficit,
-        failures=failures_of(errors.checks(scenario.verification, target, excess, flight.lowest_altitude_m)),
+        peak_rate_rad_s=peak_rad_s,
+        slew_rad_s=flight.slew_rad_s,
+        failures=failures_of(errors.checks(scenario.verification, target, excess, flight.lowest_altitude_m))
+        + rate_failures(scenario, peak_rad_s),
     )
