@@ -278,6 +278,6 @@ def test_over_given_instants_generation_reaches_the_programme_with_all_of_them()
 
 def test_impulses_that_are_the_solvers_zeros_are_counted_apart() -> None:
     programme = ImpulseProgramme([0.0, 60.0, 120.0], [[0.0, 0.3, 0.4], [1e-13, 0.0, 0.0], [0.0, 0.0, -0.5]])
-    assert programme.words == "1.0000 m/s in 2 impulses, of 3: the others are zero"
+    assert programme.words == "1.0000 m/s in 2 of 3 impulses, the rest zero"
     assert programme.worth_firing.tolist() == [True, False, True]
     assert ImpulseProgramme([0.0], [[0.0, 0.3, 0.4]]).words == "0.5000 m/s in 1 impulse"

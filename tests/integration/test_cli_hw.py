@@ -289,7 +289,7 @@ def test_every_report_of_a_run_echoes_its_parameters(workload: Path, tmp_path: P
     rows = {row["key"]: row for row in document["assumptions"]}
     assert (rows["pl.lanes"]["value"], rows["pl.lanes"]["tag"]) == (2, "assumed")
     assert {key for key, row in rows.items() if row["used"] and not key.startswith("pl.latencies")} == {
-        "pl.clock_mhz", "pl.lanes", "pl.dividers", "pl.banks", "pl.clusters", "area.bram36_ceiling", "resources.bram36",
+        "pl.clock_mhz", "pl.lanes", "pl.dividers", "pl.banks", "pl.clusters", "pl.interleaved", "area.bram36_ceiling", "resources.bram36",
         "energy.add_f64_pj", "energy.mul_f64_pj", "energy.div_f64_pj", "energy.logic_f64_pj",
         "energy.bank_read_bit_pj", "energy.bank_write_bit_pj", "energy.microcode_bit_pj",
     }  # fmt: skip

@@ -187,7 +187,7 @@ def refusal(workload: Path, out: Path, *arguments: str) -> str:
         (("run", "{w}", "--banks", "4", "--set", "pl.banks=8"), "--banks sets `pl.banks`; use that one"),
         (
             ("run", "{w}", "--set", "ps.clock_mhz=90.0"),
-            "`ps.clock_mhz` = 90.0 would do nothing here: this report has no",
+            "`ps.clock_mhz` = 90.0 would do nothing here: this report times no PS",
         ),
         (("run", "{w}", "--set", "runtime.preset=linux"), "`runtime.preset` = 'linux' would do nothing here"),
         (

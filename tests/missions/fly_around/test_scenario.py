@@ -57,7 +57,7 @@ BAD = {
     "two numbers for a vector": (
         "[target]",
         "[disturbance]\nacceleration_m_s2 = [0.0, 1e-6]\n\n[target]",
-        r"disturbance\.acceleration_m_s2\.2: is missing",
+        r"disturbance\.acceleration_m_s2 = \[0\.0, 1e-06\]: entry 3 is missing",
     ),
     "no target": ("[target]", "", r"altitude_km = 500\.0: unknown key"),
     "front": ("tolerance_m = 2.0", "tolerance_m = 2.0\nfront = [0]", r"front\.0 = 0: .*greater than or equal to 1"),

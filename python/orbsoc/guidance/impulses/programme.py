@@ -75,8 +75,9 @@ class ImpulseProgramme:
     def words(self) -> str:
         """The total and the number of impulses; those that are zero are counted apart."""
         fired = int(self.worth_firing.sum())
-        idle = f", of {len(self)}: the others are zero" if fired < len(self) else ""
-        return f"{self.total_m_s:.4f} m/s in {fired} impulse{'s' * (fired != 1)}{idle}"
+        if fired < len(self):
+            return f"{self.total_m_s:.4f} m/s in {fired} of {len(self)} impulses, the rest zero"
+        return f"{self.total_m_s:.4f} m/s in {fired} impulse{'s' * (fired != 1)}"
 
     @property
     def total_absolutes_m_s(self) -> float:
