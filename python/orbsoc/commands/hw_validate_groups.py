@@ -7,10 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-import typer
-
-from . import hw_options as options
-from .failures import FAILED
+from .hw_validate_runs import report_runs
 
 if TYPE_CHECKING:
     from orbsoc.rtl.group import GroupOutcome
@@ -21,33 +18,28 @@ def validate_groups(folder: Path, where: Path, copies: int, *, quick: bool, as_j
     from orbsoc.rtl.group_cases import all_groups, quick_groups, run_groups
 
     points = (quick_groups if quick else all_groups)(copies)
-    options.write_all(where, {})
-    outcomes: list[GroupOutcome] = []
-    for done, outcome in enumerate(run_groups(folder, points), start=1):
-        outcomes.append(outcome)
-        typer.echo(
-            f"{done}/{len(points)} {_title(outcome)}: {'equal' if outcome.good else 'DIFFERENT'}", err=True
-        )
-    equal = all(outcome.good for outcome in outcomes)
-    document = {
-        "schema": "orbsoc.rtl-groups/1",
-        "provenance": {
-            "words, cycles, clocks": "measured: RTL under Verilator",
-            "model_clocks": "modelled: the segments that hw_model counts for a group, by their schedules",
+    report_runs(
+        run_groups(folder, points),
+        len(points),
+        where,
+        name="groups",
+        head={
+            "schema": "orbsoc.rtl-groups/1",
+            "provenance": {
+                "words, cycles, clocks": "measured: RTL under Verilator",
+                "model_clocks": "modelled: the segments that hw_model counts for a group, by their schedules",
+            },
+            "interleaved": copies,
         },
-        "interleaved": copies,
-        "equal": equal,
-        "groups": [_record(outcome) for outcome in outcomes],
-    }
-    table = _table(outcomes)
-    text = "\n".join(table) + "\n"
-    options.write_all(where, {"rtl-groups.json": options.as_json_text(document), "rtl-groups.md": text})
-    verdict = (
-        f"measured: {len(outcomes)} groups of {copies} interleaved problems on the RTL are"
-        f" {'EQUAL to' if equal else 'DIFFERENT from'} Rust's solves of each"
+        line=lambda outcome: f"{_title(outcome)}: {'equal' if outcome.good else 'DIFFERENT'}",
+        record=_record,
+        table=_table,
+        verdict=lambda outcomes, equal: (
+            f"measured: {len(outcomes)} groups of {copies} interleaved problems on the RTL are"
+            f" {'EQUAL to' if equal else 'DIFFERENT from'} Rust's solves of each"
+        ),
+        as_json=as_json,
     )
-    options.print_report([*table, verdict], document, where, as_json=as_json)
-    raise typer.Exit(0 if equal else FAILED)
 
 
 def _title(outcome: GroupOutcome) -> str:

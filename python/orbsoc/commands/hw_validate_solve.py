@@ -7,10 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-import typer
-
-from . import hw_options as options
-from .failures import FAILED
+from .hw_validate_runs import report_runs
 
 if TYPE_CHECKING:
     from orbsoc.rtl.solve import SolveOutcome
@@ -24,31 +21,27 @@ def validate_solves(folder: Path, where: Path, *, quick: bool, as_json: bool) ->
     from orbsoc.rtl.solve_cases import all_solves, quick_solves, run_solves
 
     points = (quick_solves if quick else all_solves)(folder.parent / "scenarios")
-    options.write_all(where, {})
-    outcomes: list[SolveOutcome] = []
-    for done, outcome in enumerate(run_solves(folder, points), start=1):
-        outcomes.append(outcome)
-        verdict = "; ".join(described(outcome)) or "equal"
-        typer.echo(f"{done}/{len(points)} {_title(outcome)}: {verdict}", err=True)
-    equal = all(outcome.good for outcome in outcomes)
-    document = {
-        "schema": SCHEMA,
-        "provenance": {
-            "iterates, cycles, clocks": "measured: RTL under Verilator",
-            "model_clocks": "modelled: hw_model on rtl/harness/platform.toml, segments by their schedules",
+    report_runs(
+        run_solves(folder, points),
+        len(points),
+        where,
+        name="solves",
+        head={
+            "schema": SCHEMA,
+            "provenance": {
+                "iterates, cycles, clocks": "measured: RTL under Verilator",
+                "model_clocks": "modelled: hw_model on rtl/harness/platform.toml, segments by their schedules",
+            },
         },
-        "equal": equal,
-        "solves": [_record(outcome) for outcome in outcomes],
-    }
-    table = _table(outcomes)
-    text = "\n".join(table) + "\n"
-    options.write_all(where, {"rtl-solves.json": options.as_json_text(document), "rtl-solves.md": text})
-    verdict = (
-        f"measured: {len(outcomes)} solves on the RTL are {'EQUAL to' if equal else 'DIFFERENT from'} Rust's,"
-        f" {sum(outcome.iterations for outcome in outcomes)} iterations"
+        line=lambda outcome: f"{_title(outcome)}: {'; '.join(described(outcome)) or 'equal'}",
+        record=_record,
+        table=_table,
+        verdict=lambda outcomes, equal: (
+            f"measured: {len(outcomes)} solves on the RTL are {'EQUAL to' if equal else 'DIFFERENT from'} Rust's,"
+            f" {sum(outcome.iterations for outcome in outcomes)} iterations"
+        ),
+        as_json=as_json,
     )
-    options.print_report([*table, verdict], document, where, as_json=as_json)
-    raise typer.Exit(0 if equal else FAILED)
 
 
 def _title(outcome: SolveOutcome) -> str:
