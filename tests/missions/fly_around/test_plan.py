@@ -71,7 +71,7 @@ def test_the_proof_of_the_fewest_pulses_stands_in_the_document() -> None:
 def test_the_verdict_comes_first_and_says_it_all(impulses: str | int, status: PlanStatus, says: str) -> None:
     found = planned(impulses)
     assert found.status is status
-    assert found.to_dict()["verdict"].startswith(says)
+    assert found.to_dict()["details"].startswith(says)
 
 
 def test_impulses_come_back_from_their_file_and_pass_the_audit() -> None:
@@ -116,7 +116,7 @@ def test_an_audit_tells_what_is_wrong_with_a_programme() -> None:
     late = ImpulseProgramme([10.0, 100.0], np.ones((2, 3)))
     judged = audit(scenario(), late)
     assert judged.status is PlanStatus.NOT_VERIFIED
-    assert "NOT VERIFIED, do not fly: 3 pulses" in judged.to_dict()["verdict"]  # one of 0 at the start
+    assert "NOT VERIFIED, do not fly: 3 pulses" in judged.to_dict()["details"]  # one of 0 at the start
     with pytest.raises(
         ScenarioError, match=r"time_s = 1800: must be from 0 to below ellipse\.period_s = 1800"
     ):
@@ -149,7 +149,7 @@ def test_ctrl_c_in_a_solve_is_a_status() -> None:
     assert found.status is PlanStatus.INTERRUPTED
     assert len(found.subproblems) == 4
     assert found.tables() == {}
-    assert found.to_dict()["verdict"].startswith("INTERRUPTED: interrupted after 4 conic problems")
+    assert found.to_dict()["details"].startswith("INTERRUPTED: interrupted after 4 conic problems")
 
 
 def test_the_callback_sees_every_problem_in_order() -> None:

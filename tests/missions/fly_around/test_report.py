@@ -37,7 +37,7 @@ def test_a_plan_has_its_page(settings: dict[str, Any], says: tuple[str, ...], tm
     page = html.unescape((tmp_path / "out" / "report.html").read_text(encoding="utf-8"))
     document = json.loads((tmp_path / "out" / "plan.json").read_text(encoding="utf-8"))
     text = re.sub(r"\s+", " ", page)
-    for words in (*says, document["verdict"]):
+    for words in (*says, document["details"]):
         assert words in text
     assert "http" not in text.replace("http://www.w3.org", "")
 

@@ -214,7 +214,7 @@ def test_a_margin_that_takes_all_is_told() -> None:
     assert "takes all of tolerance_m" in none.reason
     refused = plan(scenario(uncertainty=NAVIGATION | {"position_m": 5.0}))
     assert refused.status is PlanStatus.INFEASIBLE
-    assert refused.to_dict()["verdict"].startswith("INFEASIBLE: the margin for the uncertainty with ")
+    assert refused.to_dict()["details"].startswith("INFEASIBLE: the margin for the uncertainty with ")
 
 
 def test_a_disturbance_is_counted_on() -> None:

@@ -36,7 +36,7 @@ def test_the_module_is_a_mission_with_every_optional_part() -> None:
 
 def test_every_row_is_verified_by_integrators_that_the_optimiser_does_not_use(rows: list[Plan]) -> None:
     for found in rows:
-        assert found.status is PlanStatus.VERIFIED, found.to_dict()["verdict"]
+        assert found.status is PlanStatus.VERIFIED, found.to_dict()["details"]
         assert found.safe
         assert found.verification is not None
         assert found.verification.terminal_position_m < 1e-3
@@ -109,7 +109,7 @@ def test_an_interruption_safe_plan_is_safe_wherever_a_burn_stops_and_cheaper_tha
     assert judged.status is PlanStatus.VERIFIED
     assert judged.verification is not None
     assert min(cut.distance_m for cut in judged.verification.cuts_within_orbits) > 39.99
-    assert "for the first orbit wherever a burn stops" in judged.to_dict()["verdict"]
+    assert "for the first orbit wherever a burn stops" in judged.to_dict()["details"]
     assert len(found.programme) <= 8
     impossible = plan_unflown(CASES[10].scenario(impulses={"timing": "generated"}, interruption_orbits=2))
     assert impossible.status is PlanStatus.INFEASIBLE
@@ -145,7 +145,7 @@ def test_the_elliptic_plan_holds_by_true_motion() -> None:
     assert found.verification is not None
     truth = found.verification.truths[0]
     assert (truth.least_depth_m, truth.capture_miss_m) == pytest.approx((39.7, 1.8), abs=0.3)
-    assert "SAFE for one orbit" in found.to_dict()["verdict"]
+    assert "SAFE for one orbit" in found.to_dict()["details"]
 
 
 def test_a_plan_is_a_document_tables_and_figures(rows: list[Plan], tmp_path: Path) -> None:
@@ -155,8 +155,8 @@ def test_a_plan_is_a_document_tables_and_figures(rows: list[Plan], tmp_path: Pat
     assert {"delta_v_m_s", "cost", "impulses", "terminal_error", "constraints", "audits", "certificates"} <= {
         *document
     }
-    assert document["verdict"].startswith("SAFE for all time after every completed burn (45.35 m")
-    assert document["verdict"].endswith("VERIFIED: 0.2888 m/s in 3 of 4 impulses, the rest zero")
+    assert document["details"].startswith("SAFE for all time after every completed burn (45.35 m")
+    assert document["details"].endswith("VERIFIED: 0.2888 m/s in 3 of 4 impulses, the rest zero")
     assert document["certificates"]["optimum"]["gap"] == pytest.approx(0.0, abs=1e-7)
     assert document["audits"]["cut_burns"]["number"] == 2
     assert all(row["margin"] > -0.01 for row in document["constraints"])
@@ -199,7 +199,7 @@ def test_a_programme_of_another_planner_is_judged_alike(rows: list[Plan]) -> Non
     wrong = ImpulseProgramme(found.programme.times_s, 0.9 * found.programme.dv_m_s)
     broken = audit(found.scenario, wrong)
     assert broken.status is PlanStatus.NOT_VERIFIED
-    assert "capture is broken by" in broken.to_dict()["verdict"]
+    assert "capture is broken by" in broken.to_dict()["details"]
     late = ImpulseProgramme([0.0, 4000.0], [[0.1, 0.0, 0.0], [0.0, 0.1, 0.0]])
     with pytest.raises(ScenarioError, match=r"time_s = 4000: must lie within 0 and duration_s = 3600"):
         audit(found.scenario, late)
@@ -208,7 +208,7 @@ def test_a_programme_of_another_planner_is_judged_alike(rows: list[Plan]) -> Non
 def test_infeasible_and_interrupted_are_statuses() -> None:
     none = plan(CASES[0].scenario(impulses={"count": 2}))
     assert none.status is PlanStatus.INFEASIBLE
-    assert none.to_dict()["verdict"].startswith("INFEASIBLE: ")
+    assert none.to_dict()["details"].startswith("INFEASIBLE: ")
     assert none.tables() == {}
 
     def stopped(*_: object) -> orbsoc.Solution:

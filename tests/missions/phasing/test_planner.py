@@ -114,7 +114,7 @@ def test_an_interrupt_is_a_status() -> None:
 
     found = plan(scenario(), callback=interrupt)
     assert found.status is PlanStatus.INTERRUPTED
-    assert found.to_dict()["verdict"].startswith("INTERRUPTED")
+    assert found.to_dict()["details"].startswith("INTERRUPTED")
 
 
 def test_programmes_from_elsewhere_are_judged() -> None:
@@ -125,7 +125,7 @@ def test_programmes_from_elsewhere_are_judged() -> None:
     wrong = ImpulseProgramme(programme.times_s, programme.dv_m_s * 1.001)
     found = audit(scenario(), wrong)
     assert found.status is PlanStatus.NOT_VERIFIED
-    assert "do not fly" in found.to_dict()["verdict"]
+    assert "do not fly" in found.to_dict()["details"]
     with pytest.raises(ScenarioError, match="must lie within"):
         audit(scenario(), ImpulseProgramme([1.0], [[1.0, 0.0, 0.0]]))
 
@@ -142,4 +142,4 @@ def test_a_descent_whose_bound_stays_open_is_not_called_the_least(monkeypatch: p
     monkeypatch.setattr("orbsoc.missions.phasing.descent.PROVED", -1.0)
     found = plan(scenario())
     assert found.status is PlanStatus.NOT_VERIFIED
-    assert "not proved to be the least" in found.to_dict()["verdict"]
+    assert "not proved to be the least" in found.to_dict()["details"]

@@ -29,7 +29,7 @@ def plan_document(plan: FlyAround) -> dict[str, Any]:
         "status": plan.status.value,
         "exit_reason": plan.status.name,
         "message": plan.message,
-        "verdict": verdict(plan),
+        "details": verdict(plan),
         "pulses": found and len(found.programme),
         "delta_v_m_s": found and found.programme.total_m_s,
         "cost": found and found.programme.total_m_s,

@@ -22,7 +22,7 @@ def plan_document(plan: ApproachPlan) -> dict[str, Any]:
         "status": plan.status.value,
         "exit_reason": plan.exit_reason.name,
         "message": plan.message,
-        "verdict": verdict(plan),
+        "details": verdict(plan),
         "delta_v_m_s": programme and programme.total_m_s,
         "cost": _number(plan.cost),
         "impulses": programme.to_list() if programme else [],

@@ -29,7 +29,7 @@ def plan_document(plan: PhasingPlan) -> dict[str, Any]:
         "status": plan.status.value,
         "exit_reason": plan.exit_reason.name,
         "message": plan.message,
-        "verdict": verdict(plan),
+        "details": verdict(plan),
         "delta_v_m_s": cost,
         "cost": cost,
         "impulses": programme.to_list() if programme else [],

@@ -25,7 +25,7 @@ def plan_document(plan: LaunchPlan) -> dict[str, Any]:
         "status": plan.status.value,
         "exit_reason": plan.status.name,
         "message": plan.message,
-        "verdict": verdict(plan),
+        "details": verdict(plan),
         "launch": _launch(plan),
         "delta_v_m_s": programme and programme.total_m_s,
         "cost": met and met.value,

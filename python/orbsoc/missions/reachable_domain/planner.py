@@ -103,7 +103,7 @@ class Plan:
             "name": self.scenario.name,
             "status": self.status.value,
             "message": self.message,
-            "verdict": self.verdict,
+            "details": self.verdict,
             "point": {name: _plain(value) for name, value in self.point.items()},
             "verification": self.verification,
             "scp_iterations": len(self.subproblems),
