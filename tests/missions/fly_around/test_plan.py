@@ -20,7 +20,7 @@ from orbsoc.interfaces import clarabel
 from orbsoc.missions import fly_around
 from orbsoc.missions.fly_around import Scenario, ScenarioError, audit, disperse, plan, reproduce
 from orbsoc.missions.fly_around.record import plan_document
-from orbsoc.missions.fly_around.truth import forces_of, target_state
+from orbsoc.missions.fly_around.verification import forces_of, target_state
 from orbsoc.orbit.perturbations import coast
 from orbsoc.orbit.relative import relative_state
 

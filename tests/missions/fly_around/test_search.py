@@ -10,10 +10,10 @@ import pytest
 import orbsoc
 from orbsoc.guidance.impulses import Impulses
 from orbsoc.missions.fly_around import PlanStatus, plan
-from orbsoc.missions.fly_around.flight import fly
-from orbsoc.missions.fly_around.search import Search, search
-from orbsoc.missions.fly_around.times import least_error
-from orbsoc.missions.fly_around.tube import NoTube, Tube, cheapest, solve_tube, tube_impulses
+from orbsoc.missions.fly_around.model.flight import fly
+from orbsoc.missions.fly_around.search.pulses import Search, search
+from orbsoc.missions.fly_around.search.times import least_error
+from orbsoc.missions.fly_around.search.tube import NoTube, Tube, cheapest, solve_tube, tube_impulses
 
 from .baseline import planned, scenario
 

@@ -14,9 +14,9 @@ from orbsoc.guidance.mission import DOCUMENT_KEYS, Auditable, Dispersible, Missi
 from orbsoc.guidance.safety import FRACTIONS
 from orbsoc.guidance.scenario_file import ScenarioError
 from orbsoc.missions import passive_safety
+from orbsoc.missions.passive_safety.model.problem import assemble
 from orbsoc.missions.passive_safety.planner import Plan, audit, plan, plan_unflown
-from orbsoc.missions.passive_safety.problem import assemble
-from orbsoc.missions.passive_safety.timing import usable
+from orbsoc.missions.passive_safety.search.timing import usable
 from orbsoc.missions.registry import MISSIONS
 from tests.missions.passive_safety.cases import CASES, Case
 

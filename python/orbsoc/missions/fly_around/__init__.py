@@ -9,7 +9,7 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError
 
 from .dispersion import DISPERSION, disperse
-from .flight_plan import Plan, audit, plan, reproduce, samples
+from .plan import Plan, audit, plan, reproduce, samples
 from .planner import COLUMNS
 from .scenario import Scenario, load_scenario
 

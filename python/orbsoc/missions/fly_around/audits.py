@@ -9,7 +9,7 @@ import numpy as np
 
 from orbsoc.guidance.safety import CutBurn, audit_cut_burns, drift_clearance, states_after
 
-from .flight import Flown
+from .model.flight import Flown
 from .scenario import Scenario
 
 ORBITS = 2.0

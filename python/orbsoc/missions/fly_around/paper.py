@@ -8,11 +8,11 @@ import numpy as np
 
 from orbsoc.guidance.mission import BROKEN, PaperRow
 
-from .flight import fly
+from .model.flight import fly
+from .model.waypoints import through_waypoints
 from .planner import Checked, FlyAround
 from .printed import printed_times
 from .scenario import Scenario
-from .waypoints import through_waypoints
 
 SECTION = "section 3"
 CLOSE_M = 2e-3

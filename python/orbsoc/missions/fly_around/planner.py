@@ -18,12 +18,12 @@ from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import Iteration, Solve
 
 from .audits import EngineOut, cut_burns, engine_out
-from .flight import Flown, fly
+from .model.flight import Flown, fly
+from .model.waypoints import adaptive_times, equal_times, through_waypoints
 from .scenario import Scenario
-from .search import Search, Searcher, search
-from .truth import TrueFlight, fly_truth
-from .tube import Tube
-from .waypoints import adaptive_times, equal_times, through_waypoints
+from .search.pulses import Search, Searcher, search
+from .search.tube import Tube
+from .verification import TrueFlight, fly_truth
 
 Array = NDArray[np.float64]
 

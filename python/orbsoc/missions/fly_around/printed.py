@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from orbsoc.orbit.relative import LVLH
 
-from .flight import Flight
+from .model.flight import Flight
 
 Array = NDArray[np.float64]
 

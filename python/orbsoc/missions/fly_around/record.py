@@ -14,8 +14,8 @@ from orbsoc.orbit import EARTH
 from .audits import inner_radius_m
 from .paper import compare
 from .planner import Checked, FlyAround
-from .search import Search
-from .truth import TrueFlight
+from .search.pulses import Search
+from .verification import TrueFlight
 
 Array = NDArray[np.float64]
 

@@ -21,9 +21,9 @@ from orbsoc.guidance.vehicle import Vector
 from orbsoc.orbit.constants import EARTH
 from orbsoc.orbit.relative import LVLH, ClohessyWiltshire
 
-from .ellipse import Ellipse
-from .flight import Flight
-from .waypoints import counts_by_rule
+from .model.ellipse import Ellipse
+from .model.flight import Flight
+from .model.waypoints import counts_by_rule
 
 Array = NDArray[np.float64]
 

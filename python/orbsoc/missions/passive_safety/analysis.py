@@ -7,9 +7,9 @@ from functools import cached_property
 
 from orbsoc.guidance.impulses import ImpulseProgramme
 
-from .approach import Approach
-from .closed_loop import MonteCarlo, fly_many
-from .front import FrontPoint, interruption_front
+from .dispersion import MonteCarlo, fly_many
+from .model.approach import Approach
+from .search.front import FrontPoint, interruption_front
 
 
 class Analysis:

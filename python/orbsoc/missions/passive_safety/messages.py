@@ -8,7 +8,7 @@ from orbsoc.guidance.chaser_messages import chaser_messages
 from orbsoc.guidance.relative_flight import fly, two_body
 from orbsoc.orbit import state_from_elements
 
-from .approach_plan import ApproachPlan
+from .plan import ApproachPlan
 
 STEPS = 120
 

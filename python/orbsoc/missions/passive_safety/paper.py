@@ -13,7 +13,7 @@ import numpy as np
 
 from orbsoc.guidance.mission import BROKEN, PaperRow
 
-from .approach_plan import ApproachPlan
+from .plan import ApproachPlan
 
 Constants = Literal["fitted", "printed"]
 TOLERANCE_M_S = 1.5e-3

@@ -14,13 +14,13 @@ from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import ExitReason, Iteration, Solve
 
 from .analysis import Analysis
-from .approach import Approach
-from .approach_plan import ApproachPlan
 from .figures import draw_figures
 from .messages import messages
+from .model.approach import Approach
+from .plan import ApproachPlan
 from .record import plan_document
 from .scenario import Scenario
-from .timing import Timed, plan_times
+from .search.timing import Timed, plan_times
 from .verification import Verification, verify
 
 BROKEN = 0.05

@@ -8,8 +8,8 @@ from typing import Any
 from orbsoc.guidance.safety import CutBurn
 from orbsoc.orbit import EARTH
 
-from .approach_plan import ApproachPlan
 from .paper import compare
+from .plan import ApproachPlan
 from .verdicts import verdict
 
 

@@ -18,12 +18,12 @@ from orbsoc.guidance.scenario_file import read_toml
 from orbsoc.orbit.relative import DriftEllipse
 from orbsoc.solving.solver import solve
 
-from .approach import Approach
-from .closed_loop import fly_many
+from .dispersion import fly_many
+from .model.approach import Approach
 from .paper import ROWS, compare
 from .planner import Plan, plan_unflown
 from .scenario import Scenario, load_scenario
-from .timing import plan_times
+from .search.timing import plan_times
 
 LIMIT_M = 1.0
 """Of a printed whole number of metres."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.safety import CutBurn
 
-from .approach_plan import ApproachPlan
+from .plan import ApproachPlan
 from .verification import LIMIT_M
 
 

@@ -19,8 +19,8 @@ from orbsoc.guidance.relative_flight import TRUTHS, drifts, fly
 from orbsoc.guidance.safety import CutBurn, audit_cut_burns
 from orbsoc.orbit import PropagationError, state_from_elements
 
-from . import problem
-from .approach import Approach, cone_rows
+from .model import problem
+from .model.approach import Approach, cone_rows
 from .scenario import DEFAULT_SAMPLES
 
 Array = NDArray[np.float64]

@@ -20,7 +20,7 @@ from .paper import compare, is_papers
 from .planner import FlyAround, judged, made
 from .record import plan_document
 from .scenario import Scenario, load_scenario
-from .truth import fly_truth, messages
+from .verification import fly_truth, messages
 
 DRAWN = {
     "paper001_adaptive": (2.28, 2.49, 1.0),
@@ -46,7 +46,7 @@ class Plan(FlyAround):
         return table | messages(self.scenario, found.flown, found.truth)
 
     def figures(self, folder: Path) -> tuple[FigureFile, ...]:
-        from .plots import draw_figures
+        from .figures import draw_figures
 
         return draw_figures(self, folder)
 

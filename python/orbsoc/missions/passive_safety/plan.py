@@ -10,11 +10,11 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import ExitReason, Iteration
 
 from .analysis import Analysis
-from .approach import Approach
-from .closed_loop import MonteCarlo
-from .front import FrontPoint
+from .dispersion import MonteCarlo
+from .model.approach import Approach
 from .scenario import Scenario
-from .timing import Timed
+from .search.front import FrontPoint
+from .search.timing import Timed
 from .verification import LIMIT_M, Verification
 
 

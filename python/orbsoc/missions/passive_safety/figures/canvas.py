@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .approach_plan import ApproachPlan
+from ..plan import ApproachPlan
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from orbsoc.guidance.scp import Solve
 
+from ..model.flight import Flight
+from ..model.margin import margin_m
+from ..model.waypoints import count_in_tube
+from ..scenario import Scenario
 from .fewest import Bound, even_bound, first_shares, partition
-from .flight import Flight
-from .scenario import Scenario
 from .times import least_error
 from .tube import Note, NoTube, Tube, cheapest
-from .uncertain import margin_m
-from .waypoints import count_in_tube
 
 Array = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from orbsoc.guidance.figure_style import STYLE
 from orbsoc.guidance.mission import FigureFile
 
+from ..plan import ApproachPlan
 from . import charts
-from .approach_plan import ApproachPlan
 from .plane import plane
 
 

@@ -20,7 +20,7 @@ from orbsoc.orbit.constants import EARTH
 from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass, coast
 from orbsoc.orbit.relative import absolute_state, local_frame, relative_state
 
-from .flight import Flight, Flown
+from .model.flight import Flight, Flown
 from .scenario import Scenario
 
 Array = NDArray[np.float64]
