@@ -13,7 +13,7 @@ from orbsoc.missions.fly_around.model.waypoints import (
     equal_times,
     through_waypoints,
 )
-from orbsoc.missions.fly_around.printed import printed_times
+from orbsoc.missions.fly_around.paper import printed_times
 
 from .baseline import scenario
 

@@ -15,9 +15,9 @@ from orbsoc.guidance.figure_style import STYLE, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit.relative import LVLH
 
-from .audits import inner_radius_m
 from .paper import is_papers
-from .planner import Checked, FlyAround
+from .planner import FlyAround
+from .verification import Checked, inner_radius_m
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -1,39 +1,36 @@
-"""A plan as `guidance.mission.Plan` has it, and the functions by which the mission is one."""
+"""A plan as `guidance.mission.Plan` has it, its verdict, and the functions by which the mission makes one."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
-from functools import partial
+from dataclasses import dataclass, fields
+from math import ceil
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from orbsoc.guidance.impulses import ImpulseProgramme
-from orbsoc.guidance.mission import Difference, FigureFile, PaperRow
-from orbsoc.guidance.samples import share_row, statistics_row
-from orbsoc.guidance.scenario_file import read_toml
+from orbsoc.guidance.mission import Difference, FigureFile, PlanStatus
 from orbsoc.guidance.scp import Iteration, Solve
+from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word, shortened
 
-from .paper import compare, is_papers
 from .planner import FlyAround, judged, made
-from .record import plan_document
-from .scenario import Scenario, load_scenario
-from .verification import fly_truth, messages
-
-DRAWN = {
-    "paper001_adaptive": (2.28, 2.49, 1.0),
-    "paper001_equal": (2.19, 2.52, 0.96),
-    "paper001_fewest": (2.72, 3.08, 1.0),
-}
-"""By scenario: mean and 95th percentile of the largest error (m), and the share of flights beyond the tolerance, of another
-program's 100 flights with the errors of `paper001_margin`."""
+from .record import later_errors_m, plan_document
+from .scenario import Scenario
+from .verification import ORBITS, Checked, messages
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan(FlyAround):
-    """A fly-around with its files."""
+    """A fly-around with its verdict and files."""
+
+    @property
+    def verdict(self) -> Verdict:
+        """Answer, whether fewer pulses could do, engine failures, and flights with errors."""
+        found = self.verification
+        more = [] if found is None else [_safety(found), _flights(self, found)]
+        return Verdict.of([_answer(self), _optimum(self), *more])
 
     def to_dict(self) -> dict[str, Any]:
         return plan_document(self)
@@ -86,6 +83,71 @@ class Plan(FlyAround):
         return tuple(found)
 
 
+def _answer(plan: Plan) -> VerdictLine:
+    """Pulses, velocity change and error, or why there are none."""
+    found, search, scenario = plan.verification, plan.search, plan.scenario
+    word, limit = Word[plan.status.name], f"{scenario.tolerance_m:g} m"
+    if found is not None:
+        if scenario.truth.excess_share:
+            limit = f"{scenario.tolerance_m:g} + {scenario.allowed_m - scenario.tolerance_m:.3g} m"
+        if found.failures:
+            advice = "" if plan.audited else "take more pulses"
+            return VerdictLine(Question.ANSWER, word, found.failures[0], limit, advice)
+        count = len(found.programme)
+        pulses = f"{count} pulse{'s' if count > 1 else ''}, {found.programme.total_m_s:.3f} m/s"
+        figure = f"{pulses}; strays {found.largest_error_m:.3f} m with J2 and drag"
+        return VerdictLine(Question.ANSWER, word, figure, limit)
+    if plan.status is PlanStatus.INFEASIBLE and search is not None and not search.reason:
+        figure = f"{search.pulses} pulses stray at least {search.impossible_below_m:.4f} m, proved"
+        limit = f"{scenario.tolerance_m - search.margin_m:.4g} m"
+        return VerdictLine(Question.ANSWER, word, figure, limit, "take more pulses")
+    return VerdictLine(Question.ANSWER, word, shortened(plan.message))
+
+
+def _optimum(plan: Plan) -> VerdictLine | None:
+    """Whether fewer pulses could do; None where nothing is proved of it."""
+    search = plan.search
+    if search is None or search.found is None or search.impossible < 0:
+        return None
+    fewer = {0: "without a pulse it strays", 1: "1 pulse strays"}.get(
+        search.impossible, f"{search.impossible} pulses stray"
+    )
+    figure = f"{fewer} at least {search.impossible_below_m:.4f} m"
+    kept = search.impossible_margin_m
+    if kept > 0.0:
+        figure += f", {kept:.3g} m of {plan.scenario.tolerance_m:g} m kept free"
+    if search.certified:
+        return VerdictLine(Question.OPTIMUM, Word.PROVED, figure)
+    if plan.scenario.impulses != "fewest":
+        return VerdictLine(Question.OPTIMUM, Word.BOUND, figure)
+    return VerdictLine(Question.OPTIMUM, Word.BEST_FOUND, figure, evidence="between is open")
+
+
+def _safety(found: Checked) -> VerdictLine:
+    """A fly-around asks for no keep-out: how near to the target an engine failure leads is told."""
+    out, cut = found.nearest_out, found.nearest_cut
+    figure = f"engine out: nearest {out.distance_m:.1f} m in {ORBITS:g} orbits (pulse {out.number})"
+    within = f"{cut.distance_m:.1f} m within pulse {cut.number}"
+    return VerdictLine(Question.SAFETY, Word.NOT_ASKED, figure, evidence=within)
+
+
+def _flights(plan: Plan, found: Checked) -> VerdictLine | None:
+    """Of the Monte Carlo: how many flights leave the tolerance, against what the sigmas of the margin leave out."""
+    drawn, errors = found.dispersed, plan.scenario.uncertainty
+    if drawn is None or errors is None:
+        return None
+    tolerance, runs = plan.scenario.tolerance_m, len(drawn.largest_errors_m)
+    beyond, later = (
+        int(np.sum(each > tolerance)) for each in (drawn.largest_errors_m, later_errors_m(drawn))
+    )
+    allowed = ceil(2.0 * errors.left_out * len(found.programme) * runs)
+    figure = f"{beyond} of {runs} leave {tolerance:g} m with errors, {later} after arc 2"
+    if plan.search is None:
+        return VerdictLine(Question.FLIGHTS, Word.SAMPLED, figure)
+    word = Word.MET if beyond <= allowed else Word.PARTLY if later <= allowed else Word.MISSED
+    return VerdictLine(Question.FLIGHTS, word, figure, str(allowed))
+
+
 def plan(
     scenario: Scenario,
     *,
@@ -109,39 +171,3 @@ def audit(scenario: Scenario, programme: ImpulseProgramme) -> Plan:
 
 def _with_files(found: FlyAround) -> Plan:
     return Plan(**{field.name: getattr(found, field.name) for field in fields(FlyAround)})
-
-
-def reproduce(scenarios: Path) -> tuple[PaperRow, ...]:
-    """Every scenario in a folder that has the paper's data; each row's quantity names its plan."""
-    rows: list[PaperRow] = []
-    for path in sorted(scenarios.glob("*.toml")):
-        if read_toml(path).get("mission") != "fly_around":
-            continue
-        scenario = load_scenario(path)
-        if is_papers(scenario) and not scenario.front:
-            rows += (
-                replace(row, quantity=f"{scenario.name}: {row.quantity}") for row in compare(plan(scenario))
-            )
-    return tuple(rows)
-
-
-def samples(scenarios: Path) -> dict[str, Callable[[], tuple[PaperRow, ...]]]:
-    """The plans that leave no margin, flown with the errors of `paper001_margin`."""
-    return {f"{name}, flown with errors": partial(_drawn, scenarios, name) for name in DRAWN}
-
-
-def _drawn(scenarios: Path, name: str) -> tuple[PaperRow, ...]:
-    scenario = load_scenario(scenarios / f"{name}.toml")
-    errors = load_scenario(scenarios / "paper001_margin.toml").uncertainty
-    found = plan(scenario).verification
-    assert errors is not None
-    assert found is not None
-    largest = fly_truth(
-        scenario, found.flown, uncertainty=errors, runs=errors.runs, samples=16
-    ).largest_errors_m
-    mean, p95, beyond = DRAWN[name]
-    beside, count = "errors of navigation and pulses assumed", int(np.sum(largest > scenario.tolerance_m))
-    return (
-        statistics_row(f"{name}: largest error", largest, "m", beside, mean=mean, p95=p95),
-        share_row(f"{name}: beyond the tolerance", count, errors.runs, beyond, beside),
-    )

@@ -99,10 +99,10 @@ class Truth(Table):
     ballistic_target_m2_kg: float = Field(default=BALLISTIC_M2_KG[0], ge=0.0, le=1.0)
     ballistic_chaser_m2_kg: float = Field(default=BALLISTIC_M2_KG[1], ge=0.0, le=1.0)
     excess_share: float = Field(
-        default=0.005,
-        gt=0.0,
+        default=0.0,
+        ge=0.0,
         le=1.0,
-        description="of the tolerance, that J2, drag and curvature may add to it",
+        description="of the tolerance, that J2, drag and curvature may add to it; with 0 the plan leaves them room",
     )
 
 
