@@ -105,22 +105,20 @@ def _answer(plan: Plan) -> VerdictLine:
 
 
 def _optimum(plan: Plan) -> VerdictLine | None:
-    """Whether fewer pulses could do; None where nothing is proved of it."""
+    """Whether fewer pulses could do, of flights that begin with one; None where nothing is proved of it."""
     search = plan.search
-    if search is None or search.found is None or search.impossible < 0:
+    if search is None or search.found is None or search.impossible < (not search.certified):
         return None
-    fewer = {0: "without a pulse it strays", 1: "1 pulse strays"}.get(
-        search.impossible, f"{search.impossible} pulses stray"
+    fewer = {0: "without a pulse it strays", 1: "1 pulse at 0 s strays"}.get(
+        search.impossible, f"{search.impossible} pulses, one at 0 s, stray"
     )
-    figure = f"{fewer} at least {search.impossible_below_m:.4f} m"
-    kept = search.impossible_margin_m
-    if kept > 0.0:
-        figure += f", {kept:.3g} m of {plan.scenario.tolerance_m:g} m kept free"
+    figure = f"{fewer} ≥ {search.impossible_below_m:.4f} m"
+    limit = f"{plan.scenario.tolerance_m - search.impossible_margin_m:.5g} m"
     if search.certified:
-        return VerdictLine(Question.OPTIMUM, Word.PROVED, figure)
+        return VerdictLine(Question.OPTIMUM, Word.PROVED, figure, limit)
     if plan.scenario.impulses != "fewest":
-        return VerdictLine(Question.OPTIMUM, Word.BOUND, figure)
-    return VerdictLine(Question.OPTIMUM, Word.BEST_FOUND, figure, evidence="between is open")
+        return VerdictLine(Question.OPTIMUM, Word.BOUND, figure, limit)
+    return VerdictLine(Question.OPTIMUM, Word.BEST_FOUND, figure, limit, "between is open")
 
 
 def _safety(found: Checked) -> VerdictLine:

@@ -7,7 +7,7 @@ from pathlib import Path
 from orbsoc.guidance.figure_style import STYLE
 from orbsoc.guidance.mission import FigureFile
 
-from ..plan import ApproachPlan
+from ..planner import ApproachPlan
 from . import charts
 from .plane import plane
 

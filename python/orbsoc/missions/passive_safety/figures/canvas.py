@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..plan import ApproachPlan
+from ..planner import ApproachPlan
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,7 +10,7 @@ import numpy as np
 from orbsoc.guidance.figure_style import write_png
 from orbsoc.guidance.mission import FigureFile
 
-from ..plan import ApproachPlan
+from ..planner import ApproachPlan
 from .canvas import COLOURS, KEEP_OUT, SHOWN, UNSAFE, colour, panels, title
 
 

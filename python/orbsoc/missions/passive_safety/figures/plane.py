@@ -13,7 +13,7 @@ from orbsoc.guidance.figure_style import write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.guidance.safety import CutBurn
 
-from ..plan import ApproachPlan
+from ..planner import ApproachPlan
 from .canvas import KEEP_OUT, SHOWN, UNSAFE, colour, panels, title
 
 if TYPE_CHECKING:
