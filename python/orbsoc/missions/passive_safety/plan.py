@@ -150,7 +150,7 @@ def _safety(plan: Plan) -> VerdictLine | None:
         limit += " at samples"
     stronger = []
     if not plan.safe_when_cut:
-        stronger.append(f"{'later ' if orbits else ''}burn {cut.number} cut {cut.distance_m:.1f} m")
+        stronger.append(f"{'later' if orbits else f'burn {cut.number} cut'} {cut.distance_m:.1f} m")
     if plan.nearest_with_j2_m < plan.scenario.keep_out_m - LIMIT_M:
         stronger.append(f"J2 {plan.nearest_with_j2_m:.1f} m")
     word = Word.NOT_SAFE if not plan.safety_kept else Word.PARTLY if stronger or not plan.safe else Word.SAFE

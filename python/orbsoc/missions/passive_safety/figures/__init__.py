@@ -1,4 +1,5 @@
-"""The figures of a plan."""
+"""The figures of a plan: the V-bar/R-bar plane first, then margins, cut burns, the front and flights with errors; how the
+times were found, and the primer, stand in the appendix. Matplotlib is imported when a figure is drawn."""
 
 from __future__ import annotations
 
@@ -18,16 +19,15 @@ def draw_figures(plan: ApproachPlan, folder: Path) -> tuple[FigureFile, ...]:
         return ()
     import matplotlib as mpl
 
+    solved = plan.timed is not None and plan.timed.best is not None
+    wanted = (
+        (plane, True),
+        (charts.margins, True),
+        (charts.cut_burns, plan.approach.guarded),
+        (charts.front, bool(plan.front)),
+        (charts.flights, bool(plan.flights)),
+        (charts.primer, solved),
+        (charts.scan, solved and plan.timed is not None and plan.timed.scanned > 0),
+    )
     with mpl.rc_context(STYLE):
-        found = [plane(plan, folder), charts.margins(plan, folder)]
-        if plan.approach.guarded:
-            found.append(charts.cut_burns(plan, folder))
-        if plan.timed is not None and plan.timed.best is not None:
-            found.append(charts.primer(plan, folder))
-            if plan.timed.scanned:
-                found.append(charts.scan(plan, folder))
-        if plan.front:
-            found.append(charts.front(plan, folder))
-        if plan.flights:
-            found.append(charts.flights(plan, folder))
-    return tuple(found)
+        return tuple(draw(plan, folder) for draw, shown in wanted if shown)
