@@ -15,6 +15,7 @@ from orbsoc.guidance.scp import Iteration, Solve
 from orbsoc.guidance.verdict import WIDTH, Question, Verdict, VerdictLine, Word, shortened
 
 from .figures import draw_figures
+from .model.problem import CAPTURE
 from .planner import ApproachPlan, judged, made
 from .record import messages, plan_document
 from .scenario import Scenario
@@ -148,6 +149,9 @@ def _safety(plan: Plan) -> VerdictLine | None:
         figure = f"{nearest:.2f} m for {orbits} orbit{'s' * (orbits > 1)} after any cut"
     if plan.scenario.safety == "samples" and not plan.safe:
         limit += " at samples"
+    broken = [each for each in found.checks if not each.kept and not each.name.startswith(CAPTURE)]
+    if broken and plan.safe:  # by the side on which it passes, not by its distance
+        return VerdictLine(Question.SAFETY, Word.NOT_SAFE, str(broken[0]))
     stronger = []
     if not plan.safe_when_cut:
         stronger.append(f"{'later' if orbits else f'burn {cut.number} cut'} {cut.distance_m:.1f} m")

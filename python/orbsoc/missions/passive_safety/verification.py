@@ -45,6 +45,9 @@ class Check:
     def kept(self) -> bool:
         return self.margin >= -(LIMIT_M if self.unit == "m" else LIMIT_M_S)
 
+    def __str__(self) -> str:
+        return f"{self.name} is broken by {-self.margin:.3g} {self.unit} at {self.at_s:.0f} s"
+
     def to_dict(self) -> dict[str, Any]:
         """A row of `constraints` in plan.json."""
         return {"name": self.name, "margin": self.margin, "unit": self.unit, "at_s": self.at_s}
@@ -91,11 +94,7 @@ class Verification:
     @property
     def failures(self) -> tuple[str, ...]:
         """Every condition that is broken, in words."""
-        return tuple(
-            f"{check.name} is broken by {-check.margin:.3g} {check.unit} at {check.at_s:.0f} s"
-            for check in self.checks
-            if not check.kept
-        )
+        return tuple(str(check) for check in self.checks if not check.kept)
 
 
 def verify(approach: Approach, programme: ImpulseProgramme) -> Verification:
