@@ -15,6 +15,15 @@ WIDTH = 100
 """Characters of a printed line."""
 
 
+ROOM = WIDTH - 22
+"""Of them for figure, limit and evidence."""
+
+
+def shortened(text: str, room: int = ROOM) -> str:
+    """A sentence made elsewhere, cut at a word where it is longer than a line has room."""
+    return text if len(text) <= room else text[: room - 1].rpartition(" ")[0].rstrip(",;:") + " …"
+
+
 class Level(enum.IntEnum):
     """What a word means for the exit code."""
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from orbsoc.conic.settings import Settings
 from orbsoc.guidance.scp import Iteration, Solve
 
-from .flight import Flight
+from ..model.flight import Flight
 from .tube import TOLERANCE, USABLE, Note, NoTube, Tube, solve_tube, tube_impulses
 
 Array = NDArray[np.float64]

@@ -9,17 +9,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.figure_style import write_png
+from orbsoc.guidance.figure_style import BURN, panels, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.guidance.safety import CutBurn
 
-from .approach_plan import ApproachPlan
-from .canvas import KEEP_OUT, SHOWN, UNSAFE, colour, panels, title
+from ..planner import ApproachPlan
+from ..verification import LIMIT_M
+from .charts import KEEP_OUT, SHOWN, STAR, UNSAFE, colour, labelled, legend
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
+AXES = "V-bar, x (m)", "R-bar, z to nadir (m)"
 
 
 def plane(plan: ApproachPlan, folder: Path) -> FigureFile:
@@ -38,9 +40,9 @@ def plane(plan: ApproachPlan, folder: Path) -> FigureFile:
     near.set_xlim(-1.6 * reach, 1.6 * reach)
     near.set_ylim(reach, -reach)
     near.set_aspect("equal")
-    whole.set_title(title(plan), loc="left", fontsize=11, fontweight="bold")
-    handles, labels = near.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=9)
+    labelled(plan, whole, *AXES)
+    labelled(plan, near, *AXES, title=False)
+    legend(figure, near, 3)
     words = (
         ""
         if cut is None
@@ -75,30 +77,16 @@ def _draw_plane(plan: ApproachPlan, axes: Axes) -> None:
         axes.plot(track[:, 1], -track[:, 0], color=UNSAFE, lw=1.0, ls=(0, (4, 2)), label=label)
     axes.plot(found.track[:, 1], -found.track[:, 0], color="#222222", lw=2.4, label="approach", zorder=4)
     at = np.searchsorted(found.times_s, programme.times_s)
-    axes.plot(
-        found.track[at, 1], -found.track[at, 0], ls="none", marker="o", ms=6, mfc="white", mec="#222222", mew=1.5,
-        label="burn", zorder=5,
-    )  # fmt: skip
-    axes.plot(
-        approach.capture[1],
-        -approach.capture[0],
-        marker="*",
-        ms=13,
-        color="#222222",
-        ls="none",
-        label="capture",
-        zorder=6,
-    )
+    axes.plot(found.track[at, 1], -found.track[at, 0], **BURN, ms=6, label="burn", zorder=5)
+    axes.plot(approach.capture[1], -approach.capture[0], **STAR, label="capture")
     axes.plot(0, 0, marker="s", ms=5, color="#222222", ls="none", label="target", zorder=6)
-    axes.set_xlabel("V-bar, x (m)")
-    axes.set_ylabel("R-bar, z to nadir (m)")
 
 
 def worst_cut(plan: ApproachPlan) -> CutBurn | None:
     """The burn whose interruption comes nearest, if that is inside the keep-out."""
     cuts = plan.verification.cuts if plan.verification and plan.approach.guarded else ()
     worst = min(cuts, key=lambda cut: cut.distance_m, default=None)
-    return worst if worst is not None and worst.distance_m < plan.scenario.keep_out_m - 0.01 else None
+    return worst if worst is not None and worst.distance_m < plan.scenario.keep_out_m - LIMIT_M else None
 
 
 def _cut_track(plan: ApproachPlan, cut: CutBurn) -> Array:

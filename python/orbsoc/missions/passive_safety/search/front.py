@@ -12,8 +12,8 @@ from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Status
 from orbsoc.guidance.scp import Solve
 
-from .approach import Approach
-from .problem import assemble
+from ..model.approach import Approach
+from ..model.problem import assemble
 from .timing import usable
 
 DURATIONS = 6

@@ -16,9 +16,9 @@ from scipy.optimize import brentq
 from orbsoc.conic.builder import ConicBuilder, Term
 from orbsoc.guidance.impulses import Impulses
 
+from ..scenario import DEFAULT_SAMPLES
 from .approach import Approach, after_half_orbit, cone_rows
 from .margins import Margins
-from .scenario import DEFAULT_SAMPLES
 
 Array = NDArray[np.float64]
 

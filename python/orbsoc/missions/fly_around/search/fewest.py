@@ -23,8 +23,8 @@ from orbsoc.conic.solution import Solution, Status
 from orbsoc.conic.verify import project_dual
 from orbsoc.guidance.scp import Iteration, Solve
 
-from .flight import Flight
-from .waypoints import effort
+from ..model.flight import Flight
+from ..model.waypoints import effort
 
 Array = NDArray[np.float64]
 

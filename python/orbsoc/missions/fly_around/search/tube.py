@@ -20,7 +20,7 @@ from orbsoc.conic.solution import Solution, Status
 from orbsoc.guidance.impulses import KICK, ImpulseProgramme, Impulses
 from orbsoc.guidance.scp import Iteration, Solve
 
-from .flight import Flight, Flown, fly
+from ..model.flight import Flight, Flown, fly
 
 Array = NDArray[np.float64]
 Goal = Literal["error", "dv"]

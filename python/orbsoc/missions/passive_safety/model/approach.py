@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from orbsoc.orbit import EARTH, Elements
 from orbsoc.orbit.relative import ClohessyWiltshire, LinearMotion, YamanakaAnkersen
 
-from .scenario import Scenario
+from ..scenario import Scenario
 
 Array = NDArray[np.float64]
 

@@ -19,10 +19,10 @@ from orbsoc.conic.solution import Solution, Status
 from orbsoc.guidance.impulses import ImpulseProgramme, Impulses
 from orbsoc.guidance.scp import Iteration, Solve
 
-from .approach import Approach
-from .margins import Margins
-from .problem import assemble
-from .scenario import DEFAULT_COUNT
+from ..model.approach import Approach
+from ..model.margins import Margins
+from ..model.problem import assemble
+from ..scenario import DEFAULT_COUNT
 
 Array = NDArray[np.float64]
 

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from orbsoc.guidance.scp import Solve
 
+from ..model.flight import Flight
+from ..model.margin import margin_m
+from ..model.waypoints import count_in_tube
+from ..scenario import Scenario
 from .fewest import Bound, even_bound, first_shares, partition
-from .flight import Flight
-from .scenario import Scenario
 from .times import least_error
 from .tube import Note, NoTube, Tube, cheapest
-from .uncertain import margin_m
-from .waypoints import count_in_tube
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ MOST_TIMES_RULE = 4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Search:
-    """What was proved and what was found, of flights within the tolerance less the margin for uncertainty."""
+    """What was proved and what was found, of flights within the tolerance less the margins."""
 
     pulses: int
     """Of the programme; of the last one tried where none was found."""
@@ -41,6 +41,9 @@ class Search:
     reason: str
     """Why there is no programme; empty where there is one."""
     margin_m: float
+    """For the uncertainty."""
+    room_m: float
+    """For what J2 and drag add to the flight."""
     bounds: tuple[Bound, ...]
     """Proofs by number of pulses, fewest first."""
     impossible: int
@@ -48,7 +51,7 @@ class Search:
     impossible_below_m: float
     """With that many, the error is at least this, the margin not included."""
     impossible_margin_m: float
-    """With that many, what the tolerance gives up to the uncertainty."""
+    """With that many, what the tolerance gives up to the uncertainty, J2 and drag."""
 
     @property
     def next_needs_m(self) -> float | None:
@@ -70,6 +73,8 @@ class Searcher:
         self.start, self.end_s = scenario.start_state, scenario.duration_s
         self.rule = count_in_tube(self.flight, self.end_s, scenario.tolerance_m)
         self.bounds: dict[int, Bound] = {}
+        self.room_m = 0.0
+        """What the tolerance gives up to J2 and drag."""
         self._margins: dict[int, float] = {}
 
     def bound(self, pulses: int) -> Bound:
@@ -98,8 +103,8 @@ class Searcher:
         return self._margins[pulses]
 
     def limit(self, pulses: int) -> float:
-        """The tolerance less the margin."""
-        return self.scenario.tolerance_m - self.margin(pulses)
+        """The tolerance less the margin and the room."""
+        return self.scenario.tolerance_m - self.margin(pulses) - self.room_m
 
     def possible(self, pulses: int) -> bool:
         """Whether nothing proves a number of pulses ≥ 1 too few."""
@@ -139,9 +144,8 @@ class Searcher:
         return isinstance(found, Tube) and found.error_m <= self.limit(pulses) + WITHIN_M
 
 
-def search(scenario: Scenario, pulses: int | None, *, solve: Solve, note: Note) -> Search:
+def search(searcher: Searcher, pulses: int | None) -> Search:
     """The fewest pulses, or a given number of them."""
-    searcher = Searcher(scenario, solve, note)
     first = _first(searcher) if pulses is None else pulses
     if searcher.limit(first) <= 0.0:
         used = searcher.margin(first)
@@ -182,8 +186,7 @@ def _finished(searcher: Searcher, pulses: int, found: Tube | None, reason: str) 
     proofs[0] = searcher.least_m(0)
     beyond = [count for count, least in proofs.items() if least > searcher.limit(max(count, 1))]
     most = max(beyond, default=-1)
-    given_up = searcher.margin(most) if most > 0 else 0.0
+    given_up = (searcher.margin(most) if most > 0 else 0.0) + searcher.room_m
     bounds = tuple(searcher.bounds[count] for count in sorted(searcher.bounds))
-    return Search(
-        pulses, found, reason, searcher.margin(pulses), bounds, most, proofs.get(most, 0.0), given_up
-    )
+    margins = searcher.margin(pulses), searcher.room_m
+    return Search(pulses, found, reason, *margins, bounds, most, proofs.get(most, 0.0), given_up)

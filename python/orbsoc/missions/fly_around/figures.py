@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.figure_style import STYLE, write_png
+from orbsoc.guidance.figure_style import BLUE, GREEN, GREY, STYLE, VERMILION, panels, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit.relative import LVLH
 
-from .audits import inner_radius_m
 from .paper import is_papers
-from .planner import Checked, FlyAround
+from .planner import FlyAround
+from .verification import Checked, inner_radius_m
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-BLUE, VERMILION, GREEN, ORANGE, GREY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#555555"
-"""Okabe–Ito: distinct to colour-blind eyes and in print."""
 TUBE_AROUND = 24
 PRIMER_POINTS = 721
 ARROW_M_PER_M_S = 0.35
@@ -107,29 +105,15 @@ def _tube_surface(plan: FlyAround) -> tuple[Array, Array, Array]:
 
 def _error(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
     """The paper's figure 4b."""
-    figure, axes = _panel((7.4, 3.6))
+    figure, (axes,) = panels((7.4, 3.6))
     scenario, truth = plan.scenario, found.truth
     if found.dispersed is not None:
         band = np.quantile(found.dispersed.errors_m, [0.05, 0.95], axis=1)
-        axes.fill_between(
-            found.dispersed.times_s,
-            *band,
-            color=GREY,
-            alpha=0.22,
-            linewidth=0,
-            label="dispersed, 5 to 95 %",
-        )
+        label = "dispersed, 5 to 95 %"
+        axes.fill_between(found.dispersed.times_s, *band, color=GREY, alpha=0.22, linewidth=0, label=label)
     axes.plot(truth.times_s, truth.errors_m[:, 0], color=VERMILION, label="flown, J2 and drag")
-    axes.plot(
-        found.flown.errors_at_s,
-        found.flown.errors_m,
-        linestyle="none",
-        marker="o",
-        markerfacecolor="white",
-        markeredgecolor=BLUE,
-        label="largest of each arc",
-        zorder=3,
-    )
+    ring: Any = {"ls": "none", "marker": "o", "mfc": "white", "mec": BLUE, "zorder": 3}
+    axes.plot(found.flown.errors_at_s, found.flown.errors_m, **ring, label="largest of each arc")
     axes.axhline(scenario.tolerance_m, color="black", linewidth=1.0, linestyle="--")
     axes.plot([], [], color="black", linewidth=1.0, linestyle="--", label=f"{scenario.tolerance_m:g} m")
     _mark_pulses(axes, found)
@@ -146,30 +130,15 @@ def _error(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
 
 def _pulses(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
     """The paper's figures 4c and 4d, and the primer vector where there is one."""
-    from matplotlib.figure import Figure
-
     programme = found.programme
     tube = plan.search.found if plan.search is not None else None
-    figure = Figure(figsize=(7.4, 3.4 if tube is None else 5.0), layout="constrained")
-    panels = figure.subplots(1 if tube is None else 2, 1, sharex=True, squeeze=False)[:, 0]
-    axes = panels[0]
+    figure, (axes, *below) = panels((7.4, 3.4), (1.0,)) if tube is None else panels((7.4, 5.0), (1.0, 1.0))
     width = 0.35 * float(np.diff(np.append(programme.times_s, found.flown.end_s)).mean()) / 3.0
     for k, (name, colour) in enumerate(zip("RTN", (BLUE, VERMILION, GREEN), strict=True)):
-        axes.bar(
-            programme.times_s + (k - 1) * width,
-            programme.dv_m_s[:, k],
-            width,
-            color=colour,
-            label=f"$Δv_{name}$",
-        )
+        at = programme.times_s + (k - 1) * width
+        axes.bar(at, programme.dv_m_s[:, k], width, color=colour, label=f"$Δv_{name}$")
     axes.plot(
-        programme.times_s,
-        programme.sizes_m_s,
-        linestyle="none",
-        marker="_",
-        markersize=13,
-        color="black",
-        label="‖Δv‖",
+        programme.times_s, programme.sizes_m_s, ls="none", marker="_", ms=13, color="black", label="‖Δv‖"
     )
     axes.axhline(0.0, color="black", linewidth=0.8)
     axes.set_ylabel("velocity change\n(m/s)")
@@ -179,40 +148,31 @@ def _pulses(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
         f" angular momentum, and sizes; {programme.total_m_s:.3f} m/s in all."
     )
     if tube is not None:
-        times = np.linspace(0.0, scenario_end(plan), PRIMER_POINTS)
+        times = np.linspace(0.0, plan.scenario.duration_s, PRIMER_POINTS)
         sizes = tube.impulses.primer_size(tube.solution, times)
         at_pulses = tube.impulses.primer_size(tube.solution, programme.times_s)
-        panels[1].plot(times, sizes, color=BLUE, linewidth=1.2)
-        panels[1].plot(
-            programme.times_s, at_pulses, linestyle="none", marker="o", markersize=4, color="black"
-        )
-        panels[1].axhline(1.0, color="black", linewidth=1.0, linestyle="--")
-        panels[1].set_ylabel("primer vector")
-        panels[1].set_xlabel("time (s)")
+        below[0].plot(times, sizes, color=BLUE, linewidth=1.2)
+        below[0].plot(programme.times_s, at_pulses, ls="none", marker="o", ms=4, color="black")
+        below[0].axhline(1.0, color="black", linewidth=1.0, linestyle="--")
+        below[0].set_ylabel("primer vector")
+        below[0].set_xlabel("time (s)")
         axes.set_xlabel("")
         caption += " Below, the length of the primer vector: 1 at a pulse, and above 1 where one more pulse would save fuel."
     return write_png(figure, folder, "delta_v.png", caption)
 
 
 def _engine(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
-    figure, axes = _panel((7.4, 3.4))
+    figure, (axes,) = panels((7.4, 3.4))
     times = found.programme.times_s
     out = [each.distance_m for each in found.engine_out]
     cut = [each.distance_m for each in found.cut_burns]
     axes.vlines(times, cut, out, color="#bbbbbb", linewidth=2.0)
-    axes.plot(times, out, linestyle="none", marker="o", color=BLUE, label="engine out after the pulse")
-    axes.plot(
-        times, cut, linestyle="none", marker="v", color=VERMILION, label="pulse cut at its worst fraction"
-    )
-    axes.axhline(inner_radius_m(plan.scenario), color="black", linewidth=1.0, linestyle="--")
-    axes.annotate(
-        "inner edge of the tube",
-        (0.0, inner_radius_m(plan.scenario)),
-        xycoords=("axes fraction", "data"),
-        xytext=(12, -3),
-        textcoords="offset points",
-        va="top",
-    )
+    axes.plot(times, out, ls="none", marker="o", color=BLUE, label="engine out after the pulse")
+    axes.plot(times, cut, ls="none", marker="v", color=VERMILION, label="pulse cut at its worst fraction")
+    inner = inner_radius_m(plan.scenario)
+    axes.axhline(inner, color="black", linewidth=1.0, linestyle="--")
+    place: Any = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "va": "top"}
+    axes.annotate("inner edge of the tube", (0.0, inner), xytext=(12, -3), **place)
     axes.set_ylabel("least distance from\nthe target, 2 orbits (m)")
     axes.set_ylim(0.0, 1.1 * max(out))
     _over_time(axes, plan)
@@ -226,15 +186,13 @@ def _engine(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
 
 
 def _front(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
-    figure, axes = _panel((7.4, 3.8))
+    figure, (axes,) = panels((7.4, 3.8))
     points = [(len(found.programme), found.programme.total_m_s)]
     points += [(each.pulses, each.dv_m_s) for each in plan.front if each.dv_m_s is not None]
     points.sort()
     axes.plot(*np.array(points).T, color=BLUE, marker="o", label="free within the tube, the cheapest found")
     if is_papers(plan.scenario):
-        axes.plot(
-            [19, 20], [3.315, 3.237], linestyle="none", marker="s", color=VERMILION, label="the paper's two"
-        )
+        axes.plot([19, 20], [3.315, 3.237], ls="none", marker="s", color=VERMILION, label="the paper's two")
     search = plan.search
     axes.set_xscale("log")
     counts = sorted({count for count, _ in points})
@@ -244,14 +202,9 @@ def _front(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
         edge = search.impossible + 0.5
         axes.axvspan(0.84 * edge, edge, color=GREY, alpha=0.18, linewidth=0)
         axes.set_xlim(0.84 * edge, None)
-        axes.annotate(
-            f"{search.impossible} and fewer: proved impossible",
-            (0.92 * edge, 0.5),
-            xycoords=("data", "axes fraction"),
-            ha="center",
-            va="center",
-            rotation=90,
-        )
+        text = f"{search.impossible} and fewer: proved impossible"
+        place: Any = {"xycoords": ("data", "axes fraction"), "ha": "center", "va": "center"}
+        axes.annotate(text, (0.92 * edge, 0.5), rotation=90, **place)
     axes.set_xlabel("number of pulses")
     axes.set_ylabel("Σ‖Δv‖ (m/s)")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
@@ -265,26 +218,14 @@ def _front(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
     )
 
 
-def scenario_end(plan: FlyAround) -> float:
-    """The end of the revolution, s."""
-    return plan.scenario.duration_s
-
-
 def _mark_pulses(axes: Axes, found: Checked) -> None:
     for t in found.programme.times_s:
         axes.plot([t, t], [0.97, 1.0], transform=axes.get_xaxis_transform(), color="black", linewidth=0.9)
 
 
-def _panel(size: tuple[float, float]) -> tuple[Figure, Axes]:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=size, layout="constrained")
-    return figure, figure.subplots()
-
-
 def _over_time(axes: Axes, plan: FlyAround) -> None:
     axes.set_xlabel("time (s)")
-    axes.set_xlim(-0.02 * scenario_end(plan), 1.02 * scenario_end(plan))
+    axes.set_xlim(-0.02 * plan.scenario.duration_s, 1.02 * plan.scenario.duration_s)
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.1, handlelength=1.2)
     figure = axes.get_figure(root=True)
     assert figure is not None
@@ -294,10 +235,5 @@ def _over_time(axes: Axes, plan: FlyAround) -> None:
 def _title(figure: Figure, plan: FlyAround) -> None:
     assert plan.verification is not None
     count = len(plan.verification.programme)
-    figure.suptitle(
-        f"{plan.scenario.name}: {count} pulse{'s' if count != 1 else ''}",
-        x=0.01,
-        ha="left",
-        fontweight="bold",
-        fontsize=11,
-    )
+    text = f"{plan.scenario.name}: {count} pulse{'s' if count != 1 else ''}"
+    figure.suptitle(text, x=0.01, ha="left", fontweight="bold", fontsize=11)

@@ -1,4 +1,5 @@
-"""The plan flown again by an integrator that planning does not use: two bodies, J2 and drag, many chasers at once.
+"""The plan flown again by an integrator that planning does not use: two bodies, J2 and drag, many chasers at once; and what
+happens without the pulses to come, where the engine stops after a pulse or within it.
 
 Each pulse aims: it takes the state at its time, as navigation has it, to the next node of the plan by the linear model.
 That is how the paper flies, and what keeps small accelerations from adding up over a revolution.
@@ -7,7 +8,8 @@ That is how the paper flies, and what keeps small accelerations from adding up o
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,19 +17,24 @@ from numpy.typing import NDArray
 from orbsoc.guidance.chaser_messages import chaser_messages
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.relative_flight import fly
+from orbsoc.guidance.safety import CutBurn, audit_cut_burns, drift_clearance, states_after
 from orbsoc.guidance.uncertainty import Uncertainty
 from orbsoc.orbit.constants import EARTH
 from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass, coast
 from orbsoc.orbit.relative import absolute_state, local_frame, relative_state
 
-from .flight import Flight, Flown
+from .model.flight import Flight, Flown
 from .scenario import Scenario
 
 Array = NDArray[np.float64]
 
+ROUNDED_M = 1e-3
+"""By which the flight of the linear model may exceed the tolerance."""
 SAMPLES = 48
 """Intervals of an arc at which the distance from the path is taken."""
 EPHEMERIS_STEPS = 180
+ORBITS = 2.0
+"""For so long after the last pulse, the time in which an engine is repaired or the operator acts."""
 LONGEST_AIM = 0.9
 """Of π/ω: a pulse before a longer arc gives the planned velocity change, for aiming would blow errors up."""
 
@@ -136,6 +143,108 @@ def fly_truth(
     at, place = np.concatenate(times), np.concatenate(positions)
     errors = np.linalg.norm(place - flight.ellipse.position(at)[:, None], axis=2)
     return TrueFlight(at, place, errors, pulses, relative, np.concatenate(arcs))
+
+
+@dataclass(frozen=True, slots=True)
+class EngineOut:
+    """Pulses stop after pulse `number`, counted from 1: how near the target the drift comes, m, and how long after, s."""
+
+    number: int
+    time_s: float
+    distance_m: float
+    after_s: float
+    all_time_m: float
+    """For all time, by the linear model."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """A row of `audits` in plan.json."""
+        return asdict(self)
+
+
+def inner_radius_m(scenario: Scenario) -> float:
+    """The least distance from the target that the tube allows."""
+    return min(scenario.ellipse.semi_axes_m) - scenario.tolerance_m
+
+
+def engine_out(scenario: Scenario, flown: Flown) -> tuple[EngineOut, ...]:
+    """Each pulse as the last, by the linear model without the disturbance."""
+    motion, programme = scenario.motion, flown.programme
+    states = states_after(programme, flown.before[0], motion, float(programme.times_s[0]))
+    soon = drift_clearance(states, motion.mean_motion_rad_s, ORBITS * motion.period_s)
+    ever = drift_clearance(states, motion.mean_motion_rad_s)
+    rows = zip(programme.times_s, soon.distance_m, soon.at_s, ever.distance_m, strict=True)
+    return tuple(EngineOut(k, *(float(each) for each in row)) for k, row in enumerate(rows, 1))
+
+
+def cut_burns(scenario: Scenario, flown: Flown) -> tuple[CutBurn, ...]:
+    """Each pulse cut at every fraction of itself, and none after it."""
+    motion, programme = scenario.motion, flown.programme
+    return audit_cut_burns(
+        programme,
+        np.asarray(flown.before[0]),
+        motion,
+        inner_radius_m(scenario),
+        mean_motion_rad_s=motion.mean_motion_rad_s,
+        orbits=ORBITS,
+        start_s=float(programme.times_s[0]),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Checked:
+    """A programme and its flights: by the model, by the truth once, by the truth in the open loop, and dispersed."""
+
+    flown: Flown
+    truth: TrueFlight
+    open_loop: TrueFlight
+    dispersed: TrueFlight | None
+    engine_out: tuple[EngineOut, ...]
+    cut_burns: tuple[CutBurn, ...]
+    failures: tuple[str, ...]
+
+    @property
+    def largest_error_m(self) -> float:
+        """With J2 and drag."""
+        return float(self.truth.largest_errors_m[0])
+
+    @property
+    def nearest_out(self) -> EngineOut:
+        """The pulse after which an engine failure leads nearest to the target."""
+        return min(self.engine_out, key=lambda each: each.distance_m)
+
+    @property
+    def nearest_cut(self) -> CutBurn:
+        """The pulse within which it does."""
+        return min(self.cut_burns, key=lambda each: each.distance_m)
+
+    @property
+    def programme(self) -> ImpulseProgramme:
+        return self.flown.programme
+
+
+def check(scenario: Scenario, flown: Flown, truth: TrueFlight | None = None) -> Checked:
+    """Judge a programme by its flight with J2 and drag, `truth` where it is flown already, and look at what may go wrong."""
+    truth = truth or fly_truth(scenario, flown)
+    failures = []
+    for error, allowed, by in (
+        (flown.largest_error_m, scenario.tolerance_m + ROUNDED_M, "by the linear model"),
+        (float(truth.largest_errors_m[0]), scenario.allowed_m, "with J2 and drag"),
+    ):
+        if not error <= allowed:
+            failures.append(f"{len(flown.programme)} pulses stray {error:.4f} m {by}")
+    errors = scenario.uncertainty
+    drawn = None
+    if errors is not None and errors.runs:
+        drawn = fly_truth(scenario, flown, uncertainty=errors, runs=errors.runs, samples=16)
+    return Checked(
+        flown,
+        truth,
+        fly_truth(scenario, flown, aiming=False),
+        drawn,
+        engine_out(scenario, flown),
+        cut_burns(scenario, flown),
+        tuple(failures),
+    )
 
 
 def messages(scenario: Scenario, plan: Flown, flown: TrueFlight) -> dict[str, str]:
