@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from orbsoc.missions.platform_launch import kane, two_body
+from orbsoc.missions.platform_launch.model import kane, two_body
 from orbsoc.missions.platform_launch.model.launch import LaunchError, Pair, closed_form
 from orbsoc.missions.platform_launch.model.rack import Rack
 from orbsoc.missions.platform_launch.model.separation import disagreement, in_rotating_frame
