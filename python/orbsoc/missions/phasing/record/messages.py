@@ -1,0 +1,26 @@
+"""The chaser's flight as CCSDS messages."""
+
+from __future__ import annotations
+
+from orbsoc.guidance.ccsds import InertialManoeuvre, Subject, oem, opm
+from orbsoc.guidance.impulses import ImpulseProgramme
+
+from ..scenario import Scenario
+from ..verification.flight import Flight
+
+
+def messages(scenario: Scenario, programme: ImpulseProgramme, flight: Flight) -> dict[str, str]:
+    """`chaser.oem` and `chaser.opm`; times count from the scenario's zero, an impulse's has the state before it."""
+    subject = Subject(
+        f"{scenario.name} chaser", "the direction from which the scenario counts nodes", "the scenario's zero"
+    )
+    burns = []
+    for t, dv in zip(programme.times_s, flight.dv_m_s, strict=False):
+        x, y, z = map(float, dv)
+        burns.append(InertialManoeuvre(float(t), (x, y, z)))
+    forces = " and ".join({"j2": "J2", "drag": "drag"}[each] for each in scenario.forces) or "two-body motion"
+    comment = f"{forces}; velocities step at the impulses, whose times have the state before them"
+    return {
+        "chaser.oem": oem(subject, flight.times_s, flight.chaser, comment=comment),
+        "chaser.opm": opm(subject, float(flight.times_s[0]), flight.chaser[0], manoeuvres=burns),
+    }
