@@ -19,7 +19,7 @@ from orbsoc.orbit import EARTH
 from orbsoc.orbit.perturbations import fast_coast
 
 from .model.approach import state_at
-from .plan import PhasingPlan
+from .planner import PhasingPlan
 from .search.descent import PhasingImpulses
 from .verification.flight import Flight
 

@@ -17,9 +17,10 @@ from orbsoc.guidance.mission import FigureFile
 
 from .model import two_body
 from .model.transfer import Transfers, costs, in_plane
-from .plan import LaunchPlan, Verification
+from .planner import LaunchPlan
 from .search.rendezvous import Rendezvous
 from .verification.audits import ORBITS, Dispersed
+from .verification.checks import Verification
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
