@@ -10,7 +10,7 @@ import pytest
 
 from orbsoc.guidance.scenario_file import ScenarioError
 from orbsoc.missions.reachable_insertion import Plan, load_scenario, plan
-from orbsoc.missions.reachable_insertion.history import History
+from orbsoc.missions.reachable_insertion.figures.history import History
 
 from .test_verdicts import scenario
 

@@ -13,13 +13,13 @@ from benchmarks.missions import KINDS, Mission, mission, unreachable
 from orbsoc.guidance.mission import Agreement
 from orbsoc.guidance.scp import Rules
 from orbsoc.missions.reachable_insertion import Plan, PlanStatus, Scenario, load_scenario, plan
-from orbsoc.missions.reachable_insertion.made_ready import MadeReady
-from orbsoc.missions.reachable_insertion.proof import proof_of_infeasibility
-from orbsoc.missions.reachable_insertion.quick_turn import quickened
-from orbsoc.missions.reachable_insertion.search import SMOOTH, Search
-from orbsoc.missions.reachable_insertion.smooth_burn import corrected, ends_of, steps_for
-from orbsoc.missions.reachable_insertion.starts import starts
-from orbsoc.missions.reachable_insertion.verdicts import verdict
+from orbsoc.missions.reachable_insertion.model.proof import proof_of_infeasibility
+from orbsoc.missions.reachable_insertion.plan.verdicts import verdict
+from orbsoc.missions.reachable_insertion.search.quick_turn import quickened
+from orbsoc.missions.reachable_insertion.search.setup import MadeReady
+from orbsoc.missions.reachable_insertion.search.start_search import SMOOTH, Search
+from orbsoc.missions.reachable_insertion.starts.directions import starts
+from orbsoc.missions.reachable_insertion.starts.steering_law import corrected, ends_of, steps_for
 from orbsoc.orbit import CanonicalUnits, propagate_burn
 from orbsoc.solving.solver import solve
 

@@ -15,20 +15,20 @@ from orbsoc.guidance.mission import Column, Difference, FigureFile, PaperRow
 from orbsoc.guidance.scenario_file import read_toml
 from orbsoc.guidance.scp import Iteration, Rules, Solve
 
-from .bounded_search import BoundedSearch
-from .burn_plan import BurnPlan
-from .comparison import differences
-from .ignition import LaterIgnition, best_ignition, later_ignition
-from .made_ready import MadeReady
-from .orbit_figures import orbit_figure
+from .figures.orbit import orbit_figure
+from .figures.panels import draw_figures
 from .paper import compare
-from .plots import draw_figures
-from .quick_turn import quickened
+from .plan.burn_plan import BurnPlan
+from .plan.comparison import differences
+from .plan.verdicts import shape_of, verdict
 from .record import attitude_csv, plan_document
 from .scenario import ProblemName, Scenario, load_scenario
-from .search import Found, Search, null_burn
+from .search.bounded import BoundedSearch
+from .search.ignition import LaterIgnition, best_ignition, later_ignition
+from .search.quick_turn import quickened
+from .search.setup import MadeReady
+from .search.start_search import Found, Search, null_burn
 from .two_burns.planner import TwoBurnPlan, plan_two_burns
-from .verdicts import shape_of, verdict
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

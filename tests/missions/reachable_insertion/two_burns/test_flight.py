@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from benchmarks.two_burn_missions import transfer
 from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.powered_flight import Burn
-from orbsoc.missions.reachable_insertion.made_ready import MadeReady
+from orbsoc.missions.reachable_insertion.search.setup import MadeReady
 from orbsoc.missions.reachable_insertion.two_burns.flight import ends_of, sensitivities
 from orbsoc.missions.reachable_insertion.two_burns.motion import Motion, OblateCoast, TwoBodyCoast
 from orbsoc.missions.reachable_insertion.two_burns.restoration import restored

@@ -7,9 +7,9 @@ import pytest
 
 from benchmarks.two_burn_missions import KINDS, transfer, unreachable_transfer
 from orbsoc.missions.reachable_insertion import PlanStatus, TwoBurnPlan, plan
-from orbsoc.missions.reachable_insertion.made_ready import MadeReady
-from orbsoc.missions.reachable_insertion.proof import proof_of_infeasibility
-from orbsoc.missions.reachable_insertion.two_burns.verdict import verdict
+from orbsoc.missions.reachable_insertion.model.proof import proof_of_infeasibility
+from orbsoc.missions.reachable_insertion.search.setup import MadeReady
+from orbsoc.missions.reachable_insertion.two_burns.verdicts import verdict
 
 
 @pytest.mark.parametrize("number", range(40))

@@ -14,12 +14,12 @@ from scipy.interpolate import BarycentricInterpolator
 
 from benchmarks.two_burn_missions import transfer, unreachable_transfer
 from orbsoc.missions.reachable_insertion import PlanStatus, ScenarioError, TwoBurnPlan, load_scenario, plan
-from orbsoc.missions.reachable_insertion.made_ready import MadeReady
-from orbsoc.missions.reachable_insertion.proof import proof_of_infeasibility
+from orbsoc.missions.reachable_insertion.model.proof import proof_of_infeasibility
+from orbsoc.missions.reachable_insertion.search.setup import MadeReady
 from orbsoc.missions.reachable_insertion.two_burns.flight import sensitivities
 from orbsoc.missions.reachable_insertion.two_burns.motion import Motion
 from orbsoc.missions.reachable_insertion.two_burns.search import proof_for_two_burns
-from orbsoc.missions.reachable_insertion.two_burns.verdict import verdict
+from orbsoc.missions.reachable_insertion.two_burns.verdicts import verdict
 from orbsoc.missions.reachable_insertion.two_burns.verification import verify
 from orbsoc.orbit import EARTH
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..made_ready import MadeReady
+from ..search.setup import MadeReady
 from .limits import Limits
 from .motion import Motion
 from .restoration import REACHED, restored

@@ -12,9 +12,9 @@ from orbsoc.guidance.figure_style import STYLE, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import EARTH, elements_from_state, pitch_yaw
 
-from ..history import History
-from ..orbit_figures import AFTER, BEFORE, BURN, COAST, FAR, drawn, earth, plane_of
-from ..verdicts import shape_of
+from ..figures.history import History
+from ..figures.orbit import AFTER, BEFORE, BURN, COAST, FAR, drawn, earth, plane_of
+from ..plan.verdicts import shape_of
 from .transfer_plan import TransferPlan
 from .verification import Verification
 

@@ -7,8 +7,8 @@ from functools import lru_cache
 
 from orbsoc.guidance.mission import PlanStatus
 
-from ..burn_plan import BurnPlan
-from ..made_ready import MadeReady
+from ..plan.burn_plan import BurnPlan
+from ..search.setup import MadeReady
 from .motion import Motion
 from .search import FLOWN, above_ground, flown_starts, judged, limits_of, proof_for_two_burns
 

@@ -17,8 +17,8 @@ from orbsoc.orbit import EARTH, CanonicalUnits, PropagationError, rotate_state
 from orbsoc.orbit.kepler import coasted_in_closed_form
 from orbsoc.orbit.perturbations import fast_coast, fast_coast_with_transitions
 
-from ..coast import OBLATE_EARTH
-from ..made_ready import MadeReady
+from ..model.coast import OBLATE_EARTH
+from ..search.setup import MadeReady
 
 Array = NDArray[np.float64]
 

@@ -14,15 +14,15 @@ from orbsoc.guidance.figure_style import image_element
 from orbsoc.guidance.mission import Difference, FigureFile
 from orbsoc.guidance.scp import Iteration, Rules, Solve
 
-from ..comparison import SMA_REL, TIME_REL
-from ..made_ready import MadeReady
-from ..verdicts import shape_of
+from ..plan.comparison import SMA_REL, TIME_REL
+from ..plan.verdicts import shape_of
+from ..search.setup import MadeReady
 from .bounded_search import BoundedSearch
 from .figures import draw_figures, orbit_figure
 from .record import attitude_csv, plan_document
 from .search import Found, Search
 from .transfer_plan import TransferPlan
-from .verdict import verdict
+from .verdicts import verdict
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

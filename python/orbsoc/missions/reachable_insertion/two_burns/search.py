@@ -26,9 +26,9 @@ from orbsoc.guidance.scp import (
 )
 from orbsoc.orbit import PropagationError, elements_from_state
 
-from ..ignition import latest_s
-from ..made_ready import MadeReady
-from ..proof import OBLATE_COAST, Proof, proof_of_infeasibility
+from ..model.proof import OBLATE_COAST, Proof, proof_of_infeasibility
+from ..search.ignition import latest_s
+from ..search.setup import MadeReady
 from .flight import Sensitivities, sensitivities
 from .limits import Limits
 from .motion import Motion

@@ -10,11 +10,11 @@ from orbsoc.guidance.powered_flight import Trajectory
 from orbsoc.guidance.scp import ExitReason, Iteration, Outcome
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements
 
-from .any_target import AnyTarget
-from .problems import Iterate
-from .proof import Proof
-from .scenario import Scenario
-from .verification import Verification
+from ..model.problems import Iterate
+from ..model.proof import Proof
+from ..scenario import Scenario
+from ..targets.any_target import AnyTarget
+from ..verification import Verification
 
 COLD = "thrust along the velocity"
 

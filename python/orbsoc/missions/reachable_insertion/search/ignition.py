@@ -17,12 +17,12 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.orbit import PropagationError
 from orbsoc.orbit.vectors import specific_energy
 
-from .burn_plan import COLD, BurnPlan
-from .coast import coasted
-from .made_ready import MadeReady
-from .search import Found, Search
-from .smooth_burn import Law, corrected, smoothed, turn_of
-from .starts import REACHED, Start, burn_time, impulse
+from ..model.coast import coasted
+from ..plan.burn_plan import COLD, BurnPlan
+from ..starts.directions import REACHED, Start, burn_time, impulse
+from ..starts.steering_law import Law, corrected, smoothed, turn_of
+from .setup import MadeReady
+from .start_search import Found, Search
 
 Array = NDArray[np.float64]
 

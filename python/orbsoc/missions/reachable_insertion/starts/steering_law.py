@@ -17,7 +17,7 @@ from orbsoc.guidance.collocation import LegendreGauss, legendre_gauss
 from orbsoc.guidance.powered_flight import Burn
 from orbsoc.orbit.runge_kutta import force_times, integrate_explicitly
 
-from .any_target import AnyTarget
+from ..targets.any_target import AnyTarget
 
 Array = NDArray[np.float64]
 

@@ -15,13 +15,13 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import ExitReason, Iteration, Outcome, Rules, Solve, sequential_convex
 from orbsoc.orbit import PropagationError
 
-from .burn_plan import COLD, Stage
-from .made_ready import MadeReady
-from .problems import Iterate
-from .proof import Proof, proof_of_infeasibility
-from .smooth_burn import TOO_LONG, Law, corrected, followed, smoothed, through, unit_on
-from .starts import REACHED, Start, impulse, starts
-from .verification import Verification
+from ..model.problems import Iterate
+from ..model.proof import Proof, proof_of_infeasibility
+from ..plan.burn_plan import COLD, Stage
+from ..starts.directions import REACHED, Start, impulse, starts
+from ..starts.steering_law import TOO_LONG, Law, corrected, followed, smoothed, through, unit_on
+from ..verification import Verification
+from .setup import MadeReady
 
 GROWTH = 1.5
 """Factor by which the grid grows when the propagation does not confirm a plan."""

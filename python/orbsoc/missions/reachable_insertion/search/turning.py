@@ -13,14 +13,14 @@ import numpy as np
 
 from orbsoc.guidance.scp import ExitReason, Outcome
 
-from .attitude_rate import RateBound
-from .burn_plan import Stage
-from .made_ready import MadeReady
-from .problems import Iterate
-from .search import SLACK_LEFT, Found, Search, judged, nodes_that_follow
-from .smooth_burn import through, unit_on
-from .starts import REACHED
-from .verification import Verification
+from ..model.attitude_rate import RateBound
+from ..model.problems import Iterate
+from ..plan.burn_plan import Stage
+from ..starts.directions import REACHED
+from ..starts.steering_law import through, unit_on
+from ..verification import Verification
+from .setup import MadeReady
+from .start_search import SLACK_LEFT, Found, Search, judged, nodes_that_follow
 
 TURNING = "turning within the bound"
 FIRST_PRICE, HIGHEST_PRICE = 2.0, 32.0

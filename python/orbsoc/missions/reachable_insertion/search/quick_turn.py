@@ -12,12 +12,12 @@ import numpy as np
 
 from orbsoc.guidance.scp import Rules
 
-from .attitude_rate import peak_rate
-from .made_ready import MadeReady
-from .problems import Iterate
-from .search import GROWTH, SMOOTH, Found, Search
-from .smooth_burn import followed, through
-from .turning_search import TurningSearch, finished, is_feasible
+from ..model.attitude_rate import peak_rate
+from ..model.problems import Iterate
+from ..starts.steering_law import followed, through
+from .setup import MadeReady
+from .start_search import GROWTH, SMOOTH, Found, Search
+from .turning import TurningSearch, finished, is_feasible
 
 QUICK = "as fast a turn as the finest grid follows"
 FIRST, FASTER = 2.5, 1.25

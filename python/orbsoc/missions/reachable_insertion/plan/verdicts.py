@@ -12,17 +12,17 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import ExitReason
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements
 
-from .any_target import AnyTarget
+from ..model.problems import Iterate
+from ..scenario import MOST_NODES, Scenario
+from ..search.ignition import later_ignition
+from ..search.quick_turn import QUICK
+from ..search.start_search import SMOOTH
+from ..targets.any_target import AnyTarget
+from ..targets.free_target import FreeTarget
+from ..targets.rows import Row
+from ..two_burns.instead import two_burns_instead
+from ..verification import EndOfFlight
 from .burn_plan import BurnPlan
-from .free_target import FreeTarget
-from .ignition import later_ignition
-from .problems import Iterate
-from .quick_turn import QUICK
-from .rows import Row
-from .scenario import MOST_NODES, Scenario
-from .search import SMOOTH
-from .two_burns.instead import two_burns_instead
-from .verification import EndOfFlight
 
 Array = NDArray[np.float64]
 

@@ -9,10 +9,10 @@ import numpy as np
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.orbit import EARTH, CanonicalUnits
 
-from ..made_ready import MadeReady
-from ..rows import Row
+from ..plan.verdicts import Violation, rate_in_words, row_in_words, shape_of, start_tried, turns_in_words
 from ..scenario import MOST_NODES
-from ..verdicts import Violation, rate_in_words, row_in_words, shape_of, start_tried, turns_in_words
+from ..search.setup import MadeReady
+from ..targets.rows import Row
 from .flight import sensitivities
 from .motion import Motion
 from .restoration import REACHED

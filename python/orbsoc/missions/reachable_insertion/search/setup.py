@@ -14,16 +14,16 @@ from orbsoc.guidance.scp import Subproblem
 from orbsoc.orbit import EARTH, CanonicalUnits, elements_from_state
 from orbsoc.orbit.propagate import Steering
 
-from .any_target import AnyTarget
-from .attitude_rate import RateBound
-from .coast import at_ignition
-from .free_target import FreeTarget
-from .guess import along_velocity, propagated, towards_plane
-from .problems import Iterate, MaxEnergyFixedPerigee, MaxEnergyFreePerigee, MinTime
-from .scenario import Scenario
-from .smooth_burn import Law
-from .target import TargetOrbit
-from .verification import Verification, verify
+from ..model.attitude_rate import RateBound
+from ..model.coast import at_ignition
+from ..model.problems import Iterate, MaxEnergyFixedPerigee, MaxEnergyFreePerigee, MinTime
+from ..scenario import Scenario
+from ..starts.guess import along_velocity, propagated, towards_plane
+from ..starts.steering_law import Law
+from ..targets.any_target import AnyTarget
+from ..targets.free_target import FreeTarget
+from ..targets.target_orbit import TargetOrbit
+from ..verification import Verification, verify
 
 Array = NDArray[np.float64]
 Linearise = Callable[[Iterate], Subproblem[Iterate]]

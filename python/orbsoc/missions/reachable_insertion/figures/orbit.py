@@ -13,11 +13,11 @@ from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import EARTH, Elements, elements_from_state, state_from_elements
 from orbsoc.orbit.elements import at_true_anomaly
 
-from .burn_plan import BurnPlan
-from .coast import coasted
+from ..model.coast import coasted
+from ..plan.burn_plan import BurnPlan
+from ..plan.verdicts import shape_of
+from ..verification import Verification
 from .history import History
-from .verdicts import shape_of
-from .verification import Verification
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

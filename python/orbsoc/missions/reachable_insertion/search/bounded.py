@@ -8,14 +8,14 @@ import numpy as np
 
 from orbsoc.guidance.scp import ExitReason, Outcome
 
-from .attitude_rate import peak_rate
-from .made_ready import MadeReady
-from .problems import Iterate
+from ..model.attitude_rate import peak_rate
+from ..model.problems import Iterate
+from ..starts.directions import Start
+from ..targets.rows import Row
 from .quick_turn import quickened
-from .rows import Row
-from .search import GROWTH, SMOOTH, Found, Search, judged
-from .starts import Start
-from .turning_search import TurningSearch, finished, is_feasible
+from .setup import MadeReady
+from .start_search import GROWTH, SMOOTH, Found, Search, judged
+from .turning import TurningSearch, finished, is_feasible
 
 TOO_QUICK = "the same, and the bound on the attitude rate"
 MARGIN = 1e-4

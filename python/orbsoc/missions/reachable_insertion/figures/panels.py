@@ -18,9 +18,9 @@ from orbsoc.guidance.figure_style import STYLE, labels_in_line, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import EARTH, CanonicalUnits, pitch_yaw
 
-from . import orbit_figures
-from .burn_plan import BurnPlan
-from .verification import Verification
+from ..plan.burn_plan import BurnPlan
+from ..verification import Verification
+from . import orbit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,7 +42,7 @@ def draw_figures(plan: BurnPlan, folder: Path) -> tuple[FigureFile, ...]:
     import matplotlib as mpl
 
     with mpl.rc_context(STYLE):
-        told = orbit_figures.draw(plan, found, folder)
+        told = orbit.draw(plan, found, folder)
         if plan.time_of_flight_s == 0.0:
             return told
         return (
