@@ -8,6 +8,7 @@ canvas and without pyplot: no global state, no display.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -45,12 +46,8 @@ def draw_figures(plan: BurnPlan, folder: Path) -> tuple[FigureFile, ...]:
         told = orbit.draw(plan, found, folder)
         if plan.time_of_flight_s == 0.0:
             return told
-        return (
-            *told,
-            _velocity(plan, found, folder),
-            _position(plan, found, folder),
-            _attitude(plan, found, folder),
-        )
+        checks = (draw(plan, found, folder) for draw in (_velocity, _position, _attitude))
+        return (*told, *(replace(each, appendix=True) for each in checks))
 
 
 def _velocity(plan: BurnPlan, found: Verification, folder: Path) -> FigureFile:

@@ -15,6 +15,7 @@ from ..model.proof import Proof
 from ..scenario import Scenario
 from ..targets.any_target import AnyTarget
 from ..verification import Verification
+from .claims import Claim
 
 COLD = "thrust along the velocity"
 
@@ -28,6 +29,7 @@ class Stage:
     outcome: Outcome[Iterate]
     start: str = COLD
     ignition_s: float = 0.0
+    claim: Claim = Claim.BEST_FOUND
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,6 +57,11 @@ class BurnPlan:
     def subproblems(self) -> tuple[Iteration, ...]:
         """Every subproblem solved, over all stages."""
         return tuple(chain.from_iterable(stage.outcome.iterations for stage in self.stages))
+
+    @property
+    def claim(self) -> Claim:
+        """The claim on the attempt that the plan is."""
+        return self.stages[-1].claim if self.stages else Claim.NOTHING_TO_BURN
 
     @property
     def trajectory(self) -> Trajectory:

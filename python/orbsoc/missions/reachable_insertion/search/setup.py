@@ -36,7 +36,7 @@ The penalty is exact only above the rows' multipliers, and those of a short burn
 
 
 @dataclass(frozen=True, slots=True)
-class MadeReady:
+class InsertionSetup:
     """The burn from where the coast of `ignition_s` ends, the target orbit, and the units that both are in."""
 
     scenario: Scenario
@@ -49,7 +49,7 @@ class MadeReady:
     """Of the subproblems that are to hold one."""
 
     @classmethod
-    def of(cls, scenario: Scenario, ignition_s: float = 0.0) -> MadeReady:
+    def of(cls, scenario: Scenario, ignition_s: float = 0.0) -> InsertionSetup:
         units = CanonicalUnits.of(EARTH)
         vehicle = scenario.vehicle
         start_si = at_ignition(scenario, ignition_s)
@@ -64,7 +64,7 @@ class MadeReady:
         return None if limits is None else float(np.deg2rad(limits.attitude_rate_deg_s)) * self.units.time_s
 
     @property
-    def unbounded(self) -> MadeReady:
+    def unbounded(self) -> InsertionSetup:
         """The same without a bound on the attitude rate."""
         return replace(self, scenario=self.scenario.with_changes(limits=None), turn=None)
 

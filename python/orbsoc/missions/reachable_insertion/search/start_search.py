@@ -18,10 +18,11 @@ from orbsoc.orbit import PropagationError
 from ..model.problems import Iterate
 from ..model.proof import Proof, proof_of_infeasibility
 from ..plan.burn_plan import COLD, Stage
+from ..plan.claims import Claim
 from ..starts.directions import REACHED, Start, impulse, starts
-from ..starts.steering_law import TOO_LONG, Law, corrected, followed, smoothed, through, unit_on
+from ..starts.steering_law import TOO_LONG, Law, corrected, grid_resolves, smoothed, through, unit_on
 from ..verification import Verification
-from .setup import MadeReady
+from .setup import InsertionSetup
 
 GROWTH = 1.5
 """Factor by which the grid grows when the propagation does not confirm a plan."""
@@ -30,7 +31,7 @@ SLACK_LEFT = 1e-5
 """Total slack of a sequence that ended short of convergence, but near enough to be corrected in flight."""
 MOST_FLOWN = 2
 """Starts that reach the target orbit, after which others would lead to the same burn."""
-SMOOTH = "a law that turns smoothly, shortened"
+SMOOTH_NOTE = "a law that turns smoothly, shortened"
 WORTH_A_LAW = 1e-3
 """Share by which a verified burn may be longer than a converged sequence's before a smooth law is tried beside it."""
 SMOOTHED = 6
@@ -43,7 +44,7 @@ REVERSES = 0.02
 class Found:
     """What the search came to: every stage, the one that counts, and its verification."""
 
-    ready: MadeReady
+    ready: InsertionSetup
     stages: list[Stage] = field(default_factory=list)
     best: Stage | None = None
     verification: Verification | None = None
@@ -111,7 +112,7 @@ class Search:
     rules: Rules
     callback: Callable[[Iteration], None] | None = None
 
-    def run(self, ready: MadeReady) -> Found:
+    def run(self, ready: InsertionSetup) -> Found:
         """Every start until one is verified, the shortest verified burn; Ctrl-C ends it with what it has."""
         found = Found(ready)
         try:
@@ -122,7 +123,7 @@ class Search:
             found.consider(*_nothing(ready))
         return found
 
-    def _run(self, ready: MadeReady, found: Found) -> None:
+    def _run(self, ready: InsertionSetup, found: Found) -> None:
         if ready.scenario.problem == "min_time" and null_burn(ready, found):
             return
         self._cold(ready, found)
@@ -137,7 +138,7 @@ class Search:
         else:
             self._directions(ready, found)
 
-    def _cold(self, ready: MadeReady, found: Found) -> None:
+    def _cold(self, ready: InsertionSetup, found: Found) -> None:
         """The present start, refined until its flight confirms it."""
         stage = self._stage(ready, found, ready.cold_start(), "cold start")
         soft = False
@@ -150,7 +151,7 @@ class Search:
 
     def _refine(
         self,
-        ready: MadeReady,
+        ready: InsertionSetup,
         found: Found,
         stage: Stage,
         verification: Verification | None,
@@ -176,13 +177,13 @@ class Search:
                 return
             found.consider(stage, verification)
 
-    def run_from(self, ready: MadeReady, start: Start) -> Found:
+    def run_from(self, ready: InsertionSetup, start: Start) -> Found:
         """From one start that reaches the target orbit, on one grid: for many neighbouring burns."""
         found = Found(ready)
         self._law(ready, found, start, refine=False)
         return found
 
-    def _laws(self, ready: MadeReady, found: Found) -> None:
+    def _laws(self, ready: InsertionSetup, found: Found) -> None:
         """Starts that are flown onto the target orbit, until one is verified."""
         flown = 0
         for start in starts(ready.burn, ready.target):
@@ -197,7 +198,7 @@ class Search:
             if found.verified or found.interrupted:
                 return
 
-    def _law(self, ready: MadeReady, found: Found, start: Start, *, refine: bool) -> None:
+    def _law(self, ready: InsertionSetup, found: Found, start: Start, *, refine: bool) -> None:
         reference = replace(ready.by_law(start.law, ready.scenario.method.nodes), slack=())
         stage = self._stage(ready, found, reference, start.name, firm=True, start=start.name)
         if found.interrupted:
@@ -212,7 +213,7 @@ class Search:
         if not found.interrupted and _not_the_shortest(found):
             _follow_law(ready, found, start)
 
-    def _directions(self, ready: MadeReady, found: Found) -> None:
+    def _directions(self, ready: InsertionSetup, found: Found) -> None:
         """Constant directions for the scenario's burn time."""
         velocity = ready.burn.start[3:]
         towards = impulse(ready.burn, ready.target)
@@ -233,7 +234,7 @@ class Search:
 
     def _stage(
         self,
-        ready: MadeReady,
+        ready: InsertionSetup,
         found: Found,
         reference: Iterate,
         note: str,
@@ -241,6 +242,7 @@ class Search:
         soft: bool = False,
         firm: bool = False,
         start: str = COLD,
+        claim: Claim = Claim.BEST_FOUND,
     ) -> Stage:
         outcome = sequential_convex(
             reference,
@@ -249,14 +251,14 @@ class Search:
             rules=self.rules,
             callback=self.callback,
         )
-        stage = Stage(reference.trajectory.grid.size, note, outcome, start, ready.ignition_s)
+        stage = Stage(reference.trajectory.grid.size, note, outcome, start, ready.ignition_s, claim)
         found.stages.append(stage)
         if outcome.reason is ExitReason.INTERRUPTED:
             found.interrupted = outcome.message
         return stage
 
 
-def null_burn(ready: MadeReady, found: Found) -> bool:
+def null_burn(ready: InsertionSetup, found: Found) -> bool:
     """Whether the vehicle is on its target orbit: a plan of 0 s."""
     coarse = ready.along(ready.burn.start[3:]).trajectory
     states = np.tile(ready.burn.start, (coarse.grid.size, 1))
@@ -270,21 +272,21 @@ def null_burn(ready: MadeReady, found: Found) -> bool:
     return True
 
 
-def _flown(ready: MadeReady, stage: Stage) -> Verification | None:
+def _flown(ready: InsertionSetup, stage: Stage) -> Verification | None:
     """The verification of a converged stage; None when there is nothing to fly."""
     if stage.outcome.reason is not ExitReason.CONVERGED:
         return None
-    return judged(ready, stage.outcome.iterate)
+    return fly_and_verify(ready, stage.outcome.iterate)
 
 
-def judged(ready: MadeReady, iterate: Iterate) -> Verification | None:
+def fly_and_verify(ready: InsertionSetup, iterate: Iterate) -> Verification | None:
     try:
         return ready.verified(iterate)
     except (PropagationError, ValueError):  # it dives to the centre, or burns the vehicle up
         return None
 
 
-def _corrected(ready: MadeReady, found: Found, stage: Stage) -> tuple[Stage, Verification | None]:
+def _corrected(ready: InsertionSetup, found: Found, stage: Stage) -> tuple[Stage, Verification | None]:
     """The stage with its thrust directions corrected until the flight ends on the orbit; the stage itself where that fails."""
     last, outcome = stage.outcome.iterate, stage.outcome
     near = outcome.reason in (ExitReason.CONVERGED, ExitReason.MAX_ITERATIONS, ExitReason.INFEASIBLE)
@@ -302,10 +304,10 @@ def _corrected(ready: MadeReady, found: Found, stage: Stage) -> tuple[Stage, Ver
         stage, note="corrected in flight", outcome=Outcome(ExitReason.CONVERGED, iterate, (), message)
     )
     found.stages.append(moved)
-    return moved, judged(ready, iterate)
+    return moved, fly_and_verify(ready, iterate)
 
 
-def _follow_law(ready: MadeReady, found: Found, start: Start) -> None:
+def _follow_law(ready: InsertionSetup, found: Found, start: Start) -> None:
     """The law, shortened, on a grid that follows it: a plan where the shortest burn reverses its thrust."""
     if found.best is None:
         return
@@ -335,7 +337,7 @@ def _not_the_shortest(found: Found) -> bool:
     return bool(ends) and found.iterate.trajectory.duration > (1.0 + WORTH_A_LAW) * min(ends)
 
 
-def _law_flown(ready: MadeReady, found: Found, law: Law, start: Start) -> None:
+def _law_flown(ready: InsertionSetup, found: Found, law: Law, start: Start) -> None:
     """On the coarsest grid that follows it: the interpolant of its nodal directions, corrected and made of unit length by turns."""
     nodes = nodes_that_follow(ready, law)
     unit = unit_on(ready.burn, ready.target, law, nodes, REACHED)
@@ -345,20 +347,20 @@ def _law_flown(ready: MadeReady, found: Found, law: Law, start: Start) -> None:
         "a smooth turn of the thrust reaches the orbit; the shortest burn turns faster than the grid follows"
     )
     outcome = Outcome(ExitReason.CONVERGED, ready.by_interpolant(unit, nodes), (), message)
-    found.stages.append(Stage(nodes, SMOOTH, outcome, start.name, ready.ignition_s))
-    found.consider(found.stages[-1], judged(ready, outcome.iterate))
+    found.stages.append(Stage(nodes, SMOOTH_NOTE, outcome, start.name, ready.ignition_s, Claim.SMOOTH_TURN))
+    found.consider(found.stages[-1], fly_and_verify(ready, outcome.iterate))
 
 
-def nodes_that_follow(ready: MadeReady, law: Law) -> int:
+def nodes_that_follow(ready: InsertionSetup, law: Law) -> int:
     """Of the coarsest grid that follows a law, at most the finest allowed."""
     method = ready.scenario.method
     nodes = method.nodes
-    while nodes < method.max_nodes and not followed(law, nodes, 0.1 * TOO_LONG):
+    while nodes < method.max_nodes and not grid_resolves(law, nodes, 0.1 * TOO_LONG):
         nodes = min(method.max_nodes, int(np.ceil(GROWTH * nodes)))
     return nodes
 
 
-def _missed(ready: MadeReady, start: Start) -> Stage:
+def _missed(ready: InsertionSetup, start: Start) -> Stage:
     """A start that did not find the orbit, with what it leaves."""
     nodes = ready.scenario.method.nodes
     try:
@@ -371,13 +373,13 @@ def _missed(ready: MadeReady, start: Start) -> Stage:
     )
 
 
-def _nothing(ready: MadeReady) -> tuple[Stage, None]:
+def _nothing(ready: InsertionSetup) -> tuple[Stage, None]:
     """Of a search that was interrupted before its first stage."""
     outcome = Outcome(ExitReason.INTERRUPTED, ready.cold_start(), (), "interrupted")
     return Stage(ready.scenario.method.nodes, "interrupted", outcome), None
 
 
-def _proof(ready: MadeReady) -> Proof | None:
+def _proof(ready: InsertionSetup) -> Proof | None:
     min_time = ready.scenario.problem == "min_time"
     duration = ready.burn.longest if min_time else ready.scenario.burn.guess_s / ready.units.time_s
     return proof_of_infeasibility(ready.burn, ready.target, duration, whole_orbit=min_time)

@@ -11,7 +11,7 @@ from orbsoc.orbit import EARTH, CanonicalUnits
 
 from ..plan.verdicts import Violation, rate_in_words, row_in_words, shape_of, start_tried, turns_in_words
 from ..scenario import MOST_NODES
-from ..search.setup import MadeReady
+from ..search.setup import InsertionSetup
 from ..targets.rows import Row
 from .flight import sensitivities
 from .motion import Motion
@@ -41,7 +41,7 @@ def violations(plan: TransferPlan) -> tuple[Violation, ...]:
 
 def violations_of(plan: TransferPlan, attempt: Attempt) -> tuple[Violation, ...]:
     """The same of any attempt."""
-    ready, found = MadeReady.of(plan.scenario), []
+    ready, found = InsertionSetup.of(plan.scenario), []
     if attempt.miss > REACHED:
         end = sensitivities(Motion.of(ready), attempt.transfer).end
         found = [
