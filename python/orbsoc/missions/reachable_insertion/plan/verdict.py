@@ -41,15 +41,14 @@ def flown_within(scenario: Scenario, found: EndOfFlight) -> str:
         (found.laplace_rel, rules.laplace_rel),
         key=lambda each: each[0] / each[1],
     )
-    return f"flown to {error:.0e} (allowed {allowed:.0e})".replace("e-0", "e-")
+    return f"flown to {error:.0e} ≤ {allowed:.0e}".replace("e-0", "e-")
 
 
 def short_shape(orbit: Elements) -> str:
-    """Perigee and apogee heights; of a hyperbola C3 and the perigee height."""
-    perigee = f"{orbit.perigee_height_m() / 1e3:.2f}"
+    """Perigee and apogee heights; of a hyperbola C3."""
     if orbit.ecc < 1.0:
-        return f"{perigee} × {orbit.apogee_height_m() / 1e3:.2f} km"
-    return f"C3 {-EARTH.mu_m3_s2 / orbit.sma_m / 1e6:.4f} km²/s², perigee {perigee} km"
+        return f"{orbit.perigee_height_m() / 1e3:.2f} × {orbit.apogee_height_m() / 1e3:.2f} km"
+    return f"C3 {-EARTH.mu_m3_s2 / orbit.sma_m / 1e6:.4f} km²/s²"
 
 
 def infeasible_line(proof: Proof) -> VerdictLine:
@@ -72,7 +71,7 @@ def _answer(plan: BurnPlan) -> VerdictLine:
     if status is PlanStatus.VERIFIED and found is not None:
         if plan.time_of_flight_s == 0.0:
             return fitted(Question.ANSWER, Word.VERIFIED, "burn 0 s: the vehicle is on its target orbit")
-        coast = f"coast {plan.ignition_s:.1f} s, " if plan.ignition_s > 0.0 else ""
+        coast = f"coast {plan.ignition_s:.0f} s, " if plan.ignition_s > 0.0 else ""
         figure = f"{coast}burn {plan.time_of_flight_s:.3f} s → {short_shape(found.planned_orbit)}"
         return fitted(Question.ANSWER, Word.VERIFIED, figure, flown_within(plan.scenario, found))
     if status is PlanStatus.NOT_VERIFIED and found is not None:

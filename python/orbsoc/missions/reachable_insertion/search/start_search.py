@@ -124,19 +124,11 @@ class Search:
         return found
 
     def _run(self, ready: InsertionSetup, found: Found) -> None:
-        if ready.scenario.problem == "min_time" and null_burn(ready, found):
-            return
-        self._cold(ready, found)
-        if found.verified or found.interrupted:
-            return
-        if found.verification is None:
-            found.proof = _proof(ready)
-        if found.proof is not None:
-            return
-        if ready.scenario.problem == "min_time":
-            self._laws(ready, found)
-        else:
-            self._directions(ready, found)
+        for strategy in STRATEGIES:
+            if found.interrupted or found.verified or found.proof is not None:
+                return
+            if strategy.applies(ready, found):
+                strategy.run(self, ready, found)
 
     def _cold(self, ready: InsertionSetup, found: Found) -> None:
         """The present start, refined until its flight confirms it."""
@@ -258,6 +250,49 @@ class Search:
         return stage
 
 
+def _min_time(ready: InsertionSetup, _found: Found) -> bool:
+    return ready.scenario.problem == "min_time"
+
+
+def _prove(_search: Search, ready: InsertionSetup, found: Found) -> None:
+    found.proof = _proof(ready)
+
+
+@dataclass(frozen=True, slots=True)
+class Strategy:
+    """One way to a burn: when it applies, what it adds to what was found, and the claims that its attempts may carry."""
+
+    name: str
+    applies: Callable[[InsertionSetup, Found], bool]
+    run: Callable[[Search, InsertionSetup, Found], object]
+    may_claim: frozenset[Claim] = frozenset()
+
+
+STRATEGIES = (
+    Strategy(
+        "nothing to burn",
+        _min_time,
+        lambda _, ready, found: null_burn(ready, found),
+        frozenset({Claim.NOTHING_TO_BURN}),
+    ),
+    Strategy("cold start", lambda *_: True, Search._cold, frozenset({Claim.BEST_FOUND})),
+    Strategy("proof of infeasibility", lambda _, found: found.verification is None, _prove),
+    Strategy(
+        "laws flown onto the orbit",
+        _min_time,
+        Search._laws,
+        frozenset({Claim.BEST_FOUND, Claim.SMOOTH_TURN}),
+    ),
+    Strategy(
+        "constant directions",
+        lambda ready, found: not _min_time(ready, found),
+        Search._directions,
+        frozenset({Claim.BEST_FOUND}),
+    ),
+)
+"""In their order, until a burn is verified, none is proved to exist, or the search is interrupted."""
+
+
 def null_burn(ready: InsertionSetup, found: Found) -> bool:
     """Whether the vehicle is on its target orbit: a plan of 0 s."""
     coarse = ready.along(ready.burn.start[3:]).trajectory
@@ -268,7 +303,8 @@ def null_burn(ready: InsertionSetup, found: Found) -> bool:
         return False
     message = "the vehicle is on its target orbit: nothing to burn"
     outcome = Outcome(ExitReason.CONVERGED, Iterate(still), (), message)
-    found.consider(Stage(still.grid.size, NULL, outcome, NULL), verification)
+    stage = Stage(still.grid.size, NULL, outcome, NULL, claim=Claim.NOTHING_TO_BURN)
+    found.consider(stage, verification)
     return True
 
 
