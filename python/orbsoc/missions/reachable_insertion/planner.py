@@ -25,10 +25,11 @@ from .plan.verdicts import shape_of
 from .record import attitude_csv, plan_document
 from .scenario import ProblemName, Scenario, load_scenario
 from .search.bounded import BoundedSearch
+from .search.found import Found
 from .search.ignition import LaterIgnition, best_ignition, later_ignition
 from .search.quick_turn import quickened
 from .search.setup import InsertionSetup
-from .search.start_search import Found, Search, null_burn
+from .search.start_search import Search, null_burn
 from .two_burns.planner import TwoBurnPlan, plan_two_burns
 
 if TYPE_CHECKING:

@@ -61,7 +61,9 @@ class BurnPlan:
     @property
     def claim(self) -> Claim:
         """The claim on the attempt that the plan is."""
-        return self.stages[-1].claim if self.stages else Claim.NOTHING_TO_BURN
+        if self.stages:
+            return self.stages[-1].claim
+        return Claim.NOTHING_TO_BURN if self.time_of_flight_s == 0.0 else Claim.BEST_FOUND
 
     @property
     def trajectory(self) -> Trajectory:

@@ -13,9 +13,10 @@ from ..model.problems import Iterate
 from ..plan.claims import Claim
 from ..starts.directions import Start
 from ..targets.rows import Row
+from .found import Found
 from .quick_turn import quickened
 from .setup import InsertionSetup
-from .start_search import GROWTH, Found, Search, fly_and_verify
+from .start_search import GROWTH, Search, fly_and_verify
 from .turning import TurningSearch, finished, is_feasible
 
 TOO_QUICK = "the same, and the bound on the attitude rate"

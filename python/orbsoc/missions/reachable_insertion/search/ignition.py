@@ -21,8 +21,9 @@ from ..model.coast import coasted
 from ..plan.burn_plan import COLD, BurnPlan
 from ..starts.directions import REACHED, Start, burn_time, impulse
 from ..starts.steering_law import Law, corrected, smoothed, turn_of
+from .found import Found
 from .setup import InsertionSetup
-from .start_search import Found, Search
+from .start_search import Search
 
 Array = NDArray[np.float64]
 

@@ -16,8 +16,9 @@ from ..model.attitude_rate import peak_rate
 from ..model.problems import Iterate
 from ..plan.claims import Claim
 from ..starts.steering_law import grid_resolves, through
+from .found import Found
 from .setup import InsertionSetup
-from .start_search import GROWTH, Found, Search
+from .start_search import GROWTH, Search
 from .turning import TurningSearch, finished, is_feasible
 
 QUICK = "as fast a turn as the finest grid follows"

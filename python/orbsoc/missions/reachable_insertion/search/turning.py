@@ -20,8 +20,9 @@ from ..plan.claims import Claim
 from ..starts.directions import REACHED
 from ..starts.steering_law import through, unit_on
 from ..verification import Verification
+from .found import Found
 from .setup import InsertionSetup
-from .start_search import SLACK_LEFT, Found, Search, fly_and_verify, nodes_that_follow
+from .start_search import SLACK_LEFT, Search, fly_and_verify, nodes_that_follow
 
 TURNING = "turning within the bound"
 FIRST_PRICE, HIGHEST_PRICE = 2.0, 32.0
