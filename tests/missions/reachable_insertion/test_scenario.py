@@ -14,7 +14,7 @@ import pytest
 import orbsoc
 import orbsoc.missions
 from orbsoc.missions.reachable_insertion import PlanStatus, ScenarioError, load_scenario, plan
-from orbsoc.missions.reachable_insertion.verdicts import verdict
+from orbsoc.missions.reachable_insertion.plan.verdicts import verdict
 from orbsoc.orbit import eci_from_launch_inertial, rotate_state
 
 SCENARIOS = Path(__file__).resolve().parents[3] / "scenarios"

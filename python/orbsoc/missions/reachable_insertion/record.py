@@ -13,13 +13,13 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import Rules
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements, pitch_yaw
 
-from .burn_plan import BurnPlan
-from .ignition import later_ignition
+from .model.proof import Proof
 from .paper import compare
-from .proof import Proof
+from .plan.burn_plan import BurnPlan
+from .plan.verdicts import Violation, rate_is_active, starts_tried, verdict, violations
 from .scenario import Scenario
+from .search.ignition import later_ignition
 from .two_burns.instead import two_burns_instead
-from .verdicts import Violation, rate_is_active, starts_tried, verdict, violations
 from .verification import EndOfFlight
 
 Array = NDArray[np.float64]

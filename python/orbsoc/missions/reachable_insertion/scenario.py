@@ -17,8 +17,8 @@ from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, 
 from orbsoc.guidance.vehicle import LaunchSite, Positive, State, Vehicle, state_complaints
 from orbsoc.orbit import CanonicalUnits, eci_from_launch_inertial, rotate_state
 
-from .target import TargetOrbit
-from .target_table import Target, idle_target_keys, target_complaints
+from .targets.table import Target, idle_target_keys, target_complaints
+from .targets.target_orbit import TargetOrbit
 
 Array = NDArray[np.float64]
 ProblemName = Literal["min_time", "max_energy"]

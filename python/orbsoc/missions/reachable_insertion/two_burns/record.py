@@ -24,7 +24,7 @@ from ..record import (
 )
 from .search import TOLERANCE, TRUST
 from .transfer_plan import TransferPlan
-from .verdict import starts_tried, verdict, violations
+from .verdicts import starts_tried, verdict, violations
 from .verification import TransferFlight, Verification
 
 Array = NDArray[np.float64]

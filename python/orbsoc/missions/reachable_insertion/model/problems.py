@@ -21,10 +21,10 @@ from orbsoc.conic.solution import Solution
 from orbsoc.guidance.powered_flight import Burn, BurnVariables, Trajectory, add_burn, read_burn, stored
 from orbsoc.guidance.scp import Step, Subproblem
 
-from .any_target import AnyTarget
+from ..targets.any_target import AnyTarget
+from ..targets.rows import PLANE_ROWS, TERMINAL_ROWS, Row
+from ..targets.target_orbit import LinearVectors, TargetOrbit
 from .attitude_rate import RateBound
-from .rows import PLANE_ROWS, TERMINAL_ROWS, Row
-from .target import LinearVectors, TargetOrbit
 
 Array = NDArray[np.float64]
 Figures = Callable[[Trajectory], Mapping[str, float]]

@@ -12,12 +12,14 @@ import numpy as np
 
 from orbsoc.guidance.scp import Rules
 
-from .attitude_rate import peak_rate
-from .made_ready import MadeReady
-from .problems import Iterate
-from .search import GROWTH, SMOOTH, Found, Search
-from .smooth_burn import followed, through
-from .turning_search import TurningSearch, finished, is_feasible
+from ..model.attitude_rate import peak_rate
+from ..model.problems import Iterate
+from ..plan.claims import Claim
+from ..starts.steering_law import grid_resolves, through
+from .found import Found
+from .setup import InsertionSetup
+from .start_search import GROWTH, Search
+from .turning import TurningSearch, finished, is_feasible
 
 QUICK = "as fast a turn as the finest grid follows"
 FIRST, FASTER = 2.5, 1.25
@@ -35,7 +37,7 @@ STEPS = 96
 
 def quickened(search: Search, found: Found) -> None:
     """Add to what a search found shorter burns, where its best one is a smooth law."""
-    if found.best is None or found.best.note != SMOOTH or found.interrupted:
+    if found.best is None or found.best.claim is not Claim.SMOOTH_TURN or found.interrupted:
         return
     try:
         rules = replace(RULES, max_iterations=min(RULES.max_iterations, search.rules.max_iterations))
@@ -46,11 +48,11 @@ def quickened(search: Search, found: Found) -> None:
     found.stages.append(found.best)  # the last stage is the one that counts
 
 
-def _followed(ready: MadeReady, iterate: Iterate) -> bool:
+def _grid_resolves(ready: InsertionSetup, iterate: Iterate) -> bool:
     """Whether the finest grid follows the directions of a burn, before they are corrected in flight."""
     arc, scenario = iterate.trajectory, ready.scenario
     law = through(arc.grid, arc.controls, arc.duration)
-    return followed(law, scenario.method.max_nodes, scenario.verification.thrust_excess)
+    return grid_resolves(law, scenario.method.max_nodes, scenario.verification.thrust_excess)
 
 
 def _raise_the_bound(search: TurningSearch, found: Found) -> None:
@@ -62,13 +64,13 @@ def _raise_the_bound(search: TurningSearch, found: Found) -> None:
     low, high, rate = slow, np.inf, FIRST * slow
     reference = ready.resampled(found.iterate, nodes)
     for _ in range(MOST_TRIED):
-        stage, _price = search.at_rate(ready, found, reference, rate, name=QUICK)
+        stage, _price = search.at_rate(ready, found, reference, rate, name=QUICK, claim=Claim.FAST_TURN)
         if found.interrupted:
             return
         before = found.best
         if is_feasible(stage):
             reference = stage.outcome.iterate
-            if _followed(ready, reference):
+            if _grid_resolves(ready, reference):
                 found.consider(*finished(ready, found, stage, steps=STEPS))
         shorter = found.best is not before
         low, high = (rate, high) if shorter else (low, rate)

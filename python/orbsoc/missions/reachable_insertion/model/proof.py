@@ -16,8 +16,8 @@ import numpy as np
 from orbsoc.guidance.powered_flight import Burn
 from orbsoc.orbit.perturbations import EARTH_J2
 
-from .any_target import AnyTarget
-from .target import TargetOrbit
+from ..targets.any_target import AnyTarget
+from ..targets.target_orbit import TargetOrbit
 
 OBLATE_COAST = 3.0 * EARTH_J2 * (1.0 + 1e-9)
 """By how much a coast with J2 above the ground can change w², canonical."""

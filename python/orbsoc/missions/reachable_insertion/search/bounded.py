@@ -8,14 +8,16 @@ import numpy as np
 
 from orbsoc.guidance.scp import ExitReason, Outcome
 
-from .attitude_rate import peak_rate
-from .made_ready import MadeReady
-from .problems import Iterate
+from ..model.attitude_rate import peak_rate
+from ..model.problems import Iterate
+from ..plan.claims import Claim
+from ..starts.directions import Start
+from ..targets.rows import Row
+from .found import Found
 from .quick_turn import quickened
-from .rows import Row
-from .search import GROWTH, SMOOTH, Found, Search, judged
-from .starts import Start
-from .turning_search import TurningSearch, finished, is_feasible
+from .setup import InsertionSetup
+from .start_search import GROWTH, Search, fly_and_verify
+from .turning import TurningSearch, finished, is_feasible
 
 TOO_QUICK = "the same, and the bound on the attitude rate"
 MARGIN = 1e-4
@@ -32,21 +34,21 @@ GAIN = 1e-3
 class BoundedSearch(TurningSearch):
     """A search whose burns turn no faster than the scenario allows."""
 
-    def run(self, ready: MadeReady) -> Found:
+    def run(self, ready: InsertionSetup) -> Found:
         return self._bounded(ready, Search.run(self, ready.unbounded))
 
-    def run_from(self, ready: MadeReady, start: Start) -> Found:
+    def run_from(self, ready: InsertionSetup, start: Start) -> Found:
         return self._bounded(ready, Search.run_from(self, ready.unbounded, start), refine=False)
 
-    def _bounded(self, ready: MadeReady, free: Found, *, refine: bool = True) -> Found:
+    def _bounded(self, ready: InsertionSetup, free: Found, *, refine: bool = True) -> Found:
         found = Found(ready, list(free.stages), proof=free.proof, interrupted=free.interrupted)
         if free.best is None or found.interrupted or found.proof is not None:
             found.best, found.verification = free.best, free.verification
             return found
-        allowed = None if free.verification is None else judged(ready, free.iterate)
+        allowed = None if free.verification is None else fly_and_verify(ready, free.iterate)
         if allowed is not None and allowed.verified:
             found.best, found.verification = free.best, allowed
-            if free.best.note != SMOOTH:  # the shortest without the bound
+            if free.best.claim is not Claim.SMOOTH_TURN:  # the shortest without the bound
                 return found
             if refine and self._quick(ready, found, free):
                 return found
@@ -58,18 +60,18 @@ class BoundedSearch(TurningSearch):
             _conclude(ready, found, free)
         return found
 
-    def _quick(self, ready: MadeReady, found: Found, free: Found) -> bool:
+    def _quick(self, ready: InsertionSetup, found: Found, free: Found) -> bool:
         """Whether the fastest turn that a grid follows keeps the bound: then it is the answer."""
         quick = Found(free.ready, list(free.stages), free.best, free.verification)
         quickened(self, quick)
         found.interrupted = quick.interrupted
-        verification = judged(ready, quick.iterate)
+        verification = fly_and_verify(ready, quick.iterate)
         if quick.interrupted or verification is None or not verification.verified:
             return bool(quick.interrupted)
         found.stages, found.best, found.verification = quick.stages, quick.best, verification
         return True
 
-    def _grids(self, ready: MadeReady, found: Found, reference: Iterate, *, refine: bool) -> None:
+    def _grids(self, ready: InsertionSetup, found: Found, reference: Iterate, *, refine: bool) -> None:
         """From coarse to fine, as long as a finer grid finds a shorter or better burn."""
         method, nodes = ready.scenario.method, ready.scenario.method.nodes
         last: float | None = None
@@ -79,13 +81,13 @@ class BoundedSearch(TurningSearch):
                 return
             reference, verified = ended
             aim = _aim(ready, reference)
-            settled = verified and last is not None and last - aim < GAIN * abs(last)
-            if settled or not refine or nodes == method.max_nodes:
+            converged = verified and last is not None and last - aim < GAIN * abs(last)
+            if converged or not refine or nodes == method.max_nodes:
                 return
             last = aim if verified else None
             nodes = min(method.max_nodes, int(np.ceil(GROWTH * nodes)))
 
-    def _within(self, ready: MadeReady, found: Found, reference: Iterate) -> tuple[Iterate, bool] | None:
+    def _within(self, ready: InsertionSetup, found: Found, reference: Iterate) -> tuple[Iterate, bool] | None:
         """The burn on one grid, and whether its flight confirms it; None where the bound and the target do not go together."""
         bound = ready.rate_bound
         assert bound is not None
@@ -110,7 +112,7 @@ class BoundedSearch(TurningSearch):
         return ended
 
 
-def _aim(ready: MadeReady, iterate: Iterate) -> float:
+def _aim(ready: InsertionSetup, iterate: Iterate) -> float:
     """What a finer grid makes smaller: the burn time, or the energy with its sign changed."""
     arc = iterate.trajectory
     if ready.scenario.problem == "min_time":
@@ -118,7 +120,7 @@ def _aim(ready: MadeReady, iterate: Iterate) -> float:
     return float(1.0 / np.linalg.norm(arc.end[:3]) - 0.5 * arc.end[3:] @ arc.end[3:])
 
 
-def _conclude(ready: MadeReady, found: Found, free: Found) -> None:
+def _conclude(ready: InsertionSetup, found: Found, free: Found) -> None:
     """Nothing within the bound: the burn without it, and by how much it turns too fast."""
     bound = ready.rate_bound
     assert bound is not None
@@ -131,6 +133,7 @@ def _conclude(ready: MadeReady, found: Found, free: Found) -> None:
     excess = 2.0 * peak_rate(arc.grid, arc.controls) / arc.duration - bound
     iterate = replace(free.iterate, slack=((Row.ATTITUDE_RATE, excess),))
     message = "the burn that reaches the target turns faster than is allowed, and none that turns more slowly was found"
-    stage = replace(free.best, note=TOO_QUICK, outcome=Outcome(ExitReason.INFEASIBLE, iterate, (), message))
+    outcome = Outcome(ExitReason.INFEASIBLE, iterate, (), message)
+    stage = replace(free.best, note=TOO_QUICK, outcome=outcome, claim=Claim.BEST_FOUND)
     found.stages.append(stage)
     found.best, found.verification = stage, None

@@ -17,7 +17,7 @@ from orbsoc.guidance.collocation import LegendreGauss, legendre_gauss
 from orbsoc.guidance.powered_flight import Burn
 from orbsoc.orbit.runge_kutta import force_times, integrate_explicitly
 
-from .any_target import AnyTarget
+from ..targets.any_target import AnyTarget
 
 Array = NDArray[np.float64]
 
@@ -193,7 +193,7 @@ def unit_on(
     return law
 
 
-def followed(law: Law, nodes: int, too_long: float = TOO_LONG) -> bool:
+def grid_resolves(law: Law, nodes: int, too_long: float = TOO_LONG) -> bool:
     """Whether the interpolant of the law's directions at the nodes of a grid is nowhere longer than they are by more."""
     grid = legendre_gauss(nodes)
     between = grid.interpolate(law.directions(grid.nodes), np.linspace(-1.0, 1.0, SAMPLES))
@@ -210,7 +210,7 @@ def smoothed(
     law = law.of_degree(max(DEGREE, len(law.coefficients) - 1))
     for _ in range(MOST_LONGER):
         found = smoothest(burn, target, law)
-        if found is not None and followed(found, most_nodes, too_long):
+        if found is not None and grid_resolves(found, most_nodes, too_long):
             break
         duration = law.duration * (1.0 + LENGTHENED)
         if duration > longest_of(burn):
@@ -221,7 +221,7 @@ def smoothed(
     for share in SHORTENED:
         for _ in range(MOST_SHORTER):
             shorter = smoothest(burn, target, replace(found, duration=found.duration * (1.0 - share)))
-            if shorter is None or not followed(shorter, most_nodes, too_long):
+            if shorter is None or not grid_resolves(shorter, most_nodes, too_long):
                 break
             found = shorter
     return found

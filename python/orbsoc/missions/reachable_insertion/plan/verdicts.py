@@ -12,17 +12,16 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import ExitReason
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements
 
-from .any_target import AnyTarget
+from ..model.problems import Iterate
+from ..scenario import MOST_NODES, Scenario
+from ..search.ignition import later_ignition
+from ..targets.any_target import AnyTarget
+from ..targets.free_target import FreeTarget
+from ..targets.rows import Row
+from ..two_burns.instead import two_burns_instead
+from ..verification import EndOfFlight
 from .burn_plan import BurnPlan
-from .free_target import FreeTarget
-from .ignition import later_ignition
-from .problems import Iterate
-from .quick_turn import QUICK
-from .rows import Row
-from .scenario import MOST_NODES, Scenario
-from .search import SMOOTH
-from .two_burns.instead import two_burns_instead
-from .verification import EndOfFlight
+from .claims import Claim
 
 Array = NDArray[np.float64]
 
@@ -94,13 +93,13 @@ def _achievement(plan: BurnPlan) -> str:
     shape = shape_of(orbit)
     if plan.scenario.problem == "min_time":
         grid = f"a grid of {plan.trajectory.grid.size} nodes follows"
-        if plan.stages[-1].start == QUICK:
+        if plan.claim is Claim.FAST_TURN:
             peak = f"{np.rad2deg(plan.verification.peak_rate_rad_s):.4g} °/s"
             return (
                 f"a burn of {plan.time_of_flight_s:.3f} s onto the target orbit, {shape}, that turns at up to {peak}, about as"
                 f" fast as {grid}; the shortest one turns faster{_coast(plan)}"
             )
-        if plan.stages[-1].note == SMOOTH:
+        if plan.claim is Claim.SMOOTH_TURN:
             return (
                 f"a burn of {plan.time_of_flight_s:.3f} s onto the target orbit, {shape}, that turns smoothly; the"
                 f" shortest one turns faster than {grid}{_coast(plan)}"

@@ -8,6 +8,7 @@ canvas and without pyplot: no global state, no display.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,9 +19,9 @@ from orbsoc.guidance.figure_style import STYLE, labels_in_line, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import EARTH, CanonicalUnits, pitch_yaw
 
-from . import orbit_figures
-from .burn_plan import BurnPlan
-from .verification import Verification
+from ..plan.burn_plan import BurnPlan
+from ..verification import Verification
+from . import orbit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,15 +43,11 @@ def draw_figures(plan: BurnPlan, folder: Path) -> tuple[FigureFile, ...]:
     import matplotlib as mpl
 
     with mpl.rc_context(STYLE):
-        told = orbit_figures.draw(plan, found, folder)
+        told = orbit.draw(plan, found, folder)
         if plan.time_of_flight_s == 0.0:
             return told
-        return (
-            *told,
-            _velocity(plan, found, folder),
-            _position(plan, found, folder),
-            _attitude(plan, found, folder),
-        )
+        checks = (draw(plan, found, folder) for draw in (_velocity, _position, _attitude))
+        return (*told, *(replace(each, appendix=True) for each in checks))
 
 
 def _velocity(plan: BurnPlan, found: Verification, folder: Path) -> FigureFile:

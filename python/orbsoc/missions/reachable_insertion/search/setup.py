@@ -14,16 +14,16 @@ from orbsoc.guidance.scp import Subproblem
 from orbsoc.orbit import EARTH, CanonicalUnits, elements_from_state
 from orbsoc.orbit.propagate import Steering
 
-from .any_target import AnyTarget
-from .attitude_rate import RateBound
-from .coast import at_ignition
-from .free_target import FreeTarget
-from .guess import along_velocity, propagated, towards_plane
-from .problems import Iterate, MaxEnergyFixedPerigee, MaxEnergyFreePerigee, MinTime
-from .scenario import Scenario
-from .smooth_burn import Law
-from .target import TargetOrbit
-from .verification import Verification, verify
+from ..model.attitude_rate import RateBound
+from ..model.coast import at_ignition
+from ..model.problems import Iterate, MaxEnergyFixedPerigee, MaxEnergyFreePerigee, MinTime
+from ..scenario import Scenario
+from ..starts.guess import along_velocity, propagated, towards_plane
+from ..starts.steering_law import Law
+from ..targets.any_target import AnyTarget
+from ..targets.free_target import FreeTarget
+from ..targets.target_orbit import TargetOrbit
+from ..verification import Verification, verify
 
 Array = NDArray[np.float64]
 Linearise = Callable[[Iterate], Subproblem[Iterate]]
@@ -36,7 +36,7 @@ The penalty is exact only above the rows' multipliers, and those of a short burn
 
 
 @dataclass(frozen=True, slots=True)
-class MadeReady:
+class InsertionSetup:
     """The burn from where the coast of `ignition_s` ends, the target orbit, and the units that both are in."""
 
     scenario: Scenario
@@ -49,7 +49,7 @@ class MadeReady:
     """Of the subproblems that are to hold one."""
 
     @classmethod
-    def of(cls, scenario: Scenario, ignition_s: float = 0.0) -> MadeReady:
+    def of(cls, scenario: Scenario, ignition_s: float = 0.0) -> InsertionSetup:
         units = CanonicalUnits.of(EARTH)
         vehicle = scenario.vehicle
         start_si = at_ignition(scenario, ignition_s)
@@ -64,7 +64,7 @@ class MadeReady:
         return None if limits is None else float(np.deg2rad(limits.attitude_rate_deg_s)) * self.units.time_s
 
     @property
-    def unbounded(self) -> MadeReady:
+    def unbounded(self) -> InsertionSetup:
         """The same without a bound on the attitude rate."""
         return replace(self, scenario=self.scenario.with_changes(limits=None), turn=None)
 

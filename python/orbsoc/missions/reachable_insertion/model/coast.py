@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from orbsoc.orbit import Thruster, propagate_burn, rotate_state
 from orbsoc.orbit.perturbations import J2, PointMass, coast, fast_coast
 
-from .scenario import Scenario
+from ..scenario import Scenario
 
 Array = NDArray[np.float64]
 

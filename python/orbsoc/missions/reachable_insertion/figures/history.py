@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from orbsoc.orbit import EARTH, Thruster, elements_from_state
 
-from .verification import Flight
+from ..verification import Flight
 
 Array = NDArray[np.float64]
 

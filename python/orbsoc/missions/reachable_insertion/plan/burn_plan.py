@@ -10,11 +10,12 @@ from orbsoc.guidance.powered_flight import Trajectory
 from orbsoc.guidance.scp import ExitReason, Iteration, Outcome
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements
 
-from .any_target import AnyTarget
-from .problems import Iterate
-from .proof import Proof
-from .scenario import Scenario
-from .verification import Verification
+from ..model.problems import Iterate
+from ..model.proof import Proof
+from ..scenario import Scenario
+from ..targets.any_target import AnyTarget
+from ..verification import Verification
+from .claims import Claim
 
 COLD = "thrust along the velocity"
 
@@ -28,6 +29,7 @@ class Stage:
     outcome: Outcome[Iterate]
     start: str = COLD
     ignition_s: float = 0.0
+    claim: Claim = Claim.BEST_FOUND
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,6 +57,13 @@ class BurnPlan:
     def subproblems(self) -> tuple[Iteration, ...]:
         """Every subproblem solved, over all stages."""
         return tuple(chain.from_iterable(stage.outcome.iterations for stage in self.stages))
+
+    @property
+    def claim(self) -> Claim:
+        """The claim on the attempt that the plan is."""
+        if self.stages:
+            return self.stages[-1].claim
+        return Claim.NOTHING_TO_BURN if self.time_of_flight_s == 0.0 else Claim.BEST_FOUND
 
     @property
     def trajectory(self) -> Trajectory:

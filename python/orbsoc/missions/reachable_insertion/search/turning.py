@@ -13,14 +13,16 @@ import numpy as np
 
 from orbsoc.guidance.scp import ExitReason, Outcome
 
-from .attitude_rate import RateBound
-from .burn_plan import Stage
-from .made_ready import MadeReady
-from .problems import Iterate
-from .search import SLACK_LEFT, Found, Search, judged, nodes_that_follow
-from .smooth_burn import through, unit_on
-from .starts import REACHED
-from .verification import Verification
+from ..model.attitude_rate import RateBound
+from ..model.problems import Iterate
+from ..plan.burn_plan import Stage
+from ..plan.claims import Claim
+from ..starts.directions import REACHED
+from ..starts.steering_law import through, unit_on
+from ..verification import Verification
+from .found import Found
+from .setup import InsertionSetup
+from .start_search import SLACK_LEFT, Search, fly_and_verify, nodes_that_follow
 
 TURNING = "turning within the bound"
 FIRST_PRICE, HIGHEST_PRICE = 2.0, 32.0
@@ -34,20 +36,23 @@ class TurningSearch(Search):
 
     def at_rate(
         self,
-        ready: MadeReady,
+        ready: InsertionSetup,
         found: Found,
         reference: Iterate,
         rate: float,
         price: float = 0.0,
         *,
         name: str = TURNING,
+        claim: Claim = Claim.BEST_FOUND,
     ) -> tuple[Stage, float]:
         """The burn on the grid of a reference whose cones hold a rate, at full thrust, and the price that this took."""
 
         def turning(reference: Iterate, price: float) -> Stage:
             note = name if price == 0.0 else f"{name}, at full thrust"
             within = replace(ready, turn=RateBound(rate, price))
-            return self._stage(within, found, replace(reference, slack=()), note, firm=True, start=name)
+            return self._stage(
+                within, found, replace(reference, slack=()), note, firm=True, start=name, claim=claim
+            )
 
         stage = turning(reference, price)
         while _loose(stage) and is_feasible(stage) and price < HIGHEST_PRICE:
@@ -68,10 +73,10 @@ def is_feasible(stage: Stage) -> bool:
 
 
 def finished(
-    ready: MadeReady, found: Found, stage: Stage, *, steps: int | None = None
+    ready: InsertionSetup, found: Found, stage: Stage, *, steps: int | None = None
 ) -> tuple[Stage, Verification | None]:
     """The stage as it is where its flight confirms it; else its directions on a grid that follows them, corrected in flight."""
-    verification = judged(ready, stage.outcome.iterate)
+    verification = fly_and_verify(ready, stage.outcome.iterate)
     if ready.scenario.problem != "min_time" or (verification is not None and verification.verified):
         return stage, verification
     arc = stage.outcome.iterate.trajectory
@@ -84,4 +89,4 @@ def finished(
     outcome = Outcome(ExitReason.CONVERGED, ready.by_interpolant(unit, nodes), (), message)
     moved = replace(stage, nodes=nodes, note=f"{stage.start}, corrected in flight", outcome=outcome)
     found.stages.append(moved)
-    return moved, judged(ready, outcome.iterate)
+    return moved, fly_and_verify(ready, outcome.iterate)

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from orbsoc.guidance.powered_flight import Burn
 
-from .any_target import AnyTarget
-from .smooth_burn import Law, constant, corrected, longest_of
+from ..targets.any_target import AnyTarget
+from .steering_law import Law, constant, corrected, longest_of
 
 Array = NDArray[np.float64]
 

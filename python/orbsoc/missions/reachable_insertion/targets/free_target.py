@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements
 
 from .rows import Row
-from .target import CIRCULAR
-from .target_table import Target
+from .table import Target
+from .target_orbit import CIRCULAR
 
 Array = NDArray[np.float64]
 

@@ -17,12 +17,13 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.orbit import PropagationError
 from orbsoc.orbit.vectors import specific_energy
 
-from .burn_plan import COLD, BurnPlan
-from .coast import coasted
-from .made_ready import MadeReady
-from .search import Found, Search
-from .smooth_burn import Law, corrected, smoothed, turn_of
-from .starts import REACHED, Start, burn_time, impulse
+from ..model.coast import coasted
+from ..plan.burn_plan import COLD, BurnPlan
+from ..starts.directions import REACHED, Start, burn_time, impulse
+from ..starts.steering_law import Law, corrected, smoothed, turn_of
+from .found import Found
+from .setup import InsertionSetup
+from .start_search import Search
 
 Array = NDArray[np.float64]
 
@@ -43,7 +44,7 @@ CLOSE_ENOUGH_S = 1.0
 """Of the ignition: the shortest burn is flat there."""
 
 
-def best_ignition(ready: MadeReady, search: Search) -> Found:
+def best_ignition(ready: InsertionSetup, search: Search) -> Found:
     """The shortest burn found over all ignition times up to the latest; ignition now where no later one is shorter."""
     now = search.run(ready)
     if now.interrupted or now.iterate.trajectory.duration == 0.0:
@@ -52,7 +53,7 @@ def best_ignition(ready: MadeReady, search: Search) -> Found:
         flown = _flown(ready)
         if not flown:
             return now
-        best = _settled(ready, search, flown, now)
+        best = _converged(ready, search, flown, now)
     except KeyboardInterrupt:
         now.interrupted = "interrupted in the search for the ignition"
         return now
@@ -82,7 +83,7 @@ def later_ignition(plan: BurnPlan) -> LaterIgnition | None:
         return None
     if plan.time_of_flight_s == 0.0 or (led and plan.status is PlanStatus.VERIFIED):
         return None
-    ready = MadeReady.of(scenario)
+    ready = InsertionSetup.of(scenario)
     try:
         flown = _flown(ready)
     except PropagationError:
@@ -90,7 +91,7 @@ def later_ignition(plan: BurnPlan) -> LaterIgnition | None:
     if not flown:
         return None
     ignition_s, law = flown[0]
-    burn = MadeReady.of(ready.scenario, ignition_s).burn
+    burn = InsertionSetup.of(ready.scenario, ignition_s).burn
     law = smoothed(burn, ready.target, law, ready.scenario.method.max_nodes) or law
     limit = plan.trajectory.duration if plan.verification is not None else np.inf
     bound = ready.rate_bound
@@ -101,13 +102,13 @@ def later_ignition(plan: BurnPlan) -> LaterIgnition | None:
     return LaterIgnition(ignition_s, law.duration * ready.units.time_s)
 
 
-def latest_s(ready: MadeReady) -> float:
+def latest_s(ready: InsertionSetup) -> float:
     """The latest ignition: the scenario's, or one revolution of the first orbit."""
     asked = ready.scenario.burn.latest_ignition_s
     return asked if asked is not None else (_period_s(ready) or WITHOUT_PERIOD_S)
 
 
-def _period_s(ready: MadeReady) -> float | None:
+def _period_s(ready: InsertionSetup) -> float | None:
     start = ready.burn.start
     energy = specific_energy(start[:3], start[3:], 1.0)
     if energy >= -1e-6:
@@ -115,7 +116,7 @@ def _period_s(ready: MadeReady) -> float | None:
     return float(2.0 * np.pi * (-0.5 / energy) ** 1.5 * ready.units.time_s)
 
 
-def _flown(ready: MadeReady) -> list[tuple[float, Law]]:
+def _flown(ready: InsertionSetup) -> list[tuple[float, Law]]:
     """Ignition times and laws that reach the orbit, shortest burn first; the first is the best of its neighbourhood."""
     latest = latest_s(ready)
     burn_s = (
@@ -135,21 +136,21 @@ def _flown(ready: MadeReady) -> list[tuple[float, Law]]:
 
 
 def _first_of_the_best(
-    ready: MadeReady, found: list[tuple[float, Law]], step_s: float, latest: float
+    ready: InsertionSetup, found: list[tuple[float, Law]], step_s: float, latest: float
 ) -> tuple[float, Law]:
     """The earliest ignition of those whose burns are as good as equal: an orbit comes back to each after a revolution."""
     near = [each for each in found if each[1].duration <= (1.0 + LEAST_SHARE) * found[0][1].duration]
-    settled = [_best_near(ready, each, step_s, latest) for each in near]
-    shortest = min(law.duration for _, law in settled)
+    converged = [_best_near(ready, each, step_s, latest) for each in near]
+    shortest = min(law.duration for _, law in converged)
     return min(
-        (each for each in settled if each[1].duration <= (1.0 + SAME_SHARE) * shortest),
+        (each for each in converged if each[1].duration <= (1.0 + SAME_SHARE) * shortest),
         key=lambda each: each[0],
     )
 
 
-def _law_at(ready: MadeReady, ignition_s: float, near: Law | None = None) -> tuple[float, Law] | None:
+def _law_at(ready: InsertionSetup, ignition_s: float, near: Law | None = None) -> tuple[float, Law] | None:
     """The ignition and a law from there that reaches the orbit, corrected from one of a near ignition."""
-    burn = MadeReady.of(ready.scenario, ignition_s).burn
+    burn = InsertionSetup.of(ready.scenario, ignition_s).burn
     towards = impulse(burn, ready.target)
     size = float(np.linalg.norm(towards))
     if size < 1e-9:
@@ -159,7 +160,9 @@ def _law_at(ready: MadeReady, ignition_s: float, near: Law | None = None) -> tup
     return (ignition_s, law) if miss <= REACHED else None
 
 
-def _best_near(ready: MadeReady, at: tuple[float, Law], step_s: float, latest: float) -> tuple[float, Law]:
+def _best_near(
+    ready: InsertionSetup, at: tuple[float, Law], step_s: float, latest: float
+) -> tuple[float, Law]:
     """The shortest burn by steps that shrink, of laws each corrected from the best."""
     best = at
     while step_s > CLOSE_ENOUGH_S:
@@ -173,7 +176,7 @@ def _best_near(ready: MadeReady, at: tuple[float, Law], step_s: float, latest: f
     return best
 
 
-def _costs(ready: MadeReady, states: Array) -> Array:
+def _costs(ready: InsertionSetup, states: Array) -> Array:
     """Of an ignition at each state (K, 6): the impulse in the middle of its burn, and the speed that closes the gap to the orbit."""
     target, exhaust = ready.target, ready.burn.acceleration / ready.burn.flow
     first = np.linalg.norm(target.there(states)[1] - states[:, 3:], axis=1)
@@ -188,7 +191,7 @@ def _costs(ready: MadeReady, states: Array) -> Array:
     return np.asarray(np.nan_to_num(costs, nan=np.inf))
 
 
-def _settled(ready: MadeReady, search: Search, flown: list[tuple[float, Law]], now: Found) -> Found:
+def _converged(ready: InsertionSetup, search: Search, flown: list[tuple[float, Law]], now: Found) -> Found:
     """Golden section on the ignition about the best law, the sequence's own burn as measure; all stages are kept."""
     latest = latest_s(ready)
     width = max(0.25 * flown[0][1].duration * ready.units.time_s, 10.0 * CLOSE_ENOUGH_S)
@@ -199,7 +202,7 @@ def _settled(ready: MadeReady, search: Search, flown: list[tuple[float, Law]], n
 
     def burn_at(ignition_s: float) -> float:
         nonlocal best, law
-        ignited = MadeReady.of(ready.scenario, ignition_s)
+        ignited = InsertionSetup.of(ready.scenario, ignition_s)
         law, miss = corrected(ignited.burn, ready.target, law, iterations=20)
         start = Start(f"thrust towards the target's velocity, ignition at {ignition_s:.1f} s", law, miss)
         if not start.reaches:

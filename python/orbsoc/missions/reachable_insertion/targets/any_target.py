@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from .free_target import FreeTarget
-from .target import TargetOrbit
+from .target_orbit import TargetOrbit
 
 AnyTarget = TargetOrbit | FreeTarget

@@ -13,11 +13,11 @@ from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import EARTH, Elements, elements_from_state, state_from_elements
 from orbsoc.orbit.elements import at_true_anomaly
 
-from .burn_plan import BurnPlan
-from .coast import coasted
+from ..model.coast import coasted
+from ..plan.burn_plan import BurnPlan
+from ..plan.verdicts import shape_of
+from ..verification import Verification
 from .history import History
-from .verdicts import shape_of
-from .verification import Verification
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,9 +51,9 @@ def orbit_figure(plan: BurnPlan, found: Verification) -> Figure:
     first, last = (elements_from_state(x[:3], x[3:]) for x in (start, flight.propagated[-1]))
     figure = Figure(figsize=(7.2, 7.2))
     panel = figure.add_axes((0.15, 0.215, 0.8, 0.73))
-    earth(panel)
+    draw_earth(panel)
     reach = FAR * float(np.linalg.norm(flight.propagated[:, :3], axis=1).max()) / 1e3
-    shown = [drawn(orbit, axes, reach) for orbit in (first, last)]
+    shown = [draw_orbit(orbit, axes, reach) for orbit in (first, last)]
     for points, orbit, colour, name in zip(
         shown, (first, last), (BEFORE, AFTER), ("before", "after"), strict=True
     ):
@@ -178,7 +178,7 @@ def plane_of(state: Array) -> Array:
     return np.array([outwards, np.cross(normal, outwards), normal])
 
 
-def drawn(orbit: Elements, axes: Array, reach_km: float) -> tuple[Array, Array]:
+def draw_orbit(orbit: Elements, axes: Array, reach_km: float) -> tuple[Array, Array]:
     """The orbit's points in a plane's axes, km; of a hyperbola, or beyond `reach_km`, what lies within."""
     widest = np.pi if orbit.ecc < 1.0 else ASYMPTOTE * float(np.arccos(-1.0 / orbit.ecc))
     anomalies = np.linspace(-widest, widest, 721)
@@ -189,7 +189,7 @@ def drawn(orbit: Elements, axes: Array, reach_km: float) -> tuple[Array, Array]:
     return flat[:, 0], flat[:, 1]
 
 
-def earth(panel: Axes) -> None:
+def draw_earth(panel: Axes) -> None:
     from matplotlib.patches import Circle
 
     panel.add_patch(

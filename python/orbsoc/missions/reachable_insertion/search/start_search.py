@@ -7,21 +7,22 @@ one answer.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import ExitReason, Iteration, Outcome, Rules, Solve, sequential_convex
 from orbsoc.orbit import PropagationError
 
-from .burn_plan import COLD, Stage
-from .made_ready import MadeReady
-from .problems import Iterate
-from .proof import Proof, proof_of_infeasibility
-from .smooth_burn import TOO_LONG, Law, corrected, followed, smoothed, through, unit_on
-from .starts import REACHED, Start, impulse, starts
-from .verification import Verification
+from ..model.problems import Iterate
+from ..model.proof import Proof, proof_of_infeasibility
+from ..plan.burn_plan import COLD, Stage
+from ..plan.claims import Claim
+from ..starts.directions import REACHED, Start, impulse, starts
+from ..starts.steering_law import TOO_LONG, Law, corrected, grid_resolves, smoothed, through, unit_on
+from ..verification import Verification
+from .found import Found
+from .setup import InsertionSetup
 
 GROWTH = 1.5
 """Factor by which the grid grows when the propagation does not confirm a plan."""
@@ -30,77 +31,13 @@ SLACK_LEFT = 1e-5
 """Total slack of a sequence that ended short of convergence, but near enough to be corrected in flight."""
 MOST_FLOWN = 2
 """Starts that reach the target orbit, after which others would lead to the same burn."""
-SMOOTH = "a law that turns smoothly, shortened"
+SMOOTH_NOTE = "a law that turns smoothly, shortened"
 WORTH_A_LAW = 1e-3
 """Share by which a verified burn may be longer than a converged sequence's before a smooth law is tried beside it."""
 SMOOTHED = 6
 """Coefficients that are kept of thrust that reverses faster than a grid follows."""
 REVERSES = 0.02
 """max‖u‖ − 1 between nodes, from which on finer grids are not worth the trouble: the thrust reverses."""
-
-
-@dataclass(slots=True)
-class Found:
-    """What the search came to: every stage, the one that counts, and its verification."""
-
-    ready: MadeReady
-    stages: list[Stage] = field(default_factory=list)
-    best: Stage | None = None
-    verification: Verification | None = None
-    proof: Proof | None = None
-    interrupted: str = ""
-
-    @property
-    def verified(self) -> bool:
-        return self.verification is not None and self.verification.verified
-
-    def consider(self, stage: Stage, verification: Verification | None) -> None:
-        """Keep the better of this and what was found before: verified before flown before closest."""
-        if self.best is None or self._rank(stage, verification) < self._rank(self.best, self.verification):
-            self.best, self.verification = stage, verification
-
-    def _rank(self, stage: Stage, verification: Verification | None) -> tuple[float, ...]:
-        iterate = stage.outcome.iterate
-        if verification is None:
-            violation = sum(abs(value) for _, value in iterate.slack)
-            led_anywhere = stage.outcome.reason is ExitReason.INFEASIBLE
-            return (2.0, 0.0 if led_anywhere else 1.0, float(f"{violation:.4g}"))  # the first of equals
-        aim = iterate.trajectory.duration
-        if self.ready.scenario.problem == "max_energy":
-            aim = -verification.planned_orbit.sma_m
-        if verification.verified:
-            return (0.0, aim)
-        return (1.0, float(len(verification.failures)), verification.angular_momentum_rel)
-
-    @property
-    def iterate(self) -> Iterate:
-        assert self.best is not None
-        return self.best.outcome.iterate
-
-    @property
-    def reason(self) -> ExitReason:
-        if self.interrupted:
-            return ExitReason.INTERRUPTED
-        assert self.best is not None
-        return self.best.outcome.reason
-
-    @property
-    def message(self) -> str:
-        if self.interrupted:
-            return self.interrupted
-        assert self.best is not None
-        return self.best.outcome.message
-
-    @property
-    def status(self) -> PlanStatus:
-        if self.interrupted:
-            return PlanStatus.INTERRUPTED
-        if self.verification is not None and not self.verification.below_ground:
-            return PlanStatus.VERIFIED if self.verification.verified else PlanStatus.NOT_VERIFIED
-        if self.proof is not None:
-            return PlanStatus.INFEASIBLE
-        led_somewhere = self.verification is not None or self.reason is ExitReason.INFEASIBLE
-        return PlanStatus.NOT_FOUND if led_somewhere else PlanStatus.FAILED
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +48,7 @@ class Search:
     rules: Rules
     callback: Callable[[Iteration], None] | None = None
 
-    def run(self, ready: MadeReady) -> Found:
+    def run(self, ready: InsertionSetup) -> Found:
         """Every start until one is verified, the shortest verified burn; Ctrl-C ends it with what it has."""
         found = Found(ready)
         try:
@@ -122,22 +59,14 @@ class Search:
             found.consider(*_nothing(ready))
         return found
 
-    def _run(self, ready: MadeReady, found: Found) -> None:
-        if ready.scenario.problem == "min_time" and null_burn(ready, found):
-            return
-        self._cold(ready, found)
-        if found.verified or found.interrupted:
-            return
-        if found.verification is None:
-            found.proof = _proof(ready)
-        if found.proof is not None:
-            return
-        if ready.scenario.problem == "min_time":
-            self._laws(ready, found)
-        else:
-            self._directions(ready, found)
+    def _run(self, ready: InsertionSetup, found: Found) -> None:
+        for strategy in STRATEGIES:
+            if found.interrupted or found.verified or found.proof is not None:
+                return
+            if strategy.applies(ready, found):
+                strategy.run(self, ready, found)
 
-    def _cold(self, ready: MadeReady, found: Found) -> None:
+    def _cold(self, ready: InsertionSetup, found: Found) -> None:
         """The present start, refined until its flight confirms it."""
         stage = self._stage(ready, found, ready.cold_start(), "cold start")
         soft = False
@@ -150,7 +79,7 @@ class Search:
 
     def _refine(
         self,
-        ready: MadeReady,
+        ready: InsertionSetup,
         found: Found,
         stage: Stage,
         verification: Verification | None,
@@ -176,13 +105,13 @@ class Search:
                 return
             found.consider(stage, verification)
 
-    def run_from(self, ready: MadeReady, start: Start) -> Found:
+    def run_from(self, ready: InsertionSetup, start: Start) -> Found:
         """From one start that reaches the target orbit, on one grid: for many neighbouring burns."""
         found = Found(ready)
         self._law(ready, found, start, refine=False)
         return found
 
-    def _laws(self, ready: MadeReady, found: Found) -> None:
+    def _laws(self, ready: InsertionSetup, found: Found) -> None:
         """Starts that are flown onto the target orbit, until one is verified."""
         flown = 0
         for start in starts(ready.burn, ready.target):
@@ -197,7 +126,7 @@ class Search:
             if found.verified or found.interrupted:
                 return
 
-    def _law(self, ready: MadeReady, found: Found, start: Start, *, refine: bool) -> None:
+    def _law(self, ready: InsertionSetup, found: Found, start: Start, *, refine: bool) -> None:
         reference = replace(ready.by_law(start.law, ready.scenario.method.nodes), slack=())
         stage = self._stage(ready, found, reference, start.name, firm=True, start=start.name)
         if found.interrupted:
@@ -212,7 +141,7 @@ class Search:
         if not found.interrupted and _not_the_shortest(found):
             _follow_law(ready, found, start)
 
-    def _directions(self, ready: MadeReady, found: Found) -> None:
+    def _directions(self, ready: InsertionSetup, found: Found) -> None:
         """Constant directions for the scenario's burn time."""
         velocity = ready.burn.start[3:]
         towards = impulse(ready.burn, ready.target)
@@ -233,7 +162,7 @@ class Search:
 
     def _stage(
         self,
-        ready: MadeReady,
+        ready: InsertionSetup,
         found: Found,
         reference: Iterate,
         note: str,
@@ -241,6 +170,7 @@ class Search:
         soft: bool = False,
         firm: bool = False,
         start: str = COLD,
+        claim: Claim = Claim.BEST_FOUND,
     ) -> Stage:
         outcome = sequential_convex(
             reference,
@@ -249,14 +179,57 @@ class Search:
             rules=self.rules,
             callback=self.callback,
         )
-        stage = Stage(reference.trajectory.grid.size, note, outcome, start, ready.ignition_s)
+        stage = Stage(reference.trajectory.grid.size, note, outcome, start, ready.ignition_s, claim)
         found.stages.append(stage)
         if outcome.reason is ExitReason.INTERRUPTED:
             found.interrupted = outcome.message
         return stage
 
 
-def null_burn(ready: MadeReady, found: Found) -> bool:
+def _min_time(ready: InsertionSetup, _found: Found) -> bool:
+    return ready.scenario.problem == "min_time"
+
+
+def _prove(_search: Search, ready: InsertionSetup, found: Found) -> None:
+    found.proof = _proof(ready)
+
+
+@dataclass(frozen=True, slots=True)
+class Strategy:
+    """One way to a burn: when it applies, what it adds to what was found, and the claims that its attempts may carry."""
+
+    name: str
+    applies: Callable[[InsertionSetup, Found], bool]
+    run: Callable[[Search, InsertionSetup, Found], object]
+    may_claim: frozenset[Claim] = frozenset()
+
+
+STRATEGIES = (
+    Strategy(
+        "nothing to burn",
+        _min_time,
+        lambda _, ready, found: null_burn(ready, found),
+        frozenset({Claim.NOTHING_TO_BURN}),
+    ),
+    Strategy("cold start", lambda *_: True, Search._cold, frozenset({Claim.BEST_FOUND})),
+    Strategy("proof of infeasibility", lambda _, found: found.verification is None, _prove),
+    Strategy(
+        "laws flown onto the orbit",
+        _min_time,
+        Search._laws,
+        frozenset({Claim.BEST_FOUND, Claim.SMOOTH_TURN}),
+    ),
+    Strategy(
+        "constant directions",
+        lambda ready, found: not _min_time(ready, found),
+        Search._directions,
+        frozenset({Claim.BEST_FOUND}),
+    ),
+)
+"""In their order, until a burn is verified, none is proved to exist, or the search is interrupted."""
+
+
+def null_burn(ready: InsertionSetup, found: Found) -> bool:
     """Whether the vehicle is on its target orbit: a plan of 0 s."""
     coarse = ready.along(ready.burn.start[3:]).trajectory
     states = np.tile(ready.burn.start, (coarse.grid.size, 1))
@@ -266,25 +239,26 @@ def null_burn(ready: MadeReady, found: Found) -> bool:
         return False
     message = "the vehicle is on its target orbit: nothing to burn"
     outcome = Outcome(ExitReason.CONVERGED, Iterate(still), (), message)
-    found.consider(Stage(still.grid.size, NULL, outcome, NULL), verification)
+    stage = Stage(still.grid.size, NULL, outcome, NULL, claim=Claim.NOTHING_TO_BURN)
+    found.consider(stage, verification)
     return True
 
 
-def _flown(ready: MadeReady, stage: Stage) -> Verification | None:
+def _flown(ready: InsertionSetup, stage: Stage) -> Verification | None:
     """The verification of a converged stage; None when there is nothing to fly."""
     if stage.outcome.reason is not ExitReason.CONVERGED:
         return None
-    return judged(ready, stage.outcome.iterate)
+    return fly_and_verify(ready, stage.outcome.iterate)
 
 
-def judged(ready: MadeReady, iterate: Iterate) -> Verification | None:
+def fly_and_verify(ready: InsertionSetup, iterate: Iterate) -> Verification | None:
     try:
         return ready.verified(iterate)
     except (PropagationError, ValueError):  # it dives to the centre, or burns the vehicle up
         return None
 
 
-def _corrected(ready: MadeReady, found: Found, stage: Stage) -> tuple[Stage, Verification | None]:
+def _corrected(ready: InsertionSetup, found: Found, stage: Stage) -> tuple[Stage, Verification | None]:
     """The stage with its thrust directions corrected until the flight ends on the orbit; the stage itself where that fails."""
     last, outcome = stage.outcome.iterate, stage.outcome
     near = outcome.reason in (ExitReason.CONVERGED, ExitReason.MAX_ITERATIONS, ExitReason.INFEASIBLE)
@@ -302,10 +276,10 @@ def _corrected(ready: MadeReady, found: Found, stage: Stage) -> tuple[Stage, Ver
         stage, note="corrected in flight", outcome=Outcome(ExitReason.CONVERGED, iterate, (), message)
     )
     found.stages.append(moved)
-    return moved, judged(ready, iterate)
+    return moved, fly_and_verify(ready, iterate)
 
 
-def _follow_law(ready: MadeReady, found: Found, start: Start) -> None:
+def _follow_law(ready: InsertionSetup, found: Found, start: Start) -> None:
     """The law, shortened, on a grid that follows it: a plan where the shortest burn reverses its thrust."""
     if found.best is None:
         return
@@ -335,7 +309,7 @@ def _not_the_shortest(found: Found) -> bool:
     return bool(ends) and found.iterate.trajectory.duration > (1.0 + WORTH_A_LAW) * min(ends)
 
 
-def _law_flown(ready: MadeReady, found: Found, law: Law, start: Start) -> None:
+def _law_flown(ready: InsertionSetup, found: Found, law: Law, start: Start) -> None:
     """On the coarsest grid that follows it: the interpolant of its nodal directions, corrected and made of unit length by turns."""
     nodes = nodes_that_follow(ready, law)
     unit = unit_on(ready.burn, ready.target, law, nodes, REACHED)
@@ -345,20 +319,20 @@ def _law_flown(ready: MadeReady, found: Found, law: Law, start: Start) -> None:
         "a smooth turn of the thrust reaches the orbit; the shortest burn turns faster than the grid follows"
     )
     outcome = Outcome(ExitReason.CONVERGED, ready.by_interpolant(unit, nodes), (), message)
-    found.stages.append(Stage(nodes, SMOOTH, outcome, start.name, ready.ignition_s))
-    found.consider(found.stages[-1], judged(ready, outcome.iterate))
+    found.stages.append(Stage(nodes, SMOOTH_NOTE, outcome, start.name, ready.ignition_s, Claim.SMOOTH_TURN))
+    found.consider(found.stages[-1], fly_and_verify(ready, outcome.iterate))
 
 
-def nodes_that_follow(ready: MadeReady, law: Law) -> int:
+def nodes_that_follow(ready: InsertionSetup, law: Law) -> int:
     """Of the coarsest grid that follows a law, at most the finest allowed."""
     method = ready.scenario.method
     nodes = method.nodes
-    while nodes < method.max_nodes and not followed(law, nodes, 0.1 * TOO_LONG):
+    while nodes < method.max_nodes and not grid_resolves(law, nodes, 0.1 * TOO_LONG):
         nodes = min(method.max_nodes, int(np.ceil(GROWTH * nodes)))
     return nodes
 
 
-def _missed(ready: MadeReady, start: Start) -> Stage:
+def _missed(ready: InsertionSetup, start: Start) -> Stage:
     """A start that did not find the orbit, with what it leaves."""
     nodes = ready.scenario.method.nodes
     try:
@@ -371,13 +345,13 @@ def _missed(ready: MadeReady, start: Start) -> Stage:
     )
 
 
-def _nothing(ready: MadeReady) -> tuple[Stage, None]:
+def _nothing(ready: InsertionSetup) -> tuple[Stage, None]:
     """Of a search that was interrupted before its first stage."""
     outcome = Outcome(ExitReason.INTERRUPTED, ready.cold_start(), (), "interrupted")
     return Stage(ready.scenario.method.nodes, "interrupted", outcome), None
 
 
-def _proof(ready: MadeReady) -> Proof | None:
+def _proof(ready: InsertionSetup) -> Proof | None:
     min_time = ready.scenario.problem == "min_time"
     duration = ready.burn.longest if min_time else ready.scenario.burn.guess_s / ready.units.time_s
     return proof_of_infeasibility(ready.burn, ready.target, duration, whole_orbit=min_time)
