@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from orbsoc.guidance.orbit_input import Orbit, vehicle_complaints
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
-from orbsoc.guidance.vehicle import LaunchSite, Positive, State, Vehicle, state_complaints
+from orbsoc.guidance.vehicle import LaunchSite, Positive, Vehicle
 from orbsoc.orbit import CanonicalUnits, eci_from_launch_inertial, rotate_state
 
 from .target import TargetOrbit
@@ -95,7 +96,7 @@ class Scenario(BaseScenario):
     compare_with: PaperCase | None = None
     vehicle: Vehicle
     launch_site: LaunchSite | None = None
-    initial: State
+    initial: Orbit
     target: Target
     burn: BurnTime
     limits: Limits | None = None
@@ -116,10 +117,14 @@ class Scenario(BaseScenario):
     def idle_keys(self) -> Mapping[str, str]:
         return idle_target_keys(self.target, self.problem)
 
-    def launch_inertial(self, state: State | Target) -> Array:
-        """A state of this scenario in launch-inertial axes, [r_m, v_m_s]; in ECI where there is no launch site."""
-        in_eci = self.axes != "launch_inertial" or (isinstance(state, Target) and state.by_elements)
-        return rotate_state(self.eci_rotation.T, state.vector()) if in_eci else state.vector()
+    def launch_inertial(self, orbit: Orbit) -> Array:
+        """A state of this scenario in launch-inertial axes, [r_m, v_m_s]; in ECI where there is no launch site.
+
+        With a date, ECI is the frame of `[initial]`.
+        """
+        state = orbit.vector_in(self.initial.axes_name, self.initial.epoch)
+        in_eci = self.axes != "launch_inertial" or orbit.by_elements
+        return rotate_state(self.eci_rotation.T, state) if in_eci else state
 
     @property
     def eci_rotation(self) -> Array:
@@ -139,12 +144,28 @@ def load_scenario(path: str | PathLike[str], settings: Mapping[str, Any] | None 
 
 def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
     """What contradicts physics or the problem asked for, most basic first."""
-    yield from state_complaints("initial", scenario.initial)
+    yield from vehicle_complaints("initial", scenario.initial)
     yield from target_complaints(scenario.target, scenario.problem)
+    yield from _frame_complaints(scenario)
     if scenario.axes == "launch_inertial" and scenario.launch_site is None:
         yield Complaint("launch_site", "", 'is missing, and axes = "launch_inertial" needs it')
     yield from _mass_complaints(scenario)
     yield from _problem_complaints(scenario)
+
+
+def _frame_complaints(scenario: Scenario) -> Iterator[Complaint]:
+    """Frames that cannot be turned into each other."""
+    initial, target = scenario.initial, scenario.target
+    for key, orbit in (("initial", initial), ("target", target)):
+        if scenario.axes == "launch_inertial" and not orbit.by_elements and orbit.axes_name is not None:
+            allowed = f"{key}.frame or a date says {orbit.axes_name}; with either must be 'eci' or 'velocity'"
+            yield Complaint("axes", "'launch_inertial'", allowed)
+    if target.axes_name is not None and initial.axes_name is None:
+        allowed = "initial.frame is not given; give it too, or leave this out"
+        yield Complaint("target.frame", repr(target.axes_name), allowed)
+    if target.free and target.axes_name not in (None, initial.axes_name):
+        allowed = f"with target.free must be {initial.axes_name!r}, that of [initial]"
+        yield Complaint("target.frame", repr(target.axes_name), allowed)
 
 
 def _mass_complaints(scenario: Scenario) -> Iterator[Complaint]:
