@@ -167,6 +167,8 @@ def complaints(model: type[BaseModel], error: ValidationError) -> list[Complaint
     for detail in error.errors(include_url=False):
         location = [str(part) for part in detail["loc"]]
         context: Mapping[str, Any] = detail.get("ctx") or {}
+        if detail["type"] == "default_factory_not_called":
+            continue  # what it would be made from is refused by itself
         if detail["type"] == "physics":
             key = context["key"]  # one that begins with a dot counts from the table that was refused
             key = ".".join([*location, key[1:]]) if key.startswith(".") else key

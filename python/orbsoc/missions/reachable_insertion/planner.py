@@ -20,6 +20,7 @@ from .burn_plan import BurnPlan
 from .comparison import differences
 from .ignition import LaterIgnition, best_ignition, later_ignition
 from .made_ready import MadeReady
+from .messages import FlownBurn, first_coast, messages
 from .orbit_figures import orbit_figure
 from .paper import compare
 from .plots import draw_figures
@@ -80,8 +81,12 @@ class Plan(BurnPlan):
         return plan_document(self)
 
     def tables(self) -> dict[str, str]:
-        table = attitude_csv(self)
-        return {} if table is None else {"attitude.csv": table}
+        table, found = attitude_csv(self), self.verification
+        if table is None or found is None:
+            return {}
+        coast = first_coast(self.scenario, self.ignition_s)
+        burns = [FlownBurn(self.ignition_s, found.flight)] if self.time_of_flight_s else []
+        return {"attitude.csv": table} | (messages(self.scenario, [coast], burns) if burns else {})
 
     def figures(self, folder: Path) -> tuple[FigureFile, ...]:
         return draw_figures(self, folder)

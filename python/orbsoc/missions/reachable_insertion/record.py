@@ -58,6 +58,7 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
         "attitude_rate": found and rate_document(plan.scenario, found),
         "violations": violations_document(violations(plan)),
         "starts": starts_tried(plan),
+        "assumptions": plan.scenario.assumptions,
         "proof": plan.proof and proof_document(plan.proof),
         "ignition_s": plan.ignition_s,
         "forces": forces_document(plan.scenario),

@@ -18,6 +18,7 @@ from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, 
 from orbsoc.guidance.vehicle import LaunchSite, Positive, Vehicle
 from orbsoc.orbit import CanonicalUnits, eci_from_launch_inertial, rotate_state
 
+from .defaults import dry_mass_words, guessed_duration_s
 from .target import TargetOrbit
 from .target_table import Target, idle_target_keys, target_complaints
 
@@ -30,7 +31,8 @@ class BurnTime(Table):
     """Burn time: the first guess of `min_time`, the given time of `max_energy`; how many burns, and when the first may begin."""
 
     duration_s: Positive | None = Field(
-        default=None, description="first guess of min_time, given time of max_energy; two burns need none"
+        default=None,
+        description="first guess of min_time, by default from impulses; given time of max_energy; two burns need none",
     )
     count: Literal[1, 2] = Field(default=1, description="2: burn, coast, burn, of min_time")
     longest_coast_s: float | None = Field(
@@ -106,7 +108,29 @@ class Scenario(BaseScenario):
     @model_validator(mode="after")
     def _physics(self) -> Self:
         refuse(physical_complaints(self))
+        if self.problem == "min_time" and self.burn.count == 1 and self.burn.duration_s is None:
+            burn = self.burn.model_copy(update={"duration_s": self._guess_s()})
+            object.__setattr__(self, "burn", burn)  # while it is made; frozen from then on
         return self
+
+    @property
+    def assumptions(self) -> list[str]:
+        """What holds by default, in words."""
+        found, burn = dry_mass_words(self.vehicle), self.burn
+        if self.problem == "min_time" and burn.count == 1 and burn.duration_s == self._guess_s():
+            found.append(
+                f"burn.duration_s = {burn.duration_s:.6g}, guessed from impulses between the apsides"
+            )
+        return found
+
+    def _guess_s(self) -> float:
+        free = set(self.target.free)
+        return guessed_duration_s(
+            self.vehicle,
+            self.launch_inertial(self.initial),
+            None if "shape" in free else self.launch_inertial(self.target),
+            plane_free=bool({"inc_deg", "raan_deg"} & free),
+        )
 
     @property
     def variant(self) -> str:
@@ -195,8 +219,8 @@ def _problem_complaints(scenario: Scenario) -> Iterator[Complaint]:
     if burn.coast_j2 and burn.ignition == "now" and burn.count == 1:
         needs = 'needs burn.ignition = "free" or burn.count = 2; one burn from now has no coast'
         yield Complaint("burn.coast_j2", "true", needs)
-    if burn.duration_s is None and burn.count == 1:
-        yield Complaint("burn.duration_s", "", "is missing, and burn.count = 1 needs it")
+    if burn.duration_s is None and scenario.problem == "max_energy":
+        yield Complaint("burn.duration_s", "", 'is missing, and problem = "max_energy" needs it')
     if burn.longest_coast_s is not None and burn.count == 1:
         yield Complaint("burn.longest_coast_s", f"{burn.longest_coast_s:g}", "needs burn.count = 2")
     if burn.count == 2 and scenario.problem != "min_time":

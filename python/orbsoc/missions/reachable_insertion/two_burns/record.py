@@ -63,6 +63,7 @@ def plan_document(plan: TransferPlan) -> dict[str, Any]:
         },
         "violations": violations_document(violations(plan)),
         "starts": starts_tried(plan),
+        "assumptions": plan.scenario.assumptions,
         "proof": plan.proof and proof_document(plan.proof),
         "forces": forces_document(plan.scenario),
         "attitude_rate": found and {**rate_document(plan.scenario, found), "slew_deg_s": _slew_deg_s(found)},
