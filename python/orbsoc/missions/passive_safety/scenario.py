@@ -187,10 +187,7 @@ def _keep_out_complaints(scenario: Scenario) -> Iterator[Complaint]:
         )
     if abs(scenario.capture.z_m) < keep_out_m:
         value = f"{scenario.capture.z_m:g}"
-        allowed = (
-            f"inside keep_out_m: must be at least {keep_out_m:g} below the target, or above it; the keep-out is a band"
-            f" along the whole V-bar, {keep_out_m:g} below it and above it, not a sphere"
-        )
+        allowed = f"the keep-out is a band along the V-bar: must be at least {keep_out_m:g} below the target, or above it"
         yield Complaint("capture.z_m", value, allowed)
 
 

@@ -40,7 +40,7 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
         "status": plan.status.value,
         "exit_reason": plan.exit_reason.name,
         "message": plan.message,
-        "verdict": verdict(plan),
+        "details": verdict(plan),
         "time_of_flight_s": plan.time_of_flight_s,
         "propellant_kg": plan.propellant_kg,
         **end_document(found),

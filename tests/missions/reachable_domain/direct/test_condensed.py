@@ -8,8 +8,8 @@ import pytest
 import orbsoc
 from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.powered_flight import Trajectory
-from orbsoc.missions.reachable_domain.direct.arcs import Arcs
-from orbsoc.missions.reachable_domain.direct.condensed import condense
+from orbsoc.missions.reachable_domain.model.direct.arcs import Arcs
+from orbsoc.missions.reachable_domain.model.direct.condensed import condense
 from orbsoc.missions.reachable_insertion.problems import Iterate, MaxEnergyFreePerigee
 from orbsoc.missions.reachable_insertion.target import TargetOrbit
 from orbsoc.orbit.planes import in_plane_axes

@@ -145,7 +145,7 @@ def test_one_burn_that_fails_names_two_and_two_are_then_verified() -> None:
 def test_one_burn_that_is_verified_names_no_other() -> None:
     found = plan(load_scenario(SCENARIOS / "rec1.toml"))
     assert found.to_dict()["two_burns"] is None
-    assert "burn.count" not in found.to_dict()["verdict"]
+    assert "burn.count" not in found.to_dict()["details"]
 
 
 def test_propellant_for_neither_is_a_proof_and_too_little_is_not_found() -> None:

@@ -42,7 +42,7 @@ def plan_document(plan: TransferPlan) -> dict[str, Any]:
         "problem": plan.scenario.problem,
         "status": plan.status.value,
         "message": plan.message,
-        "verdict": verdict(plan),
+        "details": verdict(plan),
         "time_of_flight_s": plan.time_of_flight_s,
         "propellant_kg": plan.propellant_kg,
         "delta_v_m_s": plan.delta_v_m_s,
