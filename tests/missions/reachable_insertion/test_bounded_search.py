@@ -15,7 +15,7 @@ from scipy.optimize import minimize
 from orbsoc.guidance.scenario_file import ScenarioError, checked
 from orbsoc.missions.reachable_insertion import Plan, PlanStatus, Scenario, load_scenario, plan
 from orbsoc.missions.reachable_insertion.plan.verdicts import verdict
-from orbsoc.missions.reachable_insertion.record import attitude_csv
+from orbsoc.missions.reachable_insertion.record.document import attitude_csv
 from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
 from orbsoc.missions.reachable_insertion.verification import verify
 

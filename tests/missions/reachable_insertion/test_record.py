@@ -22,7 +22,7 @@ from orbsoc.missions.reachable_insertion import COLUMNS, Plan, Scenario, load_sc
 from orbsoc.missions.reachable_insertion.figures.panels import draw_figures
 from orbsoc.missions.reachable_insertion.model.problems import Row
 from orbsoc.missions.reachable_insertion.plan.verdicts import verdict, violations
-from orbsoc.missions.reachable_insertion.record import attitude_csv, plan_document
+from orbsoc.missions.reachable_insertion.record.document import attitude_csv, plan_document
 from orbsoc.missions.reachable_insertion.verification import verify
 from orbsoc.orbit import EARTH, angular_momentum, laplace_vector, propagate_burn, thrust_direction
 

@@ -22,7 +22,8 @@ from .plan.burn_plan import BurnPlan
 from .plan.comparison import differences
 from .plan.verdict import verdict_of
 from .plan.verdicts import shape_of
-from .record import attitude_csv, plan_document
+from .record.document import attitude_csv, plan_document
+from .record.messages import FlownBurn, first_coast, messages
 from .scenario import ProblemName, Scenario, load_scenario
 from .search.bounded import BoundedSearch
 from .search.found import Found
@@ -87,8 +88,12 @@ class Plan(BurnPlan):
         return plan_document(self)
 
     def tables(self) -> dict[str, str]:
-        table = attitude_csv(self)
-        return {} if table is None else {"attitude.csv": table}
+        table, found = attitude_csv(self), self.verification
+        if table is None or found is None:
+            return {}
+        coast = first_coast(self.scenario, self.ignition_s)
+        burns = [FlownBurn(self.ignition_s, found.flight)] if self.time_of_flight_s else []
+        return {"attitude.csv": table} | (messages(self.scenario, [coast], burns) if burns else {})
 
     def figures(self, folder: Path) -> tuple[FigureFile, ...]:
         return draw_figures(self, folder)

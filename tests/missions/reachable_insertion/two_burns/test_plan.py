@@ -189,7 +189,6 @@ def test_free_elements_are_left_to_the_burns() -> None:
 
 REFUSED = {
     "a coast between one burn": ({"burn.count": 1, "burn.duration_s": 9.0, "burn.longest_coast_s": 9.0}, "burn.longest_coast_s"),
-    "one burn without its time": ({"burn.count": 1}, "burn.duration_s: is missing"),
     "three burns": ({"burn.count": 3}, "burn.count"),
     "an ignition that is not free": ({"burn.latest_ignition_s": 9.0}, "burn.latest_ignition_s"),
 }  # fmt: skip

@@ -16,6 +16,7 @@ from orbsoc.guidance.verdict import Verdict
 
 from ..plan.comparison import SMA_REL, TIME_REL
 from ..plan.verdicts import shape_of
+from ..record.messages import FlownArc, FlownBurn, messages
 from ..search.setup import InsertionSetup
 from .bounded_search import BoundedSearch
 from .figures import draw_figures, orbit_figure
@@ -66,8 +67,14 @@ class TwoBurnPlan(TransferPlan):
         return plan_document(self)
 
     def tables(self) -> dict[str, str]:
-        table = attitude_csv(self)
-        return {} if table is None else {"attitude.csv": table}
+        table, found = attitude_csv(self), self.verification
+        if table is None or found is None:
+            return {}
+        flight = found.flight
+        starts = flight.starts_s
+        coasts = [FlownArc(starts[2 * k] + each.times_s, each.states) for k, each in enumerate(flight.coasts)]
+        burns = [FlownBurn(starts[2 * k + 1], each) for k, each in enumerate(flight.burns)]
+        return {"attitude.csv": table} | messages(self.scenario, coasts, burns)
 
     def figures(self, folder: Path) -> tuple[FigureFile, ...]:
         return draw_figures(self, folder)

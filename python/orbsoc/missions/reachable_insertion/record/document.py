@@ -13,14 +13,14 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import Rules
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements, pitch_yaw
 
-from .model.proof import Proof
-from .paper import compare
-from .plan.burn_plan import BurnPlan
-from .plan.verdicts import Violation, rate_is_active, starts_tried, verdict, violations
-from .scenario import Scenario
-from .search.ignition import later_ignition
-from .two_burns.instead import two_burns_instead
-from .verification import EndOfFlight
+from ..model.proof import Proof
+from ..paper import compare
+from ..plan.burn_plan import BurnPlan
+from ..plan.verdicts import Violation, rate_is_active, starts_tried, verdict, violations
+from ..scenario import Scenario
+from ..search.ignition import later_ignition
+from ..two_burns.instead import two_burns_instead
+from ..verification import EndOfFlight
 
 Array = NDArray[np.float64]
 
@@ -58,6 +58,7 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
         "attitude_rate": found and rate_document(plan.scenario, found),
         "violations": violations_document(violations(plan)),
         "starts": starts_tried(plan),
+        "assumptions": plan.scenario.assumptions,
         "proof": plan.proof and proof_document(plan.proof),
         "ignition_s": plan.ignition_s,
         "forces": forces_document(plan.scenario),
