@@ -47,7 +47,7 @@ def test_plan_writes_a_complete_folder_and_exits_0(rec1: tuple[Path, Result]) ->
     folder, result = rec1
     assert result.exit_code == 0, result.output
     expected = [
-        "attitude.csv", "attitude.png", "hardware.json", "history.png", "orbit.png", "plan.json", "position.png",
+        "attitude.csv", "attitude.png", "hardware.json", "history.png", "orbit.oem", "orbit.opm", "orbit.png", "plan.json", "position.png",
         "report.html",
         "velocity.png",
     ]  # fmt: skip

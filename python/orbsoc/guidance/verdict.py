@@ -59,6 +59,8 @@ class Word(enum.Enum):
     FAILED = "NO ANSWER", Level.BAD
     INTERRUPTED = "INTERRUPTED", Level.BAD
     CHEAPER = "CHEAPER", Level.OPEN
+    POSSIBLE = "POSSIBLE", Level.OPEN
+    """Another setting reaches what was asked for."""
     PROVED = "PROVED", Level.GOOD
     BOUND = "BOUND", Level.GOOD
     BEST_FOUND = "BEST FOUND", Level.OPEN

@@ -113,7 +113,11 @@ class Scenario(BaseScenario):
     start: Start
     capture: Capture
     capture_box_m: float = Field(default=0.0, ge=0.0, le=1e3, description="by axis, half a side")
-    keep_out_m: float = Field(ge=0.0, le=LONGEST_M)
+    keep_out_m: float = Field(
+        ge=0.0,
+        le=LONGEST_M,
+        description="half the height of the band along the V-bar that is kept out of; not a sphere",
+    )
     duration_s: Positive = Field(le=1e6)
     impulses: ImpulseTimes = ImpulseTimes()
     condition: Literal["short", "beyond", "none"]
