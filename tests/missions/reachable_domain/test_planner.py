@@ -71,7 +71,7 @@ def test_an_interrupted_solve_interrupts_the_plan() -> None:
 
     found = plan(paper(), solve=solve)
     assert found.status is PlanStatus.INTERRUPTED
-    assert found.verdict.endswith("interrupted")
+    assert found.verdict.lines[0].figure.endswith("interrupted")
 
 
 def test_the_papers_envelope_is_set_beside_the_boundary() -> None:

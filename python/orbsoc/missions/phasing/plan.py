@@ -108,9 +108,10 @@ def _answer(plan: Plan) -> VerdictLine:
 
 
 def _option(plan: Plan) -> VerdictLine | None:
-    """The cheapest of the other numbers of revolutions, where the scenario leaves the times of the burns to them."""
+    """The cheapest of the other numbers of revolutions, where their times and impulses are not given."""
     window, programme = plan.scenario.window, plan.programme
-    if plan.analysis is None or programme is None or not (window.end_s is window.phasing_s is None):
+    given = plan.scenario.scheme == "paper" or window.end_s is not None or window.phasing_s is not None
+    if plan.analysis is None or programme is None or given:
         return None
     known = [each for each in plan.analysis.front if each.least_m_s is not None]
     best = min(known, key=lambda each: each.least_m_s or 0.0, default=None)

@@ -89,7 +89,8 @@ def _answer(plan: Plan) -> VerdictLine:
     if found is None or programme is None or plan.meeting is None:
         return VerdictLine(Question.ANSWER, word, shortened(plan.message))
     if plan.status is PlanStatus.VERIFIED:
-        figure = f"{programme.words} over {plan.meeting.time_s:.1f} s; corrected {found.corrected.miss_m:.0e} m off"
+        missed = f"misses {found.corrected.miss_m:.0e} m"
+        figure = f"{programme.words} over {plan.meeting.time_s:.0f} s; {missed}"
         return VerdictLine(Question.ANSWER, word, figure, f"{MISS_M:g} m")
     more = f"{len(found.failures) - 1} more" if len(found.failures) > 1 else ""
     return VerdictLine(Question.ANSWER, word, shortened(found.failures[0], 70), evidence=more)
@@ -121,13 +122,13 @@ def _optimum(plan: Plan) -> VerdictLine | None:
     if met.generated is not None:
         figure = f"impulses at any times of the linear motion cost at least {met.lower_bound:.4f} m/s"
         return VerdictLine(Question.OPTIMUM, Word.BOUND, figure)
-    least = f"{met.lower_bound:.4f} {UNIT[met.cost]}"
+    least = f"{met.lower_bound:.6g} {UNIT[met.cost]}"
     if plan.scenario.rendezvous.duration_s != "free":
         return VerdictLine(Question.OPTIMUM, Word.PROVED, f"two impulses of this time cost at least {least}")
-    count, orbits = len(met.minima), f"{plan.scenario.rendezvous.longest_orbits:g} orbits"
-    minima = f"{count} minim{'um' if count == 1 else 'a'} up to {orbits}"
+    count, orbits = len(met.minima), f"{plan.scenario.rendezvous.longest_orbits:.3g} orbits"
+    minima = f"least of {count} minima" if count > 1 else "the one minimum"
     both = met.cost == "squares" and len(plan.stationary_s) == count
-    figure = f"the least of {minima}, by scan{' and polynomials' * both}; its time takes {least}"
+    figure = f"{minima} in {orbits}, by scan{' and polynomials' * both}; ≥ {least}"
     return VerdictLine(Question.OPTIMUM, Word.BEST_FOUND, figure)
 
 
@@ -136,10 +137,10 @@ def _safety(plan: Plan) -> VerdictLine | None:
     if plan.meeting is None or plan.verification is None:
         return None
     near = [cut.missed_m for cut in plan.cuts]
-    figure = f"nearest {near[0]:.1f} m without impulse 1, {near[-1]:.1f} m without {len(near)}"
+    figure = f"in {ORBITS:g} orbits {near[0]:.1f} m without impulse 1, {near[-1]:.1f} m without {len(near)}"
     held = max(each.nearest_m for each in plan.holds)
     return VerdictLine(
-        Question.SAFETY, Word.NOT_ASKED, figure, evidence=f"{ORBITS:g} orbits; hold point {held:.1f} m"
+        Question.SAFETY, Word.NOT_ASKED, shortened(figure, 58), evidence=f"hold point {held:.1f} m"
     )
 
 

@@ -112,7 +112,7 @@ def _burn(
         acceleration_m_s2=acceleration,
         exhaust_m_s=exhaust,
         pitch_rad=float(np.arctan2(outward, along)),
-        yaw_rad=float(np.arcsin(normal / size)),
+        yaw_rad=float(np.arcsin(np.clip(normal / size, -1.0, 1.0))),
         duration_s=exhaust / acceleration * (1.0 - exp(-size / exhaust)),
         pitch_rate_rad_s=float(rate[2]),
     )
