@@ -60,8 +60,10 @@ class Plan(PointPlan):
         return {"attitude.csv": "\n".join(["t_s,ux,uy,uz", *rows]) + "\n"}
 
     def figures(self, folder: Path) -> tuple[FigureFile, ...]:
-        """None: the figures of the domain are those of `orbsoc reach`."""
-        return ()
+        """The orbits of a point that is reached; the figures of the domain are those of `orbsoc reach`."""
+        from .figures.point import draw_point
+
+        return () if self.programme is None else (draw_point(self, folder),)
 
     def differences(self, other: Plan) -> tuple[Difference, ...]:
         if PlanStatus.VERIFIED not in (self.status, other.status):
