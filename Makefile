@@ -110,7 +110,7 @@ $(ROUTING): requirements/route.txt $(RUNTIME)
 	$(PIP) install -r $<
 	@touch $@
 
-$(EXTENSION): Cargo.toml Cargo.lock $(shell find rust -path '*/src/*' -o -name Cargo.toml) $(wildcard rtl/*.svh) | $(READY)
+$(EXTENSION): Cargo.toml Cargo.lock $(shell find rust -path '*/src/*' -o -name Cargo.toml) $(wildcard rtl/*.svh flight/*) | $(READY)
 	cargo build --profile $(PROFILE) --locked -p orbsoc-py --features extension-module
 	install target/$(PROFILE)/lib_core.so $@
 

@@ -53,7 +53,7 @@ macro_rules! buffers {
     };
 }
 
-fn scratch_entries(s: &Structure) -> usize {
+pub(crate) fn scratch_entries(s: &Structure) -> usize {
     let products = 2 * s.n + s.p + s.m;
     let refinement = 2 * (2 * s.kkt.dim + s.kkt.symbolic.substitution_scratch);
     products.max(s.unknowns()).max(refinement).max(s.kkt.symbolic.max_panel)

@@ -1,0 +1,129 @@
+"""The library compiled for this machine with one problem's tables, called from Python."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc import _core
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.settings import Settings
+from orbsoc.flight.c_source import pattern_header, pattern_source
+from orbsoc.flight.tables import Tables, tables_of
+
+ROOT = Path(__file__).resolve().parents[2]
+FLIGHT = ROOT / "flight"
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror", "-ffp-contract=off")
+NUMBERS = 11
+"""Numbers before x in `harness_numbers`."""
+STATUSES = (
+    "SOLVED", "SOLVED_INACCURATE", "PRIMAL_INFEASIBLE", "DUAL_INFEASIBLE", "MAX_ITERATIONS", "MAX_TIME",
+    "NUMERICAL_LIMIT", "INTERRUPTED",
+)  # fmt: skip
+WARM = ("none", "used", "fell_back")
+
+
+def sources() -> list[Path]:
+    return sorted(FLIGHT.glob("*.c"))
+
+
+def data_of(problem: Problem) -> dict[str, NDArray[np.float64]]:
+    """The data as the setters take them: P's upper triangle, A and G by columns, c, b, h."""
+    cost = problem.P
+    columns = np.repeat(np.arange(cost.shape[1]), np.diff(cost.indptr))
+    upper = np.asarray(cost.data)[np.asarray(cost.indices) <= columns]
+    numbers = {"p": upper, "a": problem.A.data, "g": problem.G.data, "c": problem.c, "b": problem.b, "h": problem.h}
+    return {name: np.ascontiguousarray(values, np.float64) for name, values in numbers.items()}
+
+
+def write_pattern(folder: Path, problem: Problem, settings: Settings, fp: int) -> Tables:
+    """pattern.h and pattern.c of a problem."""
+    tables = tables_of(problem, settings)
+    (folder / "pattern.h").write_text(pattern_header(tables, fp))
+    (folder / "pattern.c").write_text(pattern_source(tables, settings))
+    return tables
+
+
+def compiled(folder: Path, problem: Problem, settings: Settings, fp: int, compiler: str = "gcc", *options: str) -> CSolver:
+    """A solver for this problem's pattern."""
+    tables = write_pattern(folder, problem, settings, fp)
+    made = folder / "flight.so"
+    files = [*sources(), folder / "pattern.c", ROOT / "tests" / "flight" / "harness.c"]
+    macros = [f"-DORBSOC_FP={fp}", f"-DORBSOC_INDEX_BITS={tables.index_bits}"]
+    command = [shutil.which(compiler) or compiler, *STRICT, *(options or ("-O2",)), *macros, f"-I{FLIGHT}", f"-I{folder}",
+               "-shared", "-fPIC", *map(str, files), "-lm", "-o", str(made)]  # fmt: skip
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return CSolver(made, problem, tables, fp)
+
+
+class CSolver:
+    """A solver in C, with the data of a problem."""
+
+    def __init__(self, made: Path, problem: Problem, tables: Tables, fp: int) -> None:
+        self.library, self.tables, self.fp = ctypes.CDLL(str(made)), tables, fp
+        self.library.harness_solver.restype = ctypes.c_void_p
+        self.library.harness_words.restype = ctypes.c_void_p
+        self.problem = problem
+        assert self.library.harness_open() == 0
+        self.set(problem)
+
+    def set(self, problem: Problem) -> None:
+        """Take the data of a problem of the same pattern."""
+        for name, values in data_of(problem).items():
+            setter = getattr(self.library, f"orbsoc_set_{name}")
+            assert setter(ctypes.c_void_p(self.library.harness_solver()), _pointer(values)) == 0, name
+
+    def begin(self) -> None:
+        self.library.orbsoc_begin(ctypes.c_void_p(self.library.harness_solver()), 1)
+
+    def run(self, stage: str) -> int:
+        return int(self.library.harness_run(list(_core.stages()).index(stage)))
+
+    def words(self, buffer: int, count: int) -> NDArray[Any]:
+        """Bits of a buffer's words."""
+        kind = np.uint64 if self.fp == 64 else np.uint32
+        at = self.library.harness_words(buffer)
+        return np.frombuffer(ctypes.string_at(at, count * self.fp // 8), kind).astype(np.uint64)
+
+    def solve(self, start: Any = None) -> dict[str, Any]:
+        """The outcome: status, counts, and the bits of all its numbers."""
+        solver = ctypes.c_void_p(self.library.harness_solver())
+        if start is None:
+            assert self.library.orbsoc_solve(solver) == 0
+        else:
+            assert self.library.orbsoc_solve_from(solver, *map(_pointer, start)) == 0
+        sizes = self.tables.sizes
+        out = np.zeros(NUMBERS + sizes["n"] + sizes["p"] + 2 * sizes["given_m"])
+        self.library.harness_numbers(_pointer(out))
+        return {
+            "status": STATUSES[int(out[0])], "warm_start": WARM[int(out[1])], "iterations": int(out[2]),
+            "refinements": int(out[3]), "attempts": int(out[4]), "numbers": bits(out[5:]),
+        }  # fmt: skip
+
+
+def expected(raw: Any) -> dict[str, Any]:
+    """The same of the exact engine's solution."""
+    scalars = [raw.objective, raw.dual_objective, raw.primal_residual, raw.dual_residual, raw.gap, raw.radius]
+    return {
+        "status": raw.status, "warm_start": raw.warm_start, "iterations": raw.iterations,
+        "refinements": raw.refinements, "attempts": raw.attempts,
+        "numbers": bits(np.concatenate([scalars, raw.x, raw.y, raw.z, raw.s])),
+    }  # fmt: skip
+
+
+def bits(numbers: NDArray[np.float64]) -> list[int]:
+    """Their bits; NaN counts as one number: its sign and payload are the machine's, not the arithmetic's."""
+    numbers = np.where(np.isnan(numbers), np.nan, numbers)
+    found: list[int] = numbers.view(np.uint64).tolist()
+    return found
+
+
+def _pointer(values: NDArray[np.float64]) -> Any:
+    return np.ascontiguousarray(values).ctypes.data_as(ctypes.POINTER(ctypes.c_double))
