@@ -126,7 +126,7 @@ static orbsoc_real refinement_tolerance(size_t count, const orbsoc_real *residua
   const orbsoc_real tau = at->homogenizer[TAU], kappa = at->homogenizer[KAPPA];
   const orbsoc_real tolerance =
       fraction * larger(max_abs(count, residual), at->parameters[RESIDUAL_FLOOR] * tau);
-  const int far_out = larger(thousand * tau, thousand * kappa) < size;
+  const int far_out = thousand * larger(tau, thousand * kappa) < size;
   return far_out ? smaller(tolerance, fraction * (complementarity / size)) : tolerance;
 }
 

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import atexit
 import ctypes
 import shutil
 import subprocess
+import tempfile
+from functools import cache
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from orbsoc import _core
@@ -26,6 +31,7 @@ STATUSES = (
     "SOLVED", "SOLVED_INACCURATE", "PRIMAL_INFEASIBLE", "DUAL_INFEASIBLE", "MAX_ITERATIONS", "MAX_TIME",
     "NUMERICAL_LIMIT", "INTERRUPTED",
 )  # fmt: skip
+_NUMBER = count()
 WARM = ("none", "used", "fell_back")
 
 
@@ -50,14 +56,29 @@ def write_pattern(folder: Path, problem: Problem, settings: Settings, fp: int) -
     return tables
 
 
+@cache
+def objects(fp: int, index_bits: int, compiler: str, options: tuple[str, ...]) -> tuple[Path, ...]:
+    """The library's objects, compiled once for all problems of a test run."""
+    folder = Path(tempfile.mkdtemp(prefix="flight-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    macros = [f"-DORBSOC_FP={fp}", f"-DORBSOC_INDEX_BITS={index_bits}"]
+    command = [compiler, *STRICT, *options, *macros, f"-I{FLIGHT}", "-fPIC", "-c", *map(str, sources())]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return tuple(sorted(folder.glob("*.o")))
+
+
 def compiled(folder: Path, problem: Problem, settings: Settings, fp: int, compiler: str = "gcc", *options: str) -> CSolver:
     """A solver for this problem's pattern."""
+    if shutil.which(compiler) is None:
+        pytest.fail(f"no {compiler}")
     tables = write_pattern(folder, problem, settings, fp)
-    made = folder / "flight.so"
-    files = [*sources(), folder / "pattern.c", ROOT / "tests" / "flight" / "harness.c"]
+    made = folder / f"flight{next(_NUMBER)}.so"  # a library that is loaded is not loaded again under its name
     macros = [f"-DORBSOC_FP={fp}", f"-DORBSOC_INDEX_BITS={tables.index_bits}"]
-    command = [shutil.which(compiler) or compiler, *STRICT, *(options or ("-O2",)), *macros, f"-I{FLIGHT}", f"-I{folder}",
-               "-shared", "-fPIC", *map(str, files), "-lm", "-o", str(made)]  # fmt: skip
+    own = [folder / "pattern.c", ROOT / "tests" / "flight" / "harness.c"]
+    library = objects(fp, tables.index_bits, compiler, options or ("-O2",))
+    command = [compiler, *STRICT, "-O0", *macros, f"-I{FLIGHT}", f"-I{folder}", "-shared", "-fPIC",
+               *map(str, (*own, *library)), "-lm", "-o", str(made)]  # fmt: skip
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return CSolver(made, problem, tables, fp)
