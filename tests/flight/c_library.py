@@ -24,7 +24,16 @@ from orbsoc.flight.tables import Tables, tables_of
 
 ROOT = Path(__file__).resolve().parents[2]
 FLIGHT = ROOT / "flight"
-STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror", "-ffp-contract=off")
+STRICT = (
+    "-std=c99",
+    "-Wall",
+    "-Wextra",
+    "-Wconversion",
+    "-Wshadow",
+    "-pedantic",
+    "-Werror",
+    "-ffp-contract=off",
+)
 NUMBERS = 11
 """Numbers before x in `harness_numbers`."""
 STATUSES = (
@@ -44,7 +53,14 @@ def data_of(problem: Problem) -> dict[str, NDArray[np.float64]]:
     cost = problem.P
     columns = np.repeat(np.arange(cost.shape[1]), np.diff(cost.indptr))
     upper = np.asarray(cost.data)[np.asarray(cost.indices) <= columns]
-    numbers = {"p": upper, "a": problem.A.data, "g": problem.G.data, "c": problem.c, "b": problem.b, "h": problem.h}
+    numbers = {
+        "p": upper,
+        "a": problem.A.data,
+        "g": problem.G.data,
+        "c": problem.c,
+        "b": problem.b,
+        "h": problem.h,
+    }
     return {name: np.ascontiguousarray(values, np.float64) for name, values in numbers.items()}
 
 
@@ -68,7 +84,9 @@ def objects(fp: int, index_bits: int, compiler: str, options: tuple[str, ...]) -
     return tuple(sorted(folder.glob("*.o")))
 
 
-def compiled(folder: Path, problem: Problem, settings: Settings, fp: int, compiler: str = "gcc", *options: str) -> CSolver:
+def compiled(
+    folder: Path, problem: Problem, settings: Settings, fp: int, compiler: str = "gcc", *options: str
+) -> CSolver:
     """A solver for this problem's pattern."""
     if shutil.which(compiler) is None:
         pytest.fail(f"no {compiler}")

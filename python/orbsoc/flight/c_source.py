@@ -68,7 +68,10 @@ def pattern_source(tables: Tables, settings: Settings) -> str:
     """pattern.c: the tables, in flash."""
     kept = [name for name in tables.lists if tables.same_as(name) is None]
     sizes = [f"    {tables.sizes[name]}u, /* {name} */" for name in SIZES]
-    pointers = [f"    {{{_name(tables, f'{of}_colptr')}, {_name(tables, f'{of}_rowidx')}}}," for of in _MATRICES.values()]
+    pointers = [
+        f"    {{{_name(tables, f'{of}_colptr')}, {_name(tables, f'{of}_rowidx')}}},"
+        for of in _MATRICES.values()
+    ]
     for field, name in _FIELDS.items():
         pointers.append("    {kkt_colptr, kkt_rowidx}," if field == "kkt" else f"    {name},")
     values = [f"    {_setting(getattr(settings, name))}, /* {name} */" for name in _SETTINGS]
@@ -114,8 +117,8 @@ def wrapped(items: Iterable[str]) -> str:
     """Items with commas between them, in lines of at most 100 columns."""
     lines, line = [], " "
     for item in items:
-        if len(line) + len(item) + 2 > _LINE:
+        if len(line) + len(item) + 1 > _LINE:
             lines.append(line)
             line = " "
-        line += f" {item},"
+        line += f"{item},"
     return "\n".join([*lines, line]) + "\n"

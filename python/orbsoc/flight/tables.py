@@ -97,7 +97,9 @@ def tables_of(problem: Problem, settings: Settings) -> Tables:
     """The tables of a problem's pattern; raises CoreError where 32-bit indices cannot address it."""
     sizes, lists, words = _core.pattern_tables(problem, settings)
     lists = dict(lists)
-    nodes = [lists.pop(f"node_{name}") for name in ("kind", "scattered", "width", "diagonal", "leading", "updates")]
+    nodes = [
+        lists.pop(f"node_{name}") for name in ("kind", "scattered", "width", "diagonal", "leading", "updates")
+    ]
     updates = [lists.pop(f"update_{name}") for name in ("target", "lo", "hi")]
     lists["nodes"], lists["updates"] = np.column_stack(nodes), np.column_stack(updates)
     absent = np.ones(sizes["given_m"], np.uint32)
