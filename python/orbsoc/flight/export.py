@@ -17,11 +17,6 @@ from .selftest import Recorded, record, selftest_source
 from .tables import Tables, tables_of
 
 PRECISIONS = (64, 32)
-SINGLE = {
-    "tol": 1e-4, "tol_inaccurate": 1e-2, "static_regularization": 2e-5, "pivot_floor": 1e-7,
-    "dynamic_regularization": 1e-4, "refinement_tol": 1e-6,
-}  # fmt: skip
-"""What binary32 needs in place of the default settings: 1e-8 is below its resolution."""
 
 
 class FlightError(ValueError):
@@ -41,7 +36,7 @@ def export_c(
     check_place(place)
     if fp not in PRECISIONS:
         raise FlightError(f"fp = {fp!r}: allowed is 64 or 32")
-    used = settings if settings is not None else Settings(**(SINGLE if fp == 32 else {}))
+    used = settings if settings is not None else default_settings(fp)
     if used.max_time_s != float("inf"):
         used = replace(used, max_time_s=float("inf"))  # the caller's `ask` watches the clock on board
     try:
@@ -50,6 +45,20 @@ def export_c(
         raise FlightError(f"the pattern cannot be exported: {error}") from error
     texts = _texts(problem, used, fp, tables, record(problem, used, fp))
     return _write(place, texts)
+
+
+def default_settings(fp: int) -> Settings:
+    """The settings without any given: in binary32, where 1e-8 is below the resolution, looser ones."""
+    if fp == 64:
+        return Settings()
+    return Settings(
+        tol=1e-4,
+        tol_inaccurate=1e-2,
+        static_regularization=2e-5,
+        pivot_floor=1e-7,
+        dynamic_regularization=1e-4,
+        refinement_tol=1e-6,
+    )
 
 
 def check_place(folder: Path) -> None:
