@@ -8,7 +8,8 @@
 /* A pivot of the wrong sign is the rounding error of the terms that cancelled: it becomes this many times as
  * large, or the replacement, whichever is more. */
 #define REPLACEMENT_FACTOR 5.0
-#define LANES 4u
+#define ROWS 8u
+#define COLUMNS 4u
 
 typedef struct {
   pattern_t pattern;
@@ -44,21 +45,71 @@ static orbsoc_real regularized(orbsoc_real pivot, uint8_t positive, const orbsoc
 /* out_i <- out_i - sum_k l_k[i] y_k, the k in order; columns of l and entries of y are `stride` apart. */
 static void subtract(size_t count, size_t columns, const orbsoc_real *restrict l,
                      const orbsoc_real *restrict y, size_t stride, orbsoc_real *restrict out) {
-  size_t k = 0;
-  for (; k + LANES <= columns; k += LANES) {
-    const orbsoc_real *a = &l[k * stride], *b = a + stride, *c = b + stride, *d = c + stride;
-    const orbsoc_real *by = &y[k * stride];
-    const orbsoc_real ya = by[0], yb = by[stride], yc = by[2 * stride], yd = by[3 * stride];
-    for (size_t i = 0; i < count; i++) {
-      out[i] = (((out[i] - a[i] * ya) - b[i] * yb) - c[i] * yc) - d[i] * yd;
+  size_t i = 0;
+  for (; i + ROWS <= count; i += ROWS) {
+    orbsoc_real sum[ROWS];
+    for (size_t v = 0; v < ROWS; v++) {
+      sum[v] = out[i + v];
+    }
+    for (size_t k = 0; k < columns; k++) {
+      const orbsoc_real *a = &l[k * stride + i], by = y[k * stride];
+      for (size_t v = 0; v < ROWS; v++) {
+        sum[v] = sum[v] - a[v] * by;
+      }
+    }
+    for (size_t v = 0; v < ROWS; v++) {
+      out[i + v] = sum[v];
     }
   }
-  for (; k < columns; k++) {
-    const orbsoc_real *a = &l[k * stride];
-    const orbsoc_real ya = y[k * stride];
-    for (size_t i = 0; i < count; i++) {
-      out[i] = out[i] - a[i] * ya;
+  for (; i < count; i++) {
+    orbsoc_real sum = out[i];
+    for (size_t k = 0; k < columns; k++) {
+      sum = sum - l[k * stride + i] * y[k * stride];
     }
+    out[i] = sum;
+  }
+}
+
+/* Rows lo.. of a panel, whose entries are at `to` in each of COLUMNS columns that begin at `target`: a tile of ROWS rows
+ * stays in registers while the columns of the panel go by. */
+static size_t subtract_tiles(size_t count, size_t columns, const orbsoc_real *restrict l,
+                             const orbsoc_real *restrict y, size_t stride, const orbsoc_index *to,
+                             orbsoc_real *const target[COLUMNS]) {
+  size_t i = 0;
+  for (; i + ROWS <= count; i += ROWS) {
+    orbsoc_real sum[COLUMNS][ROWS];
+    for (size_t c = 0; c < COLUMNS; c++) {
+      for (size_t v = 0; v < ROWS; v++) {
+        sum[c][v] = target[c][to[i + v]];
+      }
+    }
+    for (size_t k = 0; k < columns; k++) {
+      const orbsoc_real *a = &l[k * stride + i], *by = &y[k * stride];
+      for (size_t c = 0; c < COLUMNS; c++) {
+        for (size_t v = 0; v < ROWS; v++) {
+          sum[c][v] = sum[c][v] - a[v] * by[c];
+        }
+      }
+    }
+    for (size_t c = 0; c < COLUMNS; c++) {
+      for (size_t v = 0; v < ROWS; v++) {
+        target[c][to[i + v]] = sum[c][v];
+      }
+    }
+  }
+  return i;
+}
+
+/* The same of one row, in the first `count` of the columns. */
+static void subtract_rows(size_t count, size_t columns, const orbsoc_real *restrict l,
+                          const orbsoc_real *restrict y, size_t stride, size_t to,
+                          orbsoc_real *const *target) {
+  for (size_t c = 0; c < count; c++) {
+    orbsoc_real sum = target[c][to];
+    for (size_t k = 0; k < columns; k++) {
+      sum = sum - l[k * stride] * y[k * stride + c];
+    }
+    target[c][to] = sum;
   }
 }
 
@@ -140,17 +191,35 @@ static void contribute_blocks(const factor_t *f, size_t k, const place_t *at) {
     first = first_column_of(f->pattern, update->target, &panel, from, panel, first);
     from = update->target;
     const size_t stride = f->pattern->node[from].leading;
-    for (size_t c = update->lo; c < update->hi; c++) {
-      const size_t column = at->first + width + rows[c - diagonal] - first;
+    orbsoc_real *target = &f->l[panel];
+    const size_t next = at->first + width;
+    size_t c = update->lo;
+    for (; c + COLUMNS <= update->hi; c += COLUMNS) {
+      orbsoc_real *columns[COLUMNS];
+      for (size_t v = 0; v < COLUMNS; v++) {
+        columns[v] = &target[(next + rows[c + v - diagonal] - first) * stride];
+        /* The triangle on the diagonal, row by row. */
+        subtract_rows(v + 1, width, &l[c + v], &f->y[c], leading, relative[c + v - update->lo],
+                      columns);
+      }
+      const size_t below = c + COLUMNS;
+      const orbsoc_index *to = &relative[below - update->lo];
+      const size_t count = leading - below;
+      size_t i = subtract_tiles(count, width, &l[below], &f->y[c], leading, to, columns);
+      for (; i < count; i++) {
+        subtract_rows(COLUMNS, width, &l[below + i], &f->y[c], leading, to[i], columns);
+      }
+    }
+    for (; c < update->hi; c++) {
       const orbsoc_index *to = &relative[c - update->lo];
+      orbsoc_real *column = &target[(next + rows[c - diagonal] - first) * stride];
       const size_t count = leading - c;
-      orbsoc_real *target = &f->l[panel + column * stride];
       for (size_t i = 0; i < count; i++) {
-        work[i] = target[to[i]];
+        work[i] = column[to[i]];
       }
       subtract(count, width, &l[c], &f->y[c], leading, work);
       for (size_t i = 0; i < count; i++) {
-        target[to[i]] = work[i];
+        column[to[i]] = work[i];
       }
     }
     relative += leading - update->lo;

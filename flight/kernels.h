@@ -18,6 +18,11 @@ static inline size_t unknowns_of(pattern_t pattern) {
 /* Barrier degree: one a nonnegative row and one a second-order cone. */
 static inline size_t degree_of(pattern_t pattern) { return (size_t)pattern->l + pattern->cones; }
 
+/* Whether rows are many and adjacent, so that a loop over them needs no table; the sums are the same. */
+static inline int adjacent(size_t count, const orbsoc_index *rows) {
+  return count >= 16u && (size_t)rows[count - 1] - rows[0] + 1u == count;
+}
+
 /* matrix_scaling: Ruiz equilibration and its undoing */
 typedef struct {
   orbsoc_real *p, *a, *g, *q;

@@ -24,19 +24,10 @@ static size_t gathered(const orbsoc_node *node) {
   return (node->kind == ORBSOC_CONDENSED) ? 1u + node->leading - node->diagonal : 0u;
 }
 
-/* L of a node: its own unknowns, then what they contribute to the rows below. */
-static inline void forward_panel(const orbsoc_node *node, const orbsoc_real *restrict l,
-                                 const orbsoc_index *rows, size_t sides, orbsoc_real *own,
-                                 orbsoc_real *below) {
-  const size_t leading = node->leading, size = node->diagonal, width = node->width;
-  for (size_t j = 0; j < width; j++) {
-    const size_t end = j - j % size + size;
-    for (size_t i = j + 1; i < end; i++) {
-      for (size_t r = 0; r < sides; r++) {
-        own[i * sides + r] -= l[j * leading + i % size] * own[j * sides + r];
-      }
-    }
-  }
+/* What the unknowns of a panel contribute to the rows below it. */
+ORBSOC_INLINE void forward_below(size_t width, size_t leading, size_t size,
+                                 const orbsoc_real *restrict l, const orbsoc_index *rows,
+                                 size_t sides, const orbsoc_real *own, orbsoc_real *below) {
   for (size_t i = size; i < leading; i++) {
     orbsoc_real *entry = &below[(size_t)rows[i - size] * sides];
     orbsoc_real sum[2];
@@ -51,6 +42,32 @@ static inline void forward_panel(const orbsoc_node *node, const orbsoc_real *res
     for (size_t r = 0; r < sides; r++) {
       entry[r] = sum[r];
     }
+  }
+}
+
+/* L of a node: its own unknowns, then what they contribute to the rows below. */
+ORBSOC_INLINE void forward_panel(const orbsoc_node *node, const orbsoc_real *restrict l,
+                                 const orbsoc_index *rows, size_t sides, orbsoc_real *own,
+                                 orbsoc_real *below) {
+  const size_t leading = node->leading, size = node->diagonal, width = node->width;
+  for (size_t j = 0; j < width; j++) {
+    const size_t end = j - j % size + size;
+    for (size_t i = j + 1; i < end; i++) {
+      for (size_t r = 0; r < sides; r++) {
+        own[i * sides + r] -= l[j * leading + i % size] * own[j * sides + r];
+      }
+    }
+  }
+  switch (width) {
+    case 1:
+      forward_below(1, leading, size, l, rows, sides, own, below);
+      break;
+    case 2:
+      forward_below(2, leading, size, l, rows, sides, own, below);
+      break;
+    default:
+      forward_below(width, leading, size, l, rows, sides, own, below);
+      break;
   }
 }
 
@@ -91,7 +108,7 @@ static inline void forward_condensed(const orbsoc_system *system, const orbsoc_n
 
 /* `columns` columns of L' of a panel from column j on: rows below from the last one up, then the columns after them in
  * the block, from the last one down. */
-static inline void backward_columns(const orbsoc_node *node, const orbsoc_real *restrict l,
+ORBSOC_INLINE void backward_columns(const orbsoc_node *node, const orbsoc_real *restrict l,
                                     const orbsoc_index *rows, size_t j, size_t columns,
                                     size_t sides, const orbsoc_real *below, orbsoc_real *own) {
   const size_t leading = node->leading, size = node->diagonal, first = j - j % size;
@@ -130,7 +147,7 @@ static inline void backward_columns(const orbsoc_node *node, const orbsoc_real *
 }
 
 /* L' of a panel, groups of four columns of a block from the last ones up. */
-static inline void backward_panel(const orbsoc_node *node, const orbsoc_real *l,
+ORBSOC_INLINE void backward_panel(const orbsoc_node *node, const orbsoc_real *l,
                                   const orbsoc_index *rows, size_t sides, const orbsoc_real *below,
                                   orbsoc_real *own) {
   const size_t chain = (node->diagonal == 1u) ? (size_t)node->width : node->diagonal;
@@ -188,7 +205,7 @@ static inline void backward_condensed(const orbsoc_system *system, const orbsoc_
 }
 
 /* x <- (LDL')^-1 x, in permuted order. `work` has `sides` words a column of the widest condensed node. */
-static inline void substitute(const orbsoc_system *system, size_t sides, orbsoc_real *work,
+ORBSOC_INLINE void substitute(const orbsoc_system *system, size_t sides, orbsoc_real *work,
                               orbsoc_real *x) {
   pattern_t pattern = system->pattern;
   place_t at = {0, 0, 0, 0};
@@ -231,7 +248,7 @@ static inline void substitute(const orbsoc_system *system, size_t sides, orbsoc_
 
 /* error = rhs - K x with the unregularised matrix. An entry of the error takes its row's products in the order of
  * their columns, the diagonal first; those of a dense column are one sum. */
-static inline void residual(const orbsoc_system *system, size_t sides, const orbsoc_real *rhs,
+ORBSOC_INLINE void residual(const orbsoc_system *system, size_t sides, const orbsoc_real *rhs,
                             const orbsoc_real *x, orbsoc_real *restrict error) {
   pattern_t pattern = system->pattern;
   const orbsoc_index *dense = pattern->contiguous_columns;
@@ -248,16 +265,23 @@ static inline void residual(const orbsoc_system *system, size_t sides, const orb
     const int whole = block < pattern->contiguous && j >= dense[block];
     for (size_t r = 0; r < sides; r++) {
       sum[r] = error[j * sides + r] - column[above] * x[j * sides + r];
-      if (whole != 0) {
-        sum[r] = sum[r] - dot_strided(above, column, &x[rows[0] * sides + r], sides);
+    }
+    if (whole != 0) {
+      const size_t first = rows[0] * sides;
+      for (size_t r = 0; r < sides; r++) {
+        sum[r] = sum[r] - dot_strided(above, column, &x[first + r], sides);
+      }
+      for (size_t k = 0; k < above; k++) {
+        for (size_t r = 0; r < sides; r++) {
+          const orbsoc_real by = x[j * sides + r];
+          error[first + k * sides + r] = error[first + k * sides + r] - column[k] * by;
+        }
       }
     }
-    for (size_t k = 0; k < above; k++) {
+    for (size_t k = 0; k < above && whole == 0; k++) {
       const size_t i = rows[k] * sides;
       for (size_t r = 0; r < sides; r++) {
-        if (whole == 0) {
-          sum[r] = sum[r] - column[k] * x[i + r];
-        }
+        sum[r] = sum[r] - column[k] * x[i + r];
         error[i + r] = error[i + r] - column[k] * x[j * sides + r];
       }
     }

@@ -22,8 +22,17 @@ static orbsoc_real nonzero(orbsoc_real norm) { return (0 < norm) ? norm : 1; }
 static void raise_norms(const orbsoc_matrix *matrix, size_t columns, const orbsoc_real *values,
                         size_t row0, orbsoc_real *norms) {
   for (size_t j = 0; j < columns; j++) {
+    const size_t begin = matrix->begins[j], count = matrix->begins[j + 1] - begin;
     orbsoc_real top = 0;
-    for (size_t k = matrix->begins[j]; k < matrix->begins[j + 1]; k++) {
+    if (adjacent(count, &matrix->rows[begin])) {
+      orbsoc_real *norm = &norms[row0 + matrix->rows[begin]];
+      for (size_t k = 0; k < count; k++) {
+        norm[k] = larger(norm[k], magnitude(values[begin + k]));
+      }
+      norms[j] = larger(norms[j], max_abs(count, &values[begin]));
+      continue;
+    }
+    for (size_t k = begin; k < begin + count; k++) {
       orbsoc_real *norm = &norms[row0 + matrix->rows[k]];
       const orbsoc_real size = magnitude(values[k]);
       *norm = larger(*norm, size);
@@ -34,11 +43,20 @@ static void raise_norms(const orbsoc_matrix *matrix, size_t columns, const orbso
 }
 
 /* Multiply each entry by its row's and column's factor. */
-static void multiply(const orbsoc_matrix *matrix, size_t columns, const orbsoc_real *factors,
-                     size_t row0, orbsoc_real *values) {
+static void multiply(const orbsoc_matrix *matrix, size_t columns,
+                     const orbsoc_real *restrict factors, size_t row0,
+                     orbsoc_real *restrict values) {
   for (size_t j = 0; j < columns; j++) {
     const orbsoc_real factor = factors[j];
-    for (size_t k = matrix->begins[j]; k < matrix->begins[j + 1]; k++) {
+    const size_t begin = matrix->begins[j], count = matrix->begins[j + 1] - begin;
+    if (adjacent(count, &matrix->rows[begin])) {
+      const orbsoc_real *row = &factors[row0 + matrix->rows[begin]];
+      for (size_t k = 0; k < count; k++) {
+        values[begin + k] = values[begin + k] * (row[k] * factor);
+      }
+      continue;
+    }
+    for (size_t k = begin; k < begin + count; k++) {
       values[k] = values[k] * (factors[row0 + matrix->rows[k]] * factor);
     }
   }

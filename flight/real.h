@@ -23,6 +23,13 @@
 #define ORBSOC_SQRT(x) sqrtf(x)
 #endif
 
+/* A function that is worth a copy at each call: its sizes are constants there. */
+#if defined(__GNUC__)
+#define ORBSOC_INLINE static inline __attribute__((always_inline))
+#else
+#define ORBSOC_INLINE static inline
+#endif
+
 /* A literal or an input, rounded once. */
 static inline orbsoc_real real(double value) { return (orbsoc_real)value; }
 
