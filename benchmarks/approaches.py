@@ -18,11 +18,11 @@ from benchmarks.answer import Answer, Solver
 from benchmarks.grading import Graded, graded
 from benchmarks.peers import solvers
 from orbsoc.conic.problem import Problem
-from orbsoc.missions.passive_safety.approach import Approach
-from orbsoc.missions.passive_safety.margins import Margins
-from orbsoc.missions.passive_safety.problem import assemble
+from orbsoc.missions.passive_safety.model.approach import Approach
+from orbsoc.missions.passive_safety.model.margins import Margins
+from orbsoc.missions.passive_safety.model.problem import assemble
 from orbsoc.missions.passive_safety.scenario import Scenario
-from orbsoc.missions.passive_safety.timing import equal_times
+from orbsoc.missions.passive_safety.search.timing import equal_times
 
 TOL = 1e-8
 INACCURATE = 1e-5

@@ -30,9 +30,9 @@ from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Status
 from orbsoc.guidance.scp import Rules
 from orbsoc.missions.reachable_domain import load_scenario
-from orbsoc.missions.reachable_domain.continuation.domain import Domain
-from orbsoc.missions.reachable_domain.direct.condensed import CondensedBatch
-from orbsoc.missions.reachable_domain.direct.subproblems import Answers, SolvedBatch, Subproblems
+from orbsoc.missions.reachable_domain.model.direct.condensed import CondensedBatch
+from orbsoc.missions.reachable_domain.model.direct.subproblems import Answers, SolvedBatch, Subproblems
+from orbsoc.missions.reachable_domain.search.continuation.domain import Domain
 
 Array = NDArray[np.float64]
 SCENARIO = Path(__file__).resolve().parents[1] / "scenarios" / "paper004_reach.toml"

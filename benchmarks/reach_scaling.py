@@ -23,8 +23,8 @@ import numpy as np
 
 from benchmarks.environment import commit, machine_class
 from orbsoc.missions.reachable_domain import load_scenario
-from orbsoc.missions.reachable_domain.continuation.domain import Domain
-from orbsoc.missions.reachable_domain.continuation.tasks import grid_shards, solve_grid_shard
+from orbsoc.missions.reachable_domain.search.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.search.continuation.tasks import grid_shards, solve_grid_shard
 from orbsoc.sweep import DaskCluster, Executor, Processes, Report, ShardStore, Task, run
 from orbsoc.sweep.executors import Work
 from orbsoc.sweep.store import Columns

@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.missions.reachable_domain import Scenario
-from orbsoc.missions.reachable_domain.continuation.domain import Domain
-from orbsoc.missions.reachable_domain.query.resolved_boundary import resolved_boundary
-from orbsoc.missions.reachable_domain.query.shortest_burn import shortest_burn
+from orbsoc.missions.reachable_domain.search.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.search.query.resolved_boundary import resolved_boundary
+from orbsoc.missions.reachable_domain.search.query.shortest_burn import shortest_burn
 from orbsoc.orbit import (
     EARTH,
     Elements,

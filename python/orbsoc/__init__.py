@@ -3,8 +3,9 @@
 `orbsoc.solve(problem)` solves a conic problem; `orbsoc.PsScheduler` runs the same solve on the emulated PS+PL
 computer; `orbsoc.missions` plans; `orbsoc.plan_file` and the command `orbsoc` do all of it.
 
-What is not needed to solve a problem is imported when it is first named, SciPy when it is first used. `orbsoc.CVXPY` needs CVXPY
-(`pip install 'orbsoc[cvxpy]'`) and raises ImportError without it, `orbsoc.reach` what `pip install 'orbsoc[reach]'` brings.
+What is not needed to solve a problem is imported when it is first named, SciPy when it is first used. `pip install orbsoc` brings what
+solves; missions and the command line need the extra `orbsoc[missions]`, the hardware model `orbsoc[hw]`, `orbsoc.CVXPY` `orbsoc[cvxpy]`,
+large results of `orbsoc.reach` `orbsoc[reach]`. Without it, they raise ModuleNotFoundError, which names the extra.
 """
 
 from importlib import import_module
@@ -15,6 +16,7 @@ from orbsoc.conic.problem import Cones, Problem, ProblemError
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Certificate, Solution, Start, Status
 from orbsoc.conic.verify import verify
+from orbsoc.files.extras import told_what_to_install
 from orbsoc.solving.batch import BatchSolution, BatchSolver, solve_batch
 from orbsoc.solving.solver import Solver, solve
 
@@ -58,8 +60,9 @@ _LAZY = {
 
 
 def __getattr__(name: str) -> Any:
-    if name in _LAZY:
-        return getattr(import_module(_LAZY[name]), name)
-    if name in ("missions", "reach"):
-        return import_module(f"orbsoc.{name}")
+    with told_what_to_install():
+        if name in _LAZY:
+            return getattr(import_module(_LAZY[name]), name)
+        if name in ("missions", "reach"):
+            return import_module(f"orbsoc.{name}")
     raise AttributeError(f"module 'orbsoc' has no attribute {name!r}")

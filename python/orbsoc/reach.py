@@ -5,10 +5,10 @@
 <Verdict.WITHIN: 'within reach'>
 """
 
-from .missions.reachable_domain.query.margin import Margin, Verdict
-from .missions.reachable_domain.query.requested_orbit import OrbitError
-from .missions.reachable_domain.query.results import ReachableDomain, load
-from .missions.reachable_domain.query.shortest_burn import ShortestBurn
-from .missions.reachable_domain.query.tilt_limit import TiltLimit
+from .missions.reachable_domain.search.query.margin import Margin, Verdict
+from .missions.reachable_domain.search.query.requested_orbit import OrbitError
+from .missions.reachable_domain.search.query.results import ReachableDomain, load
+from .missions.reachable_domain.search.query.shortest_burn import ShortestBurn
+from .missions.reachable_domain.search.query.tilt_limit import TiltLimit
 
 __all__ = ["Margin", "OrbitError", "ReachableDomain", "ShortestBurn", "TiltLimit", "Verdict", "load"]

@@ -57,11 +57,13 @@ def test_every_shipped_scenario_is_read_by_its_mission_key(path: Path) -> None:
 
 def test_a_new_mission_is_planned_checked_priced_and_written(toy: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    result = invoke("plan", toy, "--check", "clarabel", "--deadline-ms", 50, "--out", out, "--json")
+    result = invoke(
+        "plan", toy, "--check", "clarabel", "--deadline-ms", 50, "--out", out, "--json", "--verbose"
+    )
     assert result.exit_code == 0, result.output
     document = json.loads(result.stdout)
     assert {*DOCUMENT_KEYS} <= {*document}
-    assert document["verdict"] == "VERIFIED: 2.000000 m/s"
+    assert document["verdict"][0]["figure"] == "2.000000 m/s"
     assert document["check"]["words"].startswith("velocity change differs by ")
     assert document["hardware"]["same_bits"]
     names = ["hardware.json", "impulses.csv", "plan.json", "report.html"]
@@ -75,7 +77,7 @@ def test_a_new_mission_is_planned_checked_priced_and_written(toy: Path, tmp_path
 def test_any_key_of_a_new_mission_is_overridden(toy: Path, tmp_path: Path) -> None:
     arguments = ("--set", "part_m_s=5", "--set", "axis=[1.0, 0.0, 0.0]", "--device", "none", "--json")
     document = json.loads(invoke("plan", toy, *arguments, "--out", tmp_path / "out").stdout)
-    assert document["verdict"] == "VERIFIED: 5.000000 m/s"
+    assert document["verdict"][0]["figure"] == "5.000000 m/s"
     assert document["hardware"] is None
 
 

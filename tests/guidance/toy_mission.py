@@ -19,6 +19,7 @@ from orbsoc.guidance.monte_carlo import Dispersion, Spread
 from orbsoc.guidance.scenario_file import BaseScenario
 from orbsoc.guidance.scp import Iteration, Solve
 from orbsoc.guidance.vehicle import Vector
+from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word
 
 PAPER = ""
 COLUMNS: dict[str, Any] = {}
@@ -53,13 +54,18 @@ class Plan:
     def message(self) -> str:
         return self.subproblems[0].solution.message
 
+    @property
+    def verdict(self) -> Verdict:
+        figure = f"{np.linalg.norm(self.dv_m_s):.6f} m/s"
+        return Verdict((VerdictLine(Question.ANSWER, Word[self.status.name], figure),))
+
     def to_dict(self) -> dict[str, Any]:
         return {
             "mission": self.scenario.mission,
             "name": self.scenario.name,
             "status": self.status.value,
             "message": self.message,
-            "verdict": f"{self.status.name}: {np.linalg.norm(self.dv_m_s):.6f} m/s",
+            "details": "one cone, one row",
             "subproblems": [row.to_dict() for row in self.subproblems],
             "scenario": self.scenario.model_dump(mode="json"),
         }

@@ -59,7 +59,7 @@ def test_sigint_while_planning_exits_130_and_leaves_nothing(tmp_path: Path) -> N
         .replace("nodes = 12", "nodes = 90\nmax_nodes = 90"),
         encoding="utf-8",
     )
-    command = [*COMMAND, "plan", str(scenario), "--out", str(tmp_path / "out")]
+    command = [*COMMAND, "plan", str(scenario), "--verbose", "--out", str(tmp_path / "out")]
     with started(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdout is not None
         assert process.stdout.readline().startswith("#=1")
@@ -95,7 +95,7 @@ def test_ctrl_c_while_the_budget_is_made_exits_130_and_leaves_nothing(
 ) -> None:
     """Scheduled solves serve the budget only: an interrupted one would shorten the modelled time."""
     signal_inside(monkeypatch, call, heeded=heeded)
-    result = invoke("plan", REC1, "--json", "--out", tmp_path / "out")
+    result = invoke("plan", REC1, "--verbose", "--json", "--out", tmp_path / "out")
     assert result.exit_code == 130
     assert json.loads(result.stdout)["exit_code"] == 130
     assert "#=4" in result.stderr  # planning was over
@@ -210,7 +210,7 @@ def test_sigint_where_nothing_can_be_raised_exits_130_without_a_trace(tmp_path: 
         [sys.executable, "-m", "interrupted"], cwd=tmp_path, capture_output=True, text=True, timeout=60
     )
     assert ended.returncode == 130
-    assert ended.stderr == "orbsoc: interrupted; nothing was written\n"
+    assert ended.stderr == "planning\norbsoc: interrupted; nothing was written\n"
     assert not (tmp_path / "out").exists()
 
 

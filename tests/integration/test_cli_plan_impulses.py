@@ -33,6 +33,10 @@ def test_a_plan_judged_again_has_the_same_verdict(planned: Path, tmp_path: Path)
     result = invoke("plan", APPROACH, "--impulses", planned / "impulses.csv", "--out", out, "--json")
     assert result.exit_code == 0, result.output
     document, before = json.loads(result.stdout), json.loads((planned / "plan.json").read_text())
+    known = ("Answer", "Safety")  # what a programme costs at the least is known of a plan alone
+    for verdict in (document["verdict"], before["verdict"]):
+        verdict[:] = [line for line in verdict if line["question"] in known]
+    assert len(document["verdict"]) == len(known)
     assert document["verdict"] == before["verdict"]
     assert document["hardware"] is None
     assert document["subproblems"] == []
@@ -46,8 +50,8 @@ def test_a_programme_that_breaks_a_condition_ends_with_1(tmp_path: Path) -> None
     (tmp_path / "mine.csv").write_text(HEADER + "0,-0.2,0,0\n1800,0.1,0.05,0\n")
     result = invoke("plan", APPROACH, "--impulses", tmp_path / "mine.csv", "--out", tmp_path / "out")
     assert result.exit_code == 1
-    assert "NOT VERIFIED: " in result.output
-    assert "capture is broken by" in result.output
+    assert "Answer   NOT VERIFIED capture is broken by" in result.output
+    assert "Safety   NOT SAFE" in result.output
 
 
 @pytest.mark.parametrize(

@@ -20,10 +20,10 @@ import pytest
 
 import orbsoc.reach
 from orbsoc.missions.reachable_domain import Scenario, load_scenario
-from orbsoc.missions.reachable_domain.continuation.domain import Domain
-from orbsoc.missions.reachable_domain.continuation.tasks import grid_shards, solve_grid_shard
-from orbsoc.missions.reachable_domain.files.ephemeris import fly_point, oem, opm
-from orbsoc.missions.reachable_domain.files.results_folder import solve_into
+from orbsoc.missions.reachable_domain.record.ephemeris import fly_point, oem, opm
+from orbsoc.missions.reachable_domain.record.results_folder import solve_into
+from orbsoc.missions.reachable_domain.search.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.search.continuation.tasks import grid_shards, solve_grid_shard
 from orbsoc.orbit import Elements
 from orbsoc.sweep import DaskCluster, Processes, Report, ShardStore, StoreError, Task, run
 from tests.missions.reachable_domain.cases import SCENARIOS, small_scenario

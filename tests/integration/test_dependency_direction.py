@@ -46,7 +46,7 @@ MAY_USE = {
     "orbsoc.flight": "conic _core",
     "orbsoc.rtl": "files conic solving ps guidance missions.registry hw hw_model _core",
     "orbsoc.commands": "files orbit conic solving ps guidance missions.registry sweep interfaces report hw rtl flight hw_model",
-    "orbsoc.__main__": "commands",
+    "orbsoc.__main__": "files commands",
 }
 """Each package and the packages that it may use, besides itself."""
 

@@ -21,11 +21,11 @@ from orbsoc.conic.settings import Settings
 from orbsoc.hw.exact_cycles import exact_cycles, exact_units
 from orbsoc.hw.representative_solves import RepresentativeSolves
 from orbsoc.hw.schedules import MODEL_MICROCODE_WORDS, Engine, EngineError, PlProgram, pl_program
-from orbsoc.missions.reachable_domain.continuation.table import subproblems_on
-from orbsoc.missions.reachable_domain.cost import DomainCost
+from orbsoc.missions.reachable_domain.record.cost import DomainCost
+from orbsoc.missions.reachable_domain.search.continuation.table import subproblems_on
 
 if TYPE_CHECKING:
-    from orbsoc.missions.reachable_domain.query.results import ReachableDomain
+    from orbsoc.missions.reachable_domain.search.query.results import ReachableDomain
 
 PROBLEM = Problem(
     P=np.eye(4), c=[1.0, -2.0, 0.5, 1.0], A=[[1.0, 1.0, 0.0, 0.0]], b=[1.0],

@@ -7,7 +7,11 @@ import sys
 
 import pytest
 
-HEAVY = ("scipy", "pydantic", "typer", "rich", "matplotlib", "pyarrow", "hw_model.report")
+OPTIONAL = ("pydantic", "typer", "rich", "matplotlib", "jinja2", "pyarrow")
+HEAVY = ("scipy", "hw_model.report", *OPTIONAL)
+WITHOUT = f"import sys; sys.modules.update(dict.fromkeys({OPTIONAL!r}))"
+"""Makes an import of these fail as if they were not installed."""
+PROBLEM = "orbsoc.Problem(c=[1.0, 2.0], G=[[-1.0, 0.0], [0.0, -1.0]], h=[0.0, 0.0], cones=orbsoc.Cones(l=2))"
 
 
 def loaded(statement: str) -> list[str]:
@@ -27,3 +31,27 @@ def test_names_that_are_imported_late_are_there() -> None:
     names = "orbsoc.__version__, orbsoc.PsScheduler, orbsoc.plan_file, orbsoc.missions"
     assert "scipy" not in loaded("import orbsoc; orbsoc.__version__")
     assert loaded(f"import orbsoc; {names}; from orbsoc import *; PsScheduler")
+
+
+def run(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", code, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+
+
+def test_the_solver_needs_no_package_of_an_extra() -> None:
+    solves = f"p = {PROBLEM}; print(orbsoc.solve(p).status.name, orbsoc.solve_batch(p, c=[[1.0, 2.0]]))"
+    done = run(f"{WITHOUT}; import orbsoc; {solves}")
+    assert done.stdout.startswith("SOLVED"), done.stderr
+
+
+@pytest.mark.parametrize("command", ["plan", "hw", "solve", "--help"])
+def test_a_command_without_the_extra_says_what_to_install(command: str) -> None:
+    done = run(f"{WITHOUT}; from orbsoc.__main__ import main; main()", command)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "orbsoc: error: typer is not installed; pip install 'orbsoc[missions]'\n"
+
+
+@pytest.mark.parametrize("name", ["missions.phasing", "plan_file", "reach.load"])
+def test_what_needs_an_extra_names_it_in_python(name: str) -> None:
+    done = run(f"{WITHOUT}; import orbsoc; orbsoc.{name}")
+    assert "is not installed; pip install 'orbsoc[" in done.stderr.splitlines()[-1]

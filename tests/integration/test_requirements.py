@@ -8,12 +8,14 @@ from pathlib import Path
 
 import pytest
 
+from orbsoc.files.extras import EXTRA_OF
+
 ROOT = Path(__file__).resolve().parents[2]
 MANIFEST = tomllib.loads((ROOT / "pyproject.toml").read_text())
 EXTRAS = MANIFEST["project"]["optional-dependencies"]
 WANTED = {
     "build": MANIFEST["build-system"]["requires"],
-    "runtime": MANIFEST["project"]["dependencies"],
+    "runtime": MANIFEST["project"]["dependencies"] + EXTRAS["missions"] + EXTRAS["hw"],
     "test": EXTRAS["test"] + EXTRAS["cvxpy"] + EXTRAS["reach"],  # what these bring is tested
     "bench": EXTRAS["bench"],
     "route": EXTRAS["route"],
@@ -44,7 +46,29 @@ def test_every_lock_belongs_to_something_wanted() -> None:
 
 
 def test_no_extra_is_forgotten() -> None:
-    assert set(EXTRAS) == {"cvxpy", "reach", "test", "bench", "route"}
+    assert set(EXTRAS) == {"missions", "hw", "cvxpy", "reach", "all", "test", "bench", "route"}
+
+
+def test_the_solver_alone_needs_three_packages() -> None:
+    assert [re.match(r"[\w-]+", each)[0] for each in MANIFEST["project"]["dependencies"]] == [
+        "numpy",
+        "scipy",
+        "clarabel",
+    ]
+
+
+def test_everything_is_all_that_commands_and_interfaces_need() -> None:
+    assert EXTRAS["all"] == ["orbsoc[missions,hw,cvxpy,reach]"]
+
+
+def test_an_extra_that_is_told_by_a_missing_package_asks_for_that_package() -> None:
+    for package, extra in EXTRA_OF.items():
+        assert package in [normal(re.match(r"[\w-]+", each)[0]) for each in EXTRAS[extra]]
+    assert set(EXTRA_OF) == {
+        normal(re.match(r"[\w-]+", each)[0])
+        for extra in ("missions", "hw", "cvxpy", "reach")
+        for each in EXTRAS[extra]
+    }
 
 
 def test_the_gpl_peer_is_in_the_benchmark_lock_only() -> None:

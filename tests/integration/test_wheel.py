@@ -203,6 +203,38 @@ print(orbsoc.__file__, hw_model.__file__)
 """
 
 
+@pytest.fixture(scope="module")
+def alone(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """bin/ of an environment with the wheel and what it asks for without an extra, at the pinned versions."""
+    folder = tmp_path_factory.mktemp("alone")
+    venv.create(folder, with_pip=True)
+    pip = [folder / "bin" / "python", "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
+    subprocess.run([*pip, "-c", ROOT / "requirements" / "runtime.txt", wheel], check=True, cwd=folder)
+    return folder / "bin"
+
+
+def test_the_wheel_alone_solves_with_three_packages(alone: Path, tmp_path: Path) -> None:
+    solve, _, _ = SOLVE.partition("ps = ")
+    run([alone / "python", "-c", solve.replace("import hw_model, orbsoc", "import orbsoc")], tmp_path)
+    listed = json.loads(run([alone / "python", "-m", "pip", "list", "--format", "json"], tmp_path))
+    assert {package["name"].lower() for package in listed} - {"pip", "setuptools", "cffi", "pycparser"} == {
+        "orbsoc",
+        "numpy",
+        "scipy",
+        "clarabel",
+    }, "Clarabel brings cffi"
+
+
+def test_the_command_of_the_wheel_alone_says_what_to_install(alone: Path, tmp_path: Path) -> None:
+    done = subprocess.run(
+        [alone / "orbsoc", "plan"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (
+        2,
+        "orbsoc: error: typer is not installed; pip install 'orbsoc[missions]'\n",
+    )
+
+
 def test_an_installed_wheel_solves_and_models_from_another_folder(clean: Path, tmp_path: Path) -> None:
     places = run([clean / "python", "-c", SOLVE], tmp_path).split()
     assert [Path(place).is_relative_to(clean.parent) for place in places] == [True, True]

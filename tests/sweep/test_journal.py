@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from orbsoc.missions.reachable_domain.continuation import wavefront
-from orbsoc.missions.reachable_domain.continuation.attempts import attempt
-from orbsoc.missions.reachable_domain.continuation.domain import Domain
-from orbsoc.missions.reachable_domain.continuation.tasks import grid_shards, solve_grid_shard
+from orbsoc.missions.reachable_domain.search.continuation import wavefront
+from orbsoc.missions.reachable_domain.search.continuation.attempts import attempt
+from orbsoc.missions.reachable_domain.search.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.search.continuation.tasks import grid_shards, solve_grid_shard
 from orbsoc.sweep.journal import HEAD, Journal
 from tests.missions.reachable_domain.cases import kick_stage
 

@@ -10,11 +10,10 @@ from typing import NoReturn
 
 import typer
 
+from orbsoc.files.extras import what_to_install
 from orbsoc.files.interrupts import Interrupts
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
-REACH_EXTRA = ("pyarrow", "xarray", "h5netcdf", "h5py", "plotly", "distributed")
-"""What `pip install 'orbsoc[reach]'` brings."""
 
 
 @contextmanager
@@ -75,8 +74,8 @@ def exit_of(error: Exception) -> tuple[int, str]:
         return BAD_INPUT, str(error)
     if isinstance(error, OSError):
         return BAD_INPUT, f"{error.filename}: {error.strerror}" if error.filename else str(error)
-    if isinstance(error, ModuleNotFoundError) and error.name in REACH_EXTRA:
-        return BAD_INPUT, f"{error.name} is not installed; pip install 'orbsoc[reach]'"
+    if isinstance(error, ModuleNotFoundError) and (advice := what_to_install(error)):
+        return BAD_INPUT, advice
     if isinstance(error, PropagationError):
         return FAILED, f"no plan: the burn cannot be flown: {error}"
     if isinstance(error, WorkersLost):

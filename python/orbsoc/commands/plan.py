@@ -59,10 +59,7 @@ def plan(
     partition: Annotated[str, typer.Option(help="what runs on the PL: name or TOML file")] = "paper",
     deadline_ms: Annotated[
         float | None,
-        typer.Option(
-            help="judge the modelled time of the conic solves of the plan against this;"
-            " a missed deadline does not change the exit code"
-        ),
+        typer.Option(help="judge the modelled time of the conic solves of the plan against this"),
     ] = None,
     cases: Annotated[
         int | None,
@@ -97,11 +94,13 @@ def plan(
         bool,
         typer.Option("--report/--no-report", help="figures and report.html, which take longer than the plan"),
     ] = True,
+    verbose: Annotated[bool, typer.Option("--verbose", help="a table of all iterations")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="print plan.json on standard output")] = False,
 ) -> None:
     """Plan one mission, verify it by propagation, and price the computer that would have planned it.
 
-    Exit codes: 0 verified, 1 not verified or a check failed, 2 bad input, 130 interrupted.
+    The verdict has one line a question. Exit codes: 0 where no word of it is bad, 1 where one is (not verified, not safe,
+    a deadline missed, a check that disagrees), 2 bad input, 130 interrupted.
     """
     from hw_model import HwModelError
 
@@ -129,11 +128,11 @@ def plan(
             run, document = plan_scenario(
                 mission, chosen, folder, device=device, partition=partition, deadline_ms=deadline_ms, exact=exact,
                 check=check is not None, ps=ps, impulses=impulses, report=report, interrupts=interrupts,
-                watch=lambda each: _table(each, as_json),
+                watch=lambda each: _watch(each, as_json=as_json, verbose=verbose),
             )  # fmt: skip
         if as_json:
             typer.echo(json.dumps(document, allow_nan=False))
-        _print_summary(document, folder, as_json)
+        _print_summary(run, folder, as_json)
         raise typer.Exit(0 if run.succeeded else FAILED)
 
 
@@ -206,14 +205,12 @@ def plan_scenario(
     interrupts.check()
     compared = _compared(mission, scenario, found) if check else None
     interrupts.check()
-    budget, too_large = None, ""
+    budget, too_large = None, None
     if device != "none":
         try:
             budget = _priced(found, scheduler, device, partition, deadline_ms, exact=exact)
         except EngineTooSmallError as error:
-            too_large = (
-                f"the conic solves of the plan do NOT FIT the engine of {device}, and are not priced: {error}"
-            )
+            too_large = device, str(error)
     interrupts.check()
     solver = "orbsoc on the emulated PS+PL computer" if ps else "orbsoc"
     run = PlanRun(mission, found, solver, budget, compared, too_large)
@@ -289,13 +286,17 @@ def _scheduler() -> PsScheduler:
     return PsScheduler()
 
 
-def _table(mission: Mission, as_json: bool) -> AbstractContextManager[Callable[[Iteration], None]]:
-    """The iterations as they happen."""
+def _watch(
+    mission: Mission, *, as_json: bool, verbose: bool
+) -> AbstractContextManager[Callable[[Iteration], None]]:
+    """The iterations as they happen: one line of progress, or all of them as a table."""
     from rich.console import Console
 
-    from orbsoc.guidance.progress import IterationTable
+    from orbsoc.guidance.progress import IterationTable, ProgressLine
 
-    return IterationTable(Console(stderr=as_json), mission.COLUMNS)
+    if verbose:
+        return IterationTable(Console(stderr=as_json), mission.COLUMNS)
+    return ProgressLine(Console(stderr=True))
 
 
 def _uninterrupted(found: Plan) -> Plan:
@@ -341,23 +342,10 @@ def _priced(
     )
 
 
-def _print_summary(document: dict[str, Any], folder: Path, as_json: bool) -> None:
-    """The verdict last, where the eye is; plain text, one fact per line, on standard error beside JSON."""
+def _print_summary(run: PlanRun, folder: Path, as_json: bool) -> None:
+    """The verdict's lines, last, where the eye is; on standard error beside JSON."""
     from rich.console import Console
 
     console = Console(stderr=as_json)
-    lines = [""]
-    hardware, check = document["hardware"], document["check"]
-    if check:
-        lines.append(
-            f"{check['solver']}: {'agrees' if check['agrees'] else 'DOES NOT AGREE'}; {check['words']}"
-        )
-    if hardware:
-        lines.append(hardware["headline"])
-        if hardware["deadline"]:
-            lines.append(hardware["deadline"])
-        if hardware["same_bits"] is False:
-            lines.append("the scheduled solves DO NOT return the bits of the native ones")
-    lines += [document["verdict"], f"written to {folder}"]
-    for line in lines:
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
+    words = f"{run.verdict}\nwritten to {folder}"
+    console.print(words, markup=False, highlight=False, soft_wrap=True)

@@ -138,7 +138,7 @@ def _point(text: str, scenario: Scenario) -> tuple[float, float, float]:
 
 def _write_messages(folder: Path, point: tuple[float, float, float]) -> None:
     """Write point.oem and point.opm. Raises StoreError when the point has no plan."""
-    from orbsoc.missions.reachable_domain.files.ephemeris import fly_point, oem, opm
+    from orbsoc.missions.reachable_domain.record.ephemeris import fly_point, oem, opm
     from orbsoc.reach import load
     from orbsoc.sweep import StoreError
 
@@ -167,9 +167,9 @@ def _solve_and_write(
 
     import hw_model
     from orbsoc.hw.representative_solves import RepresentativeSolves
-    from orbsoc.missions.reachable_domain.cost import DomainCost, representative_subproblems
-    from orbsoc.missions.reachable_domain.files.outputs import write_outputs
-    from orbsoc.missions.reachable_domain.files.results_folder import solve_into
+    from orbsoc.missions.reachable_domain.record.cost import DomainCost, representative_subproblems
+    from orbsoc.missions.reachable_domain.record.outputs import write_outputs
+    from orbsoc.missions.reachable_domain.record.results_folder import solve_into
     from orbsoc.reach import load
     from orbsoc.report.page import render
     from orbsoc.sweep import StoreError

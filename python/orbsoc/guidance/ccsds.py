@@ -2,9 +2,9 @@
 
 Source of the formats: CCSDS 502.0-B-3, Orbit Data Messages. Times count from an epoch, UTC.
 
-A scenario names neither a date nor where its x axis points among the stars, so its axes are none of the registered frames:
-the messages call them SCENARIO_ECI and say in comments what is known of them. A reader who knows the sidereal angle of that
-x axis turns states and nodes by it.
+A scenario with a date and a frame gives messages with both. One without names neither a date nor where its x axis points among
+the stars, so its axes are none of the registered frames: the messages call them SCENARIO_ECI and say in comments what is known
+of them. A reader who knows the sidereal angle of that x axis turns states and nodes by it.
 """
 
 from __future__ import annotations
@@ -29,27 +29,32 @@ FRAME = "SCENARIO_ECI"
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """Whose motion it is, where the x axis of its axes points, what times count from, and the epoch of that."""
+    """The object, where the x axis of its axes points, what times count from, the epoch of that, and the frame."""
 
     name: str
     x_axis: str
     zero: str
     epoch: datetime = DEFAULT_EPOCH
+    frame: str = FRAME
+    """A name that is registered, or `FRAME`."""
 
 
 @dataclass(frozen=True, slots=True)
 class InertialManoeuvre:
-    """A velocity change (3,), m/s, at once, in the axes of the message."""
+    """A velocity change (3,), m/s, in the axes of the message: at once, or over a duration from `time_s` on, and the mass it takes."""
 
     time_s: float
     dv_m_s: tuple[float, float, float]
+    duration_s: float = 0.0
+    delta_mass_kg: float = 0.0
+    """Not above 0; 0 where it is not modelled."""
 
 
 def oem(subject: Subject, times_s: ArrayLike, states: ArrayLike, *, comment: str) -> str:
     """States (K, 6), ECI, SI, at times (K,) as an Orbit Ephemeris Message; `comment` stands before them."""
     times = np.asarray(times_s, np.float64)
     start, stop = _stamp(subject.epoch, float(times[0])), _stamp(subject.epoch, float(times[-1]))
-    lines = [*_header("CCSDS_OEM_VERS = 3.0", subject), "", "META_START", *_object(subject.name)]
+    lines = [*_header("CCSDS_OEM_VERS = 3.0", subject), "", "META_START", *_object(subject)]
     lines += [f"START_TIME = {start}", f"STOP_TIME = {stop}", "META_STOP", ""]
     lines += [f"COMMENT {comment}"]
     for time_s, state in zip(times, np.asarray(states, np.float64) / 1e3, strict=True):
@@ -70,7 +75,7 @@ def opm(
     """A state (6,), ECI, SI, and its elements as an Orbit Parameter Message, with the manoeuvres that follow."""
     vector = np.asarray(state, np.float64)
     orbit = elements_from_state(vector[:3], vector[3:], constants)
-    lines = [*_header("CCSDS_OPM_VERS = 3.0", subject), *_object(subject.name)]
+    lines = [*_header("CCSDS_OPM_VERS = 3.0", subject), *_object(subject)]
     lines.append(f"EPOCH = {_stamp(subject.epoch, time_s)}")
     for key, value in zip(("X", "Y", "Z", "X_DOT", "Y_DOT", "Z_DOT"), vector / 1e3, strict=True):
         lines.append(f"{key} = {value:.9f} [{'km/s' if key.endswith('DOT') else 'km'}]")
@@ -88,20 +93,25 @@ def opm(
     if mass_kg is not None:
         lines.append(f"MASS = {mass_kg:.6f} [kg]")
     for each in manoeuvres:
+        if not each.delta_mass_kg:
+            lines.append("COMMENT an impulse; the mass it takes is not modelled")
         lines += [
-            "COMMENT an impulse; the mass it takes is not modelled",
             f"MAN_EPOCH_IGNITION = {_stamp(subject.epoch, each.time_s)}",
-            "MAN_DURATION = 0.0 [s]",
-            "MAN_DELTA_MASS = 0.0 [kg]",
-            f"MAN_REF_FRAME = {FRAME}",
+            f"MAN_DURATION = {each.duration_s!r} [s]",
+            f"MAN_DELTA_MASS = {each.delta_mass_kg!r} [kg]",
+            f"MAN_REF_FRAME = {subject.frame}",
             *(f"MAN_DV_{k} = {value / 1e3:.12f} [km/s]" for k, value in enumerate(each.dv_m_s, 1)),
         ]
     return "\n".join(lines) + "\n"
 
 
 def _header(version: str, subject: Subject) -> list[str]:
-    lines = [
-        version,
+    lines = [version]
+    if subject.frame != FRAME:
+        dated = subject.epoch != DEFAULT_EPOCH
+        lines += [] if dated else [f"COMMENT Times count from {subject.zero}; the scenario gives no date."]
+        return [*lines, f"CREATION_DATE = {_stamp(subject.epoch, 0.0)}", f"ORIGINATOR = {ORIGINATOR}"]
+    lines += [
         f"COMMENT {FRAME}: the Earth-centred inertial axes of the scenario, z along the pole, x towards",
         f"COMMENT {subject.x_axis}. It is not EME2000 nor any registered frame:",
         "COMMENT the scenario does not say where that x axis points among the stars.",
@@ -113,12 +123,12 @@ def _header(version: str, subject: Subject) -> list[str]:
     return [*lines, f"CREATION_DATE = {_stamp(subject.epoch, 0.0)}", f"ORIGINATOR = {ORIGINATOR}"]
 
 
-def _object(name: str) -> list[str]:
+def _object(subject: Subject) -> list[str]:
     return [
-        f"OBJECT_NAME = {name}",
+        f"OBJECT_NAME = {subject.name}",
         "OBJECT_ID = UNKNOWN",
         "CENTER_NAME = EARTH",
-        f"REF_FRAME = {FRAME}",
+        f"REF_FRAME = {subject.frame}",
         "TIME_SYSTEM = UTC",
     ]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,11 @@ DOTS_PER_INCH = 150
 NOTEBOOK_DPI = 80
 FAST_COMPRESSION = {"compress_level": 1}
 """A figure is written in two thirds of the time of the default level, into a file a quarter larger."""
+
+BLUE, VERMILION, GREEN, ORANGE, GREY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#555555"
+"""Okabe–Ito: distinct to colour-blind eyes and in print."""
+BURN: Any = {"ls": "none", "marker": "o", "mfc": "white", "mec": "#222222", "mew": 1.5}
+"""How an impulse is marked on a curve."""
 
 PLAIN: Any = {
     "font.size": 10.5,
@@ -48,12 +53,25 @@ def labels_in_line(panels: Iterable[Axes], left: float = -0.105) -> None:
         panel.yaxis.set_label_coords(left, 0.5)
 
 
-def write_png(figure: Figure, folder: Path, name: str, caption: str) -> FigureFile:
+def panels(
+    size: tuple[float, float], heights: Sequence[float] = (1.0,), *, share: bool = True
+) -> tuple[Figure, list[Axes]]:
+    """A figure of panels one below the other, by default one; without pyplot: no global state, no display."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, layout="constrained")
+    rows = figure.subplots(
+        len(heights), 1, sharex=share, squeeze=False, gridspec_kw={"height_ratios": heights}
+    )
+    return figure, list(rows[:, 0])
+
+
+def write_png(figure: Figure, folder: Path, name: str, caption: str, *, appendix: bool = False) -> FigureFile:
     """Write a figure into `folder`."""
     figure.savefig(
         folder / name, dpi=DOTS_PER_INCH, metadata={"Software": "orbsoc"}, pil_kwargs=FAST_COMPRESSION
     )
-    return FigureFile(name, caption)
+    return FigureFile(name, caption, appendix)
 
 
 def image_element(figure: Figure, alt: str) -> str:

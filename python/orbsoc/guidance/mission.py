@@ -24,6 +24,7 @@ from orbsoc.conic.solution import Solution
 from .monte_carlo import Dispersion
 from .scenario_file import BaseScenario
 from .scp import Iteration, Solve
+from .verdict import Question, Verdict, VerdictLine, Word
 
 if TYPE_CHECKING:
     from .impulses import ImpulseProgramme
@@ -76,6 +77,8 @@ class FigureFile:
 
     name: str
     caption: str
+    appendix: bool = False
+    """Whether it shows how well the plan was computed, and not the plan: it then stands in a fold at the report's end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,6 +122,15 @@ class Agreement:
             f" (limit {each.limit:.0e})"
             for k, each in enumerate(self.differences)
         )
+
+    def line(self, solver: str) -> VerdictLine:
+        """The line *Check* of the verdict."""
+        word = Word.AGREES if self.agrees else Word.DISAGREES
+        if self.ours != self.theirs or not self.differences:
+            return VerdictLine(Question.CHECK, word, f"{solver}: {self.theirs}")
+        worst = max(self.differences, key=lambda each: each.value / each.limit)
+        figure = f"{solver}: {worst.quantity} differs by {worst.value:.1e} {worst.unit}".rstrip()
+        return VerdictLine(Question.CHECK, word, figure, f"{worst.limit:.0e}")
 
     def to_dict(self) -> dict[str, Any]:
         """The `check` entry of `plan.json`, without the solver's name."""
@@ -172,6 +184,11 @@ class Plan(Protocol):
         """Every conic problem that was solved, in order; each is priced."""
         ...
 
+    @property
+    def verdict(self) -> Verdict:
+        """The answer as lines, *Answer* first; the run of the plan adds the computer's."""
+        ...
+
     def to_dict(self) -> dict[str, Any]:
         """The content of `plan.json` that is the mission's; at least `DOCUMENT_KEYS`."""
         ...
@@ -189,8 +206,9 @@ class Plan(Protocol):
         ...
 
 
-DOCUMENT_KEYS = ("mission", "name", "status", "message", "verdict", "subproblems", "scenario")
-"""Keys of every plan's document. `verdict` is the answer in one or two sentences, without a full stop."""
+DOCUMENT_KEYS = ("mission", "name", "status", "message", "details", "subproblems", "scenario")
+"""Keys of every plan's document. `details` tells in sentences, without a last full stop, what the lines of the verdict have
+no room for."""
 
 
 @runtime_checkable

@@ -1,14 +1,16 @@
-"""Iterations as they happen: a live table on a terminal, plain lines elsewhere."""
+"""Iterations as they happen: one line of progress, or a table of all; plain lines where there is no terminal."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from math import isfinite
+from time import monotonic
 from types import TracebackType
 from typing import Self
 
 from rich.console import Console
 from rich.live import Live
+from rich.status import Status
 from rich.table import Table
 
 from .mission import Column
@@ -78,3 +80,44 @@ class IterationTable:
     def _print(self, row: Mapping[str, str]) -> None:
         line = "  ".join(f"{title}={value}" for title, value in row.items())
         self._console.print(line, markup=False, highlight=False, soft_wrap=True)
+
+
+EVERY_S = 10.0
+"""Between two lines where there is no terminal."""
+
+
+class ProgressLine:
+    """Counts the conic problems of a run: a line that is rewritten on a terminal, else one at once and one every `EVERY_S`."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._status: Status | None = None
+        self._count = 0
+        self._told_s = 0.0
+
+    def __call__(self, iteration: Iteration) -> None:
+        self._count += 1
+        words = f"planning: {self._count} conic problem{'s' if self._count > 1 else ''} solved"
+        if self._status is not None:
+            self._status.update(words)
+        elif self._count > 1 and monotonic() - self._told_s >= EVERY_S:
+            self._tell(words)
+
+    def __enter__(self) -> Self:
+        if self._console.is_terminal:
+            self._status = self._console.status("planning")
+            self._status.start()
+        else:
+            self._tell("planning")
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._status is not None:
+            self._status.stop()
+            self._status = None
+
+    def _tell(self, words: str) -> None:
+        self._told_s = monotonic()
+        self._console.print(words, markup=False, highlight=False, soft_wrap=True)

@@ -100,7 +100,20 @@ def read_document(path: str | PathLike[str], settings: Mapping[str, Any] | None 
 
     Raises ScenarioError as `read_toml` does.
     """
-    return merged(read_toml(path), nested(settings or {}))
+    return _files_beside(merged(read_toml(path), nested(settings or {})), Path(path).parent)
+
+
+FILE_KEYS = ("oem", "omm")
+
+
+def _files_beside(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """The document with names of files that count from the scenario's folder."""
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            value = _files_beside(value, folder)
+        found[key] = str(folder / value) if key in FILE_KEYS and isinstance(value, str) else value
+    return found
 
 
 def nested(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -154,8 +167,12 @@ def complaints(model: type[BaseModel], error: ValidationError) -> list[Complaint
     for detail in error.errors(include_url=False):
         location = [str(part) for part in detail["loc"]]
         context: Mapping[str, Any] = detail.get("ctx") or {}
+        if detail["type"] == "default_factory_not_called":
+            continue  # what it would be made from is refused by itself
         if detail["type"] == "physics":
-            found.append(Complaint(context["key"], context["value"], context["allowed"]))
+            key = context["key"]  # one that begins with a dot counts from the table that was refused
+            key = ".".join([*location, key[1:]]) if key.startswith(".") else key
+            found.append(Complaint(key, context["value"], context["allowed"]))
         elif detail["type"] == "extra_forbidden":
             found.append(_unknown_key(model, location, detail["input"]))
         elif location == ["mission"] and detail["type"] == "literal_error":

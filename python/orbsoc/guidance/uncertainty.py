@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import erfc, sqrt
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
@@ -26,6 +28,11 @@ class Uncertainty(Table):
     sigmas: float = Field(default=3.0, ge=0.0, le=10.0, description="that a margin covers")
     runs: int = Field(default=200, ge=0, le=100_000, description="of the Monte Carlo; 0 for none")
     seed: int = Field(default=0, ge=0)
+
+    @property
+    def left_out(self) -> float:
+        """The share of normal draws beyond `sigmas`, on one side."""
+        return 0.5 * erfc(self.sigmas / sqrt(2.0))
 
     def covariance(self) -> Array:
         """Of a state as navigated, (6, 6)."""

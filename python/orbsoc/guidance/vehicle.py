@@ -30,12 +30,19 @@ HIGHEST_MASS_KG = 1.0e8
 HIGHEST_THRUST_N = 1.0e9
 """Over ten times the strongest launcher flown (Starship, 7.4e7 N); above, the number is in another unit."""
 
+DRY_SHARE = 0.1
+"""Of the mass at ignition, that remains where the scenario gives no dry mass: upper stages have 7 to 12 %."""
+
 
 class Vehicle(Table):
     """Constant thrust and mass flow."""
 
     mass_kg: float = Field(gt=0.0, le=HIGHEST_MASS_KG, description="mass at ignition")
-    dry_mass_kg: float = Field(ge=0.0, description="mass that must remain at cut-off")
+    dry_mass_kg: float = Field(
+        default_factory=lambda given: DRY_SHARE * given["mass_kg"],
+        ge=0.0,
+        description="mass that must remain at cut-off; a tenth of mass_kg",
+    )
     thrust_n: float = Field(gt=0.0, le=HIGHEST_THRUST_N, description="constant thrust")
     mass_flow_kg_s: Positive = Field(default=0.0, description="constant propellant flow; or isp_s")
     isp_s: Positive | None = Field(

@@ -12,6 +12,8 @@ from importlib import import_module
 from os import PathLike
 from typing import TYPE_CHECKING, Any, cast
 
+from orbsoc.files.extras import told_what_to_install
+
 if TYPE_CHECKING:
     from orbsoc.guidance.mission import Auditable, Dispersible, Mission
     from orbsoc.guidance.scenario_file import BaseScenario
@@ -33,7 +35,8 @@ class _Imported(Mapping[str, "Mission"]):
     """The missions of `MODULES`, each imported when it is first asked for."""
 
     def __getitem__(self, name: str) -> Mission:
-        return cast("Mission", import_module(MODULES[name]))
+        with told_what_to_install():
+            return cast("Mission", import_module(MODULES[name]))
 
     def __contains__(self, name: object) -> bool:
         return name in MODULES

@@ -37,6 +37,7 @@ def render(
     images = [
         {
             "caption": figure.caption,
+            "appendix": figure.appendix,
             "data": base64.b64encode((place / figure.name).read_bytes()).decode("ascii"),
         }
         for figure in figures

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from orbsoc.files.output_folder import write_manifest, written_at_once
 from orbsoc.files.versions import versions
-from orbsoc.guidance.mission import Agreement, FigureFile, Mission, Plan, PlanStatus
+from orbsoc.guidance.mission import Agreement, FigureFile, Mission, Plan
+from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word
 
 if TYPE_CHECKING:
     from orbsoc.hw.cycle_budget import CycleBudget
@@ -32,20 +33,31 @@ class PlanRun:
     solver: str
     budget: CycleBudget | None
     check: Agreement | None
-    too_large: str = ""
-    """Why the solves could not be priced: the engine does not hold them."""
+    too_large: tuple[str, str] | None = None
+    """The device whose engine does not hold the solves, which are not priced, and why."""
+
+    @property
+    def verdict(self) -> Verdict:
+        """The plan's lines with the second solver's, the deadline's and the computer's."""
+        from orbsoc.hw.verdict_lines import hardware_lines, unpriced
+
+        more: list[VerdictLine] = [self.check.line("clarabel")] if self.check else []
+        if self.budget:
+            more += hardware_lines(self.budget)
+        elif self.too_large:
+            more.append(unpriced(*self.too_large))
+        return _lines(self.plan).with_lines(more)
 
     @property
     def succeeded(self) -> bool:
-        """Verified, and neither the second solver nor the emulated computer disagrees."""
-        same_bits = self.budget is None or self.budget.same_bits
-        agrees = self.check is None or self.check.agrees
-        return self.plan.status is PlanStatus.VERIFIED and agrees and same_bits
+        """Whether no word of the verdict is a bad one: the exit code."""
+        return self.verdict.succeeded
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `plan.json`, apart from its schema and file list."""
         return {
             **self.plan.to_dict(),
+            "verdict": self.verdict.to_list(),
             "solver": self.solver,
             "hardware": self.budget.summary() if self.budget else self._unpriced(),
             "check": self.check and {**self.check.to_dict(), "solver": "clarabel"},
@@ -59,7 +71,19 @@ class PlanRun:
         nothing = dict.fromkeys(
             ("cycles", "pl_cycles_from", "time_ms", "speedup", "verdict", "deadline", "same_bits")
         )
-        return {"provenance": "modelled", "headline": self.too_large, "fits": False, **nothing}
+        device, reason = self.too_large
+        headline = (
+            f"the conic solves of the plan do NOT FIT the engine of {device}, and are not priced: {reason}"
+        )
+        return {"provenance": "modelled", "headline": headline, "fits": False, **nothing}
+
+
+def _lines(plan: Plan) -> Verdict:
+    """The plan's verdict. Until every mission has lines of its own, its status and message."""
+    found = getattr(plan, "verdict", None)
+    if isinstance(found, Verdict):
+        return found
+    return Verdict((VerdictLine(Question.ANSWER, Word[plan.status.name], plan.message),))
 
 
 def write_run(

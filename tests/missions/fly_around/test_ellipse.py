@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from orbsoc.missions.fly_around.ellipse import Ellipse, ellipse_axes
+from orbsoc.missions.fly_around.model.ellipse import Ellipse, ellipse_axes
 from orbsoc.orbit.relative import ClohessyWiltshire
 
 from .baseline import integrated, scenario

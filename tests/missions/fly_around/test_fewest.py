@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import orbsoc
 from orbsoc.interfaces import clarabel
-from orbsoc.missions.fly_around.fewest import (
+from orbsoc.missions.fly_around.search.fewest import (
     Bound,
     bound_below,
     even_bound,
@@ -20,7 +20,7 @@ from orbsoc.missions.fly_around.fewest import (
     free_arc,
     partition,
 )
-from orbsoc.missions.fly_around.tube import Tube, solve_tube
+from orbsoc.missions.fly_around.search.tube import Tube, solve_tube
 
 from .baseline import planned, scenario
 

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from orbsoc.guidance.impulses import KICK, ImpulseProgramme
-from orbsoc.missions.fly_around.flight import Flight, fly
+from orbsoc.missions.fly_around.model.flight import Flight, fly
 
 from .baseline import integrated, scenario
 

@@ -10,10 +10,10 @@ import pytest
 import orbsoc
 from orbsoc.guidance.impulses import Impulses
 from orbsoc.missions.fly_around import PlanStatus, plan
-from orbsoc.missions.fly_around.flight import fly
-from orbsoc.missions.fly_around.search import Search, search
-from orbsoc.missions.fly_around.times import least_error
-from orbsoc.missions.fly_around.tube import NoTube, Tube, cheapest, solve_tube, tube_impulses
+from orbsoc.missions.fly_around.model.flight import fly
+from orbsoc.missions.fly_around.search.pulses import Search, Searcher, search
+from orbsoc.missions.fly_around.search.times import least_error
+from orbsoc.missions.fly_around.search.tube import NoTube, Tube, cheapest, solve_tube, tube_impulses
 
 from .baseline import planned, scenario
 
@@ -25,7 +25,7 @@ TIMES_13 = [
 
 
 def found(pulses: int | None = None, **changes: Any) -> Search:
-    return search(scenario(**changes), pulses, solve=orbsoc.solve, note=lambda _: None)
+    return search(Searcher(scenario(**changes), orbsoc.solve, lambda _: None), pulses)
 
 
 def test_13_pulses_are_the_fewest_by_proof() -> None:
@@ -214,12 +214,12 @@ def test_a_margin_that_takes_all_is_told() -> None:
     assert "takes all of tolerance_m" in none.reason
     refused = plan(scenario(uncertainty=NAVIGATION | {"position_m": 5.0}))
     assert refused.status is PlanStatus.INFEASIBLE
-    assert refused.to_dict()["verdict"].startswith("INFEASIBLE: the margin for the uncertainty with ")
+    assert str(refused.verdict).startswith("Answer   INFEASIBLE   the margin for the uncertainty with ")
 
 
 def test_a_disturbance_is_counted_on() -> None:
     pushed = scenario(disturbance={"acceleration_m_s2": [2e-5, -1e-5, 3e-5]})
-    best = search(pushed, 14, solve=orbsoc.solve, note=lambda _: None).found
+    best = search(Searcher(pushed, orbsoc.solve, lambda _: None), 14).found
     assert best is not None
     assert fly(pushed.flight, START, best.programme, 1800.0, 500).largest_error_m <= 2.0 + 1e-4
     assert fly(FLIGHT, START, best.programme, 1800.0).largest_error_m > 10.0

@@ -9,7 +9,7 @@ from orbsoc.guidance.relative_flight import TRUTHS
 from orbsoc.guidance.relative_flight import fly as fly_open
 from orbsoc.guidance.safety import drift_clearance
 from orbsoc.missions.fly_around import plan, samples
-from orbsoc.missions.fly_around.truth import fly_truth, target_state
+from orbsoc.missions.fly_around.verification import fly_truth, target_state
 
 from .baseline import SCENARIOS, integrated, planned, scenario
 from .test_search import NAVIGATION

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orbsoc.missions.fly_around.flight import fly
-from orbsoc.missions.fly_around.printed import printed_times
-from orbsoc.missions.fly_around.waypoints import (
+from orbsoc.missions.fly_around.model.flight import fly
+from orbsoc.missions.fly_around.model.waypoints import (
     adaptive_times,
     arc_error,
     counts_by_rule,
     equal_times,
     through_waypoints,
 )
+from orbsoc.missions.fly_around.paper import printed_times
 
 from .baseline import scenario
 

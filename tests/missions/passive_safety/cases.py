@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from orbsoc.guidance.scenario_file import checked
-from orbsoc.missions.passive_safety.approach import Approach
+from orbsoc.missions.passive_safety.model.approach import Approach
 from orbsoc.missions.passive_safety.scenario import Scenario
 
 

@@ -8,8 +8,8 @@ import pytest
 
 import orbsoc
 from orbsoc.missions import passive_safety
-from orbsoc.missions.passive_safety.approach import Approach
-from orbsoc.missions.passive_safety.closed_loop import fly_many
+from orbsoc.missions.passive_safety.dispersion import fly_many
+from orbsoc.missions.passive_safety.model.approach import Approach
 from orbsoc.missions.passive_safety.planner import plan_unflown
 from tests.missions.passive_safety.cases import CASES, Case
 

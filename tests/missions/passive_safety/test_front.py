@@ -7,8 +7,8 @@ import pytest
 
 import orbsoc
 from orbsoc.guidance.impulses import ImpulseProgramme
-from orbsoc.missions.passive_safety import front
-from orbsoc.missions.passive_safety.analysis import Analysis
+from orbsoc.missions.passive_safety.planner import Analysis
+from orbsoc.missions.passive_safety.search import front
 from tests.missions.passive_safety.cases import CASES
 
 

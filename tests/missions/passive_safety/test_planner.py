@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +14,12 @@ from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import DOCUMENT_KEYS, Auditable, Dispersible, Mission, PlanStatus
 from orbsoc.guidance.safety import FRACTIONS
 from orbsoc.guidance.scenario_file import ScenarioError
+from orbsoc.guidance.verdict import Question, Word
 from orbsoc.missions import passive_safety
-from orbsoc.missions.passive_safety.planner import Plan, audit, plan, plan_unflown
-from orbsoc.missions.passive_safety.problem import assemble
-from orbsoc.missions.passive_safety.timing import usable
+from orbsoc.missions.passive_safety.model.problem import assemble
+from orbsoc.missions.passive_safety.plan import Plan, audit, plan
+from orbsoc.missions.passive_safety.planner import plan_unflown
+from orbsoc.missions.passive_safety.search.timing import usable
 from orbsoc.missions.registry import MISSIONS
 from tests.missions.passive_safety.cases import CASES, Case
 
@@ -36,7 +39,7 @@ def test_the_module_is_a_mission_with_every_optional_part() -> None:
 
 def test_every_row_is_verified_by_integrators_that_the_optimiser_does_not_use(rows: list[Plan]) -> None:
     for found in rows:
-        assert found.status is PlanStatus.VERIFIED, found.to_dict()["verdict"]
+        assert found.status is PlanStatus.VERIFIED, found.to_dict()["details"]
         assert found.safe
         assert found.verification is not None
         assert found.verification.terminal_position_m < 1e-3
@@ -109,7 +112,10 @@ def test_an_interruption_safe_plan_is_safe_wherever_a_burn_stops_and_cheaper_tha
     assert judged.status is PlanStatus.VERIFIED
     assert judged.verification is not None
     assert min(cut.distance_m for cut in judged.verification.cuts_within_orbits) > 39.99
-    assert "for the first orbit wherever a burn stops" in judged.to_dict()["verdict"]
+    assert re.search(
+        r"Safety   PARTLY       40\.\d\d m for 1 orbit after any cut \(allowed 40 m\); later 0",
+        str(judged.verdict),
+    )
     assert len(found.programme) <= 8
     impossible = plan_unflown(CASES[10].scenario(impulses={"timing": "generated"}, interruption_orbits=2))
     assert impossible.status is PlanStatus.INFEASIBLE
@@ -145,7 +151,10 @@ def test_the_elliptic_plan_holds_by_true_motion() -> None:
     assert found.verification is not None
     truth = found.verification.truths[0]
     assert (truth.least_depth_m, truth.capture_miss_m) == pytest.approx((39.7, 1.8), abs=0.3)
-    assert "SAFE for one orbit" in found.to_dict()["verdict"]
+    assert (
+        "Safety   PARTLY       40.40 m after burn 1 in an orbit (allowed 40 m); burn 2 cut 0.1 m, J2 38.6 m"
+        in str(found.verdict)
+    )
 
 
 def test_a_plan_is_a_document_tables_and_figures(rows: list[Plan], tmp_path: Path) -> None:
@@ -155,8 +164,13 @@ def test_a_plan_is_a_document_tables_and_figures(rows: list[Plan], tmp_path: Pat
     assert {"delta_v_m_s", "cost", "impulses", "terminal_error", "constraints", "audits", "certificates"} <= {
         *document
     }
-    assert document["verdict"].startswith("SAFE for all time after every completed burn (45.35 m")
-    assert document["verdict"].endswith("VERIFIED: 0.2888 m/s in 3 of 4 impulses, the rest zero")
+    answer, optimum, safety = str(found.verdict).splitlines()
+    assert answer == "Answer   VERIFIED     0.2888 m/s in 3 of 4 impulses, the rest zero; flown by DOP853"
+    assert optimum == "Optimum  PROVED       impulses at these times cost at least 0.288773 m/s"
+    assert re.fullmatch(
+        r"Safety   PARTLY       45\.35 m after burn [34] \(allowed 40 m\); burn 2 cut 0\.1 m, J2 38\.7 m",
+        safety,
+    )
     assert document["certificates"]["optimum"]["gap"] == pytest.approx(0.0, abs=1e-7)
     assert document["audits"]["cut_burns"]["number"] == 2
     assert all(row["margin"] > -0.01 for row in document["constraints"])
@@ -199,16 +213,46 @@ def test_a_programme_of_another_planner_is_judged_alike(rows: list[Plan]) -> Non
     wrong = ImpulseProgramme(found.programme.times_s, 0.9 * found.programme.dv_m_s)
     broken = audit(found.scenario, wrong)
     assert broken.status is PlanStatus.NOT_VERIFIED
-    assert "capture is broken by" in broken.to_dict()["verdict"]
+    assert "NOT VERIFIED capture is broken by" in str(broken.verdict)
+    assert not broken.verdict.succeeded
     late = ImpulseProgramme([0.0, 4000.0], [[0.1, 0.0, 0.0], [0.0, 0.1, 0.0]])
     with pytest.raises(ScenarioError, match=r"time_s = 4000: must lie within 0 and duration_s = 3600"):
         audit(found.scenario, late)
 
 
+def test_a_drift_that_enters_the_keep_out_is_not_safe_and_not_verified(rows: list[Plan]) -> None:
+    """Of a programme whose last impulses are turned about: one word a question, and the worst rules the exit code."""
+    found = rows[0]
+    assert found.programme is not None
+    turned = found.programme.dv_m_s.copy()
+    turned[2:] *= -1.0
+    judged = audit(found.scenario, ImpulseProgramme(found.programme.times_s, turned))
+    assert judged.verdict.word(Question.SAFETY) is Word.NOT_SAFE
+    assert judged.verdict.word(Question.ANSWER) is Word.NOT_VERIFIED
+    assert not judged.verdict.succeeded
+
+
+def test_safe_between_samples_is_partly_where_samples_were_asked_for() -> None:
+    """39.98 m of 40 m between the 36 samples: as asked, and not for all time."""
+    sampled = plan(passive_safety.load_scenario(SCENARIOS / "paper000_1.toml"))
+    assert sampled.status is PlanStatus.VERIFIED
+    assert str(sampled.verdict).splitlines()[2] == (
+        "Safety   PARTLY       39.98 m after burn 3 (allowed 40 m at samples); burn 2 cut 0.1 m, J2 37.8 m"
+    )
+    for_all_time = audit(sampled.scenario.with_changes(safety="cone", samples=None), _programme(sampled))
+    assert for_all_time.verdict.word(Question.SAFETY) is Word.NOT_SAFE
+    assert for_all_time.status is PlanStatus.NOT_VERIFIED
+
+
+def _programme(found: Plan) -> ImpulseProgramme:
+    assert found.programme is not None
+    return found.programme
+
+
 def test_infeasible_and_interrupted_are_statuses() -> None:
     none = plan(CASES[0].scenario(impulses={"count": 2}))
     assert none.status is PlanStatus.INFEASIBLE
-    assert none.to_dict()["verdict"].startswith("INFEASIBLE: ")
+    assert str(none.verdict).startswith("Answer   INFEASIBLE   ")
     assert none.tables() == {}
 
     def stopped(*_: object) -> orbsoc.Solution:

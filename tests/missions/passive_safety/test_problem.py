@@ -9,9 +9,9 @@ import orbsoc
 from orbsoc.guidance.impulses import Impulses
 from orbsoc.guidance.safety import drift_clearance, states_after
 from orbsoc.interfaces import clarabel
-from orbsoc.missions.passive_safety.approach import Approach, after_half_orbit, cone_rows
-from orbsoc.missions.passive_safety.problem import CAPTURE, assemble, drift_name
-from orbsoc.missions.passive_safety.timing import equal_times
+from orbsoc.missions.passive_safety.model.approach import Approach, after_half_orbit, cone_rows
+from orbsoc.missions.passive_safety.model.problem import CAPTURE, assemble, drift_name
+from orbsoc.missions.passive_safety.search.timing import equal_times
 from orbsoc.orbit.relative import ClohessyWiltshire, DriftEllipse
 from tests.missions.passive_safety.cases import CASES, Case
 

@@ -27,7 +27,10 @@ ERRORS = {"position_m": 0.5, "velocity_m_s": 1e-3}
     ("change", "says"),
     [
         ({"start": {"x_m": -30.0}}, "start.x_m = -30: 30 m from the target, inside keep_out_m = 40"),
-        ({"capture": {"x_m": 0.0, "z_m": 20.0}}, "capture.z_m = 20: inside keep_out_m: must be at least 40"),
+        (
+            {"capture": {"x_m": 0.0, "z_m": 20.0}},
+            "capture.z_m = 20: the keep-out is a band along the V-bar: must be at least 40",
+        ),
         ({"duration_s": 20000.0}, "duration_s = 20000: impulse 2 at 5000 s comes half an orbit or more"),
         ({"duration_s": -1.0}, "duration_s = -1.0: Input should be greater than 0"),
         ({"duration_s": float("nan")}, "duration_s = nan: Input should be a finite number"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import orbsoc
-from orbsoc.missions.passive_safety.timing import plan_times
+from orbsoc.missions.passive_safety.search.timing import plan_times
 from tests.missions.passive_safety.cases import CASES, Case
 
 

@@ -10,8 +10,8 @@ from orbsoc.guidance.scp import ExitReason
 from orbsoc.interfaces import clarabel
 from orbsoc.missions import phasing
 from orbsoc.missions.phasing import PlanStatus, ScenarioError, audit, disperse, plan
-from orbsoc.missions.phasing.descent import PhasingImpulses, descend
-from orbsoc.missions.phasing.replanning import Horizon
+from orbsoc.missions.phasing.dispersion.replanning import Horizon
+from orbsoc.missions.phasing.search.descent import PhasingImpulses, descend
 
 from .cases import planned, scenario
 
@@ -88,9 +88,9 @@ def test_a_small_trust_region_gives_the_same() -> None:
     assert found is not None
     from dataclasses import replace
 
-    from orbsoc.missions.phasing.approach import approach_between
-    from orbsoc.missions.phasing.descent import RULES, spread
-    from orbsoc.missions.phasing.first_guess import plan_phasing, shoot
+    from orbsoc.missions.phasing.model.approach import approach_between
+    from orbsoc.missions.phasing.search.descent import RULES, spread
+    from orbsoc.missions.phasing.search.first_guess import plan_phasing, shoot
 
     guess = plan_phasing(scenario())
     coarse, roll = shoot(scenario(), guess)
@@ -114,7 +114,7 @@ def test_an_interrupt_is_a_status() -> None:
 
     found = plan(scenario(), callback=interrupt)
     assert found.status is PlanStatus.INTERRUPTED
-    assert found.to_dict()["verdict"].startswith("INTERRUPTED")
+    assert found.to_dict()["details"].startswith("INTERRUPTED")
 
 
 def test_programmes_from_elsewhere_are_judged() -> None:
@@ -125,7 +125,7 @@ def test_programmes_from_elsewhere_are_judged() -> None:
     wrong = ImpulseProgramme(programme.times_s, programme.dv_m_s * 1.001)
     found = audit(scenario(), wrong)
     assert found.status is PlanStatus.NOT_VERIFIED
-    assert "do not fly" in found.to_dict()["verdict"]
+    assert "do not fly" in found.to_dict()["details"]
     with pytest.raises(ScenarioError, match="must lie within"):
         audit(scenario(), ImpulseProgramme([1.0], [[1.0, 0.0, 0.0]]))
 
@@ -139,7 +139,7 @@ def test_dispersed_cases_are_scenarios() -> None:
 
 
 def test_a_descent_whose_bound_stays_open_is_not_called_the_least(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("orbsoc.missions.phasing.descent.PROVED", -1.0)
+    monkeypatch.setattr("orbsoc.missions.phasing.search.descent.PROVED", -1.0)
     found = plan(scenario())
     assert found.status is PlanStatus.NOT_VERIFIED
-    assert "not proved to be the least" in found.to_dict()["verdict"]
+    assert "not proved to be the least" in found.to_dict()["details"]

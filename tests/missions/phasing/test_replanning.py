@@ -6,7 +6,7 @@ import pytest
 import orbsoc
 from orbsoc.conic.settings import Settings
 from orbsoc.guidance.scp import ExitReason
-from orbsoc.missions.phasing.replanning import Horizon
+from orbsoc.missions.phasing.dispersion.replanning import Horizon
 
 from .cases import planned
 

@@ -5,9 +5,9 @@ import pytest
 
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.missions.phasing import plan, samples
-from orbsoc.missions.phasing.finite import finite_burns
+from orbsoc.missions.phasing.model.uncertain import Chance, impulse_covariance, meeting
 from orbsoc.missions.phasing.scenario import Engine, Errors
-from orbsoc.missions.phasing.uncertain import Chance, impulse_covariance, meeting
+from orbsoc.missions.phasing.verification.finite import finite_burns
 from orbsoc.orbit import PropagationError
 from orbsoc.orbit.relative import local_frame
 

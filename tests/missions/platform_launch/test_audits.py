@@ -7,10 +7,10 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from orbsoc.missions.platform_launch.audits import cut_burns, dispersed, hold_points, pointing
-from orbsoc.missions.platform_launch.launch import LaunchError
-from orbsoc.missions.platform_launch.sequence import Sequencer
-from orbsoc.missions.platform_launch.transfer import Transfers, in_plane, programme
+from orbsoc.missions.platform_launch.model.launch import LaunchError
+from orbsoc.missions.platform_launch.model.transfer import Transfers, in_plane, programme
+from orbsoc.missions.platform_launch.search.sequence import Sequencer
+from orbsoc.missions.platform_launch.verification.audits import cut_burns, dispersed, hold_points, pointing
 from tests.missions.platform_launch.data import launched, paper
 
 STATE, MOTION = paper().separation().state, paper().motion

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from orbsoc.missions.platform_launch import kane, two_body
-from orbsoc.missions.platform_launch.launch import LaunchError, Pair, closed_form
-from orbsoc.missions.platform_launch.rack import Rack
-from orbsoc.missions.platform_launch.separation import disagreement, in_rotating_frame
+from orbsoc.missions.platform_launch.model import kane, two_body
+from orbsoc.missions.platform_launch.model.launch import LaunchError, Pair, closed_form
+from orbsoc.missions.platform_launch.model.rack import Rack
+from orbsoc.missions.platform_launch.model.separation import disagreement, in_rotating_frame
 from tests.missions.platform_launch.data import launched, paper
 
 

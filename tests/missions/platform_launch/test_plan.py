@@ -117,15 +117,15 @@ def test_without_a_launch_towards_the_target_there_is_a_plan_and_no_series() -> 
 def test_other_launches_are_planned_verified_and_told(change: dict[str, Any]) -> None:
     found = plan(launched(**change)).to_dict()
     assert found["status"] == "verified"
-    assert json.loads(json.dumps(found, allow_nan=False))["verdict"].startswith("VERIFIED: the server leaves")
+    assert json.loads(json.dumps(found, allow_nan=False))["details"].startswith("VERIFIED: the server leaves")
 
 
 def test_what_two_bodies_do_not_meet_is_not_verified() -> None:
     """At 300 m/s the linear model is no guide, and the correction from it does not get there."""
     found = plan(launched(1e7))
     assert found.status is PlanStatus.NOT_VERIFIED
-    assert "do not fly" in found.to_dict()["verdict"]
-    assert "two-body rendezvous, corrected: position is broken by" in found.to_dict()["verdict"]
+    assert "do not fly" in found.to_dict()["details"]
+    assert "two-body rendezvous, corrected: position is broken by" in found.to_dict()["details"]
 
 
 def test_generated_impulses_beat_two_by_a_third() -> None:
@@ -154,7 +154,7 @@ def test_ctrl_c_in_a_solve_is_a_status() -> None:
     found = plan(paper(), solve=solve)
     assert found.status is PlanStatus.INTERRUPTED
     assert found.tables() == {}
-    assert found.to_dict()["verdict"].startswith("INTERRUPTED")
+    assert found.to_dict()["details"].startswith("INTERRUPTED")
 
 
 def test_a_problem_that_is_not_solved_is_told() -> None:
@@ -163,7 +163,7 @@ def test_a_problem_that_is_not_solved_is_told() -> None:
 
     found = plan(load_scenario(SCENARIOS / "paper002_norms.toml"), solve=solve)
     assert found.status is PlanStatus.FAILED
-    assert found.to_dict()["verdict"].startswith("NO ANSWER: the conic problem ended with")
+    assert found.to_dict()["details"].startswith("NO ANSWER: the conic problem ended with")
 
 
 def test_figures_are_written_with_captions(tmp_path: Path) -> None:

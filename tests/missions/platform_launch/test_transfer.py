@@ -7,14 +7,13 @@ import pytest
 from scipy.optimize import brentq, minimize
 
 import orbsoc
-from orbsoc.missions.platform_launch.perturbation import (
+from orbsoc.missions.platform_launch.model.perturbation import (
     Approximation,
     PerturbationError,
     approximations,
     series,
 )
-from orbsoc.missions.platform_launch.rendezvous import Rendezvous, rendezvous
-from orbsoc.missions.platform_launch.transfer import (
+from orbsoc.missions.platform_launch.model.transfer import (
     PLANE,
     Transfers,
     cost_of,
@@ -24,6 +23,7 @@ from orbsoc.missions.platform_launch.transfer import (
     singularity,
     stationary_minima,
 )
+from orbsoc.missions.platform_launch.search.rendezvous import Rendezvous, rendezvous
 from orbsoc.orbit.relative import ClohessyWiltshire
 from tests.missions.platform_launch.data import launched, paper
 

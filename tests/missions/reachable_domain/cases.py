@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from orbsoc.missions.reachable_domain import Scenario, load_scenario
-from orbsoc.missions.reachable_domain.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.search.continuation.domain import Domain
 
 SCENARIOS = Path(__file__).resolve().parents[3] / "scenarios"
 

@@ -156,8 +156,8 @@ def drawn_points() -> list[tuple[float, float, float]]:
 
     Drawn with the code under test, because only it knows the edge; the nonlinear program does not use it.
     """
-    from orbsoc.missions.reachable_domain.continuation.largest_tilt import largest_tilts
-    from orbsoc.missions.reachable_domain.direct.terminal import LargestTilt
+    from orbsoc.missions.reachable_domain.model.direct.terminal import LargestTilt
+    from orbsoc.missions.reachable_domain.search.continuation.largest_tilt import largest_tilts
     from orbsoc.orbit.planes import inclination_and_node
     from tests.missions.reachable_domain.cases import domain, perigees
 

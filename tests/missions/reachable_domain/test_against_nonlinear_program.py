@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from orbsoc.missions.reachable_domain.continuation.largest_tilt import largest_tilts
-from orbsoc.missions.reachable_domain.continuation.table import PointStatus, PointTable
-from orbsoc.missions.reachable_domain.direct.terminal import LargestTilt
+from orbsoc.missions.reachable_domain.model.direct.terminal import LargestTilt
+from orbsoc.missions.reachable_domain.search.continuation.largest_tilt import largest_tilts
+from orbsoc.missions.reachable_domain.search.continuation.table import PointStatus, PointTable
 from orbsoc.orbit.planes import normals
 from tests.missions.reachable_domain.cases import domain, perigees
 from tests.missions.reachable_domain.nonlinear_program import RECORD, NonlinearProgram, plane_axes, tilt_axes

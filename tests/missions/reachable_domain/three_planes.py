@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from orbsoc.missions.reachable_domain.direct.guess import towards_planes
-from orbsoc.missions.reachable_domain.direct.terminal import LargestOrbit, LargestTilt
+from orbsoc.missions.reachable_domain.model.direct.guess import towards_planes
+from orbsoc.missions.reachable_domain.model.direct.terminal import LargestOrbit, LargestTilt
 from orbsoc.orbit.planes import normals
 from tests.missions.reachable_domain.cases import domain, perigees
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from orbsoc.guidance.collocation import legendre_gauss
-from orbsoc.missions.reachable_insertion.attitude_rate import (
+from orbsoc.missions.reachable_insertion.model.attitude_rate import (
     CONES_PER_NODE,
     peak_rate,
     rates,

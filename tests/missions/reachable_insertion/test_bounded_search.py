@@ -14,9 +14,9 @@ from scipy.optimize import minimize
 
 from orbsoc.guidance.scenario_file import ScenarioError, checked
 from orbsoc.missions.reachable_insertion import Plan, PlanStatus, Scenario, load_scenario, plan
-from orbsoc.missions.reachable_insertion.made_ready import MadeReady
-from orbsoc.missions.reachable_insertion.record import attitude_csv
-from orbsoc.missions.reachable_insertion.verdicts import verdict
+from orbsoc.missions.reachable_insertion.plan.verdicts import verdict
+from orbsoc.missions.reachable_insertion.record.document import attitude_csv
+from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
 from orbsoc.missions.reachable_insertion.verification import verify
 
 SCENARIOS = Path(__file__).resolve().parents[3] / "scenarios"
@@ -152,7 +152,7 @@ KNOTS = 20
 def test_the_burn_is_that_of_a_direct_optimisation_of_its_own() -> None:
     """Single shooting of two angles, linear between 21 knots, by Runge–Kutta and SLSQP; it starts 0.1 rad beside the plan."""
     found, bound_deg_s = turning("plane", 3.0), 3.0
-    ready = MadeReady.of(found.scenario)
+    ready = InsertionSetup.of(found.scenario)
     burn, start = ready.burn, ready.burn.start
     up = start[:3] / np.linalg.norm(start[:3])
     side = np.cross(up, start[3:])

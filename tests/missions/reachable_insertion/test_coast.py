@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from orbsoc.guidance.scenario_file import ScenarioError, checked
 from orbsoc.missions.reachable_insertion import PlanStatus, Scenario, plan
-from orbsoc.missions.reachable_insertion.coast import coasted
+from orbsoc.missions.reachable_insertion.model.coast import coasted
 from orbsoc.missions.reachable_insertion.verification import verify
 from orbsoc.orbit import EARTH, rotate_state
 

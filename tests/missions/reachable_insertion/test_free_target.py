@@ -10,11 +10,11 @@ import pytest
 from benchmarks.missions import ANGLES, Mission, freed, mission
 from orbsoc.guidance.scenario_file import ScenarioError
 from orbsoc.missions.reachable_insertion import PlanStatus, Scenario, load_scenario, plan
-from orbsoc.missions.reachable_insertion.free_target import FreeTarget
-from orbsoc.missions.reachable_insertion.made_ready import target_of
-from orbsoc.missions.reachable_insertion.rows import Row
-from orbsoc.missions.reachable_insertion.target_table import STATE
-from orbsoc.missions.reachable_insertion.verdicts import verdict
+from orbsoc.missions.reachable_insertion.plan.verdicts import verdict
+from orbsoc.missions.reachable_insertion.search.setup import target_of
+from orbsoc.missions.reachable_insertion.targets.free_target import FreeTarget
+from orbsoc.missions.reachable_insertion.targets.rows import Row
+from orbsoc.missions.reachable_insertion.targets.table import STATE
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements, state_from_elements
 
 from .test_scenario import SCENARIOS

@@ -17,9 +17,9 @@ from orbsoc.guidance.mission import Agreement
 from orbsoc.guidance.scp import ExitReason
 from orbsoc.interfaces import clarabel
 from orbsoc.missions.reachable_insertion import Plan, PlanStatus, load_scenario, plan
+from orbsoc.missions.reachable_insertion.model.problems import Row
 from orbsoc.missions.reachable_insertion.paper import compare
-from orbsoc.missions.reachable_insertion.problems import Row
-from orbsoc.missions.reachable_insertion.verdicts import verdict, violations
+from orbsoc.missions.reachable_insertion.plan.verdicts import verdict, violations
 
 SCENARIOS = Path(__file__).resolve().parents[3] / "scenarios"
 SOLVERS = {"orbsoc": orbsoc.solve, "clarabel": clarabel.solve}

@@ -11,15 +11,15 @@ import pytest
 from orbsoc.conic.builder import ConicBuilder
 from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.powered_flight import Burn, Trajectory, add_burn, derivative, linearise
-from orbsoc.missions.reachable_insertion.guess import along_velocity, propagated, towards_plane
-from orbsoc.missions.reachable_insertion.problems import (
+from orbsoc.missions.reachable_insertion.model.problems import (
     Iterate,
     MaxEnergyFixedPerigee,
     MaxEnergyFreePerigee,
     MinTime,
 )
 from orbsoc.missions.reachable_insertion.scenario import load_scenario
-from orbsoc.missions.reachable_insertion.target import LinearVectors, TargetOrbit
+from orbsoc.missions.reachable_insertion.starts.guess import along_velocity, propagated, towards_plane
+from orbsoc.missions.reachable_insertion.targets.target_orbit import LinearVectors, TargetOrbit
 from orbsoc.orbit import EARTH, CanonicalUnits, angular_momentum, laplace_vector
 
 SCENARIO = load_scenario(Path(__file__).resolve().parents[3] / "scenarios" / "rec1.toml")

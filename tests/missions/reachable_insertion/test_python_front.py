@@ -10,7 +10,7 @@ import pytest
 
 from orbsoc.guidance.scenario_file import ScenarioError
 from orbsoc.missions.reachable_insertion import Plan, load_scenario, plan
-from orbsoc.missions.reachable_insertion.history import History
+from orbsoc.missions.reachable_insertion.figures.history import History
 
 from .test_verdicts import scenario
 
@@ -44,7 +44,7 @@ def test_orbit_and_propellant_are_those_of_the_document() -> None:
 
 def test_a_notebook_shows_verdict_and_figure_and_plot_refuses_what_was_not_flown() -> None:
     html = raised()._repr_html_()
-    assert html.startswith("<p><strong>VERIFIED: ")
+    assert html.startswith("<table><tr><th>Answer</th><td><b>VERIFIED</b></td>")
     assert 'src="data:image/png;base64,' in html
     lost = plan(load_scenario(REC1.with_name("paper004_insertion.toml"), {"problem": "max_energy"}))
     with pytest.raises(ValueError, match="nothing to plot: the plan is not_found"):

@@ -19,10 +19,10 @@ from scipy.interpolate import CubicSpline
 import orbsoc
 from orbsoc.guidance.progress import iteration_cells
 from orbsoc.missions.reachable_insertion import COLUMNS, Plan, Scenario, load_scenario, plan
-from orbsoc.missions.reachable_insertion.plots import draw_figures
-from orbsoc.missions.reachable_insertion.problems import Row
-from orbsoc.missions.reachable_insertion.record import attitude_csv, plan_document
-from orbsoc.missions.reachable_insertion.verdicts import verdict, violations
+from orbsoc.missions.reachable_insertion.figures.panels import draw_figures
+from orbsoc.missions.reachable_insertion.model.problems import Row
+from orbsoc.missions.reachable_insertion.plan.verdicts import verdict, violations
+from orbsoc.missions.reachable_insertion.record.document import attitude_csv, plan_document
 from orbsoc.missions.reachable_insertion.verification import verify
 from orbsoc.orbit import EARTH, angular_momentum, laplace_vector, propagate_burn, thrust_direction
 

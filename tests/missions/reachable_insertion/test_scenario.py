@@ -13,8 +13,9 @@ import pytest
 
 import orbsoc
 import orbsoc.missions
-from orbsoc.missions.reachable_insertion import PlanStatus, ScenarioError, load_scenario, plan
-from orbsoc.missions.reachable_insertion.verdicts import verdict
+from orbsoc.guidance.scenario_file import checked, read_toml
+from orbsoc.missions.reachable_insertion import PlanStatus, Scenario, ScenarioError, load_scenario, plan
+from orbsoc.missions.reachable_insertion.plan.verdicts import verdict
 from orbsoc.orbit import eci_from_launch_inertial, rotate_state
 
 SCENARIOS = Path(__file__).resolve().parents[3] / "scenarios"
@@ -279,3 +280,36 @@ def test_current_plane_is_that_of_the_papers_table_2() -> None:
     assert found.verification is not None
     orbit = found.verification.planned_orbit
     assert np.rad2deg([orbit.inc_rad, orbit.raan_rad]) == pytest.approx([28.18, 335.36], abs=0.2)
+
+
+def test_a_dry_mass_and_a_burn_time_that_are_left_out_are_assumed_and_said() -> None:
+    document = read_toml(SCENARIOS / "deorbit.toml")
+    del document["vehicle"]["dry_mass_kg"], document["burn"]["duration_s"]
+    found = checked(Scenario, document, source="t")
+    assert found.vehicle.dry_mass_kg == 100.0
+    assert found.burn.duration_s == pytest.approx(290.0, rel=0.05)  # what the best ignition takes
+    assert [each.split(" = ")[0] for each in found.assumptions] == [
+        "vehicle.dry_mass_kg", "burn.duration_s",
+    ]  # fmt: skip
+    again = Scenario.model_validate_json(found.model_dump_json())
+    assert (again, again.assumptions) == (found, found.assumptions)
+    assert load_scenario(SCENARIOS / "deorbit.toml").assumptions == []
+
+
+def test_a_burn_of_max_energy_is_given_its_time() -> None:
+    document = read_toml(SCENARIOS / "rec1.toml")
+    del document["burn"]["duration_s"]
+    with pytest.raises(ScenarioError, match=r'burn.duration_s.*problem = "max_energy" needs it'):
+        checked(Scenario, document | {"problem": "max_energy"}, source="t")
+
+
+def test_frames_are_turned_into_each_other_and_one_alone_is_refused() -> None:
+    document = read_toml(SCENARIOS / "orekit_apogee.toml")
+    found = checked(Scenario, document, source="t")
+    document["target"]["frame"] = "GCRF"
+    turned = checked(Scenario, document, source="t")
+    apart = np.linalg.norm((turned.launch_inertial(turned.target) - found.launch_inertial(found.target))[:3])
+    assert 0.1 < apart < 10.0  # 23 milliarcseconds
+    del document["initial"]["epoch_utc"], document["initial"]["frame"]
+    with pytest.raises(ScenarioError, match=r"target.frame = 'GCRF': initial.frame is not given"):
+        checked(Scenario, document, source="t")

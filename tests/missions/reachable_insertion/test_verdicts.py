@@ -13,13 +13,14 @@ from benchmarks.missions import KINDS, Mission, mission, unreachable
 from orbsoc.guidance.mission import Agreement
 from orbsoc.guidance.scp import Rules
 from orbsoc.missions.reachable_insertion import Plan, PlanStatus, Scenario, load_scenario, plan
-from orbsoc.missions.reachable_insertion.made_ready import MadeReady
-from orbsoc.missions.reachable_insertion.proof import proof_of_infeasibility
-from orbsoc.missions.reachable_insertion.quick_turn import quickened
-from orbsoc.missions.reachable_insertion.search import SMOOTH, Search
-from orbsoc.missions.reachable_insertion.smooth_burn import corrected, ends_of, steps_for
-from orbsoc.missions.reachable_insertion.starts import starts
-from orbsoc.missions.reachable_insertion.verdicts import verdict
+from orbsoc.missions.reachable_insertion.model.proof import proof_of_infeasibility
+from orbsoc.missions.reachable_insertion.plan.claims import Claim
+from orbsoc.missions.reachable_insertion.plan.verdicts import verdict
+from orbsoc.missions.reachable_insertion.search.quick_turn import quickened
+from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
+from orbsoc.missions.reachable_insertion.search.start_search import Search
+from orbsoc.missions.reachable_insertion.starts.directions import starts
+from orbsoc.missions.reachable_insertion.starts.steering_law import corrected, ends_of, steps_for
 from orbsoc.orbit import CanonicalUnits, propagate_burn
 from orbsoc.solving.solver import solve
 
@@ -108,10 +109,10 @@ def test_a_plane_change_whose_shortest_burn_reverses_turns_as_fast_as_the_grid_f
 
 def test_the_faster_turn_is_added_to_what_was_found_and_an_interruption_keeps_that() -> None:
     coarse = scenario("3 degrees of plane near the node").with_changes(method={"max_nodes": 18})
-    ready, search = MadeReady.of(coarse), Search(solve, Rules())
+    ready, search = InsertionSetup.of(coarse), Search(solve, Rules())
     found = search.run(ready)
     assert found.best is not None
-    assert found.best.note == SMOOTH
+    assert found.best.claim is Claim.SMOOTH_TURN
     smooth, stages = found.iterate.trajectory.duration, list(found.stages)
 
     def interrupted(*_: object) -> None:
@@ -182,20 +183,20 @@ def test_missions_beyond_reach_are_never_verified(number: int) -> None:
 def test_no_bound_proves_a_mission_infeasible_that_is_feasible_by_construction(number: int) -> None:
     """Not even for a burn of exactly the construction's length."""
     made = mission(7, number)
-    ready = MadeReady.of(made.scenario)
+    ready = InsertionSetup.of(made.scenario)
     duration = made.burn_s / ready.units.time_s
     assert proof_of_infeasibility(ready.burn, ready.target, duration, whole_orbit=True) is None
     assert proof_of_infeasibility(ready.burn, ready.target, duration, whole_orbit=False) is None
 
 
-def laws() -> list[tuple[Mission, MadeReady]]:
+def laws() -> list[tuple[Mission, InsertionSetup]]:
     made = [mission(11, number) for number in range(10) if KINDS[number] != "null"]
-    return [(each, MadeReady.of(each.scenario)) for each in made]
+    return [(each, InsertionSetup.of(each.scenario)) for each in made]
 
 
 @pytest.mark.parametrize(("made", "ready"), laws(), ids=lambda value: getattr(value, "kind", ""))
 def test_corrected_laws_end_on_the_orbit_by_an_independent_integrator(
-    made: Mission, ready: MadeReady
+    made: Mission, ready: InsertionSetup
 ) -> None:
     start = next(starts(ready.burn, ready.target))
     assert start.reaches

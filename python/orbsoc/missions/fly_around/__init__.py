@@ -9,7 +9,8 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError
 
 from .dispersion import DISPERSION, disperse
-from .flight_plan import Plan, audit, plan, reproduce, samples
+from .paper import reproduce, samples
+from .plan import Plan, audit, plan
 from .planner import COLUMNS
 from .scenario import Scenario, load_scenario
 

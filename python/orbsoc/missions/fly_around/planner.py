@@ -1,4 +1,4 @@
-"""Plan a fly-around: pulses by the way that is asked for, their flight by the model and by the truth, and what follows."""
+"""Plan a fly-around: pulses by the way that is asked for, with room for what J2 and drag add, and their flights."""
 
 from __future__ import annotations
 
@@ -13,17 +13,15 @@ from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Status
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Column, PlanStatus
-from orbsoc.guidance.safety import CutBurn
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import Iteration, Solve
 
-from .audits import EngineOut, cut_burns, engine_out
-from .flight import Flown, fly
+from .model.flight import Flown, fly
+from .model.waypoints import adaptive_times, equal_times, through_waypoints
 from .scenario import Scenario
-from .search import Search, Searcher, search
-from .truth import TrueFlight, fly_truth
-from .tube import Tube
-from .waypoints import adaptive_times, equal_times, through_waypoints
+from .search.pulses import Search, Searcher, search
+from .search.tube import Tube
+from .verification import Checked, TrueFlight, check, fly_truth
 
 Array = NDArray[np.float64]
 
@@ -33,6 +31,10 @@ COLUMNS = {
     "dv_m_s": Column("Σ‖Δv‖", ".4f", "m/s"),
 }
 """Columns of the iteration table that are this mission's own; an arc of a proof has its own error there."""
+ROUNDS = 5
+"""In which the room for J2 and drag is found; two do, as a rule."""
+MORE, LEAST = 1.1, 1e-5
+"""Times the excess, and of the tolerance, by which the room grows in a round."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,23 +43,6 @@ class FrontPoint:
 
     pulses: int
     dv_m_s: float | None
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Checked:
-    """A programme and its flights: by the model, by the truth once, by the truth in the open loop, and dispersed."""
-
-    flown: Flown
-    truth: TrueFlight
-    open_loop: TrueFlight
-    dispersed: TrueFlight | None
-    engine_out: tuple[EngineOut, ...]
-    cut_burns: tuple[CutBurn, ...]
-    failures: tuple[str, ...]
-
-    @property
-    def programme(self) -> ImpulseProgramme:
-        return self.flown.programme
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,12 +60,24 @@ class FlyAround:
     """A programme made elsewhere."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Attempt:
+    """A programme that leaves some room to J2 and drag, or the search that found none; and its flight with them."""
+
+    room_m: float
+    flown: Flown | None
+    search: Search | None = None
+    truth: TrueFlight | None = None
+
+
 def made(scenario: Scenario, solve: Solve | None, callback: Callable[[Iteration], None] | None) -> FlyAround:
     """Plan the scenario; Ctrl-C is a status."""
     if solve is None:
         from orbsoc.solving.solver import solve as solve_in_rust
 
         solve = solve_in_rust
+    if scenario.impulses in ("equal", "adaptive"):
+        return _through_waypoints(scenario)
     subproblems: list[Iteration] = []
 
     def uninterrupted(problem: Problem, settings: Settings | None = None) -> Solution:
@@ -94,34 +91,65 @@ def made(scenario: Scenario, solve: Solve | None, callback: Callable[[Iteration]
         if callback is not None:
             callback(subproblems[-1])
 
+    searcher = Searcher(scenario, uninterrupted, note)
+
+    def attempt(room_m: float) -> Attempt:
+        searcher.room_m = room_m
+        found = search(searcher, scenario.impulses if isinstance(scenario.impulses, int) else None)
+        return Attempt(room_m, found.found.flown if found.found else None, found)
+
     try:
-        if scenario.impulses in ("equal", "adaptive"):
-            return _through_waypoints(scenario)
-        pulses = scenario.impulses if isinstance(scenario.impulses, int) else None
-        found = search(scenario, pulses, solve=uninterrupted, note=note)
-        front = _front(scenario, found, uninterrupted, note)
+        best = with_room(scenario, attempt)
+        assert best.search is not None
+        searcher.room_m = best.room_m
+        front = _front(searcher, best.search)
     except KeyboardInterrupt:
         message = f"interrupted after {len(subproblems)} conic problems"
         return FlyAround(scenario, PlanStatus.INTERRUPTED, message, tuple(subproblems), None, None)
-    if found.found is None:
-        proved = found.impossible >= found.pulses or found.margin_m >= scenario.tolerance_m
+    if best.flown is None:
+        proved = best.search.impossible >= best.search.pulses or best.search.margin_m >= scenario.tolerance_m
         status = PlanStatus.INFEASIBLE if proved else PlanStatus.FAILED
-        return FlyAround(scenario, status, _no_plan(found), tuple(subproblems), None, found, front)
-    checked = check(scenario, found.found.flown)
+        return FlyAround(
+            scenario, status, _no_plan(best.search), tuple(subproblems), None, best.search, front
+        )
     tubes = sum(row.problem.p > 0 for row in subproblems)
     message = f"{len(subproblems)} conic problems: {len(subproblems) - tubes} of single arcs, {tubes} of whole flights"
-    return FlyAround(scenario, _status(checked), message, tuple(subproblems), checked, found, front)
+    return _judged(scenario, best, message, tuple(subproblems), front)
+
+
+def with_room(scenario: Scenario, attempt: Callable[[float], Attempt]) -> Attempt:
+    """The first attempt whose flight with J2 and drag stays within what the scenario allows: what the flight exceeds is taken
+    off the tube of the next one. Where no room is enough, the last attempt that has a programme."""
+    best = attempt(0.0)
+    for _ in range(ROUNDS):
+        if best.flown is None:
+            break
+        best = replace(best, truth=fly_truth(scenario, best.flown))
+        assert best.truth is not None
+        excess = float(best.truth.largest_errors_m[0]) - scenario.allowed_m
+        room = best.room_m + MORE * excess + LEAST * scenario.tolerance_m
+        if not excess > 0.0 or room >= scenario.tolerance_m:
+            break
+        smaller = attempt(room)
+        if smaller.flown is None:
+            break
+        best = smaller
+    return best
 
 
 def _through_waypoints(scenario: Scenario) -> FlyAround:
     """The paper's flight; it needs no conic problem."""
     flight, start, end_s = scenario.flight, scenario.start_state, scenario.duration_s
     lengths = adaptive_times if scenario.impulses == "adaptive" else equal_times
-    times = lengths(flight, start[:3], end_s, scenario.tolerance_m)
-    programme = through_waypoints(flight, start, times)
-    checked = check(scenario, fly(flight, start, programme, end_s))
-    message = f"{len(programme)} intervals by exact arc errors; no conic problem"
-    return FlyAround(scenario, _status(checked), message, (), checked, None)
+
+    def attempt(room_m: float) -> Attempt:
+        times = lengths(flight, start[:3], end_s, scenario.tolerance_m - room_m)
+        return Attempt(room_m, fly(flight, start, through_waypoints(flight, start, times), end_s))
+
+    best = with_room(scenario, attempt)
+    assert best.flown is not None
+    message = f"{len(best.flown.programme)} intervals by exact arc errors; no conic problem"
+    return _judged(scenario, best, message)
 
 
 def judged(scenario: Scenario, programme: ImpulseProgramme) -> FlyAround:
@@ -134,58 +162,35 @@ def judged(scenario: Scenario, programme: ImpulseProgramme) -> FlyAround:
     if programme.times_s[0] > 0.0:  # the coast before it
         times, dv = np.append(0.0, programme.times_s), np.vstack([np.zeros(3), programme.dv_m_s])
         programme = ImpulseProgramme(times, dv)
-    checked = check(scenario, fly(scenario.flight, scenario.start_state, programme, end_s))
+    flown = fly(scenario.flight, scenario.start_state, programme, end_s)
     message = f"{len(programme)} impulses as given; nothing was solved"
-    return FlyAround(scenario, _status(checked), message, (), checked, None, audited=True)
+    return replace(_judged(scenario, Attempt(0.0, flown), message), audited=True)
 
 
-def check(scenario: Scenario, flown: Flown) -> Checked:
-    """Fly a programme by an integrator that planning does not use, and look at what may go wrong."""
-    truth = fly_truth(scenario, flown)
-    error, allowed = float(truth.largest_errors_m[0]), scenario.allowed_m
-    failures = []
-    if flown.largest_error_m > scenario.tolerance_m + 1e-3:
-        failures.append(
-            f"by the linear model it strays {flown.largest_error_m:.4f} m; tolerance_m = {scenario.tolerance_m:g}"
-        )
-    if not error <= allowed:
-        failures.append(
-            f"with J2 and drag it strays {error:.4f} m, and truth.excess_share allows {allowed:.4f} m; lower tolerance_m"
-            " by the difference, or allow more"
-        )
-    dispersed = None
-    if scenario.uncertainty is not None and scenario.uncertainty.runs:
-        dispersed = fly_truth(
-            scenario, flown, uncertainty=scenario.uncertainty, runs=scenario.uncertainty.runs, samples=16
-        )
-    return Checked(
-        flown,
-        truth,
-        fly_truth(scenario, flown, aiming=False),
-        dispersed,
-        engine_out(scenario, flown),
-        cut_burns(scenario, flown),
-        tuple(failures),
-    )
+def _judged(
+    scenario: Scenario,
+    found: Attempt,
+    message: str,
+    subproblems: tuple[Iteration, ...] = (),
+    front: tuple[FrontPoint, ...] = (),
+) -> FlyAround:
+    """An attempt with a programme, and all its flights."""
+    assert found.flown is not None
+    checked = check(scenario, found.flown, found.truth)
+    status = PlanStatus.NOT_VERIFIED if checked.failures else PlanStatus.VERIFIED
+    return FlyAround(scenario, status, message, subproblems, checked, found.search, front)
 
 
-def _front(
-    scenario: Scenario, found: Search, solve: Solve, note: Callable[[Iteration], None]
-) -> tuple[FrontPoint, ...]:
+def _front(searcher: Searcher, found: Search) -> tuple[FrontPoint, ...]:
     """The programmes with other numbers of pulses, the cheapest found; no solve for what is proved not to do."""
-    searcher = Searcher(scenario, solve, note)
-    searcher.bounds.update({bound.pulses: bound for bound in found.bounds})
     points = []
-    for pulses in sorted({*scenario.front} - {found.pulses}):
+    for pulses in sorted({*searcher.scenario.front} - {found.pulses}):
         tube = searcher.programme(pulses) if pulses > found.impossible else None
         good = isinstance(tube, Tube) and searcher.within(pulses, tube)
-        cost = tube.programme.total_m_s if isinstance(tube, Tube) and good else None
-        points.append(FrontPoint(pulses, cost))
+        points.append(
+            FrontPoint(pulses, tube.programme.total_m_s if isinstance(tube, Tube) and good else None)
+        )
     return tuple(points)
-
-
-def _status(checked: Checked) -> PlanStatus:
-    return PlanStatus.NOT_VERIFIED if checked.failures else PlanStatus.VERIFIED
 
 
 def _no_plan(found: Search) -> str:

@@ -1,4 +1,4 @@
-"""A plan as plain data: the document behind `plan.json`, and its verdict in words."""
+"""A plan as plain data: the document behind `plan.json`, and what is told beside the verdict."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ from orbsoc.conic.solution import Status
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.orbit import EARTH
 
-from .audits import inner_radius_m
 from .paper import compare
-from .planner import Checked, FlyAround
-from .search import Search
-from .truth import TrueFlight
+from .planner import FlyAround
+from .search.pulses import Search
+from .verification import ORBITS, Checked, TrueFlight, inner_radius_m
 
 Array = NDArray[np.float64]
 
@@ -29,7 +28,7 @@ def plan_document(plan: FlyAround) -> dict[str, Any]:
         "status": plan.status.value,
         "exit_reason": plan.status.name,
         "message": plan.message,
-        "verdict": verdict(plan),
+        "details": details(plan),
         "pulses": found and len(found.programme),
         "delta_v_m_s": found and found.programme.total_m_s,
         "cost": found and found.programme.total_m_s,
@@ -50,75 +49,22 @@ def plan_document(plan: FlyAround) -> dict[str, Any]:
     }
 
 
-def verdict(plan: FlyAround) -> str:
-    """The answer in a few sentences: pulses, error, proof, what the truth says, what an engine failure does."""
-    found, search, tolerance = plan.verification, plan.search, plan.scenario.tolerance_m
-    if plan.status is PlanStatus.INTERRUPTED:
-        return f"INTERRUPTED: {plan.message}; there is no plan"
+def details(plan: FlyAround) -> str:
+    """What the lines of the verdict have no room for."""
+    found, search, scenario = plan.verification, plan.search, plan.scenario
     if found is None:
-        return _no_plan(plan)
-    head = (
-        f"{len(found.programme)} pulses, {found.programme.total_m_s:.3f} m/s in all, keep the flight within"
-        f" {found.flown.largest_error_m:.3f} m of the ellipse ({tolerance:g} m allowed)"
-    )
-    if search is not None and search.margin_m > 0.0:
-        head += f", {search.margin_m:.3f} m of it left to errors of navigation and execution"
-    head += "" if search is None else f"{_proved(search)}"
-    if plan.status is not PlanStatus.VERIFIED:
-        return f"NOT VERIFIED, do not fly: {head}. But {'; '.join(found.failures)}"
-    truth = f"Flown again with J2 and drag it strays {float(found.truth.largest_errors_m[0]):.3f} m"
-    if found.dispersed is not None:
-        share = float(np.mean(found.dispersed.largest_errors_m > tolerance))
-        later = dispersed_document(plan, found.dispersed)["runs_beyond_after_second_arc"]
-        runs = len(found.dispersed.largest_errors_m)
-        truth += f", and beyond {tolerance:g} m in {100 * share:.1f} % of {runs} dispersed flights"
-        truth += f", {100 * later:.1f} % after the second arc: the first pulse is the largest"
-    return f"VERIFIED: {head}. {truth}. {_engine(found)}"
-
-
-def _proved(search: Search) -> str:
-    if search.certified:
-        if not search.impossible:
-            return ": the fewest, for without a pulse the coast leaves it"
-        return (
-            f": the fewest, for {search.impossible} stray at least {search.impossible_below_m:.4f} m (proved)"
-        )
-    if search.impossible < 1:
-        return ""
-    return f"; {search.impossible} cannot do (proved), and what lies between is open"
-
-
-def _engine(found: Checked) -> str:
-    out = min(found.engine_out, key=lambda each: each.distance_m)
-    cut = min(found.cut_burns, key=lambda each: each.distance_m)
-    words = (
-        f"If the engine fails after any pulse, the target is never nearer than {out.distance_m:.1f} m for 2 orbits"
-        f" (after pulse {out.number})"
-    )
-    if cut.distance_m < out.distance_m - 0.05:
-        words += (
-            f"; if it fails within one, {cut.distance_m:.1f} m"
-            f" (pulse {cut.number}, stopped at {100 * cut.fraction:.0f} %)"
-        )
-    return words
-
-
-def _no_plan(plan: FlyAround) -> str:
-    search, scenario = plan.search, plan.scenario
-    assert search is not None
-    asked = "any number of pulses" if scenario.impulses == "fewest" else f"{search.pulses} pulses"
-    if plan.status is PlanStatus.INFEASIBLE and search.reason:
-        return f"INFEASIBLE: {plan.message}. Allow a larger tolerance_m, or smaller errors in uncertainty"
-    if plan.status is PlanStatus.INFEASIBLE:
-        return (
-            f"INFEASIBLE: {asked} cannot stay within {scenario.tolerance_m - search.margin_m:.4g} m:"
-            f" they stray at least {search.impossible_below_m:.4f} m (proved). Allow more pulses, or a larger"
-            " tolerance_m"
-        )
-    return (
-        f"NO ANSWER: {asked}: {plan.message}. This is no proof that there is none; try more pulses, or a larger"
-        " tolerance_m"
-    )
+        advice = {
+            PlanStatus.INFEASIBLE: ". Allow more pulses, a larger tolerance_m, or smaller errors in uncertainty",
+            PlanStatus.FAILED: ". This is no proof that there is none; try more pulses, or a larger tolerance_m",
+        }
+        return plan.message + advice.get(plan.status, "")
+    words = f"By the linear model the flight strays {found.flown.largest_error_m:.4f} m of {scenario.tolerance_m:g} m"
+    if search is not None and search.margin_m:
+        words += f"; {search.margin_m:.3f} m are left to errors of navigation and execution"
+    if search is not None and search.room_m:
+        words += f"; {search.room_m:.4f} m are left to J2 and drag"
+    cut = found.nearest_cut
+    return f"{words}. Pulse {cut.number} is worst cut at {100 * cut.fraction:.0f} %"
 
 
 def _terminal_error(found: Checked) -> dict[str, float]:
@@ -176,12 +122,11 @@ def _constraints(plan: FlyAround, found: Checked) -> list[dict[str, Any]]:
 
 
 def _audits(plan: FlyAround, found: Checked) -> dict[str, Any]:
-    out = min(found.engine_out, key=lambda each: each.distance_m)
+    out, cut = found.nearest_out, found.nearest_cut
     ever = min(found.engine_out, key=lambda each: each.all_time_m)
-    cut = min(found.cut_burns, key=lambda each: each.distance_m)
     return {
         "engine_out": {
-            "orbits": 2.0,
+            "orbits": ORBITS,
             "least_m": out.distance_m,
             "after_pulse": out.number,
             "least_for_all_time_m": ever.all_time_m,
@@ -189,7 +134,7 @@ def _audits(plan: FlyAround, found: Checked) -> dict[str, Any]:
             "pulses": [each.to_dict() for each in found.engine_out],
         },
         "cut_burns": {
-            "orbits": 2.0,
+            "orbits": ORBITS,
             "least_m": cut.distance_m,
             "pulse": cut.number,
             "fraction": cut.fraction,
@@ -205,12 +150,17 @@ def _verification(found: Checked) -> dict[str, Any]:
         "verified": not found.failures,
         "failures": list(found.failures),
         "forces": ["point mass", "J2", "drag"],
-        "largest_error_m": float(truth.largest_errors_m[0]),
+        "largest_error_m": found.largest_error_m,
         "delta_v_m_s": float(truth.totals_m_s[0]),
-        "error_difference_m": float(truth.largest_errors_m[0]) - model.largest_error_m,
+        "error_difference_m": found.largest_error_m - model.largest_error_m,
         "delta_v_difference_m_s": float(truth.totals_m_s[0]) - model.programme.total_m_s,
         "open_loop_largest_error_m": float(found.open_loop.largest_errors_m[0]),
     }
+
+
+def later_errors_m(flights: TrueFlight) -> Array:
+    """Of each flight, the largest distance after the second arc, (B,)."""
+    return np.asarray(flights.errors_m[flights.arcs >= 2].max(axis=0, initial=0.0))
 
 
 def dispersed_document(plan: FlyAround, flights: TrueFlight) -> dict[str, Any]:
@@ -223,7 +173,7 @@ def dispersed_document(plan: FlyAround, flights: TrueFlight) -> dict[str, Any]:
         "largest_error_m": {"mean": float(errors.mean()), "p95": float(np.quantile(errors, 0.95)),
                             "max": float(errors.max())},
         "runs_beyond": float(np.mean(errors > tolerance)),
-        "runs_beyond_after_second_arc": float(np.mean(arcs[2:].max(axis=0, initial=0.0) > tolerance)),
+        "runs_beyond_after_second_arc": float(np.mean(later_errors_m(flights) > tolerance)),
         "arcs_beyond": float(np.mean(arcs > tolerance)),
         "delta_v_m_s": {"mean": float(totals.mean()), "p95": float(np.quantile(totals, 0.95))},
     }  # fmt: skip

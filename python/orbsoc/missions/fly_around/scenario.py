@@ -21,9 +21,9 @@ from orbsoc.guidance.vehicle import Vector
 from orbsoc.orbit.constants import EARTH
 from orbsoc.orbit.relative import LVLH, ClohessyWiltshire
 
-from .ellipse import Ellipse
-from .flight import Flight
-from .waypoints import counts_by_rule
+from .model.ellipse import Ellipse
+from .model.flight import Flight
+from .model.waypoints import counts_by_rule
 
 Array = NDArray[np.float64]
 
@@ -99,10 +99,10 @@ class Truth(Table):
     ballistic_target_m2_kg: float = Field(default=BALLISTIC_M2_KG[0], ge=0.0, le=1.0)
     ballistic_chaser_m2_kg: float = Field(default=BALLISTIC_M2_KG[1], ge=0.0, le=1.0)
     excess_share: float = Field(
-        default=0.005,
-        gt=0.0,
+        default=0.0,
+        ge=0.0,
         le=1.0,
-        description="of the tolerance, that J2, drag and curvature may add to it",
+        description="of the tolerance, that J2, drag and curvature may add to it; with 0 the plan leaves them room",
     )
 
 

@@ -4,24 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
+from functools import cached_property
+from math import inf
 
 from orbsoc.conic.solution import Status
 from orbsoc.guidance.impulses import ImpulseProgramme
-from orbsoc.guidance.mission import Column, Difference, FigureFile, PlanStatus
+from orbsoc.guidance.mission import Column, PlanStatus
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import ExitReason, Iteration, Solve
 
-from .analysis import Analysis
-from .approach import Approach
-from .approach_plan import ApproachPlan
-from .figures import draw_figures
-from .messages import messages
-from .record import plan_document
+from .dispersion import MonteCarlo, fly_many
+from .model.approach import Approach
+from .model.problem import CAPTURE
 from .scenario import Scenario
-from .timing import Timed, plan_times
-from .verification import Verification, verify
+from .search.front import FrontPoint, interruption_front
+from .search.timing import Timed, plan_times
+from .verification import LIMIT_M, Verification, verify
 
 BROKEN = 0.05
 """Of the keep-out: a circular model that loses more about an eccentric target is refused."""
@@ -32,50 +30,117 @@ COLUMNS = {
 """Columns of the iteration table that are this mission's own."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Plan(ApproachPlan):
-    """A plan as `guidance.mission.Plan` has it."""
+class Analysis:
+    """What a report tells of a programme and the plan does not depend on, computed when it is first asked for; solved with `orbsoc.solve`, whatever solved the plan. KeyboardInterrupt goes to the caller."""
 
-    def to_dict(self) -> dict[str, Any]:
-        return plan_document(self)
+    def __init__(self, approach: Approach, programme: ImpulseProgramme) -> None:
+        self.approach, self.programme = approach, programme
 
-    def tables(self) -> Mapping[str, str]:
-        if self.programme is None or self.verification is None:
+    @cached_property
+    def flights(self) -> Mapping[str, MonteCarlo]:
+        """With the errors of the scenario: "as_planned", without re-planning, and "re_planned" before every burn."""
+        from orbsoc.solving.solver import solve
+
+        errors = self.approach.scenario.uncertainty
+        if errors is None or not errors.runs:
             return {}
-        return {"impulses.csv": self.programme.to_csv(), **messages(self)}
+        return {
+            "as_planned": fly_many(self.approach, self.programme, solve, replan=False),
+            "re_planned": fly_many(self.approach, self.programme, solve),
+        }
 
-    def figures(self, folder: Path) -> tuple[FigureFile, ...]:
-        return draw_figures(self, folder)
+    @cached_property
+    def front(self) -> tuple[FrontPoint, ...]:
+        """With `interruption_orbits`: what other durations cost, by the orbits that an interrupted burn stays safe."""
+        from orbsoc.solving.solver import solve
 
-    def differences(self, other: Plan) -> tuple[Difference, ...]:
-        """Costs, and with given times the impulses, whose optimum is unique."""
-        if self.programme is None or other.programme is None:
-            return ()
-        found = [Difference("cost_m_s", "cost", abs(self.cost - other.cost), 1e-6, "m/s")]
-        if self.scenario.impulses.timing == "equal":
-            apart = float(abs(self.programme.dv_m_s - other.programme.dv_m_s).max())
-            found.append(Difference("dv_m_s", "impulses", apart, 1e-4, "m/s"))
-        return tuple(found)
+        return interruption_front(self.approach, solve) if self.approach.scenario.interruption_orbits else ()
 
 
-def plan(
-    scenario: Scenario,
-    *,
-    solve: Solve | None = None,
-    callback: Callable[[Iteration], None] | None = None,
-) -> Plan:
-    """Plan the approach of `scenario` with `solve`, `orbsoc.solve` by default; `callback` sees every solved problem.
+@dataclass(frozen=True, slots=True, eq=False)
+class ApproachPlan:
+    """How planning ended, the programme, what was solved for it, and what its flights found; None where there is none."""
 
-    What cannot be reached is a status with its reason. Raises `orbsoc.guidance.scenario_file.ScenarioError` where the
-    circular model breaks the keep-out about an eccentric target.
-    """
+    scenario: Scenario
+    approach: Approach
+    status: PlanStatus
+    exit_reason: ExitReason
+    message: str
+    programme: ImpulseProgramme | None = None
+    timed: Timed | None = None
+    verification: Verification | None = None
+    analysis: Analysis | None = None
+
+    @property
+    def flights(self) -> Mapping[str, MonteCarlo]:
+        """`Analysis.flights`; empty without a programme that was flown."""
+        return self.analysis.flights if self.analysis else {}
+
+    @property
+    def front(self) -> tuple[FrontPoint, ...]:
+        """`Analysis.front`; empty without a programme that was flown."""
+        return self.analysis.front if self.analysis else ()
+
+    @property
+    def subproblems(self) -> tuple[Iteration, ...]:
+        return self.timed.subproblems if self.timed else ()
+
+    @property
+    def cost(self) -> float:
+        """As the scenario asks for it, m/s; NaN without a programme."""
+        if self.programme is None:
+            return float("nan")
+        norms = self.scenario.cost == "norms"
+        return self.programme.total_m_s if norms else self.programme.total_absolutes_m_s
+
+    @property
+    def nearest_m(self) -> float:
+        """How near to the target the drift after any completed impulse comes, over all later time; infinite without."""
+        cuts = self.verification.cuts if self.verification else ()
+        return min((cut.completed_m for cut in cuts), default=float("inf"))
+
+    @property
+    def safe(self) -> bool:
+        """For all time after every completed impulse."""
+        return self.nearest_m >= self.scenario.keep_out_m - LIMIT_M
+
+    @property
+    def safe_when_cut(self) -> bool:
+        """For all time after every impulse, wherever in it the engine stops."""
+        cuts = self.verification.cuts if self.verification else ()
+        return all(cut.distance_m >= self.scenario.keep_out_m - LIMIT_M for cut in cuts)
+
+    @property
+    def nearest_with_j2_m(self) -> float:
+        """The same with J2, for one orbit; of the drifts after the second burn and later, their depth in the half-space."""
+        truths = self.verification.truths if self.verification else ()
+        return min(
+            (min(each.first_range_m, each.least_depth_m) for each in truths if each.name == "j2"), default=inf
+        )
+
+    @property
+    def safety_kept(self) -> bool:
+        """Whether the chaser stays as safe as the scenario asks: at samples or for all time, and where a burn is cut."""
+        found, least = self.verification, self.scenario.keep_out_m - LIMIT_M
+        if found is None or not self.approach.guarded:
+            return found is not None
+        conditions = all(check.kept for check in found.checks if not check.name.startswith(CAPTURE))
+        if self.scenario.safety == "samples":
+            return conditions
+        return conditions and self.safe and all(cut.distance_m >= least for cut in found.cuts_within_orbits)
+
+
+def made(
+    scenario: Scenario, solve: Solve | None = None, callback: Callable[[Iteration], None] | None = None
+) -> ApproachPlan:
+    """The plan, flown. Raises ScenarioError where the circular model breaks the keep-out about an eccentric target."""
     found = plan_unflown(scenario, solve=solve, callback=callback)
     if found.programme is None:
         return found
-    flown = verify(found.approach, found.programme)
-    _refuse_a_broken_model(scenario, flown)
-    analysis = Analysis(found.approach, found.programme)
-    return replace(found, status=_judged(flown), verification=flown, analysis=analysis)
+    found = _flown(found)
+    assert found.verification is not None
+    _refuse_a_broken_model(scenario, found.verification)
+    return found
 
 
 def plan_unflown(
@@ -83,7 +148,7 @@ def plan_unflown(
     *,
     solve: Solve | None = None,
     callback: Callable[[Iteration], None] | None = None,
-) -> Plan:
+) -> ApproachPlan:
     """The plan as it is solved, without flights and audits; its status says that nothing has verified it."""
     if solve is None:
         from orbsoc.solving.solver import solve as solve_in_rust
@@ -93,31 +158,36 @@ def plan_unflown(
     try:
         timed = plan_times(approach, solve, callback)
     except KeyboardInterrupt:
-        return Plan(scenario, approach, PlanStatus.INTERRUPTED, ExitReason.INTERRUPTED, "interrupted")
+        return ApproachPlan(scenario, approach, PlanStatus.INTERRUPTED, ExitReason.INTERRUPTED, "interrupted")
     if timed.best is None or timed.programme is None:
         return _without_solution(approach, timed)
-    return Plan(
+    return ApproachPlan(
         scenario, approach, PlanStatus.NOT_VERIFIED, ExitReason.CONVERGED, _message(timed),
         programme=timed.programme, timed=timed,
     )  # fmt: skip
 
 
-def audit(scenario: Scenario, programme: ImpulseProgramme) -> Plan:
-    """A programme that was made elsewhere, judged and flown as the scenario's own plan would be; nothing is solved.
-
-    Raises ScenarioError where an impulse lies outside the scenario's time.
-    """
-    approach = Approach.of(scenario)
+def judged(scenario: Scenario, programme: ImpulseProgramme) -> ApproachPlan:
+    """A programme that was made elsewhere. Raises ScenarioError where an impulse lies outside the scenario's time."""
     for t in programme.times_s[[0, -1]]:
         if not 0.0 <= t <= scenario.duration_s:
             allowed = f"must lie within 0 and duration_s = {scenario.duration_s:g}"
             raise ScenarioError(scenario.name, [Complaint("impulses, time_s", f"{t:g}", allowed)])
-    flown = verify(approach, programme)
     message = f"{len(programme)} impulses as given, nothing was solved"
-    return Plan(
-        scenario, approach, _judged(flown), ExitReason.CONVERGED, message,
-        programme=programme, verification=flown, analysis=Analysis(approach, programme),
-    )  # fmt: skip
+    approach = Approach.of(scenario)
+    found = ApproachPlan(
+        scenario, approach, PlanStatus.NOT_VERIFIED, ExitReason.CONVERGED, message, programme
+    )
+    return _flown(found)
+
+
+def _flown(found: ApproachPlan) -> ApproachPlan:
+    """A programme with its flights, and whether every condition holds, safety as it was asked for too."""
+    assert found.programme is not None
+    flown = verify(found.approach, found.programme)
+    found = replace(found, verification=flown, analysis=Analysis(found.approach, found.programme))
+    verified = flown.verified and found.safety_kept
+    return replace(found, status=PlanStatus.VERIFIED if verified else PlanStatus.NOT_VERIFIED)
 
 
 def _refuse_a_broken_model(scenario: Scenario, flown: Verification) -> None:
@@ -136,10 +206,6 @@ def _refuse_a_broken_model(scenario: Scenario, flown: Verification) -> None:
         raise ScenarioError(scenario.name, [Complaint("target.motion", "'circular'", allowed)])
 
 
-def _judged(flown: Verification) -> PlanStatus:
-    return PlanStatus.VERIFIED if flown.verified else PlanStatus.NOT_VERIFIED
-
-
 def _message(timed: Timed) -> str:
     assert timed.best is not None
     solution = timed.best.solution
@@ -155,7 +221,7 @@ def _message(timed: Timed) -> str:
     return words
 
 
-def _without_solution(approach: Approach, timed: Timed) -> Plan:
+def _without_solution(approach: Approach, timed: Timed) -> ApproachPlan:
     """The reason is told of the last trial that proves one, or of the one that failed."""
     proofs = [trial for trial in timed.trials if trial.solution.status is Status.PRIMAL_INFEASIBLE]
     if len(proofs) == len(timed.trials):
@@ -171,4 +237,4 @@ def _without_solution(approach: Approach, timed: Timed) -> Plan:
         failed = next(trial for trial in timed.trials if trial not in proofs)
         status, ended = PlanStatus.FAILED, ExitReason.SUBPROBLEM_FAILED
         message = f"a problem ended with {failed.solution.status.name}: {failed.solution.message}"
-    return Plan(approach.scenario, approach, status, ended, message, timed=timed)
+    return ApproachPlan(approach.scenario, approach, status, ended, message, timed=timed)

@@ -1,16 +1,23 @@
-"""A plan as plain data: the document behind `plan.json`."""
+"""A plan as plain data: the document behind `plan.json`, what is told beside the verdict, and CCSDS messages."""
 
 from __future__ import annotations
 
 from math import isfinite
 from typing import Any
 
-from orbsoc.guidance.safety import CutBurn
-from orbsoc.orbit import EARTH
+import numpy as np
 
-from .approach_plan import ApproachPlan
+from orbsoc.guidance.chaser_messages import chaser_messages
+from orbsoc.guidance.relative_flight import fly, two_body
+from orbsoc.guidance.safety import CutBurn
+from orbsoc.orbit import EARTH, state_from_elements
+
 from .paper import compare
-from .verdicts import verdict
+from .planner import ApproachPlan
+from .verification import LIMIT_M
+
+STEPS = 120
+"""Of the ephemeris."""
 
 
 def plan_document(plan: ApproachPlan) -> dict[str, Any]:
@@ -22,7 +29,7 @@ def plan_document(plan: ApproachPlan) -> dict[str, Any]:
         "status": plan.status.value,
         "exit_reason": plan.exit_reason.name,
         "message": plan.message,
-        "verdict": verdict(plan),
+        "details": details(plan),
         "delta_v_m_s": programme and programme.total_m_s,
         "cost": _number(plan.cost),
         "impulses": programme.to_list() if programme else [],
@@ -110,3 +117,32 @@ def _timing(plan: ApproachPlan) -> dict[str, Any] | None:
 
 def _number(value: float) -> float | None:
     return value if isfinite(value) else None
+
+
+def details(plan: ApproachPlan) -> str:
+    """What the lines of the verdict have no room for: what is broken, and every burn that must not stop inside."""
+    found = plan.verification
+    if found is None:
+        return plan.message
+    words = [*found.failures]
+    if plan.approach.guarded:
+        words += [
+            f"burn {cut.number} cut at {100.0 * cut.fraction:.3g} % leads to {cut.distance_m:.1f} m,"
+            f" {cut.after_s / 3600.0:.1f} h later"
+            for cut in found.cuts
+            if cut.distance_m < plan.scenario.keep_out_m - LIMIT_M
+        ]
+    if isfinite(plan.nearest_with_j2_m):
+        words.append(f"with J2 the drifts come within {plan.nearest_with_j2_m:.1f} m in an orbit")
+    return "; ".join(words) or plan.message
+
+
+def messages(plan: ApproachPlan) -> dict[str, str]:
+    """`chaser.oem` and `chaser.opm` of a plan, by two-body motion; empty without a programme."""
+    programme, approach = plan.programme, plan.approach
+    if programme is None:
+        return {}
+    target = np.concatenate(state_from_elements(approach.orbit()))
+    times = np.unique(np.concatenate([np.linspace(0.0, approach.duration_s, STEPS + 1), programme.times_s]))
+    flown = fly(programme, approach.start, target, times, two_body)
+    return chaser_messages(plan.scenario.name, programme, flown, comment="two-body motion")

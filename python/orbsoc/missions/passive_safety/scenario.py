@@ -113,7 +113,11 @@ class Scenario(BaseScenario):
     start: Start
     capture: Capture
     capture_box_m: float = Field(default=0.0, ge=0.0, le=1e3, description="by axis, half a side")
-    keep_out_m: float = Field(ge=0.0, le=LONGEST_M)
+    keep_out_m: float = Field(
+        ge=0.0,
+        le=LONGEST_M,
+        description="half the height of the band along the V-bar that is kept out of; not a sphere",
+    )
     duration_s: Positive = Field(le=1e6)
     impulses: ImpulseTimes = ImpulseTimes()
     condition: Literal["short", "beyond", "none"]
@@ -183,7 +187,7 @@ def _keep_out_complaints(scenario: Scenario) -> Iterator[Complaint]:
         )
     if abs(scenario.capture.z_m) < keep_out_m:
         value = f"{scenario.capture.z_m:g}"
-        allowed = f"inside keep_out_m: must be at least {keep_out_m:g} below the target, or above it"
+        allowed = f"the keep-out is a band along the V-bar: must be at least {keep_out_m:g} below the target, or above it"
         yield Complaint("capture.z_m", value, allowed)
 
 

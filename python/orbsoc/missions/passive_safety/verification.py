@@ -19,8 +19,8 @@ from orbsoc.guidance.relative_flight import TRUTHS, drifts, fly
 from orbsoc.guidance.safety import CutBurn, audit_cut_burns
 from orbsoc.orbit import PropagationError, state_from_elements
 
-from . import problem
-from .approach import Approach, cone_rows
+from .model import problem
+from .model.approach import Approach, cone_rows
 from .scenario import DEFAULT_SAMPLES
 
 Array = NDArray[np.float64]
@@ -44,6 +44,9 @@ class Check:
     @property
     def kept(self) -> bool:
         return self.margin >= -(LIMIT_M if self.unit == "m" else LIMIT_M_S)
+
+    def __str__(self) -> str:
+        return f"{self.name} is broken by {-self.margin:.3g} {self.unit} at {self.at_s:.0f} s"
 
     def to_dict(self) -> dict[str, Any]:
         """A row of `constraints` in plan.json."""
@@ -91,11 +94,7 @@ class Verification:
     @property
     def failures(self) -> tuple[str, ...]:
         """Every condition that is broken, in words."""
-        return tuple(
-            f"{check.name} is broken by {-check.margin:.3g} {check.unit} at {check.at_s:.0f} s"
-            for check in self.checks
-            if not check.kept
-        )
+        return tuple(str(check) for check in self.checks if not check.kept)
 
 
 def verify(approach: Approach, programme: ImpulseProgramme) -> Verification:

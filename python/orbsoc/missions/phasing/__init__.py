@@ -8,9 +8,9 @@
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError
 
-from .dispersion import DISPERSION, disperse
+from .dispersion.cases import DISPERSION, disperse
+from .paper.reproduction import reproduce, samples
 from .planner import COLUMNS, Plan, audit, plan
-from .reproduction import reproduce, samples
 from .scenario import Scenario, load_scenario
 
 PAPER = "003"

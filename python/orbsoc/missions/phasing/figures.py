@@ -18,10 +18,10 @@ from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import EARTH
 from orbsoc.orbit.perturbations import fast_coast
 
-from .approach import state_at
-from .descent import PhasingImpulses
-from .phasing_plan import PhasingPlan
-from .verification import Flight
+from .model.approach import state_at
+from .plan import PhasingPlan
+from .search.descent import PhasingImpulses
+from .verification.flight import Flight
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

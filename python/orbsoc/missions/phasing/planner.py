@@ -15,15 +15,15 @@ from orbsoc.guidance.mission import Column, Difference, FigureFile, PlanStatus
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import ExitReason, Iteration, Solve
 
-from .approach import Approach, Roll, approach_between
-from .descent import descend, spread
 from .figures import draw_figures
-from .first_guess import Phasing, plan_phasing, shoot
-from .messages import messages
-from .phasing_plan import Analysis, PhasingPlan
-from .record import plan_document
+from .model.approach import Approach, Roll, approach_between
+from .plan import Analysis, PhasingPlan
+from .record.document import plan_document
+from .record.messages import messages
 from .scenario import Scenario
-from .verification import fly
+from .search.descent import descend, spread
+from .search.first_guess import Phasing, plan_phasing, shoot
+from .verification.flight import fly
 
 Array = NDArray[np.float64]
 

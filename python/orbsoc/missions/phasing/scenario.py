@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from os import PathLike
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,8 @@ from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, 
 from orbsoc.guidance.vehicle import Vector
 from orbsoc.orbit import Elements, state_from_elements
 from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass
+
+from .orbits import in_own_keys
 
 Array = NDArray[np.float64]
 
@@ -24,7 +26,7 @@ LATEST_H = 240.0
 
 
 class Body(Table):
-    """Osculating elements in inertial axes at an epoch."""
+    """Osculating elements in inertial axes at an epoch; or any form of the orbit table, which is turned to them when it is read."""
 
     sma_km: float = Field(gt=6378.0, le=50_000.0)
     ecc: float = Field(ge=0.0, lt=1.0)
@@ -33,6 +35,12 @@ class Body(Table):
     argp_deg: float = Field(ge=-360.0, le=360.0)
     true_anomaly_deg: float = Field(ge=-360.0, le=360.0)
     epoch_s: float
+    epoch_utc: str | None = Field(default=None, description="ISO 8601; epoch_s then counts from the chaser's")
+    frame: Literal["TEME"] | None = Field(
+        default=None,
+        description="of a date: TEME at the chaser's epoch once it is read; any other is turned to it",
+    )
+    source: str | None = Field(default=None, description="written when a TLE or a file is read")
     ballistic_m2_kg: float = Field(default=0.0, ge=0.0, le=1.0, description="C_D A/m, for the drag")
 
     @property
@@ -131,6 +139,11 @@ class Scenario(BaseScenario):
         """On one body."""
         drag = [Drag(ballistic_m2_kg)] if "drag" in self.forces and ballistic_m2_kg else []
         return [PointMass(), *([J2()] if "j2" in self.forces else []), *drag]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _orbits(cls, given: Any) -> Any:
+        return in_own_keys(given) if isinstance(given, dict) else given
 
     @model_validator(mode="after")
     def _physics(self) -> Self:

@@ -9,8 +9,8 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError
 
 from .dispersion import DISPERSION, disperse
-from .launch_plan import Plan, plan, reproduce, samples
-from .planner import COLUMNS
+from .plan import COLUMNS
+from .planner import Plan, plan, reproduce, samples
 from .scenario import Scenario, load_scenario
 
 PAPER = "002"

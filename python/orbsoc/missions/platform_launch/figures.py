@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from orbsoc.guidance.figure_style import STYLE, write_png
 from orbsoc.guidance.mission import FigureFile
 
-from . import two_body
-from .audits import ORBITS, Dispersed
-from .planner import LaunchPlan, Verification
-from .rendezvous import Rendezvous
-from .transfer import Transfers, costs, in_plane
+from .model import two_body
+from .model.transfer import Transfers, costs, in_plane
+from .plan import LaunchPlan, Verification
+from .search.rendezvous import Rendezvous
+from .verification.audits import ORBITS, Dispersed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

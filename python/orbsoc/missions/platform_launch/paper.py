@@ -12,11 +12,11 @@ import numpy as np
 
 from orbsoc.guidance.mission import BROKEN, PaperRow
 
-from .flights import element_rows
-from .planner import LaunchPlan
-from .rendezvous import Rendezvous
+from .model.separation import in_rotating_frame
+from .plan import LaunchPlan
 from .scenario import Scenario
-from .separation import in_rotating_frame
+from .search.rendezvous import Rendezvous
+from .verification.flights import element_rows
 
 PRINTED_N, INFERRED_N, STEP_S = 500.0, 300.0, 1.45
 """Force of table 1; force and end with which the figures were made."""

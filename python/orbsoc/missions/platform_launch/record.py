@@ -8,12 +8,12 @@ from typing import Any
 
 from orbsoc.guidance.mission import PlanStatus
 
-from .audits import ORBITS
-from .flights import Flown, element_rows
+from .model.transfer import flat_interval, in_plane
 from .paper import compare, disturbance
-from .planner import LaunchPlan, Verification
-from .rendezvous import Rendezvous
-from .transfer import flat_interval, in_plane
+from .plan import LaunchPlan, Verification
+from .search.rendezvous import Rendezvous
+from .verification.audits import ORBITS
+from .verification.flights import Flown, element_rows
 
 
 def plan_document(plan: LaunchPlan) -> dict[str, Any]:
@@ -25,7 +25,7 @@ def plan_document(plan: LaunchPlan) -> dict[str, Any]:
         "status": plan.status.value,
         "exit_reason": plan.status.name,
         "message": plan.message,
-        "verdict": verdict(plan),
+        "details": verdict(plan),
         "launch": _launch(plan),
         "delta_v_m_s": programme and programme.total_m_s,
         "cost": met and met.value,

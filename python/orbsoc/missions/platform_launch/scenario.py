@@ -19,10 +19,10 @@ from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, 
 from orbsoc.orbit import EARTH, ConstantsSet, Elements, state_from_elements
 from orbsoc.orbit.relative import ClohessyWiltshire
 
-from .launch import LaunchError, Pair
-from .rack import Rack, Slot
-from .separation import Separation, separated
-from .transfer import singularity
+from .model.launch import LaunchError, Pair
+from .model.rack import Rack, Slot
+from .model.separation import Separation, separated
+from .model.transfer import singularity
 
 Array = NDArray[np.float64]
 

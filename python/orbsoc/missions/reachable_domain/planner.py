@@ -24,13 +24,13 @@ from orbsoc.guidance.powered_flight import commanded
 from orbsoc.guidance.scp import Iteration, Solve
 from orbsoc.orbit.planes import inclination_and_node
 
-from .continuation.domain import Domain
-from .continuation.table import COUNTS, FLOATS, WORDS, PointStatus, PointTable
-from .direct.arcs import Arcs
-from .direct.condensed import CondensedBatch
-from .direct.subproblems import SolvedBatch, Subproblems
-from .flight.orbits import RADIUS_M, Orbits
+from .model.direct.arcs import Arcs
+from .model.direct.condensed import CondensedBatch
+from .model.direct.subproblems import SolvedBatch, Subproblems
+from .model.flight.orbits import RADIUS_M, Orbits
 from .scenario import Scenario, load_scenario
+from .search.continuation.domain import Domain
+from .search.continuation.table import COUNTS, FLOATS, WORDS, PointStatus, PointTable
 
 Array = NDArray[np.float64]
 Point = tuple[float, float, float]
@@ -103,7 +103,7 @@ class Plan:
             "name": self.scenario.name,
             "status": self.status.value,
             "message": self.message,
-            "verdict": self.verdict,
+            "details": self.verdict,
             "point": {name: _plain(value) for name, value in self.point.items()},
             "verification": self.verification,
             "scp_iterations": len(self.subproblems),
@@ -212,9 +212,9 @@ def plan(
 
 def reproduce(scenarios: Path) -> tuple[PaperRow, ...]:
     """The envelope of the paper's table 2 beside that of the boundary at its lowest perigee height."""
-    from .query.envelope import envelope, limits
-    from .query.resolved_boundary import resolved_boundary
-    from .query.results import ReachableDomain
+    from .search.query.envelope import envelope, limits
+    from .search.query.resolved_boundary import resolved_boundary
+    from .search.query.results import ReachableDomain
 
     lowest = load_scenario(scenarios / "paper004_reach.toml").grid.perigee_height_km.first
     scenario = load_scenario(scenarios / "paper004_reach.toml").with_changes(

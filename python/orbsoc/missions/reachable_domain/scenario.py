@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from orbsoc.guidance.orbit_input import Orbit, vehicle_complaints
 from orbsoc.guidance.powered_flight import Burn
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
-from orbsoc.guidance.vehicle import LaunchSite, Positive, State, Vehicle, state_complaints
+from orbsoc.guidance.vehicle import LaunchSite, Positive, Vehicle
 from orbsoc.orbit import EARTH, CanonicalUnits, eci_from_launch_inertial, rotate_state
 
 Array = NDArray[np.float64]
@@ -102,7 +103,7 @@ class Scenario(BaseScenario):
     axes: Literal["launch_inertial", "eci"]
     vehicle: Vehicle
     launch_site: LaunchSite | None = None
-    initial: State
+    initial: Orbit
     burn: BurnRules
     perigee: Perigee = Perigee()
     grid: Grid
@@ -117,7 +118,7 @@ class Scenario(BaseScenario):
 
     def initial_eci(self) -> Array:
         """The initial state in ECI, [r_m, v_m_s]."""
-        if self.axes == "eci" or self.launch_site is None:
+        if self.axes == "eci" or self.launch_site is None or self.initial.by_elements:
             return self.initial.vector()
         return rotate_state(eci_from_launch_inertial(self.launch_site.frame()), self.initial.vector())
 
@@ -168,7 +169,7 @@ def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
 def _state_complaints(scenario: Scenario) -> Iterator[Complaint]:
     if scenario.axes == "launch_inertial" and scenario.launch_site is None:
         yield Complaint("launch_site", "", 'is missing, and axes = "launch_inertial" needs it')
-    yield from state_complaints("initial", scenario.initial)
+    yield from vehicle_complaints("initial", scenario.initial)
 
 
 def _altitude_complaints(scenario: Scenario) -> Iterator[Complaint]:

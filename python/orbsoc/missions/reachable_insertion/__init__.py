@@ -8,8 +8,8 @@
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError
 
-from .burn_plan import Stage
 from .dispersion import DISPERSION, disperse
+from .plan.burn_plan import Stage
 from .planner import COLUMNS, Plan, plan, reproduce
 from .scenario import Scenario, load_scenario
 from .two_burns.planner import TwoBurnPlan

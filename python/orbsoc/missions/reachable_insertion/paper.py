@@ -16,7 +16,7 @@ import numpy as np
 from orbsoc.guidance.mission import PaperRow, PlanStatus
 from orbsoc.orbit import pitch_yaw
 
-from .burn_plan import BurnPlan
+from .plan.burn_plan import BurnPlan
 from .scenario import PaperCase
 
 Verdict = Literal["reproduced", "misprint", "not reproduced", "met by construction", "other data"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,21 +13,25 @@ from orbsoc.guidance.figure_style import image_element
 from orbsoc.guidance.mission import Column, Difference, FigureFile, PaperRow
 from orbsoc.guidance.scenario_file import read_toml
 from orbsoc.guidance.scp import Iteration, Rules, Solve
+from orbsoc.guidance.verdict import Verdict
 
-from .bounded_search import BoundedSearch
-from .burn_plan import BurnPlan
-from .comparison import differences
-from .ignition import LaterIgnition, best_ignition, later_ignition
-from .made_ready import MadeReady
-from .orbit_figures import orbit_figure
+from .figures.orbit import orbit_figure
+from .figures.panels import draw_figures
 from .paper import compare
-from .plots import draw_figures
-from .quick_turn import quickened
-from .record import attitude_csv, plan_document
+from .plan.burn_plan import BurnPlan
+from .plan.comparison import differences
+from .plan.verdict import verdict_of
+from .plan.verdicts import shape_of
+from .record.document import attitude_csv, plan_document
+from .record.messages import FlownBurn, first_coast, messages
 from .scenario import ProblemName, Scenario, load_scenario
-from .search import Found, Search, null_burn
+from .search.bounded import BoundedSearch
+from .search.found import Found
+from .search.ignition import LaterIgnition, best_ignition, later_ignition
+from .search.quick_turn import quickened
+from .search.setup import InsertionSetup
+from .search.start_search import Search, null_burn
 from .two_burns.planner import TwoBurnPlan, plan_two_burns
-from .verdicts import shape_of, verdict
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -71,17 +74,26 @@ class Plan(BurnPlan):
 
     def _repr_html_(self) -> str:
         """Of a notebook: the verdict, and the figure where there is one."""
-        text = f"<p><strong>{escape(verdict(self))}.</strong></p>"
+        text = self.verdict._repr_html_()
         if self.verification is None:
             return text
         return text + image_element(self.plot(), "the orbit before and after")
+
+    @property
+    def verdict(self) -> Verdict:
+        """The answer, a cheaper option where one is known, and what is claimed of the optimum."""
+        return verdict_of(self)
 
     def to_dict(self) -> dict[str, Any]:
         return plan_document(self)
 
     def tables(self) -> dict[str, str]:
-        table = attitude_csv(self)
-        return {} if table is None else {"attitude.csv": table}
+        table, found = attitude_csv(self), self.verification
+        if table is None or found is None:
+            return {}
+        coast = first_coast(self.scenario, self.ignition_s)
+        burns = [FlownBurn(self.ignition_s, found.flight)] if self.time_of_flight_s else []
+        return {"attitude.csv": table} | (messages(self.scenario, [coast], burns) if burns else {})
 
     def figures(self, folder: Path) -> tuple[FigureFile, ...]:
         return draw_figures(self, folder)
@@ -109,7 +121,7 @@ def plan(
         solve = solve_in_rust
     if problem is not None and problem != scenario.problem:
         scenario = scenario.with_changes(problem=problem)
-    ready = MadeReady.of(scenario)
+    ready = InsertionSetup.of(scenario)
     if scenario.burn.count == 2:
         nothing = Found(ready)
         there = null_burn(ready, nothing)

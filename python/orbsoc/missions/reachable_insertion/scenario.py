@@ -13,12 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from orbsoc.guidance.orbit_input import Orbit, vehicle_complaints
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
-from orbsoc.guidance.vehicle import LaunchSite, Positive, State, Vehicle, state_complaints
+from orbsoc.guidance.vehicle import LaunchSite, Positive, Vehicle
 from orbsoc.orbit import CanonicalUnits, eci_from_launch_inertial, rotate_state
 
-from .target import TargetOrbit
-from .target_table import Target, idle_target_keys, target_complaints
+from .model.defaults import dry_mass_words, guessed_duration_s
+from .targets.table import Target, idle_target_keys, target_complaints
+from .targets.target_orbit import TargetOrbit
 
 Array = NDArray[np.float64]
 ProblemName = Literal["min_time", "max_energy"]
@@ -29,7 +31,8 @@ class BurnTime(Table):
     """Burn time: the first guess of `min_time`, the given time of `max_energy`; how many burns, and when the first may begin."""
 
     duration_s: Positive | None = Field(
-        default=None, description="first guess of min_time, given time of max_energy; two burns need none"
+        default=None,
+        description="first guess of min_time, by default from impulses; given time of max_energy; two burns need none",
     )
     count: Literal[1, 2] = Field(default=1, description="2: burn, coast, burn, of min_time")
     longest_coast_s: float | None = Field(
@@ -95,7 +98,7 @@ class Scenario(BaseScenario):
     compare_with: PaperCase | None = None
     vehicle: Vehicle
     launch_site: LaunchSite | None = None
-    initial: State
+    initial: Orbit
     target: Target
     burn: BurnTime
     limits: Limits | None = None
@@ -105,7 +108,29 @@ class Scenario(BaseScenario):
     @model_validator(mode="after")
     def _physics(self) -> Self:
         refuse(physical_complaints(self))
+        if self.problem == "min_time" and self.burn.count == 1 and self.burn.duration_s is None:
+            burn = self.burn.model_copy(update={"duration_s": self._guess_s()})
+            object.__setattr__(self, "burn", burn)  # while it is made; frozen from then on
         return self
+
+    @property
+    def assumptions(self) -> list[str]:
+        """What holds by default, in words."""
+        found, burn = dry_mass_words(self.vehicle), self.burn
+        if self.problem == "min_time" and burn.count == 1 and burn.duration_s == self._guess_s():
+            found.append(
+                f"burn.duration_s = {burn.duration_s:.6g}, guessed from impulses between the apsides"
+            )
+        return found
+
+    def _guess_s(self) -> float:
+        free = set(self.target.free)
+        return guessed_duration_s(
+            self.vehicle,
+            self.launch_inertial(self.initial),
+            None if "shape" in free else self.launch_inertial(self.target),
+            plane_free=bool({"inc_deg", "raan_deg"} & free),
+        )
 
     @property
     def variant(self) -> str:
@@ -116,10 +141,14 @@ class Scenario(BaseScenario):
     def idle_keys(self) -> Mapping[str, str]:
         return idle_target_keys(self.target, self.problem)
 
-    def launch_inertial(self, state: State | Target) -> Array:
-        """A state of this scenario in launch-inertial axes, [r_m, v_m_s]; in ECI where there is no launch site."""
-        in_eci = self.axes != "launch_inertial" or (isinstance(state, Target) and state.by_elements)
-        return rotate_state(self.eci_rotation.T, state.vector()) if in_eci else state.vector()
+    def launch_inertial(self, orbit: Orbit) -> Array:
+        """A state of this scenario in launch-inertial axes, [r_m, v_m_s]; in ECI where there is no launch site.
+
+        With a date, ECI is the frame of `[initial]`.
+        """
+        state = orbit.vector_in(self.initial.axes_name, self.initial.epoch)
+        in_eci = self.axes != "launch_inertial" or orbit.by_elements
+        return rotate_state(self.eci_rotation.T, state) if in_eci else state
 
     @property
     def eci_rotation(self) -> Array:
@@ -139,12 +168,28 @@ def load_scenario(path: str | PathLike[str], settings: Mapping[str, Any] | None 
 
 def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
     """What contradicts physics or the problem asked for, most basic first."""
-    yield from state_complaints("initial", scenario.initial)
+    yield from vehicle_complaints("initial", scenario.initial)
     yield from target_complaints(scenario.target, scenario.problem)
+    yield from _frame_complaints(scenario)
     if scenario.axes == "launch_inertial" and scenario.launch_site is None:
         yield Complaint("launch_site", "", 'is missing, and axes = "launch_inertial" needs it')
     yield from _mass_complaints(scenario)
     yield from _problem_complaints(scenario)
+
+
+def _frame_complaints(scenario: Scenario) -> Iterator[Complaint]:
+    """Frames that cannot be turned into each other."""
+    initial, target = scenario.initial, scenario.target
+    for key, orbit in (("initial", initial), ("target", target)):
+        if scenario.axes == "launch_inertial" and not orbit.by_elements and orbit.axes_name is not None:
+            allowed = f"{key}.frame or a date says {orbit.axes_name}; with either must be 'eci' or 'velocity'"
+            yield Complaint("axes", "'launch_inertial'", allowed)
+    if target.axes_name is not None and initial.axes_name is None:
+        allowed = "initial.frame is not given; give it too, or leave this out"
+        yield Complaint("target.frame", repr(target.axes_name), allowed)
+    if target.free and target.axes_name not in (None, initial.axes_name):
+        allowed = f"with target.free must be {initial.axes_name!r}, that of [initial]"
+        yield Complaint("target.frame", repr(target.axes_name), allowed)
 
 
 def _mass_complaints(scenario: Scenario) -> Iterator[Complaint]:
@@ -174,8 +219,8 @@ def _problem_complaints(scenario: Scenario) -> Iterator[Complaint]:
     if burn.coast_j2 and burn.ignition == "now" and burn.count == 1:
         needs = 'needs burn.ignition = "free" or burn.count = 2; one burn from now has no coast'
         yield Complaint("burn.coast_j2", "true", needs)
-    if burn.duration_s is None and burn.count == 1:
-        yield Complaint("burn.duration_s", "", "is missing, and burn.count = 1 needs it")
+    if burn.duration_s is None and scenario.problem == "max_energy":
+        yield Complaint("burn.duration_s", "", 'is missing, and problem = "max_energy" needs it')
     if burn.longest_coast_s is not None and burn.count == 1:
         yield Complaint("burn.longest_coast_s", f"{burn.longest_coast_s:g}", "needs burn.count = 2")
     if burn.count == 2 and scenario.problem != "min_time":

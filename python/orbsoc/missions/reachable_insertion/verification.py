@@ -24,13 +24,13 @@ from orbsoc.orbit import (
     rotate_state,
 )
 
-from .any_target import AnyTarget
-from .attitude_rate import peak_rate, rates
-from .coast import at_ignition
-from .free_target import FreeTarget
-from .problems import Iterate
+from .model.attitude_rate import peak_rate, rates
+from .model.coast import at_ignition
+from .model.problems import Iterate
 from .scenario import Scenario
 from .scenario import Verification as VerificationRules
+from .targets.any_target import AnyTarget
+from .targets.free_target import FreeTarget
 
 Array = NDArray[np.float64]
 

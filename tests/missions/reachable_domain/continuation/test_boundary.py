@@ -8,13 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from orbsoc.missions.reachable_domain.continuation.boundary import edge_note, inside_box, solve_boundary
-from orbsoc.missions.reachable_domain.continuation.domain import Domain
-from orbsoc.missions.reachable_domain.continuation.largest_tilt import largest_tilts
-from orbsoc.missions.reachable_domain.continuation.table import PointStatus
-from orbsoc.missions.reachable_domain.direct.terminal import LargestTilt
 from orbsoc.missions.reachable_domain.figures.draw import draw_figures
-from orbsoc.missions.reachable_domain.files.summary import summary
+from orbsoc.missions.reachable_domain.model.direct.terminal import LargestTilt
+from orbsoc.missions.reachable_domain.record.summary import summary
+from orbsoc.missions.reachable_domain.search.continuation.boundary import (
+    edge_note,
+    inside_box,
+    solve_boundary,
+)
+from orbsoc.missions.reachable_domain.search.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.search.continuation.largest_tilt import largest_tilts
+from orbsoc.missions.reachable_domain.search.continuation.table import PointStatus
 from orbsoc.orbit.planes import inclination_and_node
 from orbsoc.reach import ReachableDomain
 from tests.missions.reachable_domain.cases import domain, paper, perigees

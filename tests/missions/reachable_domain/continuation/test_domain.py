@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from orbsoc.guidance.collocation import legendre_gauss
-from orbsoc.missions.reachable_domain.continuation.domain import Domain
-from orbsoc.missions.reachable_domain.continuation.table import Origin, PointStatus, PointTable
+from orbsoc.missions.reachable_domain.search.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.search.continuation.table import Origin, PointStatus, PointTable
 from orbsoc.orbit import elements_from_state, propagate_burn
 from orbsoc.orbit.planes import normals, plane_error
 from tests.missions.reachable_domain.cases import domain, paper

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orbsoc.missions.reachable_domain.continuation.boundary import solve_boundary
-from orbsoc.missions.reachable_domain.continuation.domain import Domain
-from orbsoc.missions.reachable_domain.continuation.table import PointStatus, PointTable
+from orbsoc.missions.reachable_domain.search.continuation.boundary import solve_boundary
+from orbsoc.missions.reachable_domain.search.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.search.continuation.table import PointStatus, PointTable
 from tests.missions.reachable_domain.cases import paper
 
 INC, RAAN = np.array([28.3]), np.array([335.25])

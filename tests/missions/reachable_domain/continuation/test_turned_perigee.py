@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from orbsoc.missions.reachable_domain.continuation.domain import Domain
-from orbsoc.missions.reachable_domain.continuation.table import PointTable
+from orbsoc.missions.reachable_domain.search.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.search.continuation.table import PointTable
 from tests.missions.reachable_domain.cases import paper
 
 

@@ -8,10 +8,10 @@ import pytest
 import orbsoc
 from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.powered_flight import Trajectory
-from orbsoc.missions.reachable_domain.direct.arcs import Arcs
-from orbsoc.missions.reachable_domain.direct.condensed import condense
-from orbsoc.missions.reachable_insertion.problems import Iterate, MaxEnergyFreePerigee
-from orbsoc.missions.reachable_insertion.target import TargetOrbit
+from orbsoc.missions.reachable_domain.model.direct.arcs import Arcs
+from orbsoc.missions.reachable_domain.model.direct.condensed import condense
+from orbsoc.missions.reachable_insertion.model.problems import Iterate, MaxEnergyFreePerigee
+from orbsoc.missions.reachable_insertion.targets.target_orbit import TargetOrbit
 from orbsoc.orbit.planes import in_plane_axes
 from tests.missions.reachable_domain.three_planes import COLLOCATION, GUESS, PERIGEES, PLANES, TARGET
 

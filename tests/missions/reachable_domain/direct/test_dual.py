@@ -9,14 +9,14 @@ import pytest
 
 import orbsoc
 from orbsoc.guidance.scp import Rules
-from orbsoc.missions.reachable_domain.continuation.domain import Domain
-from orbsoc.missions.reachable_domain.direct.arcs import Arcs
-from orbsoc.missions.reachable_domain.direct.condensed import CondensedBatch, condense
-from orbsoc.missions.reachable_domain.direct.dual import DualSolutions, solve_dual
-from orbsoc.missions.reachable_domain.direct.guess import towards_planes
-from orbsoc.missions.reachable_domain.direct.sequence import Ending, sequences
-from orbsoc.missions.reachable_domain.direct.subproblems import Subproblems
-from orbsoc.missions.reachable_domain.direct.terminal import LargestOrbit, LargestTilt, Target
+from orbsoc.missions.reachable_domain.model.direct.arcs import Arcs
+from orbsoc.missions.reachable_domain.model.direct.condensed import CondensedBatch, condense
+from orbsoc.missions.reachable_domain.model.direct.dual import DualSolutions, solve_dual
+from orbsoc.missions.reachable_domain.model.direct.guess import towards_planes
+from orbsoc.missions.reachable_domain.model.direct.sequence import Ending, sequences
+from orbsoc.missions.reachable_domain.model.direct.subproblems import Subproblems
+from orbsoc.missions.reachable_domain.model.direct.terminal import LargestOrbit, LargestTilt, Target
+from orbsoc.missions.reachable_domain.search.continuation.domain import Domain
 from orbsoc.orbit.planes import normals
 from tests.missions.reachable_domain.cases import domain, paper, perigees
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from orbsoc.missions.reachable_domain.direct.guess import resampled
+from orbsoc.missions.reachable_domain.model.direct.guess import resampled
 from orbsoc.orbit.planes import plane_error
 from tests.missions.reachable_domain.cases import domain
 from tests.missions.reachable_domain.three_planes import COLLOCATION, GUESS, PLANES

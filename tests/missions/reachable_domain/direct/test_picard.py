@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from orbsoc.missions.reachable_domain.direct.picard import GravityGradient, solve_picard
+from orbsoc.missions.reachable_domain.model.direct.picard import GravityGradient, solve_picard
 from tests.missions.reachable_domain.three_planes import COLLOCATION
 
 

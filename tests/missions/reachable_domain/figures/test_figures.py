@@ -10,13 +10,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
-from orbsoc.missions.reachable_domain.continuation.boundary import solve_boundary
-from orbsoc.missions.reachable_domain.continuation.domain import Domain
 from orbsoc.missions.reachable_domain.figures.band_page import write_band
 from orbsoc.missions.reachable_domain.figures.draw import draw_figures
 from orbsoc.missions.reachable_domain.figures.ellipses import VIEW_KM, band_title, largest_ellipses
 from orbsoc.missions.reachable_domain.figures.orbits import draw_band, drawn_extent
 from orbsoc.missions.reachable_domain.figures.planes import cell_edges, cell_limits, draw_maps, log_ticks
+from orbsoc.missions.reachable_domain.search.continuation.boundary import solve_boundary
+from orbsoc.missions.reachable_domain.search.continuation.domain import Domain
 from orbsoc.orbit import EARTH
 from orbsoc.reach import ReachableDomain
 from tests.missions.reachable_domain.cases import paper

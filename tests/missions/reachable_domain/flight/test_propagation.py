@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from orbsoc.guidance.collocation import legendre_gauss
-from orbsoc.missions.reachable_domain.continuation import tools
-from orbsoc.missions.reachable_domain.flight import propagation as flight
-from orbsoc.missions.reachable_domain.flight.propagation import fly
+from orbsoc.missions.reachable_domain.model.flight import propagation as flight
+from orbsoc.missions.reachable_domain.model.flight.propagation import fly
+from orbsoc.missions.reachable_domain.search.continuation import tools
 from orbsoc.orbit import CanonicalUnits, gauss, propagate_burn
 from tests.missions.reachable_domain.cases import domain, paper
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orbsoc.missions.reachable_domain.direct.terminal import LargestOrbit, LargestTilt
-from orbsoc.missions.reachable_domain.indirect.conditions import conditions, curvature
+from orbsoc.missions.reachable_domain.model.direct.terminal import LargestOrbit, LargestTilt
+from orbsoc.missions.reachable_domain.model.indirect.conditions import conditions, curvature
 from orbsoc.orbit.planes import in_plane_axes
 from tests.missions.reachable_domain.three_planes import GUESS, PERIGEES, PLANES, TARGET, TILT
 

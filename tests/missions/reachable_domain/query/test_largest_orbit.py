@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orbsoc.missions.reachable_domain.query.largest_orbit import LargestOrbits
+from orbsoc.missions.reachable_domain.search.query.largest_orbit import LargestOrbits
 
 
 def test_the_height_counts_in_the_error_and_coarse_nodes_do_not_hide_it() -> None:

@@ -8,9 +8,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from orbsoc.missions.reachable_domain.continuation.boundary import solve_boundary
-from orbsoc.missions.reachable_domain.continuation.domain import Domain
-from orbsoc.missions.reachable_domain.continuation.table import PointStatus
+from orbsoc.missions.reachable_domain.search.continuation.boundary import solve_boundary
+from orbsoc.missions.reachable_domain.search.continuation.domain import Domain
+from orbsoc.missions.reachable_domain.search.continuation.table import PointStatus
 from orbsoc.orbit import Elements, elements_from_state, propagate_burn, state_from_elements
 from orbsoc.reach import OrbitError, ReachableDomain, Verdict
 from tests.missions.reachable_domain.cases import paper

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from benchmarks.reach_verdicts import solved, trials
-from orbsoc.missions.reachable_domain.continuation.boundary import first_azimuths, solve_boundary
-from orbsoc.missions.reachable_domain.query.shortest_burn import LONGER_REL
+from orbsoc.missions.reachable_domain.search.continuation.boundary import first_azimuths, solve_boundary
+from orbsoc.missions.reachable_domain.search.query.shortest_burn import LONGER_REL
 from orbsoc.reach import ReachableDomain
 
 COUNT = 20

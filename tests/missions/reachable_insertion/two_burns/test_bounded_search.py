@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from benchmarks.two_burn_missions import transfer
 from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.missions.reachable_insertion import Plan, PlanStatus, Scenario, TwoBurnPlan, load_scenario, plan
-from orbsoc.missions.reachable_insertion.made_ready import MadeReady
+from orbsoc.missions.reachable_insertion.plan.verdicts import verdict as verdict_of_one_burn
+from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
 from orbsoc.missions.reachable_insertion.two_burns.flight import sensitivities
 from orbsoc.missions.reachable_insertion.two_burns.motion import Motion
 from orbsoc.missions.reachable_insertion.two_burns.transfer import Transfer, constant
 from orbsoc.missions.reachable_insertion.two_burns.turning import held_shares, slowed, turn_rates
-from orbsoc.missions.reachable_insertion.two_burns.verdict import verdict, violations
+from orbsoc.missions.reachable_insertion.two_burns.verdicts import verdict, violations
 from orbsoc.missions.reachable_insertion.two_burns.verification import verify
-from orbsoc.missions.reachable_insertion.verdicts import verdict as verdict_of_one_burn
 
 Array = NDArray[np.float64]
 RAISE = Path(__file__).resolve().parents[4] / "scenarios" / "raise_two_burns.toml"
@@ -85,7 +85,7 @@ def test_a_bound_that_is_not_reached_changes_no_bit() -> None:
 def test_the_flight_of_a_plan_that_turns_too_fast_is_refused() -> None:
     found = turning(None)
     assert found.transfer is not None
-    end = sensitivities(Motion.of(MadeReady.of(found.scenario)), found.transfer).end
+    end = sensitivities(Motion.of(InsertionSetup.of(found.scenario)), found.transfer).end
     [failure] = verify(scenario(0.02), found.target, found.transfer, end).failures
     assert failure.startswith("attitude rate is 0.0662")
     assert failure.endswith("°/s, allowed 0.02 °/s")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from benchmarks.two_burn_missions import transfer
 from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.powered_flight import Burn
-from orbsoc.missions.reachable_insertion.made_ready import MadeReady
+from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
 from orbsoc.missions.reachable_insertion.two_burns.flight import ends_of, sensitivities
 from orbsoc.missions.reachable_insertion.two_burns.motion import Motion, OblateCoast, TwoBodyCoast
 from orbsoc.missions.reachable_insertion.two_burns.restoration import restored
@@ -108,7 +108,7 @@ def test_a_rotation_is_orthogonal_and_composes() -> None:
 @pytest.mark.parametrize("number", range(4))
 def test_a_restored_start_ends_on_the_orbit_by_the_independent_integrator(number: int, oblate: bool) -> None:
     scenario = transfer(77, number, oblate=oblate).scenario
-    ready = MadeReady.of(scenario)
+    ready = InsertionSetup.of(scenario)
     motion = Motion.of(ready)
     limits = limits_of(ready)
     starts = [as_burns(ready.burn, limits, pair, 12) for pair in guesses(motion, ready.target, limits)[:3]]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from orbsoc.missions.reachable_insertion.target import TargetOrbit
+from orbsoc.missions.reachable_insertion.targets.target_orbit import TargetOrbit
 from orbsoc.missions.reachable_insertion.two_burns.impulses import cheapest
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements, state_from_elements
 from orbsoc.orbit.kepler import coasted_in_closed_form

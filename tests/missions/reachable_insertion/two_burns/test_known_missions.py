@@ -7,9 +7,9 @@ import pytest
 
 from benchmarks.two_burn_missions import KINDS, transfer, unreachable_transfer
 from orbsoc.missions.reachable_insertion import PlanStatus, TwoBurnPlan, plan
-from orbsoc.missions.reachable_insertion.made_ready import MadeReady
-from orbsoc.missions.reachable_insertion.proof import proof_of_infeasibility
-from orbsoc.missions.reachable_insertion.two_burns.verdict import verdict
+from orbsoc.missions.reachable_insertion.model.proof import proof_of_infeasibility
+from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
+from orbsoc.missions.reachable_insertion.two_burns.verdicts import verdict
 
 
 @pytest.mark.parametrize("number", range(40))
@@ -36,7 +36,7 @@ def test_transfers_beyond_reach_are_never_verified(number: int) -> None:
 def test_no_bound_proves_a_transfer_infeasible_that_is_feasible_by_construction(number: int) -> None:
     """Not even with the construction's burns as all the propellant; the bound on one burn's momentum does, wrongly for two."""
     made = transfer(7, number)
-    ready = MadeReady.of(made.scenario)
+    ready = InsertionSetup.of(made.scenario)
     duration = made.burn_s / ready.units.time_s
     assert proof_of_infeasibility(ready.burn, ready.target, duration, whole_orbit=True, coasts=True) is None
 
@@ -45,7 +45,7 @@ def test_the_bound_on_the_momentum_of_one_burn_is_no_proof_for_two() -> None:
     proved = 0
     for number in range(60):
         made = transfer(7, number)
-        ready = MadeReady.of(made.scenario)
+        ready = InsertionSetup.of(made.scenario)
         duration = made.burn_s / ready.units.time_s
         proved += proof_of_infeasibility(ready.burn, ready.target, duration, whole_orbit=True) is not None
     assert proved > 0

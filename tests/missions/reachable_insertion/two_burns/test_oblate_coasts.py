@@ -14,12 +14,12 @@ from scipy.interpolate import BarycentricInterpolator
 
 from benchmarks.two_burn_missions import transfer, unreachable_transfer
 from orbsoc.missions.reachable_insertion import PlanStatus, ScenarioError, TwoBurnPlan, load_scenario, plan
-from orbsoc.missions.reachable_insertion.made_ready import MadeReady
-from orbsoc.missions.reachable_insertion.proof import proof_of_infeasibility
+from orbsoc.missions.reachable_insertion.model.proof import proof_of_infeasibility
+from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
 from orbsoc.missions.reachable_insertion.two_burns.flight import sensitivities
 from orbsoc.missions.reachable_insertion.two_burns.motion import Motion
 from orbsoc.missions.reachable_insertion.two_burns.search import proof_for_two_burns
-from orbsoc.missions.reachable_insertion.two_burns.verdict import verdict
+from orbsoc.missions.reachable_insertion.two_burns.verdicts import verdict
 from orbsoc.missions.reachable_insertion.two_burns.verification import verify
 from orbsoc.orbit import EARTH
 
@@ -70,7 +70,7 @@ def flown(found: TwoBurnPlan, *, j2: bool) -> Array:
 
 
 def missed(found: TwoBurnPlan, *, j2: bool) -> float:
-    units = MadeReady.of(found.scenario).units
+    units = InsertionSetup.of(found.scenario).units
     return float(np.abs(found.target.conditions(units.state_from_si(flown(found, j2=j2))[None])).max())
 
 
@@ -86,7 +86,7 @@ def test_half_an_orbit_with_j2_tilts_the_plane_of_a_plan_without_it() -> None:
     found = planned(j2=False, wait=False)
     oblate = found.scenario.with_changes(burn={"coast_j2": True})
     assert found.transfer is not None
-    end = sensitivities(Motion.of(MadeReady.of(found.scenario)), found.transfer).end
+    end = sensitivities(Motion.of(InsertionSetup.of(found.scenario)), found.transfer).end
     judged = verify(oblate, found.target, found.transfer, end)
     assert not judged.verified
     assert np.deg2rad(0.05) < judged.plane_rad < np.deg2rad(0.2)
@@ -113,14 +113,14 @@ def test_no_bound_proves_a_transfer_with_j2_infeasible_that_is_feasible(number: 
     made = transfer(7, number, oblate=True)
     vehicle = made.scenario.vehicle
     dry = vehicle.mass_kg - vehicle.mass_flow_kg_s * made.burn_s
-    ready = MadeReady.of(made.scenario.with_changes(vehicle={"dry_mass_kg": dry}))
+    ready = InsertionSetup.of(made.scenario.with_changes(vehicle={"dry_mass_kg": dry}))
     assert proof_for_two_burns(ready) is None
 
 
 def test_the_proof_allows_for_what_j2_does_to_the_energy() -> None:
     """What two coasts may give is taken off what the target needs: 3μJ₂/R of w² each, some 25 m/s of w = 8.1 km/s."""
     made = load_scenario(RAISE, WAIT | {"burn.coast_j2": True})
-    ready = MadeReady.of(made.with_changes(vehicle={"dry_mass_kg": 990.0}))
+    ready = InsertionSetup.of(made.with_changes(vehicle={"dry_mass_kg": 990.0}))
     proof = proof_for_two_burns(ready)
     sharp = proof_of_infeasibility(
         ready.burn, ready.target, ready.burn.longest, whole_orbit=True, coasts=True

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import minimize, minimize_scalar
 
 from orbsoc.missions.reachable_insertion import PlanStatus, Scenario, TwoBurnPlan, load_scenario, plan
-from orbsoc.missions.reachable_insertion.made_ready import target_of
+from orbsoc.missions.reachable_insertion.search.setup import target_of
 from orbsoc.orbit import EARTH, CanonicalUnits
 
 Array = NDArray[np.float64]

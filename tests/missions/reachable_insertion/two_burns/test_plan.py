@@ -25,9 +25,9 @@ from orbsoc.missions.reachable_insertion import (
     load_scenario,
     plan,
 )
+from orbsoc.missions.reachable_insertion.plan.verdicts import verdict as verdict_of_one_burn
 from orbsoc.missions.reachable_insertion.two_burns.record import turned
-from orbsoc.missions.reachable_insertion.two_burns.verdict import verdict
-from orbsoc.missions.reachable_insertion.verdicts import verdict as verdict_of_one_burn
+from orbsoc.missions.reachable_insertion.two_burns.verdicts import verdict
 from orbsoc.orbit import EARTH, elements_from_state
 
 Array = NDArray[np.float64]
@@ -145,7 +145,7 @@ def test_one_burn_that_fails_names_two_and_two_are_then_verified() -> None:
 def test_one_burn_that_is_verified_names_no_other() -> None:
     found = plan(load_scenario(SCENARIOS / "rec1.toml"))
     assert found.to_dict()["two_burns"] is None
-    assert "burn.count" not in found.to_dict()["verdict"]
+    assert "burn.count" not in found.to_dict()["details"]
 
 
 def test_propellant_for_neither_is_a_proof_and_too_little_is_not_found() -> None:
@@ -189,7 +189,6 @@ def test_free_elements_are_left_to_the_burns() -> None:
 
 REFUSED = {
     "a coast between one burn": ({"burn.count": 1, "burn.duration_s": 9.0, "burn.longest_coast_s": 9.0}, "burn.longest_coast_s"),
-    "one burn without its time": ({"burn.count": 1}, "burn.duration_s: is missing"),
     "three burns": ({"burn.count": 3}, "burn.count"),
     "an ignition that is not free": ({"burn.latest_ignition_s": 9.0}, "burn.latest_ignition_s"),
 }  # fmt: skip

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..query.results import ReachableDomain
+from ..search.query.results import ReachableDomain
 from .ellipses import EARTH_KM, band_title, largest_ellipses
 
 SHADES = 12

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 from orbsoc.guidance.figure_style import PLAIN, write_png
 from orbsoc.guidance.mission import FigureFile
 
-from ..continuation.boundary import edge_note
-from ..query.results import ReachableDomain
+from ..search.continuation.boundary import edge_note
+from ..search.query.results import ReachableDomain
 from .orbits import draw_band, draw_projection
 from .planes import draw_boundary, draw_maps
 

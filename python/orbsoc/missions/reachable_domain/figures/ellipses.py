@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from orbsoc.orbit import EARTH, Elements, state_from_elements
 
-from ..query.results import ReachableDomain
+from ..search.query.results import ReachableDomain
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..query.results import ReachableDomain
+from ..search.query.results import ReachableDomain
 from .ellipses import EARTH_KM, band_title, largest_ellipses
 from .planes import add_apogee_bar, apogee_norm
 

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from orbsoc.orbit.planes import inclination_and_node
 
-from ..continuation.boundary import edge_note
-from ..query.envelope import edge_curve
-from ..query.results import ReachableDomain
+from ..search.continuation.boundary import edge_note
+from ..search.query.envelope import edge_curve
+from ..search.query.results import ReachableDomain
 from .ellipses import bound_words
 
 if TYPE_CHECKING:

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..made_ready import MadeReady
+from ..search.setup import InsertionSetup
 from .limits import Limits
 from .motion import Motion
 from .restoration import REACHED, restored
-from .search import FLOWN, SHORTENED, Attempt, Found, Search, Start, flown_starts, judged, limits_of
+from .search import FLOWN, SHORTENED, Attempt, Found, Search, Start, flown_starts, fly_and_verify, limits_of
 
 TURNING = "turning within the bound"
 
@@ -21,13 +21,13 @@ TURNING = "turning within the bound"
 class BoundedSearch(Search):
     """A search whose burns turn no faster than the scenario allows."""
 
-    def run(self, ready: MadeReady) -> Found:
+    def run(self, ready: InsertionSetup) -> Found:
         free = Search.run(self, ready.unbounded)
         found = Found(ready, list(free.attempts), proof=free.proof, interrupted=free.interrupted)
         if free.best is None or free.best.miss > REACHED or found.interrupted or found.proof is not None:
             found.best = free.best
             return found
-        kept = judged(ready, free.best.transfer)
+        kept = fly_and_verify(ready, free.best.transfer)
         if kept is not None and kept.verified:
             found.best, found.verification = free.best, kept
             return found
@@ -39,7 +39,7 @@ class BoundedSearch(Search):
             found.best = free.best
         return found
 
-    def _within(self, ready: MadeReady, found: Found, free: Found) -> None:
+    def _within(self, ready: InsertionSetup, found: Found, free: Found) -> None:
         """From what was found without the bound; from the starts themselves where that leads to nothing."""
         limits, motion = limits_of(ready), Motion.of(ready)
         drawn = [
@@ -50,7 +50,7 @@ class BoundedSearch(Search):
         if found.verification is None and not found.interrupted:
             self._each(ready, limits, found, flown_starts(ready, limits, FLOWN))
 
-    def _each(self, ready: MadeReady, limits: Limits, found: Found, starts: list[Start]) -> None:
+    def _each(self, ready: InsertionSetup, limits: Limits, found: Found, starts: list[Start]) -> None:
         for start in [each for each in starts if each.flown.reaches][:SHORTENED]:
             if not found.interrupted:
                 self._shorten(ready, limits, found, Start(f"{start.name}, {TURNING}", start.flown))

@@ -12,9 +12,9 @@ from orbsoc.guidance.figure_style import STYLE, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import EARTH, elements_from_state, pitch_yaw
 
-from ..history import History
-from ..orbit_figures import AFTER, BEFORE, BURN, COAST, FAR, drawn, earth, plane_of
-from ..verdicts import shape_of
+from ..figures.history import History
+from ..figures.orbit import AFTER, BEFORE, BURN, COAST, FAR, draw_earth, draw_orbit, plane_of
+from ..plan.verdicts import shape_of
 from .transfer_plan import TransferPlan
 from .verification import Verification
 
@@ -70,7 +70,7 @@ def orbit_figure(plan: TransferPlan, found: Verification) -> Figure:
     axes = plane_of(start)
     figure = Figure(figsize=(7.2, 7.6))
     panel = figure.add_axes((0.15, 0.255, 0.8, 0.69))
-    earth(panel)
+    draw_earth(panel)
     arcs = [each.propagated for each in flight.burns]
     reach = FAR * max(float(np.linalg.norm(arc[:, :3], axis=1).max()) for arc in arcs) / 1e3
     for name, state, colour, style in (
@@ -80,7 +80,7 @@ def orbit_figure(plan: TransferPlan, found: Verification) -> Figure:
     ):
         orbit = elements_from_state(state[:3], state[3:])
         panel.plot(
-            *drawn(orbit, axes, reach),
+            *draw_orbit(orbit, axes, reach),
             color=colour,
             linestyle=style,
             linewidth=1.4,

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..target import TargetOrbit
+from ..targets.target_orbit import TargetOrbit
 
 Array = NDArray[np.float64]
 

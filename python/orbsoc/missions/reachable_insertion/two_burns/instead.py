@@ -7,10 +7,10 @@ from functools import lru_cache
 
 from orbsoc.guidance.mission import PlanStatus
 
-from ..burn_plan import BurnPlan
-from ..made_ready import MadeReady
+from ..plan.burn_plan import BurnPlan
+from ..search.setup import InsertionSetup
 from .motion import Motion
-from .search import FLOWN, above_ground, flown_starts, judged, limits_of, proof_for_two_burns
+from .search import FLOWN, above_ground, flown_starts, fly_and_verify, limits_of, proof_for_two_burns
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,13 +29,13 @@ def two_burns_instead(plan: BurnPlan) -> TwoBurns | None:
     scenario = plan.scenario
     if scenario.problem != "min_time" or plan.status in (PlanStatus.VERIFIED, PlanStatus.INTERRUPTED):
         return None
-    ready = MadeReady.of(scenario)
+    ready = InsertionSetup.of(scenario)
     if proof_for_two_burns(ready):
         return None
     for start in flown_starts(ready, limits_of(ready), FLOWN):
         if not start.flown.reaches or not above_ground(Motion.of(ready), start.flown):
             continue
-        verification = judged(ready, start.flown.transfer)
+        verification = fly_and_verify(ready, start.flown.transfer)
         if verification is not None and verification.verified:
             transfer = start.flown.transfer
             coasts, burns = transfer.coasts * ready.units.time_s, transfer.durations * ready.units.time_s

@@ -17,8 +17,8 @@ from orbsoc.orbit import EARTH, CanonicalUnits, PropagationError, rotate_state
 from orbsoc.orbit.kepler import coasted_in_closed_form
 from orbsoc.orbit.perturbations import fast_coast, fast_coast_with_transitions
 
-from ..coast import OBLATE_EARTH
-from ..made_ready import MadeReady
+from ..model.coast import OBLATE_EARTH
+from ..search.setup import InsertionSetup
 
 Array = NDArray[np.float64]
 
@@ -125,6 +125,6 @@ class Motion:
     coast: Coast
 
     @classmethod
-    def of(cls, ready: MadeReady) -> Motion:
+    def of(cls, ready: InsertionSetup) -> Motion:
         oblate = OblateCoast(ready.scenario.eci_rotation, CanonicalUnits.of(EARTH))
         return cls(ready.burn, oblate if ready.scenario.burn.coast_j2 else TwoBodyCoast())

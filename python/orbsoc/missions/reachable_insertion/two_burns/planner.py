@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,16 +12,18 @@ import numpy as np
 from orbsoc.guidance.figure_style import image_element
 from orbsoc.guidance.mission import Difference, FigureFile
 from orbsoc.guidance.scp import Iteration, Rules, Solve
+from orbsoc.guidance.verdict import Verdict
 
-from ..comparison import SMA_REL, TIME_REL
-from ..made_ready import MadeReady
-from ..verdicts import shape_of
+from ..plan.comparison import SMA_REL, TIME_REL
+from ..plan.verdicts import shape_of
+from ..record.messages import FlownArc, FlownBurn, messages
+from ..search.setup import InsertionSetup
 from .bounded_search import BoundedSearch
 from .figures import draw_figures, orbit_figure
 from .record import attitude_csv, plan_document
 from .search import Found, Search
 from .transfer_plan import TransferPlan
-from .verdict import verdict
+from .verdict import verdict_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -52,17 +53,28 @@ class TwoBurnPlan(TransferPlan):
 
     def _repr_html_(self) -> str:
         """Of a notebook: the verdict, and the figure where there is one."""
-        text = f"<p><strong>{escape(verdict(self))}.</strong></p>"
+        text = self.verdict._repr_html_()
         if self.verification is None:
             return text
         return text + image_element(self.plot(), "the orbits and both burns")
+
+    @property
+    def verdict(self) -> Verdict:
+        """The answer, and what is claimed of the optimum."""
+        return verdict_of(self)
 
     def to_dict(self) -> dict[str, Any]:
         return plan_document(self)
 
     def tables(self) -> dict[str, str]:
-        table = attitude_csv(self)
-        return {} if table is None else {"attitude.csv": table}
+        table, found = attitude_csv(self), self.verification
+        if table is None or found is None:
+            return {}
+        flight = found.flight
+        starts = flight.starts_s
+        coasts = [FlownArc(starts[2 * k] + each.times_s, each.states) for k, each in enumerate(flight.coasts)]
+        burns = [FlownBurn(starts[2 * k + 1], each) for k, each in enumerate(flight.burns)]
+        return {"attitude.csv": table} | messages(self.scenario, coasts, burns)
 
     def figures(self, folder: Path) -> tuple[FigureFile, ...]:
         return draw_figures(self, folder)
@@ -90,7 +102,7 @@ BURN_REL = 10.0 * TIME_REL
 
 
 def plan_two_burns(
-    ready: MadeReady, solve: Solve, callback: Callable[[Iteration], None] | None = None
+    ready: InsertionSetup, solve: Solve, callback: Callable[[Iteration], None] | None = None
 ) -> TwoBurnPlan:
     """Plan a scenario with `burn.count = 2`."""
     searches = Search if ready.rate_bound is None else BoundedSearch

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.orbit import EARTH
 
-from ..record import (
+from ..record.document import (
     ATTITUDE_COLUMNS,
     attitude_axes,
     attitude_rows,
@@ -24,7 +24,7 @@ from ..record import (
 )
 from .search import TOLERANCE, TRUST
 from .transfer_plan import TransferPlan
-from .verdict import starts_tried, verdict, violations
+from .verdicts import starts_tried, verdict, violations
 from .verification import TransferFlight, Verification
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ def plan_document(plan: TransferPlan) -> dict[str, Any]:
         "problem": plan.scenario.problem,
         "status": plan.status.value,
         "message": plan.message,
-        "verdict": verdict(plan),
+        "details": verdict(plan),
         "time_of_flight_s": plan.time_of_flight_s,
         "propellant_kg": plan.propellant_kg,
         "delta_v_m_s": plan.delta_v_m_s,
@@ -63,6 +63,7 @@ def plan_document(plan: TransferPlan) -> dict[str, Any]:
         },
         "violations": violations_document(violations(plan)),
         "starts": starts_tried(plan),
+        "assumptions": plan.scenario.assumptions,
         "proof": plan.proof and proof_document(plan.proof),
         "forces": forces_document(plan.scenario),
         "attitude_rate": found and {**rate_document(plan.scenario, found), "slew_deg_s": _slew_deg_s(found)},

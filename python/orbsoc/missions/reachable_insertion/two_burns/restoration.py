@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..any_target import AnyTarget
+from ..targets.any_target import AnyTarget
 from .flight import Sensitivities, ends_of, sensitivities
 from .limits import Limits
 from .motion import Motion

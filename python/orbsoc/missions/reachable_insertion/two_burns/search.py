@@ -26,9 +26,9 @@ from orbsoc.guidance.scp import (
 )
 from orbsoc.orbit import PropagationError, elements_from_state
 
-from ..ignition import latest_s
-from ..made_ready import MadeReady
-from ..proof import OBLATE_COAST, Proof, proof_of_infeasibility
+from ..model.proof import OBLATE_COAST, Proof, proof_of_infeasibility
+from ..search.ignition import latest_s
+from ..search.setup import InsertionSetup
 from .flight import Sensitivities, sensitivities
 from .limits import Limits
 from .motion import Motion
@@ -84,7 +84,7 @@ class Attempt:
 class Found:
     """What the search came to: every attempt, the one that counts, and its verification."""
 
-    ready: MadeReady
+    ready: InsertionSetup
     attempts: list[Attempt] = field(default_factory=list)
     best: Attempt | None = None
     verification: Verification | None = None
@@ -114,7 +114,7 @@ class Found:
         return PlanStatus.VERIFIED if self.verification.verified else PlanStatus.NOT_VERIFIED
 
 
-def proof_for_two_burns(ready: MadeReady) -> Proof | None:
+def proof_for_two_burns(ready: InsertionSetup) -> Proof | None:
     """Why no two burns reach the target, coasts included; None for no proof."""
     burn, scenario = ready.burn, ready.scenario.burn
     coasts = 2 if scenario.ignition == "free" else 1
@@ -124,7 +124,7 @@ def proof_for_two_burns(ready: MadeReady) -> Proof | None:
     )
 
 
-def limits_of(ready: MadeReady) -> Limits:
+def limits_of(ready: InsertionSetup) -> Limits:
     """What the scenario allows, and of the propellant somewhat more, for the way."""
     burn, scenario = ready.burn, ready.scenario
     ignition = latest_s(ready) / ready.units.time_s if scenario.burn.ignition == "free" else 0.0
@@ -142,7 +142,7 @@ class Start:
     flown: Restored
 
 
-def flown_starts(ready: MadeReady, limits: Limits, count: int) -> list[Start]:
+def flown_starts(ready: InsertionSetup, limits: Limits, count: int) -> list[Start]:
     """The cheapest pairs of impulses as burns that end on the orbit, those that do first, shortest first."""
     motion, speed = Motion.of(ready), ready.units.speed_m_s
     found = []
@@ -162,7 +162,7 @@ class Search:
     rules: Rules
     callback: Callable[[Iteration], None] | None = None
 
-    def run(self, ready: MadeReady) -> Found:
+    def run(self, ready: InsertionSetup) -> Found:
         """The shortest two burns found, verified where the flight confirms them; Ctrl-C ends it with what it has."""
         found = Found(ready)
         found.proof = proof_for_two_burns(ready)
@@ -173,7 +173,7 @@ class Search:
                 found.interrupted = "interrupted in the search for two burns"
         return found
 
-    def _run(self, ready: MadeReady, found: Found) -> None:
+    def _run(self, ready: InsertionSetup, found: Found) -> None:
         limits = limits_of(ready)
         turns = revolutions(Motion.of(ready), limits.ignition)
         apart = APART * limits.ignition / turns if turns > MANY else 0.0
@@ -192,7 +192,7 @@ class Search:
             if found.interrupted:
                 return
 
-    def _shorten(self, ready: MadeReady, limits: Limits, found: Found, start: Start) -> None:
+    def _shorten(self, ready: InsertionSetup, limits: Limits, found: Found, start: Start) -> None:
         """From one start, on finer grids while the thrust turns faster than they follow."""
         most = ready.scenario.method.max_nodes
         transfer: Transfer | None = start.flown.transfer
@@ -204,7 +204,7 @@ class Search:
             if outcome.reason is ExitReason.INTERRUPTED:
                 found.interrupted = outcome.message
                 return
-            verification = judged(ready, outcome.iterate)
+            verification = fly_and_verify(ready, outcome.iterate)
             found.consider(attempt, verification)
             if verification is None or verification.verified or attempt.nodes >= most:
                 return
@@ -213,7 +213,7 @@ class Search:
             moved = restored(Motion.of(ready), ready.target, limits, finer)
             transfer = moved.transfer if moved.reaches else None
 
-    def _descended(self, ready: MadeReady, limits: Limits, start: Transfer) -> Outcome[Transfer]:
+    def _descended(self, ready: InsertionSetup, limits: Limits, start: Transfer) -> Outcome[Transfer]:
         motion, target = Motion.of(ready), ready.target
         unit = start.burning
         known: Array | None = None
@@ -260,7 +260,7 @@ def above_ground(motion: Motion, flown: Restored) -> bool:
     return True
 
 
-def judged(ready: MadeReady, transfer: Transfer) -> Verification | None:
+def fly_and_verify(ready: InsertionSetup, transfer: Transfer) -> Verification | None:
     """The flight of a transfer that the propellant allows; None where it does not, or where it cannot be flown."""
     if transfer.burning > ready.burn.longest:
         return None
@@ -271,7 +271,7 @@ def judged(ready: MadeReady, transfer: Transfer) -> Verification | None:
         return None
 
 
-def _figures(ready: MadeReady, transfer: Transfer, found: Sensitivities) -> dict[str, float]:
+def _figures(ready: InsertionSetup, transfer: Transfer, found: Sensitivities) -> dict[str, float]:
     """The columns of the iteration table that are this mission's own; of the reference."""
     end = ready.units.state_to_si(found.end)
     orbit = elements_from_state(end[:3], end[3:])

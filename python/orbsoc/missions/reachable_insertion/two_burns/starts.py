@@ -22,9 +22,9 @@ from orbsoc.orbit import (
     state_from_elements,
 )
 
-from ..any_target import AnyTarget
-from ..free_target import FreeTarget
-from ..target import TargetOrbit
+from ..targets.any_target import AnyTarget
+from ..targets.free_target import FreeTarget
+from ..targets.target_orbit import TargetOrbit
 from .impulses import COARSE, FINE, Impulses, cheapest
 from .limits import Limits
 from .motion import Motion

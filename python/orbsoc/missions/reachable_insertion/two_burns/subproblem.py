@@ -23,8 +23,8 @@ from orbsoc.conic.named_rows import HasDuals
 from orbsoc.conic.problem import Problem
 from orbsoc.guidance.powered_flight import stored
 
-from ..any_target import AnyTarget
-from ..attitude_rate import add_turns, slope_matrix
+from ..model.attitude_rate import add_turns, slope_matrix
+from ..targets.any_target import AnyTarget
 from .flight import Sensitivities, sensitivities
 from .limits import SHORTEST, Limits
 from .motion import Motion

@@ -11,9 +11,9 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import Iteration
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements
 
-from ..any_target import AnyTarget
-from ..proof import Proof
+from ..model.proof import Proof
 from ..scenario import Scenario
+from ..targets.any_target import AnyTarget
 from .limits import SHORTEST
 from .search import Attempt
 from .transfer import Transfer

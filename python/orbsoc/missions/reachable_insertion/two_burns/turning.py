@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..attitude_rate import peak_rate, slope_matrix
+from ..model.attitude_rate import peak_rate, slope_matrix
 from .transfer import Transfer
 
 Array = NDArray[np.float64]

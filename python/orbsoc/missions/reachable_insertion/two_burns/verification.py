@@ -16,11 +16,11 @@ from orbsoc.orbit import (
     propagate_burn,
 )
 
-from ..any_target import AnyTarget
-from ..attitude_rate import peak_rate, rates
-from ..coast import coasted_from
-from ..free_target import FreeTarget
+from ..model.attitude_rate import peak_rate, rates
+from ..model.coast import coasted_from
 from ..scenario import Scenario
+from ..targets.any_target import AnyTarget
+from ..targets.free_target import FreeTarget
 from ..verification import (
     SAMPLES,
     EndOfFlight,

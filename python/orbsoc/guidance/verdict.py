@@ -1,0 +1,165 @@
+"""The answer to a mission as data: one line a question, one word a line; the worst word rules the exit code.
+
+Console, report, `plan.json` and notebook print the same lines. A mission answers *Answer*, *Optimum*, *Engine*,
+*Safety*, *Option* and *Flights*; the run of the plan adds the second solver's check, *Deadline* and *Computer*.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Iterable
+from dataclasses import dataclass
+from html import escape
+
+WIDTH = 100
+"""Characters of a printed line."""
+
+
+ROOM = WIDTH - 22
+"""Of them for figure, limit and evidence."""
+
+
+def shortened(text: str, room: int = ROOM) -> str:
+    """A sentence made elsewhere, cut at a word where it is longer than a line has room."""
+    return text if len(text) <= room else text[: room - 1].rpartition(" ")[0].rstrip(",;:") + " …"
+
+
+class Level(enum.IntEnum):
+    """What a word means for the exit code."""
+
+    GOOD = 0
+    """The question is answered as one would wish."""
+    OPEN = 1
+    """Told, and not decided: the exit code stays 0."""
+    BAD = 2
+    """What was asked for does not hold: the exit code is 1."""
+
+
+class Question(enum.Enum):
+    """What is asked, in the order in which it is printed."""
+
+    ANSWER = "Answer"
+    OPTION = "Option"
+    OPTIMUM = "Optimum"
+    ENGINE = "Engine"
+    SAFETY = "Safety"
+    FLIGHTS = "Flights"
+    CHECK = "Check"
+    DEADLINE = "Deadline"
+    COMPUTER = "Computer"
+
+
+class Word(enum.Enum):
+    """The one word of a line: what it says and its level."""
+
+    VERIFIED = "VERIFIED", Level.GOOD
+    NOT_VERIFIED = "NOT VERIFIED", Level.BAD
+    INFEASIBLE = "INFEASIBLE", Level.BAD
+    NOT_FOUND = "NOT FOUND", Level.BAD
+    FAILED = "NO ANSWER", Level.BAD
+    INTERRUPTED = "INTERRUPTED", Level.BAD
+    CHEAPER = "CHEAPER", Level.OPEN
+    POSSIBLE = "POSSIBLE", Level.OPEN
+    """Another setting reaches what was asked for."""
+    PROVED = "PROVED", Level.GOOD
+    BOUND = "BOUND", Level.GOOD
+    BEST_FOUND = "BEST FOUND", Level.OPEN
+    SAMPLED = "SAMPLED", Level.OPEN
+    ENOUGH = "ENOUGH", Level.GOOD
+    TOO_WEAK = "TOO WEAK", Level.BAD
+    SAFE = "SAFE", Level.GOOD
+    PARTLY = "PARTLY", Level.OPEN
+    """Safe as the scenario asked, and not in a stronger sense that is told."""
+    NOT_SAFE = "NOT SAFE", Level.BAD
+    NOT_ASKED = "NOT ASKED", Level.OPEN
+    MET = "MET", Level.GOOD
+    MISSED = "MISSED", Level.BAD
+    AGREES = "AGREES", Level.GOOD
+    DISAGREES = "DISAGREES", Level.BAD
+    PASS = "PASS", Level.GOOD
+    MARGINAL = "MARGINAL", Level.OPEN
+    FAIL = "FAIL", Level.BAD
+    NOT_JUDGED = "NOT JUDGED", Level.OPEN
+    MODELLED = "MODELLED", Level.GOOD
+    DOES_NOT_FIT = "DOES NOT FIT", Level.OPEN
+    OTHER_BITS = "OTHER BITS", Level.BAD
+    """The scheduled solves do not return the bits of the native ones."""
+
+    def __init__(self, text: str, level: Level) -> None:
+        self.text = text
+        self.level = level
+
+
+@dataclass(frozen=True, slots=True)
+class VerdictLine:
+    """One answered question. `figure` is the number that answers it, `limit` what it is held against, `evidence` what
+    was checked; each is a short phrase in plain text."""
+
+    question: Question
+    word: Word
+    figure: str
+    limit: str = ""
+    evidence: str = ""
+
+    def __str__(self) -> str:
+        """The line as it is printed."""
+        text = f"{self.figure} (allowed {self.limit})" if self.limit else self.figure
+        text = "; ".join(filter(None, (text, self.evidence)))
+        return f"{self.question.value:<9}{self.word.text:<13}{text}".rstrip()
+
+    def to_dict(self) -> dict[str, str]:
+        """A row of `verdict` in plan.json."""
+        return {
+            "question": self.question.value,
+            "word": self.word.text,
+            "figure": self.figure,
+            "limit": self.limit,
+            "evidence": self.evidence,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """All answered questions, each at most once but for options, in the order of `Question`."""
+
+    lines: tuple[VerdictLine, ...]
+
+    @classmethod
+    def of(cls, lines: Iterable[VerdictLine | None]) -> Verdict:
+        """The lines that there are, in order."""
+        order = list(Question)
+        return cls(tuple(sorted(filter(None, lines), key=lambda line: order.index(line.question))))
+
+    def with_lines(self, lines: Iterable[VerdictLine | None]) -> Verdict:
+        """These and more."""
+        return Verdict.of([*self.lines, *lines])
+
+    @property
+    def level(self) -> Level:
+        """The worst of all lines."""
+        return max((line.word.level for line in self.lines), default=Level.GOOD)
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether nothing that was asked for fails."""
+        return self.level < Level.BAD
+
+    def word(self, question: Question) -> Word | None:
+        """The word that answers a question; None where it was not put."""
+        return next((line.word for line in self.lines if line.question is question), None)
+
+    def __str__(self) -> str:
+        """The table as the console prints it, a line a question."""
+        return "\n".join(str(line) for line in self.lines)
+
+    def _repr_html_(self) -> str:
+        cells = (
+            f"<tr><th>{line.question.value}</th><td><b>{escape(line.word.text)}</b></td><td>{escape(line.figure)}</td>"
+            f"<td>{escape(line.limit)}</td><td>{escape(line.evidence)}</td></tr>"
+            for line in self.lines
+        )
+        return f"<table>{''.join(cells)}</table>"
+
+    def to_list(self) -> list[dict[str, str]]:
+        """`verdict` of plan.json."""
+        return [line.to_dict() for line in self.lines]

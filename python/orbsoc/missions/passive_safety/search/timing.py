@@ -1,0 +1,212 @@
+"""When the impulses are: equally spaced, the second one where the plan is cheapest, or as many as pay.
+
+The first drift has other rules than the later ones, so its end, the second impulse, is searched: a scan, then a golden
+section in the cell of the best. A later impulse of size 0 adds a cone that the one before it implies, so impulses at
+candidate times lose nothing, and those of size 0 are dropped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from math import ceil, inf, pi, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Solution, Status
+from orbsoc.guidance.impulses import ImpulseProgramme, Impulses
+from orbsoc.guidance.scp import Iteration, Solve
+
+from ..model.approach import Approach
+from ..model.margins import Margins
+from ..model.problem import assemble
+from ..scenario import DEFAULT_COUNT
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 1e-9
+ACCEPTED = 1e-6
+"""Residuals up to which a point is taken that its solver left short of its tolerance: at the end of the times that are
+feasible the constraints leave no interior."""
+SCAN = 48
+"""Times of the second impulse that are tried before the best is refined."""
+CANDIDATES = (24, 60)
+"""An orbit of the duration: times between the second impulse and the end at which another one is tried, in the scan and then."""
+MOST_CANDIDATES = 120
+SMALL = 1e-5
+"""Of the total: smaller impulses are left out before a generated plan is solved again without them."""
+FEWER = 1e-3
+"""Of the cost that a generated plan may give away for fewer impulses: where the bound of safety is followed for a while,
+the optimum is a long row of small ones."""
+WITHIN_S = 0.02
+"""Of the second impulse's time."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trial:
+    """One problem with given times; `cost` is infinite where it has no solution."""
+
+    impulses: Impulses
+    row: Iteration
+    cost: float
+
+    @property
+    def solution(self) -> Solution:
+        return self.row.solution
+
+    @property
+    def second_s(self) -> float:
+        """Time of the second impulse."""
+        return float(self.impulses.times_s[min(1, len(self.impulses.times_s) - 1)])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Timed:
+    """The best trial, the programme it gives, and every trial in order; None where nothing was feasible."""
+
+    best: Trial | None
+    programme: ImpulseProgramme | None
+    trials: tuple[Trial, ...] = field(repr=False)
+    scanned: int = 0
+    """How many of the trials are the scan's."""
+    ends: bool = False
+    """Whether the last impulse is at the end, to match a velocity there."""
+    densest: Trial | None = field(default=None, repr=False)
+    """Of a generated plan, the optimum over all candidate times."""
+
+    @property
+    def subproblems(self) -> tuple[Iteration, ...]:
+        return tuple(trial.row for trial in self.trials)
+
+    @property
+    def wells(self) -> int:
+        """Local minima of the scan."""
+        costs = [inf, *(trial.cost for trial in self.trials[: self.scanned]), inf]
+        return sum(b < inf and a > b <= c for a, b, c in zip(costs, costs[1:], costs[2:], strict=False))
+
+
+def usable(solution: Solution) -> bool:
+    """Whether a solution is a point to plan with: solved, or nearly so by its residuals on the original data."""
+    if solution.status is Status.SOLVED:
+        return True
+    short = (Status.SOLVED_INACCURATE, Status.NUMERICAL_LIMIT, Status.MAX_ITERATIONS)
+    found = solution.certificate
+    return solution.status in short and max(found.primal_residual, found.dual_residual, found.gap) <= ACCEPTED
+
+
+def plan_times(
+    approach: Approach, solve: Solve, callback: Callable[[Iteration], None] | None = None
+) -> Timed:
+    """Solve the scenario's problem with its timing. Raises KeyboardInterrupt where a solve was interrupted."""
+    trials: list[Trial] = []
+
+    def attempt(times: Array) -> Trial:
+        margins = Margins.of(approach, times.size)
+        impulses = assemble(approach, times, margins=margins)
+        problem = impulses.builder.build()
+        solution = solve(problem, Settings(tol=TOLERANCE))
+        if solution.status is Status.INTERRUPTED:
+            raise KeyboardInterrupt
+        cost = solution.objective if usable(solution) else inf
+        figures = {"second_s": float(times[min(1, times.size - 1)]), "cost_m_s": cost}
+        row = Iteration(len(trials) + 1, TOLERANCE, problem, solution, figures=figures)
+        trials.append(Trial(impulses, row, cost))
+        if callback is not None:
+            callback(row)
+        return trials[-1]
+
+    if approach.scenario.impulses.timing == "equal":
+        attempt(equal_times(approach))
+        return _timed(approach, trials, 0)
+    latest = (
+        min(approach.duration_s, pi / approach.mean_motion_rad_s) if approach.guarded else approach.duration_s
+    )
+    for second in np.linspace(0.0, latest, SCAN + 2)[1:-1]:
+        attempt(times_after(approach, float(second), CANDIDATES[0]))
+    best = min(trials, key=lambda trial: trial.cost)
+    if best.cost < inf:
+        cell = latest / (SCAN + 1)
+        _golden(
+            lambda second: attempt(times_after(approach, second, CANDIDATES[1])).cost,
+            max(0.01 * cell, best.second_s - cell),
+            min(latest - 0.01 * cell, best.second_s + cell),
+        )
+    found = _timed(approach, trials, SCAN)
+    if approach.scenario.impulses.timing == "generated" and found.best is not None:
+        return _fewer(found, attempt, trials)
+    return found
+
+
+def equal_times(approach: Approach) -> Array:
+    """(i − 1) T/N; with an impulse at the end, (i − 1) T/(N − 1)."""
+    count = approach.scenario.impulses.count or DEFAULT_COUNT["equal"]
+    times = np.linspace(0.0, approach.duration_s, count + (approach.capture_velocity is None))
+    return times if approach.capture_velocity is not None else times[:-1]
+
+
+def times_after(approach: Approach, second_s: float, candidates: int) -> Array:
+    """The first impulse, the second at its time, and the others, or that many candidates an orbit, equally spaced to the end."""
+    impulses = approach.scenario.impulses
+    at_end = approach.capture_velocity is not None
+    pieces = (impulses.count or DEFAULT_COUNT["free"] + at_end) - 1 - at_end
+    if impulses.timing == "generated":
+        # as many whenever the second one is, so that all problems of a scan have one pattern
+        pieces = min(MOST_CANDIDATES, ceil(candidates * approach.duration_s / approach.period_s))
+    rest = np.linspace(second_s, approach.duration_s, pieces + 1)
+    return np.concatenate([[0.0], rest if at_end else rest[:-1]])
+
+
+def _golden(cost: Callable[[float], float], low: float, high: float) -> None:
+    """Golden section to `WITHIN_S`; what it finds is among the trials."""
+    ratio = (sqrt(5.0) - 1.0) / 2.0
+    one, two = high - ratio * (high - low), low + ratio * (high - low)
+    at_one, at_two = cost(one), cost(two)
+    while high - low > WITHIN_S:
+        if at_one <= at_two:
+            high, two, at_two = two, one, at_one
+            one = high - ratio * (high - low)
+            at_one = cost(one)
+        else:
+            low, one, at_one = one, two, at_two
+            two = low + ratio * (high - low)
+            at_two = cost(two)
+
+
+def _fewer(found: Timed, attempt: Callable[[Array], Trial], trials: list[Trial]) -> Timed:
+    """The plan without its smallest impulses after the second, one by one, as long as that costs next to nothing.
+
+    The first two stay, whatever their sizes: the rules of the first drift are theirs.
+    """
+    densest, programme = found.best, found.programme
+    assert densest is not None
+    assert programme is not None
+    best, times = densest, densest.impulses.times_s
+    kept = np.unique(np.concatenate([times[:2], programme.times_s, times[-1:] if found.ends else []]))
+    while True:
+        trial = attempt(kept)
+        if trial.cost > densest.cost * (1.0 + FEWER):
+            break
+        best = trial
+        sizes = trial.impulses.programme(trial.solution).sizes_m_s
+        inner = sizes[2 : sizes.size - found.ends]
+        if not inner.size:
+            break
+        kept = np.delete(kept, 2 + int(inner.argmin()))
+    programme = best.impulses.programme(best.solution)
+    worth = programme.worth_firing
+    worth[:2] = True
+    worth[len(worth) - found.ends :] = True
+    programme = ImpulseProgramme(programme.times_s[worth], programme.dv_m_s[worth])
+    return replace(found, best=best, programme=programme, trials=tuple(trials), densest=densest)
+
+
+def _timed(approach: Approach, trials: list[Trial], scanned: int) -> Timed:
+    best, ends = min(trials, key=lambda trial: trial.cost), approach.capture_velocity is not None
+    if best.cost == inf:
+        return Timed(None, None, tuple(trials), scanned)
+    programme = best.impulses.programme(best.solution)
+    if approach.scenario.impulses.timing == "generated":
+        programme = programme.without_small(SMALL * programme.total_m_s)
+    return Timed(best, programme, tuple(trials), scanned, ends=ends)

@@ -1,0 +1,178 @@
+"""What an approach starts from and must reach, the instants at which it may burn, and its flight by the compiled coast."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.guidance.impulses import ImpulseProgramme
+from orbsoc.orbit import PropagationError
+from orbsoc.orbit.perturbations import fast_coast, fast_coast_with_transitions
+from orbsoc.orbit.relative import local_frame
+
+from ..scenario import Scenario
+
+Array = NDArray[np.float64]
+
+LAST_S, LAST_NODE_S = 900.0, 150.0
+"""Before the meeting instants are closer: for how long, and how close."""
+MET_M = 1e-4
+"""To which a flight is made to end on the target's state, m, and m/s at the rate of an orbit."""
+RATE_RAD_S = 1.16e-3
+"""Makes metres of metres per second where they are compared."""
+ROWS = np.diag(np.repeat([1.0, 1.0 / RATE_RAD_S], 3))
+NEWTON_STEPS = 25
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Roll:
+    """A flight with impulses (K, 3), m/s, inertial, at the instants: the state before each, and the transition matrices
+    (K, 6, 6) from each to the end. `miss` (6,) is the chaser's state less the target's, at the end."""
+
+    dv_m_s: Array
+    states: Array
+    to_end: Array
+    miss: Array
+
+    @property
+    def cost_m_s(self) -> float:
+        return float(np.linalg.norm(self.dv_m_s, axis=1).sum())
+
+    @property
+    def miss_m(self) -> float:
+        """Of position, and of velocity at the rate of an orbit."""
+        return float(np.abs(ROWS @ self.miss).max())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Approach:
+    """`start` is the chaser's state (6,) at the first of the instants `times_s` (K,), `goal` the target's at the last."""
+
+    scenario: Scenario
+    times_s: Array
+    start: Array
+    goal: Array
+
+    @property
+    def end_s(self) -> float:
+        return float(self.times_s[-1])
+
+    def roll(self, dv_m_s: Array) -> Roll:
+        """Fly all impulses (K, 3), the last at the meeting. Raises PropagationError."""
+        forces = self.scenario.forces_on(self.scenario.chaser.ballistic_m2_kg)
+        states, matrices = fast_coast_with_transitions([self.start], self.times_s, forces, dv_m_s[:, None])
+        to_end = matrices[-1, 0] @ np.linalg.inv(matrices[:, 0])
+        miss = states[-1, 0] - self.goal
+        miss[3:] += dv_m_s[-1]
+        return Roll(dv_m_s, states[:, 0], to_end, miss)
+
+    def restore(
+        self,
+        dv_m_s: Array,
+        basis: Callable[[Roll], Array] | None = None,
+        *,
+        done: int = 0,
+        least_m_s: float = 0.0,
+    ) -> Roll | None:
+        """A flight near the impulses given that meets the target; None where Newton's method finds none.
+
+        `basis` of a flight, (3K, m), spans the changes of the impulses, of which the least is taken; by default each changes
+        in proportion to its size, or to `least_m_s`. The first `done` impulses stay.
+        """
+        weights = np.repeat(np.maximum(np.linalg.norm(dv_m_s, axis=1), least_m_s), 3)
+        weights[: 3 * done] = 0.0
+        try:
+            now = self.roll(dv_m_s)
+        except PropagationError:
+            return None
+        for _ in range(NEWTON_STEPS):
+            if now.miss_m < MET_M:
+                return now
+            effect = ROWS @ np.concatenate(now.to_end[:, :, 3:], axis=1)
+            span = None if basis is None else basis(now)
+            columns = self._within(np.asarray(effect * weights)) if span is None else effect @ span
+            step, *_ = np.linalg.lstsq(columns, ROWS @ now.miss, rcond=1e-12)
+            change = weights * self._within(np.asarray(step)) if span is None else span @ step
+            trial = self._shorter(now, change.reshape(-1, 3))
+            if trial is None:
+                return None
+            now = trial
+        return None
+
+    def _shorter(self, now: Roll, change: Array) -> Roll | None:
+        """The longest of halved steps that brings the end nearer."""
+        length = 1.0
+        while length > 1e-3:
+            with suppress(PropagationError):  # a fall to the ground is no shorter way
+                trial = self.roll(now.dv_m_s - length * change)
+                if trial.miss_m < max((1.0 - 0.5 * length) * now.miss_m, MET_M):
+                    return trial
+            length *= 0.5
+        return None
+
+    def _within(self, rows: Array) -> Array:
+        """Rows (..., 3K) with the first impulse's part along the direction that it is held to."""
+        if not self.scenario.window.normal_first:
+            return rows
+        found = rows.copy()
+        found[..., :3] = (rows[..., :3] @ self.normal)[..., None] * self.normal
+        return found
+
+    def axes(self, roll: Roll, k: int) -> Array:
+        """Rows R, T, N of the chaser before instant k, (3, 3)."""
+        return local_frame(roll.states[k])[0]
+
+    @property
+    def normal(self) -> Array:
+        """Of the chaser's plane at the first instant."""
+        return np.asarray(local_frame(self.start)[0][2])
+
+    def programme(self, roll: Roll) -> ImpulseProgramme:
+        """The impulses that are not negligible, in the chaser's (R, T, N) before each."""
+        sizes = np.linalg.norm(roll.dv_m_s, axis=1)
+        kept = np.flatnonzero(sizes > 1e-6 * max(1.0, float(sizes.sum())))
+        turned = [self.axes(roll, int(k)) @ roll.dv_m_s[k] for k in kept]
+        return ImpulseProgramme(self.times_s[kept], np.array(turned))
+
+
+def approach_between(
+    scenario: Scenario, start_s: float, end_s: float, others_s: Array, *, ballistic_m2_kg: float | None = None
+) -> Approach:
+    """With instants every `window.node_s` and at `others_s`; `ballistic_m2_kg` is the target's, the scenario's by default.
+
+    With `normal_first` the second instant is 15 minutes before the phasing burn, the second of `others_s`.
+    """
+    window = scenario.window
+    from_s = float(others_s[1]) - LAST_S if window.normal_first else start_s
+    grid = np.arange(from_s, end_s - LAST_S, window.node_s)
+    last = np.arange(end_s - LAST_S, end_s, min(LAST_NODE_S, window.node_s))
+    times = np.unique(np.concatenate([grid, last, others_s, [start_s, end_s]]))
+    times = times[(times >= start_s) & (times <= end_s)]
+    times = times[np.append(np.diff(times) > 1.0, True)]  # no two instants closer than a second
+    times[0] = start_s
+    return approach_at(scenario, times, ballistic_m2_kg=ballistic_m2_kg)
+
+
+def approach_at(scenario: Scenario, times_s: Array, *, ballistic_m2_kg: float | None = None) -> Approach:
+    """With these instants alone."""
+    start = state_at(scenario, "chaser", float(times_s[0]))
+    return Approach(
+        scenario, times_s, start, state_at(scenario, "target", float(times_s[-1]), ballistic_m2_kg)
+    )
+
+
+def state_at(scenario: Scenario, name: str, t_s: float, ballistic_m2_kg: float | None = None) -> Array:
+    """The coasting chaser's or target's state (6,) at a time, before its epoch too; drag is not run backwards."""
+    body = scenario.chaser if name == "chaser" else scenario.target
+    drag = body.ballistic_m2_kg if ballistic_m2_kg is None else ballistic_m2_kg
+    if t_s == body.epoch_s:
+        return body.state
+    if t_s > body.epoch_s:
+        return np.asarray(fast_coast([body.state], [body.epoch_s, t_s], scenario.forces_on(drag))[-1, 0])
+    mirrored = body.state * np.repeat([1.0, -1.0], 3)
+    back = fast_coast([mirrored], [t_s, body.epoch_s], scenario.forces_on(0.0))[-1, 0]
+    return np.asarray(back * np.repeat([1.0, -1.0], 3))

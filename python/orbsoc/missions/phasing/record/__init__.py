@@ -1,0 +1,1 @@
+"""The plan as files: `plan.json`, OEM and OPM."""

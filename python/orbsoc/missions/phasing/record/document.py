@@ -1,0 +1,174 @@
+"""A plan as plain data: the document behind `plan.json`, and its verdict in words."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from orbsoc.guidance.mission import PlanStatus
+from orbsoc.orbit import EARTH
+
+from ..dispersion.replanning import Surprised
+from ..model.uncertain import Meeting
+from ..plan import PhasingPlan
+from ..verification.finite import FiniteBurns
+
+FAR_M = 1e3
+"""By which burns may miss after two corrections and still stand for the impulses; more corrections would bring them nearer."""
+
+
+def plan_document(plan: PhasingPlan) -> dict[str, Any]:
+    """Everything about the plan that JSON can hold, SI; impulses in the chaser's (R, T, N). Null where there is none."""
+    flight, programme, analysis = plan.verification, plan.programme, plan.analysis
+    cost = programme and programme.total_m_s
+    return {
+        "mission": plan.scenario.mission,
+        "name": plan.scenario.name,
+        "status": plan.status.value,
+        "exit_reason": plan.exit_reason.name,
+        "message": plan.message,
+        "details": verdict(plan),
+        "delta_v_m_s": cost,
+        "cost": cost,
+        "impulses": programme.to_list() if programme else [],
+        "terminal_error": flight and {"position_m": flight.miss_m, "velocity_m_s": flight.miss_m_s},
+        "phasing": plan.phasing
+        and {name: getattr(plan.phasing, name) for name in plan.phasing.__dataclass_fields__},
+        "scheme_m_s": plan.scheme and plan.scheme.cost_m_s,
+        "constraints": [check.to_dict() for check in flight.checks] if flight else [],
+        "audits": {},
+        "distance": flight
+        and {"time_s": flight.after_s.tolist(), "distance_m": np.round(flight.distance_m, 3).tolist()},
+        "finite_burns": analysis and analysis.finite and _finite(plan, analysis.finite),
+        "surprise": analysis and analysis.surprised and _surprise(analysis.surprised),
+        "uncertainty": analysis and analysis.meeting and _meeting(analysis.meeting),
+        "front": [
+            {name: getattr(each, name) for name in each.__dataclass_fields__}
+            for each in (analysis.front if analysis else ())
+        ],
+        "certificates": _certificates(plan),
+        "subproblems": [row.to_dict() for row in plan.subproblems],
+        "paper": [],
+        "constants": EARTH.to_dict(),
+        "scenario": plan.scenario.model_dump(mode="json"),
+    }
+
+
+def verdict(plan: PhasingPlan) -> str:
+    """The answer in a few sentences."""
+    flight, programme = plan.verification, plan.programme
+    if plan.status is PlanStatus.INTERRUPTED:
+        return "INTERRUPTED: there is no plan"
+    if flight is None or programme is None:
+        word = "INFEASIBLE" if plan.status is PlanStatus.INFEASIBLE else "FAILED"
+        return f"{word}: {plan.message}"
+    hours = (plan.phasing.end_s - plan.phasing.start_s) / 3600.0 if plan.phasing else float("nan")
+    head = f"{len(programme)} impulses, {programme.total_m_s:.4f} m/s in all, meet the target {hours:.2f} h after the first burn"
+    if plan.scheme is not None and plan.descended is not None:
+        head += f"; the same by shooting at the scheme's own epochs {plan.scheme.cost_m_s:.1f} m/s"
+    bound = _certificates(plan)
+    if bound:
+        head += (
+            f". At these instants no impulses near them cost less than {bound['optimum']['bound']:.4f} m/s (dual bound,"
+            " of the motion about the plan)"
+        )
+    met = f"Flown by DOP853 it misses by {flight.miss_m:.2f} m and {1e3 * flight.miss_m_s:.3f} mm/s"
+    if plan.status is not PlanStatus.VERIFIED:
+        reasons = "; ".join([f"it breaks {each}" for each in flight.failures] or [plan.message])
+        return f"NOT VERIFIED, do not fly: {head}. {met}; {reasons}"
+    return ". ".join([f"VERIFIED: {head}", met, *_consequences(plan)])
+
+
+def _consequences(plan: PhasingPlan) -> list[str]:
+    analysis, found = plan.analysis, []
+    if analysis is None:
+        return []
+    if plan.scenario.engine is not None:
+        found.append(_as_burns(analysis.finite))
+    if analysis.surprised is not None:
+        best = [each for each in analysis.surprised.replans if isfinite(each.extra_m_s)]
+        words = f"With the other drag it would miss by {analysis.surprised.miss_m / 1e3:.1f} km"
+        if best:
+            costs = ", ".join(f"{each.extra_m_s:.2f}" for each in best)
+            hours = ", ".join(f"{each.before_s / 3600.0:g}" for each in best)
+            words += f"; planning again {hours} h before the meeting costs {costs} m/s more"
+        found.append(words)
+    if analysis.meeting is not None and isfinite(analysis.meeting.within):
+        errors = plan.scenario.uncertainty
+        assert errors is not None
+        found.append(
+            f"With its errors it comes within {errors.distance_km:g} km in {100 * analysis.meeting.within:.1f} % of"
+            f" {errors.runs} draws"
+        )
+    return found
+
+
+def _as_burns(finite: FiniteBurns | None) -> str:
+    if finite is None:
+        return "The engine is too weak: its burns are too long to stand for these impulses"
+    words = f"Flown as burns of the engine and corrected twice they take {finite.dv_m_s:.2f} m/s and miss by {finite.miss_m:.0f} m"
+    if finite.miss_m > FAR_M:
+        words += ": the engine is too weak for these impulses"
+    return words
+
+
+def _certificates(plan: PhasingPlan) -> dict[str, Any]:
+    """The dual bound of the last linearisation, over all instants, and the largest primer."""
+    if plan.descended is None or not plan.descended.last.rounds:
+        return {}
+    last = plan.descended.last
+    bound = last.lower_bound
+    return {
+        "optimum": {"bound": bound, "gap": last.rounds[-1].cost - bound},
+        "primer": {"bound": last.rounds[-1].largest_primer, "gap": last.rounds[-1].largest_primer - 1.0},
+    }
+
+
+def _finite(plan: PhasingPlan, found: FiniteBurns) -> dict[str, Any]:
+    assert plan.programme is not None
+    return {
+        "delta_v_m_s": found.dv_m_s,
+        "more_m_s": found.dv_m_s - plan.programme.total_m_s,
+        "mass_ratio": found.mass_ratio,
+        "miss_m": found.miss_m,
+        "miss_m_s": found.miss_m_s,
+        "burns": [
+            {
+                "ignition_s": float(at),
+                "duration_s": burn.duration_s,
+                "delta_v_m_s": burn.dv_m_s,
+                "pitch_deg": float(np.rad2deg(burn.pitch_rad)),
+                "yaw_deg": float(np.rad2deg(burn.yaw_rad)),
+            }
+            for at, burn in zip(found.ignition_s, found.burns, strict=True)
+        ],
+    }
+
+
+def _surprise(found: Surprised) -> dict[str, Any]:
+    return {
+        "miss_m": found.miss_m,
+        "updates": found.updates,
+        "replans": [
+            {
+                "before_s": each.before_s,
+                "more_m_s": each.extra_m_s if isfinite(each.extra_m_s) else None,
+                "status": each.reason.name if each.reason else "NO_FLIGHT",
+                "problems": len(each.subproblems),
+                "iterations": sum(row.solution.iterations for row in each.subproblems),
+            }
+            for each in found.replans
+        ],
+    }
+
+
+def _meeting(found: Meeting) -> dict[str, Any]:
+    drawn = isfinite(found.within)
+    return {
+        "sigmas_m": found.sigmas_m.tolist(),
+        "least_m": found.least_m.tolist() if drawn else None,
+        "largest_m": found.largest_m.tolist() if drawn else None,
+        "within": found.within if drawn else None,
+    }

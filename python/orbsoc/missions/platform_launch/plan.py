@@ -1,0 +1,229 @@
+"""Plan a launch and its rendezvous: separation, impulses, and the flight that checks both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Solution, Status
+from orbsoc.guidance.impulses import ImpulseProgramme
+from orbsoc.guidance.mission import Column, PlanStatus
+from orbsoc.guidance.relative_flight import oblate_with_drag, two_body
+from orbsoc.guidance.safety import CutBurn
+from orbsoc.guidance.scp import Iteration, Solve
+from orbsoc.orbit import Elements
+
+from .model.launch import LaunchError
+from .model.perturbation import Approximation, PerturbationError, approximations
+from .model.separation import Separation, disagreement
+from .model.transfer import Transfers, cost_of, in_plane, stationary_minima
+from .scenario import Scenario
+from .search.rendezvous import Rendezvous, rendezvous
+from .search.sequence import Sequence, Sequencer
+from .verification.audits import Dispersed, HoldPoint, Scan, cut_burns, dispersed, hold_points, pointing
+from .verification.flights import Flown, corrected, flown, orbits
+
+Array = NDArray[np.float64]
+
+COLUMNS = {"time_s": Column("time of flight", ".2f", "s"), "dv_m_s": Column("Σ‖Δv‖", ".6f", "m/s")}
+"""Columns of the iteration table that are this mission's own."""
+KANE, TWO_BODIES = 1e-12, 1e-9
+"""Within which the launch's three ways must agree, SI."""
+MISS_M, MISS_M_S = 1e-3, 1e-6
+"""Within which the corrected flight must end."""
+CHEAPER = 1e-7
+"""By which another minimum may be cheaper: what the conic solver leaves, m²/s²."""
+USABLE = (Status.SOLVED, Status.SOLVED_INACCURATE)
+FRONT_ORBITS = (0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """A row of `constraints` in plan.json: by how much a condition is kept (negative: broken), in its unit, and when."""
+
+    name: str
+    margin: float
+    unit: str
+    at_s: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Verification:
+    """The launch by Kane's equations and by two bodies, the programme about the Earth, and with impulses corrected."""
+
+    by_kane: float
+    by_two_bodies: float
+    as_planned: Flown
+    with_j2_and_drag: Flown
+    corrected: Flown
+    checks: tuple[Check, ...]
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        return tuple(
+            f"{each.name} is broken by {-each.margin:.3g} {each.unit}".rstrip()
+            for each in self.checks
+            if not each.margin >= 0.0
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class LaunchPlan:
+    """What planning found; `Plan` adds the files. `meeting` is None where the solver gave no impulses.
+
+    What follows from the plan and is told beside it is computed when it is first asked for.
+    """
+
+    scenario: Scenario
+    status: PlanStatus
+    message: str
+    separation: Separation
+    meeting: Rendezvous | None = None
+    subproblems: tuple[Iteration, ...] = field(default=(), repr=False)
+    verification: Verification | None = None
+
+    @property
+    def programme(self) -> ImpulseProgramme | None:
+        return None if self.meeting is None else self.meeting.programme
+
+    @cached_property
+    def cuts(self) -> tuple[CutBurn, ...]:
+        assert self.programme is not None
+        return cut_burns(self.scenario, self.separation.state, self.programme)
+
+    @cached_property
+    def holds(self) -> tuple[HoldPoint, ...]:
+        table = self.scenario.rendezvous
+        state = self.separation.state
+        return hold_points(self.scenario.motion, state, table.cost, table.hold_m, self.scenario.longest_s)
+
+    @cached_property
+    def scans(self) -> tuple[Scan, Scan]:
+        """Over yaw bias and phase."""
+        return pointing(self.scenario)
+
+    @cached_property
+    def sequence(self) -> Sequence | None:
+        """Of all servers; None where there are too many orders, or one of the servers cannot be launched."""
+        try:
+            return Sequencer(self.scenario).sequence()
+        except LaunchError:
+            return None
+
+    @cached_property
+    def series(self) -> tuple[Approximation, ...] | str:
+        """The paper's approximations, or why there are none."""
+        try:
+            return approximations(self.separation.server, self.scenario.motion)
+        except PerturbationError as error:
+            return str(error)
+
+    @cached_property
+    def stationary_s(self) -> tuple[float, ...]:
+        """Times of all local minima of Σ‖Δv‖², by polynomials."""
+        state = in_plane(self.separation.state)
+        return stationary_minima(self.scenario.motion, state, self.scenario.longest_s)
+
+    @cached_property
+    def orbits(self) -> dict[str, Elements]:
+        """Of platform and server, as they are and as the paper has them."""
+        assert self.programme is not None
+        return orbits(self.scenario, self.separation, self.programme.dv_m_s[0])
+
+    @cached_property
+    def dispersed(self) -> Dispersed | None:
+        if self.scenario.uncertainty is None or self.meeting is None:
+            return None
+        return dispersed(self.scenario, self.meeting.programme, self.meeting.time_s)
+
+    @cached_property
+    def front(self) -> tuple[tuple[float, float, float, int], ...]:
+        """Time of flight, Σ‖Δv‖ of two impulses in any time up to it, of as many as pay, and how many; for "generated"."""
+        if self.meeting is None or self.meeting.generated is None:
+            return ()
+        from orbsoc.solving.solver import solve
+
+        rows = []
+        state, motion = self.separation.state, self.scenario.motion
+        for share in FRONT_ORBITS:
+            longest = share * motion.period_s
+            found = rendezvous(
+                state, motion, cost="norms", longest_s=longest, time_s=None, generated=True, solve=solve
+            )  # fmt: skip
+            two = Transfers.of(motion, longest).best(in_plane(state), "norms").cost
+            if found.solution.status in USABLE:
+                rows.append((longest, two, found.value, len(found.programme)))
+        return tuple(rows)
+
+
+def made(scenario: Scenario, solve: Solve | None, callback: Callable[[Iteration], None] | None) -> LaunchPlan:
+    """Plan the scenario; Ctrl-C is a status. Raises PropagationError."""
+    if solve is None:
+        from orbsoc.solving.solver import solve as solve_in_rust
+
+        solve = solve_in_rust
+
+    def uninterrupted(problem: Problem, settings: Settings | None = None) -> Solution:
+        solution = solve(problem, settings)
+        if solution.status is Status.INTERRUPTED:
+            raise KeyboardInterrupt
+        return solution
+
+    separation, table = scenario.separation(), scenario.rendezvous
+    try:
+        found = rendezvous(
+            separation.state, scenario.motion, cost=table.cost, longest_s=scenario.longest_s,
+            time_s=None if table.duration_s == "free" else table.duration_s,
+            generated=table.impulses == "generated", solve=uninterrupted, callback=callback,
+        )  # fmt: skip
+    except KeyboardInterrupt:
+        return LaunchPlan(scenario, PlanStatus.INTERRUPTED, "interrupted", separation)
+    if found.solution.status not in USABLE:
+        message = f"the conic problem ended with {found.solution.status.name}: {found.solution.message}"
+        return LaunchPlan(scenario, PlanStatus.FAILED, message, separation, None, found.subproblems)
+    verification = verify(scenario, separation, found)
+    status = PlanStatus.NOT_VERIFIED if verification.failures else PlanStatus.VERIFIED
+    return LaunchPlan(
+        scenario, status, _message(found), separation, found, found.subproblems, verification
+    )  # fmt: skip
+
+
+def verify(scenario: Scenario, separation: Separation, found: Rendezvous) -> Verification:
+    """Fly launch and rendezvous by equations that planning does not use. Raises PropagationError."""
+    by_kane, by_two_bodies = disagreement(separation)
+    state, programme, end_s = separation.state, found.programme, found.time_s
+    met = corrected(scenario, state, programme, end_s)
+    plan, drag = (
+        flown(scenario, state, programme, end_s, partial(forces, constants=scenario.constants))
+        for forces in (two_body, oblate_with_drag)
+    )
+    chasers = plan.flight.pairs[:, 1, :3]
+    heights = np.linalg.norm(chasers, axis=1) - scenario.constants.earth_radius_m
+    low = int(heights.argmin())
+    checks: tuple[Check, ...] = (
+        Check("Kane's equations agree", KANE - by_kane, "", separation.time_s),
+        Check("two bodies with their reaction agree", TWO_BODIES - by_two_bodies, "", separation.time_s),
+        Check("two-body rendezvous, corrected: position", MISS_M - met.miss_m, "m", end_s),
+        Check("two-body rendezvous, corrected: velocity", MISS_M_S - met.speed_m_s, "m/s", end_s),
+        Check("height over the ground", float(heights[low]), "m", float(plan.flight.times_s[low])),
+    )
+    if found.cost == "squares" and scenario.rendezvous.duration_s == "free":
+        plane = in_plane(state)
+        times = stationary_minima(scenario.motion, plane, scenario.longest_s)
+        least = min(map(cost_of(scenario.motion, plane, "squares"), times), default=found.value)
+        checks += (Check("no minimum is cheaper", least - found.value + CHEAPER, "m²/s²", end_s),)
+    return Verification(by_kane, by_two_bodies, plan, drag, met, checks)
+
+
+def _message(found: Rendezvous) -> str:
+    if found.generated is not None:
+        rounds = len(found.generated.rounds)
+        return f"{rounds} rounds of impulse times, each a conic problem; gap {found.generated.gap:.1e}"
+    minima = f"{len(found.minima)} local minim{'a' if len(found.minima) > 1 else 'um'} of two impulses"
+    return f"{minima}; solved in {found.solution.iterations} iterations"

@@ -1,0 +1,157 @@
+"""A scenario made ready to be planned: its burn and its target in canonical units, its subproblem, and flights of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.guidance.collocation import legendre_gauss
+from orbsoc.guidance.powered_flight import Burn, Trajectory, commanded
+from orbsoc.guidance.scp import Subproblem
+from orbsoc.orbit import EARTH, CanonicalUnits, elements_from_state
+from orbsoc.orbit.propagate import Steering
+
+from ..model.attitude_rate import RateBound
+from ..model.coast import at_ignition
+from ..model.problems import Iterate, MaxEnergyFixedPerigee, MaxEnergyFreePerigee, MinTime
+from ..scenario import Scenario
+from ..starts.guess import along_velocity, propagated, towards_plane
+from ..starts.steering_law import Law
+from ..targets.any_target import AnyTarget
+from ..targets.free_target import FreeTarget
+from ..targets.target_orbit import TargetOrbit
+from ..verification import Verification, verify
+
+Array = NDArray[np.float64]
+Linearise = Callable[[Iterate], Subproblem[Iterate]]
+
+FIRM = 100.0
+"""Factor on the weight of the slack where a start already meets the terminal rows.
+
+The penalty is exact only above the rows' multipliers, and those of a short burn, which moves the vehicle little, reach 1e4.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class InsertionSetup:
+    """The burn from where the coast of `ignition_s` ends, the target orbit, and the units that both are in."""
+
+    scenario: Scenario
+    target: AnyTarget
+    burn: Burn
+    units: CanonicalUnits
+    start_si: Array
+    ignition_s: float = 0.0
+    turn: RateBound | None = None
+    """Of the subproblems that are to hold one."""
+
+    @classmethod
+    def of(cls, scenario: Scenario, ignition_s: float = 0.0) -> InsertionSetup:
+        units = CanonicalUnits.of(EARTH)
+        vehicle = scenario.vehicle
+        start_si = at_ignition(scenario, ignition_s)
+        target = target_of(scenario, units)
+        burn = Burn.of(start_si, vehicle.thruster(), vehicle.longest_burn_s, units)
+        return cls(scenario, target, burn, units, start_si, ignition_s)
+
+    @property
+    def rate_bound(self) -> float | None:
+        """The fastest turn allowed, rad per canonical time."""
+        limits = self.scenario.limits
+        return None if limits is None else float(np.deg2rad(limits.attitude_rate_deg_s)) * self.units.time_s
+
+    @property
+    def unbounded(self) -> InsertionSetup:
+        """The same without a bound on the attitude rate."""
+        return replace(self, scenario=self.scenario.with_changes(limits=None), turn=None)
+
+    @property
+    def free_perigee(self) -> bool:
+        scenario = self.scenario
+        return scenario.problem == "max_energy" and scenario.target.perigee_direction == "free"
+
+    def subproblem(self, *, soft: bool, firm: bool = False) -> Linearise:
+        """The problem that fits the scenario; `soft`: slack where the problem has none by itself; `firm`: a start on the
+        target orbit may not leave it."""
+        weight = self.scenario.method.slack_weight * (FIRM if firm else 1.0)
+        if self.scenario.problem == "min_time":
+            return MinTime(self.burn, self.target, weight, self.figures, self.turn)
+        height_km = self.scenario.target.perigee_height_km
+        assert height_km is not None  # the scenario checks it
+        radius = (EARTH.earth_radius_m + 1e3 * height_km) / self.units.length_m
+        target = self._whole
+        if self.free_perigee:
+            hard_or_soft = weight if soft else None
+            return MaxEnergyFreePerigee(self.burn, target, radius, hard_or_soft, self.figures, self.turn)
+        return MaxEnergyFixedPerigee(self.burn, target, radius, weight, self.figures, self.turn)
+
+    def flown(self, steering: Steering, duration_s: float, nodes: int) -> Trajectory:
+        """What a steering flies, at the nodes of a grid."""
+        thruster = self.scenario.vehicle.thruster()
+        return propagated(self.start_si, thruster, steering, duration_s, legendre_gauss(nodes))
+
+    def cold_start(self) -> Iterate:
+        law = towards_plane(self._whole.normal, self.units) if self.free_perigee else along_velocity
+        return Iterate(self.flown(law, self.scenario.burn.guess_s, self.scenario.method.nodes))
+
+    def along(self, direction: Array) -> Iterate:
+        """Thrust along one inertial direction for the scenario's burn time."""
+        law = Law(direction[None], self.scenario.burn.guess_s / self.units.time_s)
+        return self.by_law(law, self.scenario.method.nodes)
+
+    def resampled(self, iterate: Iterate, nodes: int) -> Iterate:
+        """What the commanded attitude of a plan really flies, on another grid."""
+        old = iterate.trajectory
+        duration_s = old.duration * self.units.time_s
+        steering = commanded(old.grid, old.controls, duration_s)
+        trajectory = self.flown(steering, duration_s, nodes)
+        return Iterate(trajectory, iterate.momentum_scale, iterate.laplace_scale)
+
+    def by_law(self, law: Law, nodes: int) -> Iterate:
+        """A law as flown, with what it misses of the terminal rows as their slack."""
+        duration_s = law.duration * self.units.time_s
+
+        def steering(t_s: float, _state: Array) -> Array:
+            return np.asarray(law.directions(np.array([2.0 * t_s / duration_s - 1.0]))[0])
+
+        return self._missing(self.flown(steering, duration_s, nodes))
+
+    def by_interpolant(self, law: Law, nodes: int) -> Iterate:
+        """The same, where the law is the interpolant of the nodal thrusts; their length stays what it is."""
+        trajectory = self.by_law(law, nodes).trajectory
+        raw = law.vectors(trajectory.grid.nodes)
+        return Iterate(Trajectory(trajectory.grid, trajectory.states, raw, trajectory.end, law.duration))
+
+    def _missing(self, trajectory: Trajectory) -> Iterate:
+        return Iterate(trajectory, slack=self.target.misses(trajectory.end))
+
+    @property
+    def _whole(self) -> TargetOrbit:
+        """Of `max_energy`, whose scenario has no element free."""
+        assert isinstance(self.target, TargetOrbit)
+        return self.target
+
+    def verified(self, iterate: Iterate) -> Verification:
+        """The flight of an iterate, judged."""
+        return verify(self.scenario, self.target, iterate, ignition_s=self.ignition_s)
+
+    def figures(self, trajectory: Trajectory) -> Mapping[str, float]:
+        """The columns of the iteration table that are this mission's own."""
+        end = self.units.state_to_si(trajectory.end)
+        orbit = elements_from_state(end[:3], end[3:])
+        return {
+            "nodes": trajectory.grid.size,
+            "time_of_flight_s": trajectory.duration * self.units.time_s,
+            "perigee_height_km": orbit.perigee_height_m() / 1e3,
+            "apogee_height_km": orbit.apogee_height_m() / 1e3,
+        }
+
+
+def target_of(scenario: Scenario, units: CanonicalUnits) -> AnyTarget:
+    """The scenario's target, canonical, in the axes of plans."""
+    if scenario.target.free:
+        return FreeTarget.of(scenario.target, scenario.eci_rotation)
+    return TargetOrbit.through(units.state_from_si(scenario.launch_inertial(scenario.target)))

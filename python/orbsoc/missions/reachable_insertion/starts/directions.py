@@ -1,0 +1,89 @@
+"""Starts that know where the target is: thrust laws that are flown onto it before any convex problem is solved.
+
+The present start, thrust along the velocity, is tried first. Where it fails these follow, in this order: thrust along the
+velocity that the target orbit has there less the vehicle's, which raises, lowers, turns and circularises; then along and
+against the velocity and across the plane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.guidance.powered_flight import Burn
+
+from ..targets.any_target import AnyTarget
+from .steering_law import Law, constant, corrected, longest_of
+
+Array = NDArray[np.float64]
+
+REACHED = 1e-8
+"""Of the five conditions, within which a law shows the way."""
+LEFT = 0.98
+"""Of the propellant, that a law burns where its free duration wants more than there is."""
+LONGER = (1.05, 1.15, 1.3)
+"""Factors on the duration of an impulse's burn, at which a law with more room to shift the vehicle is corrected."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Start:
+    """A law and what it misses the orbit by, the largest of five relative conditions."""
+
+    name: str
+    law: Law
+    miss: float
+
+    @property
+    def reaches(self) -> bool:
+        return self.miss <= REACHED
+
+
+def starts(burn: Burn, target: AnyTarget) -> Iterator[Start]:
+    """One start a direction; each is worked out when it is asked for."""
+    for name, direction in _directions(burn, target):
+        yield _flown(burn, target, name, direction)
+
+
+def impulse(burn: Burn, target: AnyTarget) -> Array:
+    """Velocity of the target orbit less the vehicle's, canonical (3,): what a burn in no time would give."""
+    return target.impulse(burn.start)
+
+
+def burn_time(burn: Burn, delta_v: float) -> float:
+    """Canonical time in which the engine gives a velocity, at most nearly all there is."""
+    exhaust = burn.acceleration / burn.flow
+    return min(float(-np.expm1(-delta_v / exhaust) / burn.flow), LEFT * longest_of(burn))
+
+
+def _directions(burn: Burn, target: AnyTarget) -> Iterator[tuple[str, Array]]:
+    velocity = burn.start[3:]
+    towards = impulse(burn, target)
+    if float(np.linalg.norm(towards)) > 1e-6:
+        yield "thrust towards the target's velocity", towards
+    yield "thrust along the velocity, corrected in flight", velocity
+    yield "thrust against the velocity", -velocity
+    across = np.cross(burn.start[:3], velocity)
+    yield "thrust across the plane, to the left", across
+    yield "thrust across the plane, to the right", -across
+
+
+def _flown(burn: Burn, target: AnyTarget, name: str, direction: Array) -> Start:
+    size = float(np.linalg.norm(impulse(burn, target)))
+    duration = max(burn_time(burn, size), 1e-3 * burn.longest)
+    best: tuple[float, Law] | None = None
+    tries = [(1, duration, True), (2, duration, True)]
+    tries += [(2, longer * duration, False) for longer in LONGER]
+    tries.append((2, LEFT * longest_of(burn), False))
+    for degree, time, free in tries:
+        if time > longest_of(burn):
+            continue
+        law, miss = corrected(burn, target, constant(direction, time).of_degree(degree), free_duration=free)
+        if best is None or miss < best[0]:
+            best = miss, law
+        if miss <= REACHED:
+            break
+    assert best is not None
+    return Start(name, best[1], best[0])
