@@ -10,6 +10,7 @@ mod image;
 mod method;
 mod mixed;
 mod orbit;
+mod problem_data;
 mod watch;
 
 use pyo3::prelude::*;
@@ -37,6 +38,8 @@ mod _core {
     use super::mixed::MixedEngine;
     #[pymodule_export]
     use super::orbit::OrbitField;
+    #[pymodule_export]
+    use super::problem_data::ProblemData;
     use pyo3::prelude::*;
 
     #[pymodule_init]
