@@ -487,7 +487,8 @@ impl FinishedAttempt<'_> {
         self.assemble(found.status, &found.at, &residuals, message)
     }
 
-    fn assemble(&self, status: Status, at: &Point, residuals: &Residuals, message: String) -> Solution {
+    fn assemble(&self, status: Status, at: &Point, residuals: &Residuals, mut message: String) -> Solution {
+        message.push_str(&absent_rows(&self.problem.h));
         Solution {
             status,
             x: at.x.as_slice().to_vec(),
@@ -504,6 +505,18 @@ impl FinishedAttempt<'_> {
             message,
         }
     }
+}
+
+/// What to say of rows that do not constrain; nothing where all do.
+fn absent_rows(h: &[f64]) -> String {
+    let absent: Vec<usize> = (0..h.len()).filter(|&i| h[i] == f64::INFINITY).collect();
+    if absent.is_empty() {
+        return String::new();
+    }
+    let named: Vec<String> = absent.iter().take(5).map(ToString::to_string).collect();
+    let more = if absent.len() > 5 { ", …" } else { "" };
+    let rows = if absent.len() == 1 { "row does" } else { "rows do" };
+    format!("; {} {rows} not constrain, h being 1e20 or more: {}{more}", absent.len(), named.join(", "))
 }
 
 /// The ratios above `tol`, and the common formula's where it is above what is `allowed` for it.
@@ -531,5 +544,13 @@ mod tests {
         assert_eq!(ratio(f64::INFINITY, f64::INFINITY), f64::INFINITY);
         assert_eq!(ratio(f64::NAN, 1.0), f64::INFINITY);
         assert_eq!(ratio(1.0, 1.0), 0.5);
+    }
+
+    #[test]
+    fn rows_that_do_not_constrain_are_named() {
+        let (no, all) = (f64::INFINITY, [f64::INFINITY; 7]);
+        assert_eq!(absent_rows(&[1.0, 2.0]), "");
+        assert_eq!(absent_rows(&[1.0, no]), "; 1 row does not constrain, h being 1e20 or more: 1");
+        assert_eq!(absent_rows(&all), "; 7 rows do not constrain, h being 1e20 or more: 0, 1, 2, 3, 4, …");
     }
 }
