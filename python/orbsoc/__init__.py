@@ -23,6 +23,7 @@ from orbsoc.solving.solver import Solver, solve
 if TYPE_CHECKING:
     from orbsoc.commands.plan import plan_file as plan_file
     from orbsoc.files.versions import __version__ as __version__
+    from orbsoc.flight import export_c as export_c
     from orbsoc.hw.emulation import PsScheduler as PsScheduler
     from orbsoc.interfaces.cvxpy import CVXPY as CVXPY
 
@@ -53,6 +54,7 @@ _LAZY = {
     "CVXPY": "orbsoc.interfaces.cvxpy",
     "PsScheduler": "orbsoc.hw.emulation",
     "__version__": "orbsoc.files.versions",
+    "export_c": "orbsoc.flight",
     "plan_file": "orbsoc.commands.plan",
 }
 

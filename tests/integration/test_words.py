@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-FOLDERS = ("python", "hw_model", "rust", "rtl", "benchmarks", "scripts", "tests", "docs")
+FOLDERS = ("python", "hw_model", "rust", "rtl", "flight", "benchmarks", "scripts", "tests", "docs")
 SUFFIXES = {".py", ".pyi", ".rs", ".sv", ".svh", ".hpp", ".cpp", ".c", ".h", ".core", ".sh", ".toml", ".md"}
 EXEMPT = {ROOT / "docs" / "glossary.md"}
 """Lists the old words beside the new ones."""

@@ -13,6 +13,7 @@ import typer
 from orbsoc.files.versions import __version__
 
 from .console_entry import ConsoleApp
+from .export import app as export
 from .hw import app as hw
 from .plan import plan
 from .reach import reach
@@ -46,6 +47,7 @@ def main(
 
 app.command()(solve)
 app.add_typer(hw, name="hw")
+app.add_typer(export, name="export")
 app.command()(reach)
 app.command()(plan)
 app.command()(reproduce)

@@ -46,6 +46,7 @@ pub use method::observer::{Observer, Progress};
 pub use method::restart::{Attempt, Restart, RESTARTS};
 pub use method::stage;
 pub use method::stage::{Flag, Module, Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
+pub use method::tables::{pattern_tables, PatternTables, SUPERNODE_KINDS};
 pub use method::tape::{record_tapes, word_of, Recording, Store, Tape};
 pub use method::warm_start::Start;
 pub use method::workspace::Buffer;

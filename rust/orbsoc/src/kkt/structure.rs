@@ -25,6 +25,11 @@ impl Pattern {
         Self { colptr, rowidx, column_blocks }
     }
 
+    /// Where each column begins, and the rows of all entries.
+    pub fn lists(&self) -> (&[u32], &[u32]) {
+        (&self.colptr, &self.rowidx)
+    }
+
     pub fn nnz(&self) -> usize {
         self.rowidx.len()
     }

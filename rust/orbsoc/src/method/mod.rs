@@ -10,6 +10,7 @@ pub(crate) mod mixed;
 pub(crate) mod observer;
 pub(crate) mod restart;
 pub mod stage;
+pub(crate) mod tables;
 pub(crate) mod tape;
 pub(crate) mod warm_start;
 pub(crate) mod workspace;

@@ -1,0 +1,196 @@
+"""`export_c`: what it writes builds, runs on other machines, keeps its bounds, and refuses bad input before it writes."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import orbsoc
+from benchmarks.recorded import first_insertions
+from orbsoc import _core
+from orbsoc.commands.app import app
+from orbsoc.conic.problem import Cones, Problem
+from orbsoc.flight import FlightError
+from orbsoc.flight.bounds import STACK_BYTES, TEXT_BYTES
+from tests.flight.c_library import FLIGHT, ROOT, STRICT, need, sources
+
+SMALL = Problem(c=[1.0, 1.0], G=[[0.0, 0.0], [-1.0, 0.0], [0.0, -1.0]], h=[1.0, 0.0, 0.0], cones=Cones(q=[3]))
+TARGETS = {
+    "aarch64": (("aarch64-linux-gnu-gcc",), ("qemu-aarch64",)),
+    "cortex-a9": (
+        ("arm-linux-gnueabihf-gcc", "-mcpu=cortex-a9", "-mfpu=vfpv3", "-mfloat-abi=hard", "-marm"),
+        ("qemu-arm", "-cpu", "cortex-a9"),
+    ),
+    "riscv64": (("riscv64-linux-gnu-gcc",), ("qemu-riscv64",)),
+}
+
+
+@pytest.fixture(scope="module", params=[64, 32])
+def exported(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The program of rec1's first subproblem."""
+    folder = tmp_path_factory.mktemp("export") / "program"
+    orbsoc.export_c(first_insertions(12, 1)[0], folder, fp=request.param)
+    return folder
+
+
+def command_of(folder: Path) -> list[str]:
+    """The one line of the README, without its compiler, optimisation, output and run."""
+    line = re.search(r"^ {4}cc (.*) -o selftest", (folder / "README.md").read_text(), re.MULTILINE)
+    assert line
+    words = [word for word in line[1].split() if word != "-O2"]
+    at = words.index("flight/*.c")
+    return (
+        words[:at]
+        + sorted(f"flight/{path.name}" for path in (folder / "flight").glob("*.c"))
+        + words[at + 1 :]
+    )
+
+
+def run_selftest(folder: Path, compiler: tuple[str, ...], emulator: tuple[str, ...], *options: str) -> str:
+    made = folder / f"selftest{len(list(folder.iterdir()))}"
+    command = [*compiler, *STRICT[1:], *options, *command_of(folder), "-o", str(made)]
+    built = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert built.returncode == 0, built.stderr
+    done = subprocess.run([*emulator, str(made)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_the_selftest_has_the_recorded_bits_on_other_machines(exported: Path, target: str) -> None:
+    compiler, emulator = TARGETS[target]
+    need(compiler[0], emulator[0])
+    assert run_selftest(exported, compiler, emulator, "-static", "-O3").count("the recorded bits") == 2
+
+
+def test_the_readmes_line_builds_a_selftest_that_passes(exported: Path) -> None:
+    assert run_selftest(exported, ("gcc",), (), "-O2").count("the recorded bits") == 2
+
+
+def test_memory_is_used_as_the_sanitizers_ask(exported: Path) -> None:
+    options = ("-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+    assert run_selftest(exported, ("gcc",), (), *options).count("the recorded bits") == 2
+
+
+def test_the_library_compiles_for_a_cortex_r52(exported: Path, tmp_path: Path) -> None:
+    need("arm-none-eabi-gcc")
+    words = [word for word in command_of(exported) if word not in ("-lm", "selftest.c")]
+    words = [str(exported / word) if word.endswith(".c") else word for word in words]
+    words = [word.replace("-I", f"-I{exported}/") if word.startswith("-I") else word for word in words]
+    chip = ("-mcpu=cortex-r52", "-mfloat-abi=hard", "-mfpu=neon-fp-armv8")
+    done = subprocess.run(
+        ["arm-none-eabi-gcc", *chip, *STRICT[1:], "-O2", "-c", *words],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+
+
+def test_text_and_stack_are_within_the_stated_bounds(tmp_path: Path) -> None:
+    need("aarch64-linux-gnu-gcc", "aarch64-linux-gnu-size")
+    for fp in (64, 32):
+        compile_ = ["aarch64-linux-gnu-gcc", *STRICT, "-O2", f"-DORBSOC_FP={fp}", "-fstack-usage", "-c"]
+        subprocess.run([*compile_, *map(str, sources())], cwd=tmp_path, check=True)
+        objects = sorted(str(path) for path in tmp_path.glob("*.o"))
+        size = subprocess.run(
+            ["aarch64-linux-gnu-size", *objects], capture_output=True, text=True, check=True
+        )
+        assert sum(int(line.split()[0]) for line in size.stdout.splitlines()[1:]) < TEXT_BYTES
+        frames = [
+            line.split("\t") for path in tmp_path.glob("*.su") for line in path.read_text().splitlines()
+        ]
+        assert all(kind == "static" for _, _, kind in frames), "no frame grows"
+        # The deepest paths: through a stage to the substitution, and through the verdict to a certificate.
+        largest = {name.rpartition(":")[2]: int(size_) for name, size_, _ in frames}
+        stage = ("orbsoc_solve_from", "solve_with_restarts", "follow", "orbsoc_run", "solve_sides", "refine_sides",
+                 "orbsoc_refine", "orbsoc_measure", "orbsoc_statistics", "substitute", "residual")  # fmt: skip
+        assert sum(largest.get(name, 0) for name in stage) < STACK_BYTES
+        assert sum(sorted(largest.values())[-4:]) < STACK_BYTES
+
+
+def test_static_analysis_finds_nothing() -> None:
+    need("cppcheck")
+    done = subprocess.run(
+        ["cppcheck", "--std=c99", "--enable=warning,performance,portability", "--inline-suppr", "--quiet",
+         "--error-exitcode=1", f"-I{FLIGHT}", str(FLIGHT)],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_library_in_the_wheel_is_that_of_the_sources() -> None:
+    written = {path.name: path.read_text() for path in FLIGHT.iterdir() if path.suffix in (".c", ".h")}
+    assert _core.flight_sources() == written
+
+
+def test_the_library_has_neither_heap_nor_global_state() -> None:
+    text = "\n".join(path.read_text() for path in sources())
+    assert not re.search(r"\b(malloc|calloc|realloc|free|alloca)\(", text)
+    assert not re.search(r"^static (?!const|inline)[^(]*=", text, re.MULTILINE)
+    every = text + "".join(path.read_text() for path in FLIGHT.glob("*.h"))
+    assert set(re.findall(r"#include <(.*?)>", every)) == {"float.h", "math.h", "stddef.h", "stdint.h"}
+    # Of the mathematics, what every machine rounds the same: roots and magnitudes.
+    assert set(re.findall(r"\b(sin|cos|tan|exp|log|pow|cbrt|hypot|fmod|fma|floor|ceil)f?\(", every)) == set()
+
+
+def test_the_lists_and_the_restart_policy_are_the_methods() -> None:
+    text = (FLIGHT / "method.c").read_text()
+    stages = {f"STAGE_{name.upper()}": name for name in _core.stages()}
+    lists = {
+        "startup": _core.startup(), "warm_startup": _core.warm_startup(), "iteration": _core.iteration(),
+        "closing": _core.closing(),
+    }  # fmt: skip
+    for name, steps in lists.items():
+        body = re.search(rf"orbsoc_step {name}\[\] = {{(.*?)}};", text, re.DOTALL)
+        assert body
+        pairs = re.findall(r"ONCE\((\w+)\)|\{(\w+), (\w+)\}", body[1])
+        assert [(stages[a],) if a else (stages[b], stages[c]) for a, b, c in pairs] == steps
+    header = (FLIGHT / "method.h").read_text()
+    numbered = re.findall(r"STAGE_\w+", header[: header.index("ORBSOC_STAGES")])
+    assert [stages[name] for name in numbered] == list(_core.stages())
+    rows = re.search(r"orbsoc_restarts\[ORBSOC_RESTARTS\] = {(.*?)};", text, re.DOTALL)
+    assert rows
+    found = re.findall(r"\{([^{}]*)\}", rows[1])
+    for row, policy in zip(found, _core.restarts(), strict=True):
+        after, stalled, _, attempt, refinement, regularization = (part.strip() for part in row.split(","))
+        assert re.findall(r"ATTEMPT_(\w+)", after) == [name.upper() for name in policy.after]
+        assert (stalled == "1", attempt) == (policy.stalled, f"ATTEMPT_{policy.attempt.upper()}")
+        factors = policy.refinement_factor, policy.regularization_factor
+        assert (float(refinement), float(regularization)) == factors
+
+
+def test_tables_of_rec1_are_below_100_kb(exported: Path) -> None:
+    assert sum((exported / name).stat().st_size for name in ("pattern.c", "pattern.h")) < 100_000
+
+
+def test_bad_input_is_refused_before_anything_is_written(tmp_path: Path) -> None:
+    taken = tmp_path / "taken"
+    taken.mkdir()
+    with pytest.raises(FlightError, match="exists already"):
+        orbsoc.export_c(SMALL, taken)
+    assert list(taken.iterdir()) == []
+    with pytest.raises(FlightError, match="allowed is 64 or 32"):
+        orbsoc.export_c(SMALL, tmp_path / "none", fp=16)
+    assert not (tmp_path / "none").exists()
+
+
+def test_the_command_exports_a_problem_file_and_refuses_missions_without_c(tmp_path: Path) -> None:
+    SMALL.save(tmp_path / "small.json")
+    done = CliRunner().invoke(
+        app, ["export", "c", str(tmp_path / "small.json"), "--out", str(tmp_path / "c")]
+    )
+    assert done.exit_code == 0, done.output
+    assert run_selftest(tmp_path / "c", ("gcc",), (), "-O2").count("the recorded bits") == 2
+    scenario = ROOT / "scenarios" / "paper001_equal.toml"
+    done = CliRunner().invoke(app, ["export", "c", str(scenario), "--out", str(tmp_path / "none")])
+    assert done.exit_code == 2
+    assert "has no program in C" in done.output
+    (tmp_path / "cones.json").write_text((tmp_path / "small.json").read_text().replace('"q"', '"exp"'))
+    done = CliRunner().invoke(
+        app, ["export", "c", str(tmp_path / "cones.json"), "--out", str(tmp_path / "none")]
+    )
+    assert done.exit_code == 2
+    assert not (tmp_path / "none").exists()
