@@ -82,7 +82,8 @@ def package_files() -> set[PurePosixPath]:
         for path in (base / package).rglob("*"):
             if path.suffix in DATA_SUFFIXES | {".py"}:
                 found.add(PurePosixPath(path.relative_to(base).as_posix()))
-    return found
+    scenarios = PurePosixPath("orbsoc/scenarios")  # a link: `rglob` does not look into it
+    return found - {scenarios} | {scenarios / path.name for path in (ROOT / "scenarios").glob("*.toml")}
 
 
 def test_the_wheel_holds_both_packages_with_their_data_and_nothing_else(wheel: Path) -> None:
@@ -93,6 +94,7 @@ def test_the_wheel_holds_both_packages_with_their_data_and_nothing_else(wheel: P
     assert names - extension - metadata == package_files()
     assert PurePosixPath("hw_model/platform/platforms/zu9eg.toml") in names
     assert PurePosixPath("hw_model/platform/partitions/paper.toml") in names
+    assert PurePosixPath("orbsoc/scenarios/rec1.toml") in names
     assert PurePosixPath("orbsoc/py.typed") in names
     assert PurePosixPath("orbsoc/_core.pyi") in names
 

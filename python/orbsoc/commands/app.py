@@ -12,9 +12,11 @@ import typer
 
 from orbsoc.files.versions import __version__
 
-from .console_entry import ConsoleApp
+from .console_entry import ConsoleApp, OneLineGroup
 from .export import app as export
 from .hw import app as hw
+from .list_names import list_names
+from .new import new
 from .plan import plan
 from .reach import reach
 from .reproduce import reproduce
@@ -22,6 +24,7 @@ from .schema import schema
 from .solve import solve
 
 app = ConsoleApp(
+    cls=OneLineGroup,
     help="Can this spacecraft re-plan its orbit on this chip, before this deadline?",
     no_args_is_help=True,
     add_completion=False,
@@ -48,6 +51,8 @@ def main(
 app.command()(solve)
 app.add_typer(hw, name="hw")
 app.add_typer(export, name="export")
+app.command()(new)
+app.command("list")(list_names)
 app.command()(reach)
 app.command()(plan)
 app.command()(reproduce)

@@ -3,11 +3,42 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import typer
+from typer.core import TyperGroup
 
-from .failures import INTERRUPTED, report_exit
+from .failures import BAD_INPUT, INTERRUPTED, exit_with, report_exit
+
+
+class OneLineGroup(TyperGroup):
+    """The commands of `orbsoc`: arguments that do not parse are told in one line, as every other wrong input is."""
+
+    def make_context(self, *args: Any, **kwargs: Any) -> Any:
+        with _in_one_line():
+            return super().make_context(*args, **kwargs)
+
+    def invoke(self, ctx: Any) -> Any:
+        with _in_one_line():
+            return super().invoke(ctx)
+
+
+@contextmanager
+def _in_one_line() -> Iterator[None]:
+    """Report the parser's own error, which would print the usage before it; a whole help text goes through."""
+    try:
+        yield
+    except Exception as error:
+        formatted = getattr(error, "format_message", None)
+        message = str(formatted()) if formatted else "\n"
+        if "\n" in message:
+            raise
+        about = getattr(getattr(error, "param", None), "help", None)
+        if about and message.startswith("Missing"):
+            message = f"{message.rstrip('.')}: {about}"
+        exit_with(BAD_INPUT, message, "--json" in sys.argv[1:])
 
 
 class ConsoleApp(typer.Typer):

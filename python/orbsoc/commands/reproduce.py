@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbsoc.files.interrupts import Interrupts
+from orbsoc.files.nearest import did_you_mean
 from orbsoc.files.versions import __version__
 from orbsoc.missions.registry import MISSIONS
 
@@ -56,7 +57,8 @@ def reproduce(
     names = [what] if what in MISSIONS else [name for name in papers if what in ("all", papers[name])]
     if not names:
         allowed = ", ".join(["all", *sorted({*papers.values()} - {""}), *MISSIONS])
-        raise typer.BadParameter(f"{what!r}: no such mission; allowed: {allowed}")
+        hint = did_you_mean(what, MISSIONS)
+        raise typer.BadParameter(f"{what!r}: no such mission; allowed: {allowed}.{hint}")
     if not scenarios.is_dir():
         raise typer.BadParameter(f"--scenarios {scenarios}: no such folder; give that of the source tree")
     interrupted = f"interrupted; finished parts are in {out / JOURNAL}, --resume goes on"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -12,6 +11,10 @@ from typing import Any, Self, TypeVar, cast, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import PydanticCustomError
+
+from orbsoc.files.nearest import nearest
+
+from .allowed_values import allowed_words, key_schema, unit_of
 
 
 class Table(BaseModel):
@@ -85,7 +88,9 @@ def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
     try:
         text = source.read_bytes().decode("utf-8")
     except FileNotFoundError as error:
-        raise _unreadable(source, "no such file; give the path of a scenario in TOML") from error
+        raise _unreadable(
+            source, f"no such file; give the path of a scenario in TOML.{_beside(source)}"
+        ) from error
     except (OSError, UnicodeDecodeError) as error:
         raise _unreadable(source, f"cannot be read as UTF-8 text: {error}") from error
     try:
@@ -182,19 +187,62 @@ def complaints(model: type[BaseModel], error: ValidationError) -> list[Complaint
             allowed = f"entry {int(location[-1]) + 1} is missing"
             found.append(Complaint(".".join(location[:-1]), repr(detail["input"]), allowed))
         elif detail["type"] == "missing":
-            found.append(Complaint(".".join(location), "", MISSING))
+            words = missing_words(_table_at(model, location[:-1]), location[-1])
+            found.append(Complaint(".".join(location), "", words))
         else:
-            found.append(Complaint(".".join(location), repr(detail["input"]), detail["msg"]))
+            words = detail["msg"] + ("" if detail["type"] == "literal_error" else _also(model, location))
+            found.append(Complaint(".".join(location), repr(detail["input"]), words))
     return found
+
+
+def missing_words(model: type[BaseModel], key: str) -> str:
+    """That the key is missing, what it may be, its unit and its meaning."""
+    meaning = ", ".join(filter(None, (unit_of(key), key_schema(model, key).get("description", ""))))
+    return f"{MISSING}; must be {allowed_words(model, key)}{meaning and f' ({meaning})'}"
+
+
+def _also(model: type[BaseModel], location: list[str]) -> str:
+    """What a key that was refused may be, and its default; empty for an entry of a list."""
+    if any(part.isdigit() for part in location):
+        return ""
+    table, key = _table_at(model, location[:-1]), location[-1]
+    if key not in table.model_fields:
+        return ""
+    default = key_schema(table, key).get("default")
+    return f"; must be {allowed_words(table, key)}" + ("" if default is None else f", default {default!r}")
 
 
 def _unknown_key(model: type[BaseModel], location: list[str], value: Any) -> Complaint:
     allowed = sorted(_table_at(model, location[:-1]).model_fields)
     message = f"unknown key; allowed here: {', '.join(allowed)}"
-    near = difflib.get_close_matches(location[-1], allowed, n=1, cutoff=0.5)
-    if near:
-        message += f". Did you mean {near[0]}? The unit is part of the key"
+    near, elsewhere = nearest(location[-1], allowed), _in_another_table(model, location)
+    if elsewhere:
+        message += f". Did you mean {elsewhere}?"
+    elif near:
+        message += f". Did you mean {near}? The unit is part of the key"
     return Complaint(".".join(location), repr(value), message)
+
+
+def _in_another_table(model: type[BaseModel], location: list[str]) -> str:
+    """Where a key of that very name stands, if not in its table; empty where there is none, or more than one."""
+    tables = {"": model}
+    tables |= {
+        f"{name}.": table for name in model.model_fields if (table := table_of(model, name)) is not None
+    }
+    found = [f"{name}{location[-1]}" for name, table in tables.items() if location[-1] in table.model_fields]
+    return found[0] if len(found) == 1 else ""
+
+
+def table_of(model: type[BaseModel], key: str) -> type[BaseModel] | None:
+    """The model of a key that holds a table; None for any other."""
+    found = _tables_of(model, key)
+    return found[0] if found else None
+
+
+def _tables_of(model: type[BaseModel], key: str) -> list[type[BaseModel]]:
+    annotation = model.model_fields[key].annotation
+    found = [annotation, *get_args(annotation)]
+    return [each for each in found if isinstance(each, type) and issubclass(each, BaseModel)]
 
 
 def _table_at(model: type[BaseModel], location: list[str]) -> type[BaseModel]:
@@ -202,10 +250,18 @@ def _table_at(model: type[BaseModel], location: list[str]) -> type[BaseModel]:
     for part in location:
         if part.isdigit():
             continue
-        annotation = model.model_fields[part].annotation
-        found = [annotation, *get_args(annotation)]
-        [model] = [each for each in found if isinstance(each, type) and issubclass(each, BaseModel)]
+        [model] = _tables_of(model, part)
     return model
+
+
+def _beside(source: Path) -> str:
+    """The file beside it, or in scenarios/, that was perhaps meant."""
+    known = [
+        str(path) for folder in (source.parent, Path("scenarios")) for path in sorted(folder.glob("*.toml"))
+    ]
+    by_name = {Path(path).stem: path for path in reversed(known)}
+    near = nearest(source.stem, by_name)
+    return f" Did you mean {by_name[near]}?" if near else ""
 
 
 def _unreadable(source: Path, message: str) -> ScenarioError:

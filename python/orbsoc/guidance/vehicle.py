@@ -6,7 +6,7 @@ elements and its frame need, nor the dry mass of its eq. 5; both are keys here.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any
 
 import numpy as np
@@ -15,7 +15,8 @@ from pydantic import Field, Strict, model_validator
 
 from orbsoc.orbit import EARTH, LaunchFrame, Thruster
 
-from .scenario_file import MISSING, Complaint, Table, refuse
+from .presets import site_with_preset, vehicle_with_preset
+from .scenario_file import Complaint, Table, missing_words, refuse
 
 Array = NDArray[np.float64]
 STANDARD_GRAVITY_M_S2 = 9.80665
@@ -37,6 +38,10 @@ DRY_SHARE = 0.1
 class Vehicle(Table):
     """Constant thrust and mass flow."""
 
+    preset: str | None = Field(
+        default=None,
+        description="a name of `orbsoc list vehicles`, whose numbers are taken when it is read; own keys win",
+    )
     mass_kg: float = Field(gt=0.0, le=HIGHEST_MASS_KG, description="mass at ignition")
     dry_mass_kg: float = Field(
         default_factory=lambda given: DRY_SHARE * given["mass_kg"],
@@ -55,10 +60,15 @@ class Vehicle(Table):
         """The mass flow of an engine that is given by its specific impulse; the scenario then holds the flow alone."""
         if not isinstance(given, dict):
             return given
+        if given.get("preset") is not None:
+            given = _filled("vehicle", given, vehicle_with_preset)
         impulse, thrust = given.get("isp_s"), given.get("thrust_n")
         if impulse is None:
             if "mass_flow_kg_s" not in given:
-                refuse([Complaint("vehicle.mass_flow_kg_s", "", MISSING + "; or give vehicle.isp_s")])
+                words = missing_words(cls, "mass_flow_kg_s")
+                refuse(
+                    [Complaint("vehicle.mass_flow_kg_s", "", f"{words}; or give vehicle.isp_s or a preset")]
+                )
             return given
         if "mass_flow_kg_s" in given:
             both = f"vehicle.mass_flow_kg_s = {given['mass_flow_kg_s']} says the same; must be one of the two"
@@ -80,13 +90,36 @@ class Vehicle(Table):
 class LaunchSite(Table):
     """Where the launch-inertial axes pointed when they were frozen."""
 
+    preset: str | None = Field(
+        default=None,
+        description="a name of `orbsoc list sites`, whose latitude and longitude are taken when it is read; own keys win",
+    )
     geocentric_latitude_deg: float = Field(ge=-90.0, le=90.0)
     azimuth_deg: float = Field(ge=-360.0, le=360.0, description="of the x axis, from north over east")
     inertial_longitude_deg: float = Field(ge=-360.0, le=360.0, description="from the x axis of ECI")
 
+    @model_validator(mode="before")
+    @classmethod
+    def _preset(cls, given: Any) -> Any:
+        """The place of a site by name; the scenario then holds the numbers alone."""
+        if not isinstance(given, dict) or given.get("preset") is None:
+            return given
+        return _filled("launch_site", given, site_with_preset)
+
     def frame(self) -> LaunchFrame:
         angles = (self.geocentric_latitude_deg, self.azimuth_deg, self.inertial_longitude_deg)
         return LaunchFrame(*(float(np.deg2rad(angle)) for angle in angles))
+
+
+def _filled(
+    table: str, given: dict[str, Any], fill: Callable[[Mapping[str, Any]], dict[str, Any]]
+) -> dict[str, Any]:
+    """The table with its preset filled in; refuses a name that is not known."""
+    try:
+        return fill(given)
+    except KeyError as error:
+        refuse([Complaint(f"{table}.preset", repr(given["preset"]), str(error.args[0]))])
+        raise
 
 
 class State(Table):

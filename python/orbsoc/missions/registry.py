@@ -13,6 +13,7 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any, cast
 
 from orbsoc.files.extras import told_what_to_install
+from orbsoc.files.nearest import did_you_mean
 
 if TYPE_CHECKING:
     from orbsoc.guidance.mission import Auditable, Dispersible, Mission
@@ -26,6 +27,16 @@ MODULES = {
     "phasing": "orbsoc.missions.phasing",
     "platform_launch": "orbsoc.missions.platform_launch",
 }
+
+EXAMPLES = {
+    "reachable_domain": "kick_stage_reach",
+    "reachable_insertion": "orekit_apogee",
+    "passive_safety": "paper000_free",
+    "fly_around": "paper001_fewest",
+    "phasing": "paper003_socp",
+    "platform_launch": "paper002_norms",
+}
+"""The shipped scenario that `orbsoc new` takes its values from."""
 
 SCHEMAS = {"scenario": "reachable_insertion", "reach-scenario": "reachable_domain"}
 """Other names that `orbsoc schema` takes."""
@@ -62,8 +73,9 @@ def load_scenario(
 
     name = read_document(path, settings).get("mission")
     if name not in MISSIONS:
-        allowed = f"no such mission; allowed: {', '.join(MISSIONS)}"
-        raise ScenarioError(str(path), [Complaint("`mission`", repr(name), allowed)])
+        what = "is missing" if name is None else "no such mission"
+        allowed = f"{what}; allowed: {', '.join(MISSIONS)}.{did_you_mean(name, MISSIONS)}"
+        raise ScenarioError(str(path), [Complaint("`mission`", "" if name is None else repr(name), allowed)])
     mission = MISSIONS[str(name)]
     return mission, load(mission.Scenario, path, settings)
 
