@@ -222,17 +222,17 @@ pub fn max_abs_weighted<T: Real>(weight: &[T], x: &[T]) -> T {
     )
 }
 
-/// Σ |x_k|.
+/// Σ |weight_k·x_k|.
 #[inline(always)]
-pub fn sum_abs<T: Real>(x: &[T]) -> T {
+pub fn sum_abs_weighted<T: Real>(weight: &[T], x: &[T]) -> T {
     reduce(
-        x,
+        weight,
         x,
         T::zero(),
         #[inline(always)]
-        |x, _| x.abs(),
+        |weight, x| (weight * x).abs(),
         #[inline(always)]
-        |sum, x, _| sum + x.abs(),
+        |sum, weight, x| sum + (weight * x).abs(),
         #[inline(always)]
         |a, b| a + b,
     )
@@ -347,7 +347,8 @@ mod tests {
             let b: Vec<f64> = (0..len).map(|k| (k % 5) as f64 + 1.0).collect();
             let exact: f64 = a.iter().zip(&b).map(|(a, b)| a * b).sum();
             assert_eq!(dot(&a, &b), exact);
-            assert_eq!(sum_abs(&a), a.iter().map(|a| a.abs()).sum::<f64>());
+            let absolute: f64 = a.iter().zip(&b).map(|(a, b)| (a * b).abs()).sum();
+            assert_eq!(sum_abs_weighted(&a, &b), absolute);
         }
     }
 
