@@ -137,7 +137,9 @@ def test_the_library_has_neither_heap_nor_global_state() -> None:
 
 
 def test_lines_are_at_most_100_columns() -> None:
-    wide = [line for path in FLIGHT.glob("*.[ch]") for line in path.read_text().splitlines() if len(line) > 100]
+    wide = [
+        line for path in FLIGHT.glob("*.[ch]") for line in path.read_text().splitlines() if len(line) > 100
+    ]
     assert wide == []
 
 
