@@ -6,7 +6,7 @@ from typing import Any, Final, final
 from numpy import float64, uint8, uint32, uint64
 from numpy.typing import NDArray
 
-from orbsoc.conic.csc import Csc
+from orbsoc.conic.csc import Csc, Indices
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 
@@ -22,6 +22,7 @@ __all__ = [
     "HardwareProgram",
     "MixedEngine",
     "OrbitField",
+    "ProblemData",
     "ProgramImage",
     "RawBatch",
     "RawSolution",
@@ -48,6 +49,25 @@ DONE: Final[int]
 __version__: Final[str]
 
 class CoreError(ValueError): ...
+
+@final
+class ProblemData:
+    """A problem's checked data, read in one pass. Use `orbsoc.Problem`."""
+
+    def __new__(cls, checked: object) -> ProblemData: ...
+    @staticmethod
+    def plain(
+        P: object,
+        c: object,
+        A: object,
+        b: object,
+        G: object,
+        h: object,
+        l: int,
+        q: Sequence[int],
+    ) -> tuple[ProblemData, dict[str, Csc]] | None: ...
+    def vector(self, name: str) -> NDArray[float64]: ...
+    def matrix(self, name: str) -> tuple[NDArray[float64], Indices, Indices, tuple[int, int]]: ...
 
 @final
 class RawSolution:

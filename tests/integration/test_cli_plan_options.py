@@ -75,7 +75,9 @@ def test_a_full_disk_names_the_folder(tmp_path: Path) -> None:
 def test_without_a_report_there_are_the_plan_and_its_tables_alone(tmp_path: Path) -> None:
     result = invoke("plan", REC1, "--device", "none", "--no-report", "--out", tmp_path / "out")
     assert result.exit_code == 0, result.output
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"plan.json", "attitude.csv"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "plan.json", "attitude.csv", "orbit.oem", "orbit.opm",
+    }  # fmt: skip
     idle = invoke("plan", REC1, "--cases", "2", "--no-report", "--out", tmp_path / "cases")
     assert idle.exit_code == 2
     assert "--no-report" in idle.output

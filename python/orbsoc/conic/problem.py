@@ -43,13 +43,12 @@ class Problem:
     Problem(n=2, p=0, m=2, l=2, q=(), nnz: P 0, A 0, G 2)
     """
 
-    P: Csc
     c: Array
-    A: Csc
     b: Array
-    G: Csc
     h: Array
     cones: Cones
+    _data: _core.ProblemData
+    _matrices: dict[str, Csc]
 
     def __init__(
         self,
@@ -62,6 +61,33 @@ class Problem:
         h: ArrayLike | None = None,
         cones: Cones | None = None,
     ) -> None:
+        # One pass over plain data. Others, and data with a fault, take the checks one by one, which name it.
+        whole = Cones() if cones is None else cones
+        plain = type(whole) is Cones and _core.ProblemData.plain(P, c, A, b, G, h, whole.l, whole.q)
+        if not plain:
+            self._check(P, c, A, b, G, h, cones)
+            return
+        data, matrices = plain
+        self._hold(
+            c=c if type(c) is np.ndarray else data.vector("c"),
+            b=b if type(b) is np.ndarray else data.vector("b"),
+            h=h if type(h) is np.ndarray else data.vector("h"),
+            cones=whole,
+            _data=data,
+            _matrices=matrices,
+        )
+
+    def _check(
+        self,
+        P: Matrix | None,
+        c: ArrayLike,
+        A: Matrix | None,
+        b: ArrayLike | None,
+        G: Matrix | None,
+        h: ArrayLike | None,
+        cones: Cones | None,
+    ) -> None:
+        """Take data that are not plain, or say what is wrong with them."""
         cost = csc.vector("c", c)
         n = cost.size
         if n == 0:
@@ -84,13 +110,50 @@ class Problem:
             raise ProblemError(
                 f"`cones` add up to {cones.m} rows (l = {cones.l}, q = {_short(cones.q)}), but G has {m} rows"
             )
-        h_ = _checked_bounds(h_, cones.l)
-        for name, value in zip(
-            ("P", "c", "A", "b", "G", "h", "cones"),
-            (quadratic, cost, equalities, b_, inequalities, h_, cones),
-            strict=True,
-        ):
+        held = _Checked(quadratic, cost, equalities, b_, inequalities, _checked_bounds(h_, cones.l), cones)
+        try:
+            data = _core.ProblemData(held)
+        except _core.CoreError as error:
+            raise ProblemError(str(error)) from None
+        self._hold(
+            c=held.c,
+            b=held.b,
+            h=held.h,
+            cones=cones,
+            _data=data,
+            _matrices={"P": quadratic, "A": equalities, "G": inequalities},
+        )
+
+    def _hold(self, **fields: object) -> None:
+        for name, value in fields.items():
             object.__setattr__(self, name, value)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _rebuilt, (self.P, self.c, self.A, self.b, self.G, self.h, self.cones)
+
+    @property
+    def P(self) -> Csc:
+        """Matrix of the quadratic cost, (n, n)."""
+        return self._matrix("P")
+
+    @property
+    def A(self) -> Csc:
+        """Matrix of the equalities, (p, n)."""
+        return self._matrix("A")
+
+    @property
+    def G(self) -> Csc:
+        """Matrix of the cone rows, (m, n)."""
+        return self._matrix("G")
+
+    def _matrix(self, name: str) -> Csc:
+        """A matrix; SciPy makes one that was not given as it is held when it is first asked for."""
+        kept = self._matrices.get(name)
+        return (
+            self._matrices.setdefault(name, csc.from_parts(*self._data.matrix(name)))
+            if kept is None
+            else kept
+        )
 
     @classmethod
     def from_upper(cls, P: Matrix, **arguments: Any) -> Problem:
@@ -144,6 +207,23 @@ class Problem:
             f"Problem(n={self.n}, p={self.p}, m={self.m}, l={self.cones.l}, q={_short(self.cones.q)}, "
             f"nnz: P {self.P.nnz}, A {self.A.nnz}, G {self.G.nnz})"
         )
+
+
+@dataclass(frozen=True, slots=True)
+class _Checked:
+    """Canonical data, for the core to take."""
+
+    P: Csc
+    c: Array
+    A: Csc
+    b: Array
+    G: Csc
+    h: Array
+    cones: Cones
+
+
+def _rebuilt(P: Csc, c: Array, A: Csc, b: Array, G: Csc, h: Array, cones: Cones) -> Problem:
+    return Problem(P=P, c=c, A=A, b=b, G=G, h=h, cones=cones)
 
 
 def _short(sizes: Sequence[int]) -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
+from difflib import get_close_matches
 from numbers import Integral, Real
 from typing import Any
 
@@ -59,6 +61,11 @@ class Settings:
     max_restarts: int = 4
     ordering: str = "amd"
 
+    def __new__(cls, **values: Any) -> Settings:
+        """Before the fields are set: an unknown name is refused with the nearest that there is."""
+        refuse_unknown(values)
+        return object.__new__(cls)
+
     def __post_init__(self) -> None:
         for name, kind in self.__annotations__.items():
             value = getattr(self, name)
@@ -82,6 +89,16 @@ class Settings:
 
     def __str__(self) -> str:
         return "\n".join(f"{f.name:<18} {getattr(self, f.name)}" for f in fields(self))
+
+
+def refuse_unknown(names: Iterable[str]) -> None:
+    """TypeError for the first name that is no setting, with the nearest that is one."""
+    known = Settings.__annotations__
+    for name in names:
+        if name not in known:
+            near = [other for other in known if name.startswith(other)] or get_close_matches(name, known, n=1)
+            hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
+            raise TypeError(f"unknown setting {name!r}; {hint}")
 
 
 def _typed(name: str, annotation: Any, value: Any) -> bool | int | float | str:

@@ -17,10 +17,11 @@ from . import csc
 from .cones import Cones
 from .csc import Array
 from .outcome import Certificate, Start, Status
+from .own_scale import dual_scale, primal_scale
 from .problem import Problem
 
 RADIUS_FACTOR = 50.0
-"""An infeasibility status needs a certified radius of at least this factor times the scale of the data.
+"""An infeasibility status needs at least this radius in the problem's own scale (see orbsoc.conic.own_scale).
 
 Certificates of the infeasible NETLIB problems reach 99 and more; the false one known for the feasible POWELL20, 0.4.
 """
@@ -64,9 +65,9 @@ class Verification:
 
 @dataclass(frozen=True, slots=True)
 class Residuals:
-    """The residuals that must support a status, each to be compared with the tolerance ε (radius: with the scale).
+    """The residuals that must support a status, each to be compared with the tolerance ε (a radius: with RADIUS_FACTOR).
 
-    Infinite where the point is not finite. `radius` and `scale` are NaN unless the status is an infeasibility.
+    Infinite where the point is not finite. Both radii are NaN unless the status is an infeasibility.
     """
 
     equality: float
@@ -82,9 +83,9 @@ class Residuals:
     gap: float
     """|p − d| / (1 + min(|p|, |d|))"""
     radius: float
-    """ρ: no feasible point of the infeasible side has an ∞-norm below it"""
-    scale: float
-    """max(1, ‖b‖, ‖h‖) for primal, max(1, ‖c‖) for dual infeasibility"""
+    """ρ: no feasible point of the infeasible side has an ∞-norm below it, in the user's units"""
+    own_radius: float
+    """The same in the problem's own scale: of max |vⱼ|/sizeⱼ, over the largest scaled right-hand side"""
 
     def worst_line(self) -> tuple[str, float]:
         """The name and value of the largest of the six residual ratios."""
@@ -96,7 +97,7 @@ class Residuals:
         if status in (Status.SOLVED, Status.SOLVED_INACCURATE):
             return self.worst_line()[1] <= tol
         if status in (Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE):
-            return self.radius >= RADIUS_FACTOR * self.scale
+            return self.own_radius >= RADIUS_FACTOR
         return True
 
     def certificate(self) -> Certificate:
@@ -137,13 +138,15 @@ def check_certificate(problem: Problem, solution: HasStatus) -> Residuals:
     """
     at = _point(problem, solution, slack=solution.s)
     x, y, z, s = at.x, at.y, at.z, at.s
-    radius = scale = float("nan")
+    radius = own_radius = float("nan")
     if solution.status is Status.PRIMAL_INFEASIBLE:
+        scale = primal_scale(problem)
         radius = primal_infeasibility_radius(problem, y, z)
-        scale = max(1.0, _norm(problem.b), _norm(_constraining(problem)[0]))
+        own_radius = primal_infeasibility_radius(problem, y, z, scale.sizes) / scale.largest_side
     elif solution.status is Status.DUAL_INFEASIBLE:
+        scale = dual_scale(problem)
         radius = dual_infeasibility_radius(problem, x)
-        scale = max(1.0, _norm(problem.c))
+        own_radius = dual_infeasibility_radius(problem, x, scale.sizes) / scale.largest_side
     with np.errstate(all="ignore"):
         finite_h, constrains = _constraining(problem)
         Ax, Gx = problem.A @ x, np.where(constrains, problem.G @ x, 0.0)
@@ -158,34 +161,35 @@ def check_certificate(problem: Problem, solution: HasStatus) -> Residuals:
             dual_cone=_ratio(z - project_dual(problem, z), _norm(z)),
             gap=_gap(*objectives(problem, at)),
             radius=radius,
-            scale=scale,
+            own_radius=own_radius,
         )
 
 
-def primal_infeasibility_radius(problem: Problem, y: Array, z: Array) -> float:
+def primal_infeasibility_radius(problem: Problem, y: Array, z: Array, sizes: Array | None = None) -> float:
     """ρ = −(bᵀy + hᵀz) / ‖Aᵀy + Gᵀz‖₁ with z projected onto K first: no feasible x has ‖x‖∞ < ρ.
 
     For feasible x, 0 ≤ zᵀ(h − Gx) = hᵀz + bᵀy − xᵀ(Aᵀy + Gᵀz). Zero if the pair proves nothing; infinite if
-    Aᵀy + Gᵀz vanishes.
+    Aᵀy + Gᵀz vanishes. With `sizes` (n,) the norm is max |xⱼ|/sizeⱼ.
     """
     with np.errstate(all="ignore"):
         z = project_dual(problem, z)
         finite_h, _ = _constraining(problem)
         gain = -float(problem.b @ y + finite_h @ z)
-        return _radius(gain, problem.A.T @ y + problem.G.T @ z)
+        left = problem.A.T @ y + problem.G.T @ z
+        return _radius(gain, left if sizes is None else left * sizes)
 
 
-def dual_infeasibility_radius(problem: Problem, x: Array) -> float:
+def dual_infeasibility_radius(problem: Problem, x: Array, sizes: Array | None = None) -> float:
     """ρ = −cᵀx / ‖(Px, Ax, −Gx − Π_K(−Gx))‖₁: no dual feasible (x', y, z) has an ∞-norm below ρ.
 
     For dual feasible (x', y, z), −cᵀx = x'ᵀPx + yᵀAx + zᵀGx, and zᵀGx ≤ zᵀ(Gx + Π_K(−Gx)). Zero if x proves
-    nothing; infinite if the denominator vanishes.
+    nothing; infinite if the denominator vanishes. With `sizes` (n + p + m,) the norm is that of each entry over its size.
     """
     with np.errstate(all="ignore"):
         _, constrains = _constraining(problem)
         direction = np.where(constrains, -(problem.G @ x), 0.0)
         obstacles = np.concatenate([problem.P @ x, problem.A @ x, _outside(direction, problem.cones)])
-        return _radius(-float(problem.c @ x), obstacles)
+        return _radius(-float(problem.c @ x), obstacles if sizes is None else obstacles * sizes)
 
 
 def objectives(problem: Problem, solution: HasPoint) -> tuple[float, float]:

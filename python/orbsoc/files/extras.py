@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 EXTRA_OF = {
-    **dict.fromkeys(("typer", "rich", "pydantic", "matplotlib", "jinja2"), "missions"),
+    **dict.fromkeys(("typer", "rich", "pydantic", "matplotlib", "jinja2", "sgp4", "erfa"), "missions"),
     **dict.fromkeys(("pyarrow", "xarray", "h5netcdf", "h5py", "plotly", "distributed"), "reach"),
     "cvxpy": "cvxpy",
 }
-"""Optional package → the extra of orbsoc that brings it; `hw` is a part of `missions`."""
+"""Optional package, by the name of its import → the extra of orbsoc that brings it; `hw` is a part of `missions`."""
 
 
 def what_to_install(error: ModuleNotFoundError) -> str:

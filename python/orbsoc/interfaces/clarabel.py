@@ -128,9 +128,8 @@ def _supported(claimed: Status, name: str, residuals: Residuals, chosen: Setting
     if residuals.supports(claimed, tolerance):
         return claimed, f"Clarabel: {name}"
     if claimed in (Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE):
-        reason = (
-            f"its certificate excludes points below {residuals.radius:.3g} only (scale {residuals.scale:.3g})"
-        )
+        own = f"{residuals.own_radius:.3g} times the problem's own scale"
+        reason = f"its certificate excludes points below {residuals.radius:.3g} only, {own}"
         return Status.NUMERICAL_LIMIT, f"Clarabel: {name}, but {reason}"
     line, value = residuals.worst_line()
     reason = f"on the original data {line} is {value:.3g}, above {tolerance:.3g}"

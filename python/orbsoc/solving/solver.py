@@ -12,7 +12,7 @@ from orbsoc.conic import csc
 from orbsoc.conic.csc import Array
 from orbsoc.conic.errors import ProblemError
 from orbsoc.conic.problem import Problem
-from orbsoc.conic.settings import Settings
+from orbsoc.conic.settings import Settings, refuse_unknown
 from orbsoc.conic.solution import Certificate, Solution, Start, Status, WarmStart
 
 from .iteration_table import print_table
@@ -160,6 +160,7 @@ def resolve(settings: Settings | None, overrides: Mapping[str, Any]) -> Settings
     """The settings with overrides; TypeError names an unknown one."""
     base = DEFAULTS if settings is None else settings
     check_type("settings", base, Settings)
+    refuse_unknown(overrides)
     return replace(base, **overrides) if overrides else base
 
 

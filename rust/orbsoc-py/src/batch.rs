@@ -7,7 +7,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use orbsoc::{BatchProgress, Error, Problem, Solution, Start, Status};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// One row of numbers for each problem; none: all problems have the base problem's numbers.
@@ -43,7 +43,7 @@ pub struct BatchSolver(Mutex<State>);
 
 struct State {
     inner: orbsoc::BatchSolver,
-    base: Problem,
+    base: Arc<Problem>,
     setup: Duration,
 }
 
@@ -116,7 +116,7 @@ impl BatchSolver {
         let clock = Instant::now();
         let solutions = py.detach(|| {
             // All numbers are checked before the first solve.
-            let mut one = base.clone();
+            let mut one = Problem::clone(base);
             let mut stopped = false;
             let none = BatchProgress { ended: 0, count };
             for problem in 0..count {

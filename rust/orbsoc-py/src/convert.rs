@@ -1,12 +1,13 @@
 //! Conversion of Python's problems and settings.
 
+use crate::problem_data::ProblemData;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyUntypedArray};
 use orbsoc::{Cones, Csc, Error, Ordering, Problem, Settings};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
-use std::sync::{Mutex, MutexGuard, TryLockError};
+use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
 pyo3::create_exception!(_core, CoreError, PyValueError, "The solver core refused its input.");
 
@@ -67,10 +68,14 @@ pub fn check_cost(cost: &Bound<'_, PyAny>) -> PyResult<()> {
     cost.py().detach(|| orbsoc::check_convex(&whole)).map_err(refuse)
 }
 
-/// An `orbsoc.Problem`; its constructor has checked P.
-pub fn problem(object: &Bound<'_, PyAny>) -> PyResult<Problem> {
+/// The data of an `orbsoc.Problem`, whose constructor has checked P, or of an object with its attributes.
+pub fn problem(object: &Bound<'_, PyAny>) -> PyResult<Arc<Problem>> {
     let py = object.py();
     let get = |name| object.getattr(name);
+    let data = object.getattr_opt(intern!(py, "_data"))?;
+    if let Some(data) = data.as_ref().and_then(|data| data.cast_exact::<ProblemData>().ok()) {
+        return Ok(Arc::clone(&data.get().0));
+    }
     let cones = get(intern!(py, "cones"))?;
     let cones = Cones {
         l: cones.getattr(intern!(py, "l"))?.extract()?,
@@ -85,6 +90,7 @@ pub fn problem(object: &Bound<'_, PyAny>) -> PyResult<Problem> {
         vector(&get(intern!(py, "h"))?)?,
         cones,
     )
+    .map(Arc::new)
     .map_err(refuse)
 }
 

@@ -9,7 +9,7 @@ use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::ops::ControlFlow;
-use std::sync::{Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 pub const NEXT: u8 = 0;
@@ -58,7 +58,7 @@ pub struct Engine(Mutex<State>);
 struct State {
     inner: orbsoc::Engine<f64>,
     /// The problem that the next update changes; between updates, equal to the engine's.
-    problem: Problem,
+    problem: Arc<Problem>,
     setup: Duration,
 }
 
@@ -86,10 +86,10 @@ impl Engine {
     /// Returns false, and changes nothing, if any of it is not plain.
     fn update_numbers(&self, py: Python<'_>, data: &Bound<'_, PyDict>) -> PyResult<bool> {
         let state = &mut *self.state()?;
-        if replace_numbers(&mut state.problem, data)? {
+        if replace_numbers(Arc::make_mut(&mut state.problem), data)? {
             return Ok(py.detach(|| state.update()).is_ok());
         }
-        state.problem.clone_from(state.inner.problem());
+        Arc::make_mut(&mut state.problem).clone_from(state.inner.problem());
         Ok(false)
     }
 
@@ -210,7 +210,7 @@ impl State {
         let updated = self.inner.update(&self.problem);
         match updated {
             Ok(()) => self.setup = start.elapsed(),
-            Err(_) => self.problem.clone_from(self.inner.problem()),
+            Err(_) => Arc::make_mut(&mut self.problem).clone_from(self.inner.problem()),
         }
         updated
     }

@@ -10,6 +10,7 @@ use orbsoc_hw::{
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::sync::Arc;
 
 pyo3::create_exception!(_core, HardwareError, PyValueError, "An engine that cannot be, or is too small.");
 
@@ -29,7 +30,7 @@ pub struct HardwareProgram {
     compact: Program,
     /// Their microcode.
     compressed: Compressed,
-    problem: Problem,
+    problem: Arc<Problem>,
     settings: Settings,
     /// Problems that every segment works on.
     copies: usize,
@@ -219,7 +220,7 @@ impl HardwareProgram {
     fn written<T: Compiled>(
         &self,
         program: &Program,
-        others: &[Problem],
+        others: &[Arc<Problem>],
         module: Module,
         format: Format,
     ) -> PyResult<String> {

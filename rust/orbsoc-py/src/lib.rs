@@ -10,6 +10,7 @@ mod image;
 mod method;
 mod mixed;
 mod orbit;
+mod problem_data;
 mod tables;
 mod watch;
 
@@ -38,6 +39,8 @@ mod _core {
     use super::mixed::MixedEngine;
     #[pymodule_export]
     use super::orbit::OrbitField;
+    #[pymodule_export]
+    use super::problem_data::ProblemData;
     #[pymodule_export]
     use super::tables::{flight_sources, pattern_tables};
     use pyo3::prelude::*;

@@ -28,7 +28,7 @@ pub struct Scales<'a, T> {
     pub scale: &'a mut [T],
     /// … and its reciprocals, over the unknowns.
     pub inverse: &'a mut [T],
-    /// γ, 1/γ.
+    /// γ, 1/γ, and the largest entries of scaled (b, h) and c.
     pub cost: &'a mut [T],
     /// DPD.
     pub equilibrated_p: &'a mut [T],
@@ -65,20 +65,21 @@ pub fn equilibrate<T: Real>(
         multiply(&structure.conic, norms, n + p, data.g);
     }
     equilibrated_p.copy_from_slice(data.p);
-    let gamma = scale_vectors(n, scale, data.p, data.q);
+    rescale(n, scale, data.p, data.q, cost);
     for (inverse, &scale) in inverse.iter_mut().zip(scale.iter()) {
         *inverse = T::one() / scale;
     }
-    cost[0] = gamma;
-    cost[1] = T::one() / gamma;
 }
 
 /// Other (c, b, h) beside the same matrices: what [`equilibrate`] makes of them and of P, from its scales and DPD.
 #[inline(always)]
 pub fn rescale<T: Real>(n: usize, scale: &[T], p: &mut [T], q: &mut [T], cost: &mut [T]) {
     let gamma = scale_vectors(n, scale, p, q);
+    let (c, sides) = q.split_at(n);
     cost[0] = gamma;
     cost[1] = T::one() / gamma;
+    cost[2] = nonzero(max_abs(sides));
+    cost[3] = nonzero(max_abs(c));
 }
 
 /// Scale (c, b, h), and the cost by γ, which is the result.
@@ -279,7 +280,7 @@ mod tests {
         q: Vec<f64>,
         scale: Vec<f64>,
         inverse: Vec<f64>,
-        cost: [f64; 2],
+        cost: [f64; 4],
     }
 
     fn scaled(problem: &Problem, passes: u32) -> Scaled {
@@ -291,7 +292,7 @@ mod tests {
         let (p, a) = (problem.p.values().to_vec(), problem.a.values().to_vec());
         let (scale, inverse, mut norms) = (vec![0.0; unknowns], vec![0.0; unknowns], vec![0.0; unknowns]);
         let equilibrated_p = &mut vec![0.0; p.len()];
-        let mut out = Scaled { structure, p, a, g, q, scale, inverse, cost: [0.0; 2] };
+        let mut out = Scaled { structure, p, a, g, q, scale, inverse, cost: [0.0; 4] };
         let Scaled { structure, p, a, g, q, scale, inverse, cost } = &mut out;
         let scales = Scales { scale, inverse, cost, equilibrated_p };
         equilibrate(structure, passes, &mut Data { p, a, g, q }, &mut norms, scales);
@@ -402,7 +403,7 @@ mod tests {
         for k in [0, 2, 3, 5, 7, 8] {
             assert_ne!(at.scale[k], 1.0, "unknown {k}");
         }
-        assert_eq!(at.cost, [1.0, 1.0], "a cost of zeros is left alone, too");
+        assert_eq!(at.cost[..2], [1.0, 1.0], "a cost of zeros is left alone, too");
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! Sums go through the fixed reduction tree; `decisions` decides on what comes of them.
 
 use super::layout::{centering, embedding, parameter, regularization, stat};
-use super::reduce::{dot, max_abs, max_abs_weighted, non_finite_flag, sum_abs_weighted};
+use super::reduce::{dot, max_abs, max_abs_weighted, non_finite_flag, sum_abs};
 use super::sparse::{products_of, symmetric_product};
 use crate::kkt::structure::Structure;
 use crate::problem::cones::ConeLayout;
@@ -57,16 +57,17 @@ pub(crate) fn statistics<T: Real>(
     let size_px = max_abs_weighted(scale_x, cost_product);
     let size_aty = max_abs_weighted(scale_x, aty);
     let size_gtz = max_abs_weighted(scale_x, gtz);
-    let ray_rows = sum_abs_weighted(scale_y, ax);
-    let ray_cost = sum_abs_weighted(scale_x, cost_product);
+    // Certificates are judged in scaled data, which other units of the same problem hardly change.
+    let ray_rows = sum_abs(ax);
+    let ray_cost = sum_abs(cost_product);
     for (sum, &other) in aty.iter_mut().zip(gtz.iter()) {
         *sum = *sum + other;
     }
     for (sum, &slack) in gx.iter_mut().zip(at.slack) {
         *sum = *sum + slack;
     }
-    let ray_cone = sum_abs_weighted(scale_z, gx);
-    let farkas_residual = sum_abs_weighted(scale_x, aty);
+    let ray_cone = sum_abs(gx);
+    let farkas_residual = sum_abs(aty);
 
     let (residual_x, residual_rows) = residual.split_at_mut(n);
     for (((out, &px), &dual), &c) in residual_x.iter_mut().zip(cost_product.iter()).zip(aty.iter()).zip(c) {
@@ -118,17 +119,16 @@ pub(crate) fn statistics<T: Real>(
     stats[stat::OBJECTIVE] = objective;
     stats[stat::DUAL_OBJECTIVE] = dual_objective;
     stats[stat::MU] = mu;
-    stats[stat::PRIMAL_RADIUS] = radius(support, farkas_residual, norm_b.max(norm_h));
-    let dual_residual = (ray_rows + ray_cone).add_mul(ray_cost, gamma_inv);
-    stats[stat::DUAL_RADIUS] = radius(cost * gamma_inv, dual_residual, norm_c);
+    stats[stat::PRIMAL_RADIUS] = radius(support, farkas_residual, at.cost_scale[2]);
+    stats[stat::DUAL_RADIUS] = radius(cost, (ray_rows + ray_cone) + ray_cost, at.cost_scale[3]);
     stats[stat::NON_FINITE] =
         non_finite_flag(at.point) + (non_finite_flag(at.slack) + non_finite_flag(at.homogenizer));
 }
 
-/// Radius that a certificate of this value and residual size proves, over the data's scale.
+/// Radius that a certificate of this value and residual size proves, over the largest right-hand side.
 #[inline(always)]
 fn radius<T: Real>(value: T, size: T, scale: T) -> T {
-    (-value).max(T::zero()) / (size.max(T::constant(1e-30)) * T::one().max(scale))
+    (-value).max(T::zero()) / (size.max(T::constant(1e-30)) * scale)
 }
 
 /// Pivot of the scalar equation, from the solution of K d = (−c, b, h):

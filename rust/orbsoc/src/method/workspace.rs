@@ -86,8 +86,8 @@ buffers! {
     Scale scale "scale" = Structure::unknowns;
     /// Reciprocals of (D, E, F).
     ScaleInverse scale_inverse "scale_inverse" = Structure::unknowns;
-    /// γ, 1/γ.
-    CostScale cost_scale "cost_scale" = |_: &Structure| 2;
+    /// γ, 1/γ, and the largest entries of scaled (b, h) and c.
+    CostScale cost_scale "cost_scale" = |_: &Structure| 4;
     /// (x, y, z).
     Point point "point" = Structure::unknowns;
     /// s.

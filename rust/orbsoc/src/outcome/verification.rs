@@ -2,14 +2,15 @@
 //! with the iteration: other vectors (nalgebra's), other products, always double precision.
 
 use crate::outcome::norms::{larger, symmetric_product, Sums};
+use crate::outcome::own_scale::{OwnScale, Rows};
 use crate::outcome::roundoff::{
     deterministic_bound, probabilistic_bound, roundoff_in_product, RoundoffBound,
 };
-use crate::outcome::solution::{norm_exceeds, Certificate, Solution, Status, WarmStart};
+use crate::outcome::solution::{Certificate, Solution, Status, WarmStart};
 use crate::problem::{Problem, Settings};
 use nalgebra::{DVector, DVectorView};
 
-/// A certificate with at least this radius over the data's scale is accepted at the end of a solve.
+/// A certificate with at least this radius in the problem's own scale is accepted at the end of a solve.
 const RADIUS_CLAIMED: f64 = 50.0;
 
 /// Residuals of a point on the user's data.
@@ -43,15 +44,17 @@ struct Point {
 struct InfeasibilityCertificate {
     status: Status,
     at: Point,
-    radius: f64,
-    /// The radius over the data's scale.
-    relative: f64,
+    radius: Radius,
 }
 
 impl InfeasibilityCertificate {
     fn excludes(&self, point: &Point) -> bool {
-        let [x, y, z] = [&point.x, &point.y, &point.z].map(DVector::as_slice);
-        !norm_exceeds(self.status, self.radius, x, y, z)
+        let sizes = &self.radius.scale.sizes;
+        if self.status == Status::PrimalInfeasible {
+            !self.radius.is_exceeded_by(sizes, point.x.iter())
+        } else {
+            !self.radius.is_exceeded_by(&sizes[point.x.len()..], point.y.iter().chain(&point.z))
+        }
     }
 }
 
@@ -196,10 +199,10 @@ fn residuals_of(problem: &Problem, at: &Point, tol: f64) -> Residuals {
     Residuals { independent: independent.worst(), certificate, objective, dual_objective }
 }
 
-/// Certified radius of primal infeasibility, also over the data's scale: whatever the sums below may have lost in
-/// rounding counts against it. z is projected onto K, and the certificate scaled to size one: its own size means nothing
-/// and may overflow.
-fn primal_radius(problem: &Problem, at: &mut Point) -> (f64, f64) {
+/// Certified radius of primal infeasibility, and the same in the problem's own scale: whatever the sums below may have
+/// lost in rounding counts against it. z is projected onto K, and the certificate scaled to size one: its own size means
+/// nothing and may overflow.
+fn primal_radius(problem: &Problem, at: &mut Point) -> Radius {
     let sums = Sums::new();
     at.z = present(problem, at.z.clone());
     project(problem, &mut at.z);
@@ -212,46 +215,121 @@ fn primal_radius(problem: &Problem, at: &mut Point) -> (f64, f64) {
     let (_, aty) = sums.products(&problem.a, &nowhere, &at.y);
     let (_, gtz) = sums.products(&problem.g, &nowhere, &at.z);
     let (y, z) = (at.y.as_slice(), at.z.as_slice());
-    let lost = roundoff_in_product(&problem.a, problem.p(), |value, i, _| (value * y[i]).abs())
-        + roundoff_in_product(&problem.g, problem.m(), |value, i, _| (value * z[i]).abs());
     let terms = problem.b.iter().zip(&at.y).chain(h.iter().zip(&at.z)).map(|(b, y)| (b * y).abs());
     let roundoff = deterministic_bound(problem.p() + problem.m()) * terms.sum::<f64>();
-    let scale = problem.b.iter().chain(h.iter()).fold(1.0, |top: f64, v| top.max(v.abs()));
-    radius(support + roundoff, (aty + gtz).lp_norm(1) + lost, scale)
+    let scale = primal_scale(problem);
+    let total = |sizes: &[f64]| {
+        let lost =
+            roundoff_in_product(&problem.a, problem.p(), |value, i, j| (value * y[i]).abs() * sizes[j])
+                + roundoff_in_product(&problem.g, problem.m(), |value, i, j| (value * z[i]).abs() * sizes[j]);
+        let sum: f64 = aty.iter().zip(&gtz).zip(sizes).map(|((a, g), size)| (a + g).abs() * size).sum();
+        sum + lost
+    };
+    Radius::new(support + roundoff, total, scale)
 }
 
-/// Certified radius of dual infeasibility, also over the data's scale; x is scaled to size one.
-fn dual_radius(problem: &Problem, at: &mut Point) -> (f64, f64) {
+/// Certified radius of dual infeasibility, and the same in the problem's own scale; x is scaled to size one.
+fn dual_radius(problem: &Problem, at: &mut Point) -> Radius {
     let sums = Sums::new();
     at.x.unscale_mut(sums.norm(at.x.as_slice()));
     let cost = DVectorView::from(&problem.c[..]).dot(&at.x);
     let (ax, _) = sums.products(&problem.a, &at.x, &DVector::zeros(problem.p()));
     let (gx, _) = sums.products(&problem.g, &at.x, &DVector::zeros(problem.m()));
+    let px = symmetric_product(&problem.p, &at.x);
     let recession = -present(problem, gx);
     let mut inside = recession.clone();
     project(problem, &mut inside);
-    let distance =
-        symmetric_product(&problem.p, &at.x).lp_norm(1) + ax.lp_norm(1) + (recession - inside).lp_norm(1);
-    let (n, x) = (problem.n(), at.x.as_slice());
-    let by = |value: f64, _: usize, j: usize| (value * x[j]).abs();
-    let either = |value: f64, i: usize, j: usize| 2.0 * by(value, 0, i).max(by(value, 0, j));
-    let present =
-        |value: f64, i: usize, j: usize| if problem.h[i].is_finite() { by(value, i, j) } else { 0.0 };
-    let lost = roundoff_in_product(&problem.p, n, either)
-        + roundoff_in_product(&problem.a, n, by)
-        + roundoff_in_product(&problem.g, n, present);
+    let (n, p, x) = (problem.n(), problem.p(), at.x.as_slice());
+    let by = |value: f64, j: usize| (value * x[j]).abs();
+    let total = |sizes: &[f64]| {
+        let (in_x, in_rows) = sizes.split_at(n);
+        let (in_y, in_z) = in_rows.split_at(p);
+        let either =
+            |value: f64, i: usize, j: usize| 2.0 * (by(value, i) * in_x[j]).max(by(value, j) * in_x[i]);
+        let present = |value: f64, i: usize, j: usize| {
+            if problem.h[i].is_finite() {
+                by(value, j) * in_z[i]
+            } else {
+                0.0
+            }
+        };
+        let lost = roundoff_in_product(&problem.p, n, either)
+            + roundoff_in_product(&problem.a, n, |value, i, j| by(value, j) * in_y[i])
+            + roundoff_in_product(&problem.g, n, present);
+        let sum = |v: &DVector<f64>, sizes: &[f64]| -> f64 {
+            v.iter().zip(sizes).map(|(v, size)| v.abs() * size).sum()
+        };
+        sum(&px, in_x) + sum(&ax, in_y) + sum(&(&recession - &inside), in_z) + lost
+    };
     let roundoff = deterministic_bound(n) * problem.c.iter().zip(x).map(|(c, x)| (c * x).abs()).sum::<f64>();
-    let scale = problem.c.iter().fold(1.0, |top: f64, v| top.max(v.abs()));
-    radius(cost + roundoff, distance + lost, scale)
+    Radius::new(cost + roundoff, total, dual_scale(problem))
 }
 
-fn radius(value: f64, size: f64, scale: f64) -> (f64, f64) {
-    if value < 0.0 && value.is_finite() && size.is_finite() {
-        let radius = if size > 0.0 { -value / size } else { f64::INFINITY };
-        (radius, radius / scale)
-    } else {
-        (0.0, 0.0)
+/// What a certificate proves: no point of the infeasible side is smaller.
+struct Radius {
+    /// In the user's units, by the ∞-norm.
+    plain: f64,
+    /// In the problem's own scale: of the largest entry over its size there, and over the largest right-hand side.
+    relative: f64,
+    scale: OwnScale,
+}
+
+impl Radius {
+    /// Of a certificate's value, the size of what is left beside it for given sizes of the unknowns, and the scale.
+    fn new(value: f64, left: impl Fn(&[f64]) -> f64, scale: OwnScale) -> Self {
+        let radius = |sizes: &[f64]| {
+            let left = left(sizes);
+            match (value < 0.0 && value.is_finite() && left.is_finite(), left > 0.0) {
+                (true, true) => -value / left,
+                (true, false) => f64::INFINITY,
+                _ => 0.0,
+            }
+        };
+        let relative = radius(&scale.sizes) / scale.largest_side;
+        Self { plain: radius(&vec![1.0; scale.sizes.len()]), relative, scale }
     }
+
+    /// Whether an entry of a point is too large, in the problem's own scale, for the point to be excluded.
+    fn is_exceeded_by<'a>(&self, sizes: &[f64], point: impl Iterator<Item = &'a f64>) -> bool {
+        let relative = point.zip(sizes).map(|(v, size)| v.abs() / size);
+        relative.fold(0.0, f64::max) >= self.relative * self.scale.largest_side
+    }
+}
+
+/// Of x, by the rows of A and G.
+fn primal_scale(problem: &Problem) -> OwnScale {
+    let (cone_groups, p) = (cone_groups(problem), problem.p());
+    let present = |i: usize| problem.h[i].is_finite();
+    let below = problem.g.triplets().filter(|&(i, ..)| present(i)).map(|(i, j, value)| (p + i, j, value));
+    let bounds = problem.h.iter().map(|&h| if h.is_finite() { h } else { 0.0 });
+    OwnScale::of(&Rows {
+        row_groups: (0..p).chain(cone_groups.iter().map(|group| p + group)).collect(),
+        column_groups: (0..problem.n()).collect(),
+        entries: problem.a.triplets().chain(below).collect(),
+        sides: problem.b.iter().copied().chain(bounds).collect(),
+    })
+}
+
+/// Of (x, y, z), by the rows of Px + Aᵀy + Gᵀz = −c.
+fn dual_scale(problem: &Problem) -> OwnScale {
+    let (n, p) = (problem.n(), problem.p());
+    let below = problem.p.triplets().filter(|&(i, j, _)| i != j).map(|(i, j, value)| (j, i, value));
+    let of_y = problem.a.triplets().map(|(i, j, value)| (j, n + i, value));
+    let of_z = problem.g.triplets().filter(|&(i, ..)| problem.h[i].is_finite());
+    let of_z = of_z.map(|(i, j, value)| (j, n + p + i, value));
+    OwnScale::of(&Rows {
+        row_groups: (0..n).collect(),
+        column_groups: (0..n + p).chain(cone_groups(problem).iter().map(|group| n + p + group)).collect(),
+        entries: problem.p.triplets().chain(below).chain(of_y).chain(of_z).collect(),
+        sides: problem.c.clone(),
+    })
+}
+
+/// The group of each cone row: its own in R₊, one for each second-order cone.
+fn cone_groups(problem: &Problem) -> Vec<usize> {
+    let l = problem.cones.l;
+    let second_order = problem.cones.q.iter().enumerate();
+    (0..l).chain(second_order.flat_map(|(k, &dim)| core::iter::repeat_n(l + k, dim))).collect()
 }
 
 /// Why the iteration ended. The status is decided afterwards, on the original data.
@@ -347,26 +425,27 @@ impl FinishedAttempt<'_> {
         let primal = self.primal.as_ref().map(|entries| self.primal_infeasible(entries));
         let dual = self.dual.as_ref().map(|entries| self.dual_infeasible(entries));
         let certificates = primal.into_iter().chain(dual).filter(|found| {
-            found.relative >= RADIUS_CLAIMED && apparent.is_none_or(|solution| found.excludes(solution))
+            found.radius.relative >= RADIUS_CLAIMED
+                && apparent.is_none_or(|solution| found.excludes(solution))
         });
-        certificates.max_by(|one, other| one.relative.total_cmp(&other.relative))
+        certificates.max_by(|one, other| one.radius.relative.total_cmp(&other.radius.relative))
     }
 
     /// That no x is feasible.
     fn primal_infeasible(&self, entries: &[f64]) -> InfeasibilityCertificate {
         let mut at = self.point(entries, false);
-        let (radius, relative) = primal_radius(self.problem, &mut at);
+        let radius = primal_radius(self.problem, &mut at);
         at.x.fill(f64::NAN);
-        InfeasibilityCertificate { status: Status::PrimalInfeasible, at, radius, relative }
+        InfeasibilityCertificate { status: Status::PrimalInfeasible, at, radius }
     }
 
     /// That no dual point is.
     fn dual_infeasible(&self, entries: &[f64]) -> InfeasibilityCertificate {
         let mut at = self.point(entries, false);
-        let (radius, relative) = dual_radius(self.problem, &mut at);
+        let radius = dual_radius(self.problem, &mut at);
         at.y.fill(f64::NAN);
         at.z.fill(f64::NAN);
-        InfeasibilityCertificate { status: Status::DualInfeasible, at, radius, relative }
+        InfeasibilityCertificate { status: Status::DualInfeasible, at, radius }
     }
 
     /// Read (x, y, z) and perhaps s from entries in the user's scaling, into the user's rows.
@@ -386,20 +465,30 @@ impl FinishedAttempt<'_> {
     }
 
     fn accept(&self, found: &InfeasibilityCertificate) -> Solution {
-        let (none, radius) = (f64::NAN, found.radius);
+        let (none, radius) = (f64::NAN, found.radius.plain);
         let certificate = Certificate { primal_residual: none, dual_residual: none, gap: none, radius };
         let (infinite, message) = if found.status == Status::PrimalInfeasible {
-            (f64::INFINITY, format!("no feasible x has ‖x‖∞ < {radius:.3e}"))
+            let proved = if radius.is_finite() {
+                format!("no feasible x has ‖x‖∞ < {radius:.3e}")
+            } else {
+                "no x is feasible, however large".into()
+            };
+            (f64::INFINITY, proved)
         } else {
-            let what = "dual infeasible (unbounded if feasible)";
-            (f64::NEG_INFINITY, format!("{what}: no dual point has norm below {radius:.3e}"))
+            let proved = if radius.is_finite() {
+                format!("no dual point has norm below {radius:.3e}")
+            } else {
+                "there is no dual point, however large".into()
+            };
+            (f64::NEG_INFINITY, format!("dual infeasible (unbounded if feasible): {proved}"))
         };
         let residuals =
             Residuals { certificate, independent: none, objective: infinite, dual_objective: infinite };
         self.assemble(found.status, &found.at, &residuals, message)
     }
 
-    fn assemble(&self, status: Status, at: &Point, residuals: &Residuals, message: String) -> Solution {
+    fn assemble(&self, status: Status, at: &Point, residuals: &Residuals, mut message: String) -> Solution {
+        message.push_str(&absent_rows(&self.problem.h));
         Solution {
             status,
             x: at.x.as_slice().to_vec(),
@@ -418,6 +507,18 @@ impl FinishedAttempt<'_> {
     }
 }
 
+/// What to say of rows that do not constrain; nothing where all do.
+fn absent_rows(h: &[f64]) -> String {
+    let absent: Vec<usize> = (0..h.len()).filter(|&i| h[i] == f64::INFINITY).collect();
+    if absent.is_empty() {
+        return String::new();
+    }
+    let named: Vec<String> = absent.iter().take(5).map(ToString::to_string).collect();
+    let more = if absent.len() > 5 { ", …" } else { "" };
+    let rows = if absent.len() == 1 { "row does" } else { "rows do" };
+    format!("; {} {rows} not constrain, h being 1e20 or more: {}{more}", absent.len(), named.join(", "))
+}
+
 /// The ratios above `tol`, and the common formula's where it is above what is `allowed` for it.
 fn failing_lines(residuals: &Residuals, tol: f64, allowed: f64) -> String {
     let c = &residuals.certificate;
@@ -432,4 +533,24 @@ fn failing_lines(residuals: &Residuals, tol: f64, allowed: f64) -> String {
         format!("residual by the common formula {:.1e} (at most {allowed:.0e})", residuals.independent)
     });
     own.into_iter().chain(by_common_formula).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_infinite_error_of_something_infinite_is_no_small_one() {
+        assert_eq!(ratio(f64::INFINITY, f64::INFINITY), f64::INFINITY);
+        assert_eq!(ratio(f64::NAN, 1.0), f64::INFINITY);
+        assert_eq!(ratio(1.0, 1.0), 0.5);
+    }
+
+    #[test]
+    fn rows_that_do_not_constrain_are_named() {
+        let (no, all) = (f64::INFINITY, [f64::INFINITY; 7]);
+        assert_eq!(absent_rows(&[1.0, 2.0]), "");
+        assert_eq!(absent_rows(&[1.0, no]), "; 1 row does not constrain, h being 1e20 or more: 1");
+        assert_eq!(absent_rows(&all), "; 7 rows do not constrain, h being 1e20 or more: 0, 1, 2, 3, 4, …");
+    }
 }

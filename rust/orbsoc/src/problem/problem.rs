@@ -104,6 +104,11 @@ impl Problem {
         Ok(Self { p, c, a, b, g, h, cones })
     }
 
+    /// Upper triangle of the quadratic cost's matrix, n × n.
+    pub fn cost(&self) -> &Csc {
+        &self.p
+    }
+
     /// Linear cost, length n.
     pub fn c(&self) -> &[f64] {
         &self.c
