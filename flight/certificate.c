@@ -1,10 +1,13 @@
-/* The residuals behind a status, recomputed on the user's own data after the fact, always in binary64. Nothing here
- * is shared with the iteration: other products, other sums, the matrices as given. */
+/* The residuals behind a status, recomputed on the user's own data after the fact, always in
+ * binary64. Nothing here is shared with the iteration: other products, other sums, the matrices as
+ * given. */
 #include "kernels.h"
 
-/* A certificate with at least this radius over the data's scale is accepted at the end of a solve. */
+/* A certificate with at least this radius over the data's scale is accepted at the end of a solve.
+ * */
 #define RADIUS_CLAIMED 50.0
-/* How many times `tol` the common formula's ratio of a solution may be: its denominators leave out products. */
+/* How many times `tol` the common formula's ratio of a solution may be: its denominators leave out
+ * products. */
 #define INDEPENDENT_FACTOR 100.0
 #define SUMS 8u
 
@@ -167,8 +170,8 @@ static void symmetric_product(pattern_t pattern, const double *values, const dou
 
 /* ---- cones ---- */
 
-/* What the projection onto a cone makes of the head, and by what it multiplies the tail; 0 where the point is
- * inside. */
+/* What the projection onto a cone makes of the head, and by what it multiplies the tail; 0 where
+ * the point is inside. */
 static int onto_cone(size_t dim, const double *v, double *head, double *factor) {
   double square = 0.0;
   for (size_t i = 1; i < dim; i++) {
@@ -277,7 +280,8 @@ static void add_terms(const orbsoc_matrix *matrix, size_t columns, const double 
   }
 }
 
-/* Bounds on the rounding error of any one entry of a point's residuals. `work` has 2 (n + p + given_m) words. */
+/* Bounds on the rounding error of any one entry of a point's residuals. `work` has 2 (n + p +
+ * given_m) words. */
 static bound_t roundoff_of(pattern_t pattern, const orbsoc_numbers *given, const point_t *at,
                            const double *slack, double *work) {
   const size_t n = pattern->n, p = pattern->p, m = pattern->given_m;
@@ -452,8 +456,8 @@ static double lost_by_columns(const orbsoc_matrix *matrix, size_t columns, const
   return sum;
 }
 
-/* That no x is feasible: z is projected onto K, and the certificate scaled to size one. What sums may have lost in
- * rounding counts against it. */
+/* That no x is feasible: z is projected onto K, and the certificate scaled to size one. What sums
+ * may have lost in rounding counts against it. */
 static proof_t primal_proof(pattern_t pattern, const orbsoc_numbers *given, double *y, double *z) {
   const size_t n = pattern->n, p = pattern->p, m = pattern->given_m;
   double *aty = given->work, *gtz = &aty[n], *h = &gtz[n];
@@ -534,7 +538,8 @@ static proof_t dual_proof(pattern_t pattern, const orbsoc_numbers *given, double
 
 /* ---- the outcome ---- */
 
-/* Whether a point is too large to be excluded by a certificate of infeasibility with this radius. */
+/* Whether a point is too large to be excluded by a certificate of infeasibility with this radius.
+ * */
 static int norm_exceeds(pattern_t pattern, orbsoc_status status, double radius_, const double *x,
                         const double *y, const double *z) {
   const double size = (status == ORBSOC_PRIMAL_INFEASIBLE)
@@ -567,8 +572,8 @@ static void fill(size_t count, double value, double *out) {
   }
 }
 
-/* The stronger certificate of those that the original data support and an `apparent` solution does not speak
- * against: its status, or ORBSOC_SOLVED; its point in `at`. */
+/* The stronger certificate of those that the original data support and an `apparent` solution does
+ * not speak against: its status, or ORBSOC_SOLVED; its point in `at`. */
 static proof_t infeasible(const orbsoc_solver *solver, const point_t *apparent, point_t *at) {
   pattern_t pattern = solver->pattern;
   const orbsoc_numbers *given = &solver->numbers;
@@ -705,7 +710,8 @@ static int replaces(const orbsoc_solver *solver, const orbsoc_solution *later,
   return worst_ratio(later) < worst_ratio(earlier);
 }
 
-/* The better outcome of this attempt and an earlier one of the same solve, with the counts of both. */
+/* The better outcome of this attempt and an earlier one of the same solve, with the counts of both.
+ * */
 void orbsoc_conclude(orbsoc_solver *solver) {
   pattern_t pattern = solver->pattern;
   const orbsoc_real *words = solver->buffer[ORBSOC_CONTROL];

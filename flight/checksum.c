@@ -1,5 +1,5 @@
-/* CRC-32 (IEEE 802.3) of a pattern's sizes and tables, of their numbers and not of their bytes in memory, so that it
- * is the same for either order of bytes. */
+/* CRC-32 (IEEE 802.3) of a pattern's sizes and tables, of their numbers and not of their bytes in
+ * memory, so that it is the same for either order of bytes. */
 #include "orbsoc_flight.h"
 
 #define POLYNOMIAL 0xedb88320u

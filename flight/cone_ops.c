@@ -1,7 +1,8 @@
 /* Cone operations: Nesterov-Todd scaling and what is done with it.
  *
- * Nonnegative rows: w = sqrt(s/z), lambda = sqrt(s z). Second-order cones: W = eta P(w) with w0^2 - |w1|^2 = 1,
- * W^-1 s = W z = lambda, and res(v) = (v0 - |v1|)(v0 + |v1|), factored to avoid cancellation. */
+ * Nonnegative rows: w = sqrt(s/z), lambda = sqrt(s z). Second-order cones: W = eta P(w) with w0^2 -
+ * |w1|^2 = 1, W^-1 s = W z = lambda, and res(v) = (v0 - |v1|)(v0 + |v1|), factored to avoid
+ * cancellation. */
 #include "kernels.h"
 #include "reduce.h"
 
@@ -121,8 +122,8 @@ void orbsoc_add_scaled(size_t count, orbsoc_real step, const orbsoc_real *other,
   }
 }
 
-/* Shift v along the cone's identity until its distance to the boundary is at least 1 and at least a tenth of the
- * mean positive distance. */
+/* Shift v along the cone's identity until its distance to the boundary is at least 1 and at least a
+ * tenth of the mean positive distance. */
 void orbsoc_shift_into_cone(pattern_t pattern, orbsoc_real *v) {
   if (degree_of(pattern) == 0u) {
     return;

@@ -1,8 +1,9 @@
-/* Statistics, second half: the decisions of a solve, as words. When to stop, when to refine once more, what to keep:
- * comparisons, selections and counts on the words of the control buffer. A flag is 1 or 0. */
+/* Statistics, second half: the decisions of a solve, as words. When to stop, when to refine once
+ * more, what to keep: comparisons, selections and counts on the words of the control buffer. A flag
+ * is 1 or 0. */
 #include "kernels.h"
 
-#define RADIUS_CONCLUSIVE 1e8  /* a certified radius, over the data's scale, that ends an attempt, */
+#define RADIUS_CONCLUSIVE 1e8  /* a certified radius, over the data's scale, that is enough, */
 #define RADIUS_SUFFICIENT 1e6  /* and one that does where kappa/tau exceeds */
 #define EMBEDDING_CONCLUSIVE 1e10
 #define EMBEDDING_RATIO 1e3    /* kappa/tau from which the embedding leans towards infeasibility */
@@ -10,7 +11,7 @@
 #define SHORT_STEPS 3.0        /* consecutive steps shorter than SHORT_STEP that end an attempt */
 #define SHORT_STEP 1e-4
 #define WARM_START_MIN_STEP 0.01
-#define SKIP_MARGIN 1e4        /* a residual is skipped where the tolerance is this many known errors */
+#define SKIP_MARGIN 1e4        /* a residual is skipped from this many known errors on */
 #define SAME_FACTORS_MARGIN 10.0
 #define REASONS 8u
 

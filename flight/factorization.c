@@ -1,12 +1,13 @@
-/* Matrix factorization: numeric LDL' on the symbolic factorization of set-up, right-looking over supernodes.
+/* Matrix factorization: numeric LDL' on the symbolic factorization of set-up, right-looking over
+ * supernodes.
  *
- * With y = L D the column before its division, every entry receives l_ij <- k_ij - sum_k l_ik y_jk in ascending
- * k; then the pivot is regularised and the column divided by it. */
+ * With y = L D the column before its division, every entry receives l_ij <- k_ij - sum_k l_ik y_jk
+ * in ascending k; then the pivot is regularised and the column divided by it. */
 #include "kernels.h"
 #include "reduce.h"
 
-/* A pivot of the wrong sign is the rounding error of the terms that cancelled: it becomes this many times as
- * large, or the replacement, whichever is more. */
+/* A pivot of the wrong sign is the rounding error of the terms that cancelled: it becomes this many
+ * times as large, or the replacement, whichever is more. */
 #define REPLACEMENT_FACTOR 5.0
 #define ROWS 8u
 #define COLUMNS 4u
@@ -31,7 +32,8 @@ typedef struct {
   size_t relative;   /* of relative_row[] */
 } place_t;
 
-/* The pivot with static and dynamic regularisation, by its known sign. Selections by data, no other work. */
+/* The pivot with static and dynamic regularisation, by its known sign. Selections by data, no other
+ * work. */
 static orbsoc_real regularized(orbsoc_real pivot, uint8_t positive, const orbsoc_real *by) {
   const orbsoc_real enlarged = real(-REPLACEMENT_FACTOR) * pivot;
   if (positive != 0u) {
@@ -42,7 +44,8 @@ static orbsoc_real regularized(orbsoc_real pivot, uint8_t positive, const orbsoc
   return (-by[FLOOR] < shifted) ? smaller(enlarged, -by[REPLACEMENT]) : shifted;
 }
 
-/* out_i <- out_i - sum_k l_k[i] y_k, the k in order; columns of l and entries of y are `stride` apart. */
+/* out_i <- out_i - sum_k l_k[i] y_k, the k in order; columns of l and entries of y are `stride`
+ * apart. */
 static void subtract(size_t count, size_t columns, const orbsoc_real *restrict l,
                      const orbsoc_real *restrict y, size_t stride, orbsoc_real *restrict out) {
   size_t i = 0;
@@ -70,8 +73,8 @@ static void subtract(size_t count, size_t columns, const orbsoc_real *restrict l
   }
 }
 
-/* Rows lo.. of a panel, whose entries are at `to` in each of COLUMNS columns that begin at `target`: a tile of ROWS rows
- * stays in registers while the columns of the panel go by. */
+/* Rows lo.. of a panel, whose entries are at `to` in each of COLUMNS columns that begin at
+ * `target`: a tile of ROWS rows stays in registers while the columns of the panel go by. */
 static size_t subtract_tiles(size_t count, size_t columns, const orbsoc_real *restrict l,
                              const orbsoc_real *restrict y, size_t stride, const orbsoc_index *to,
                              orbsoc_real *const target[COLUMNS]) {
@@ -139,7 +142,8 @@ static void factor_columns(const factor_t *f, const orbsoc_node *node, const pla
   }
 }
 
-/* Subtract a small node's contribution at its scatter indices, counted from the end of its panel. */
+/* Subtract a small node's contribution at its scatter indices, counted from the end of its panel.
+ * */
 static void contribute_scattered(const factor_t *f, const orbsoc_node *node, const place_t *at) {
   const size_t leading = node->leading, rows = leading - node->diagonal, width = node->width;
   const orbsoc_index *scatter = &f->pattern->scatter_to[at->scatter];
@@ -177,7 +181,8 @@ static size_t first_column_of(pattern_t pattern, size_t target, size_t *panel, s
   return at;
 }
 
-/* Subtract a finished node's contribution from the panels of later ones, each column through `row`. */
+/* Subtract a finished node's contribution from the panels of later ones, each column through `row`.
+ * */
 static void contribute_blocks(const factor_t *f, size_t k, const place_t *at) {
   const orbsoc_node *node = &f->pattern->node[k];
   const size_t leading = node->leading, diagonal = node->diagonal, width = node->width;
@@ -226,8 +231,8 @@ static void contribute_blocks(const factor_t *f, size_t k, const place_t *at) {
   }
 }
 
-/* The Schur complement of condensed columns, whose entries of L D are the matrix's own: each product of two rows,
- * divided by the pivots, at its scatter index. */
+/* The Schur complement of condensed columns, whose entries of L D are the matrix's own: each
+ * product of two rows, divided by the pivots, at its scatter index. */
 static void factor_condensed(const factor_t *f, const orbsoc_node *node, const place_t *at) {
   const size_t width = node->width, rows = (size_t)node->leading - node->diagonal;
   const orbsoc_index *from = &f->pattern->gather_from[at->gather];

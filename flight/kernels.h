@@ -1,5 +1,5 @@
-/* The kernels, module by module. Sizes come from the pattern, outputs are last and alias no input. A kernel
- * branches on sizes and tables; where one branches on data, its comment says so. */
+/* The kernels, module by module. Sizes come from the pattern, outputs are last and alias no input.
+ * A kernel branches on sizes and tables; where one branches on data, its comment says so. */
 #ifndef ORBSOC_KERNELS_H
 #define ORBSOC_KERNELS_H
 
@@ -18,7 +18,8 @@ static inline size_t unknowns_of(pattern_t pattern) {
 /* Barrier degree: one a nonnegative row and one a second-order cone. */
 static inline size_t degree_of(pattern_t pattern) { return (size_t)pattern->l + pattern->cones; }
 
-/* Whether rows are many and adjacent, so that a loop over them needs no table; the sums are the same. */
+/* Whether rows are many and adjacent, so that a loop over them needs no table; the sums are the
+ * same. */
 static inline int adjacent(size_t count, const orbsoc_index *rows) {
   return count >= 16u && (size_t)rows[count - 1] - rows[0] + 1u == count;
 }

@@ -2,8 +2,9 @@
 #include "kernels.h"
 #include "reduce.h"
 
-/* Reciprocal of the largest a with lambda + a delta in K, zero when every step stays inside. Branch-free, and without
- * the quadratic formula, whose discriminant cancels: per cone it is max(0, |rho1| - rho0). */
+/* Reciprocal of the largest a with lambda + a delta in K, zero when every step stays inside.
+ * Branch-free, and without the quadratic formula, whose discriminant cancels: per cone it is max(0,
+ * |rho1| - rho0). */
 orbsoc_real orbsoc_inverse_step(pattern_t pattern, const orbsoc_scaling *at,
                                 const orbsoc_real *delta, orbsoc_real *rho) {
   orbsoc_real inverse = max_negative_product(pattern->l, delta, at->lambda_inverse);

@@ -1,5 +1,6 @@
-/* Linear solve: permuted substitution through L, D, L' and the refinement residual, for one right-hand side or for
- * two side by side. Subtractions into any one entry keep the order of the plain loops. */
+/* Linear solve: permuted substitution through L, D, L' and the refinement residual, for one right-
+ * hand side or for two side by side. Subtractions into any one entry keep the order of the plain
+ * loops. */
 #include "kernels.h"
 #include "reduce.h"
 
@@ -106,8 +107,8 @@ static inline void forward_condensed(const orbsoc_system *system, const orbsoc_n
   }
 }
 
-/* `columns` columns of L' of a panel from column j on: rows below from the last one up, then the columns after them in
- * the block, from the last one down. */
+/* `columns` columns of L' of a panel from column j on: rows below from the last one up, then the
+ * columns after them in the block, from the last one down. */
 ORBSOC_INLINE void backward_columns(const orbsoc_node *node, const orbsoc_real *restrict l,
                                     const orbsoc_index *rows, size_t j, size_t columns,
                                     size_t sides, const orbsoc_real *below, orbsoc_real *own) {
@@ -204,7 +205,8 @@ static inline void backward_condensed(const orbsoc_system *system, const orbsoc_
   }
 }
 
-/* x <- (LDL')^-1 x, in permuted order. `work` has `sides` words a column of the widest condensed node. */
+/* x <- (LDL')^-1 x, in permuted order. `work` has `sides` words a column of the widest condensed
+ * node. */
 ORBSOC_INLINE void substitute(const orbsoc_system *system, size_t sides, orbsoc_real *work,
                               orbsoc_real *x) {
   pattern_t pattern = system->pattern;
@@ -246,8 +248,8 @@ ORBSOC_INLINE void substitute(const orbsoc_system *system, size_t sides, orbsoc_
   }
 }
 
-/* error = rhs - K x with the unregularised matrix. An entry of the error takes its row's products in the order of
- * their columns, the diagonal first; those of a dense column are one sum. */
+/* error = rhs - K x with the unregularised matrix. An entry of the error takes its row's products
+ * in the order of their columns, the diagonal first; those of a dense column are one sum. */
 ORBSOC_INLINE void residual(const orbsoc_system *system, size_t sides, const orbsoc_real *rhs,
                             const orbsoc_real *x, orbsoc_real *restrict error) {
   pattern_t pattern = system->pattern;
@@ -335,8 +337,8 @@ void orbsoc_measure(const orbsoc_system *system, size_t sides, const orbsoc_real
   }
 }
 
-/* One refinement step. Of each right-hand side, the new solution and error replace the old where their norm is
- * smaller, and not where it is not a number: a branch on data around a copy. */
+/* One refinement step. Of each right-hand side, the new solution and error replace the old where
+ * their norm is smaller, and not where it is not a number: a branch on data around a copy. */
 void orbsoc_refine(const orbsoc_system *system, size_t sides, const orbsoc_real *rhs,
                    orbsoc_real active, orbsoc_real *x, orbsoc_real *error, orbsoc_real *state) {
   const size_t dim = system->pattern->dim, count = dim * sides;
@@ -367,8 +369,9 @@ void orbsoc_refine(const orbsoc_system *system, size_t sides, const orbsoc_real 
 /* h of a nonnegative row as a starting point takes it: a bound far away must not attract x. */
 static orbsoc_real bounded(orbsoc_real h) { return smaller(h, real(START_BOUND)); }
 
-/* With a linear cost, x and s come from (0, b, h) and y and z from (-c, 0, 0); with a quadratic one all of them come
- * from (-c, b, h), where the nonnegative rows are bounded. The starting point needs no accuracy. */
+/* With a linear cost, x and s come from (0, b, h) and y and z from (-c, 0, 0); with a quadratic one
+ * all of them come from (-c, b, h), where the nonnegative rows are bounded. The starting point
+ * needs no accuracy. */
 void orbsoc_start_rhs(pattern_t pattern, const orbsoc_real *q, orbsoc_real *rhs,
                       orbsoc_real *tolerance) {
   const size_t n = pattern->n, rows = n + pattern->p, all = unknowns_of(pattern);

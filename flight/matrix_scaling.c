@@ -1,12 +1,13 @@
 /* Matrix scaling: Ruiz equilibration of the problem data, and its undoing.
  *
- * P^ = gamma D P D, A^ = E A D, G^ = F G D, c^ = gamma D c, b^ = E b, h^ = F h with diagonal D, E, F and one
- * factor a second-order cone, so that every row and column of the KKT matrix has maximum entry about one. */
+ * P^ = gamma D P D, A^ = E A D, G^ = F G D, c^ = gamma D c, b^ = E b, h^ = F h with diagonal D, E,
+ * F and one factor a second-order cone, so that every row and column of the KKT matrix has maximum
+ * entry about one. */
 #include "kernels.h"
 #include "reduce.h"
 
-/* No cost becomes smaller than this that is not smaller already; one below NO_COST of the largest is
- * rounding. */
+/* No cost becomes smaller than this that is not smaller already; one below NO_COST of the largest
+ * is rounding. */
 #define LEAST_COST 1e-3
 #define NO_COST 1e-12
 
@@ -163,7 +164,8 @@ void orbsoc_norms(pattern_t pattern, const orbsoc_numbers *given, orbsoc_real *n
   }
 }
 
-/* The user's point in the scaling of the new data: x^ = x/D, (y^, z^) = gamma (y, z)/(E, F), s^ = F s. */
+/* The user's point in the scaling of the new data: x^ = x/D, (y^, z^) = gamma (y, z)/(E, F), s^ = F
+ * s. */
 void orbsoc_load_start(pattern_t pattern, const orbsoc_real *start, const orbsoc_scaled *scales,
                        orbsoc_real *point, orbsoc_real *slack, orbsoc_real *homogenizer) {
   const size_t n = pattern->n, rows = n + pattern->p, all = unknowns_of(pattern);

@@ -20,7 +20,8 @@ void orbsoc_load_kkt(pattern_t pattern, const orbsoc_real *p, const orbsoc_real 
   put(pattern->nnz_g, pattern->from_g, g, values);
 }
 
-/* Entries of a cone's block: its upper triangle, or diagonal, v with its pivot, u with its pivot. */
+/* Entries of a cone's block: its upper triangle, or diagonal, v with its pivot, u with its pivot.
+ * */
 static size_t block_entries(size_t dim) {
   return (dim <= ORBSOC_DENSE_CONE) ? dim * (dim + 1) / 2 : 3 * dim + 1;
 }

@@ -6,8 +6,8 @@
 #define ONCE(stage) {(stage), (stage)}
 #define COUNT(list) (sizeof(list) / sizeof((list)[0]))
 
-/* A solve that meets the tolerance, but not this fraction of it, takes one iteration more; after a warm start, the
- * second. */
+/* A solve that meets the tolerance, but not this fraction of it, takes one iteration more; after a
+ * warm start, the second. */
 #define TOLERANCE_MARGIN 0.2
 #define WARM_TOLERANCE_MARGIN 0.5
 /* Least barrier parameter of a warm start. */

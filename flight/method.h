@@ -1,4 +1,5 @@
-/* The method as data: stages, lists of steps, attempts. Any caller that runs the lists runs the same solve. */
+/* The method as data: stages, lists of steps, attempts. Any caller that runs the lists runs the
+ * same solve. */
 #ifndef ORBSOC_METHOD_H
 #define ORBSOC_METHOD_H
 
@@ -14,7 +15,8 @@ typedef enum {
   STAGE_CORRECTOR_RHS, STAGE_SLACK_STEP, STAGE_ADVANCE, STAGE_UNSCALE, ORBSOC_STAGES
 } orbsoc_stage;
 
-/* Run a stage once; with `until` another stage, run that one, and while it asks to repeat, `stage` and it again. */
+/* Run a stage once; with `until` another stage, run that one, and while it asks to repeat, `stage`
+ * and it again. */
 typedef struct {
   uint8_t stage;
   uint8_t until; /* `stage` itself: once */

@@ -1,11 +1,12 @@
-/* The solver for a computer on board: fixed C99, tables of one sparsity pattern, one block of memory.
+/* The solver for a computer on board: fixed C99, tables of one sparsity pattern, one block of
+ * memory.
  *
- *   min 1/2 x'Px + c'x   s.t.   Ax = b,   Gx + s = h,   s in R+^l x Q^q1 x ... x Q^qk
+ * min 1/2 x'Px + c'x   s.t.   Ax = b,   Gx + s = h,   s in R+^l x Q^q1 x ... x Q^qk
  *
- * Usage: orbsoc_open, orbsoc_set_c (and _b, _h, _p, _a, _g), orbsoc_solve or orbsoc_solve_from; then read
- * `solution`. Nothing is allocated, nothing is global; two solvers in two blocks of memory are independent.
- * ORBSOC_FP (64, 32) is the arithmetic of the iteration; the certificate is always binary64.
- * ORBSOC_INDEX_BITS (16, 32) is the width of the tables. */
+ * Usage: orbsoc_open, orbsoc_set_c (and _b, _h, _p, _a, _g), orbsoc_solve or orbsoc_solve_from;
+ * then read `solution`. Nothing is allocated, nothing is global; two solvers in two blocks of
+ * memory are independent. ORBSOC_FP (64, 32) is the arithmetic of the iteration; the certificate is
+ * always binary64. ORBSOC_INDEX_BITS (16, 32) is the width of the tables. */
 #ifndef ORBSOC_FLIGHT_H
 #define ORBSOC_FLIGHT_H
 
@@ -60,7 +61,11 @@ typedef enum {
   ORBSOC_INTERRUPTED = 7
 } orbsoc_status;
 
-typedef enum { ORBSOC_NO_START = 0, ORBSOC_START_USED = 1, ORBSOC_START_FELL_BACK = 2 } orbsoc_warm_start;
+typedef enum {
+  ORBSOC_NO_START = 0,
+  ORBSOC_START_USED = 1,
+  ORBSOC_START_FELL_BACK = 2
+} orbsoc_warm_start;
 
 /* The settings of `orbsoc.Settings` that a solve reads, with its names. */
 typedef struct {
@@ -171,8 +176,8 @@ typedef struct {
   const orbsoc_index *entry_target;
 } orbsoc_pattern;
 
-/* Buffers of a solve, numbered as in the method's dataflow table. The first four are empty: equilibration
- * reads the given data themselves. */
+/* Buffers of a solve, numbered as in the method's dataflow table. The first four are empty:
+ * equilibration reads the given data themselves. */
 typedef enum {
   ORBSOC_RAW_P, ORBSOC_RAW_A, ORBSOC_RAW_G, ORBSOC_RAW_Q, ORBSOC_START, ORBSOC_NORMS,
   ORBSOC_PARAMETERS, ORBSOC_P, ORBSOC_A, ORBSOC_G, ORBSOC_Q, ORBSOC_SCALE, ORBSOC_SCALE_INVERSE,
@@ -239,14 +244,14 @@ typedef struct {
   uint32_t has_earlier;
 } orbsoc_solver;
 
-/* Lay a solver's memory out: `work` has pattern->work_words words, `numbers` pattern->number_words. The tables
- * are checked against their checksum. */
+/* Lay a solver's memory out: `work` has pattern->work_words words, `numbers` pattern->number_words.
+ * The tables are checked against their checksum. */
 orbsoc_error orbsoc_open(orbsoc_solver *solver, const orbsoc_pattern *pattern,
                          const orbsoc_settings *settings, orbsoc_real *work, size_t work_words,
                          double *numbers, size_t number_words);
 
-/* The data, entries of matrices column by column: P's upper triangle, A, G as given. Refused data leave the
- * old ones. */
+/* The data, entries of matrices column by column: P's upper triangle, A, G as given. Refused data
+ * leave the old ones. */
 orbsoc_error orbsoc_set_p(orbsoc_solver *solver, const double *values);
 orbsoc_error orbsoc_set_a(orbsoc_solver *solver, const double *values);
 orbsoc_error orbsoc_set_g(orbsoc_solver *solver, const double *values);
@@ -257,8 +262,8 @@ orbsoc_error orbsoc_set_h(orbsoc_solver *solver, const double *values);
 /* Solve from cold; the outcome is solver->solution. */
 orbsoc_error orbsoc_solve(orbsoc_solver *solver);
 
-/* The same from a point nearby, in the user's units and rows. Never a worse status than from cold, as long as
- * settings.max_restarts is not 0. */
+/* The same from a point nearby, in the user's units and rows. Never a worse status than from cold,
+ * as long as settings.max_restarts is not 0. */
 orbsoc_error orbsoc_solve_from(orbsoc_solver *solver, const double *x, const double *y,
                                const double *z, const double *s);
 

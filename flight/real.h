@@ -1,4 +1,5 @@
-/* The arithmetic: every operation rounds once, c + a*b rounds twice, nothing is fused or reordered. */
+/* The arithmetic: every operation rounds once, c + a*b rounds twice, nothing is fused or reordered.
+ * */
 #ifndef ORBSOC_REAL_H
 #define ORBSOC_REAL_H
 
@@ -14,7 +15,7 @@
 #error "fast-math changes bits: compile without it"
 #endif
 #if !defined(FLT_EVAL_METHOD) || FLT_EVAL_METHOD != 0
-#error "operations must round to their own type: FLT_EVAL_METHOD must be 0 (on 32-bit x86: -msse2 -mfpmath=sse)"
+#error "FLT_EVAL_METHOD must be 0 (on 32-bit x86: -msse2 -mfpmath=sse)"
 #endif
 
 #if ORBSOC_FP == 64

@@ -1,5 +1,6 @@
-/* Every dot product, norm and sum. The association is fixed here, once: below 8 terms left to right, from there
- * on 8 accumulators (term k goes to accumulator k mod 8), folded as a balanced tree. */
+/* Every dot product, norm and sum. The association is fixed here, once: below 8 terms left to
+ * right, from there on 8 accumulators (term k goes to accumulator k mod 8), folded as a balanced
+ * tree. */
 #ifndef ORBSOC_REDUCE_H
 #define ORBSOC_REDUCE_H
 
@@ -9,8 +10,8 @@
 
 static inline orbsoc_real orbsoc_add(orbsoc_real a, orbsoc_real b) { return a + b; }
 
-/* Deviation: a macro in place of a function, for C has no generic ones. FIRST(k) is a term, NEXT(sum, k) adds
- * another, JOIN joins two accumulators, EMPTY is what no terms give. */
+/* Deviation: a macro in place of a function, for C has no generic ones. FIRST(k) is a term,
+ * NEXT(sum, k) adds another, JOIN joins two accumulators, EMPTY is what no terms give. */
 #define ORBSOC_REDUCE(count, EMPTY, FIRST, NEXT, JOIN)                                          \
   do {                                                                                          \
     orbsoc_real way[ORBSOC_WAYS];                                                               \

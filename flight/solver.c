@@ -1,4 +1,5 @@
-/* A solver's memory and data: every word from the caller, every number checked before it is taken. */
+/* A solver's memory and data: every word from the caller, every number checked before it is taken.
+ * */
 #include "kernels.h"
 #include "method.h"
 
@@ -76,7 +77,8 @@ static int valid(const orbsoc_settings *s) {
          s->max_restarts <= 100u;
 }
 
-/* Whether products are rounded before they are added: the compiler may have fused them, whatever it was told. */
+/* Whether products are rounded before they are added: the compiler may have fused them, whatever it
+ * was told. */
 static int rounds_products(void) {
   static const volatile orbsoc_real almost[2] = {
       1 + 16 * (orbsoc_real)((ORBSOC_FP == 64) ? DBL_EPSILON : FLT_EPSILON),

@@ -3,7 +3,8 @@
 #include "method.h"
 #include "reduce.h"
 
-/* A start is rejected from this barrier parameter on, in scaled data, and from the second after its step. */
+/* A start is rejected from this barrier parameter on, in scaled data, and from the second after its
+ * step. */
 #define WARM_START_MU_MAX 0.5
 #define WARM_STEP_MU_MAX 1e3
 
@@ -147,7 +148,8 @@ static void center_start(const orbsoc_solver *solver) {
   b[ORBSOC_VERDICT][0] = orbsoc_judge_start(mu, WARM_START_MU_MAX);
 }
 
-/* Take the Newton step, and move onto the central path again, at a mu from the square of a long move. */
+/* Take the Newton step, and move onto the central path again, at a mu from the square of a long
+ * move. */
 static void newton_start(const orbsoc_solver *solver) {
   pattern_t pattern = solver->pattern;
   buffers_t b = solver->buffer;
@@ -254,14 +256,16 @@ static void line_search(const orbsoc_solver *solver) {
   b[ORBSOC_STEP_LENGTH][0] = 1 / larger(inverse, real(1e-6));
 }
 
-/* Keep a vector in place of the one kept so far where the flag is raised: a branch on data around a copy. */
+/* Keep a vector in place of the one kept so far where the flag is raised: a branch on data around a
+ * copy. */
 static void keep(orbsoc_real flag, size_t count, const orbsoc_real *from, orbsoc_real *to) {
   for (size_t i = 0; i < count && 0 < flag; i++) {
     to[i] = from[i];
   }
 }
 
-/* Residuals and ratios, whether the attempt ends, and what of the iterate is better than what was kept. */
+/* Residuals and ratios, whether the attempt ends, and what of the iterate is better than what was
+ * kept. */
 static void residuals_and_verdict(const orbsoc_solver *solver) {
   pattern_t pattern = solver->pattern;
   buffers_t b = solver->buffer;

@@ -1,5 +1,6 @@
-/* Statistics: residuals and the numbers of termination, the embedding's scalar equation, centring, cone product.
- * Sums go through the fixed reduction tree; decisions.c decides on what comes of them. */
+/* Statistics: residuals and the numbers of termination, the embedding's scalar equation, centring,
+ * cone product. Sums go through the fixed reduction tree; decisions.c decides on what comes of
+ * them. */
 #include "kernels.h"
 #include "reduce.h"
 
@@ -126,8 +127,9 @@ static void ratios(const orbsoc_iterate *at, sizes_t size, orbsoc_real curvature
       radius(cost, (size.ray_rows + size.ray_cone) + size.ray_cost, at->cost_scale[3]);
 }
 
-/* Refinement tolerance of the linear solves: a fraction of the residual that the step is to reduce; far out on the way
- * to a solution, no more than the same fraction of the complementarity over the point's size. */
+/* Refinement tolerance of the linear solves: a fraction of the residual that the step is to reduce;
+ * far out on the way to a solution, no more than the same fraction of the complementarity over the
+ * point's size. */
 static orbsoc_real refinement_tolerance(size_t count, const orbsoc_real *residual,
                                         orbsoc_real complementarity, orbsoc_real size,
                                         const orbsoc_iterate *at) {
@@ -147,7 +149,8 @@ void orbsoc_first_regularization(const orbsoc_real *parameters, orbsoc_real *out
   out[REPLACEMENT] = parameters[DYNAMIC_REGULARIZATION];
 }
 
-/* Regularisation divided between positive and negative pivots so that what it adds to either rows is of one size. */
+/* Regularisation divided between positive and negative pivots so that what it adds to either rows
+ * is of one size. */
 static void balance_regularization(orbsoc_real size_x, orbsoc_real size_yz,
                                    const orbsoc_real *parameters, orbsoc_real *out) {
   const orbsoc_real level = parameters[STATIC_REGULARIZATION];
@@ -213,8 +216,9 @@ void orbsoc_tau_step(pattern_t pattern, const orbsoc_real *q, const orbsoc_real 
   tau_step[1] = -((complement + homogenizer[KAPPA] * d_tau) * tau_inv);
 }
 
-/* sigma = (1 - a)^2 from the predictor's step, what follows from it for the corrector, and the fraction of the way to
- * the boundary that its step may go: `most` where the predictor promises a whole step. */
+/* sigma = (1 - a)^2 from the predictor's step, what follows from it for the corrector, and the
+ * fraction of the way to the boundary that its step may go: `most` where the predictor promises a
+ * whole step. */
 void orbsoc_centering(orbsoc_real step_length, orbsoc_real mu, const orbsoc_real *homogenizer,
                       const orbsoc_real *tau_step, orbsoc_real most, orbsoc_real *centering,
                       orbsoc_real *boundary_fraction) {

@@ -136,6 +136,13 @@ def test_the_library_has_neither_heap_nor_global_state() -> None:
     assert set(re.findall(r"\b(sin|cos|tan|exp|log|pow|cbrt|hypot|fmod|fma|floor|ceil)f?\(", every)) == set()
 
 
+def test_lines_are_at_most_100_columns() -> None:
+    wide = [
+        line for path in FLIGHT.glob("*.[ch]") for line in path.read_text().splitlines() if len(line) > 100
+    ]
+    assert wide == []
+
+
 def test_the_lists_and_the_restart_policy_are_the_methods() -> None:
     text = (FLIGHT / "method.c").read_text()
     stages = {f"STAGE_{name.upper()}": name for name in _core.stages()}
