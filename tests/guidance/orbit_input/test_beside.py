@@ -13,6 +13,7 @@ from orbsoc.guidance.orbit_input.catalogue import from_tle
 from orbsoc.guidance.scenario_file import ScenarioError, checked, merged
 from orbsoc.missions import fly_around, passive_safety, platform_launch
 from orbsoc.missions.fly_around.verification import target_state
+from orbsoc.missions.platform_launch.paper import is_papers
 from orbsoc.orbit import elements_from_state, state_from_elements
 from orbsoc.orbit.relative import LVLH, absolute_state
 
@@ -148,3 +149,11 @@ def test_an_approach_about_a_dated_target_places_its_chaser_in_a_registered_fram
 def test_old_keys_alone_are_read_as_they_stand() -> None:
     for mission in MODELS:
         assert read(mission) == checked(MODELS[mission], merged(read(mission).model_dump(), {}), source="t")
+
+
+def test_a_papers_launch_is_still_known_as_the_papers() -> None:
+    document = tomllib.loads((SCENARIOS / "paper002.toml").read_text())
+    ours = checked(platform_launch.Scenario, document, source="t")
+    assert is_papers(ours)
+    moved = checked(platform_launch.Scenario, merged(document, {"orbit": {"raan_deg": 1.0}}), source="t")
+    assert not is_papers(moved)

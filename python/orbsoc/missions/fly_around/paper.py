@@ -53,6 +53,7 @@ def is_papers(scenario: Scenario) -> bool:
     return (
         scenario.target.altitude_km == 500.0
         and scenario.target.inc_deg == 30.0
+        and scenario.target.latitude_argument_deg == 0.0
         and table.semi_axes_m == (200.0, 150.0)
         and np.allclose(table.angles_deg, (60.0, 45.0, 30.0), rtol=0.0, atol=1e-12)
         and (table.start_deg, table.period_s, table.direction) == (0.0, 1800.0, 1)
