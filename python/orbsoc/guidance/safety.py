@@ -1,11 +1,14 @@
 """Passive safety: how near to the target a chaser comes by itself, after every impulse and when one stops half-way.
 
-About a circular target the answer holds for all time. A free drift repeats R and N each revolution while T moves on by
-one step, so that of every phase the nearest revolution is known: least distance = min over phases alone.
+About a circular target the answer holds for all time, of drifts that move by `STILL_M` a revolution or more; slower ones
+count as closed. A free drift repeats R and N each revolution while T moves on by one step, so that of every phase the
+nearest revolution is known: least distance = min over phases alone. Over phases and fractions of an impulse it is a search,
+refined at every local minimum of a grid, and no bound: `docs/claims.md`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import inf, pi
 from typing import Any
@@ -27,6 +30,8 @@ FRACTIONS = 101
 """Of an impulse, from 0 to 1, at which it may stop."""
 REFINEMENTS = 4
 """Each narrows the phase by a factor of 10."""
+WELLS, CUT_REFINEMENTS = 8, 5
+"""Local minima of the fraction that are refined, and how often: each narrows the fraction by a factor of 10."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,18 +171,16 @@ def audit_cut_burns(
 
         coarse = np.linspace(0.0, 1.0, FRACTIONS)
         first = clearance(coarse)
-        worst = float(coarse[first.distance_m.argmin()])
-        fine = np.clip(worst + np.linspace(-1.0, 1.0, FRACTIONS) / (FRACTIONS - 1), 0.0, 1.0)
-        second = clearance(fine)
-        at = int(second.distance_m.argmin())
+        fractions, distances, later = _refined(coarse, first, clearance)
+        at = int(distances.argmin())
         found.append(
             CutBurn(
                 number=k + 1,
                 time_s=t,
-                fraction=float(fine[at]),
-                distance_m=float(second.distance_m[at]),
-                after_s=float(second.at_s[at]),
-                unsafe_share=float(np.mean(first.distance_m < keep_out_m * (1.0 - 1e-9) - 1e-6)),
+                fraction=float(fractions[at]),
+                distance_m=float(distances[at]),
+                after_s=float(later[at]),
+                unsafe_share=_share_below(fractions, distances, keep_out_m * (1.0 - 1e-9) - 1e-6),
                 half_m=float(first.distance_m[FRACTIONS // 2]),
                 completed_m=float(first.distance_m[-1]),
                 completed_after_s=float(first.at_s[-1]),
@@ -186,3 +189,32 @@ def audit_cut_burns(
             )
         )
     return tuple(found)
+
+
+def _refined(
+    fractions: Array, found: Clearance, clearance: Callable[[Array], Clearance]
+) -> tuple[Array, Array, Array]:
+    """Fractions, distances and times with those about the deepest local minima added, in order of the fraction."""
+    distances = found.distance_m
+    padded = np.concatenate([[inf], distances, [inf]])
+    wells = np.flatnonzero((distances <= padded[:-2]) & (distances <= padded[2:]))
+    pieces = [np.stack([fractions, distances, found.at_s])]
+    for k in wells[np.argsort(distances[wells])][:WELLS].tolist():
+        middle, width = float(fractions[k]), 1.0 / (FRACTIONS - 1)
+        for _ in range(CUT_REFINEMENTS):
+            fine = np.unique(np.clip(middle + width * np.linspace(-1.0, 1.0, 21), 0.0, 1.0))
+            there = clearance(fine)
+            pieces.append(np.stack([fine, there.distance_m, there.at_s]))
+            middle, width = float(fine[there.distance_m.argmin()]), width / 10.0
+    rows = np.hstack(pieces)
+    rows = rows[:, np.argsort(rows[0], kind="stable")]
+    return rows[0], rows[1], rows[2]
+
+
+def _share_below(fractions: Array, distances: Array, limit: float) -> float:
+    """Of the fractions from 0 to 1, the share whose distance is below a limit, straight between neighbours."""
+    low, high = np.minimum(distances[:-1], distances[1:]), np.maximum(distances[:-1], distances[1:])
+    rise = np.where(high > low, high - low, 1.0)
+    share = np.where(high <= limit, high < limit, np.clip((limit - low) / rise, 0.0, 1.0))
+    share = np.where((high == low) & (low < limit), 1.0, share)
+    return float(share @ np.diff(fractions))

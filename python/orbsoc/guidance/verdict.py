@@ -10,6 +10,9 @@ import enum
 from collections.abc import Iterable
 from dataclasses import dataclass
 from html import escape
+from typing import Any
+
+from .claims import Claim
 
 WIDTH = 100
 """Characters of a printed line."""
@@ -93,13 +96,19 @@ class Word(enum.Enum):
 @dataclass(frozen=True, slots=True)
 class VerdictLine:
     """One answered question. `figure` is the number that answers it, `limit` what it is held against, `evidence` what
-    was checked; each is a short phrase in plain text."""
+    was checked; each is a short phrase in plain text. `claim` says what stands behind words like *fewest*."""
 
     question: Question
     word: Word
     figure: str
     limit: str = ""
     evidence: str = ""
+    claim: Claim | None = None
+
+    @classmethod
+    def of_claim(cls, question: Question, claim: Claim, limit: str = "", evidence: str = "") -> VerdictLine:
+        """The line that a claim makes: its kind is the word, its words the figure."""
+        return cls(question, Word[claim.kind.name], claim.claim, limit, evidence, claim)
 
     def __str__(self) -> str:
         """The line as it is printed."""
@@ -107,7 +116,7 @@ class VerdictLine:
         text = "; ".join(filter(None, (text, self.evidence)))
         return f"{self.question.value:<9}{self.word.text:<13}{text}".rstrip()
 
-    def to_dict(self) -> dict[str, str]:
+    def to_dict(self) -> dict[str, Any]:
         """A row of `verdict` in plan.json."""
         return {
             "question": self.question.value,
@@ -115,6 +124,7 @@ class VerdictLine:
             "figure": self.figure,
             "limit": self.limit,
             "evidence": self.evidence,
+            "claim": self.claim and self.claim.to_dict(),
         }
 
 
@@ -160,6 +170,6 @@ class Verdict:
         )
         return f"<table>{''.join(cells)}</table>"
 
-    def to_list(self) -> list[dict[str, str]]:
+    def to_list(self) -> list[dict[str, Any]]:
         """`verdict` of plan.json."""
         return [line.to_dict() for line in self.lines]

@@ -52,7 +52,7 @@ def test_completed_burns_are_safe_but_burn_2_is_not_where_it_stops_inside(rows: 
         one, two, *later = found.verification.cuts
         on_grid = two.by_fraction_m.min()
         assert 0.0 < on_grid < 12.1
-        assert 0.07 < two.unsafe_share < 0.99
+        assert 0.07 < two.unsafe_share < 1.0
         assert two.distance_m <= on_grid
         for cut in later:
             assert cut.unsafe_share == 0.0
@@ -118,7 +118,7 @@ def test_an_interruption_safe_plan_is_safe_wherever_a_burn_stops_and_cheaper_tha
     )
     assert len(found.programme) <= 8
     impossible = plan_unflown(CASES[10].scenario(impulses={"timing": "generated"}, interruption_orbits=2))
-    assert impossible.status is PlanStatus.INFEASIBLE
+    assert impossible.status is PlanStatus.NOT_FOUND  # 48 times of impulse 2 are no proof
     assert "drift 2 stays short" in impossible.message
 
 
@@ -168,7 +168,7 @@ def test_a_plan_is_a_document_tables_and_figures(rows: list[Plan], tmp_path: Pat
     assert answer == "Answer   VERIFIED     0.2888 m/s in 3 of 4 impulses, the rest zero; flown by DOP853"
     assert optimum == "Optimum  PROVED       impulses at these times cost at least 0.288773 m/s"
     assert re.fullmatch(
-        r"Safety   PARTLY       45\.35 m after burn [34] \(allowed 40 m\); burn 2 cut 0\.1 m, J2 38\.7 m",
+        r"Safety   PARTLY       45\.35 m after burn [34] \(allowed 40 m\); burn 2 cut 0\.0 m, J2 38\.7 m",
         safety,
     )
     assert document["certificates"]["optimum"]["gap"] == pytest.approx(0.0, abs=1e-7)
@@ -237,7 +237,7 @@ def test_safe_between_samples_is_partly_where_samples_were_asked_for() -> None:
     sampled = plan(passive_safety.load_scenario(SCENARIOS / "paper000_1.toml"))
     assert sampled.status is PlanStatus.VERIFIED
     assert str(sampled.verdict).splitlines()[2] == (
-        "Safety   PARTLY       39.98 m after burn 3 (allowed 40 m at samples); burn 2 cut 0.1 m, J2 37.8 m"
+        "Safety   PARTLY       39.98 m after burn 3 (allowed 40 m at samples); burn 2 cut 0.0 m, J2 37.8 m"
     )
     for_all_time = audit(sampled.scenario.with_changes(safety="cone", samples=None), _programme(sampled))
     assert for_all_time.verdict.word(Question.SAFETY) is Word.NOT_SAFE

@@ -1,11 +1,12 @@
 """Impulses: a programme of them as data, as unknowns of a conic problem, and by column generation with a bound."""
 
-from .generation import Generated, Round, generate
+from .generation import INSTANTS, Generated, Round, generate, primer_ceiling
 from .programme import CSV_COLUMNS, ImpulseFileError, ImpulseProgramme
 from .unknowns import KICK, Affine, Cost, Impulses, ImpulsesError
 
 __all__ = [
     "CSV_COLUMNS",
+    "INSTANTS",
     "KICK",
     "Affine",
     "Cost",
@@ -16,4 +17,5 @@ __all__ = [
     "ImpulsesError",
     "Round",
     "generate",
+    "primer_ceiling",
 ]

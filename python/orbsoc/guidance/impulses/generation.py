@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 GRID = 240
 """Intervals of the window on which the primer is looked at before its maxima are refined."""
+INSTANTS = 10_000
+"""Of the window, at which the primer of a finished plan is looked at."""
 NEGLIGIBLE = 1e-6
 """Of the total: smaller impulses are dropped from round to round."""
 
@@ -143,6 +145,22 @@ def _merged(programme: ImpulseProgramme, apart_s: float) -> Array:
     groups = np.cumsum(np.diff(kept.times_s, prepend=-np.inf) > apart_s) - 1
     weights = np.bincount(groups, kept.sizes_m_s)
     return np.asarray(np.bincount(groups, kept.sizes_m_s * kept.times_s) / weights)
+
+
+def primer_ceiling(
+    impulses: Impulses, solution: Solution, window_s: tuple[float, float], instants: int = INSTANTS
+) -> tuple[float, float]:
+    """The largest primer at instants of the window, and a ceiling above it between them.
+
+    Between instants h apart the primer is within h²/8 max‖p̈‖ of the chord, and a chord is no longer than its ends. Second
+    differences stand for p̈, doubled: they vary by a small part over h, a ten-thousandth of the window.
+    """
+    times = np.linspace(*window_s, instants)
+    primer = impulses.primer(solution, times)
+    largest = float(impulses.primer_size(solution, times).max())
+    inside = ~np.isin(np.arange(instants), [0, instants - 1])  # it may jump at the ends, where conditions are
+    bend = np.linalg.norm(np.diff(primer[inside], 2, axis=0), axis=1)
+    return largest, largest + 2.0 * float(bend.max(initial=0.0)) / 8.0
 
 
 def primer_maxima(

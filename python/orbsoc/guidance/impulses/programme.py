@@ -72,9 +72,14 @@ class ImpulseProgramme:
         return self.sizes_m_s > NOISE * self.total_m_s
 
     @property
+    def fired(self) -> int:
+        """How many impulses are worth firing: zero ones do not count."""
+        return int(self.worth_firing.sum())
+
+    @property
     def words(self) -> str:
         """The total and the number of impulses; those that are zero are counted apart."""
-        fired = int(self.worth_firing.sum())
+        fired = self.fired
         if fired < len(self):
             return f"{self.total_m_s:.4f} m/s in {fired} of {len(self)} impulses, the rest zero"
         return f"{self.total_m_s:.4f} m/s in {fired} impulse{'s' * (fired != 1)}"

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from math import ceil
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from orbsoc.guidance.claims import Claim, Kind
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Difference, FigureFile, PlanStatus
 from orbsoc.guidance.scp import Iteration, Solve
@@ -18,6 +19,7 @@ from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word, shorte
 from .planner import FlyAround, judged, made
 from .record import later_errors_m, plan_document
 from .scenario import Scenario
+from .search.pulses import Search
 from .verification import ORBITS, Checked, messages
 
 
@@ -93,32 +95,40 @@ def _answer(plan: Plan) -> VerdictLine:
         if found.failures:
             advice = "" if plan.audited else "take more pulses"
             return VerdictLine(Question.ANSWER, word, found.failures[0], limit, advice)
-        count = len(found.programme)
+        count = found.programme.fired
         pulses = f"{count} pulse{'s' if count > 1 else ''}, {found.programme.total_m_s:.3f} m/s"
         figure = f"{pulses}; strays {found.largest_error_m:.3f} m with J2 and drag"
         return VerdictLine(Question.ANSWER, word, figure, limit)
     if plan.status is PlanStatus.INFEASIBLE and search is not None and not search.reason:
-        figure = f"{search.pulses} pulses stray at least {search.impossible_below_m:.4f} m, proved"
-        limit = f"{scenario.tolerance_m - search.margin_m:.4g} m"
-        return VerdictLine(Question.ANSWER, word, figure, limit, "take more pulses")
+        claim = _too_few(search)
+        limit = f"{scenario.tolerance_m - search.impossible_margin_m:.4g} m"
+        return VerdictLine(Question.ANSWER, word, f"{claim.claim}, proved", limit, "take more pulses", claim)
     return VerdictLine(Question.ANSWER, word, shortened(plan.message))
 
 
+def _too_few(search: Search) -> Claim:
+    """What is proved of `search.impossible` pulses, at any times."""
+    count = search.impossible
+    pulses = {0: "without a pulse it strays", 1: "1 pulse strays"}.get(count, f"{count} pulses stray")
+    claim = f"{pulses} ≥ {search.impossible_any_m:.4f} m"
+    class_ = f"every flight of {count} pulses at any times, by the linear model"
+    arcs = f"{count} free arcs after the coast and {count} from the start, by their dual objectives"
+    return Claim(Kind.PROVED, claim, class_, arcs if count else "the coast")
+
+
 def _optimum(plan: Plan) -> VerdictLine | None:
-    """Whether fewer pulses could do, of flights that begin with one; None where nothing is proved of it."""
+    """Whether fewer pulses could do, whenever the first is; None where nothing is proved of it."""
     search = plan.search
     if search is None or search.found is None or search.impossible < (not search.certified):
         return None
-    fewer = {0: "without a pulse it strays", 1: "1 pulse at 0 s strays"}.get(
-        search.impossible, f"{search.impossible} pulses, one at 0 s, stray"
-    )
-    figure = f"{fewer} ≥ {search.impossible_below_m:.4f} m"
+    claim = _too_few(search)
     limit = f"{plan.scenario.tolerance_m - search.impossible_margin_m:.5g} m"
     if search.certified:
-        return VerdictLine(Question.OPTIMUM, Word.PROVED, figure, limit)
+        return VerdictLine.of_claim(Question.OPTIMUM, claim, limit)
     if plan.scenario.impulses != "fewest":
-        return VerdictLine(Question.OPTIMUM, Word.BOUND, figure, limit)
-    return VerdictLine(Question.OPTIMUM, Word.BEST_FOUND, figure, limit, "between is open")
+        return VerdictLine.of_claim(Question.OPTIMUM, replace(claim, kind=Kind.BOUND), limit)
+    open_ = replace(claim, kind=Kind.BEST_FOUND)
+    return VerdictLine.of_claim(Question.OPTIMUM, open_, limit, "between is open")
 
 
 def _safety(found: Checked) -> VerdictLine:

@@ -29,7 +29,7 @@ def plan_document(plan: FlyAround) -> dict[str, Any]:
         "exit_reason": plan.status.name,
         "message": plan.message,
         "details": details(plan),
-        "pulses": found and len(found.programme),
+        "pulses": found and found.programme.fired,
         "delta_v_m_s": found and found.programme.total_m_s,
         "cost": found and found.programme.total_m_s,
         "largest_error_m": found and found.flown.largest_error_m,
@@ -76,13 +76,15 @@ def _terminal_error(found: Checked) -> dict[str, float]:
 
 
 def _proof(search: Search) -> dict[str, Any]:
-    """`fewest` is null unless no fewer pulses can do; `next_needs_tolerance_m` is what one pulse fewer would need."""
+    """`fewest` is null unless no fewer pulses can do; `next_needs_tolerance_m` is what one pulse fewer would need, one at
+    time 0; `any_first_time_m` is a bound below the error with the first pulse at any time, margin not included."""
     proof = next((b for b in search.bounds if b.pulses == search.impossible), None)
     return {
         "fewest": search.pulses if search.certified else None,
         "next_needs_tolerance_m": search.next_needs_m,
         "impossible": search.impossible if search.impossible >= 0 else None,
         "margin_m": search.impossible_margin_m,
+        "any_first_time_m": search.impossible_any_m if search.impossible >= 0 else None,
         "bounds": [{"pulses": b.pulses, "error_m": b.bound_m} for b in search.bounds],
         "arcs": []
         if proof is None

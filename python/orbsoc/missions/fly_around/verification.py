@@ -8,7 +8,7 @@ That is how the paper flies, and what keeps small accelerations from adding up o
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -172,19 +172,20 @@ def inner_radius_m(scenario: Scenario) -> float:
 
 
 def engine_out(scenario: Scenario, flown: Flown) -> tuple[EngineOut, ...]:
-    """Each pulse as the last, by the linear model without the disturbance."""
+    """Each pulse as the last, by the linear model without the disturbance; zero pulses are none."""
     motion, programme = scenario.motion, flown.programme
     states = states_after(programme, flown.before[0], motion, float(programme.times_s[0]))
     soon = drift_clearance(states, motion.mean_motion_rad_s, ORBITS * motion.period_s)
     ever = drift_clearance(states, motion.mean_motion_rad_s)
     rows = zip(programme.times_s, soon.distance_m, soon.at_s, ever.distance_m, strict=True)
-    return tuple(EngineOut(k, *(float(each) for each in row)) for k, row in enumerate(rows, 1))
+    fired = [row for row, worth in zip(rows, _counted(programme), strict=True) if worth]
+    return tuple(EngineOut(k, *(float(each) for each in row)) for k, row in enumerate(fired, 1))
 
 
 def cut_burns(scenario: Scenario, flown: Flown) -> tuple[CutBurn, ...]:
     """Each pulse cut at every fraction of itself, and none after it."""
     motion, programme = scenario.motion, flown.programme
-    return audit_cut_burns(
+    cuts = audit_cut_burns(
         programme,
         np.asarray(flown.before[0]),
         motion,
@@ -193,6 +194,14 @@ def cut_burns(scenario: Scenario, flown: Flown) -> tuple[CutBurn, ...]:
         orbits=ORBITS,
         start_s=float(programme.times_s[0]),
     )
+    fired = [cut for cut, worth in zip(cuts, _counted(programme), strict=True) if worth]
+    return tuple(replace(cut, number=k) for k, cut in enumerate(fired, 1))
+
+
+def _counted(programme: ImpulseProgramme) -> NDArray[np.bool_]:
+    """Which pulses count, (N,): those that are fired; all where none is."""
+    worth = programme.worth_firing
+    return worth if worth.any() else np.ones_like(worth)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from orbsoc.conic.solution import Status
-from orbsoc.guidance.impulses import ImpulseProgramme
+from orbsoc.guidance.claims import Claim, Kind
+from orbsoc.guidance.impulses import INSTANTS, ImpulseProgramme
 from orbsoc.guidance.mission import Difference, FigureFile, PlanStatus
 from orbsoc.guidance.scp import Iteration, Solve
 from orbsoc.guidance.verdict import WIDTH, Question, Verdict, VerdictLine, Word, shortened
@@ -85,7 +86,10 @@ def _with_files(found: ApproachPlan) -> Plan:
 def _answer(plan: Plan) -> VerdictLine:
     word, found = Word[plan.status.name], plan.verification
     if found is None or plan.programme is None:
-        return VerdictLine(Question.ANSWER, word, shortened(plan.message))
+        claim = None
+        if plan.status is PlanStatus.INFEASIBLE:
+            claim = Claim(Kind.PROVED, "no programme", _class(plan), "an infeasibility certificate")
+        return VerdictLine(Question.ANSWER, word, shortened(plan.message), claim=claim)
     if plan.status is PlanStatus.VERIFIED:
         spent = plan.programme.words
         if plan.scenario.cost == "absolutes":
@@ -120,16 +124,39 @@ def _optimum(plan: Plan) -> VerdictLine | None:
         return None
     solution, tried = timed.best.solution, len(timed.trials)
     bound = f"{solution.dual_objective:.6f} m/s"
+    if timed.lower_bound is not None and timed.primer is not None:
+        gap = (timed.best.cost - timed.lower_bound) / max(timed.best.cost, 1e-12)
+        words = f"impulses at any times cost at least {timed.lower_bound:.6f} m/s"
+        checked = f"primer ≤ {timed.primer[0]:.7f} at {INSTANTS} instants, {timed.primer[1]:.7f} between them"
+        return VerdictLine.of_claim(
+            Question.OPTIMUM, Claim(Kind.BOUND, words, _class(plan), checked, gap), evidence=f"gap {gap:.0e}"
+        )
     if timed.densest is not None:
         least = timed.densest.solution.dual_objective
-        figure = f"{tried} problems; with impulses at all candidate times at least {least:.6f} m/s"
-        return VerdictLine(Question.OPTIMUM, Word.BEST_FOUND, figure)
+        words = f"{tried} problems; with impulses at all candidate times at least {least:.6f} m/s"
+        gap = (timed.best.cost - least) / max(least, 1e-12)
+        class_ = "impulses at the candidate times after impulse 2, as the scan left it"
+        return VerdictLine.of_claim(
+            Question.OPTIMUM, Claim(Kind.BEST_FOUND, words, class_, "dual bound", gap)
+        )
     if timed.scanned:
-        figure = f"impulse 2 at {timed.best.second_s:.2f} s is the best of {tried} times"
-        return VerdictLine(Question.OPTIMUM, Word.BEST_FOUND, figure, evidence=f"with it at least {bound}")
+        words = f"impulse 2 at {timed.best.second_s:.2f} s is the best of {tried} times"
+        claim = Claim(Kind.BEST_FOUND, words, "impulse 2 at the times tried", f"{tried} conic problems")
+        return VerdictLine.of_claim(Question.OPTIMUM, claim, evidence=f"with it at least {bound}")
     if solution.status is not Status.SOLVED:
-        return VerdictLine(Question.OPTIMUM, Word.BEST_FOUND, f"the solver ended {solution.status.value}")
-    return VerdictLine(Question.OPTIMUM, Word.PROVED, f"impulses at these times cost at least {bound}")
+        claim = Claim(Kind.BEST_FOUND, f"the solver ended {solution.status.value}", _class(plan), "none")
+        return VerdictLine.of_claim(Question.OPTIMUM, claim)
+    gap = (solution.objective - solution.dual_objective) / max(abs(solution.objective), 1e-12)
+    words = f"impulses at these times cost at least {bound}"
+    return VerdictLine.of_claim(
+        Question.OPTIMUM, Claim(Kind.PROVED, words, _class(plan), "dual objective", gap)
+    )
+
+
+def _class(plan: Plan) -> str:
+    """Of which programmes a bound of the plan's problem speaks."""
+    times = "any times" if plan.timed is not None and plan.timed.primer is not None else "these times"
+    return f"impulses at {times}, by the linear model with every condition of the scenario"
 
 
 def _safety(plan: Plan) -> VerdictLine | None:

@@ -222,17 +222,21 @@ def _message(timed: Timed) -> str:
 
 
 def _without_solution(approach: Approach, timed: Timed) -> ApproachPlan:
-    """The reason is told of the last trial that proves one, or of the one that failed."""
+    """The reason is told of the last trial that proves one, or of the one that failed.
+
+    Times that were scanned prove nothing of those between them: then no plan was found. Given
+    times are a proof.
+    """
     proofs = [trial for trial in timed.trials if trial.solution.status is Status.PRIMAL_INFEASIBLE]
     if len(proofs) == len(timed.trials):
         middle = proofs[len(proofs) // 2]
         reason = middle.impulses.builder.why(middle.solution)
-        at = (
-            f"with impulse 2 at {middle.second_s:.0f} s, one of {len(proofs)} times tried, "
-            if len(proofs) > 1
-            else ""
-        )
-        status, ended, message = PlanStatus.INFEASIBLE, ExitReason.SUBPROBLEM_INFEASIBLE, f"{at}{reason}"
+        status, ended, message = PlanStatus.INFEASIBLE, ExitReason.SUBPROBLEM_INFEASIBLE, reason
+        if approach.scenario.impulses.timing != "equal":
+            status = PlanStatus.NOT_FOUND
+        if timed.scanned:
+            tried = f"none of {len(proofs)} times of impulse 2 will do, {timed.relaxed} searched"
+            message = f"{tried}; at {middle.second_s:.0f} s {reason}"
     else:
         failed = next(trial for trial in timed.trials if trial not in proofs)
         status, ended = PlanStatus.FAILED, ExitReason.SUBPROBLEM_FAILED

@@ -94,7 +94,7 @@ def _certificates(plan: ApproachPlan) -> dict[str, Any]:
     if plan.timed is None or plan.timed.best is None:
         return {}
     solution, densest = plan.timed.best.solution, plan.timed.densest
-    bound = solution.dual_objective
+    bound = plan.timed.lower_bound or solution.dual_objective
     found = {"optimum": {"bound": bound, "gap": solution.objective - bound}}
     if densest is not None:
         least = densest.solution.dual_objective

@@ -5,7 +5,10 @@ the tube at any velocity. Take any times 0 = u₀ < u₁ < … < u_N = end. Of t
 one of the intervals [u_k, u_k+1], because they have the same ends. So a flight strays at least as far as
 the least, over k, of the errors of the best free arcs over [u_k, u_k+1]: N conic problems of 7 unknowns, whose dual
 objectives are the bound. The bound is best where all N errors are equal. It holds with the tube enforced at a few times
-of each interval, which lets arcs do more. The first arc starts where the flight does.
+of each interval, which lets arcs do more. The first arc starts where the flight does, if its first pulse is at time 0.
+
+With the first pulse at any time, the flight coasts until then, and the coast leaves the tube at a known time τ. Its N arcs
+hold all of [τ, end], so that the same bound over a partition of [τ, end], all arcs free, holds for every first time.
 """
 
 from __future__ import annotations
@@ -28,6 +31,7 @@ from ..model.waypoints import effort
 
 Array = NDArray[np.float64]
 
+COAST_SAMPLES = 4000
 SAMPLES = 8
 """Intervals of an arc at whose ends the tube is enforced."""
 TOLERANCE = 1e-9
@@ -135,30 +139,40 @@ def first_shares(pulses: int) -> Array:
     return shares
 
 
-def partition(flight: Flight, end_s: float, shares: Array) -> Array:
-    """Ends of intervals, (N + 1,), whose ∫√|a_req| dt are as the shares: an arc's error goes with the square of that."""
+def coast_end(flight: Flight, start: Array, end_s: float, within_m: float) -> float:
+    """A time by which the coast from a state (6,) has left the tube; `end_s` where no sample is outside."""
+    states = flight.arc(start, end_s, COAST_SAMPLES)
+    times = np.linspace(0.0, end_s, COAST_SAMPLES + 1)
+    outside = np.linalg.norm(states[:, :3] - flight.ellipse.position(times), axis=1) > within_m
+    return float(times[outside.argmax()]) if outside.any() else end_s
+
+
+def partition(flight: Flight, end_s: float, shares: Array, from_s: float = 0.0) -> Array:
+    """Ends of intervals from `from_s` on, (N + 1,), whose ∫√|a_req| dt are as the shares: an arc's error goes with the square of that."""
     times, total = effort(flight, end_s)
     ends = np.concatenate([[0.0], np.cumsum(shares) / shares.sum()])
-    found = np.interp(ends * total[-1], total, times)
-    found[-1] = end_s
+    before = float(np.interp(from_s, times, total))
+    found = np.interp(before + ends * (total[-1] - before), total, times)
+    found[0], found[-1] = from_s, end_s
     return np.asarray(found)
 
 
 def even_bound(
     flight: Flight,
-    start_m: Array,
+    start_m: Array | None,
     end_s: float,
     pulses: int,
     *,
     solve: Solve,
+    from_s: float = 0.0,
     samples: int = SAMPLES,
     note: Callable[[Iteration], None] = lambda _: None,
 ) -> Bound:
-    """The best bound over partitions into `pulses` intervals, made even."""
-    shares = first_shares(pulses)
+    """The best bound over partitions of [from_s, end_s] into `pulses` intervals, made even; without `start_m` all are free."""
+    shares = np.ones(pulses) if start_m is None else first_shares(pulses)
     best: Bound | None = None
     for _ in range(MAX_ROUNDS):
-        u = partition(flight, end_s, shares)
+        u = partition(flight, end_s, shares, from_s)
         arcs = []
         for k in range(pulses):
             arc = free_arc(flight, u[k], u[k + 1], None if k else start_m, solve=solve, samples=samples)

@@ -14,7 +14,8 @@ from ..model.flight import Flight
 from ..model.margin import margin_m
 from ..model.waypoints import count_in_tube
 from ..scenario import Scenario
-from .fewest import Bound, even_bound, first_shares, partition
+from .coasting import coasting_bound
+from .fewest import COAST_SAMPLES, Bound, coast_end, even_bound, first_shares, partition
 from .times import least_error
 from .tube import Note, NoTube, Tube, cheapest
 
@@ -24,7 +25,8 @@ HEADROOM = 0.02
 """Of the tolerance: the search for times ends where the least error is so far below it."""
 MORE = 6
 """How many more pulses than the proof asks for are tried."""
-COAST_SAMPLES = 4000
+COASTED = 0.7
+"""Of the time in which the coast stays in the tube: where a first pulse is tried that is not at time 0."""
 WITHIN_M = 1e-4
 """How far beyond its limit a programme's flight may be: `tube.CLOSE_M`, and what its rounds may leave."""
 MOST_TIMES_RULE = 4
@@ -49,7 +51,9 @@ class Search:
     impossible: int
     """The largest number of pulses that is proved not to do; −1 where nothing is proved."""
     impossible_below_m: float
-    """With that many, the error is at least this, the margin not included."""
+    """With that many, the first at time 0, the error is at least this, the margin not included."""
+    impossible_any_m: float
+    """The same with the first pulse at any time."""
     impossible_margin_m: float
     """With that many, what the tolerance gives up to the uncertainty, J2 and drag."""
 
@@ -65,7 +69,10 @@ class Search:
 
 
 class Searcher:
-    """The bounds of a scenario by number of pulses, each made once."""
+    """The bounds of a scenario by number of pulses, each made once.
+
+    `bounds` are of flights whose first pulse is at time 0; `coasting` of those that coast before it as well.
+    """
 
     def __init__(self, scenario: Scenario, solve: Solve, note: Note) -> None:
         self.scenario, self.solve, self.note = scenario, solve, note
@@ -73,6 +80,7 @@ class Searcher:
         self.start, self.end_s = scenario.start_state, scenario.duration_s
         self.rule = count_in_tube(self.flight, self.end_s, scenario.tolerance_m)
         self.bounds: dict[int, Bound] = {}
+        self.coasting: dict[int, float] = {}
         self.room_m = 0.0
         """What the tolerance gives up to J2 and drag."""
         self._margins: dict[int, float] = {}
@@ -85,8 +93,34 @@ class Searcher:
             )
         return self.bounds[pulses]
 
+    def least_any_m(self, pulses: int) -> float:
+        """No flight with as many pulses at any times strays less.
+
+        One that strays less than `least_m` = B coasts at most until the coast strays B, and its arcs hold the rest.
+        """
+        least = self.least_m(pulses)
+        if pulses and pulses not in self.coasting:
+            left = coast_end(self.flight, self.start, self.end_s, least)
+            if left >= self.end_s:
+                return 0.0
+            rest = even_bound(
+                self.flight, None, self.end_s, pulses, solve=self.solve, from_s=left, note=self.note
+            )
+            bound = float(np.minimum(least, rest.bound_m))  # NaN where a solve failed
+            if not bound > self.limit(pulses):
+                bound = coasting_bound(
+                    self.flight, self.start, self.end_s, pulses, left, least, solve=self.solve
+                )
+            self.coasting[pulses] = bound
+        return self.coasting[pulses] if pulses else least
+
+    def refuted(self, pulses: int) -> bool:
+        """Whether a number of pulses is proved too few, whenever the first one is."""
+        limit = self.limit(max(pulses, 1))
+        return self.least_m(pulses) > limit and self.least_any_m(pulses) > limit
+
     def least_m(self, pulses: int) -> float:
-        """No flight with as many pulses strays less; without any, it is the coast from the start."""
+        """No flight with as many pulses, one at time 0, strays less; without any, it is the coast from the start."""
         if pulses == 0:
             states = self.flight.arc(self.start, self.end_s, COAST_SAMPLES)
             return self.flight.largest_error(states, 0.0, self.end_s)[0]
@@ -108,7 +142,7 @@ class Searcher:
 
     def possible(self, pulses: int) -> bool:
         """Whether nothing proves a number of pulses ≥ 1 too few."""
-        return self.limit(pulses) > 0.0 and not self.least_m(pulses) > self.limit(pulses)
+        return self.limit(pulses) > 0.0 and not self.refuted(pulses)
 
     def plausible(self, pulses: int) -> bool:
         """Whether a number of pulses is enough by the rule: errors go with the inverse of its square."""
@@ -121,11 +155,22 @@ class Searcher:
         return partition(self.flight, self.end_s, first_shares(pulses))[:-1]
 
     def programme(self, pulses: int) -> Tube | NoTube:
-        """The cheapest programme found with a number of pulses, on times of least error; its error may be too large."""
-        limit = self.limit(pulses)
+        """The cheapest programme found with a number of pulses, on times of least error; its error may be too large.
+
+        The first is at time 0, or, where that strays too far, after a coast.
+        """
+        found = self._programme(self.times(pulses), self.limit(pulses), coast=False)
+        if self.within(pulses, found):
+            return found
+        left = coast_end(self.flight, self.start, self.end_s, self.limit(pulses))
+        times = partition(self.flight, self.end_s, np.ones(pulses), COASTED * left)[:-1]
+        later = self._programme(np.append(0.0, times), self.limit(pulses), coast=True)
+        return later if self.within(pulses, later) else found
+
+    def _programme(self, times_s: Array, limit: float, *, coast: bool) -> Tube | NoTube:
         near = least_error(
-            self.flight, self.start, self.times(pulses), self.end_s, solve=self.solve, note=self.note,
-            enough_m=(1.0 - HEADROOM) * limit,
+            self.flight, self.start, times_s, self.end_s, solve=self.solve, note=self.note,
+            enough_m=(1.0 - HEADROOM) * limit, coast=coast,
         )  # fmt: skip
         if isinstance(near, NoTube) or near.error_m > limit:
             return near
@@ -137,6 +182,7 @@ class Searcher:
             limit,
             solve=self.solve,
             note=self.note,
+            coast=coast,
         )
 
     def within(self, pulses: int, found: Tube | NoTube) -> bool:
@@ -182,11 +228,10 @@ def _first(searcher: Searcher) -> int:
 
 def _finished(searcher: Searcher, pulses: int, found: Tube | None, reason: str) -> Search:
     """With the most that was proved: of the largest number of pulses whose bound is above the tolerance."""
-    proofs = {count: bound.bound_m for count, bound in searcher.bounds.items()}
-    proofs[0] = searcher.least_m(0)
-    beyond = [count for count, least in proofs.items() if least > searcher.limit(max(count, 1))]
-    most = max(beyond, default=-1)
+    tried = sorted({0, *searcher.bounds}, reverse=True)
+    most = next((count for count in tried if searcher.refuted(count)), -1)
+    below = (searcher.least_m(most), searcher.least_any_m(most)) if most >= 0 else (0.0, 0.0)
     given_up = (searcher.margin(most) if most > 0 else 0.0) + searcher.room_m
     bounds = tuple(searcher.bounds[count] for count in sorted(searcher.bounds))
     margins = searcher.margin(pulses), searcher.room_m
-    return Search(pulses, found, reason, *margins, bounds, most, proofs.get(most, 0.0), given_up)
+    return Search(pulses, found, reason, *margins, bounds, most, *below, given_up)

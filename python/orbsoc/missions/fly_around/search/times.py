@@ -29,21 +29,32 @@ def least_error(
     solve: Solve,
     note: Note,
     enough_m: float = -np.inf,
+    coast: bool = False,
 ) -> Tube | NoTube:
     """The least error found with as many pulses as `times_s`, which stays the first guess; earlier below `enough_m`.
 
-    A local search: the error of its result is reached, and no bound below others'.
+    With `coast` the pulse at the start is zero, so that the flight begins with a coast. A local search: the error of its result is reached, and no bound below others'.
     """
-    best = solve_tube(flight, start, times_s, end_s, "error", solve=solve, note=note)
+    best = solve_tube(flight, start, times_s, end_s, "error", solve=solve, note=note, coast=coast)
     if times_s.size == 1:
         return best
     radius = FIRST_RADIUS * end_s / times_s.size
     for _ in range(MAX_ROUNDS):
         if isinstance(best, NoTube) or best.error_m <= enough_m:
             break
-        times = _moved(flight, start, best, end_s, radius, solve=solve, note=note)
+        times = _moved(flight, start, best, end_s, radius, solve=solve, note=note, coast=coast)
         after = (
-            solve_tube(flight, start, times, end_s, "error", between_m=best.between_m, solve=solve, note=note)
+            solve_tube(
+                flight,
+                start,
+                times,
+                end_s,
+                "error",
+                between_m=best.between_m,
+                solve=solve,
+                note=note,
+                coast=coast,
+            )
             if times is not None
             else None
         )
@@ -60,12 +71,20 @@ def least_error(
 
 
 def _moved(
-    flight: Flight, start: ArrayLike, found: Tube, end_s: float, radius_s: float, *, solve: Solve, note: Note
+    flight: Flight,
+    start: ArrayLike,
+    found: Tube,
+    end_s: float,
+    radius_s: float,
+    *,
+    solve: Solve,
+    note: Note,
+    coast: bool,
 ) -> Array | None:
     """The times after the best move to first order, each within a radius; None where there is none."""
     times = found.programme.times_s
     impulses = tube_impulses(
-        flight, start, times, end_s, "error", between_m=found.between_m, about=found.flown
+        flight, start, times, end_s, "error", between_m=found.between_m, about=found.flown, coast=coast
     )
     builder, moves = impulses.builder, impulses.move
     assert moves is not None

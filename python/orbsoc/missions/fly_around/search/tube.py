@@ -80,17 +80,20 @@ def tube_impulses(
     *,
     samples: int = SAMPLES,
     about: Flown | None = None,
+    coast: bool = False,
 ) -> Impulses:
     """min e, or min Σ‖dv‖, with ‖r(t) − path(t)‖ ≤ e, or ≤ the tolerance, less `between_m` (N,), at samples of every arc.
 
     States are linked: of one arc's rows only its own unknowns are part. With a flight `about` which to linearise, all
-    pulses may move, and the samples of the arcs with them.
+    pulses may move, and the samples of the arcs with them. With `coast` the pulse at the start is zero.
     """
     movable = None if about is None else about.programme.dv_m_s
     builder = ConicBuilder()
     impulses = Impulses(
         builder, flight.motion, times_s, start, forced=_forced(flight), linked=True, movable=movable
     )
+    if coast:
+        builder.equality([(impulses.dv.index[0], np.eye(3))], 0.0)
     error = builder.variable("error", 1) if goal == "error" else None
     if error is not None:
         builder.cost(error, 1.0)
@@ -148,9 +151,12 @@ def solve_tube(
     solve: Solve,
     note: Note,
     samples: int = SAMPLES,
+    coast: bool = False,
 ) -> Tube | NoTube:
     """Solve one tube problem and fly its programme."""
-    impulses = tube_impulses(flight, start, times_s, end_s, goal, tolerance_m, between_m, samples=samples)
+    impulses = tube_impulses(
+        flight, start, times_s, end_s, goal, tolerance_m, between_m, samples=samples, coast=coast
+    )
     problem = impulses.builder.build()
     solution = solve(problem, Settings(tol=TOLERANCE))
     if solution.status not in USABLE:
@@ -158,6 +164,8 @@ def solve_tube(
         infeasible = solution.status is Status.PRIMAL_INFEASIBLE
         return NoTube(solution, impulses.builder.why(solution) if infeasible else solution.message)
     programme = impulses.programme(solution)
+    if coast:
+        programme = ImpulseProgramme(times_s, np.vstack([np.zeros(3), programme.dv_m_s[1:]]))
     flown = fly(flight, start, programme, end_s)
     figures = {"pulses": times_s.size, "error_m": flown.largest_error_m, "dv_m_s": programme.total_m_s}
     note(Iteration(times_s.size, TOLERANCE, problem, solution, figures=figures))
@@ -175,6 +183,7 @@ def cheapest(
     solve: Solve,
     note: Note,
     samples: int = SAMPLES,
+    coast: bool = False,
 ) -> Tube | NoTube:
     """The least Σ‖dv‖ within the tolerance, between the samples too: each arc gives up what its flight exceeds.
 
@@ -185,8 +194,9 @@ def cheapest(
     found: Tube | None = None
     for _ in range(GUARD_ROUNDS):
         after = solve_tube(
-            flight, start, times_s, end_s, "dv", tolerance_m, between, solve=solve, note=note, samples=samples
-        )
+            flight, start, times_s, end_s, "dv", tolerance_m, between,
+            solve=solve, note=note, samples=samples, coast=coast,
+        )  # fmt: skip
         if isinstance(after, NoTube):
             return after if found is None else found
         found = after

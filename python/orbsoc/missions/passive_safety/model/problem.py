@@ -46,20 +46,21 @@ def assemble(
     *,
     margins: Margins | None = None,
     start: Array | None = None,
+    start_s: float | None = None,
     done: int = 0,
     relaxed: bool = False,
 ) -> Impulses:
     """Impulses at times_s (N,) from the approach's start on a builder, with every condition of the scenario.
 
+    The start is at the first time unless `start_s` says when.
     `done` impulses went before, `start` (6,) is then the state at the first time: the drift of the first impulse of all
     has its own rules. `relaxed` for re-planning in flight: the capture point may be missed and depth given up, both at a
     price that makes them zero where they can be; `MISS` and `GIVEN_UP` are what it took, in m/s.
     """
     scenario = approach.scenario
     times = np.asarray(times_s, np.float64)
-    impulses = Impulses(
-        ConicBuilder(), approach.motion, times, approach.start if start is None else start, axes=approach.axes
-    )
+    state = approach.start if start is None else start
+    impulses = Impulses(ConicBuilder(), approach.motion, times, state, start_s=start_s, axes=approach.axes)
     impulses.cost(scenario.cost)
     if relaxed:
         _relax(impulses.builder)

@@ -2,7 +2,8 @@
 
 The first drift has other rules than the later ones, so its end, the second impulse, is searched: a scan, then a golden
 section in the cell of the best. A later impulse of size 0 adds a cone that the one before it implies, so impulses at
-candidate times lose nothing, and those of size 0 are dropped.
+candidate times lose nothing, and those of size 0 are dropped. Where no time of the scan is feasible, the times are searched
+at which the conditions are broken least. Without a keep-out, impulses are generated over the whole window.
 """
 
 from __future__ import annotations
@@ -14,15 +15,17 @@ from math import ceil, inf, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Status
-from orbsoc.guidance.impulses import ImpulseProgramme, Impulses
+from orbsoc.guidance.impulses import ImpulseProgramme, Impulses, primer_ceiling
 from orbsoc.guidance.scp import Iteration, Solve
 
 from ..model.approach import Approach
 from ..model.margins import Margins
-from ..model.problem import assemble
+from ..model.problem import GIVEN_UP, MISS, assemble
 from ..scenario import DEFAULT_COUNT
+from .anywhere import generated_anywhere
 
 Array = NDArray[np.float64]
 
@@ -40,6 +43,8 @@ SMALL = 1e-5
 FEWER = 1e-3
 """Of the cost that a generated plan may give away for fewer impulses: where the bound of safety is followed for a while,
 the optimum is a long row of small ones."""
+LEAST_BROKEN = 8
+"""Times, of those that break the conditions least, at which the whole problem is tried."""
 WITHIN_S = 0.02
 """Of the second impulse's time."""
 
@@ -75,6 +80,18 @@ class Timed:
     """Whether the last impulse is at the end, to match a velocity there."""
     densest: Trial | None = field(default=None, repr=False)
     """Of a generated plan, the optimum over all candidate times."""
+
+    primer: tuple[float, float] | None = None
+    """Of a plan generated over the whole window: the largest primer at `INSTANTS`, and a ceiling between them."""
+    relaxed: int = 0
+    """How many further times were tried for the conditions that they break least."""
+
+    @property
+    def lower_bound(self) -> float | None:
+        """Below the cost of every programme with impulses at any times; None where only given times were solved."""
+        if self.primer is None or self.best is None:
+            return None
+        return self.best.solution.dual_objective / max(1.0, self.primer[1])
 
     @property
     def subproblems(self) -> tuple[Iteration, ...]:
@@ -120,23 +137,98 @@ def plan_times(
     if approach.scenario.impulses.timing == "equal":
         attempt(equal_times(approach))
         return _timed(approach, trials, 0)
+    if approach.scenario.impulses.timing == "generated" and not approach.guarded:
+        return _anywhere(approach, solve, callback)
     latest = (
         min(approach.duration_s, pi / approach.mean_motion_rad_s) if approach.guarded else approach.duration_s
     )
     for second in np.linspace(0.0, latest, SCAN + 2)[1:-1]:
         attempt(times_after(approach, float(second), CANDIDATES[0]))
+    cell, relaxed = latest / (SCAN + 1), 0
+    if all(trial.cost == inf for trial in trials):
+        seconds, relaxed = _least_broken(approach, solve, latest)
+        for second in seconds:
+            attempt(times_after(approach, second, CANDIDATES[0]))
     best = min(trials, key=lambda trial: trial.cost)
-    if best.cost < inf:
-        cell = latest / (SCAN + 1)
+    if relaxed and best.cost < inf:
+        _feasible_edges(attempt, approach, best.second_s, cell)
+        good = [trial.second_s for trial in trials if trial.cost < inf]
+        _golden(
+            lambda second: attempt(times_after(approach, second, CANDIDATES[1])).cost, min(good), max(good)
+        )
+    elif best.cost < inf:
         _golden(
             lambda second: attempt(times_after(approach, second, CANDIDATES[1])).cost,
             max(0.01 * cell, best.second_s - cell),
             min(latest - 0.01 * cell, best.second_s + cell),
         )
-    found = _timed(approach, trials, SCAN)
+    found = replace(_timed(approach, trials, SCAN), relaxed=relaxed)
     if approach.scenario.impulses.timing == "generated" and found.best is not None:
         return _fewer(found, attempt, trials)
     return found
+
+
+def _anywhere(approach: Approach, solve: Solve, callback: Callable[[Iteration], None] | None) -> Timed:
+    """Impulses at any times, by primer rounds."""
+
+    def uninterrupted(problem: Problem, settings: Settings | None = None) -> Solution:
+        solution = solve(problem, settings)
+        if solution.status is Status.INTERRUPTED:
+            raise KeyboardInterrupt
+        return solution
+
+    def row(found: Iteration, impulses: Impulses) -> Trial:
+        cost = found.solution.objective if usable(found.solution) else inf
+        second = float(impulses.times_s[min(1, impulses.times_s.size - 1)])
+        return Trial(impulses, replace(found, figures={"second_s": second, "cost_m_s": cost}), cost)
+
+    def note(iteration: Iteration) -> None:
+        if callback is not None:
+            callback(iteration)
+
+    found, built = generated_anywhere(approach, uninterrupted, note)
+    trials = tuple(row(each, made) for each, made in zip(found.subproblems, built, strict=True))
+    best = next(trial for trial in trials if trial.solution is found.solution)
+    if best.cost == inf:
+        return Timed(None, None, trials)
+    ceiling = primer_ceiling(found.impulses, found.solution, (0.0, approach.duration_s))
+    return Timed(best, found.programme, trials, ends=approach.capture_velocity is not None, primer=ceiling)
+
+
+def _feasible_edges(
+    attempt: Callable[[Array], Trial], approach: Approach, second_s: float, cell_s: float
+) -> None:
+    """Bisect for both ends of the interval of feasible times about one; what it finds is among the trials."""
+    for step in (-cell_s, cell_s):
+        inside, outside = second_s, second_s + step
+        while abs(outside - inside) > WITHIN_S:
+            middle = 0.5 * (inside + outside)
+            good = attempt(times_after(approach, middle, CANDIDATES[0])).cost < inf
+            inside, outside = (middle, outside) if good else (inside, middle)
+
+
+def _least_broken(approach: Approach, solve: Solve, latest_s: float) -> tuple[list[float], int]:
+    """Times of the second impulse at which the conditions, relaxed, are broken least; and how many were tried."""
+    tried: dict[float, float] = {}
+
+    def broken(second: float) -> float:
+        if second not in tried:
+            times = times_after(approach, second, CANDIDATES[0])
+            impulses = assemble(approach, times, margins=Margins.of(approach, times.size), relaxed=True)
+            solution = solve(impulses.builder.build(), Settings(tol=TOLERANCE))
+            if solution.status is Status.INTERRUPTED:
+                raise KeyboardInterrupt
+            gaps = [float(impulses.builder.value(solution, name)[0]) for name in (MISS, GIVEN_UP)]
+            tried[second] = sum(gaps) if usable(solution) else inf
+        return tried[second]
+
+    grid = np.linspace(0.0, latest_s, SCAN + 2)[1:-1].tolist()
+    values = [inf, *map(broken, grid), inf]
+    wells = [k for k in range(SCAN) if values[k + 1] < inf and values[k] > values[k + 1] <= values[k + 2]]
+    cell = latest_s / (SCAN + 1)
+    for k in wells:
+        _golden(broken, max(0.01 * cell, grid[k] - cell), min(latest_s - 0.01 * cell, grid[k] + cell))
+    return sorted(tried, key=lambda second: tried[second])[:LEAST_BROKEN], len(tried)
 
 
 def equal_times(approach: Approach) -> Array:
