@@ -19,6 +19,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks import two_burn_missions as two
+from benchmarks.made_missions import LOWEST_M, STANDARD_GRAVITY_M_S2, Mission, axes_along
 from orbsoc.guidance.scenario_file import ScenarioError
 from orbsoc.missions.reachable_insertion import Plan, Scenario, TwoBurnPlan, plan
 from orbsoc.orbit import (
@@ -35,28 +37,16 @@ Array = NDArray[np.float64]
 KINDS = (
     "raise", "lower", "plane", "circularise", "escape", "deorbit", "null", "retrograde", "equatorial", "polar",
 )  # fmt: skip
-STANDARD_GRAVITY_M_S2 = 9.80665
 LONGEST_ARC = 0.25
 """Of the period of the first orbit, that a burn may take."""
 LARGEST_DELTA_V_M_S = 3000.0
 LARGEST_TILT = np.deg2rad(8.0)
-LOWEST_M = 120e3
-"""Height that no burn of a construction passes below."""
 ANGLES = ("inc_deg", "raan_deg", "argp_deg")
 FREE = (
     ("raan_deg",), ("argp_deg",), ANGLES, ("raan_deg", "argp_deg"), (*ANGLES, "shape"), ("argp_deg", "shape"), ("shape",),
 )  # fmt: skip
 """Elements left free, by turns."""
 ONE_OF_THE_SHAPE = ("sma_km", "ecc", "perigee_height_km")
-
-
-@dataclass(frozen=True, slots=True)
-class Mission:
-    """A scenario, its kind, and the burn (s) that its construction took; infinite where no burn can do it."""
-
-    kind: str
-    scenario: Scenario
-    burn_s: float
 
 
 def missions(seed: int, count: int) -> Iterator[Mission]:
@@ -254,14 +244,6 @@ def _programme(
     return steering
 
 
-def axes_along(state: Array) -> Array:
-    """Rows: along the velocity, in the plane across it, along the angular momentum."""
-    along = state[3:] / np.linalg.norm(state[3:])
-    normal = np.cross(state[:3], state[3:])
-    normal /= np.linalg.norm(normal)
-    return np.array([along, np.cross(normal, along), normal])
-
-
 def _is_of_kind(kind: str, first: Elements, last: Elements, start: Array, end: Array) -> bool:
     before, after = (np.cross(x[:3], x[3:]) for x in (start, end))
     tilt = np.arccos(np.clip(before @ after / np.linalg.norm(before) / np.linalg.norm(after), -1.0, 1.0))
@@ -360,8 +342,6 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _asked(chosen: argparse.Namespace) -> Iterator[Mission]:
-    from benchmarks import two_burn_missions as two  # which makes its missions of what is defined here
-
     seed, count = chosen.seed, chosen.count
     if chosen.two_burns:
         yield from two.transfers(seed, count, oblate=chosen.oblate, bounded=chosen.bounded)

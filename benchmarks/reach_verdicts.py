@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.made_missions import STANDARD_GRAVITY_M_S2
 from orbsoc.missions.reachable_domain import Scenario
 from orbsoc.missions.reachable_domain.search.continuation.domain import Domain
 from orbsoc.missions.reachable_domain.search.query.resolved_boundary import resolved_boundary
@@ -38,7 +39,6 @@ from orbsoc.reach import ReachableDomain, Verdict
 
 Array = NDArray[np.float64]
 
-STANDARD_GRAVITY_M_S2 = 9.80665
 PLANES = 7
 """Of the grid along inclination and node, which span the domain."""
 FLOWN_SHARE = 0.9

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.missions import LOWEST_M, STANDARD_GRAVITY_M_S2, Mission, axes_along
+from benchmarks.made_missions import LOWEST_M, STANDARD_GRAVITY_M_S2, Mission, axes_along
 from orbsoc.missions.reachable_insertion import Scenario
 from orbsoc.orbit import EARTH, Elements, Thruster, elements_from_state, propagate_burn, state_from_elements
 from orbsoc.orbit.perturbations import J2, PointMass, coast

@@ -142,6 +142,8 @@ void orbsoc_equilibrate(pattern_t pattern, const orbsoc_numbers *given, uint32_t
   }
   out->cost_scale[0] = gamma;
   out->cost_scale[1] = 1 / gamma;
+  out->cost_scale[2] = nonzero(max_abs(all - n, &out->q[n]));
+  out->cost_scale[3] = nonzero(max_abs(n, out->q));
 }
 
 void orbsoc_norms(pattern_t pattern, const orbsoc_numbers *given, orbsoc_real *norms) {

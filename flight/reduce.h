@@ -106,11 +106,10 @@ static inline orbsoc_real max_abs_weighted(size_t count, const orbsoc_real *weig
 #undef NEXT
 }
 
-/* Sum of |weight_k x_k|. */
-static inline orbsoc_real sum_abs_weighted(size_t count, const orbsoc_real *weight,
-                                           const orbsoc_real *x) {
-#define FIRST(k) magnitude(weight[k] * x[k])
-#define NEXT(sum, k) ((sum) + magnitude(weight[k] * x[k]))
+/* Sum of |x_k|. */
+static inline orbsoc_real sum_abs(size_t count, const orbsoc_real *x) {
+#define FIRST(k) magnitude(x[k])
+#define NEXT(sum, k) ((sum) + magnitude(x[k]))
   ORBSOC_REDUCE(count, 0, FIRST, NEXT, orbsoc_add);
 #undef FIRST
 #undef NEXT

@@ -46,9 +46,9 @@ static void products_of(const orbsoc_matrix *matrix, size_t rows, size_t columns
   }
 }
 
-/* Radius that a certificate of this value and residual size proves, over the data's scale. */
+/* Radius that a certificate of this value and residual size proves, over the largest right-hand side. */
 static orbsoc_real radius(orbsoc_real value, orbsoc_real size, orbsoc_real scale) {
-  return larger(-value, 0) / (larger(size, real(1e-30)) * larger(1, scale));
+  return larger(-value, 0) / (larger(size, real(1e-30)) * scale);
 }
 
 /* Weighted sizes of the products and residuals of an iterate. */
@@ -74,16 +74,17 @@ static sizes_t residuals(pattern_t pattern, const orbsoc_iterate *at,
   size.px = max_abs_weighted(n, by_x, px);
   size.aty = max_abs_weighted(n, by_x, aty);
   size.gtz = max_abs_weighted(n, by_x, gtz);
-  size.ray_rows = sum_abs_weighted(p, by_y, ax);
-  size.ray_cost = sum_abs_weighted(n, by_x, px);
+  /* Certificates are judged in scaled data, which other units of the same problem hardly change. */
+  size.ray_rows = sum_abs(p, ax);
+  size.ray_cost = sum_abs(n, px);
   for (size_t i = 0; i < n; i++) {
     aty[i] = aty[i] + gtz[i];
   }
   for (size_t i = 0; i < m; i++) {
     gx[i] = gx[i] + at->slack[i];
   }
-  size.ray_cone = sum_abs_weighted(m, by_z, gx);
-  size.farkas = sum_abs_weighted(n, by_x, aty);
+  size.ray_cone = sum_abs(m, gx);
+  size.farkas = sum_abs(n, aty);
   for (size_t i = 0; i < n; i++) {
     residual[i] = (px[i] + aty[i]) + tau * c[i];
   }
@@ -120,9 +121,9 @@ static void ratios(const orbsoc_iterate *at, sizes_t size, orbsoc_real curvature
   stats[STAT_STRICT] = larger(larger(primal, dual), gap);
   stats[STAT_OBJECTIVE] = objective;
   stats[STAT_DUAL_OBJECTIVE] = dual_objective;
-  stats[STAT_PRIMAL_RADIUS] = radius(support, size.farkas, larger(norm_b, norm_h));
+  stats[STAT_PRIMAL_RADIUS] = radius(support, size.farkas, at->cost_scale[2]);
   stats[STAT_DUAL_RADIUS] =
-      radius(cost * gamma_inv, (size.ray_rows + size.ray_cone) + size.ray_cost * gamma_inv, norm_c);
+      radius(cost, (size.ray_rows + size.ray_cone) + size.ray_cost, at->cost_scale[3]);
 }
 
 /* Refinement tolerance of the linear solves: a fraction of the residual that the step is to reduce; far out on the way

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from orbsoc.orbit import EARTH, ConstantsSet
+from datetime import timedelta
+
+import numpy as np
+
+from orbsoc.orbit import EARTH, ConstantsSet, rotate_state
+from orbsoc.orbit.reference_frames import frame_rotation
 from orbsoc.orbit.relative import local_frame
 
 from .ccsds import InertialManoeuvre, Subject, oem, opm
 from .impulses import ImpulseProgramme
+from .orbit_input.catalogue import parse_utc
 from .relative_flight import RelativeFlight
 
 
@@ -18,18 +24,26 @@ def chaser_messages(
     comment: str,
     constants: ConstantsSet = EARTH,
     x_axis: str = "the node of the target's orbit",
+    epoch_utc: str | None = None,
 ) -> dict[str, str]:
     """`chaser.oem` and `chaser.opm` of a programme as it was flown, in the inertial axes of the target's orbit.
 
     x points to `x_axis`; times count from the first of the flight. An impulse's time has the state before
     it, and its velocity change is turned from the target's (R, T, N) as they are then.
+    With `epoch_utc` the first time has that date, the flight's axes are TEME at it, and the messages are in EME2000.
     """
     subject = Subject(f"{name} chaser", x_axis, "the first state")
+    turn = np.eye(3)
+    if epoch_utc is not None:
+        date = parse_utc(epoch_utc)
+        zero = date - timedelta(seconds=float(flown.times_s[0]))
+        subject = Subject(subject.name, x_axis, "the first state", zero, "EME2000")
+        turn = frame_rotation("TEME", date, "EME2000")
     burns = []
     for t, dv, (target, _) in zip(programme.times_s, programme.dv_m_s, flown.pairs_after, strict=False):
-        x, y, z = (float(each) for each in local_frame(target)[0].T @ dv)
+        x, y, z = (float(each) for each in turn @ local_frame(target)[0].T @ dv)
         burns.append(InertialManoeuvre(float(t), (x, y, z)))
-    chaser = flown.pairs[:, 1]
+    chaser = rotate_state(turn, flown.pairs[:, 1])
     steps = "velocities step at the impulses, whose times have the state before them"
     return {
         "chaser.oem": oem(subject, flown.times_s, chaser, comment=f"{comment}; {steps}"),

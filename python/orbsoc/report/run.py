@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from orbsoc.files.output_folder import write_manifest, written_at_once
 from orbsoc.files.versions import versions
 from orbsoc.guidance.mission import Agreement, FigureFile, Mission, Plan
-from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word
+from orbsoc.guidance.verdict import Verdict, VerdictLine
 
 if TYPE_CHECKING:
     from orbsoc.hw.cycle_budget import CycleBudget
@@ -46,7 +46,7 @@ class PlanRun:
             more += hardware_lines(self.budget)
         elif self.too_large:
             more.append(unpriced(*self.too_large))
-        return _lines(self.plan).with_lines(more)
+        return self.plan.verdict.with_lines(more)
 
     @property
     def succeeded(self) -> bool:
@@ -76,14 +76,6 @@ class PlanRun:
             f"the conic solves of the plan do NOT FIT the engine of {device}, and are not priced: {reason}"
         )
         return {"provenance": "modelled", "headline": headline, "fits": False, **nothing}
-
-
-def _lines(plan: Plan) -> Verdict:
-    """The plan's verdict. Until every mission has lines of its own, its status and message."""
-    found = getattr(plan, "verdict", None)
-    if isinstance(found, Verdict):
-        return found
-    return Verdict((VerdictLine(Question.ANSWER, Word[plan.status.name], plan.message),))
 
 
 def write_run(

@@ -7,6 +7,7 @@ import orbsoc
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Agreement, Auditable, Dispersible
 from orbsoc.guidance.scp import ExitReason
+from orbsoc.guidance.verdict import Question, Word
 from orbsoc.interfaces import clarabel
 from orbsoc.missions import phasing
 from orbsoc.missions.phasing import PlanStatus, ScenarioError, audit, disperse, plan
@@ -114,7 +115,7 @@ def test_an_interrupt_is_a_status() -> None:
 
     found = plan(scenario(), callback=interrupt)
     assert found.status is PlanStatus.INTERRUPTED
-    assert found.to_dict()["details"].startswith("INTERRUPTED")
+    assert found.verdict.word(Question.ANSWER) is Word.INTERRUPTED
 
 
 def test_programmes_from_elsewhere_are_judged() -> None:
@@ -125,7 +126,7 @@ def test_programmes_from_elsewhere_are_judged() -> None:
     wrong = ImpulseProgramme(programme.times_s, programme.dv_m_s * 1.001)
     found = audit(scenario(), wrong)
     assert found.status is PlanStatus.NOT_VERIFIED
-    assert "do not fly" in found.to_dict()["details"]
+    assert "it breaks meeting, position" in found.verdict.lines[0].figure
     with pytest.raises(ScenarioError, match="must lie within"):
         audit(scenario(), ImpulseProgramme([1.0], [[1.0, 0.0, 0.0]]))
 

@@ -17,6 +17,7 @@ def test_a_plan_has_its_files_and_its_page(tmp_path: Path) -> None:
         "distance.png",
         "front.png",
         "surprise.png",
+        "primer.png",
         "impulses.csv",
         "chaser.oem",
         "chaser.opm",

@@ -16,6 +16,7 @@ from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution
 from orbsoc.guidance.mission import BROKEN, Agreement, Dispersible, PlanStatus
+from orbsoc.guidance.verdict import Question, Word
 from orbsoc.interfaces import clarabel
 from orbsoc.missions import MISSIONS
 from orbsoc.missions.platform_launch import Plan, load_scenario, plan, reproduce, samples
@@ -23,6 +24,7 @@ from orbsoc.missions.platform_launch.paper import compare
 from orbsoc.orbit.perturbations import PointMass, coast
 from orbsoc.orbit.relative import relative_state
 from tests.missions.platform_launch.data import SCENARIOS, launched, paper
+from tests.missions.verdict_rules import assert_rules
 
 
 @cache
@@ -115,16 +117,18 @@ def test_without_a_launch_towards_the_target_there_is_a_plan_and_no_series() -> 
     ],
 )
 def test_other_launches_are_planned_verified_and_told(change: dict[str, Any]) -> None:
-    found = plan(launched(**change)).to_dict()
-    assert found["status"] == "verified"
-    assert json.loads(json.dumps(found, allow_nan=False))["details"].startswith("VERIFIED: the server leaves")
+    found = plan(launched(**change))
+    assert found.status is PlanStatus.VERIFIED
+    document = json.loads(json.dumps(found.to_dict(), allow_nan=False))
+    assert document["details"].startswith("the server leaves")
+    assert_rules(found.verdict, found.status)
 
 
 def test_what_two_bodies_do_not_meet_is_not_verified() -> None:
     """At 300 m/s the linear model is no guide, and the correction from it does not get there."""
     found = plan(launched(1e7))
     assert found.status is PlanStatus.NOT_VERIFIED
-    assert "do not fly" in found.to_dict()["details"]
+    assert_rules(found.verdict, found.status)
     assert "two-body rendezvous, corrected: position is broken by" in found.to_dict()["details"]
 
 
@@ -154,7 +158,7 @@ def test_ctrl_c_in_a_solve_is_a_status() -> None:
     found = plan(paper(), solve=solve)
     assert found.status is PlanStatus.INTERRUPTED
     assert found.tables() == {}
-    assert found.to_dict()["details"].startswith("INTERRUPTED")
+    assert found.verdict.word(Question.ANSWER) is Word.INTERRUPTED
 
 
 def test_a_problem_that_is_not_solved_is_told() -> None:
@@ -163,7 +167,7 @@ def test_a_problem_that_is_not_solved_is_told() -> None:
 
     found = plan(load_scenario(SCENARIOS / "paper002_norms.toml"), solve=solve)
     assert found.status is PlanStatus.FAILED
-    assert found.to_dict()["details"].startswith("NO ANSWER: the conic problem ended with")
+    assert str(found.verdict).startswith("Answer   NO ANSWER    the conic problem ended with")
 
 
 def test_figures_are_written_with_captions(tmp_path: Path) -> None:
@@ -171,7 +175,7 @@ def test_figures_are_written_with_captions(tmp_path: Path) -> None:
         uncertainty={"runs": 20}, rendezvous={"cost": "norms", "impulses": "generated", "longest_orbits": 1.5}
     )
     figures = plan(scenario).figures(tmp_path)
-    names = ["launch", "tube", "rendezvous", "cost", "engine_out", "scans", "primer", "front", "dispersed"]
+    names = ["rendezvous", "launch", "cost", "engine_out", "scans", "front", "dispersed", "tube", "primer"]
     assert [each.name for each in figures] == [f"{name}.png" for name in names]
     assert all((tmp_path / each.name).stat().st_size > 10_000 and each.caption for each in figures)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -56,12 +57,20 @@ def test_the_attitude_programme_flies_to_the_planned_orbit() -> None:
     assert elements_from_state(end[:3], end[3:]).sma_m / 1e3 == pytest.approx(found.point["a_km"], rel=1e-4)
 
 
-def test_a_point_that_is_not_reached_has_its_evidence_and_no_table() -> None:
+def test_the_first_figure_is_the_orbit_with_its_burn(tmp_path: Path) -> None:
+    (figure,) = plan(paper()).figures(tmp_path)
+    assert figure.name == "orbit.png"
+    assert not figure.appendix
+    assert (tmp_path / figure.name).stat().st_size > 10_000
+
+
+def test_a_point_that_is_not_reached_has_its_evidence_and_no_files(tmp_path: Path) -> None:
     found = plan(paper(), point=(28.3, 351.3, 100.0))
     assert found.status is PlanStatus.NOT_FOUND
     assert "deg short" in found.message
     assert found.verification is None
     assert found.tables() == {}
+    assert found.figures(tmp_path) == ()
     assert found.to_dict()["point"]["a_km"] is None
 
 
@@ -71,7 +80,7 @@ def test_an_interrupted_solve_interrupts_the_plan() -> None:
 
     found = plan(paper(), solve=solve)
     assert found.status is PlanStatus.INTERRUPTED
-    assert found.verdict.endswith("interrupted")
+    assert found.verdict.lines[0].figure.endswith("interrupted")
 
 
 def test_the_papers_envelope_is_set_beside_the_boundary() -> None:

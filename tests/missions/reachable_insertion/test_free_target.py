@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.missions import ANGLES, Mission, freed, mission
+from benchmarks.made_missions import Mission
+from benchmarks.missions import ANGLES, freed, mission
 from orbsoc.guidance.scenario_file import ScenarioError
 from orbsoc.missions.reachable_insertion import PlanStatus, Scenario, load_scenario, plan
 from orbsoc.missions.reachable_insertion.plan.verdicts import verdict

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.missions import KINDS, Mission, mission, unreachable
+from benchmarks.made_missions import Mission
+from benchmarks.missions import KINDS, mission, unreachable
 from orbsoc.guidance.mission import Agreement
 from orbsoc.guidance.scp import Rules
 from orbsoc.missions.reachable_insertion import Plan, PlanStatus, Scenario, load_scenario, plan

@@ -7,6 +7,7 @@ x and z along its semi-axes. Source of the quantities: the paper, section 3.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from math import degrees
 from os import PathLike
 from typing import Annotated, Any, Literal, Self
 
@@ -14,6 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, Strict, model_validator
 
+from orbsoc.guidance.orbit_input.beside import (
+    dated_keys,
+    height_km,
+    named_axes,
+    named_orbit,
+    polar_elements,
+    read_table,
+)
 from orbsoc.guidance.relative_flight import BALLISTIC_M2_KG
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
 from orbsoc.guidance.uncertainty import Uncertainty
@@ -21,7 +30,7 @@ from orbsoc.guidance.vehicle import Vector
 from orbsoc.orbit.constants import EARTH
 from orbsoc.orbit.relative import LVLH, ClohessyWiltshire
 
-from .model.ellipse import Ellipse
+from .model.ellipse import Ellipse, ellipse_axes
 from .model.flight import Flight
 from .model.waypoints import counts_by_rule
 
@@ -31,6 +40,9 @@ WAYS = ("fewest", "adaptive", "equal")
 MOST_PULSES = 400
 FARTHEST = 0.01
 """Of the orbit's radius: farther away the linear motion is off by a percent of the distance."""
+
+ROUND = 2e-3
+"""Eccentricity up to which a target's orbit is taken for the circle of its semi-major axis: 3 e is below a percent too."""
 
 
 def _asked(value: Any) -> Any:
@@ -47,7 +59,7 @@ Degrees = Annotated[float, Field(ge=-360.0, le=360.0)]
 
 
 class Target(Table):
-    """A circular orbit."""
+    """A circular orbit. Any form of the orbit table is turned to these keys, and a small eccentricity left out."""
 
     altitude_km: float = Field(ge=150.0, le=50_000.0, description="over the equatorial radius")
     inc_deg: float = Field(
@@ -56,6 +68,11 @@ class Target(Table):
         le=180.0,
         description="of the orbit that the plan is flown again on; with J2 it matters",
     )
+    raan_deg: Degrees = 0.0
+    latitude_argument_deg: Degrees = Field(default=0.0, description="of the target at time 0")
+    epoch_utc: str | None = Field(default=None, description="ISO 8601; of time 0")
+    frame: Literal["TEME"] | None = Field(default=None, description="of a date; any other is turned to it")
+    source: str | None = Field(default=None, description="written when a TLE or a file is read")
 
 
 class EllipseTable(Table):
@@ -73,7 +90,7 @@ class EllipseTable(Table):
 
 
 class Start(Table):
-    """State at time 0 in the ellipse's axes."""
+    """State at time 0 in the ellipse's axes; or `position_m`, `velocity_m_s` and `frame = "RTN"` or `"LVLH"`."""
 
     x_m: float
     y_m: float
@@ -121,6 +138,11 @@ class Scenario(BaseScenario):
     disturbance: Disturbance | None = None
     uncertainty: Uncertainty | None = None
     truth: Truth = Truth()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _orbit(cls, given: Any) -> Any:
+        return _in_own_keys(given) if isinstance(given, dict) else given
 
     @model_validator(mode="after")
     def _physics(self) -> Self:
@@ -180,6 +202,41 @@ class Scenario(BaseScenario):
 def load_scenario(path: str | PathLike[str], settings: Mapping[str, Any] | None = None) -> Scenario:
     """Read and check a scenario file; `settings` override keys. Raises `orbsoc.guidance.scenario_file.ScenarioError`."""
     return load(Scenario, path, settings)
+
+
+def _in_own_keys(given: Mapping[str, Any]) -> dict[str, Any]:
+    """The document with the target in this mission's keys, whatever form of the orbit table it takes."""
+    given = {**given, **_start_in_own_axes(given)}
+    table = given.get("target")
+    own = tuple(Target.model_fields)
+    orbit = named_orbit("target", table, own) if isinstance(table, Mapping) else None
+    if orbit is None:
+        return dict(given)
+    at = polar_elements("target", orbit)
+    if at.ecc > ROUND:
+        allowed = f"the motion is that about a circular orbit; must be at most {ROUND:g}"
+        refuse([Complaint("target", f"e = {at.ecc:.6g}", allowed)])
+    place = float((at.argp_rad + at.true_anomaly_rad) % (2.0 * np.pi))
+    target = {
+        "altitude_km": height_km(at),
+        "inc_deg": degrees(at.inc_rad),
+        "raan_deg": degrees(at.raan_rad),
+        "latitude_argument_deg": degrees(place),
+        **dated_keys(orbit),
+    }
+    return {**given, "target": target}
+
+
+def _start_in_own_axes(given: Mapping[str, Any]) -> dict[str, Any]:
+    """`[start]` in the ellipse's axes, where it is given in RTN or LVLH."""
+    start, table = given.get("start"), given.get("ellipse")
+    if not isinstance(start, Mapping) or not isinstance(table, Mapping) or start.get("frame") is None:
+        return {}
+    beside = named_axes("start", start)
+    angles = read_table("ellipse", EllipseTable, table).angles_deg
+    place, speed = beside.reshape(2, 3) @ (ellipse_axes(np.deg2rad(angles)) @ LVLH).T
+    keys = ("x_m", "y_m", "z_m", "vx_m_s", "vy_m_s", "vz_m_s")
+    return {"start": dict(zip(keys, (*place.tolist(), *speed.tolist()), strict=True))}
 
 
 def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:

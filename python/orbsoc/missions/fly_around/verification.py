@@ -96,11 +96,16 @@ def forces_of(scenario: Scenario) -> Callable[[int], list[Force]]:
 
 
 def target_state(scenario: Scenario) -> Array:
-    """The target at time 0: at the ascending node of a circular orbit, inertial state (6,)."""
+    """The target at time 0: on its circular orbit, inertial state (6,)."""
+    table = scenario.target
     radius = EARTH.earth_radius_m + 1e3 * scenario.target.altitude_km
-    inclination = np.deg2rad(scenario.target.inc_deg)
     speed = np.sqrt(EARTH.mu_m3_s2 / radius)
-    return np.array([radius, 0.0, 0.0, 0.0, speed * np.cos(inclination), speed * np.sin(inclination)])
+    inc, raan, place = np.deg2rad([table.inc_deg, table.raan_deg, table.latitude_argument_deg])
+    node = np.array([np.cos(raan), np.sin(raan), 0.0])
+    north = np.array([-np.sin(raan) * np.cos(inc), np.cos(raan) * np.cos(inc), np.sin(inc)])
+    position = np.cos(place) * node + np.sin(place) * north
+    velocity = np.cos(place) * north - np.sin(place) * node
+    return np.concatenate([radius * position, speed * velocity])
 
 
 def fly_truth(
@@ -252,7 +257,13 @@ def messages(scenario: Scenario, plan: Flown, flown: TrueFlight) -> dict[str, st
     programme = ImpulseProgramme(plan.programme.times_s, flown.dv_m_s[:, 0])
     times = np.unique(np.append(np.linspace(0.0, plan.end_s, EPHEMERIS_STEPS + 1), programme.times_s))
     flight = fly(programme, plan.before[0], target_state(scenario), times, forces_of(scenario))
-    return chaser_messages(scenario.name, programme, flight, comment="point mass, J2 and drag")
+    return chaser_messages(
+        scenario.name,
+        programme,
+        flight,
+        comment="point mass, J2 and drag",
+        epoch_utc=scenario.target.epoch_utc,
+    )
 
 
 def _acceleration(target: Array, forces: list[Force]) -> Array:

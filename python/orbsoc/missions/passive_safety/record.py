@@ -145,4 +145,10 @@ def messages(plan: ApproachPlan) -> dict[str, str]:
     target = np.concatenate(state_from_elements(approach.orbit()))
     times = np.unique(np.concatenate([np.linspace(0.0, approach.duration_s, STEPS + 1), programme.times_s]))
     flown = fly(programme, approach.start, target, times, two_body)
-    return chaser_messages(plan.scenario.name, programme, flown, comment="two-body motion")
+    return chaser_messages(
+        plan.scenario.name,
+        programme,
+        flown,
+        comment="two-body motion",
+        epoch_utc=plan.scenario.target.epoch_utc,
+    )

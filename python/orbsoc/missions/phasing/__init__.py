@@ -10,7 +10,8 @@ from orbsoc.guidance.scenario_file import ScenarioError
 
 from .dispersion.cases import DISPERSION, disperse
 from .paper.reproduction import reproduce, samples
-from .planner import COLUMNS, Plan, audit, plan
+from .plan import Plan, audit, plan
+from .planner import COLUMNS
 from .scenario import Scenario, load_scenario
 
 PAPER = "003"

@@ -1,36 +1,27 @@
-"""Figures of a plan: the approach over time with its primer, the distance after the meeting, the front, the surprise.
+"""Figures of a plan: the approach over time, the distance after the meeting, the front, the surprise, the primer.
 
 Matplotlib is imported when a figure is drawn, with the Agg canvas and without pyplot: no global state, no display.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.figure_style import STYLE, write_png
+from orbsoc.guidance.figure_style import BLUE, GREEN, GREY, STYLE, VERMILION, panels, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import EARTH
 from orbsoc.orbit.perturbations import fast_coast
 
 from .model.approach import state_at
-from .plan import PhasingPlan
-from .search.descent import PhasingImpulses
+from .planner import PhasingPlan
+from .search.descent import Descended, PhasingImpulses
 from .verification.flight import Flight
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 Array = NDArray[np.float64]
-
-BLUE, VERMILION, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#555555"
-"""Okabe–Ito: distinct to colour-blind eyes and in print."""
 
 
 def draw_figures(plan: PhasingPlan, folder: Path) -> tuple[FigureFile, ...]:
@@ -46,14 +37,15 @@ def draw_figures(plan: PhasingPlan, folder: Path) -> tuple[FigureFile, ...]:
             found.append(_front(plan, folder))
         if plan.analysis is not None and plan.analysis.surprised is not None:
             found.append(_surprise(plan, folder))
+        if plan.descended is not None:
+            found.append(_primer(plan, plan.descended, folder))
     return tuple(found)
 
 
 def _approach(plan: PhasingPlan, flight: Flight, folder: Path) -> FigureFile:
-    """Heights, distance, and the primer with the impulses."""
+    """Heights and distance with the impulses."""
     assert plan.programme is not None
-    primed = plan.descended is not None
-    figure, axes = _panels((7.6, 7.0 if primed else 5.0), (2, 2, 2) if primed else (2, 2))
+    figure, axes = panels((7.6, 5.0), (2, 2))
     zero, scenario = plan.programme.times_s[0], plan.scenario
     hours = (flight.times_s - zero) / 3600.0
     after = flight.times_s > scenario.target.epoch_s
@@ -72,16 +64,6 @@ def _approach(plan: PhasingPlan, flight: Flight, folder: Path) -> FigureFile:
     apart = np.linalg.norm(flight.chaser[after, :3] - target[:, :3], axis=1) / 1e3
     axes[1].semilogy(hours[after][:-1], apart[:-1], color=BLUE, linewidth=1.2)
     axes[1].set_ylabel("distance (km)")
-    if plan.descended is not None:
-        last, approach = plan.descended.last, plan.descended.approach
-        assert isinstance(last.impulses, PhasingImpulses)
-        sizes = last.impulses.primer_size(last.solution, approach.times_s)
-        axes[2].plot(
-            (approach.times_s - zero) / 3600.0, sizes, color=GREEN, linewidth=1.4, marker=".", markersize=3
-        )
-        axes[2].axhline(1.0, color=GREY, linewidth=0.8)
-        axes[2].set_ylabel("|primer|")
-        axes[2].set_ylim(0.0, 1.12)
     for each in axes:
         for t in plan.programme.times_s:
             each.axvline((t - zero) / 3600.0, color=GREY, linewidth=0.8, linestyle=":")
@@ -89,17 +71,31 @@ def _approach(plan: PhasingPlan, flight: Flight, folder: Path) -> FigureFile:
     figure.suptitle(
         f"{scenario.name}: {plan.programme.total_m_s:.2f} m/s in {len(plan.programme)} impulses (dotted)"
     )
-    words = (
-        "The approach: heights of chaser and target over the equatorial radius, their distance"
-        + (", and the primer at every instant: no impulse pays where it is below 1" if primed else "")
-        + ". Dotted: impulses."
-    )
+    words = "The approach: heights of chaser and target over the equatorial radius, and their distance. Dotted: impulses."
     return write_png(figure, folder, "approach.png", words)
+
+
+def _primer(plan: PhasingPlan, descended: Descended, folder: Path) -> FigureFile:
+    """Of the last linearisation, at every instant of the approach."""
+    assert plan.programme is not None
+    figure, (axes,) = panels((7.6, 3.4))
+    last, approach = descended.last, descended.approach
+    assert isinstance(last.impulses, PhasingImpulses)
+    zero, sizes = plan.programme.times_s[0], last.impulses.primer_size(last.solution, approach.times_s)
+    axes.plot((approach.times_s - zero) / 3600.0, sizes, color=GREEN, linewidth=1.4, marker=".", markersize=3)
+    for level in (plan.programme.times_s - zero) / 3600.0:
+        axes.axvline(level, color=GREY, linewidth=0.8, linestyle=":")
+    axes.axhline(1.0, color=GREY, linewidth=0.8)
+    axes.set_ylim(0.0, 1.12)
+    axes.set_xlabel("time after the first burn (h)")
+    axes.set_ylabel("|primer|")
+    words = "The primer at every instant: no impulse pays where it is below 1. Dotted: impulses."
+    return write_png(figure, folder, "primer.png", words, appendix=True)
 
 
 def _distance(plan: PhasingPlan, flight: Flight, folder: Path) -> FigureFile:
     """The paper's figures 3 and 4."""
-    figure, axes = _panels((7.6, 3.6), (1,))
+    figure, axes = panels((7.6, 3.6))
     minutes = (flight.after_s - flight.after_s[0]) / 60.0
     axes[0].semilogy(minutes[1:], flight.distance_m[1:] / 1e3, color=BLUE, label="drag as planned with")
     other = plan.scenario.surprise
@@ -123,7 +119,7 @@ def _distance(plan: PhasingPlan, flight: Flight, folder: Path) -> FigureFile:
 
 def _front(plan: PhasingPlan, folder: Path) -> FigureFile:
     assert plan.analysis is not None
-    figure, axes = _panels((7.6, 4.0), (1,))
+    figure, axes = panels((7.6, 4.0))
     points = plan.analysis.front
     for name, label, colour, marker in (
         ("scheme_m_s", "four burns of the scheme", VERMILION, "s"),
@@ -170,7 +166,7 @@ def _surprise(plan: PhasingPlan, folder: Path) -> FigureFile:
     assert plan.analysis is not None
     assert plan.analysis.surprised is not None
     found = plan.analysis.surprised
-    figure, axes = _panels((7.6, 3.4), (1,))
+    figure, axes = panels((7.6, 3.4))
     known = [each for each in found.replans if isfinite(each.extra_m_s)]
     places = range(len(known))
     axes[0].bar(places, [each.extra_m_s for each in known], color=BLUE, width=0.55)
@@ -193,13 +189,3 @@ def _surprise(plan: PhasingPlan, folder: Path) -> FigureFile:
         figure, folder, "surprise.png",
         "The target's drag is not what was planned with: what planning again costs, by when the chaser learns of it.",
     )  # fmt: skip
-
-
-def _panels(size: tuple[float, float], heights: Sequence[float]) -> tuple[Figure, list[Axes]]:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=size, layout="constrained")
-    found = figure.subplots(
-        len(heights), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": heights}
-    )
-    return figure, list(found[:, 0])

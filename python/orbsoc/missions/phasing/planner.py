@@ -3,74 +3,129 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from math import sqrt
 
 from orbsoc.guidance.impulses import ImpulseProgramme
-from orbsoc.guidance.mission import Column, Difference, FigureFile, PlanStatus
+from orbsoc.guidance.mission import Column, PlanStatus
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import ExitReason, Iteration, Solve
+from orbsoc.orbit import PropagationError
 
-from .figures import draw_figures
+from .dispersion.replanning import Surprised, surprise
 from .model.approach import Approach, Roll, approach_between
-from .plan import Analysis, PhasingPlan
-from .record.document import plan_document
-from .record.messages import messages
+from .model.uncertain import Meeting, meeting
 from .scenario import Scenario
-from .search.descent import descend, spread
+from .search.descent import Descended, descend, spread
 from .search.first_guess import Phasing, plan_phasing, shoot
-from .verification.flight import fly
-
-Array = NDArray[np.float64]
+from .verification.finite import FiniteBurns, finite_burns
+from .verification.flight import Flight, fly
 
 COLUMNS: Mapping[str, Column] = {
     "instants": Column("instants", ".0f"),
     "dv_m_s": Column("Σ‖Δv‖", ".4f", "m/s"),
 }
 """Columns of the iteration table that are this mission's own."""
+FAR_M = 1e3
+"""By which burns may miss after two corrections and still stand for the impulses; more corrections would bring them nearer."""
+SHORT = 1.0 / 12.0
+"""Of the period: where shorter burns cannot be corrected, that is for the flight's sensitivity, and says nothing of the engine."""
+
+
+@dataclass(frozen=True, slots=True)
+class FrontPoint:
+    """What another number of revolutions costs: by the scheme of four burns in the true motion, and the least; None without."""
+
+    revolutions: int
+    duration_h: float | None
+    scheme_m_s: float | None
+    least_m_s: float | None
+
+
+class Analysis:
+    """What a report tells of a flight and the plan does not depend on, computed when it is first asked for, with
+    `orbsoc.solve`, whatever solved the plan."""
+
+    def __init__(self, approach: Approach, roll: Roll) -> None:
+        self.approach, self.roll = approach, roll
+
+    @cached_property
+    def finite(self) -> FiniteBurns | None:
+        """None without an engine, and where burns of this one are too long to stand for the impulses."""
+        engine = self.approach.scenario.engine
+        try:
+            return None if engine is None else finite_burns(self.approach, self.roll, engine)
+        except (PropagationError, ValueError):
+            return None
+
+    @property
+    def too_weak(self) -> bool:
+        """Whether the engine cannot stand in for the impulses: its burns overlap, or miss however they are corrected."""
+        found = self.finite
+        if found is None:
+            return self.approach.scenario.engine is not None
+        period_s = self.approach.scenario.chaser.elements.period_s()
+        return found.miss_m > FAR_M and not (found.diverged and found.longest_s < SHORT * period_s)
+
+    @property
+    def missed(self) -> bool:
+        """Whether fewer draws than were asked for come within the distance, by more than two sigmas of drawing."""
+        errors = self.approach.scenario.uncertainty
+        if errors is None or errors.probability is None or not errors.runs:
+            return False
+        found = self.meeting
+        assert found is not None
+        sigma = sqrt(errors.probability * (1.0 - errors.probability) / errors.runs)
+        return found.within < errors.probability - 2.0 * sigma
+
+    @cached_property
+    def surprised(self) -> Surprised | None:
+        return None if self.approach.scenario.surprise is None else surprise(self.approach, self.roll)
+
+    @cached_property
+    def meeting(self) -> Meeting | None:
+        errors = self.approach.scenario.uncertainty
+        return None if errors is None else meeting(self.approach, self.roll, errors)
+
+    @cached_property
+    def front(self) -> tuple[FrontPoint, ...]:
+        from orbsoc.solving.solver import solve
+
+        return tuple(
+            _front_point(self.approach.scenario, n, solve) for n in self.approach.scenario.window.front
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Plan(PhasingPlan):
-    """A plan as `guidance.mission.Plan` has it."""
+class PhasingPlan:
+    """How planning ended; `Plan` adds the files. `scheme` is the flight of the paper's burns, `descended` what came of it; None where there is none."""
 
-    def to_dict(self) -> dict[str, Any]:
-        return plan_document(self)
+    scenario: Scenario
+    status: PlanStatus
+    exit_reason: ExitReason
+    message: str
+    phasing: Phasing | None = None
+    scheme: Roll | None = None
+    descended: Descended | None = None
+    programme: ImpulseProgramme | None = None
+    verification: Flight | None = None
+    analysis: Analysis | None = field(default=None, repr=False)
 
-    def tables(self) -> Mapping[str, str]:
-        if self.programme is None or self.verification is None:
-            return {}
-        return {
-            "impulses.csv": self.programme.to_csv(),
-            **messages(self.scenario, self.programme, self.verification),
-        }
+    @property
+    def hours(self) -> float:
+        """From the first burn that the window allows to the meeting; NaN without a guess."""
+        return float("nan") if self.phasing is None else (self.phasing.end_s - self.phasing.start_s) / 3600.0
 
-    def figures(self, folder: Path) -> tuple[FigureFile, ...]:
-        return draw_figures(self, folder)
-
-    def differences(self, other: Plan) -> tuple[Difference, ...]:
-        """Costs: instants beside each other may share an impulse in more than one way."""
-        if self.programme is None or other.programme is None:
-            return ()
-        apart = abs(self.programme.total_m_s - other.programme.total_m_s)
-        return (Difference("cost_m_s", "cost", apart, 1e-3, "m/s"),)
+    @property
+    def subproblems(self) -> tuple[Iteration, ...]:
+        return self.descended.outcome.iterations if self.descended else ()
 
 
-def plan(
-    scenario: Scenario,
-    *,
-    solve: Solve | None = None,
-    callback: Callable[[Iteration], None] | None = None,
-) -> Plan:
-    """Plan the approach of `scenario` with `solve`, `orbsoc.solve` by default; `callback` sees every solved problem.
-
-    What does not converge is a status with its reason. Raises `orbsoc.guidance.scenario_file.ScenarioError` where no orbit
-    within the limits meets the target, or where the burns of the paper's scheme cannot.
-    """
+def made(
+    scenario: Scenario, solve: Solve | None, callback: Callable[[Iteration], None] | None
+) -> PhasingPlan:
+    """Plan the scenario; Ctrl-C is a status."""
     if solve is None:
         from orbsoc.solving.solver import solve as solve_in_rust
 
@@ -78,10 +133,10 @@ def plan(
     try:
         return _planned(scenario, solve, callback)
     except KeyboardInterrupt:
-        return Plan(scenario, PlanStatus.INTERRUPTED, ExitReason.INTERRUPTED, "interrupted")
+        return PhasingPlan(scenario, PlanStatus.INTERRUPTED, ExitReason.INTERRUPTED, "interrupted")
 
 
-def _planned(scenario: Scenario, solve: Solve, callback: Callable[[Iteration], None] | None) -> Plan:
+def _planned(scenario: Scenario, solve: Solve, callback: Callable[[Iteration], None] | None) -> PhasingPlan:
     phasing = plan_phasing(scenario)
     by_paper = scenario.scheme == "paper"
     approach, scheme = shoot(scenario, phasing, trim=not by_paper)
@@ -94,7 +149,7 @@ def _planned(scenario: Scenario, solve: Solve, callback: Callable[[Iteration], N
     if by_paper:
         message = f"{len(approach.times_s)} burns by shooting; no conic problem"
         return _flown(
-            Plan(scenario, PlanStatus.NOT_VERIFIED, ExitReason.CONVERGED, message, phasing, scheme),
+            PhasingPlan(scenario, PlanStatus.NOT_VERIFIED, ExitReason.CONVERGED, message, phasing, scheme),
             fine,
             start,
         )
@@ -104,28 +159,27 @@ def _planned(scenario: Scenario, solve: Solve, callback: Callable[[Iteration], N
         raise KeyboardInterrupt
     if outcome.reason is ExitReason.SUBPROBLEM_INFEASIBLE:
         message = found.last.impulses.builder.why(found.last.solution)
-        return Plan(scenario, PlanStatus.INFEASIBLE, outcome.reason, message, phasing, scheme, found)
+        return PhasingPlan(scenario, PlanStatus.INFEASIBLE, outcome.reason, message, phasing, scheme, found)
     if outcome.reason is ExitReason.SUBPROBLEM_FAILED:
-        return Plan(scenario, PlanStatus.FAILED, outcome.reason, message, phasing, scheme, found)
+        return PhasingPlan(scenario, PlanStatus.FAILED, outcome.reason, message, phasing, scheme, found)
     return _flown(
-        Plan(scenario, PlanStatus.NOT_VERIFIED, outcome.reason, message, phasing, scheme, found),
+        PhasingPlan(scenario, PlanStatus.NOT_VERIFIED, outcome.reason, message, phasing, scheme, found),
         fine,
         found.roll,
     )
 
 
-def _flown(planned: Plan, approach: Approach, roll: Roll) -> Plan:
-    """With its flight, which makes it verified."""
+def _flown(planned: PhasingPlan, approach: Approach, roll: Roll) -> PhasingPlan:
+    """With its flight, which makes it verified where the engine can fly it and the chance that was asked for is met."""
     programme = approach.programme(roll)
-    flight = fly(planned.scenario, programme, approach.end_s)
+    flight, analysis = fly(planned.scenario, programme, approach.end_s), Analysis(approach, roll)
     good = not flight.failures and planned.exit_reason is ExitReason.CONVERGED
+    good = good and not analysis.too_weak and not analysis.missed
     status = PlanStatus.VERIFIED if good else PlanStatus.NOT_VERIFIED
-    return replace(
-        planned, status=status, programme=programme, verification=flight, analysis=Analysis(approach, roll)
-    )
+    return replace(planned, status=status, programme=programme, verification=flight, analysis=analysis)
 
 
-def audit(scenario: Scenario, programme: ImpulseProgramme) -> Plan:
+def judged(scenario: Scenario, programme: ImpulseProgramme) -> PhasingPlan:
     """A programme made elsewhere, flown to the scenario's meeting; nothing is solved. Its times are those of the scenario, its
     velocity changes in the chaser's (R, T, N). Raises ScenarioError for an impulse outside the scenario's time."""
     phasing = plan_phasing(scenario)
@@ -136,9 +190,28 @@ def audit(scenario: Scenario, programme: ImpulseProgramme) -> Plan:
     flight = fly(scenario, programme, phasing.end_s)
     status = PlanStatus.NOT_VERIFIED if flight.failures else PlanStatus.VERIFIED
     message = f"{len(programme)} impulses as given; nothing was solved"
-    return Plan(
+    return PhasingPlan(
         scenario, status, ExitReason.CONVERGED, message, phasing, programme=programme, verification=flight
     )
+
+
+def _front_point(scenario: Scenario, revolutions: int, solve: Solve) -> FrontPoint:
+    """From the same first burn, to the meeting that this number of revolutions has."""
+    window = {"end_s": None, "phasing_s": None, "revolutions": revolutions, "front": ()}
+    other = scenario.with_changes(window=window, uncertainty=None)
+    try:
+        phasing = plan_phasing(other)
+    except ScenarioError:
+        return FrontPoint(revolutions, None, None, None)
+    hours = (phasing.end_s - phasing.start_s) / 3600.0
+    approach, scheme = shoot(other, phasing)
+    if scheme is None:
+        return FrontPoint(revolutions, hours, None, None)
+    fine = approach_between(other, phasing.start_s, phasing.end_s, approach.times_s)
+    start = spread(fine, scheme, approach.times_s)
+    found = None if start is None else descend(fine, start, solve=solve)
+    good = found is not None and found.outcome.reason is ExitReason.CONVERGED
+    return FrontPoint(revolutions, hours, scheme.cost_m_s, found.roll.cost_m_s if found and good else None)
 
 
 def _singular(scenario: Scenario, phasing: Phasing) -> Complaint:

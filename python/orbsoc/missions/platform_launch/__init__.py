@@ -9,8 +9,9 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError
 
 from .dispersion import DISPERSION, disperse
-from .plan import COLUMNS
-from .planner import Plan, plan, reproduce, samples
+from .paper import reproduce, samples
+from .plan import Plan, plan
+from .planner import COLUMNS
 from .scenario import Scenario, load_scenario
 
 PAPER = "002"

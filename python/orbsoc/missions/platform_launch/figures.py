@@ -1,4 +1,4 @@
-"""Figures of a plan: the launch, the tube's reaction, the rendezvous, its cost over time, and what else could be.
+"""Figures of a plan: the rendezvous, the launch, the cost over time, what else could be, and the tube's reaction.
 
 Matplotlib is imported when a figure is drawn, with the Agg canvas and without pyplot: no global state, no display.
 """
@@ -12,14 +12,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.figure_style import STYLE, write_png
+from orbsoc.guidance.figure_style import BLUE, GREEN, GREY, ORANGE, STYLE, VERMILION, write_png
 from orbsoc.guidance.mission import FigureFile
 
 from .model import two_body
 from .model.transfer import Transfers, costs, in_plane
-from .plan import LaunchPlan, Verification
+from .planner import LaunchPlan
 from .search.rendezvous import Rendezvous
 from .verification.audits import ORBITS, Dispersed
+from .verification.checks import Verification
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,9 +28,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-BLUE, VERMILION, GREEN, ORANGE, GREY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#777777"
-"""Okabe–Ito: distinct to colour-blind eyes and in print."""
 COST = {"squares": "Σ‖Δv‖² (m²/s²)", "norms": "Σ‖Δv‖ (m/s)"}
+APPENDIX = ("tube.png", "primer.png")
+"""What tells how well the plan was computed."""
 DRAWN_ORBITS = 0.02
 """Of an orbit, from which on the cost is drawn."""
 
@@ -42,21 +43,16 @@ def draw_figures(plan: LaunchPlan, folder: Path) -> tuple[FigureFile, ...]:
     import matplotlib as mpl
 
     drawn: list[tuple[str, str, Callable[[], Figure]]] = [
-        ("launch.png", "The launch (the paper's figures 3 to 8): what it does to the platform, and the server in its tube.",
-         lambda: _launch(plan)),
-        ("tube.png", "What the tube does to the server, by two bodies with the forces between them: its lateral force, along the"
-         " platform's x, and its couple.", lambda: _tube(plan)),
         ("rendezvous.png", "The flight after the separation (the paper's figures 9 and 10): arrows are the impulses, to scale"
          " among themselves.", lambda: _rendezvous(plan, met, found)),
+        ("launch.png", "The launch (the paper's figures 3 to 8): what it does to the platform, and the server in its tube.",
+         lambda: _launch(plan)),
         ("cost.png", "The cost of two impulses over the time of flight, with every local minimum.", lambda: _cost(plan, met)),
         ("engine_out.png", f"How near the server comes to the target within {ORBITS:g} orbits when an impulse stops at a fraction"
          " of itself and none follows.", lambda: _engine(plan)),
         ("scans.png", "The least cost of two impulses over the yaw bias of the tube and over the place on the fly-around ellipse.",
          lambda: _scans(plan)),
     ]  # fmt: skip
-    if met.cost == "norms":
-        drawn.append(("primer.png", "Length of the primer vector: 1 at an impulse, and above 1 where a further impulse would"
-                      " save.", lambda: _primer(met)))  # fmt: skip
     if plan.front:
         drawn.append(("front.png", "The least Σ‖Δv‖ over the time of flight, with two impulses and with as many as pay.",
                       lambda: _front(plan)))  # fmt: skip
@@ -65,12 +61,17 @@ def draw_figures(plan: LaunchPlan, folder: Path) -> tuple[FigureFile, ...]:
         drawn.append(("dispersed.png", f"{flights.miss_m.size} flights with errors of push, pointing and impulses: how far from"
                       " the target they end, and what two impulses planned again at the separation cost.",
                       lambda: _dispersed(flights, met)))  # fmt: skip
+    drawn.append(("tube.png", "What the tube does to the server, by two bodies with the forces between them: its lateral force, along the"
+         " platform's x, and its couple.", lambda: _tube(plan)))  # fmt: skip
+    if met.cost == "norms":
+        drawn.append(("primer.png", "Length of the primer vector: 1 at an impulse, and above 1 where a further impulse would"
+                      " save.", lambda: _primer(met)))  # fmt: skip
     written = []
     with mpl.rc_context(STYLE):
         for name, caption, draw in drawn:
             figure = draw()
             figure.suptitle(plan.scenario.name, x=0.01, ha="left", fontweight="bold")
-            written.append(write_png(figure, folder, name, caption))
+            written.append(write_png(figure, folder, name, caption, appendix=name in APPENDIX))
     return tuple(written)
 
 

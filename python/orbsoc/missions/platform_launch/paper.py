@@ -5,16 +5,20 @@ The paper cuts digits off rather than round, so that a value agrees within one u
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from math import acos, degrees
+from pathlib import Path
 
 import numpy as np
 
 from orbsoc.guidance.mission import BROKEN, PaperRow
+from orbsoc.guidance.samples import statistics_row
+from orbsoc.guidance.scenario_file import read_toml
 
 from .model.separation import in_rotating_frame
-from .plan import LaunchPlan
-from .scenario import Scenario
+from .planner import LaunchPlan, made
+from .scenario import Scenario, load_scenario
 from .search.rendezvous import Rendezvous
 from .verification.flights import element_rows
 
@@ -197,3 +201,33 @@ def _apart(value: float, other: float, key: str) -> float:
     """Of two numbers; of angles, the shorter way round."""
     apart = abs(value - other)
     return min(apart, abs(apart - 360.0)) if key.endswith("_deg") else apart
+
+
+def reproduce(scenarios: Path) -> tuple[PaperRow, ...]:
+    """Every scenario of a folder that has the paper's data; each row's quantity names its plan."""
+    rows: list[PaperRow] = []
+    for path in sorted(scenarios.glob("*.toml")):
+        if read_toml(path).get("mission") != "platform_launch":
+            continue
+        scenario = load_scenario(path)
+        if is_papers(scenario):
+            rows += (
+                replace(row, quantity=f"{scenario.name}: {row.quantity}")
+                for row in compare(made(scenario, None, None))
+            )
+    return tuple(rows)
+
+
+def samples(scenarios: Path) -> dict[str, Callable[[], tuple[PaperRow, ...]]]:
+    """The paper's plan with errors of push, pointing and impulses."""
+    return {"dispersed launches": lambda: _dispersed(load_scenario(scenarios / "paper002_dispersed.toml"))}
+
+
+def _dispersed(scenario: Scenario) -> tuple[PaperRow, ...]:
+    found = made(scenario, None, None).dispersed
+    assert found is not None
+    name, errors = scenario.name, "errors of push, pointing and impulses assumed"
+    return (
+        statistics_row(f"{name}: miss as planned", found.miss_m, "m", errors, mean=20.2, p95=40.6),
+        statistics_row(f"{name}: cost re-planned", found.costs, "m²/s²", errors, p95=0.6423),
+    )

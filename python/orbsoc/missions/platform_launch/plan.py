@@ -1,229 +1,154 @@
-"""Plan a launch and its rendezvous: separation, impulses, and the flight that checks both."""
+"""A plan as `guidance.mission.Plan` has it, its verdict, and the function by which the mission makes one."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import cached_property, partial
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbsoc.conic.problem import Problem
-from orbsoc.conic.settings import Settings
-from orbsoc.conic.solution import Solution, Status
-from orbsoc.guidance.impulses import ImpulseProgramme
-from orbsoc.guidance.mission import Column, PlanStatus
-from orbsoc.guidance.relative_flight import oblate_with_drag, two_body
-from orbsoc.guidance.safety import CutBurn
+from orbsoc.guidance.mission import Difference, FigureFile, PlanStatus
 from orbsoc.guidance.scp import Iteration, Solve
-from orbsoc.orbit import Elements
+from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word, shortened
 
-from .model.launch import LaunchError
-from .model.perturbation import Approximation, PerturbationError, approximations
-from .model.separation import Separation, disagreement
-from .model.transfer import Transfers, cost_of, in_plane, stationary_minima
+from .planner import LaunchPlan, made
+from .record import plan_document
 from .scenario import Scenario
-from .search.rendezvous import Rendezvous, rendezvous
-from .search.sequence import Sequence, Sequencer
-from .verification.audits import Dispersed, HoldPoint, Scan, cut_burns, dispersed, hold_points, pointing
-from .verification.flights import Flown, corrected, flown, orbits
+from .verification.audits import ORBITS
+from .verification.checks import MISS_M
+from .verification.flights import messages
 
-Array = NDArray[np.float64]
-
-COLUMNS = {"time_s": Column("time of flight", ".2f", "s"), "dv_m_s": Column("Σ‖Δv‖", ".6f", "m/s")}
-"""Columns of the iteration table that are this mission's own."""
-KANE, TWO_BODIES = 1e-12, 1e-9
-"""Within which the launch's three ways must agree, SI."""
-MISS_M, MISS_M_S = 1e-3, 1e-6
-"""Within which the corrected flight must end."""
-CHEAPER = 1e-7
-"""By which another minimum may be cheaper: what the conic solver leaves, m²/s²."""
-USABLE = (Status.SOLVED, Status.SOLVED_INACCURATE)
-FRONT_ORBITS = (0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
-
-
-@dataclass(frozen=True, slots=True)
-class Check:
-    """A row of `constraints` in plan.json: by how much a condition is kept (negative: broken), in its unit, and when."""
-
-    name: str
-    margin: float
-    unit: str
-    at_s: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Verification:
-    """The launch by Kane's equations and by two bodies, the programme about the Earth, and with impulses corrected."""
-
-    by_kane: float
-    by_two_bodies: float
-    as_planned: Flown
-    with_j2_and_drag: Flown
-    corrected: Flown
-    checks: tuple[Check, ...]
-
-    @property
-    def failures(self) -> tuple[str, ...]:
-        return tuple(
-            f"{each.name} is broken by {-each.margin:.3g} {each.unit}".rstrip()
-            for each in self.checks
-            if not each.margin >= 0.0
-        )
+WORTH_TURNING = 0.95
+"""Of the plan's cost: a launch from elsewhere that costs more than that is not told."""
+UNIT = {"squares": "m²/s²", "norms": "m/s"}
 
 
 @dataclass(frozen=True, eq=False)
-class LaunchPlan:
-    """What planning found; `Plan` adds the files. `meeting` is None where the solver gave no impulses.
-
-    What follows from the plan and is told beside it is computed when it is first asked for.
-    """
-
-    scenario: Scenario
-    status: PlanStatus
-    message: str
-    separation: Separation
-    meeting: Rendezvous | None = None
-    subproblems: tuple[Iteration, ...] = field(default=(), repr=False)
-    verification: Verification | None = None
+class Plan(LaunchPlan):
+    """A launch and its rendezvous with their verdict and files."""
 
     @property
-    def programme(self) -> ImpulseProgramme | None:
-        return None if self.meeting is None else self.meeting.programme
+    def verdict(self) -> Verdict:
+        """Answer, a cheaper place or attitude, what is known of the optimum, engine failures, and flights with errors."""
+        return Verdict.of([_answer(self), _option(self), _optimum(self), _safety(self), _flights(self)])
 
-    @cached_property
-    def cuts(self) -> tuple[CutBurn, ...]:
-        assert self.programme is not None
-        return cut_burns(self.scenario, self.separation.state, self.programme)
+    def to_dict(self) -> dict[str, Any]:
+        return plan_document(self)
 
-    @cached_property
-    def holds(self) -> tuple[HoldPoint, ...]:
-        table = self.scenario.rendezvous
-        state = self.separation.state
-        return hold_points(self.scenario.motion, state, table.cost, table.hold_m, self.scenario.longest_s)
+    def tables(self) -> dict[str, str]:
+        if self.programme is None or self.verification is None:
+            return {}
+        met = self.verification.corrected
+        return {
+            "impulses.csv": self.programme.to_csv(),
+            "impulses_two_body.csv": met.programme.to_csv(),
+            **messages(self.scenario, met),
+        }
 
-    @cached_property
-    def scans(self) -> tuple[Scan, Scan]:
-        """Over yaw bias and phase."""
-        return pointing(self.scenario)
+    def figures(self, folder: Path) -> tuple[FigureFile, ...]:
+        from .figures import draw_figures
 
-    @cached_property
-    def sequence(self) -> Sequence | None:
-        """Of all servers; None where there are too many orders, or one of the servers cannot be launched."""
-        try:
-            return Sequencer(self.scenario).sequence()
-        except LaunchError:
-            return None
+        return draw_figures(self, folder)
 
-    @cached_property
-    def series(self) -> tuple[Approximation, ...] | str:
-        """The paper's approximations, or why there are none."""
-        try:
-            return approximations(self.separation.server, self.scenario.motion)
-        except PerturbationError as error:
-            return str(error)
-
-    @cached_property
-    def stationary_s(self) -> tuple[float, ...]:
-        """Times of all local minima of Σ‖Δv‖², by polynomials."""
-        state = in_plane(self.separation.state)
-        return stationary_minima(self.scenario.motion, state, self.scenario.longest_s)
-
-    @cached_property
-    def orbits(self) -> dict[str, Elements]:
-        """Of platform and server, as they are and as the paper has them."""
-        assert self.programme is not None
-        return orbits(self.scenario, self.separation, self.programme.dv_m_s[0])
-
-    @cached_property
-    def dispersed(self) -> Dispersed | None:
-        if self.scenario.uncertainty is None or self.meeting is None:
-            return None
-        return dispersed(self.scenario, self.meeting.programme, self.meeting.time_s)
-
-    @cached_property
-    def front(self) -> tuple[tuple[float, float, float, int], ...]:
-        """Time of flight, Σ‖Δv‖ of two impulses in any time up to it, of as many as pay, and how many; for "generated"."""
-        if self.meeting is None or self.meeting.generated is None:
+    def differences(self, other: Plan) -> tuple[Difference, ...]:
+        """The cost, its bound, and with two impulses, whose optimum is unique, the impulses."""
+        ours, theirs = self.meeting, other.meeting
+        if ours is None or theirs is None:
             return ()
-        from orbsoc.solving.solver import solve
-
-        rows = []
-        state, motion = self.separation.state, self.scenario.motion
-        for share in FRONT_ORBITS:
-            longest = share * motion.period_s
-            found = rendezvous(
-                state, motion, cost="norms", longest_s=longest, time_s=None, generated=True, solve=solve
-            )  # fmt: skip
-            two = Transfers.of(motion, longest).best(in_plane(state), "norms").cost
-            if found.solution.status in USABLE:
-                rows.append((longest, two, found.value, len(found.programme)))
-        return tuple(rows)
+        found = [
+            Difference("cost", "cost", abs(ours.value - theirs.value), 1e-5 * max(ours.value, 1e-3)),
+            Difference(
+                "bound", "bound", abs(ours.lower_bound - theirs.lower_bound), 1e-5 * max(ours.value, 1e-3)
+            ),
+        ]
+        if ours.generated is None:
+            apart = float(np.abs(ours.programme.dv_m_s - theirs.programme.dv_m_s).max())
+            found.append(Difference("dv_m_s", "impulses", apart, 1e-5, "m/s"))
+        return tuple(found)
 
 
-def made(scenario: Scenario, solve: Solve | None, callback: Callable[[Iteration], None] | None) -> LaunchPlan:
-    """Plan the scenario; Ctrl-C is a status. Raises PropagationError."""
-    if solve is None:
-        from orbsoc.solving.solver import solve as solve_in_rust
+def plan(
+    scenario: Scenario,
+    *,
+    solve: Solve | None = None,
+    callback: Callable[[Iteration], None] | None = None,
+) -> Plan:
+    """Plan the launch and the rendezvous of `scenario`; `callback` sees every conic problem as it is solved.
 
-        solve = solve_in_rust
-
-    def uninterrupted(problem: Problem, settings: Settings | None = None) -> Solution:
-        solution = solve(problem, settings)
-        if solution.status is Status.INTERRUPTED:
-            raise KeyboardInterrupt
-        return solution
-
-    separation, table = scenario.separation(), scenario.rendezvous
-    try:
-        found = rendezvous(
-            separation.state, scenario.motion, cost=table.cost, longest_s=scenario.longest_s,
-            time_s=None if table.duration_s == "free" else table.duration_s,
-            generated=table.impulses == "generated", solve=uninterrupted, callback=callback,
-        )  # fmt: skip
-    except KeyboardInterrupt:
-        return LaunchPlan(scenario, PlanStatus.INTERRUPTED, "interrupted", separation)
-    if found.solution.status not in USABLE:
-        message = f"the conic problem ended with {found.solution.status.name}: {found.solution.message}"
-        return LaunchPlan(scenario, PlanStatus.FAILED, message, separation, None, found.subproblems)
-    verification = verify(scenario, separation, found)
-    status = PlanStatus.NOT_VERIFIED if verification.failures else PlanStatus.VERIFIED
-    return LaunchPlan(
-        scenario, status, _message(found), separation, found, found.subproblems, verification
-    )  # fmt: skip
+    `solve` is any solver with the call shape of `orbsoc.solve`, which is the default. Raises PropagationError.
+    """
+    found = made(scenario, solve, callback)
+    return Plan(**{field.name: getattr(found, field.name) for field in fields(LaunchPlan)})
 
 
-def verify(scenario: Scenario, separation: Separation, found: Rendezvous) -> Verification:
-    """Fly launch and rendezvous by equations that planning does not use. Raises PropagationError."""
-    by_kane, by_two_bodies = disagreement(separation)
-    state, programme, end_s = separation.state, found.programme, found.time_s
-    met = corrected(scenario, state, programme, end_s)
-    plan, drag = (
-        flown(scenario, state, programme, end_s, partial(forces, constants=scenario.constants))
-        for forces in (two_body, oblate_with_drag)
+def _answer(plan: Plan) -> VerdictLine:
+    """The impulses and where they lead once corrected for two bodies, or what does not hold."""
+    found, programme, word = plan.verification, plan.programme, Word[plan.status.name]
+    if found is None or programme is None or plan.meeting is None:
+        return VerdictLine(Question.ANSWER, word, shortened(plan.message))
+    if plan.status is PlanStatus.VERIFIED:
+        missed = f"misses {found.corrected.miss_m:.0e} m"
+        figure = f"{programme.words} over {plan.meeting.time_s:.0f} s; {missed}"
+        return VerdictLine(Question.ANSWER, word, figure, f"{MISS_M:g} m")
+    more = f"{len(found.failures) - 1} more" if len(found.failures) > 1 else ""
+    return VerdictLine(Question.ANSWER, word, shortened(found.failures[0], 70), evidence=more)
+
+
+def _option(plan: Plan) -> VerdictLine | None:
+    """The cheaper of the best yaw bias and the best phase, for two impulses in any time after the whole stroke."""
+    scenario, met = plan.scenario, plan.meeting
+    asked = scenario.rendezvous
+    free = asked.duration_s == "free" and asked.impulses != "generated" and scenario.stop == "stroke"
+    if met is None or not free:
+        return None
+    key, best = min(
+        zip(("yaw_bias_deg", "phase_deg"), plan.scans, strict=True), key=lambda each: each[1].best_cost
     )
-    chasers = plan.flight.pairs[:, 1, :3]
-    heights = np.linalg.norm(chasers, axis=1) - scenario.constants.earth_radius_m
-    low = int(heights.argmin())
-    checks: tuple[Check, ...] = (
-        Check("Kane's equations agree", KANE - by_kane, "", separation.time_s),
-        Check("two bodies with their reaction agree", TWO_BODIES - by_two_bodies, "", separation.time_s),
-        Check("two-body rendezvous, corrected: position", MISS_M - met.miss_m, "m", end_s),
-        Check("two-body rendezvous, corrected: velocity", MISS_M_S - met.speed_m_s, "m/s", end_s),
-        Check("height over the ground", float(heights[low]), "m", float(plan.flight.times_s[low])),
+    if not best.best_cost < WORTH_TURNING * met.value:
+        return None
+    less = f"{best.best_cost:.4f} {UNIT[met.cost]} (−{100.0 * (1.0 - best.best_cost / met.value):.0f} %)"
+    figure = f"two impulses of {less}: --set {key}={best.best_deg:.2f}"
+    return VerdictLine(Question.OPTION, Word.CHEAPER, figure)
+
+
+def _optimum(plan: Plan) -> VerdictLine | None:
+    """By the planning's motion: the dual bound at the times of two impulses or, generated, at any; of all times the minima
+    of a scan, which polynomials find, too, of a sum of squares."""
+    met = plan.meeting
+    if met is None:
+        return None
+    if met.generated is not None:
+        figure = f"impulses at any times of the linear motion cost at least {met.lower_bound:.4f} m/s"
+        return VerdictLine(Question.OPTIMUM, Word.BOUND, figure)
+    least = f"{met.lower_bound:.6g} {UNIT[met.cost]}"
+    if plan.scenario.rendezvous.duration_s != "free":
+        return VerdictLine(Question.OPTIMUM, Word.PROVED, f"two impulses of this time cost at least {least}")
+    count, orbits = len(met.minima), f"{plan.scenario.rendezvous.longest_orbits:.3g} orbits"
+    minima = f"least of {count} minima" if count > 1 else "the one minimum"
+    both = met.cost == "squares" and len(plan.stationary_s) == count
+    figure = f"{minima} in {orbits}, by scan{' and polynomials' * both}; ≥ {least}"
+    return VerdictLine(Question.OPTIMUM, Word.BEST_FOUND, figure)
+
+
+def _safety(plan: Plan) -> VerdictLine | None:
+    """A launch asks for no keep-out: how near to the target an impulse that is not fired leads is told."""
+    if plan.meeting is None or plan.verification is None:
+        return None
+    near = [cut.missed_m for cut in plan.cuts]
+    figure = f"in {ORBITS:g} orbits {near[0]:.1f} m without impulse 1, {near[-1]:.1f} m without {len(near)}"
+    held = max(each.nearest_m for each in plan.holds)
+    return VerdictLine(
+        Question.SAFETY, Word.NOT_ASKED, shortened(figure, 58), evidence=f"hold point {held:.1f} m"
     )
-    if found.cost == "squares" and scenario.rendezvous.duration_s == "free":
-        plane = in_plane(state)
-        times = stationary_minima(scenario.motion, plane, scenario.longest_s)
-        least = min(map(cost_of(scenario.motion, plane, "squares"), times), default=found.value)
-        checks += (Check("no minimum is cheaper", least - found.value + CHEAPER, "m²/s²", end_s),)
-    return Verification(by_kane, by_two_bodies, plan, drag, met, checks)
 
 
-def _message(found: Rendezvous) -> str:
-    if found.generated is not None:
-        rounds = len(found.generated.rounds)
-        return f"{rounds} rounds of impulse times, each a conic problem; gap {found.generated.gap:.1e}"
-    minima = f"{len(found.minima)} local minim{'a' if len(found.minima) > 1 else 'um'} of two impulses"
-    return f"{minima}; solved in {found.solution.iterations} iterations"
+def _flights(plan: Plan) -> VerdictLine | None:
+    """Where the draws with errors end, impulses and time as planned."""
+    found = plan.dispersed
+    if found is None:
+        return None
+    mean, p95 = found.miss_m.mean(), np.quantile(found.miss_m, 0.95)
+    figure = f"{found.miss_m.size} flights with errors end {mean:.1f} m off, 95 % within {p95:.1f} m"
+    return VerdictLine(Question.FLIGHTS, Word.SAMPLED, figure)

@@ -1,4 +1,4 @@
-"""A plan as plain data: the document behind `plan.json`, and its verdict in words."""
+"""A plan as plain data: the document behind `plan.json`, and what its verdict has no room for."""
 
 from __future__ import annotations
 
@@ -6,13 +6,12 @@ from dataclasses import asdict
 from math import degrees
 from typing import Any
 
-from orbsoc.guidance.mission import PlanStatus
-
 from .model.transfer import flat_interval, in_plane
 from .paper import compare, disturbance
-from .plan import LaunchPlan, Verification
+from .planner import LaunchPlan
 from .search.rendezvous import Rendezvous
 from .verification.audits import ORBITS
+from .verification.checks import Verification
 from .verification.flights import Flown, element_rows
 
 
@@ -25,7 +24,7 @@ def plan_document(plan: LaunchPlan) -> dict[str, Any]:
         "status": plan.status.value,
         "exit_reason": plan.status.name,
         "message": plan.message,
-        "details": verdict(plan),
+        "details": details(plan),
         "launch": _launch(plan),
         "delta_v_m_s": programme and programme.total_m_s,
         "cost": met and met.value,
@@ -52,39 +51,20 @@ def plan_document(plan: LaunchPlan) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def verdict(plan: LaunchPlan) -> str:
-    """The answer in a few sentences: the launch, the rendezvous, what the truth says, what an engine failure does."""
+def details(plan: LaunchPlan) -> str:
+    """What the lines of the verdict have no room for: the launch, the flight as planned, and a hold point instead."""
     found, met, leave = plan.verification, plan.meeting, plan.separation
-    if plan.status is PlanStatus.INTERRUPTED:
-        return f"INTERRUPTED: {plan.message}; there is no plan"
     if found is None or met is None:
-        return f"NO ANSWER: {plan.message}"
-    sizes = "Σ‖Δv‖²" if met.cost == "squares" else "Σ‖Δv‖"
-    head = (
-        f"the server leaves its tube after {leave.time_s:.3f} s at {leave.q[7]:.3f} m/s and is at rest at the target"
-        f" {met.time_s:.2f} s later: {len(met.programme)} impulses, {met.programme.total_m_s:.4f} m/s in all, {sizes} = {met.value:.4f}"
-    )
-    if met.generated is not None:
-        head += f", and no programme of that time costs less than {met.lower_bound:.4f}"
-    elif plan.scenario.rendezvous.duration_s == "free":
-        head += f", the least of {len(met.minima)} minima up to {plan.scenario.rendezvous.longest_orbits:g} orbits"
-    if found.failures:
-        return f"NOT VERIFIED, do not fly: {head}. But {'; '.join(found.failures)}"
-    first = plan.cuts[0]
-    return (
-        f"VERIFIED: {head}. Flown by two bodies it ends {found.as_planned.miss_m:.3g} m away, and with the corrected impulses"
-        f" {found.corrected.miss_m:.1e} m. If the first impulse is not fired, the server never comes nearer than"
-        f" {first.missed_m:.1f} m in {ORBITS:g} orbits; if the last one is not, it {_last(plan)}"
-    )
-
-
-def _last(plan: LaunchPlan) -> str:
+        return plan.message
     safest = max(plan.holds, key=lambda each: each.nearest_m)
-    unit = "m²/s²" if plan.scenario.rendezvous.cost == "squares" else "m/s"
-    return (
-        f"comes within {plan.cuts[-1].missed_m:.1f} m. Two impulses to a hold point at {safest.ahead_m:+g} m on the V-bar instead"
-        f" keep it {safest.nearest_m:.1f} m away then, for {safest.price:+.4f} {unit}"
-    )
+    unit = "m²/s²" if met.cost == "squares" else "m/s"
+    return "; ".join((
+        *found.failures,
+        f"the server leaves its tube after {leave.time_s:.3f} s at {leave.q[7]:.3f} m/s",
+        f"flown by two bodies as planned it ends {found.as_planned.miss_m:.3g} m away",
+        f"two impulses to a hold point at {safest.ahead_m:+g} m on the V-bar instead keep it {safest.nearest_m:.1f} m away where"
+        f" the last one is not fired, for {safest.price:+.4f} {unit}",
+    ))  # fmt: skip
 
 
 def _launch(plan: LaunchPlan) -> dict[str, Any]:

@@ -7,7 +7,7 @@ where the platform is below the target on its fly-around ellipse. Source of the 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from math import atan2, cos, pi, radians, sin
+from math import atan2, cos, degrees, pi, radians, sin
 from os import PathLike
 from typing import Annotated, Any, Literal, Self
 
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, Strict, model_validator
 
+from orbsoc.guidance.orbit_input.beside import dated_keys, height_km, named_orbit, polar_elements
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
 from orbsoc.orbit import EARTH, ConstantsSet, Elements, state_from_elements
 from orbsoc.orbit.relative import ClohessyWiltshire
@@ -31,6 +32,8 @@ PAPER_EARTH = ConstantsSet(
 )
 FARTHEST = 0.01
 """Of the orbit's radius: farther away the linear motion is off by a percent of the distance."""
+ROUND = 2e-3
+"""Eccentricity up to which a target's orbit is taken for the circle of its semi-major axis."""
 SINGULAR = 1e-4
 """Of `transfer.singularity`, below which two impulses are refused."""
 LONGEST_S = 1e6
@@ -82,7 +85,10 @@ class Server(Table):
 
 
 class Orbit(Table):
-    """The target's circular orbit, and the platform's fly-around ellipse about it, twice as long as high."""
+    """The target's circular orbit, and the platform's fly-around ellipse about it, twice as long as high.
+
+    `[target]` in any form of the orbit table gives the first four, with the constants "wgs84".
+    """
 
     altitude_km: float = Field(gt=0.0, le=50_000.0, description="over the radius of the constants")
     semi_minor_m: float = Field(gt=0.0)
@@ -94,6 +100,9 @@ class Orbit(Table):
     constants: Literal["paper", "wgs84"] = Field(
         default="paper", description="gravitational parameter and radius"
     )
+    epoch_utc: str | None = Field(default=None, description="ISO 8601; of the launch")
+    frame: Literal["TEME"] | None = Field(default=None, description="of a date; any other is turned to it")
+    source: str | None = Field(default=None, description="written when a TLE or a file is read")
 
 
 class Rendezvous(Table):
@@ -137,6 +146,11 @@ class Scenario(BaseScenario):
     orbit: Orbit
     rendezvous: Rendezvous = Rendezvous()
     uncertainty: Uncertainty | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _target(cls, given: Any) -> Any:
+        return _in_own_keys(given) if isinstance(given, dict) else given
 
     @model_validator(mode="after")
     def _physics(self) -> Self:
@@ -202,6 +216,46 @@ class Scenario(BaseScenario):
 def load_scenario(path: str | PathLike[str], settings: Mapping[str, Any] | None = None) -> Scenario:
     """Read and check a scenario file; `settings` override keys. Raises `orbsoc.guidance.scenario_file.ScenarioError`."""
     return load(Scenario, path, settings)
+
+
+def _in_own_keys(given: Mapping[str, Any]) -> dict[str, Any]:
+    """The document with a `[target]` of the orbit table turned to keys of `[orbit]`."""
+    table, orbit_table = given.get("target"), given.get("orbit", {})
+    if not isinstance(table, Mapping) or not isinstance(orbit_table, Mapping):
+        return dict(given)
+    orbit = named_orbit("target", table, ())
+    if orbit is None:
+        refuse(
+            [
+                Complaint(
+                    "target", repr(dict(table)), "names no orbit; must be state, elements, tle, omm or oem"
+                )
+            ]
+        )
+        return dict(given)
+    twice = [
+        key for key in ("altitude_km", "raan_deg", "inc_deg", "latitude_argument_deg") if key in orbit_table
+    ]
+    if twice:
+        allowed = "[target] gives the orbit already; must be one of the two"
+        refuse([Complaint(f"orbit.{twice[0]}", repr(orbit_table[twice[0]]), allowed)])
+    if orbit_table.get("constants", "wgs84") != "wgs84":
+        refuse(
+            [Complaint("orbit.constants", repr(orbit_table["constants"]), "with [target] must be 'wgs84'")]
+        )
+    at = polar_elements("target", orbit)
+    if at.ecc > ROUND:
+        allowed = f"the motion is that about a circular orbit; must be at most {ROUND:g}"
+        refuse([Complaint("target", f"e = {at.ecc:.6g}", allowed)])
+    place = degrees((at.argp_rad + at.true_anomaly_rad) % (2.0 * pi))
+    own = {
+        "altitude_km": height_km(at), "raan_deg": degrees(at.raan_rad), "inc_deg": degrees(at.inc_rad),
+        "latitude_argument_deg": place, "constants": "wgs84", **dated_keys(orbit),
+    }  # fmt: skip
+    return {
+        **{key: value for key, value in given.items() if key != "target"},
+        "orbit": {**orbit_table, **own},
+    }
 
 
 def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:

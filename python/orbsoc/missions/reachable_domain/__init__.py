@@ -5,7 +5,9 @@
 
 from orbsoc.guidance.scenario_file import ScenarioError
 
-from .planner import COLUMNS, Plan, plan, reproduce
+from .paper import reproduce
+from .plan import Plan, plan
+from .planner import COLUMNS
 from .scenario import Scenario, load_scenario
 
 PAPER = "004"

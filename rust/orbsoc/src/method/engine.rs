@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::kernels::layout::{stat, stop};
+use crate::kkt::known::structure_of;
 use crate::kkt::structure::Structure;
 use crate::method::control::Control;
 use crate::method::observer::{Observer, Progress};
@@ -51,7 +52,7 @@ impl<T: Compiled> Engine<T> {
     /// # Errors
     /// A setting outside its range, or a pattern too large.
     pub fn new(problem: &Problem, settings: &Settings) -> Result<Self, Error> {
-        Self::with_panels(problem, settings, Panels::Relaxed)
+        Self::with_structure(problem, settings, structure_of(problem, settings.ordering)?)
     }
 
     /// As [`Engine::new`], with the factor that tapes record: no stored zeros, so that its buffers
@@ -64,7 +65,15 @@ impl<T: Compiled> Engine<T> {
     }
 
     pub(crate) fn with_panels(problem: &Problem, settings: &Settings, panels: Panels) -> Result<Self, Error> {
-        let path = Datapath::new(Arc::new(Structure::new(problem, settings.ordering, panels)?), settings)?;
+        Self::with_structure(problem, settings, Arc::new(Structure::new(problem, settings.ordering, panels)?))
+    }
+
+    fn with_structure(
+        problem: &Problem,
+        settings: &Settings,
+        structure: Arc<Structure>,
+    ) -> Result<Self, Error> {
+        let path = Datapath::new(structure, settings)?;
         let mut engine = Self {
             events: Vec::with_capacity(most_events(settings)),
             path,

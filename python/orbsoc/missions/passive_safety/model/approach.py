@@ -8,7 +8,7 @@ from math import cos, pi, radians, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.orbit import EARTH, Elements
+from orbsoc.orbit import Elements
 from orbsoc.orbit.relative import ClohessyWiltshire, LinearMotion, YamanakaAnkersen
 
 from ..scenario import Scenario
@@ -83,15 +83,7 @@ class Approach:
 
     def orbit(self) -> Elements:
         """The target's at the start."""
-        target = self.scenario.target
-        return Elements(
-            sma_m=float(np.cbrt(EARTH.mu_m3_s2 / self.mean_motion_rad_s**2)),
-            ecc=target.eccentricity,
-            inc_rad=radians(target.inclination_deg),
-            raan_rad=0.0,
-            argp_rad=0.0,
-            true_anomaly_rad=radians(target.true_anomaly_deg),
-        )
+        return self.scenario.target.elements
 
     def largest_beyond_m(self, dv_r_m_s: float) -> float:
         """Least distance from the target to the closed ellipse of a radial first impulse that encloses it; negative

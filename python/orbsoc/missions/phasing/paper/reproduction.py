@@ -19,7 +19,7 @@ from orbsoc.orbit import EARTH
 from orbsoc.orbit.perturbations import fast_coast
 
 from ..model.uncertain import meeting
-from ..planner import plan
+from ..planner import made
 from ..scenario import Errors, Scenario, load_scenario
 from ..search.first_guess import elements, node_rate_rad_s, plan_phasing, shoot
 from .finite_design import FLIGHT_ENDS_S, FLIGHT_PITCH_RATE_RAD_S, finite_design, fitted_engine
@@ -285,7 +285,7 @@ def _plans(scenario: Scenario) -> Iterable[PaperRow]:
                 _near(chance, 0.96, 0.02, "inferred"), "errors of target, drag and engine assumed, no planning again", "±2 %",
             )  # fmt: skip
         return
-    found = plan(scenario)
+    found = made(scenario, None, None)
     cost = found.programme.total_m_s if found.programme else float("nan")
     yield PaperRow(
         f"{scenario.name}: Δv", "section 2.1", "least", f"{cost:.4f} m/s", _near(cost, known, 0.003, "not reproduced"),

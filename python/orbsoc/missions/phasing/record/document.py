@@ -1,4 +1,4 @@
-"""A plan as plain data: the document behind `plan.json`, and its verdict in words."""
+"""A plan as plain data: the document behind `plan.json`, and what its verdict has no room for."""
 
 from __future__ import annotations
 
@@ -7,16 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from orbsoc.guidance.mission import PlanStatus
 from orbsoc.orbit import EARTH
 
 from ..dispersion.replanning import Surprised
 from ..model.uncertain import Meeting
-from ..plan import PhasingPlan
+from ..planner import PhasingPlan
 from ..verification.finite import FiniteBurns
-
-FAR_M = 1e3
-"""By which burns may miss after two corrections and still stand for the impulses; more corrections would bring them nearer."""
 
 
 def plan_document(plan: PhasingPlan) -> dict[str, Any]:
@@ -29,7 +25,7 @@ def plan_document(plan: PhasingPlan) -> dict[str, Any]:
         "status": plan.status.value,
         "exit_reason": plan.exit_reason.name,
         "message": plan.message,
-        "details": verdict(plan),
+        "details": details(plan),
         "delta_v_m_s": cost,
         "cost": cost,
         "impulses": programme.to_list() if programme else [],
@@ -56,62 +52,23 @@ def plan_document(plan: PhasingPlan) -> dict[str, Any]:
     }
 
 
-def verdict(plan: PhasingPlan) -> str:
-    """The answer in a few sentences."""
-    flight, programme = plan.verification, plan.programme
-    if plan.status is PlanStatus.INTERRUPTED:
-        return "INTERRUPTED: there is no plan"
-    if flight is None or programme is None:
-        word = "INFEASIBLE" if plan.status is PlanStatus.INFEASIBLE else "FAILED"
-        return f"{word}: {plan.message}"
-    hours = (plan.phasing.end_s - plan.phasing.start_s) / 3600.0 if plan.phasing else float("nan")
-    head = f"{len(programme)} impulses, {programme.total_m_s:.4f} m/s in all, meet the target {hours:.2f} h after the first burn"
+def details(plan: PhasingPlan) -> str:
+    """What the lines of the verdict have no room for: all that is broken, the scheme's cost, another drag of the target."""
+    flight = plan.verification
+    if flight is None or plan.programme is None:
+        return plan.message
+    words = [f"it breaks {each}" for each in flight.failures] or [plan.message]
     if plan.scheme is not None and plan.descended is not None:
-        head += f"; the same by shooting at the scheme's own epochs {plan.scheme.cost_m_s:.1f} m/s"
-    bound = _certificates(plan)
-    if bound:
-        head += (
-            f". At these instants no impulses near them cost less than {bound['optimum']['bound']:.4f} m/s (dual bound,"
-            " of the motion about the plan)"
-        )
-    met = f"Flown by DOP853 it misses by {flight.miss_m:.2f} m and {1e3 * flight.miss_m_s:.3f} mm/s"
-    if plan.status is not PlanStatus.VERIFIED:
-        reasons = "; ".join([f"it breaks {each}" for each in flight.failures] or [plan.message])
-        return f"NOT VERIFIED, do not fly: {head}. {met}; {reasons}"
-    return ". ".join([f"VERIFIED: {head}", met, *_consequences(plan)])
-
-
-def _consequences(plan: PhasingPlan) -> list[str]:
-    analysis, found = plan.analysis, []
-    if analysis is None:
-        return []
-    if plan.scenario.engine is not None:
-        found.append(_as_burns(analysis.finite))
-    if analysis.surprised is not None:
-        best = [each for each in analysis.surprised.replans if isfinite(each.extra_m_s)]
-        words = f"With the other drag it would miss by {analysis.surprised.miss_m / 1e3:.1f} km"
+        words.append(f"by shooting at the scheme's own epochs {plan.scheme.cost_m_s:.1f} m/s")
+    surprised = plan.analysis and plan.analysis.surprised
+    if surprised:
+        best = [each for each in surprised.replans if isfinite(each.extra_m_s)]
+        words.append(f"with the other drag it would miss by {surprised.miss_m / 1e3:.1f} km")
         if best:
             costs = ", ".join(f"{each.extra_m_s:.2f}" for each in best)
             hours = ", ".join(f"{each.before_s / 3600.0:g}" for each in best)
-            words += f"; planning again {hours} h before the meeting costs {costs} m/s more"
-        found.append(words)
-    if analysis.meeting is not None and isfinite(analysis.meeting.within):
-        errors = plan.scenario.uncertainty
-        assert errors is not None
-        found.append(
-            f"With its errors it comes within {errors.distance_km:g} km in {100 * analysis.meeting.within:.1f} % of"
-            f" {errors.runs} draws"
-        )
-    return found
-
-
-def _as_burns(finite: FiniteBurns | None) -> str:
-    if finite is None:
-        return "The engine is too weak: its burns are too long to stand for these impulses"
-    words = f"Flown as burns of the engine and corrected twice they take {finite.dv_m_s:.2f} m/s and miss by {finite.miss_m:.0f} m"
-    if finite.miss_m > FAR_M:
-        words += ": the engine is too weak for these impulses"
-    return words
+            words.append(f"planning again {hours} h before the meeting costs {costs} m/s more")
+    return "; ".join(words)
 
 
 def _certificates(plan: PhasingPlan) -> dict[str, Any]:

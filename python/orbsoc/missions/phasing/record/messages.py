@@ -10,8 +10,7 @@ from orbsoc.guidance.orbit_input.catalogue import parse_utc
 from orbsoc.orbit import rotate_state
 from orbsoc.orbit.reference_frames import frame_rotation
 
-from ..orbits import zero_utc
-from ..scenario import Scenario
+from ..scenario import Scenario, zero_utc
 from ..verification.flight import Flight
 
 

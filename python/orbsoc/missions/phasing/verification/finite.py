@@ -3,7 +3,7 @@ corrections of all by the transition matrices."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import exp
 
 import numpy as np
@@ -26,6 +26,8 @@ class FiniteBurns:
     ignition_s: Array
     burns: tuple[SteeredBurn, ...]
     miss: Array
+    uncorrected_m: float = float("inf")
+    """By which the burns miss before they are corrected."""
 
     @property
     def dv_m_s(self) -> float:
@@ -35,6 +37,15 @@ class FiniteBurns:
     def mass_ratio(self) -> float:
         """Of the end to before the first burn."""
         return float(np.prod([burn.mass_ratio for burn in self.burns]))
+
+    @property
+    def longest_s(self) -> float:
+        return max(burn.duration_s for burn in self.burns)
+
+    @property
+    def diverged(self) -> bool:
+        """Whether the corrections led further away."""
+        return self.miss_m > self.uncorrected_m
 
     @property
     def miss_m(self) -> float:
@@ -51,7 +62,7 @@ def finite_burns(approach: Approach, roll: Roll, engine: Engine, *, corrections:
     Raises PropagationError where a burn would begin before the one before it has ended: the engine is too weak.
     """
     dv = roll.dv_m_s.copy()
-    found = _flown(approach, roll, dv, engine)
+    found = first = _flown(approach, roll, dv, engine)
     weights = np.repeat(np.linalg.norm(dv, axis=1), 3)
     effect = ROWS @ np.concatenate(roll.to_end[:, :, 3:], axis=1)
     least = weights[:, None] * effect.T
@@ -59,7 +70,7 @@ def finite_burns(approach: Approach, roll: Roll, engine: Engine, *, corrections:
         step = np.linalg.solve(effect @ least, ROWS @ found.miss)
         dv = dv - (least @ step).reshape(-1, 3)
         found = _flown(approach, roll, dv, engine)
-    return found
+    return replace(found, uncorrected_m=first.miss_m)
 
 
 def _flown(approach: Approach, roll: Roll, dv: Array, engine: Engine) -> FiniteBurns:
@@ -101,7 +112,7 @@ def _burn(
         acceleration_m_s2=acceleration,
         exhaust_m_s=exhaust,
         pitch_rad=float(np.arctan2(outward, along)),
-        yaw_rad=float(np.arcsin(normal / size)),
+        yaw_rad=float(np.arcsin(np.clip(normal / size, -1.0, 1.0))),
         duration_s=exhaust / acceleration * (1.0 - exp(-size / exhaust)),
         pitch_rate_rad_s=float(rate[2]),
     )

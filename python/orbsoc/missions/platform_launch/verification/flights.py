@@ -82,7 +82,7 @@ def messages(scenario: Scenario, found: Flown) -> dict[str, str]:
     comment = "two-body motion; impulses corrected for it, impulses_two_body.csv"
     return chaser_messages(
         scenario.name, found.programme, found.flight, comment=comment, constants=scenario.constants,
-        x_axis="where orbit.raan_deg is counted from",
+        epoch_utc=scenario.orbit.epoch_utc, x_axis="where orbit.raan_deg is counted from",
     )  # fmt: skip
 
 

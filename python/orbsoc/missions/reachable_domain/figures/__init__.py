@@ -1,1 +1,1 @@
-"""Figures of a solved domain."""
+"""Figures of a solved domain, and of one point of it."""

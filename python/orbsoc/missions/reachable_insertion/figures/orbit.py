@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from orbsoc.guidance.figure_style import labels_in_line, write_png
 from orbsoc.guidance.mission import FigureFile
-from orbsoc.orbit import EARTH, Elements, elements_from_state, state_from_elements
-from orbsoc.orbit.elements import at_true_anomaly
+from orbsoc.guidance.orbit_drawing import draw_earth, draw_orbit, plane_of
+from orbsoc.orbit import EARTH, elements_from_state
 
 from ..model.coast import coasted
 from ..plan.burn_plan import BurnPlan
@@ -30,9 +30,8 @@ BEFORE, BURN, AFTER, COAST = "#0072B2", "#D55E00", "#009E73", "#7a7a7a"
 ARROWS = 7
 INSIDE = 0.5
 """Of a panel's side, that the Earth has to take for a close-up within it."""
-ASYMPTOTE = 0.9
-"""Of the anomaly of a hyperbola's asymptote, to which it is drawn, and farther out only to `FAR` start radii."""
 FAR = 4.0
+"""Start radii, to which a hyperbola is drawn."""
 MARGINS = {"left": 0.12, "right": 0.97, "bottom": 0.07, "top": 0.94}
 """Fixed, for a layout that is worked out takes as long as the drawing."""
 
@@ -168,33 +167,6 @@ def history_figure(plan: BurnPlan, found: Verification) -> Figure:
     )
     figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
     return figure
-
-
-def plane_of(state: Array) -> Array:
-    """Rows: along the position, ahead of it in the orbit's plane, along the angular momentum."""
-    outwards = state[:3] / np.linalg.norm(state[:3])
-    normal = np.cross(state[:3], state[3:])
-    normal /= np.linalg.norm(normal)
-    return np.array([outwards, np.cross(normal, outwards), normal])
-
-
-def draw_orbit(orbit: Elements, axes: Array, reach_km: float) -> tuple[Array, Array]:
-    """The orbit's points in a plane's axes, km; of a hyperbola, or beyond `reach_km`, what lies within."""
-    widest = np.pi if orbit.ecc < 1.0 else ASYMPTOTE * float(np.arccos(-1.0 / orbit.ecc))
-    anomalies = np.linspace(-widest, widest, 721)
-    points = np.array([state_from_elements(at_true_anomaly(orbit, nu))[0] for nu in anomalies]) / 1e3
-    if orbit.ecc >= 1.0:
-        points[np.linalg.norm(points, axis=1) > reach_km] = np.nan
-    flat = points @ axes.T
-    return flat[:, 0], flat[:, 1]
-
-
-def draw_earth(panel: Axes) -> None:
-    from matplotlib.patches import Circle
-
-    panel.add_patch(
-        Circle((0.0, 0.0), EARTH.earth_radius_m / 1e3, facecolor="#e8eef4", edgecolor="#9fb3c8", zorder=0)
-    )
 
 
 def draw(plan: BurnPlan, found: Verification, folder: Path) -> tuple[FigureFile, ...]:

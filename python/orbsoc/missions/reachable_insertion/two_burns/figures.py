@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from orbsoc.guidance.figure_style import STYLE, write_png
 from orbsoc.guidance.mission import FigureFile
+from orbsoc.guidance.orbit_drawing import draw_earth, draw_orbit, plane_of
 from orbsoc.orbit import EARTH, elements_from_state, pitch_yaw
 
 from ..figures.history import History
-from ..figures.orbit import AFTER, BEFORE, BURN, COAST, FAR, draw_earth, draw_orbit, plane_of
+from ..figures.orbit import AFTER, BEFORE, BURN, COAST, FAR
 from ..plan.verdicts import shape_of
 from .transfer_plan import TransferPlan
 from .verification import Verification

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from orbsoc.guidance.orbit_input import Orbit, vehicle_complaints
+from orbsoc.guidance.orbit_input.beside import read_table
 from orbsoc.guidance.orbit_input.catalogue import parse_utc
-from orbsoc.guidance.scenario_file import Complaint, checked, refuse
+from orbsoc.guidance.scenario_file import Complaint, refuse
 from orbsoc.orbit import elements_from_state
 
 OWN = ("sma_km", "ecc", "inc_deg", "raan_deg", "argp_deg", "true_anomaly_deg", "epoch_s")
@@ -36,7 +37,10 @@ def in_own_keys(document: Mapping[str, Any]) -> dict[str, Any]:
     ]  # fmt: skip
     if not other:
         return dict(document)
-    orbits = {name: _orbit(name, table) for name, table in given.items()}
+    orbits = {
+        name: read_table(name, Orbit, {key: value for key, value in table.items() if key not in BESIDE})
+        for name, table in given.items()
+    }
     for name, orbit in orbits.items():
         refuse(vehicle_complaints(name, orbit))
     zero = orbits["chaser"].epoch
@@ -59,14 +63,6 @@ def in_own_keys(document: Mapping[str, Any]) -> dict[str, Any]:
 def zero_utc(chaser_epoch_utc: str, chaser_epoch_s: float) -> datetime:
     """The instant from which the scenario's seconds count."""
     return parse_utc(chaser_epoch_utc) - timedelta(seconds=chaser_epoch_s)
-
-
-def _orbit(name: str, table: Mapping[str, Any]) -> Orbit:
-    from pydantic import create_model
-
-    keys = {key: value for key, value in table.items() if key not in BESIDE}
-    holder = create_model(name, **{name: (Orbit, ...)})  # type: ignore[call-overload]
-    return getattr(checked(holder, {name: keys}, source="scenario"), name)  # type: ignore[no-any-return]
 
 
 def _own(name: str, table: Mapping[str, Any], orbit: Orbit, zero: datetime | None) -> dict[str, Any]:

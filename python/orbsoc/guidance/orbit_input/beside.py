@@ -1,0 +1,116 @@
+"""A target by any form of the orbit table, and a chaser beside it: in axes of the target that are named, or on its own orbit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbsoc.guidance.scenario_file import Complaint, ScenarioError, T, Table, checked, refuse
+from orbsoc.guidance.vehicle import Vector
+from orbsoc.orbit import EARTH, Elements, elements_from_state
+from orbsoc.orbit.relative import LVLH, relative_state
+
+from .checks import vehicle_complaints
+from .table import Orbit
+
+Array = NDArray[np.float64]
+AXES = ("RTN", "LVLH")
+DATED = ("epoch_utc", "frame", "source")
+"""Keys beside the mission's own once a table with a date is read."""
+CIRCULAR = 1e-12
+"""An eccentricity below it is rounding."""
+
+
+class NamedAxes(Table):
+    """A state beside the target. RTN: outward, along the motion, along the angular momentum. LVLH: along the motion,
+    against the angular momentum, to the nadir. Both turn with the target."""
+
+    frame: Literal["RTN", "LVLH"]
+    position_m: Vector
+    velocity_m_s: Vector = (0.0, 0.0, 0.0)
+
+
+def read_table(name: str, kind: type[T], table: Mapping[str, Any]) -> T:
+    """A table of a scenario by itself, checked inside a validator of the whole."""
+    from pydantic import create_model
+
+    holder = create_model(name, **{name: (kind, ...)})  # type: ignore[call-overload]
+    try:
+        return getattr(checked(holder, {name: dict(table)}, source=name), name)  # type: ignore[no-any-return]
+    except ScenarioError as error:
+        refuse(error.complaints)
+        raise
+
+
+def named_orbit(name: str, table: Mapping[str, Any], own: Sequence[str]) -> Orbit | None:
+    """The orbit that a table names by keys other than the mission's `own`; None where there are none."""
+    given = {key: value for key, value in table.items() if value is not None}
+    others = [key for key in given if key in Orbit.model_fields and key not in (*own, *DATED)]
+    if not others:
+        if "epoch_utc" in given and given.get("frame") != "TEME":
+            allowed = "with a date must be 'TEME', or the orbit by state, all elements, tle, omm or oem"
+            refuse([Complaint(f"{name}.frame", repr(given.get("frame")), allowed)])
+        if "epoch_utc" not in given and "frame" in given:
+            refuse([Complaint(f"{name}.epoch_utc", "nothing", "is missing; frame needs a date")])
+        return None
+    found = read_table(name, Orbit, given)
+    refuse(vehicle_complaints(name, found))
+    return found
+
+
+def polar_elements(name: str, orbit: Orbit) -> Elements:
+    """Osculating elements about the Earth's pole: TEME at its own date where it has one. Refuses an escape.
+
+    Of a circular orbit the place counts from the node, and the argument of perigee is 0.
+    """
+    state = orbit.vector_in("TEME" if orbit.dated else None, orbit.epoch)
+    found = elements_from_state(state[:3], state[3:])
+    if found.ecc >= 1.0:
+        refuse([Complaint(name, f"e = {found.ecc:g}", "a target on no closed orbit; must be e < 1")])
+    if found.ecc >= CIRCULAR:
+        return found
+    place = float((found.argp_rad + found.true_anomaly_rad) % (2.0 * np.pi))
+    return Elements(found.sma_m, 0.0, found.inc_rad, found.raan_rad, 0.0, place)
+
+
+def dated_keys(orbit: Orbit) -> dict[str, Any]:
+    """Date, frame and source that stand by the mission's own keys of a target; none without a date."""
+    if orbit.epoch is None:
+        return {}
+    return {"epoch_utc": orbit.epoch.isoformat(), "frame": "TEME", "source": orbit.source}
+
+
+def named_axes(name: str, table: Mapping[str, Any]) -> Array:
+    """A state (6,) in (R, T, N) from a table in named axes."""
+    found = read_table(name, NamedAxes, {key: value for key, value in table.items() if value is not None})
+    rows = np.array([found.position_m, found.velocity_m_s])
+    return np.asarray(rows if found.frame == "RTN" else rows @ LVLH).reshape(-1)
+
+
+def start_beside(
+    name: str, table: Mapping[str, Any], own: Sequence[str], target: Array, date: datetime | None
+) -> Array | None:
+    """A chaser's state (6,) in (R, T, N) beside a target's state (6,), if its table does not use the mission's `own` keys.
+
+    `target` is inertial, in TEME at `date` where there is one.
+    """
+    given = {key: value for key, value in table.items() if value is not None}
+    if given.get("frame") in AXES:
+        return named_axes(name, given)
+    orbit = named_orbit(name, given, own)
+    if orbit is None:
+        return None
+    if orbit.epoch != date:
+        there = "none" if date is None else date.isoformat()
+        allowed = f"must be the target's date, {there}; or give position_m with frame = 'RTN' or 'LVLH'"
+        refuse([Complaint(f"{name}.epoch_utc", str(orbit.epoch_utc), allowed)])
+    return np.asarray(relative_state(target, orbit.vector_in("TEME" if date else None, date)))
+
+
+def height_km(elements: Elements, radius_m: float = EARTH.earth_radius_m) -> float:
+    """Of the semi-major axis over a radius."""
+    return (elements.sma_m - radius_m) / 1e3
