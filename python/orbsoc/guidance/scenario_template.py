@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from .allowed_values import allowed_words, key_schema, unit_of
+from .allowed_values import allowed_words, key_schema, schema_of, unit_of
 from .scenario_file import table_of
 
 COLUMN, WIDTH = 36, 130
@@ -64,7 +64,18 @@ def _table_lines(
         if (
             each not in table.model_fields
         ):  # another form of the table, which is turned to its keys when it is read
-            yield f"{each} = {toml_value((given or {})[each])}"
+            yield from _long_value(each, (given or {})[each])
+
+
+def _long_value(key: str, value: Any) -> Iterator[str]:
+    """A key and its value; a list that is too long for a line has a line an entry."""
+    line = f"{key} = {toml_value(value)}"
+    if len(line) <= WIDTH or not isinstance(value, list):
+        yield line
+        return
+    yield f"{key} = ["
+    yield from (f"    {toml_value(each)}," for each in value)
+    yield "]"
 
 
 def _key_lines(model: type[BaseModel], key: str, given: Mapping[str, Any]) -> Iterator[str]:
@@ -76,9 +87,10 @@ def _key_lines(model: type[BaseModel], key: str, given: Mapping[str, Any]) -> It
         left = f"{key} = {toml_value(given[key])}"
     else:
         left = f"# {key} = {UNKNOWN if default is None else toml_value(default)}"
-    required = key in model.model_json_schema().get("required", ())
-    fallback = "needed" if required else "optional" if default is None else f"default {toml_value(default)}"
-    parts = (unit_of(key), schema.get("description", ""), allowed_words(model, key), fallback)
+    needed = "needed" if key in given or not given else "needed, unless another form of the table is given"
+    if key not in schema_of(model).get("required", ()):
+        needed = "optional" if default is None else f"default {toml_value(default)}"
+    parts = (unit_of(key), schema.get("description", ""), allowed_words(model, key), needed)
     yield from _beside(left, "; ".join(filter(None, parts)))
 
 

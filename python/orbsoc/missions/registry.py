@@ -33,7 +33,7 @@ EXAMPLES = {
     "reachable_insertion": "orekit_apogee",
     "passive_safety": "paper000_free",
     "fly_around": "paper001_fewest",
-    "phasing": "paper003_socp",
+    "phasing": "phasing_two_tles",
     "platform_launch": "paper002_norms",
 }
 """The shipped scenario that `orbsoc new` takes its values from."""
