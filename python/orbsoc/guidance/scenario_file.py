@@ -128,13 +128,20 @@ def merged(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str,
 def load(model: type[S], path: str | PathLike[str], settings: Mapping[str, Any] | None = None) -> S:
     """A mission's scenario file, checked; `settings` as in `read_document`. Raises ScenarioError, also for a setting that
     would change nothing."""
-    found = checked(model, read_document(path, settings), source=str(path))
+    return configured(model, read_toml(path), settings, source=str(path))
+
+
+def configured(
+    model: type[S], document: Mapping[str, Any], settings: Mapping[str, Any] | None = None, *, source: str
+) -> S:
+    """The same of a document that was read or made; `source` names it in errors."""
+    found = checked(model, merged(document, nested(settings or {})), source=source)
     idle = found.idle_keys
     changes_nothing = [
         Complaint(key, repr(value), idle[key]) for key, value in (settings or {}).items() if key in idle
     ]
     if changes_nothing:
-        raise ScenarioError(str(path), changes_nothing)
+        raise ScenarioError(source, changes_nothing)
     return found
 
 
