@@ -19,7 +19,8 @@ def test_a_path_a_dict_and_a_scenario_give_one_plan() -> None:
     runs = [orbsoc.plan(each, device="none") for each in (FILE, str(FILE), document, scenario)]
     assert len({str(run.verdict) for run in runs}) == 1
     assert len({repr(run.plan.subproblems[-1].solution.x.tobytes()) for run in runs}) == 1
-    assert repr(runs[0]).startswith("PlanRun(VERIFIED: ") and runs[0]._repr_html_().startswith("<table>")
+    assert repr(runs[0]).startswith("PlanRun(VERIFIED: ")
+    assert runs[0]._repr_html_().startswith("<table>")
 
 
 def test_settings_override_keys_of_every_form() -> None:
