@@ -32,7 +32,8 @@ def test_text_is_escaped() -> None:
 )
 def test_a_result_is_told_in_a_line_and_shown_as_a_table(shown: object) -> None:
     line = repr(shown)
-    assert line.startswith(type(shown).__name__) and len(line) <= 120
+    assert line.startswith(type(shown).__name__)
+    assert len(line) <= 120
     assert "array" not in line
     page = ElementTree.fromstring(shown._repr_html_())  # type: ignore[attr-defined]
     assert page.tag == "table"

@@ -129,7 +129,7 @@ def test_report_is_self_contained_and_puts_the_verdict_first(rec1: tuple[Path, R
     folder, _ = rec1
     source = (folder / "report.html").read_text(encoding="utf-8")
     page = Page(source)
-    assert len(page.sources) == 5
+    assert len(page.sources) == 6
     assert all(reference.startswith("data:image/png;base64,") for reference in page.sources)
     assert "<script" not in source
     assert "url(" not in source
