@@ -10,6 +10,8 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
+from math import lcm
 from typing import TYPE_CHECKING
 
 from hw_model.area.budget import engine_shape
@@ -72,14 +74,33 @@ def picojoules(table: Energy, action: EnergyAction, end: End = "nominal") -> Fra
     return value if action in DYNAMIC else value / 1000
 
 
+@lru_cache(maxsize=64)
+def _prices(table: Energy, end: End) -> tuple[dict[EnergyAction, int], int]:
+    """Picojoules of every action as whole numbers over one denominator: sums of them are exact and quick."""
+    exact = {action: picojoules(table, action, end) for action in ENERGY_ACTIONS}
+    denominator = lcm(*(price.denominator for price in exact.values()))
+    return {action: int(price * denominator) for action, price in exact.items()}, denominator
+
+
+def _sum_picojoules(
+    counts: Mapping[EnergyAction, int], prices: tuple[dict[EnergyAction, int], int]
+) -> Fraction:
+    each, denominator = prices
+    return Fraction(sum(count * each[action] for action, count in counts.items()), denominator)
+
+
 def total_picojoules(counts: Mapping[EnergyAction, int], table: Energy, end: End = "nominal") -> Fraction:
     """Σ count · energy, exactly."""
-    return sum((counts[action] * picojoules(table, action, end) for action in counts), Fraction(0))
+    return _sum_picojoules(counts, _prices(table, end))
+
+
+def _millijoules(counts: Mapping[EnergyAction, int], prices: tuple[dict[EnergyAction, int], int]) -> float:
+    return float(_sum_picojoules(counts, prices)) * MJ_PER_PJ
 
 
 def millijoules(counts: Mapping[EnergyAction, int], table: Energy, end: End = "nominal") -> float:
     """The same in millijoules."""
-    return float(total_picojoules(counts, table, end)) * MJ_PER_PJ
+    return _millijoules(counts, _prices(table, end))
 
 
 def energy_use(corners: Sequence[Durations], count: Callable[[Durations], Counts]) -> EnergyUse:
@@ -88,16 +109,17 @@ def energy_use(corners: Sequence[Durations], count: Callable[[Durations], Counts
     No action grows rarer or shorter when something takes longer, so the extremes are at these two.
     """
     table = corners[0].platform.energy
+    fast, typical_prices, slow = (_prices(table, end) for end in ENDS)
     counted = [count(durations) for durations in (corners[0], corners[1], corners[-1])]
-    nominal = millijoules(counted[0], table)
+    nominal = _millijoules(counted[0], typical_prices)
     rows: list[EnergyRow] = []
     for action in (action for action in ENERGY_ACTIONS if counted[0][action]):
         own = {action: counted[0][action]}
-        low, typical, high = (millijoules(own, table, end) for end in ENDS)
+        low, typical, high = (_millijoules(own, prices) for prices in (fast, typical_prices, slow))
         share = typical / nominal if nominal else 0.0
         rows.append(EnergyRow(action, own[action], low, typical, high, share))
-    least = min(millijoules(found, table, "fast") for found in counted)
-    most = max(millijoules(found, table, "slow") for found in counted)
+    least = min(_millijoules(found, fast) for found in counted)
+    most = max(_millijoules(found, slow) for found in counted)
     return EnergyUse(least, nominal, most, tuple(rows))
 
 

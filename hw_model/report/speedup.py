@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from html import escape
 from typing import TYPE_CHECKING, Any, Literal
 
 from hw_model.energy.joules import EnergyUse, counter_of, energy_use
@@ -147,6 +148,23 @@ class Report:
     throughput: tuple[Throughput, ...]
     """Problems of these patterns back to back, with one, two and four in flight."""
     assumptions: tuple[Assumption, ...]
+
+    def __repr__(self) -> str:
+        return f"Report({self.partition} on {self.device}: {_ms(self.makespan_ms)}, modelled)"
+
+    def _repr_html_(self) -> str:
+        rows = {
+            "modelled time": _ms(self.makespan_ms),
+            self.baseline: _ms(self.baseline_ms),
+            "speedup": f"{self.speedup.nominal:.2f}× ({self.speedup.low:.2f}–{self.speedup.high:.2f}×)",
+            "energy": self.energy.words,
+            "deadline": self.deadline.words if self.deadline else "none given",
+            "most time goes into": self.bottleneck,
+        }
+        cells = "".join(
+            f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in rows.items()
+        )
+        return f"<table><caption>{escape(f'{self.partition} on {self.device}')}</caption>{cells}</table>"
 
     @property
     def headline(self) -> str:

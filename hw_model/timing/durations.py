@@ -53,6 +53,7 @@ class Durations:
         self.cores = ps.computing_cores(platform, uses_pl=partition.uses_pl)
         """Cores that may share a stage."""
         self._known: dict[Work, tuple[Part, ...]] = {}
+        self._sums: dict[Work, tuple[int, int]] = {}
 
     def on(self, platform: Platform) -> Durations:
         """The same on another platform."""
@@ -76,10 +77,12 @@ class Durations:
 
     def total_picoseconds(self, tally: Counter[Work], *, worst: bool = False) -> int:
         """Makespan of work done one piece after another; with `worst`, every jitter at its bound."""
-        total = 0
+        sums, total = self._sums, 0
         for work, count in tally.items():
-            for part in self.parts(work):
-                total += count * (part.picoseconds + part.jitter_picoseconds if worst else part.picoseconds)
+            if work not in sums:
+                alone = self.picoseconds(work)
+                sums[work] = alone, alone + self.jitter_picoseconds(work)
+            total += count * sums[work][worst]
         return total
 
     def pl_cycles(self, work: Work) -> PlCycles:

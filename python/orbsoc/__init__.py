@@ -1,7 +1,7 @@
 """Second-order cones on a system-on-chip, for orbits.
 
 `orbsoc.solve(problem)` solves a conic problem; `orbsoc.PsScheduler` runs the same solve on the emulated PS+PL
-computer; `orbsoc.missions` plans; `orbsoc.plan_file` and the command `orbsoc` do all of it.
+computer; `orbsoc.plan(scenario)` plans a mission of `orbsoc.missions`, verifies and prices it, as the command `orbsoc plan` does.
 
 What is not needed to solve a problem is imported when it is first named, SciPy when it is first used. `pip install orbsoc` brings what
 solves; missions and the command line need the extra `orbsoc[missions]`, the hardware model `orbsoc[hw]`, `orbsoc.CVXPY` `orbsoc[cvxpy]`,
@@ -22,6 +22,7 @@ from orbsoc.solving.solver import Solver, solve
 
 if TYPE_CHECKING:
     from orbsoc.commands.plan import plan_file as plan_file
+    from orbsoc.commands.plan_call import plan as plan
     from orbsoc.files.versions import __version__ as __version__
     from orbsoc.flight import export_c as export_c
     from orbsoc.hw.emulation import PsScheduler as PsScheduler
@@ -55,14 +56,22 @@ _LAZY = {
     "PsScheduler": "orbsoc.hw.emulation",
     "__version__": "orbsoc.files.versions",
     "export_c": "orbsoc.flight",
+    "plan": "orbsoc.commands.plan_call",
     "plan_file": "orbsoc.commands.plan",
 }
+_LAZY_MODULES = ("missions", "reach")
 
 
 def __getattr__(name: str) -> Any:
     with told_what_to_install():
         if name in _LAZY:
             return getattr(import_module(_LAZY[name]), name)
-        if name in ("missions", "reach"):
+        if name in _LAZY_MODULES:
             return import_module(f"orbsoc.{name}")
     raise AttributeError(f"module 'orbsoc' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(
+        {*__all__, *_LAZY, *_LAZY_MODULES, "__all__", "__doc__", "__file__", "__name__", "__path__"}
+    )

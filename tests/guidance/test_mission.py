@@ -66,7 +66,7 @@ def test_a_new_mission_is_planned_checked_priced_and_written(toy: Path, tmp_path
     assert document["verdict"][0]["figure"] == "2.000000 m/s"
     assert document["check"]["words"].startswith("velocity change differs by ")
     assert document["hardware"]["same_bits"]
-    names = ["hardware.json", "impulses.csv", "plan.json", "report.html"]
+    names = ["computer.png", "hardware.json", "impulses.csv", "plan.json", "report.html"]
     assert sorted(path.name for path in out.iterdir()) == names
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "Mission <code>toy</code>" in page

@@ -231,15 +231,29 @@ def test_a_scenario_is_planned_once_and_priced(tmp_path: Path) -> None:
     assert json.loads(result.stdout)["workload"].startswith("plan of rec1.toml (")
 
 
+def test_partition_tells_what_it_is_at_and_takes_one_device(workload: Path, tmp_path: Path) -> None:
+    result = invoke("partition", workload, "--lanes", "4", "--clocks", "150", "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    assert result.stderr.startswith(f"recording {workload.name}\npricing ")
+    document = json.loads((tmp_path / "partition.json").read_text())
+    assert list(document["assumptions"]) == ["zu9eg"]
+
+
+def test_all_devices_and_one_device_contradict(workload: Path) -> None:
+    result = invoke("partition", workload, "--all", "--device", "zu9eg")
+    assert result.exit_code == 2
+    assert "--all: --device 'zu9eg' asks for others; give one of the two" in result.stderr
+
+
 def test_the_opening_figure_of_the_docs_is_what_its_command_draws(tmp_path: Path) -> None:
     """Same bars under the same names; their heights follow the solver, so that only the picture's size is compared."""
     text = (ROOT / "docs" / "hardware-experiments.md").read_text(encoding="utf-8")
     figure = re.search(r"!\[[^]]*\]\((figures/[^)]*)\)", text)
-    command = re.search(r"^orbsoc hw (partition \S+) --out \S+ .*speedup\.png", text, re.MULTILINE)
+    command = re.search(r"^orbsoc hw (partition \S+ --all) --out \S+ .*speedup\.png", text, re.MULTILINE)
     assert figure
     assert command
-    name, scenario = command[1].split()
-    result = invoke(name, ROOT / scenario, "--out", tmp_path)
+    name, scenario, every = command[1].split()
+    result = invoke(name, ROOT / scenario, every, "--out", tmp_path)
     assert result.exit_code == 0, result.output
     drawn, shown = (imread(path).shape for path in (tmp_path / "speedup.png", ROOT / "docs" / figure[1]))
     assert drawn == shown

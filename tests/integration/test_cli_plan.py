@@ -47,7 +47,8 @@ def test_plan_writes_a_complete_folder_and_exits_0(rec1: tuple[Path, Result]) ->
     folder, result = rec1
     assert result.exit_code == 0, result.output
     expected = [
-        "attitude.csv", "attitude.png", "hardware.json", "history.png", "orbit.oem", "orbit.opm", "orbit.png", "plan.json", "position.png",
+        "attitude.csv", "attitude.png", "computer.png", "hardware.json", "history.png", "orbit.oem", "orbit.opm", "orbit.png",
+        "plan.json", "position.png",
         "report.html",
         "velocity.png",
     ]  # fmt: skip
@@ -131,7 +132,7 @@ def test_report_is_self_contained_and_puts_the_verdict_first(rec1: tuple[Path, R
     folder, _ = rec1
     source = (folder / "report.html").read_text(encoding="utf-8")
     page = Page(source)
-    assert len(page.sources) == 5
+    assert len(page.sources) == 6
     assert all(reference.startswith("data:image/png;base64,") for reference in page.sources)
     assert "<script" not in source
     assert "url(" not in source
@@ -154,7 +155,9 @@ def test_target_not_found_exits_1_with_words_a_report_and_no_attitude(tmp_path: 
     assert result.exit_code == 1
     assert re.search("^Answer +NOT FOUND +", result.stdout, re.MULTILINE)
     assert re.search("^Deadline +NOT JUDGED +", result.stdout, re.MULTILINE)
-    assert sorted(path.name for path in folder.iterdir()) == ["hardware.json", "plan.json", "report.html"]
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "computer.png", "hardware.json", "plan.json", "report.html",
+    ]  # fmt: skip
     page = Page((folder / "report.html").read_text(encoding="utf-8"))
     assert "What could not be met" in page.headings
     assert "misprint" in page.text
@@ -399,6 +402,14 @@ def test_module_and_command_are_the_same_program() -> None:
     shown = subprocess.run([*COMMAND, "--help"], capture_output=True, text=True, check=True)
     assert shown.stdout.startswith("Usage: orbsoc [OPTIONS] COMMAND")
     assert "plan" in shown.stdout
+
+
+def test_schema_without_a_name_lists_what_there_is() -> None:
+    result = invoke("schema")
+    names = [line.split()[0] for line in result.stdout.splitlines()]
+    assert (result.exit_code, names) == (0, list(orbsoc.missions.MISSIONS))
+    for name in result.stdout.replace(",", " ").split():
+        assert invoke("schema", name).exit_code == 0
 
 
 def test_schema_of_a_scenario_accepts_what_it_describes() -> None:

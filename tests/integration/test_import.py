@@ -33,6 +33,18 @@ def test_names_that_are_imported_late_are_there() -> None:
     assert loaded(f"import orbsoc; {names}; from orbsoc import *; PsScheduler")
 
 
+def test_dir_names_what_is_meant_for_users() -> None:
+    import orbsoc
+
+    public = {name for name in dir(orbsoc) if not name.startswith("_")}
+    lazy = {"CVXPY", "missions", "plan", "plan_file", "reach"}
+    assert public == {name for name in orbsoc.__all__ if not name.startswith("_")} | lazy
+    assert set(dir(orbsoc.missions)) == {"MISSIONS", *orbsoc.missions.MISSIONS}
+    for mission in orbsoc.missions.MISSIONS.values():
+        assert {"plan", "Scenario"} <= set(dir(mission))
+        assert all(hasattr(mission, name) and not name.startswith("_") for name in dir(mission))
+
+
 def run(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-c", code, *arguments]
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)

@@ -1,4 +1,4 @@
-"""`orbsoc hw partition`: every partition on every computer, and whether the paper's is worth its resources."""
+"""`orbsoc hw partition`: every partition on the computers of a device, and whether the paper's is worth its resources."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import typer
 
 from . import hw_options as options
 from .failures import exit_handling
+from .hw_progress import Progress
 
 if TYPE_CHECKING:
     from hw_model import Platform
@@ -20,11 +21,18 @@ if TYPE_CHECKING:
     from hw_model.timing.stage_cycles import StageCycles
     from orbsoc.hw.workload import Workload
 
+DEVICE = "zu9eg"
+"""The one that is priced where none is named."""
+
 
 def partition(
     workload: options.WorkloadArgument,
-    devices: Annotated[str, typer.Option("--device", help="platforms, joined by commas, or all")] = "all",
-    lanes: Annotated[str, typer.Option(help="lane counts, joined by commas")] = "1,2,4,8,16",
+    devices: Annotated[
+        str | None,
+        typer.Option("--device", help="platforms, joined by commas, or all", show_default=DEVICE),
+    ] = None,
+    every: Annotated[bool, typer.Option("--all", help="all platforms: short for --device all")] = False,
+    lanes: Annotated[str, typer.Option(help="lane counts, joined by commas")] = "2,4,8,16",
     clocks: Annotated[str, typer.Option(help="PL clocks in MHz, joined by commas")] = "100,150,200",
     settings: options.SetOption = None,
     exact: options.ExactOption = None,
@@ -42,13 +50,16 @@ def partition(
         from hw_model.report.usage import STUDY_USAGE, require_used
 
         chosen = options.parsed_settings(settings, _AXES)
-        computers = _computers(devices, lanes, clocks, chosen)
+        computers = _computers(_named(devices, every=every), lanes, clocks, chosen)
+        tell = Progress()
+        tell(f"recording {workload.name}")
         record = options.recorded(workload, ordering, computers[0], "paper", exact=exact)
         cycles = options.stage_cycles(record, exact=exact, computers=computers)
         reading = STUDY_USAGE.of(record.trace, load_partition("paper"), computers[0], cycles)
         require_used(chosen, ((platform, reading) for platform in computers))
         study = Study(record.trace, cycles)
-        points = _priced(study, computers)
+        points = _priced(study, computers, tell)
+        tell("drawing")
         front, found, thrifty = pareto(points), verdicts(points), energy_front(points)
         first = {platform.name: platform for platform in reversed(computers)}
         moving = [row for name in sorted(first) for row in sensitivities(points, first[name])]
@@ -69,6 +80,15 @@ def partition(
         lines = _lines(record, points, front, found)
         lines[-1:-1] = [energy_words(name, thrifty, moving) for name in first]
         options.print_report(lines, document, folder, as_json=as_json)
+
+
+def _named(devices: str | None, *, every: bool) -> str:
+    """What `--device` and `--all` ask for. Raises HwModelError where they ask for two things."""
+    from hw_model import HwModelError
+
+    if every and devices not in (None, "all"):
+        raise HwModelError(f"--all: --device {devices!r} asks for others; give one of the two")
+    return "all" if every else devices or DEVICE
 
 
 _AXES = {"pl.lanes": "--lanes", "pl.clock_mhz": "--clocks"}
@@ -94,11 +114,16 @@ def _computers(devices: str, lanes: str, clocks: str, settings: dict[str, Any]) 
     ]
 
 
-def _priced(study: Study, computers: list[Platform]) -> list[Point]:
+def _priced(study: Study, computers: list[Platform], tell: Progress) -> list[Point]:
     from hw_model.platform.partition import all_partitions
 
     splits = all_partitions(programs=study.trace.method is not None)
-    return [point for platform in computers for point in study.points(platform, splits)]
+    tell(f"pricing {len(splits)} partitions on each of {len(computers)} computers")
+    points: list[Point] = []
+    for number, platform in enumerate(computers, 1):
+        points += study.points(platform, splits)
+        tell.now_and_then(f"priced {number} of {len(computers)} computers")
+    return points
 
 
 def _document(

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from orbsoc import _core
+from orbsoc.files.html_table import html_table
 from orbsoc.files.json_fields import FieldError, read_json, write_json
 
 from . import csc
@@ -207,6 +208,16 @@ class Problem:
             f"Problem(n={self.n}, p={self.p}, m={self.m}, l={self.cones.l}, q={_short(self.cones.q)}, "
             f"nnz: P {self.P.nnz}, A {self.A.nnz}, G {self.G.nnz})"
         )
+
+    def _repr_html_(self) -> str:
+        rows = {
+            "variables n": self.n,
+            "equality rows p": self.p,
+            "cone rows m": self.m,
+            "cones": f"R₊ of {self.cones.l} rows; second-order {_short(self.cones.q)}",
+            "entries of P, A, G": f"{self.P.nnz}, {self.A.nnz}, {self.G.nnz}",
+        }
+        return html_table("Problem: min ½xᵀPx + cᵀx, Ax = b, Gx + s = h, s ∈ K", rows)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from os import PathLike, fspath
 
+from orbsoc.files.html_table import html_table
 from orbsoc.files.json_fields import FieldError, read_json, write_json
 
 from .csc import Array
@@ -40,6 +41,26 @@ class Solution:
     nnz_kkt: int
     nnz_l: int
     warm_start: WarmStart = "none"
+
+    def __repr__(self) -> str:
+        return (
+            f"Solution({self.status.name} in {self.iterations} iterations, objective {self.objective:.10g}, "
+            f"n={self.x.size}, p={self.y.size}, m={self.z.size})"
+        )
+
+    def _repr_html_(self) -> str:
+        found = self.certificate
+        rows = {
+            "status": self.status.name,
+            "objective, dual": f"{self.objective:.10g}, {self.dual_objective:.10g}",
+            "iterations, refinements": f"{self.iterations}, {self.refinements}",
+            "primal, dual residual": f"{found.primal_residual:.1e}, {found.dual_residual:.1e}",
+            "gap": f"{found.gap:.1e}",
+            "n, p, m": f"{self.x.size}, {self.y.size}, {self.z.size}",
+            "set-up, solve": f"{1e3 * self.setup_s:.3f} ms, {1e3 * self.solve_s:.3f} ms",
+            "message": self.message,
+        }
+        return html_table("Solution", rows)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the solution to a JSON file of schema `orbsoc.solution/1` (see orbsoc.conic.solution_file)."""

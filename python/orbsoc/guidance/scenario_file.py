@@ -94,7 +94,7 @@ def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
     except (OSError, UnicodeDecodeError) as error:
         raise _unreadable(source, f"cannot be read as UTF-8 text: {error}") from error
     try:
-        return tomllib.loads(text)
+        return _files_beside(tomllib.loads(text), source.parent)
     except tomllib.TOMLDecodeError as error:
         other = "; `orbsoc solve` takes a problem in JSON" if source.suffix == ".json" else ""
         raise _unreadable(source, f"not TOML: {error}{other}") from error
@@ -105,7 +105,7 @@ def read_document(path: str | PathLike[str], settings: Mapping[str, Any] | None 
 
     Raises ScenarioError as `read_toml` does.
     """
-    return _files_beside(merged(read_toml(path), nested(settings or {})), Path(path).parent)
+    return merged(read_toml(path), nested(settings or {}))
 
 
 FILE_KEYS = ("oem", "omm")
@@ -146,13 +146,20 @@ def merged(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str,
 def load(model: type[S], path: str | PathLike[str], settings: Mapping[str, Any] | None = None) -> S:
     """A mission's scenario file, checked; `settings` as in `read_document`. Raises ScenarioError, also for a setting that
     would change nothing."""
-    found = checked(model, read_document(path, settings), source=str(path))
+    return configured(model, read_toml(path), settings, source=str(path))
+
+
+def configured(
+    model: type[S], document: Mapping[str, Any], settings: Mapping[str, Any] | None = None, *, source: str
+) -> S:
+    """The same of a document that was read or made; `source` names it in errors."""
+    found = checked(model, merged(document, nested(settings or {})), source=source)
     idle = found.idle_keys
     changes_nothing = [
         Complaint(key, repr(value), idle[key]) for key, value in (settings or {}).items() if key in idle
     ]
     if changes_nothing:
-        raise ScenarioError(str(path), changes_nothing)
+        raise ScenarioError(source, changes_nothing)
     return found
 
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import hw_model
 from hw_model.area.budget import Budget, budget
+from hw_model.figures.gantt import gantt_figure
 from hw_model.platform.partition import BEST
 from hw_model.report.best import chosen_partition
 from hw_model.timing.groups import require_one_problem
@@ -40,6 +42,12 @@ class CycleBudget:
     """Whether the PL's cycles are those of schedules, equal to the RTL, or estimated."""
     area: Budget
     """What the engine takes of the device."""
+    timeline: hw_model.Timeline
+    """The same run, piece by piece."""
+
+    def draw(self, path: Path) -> None:
+        """The run as a Gantt chart of PS, PL modules, link and interrupts, with its longest iteration magnified; PNG."""
+        gantt_figure(self.timeline, path)
 
     @property
     def headline(self) -> str:
@@ -148,7 +156,8 @@ def cycle_budget(
     area = budget(trace, platform, split, cycles)
     if report.deadline is not None and not area.fits:
         report = replace(report, deadline=replace(report.deadline, verdict="FAIL"))
-    return CycleBudget(report, same_bits, deadline_ms, exact, area)
+    timeline = hw_model.simulate(trace, platform, split, cycles)
+    return CycleBudget(report, same_bits, deadline_ms, exact, area, timeline)
 
 
 def _same_bits(one: Solution, other: Solution) -> bool:

@@ -38,18 +38,19 @@ def exact_cycles(
     """Cycles of the stages of a trace whose patterns are those of `problems`, in its order, solved with these settings.
 
     They equal the RTL's, cycle for cycle, in the microcode's format that the platform names, with as many problems of a
-    pattern in each segment as it interleaves. Those of the engines `expected` are made side by side, when the first of any is asked for. Raises `hw_model.HwModelError` for latencies
+    pattern in each segment as it interleaves. Those of the engines `expected` are made side by side, when the first with the same streams is asked for. Raises `hw_model.HwModelError` for latencies
     that are not the RTL's, for which there is no schedule, and `hw.schedules.EngineError` for an engine that cannot exist.
     """
     awaited = {_shape(engine) for engine in expected}
+    begun: set[Streams] = set()
     made: dict[tuple[int, _Shape, Streams], _Made] = {}
 
     def source(pattern: int, stage: str, engine: Engine) -> Schedule:
         shape, streams = _shape(engine), _streams(engine)
         if (pattern, shape, streams) not in made:
-            made.update(_side_by_side(problems, {shape, *awaited}, settings, streams))
-            if not streams:
-                awaited.clear()
+            others = awaited if streams not in begun else ()
+            begun.add(streams)
+            made.update(_side_by_side(problems, {shape, *others}, settings, streams))
         program = made[pattern, shape, streams]
         if isinstance(program, EngineError):
             raise program

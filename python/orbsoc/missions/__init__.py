@@ -24,4 +24,4 @@ def __getattr__(name: str) -> Mission:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *MISSIONS})
+    return sorted({*__all__, *MISSIONS})

@@ -69,15 +69,24 @@ def load_scenario(
 
     Raises `orbsoc.guidance.scenario_file.ScenarioError`.
     """
-    from orbsoc.guidance.scenario_file import Complaint, ScenarioError, load, read_document
+    from orbsoc.guidance.scenario_file import read_toml
 
-    name = read_document(path, settings).get("mission")
+    return made_scenario(read_toml(path), settings, source=str(path))
+
+
+def made_scenario(
+    document: Mapping[str, Any], settings: Mapping[str, Any] | None = None, *, source: str = "scenario"
+) -> tuple[Mission, BaseScenario]:
+    """The same of a document, the tables of a scenario file as dicts; `source` names it in errors."""
+    from orbsoc.guidance.scenario_file import Complaint, ScenarioError, configured
+
+    name = {**document, **(settings or {})}.get("mission")
     if name not in MISSIONS:
         what = "is missing" if name is None else "no such mission"
         allowed = f"{what}; allowed: {', '.join(MISSIONS)}.{did_you_mean(name, MISSIONS)}"
-        raise ScenarioError(str(path), [Complaint("`mission`", "" if name is None else repr(name), allowed)])
+        raise ScenarioError(source, [Complaint("`mission`", "" if name is None else repr(name), allowed)])
     mission = MISSIONS[str(name)]
-    return mission, load(mission.Scenario, path, settings)
+    return mission, configured(mission.Scenario, document, settings, source=source)
 
 
 def dispersible(scenario: BaseScenario) -> Dispersible:

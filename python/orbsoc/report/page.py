@@ -34,15 +34,14 @@ def render(
         "scientific": _scientific,
         "sentence": _sentence,
     }
-    images = [
-        {
-            "caption": figure.caption,
-            "appendix": figure.appendix,
-            "data": base64.b64encode((place / figure.name).read_bytes()).decode("ascii"),
-        }
-        for figure in figures
-    ]
+    images = [image(figure, place) for figure in figures]
     return environment.get_template(template).render(images=images, **values)
+
+
+def image(figure: FigureFile, place: Path) -> dict[str, Any]:
+    """A figure in `place` as templates take it, with its data inline."""
+    data = base64.b64encode((place / figure.name).read_bytes()).decode("ascii")
+    return {"caption": figure.caption, "appendix": figure.appendix, "data": data}
 
 
 def _number(value: float | None, form: str = "%.2f", *, per: float = 1.0) -> str:

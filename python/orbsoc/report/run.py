@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 TEMPLATE = "plan.html.j2"
 OWN_TEMPLATE = "report.html.j2"
 """In a mission's folder: extends `TEMPLATE`."""
+COMPUTER = "computer.png"
+"""Figure of the modelled run of the plan's solves."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +37,13 @@ class PlanRun:
     check: Agreement | None
     too_large: tuple[str, str] | None = None
     """The device whose engine does not hold the solves, which are not priced, and why."""
+
+    def __repr__(self) -> str:
+        found = self.verdict.lines[0]
+        return f"PlanRun({self.plan.status.name}: {found.figure})"
+
+    def _repr_html_(self) -> str:
+        return self.verdict._repr_html_()
 
     @property
     def verdict(self) -> Verdict:
@@ -101,10 +110,22 @@ def write_run(
             text = json.dumps(hardware, indent=2, allow_nan=False)
             (place / "hardware.json").write_text(text + "\n", encoding="utf-8")
         if report:
-            page = report_page(run.mission, document, hardware, tables, run.plan.figures(place), place)
+            figures = run.plan.figures(place)
+            computer = _drawn_computer(run.budget, place) if run.budget else None
+            page = report_page(run.mission, document, hardware, tables, figures, place, computer)
             (place / "report.html").write_text(page, encoding="utf-8")
         write_manifest(place, document)
         commit()
+
+
+def _drawn_computer(budget: CycleBudget, place: Path) -> FigureFile:
+    """The modelled run of a plan's solves, drawn into `place`."""
+    budget.draw(place / COMPUTER)
+    caption = (
+        f"Modelled run of {budget.summary()['scope']} on {budget.report.device}, partition {budget.report.partition}:"
+        " which of PS, PL modules, link and interrupts works when. Above all solves, below the longest iteration."
+    )
+    return FigureFile(COMPUTER, caption)
 
 
 def report_page(
@@ -114,9 +135,13 @@ def report_page(
     tables: Mapping[str, str],
     figures: tuple[FigureFile, ...],
     place: Path,
+    computer: FigureFile | None = None,
 ) -> str:
-    """The page of a plan's document, with the figures in `place`; templates see the columns of each table."""
-    from .page import render
+    """The page of a plan's document, with the figures in `place`; templates see the columns of each table.
+
+    `computer`: the figure of the modelled run, beside its cycle budget.
+    """
+    from .page import image, render
 
     folder = Path(mission.__file__).parent if mission.__file__ else None
     own = folder is not None and (folder / OWN_TEMPLATE).is_file()
@@ -127,6 +152,7 @@ def report_page(
         folder=folder if own else None,
         plan=document,
         hardware=hardware,
+        computer=computer and image(computer, place),
         columns=mission.COLUMNS,
         tables={name: ", ".join(text.partition("\n")[0].split(",")) for name, text in tables.items()},
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -18,6 +19,7 @@ from orbsoc.conic.errors import ProblemError
 from orbsoc.conic.problem import Problem, symmetric
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Certificate, Solution, Start, Status, WarmStart
+from orbsoc.files.html_table import html_table
 
 from .solver import check_type, resolve
 
@@ -59,6 +61,22 @@ class BatchSolution:
 
     def __len__(self) -> int:
         return len(self.message)
+
+    def __repr__(self) -> str:
+        ends = ", ".join(f"{count} {name}" for name, count in self._ends().items())
+        return f"BatchSolution({len(self)} problems: {ends})" if ends else "BatchSolution(no problems)"
+
+    def _repr_html_(self) -> str:
+        rows = {
+            **self._ends(),
+            "iterations": f"{self.iterations.min()} to {self.iterations.max()}" if len(self) else "–",
+            "set-up, solve": f"{1e3 * self.setup_s:.3f} ms, {1e3 * self.solve_s:.3f} ms",
+        }
+        return html_table(f"BatchSolution: {len(self)} problems", rows)
+
+    def _ends(self) -> dict[str, int]:
+        """How many problems ended with which status."""
+        return dict(Counter(status.name for status in self.status))
 
     def certificates(self) -> Iterator[Certificate]:
         """The certificate of each problem, in order."""

@@ -13,3 +13,7 @@ from .scenario import Scenario, load_scenario
 PAPER = "004"
 
 __all__ = ["COLUMNS", "PAPER", "Plan", "Scenario", "ScenarioError", "load_scenario", "plan", "reproduce"]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -217,6 +217,7 @@ def test_the_command_plans_prices_and_reports(tmp_path: Path) -> None:
     assert names == [
         "attitude.csv",
         "attitude.png",
+        "computer.png",
         "hardware.json",
         "history.png",
         "orbit.png",

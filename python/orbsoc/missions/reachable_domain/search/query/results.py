@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.files.html_table import html_table
 from orbsoc.orbit import Elements
 from orbsoc.orbit.planes import normals
 from orbsoc.sweep import ShardStore, StoreError
@@ -47,6 +48,22 @@ class ReachableDomain:
     scenario: Scenario
     points: Columns
     boundary: Columns
+
+    def __repr__(self) -> str:
+        return f"ReachableDomain({', '.join(f'{name} {value}' for name, value in self._counts().items())})"
+
+    def _repr_html_(self) -> str:
+        return html_table(f"ReachableDomain {self.scenario.name}", self._counts())
+
+    def _counts(self) -> dict[str, object]:
+        """What a reader wants to know first."""
+        heights = self.scenario.grid.perigee_height_km.values()
+        return {
+            "scenario": self.scenario.name,
+            "points": len(next(iter(self.points.values()), ())),
+            "boundary": len(next(iter(self.boundary.values()), ())),
+            "perigee heights": f"{heights[0]:g} to {heights[-1]:g} km",
+        }
 
     @cached_property
     def domain(self) -> Domain:
