@@ -64,7 +64,7 @@ class Search:
             if found.interrupted or found.verified or found.proof is not None:
                 return
             if strategy.applies(ready, found):
-                strategy.run(self, ready, found)
+                strategy.attempt(self, ready, found)
 
     def _cold(self, ready: InsertionSetup, found: Found) -> None:
         """The present start, refined until its flight confirms it."""
@@ -202,6 +202,17 @@ class Strategy:
     applies: Callable[[InsertionSetup, Found], bool]
     run: Callable[[Search, InsertionSetup, Found], object]
     may_claim: frozenset[Claim] = frozenset()
+
+    def attempt(self, search: Search, ready: InsertionSetup, found: Found) -> None:
+        """Run it. Raises RuntimeError where one of its attempts carries a claim that it may not make."""
+        before, best = len(found.stages), found.best
+        self.run(search, ready, found)
+        made = found.stages[before:]
+        if found.best is not None and found.best is not best:
+            made = [*made, found.best]
+        for stage in made:
+            if stage.claim not in self.may_claim:
+                raise RuntimeError(f"the strategy {self.name!r} may not claim {stage.claim.name}")
 
 
 STRATEGIES = (
