@@ -14,7 +14,7 @@ from orbsoc.guidance.vehicle import Vector
 from orbsoc.orbit import Elements, state_from_elements
 from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass
 
-from .model.orbits import in_own_keys
+from .orbits import in_own_keys
 
 Array = NDArray[np.float64]
 
