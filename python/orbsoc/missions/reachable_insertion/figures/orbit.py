@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.figure_style import labels_in_line, write_png
+from orbsoc.guidance.figure_style import BLUE, GREEN, VERMILION, labels_in_line, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import EARTH, Elements, elements_from_state, state_from_elements
 from orbsoc.orbit.elements import at_true_anomaly
@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-BEFORE, BURN, AFTER, COAST = "#0072B2", "#D55E00", "#009E73", "#7a7a7a"
-"""Okabe–Ito blue, vermilion and green, and grey."""
+BEFORE, BURN, AFTER, COAST = BLUE, VERMILION, GREEN, "#7a7a7a"
 ARROWS = 7
 INSIDE = 0.5
 """Of a panel's side, that the Earth has to take for a close-up within it."""
