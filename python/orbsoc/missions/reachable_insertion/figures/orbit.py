@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.figure_style import labels_in_line, write_png
+from orbsoc.guidance.figure_style import BLUE, GREEN, VERMILION, labels_in_line, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.guidance.orbit_drawing import draw_earth, draw_orbit, plane_of
 from orbsoc.orbit import EARTH, elements_from_state
@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-BEFORE, BURN, AFTER, COAST = "#0072B2", "#D55E00", "#009E73", "#7a7a7a"
-"""Okabe–Ito blue, vermilion and green, and grey."""
+BEFORE, BURN, AFTER, COAST = BLUE, VERMILION, GREEN, "#7a7a7a"
 ARROWS = 7
 INSIDE = 0.5
 """Of a panel's side, that the Earth has to take for a close-up within it."""

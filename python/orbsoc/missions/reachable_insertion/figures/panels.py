@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.figure_style import STYLE, labels_in_line, write_png
+from orbsoc.guidance.figure_style import BLUE, GREEN, STYLE, VERMILION, labels_in_line, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import EARTH, CanonicalUnits, pitch_yaw
 
@@ -29,8 +29,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-COLOURS = ("#0072B2", "#D55E00", "#009E73")
-"""Okabe–Ito blue, vermilion and green: distinct to colour-blind eyes and in print."""
+COLOURS = (BLUE, VERMILION, GREEN)
 MARGINS = {"left": 0.15, "right": 0.97, "bottom": 0.08, "top": 0.93}
 """Fixed, for a layout that is worked out takes as long as the drawing."""
 
