@@ -3,7 +3,8 @@
 The first pulse's time t is cut into pieces. For t in one, the N arcs hold [t, end], so that one contains [t, u₁] or one of
 [u_k, u_k+1], k ≥ 1. The arc over [t, u₁] leaves the coast at t: coast(s) + Φ(s − t) Δv, whose rows alone depend on t. The
 multipliers of one t bound the error for every other: −hᵀz + (c + G(t)ᵀz)ᵀx, with x held by the rows themselves. It is
-computed on a grid of t, less what it can change between two points, for ‖dG/dt‖ is known.
+computed on a grid of t, less what it can change between two points, for ‖dG/dt‖ is bounded in closed form: it is the
+velocity block of the transition matrix. The same change enters the bound on x (`_distance_bound`).
 """
 
 from __future__ import annotations
@@ -53,6 +54,18 @@ def _largest_rate(angle_rad: float) -> float:
     return max(1.0, abs(4.0 * cos(theta) - 3.0)) + 2.0 * sin(min(theta, 0.5 * pi))
 
 
+def _distance_bound(inverse: Array, reach_m: Array, move: float, moved: float) -> float:
+    """Above ‖x* − x‖ for x* feasible at any t′ near the grid's t; infinite where the grid is too coarse to tell.
+
+    With L (3, N, 3) a left inverse of the rows G(t), and D = G(t′) − G(t), ‖D_k‖ ≤ move:
+    x* − x = L (e − D x − D (x* − x)), ‖e_k‖ ≤ reach_k, so ‖x* − x‖ (1 − ‖L‖√N move) ≤ Σ ‖L_k‖ reach_k + ‖L‖√N move ‖x‖.
+    """
+    change = float(np.linalg.norm(inverse.reshape(3, -1), 2)) * inverse.shape[1] ** 0.5 * move
+    if not change < 1.0:
+        return float("inf")
+    return (float(np.linalg.norm(inverse, axis=(0, 2)) @ reach_m) + change * moved) / (1.0 - change)
+
+
 def _first_arc(
     flight: Flight, start: Array, piece_s: tuple[float, float], until_s: float, level_m: float, solve: Solve
 ) -> float:
@@ -79,6 +92,8 @@ def _first_arc(
         return float("nan")
     z, x = project_dual(found, solution.z), np.asarray(solution.x)
     value, worst = float(-(found.h @ z)), np.inf
+    weight = float(np.linalg.norm(z.reshape(-1, 4)[:, 1:], axis=1).sum())
+    moved = float(np.linalg.norm(x[:3]))
     width = 0.5 * (high - low) / POINTS
     rate = _largest_rate(flight.motion.mean_motion_rad_s * (until_s - low))
     for t in np.linspace(low, high, POINTS + 1).tolist():
@@ -86,9 +101,10 @@ def _first_arc(
         residual = found.c + matrix.T @ z
         off = np.linalg.norm(beside + blocks @ x[:3], axis=1)
         inverse = np.linalg.pinv(blocks.reshape(-1, 3)).reshape(3, at.size, 3)
-        size = float(np.linalg.norm(inverse, axis=(0, 2)) @ (level_m + off))  # ‖x − solution‖ ≤
-        between = rate * width / length * (float(np.linalg.norm(x[:3])) + 1.05 * size)
+        move = rate * width / length  # ≥ ‖G_k(t) − G_k(t′)‖ of each sample's rows, for |t − t′| ≤ width
+        size = _distance_bound(inverse, level_m + off, move, moved)  # ‖x − solution at t′‖ ≤
+        between = move * weight * (moved + size)
         error_off = abs(float(residual[3])) * (level_m + abs(float(x[3])))
         here = value + float(residual @ x) - float(np.linalg.norm(residual[:3])) * size - error_off - between
-        worst = min(worst, here)
+        worst = float(np.minimum(worst, here))  # NaN stays NaN
     return worst
