@@ -63,7 +63,8 @@ def _distance_bound(inverse: Array, reach_m: Array, move: float, moved: float) -
     change = float(np.linalg.norm(inverse.reshape(3, -1), 2)) * inverse.shape[1] ** 0.5 * move
     if not change < 1.0:
         return float("inf")
-    return (float(np.linalg.norm(inverse, axis=(0, 2)) @ reach_m) + change * moved) / (1.0 - change)
+    still = float(np.linalg.norm(inverse, axis=(0, 2)) @ reach_m)
+    return (still + change * moved) / (1.0 - change)
 
 
 def _first_arc(
@@ -100,7 +101,7 @@ def _first_arc(
         matrix, blocks = problem(t).G, rows(t)
         residual = found.c + matrix.T @ z
         off = np.linalg.norm(beside + blocks @ x[:3], axis=1)
-        inverse = np.linalg.pinv(blocks.reshape(-1, 3)).reshape(3, at.size, 3)
+        inverse: Array = np.asarray(np.linalg.pinv(blocks.reshape(-1, 3)), dtype=np.float64).reshape(3, -1, 3)
         move = rate * width / length  # ≥ ‖G_k(t) − G_k(t′)‖ of each sample's rows, for |t − t′| ≤ width
         size = _distance_bound(inverse, level_m + off, move, moved)  # ‖x − solution at t′‖ ≤
         between = move * weight * (moved + size)
