@@ -51,12 +51,12 @@ class InertialManoeuvre:
 
 
 def oem(subject: Subject, times_s: ArrayLike, states: ArrayLike, *, comment: str) -> str:
-    """States (K, 6), ECI, SI, at times (K,) as an Orbit Ephemeris Message; `comment` stands before them."""
+    """States (K, 6), ECI, SI, at times (K,) as an Orbit Ephemeris Message; the lines of `comment` stand before them."""
     times = np.asarray(times_s, np.float64)
     start, stop = _stamp(subject.epoch, float(times[0])), _stamp(subject.epoch, float(times[-1]))
     lines = [*_header("CCSDS_OEM_VERS = 3.0", subject), "", "META_START", *_object(subject)]
     lines += [f"START_TIME = {start}", f"STOP_TIME = {stop}", "META_STOP", ""]
-    lines += [f"COMMENT {comment}"]
+    lines += [f"COMMENT {each}" for each in comment.splitlines()]
     for time_s, state in zip(times, np.asarray(states, np.float64) / 1e3, strict=True):
         numbers = " ".join(f"{value:.9f}" for value in state)
         lines.append(f"{_stamp(subject.epoch, float(time_s))} {numbers}")
@@ -71,11 +71,16 @@ def opm(
     mass_kg: float | None = None,
     manoeuvres: Sequence[InertialManoeuvre] = (),
     constants: ConstantsSet = EARTH,
+    comment: str = "",
 ) -> str:
-    """A state (6,), ECI, SI, and its elements as an Orbit Parameter Message, with the manoeuvres that follow."""
+    """A state (6,), ECI, SI, and its elements as an Orbit Parameter Message, with the manoeuvres that follow.
+
+    The lines of `comment` stand before the state.
+    """
     vector = np.asarray(state, np.float64)
     orbit = elements_from_state(vector[:3], vector[3:], constants)
     lines = [*_header("CCSDS_OPM_VERS = 3.0", subject), *_object(subject)]
+    lines += [f"COMMENT {each}" for each in comment.splitlines()]
     lines.append(f"EPOCH = {_stamp(subject.epoch, time_s)}")
     for key, value in zip(("X", "Y", "Z", "X_DOT", "Y_DOT", "Z_DOT"), vector / 1e3, strict=True):
         lines.append(f"{key} = {value:.9f} [{'km/s' if key.endswith('DOT') else 'km'}]")

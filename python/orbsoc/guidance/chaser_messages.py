@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from datetime import timedelta
 
 import numpy as np
@@ -25,12 +26,14 @@ def chaser_messages(
     constants: ConstantsSet = EARTH,
     x_axis: str = "the node of the target's orbit",
     epoch_utc: str | None = None,
+    assumptions: Sequence[str] = (),
 ) -> dict[str, str]:
     """`chaser.oem` and `chaser.opm` of a programme as it was flown, in the inertial axes of the target's orbit.
 
     x points to `x_axis`; times count from the first of the flight. An impulse's time has the state before
     it, and its velocity change is turned from the target's (R, T, N) as they are then.
     With `epoch_utc` the first time has that date, the flight's axes are TEME at it, and the messages are in EME2000.
+    Each of `assumptions` is a comment of both.
     """
     subject = Subject(f"{name} chaser", x_axis, "the first state")
     turn = np.eye(3)
@@ -46,6 +49,9 @@ def chaser_messages(
     chaser = rotate_state(turn, flown.pairs[:, 1])
     steps = "velocities step at the impulses, whose times have the state before them"
     return {
-        "chaser.oem": oem(subject, flown.times_s, chaser, comment=f"{comment}; {steps}"),
-        "chaser.opm": opm(subject, float(flown.times_s[0]), chaser[0], manoeuvres=burns, constants=constants),
-    }
+        "chaser.oem": oem(subject, flown.times_s, chaser, comment="\n".join((f"{comment}; {steps}", *assumptions))),
+        "chaser.opm": opm(
+            subject, float(flown.times_s[0]), chaser[0], manoeuvres=burns, constants=constants,
+            comment="\n".join(assumptions),
+        ),
+    }  # fmt: skip

@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from orbsoc.guidance.orbit_input.beside import circle_words
 from orbsoc.guidance.orbit_input.catalogue import from_tle
 from orbsoc.guidance.scenario_file import ScenarioError, checked, merged
 from orbsoc.missions import fly_around, passive_safety, platform_launch
 from orbsoc.missions.fly_around.verification import target_state
 from orbsoc.missions.platform_launch.paper import is_papers
-from orbsoc.orbit import elements_from_state, state_from_elements
+from orbsoc.orbit import Elements, elements_from_state, state_from_elements
+from orbsoc.orbit.perturbations import PointMass, coast
 from orbsoc.orbit.relative import LVLH, absolute_state
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
@@ -157,3 +159,16 @@ def test_a_papers_launch_is_still_known_as_the_papers() -> None:
     assert is_papers(ours)
     moved = checked(platform_launch.Scenario, merged(document, {"orbit": {"raan_deg": 1.0}}), source="t")
     assert not is_papers(moved)
+
+
+def test_a_nearly_circular_target_leaves_its_circle_by_no_more_than_is_told() -> None:
+    """The worst place to begin is a quarter of a revolution from the perigee: 4 a e, three quarters later."""
+    sma, ecc = 6878137.0, 2e-3
+    nearly = Elements(sma, ecc, 0.5, 0.2, 0.3, np.pi / 2)
+    circle = Elements(sma, 0.0, 0.5, 0.2, 0.0, 0.3 + np.pi / 2)
+    states = np.array([np.concatenate(state_from_elements(each)) for each in (nearly, circle)])
+    flown = coast(states, np.linspace(0.0, 6000.0, 601), [PointMass()])[:, :, :3]
+    farthest = float(np.linalg.norm(flown[:, 0] - flown[:, 1], axis=1).max())
+    assert 0.99 * 4.0 * sma * ecc < farthest < 4.0 * sma * ecc
+    [words] = circle_words((sma - 6378137.0) / 1e3, ecc)
+    assert "4 a e = 55 km" in words

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 from dataclasses import replace
 from itertools import pairwise
@@ -16,6 +17,7 @@ from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import BROKEN, DOCUMENT_KEYS, Agreement, Auditable, Dispersible, PlanStatus
+from orbsoc.guidance.scenario_file import checked, read_toml
 from orbsoc.guidance.verdict import WIDTH
 from orbsoc.interfaces import clarabel
 from orbsoc.missions import fly_around
@@ -24,14 +26,20 @@ from orbsoc.missions.fly_around.record import plan_document
 from orbsoc.missions.fly_around.verification import forces_of, target_state
 from orbsoc.orbit.perturbations import coast
 from orbsoc.orbit.relative import relative_state
+from orbsoc.report.run import PlanRun, report_page
 
-from .baseline import SCENARIOS, planned, scenario
+from .baseline import FEWEST, SCENARIOS, planned, scenario
 from .test_search import NAVIGATION
 
 KEYS = (
     "status", "exit_reason", "mission", "delta_v_m_s", "cost", "impulses", "terminal_error", "constraints", "audits",
     "certificates", "subproblems", "paper", "constants", "scenario", "pulses", "largest_error_m", "proof",
 )  # fmt: skip
+
+NEARLY_ROUND = {
+    "sma_km": 6878.137, "ecc": 0.001, "inc_deg": 30.0, "raan_deg": 10.0, "argp_deg": 20.0, "true_anomaly_deg": 30.0,
+    "epoch_utc": "2026-01-01T00:00:00+00:00", "frame": "TEME",
+}  # fmt: skip
 
 
 def test_the_mission_is_dispersible_and_judges_programmes() -> None:
@@ -250,3 +258,24 @@ def test_a_plan_that_does_not_give_the_papers_count_is_told_as_failed() -> None:
 
 def test_other_data_have_no_rows_of_the_paper() -> None:
     assert plan_document(plan(scenario(impulses="equal", tolerance_m=3.0)))["paper"] == []
+
+
+def test_an_eccentricity_left_out_is_told_in_document_report_and_messages(tmp_path: Path) -> None:
+    document = {**read_toml(FEWEST), "impulses": "equal", "target": NEARLY_ROUND}
+    found = plan(checked(Scenario, document, source="nearly round"))
+    told = found.to_dict()
+    assert told["scenario"]["target"]["ecc_left_out"] == pytest.approx(0.001, abs=1e-9)
+    [words] = told["assumptions"]
+    assert "eccentricity 0.001 is left out" in words
+    assert "4 a e = 27.5 km" in words
+    tables = found.tables()
+    for name in ("chaser.oem", "chaser.opm"):
+        assert "REF_FRAME = EME2000" in tables[name]
+        assert f"COMMENT {words}" in tables[name].splitlines()
+    run = PlanRun(fly_around, found, "orbsoc", None, None)
+    page = html.unescape(report_page(fly_around, run.to_dict(), None, tables, (), tmp_path))
+    assert f"Assumed: {words}." in page
+    again = Scenario.model_validate_json(json.dumps(told["scenario"]))
+    assert again == found.scenario
+    assert again.assumptions == [words]
+    assert planned("equal").to_dict()["assumptions"] == []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 from dataclasses import replace
 from functools import cache
@@ -16,15 +17,22 @@ from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution
 from orbsoc.guidance.mission import BROKEN, Agreement, Dispersible, PlanStatus
+from orbsoc.guidance.scenario_file import checked, read_toml
 from orbsoc.guidance.verdict import Question, Word
 from orbsoc.interfaces import clarabel
-from orbsoc.missions import MISSIONS
-from orbsoc.missions.platform_launch import Plan, load_scenario, plan, reproduce, samples
+from orbsoc.missions import MISSIONS, platform_launch
+from orbsoc.missions.platform_launch import Plan, Scenario, load_scenario, plan, reproduce, samples
 from orbsoc.missions.platform_launch.paper import compare
 from orbsoc.orbit.perturbations import PointMass, coast
 from orbsoc.orbit.relative import relative_state
+from orbsoc.report.run import PlanRun, report_page
 from tests.missions.platform_launch.data import SCENARIOS, launched, paper
 from tests.missions.verdict_rules import assert_rules
+
+NEARLY_ROUND = {
+    "sma_km": 6878.137, "ecc": 0.001, "inc_deg": 30.0, "raan_deg": 10.0, "argp_deg": 20.0, "true_anomaly_deg": 30.0,
+    "epoch_utc": "2026-01-01T00:00:00+00:00", "frame": "TEME",
+}  # fmt: skip
 
 
 @cache
@@ -209,3 +217,28 @@ def test_a_plan_that_does_not_give_the_papers_numbers_is_told_as_failed() -> Non
 
 def test_other_data_have_no_rows_of_the_paper() -> None:
     assert plan(launched()).to_dict()["paper"] == []
+
+
+def test_an_eccentricity_left_out_is_told_in_document_report_and_messages(tmp_path: Path) -> None:
+    document = {
+        **read_toml(SCENARIOS / "paper002_norms.toml"),
+        "orbit": {"semi_minor_m": 500.0},
+        "target": NEARLY_ROUND,
+    }
+    found = plan(checked(Scenario, document, source="nearly round"))
+    told = found.to_dict()
+    assert told["scenario"]["orbit"]["ecc_left_out"] == pytest.approx(0.001, abs=1e-9)
+    [words] = told["assumptions"]
+    assert "eccentricity 0.001 is left out" in words
+    assert "4 a e = 27.5 km" in words
+    tables = found.tables()
+    for name in ("chaser.oem", "chaser.opm"):
+        assert "REF_FRAME = EME2000" in tables[name]
+        assert f"COMMENT {words}" in tables[name].splitlines()
+    run = PlanRun(platform_launch, found, "orbsoc", None, None)
+    page = html.unescape(report_page(platform_launch, run.to_dict(), None, tables, (), tmp_path))
+    assert f"Assumed: {words}." in page
+    again = Scenario.model_validate_json(json.dumps(told["scenario"]))
+    assert again == found.scenario
+    assert again.assumptions == [words]
+    assert planned().to_dict()["assumptions"] == []

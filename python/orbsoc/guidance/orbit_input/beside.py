@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from datetime import datetime
-from typing import Any, Literal
+from math import degrees
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError, T, Table, checked, refuse
 from orbsoc.guidance.vehicle import Vector
@@ -23,6 +25,18 @@ DATED = ("epoch_utc", "frame", "source")
 """Keys beside the mission's own once a table with a date is read."""
 CIRCULAR = 1e-12
 """An eccentricity below it is rounding."""
+ROUND = 2e-3
+"""Eccentricity up to which a target's orbit is taken for the circle of its semi-major axis: 3 e is below a percent too."""
+
+LeftOut = Annotated[
+    float | None,
+    Field(
+        ge=0.0,
+        le=ROUND,
+        description="eccentricity of the target that the circle leaves out; written when it is read",
+    ),
+]
+"""Of a key `ecc_left_out` of a mission that counts about a circular orbit."""
 
 
 class NamedAxes(Table):
@@ -75,6 +89,39 @@ def polar_elements(name: str, orbit: Orbit) -> Elements:
         return found
     place = float((found.argp_rad + found.true_anomaly_rad) % (2.0 * np.pi))
     return Elements(found.sma_m, 0.0, found.inc_rad, found.raan_rad, 0.0, place)
+
+
+def circle_keys(name: str, orbit: Orbit) -> dict[str, Any]:
+    """Keys of a circular orbit in place of an orbit that is nearly one: its semi-major axis, plane, and place from the node.
+
+    `ecc_left_out` is its eccentricity, None where it is 0. Refuses one above `ROUND`.
+    """
+    at = polar_elements(name, orbit)
+    if at.ecc > ROUND:
+        allowed = f"the motion is that about a circular orbit; must be at most {ROUND:g}"
+        refuse([Complaint(name, f"e = {at.ecc:.6g}", allowed)])
+    return {
+        "altitude_km": height_km(at),
+        "inc_deg": degrees(at.inc_rad),
+        "raan_deg": degrees(at.raan_rad),
+        "latitude_argument_deg": degrees((at.argp_rad + at.true_anomaly_rad) % (2.0 * np.pi)),
+        "ecc_left_out": at.ecc or None,
+        **dated_keys(orbit),
+    }
+
+
+def circle_words(altitude_km: float, ecc_left_out: float | None) -> list[str]:
+    """What `circle_keys` left out, and how far from the circle the target may be; empty where nothing was.
+
+    From the same place at time 0 they part by a e cos M outward and 2 a e (sin M - sin M0) along: by at most 4 a e.
+    """
+    if not ecc_left_out:
+        return []
+    away_km = 4.0 * ecc_left_out * (EARTH.earth_radius_m / 1e3 + altitude_km)
+    return [
+        f"the target's eccentricity {ecc_left_out:.6g} is left out, its orbit is the circle of its semi-major axis;"
+        f" by two-body motion the target may be 4 a e = {away_km:.3g} km away"
+    ]
 
 
 def dated_keys(orbit: Orbit) -> dict[str, Any]:

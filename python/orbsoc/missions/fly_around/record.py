@@ -29,6 +29,7 @@ def plan_document(plan: FlyAround) -> dict[str, Any]:
         "exit_reason": plan.status.name,
         "message": plan.message,
         "details": details(plan),
+        "assumptions": scenario.assumptions,
         "pulses": found and found.programme.fired,
         "delta_v_m_s": found and found.programme.total_m_s,
         "cost": found and found.programme.total_m_s,

@@ -7,7 +7,6 @@ x and z along its semi-axes. Source of the quantities: the paper, section 3.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from math import degrees
 from os import PathLike
 from typing import Annotated, Any, Literal, Self
 
@@ -16,11 +15,11 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, Strict, model_validator
 
 from orbsoc.guidance.orbit_input.beside import (
-    dated_keys,
-    height_km,
+    LeftOut,
+    circle_keys,
+    circle_words,
     named_axes,
     named_orbit,
-    polar_elements,
     read_table,
 )
 from orbsoc.guidance.relative_flight import BALLISTIC_M2_KG
@@ -40,9 +39,6 @@ WAYS = ("fewest", "adaptive", "equal")
 MOST_PULSES = 400
 FARTHEST = 0.01
 """Of the orbit's radius: farther away the linear motion is off by a percent of the distance."""
-
-ROUND = 2e-3
-"""Eccentricity up to which a target's orbit is taken for the circle of its semi-major axis: 3 e is below a percent too."""
 
 
 def _asked(value: Any) -> Any:
@@ -73,6 +69,7 @@ class Target(Table):
     epoch_utc: str | None = Field(default=None, description="ISO 8601; of time 0")
     frame: Literal["TEME"] | None = Field(default=None, description="of a date; any other is turned to it")
     source: str | None = Field(default=None, description="written when a TLE or a file is read")
+    ecc_left_out: LeftOut = None
 
 
 class EllipseTable(Table):
@@ -150,6 +147,11 @@ class Scenario(BaseScenario):
         return self
 
     @property
+    def assumptions(self) -> list[str]:
+        """What holds though the file says otherwise, in words."""
+        return circle_words(self.target.altitude_km, self.target.ecc_left_out)
+
+    @property
     def allowed_m(self) -> float:
         """How far the flight of the check may stray."""
         return self.tolerance_m * (1.0 + self.truth.excess_share)
@@ -212,19 +214,7 @@ def _in_own_keys(given: Mapping[str, Any]) -> dict[str, Any]:
     orbit = named_orbit("target", table, own) if isinstance(table, Mapping) else None
     if orbit is None:
         return dict(given)
-    at = polar_elements("target", orbit)
-    if at.ecc > ROUND:
-        allowed = f"the motion is that about a circular orbit; must be at most {ROUND:g}"
-        refuse([Complaint("target", f"e = {at.ecc:.6g}", allowed)])
-    place = float((at.argp_rad + at.true_anomaly_rad) % (2.0 * np.pi))
-    target = {
-        "altitude_km": height_km(at),
-        "inc_deg": degrees(at.inc_rad),
-        "raan_deg": degrees(at.raan_rad),
-        "latitude_argument_deg": degrees(place),
-        **dated_keys(orbit),
-    }
-    return {**given, "target": target}
+    return {**given, "target": circle_keys("target", orbit)}
 
 
 def _start_in_own_axes(given: Mapping[str, Any]) -> dict[str, Any]:

@@ -272,6 +272,7 @@ def messages(scenario: Scenario, plan: Flown, flown: TrueFlight) -> dict[str, st
         flight,
         comment="point mass, J2 and drag",
         epoch_utc=scenario.target.epoch_utc,
+        assumptions=scenario.assumptions,
     )
 
 

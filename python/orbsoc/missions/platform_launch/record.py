@@ -25,6 +25,7 @@ def plan_document(plan: LaunchPlan) -> dict[str, Any]:
         "exit_reason": plan.status.name,
         "message": plan.message,
         "details": details(plan),
+        "assumptions": plan.scenario.assumptions,
         "launch": _launch(plan),
         "delta_v_m_s": programme and programme.total_m_s,
         "cost": met and met.value,

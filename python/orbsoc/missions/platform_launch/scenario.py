@@ -7,7 +7,7 @@ where the platform is below the target on its fly-around ellipse. Source of the 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from math import atan2, cos, degrees, pi, radians, sin
+from math import atan2, cos, pi, radians, sin
 from os import PathLike
 from typing import Annotated, Any, Literal, Self
 
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, Strict, model_validator
 
-from orbsoc.guidance.orbit_input.beside import dated_keys, height_km, named_orbit, polar_elements
+from orbsoc.guidance.orbit_input.beside import LeftOut, circle_keys, circle_words, named_orbit
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
 from orbsoc.orbit import EARTH, ConstantsSet, Elements, state_from_elements
 from orbsoc.orbit.relative import ClohessyWiltshire
@@ -32,8 +32,6 @@ PAPER_EARTH = ConstantsSet(
 )
 FARTHEST = 0.01
 """Of the orbit's radius: farther away the linear motion is off by a percent of the distance."""
-ROUND = 2e-3
-"""Eccentricity up to which a target's orbit is taken for the circle of its semi-major axis."""
 SINGULAR = 1e-4
 """Of `transfer.singularity`, below which two impulses are refused."""
 LONGEST_S = 1e6
@@ -103,6 +101,7 @@ class Orbit(Table):
     epoch_utc: str | None = Field(default=None, description="ISO 8601; of the launch")
     frame: Literal["TEME"] | None = Field(default=None, description="of a date; any other is turned to it")
     source: str | None = Field(default=None, description="written when a TLE or a file is read")
+    ecc_left_out: LeftOut = None
 
 
 class Rendezvous(Table):
@@ -156,6 +155,11 @@ class Scenario(BaseScenario):
     def _physics(self) -> Self:
         refuse(physical_complaints(self))
         return self
+
+    @property
+    def assumptions(self) -> list[str]:
+        """What holds though the file says otherwise, in words."""
+        return circle_words(self.orbit.altitude_km, self.orbit.ecc_left_out)
 
     @property
     def constants(self) -> ConstantsSet:
@@ -243,18 +247,9 @@ def _in_own_keys(given: Mapping[str, Any]) -> dict[str, Any]:
         refuse(
             [Complaint("orbit.constants", repr(orbit_table["constants"]), "with [target] must be 'wgs84'")]
         )
-    at = polar_elements("target", orbit)
-    if at.ecc > ROUND:
-        allowed = f"the motion is that about a circular orbit; must be at most {ROUND:g}"
-        refuse([Complaint("target", f"e = {at.ecc:.6g}", allowed)])
-    place = degrees((at.argp_rad + at.true_anomaly_rad) % (2.0 * pi))
-    own = {
-        "altitude_km": height_km(at), "raan_deg": degrees(at.raan_rad), "inc_deg": degrees(at.inc_rad),
-        "latitude_argument_deg": place, "constants": "wgs84", **dated_keys(orbit),
-    }  # fmt: skip
     return {
         **{key: value for key, value in given.items() if key != "target"},
-        "orbit": {**orbit_table, **own},
+        "orbit": {**orbit_table, **circle_keys("target", orbit), "constants": "wgs84"},
     }
 
 

@@ -83,6 +83,7 @@ def messages(scenario: Scenario, found: Flown) -> dict[str, str]:
     return chaser_messages(
         scenario.name, found.programme, found.flight, comment=comment, constants=scenario.constants,
         epoch_utc=scenario.orbit.epoch_utc, x_axis="where orbit.raan_deg is counted from",
+        assumptions=scenario.assumptions,
     )  # fmt: skip
 
 
