@@ -201,7 +201,7 @@ def test_calibrate_writes_a_platform_that_the_other_commands_take(workload: Path
         (("explain", "{w}", "zu9eg", "zu9eg:paper"), "must be DEVICE:PARTITION"),
         (("partition", "{w}", "--lanes", "two"), "must be numbers joined by commas"),
         (("budget", "{w}.missing"), "No such file"),
-        (("budget", "{root}/pyproject.toml"), "`mission` = None: no such mission"),
+        (("budget", "{root}/pyproject.toml"), "`mission`: is missing; allowed: reachable_domain, "),
         (("budget", "{root}/tests/strategies.py"), "is not JSON"),
     ],
 )

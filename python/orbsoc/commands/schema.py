@@ -29,8 +29,9 @@ def schema(
         return
     mission = SCHEMAS.get(name, name)
     if mission not in MISSIONS:
-        near = did_you_mean(mission, [*MISSIONS, *SCHEMAS])
-        raise typer.BadParameter(f"{name!r}: no such mission; allowed: {NAMES}.{near}")
+        known = [*MISSIONS, *SCHEMAS]
+        near = did_you_mean(mission, known)
+        raise typer.BadParameter(f"{name!r}: no such mission; allowed: {', '.join(known)}.{near}")
     typer.echo(json.dumps(MISSIONS[mission].Scenario.model_json_schema(), indent=2))
 
 

@@ -389,10 +389,19 @@ impl FinishedAttempt<'_> {
         let (none, radius) = (f64::NAN, found.radius);
         let certificate = Certificate { primal_residual: none, dual_residual: none, gap: none, radius };
         let (infinite, message) = if found.status == Status::PrimalInfeasible {
-            (f64::INFINITY, format!("no feasible x has ‖x‖∞ < {radius:.3e}"))
+            let proved = if radius.is_finite() {
+                format!("no feasible x has ‖x‖∞ < {radius:.3e}")
+            } else {
+                "no x is feasible, however large".into()
+            };
+            (f64::INFINITY, proved)
         } else {
-            let what = "dual infeasible (unbounded if feasible)";
-            (f64::NEG_INFINITY, format!("{what}: no dual point has norm below {radius:.3e}"))
+            let proved = if radius.is_finite() {
+                format!("no dual point has norm below {radius:.3e}")
+            } else {
+                "there is no dual point, however large".into()
+            };
+            (f64::NEG_INFINITY, format!("dual infeasible (unbounded if feasible): {proved}"))
         };
         let residuals =
             Residuals { certificate, independent: none, objective: infinite, dual_objective: infinite };

@@ -64,7 +64,7 @@ def _distance_bound(inverse: Array, reach_m: Array, move: float, moved: float) -
     if not change < 1.0:
         return float("inf")
     still = float(np.linalg.norm(inverse, axis=(0, 2)) @ reach_m)
-    return (still + change * moved) / (1.0 - change)
+    return float((still + change * moved) / (1.0 - change))
 
 
 def _first_arc(
