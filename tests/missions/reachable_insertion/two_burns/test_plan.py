@@ -221,6 +221,8 @@ def test_the_command_plans_prices_and_reports(tmp_path: Path) -> None:
         "computer.png",
         "hardware.json",
         "history.png",
+        "orbit.oem",
+        "orbit.opm",
         "orbit.png",
         "plan.json",
         "report.html",
