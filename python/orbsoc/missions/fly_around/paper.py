@@ -125,7 +125,8 @@ def _equal(found: Checked) -> Iterator[PaperRow]:
 def _fewest(plan: FlyAround, found: Checked) -> Iterator[PaperRow]:
     assert plan.search is not None
     proof = (
-        f"{plan.search.impossible} are proved too few, for they stray {plan.search.impossible_below_m:.4f} m"
+        f"{plan.search.impossible} are proved too few, for they stray {plan.search.impossible_any_m:.4f} m,"
+        " whenever the first one is"
         if plan.search.certified
         else "that fewer cannot do is not proved"
     )
