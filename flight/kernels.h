@@ -36,6 +36,7 @@ typedef struct {
 } orbsoc_scaled;
 void orbsoc_equilibrate(pattern_t pattern, const orbsoc_numbers *given, uint32_t passes,
                         const orbsoc_scaled *out, orbsoc_real *norms);
+void orbsoc_rescale(pattern_t pattern, const orbsoc_numbers *given, const orbsoc_scaled *out);
 void orbsoc_load_given(const orbsoc_solver *solver);
 void orbsoc_norms(pattern_t pattern, const orbsoc_numbers *given, orbsoc_real *norms);
 void orbsoc_load_start(pattern_t pattern, const orbsoc_real *start, const orbsoc_scaled *scales,

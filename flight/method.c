@@ -241,6 +241,7 @@ static void solve_somewhere(orbsoc_solver *solver, orbsoc_attempt attempt, orbso
     orbsoc_begin(solver, attempt);
     solver->warm_start = warm;
     solver->away = 1;
+    solver->kept = 0;
     orbsoc_begin_there(solver);
     if (solver->event == 0u) {
       solve_with_restarts(solver, list);
@@ -259,6 +260,8 @@ static void solve_somewhere(orbsoc_solver *solver, orbsoc_attempt attempt, orbso
     place -= 1u;
     events[place - 1u] = 0;
   }
+  /* What a solve without a certificate leaves is not built upon. */
+  solver->kept = (orbsoc_is_believed(solver) != 0) ? solver->kept : 0u;
   solver->solution.place = (orbsoc_place)place;
   solver->solution.event[0] = events[0];
   solver->solution.event[1] = events[1];

@@ -291,6 +291,7 @@ typedef struct {
   orbsoc_real *scratch;
   orbsoc_numbers numbers;
   uint32_t given; /* one bit for each of the six data that were set */
+  uint32_t kept;  /* the matrices are equilibrated (1), and in the KKT matrix (2) */
   orbsoc_ask ask; /* may be a null pointer */
   void *context;
   uint32_t attempt;

@@ -22,12 +22,14 @@ static orbsoc_scaled scaled_of(buffers_t b) {
   return out;
 }
 
-static void matrix_scaling(const orbsoc_solver *solver, orbsoc_stage stage) {
+static void matrix_scaling(const orbsoc_solver *solver, orbsoc_stage stage, int anew) {
   pattern_t pattern = solver->pattern;
   buffers_t b = solver->buffer;
   const size_t all = unknowns_of(pattern);
   const orbsoc_scaled scaled = scaled_of(b);
-  if (stage == STAGE_EQUILIBRATE) {
+  if (stage == STAGE_EQUILIBRATE && anew == 0) {
+    orbsoc_rescale(pattern, &solver->numbers, &scaled);
+  } else if (stage == STAGE_EQUILIBRATE) {
     orbsoc_equilibrate(pattern, &solver->numbers, solver->settings.ruiz_passes, &scaled,
                        solver->scratch);
   } else if (stage == STAGE_LOAD_START) {
@@ -44,11 +46,13 @@ static void matrix_scaling(const orbsoc_solver *solver, orbsoc_stage stage) {
   }
 }
 
-static void matrix_update(const orbsoc_solver *solver, orbsoc_stage stage) {
+static void matrix_update(const orbsoc_solver *solver, orbsoc_stage stage, int anew) {
   buffers_t b = solver->buffer;
   if (stage == STAGE_LOAD_KKT) {
-    orbsoc_load_kkt(solver->pattern, b[ORBSOC_P], b[ORBSOC_A], b[ORBSOC_G],
-                    b[ORBSOC_KKT_VALUES]);
+    if (anew != 0) {
+      orbsoc_load_kkt(solver->pattern, b[ORBSOC_P], b[ORBSOC_A], b[ORBSOC_G],
+                      b[ORBSOC_KKT_VALUES]);
+    }
   } else if (stage == STAGE_IDENTITY_BLOCKS) {
     orbsoc_identity_blocks(solver->pattern, b[ORBSOC_PARAMETERS], b[ORBSOC_KKT_VALUES],
                            b[ORBSOC_REGULARIZATION]);
@@ -353,14 +357,18 @@ static const uint8_t module_of[ORBSOC_STAGES] = {
     STATISTICS, STATISTICS, LINEAR_SOLVE, STATISTICS, CONE_OPS, LINE_SEARCH, STATISTICS, STATISTICS,
     CONE_OPS, CONE_OPS, STATISTICS, MATRIX_SCALING};
 
-static void execute(const orbsoc_solver *solver, orbsoc_stage stage, int measured) {
+/* `whole`: with nothing left out that a decision does not need, or that is there already. */
+static void execute(orbsoc_solver *solver, orbsoc_stage stage, int whole) {
   buffers_t b = solver->buffer;
+  const uint32_t needed = (stage == STAGE_EQUILIBRATE) ? 1u : 2u;
+  const int anew = whole != 0 || solver->kept < needed;
+  const int measured = whole != 0 || b[ORBSOC_CONTROL][WORD_NEEDS_RESIDUAL] != 0;
   switch (module_of[stage]) {
     case MATRIX_SCALING:
-      matrix_scaling(solver, stage);
+      matrix_scaling(solver, stage, anew);
       break;
     case MATRIX_UPDATE:
-      matrix_update(solver, stage);
+      matrix_update(solver, stage, anew);
       break;
     case FACTORIZATION:
       orbsoc_factorize(solver->pattern, b[ORBSOC_KKT_VALUES], b[ORBSOC_REGULARIZATION],
@@ -378,6 +386,10 @@ static void execute(const orbsoc_solver *solver, orbsoc_stage stage, int measure
     default:
       statistics(solver, stage);
       break;
+  }
+  /* A cost's factor is in P: what has P is made anew each time. */
+  if ((stage == STAGE_EQUILIBRATE || stage == STAGE_LOAD_KKT) && solver->kept < needed) {
+    solver->kept = (solver->pattern->nnz_p == 0u && solver->away == 0u) ? needed : 0u;
   }
 }
 
@@ -407,7 +419,7 @@ orbsoc_outcome orbsoc_run(orbsoc_solver *solver, orbsoc_stage stage, int whole) 
   const int judges = stage == STAGE_CENTER_START || stage == STAGE_NEWTON_START;
   uint32_t reason = 0;
   if (solver->away == 0u) {
-    execute(solver, stage, whole != 0 || b[ORBSOC_CONTROL][WORD_NEEDS_RESIDUAL] != 0);
+    execute(solver, stage, whole);
   } else {
     const uint32_t flag = repeats ? ORBSOC_REFINEMENT_ACTIVE
                                   : (judges ? ORBSOC_VERDICT : ORBSOC_CONTROL);

@@ -77,7 +77,7 @@ def _on_pl(
         split = load_partition(partition) if isinstance(partition, str) else partition
         if split is None or not split.uses_pl:
             return {}
-        chosen = replace(engine or Engine(), fp=fp)
+        chosen = replace(engine or Engine(), fp=64 if fp == 64 else 32)
         return partition_texts(problem, settings, split, chosen, form)
     except HwModelError as error:
         raise FlightError(str(error)) from error
