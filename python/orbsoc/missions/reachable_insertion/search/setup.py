@@ -13,6 +13,7 @@ from orbsoc.guidance.powered_flight import Burn, Trajectory, commanded
 from orbsoc.guidance.scp import Subproblem
 from orbsoc.orbit import EARTH, CanonicalUnits, elements_from_state
 from orbsoc.orbit.propagate import Steering
+from orbsoc.orbit.vectors import specific_energy
 
 from ..model.attitude_rate import RateBound
 from ..model.coast import at_ignition
@@ -23,16 +24,11 @@ from ..starts.steering_law import Law
 from ..targets.any_target import AnyTarget
 from ..targets.free_target import FreeTarget
 from ..targets.target_orbit import TargetOrbit
+from ..tuning import FIRM, WITHOUT_PERIOD_S
 from ..verification import Verification, verify
 
 Array = NDArray[np.float64]
 Linearise = Callable[[Iterate], Subproblem[Iterate]]
-
-FIRM = 100.0
-"""Factor on the weight of the slack where a start already meets the terminal rows.
-
-The penalty is exact only above the rows' multipliers, and those of a short burn, which moves the vehicle little, reach 1e4.
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +43,8 @@ class InsertionSetup:
     ignition_s: float = 0.0
     turn: RateBound | None = None
     """Of the subproblems that are to hold one."""
+    is_unbounded: bool = False
+    """Whether a bound on the attitude rate was taken away."""
 
     @classmethod
     def of(cls, scenario: Scenario, ignition_s: float = 0.0) -> InsertionSetup:
@@ -66,7 +64,27 @@ class InsertionSetup:
     @property
     def unbounded(self) -> InsertionSetup:
         """The same without a bound on the attitude rate."""
-        return replace(self, scenario=self.scenario.with_changes(limits=None), turn=None)
+        if self.scenario.limits is None:
+            return self
+        free = self.scenario.with_changes(limits=None)
+        return replace(self, scenario=free, turn=None, is_unbounded=True)
+
+    def at(self, ignition_s: float) -> InsertionSetup:
+        """The same after a coast of another length."""
+        if ignition_s == self.ignition_s:
+            return self
+        return replace(InsertionSetup.of(self.scenario, ignition_s), is_unbounded=self.is_unbounded)
+
+    @property
+    def latest_ignition_s(self) -> float:
+        """The scenario's, or one revolution of the first orbit."""
+        asked, start = self.scenario.burn.latest_ignition_s, self.burn.start
+        energy = specific_energy(start[:3], start[3:], 1.0)
+        if asked is not None:
+            return asked
+        if energy >= -1e-6:
+            return WITHOUT_PERIOD_S
+        return float(2.0 * np.pi * (-0.5 / energy) ** 1.5 * self.units.time_s)
 
     @property
     def free_perigee(self) -> bool:
