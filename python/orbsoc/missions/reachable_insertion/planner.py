@@ -126,11 +126,11 @@ def plan(
         nothing = Found(ready)
         there = null_burn(ready, nothing)
         return _conclude(nothing) if there else plan_two_burns(ready, solve, callback)
-    searches = Search if scenario.limits is None else BoundedSearch
+    searches = Search if ready.rate_bound is None else BoundedSearch
     search = searches(solve, Rules(max_iterations=scenario.method.max_iterations), callback)
     free = scenario.burn.ignition == "free"
     found = best_ignition(ready, search) if free else search.run(ready)
-    if scenario.limits is None:
+    if ready.rate_bound is None:
         quickened(search, found)
     return _conclude(found)
 

@@ -121,7 +121,7 @@ def _optimum(plan: BurnPlan) -> VerdictLine:
         figure = f"turns at up to {peak}, as {nodes} nodes follow; the shortest burn turns faster"
     elif claim is Claim.SMOOTH_TURN:
         figure = f"turns smoothly; the shortest burn turns faster than {nodes} nodes follow"
-    elif plan.scenario.limits is not None:
+    elif plan.scenario.limits.attitude_rate_deg_s is not None:
         figure = f"a local optimum; turns at up to {peak}, allowed {plan.scenario.limits.attitude_rate_deg_s:g} °/s"
     else:
         figure = f"a local optimum of {len(plan.subproblems)} conic problems on {nodes} nodes"

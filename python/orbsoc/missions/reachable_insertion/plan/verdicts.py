@@ -73,9 +73,10 @@ ACTIVE = 0.999
 
 def rate_is_active(scenario: Scenario, found: EndOfFlight | None) -> bool | None:
     """Whether a flight turns as fast as the scenario allows; None without a bound or a flight."""
-    if scenario.limits is None or found is None:
+    bound = scenario.limits.attitude_rate_deg_s
+    if bound is None or found is None:
         return None
-    return bool(np.rad2deg(found.peak_rate_rad_s) >= ACTIVE * scenario.limits.attitude_rate_deg_s)
+    return bool(np.rad2deg(found.peak_rate_rad_s) >= ACTIVE * bound)
 
 
 def shape_of(orbit: Elements) -> str:
@@ -131,11 +132,11 @@ def _evidence(plan: BurnPlan) -> str:
 
 def turns_in_words(scenario: Scenario, found: EndOfFlight | None) -> str:
     """How fast the thrust turns, of a scenario that bounds it."""
-    limits = scenario.limits
-    if limits is None or found is None:
+    bound = scenario.limits.attitude_rate_deg_s
+    if bound is None or found is None:
         return ""
     peak = f"{np.rad2deg(found.peak_rate_rad_s):.4g} °/s"
-    allowed = f"{limits.attitude_rate_deg_s:g} °/s are allowed"
+    allowed = f"{bound:g} °/s are allowed"
     standing = "which is the bound" if rate_is_active(scenario, found) else allowed
     return f". The thrust turns at up to {peak}; {standing}"
 
@@ -179,7 +180,7 @@ def _not_found(plan: BurnPlan) -> str:
     if plan.scenario.problem == "min_time" and plan.time_of_flight_s > 0.97 * longest_s:
         burn += f", even one of all the propellant ({longest_s:.3f} s),"
     tried = starts_tried(plan)
-    turning = "" if plan.scenario.limits is None else " within the attitude rate"
+    turning = "" if plan.scenario.limits.attitude_rate_deg_s is None else " within the attitude rate"
     return (
         f"NOT FOUND: no {burn} that meets all terminal conditions{turning} was found from {len(tried)}"
         f" start{'s' if len(tried) > 1 else ''}. The closest one leaves {worst}. This is not a proof that there is none;"
@@ -258,11 +259,9 @@ def _in_words(plan: BurnPlan, iterate: Iterate, row: Row, value: float) -> str:
 
 def rate_in_words(scenario: Scenario, over: float) -> str:
     """An attitude rate that is above the scenario's bound by so much, rad per canonical time."""
-    assert scenario.limits is not None
-    over_deg_s, bound = (
-        np.rad2deg(over) / CanonicalUnits.of(EARTH).time_s,
-        scenario.limits.attitude_rate_deg_s,
-    )
+    bound = scenario.limits.attitude_rate_deg_s
+    assert bound is not None
+    over_deg_s = np.rad2deg(over) / CanonicalUnits.of(EARTH).time_s
     return (
         f"the attitude rate at {bound + over_deg_s:.4g} °/s, {over_deg_s:.4g} above"
         f" limits.attitude_rate_deg_s = {bound:g}"

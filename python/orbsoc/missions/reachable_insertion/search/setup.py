@@ -60,13 +60,13 @@ class InsertionSetup:
     @property
     def rate_bound(self) -> float | None:
         """The fastest turn allowed, rad per canonical time."""
-        limits = self.scenario.limits
-        return None if limits is None else float(np.deg2rad(limits.attitude_rate_deg_s)) * self.units.time_s
+        bound = self.scenario.limits.attitude_rate_deg_s
+        return None if bound is None else float(np.deg2rad(bound)) * self.units.time_s
 
     @property
     def unbounded(self) -> InsertionSetup:
         """The same without a bound on the attitude rate."""
-        return replace(self, scenario=self.scenario.with_changes(limits=None), turn=None)
+        return replace(self, scenario=self.scenario.with_changes(limits={"attitude_rate_deg_s": None}), turn=None)
 
     @property
     def free_perigee(self) -> bool:

@@ -99,9 +99,9 @@ def _evidence(plan: TransferPlan) -> str:
 
 def _turns(plan: TransferPlan) -> str:
     """How fast the thrust turns over the burns, and between them where that is faster than the bound of the burns."""
-    found, limits = plan.verification, plan.scenario.limits
+    found, bound = plan.verification, plan.scenario.limits.attitude_rate_deg_s
     told = turns_in_words(plan.scenario, found)
-    if found is None or limits is None or not np.rad2deg(found.slew_rad_s) > limits.attitude_rate_deg_s:
+    if found is None or bound is None or not np.rad2deg(found.slew_rad_s) > bound:
         return told
     slew = f"the slew between the burns takes {np.rad2deg(found.slew_rad_s):.4g} °/s"
     return f"{told}. The bound is for the burns alone; {slew}"
