@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.guidance.mission import PlanStatus
-from orbsoc.orbit import PropagationError
+from orbsoc.orbit import EARTH, PropagationError, elements_from_state
 from orbsoc.orbit.vectors import specific_energy
 
 from ..model.coast import coasted
@@ -39,6 +39,10 @@ LEAST_SHARE = 0.01
 """Of the burn, that a later ignition has to save to be worth a word."""
 SAME_SHARE = 1e-4
 """Of the burn, that is not worth a revolution more of coast."""
+LOOKS = 4001
+"""Of a coast whose perigee is too low."""
+OBLATE_M = 50e3
+"""By which J2 lowers a perigee at most, and more."""
 GOLDEN = 0.5 * (3.0 - np.sqrt(5.0))
 CLOSE_ENOUGH_S = 1.0
 """Of the ignition: the shortest burn is flat there."""
@@ -103,9 +107,20 @@ def later_ignition(plan: BurnPlan) -> LaterIgnition | None:
 
 
 def latest_s(ready: InsertionSetup) -> float:
-    """The latest ignition: the scenario's, or one revolution of the first orbit."""
-    asked = ready.scenario.burn.latest_ignition_s
-    return asked if asked is not None else (_period_s(ready) or WITHOUT_PERIOD_S)
+    """The latest ignition: the scenario's, or one revolution of the first orbit, and no later than the coast is too low."""
+    scenario = ready.scenario
+    asked = scenario.burn.latest_ignition_s
+    latest = asked if asked is not None else (_period_s(ready) or WITHOUT_PERIOD_S)
+    lowest_m = EARTH.earth_radius_m + 1e3 * scenario.limits.lowest_altitude_km
+    start = scenario.launch_inertial(scenario.initial)
+    if (
+        elements_from_state(start[:3], start[3:]).perigee_radius_m
+        > lowest_m + OBLATE_M * scenario.burn.coast_j2
+    ):
+        return latest
+    times = np.linspace(0.0, latest, LOOKS)
+    low = np.linalg.norm(coasted(scenario, times)[:, :3], axis=1) < lowest_m
+    return float(times[max(int(low.argmax()) - 1, 0)]) if low.any() else latest
 
 
 def _period_s(ready: InsertionSetup) -> float | None:

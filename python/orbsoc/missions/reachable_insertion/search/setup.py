@@ -66,7 +66,9 @@ class InsertionSetup:
     @property
     def unbounded(self) -> InsertionSetup:
         """The same without a bound on the attitude rate."""
-        return replace(self, scenario=self.scenario.with_changes(limits={"attitude_rate_deg_s": None}), turn=None)
+        return replace(
+            self, scenario=self.scenario.with_changes(limits={"attitude_rate_deg_s": None}), turn=None
+        )
 
     @property
     def free_perigee(self) -> bool:
