@@ -73,8 +73,12 @@ class BurnTime(Table):
 class Limits(Table):
     """What the vehicle cannot do, beside its thrust and its propellant."""
 
-    attitude_rate_deg_s: Positive = Field(
-        description="fastest turn of the thrust over a burn; a slew before an ignition is not modelled"
+    attitude_rate_deg_s: Positive | None = Field(
+        default=None,
+        description="fastest turn of the thrust over a burn, any by default; a slew before an ignition is not modelled",
+    )
+    lowest_altitude_km: float = Field(
+        default=100.0, ge=0.0, le=1.0e6, description="of coasts, over the equatorial radius"
     )
 
 
@@ -115,7 +119,7 @@ class Scenario(BaseScenario):
     initial: Orbit
     target: Target
     burn: BurnTime
-    limits: Limits | None = None
+    limits: Limits = Limits()
     method: Method = Method()
     verification: Verification = Verification()
 
@@ -153,7 +157,10 @@ class Scenario(BaseScenario):
 
     @property
     def idle_keys(self) -> Mapping[str, str]:
-        return idle_target_keys(self.target, self.problem)
+        found = idle_target_keys(self.target, self.problem)
+        if not self.coasts:
+            found["limits.lowest_altitude_km"] = "changes nothing: one burn from now has no coast"
+        return found
 
     def launch_inertial(self, orbit: Orbit) -> Array:
         """A state of this scenario in launch-inertial axes, [r_m, v_m_s]; in ECI where there is no launch site.
@@ -168,6 +175,11 @@ class Scenario(BaseScenario):
     def eci_rotation(self) -> Array:
         """From the axes of plans, launch-inertial or else ECI, to ECI (3, 3)."""
         return np.eye(3) if self.launch_site is None else eci_from_launch_inertial(self.launch_site.frame())
+
+    @property
+    def coasts(self) -> bool:
+        """Whether a plan may wait without thrust, before a burn or between two."""
+        return self.burn.ignition == "free" or self.burn.count == 2
 
     @property
     def plan_axes(self) -> str:
@@ -226,11 +238,15 @@ def _mass_complaints(scenario: Scenario) -> Iterator[Complaint]:
 
 def _problem_complaints(scenario: Scenario) -> Iterator[Complaint]:
     method, target, burn = scenario.method, scenario.target, scenario.burn
+    altitude_km = (float(np.linalg.norm(scenario.initial.vector()[:3])) - EARTH.earth_radius_m) / 1e3
+    if burn.ignition == "free" and altitude_km < scenario.limits.lowest_altitude_km:
+        allowed = f'with burn.ignition = "free" must be at most {altitude_km:.6g}, the altitude of [initial]'
+        yield Complaint("limits.lowest_altitude_km", f"{scenario.limits.lowest_altitude_km:g}", allowed)
     if burn.latest_ignition_s is not None and burn.ignition == "now":
         yield Complaint(
             "burn.latest_ignition_s", f"{burn.latest_ignition_s:g}", 'needs burn.ignition = "free"'
         )
-    if burn.coast_j2 and burn.ignition == "now" and burn.count == 1:
+    if burn.coast_j2 and not scenario.coasts:
         needs = 'needs burn.ignition = "free" or burn.count = 2; one burn from now has no coast'
         yield Complaint("burn.coast_j2", "true", needs)
     if burn.duration_s is None and scenario.problem == "max_energy":

@@ -104,6 +104,10 @@ FLOWN_TIMES = 8
 """Local minima of the ranking, at which a law is flown."""
 WITHOUT_PERIOD_S = 7200.0
 """Latest ignition by default on a first orbit that never returns."""
+LOOKS = 4001
+"""Of a coast whose perigee is too low."""
+OBLATE_M = 50e3
+"""By which J2 lowers a perigee at most, and more."""
 LEAST_SHARE = 0.01
 """Of the burn, that a later ignition has to save to be worth a word."""
 SAME_SHARE = 1e-4

@@ -220,10 +220,10 @@ def failures_of(checks: list[Check]) -> tuple[str, ...]:
 
 def rate_failures(scenario: Scenario, peak_rad_s: float) -> tuple[str, ...]:
     """In words, where the thrust turns faster than the scenario allows."""
-    limits, peak_deg_s = scenario.limits, np.rad2deg(peak_rad_s)
-    if limits is None or peak_deg_s <= limits.attitude_rate_deg_s:
+    bound, peak_deg_s = scenario.limits.attitude_rate_deg_s, np.rad2deg(peak_rad_s)
+    if bound is None or peak_deg_s <= bound:
         return ()
-    return (f"attitude rate is {peak_deg_s:.6g} °/s, allowed {limits.attitude_rate_deg_s:g} °/s",)
+    return (f"attitude rate is {peak_deg_s:.6g} °/s, allowed {bound:g} °/s",)
 
 
 def per_second(per_tau: Array, duration_s: float) -> Array:

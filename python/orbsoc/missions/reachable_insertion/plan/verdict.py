@@ -60,7 +60,8 @@ def _two_burns_line(plan: SearchResult) -> VerdictLine | None:
 
 
 def _optimum(plan: SearchResult) -> VerdictLine:
-    found, nodes, limits = plan.verification, plan.trajectory.grid.size, plan.scenario.limits
+    found, nodes = plan.verification, plan.trajectory.grid.size
+    bound = plan.scenario.limits.attitude_rate_deg_s
     assert found is not None
     peak = f"{np.rad2deg(found.peak_rate_rad_s):.4g} °/s"
     figure = f"a local optimum of {len(plan.subproblems)} conic problems on {nodes} nodes"
@@ -70,8 +71,8 @@ def _optimum(plan: SearchResult) -> VerdictLine:
         figure = f"turns at up to {peak}, as {nodes} nodes follow; the shortest burn turns faster"
     elif plan.claim is Claim.SMOOTH_TURN:
         figure = f"turns smoothly; the shortest burn turns faster than {nodes} nodes follow"
-    elif limits is not None:
-        figure = f"a local optimum; turns at up to {peak}, allowed {limits.attitude_rate_deg_s:g} °/s"
+    elif bound is not None:
+        figure = f"a local optimum; turns at up to {peak}, allowed {bound:g} °/s"
     return fitted(Question.OPTIMUM, Word.BEST_FOUND, figure)
 
 
@@ -87,7 +88,7 @@ def verdict(plan: SearchResult) -> str:
     if not largest and plan.time_of_flight_s > 0.97 * longest_s:
         sought += f", even one of all the propellant ({longest_s:.3f} s),"
     tried = len(starts_tried(plan))
-    turning = "" if scenario.limits is None else " within the attitude rate"
+    turning = "" if scenario.limits.attitude_rate_deg_s is None else " within the attitude rate"
     option = _later(plan) or _two_burns(plan)
     last = plan.attempts[-1]
     objection = f"; {_later(plan)}" if _later(plan) else ""

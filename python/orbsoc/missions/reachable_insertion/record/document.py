@@ -121,10 +121,9 @@ def _in_words(plan: SearchResult, iterate: Iterate, row: Row, value: float) -> s
 
 def rate_document(scenario: Scenario, found: EndOfFlight) -> dict[str, float | bool | None]:
     """The fastest turn over a burn, the bound, and whether the plan is at it; null without a bound."""
-    limits = scenario.limits
     return {
         "peak_deg_s": float(np.rad2deg(found.peak_rate_rad_s)),
-        "bound_deg_s": None if limits is None else limits.attitude_rate_deg_s,
+        "bound_deg_s": scenario.limits.attitude_rate_deg_s,
         "active": rate_is_active(scenario, found),
     }
 

@@ -61,9 +61,9 @@ def worst_first(found: Iterable[Violation], floor: float = 1e-9) -> tuple[Violat
 
 def rate_in_words(scenario: Scenario, over: float) -> str:
     """An attitude rate that is above the scenario's bound by so much, rad per canonical time."""
-    assert scenario.limits is not None
-    over_deg_s = np.rad2deg(over) / CanonicalUnits.of(EARTH).time_s
     bound = scenario.limits.attitude_rate_deg_s
+    assert bound is not None
+    over_deg_s = np.rad2deg(over) / CanonicalUnits.of(EARTH).time_s
     return (
         f"the attitude rate at {bound + over_deg_s:.4g} °/s, {over_deg_s:.4g} above"
         f" limits.attitude_rate_deg_s = {bound:g}"
@@ -236,17 +236,18 @@ def sentences(plan: Told, say: Phrases) -> str:
 
 def rate_is_active(scenario: Scenario, found: EndOfFlight | None) -> bool | None:
     """Whether a flight turns as fast as the scenario allows; None without a bound or a flight."""
-    if scenario.limits is None or found is None:
+    bound = scenario.limits.attitude_rate_deg_s
+    if bound is None or found is None:
         return None
-    return bool(np.rad2deg(found.peak_rate_rad_s) >= ACTIVE * scenario.limits.attitude_rate_deg_s)
+    return bool(np.rad2deg(found.peak_rate_rad_s) >= ACTIVE * bound)
 
 
 def _turns(scenario: Scenario, found: EndOfFlight) -> str:
     """How fast the thrust turns, of a scenario that bounds it."""
-    limits = scenario.limits
-    if limits is None:
+    bound = scenario.limits.attitude_rate_deg_s
+    if bound is None:
         return ""
     peak = f"{np.rad2deg(found.peak_rate_rad_s):.4g} °/s"
-    allowed = f"{limits.attitude_rate_deg_s:g} °/s are allowed"
+    allowed = f"{bound:g} °/s are allowed"
     standing = "which is the bound" if rate_is_active(scenario, found) else allowed
     return f". The thrust turns at up to {peak}; {standing}"

@@ -16,7 +16,7 @@ from orbsoc.orbit.propagate import Steering
 from orbsoc.orbit.vectors import specific_energy
 
 from ..model.attitude_rate import RateBound
-from ..model.coast import at_ignition
+from ..model.coast import at_ignition, coasted
 from ..model.problems import Iterate, MaxEnergyFixedPerigee, MaxEnergyFreePerigee, MinTime
 from ..scenario import Scenario
 from ..starts.guess import along_velocity, propagated, towards_plane
@@ -24,7 +24,7 @@ from ..starts.steering_law import Law
 from ..targets.any_target import AnyTarget
 from ..targets.free_target import FreeTarget
 from ..targets.target_orbit import TargetOrbit
-from ..tuning import FIRM, WITHOUT_PERIOD_S
+from ..tuning import FIRM, LOOKS, OBLATE_M, WITHOUT_PERIOD_S
 from ..verification import Verification, verify
 
 Array = NDArray[np.float64]
@@ -58,15 +58,15 @@ class InsertionSetup:
     @property
     def rate_bound(self) -> float | None:
         """The fastest turn allowed, rad per canonical time."""
-        limits = self.scenario.limits
-        return None if limits is None else float(np.deg2rad(limits.attitude_rate_deg_s)) * self.units.time_s
+        bound = self.scenario.limits.attitude_rate_deg_s
+        return None if bound is None else float(np.deg2rad(bound)) * self.units.time_s
 
     @property
     def unbounded(self) -> InsertionSetup:
         """The same without a bound on the attitude rate."""
-        if self.scenario.limits is None:
+        if self.rate_bound is None:
             return self
-        free = self.scenario.with_changes(limits=None)
+        free = self.scenario.with_changes(limits={"attitude_rate_deg_s": None})
         return replace(self, scenario=free, turn=None, is_unbounded=True)
 
     def at(self, ignition_s: float) -> InsertionSetup:
@@ -77,14 +77,19 @@ class InsertionSetup:
 
     @property
     def latest_ignition_s(self) -> float:
-        """The scenario's, or one revolution of the first orbit."""
-        asked, start = self.scenario.burn.latest_ignition_s, self.burn.start
-        energy = specific_energy(start[:3], start[3:], 1.0)
-        if asked is not None:
-            return asked
-        if energy >= -1e-6:
-            return WITHOUT_PERIOD_S
-        return float(2.0 * np.pi * (-0.5 / energy) ** 1.5 * self.units.time_s)
+        """The scenario's, or one revolution of the first orbit; no later than the coast gets too low."""
+        scenario, start = self.scenario, self.scenario.launch_inertial(self.scenario.initial)
+        first = elements_from_state(start[:3], start[3:])
+        energy = specific_energy(self.burn.start[:3], self.burn.start[3:], 1.0)
+        period = (-0.5 / energy) ** 1.5 if energy < -1e-6 else None
+        turn_s = WITHOUT_PERIOD_S if period is None else float(2.0 * np.pi * period * self.units.time_s)
+        latest = scenario.burn.latest_ignition_s or turn_s
+        lowest_m = EARTH.earth_radius_m + 1e3 * scenario.limits.lowest_altitude_km
+        if first.perigee_radius_m > lowest_m + OBLATE_M * scenario.burn.coast_j2:
+            return latest
+        times = np.linspace(0.0, latest, LOOKS)
+        low = np.linalg.norm(coasted(scenario, times)[:, :3], axis=1) < lowest_m
+        return float(times[max(int(low.argmax()) - 1, 0)]) if low.any() else latest
 
     @property
     def free_perigee(self) -> bool:

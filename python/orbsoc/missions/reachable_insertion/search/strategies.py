@@ -40,7 +40,7 @@ def _was_flown(number: int, result: SearchResult) -> bool:
 
 
 def _has_a_bound_to_keep(result: SearchResult) -> bool:
-    return result.scenario.limits is not None and result.proof is None and not _was_judged(result)
+    return result.setup.rate_bound is not None and result.proof is None and not _was_judged(result)
 
 
 def _was_judged(result: SearchResult) -> bool:
@@ -57,7 +57,7 @@ def _may_wait(result: SearchResult) -> bool:
 
 
 def _may_turn_faster(result: SearchResult) -> bool:
-    return result.scenario.limits is None and result.claim is Claim.SMOOTH_TURN
+    return result.setup.rate_bound is None and result.claim is Claim.SMOOTH_TURN
 
 
 def _later(search: Search, result: SearchResult) -> Findings:

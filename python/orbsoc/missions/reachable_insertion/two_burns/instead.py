@@ -9,8 +9,7 @@ from orbsoc.guidance.mission import PlanStatus
 
 from ..search.result import SearchResult
 from ..search.setup import InsertionSetup
-from .motion import Motion
-from .search import FLOWN, above_ground, flown_starts, fly_and_verify, limits_of, proof_for_two_burns
+from .search import FLOWN, flown_starts, fly_and_verify, limits_of, proof_for_two_burns
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +32,7 @@ def two_burns_instead(plan: SearchResult) -> TwoBurns | None:
     if proof_for_two_burns(ready):
         return None
     for start in flown_starts(ready, limits_of(ready), FLOWN):
-        if not start.flown.reaches or not above_ground(Motion.of(ready), start.flown):
+        if not start.flown.reaches:
             continue
         verification = fly_and_verify(ready, start.flown.transfer)
         if verification is not None and verification.verified:

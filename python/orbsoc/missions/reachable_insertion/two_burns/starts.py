@@ -25,7 +25,7 @@ from orbsoc.orbit import (
 from ..targets.any_target import AnyTarget
 from ..targets.free_target import FreeTarget
 from ..targets.target_orbit import TargetOrbit
-from .impulses import COARSE, FINE, Impulses, cheapest
+from .impulses import COARSE, FINE, Impulses, Rules, cheapest
 from .limits import Limits
 from .motion import Motion
 from .transfer import Transfer, constant
@@ -62,16 +62,10 @@ def guesses(motion: Motion, target: AnyTarget, limits: Limits) -> list[Impulses]
         ignition = departure - 0.5 * _burn_time(burn, size, 0.0)
         return np.asarray((ignition >= -spacing) & (ignition <= limits.ignition + spacing))
 
+    rules = Rules(limits.coast + limits.burning, limits.lowest, allowed)
     found: list[Impulses] = []
     for each in whole:
-        found += cheapest(
-            departures,
-            states,
-            each,
-            limits.coast + limits.burning,
-            allowed,
-            fineness=FINE if fine else COARSE,
-        )
+        found += cheapest(departures, states, each, rules, fineness=FINE if fine else COARSE)
     return sorted(found, key=lambda each: each.cost)
 
 

@@ -68,6 +68,15 @@ def violations_of(plan: TransferPlan, attempt: Attempt) -> tuple[Violation, ...]
             Violation(row, value, row_in_words(plan.target, row, value, end))
             for row, value in plan.target.misses(end)
         ]
+    if attempt.miss > REACHED:
+        low_km = (attempt.lowest * ready.units.length_m - EARTH.earth_radius_m) / 1e3
+        short_km, words = plan.scenario.limits.lowest_altitude_km - low_km, "the coast between the burns at "
+        words += f"{low_km:.4g} km, {short_km:.4g} below limits.lowest_altitude_km"
+        found += (
+            [Violation(Row.COAST_ALTITUDE, 1e3 * short_km / ready.units.length_m, words)]
+            if short_km > 0.0
+            else []
+        )
     if ready.rate_bound is not None:
         over = float(turn_rates(attempt.transfer).max()) - ready.rate_bound
         found += (
@@ -105,8 +114,8 @@ def _achievement(plan: TransferPlan) -> str:
 
 def _slew(plan: TransferPlan) -> str:
     """How fast the thrust turns between the burns, where that is faster than their bound."""
-    found, limits = plan.verification, plan.scenario.limits
-    if found is None or limits is None or not np.rad2deg(found.slew_rad_s) > limits.attitude_rate_deg_s:
+    found, bound = plan.verification, plan.scenario.limits.attitude_rate_deg_s
+    if found is None or bound is None or not np.rad2deg(found.slew_rad_s) > bound:
         return ""
     slew = f"the slew between the burns takes {np.rad2deg(found.slew_rad_s):.4g} °/s"
     return f". The bound is for the burns alone; {slew}"

@@ -43,6 +43,19 @@ class CoastArc:
     times_s: Array
     states: Array
 
+    @property
+    def lowest_altitude_m(self) -> float:
+        """Over the equatorial radius; between samples r·v = 0 to second order, where the two-body pull is all that bends a coast."""
+        r, v = self.states[:, :3], self.states[:, 3:]
+        radius = np.linalg.norm(r, axis=1)
+        bend = np.maximum(np.einsum("ki,ki->k", v, v) - EARTH.mu_m3_s2 / radius, 1e-9)
+        step = 0.5 * self.times_s[1]
+        when = np.clip(-np.einsum("ki,ki->k", r, v) / bend, -step, step)
+        when[0], when[-1] = max(when[0], 0.0), min(when[-1], 0.0)
+        pull = -EARTH.mu_m3_s2 * r / radius[:, None] ** 3
+        near = r + when[:, None] * v + 0.5 * when[:, None] ** 2 * pull
+        return float(np.linalg.norm(near, axis=1).min()) - EARTH.earth_radius_m
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TransferFlight:
@@ -72,6 +85,16 @@ class TransferFlight:
         """Over the equatorial radius, of coasts and burns."""
         states = np.vstack([each.states for each in self.coasts] + [each.propagated for each in self.burns])
         return float(np.linalg.norm(states[:, :3], axis=1).min()) - EARTH.earth_radius_m
+
+
+def coast_failures(scenario: Scenario, flight: TransferFlight) -> tuple[str, ...]:
+    """In words, where a coast passes lower than the scenario allows."""
+    lowest_km = min(each.lowest_altitude_m for each in flight.coasts if each.times_s[-1] > 0.0) / 1e3
+    if lowest_km >= scenario.limits.lowest_altitude_km:
+        return ()
+    return (
+        f"altitude of a coast is {lowest_km:.3f} km, allowed {scenario.limits.lowest_altitude_km:g} km or more",
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,5 +157,6 @@ def verify(scenario: Scenario, target: AnyTarget, transfer: Transfer, planned_en
         peak_rate_rad_s=peak_rad_s,
         slew_rad_s=flight.slew_rad_s,
         failures=failures_of(errors.checks(scenario.verification, target, excess, flight.lowest_altitude_m))
-        + rate_failures(scenario, peak_rad_s),
+        + rate_failures(scenario, peak_rad_s)
+        + coast_failures(scenario, flight),
     )
