@@ -21,10 +21,10 @@ from orbsoc.conic.solution import Solution
 from orbsoc.guidance.powered_flight import Burn, BurnVariables, Trajectory, add_burn, read_burn, stored
 from orbsoc.guidance.scp import Step, Subproblem
 
-from ..targets.any_target import AnyTarget
+from .. import tuning
 from ..targets.rows import PLANE_ROWS, TERMINAL_ROWS, Row
-from ..targets.target_orbit import LinearVectors, TargetOrbit
-from ..tuning import GAIN
+from ..targets.target import Target
+from ..targets.target_orbit import LargestOrbit, LinearVectors
 from .attitude_rate import RateBound
 
 Array = NDArray[np.float64]
@@ -47,7 +47,7 @@ class MinTime:
     """Problem A (eqs. 13, 20): the shortest burn onto the target orbit; S_H = S_L = 1. Elements left free have no row."""
 
     burn: Burn
-    target: AnyTarget
+    target: Target
     slack_weight: float
     figures: Figures
     turn: RateBound | None = None
@@ -77,8 +77,7 @@ class MaxEnergyFixedPerigee:
     """
 
     burn: Burn
-    target: TargetOrbit
-    perigee_radius: float
+    target: LargestOrbit
     slack_weight: float
     figures: Figures
     turn: RateBound | None = None
@@ -88,31 +87,31 @@ class MaxEnergyFixedPerigee:
         variables = add_burn(builder, self.burn, reference.trajectory, free_duration=False)
         if self.turn is not None:
             radius = float(np.linalg.norm(reference.trajectory.end[:3]))
-            worth = GAIN * self.burn.acceleration * radius / self.target.momentum
+            worth = tuning.GAIN * self.burn.acceleration * radius / self.target.momentum
             self.turn.add(builder, variables, reference.trajectory, worth)
         gains = builder.variable("gains", 2)
         reached = np.array([reference.momentum_scale, reference.laplace_scale])
-        builder.nonnegative([(gains, -np.eye(2) / GAIN)], reached)
+        builder.nonnegative([(gains, -np.eye(2) / tuning.GAIN)], reached)
         builder.cost(gains, [-1.0, 0.0])
 
         block, rhs = self.target.scaled_rows(reference.trajectory.end)
         by_scales = np.zeros((5, 2))
         by_scales[2, 0], by_scales[3, 1] = -self.target.momentum, -self.target.eccentricity
-        slack = Slack.add(builder, TERMINAL_ROWS, GAIN * self.slack_weight)
+        slack = Slack.add(builder, TERMINAL_ROWS, tuning.GAIN * self.slack_weight)
         builder.equality(
-            [(variables.end, stored(block)), (gains, by_scales / GAIN), *slack.terms()],
+            [(variables.end, stored(block)), (gains, by_scales / tuning.GAIN), *slack.terms()],
             rhs - by_scales @ reached,
         )
 
         p = self.target.momentum**2
         perigee_row = np.array(
-            [2.0 * reached[0] * p, -self.perigee_radius * self.target.eccentricity], ndmin=2
+            [2.0 * reached[0] * p, -self.target.perigee_radius * self.target.eccentricity], ndmin=2
         )
-        perigee_rhs = self.perigee_radius + reached[0] ** 2 * p
-        builder.equality([(gains, perigee_row / GAIN)], perigee_rhs - perigee_row @ reached)
+        perigee_rhs = self.target.perigee_radius + reached[0] ** 2 * p
+        builder.equality([(gains, perigee_row / tuning.GAIN)], perigee_rhs - perigee_row @ reached)
 
         def read(solution: Solution) -> Step[Iterate]:
-            s_h, s_l = reached + builder.value(solution, "gains") / GAIN
+            s_h, s_l = reached + builder.value(solution, "gains") / tuning.GAIN
             return _step(builder, solution, reference, slack, self.figures, scales=(float(s_h), float(s_l)))
 
         return Subproblem(builder.build(), read)
@@ -120,15 +119,14 @@ class MaxEnergyFixedPerigee:
 
 @dataclass(frozen=True, slots=True)
 class MaxEnergyFreePerigee:
-    """Largest energy on the target's plane with perigee radius ≥ `perigee_radius`, its direction free.
+    """Largest energy on the target's plane with at least its perigee radius, its direction free.
 
     e ≤ |H|²/r_p − 1 is one three-dimensional cone in the in-plane components of L, well defined at e = 0; the
     square (n·H)² is linearised. Without `slack_weight` the rows are hard.
     """
 
     burn: Burn
-    target: TargetOrbit
-    perigee_radius: float
+    target: LargestOrbit
     slack_weight: float | None
     figures: Figures
     turn: RateBound | None = None
@@ -169,8 +167,8 @@ class MaxEnergyFreePerigee:
         """‖in-plane L‖ ≤ (n·H)²/r_p − 1 with (n·H)² ≈ ĥ² + 2ĥ (n·J)(x − x̂)."""
         normal = self.target.normal
         h = normal @ (linear.momentum_value + linear.momentum_jacobian @ end)
-        slope = 2.0 * h * (normal @ linear.momentum_jacobian) / self.perigee_radius
-        head = h**2 / self.perigee_radius - 1.0 - slope @ end
+        slope = 2.0 * h * (normal @ linear.momentum_jacobian) / self.target.perigee_radius
+        head = h**2 / self.target.perigee_radius - 1.0 - slope @ end
         in_plane = np.vstack([self.target.perigee, self.target.ahead])
         block = -np.vstack([slope, in_plane @ linear.laplace_jacobian])
         terms: list[Term] = [(variables.end, stored(block))]

@@ -11,12 +11,12 @@ from orbsoc.guidance.powered_flight import Trajectory
 from orbsoc.guidance.scp import ExitReason, Iteration, Outcome
 from orbsoc.orbit import Elements
 
+from .. import tuning
 from ..model.problems import Iterate
 from ..model.proof import Proof
 from ..scenario import Scenario
 from ..starts.directions import Start
-from ..targets.any_target import AnyTarget
-from ..tuning import SLACK_LEFT
+from ..targets.target import Target
 from ..verification import Verification
 from .setup import InsertionSetup
 
@@ -85,7 +85,7 @@ class Attempt:
     def is_near(self) -> bool:
         """Whether its sequence ended near the target orbit."""
         near = (ExitReason.CONVERGED, ExitReason.MAX_ITERATIONS, ExitReason.INFEASIBLE)
-        return self.outcome.reason in near and self.violation <= SLACK_LEFT
+        return self.outcome.reason in near and self.violation <= tuning.SLACK_LEFT
 
     @property
     def on_the_way(self) -> Attempt:
@@ -168,7 +168,7 @@ class SearchResult:
         return self.setup.scenario
 
     @property
-    def target(self) -> AnyTarget:
+    def target(self) -> Target:
         return self.setup.target
 
     @property

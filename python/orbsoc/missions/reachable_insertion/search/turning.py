@@ -15,30 +15,12 @@ import numpy as np
 
 from orbsoc.guidance.scp import ExitReason, Outcome
 
+from .. import tuning
 from ..model.attitude_rate import RateBound, peak_rate
 from ..model.problems import Iterate
 from ..starts.directions import Start
 from ..starts.steering_law import grid_resolves, through, unit_on
 from ..targets.rows import Row
-from ..tuning import (
-    CLOSE,
-    COARSE,
-    FASTER,
-    FEWEST_NODES,
-    FIRST,
-    FIRST_PRICE,
-    GROWTH,
-    HIGHEST_PRICE,
-    LOOSE,
-    MARGIN,
-    MOST_TRIED,
-    QUICK_RULES,
-    QUICK_STEPS,
-    REACHED,
-    ROUNDS,
-    TOO_FAST,
-    WORTH_A_GRID,
-)
 from .burns import nodes_that_follow
 from .result import Attempt, Claim, SearchResult, Standing
 from .run import Findings, Search, fly_and_verify, verified
@@ -86,27 +68,30 @@ def quick_turn(search: Search, result: SearchResult) -> Iterator[Attempt]:
     best = result.best
     setup, arc = result.setup.unbounded.at(best.ignition_s), best.trajectory
     method = setup.scenario.method
-    most = min(QUICK_RULES.max_iterations, search.rules.max_iterations)
-    search = replace(search, rules=replace(QUICK_RULES, max_iterations=most))
-    nodes = min(int(np.ceil(GROWTH * method.nodes)), max(FEWEST_NODES, int(COARSE * method.max_nodes)))
+    most = min(tuning.QUICK_RULES.max_iterations, search.rules.max_iterations)
+    search = replace(search, rules=replace(tuning.QUICK_RULES, max_iterations=most))
+    nodes = min(
+        int(np.ceil(tuning.GROWTH * method.nodes)),
+        max(tuning.FEWEST_NODES, int(tuning.COARSE * method.max_nodes)),
+    )
     slow = 2.0 * peak_rate(arc.grid, arc.controls) / arc.duration
-    low, high, rate = slow, np.inf, FIRST * slow
+    low, high, rate = slow, np.inf, tuning.FIRST * slow
     reference = setup.resampled(best.iterate, min(nodes, method.max_nodes))
-    for _ in range(MOST_TRIED):
+    for _ in range(tuning.MOST_TRIED):
         made, _price = yield from _at_rate(search, setup, reference, rate, QUICK, claim=Claim.FAST_TURN)
         attempt = made.on_the_way
         if made.is_near:
             reference = made.iterate
             if _finest_grid_resolves(setup, reference):
-                attempt = yield from _finished(setup, made, steps=QUICK_STEPS)
+                attempt = yield from _finished(setup, made, steps=tuning.QUICK_STEPS)
         yield attempt
         if result.rank(attempt) < result.rank(best):
             best, low = attempt, rate
         else:
             high = rate
-        if high < CLOSE * low:
+        if high < tuning.CLOSE * low:
             return
-        rate = FASTER * low if high == np.inf else float(np.sqrt(low * high))
+        rate = tuning.FASTER * low if high == np.inf else float(np.sqrt(low * high))
 
 
 def _kept(setup: InsertionSetup, free: Attempt) -> Attempt | None:
@@ -141,11 +126,11 @@ def _on_grids(search: Search, setup: InsertionSetup, reference: Iterate, *, refi
             return
         reference, is_verified = ended
         aim = _aim(setup, reference)
-        converged = is_verified and last is not None and last - aim < WORTH_A_GRID * abs(last)
+        converged = is_verified and last is not None and last - aim < tuning.WORTH_A_GRID * abs(last)
         if converged or not refine or nodes == method.max_nodes:
             return
         last = aim if is_verified else None
-        nodes = min(method.max_nodes, int(np.ceil(GROWTH * nodes)))
+        nodes = min(method.max_nodes, int(np.ceil(tuning.GROWTH * nodes)))
 
 
 def _on_grid(
@@ -154,9 +139,9 @@ def _on_grid(
     """The burn on one grid, and whether its flight confirms it; None where the bound and the target do not go together."""
     bound = setup.rate_bound
     assert bound is not None
-    share, price = 1.0 - MARGIN, 0.0
+    share, price = 1.0 - tuning.MARGIN, 0.0
     ended: tuple[Iterate, bool] | None = None
-    for _ in range(ROUNDS):
+    for _ in range(tuning.ROUNDS):
         made, price = yield from _at_rate(search, setup, reference, share * bound, TURNING, price=price)
         reference = made.iterate
         if not made.is_near:
@@ -171,9 +156,9 @@ def _on_grid(
         ended = reference, found.verified
         if faster <= 1.0:
             return ended
-        if faster > TOO_FAST:
+        if faster > tuning.TOO_FAST:
             return None
-        share *= (1.0 - MARGIN) / faster
+        share *= (1.0 - tuning.MARGIN) / faster
     return ended
 
 
@@ -195,9 +180,9 @@ def _at_rate(
         return search.sequence(within, whole, note, start=start, firm=True, claim=claim)
 
     made = turning(reference, price)
-    while _is_loose(made) and made.is_near and price < HIGHEST_PRICE:
+    while _is_loose(made) and made.is_near and price < tuning.HIGHEST_PRICE:
         yield made.on_the_way
-        price = max(FIRST_PRICE, 4.0 * price)
+        price = max(tuning.FIRST_PRICE, 4.0 * price)
         made = turning(made.iterate, price)
     return made, price
 
@@ -210,7 +195,7 @@ def _finished(setup: InsertionSetup, attempt: Attempt, *, steps: int | None = No
     arc = attempt.trajectory
     law = through(arc.grid, arc.controls, arc.duration)
     nodes = max(attempt.nodes, nodes_that_follow(setup, law))
-    unit = unit_on(setup.burn, setup.target, law, nodes, REACHED, steps=steps)
+    unit = unit_on(setup.burn, setup.target, law, nodes, tuning.REACHED, steps=steps)
     if unit is None:
         return flown
     yield attempt.on_the_way
@@ -221,7 +206,7 @@ def _finished(setup: InsertionSetup, attempt: Attempt, *, steps: int | None = No
 
 
 def _is_loose(attempt: Attempt) -> bool:
-    return float(np.linalg.norm(attempt.trajectory.controls, axis=1).min()) < 1.0 - LOOSE
+    return float(np.linalg.norm(attempt.trajectory.controls, axis=1).min()) < 1.0 - tuning.LOOSE
 
 
 def _finest_grid_resolves(setup: InsertionSetup, iterate: Iterate) -> bool:

@@ -12,7 +12,6 @@ from ..record.words import (
     Phrases,
     Violation,
     rate_in_words,
-    row_in_words,
     sentences,
     start_tried,
     worst_first,
@@ -65,7 +64,7 @@ def violations_of(plan: TransferPlan, attempt: Attempt) -> tuple[Violation, ...]
     if attempt.miss > REACHED:
         end = sensitivities(Motion.of(ready), attempt.transfer).end
         found = [
-            Violation(row, value, row_in_words(plan.target, row, value, end))
+            Violation(row, value, plan.target.words(row, value, end, (1.0, 1.0)))
             for row, value in plan.target.misses(end)
         ]
     if attempt.miss > REACHED:
