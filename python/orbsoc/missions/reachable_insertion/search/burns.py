@@ -14,7 +14,7 @@ from .. import tuning
 from ..model.problems import Iterate
 from ..model.proof import proof_of_infeasibility
 from ..starts.directions import Start, impulse, starts
-from ..starts.steering_law import Law, corrected, grid_resolves, smoothed, through, unit_on
+from ..starts.steering_law import Law, corrected, grid_resolves, smoothed, unit_on
 from .result import Attempt, Claim, SearchResult
 from .run import Findings, Search, attempt_of, verified
 from .setup import InsertionSetup
@@ -134,9 +134,7 @@ def _corrected(setup: InsertionSetup, attempt: Attempt) -> Attempt | None:
     """The attempt with its thrust directions corrected until the flight ends on the orbit; None where that fails."""
     if not attempt.is_near:
         return None
-    arc = attempt.trajectory
-    drawn = through(arc.grid, arc.controls, arc.duration)
-    law, miss = corrected(setup.burn, setup.target, drawn, iterations=8)
+    law, miss = corrected(setup.burn, setup.target, attempt.law, iterations=8)
     if miss > tuning.REACHED:
         return None
     message = f"{attempt.outcome.message}; the thrust directions were then corrected in flight"
@@ -170,9 +168,7 @@ def smooth_law(_search: Search, result: SearchResult) -> Findings:
     """From the law that was tried last, a smooth one, shortened: a plan where the shortest burn reverses its thrust."""
     setup, known, start = result.setup.unbounded, result.best, laws_tried(result)[-1]
     assert start.law is not None
-    arc = known.trajectory
-    drawn = through(arc.grid, arc.controls, arc.duration)
-    drawn = replace(drawn, coefficients=drawn.coefficients[: tuning.SMOOTHED])
+    drawn = replace(known.law, coefficients=known.law.coefficients[: tuning.SMOOTHED])
     nodes = setup.scenario.method.max_nodes
     for too_long in (
         tuning.TOO_LONG,

@@ -16,6 +16,7 @@ from ..model.problems import Iterate
 from ..model.proof import Proof
 from ..scenario import Scenario
 from ..starts.directions import Start
+from ..starts.steering_law import Law, through
 from ..targets.target import Target
 from ..verification import Verification
 from .setup import InsertionSetup
@@ -67,6 +68,12 @@ class Attempt:
     @property
     def trajectory(self) -> Trajectory:
         return self.outcome.iterate.trajectory
+
+    @property
+    def law(self) -> Law:
+        """The interpolant of its thrust."""
+        arc = self.trajectory
+        return through(arc.grid, arc.controls, arc.duration)
 
     @property
     def nodes(self) -> int:

@@ -19,7 +19,7 @@ from .. import tuning
 from ..model.attitude_rate import RateBound, peak_rate
 from ..model.problems import Iterate
 from ..starts.directions import Start
-from ..starts.steering_law import grid_resolves, through, unit_on
+from ..starts.steering_law import grid_resolves, unit_on
 from ..targets.rows import Row
 from .burns import nodes_that_follow
 from .result import Attempt, Claim, SearchResult, Standing
@@ -82,7 +82,8 @@ def quick_turn(search: Search, result: SearchResult) -> Iterator[Attempt]:
         attempt = made.on_the_way
         if made.is_near:
             reference = made.iterate
-            if _finest_grid_resolves(setup, reference):
+            allowed = setup.scenario.verification.thrust_excess
+            if grid_resolves(made.law, method.max_nodes, allowed):  # before it is corrected in flight
                 attempt = yield from _finished(setup, made, steps=tuning.QUICK_STEPS)
         yield attempt
         if result.rank(attempt) < result.rank(best):
@@ -192,10 +193,8 @@ def _finished(setup: InsertionSetup, attempt: Attempt, *, steps: int | None = No
     flown = replace(attempt, verification=fly_and_verify(setup, attempt.iterate))
     if setup.scenario.problem != "min_time" or flown.verified:
         return flown
-    arc = attempt.trajectory
-    law = through(arc.grid, arc.controls, arc.duration)
-    nodes = max(attempt.nodes, nodes_that_follow(setup, law))
-    unit = unit_on(setup.burn, setup.target, law, nodes, tuning.REACHED, steps=steps)
+    nodes = max(attempt.nodes, nodes_that_follow(setup, attempt.law))
+    unit = unit_on(setup.burn, setup.target, attempt.law, nodes, tuning.REACHED, steps=steps)
     if unit is None:
         return flown
     yield attempt.on_the_way
@@ -207,13 +206,6 @@ def _finished(setup: InsertionSetup, attempt: Attempt, *, steps: int | None = No
 
 def _is_loose(attempt: Attempt) -> bool:
     return float(np.linalg.norm(attempt.trajectory.controls, axis=1).min()) < 1.0 - tuning.LOOSE
-
-
-def _finest_grid_resolves(setup: InsertionSetup, iterate: Iterate) -> bool:
-    """Whether the finest grid follows the directions of a burn, before they are corrected in flight."""
-    arc, scenario = iterate.trajectory, setup.scenario
-    law = through(arc.grid, arc.controls, arc.duration)
-    return grid_resolves(law, scenario.method.max_nodes, scenario.verification.thrust_excess)
 
 
 def _aim(setup: InsertionSetup, iterate: Iterate) -> float:
