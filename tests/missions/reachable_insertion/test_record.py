@@ -21,8 +21,8 @@ from orbsoc.guidance.progress import iteration_cells
 from orbsoc.missions.reachable_insertion import COLUMNS, Plan, Scenario, load_scenario, plan
 from orbsoc.missions.reachable_insertion.figures.panels import draw_figures
 from orbsoc.missions.reachable_insertion.model.problems import Row
-from orbsoc.missions.reachable_insertion.plan.verdicts import verdict, violations
-from orbsoc.missions.reachable_insertion.record.document import attitude_csv, plan_document
+from orbsoc.missions.reachable_insertion.plan.verdict import verdict
+from orbsoc.missions.reachable_insertion.record.document import attitude_csv, violations
 from orbsoc.missions.reachable_insertion.verification import verify
 from orbsoc.orbit import EARTH, angular_momentum, laplace_vector, propagate_burn, thrust_direction
 
@@ -115,7 +115,7 @@ SUBPROBLEM = {"iterations", "status", "n", "p", "m", "nnz_kkt", "nnz_l", "solve_
 
 
 def test_plan_document_is_json_with_the_public_keys() -> None:
-    document = json.loads(json.dumps(plan_document(planned()), allow_nan=False))
+    document = json.loads(json.dumps(planned().to_dict(), allow_nan=False))
     assert document.keys() >= REQUIRED
     assert document["orbit"].keys() >= ORBIT
     assert document["propagated_orbit"].keys() == document["orbit"].keys()
@@ -128,14 +128,14 @@ def test_plan_document_is_json_with_the_public_keys() -> None:
 
 
 def test_documented_scenario_plans_the_same_again() -> None:
-    document = json.loads(json.dumps(plan_document(planned())))
+    document = json.loads(json.dumps(planned().to_dict()))
     again = plan(Scenario.model_validate_json(json.dumps(document["scenario"])), solve=orbsoc.solve)
     assert again.time_of_flight_s == planned().time_of_flight_s
 
 
 def test_document_of_nothing_found_promises_no_orbit_and_no_attitude(tmp_path: Path) -> None:
     found = planned("paper004_insertion", "max_energy")
-    document = json.loads(json.dumps(plan_document(found), allow_nan=False))
+    document = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert document["status"] == "not_found"
     assert document["orbit"] is None
     assert document["propagated_orbit"] is None
@@ -147,7 +147,7 @@ def test_document_of_nothing_found_promises_no_orbit_and_no_attitude(tmp_path: P
 
 def test_subproblem_without_a_point_is_null_in_json_and_a_dash_in_the_table() -> None:
     found = planned("paper004_insertion", "max_energy", "free")
-    first = plan_document(found)["subproblems"][0]
+    first = found.to_dict()["subproblems"][0]
     assert first["status"] == "PRIMAL_INFEASIBLE"
     assert first["change"] is None
     cells = iteration_cells(found.subproblems[0], COLUMNS)
@@ -191,7 +191,8 @@ def test_every_violated_row_has_words_in_units_a_person_can_picture(
 ) -> None:
     """On 150 × 203.95 km: e = 0.004115 and |H| = √(r_p (1 + e)) = 1.01377 canonical."""
     found = planned("rec1", "max_energy")
-    broken = replace(found, iterate=replace(found.iterate, slack=((Row[row], value),)))
+    outcome = replace(found.best.outcome, iterate=replace(found.iterate, slack=((Row[row], value),)))
+    broken = replace(found, attempts=(replace(found.best, outcome=outcome),))
     assert violations(broken)[0].words.startswith(words)
 
 

@@ -16,8 +16,8 @@ import numpy as np
 from orbsoc.guidance.mission import PaperRow, PlanStatus
 from orbsoc.orbit import pitch_yaw
 
-from .plan.burn_plan import BurnPlan
 from .scenario import PaperCase
+from .search.result import SearchResult
 
 Verdict = Literal["reproduced", "misprint", "not reproduced", "met by construction", "other data"]
 
@@ -85,7 +85,7 @@ _ANGLES_REASON = (
 )
 
 
-def compare(plan: BurnPlan) -> tuple[PaperRow, ...]:
+def compare(plan: SearchResult) -> tuple[PaperRow, ...]:
     """Rows for what the paper prints about this problem; empty when the scenario names no case of the paper."""
     case = plan.scenario.compare_with
     if case is None:
@@ -93,13 +93,13 @@ def compare(plan: BurnPlan) -> tuple[PaperRow, ...]:
     return tuple(_min_time(plan, case) if plan.scenario.problem == "min_time" else _max_energy(plan, case))
 
 
-def _min_time(plan: BurnPlan, case: PaperCase) -> Iterable[PaperRow]:
+def _min_time(plan: SearchResult, case: PaperCase) -> Iterable[PaperRow]:
     ours = plan.time_of_flight_s if plan.verification else None
     yield _row("shortest burn", "section 3.2", _BURN_S, ours, _TIME[case], unit="s", digits=3)
     yield from _angle_rows(plan)
 
 
-def _max_energy(plan: BurnPlan, case: PaperCase) -> Iterable[PaperRow]:
+def _max_energy(plan: SearchResult, case: PaperCase) -> Iterable[PaperRow]:
     orbit = plan.verification.planned_orbit if plan.verification else None
     perigee = orbit.perigee_height_m() / 1e3 if orbit else None
     apogee = orbit.apogee_height_m() / 1e3 if orbit else None
@@ -142,7 +142,7 @@ def _agree(ours: float | None, known: _Known) -> bool:
     return math.isclose(ours, known.value, rel_tol=0.0, abs_tol=known.tolerance)
 
 
-def _angle_rows(plan: BurnPlan) -> Iterable[PaperRow]:
+def _angle_rows(plan: SearchResult) -> Iterable[PaperRow]:
     if plan.verification is None or plan.status is PlanStatus.INFEASIBLE:
         return
     angles = pitch_yaw(plan.verification.flight.direction)

@@ -237,6 +237,22 @@ def orbit_of(scenario: Scenario, state_si: Array) -> Elements:
     return elements_from_state(state[:3], state[3:])
 
 
+def shape_of(orbit: Elements) -> str:
+    """Perigee and apogee heights; of a hyperbola the perigee height, C3 and v∞."""
+    if orbit.ecc < 1.0:
+        return short_shape(orbit)
+    c3 = -EARTH.mu_m3_s2 / orbit.sma_m
+    perigee = f"{orbit.perigee_height_m() / 1e3:.2f}"
+    return f"a hyperbola of C3 {c3 / 1e6:.4f} km²/s² (v∞ {np.sqrt(c3):.1f} m/s), perigee {perigee} km"
+
+
+def short_shape(orbit: Elements) -> str:
+    """Perigee and apogee heights; of a hyperbola C3."""
+    if orbit.ecc < 1.0:
+        return f"{orbit.perigee_height_m() / 1e3:.2f} × {orbit.apogee_height_m() / 1e3:.2f} km"
+    return f"C3 {-EARTH.mu_m3_s2 / orbit.sma_m / 1e6:.4f} km²/s²"
+
+
 def _promised(scenario: Scenario, target: AnyTarget, iterate: Iterate) -> tuple[Array, Array]:
     """Canonical H and L that the burn has to end with."""
     perigee_free = scenario.problem == "max_energy" and scenario.target.perigee_direction == "free"

@@ -14,9 +14,8 @@ from orbsoc.guidance.orbit_drawing import draw_earth, draw_orbit, plane_of
 from orbsoc.orbit import EARTH, elements_from_state
 
 from ..model.coast import coasted
-from ..plan.burn_plan import BurnPlan
-from ..plan.verdicts import shape_of
-from ..verification import Verification
+from ..search.result import SearchResult
+from ..verification import Verification, shape_of
 from .history import History
 
 if TYPE_CHECKING:
@@ -39,7 +38,7 @@ ROOM = 1.25
 """Factor on the panel's span where the close-up stands in a corner."""
 
 
-def orbit_figure(plan: BurnPlan, found: Verification) -> Figure:
+def orbit_figure(plan: SearchResult, found: Verification) -> Figure:
     """The plane of the first orbit as seen from its angular momentum: both orbits, the coast, the burn, the thrust."""
     from matplotlib.figure import Figure
 
@@ -127,7 +126,7 @@ def _free_place(panel: Axes, orbits: Array) -> tuple[tuple[float, float], float]
     return places[int(np.argmin(hidden))], size
 
 
-def history_figure(plan: BurnPlan, found: Verification) -> Figure:
+def history_figure(plan: SearchResult, found: Verification) -> Figure:
     """Altitude, mass, Δv and where it is lost, apogee and perigee over the burn."""
     from matplotlib.figure import Figure
 
@@ -168,7 +167,7 @@ def history_figure(plan: BurnPlan, found: Verification) -> Figure:
     return figure
 
 
-def draw(plan: BurnPlan, found: Verification, folder: Path) -> tuple[FigureFile, ...]:
+def draw(plan: SearchResult, found: Verification, folder: Path) -> tuple[FigureFile, ...]:
     """Write the figures; of a burn of 0 s the orbit alone."""
     orbit = write_png(
         orbit_figure(plan, found),

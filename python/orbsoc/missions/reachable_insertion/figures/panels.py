@@ -19,7 +19,7 @@ from orbsoc.guidance.figure_style import BLUE, GREEN, STYLE, VERMILION, labels_i
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import EARTH, CanonicalUnits, pitch_yaw
 
-from ..plan.burn_plan import BurnPlan
+from ..search.result import SearchResult
 from ..verification import Verification
 from . import orbit
 
@@ -34,7 +34,7 @@ MARGINS = {"left": 0.15, "right": 0.97, "bottom": 0.08, "top": 0.93}
 """Fixed, for a layout that is worked out takes as long as the drawing."""
 
 
-def draw_figures(plan: BurnPlan, folder: Path) -> tuple[FigureFile, ...]:
+def draw_figures(plan: SearchResult, folder: Path) -> tuple[FigureFile, ...]:
     """Write the figures of a plan that was flown into `folder`; empty when there is nothing to show."""
     found = plan.verification
     if found is None:
@@ -49,7 +49,7 @@ def draw_figures(plan: BurnPlan, folder: Path) -> tuple[FigureFile, ...]:
         return (*told, *(replace(each, appendix=True) for each in checks))
 
 
-def _velocity(plan: BurnPlan, found: Verification, folder: Path) -> FigureFile:
+def _velocity(plan: SearchResult, found: Verification, folder: Path) -> FigureFile:
     nodes = CanonicalUnits.of(EARTH).state_to_si(plan.trajectory.states)[:, 3:] / 1e3
     curve = found.flight.propagated[:, 3:] / 1e3
     error = (found.flight.planned - found.flight.propagated)[:, 3:]
@@ -63,7 +63,7 @@ def _velocity(plan: BurnPlan, found: Verification, folder: Path) -> FigureFile:
     )
 
 
-def _position(plan: BurnPlan, found: Verification, folder: Path) -> FigureFile:
+def _position(plan: SearchResult, found: Verification, folder: Path) -> FigureFile:
     nodes = CanonicalUnits.of(EARTH).state_to_si(plan.trajectory.states)[:, :3] / 1e3
     curve = found.flight.propagated[:, :3] / 1e3
     error = (found.flight.planned - found.flight.propagated)[:, :3]
@@ -78,7 +78,7 @@ def _position(plan: BurnPlan, found: Verification, folder: Path) -> FigureFile:
 
 
 def _components_figure(
-    plan: BurnPlan,
+    plan: SearchResult,
     found: Verification,
     nodes: Array,
     curve: Array,
@@ -103,7 +103,7 @@ def _components_figure(
     return figure
 
 
-def _attitude(plan: BurnPlan, found: Verification, folder: Path) -> FigureFile:
+def _attitude(plan: SearchResult, found: Verification, folder: Path) -> FigureFile:
     figure, axes = _panels(heights=(1.0, 1.0, 0.7), size=(7.2, 6.2))
     node_times = _node_times(plan)
     flown, nodal = pitch_yaw(found.flight.direction), pitch_yaw(plan.trajectory.controls)
@@ -135,12 +135,12 @@ def _attitude(plan: BurnPlan, found: Verification, folder: Path) -> FigureFile:
     )
 
 
-def _paper(plan: BurnPlan, figure: str) -> str:
+def _paper(plan: SearchResult, figure: str) -> str:
     """The figure of the paper that this one is after, for the paper's own scenarios."""
     return f" (the paper's {figure})" if plan.scenario.compare_with else ""
 
 
-def _axes_of(plan: BurnPlan) -> str:
+def _axes_of(plan: SearchResult) -> str:
     if plan.scenario.plan_axes == "eci":
         return "ECI axes"
     return "launch-inertial axes (x downrange, y up, z right)"
@@ -176,7 +176,7 @@ def _legend_above(axes: Axes) -> None:
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.1, handlelength=1.5)
 
 
-def _finish(axes: Sequence[Axes], plan: BurnPlan) -> None:
+def _finish(axes: Sequence[Axes], plan: SearchResult) -> None:
     for panel in axes:
         panel.yaxis.set_major_locator(_few_ticks())
     axes[-1].set_xlabel("time since ignition (s)")
@@ -193,11 +193,11 @@ def _few_ticks() -> Any:
     return MaxNLocator(nbins=5, min_n_ticks=3)
 
 
-def _node_times(plan: BurnPlan) -> Array:
+def _node_times(plan: SearchResult) -> Array:
     return plan.trajectory.elapsed() * CanonicalUnits.of(EARTH).time_s
 
 
-def _title(plan: BurnPlan) -> str:
+def _title(plan: SearchResult) -> str:
     what = "shortest burn" if plan.scenario.problem == "min_time" else "largest orbit"
     if plan.scenario.problem == "max_energy" and plan.scenario.target.perigee_direction == "free":
         what += ", perigee direction free"

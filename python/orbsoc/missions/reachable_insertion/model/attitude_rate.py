@@ -24,10 +24,10 @@ from orbsoc.guidance.collocation import (
 )
 from orbsoc.guidance.powered_flight import BurnVariables, Trajectory
 
+from ..tuning import CONES_PER_NODE
+
 Array = NDArray[np.float64]
 
-CONES_PER_NODE = 4
-"""Bounded points; between them the interpolant turns at most 8 % faster, and some 0.1 % where its rate is at the bound."""
 SAMPLES_PER_NODE = 64
 STEP = 1e-5
 """Of the central differences, in τ."""

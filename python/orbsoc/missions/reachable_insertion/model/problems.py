@@ -24,6 +24,7 @@ from orbsoc.guidance.scp import Step, Subproblem
 from ..targets.any_target import AnyTarget
 from ..targets.rows import PLANE_ROWS, TERMINAL_ROWS, Row
 from ..targets.target_orbit import LinearVectors, TargetOrbit
+from ..tuning import GAIN
 from .attitude_rate import RateBound
 
 Array = NDArray[np.float64]
@@ -66,15 +67,6 @@ class MinTime:
             return _step(builder, solution, reference, slack, self.figures, free_duration=True)
 
         return Subproblem(builder.build(), read)
-
-
-GAIN = 10.0
-"""Scale of the unknowns GAIN · (S − Ŝ) of `MaxEnergyFixedPerigee`.
-
-The largest S_H is flat in the thrust directions: at S_H ≈ 1 a relative gap of 1e-10 leaves them 1e-4 rad apart
-between two solvers, and the interpolated thrust as far from unit length. Measured from the reference the cost tends
-to 0, its gap becomes absolute, and the scale sharpens it: |ΔL|/μ on rec1 and rec2 went from 5e-9 to 5e-10.
-"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,19 +13,20 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import Rules
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements, pitch_yaw
 
+from ..model.problems import Iterate
 from ..model.proof import Proof
 from ..paper import compare
-from ..plan.burn_plan import BurnPlan
-from ..plan.verdicts import Violation, rate_is_active, starts_tried, verdict, violations
 from ..scenario import Scenario
-from ..search.ignition import later_ignition
-from ..two_burns.instead import two_burns_instead
+from ..search.result import SearchResult
+from ..targets.free_target import FreeTarget
+from ..targets.rows import Row
 from ..verification import EndOfFlight
+from .words import Violation, rate_in_words, rate_is_active, row_in_words, start_tried, worst_first
 
 Array = NDArray[np.float64]
 
 
-def plan_document(plan: BurnPlan) -> dict[str, Any]:
+def plan_document(plan: SearchResult, details: str, later: Any, two_burns: Any) -> dict[str, Any]:
     """Everything about the plan that JSON can hold; angles in degrees, lengths as the key says, null for absent.
 
     `orbit`, `propagated_orbit` and `terminal_error` are null unless the sequence converged to a feasible point.
@@ -40,7 +41,7 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
         "status": plan.status.value,
         "exit_reason": plan.exit_reason.name,
         "message": plan.message,
-        "details": verdict(plan),
+        "details": details,
         "time_of_flight_s": plan.time_of_flight_s,
         "propellant_kg": plan.propellant_kg,
         **end_document(found),
@@ -62,8 +63,8 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
         "proof": plan.proof and proof_document(plan.proof),
         "ignition_s": plan.ignition_s,
         "forces": forces_document(plan.scenario),
-        "later_ignition": (later := later_ignition(plan)) and asdict(later),
-        "two_burns": (instead := two_burns_instead(plan)) and asdict(instead),
+        "later_ignition": later and asdict(later),
+        "two_burns": two_burns and asdict(two_burns),
         "scp_iterations": len(plan.subproblems),
         "nodes": plan.trajectory.grid.size,
         "stages": [
@@ -73,7 +74,7 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
                 "exit_reason": stage.outcome.reason.name,
                 "iterations": len(stage.outcome.iterations),
             }
-            for stage in plan.stages
+            for stage in plan.attempts
         ],
         "subproblems": [row.to_dict() for row in plan.subproblems],
         "paper": [row.to_dict() for row in compare(plan)],
@@ -84,6 +85,38 @@ def plan_document(plan: BurnPlan) -> dict[str, Any]:
         "scenario": plan.scenario.model_dump(mode="json"),
     }
     return document
+
+
+def violations(plan: SearchResult) -> tuple[Violation, ...]:
+    """Terminal rows the sequence had to leave violated, worst first; empty for a feasible plan."""
+    return violations_of(plan, plan.iterate)
+
+
+def violations_of(plan: SearchResult, iterate: Iterate) -> tuple[Violation, ...]:
+    """The same of any iterate of the search."""
+    return worst_first(
+        Violation(row, value, _in_words(plan, iterate, row, value)) for row, value in iterate.slack
+    )
+
+
+def starts_tried(plan: SearchResult) -> list[dict[str, Any]]:
+    """Every start of the search, in its order: how its last sequence ended, the worst row that it left, and by how much."""
+    last = {(each.start.name, each.ignition_s): each for each in plan.attempts}
+    return [
+        start_tried(start, ignition_s, each.outcome.reason, violations_of(plan, each.iterate))
+        for (start, ignition_s), each in last.items()
+    ]
+
+
+def _in_words(plan: SearchResult, iterate: Iterate, row: Row, value: float) -> str:
+    if row is Row.ATTITUDE_RATE:
+        return rate_in_words(plan.scenario, value)
+    if row is Row.PERIGEE_RADIUS and not isinstance(plan.target, FreeTarget):
+        # slack s in e ≤ p/r_p − 1 + s lets the perigee sink by about r_p s/(1 + e)
+        radius_m = EARTH.earth_radius_m + 1e3 * (plan.scenario.target.perigee_height_km or 0.0)
+        return f"the perigee too low by {abs(value) * radius_m / 1e3:.2f} km"
+    scales = (iterate.momentum_scale, iterate.laplace_scale)
+    return row_in_words(plan.target, row, value, iterate.trajectory.end, scales)
 
 
 def rate_document(scenario: Scenario, found: EndOfFlight) -> dict[str, float | bool | None]:
@@ -140,7 +173,7 @@ def orbit_document(orbit: Elements) -> dict[str, float | None]:
     return {name: _number(value) for name, value in found.items()}
 
 
-def trajectory_document(plan: BurnPlan) -> dict[str, Any]:
+def trajectory_document(plan: SearchResult) -> dict[str, Any]:
     """The collocated solution at its nodes and at cut-off, SI, launch-inertial axes."""
     units = CanonicalUnits.of(EARTH)
     trajectory = plan.trajectory
@@ -173,7 +206,7 @@ def attitude_axes(scenario: Scenario) -> str:
     return "velocity" if scenario.axes == "velocity" else scenario.plan_axes
 
 
-def attitude_programme(plan: BurnPlan) -> Array | None:
+def attitude_programme(plan: SearchResult) -> Array | None:
     """Rows (K, C) of `ATTITUDE_COLUMNS`, uniform in time; None when there is no plan to fly.
 
     The directions are the ones the verification flew: the interpolant of the nodal thrust, normalised. In launch-inertial axes
@@ -214,7 +247,7 @@ def _velocity_axes(states: Array) -> tuple[Array, Array, Array]:
     return along, np.cross(along, normal), normal
 
 
-def attitude_csv(plan: BurnPlan) -> str | None:
+def attitude_csv(plan: SearchResult) -> str | None:
     """`attitude.csv`: a header of `ATTITUDE_COLUMNS` and one line per time; None when there is no plan to fly."""
     rows = attitude_programme(plan)
     if rows is None:

@@ -13,9 +13,10 @@ from orbsoc.guidance.powered_flight import Burn, Trajectory, commanded
 from orbsoc.guidance.scp import Subproblem
 from orbsoc.orbit import EARTH, CanonicalUnits, elements_from_state
 from orbsoc.orbit.propagate import Steering
+from orbsoc.orbit.vectors import specific_energy
 
 from ..model.attitude_rate import RateBound
-from ..model.coast import at_ignition
+from ..model.coast import at_ignition, coasted
 from ..model.problems import Iterate, MaxEnergyFixedPerigee, MaxEnergyFreePerigee, MinTime
 from ..scenario import Scenario
 from ..starts.guess import along_velocity, propagated, towards_plane
@@ -23,16 +24,11 @@ from ..starts.steering_law import Law
 from ..targets.any_target import AnyTarget
 from ..targets.free_target import FreeTarget
 from ..targets.target_orbit import TargetOrbit
+from ..tuning import FIRM, LOOKS, OBLATE_M, WITHOUT_PERIOD_S
 from ..verification import Verification, verify
 
 Array = NDArray[np.float64]
 Linearise = Callable[[Iterate], Subproblem[Iterate]]
-
-FIRM = 100.0
-"""Factor on the weight of the slack where a start already meets the terminal rows.
-
-The penalty is exact only above the rows' multipliers, and those of a short burn, which moves the vehicle little, reach 1e4.
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +43,8 @@ class InsertionSetup:
     ignition_s: float = 0.0
     turn: RateBound | None = None
     """Of the subproblems that are to hold one."""
+    is_unbounded: bool = False
+    """Whether a bound on the attitude rate was taken away."""
 
     @classmethod
     def of(cls, scenario: Scenario, ignition_s: float = 0.0) -> InsertionSetup:
@@ -66,9 +64,32 @@ class InsertionSetup:
     @property
     def unbounded(self) -> InsertionSetup:
         """The same without a bound on the attitude rate."""
-        return replace(
-            self, scenario=self.scenario.with_changes(limits={"attitude_rate_deg_s": None}), turn=None
-        )
+        if self.rate_bound is None:
+            return self
+        free = self.scenario.with_changes(limits={"attitude_rate_deg_s": None})
+        return replace(self, scenario=free, turn=None, is_unbounded=True)
+
+    def at(self, ignition_s: float) -> InsertionSetup:
+        """The same after a coast of another length."""
+        if ignition_s == self.ignition_s:
+            return self
+        return replace(InsertionSetup.of(self.scenario, ignition_s), is_unbounded=self.is_unbounded)
+
+    @property
+    def latest_ignition_s(self) -> float:
+        """The scenario's, or one revolution of the first orbit; no later than the coast gets too low."""
+        scenario, start = self.scenario, self.scenario.launch_inertial(self.scenario.initial)
+        first = elements_from_state(start[:3], start[3:])
+        energy = specific_energy(self.burn.start[:3], self.burn.start[3:], 1.0)
+        period = (-0.5 / energy) ** 1.5 if energy < -1e-6 else None
+        turn_s = WITHOUT_PERIOD_S if period is None else float(2.0 * np.pi * period * self.units.time_s)
+        latest = scenario.burn.latest_ignition_s or turn_s
+        lowest_m = EARTH.earth_radius_m + 1e3 * scenario.limits.lowest_altitude_km
+        if first.perigee_radius_m > lowest_m + OBLATE_M * scenario.burn.coast_j2:
+            return latest
+        times = np.linspace(0.0, latest, LOOKS)
+        low = np.linalg.norm(coasted(scenario, times)[:, :3], axis=1) < lowest_m
+        return float(times[max(int(low.argmax()) - 1, 0)]) if low.any() else latest
 
     @property
     def free_perigee(self) -> bool:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,34 +17,29 @@ from numpy.typing import NDArray
 from orbsoc.guidance.powered_flight import Burn
 
 from ..targets.any_target import AnyTarget
+from ..tuning import LEFT, LONGER, REACHED
 from .steering_law import Law, constant, corrected, longest_of
 
 Array = NDArray[np.float64]
 
-REACHED = 1e-8
-"""Of the five conditions, within which a law shows the way."""
-LEFT = 0.98
-"""Of the propellant, that a law burns where its free duration wants more than there is."""
-LONGER = (1.05, 1.15, 1.3)
-"""Factors on the duration of an impulse's burn, at which a law with more room to shift the vehicle is corrected."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Start:
-    """A law and what it misses the orbit by, the largest of five relative conditions."""
+    """From where a search sets out: a law and what it misses the orbit by, the largest of the relative conditions; without a law
+    what the name says."""
 
     name: str
-    law: Law
-    miss: float
+    law: Law | None = None
+    miss: float = np.inf
 
     @property
     def reaches(self) -> bool:
         return self.miss <= REACHED
 
 
-def starts(burn: Burn, target: AnyTarget) -> Iterator[Start]:
-    """One start a direction; each is worked out when it is asked for."""
-    for name, direction in _directions(burn, target):
+def starts(burn: Burn, target: AnyTarget, *, after: int = 0) -> Iterator[Start]:
+    """One start a direction, without the first ones; each is worked out when it is asked for."""
+    for name, direction in islice(_directions(burn, target), after, None):
         yield _flown(burn, target, name, direction)
 
 

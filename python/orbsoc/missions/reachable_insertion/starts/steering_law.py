@@ -18,27 +18,26 @@ from orbsoc.guidance.powered_flight import Burn
 from orbsoc.orbit.runge_kutta import force_times, integrate_explicitly
 
 from ..targets.any_target import AnyTarget
+from ..tuning import (
+    DEGREE,
+    LENGTHENED,
+    LONGEST_STEP,
+    MADE_UNIT,
+    MISS,
+    MOST_LONGER,
+    MOST_SHORTER,
+    MOST_STEPS,
+    NEARLY_ALL,
+    ROUGHNESS,
+    SAMPLES,
+    SHARES,
+    SHORTENED,
+    STEP,
+    TOO_LONG,
+    TURNS,
+)
 
 Array = NDArray[np.float64]
-
-SAMPLES = 401
-"""Of a law, to see how it turns between nodes."""
-TOO_LONG = 2e-5
-"""By how much the interpolant of unit vectors may be longer, of a law that a grid follows; a fifth of what is verified."""
-NEARLY_ALL = 0.999
-"""Of the vehicle's mass, that a flight may burn."""
-MOST_STEPS = 48
-STEP = 1e-6
-"""Of the finite differences, canonical and of a law of unit size."""
-SHARES = np.array([1.0, 0.7, 0.5, 0.35, 0.2, 0.1, 0.03, 0.01])
-"""Of a Gauss–Newton step; all are tried at once, and the one with the smallest next step is taken (Deuflhard's natural level
-function: it does not depend on how the conditions are scaled, and those of a short burn are badly so)."""
-ROUGHNESS = 0.3
-"""By how much more a coefficient weighs than that of one degree lower."""
-LONGEST_STEP = 0.5
-"""Of a coefficient or of the logarithm of the duration, in one step."""
-MISS = 1e-10
-"""Of the five conditions, canonical, within which a law has reached the orbit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -160,17 +159,6 @@ def corrected(
             break
         x, found = tried[best], new[best]
     return Law(x[:-1].reshape(degree + 1, 3), float(np.exp(x[-1]))), float(np.abs(found).max())
-
-
-TURNS = 12
-"""Most steps towards the smoothest law of a duration."""
-DEGREE = 4
-"""Of a law that is made smooth: enough to spread a turn over the burn."""
-LENGTHENED, SHORTENED = 0.02, (0.02, 5e-3, 1e-3, 3e-4)
-"""Shares of its duration by which a law is lengthened until a grid follows it, and shortened as long as one does."""
-MOST_LONGER, MOST_SHORTER = 12, 60
-MADE_UNIT = 4
-"""How often a corrected interpolant is replaced by that of its directions."""
 
 
 def turn_of(law: Law) -> float:

@@ -15,7 +15,7 @@ from orbsoc.orbit import EARTH, elements_from_state, pitch_yaw
 
 from ..figures.history import History
 from ..figures.orbit import AFTER, BEFORE, BURN, COAST, FAR
-from ..plan.verdicts import shape_of
+from ..verification import shape_of
 from .transfer_plan import TransferPlan
 from .verification import Verification
 

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from orbsoc.guidance.mission import PlanStatus
 
-from ..plan.burn_plan import BurnPlan
+from ..search.result import SearchResult
 from ..search.setup import InsertionSetup
 from .search import FLOWN, flown_starts, fly_and_verify, limits_of, proof_for_two_burns
 
@@ -23,7 +23,7 @@ class TwoBurns:
 
 
 @lru_cache(maxsize=8)
-def two_burns_instead(plan: BurnPlan) -> TwoBurns | None:
+def two_burns_instead(plan: SearchResult) -> TwoBurns | None:
     """The first two burns found that the independent integrator confirms; None for a plan that needs none, and where none are."""
     scenario = plan.scenario
     if scenario.problem != "min_time" or plan.status in (PlanStatus.VERIFIED, PlanStatus.INTERRUPTED):

@@ -14,10 +14,9 @@ from orbsoc.guidance.mission import Difference, FigureFile
 from orbsoc.guidance.scp import Iteration, Rules, Solve
 from orbsoc.guidance.verdict import Verdict
 
-from ..plan.comparison import SMA_REL, TIME_REL
-from ..plan.verdicts import shape_of
 from ..record.messages import FlownArc, FlownBurn, messages
 from ..search.setup import InsertionSetup
+from ..verification import shape_of
 from .bounded_search import BoundedSearch
 from .figures import draw_figures, orbit_figure
 from .record import attitude_csv, plan_document
@@ -97,7 +96,7 @@ class TwoBurnPlan(TransferPlan):
         return tuple(found)
 
 
-BURN_REL = 10.0 * TIME_REL
+BURN_REL, SMA_REL = 1e-6, 1e-7
 """A descent ends where the last step promises 1e-7 of the burns, and two solvers end it in different places."""
 
 

@@ -27,7 +27,6 @@ from orbsoc.guidance.scp import (
 from orbsoc.orbit import EARTH, PropagationError, elements_from_state
 
 from ..model.proof import OBLATE_COAST, Proof, proof_of_infeasibility
-from ..search.ignition import latest_s
 from ..search.setup import InsertionSetup
 from .flight import Sensitivities, lowest_point, sensitivities
 from .limits import Limits
@@ -129,7 +128,7 @@ def proof_for_two_burns(ready: InsertionSetup) -> Proof | None:
 def limits_of(ready: InsertionSetup) -> Limits:
     """What the scenario allows, and of the propellant somewhat more, for the way."""
     burn, scenario = ready.burn, ready.scenario
-    ignition = latest_s(ready) / ready.units.time_s if scenario.burn.ignition == "free" else 0.0
+    ignition = ready.latest_ignition_s / ready.units.time_s if scenario.burn.ignition == "free" else 0.0
     longest = scenario.burn.longest_coast_s
     coast = UNBOUNDED if longest is None else longest / ready.units.time_s
     burning = min(BEYOND * burn.longest, max(burn.longest, NEARLY_ALL / burn.flow))
