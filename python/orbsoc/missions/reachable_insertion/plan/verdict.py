@@ -1,11 +1,11 @@
-"""The verdict of a plan as lines: *Answer*, *Option* and *Optimum*, each at most `WIDTH` characters."""
+"""The verdict of a plan as lines: *Answer*, *Option* and *Optimum*."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from orbsoc.guidance.mission import PlanStatus
-from orbsoc.guidance.verdict import WIDTH, Question, Verdict, VerdictLine, Word
+from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word, shortened
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements
 
 from ..model.proof import Proof
@@ -15,7 +15,7 @@ from ..two_burns.instead import two_burns_instead
 from ..verification import EndOfFlight
 from .burn_plan import BurnPlan
 from .claims import Claim
-from .verdicts import starts_tried, violations
+from .verdicts import in_words, starts_tried, violations
 
 
 def verdict_of(plan: BurnPlan) -> Verdict:
@@ -25,12 +25,8 @@ def verdict_of(plan: BurnPlan) -> Verdict:
 
 
 def fitted(question: Question, word: Word, figure: str, evidence: str = "") -> VerdictLine:
-    """A line that is not too long: its evidence goes first, then the end of its figure."""
-    line = VerdictLine(question, word, figure, evidence=evidence)
-    if len(str(line)) <= WIDTH:
-        return line
-    over = len(str(VerdictLine(question, word, figure))) - WIDTH
-    return VerdictLine(question, word, figure if over <= 0 else f"{figure[: -over - 1]}…")
+    """A line whose figure, made elsewhere, ends with a clause; the sentences of the plan have the rest."""
+    return VerdictLine(question, word, shortened(figure), evidence=evidence)
 
 
 def flown_within(scenario: Scenario, found: EndOfFlight) -> str:
@@ -92,22 +88,24 @@ def _later(plan: BurnPlan) -> VerdictLine | None:
     if later is None:
         return None
     saved = 1.0 - later.burn_s / plan.time_of_flight_s
-    command = "--set burn.ignition=free"
+    word, figure = (
+        Word.CHEAPER,
+        f"with ignition free the burn takes {later.burn_s:.1f} s (−{100.0 * saved:.0f} %)",
+    )
     if plan.status is not PlanStatus.VERIFIED:
-        figure = (
-            f"ignition {later.ignition_s:.0f} s later a burn of {later.burn_s:.1f} s reaches it: {command}"
+        word, figure = (
+            Word.POSSIBLE,
+            f"{in_words(later.ignition_s)} later a burn of {later.burn_s:.1f} s reaches it",
         )
-        return fitted(Question.OPTION, Word.POSSIBLE, figure)
-    figure = f"with ignition free the burn takes {later.burn_s:.1f} s (−{100.0 * saved:.0f} %): {command}"
-    return fitted(Question.OPTION, Word.CHEAPER, figure)
+    return VerdictLine(Question.OPTION, word, figure, settings={"burn.ignition": "free"})
 
 
 def _two_burns(plan: BurnPlan) -> VerdictLine | None:
     found = two_burns_instead(plan)
     if found is None:
         return None
-    figure = f"two burns of {found.first_s:.1f} and {found.second_s:.1f} s reach it: --set burn.count=2"
-    return fitted(Question.OPTION, Word.POSSIBLE, figure)
+    figure = f"two burns of {found.first_s:.1f} and {found.second_s:.1f} s reach it"
+    return VerdictLine(Question.OPTION, Word.POSSIBLE, figure, settings={"burn.count": "2"})
 
 
 def _optimum(plan: BurnPlan) -> VerdictLine:

@@ -67,6 +67,11 @@ def verdict(plan: BurnPlan) -> str:
     )
 
 
+def in_words(wait_s: float) -> str:
+    """A wait that a search ends near, as exactly as the burn asks for."""
+    return f"about {wait_s:.0f} s" if wait_s < 120.0 else f"about {wait_s / 60.0:.0f} min"
+
+
 ACTIVE = 0.999
 """Share of the bound on the attitude rate, from which on a plan is at it."""
 
@@ -217,7 +222,7 @@ def _later(plan: BurnPlan, *, sentence: bool = True) -> str:
     if later is None:
         return ""
     flow = plan.scenario.vehicle.mass_flow_kg_s
-    text = f"ignition {later.ignition_s:.0f} s later a burn of {later.burn_s:.1f} s reaches the target"
+    text = f"ignition {in_words(later.ignition_s)} later a burn of {later.burn_s:.1f} s reaches the target"
     if plan.status is PlanStatus.VERIFIED:
         saved_s = plan.time_of_flight_s - later.burn_s
         share = 100.0 * saved_s / plan.time_of_flight_s
