@@ -145,13 +145,14 @@ class VerdictLine:
     def __str__(self) -> str:
         """The line as it is printed, in as many of `WIDTH` characters as it takes; a command has its own."""
         head = f"{self.question.value:<9}{self.word.text:<13}"
+        bound = re.sub(r"(?<=\d) (?=\S)", "\N{NO-BREAK SPACE}", self.text)  # a number stays beside its unit
         lines = wrap(
-            self.text, WIDTH, initial_indent=head, subsequent_indent=" " * MARGIN, break_on_hyphens=False
+            bound, WIDTH, initial_indent=head, subsequent_indent=" " * MARGIN, break_on_hyphens=False
         )
         if self.settings:
             fits = len(self.command) + 9 <= WIDTH
             lines.append(" " * 9 + (self.command if self.command and fits else set_options(self.settings)))
-        return "\n".join(lines) or head.rstrip()
+        return "\n".join(lines).replace("\N{NO-BREAK SPACE}", " ") or head.rstrip()
 
     def to_dict(self) -> dict[str, Any]:
         """A row of `verdict` in plan.json."""

@@ -100,7 +100,7 @@ class Scenario(BaseScenario):
     launch_site: LaunchSite | None = None
     initial: Orbit
     target: Target
-    burn: BurnTime
+    burn: BurnTime = BurnTime()
     limits: Limits | None = None
     method: Method = Method()
     verification: Verification = Verification()
