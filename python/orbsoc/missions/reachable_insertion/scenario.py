@@ -118,7 +118,7 @@ class Scenario(BaseScenario):
     launch_site: LaunchSite | None = None
     initial: Orbit
     target: TargetTable
-    burn: BurnTime
+    burn: BurnTime = BurnTime()
     limits: Limits = Limits()
     method: Method = Method()
     verification: Verification = Verification()

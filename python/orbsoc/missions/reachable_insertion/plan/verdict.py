@@ -9,7 +9,7 @@ from orbsoc.guidance.scp import ExitReason
 from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word
 
 from ..record.document import starts_tried, violations
-from ..record.words import Phrases, answer_line, fitted, sentences
+from ..record.words import Phrases, answer_line, fitted, in_words, sentences
 from ..search.ignition import later_ignition
 from ..search.result import Claim, SearchResult
 from ..targets.rows import Row
@@ -42,21 +42,20 @@ def _later_line(plan: SearchResult) -> VerdictLine | None:
     later = later_ignition(plan)
     if later is None:
         return None
-    command = "--set burn.ignition=free"
     if plan.status is not PlanStatus.VERIFIED:
-        figure = f"ignition {later.ignition_s:.0f} s later a burn of {later.burn_s:.1f} s reaches it"
-        return fitted(Question.OPTION, Word.POSSIBLE, f"{figure}: {command}")
+        figure = f"{in_words(later.ignition_s)} later a burn of {later.burn_s:.1f} s reaches it"
+        return VerdictLine(Question.OPTION, Word.POSSIBLE, figure, settings={"burn.ignition": "free"})
     saved = 100.0 * (1.0 - later.burn_s / plan.time_of_flight_s)
-    figure = f"with ignition free the burn takes {later.burn_s:.1f} s (−{saved:.0f} %): {command}"
-    return fitted(Question.OPTION, Word.CHEAPER, figure)
+    figure = f"with ignition free the burn takes {later.burn_s:.1f} s (−{saved:.0f} %)"
+    return VerdictLine(Question.OPTION, Word.CHEAPER, figure, settings={"burn.ignition": "free"})
 
 
 def _two_burns_line(plan: SearchResult) -> VerdictLine | None:
     found = two_burns_instead(plan)
     if found is None:
         return None
-    figure = f"two burns of {found.first_s:.1f} and {found.second_s:.1f} s reach it: --set burn.count=2"
-    return fitted(Question.OPTION, Word.POSSIBLE, figure)
+    figure = f"two burns of {found.first_s:.1f} and {found.second_s:.1f} s reach it"
+    return VerdictLine(Question.OPTION, Word.POSSIBLE, figure, settings={"burn.count": "2"})
 
 
 def _optimum(plan: SearchResult) -> VerdictLine:
@@ -147,7 +146,7 @@ def _later(plan: SearchResult) -> str:
     later = later_ignition(plan)
     if later is None:
         return ""
-    text = f"with ignition {later.ignition_s:.0f} s later a burn of {later.burn_s:.1f} s reaches the target"
+    text = f"with ignition {in_words(later.ignition_s)} later a burn of {later.burn_s:.1f} s reaches the target"
     if plan.status is PlanStatus.VERIFIED:
         saved_s = plan.time_of_flight_s - later.burn_s
         saved_kg, share = (

@@ -10,7 +10,7 @@ import numpy as np
 
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import ExitReason, Iteration
-from orbsoc.guidance.verdict import WIDTH, Question, VerdictLine, Word
+from orbsoc.guidance.verdict import Question, VerdictLine, Word, shortened
 from orbsoc.orbit import EARTH, CanonicalUnits
 
 from ..model.proof import Proof
@@ -93,12 +93,13 @@ def start_tried(
 
 
 def fitted(question: Question, word: Word, figure: str, evidence: str = "") -> VerdictLine:
-    """A line that is not too long: its evidence goes first, then the end of its figure."""
-    line = VerdictLine(question, word, figure, evidence=evidence)
-    if len(str(line)) <= WIDTH:
-        return line
-    over = len(str(VerdictLine(question, word, figure))) - WIDTH
-    return VerdictLine(question, word, figure if over <= 0 else f"{figure[: -over - 1]}…")
+    """A line whose figure, made elsewhere, ends with a clause; the sentences of the plan have the rest."""
+    return VerdictLine(question, word, shortened(figure), evidence=evidence)
+
+
+def in_words(wait_s: float) -> str:
+    """A wait that a search ends near, as exactly as the burn asks for."""
+    return f"about {wait_s:.0f} s" if wait_s < 120.0 else f"about {wait_s / 60.0:.0f} min"
 
 
 def answer_line(plan: Told, verified: str, closest: str) -> VerdictLine:

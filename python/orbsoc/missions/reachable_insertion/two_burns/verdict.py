@@ -34,5 +34,5 @@ def _found(plan: TransferPlan) -> tuple[VerdictLine, ...]:
     optimum = fitted(Question.OPTIMUM, Word.BEST_FOUND, figure)
     if not plan.one_is_enough:
         return (optimum,)
-    option = "one burn is enough: --set burn.count=1 --set burn.ignition=free"
-    return (fitted(Question.OPTION, Word.POSSIBLE, option), optimum)
+    one = {"burn.count": "1", "burn.ignition": "free"}
+    return (VerdictLine(Question.OPTION, Word.POSSIBLE, "one burn is enough", settings=one), optimum)
