@@ -14,11 +14,9 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from orbsoc.orbit import EARTH, ConstantsSet, elements_from_state
-
-Array = NDArray[np.float64]
 
 ORIGINATOR = "ORBSOC"
 DEFAULT_EPOCH = datetime(2025, 1, 1, tzinfo=UTC)

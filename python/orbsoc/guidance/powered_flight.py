@@ -11,18 +11,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
 
 from orbsoc.conic.builder import ConicBuilder, HasPoint, Term, Variable
 from orbsoc.orbit import CanonicalUnits, Thruster
+from orbsoc.orbit.array import Array, Index
 from orbsoc.orbit.propagate import Steering
 
 from .collocation import LegendreGauss
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-
 
 SHORTEST = 1e-9
 """Canonical burn time that a linearisation can still be made about."""

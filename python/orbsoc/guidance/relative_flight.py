@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from math import inf
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from orbsoc.orbit import EARTH, ConstantsSet
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass, coast
 from orbsoc.orbit.relative import absolute_state, relative_state
 
 from .impulses import ImpulseProgramme
 
-Array = NDArray[np.float64]
 Forces = Callable[[int], Sequence[Force]]
 """The forces on a number of pairs of target and chaser, states in the order target, chaser, target, …"""
 

@@ -10,15 +10,14 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, Strict, model_validator
 
 from orbsoc.orbit import EARTH, LaunchFrame, Thruster
+from orbsoc.orbit.array import Array
 
 from .presets import site_with_preset, vehicle_with_preset
 from .scenario_file import Complaint, Table, missing_words, refuse
 
-Array = NDArray[np.float64]
 STANDARD_GRAVITY_M_S2 = 9.80665
 """Of the definition of the specific impulse (CGPM 1901)."""
 Vector = Annotated[tuple[float, float, float], Strict(False)]

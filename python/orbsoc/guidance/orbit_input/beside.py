@@ -8,18 +8,17 @@ from math import degrees
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError, T, Table, checked, refuse
 from orbsoc.guidance.vehicle import Vector
 from orbsoc.orbit import EARTH, Elements, elements_from_state
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import LVLH, relative_state
 
 from .checks import vehicle_complaints
 from .table import Orbit
 
-Array = NDArray[np.float64]
 AXES = ("RTN", "LVLH")
 DATED = ("epoch_utc", "frame", "source")
 """Keys beside the mission's own once a table with a date is read."""

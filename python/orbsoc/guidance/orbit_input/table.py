@@ -7,18 +7,16 @@ from datetime import datetime
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, Strict, model_validator
 
 from orbsoc.guidance.scenario_file import Complaint, Table, refuse
 from orbsoc.guidance.vehicle import Vector
 from orbsoc.orbit import EARTH, ConstantsSet, Elements, rotate_state, state_from_elements
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.reference_frames import FRAMES, FrameName, frame_rotation
 
 from .catalogue import DatedState, from_oem, from_omm, from_tle, parse_utc
 from .elements import ANGLES, ANOMALIES, SHAPE, Keys, elements_of, semi_major_axis_m, shape
-
-Array = NDArray[np.float64]
 
 STATE = ("position_m", "velocity_m_s")
 FILES = ("tle", "omm", "oem")

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.figure_style import BLUE, GREEN, GREY, ORANGE, STYLE, VERMILION, write_png
 from orbsoc.guidance.mission import FigureFile
+from orbsoc.orbit.array import Array
 
 from .model import two_body
 from .model.transfer import Transfers, costs, in_plane
@@ -25,8 +25,6 @@ from .verification.checks import Verification
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 COST = {"squares": "Σ‖Δv‖² (m²/s²)", "norms": "Σ‖Δv‖ (m/s)"}
 APPENDIX = ("tube.png", "primer.png")

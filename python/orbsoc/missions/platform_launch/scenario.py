@@ -12,20 +12,18 @@ from os import PathLike
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, Strict, model_validator
 
 from orbsoc.guidance.orbit_input.beside import LeftOut, circle_keys, circle_words, named_orbit
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
 from orbsoc.orbit import EARTH, ConstantsSet, Elements, state_from_elements
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import ClohessyWiltshire
 
 from .model.launch import LaunchError, Pair
 from .model.rack import Rack, Slot
 from .model.separation import Separation, separated
 from .model.transfer import singularity
-
-Array = NDArray[np.float64]
 
 PAPER_EARTH = ConstantsSet(
     "paper_002", 6.67e-11 * 5.965e24, 6.371e6, "table 1 of the paper: G mₑ, 3.978655e14, and the mean radius"

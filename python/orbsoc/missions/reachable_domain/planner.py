@@ -12,13 +12,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution
 from orbsoc.guidance.mission import Column, PlanStatus
 from orbsoc.guidance.scp import Iteration, Solve
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.planes import inclination_and_node
 
 from .model.direct.arcs import Arcs
@@ -29,7 +29,6 @@ from .scenario import Scenario
 from .search.continuation.domain import Domain
 from .search.continuation.table import COUNTS, FLOATS, WORDS, PointStatus, PointTable
 
-Array = NDArray[np.float64]
 Point = tuple[float, float, float]
 """Inclination and right ascension of the node (degrees), perigee height (km)."""
 

@@ -10,7 +10,6 @@ from os import PathLike
 from typing import Any, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from orbsoc.guidance.orbit_input import Orbit, vehicle_complaints
@@ -18,8 +17,7 @@ from orbsoc.guidance.powered_flight import Burn
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
 from orbsoc.guidance.vehicle import LaunchSite, Positive, Vehicle
 from orbsoc.orbit import EARTH, CanonicalUnits, eci_from_launch_inertial, rotate_state
-
-Array = NDArray[np.float64]
+from orbsoc.orbit.array import Array
 
 MOST_POINTS = 10_000_000
 """Points of the largest grid that is taken; above, a step is in another unit."""

@@ -6,18 +6,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.safety import CutBurn, audit_cut_burns, drift_clearance
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import ClohessyWiltshire
 
 from ..model.launch import LaunchError
 from ..model.transfer import Cost, Transfers, in_plane, programme
 from ..scenario import Scenario
-
-Array = NDArray[np.float64]
 
 ORBITS = 3.0
 """After an engine failure, in which the least distance is sought."""

@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.orbit import EARTH, Elements, state_from_elements
+from orbsoc.orbit.array import Array
 
 from ..search.query.results import ReachableDomain
-
-Array = NDArray[np.float64]
 
 EARTH_KM = EARTH.earth_radius_m / 1e3
 VIEW_KM = 120_000.0

@@ -6,7 +6,8 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from orbsoc.orbit.array import Array
 
 from ..search.query.results import ReachableDomain
 from .ellipses import EARTH_KM, band_title, largest_ellipses
@@ -15,8 +16,6 @@ from .planes import add_apogee_bar, apogee_norm
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.transforms import Bbox
-
-Array = NDArray[np.float64]
 
 EYE_DEG = (34.0, 68.0)
 """Elevation and azimuth of the eye."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.planes import inclination_and_node
 
 from ..search.continuation.boundary import edge_note
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import LogNorm
     from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 MOST_TICKS = 8
 NARROW = 1.25

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.figure_style import BLUE, GREEN, PLAIN, VERMILION, panels, write_png
@@ -14,10 +13,9 @@ from orbsoc.guidance.mission import FigureFile
 from orbsoc.guidance.orbit_drawing import draw_earth, draw_orbit, plane_of
 from orbsoc.guidance.powered_flight import commanded
 from orbsoc.orbit import elements_from_state, propagate_burn
+from orbsoc.orbit.array import Array
 
 from ..planner import PointPlan
-
-Array = NDArray[np.float64]
 
 STATES = 121
 FAR = 4.0

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Any, ClassVar, Self
 
-import numpy as np
-from numpy.typing import NDArray
+from orbsoc.orbit.array import Flags, Index
 
-Rows = NDArray[np.intp] | NDArray[np.bool_] | slice
+Rows = Index | Flags | slice
 
 
 class Batch:

@@ -15,10 +15,10 @@ from itertools import product
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.solution import Status
+from orbsoc.orbit.array import Array
 from orbsoc.solving.solver import solve
 
 from ..model.direct.condensed import condense
@@ -79,7 +79,7 @@ class DomainCost:
     partition: str
     pl_clock_mhz: float
     patterns: tuple[PatternCost, ...]
-    cycles: NDArray[np.float64]
+    cycles: Array
     deadline_ms: float | None
 
     @classmethod

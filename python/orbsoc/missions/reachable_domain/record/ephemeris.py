@@ -6,20 +6,18 @@ from dataclasses import dataclass
 from datetime import datetime
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance import ccsds
 from orbsoc.guidance.ccsds import DEFAULT_EPOCH, Subject
 from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.powered_flight import commanded
 from orbsoc.orbit import propagate_burn
+from orbsoc.orbit.array import Array
 
 from ..search.continuation.boundary import inside_box
 from ..search.continuation.table import PointStatus
 from ..search.query.envelope import is_paper_case
 from ..search.query.results import ReachableDomain
-
-Array = NDArray[np.float64]
 
 NODES_FROM = "the zero of its nodes"
 NODES_FROM_GREENWICH = "the meridian of Greenwich at launch"

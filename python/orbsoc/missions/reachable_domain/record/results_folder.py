@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from orbsoc.orbit.array import Array
 from orbsoc.sweep import DaskCluster, Executor, Inline, Processes, Report, ShardStore, Task, run
 from orbsoc.sweep.store import JOURNAL, Columns
 
@@ -59,7 +57,7 @@ def _solve_boundary(
         number += len(more)
 
 
-def _boundary_tasks(domain: Domain, azimuths: NDArray[np.float64], first: int) -> list[Task]:
+def _boundary_tasks(domain: Domain, azimuths: Array, first: int) -> list[Task]:
     """Tasks numbered from `first`."""
     shards = enumerate(boundary_shards(domain, azimuths), start=first)
     return [Task(BOUNDARY, k, rows, payload) for k, (rows, payload) in shards]

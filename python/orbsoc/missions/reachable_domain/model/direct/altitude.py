@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from orbsoc.orbit.array import Array
 
 from .arcs import Arcs, Collocation, EndMap
-
-Array = NDArray[np.float64]
 
 
 def altitude_rows(

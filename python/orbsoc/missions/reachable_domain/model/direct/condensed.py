@@ -11,15 +11,13 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from orbsoc.conic.problem import Cones, Problem
+from orbsoc.orbit.array import Array, Flags, Index
 
 from .arcs import EndMap
 from .terminal import TerminalRows
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +44,7 @@ class CondensedBatch:
     def __len__(self) -> int:
         return len(self.c)
 
-    def __getitem__(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> CondensedBatch:
+    def __getitem__(self, which: Index | Flags) -> CondensedBatch:
         return CondensedBatch(
             self.base, self.c[which], self.A[which], self.b[which], self.G[which], self.h[which]
         )

@@ -20,12 +20,10 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array, Flags, Index
+
 from ..batch import Batch
 from .condensed import CondensedBatch
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Index = NDArray[np.intp]
 
 INACTIVE, BOUNDARY, VERTEX = 0, 1, 2
 """Kinds of complementary cone pairs: z = 0; both on the cone's boundary; s = 0."""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.guidance.scp import Rules
+from orbsoc.orbit.array import Array, Flags, Index
 
 from .altitude import altitude_rows
 from .arcs import Arcs, Collocation
@@ -21,8 +22,6 @@ from .condensed import condense
 from .subproblems import Answers, Subproblems
 from .terminal import Target
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 Watch = Callable[[Arcs, Array], None]
 """Sees the arcs that a batch of subproblems leads to, and how far they moved (B,), NaN for those without a solution."""
 
@@ -91,7 +90,7 @@ class _State:
     rules: Rules
     arcs: Arcs
     ending: NDArray[np.int8]
-    tight: NDArray[np.bool_]
+    tight: Flags
     iterations: NDArray[np.int32]
     inner_iterations: NDArray[np.int32]
     change: Array

@@ -15,15 +15,12 @@ from numpy.typing import NDArray
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Status
 from orbsoc.guidance.scp import Rules
+from orbsoc.orbit.array import Array, Flags, Index
 from orbsoc.solving.batch import solve_batch
 
 from .arcs import MOST_EQUALITIES
 from .condensed import PERIGEE_CONE, CondensedBatch
 from .dual import solve_dual
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,12 +13,11 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array, Flags, Index
 from orbsoc.orbit.planes import TiltFrame, cross, in_plane_axes
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_] | NDArray[np.intp]
+Mask = Flags | Index
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,13 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import interpolation_matrix, legendre_gauss
+from orbsoc.orbit.array import Array
 
 from ..indirect.primer import Extremals
-
-Array = NDArray[np.float64]
 
 LENGTHS_AT = np.linspace(-1.0, 1.0, 201)
 """Times, on [−1, 1], at which a programme's length is sampled."""

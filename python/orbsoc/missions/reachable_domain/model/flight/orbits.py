@@ -6,16 +6,14 @@ from dataclasses import dataclass, fields
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.orbit import EARTH
+from orbsoc.orbit.array import Array, Flags
 from orbsoc.orbit.planes import in_plane_axes, orbit_normal, plane_error
 
 from ..batch import Batch
 from .propagation import Flights
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 Limit = Array | float
 N = TypeVar("N", float, Array)
 

@@ -15,17 +15,13 @@ from functools import cache
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss, legvander
-from numpy.typing import NDArray
 
 from orbsoc.guidance.powered_flight import Burn
+from orbsoc.orbit.array import Array, Flags, Index
 from orbsoc.orbit.runge_kutta import RungeKuttaArc, force_times, integrate_explicitly, refined
 
 from ..batch import Batch
 from .lowest_point import lowest_radius
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Index = NDArray[np.intp]
 
 FIRST_STEPS, MOST_STEPS = 8, 2048
 """Steps of a flight, and those beyond which it is given up: what it reached then is NaN, and confirms no plan."""

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array, Flags
 from orbsoc.orbit.planes import cross, in_plane_axes
 
 from ..direct.terminal import LargestOrbit, LargestTilt, Target
 
-Array = NDArray[np.float64]
 Vector = NDArray[Any]
 """Real, or complex in a complex step."""
 
@@ -35,7 +35,7 @@ class Conditions:
     values: Vector
 
 
-def active_rows(target: Target) -> NDArray[np.bool_]:
+def active_rows(target: Target) -> Flags:
     """The active rows of a target, (B, 4); the perigee's is True where it may become active."""
     flags = np.ones((len(target), ROWS), bool)
     if isinstance(target, LargestTilt):

@@ -11,14 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.powered_flight import Burn
+from orbsoc.orbit.array import Array, Index
 from orbsoc.orbit.gauss import GaussSteps, extrapolation, gauss_steps, integrate
 
 from .variation import variational_matrices
-
-Array = NDArray[np.float64]
 
 FIRST_ITERATIONS, ITERATIONS = 4, 1
 """Fixed-point iterations of the sensitivity equations in the first step, and in the others, which start from the one before:
@@ -35,10 +33,10 @@ class Extremals:
     ends: Array
     nodes: Array
 
-    def __getitem__(self, which: NDArray[np.intp]) -> Extremals:
+    def __getitem__(self, which: Index) -> Extremals:
         return Extremals(self.scheme, self.ends[which], self.nodes[:, :, which])
 
-    def put(self, which: NDArray[np.intp], other: Extremals) -> None:
+    def put(self, which: Index, other: Extremals) -> None:
         """Overwrite some extremals, in place."""
         self.ends[which] = other.ends
         self.nodes[:, :, which] = other.nodes

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import differentiation_matrix, interpolation_matrix
 from orbsoc.guidance.powered_flight import Burn
+from orbsoc.orbit.array import Array, Flags, Index
 
 from ..batch import Batch
 from ..direct.arcs import Collocation
@@ -22,10 +23,6 @@ from ..direct.sequence import Sequences
 from ..direct.terminal import Target
 from .conditions import PERIGEE, ROWS, active_rows, conditions, curvature
 from .primer import Extremals, extremals, sensitivity
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Index = NDArray[np.intp]
 
 TOLERANCE = 1e-10
 """Largest residual, canonical, of a converged point."""

@@ -13,6 +13,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array, Flags, Index
+
 from ...model.batch import Batch, Rows
 from ...model.direct.arcs import Arcs
 from ...model.direct.guess import resampled
@@ -23,10 +25,6 @@ from ...model.flight.orbits import RADIUS_M, Flown
 from ...model.indirect.primer import Extremals
 from ...model.indirect.shooting import Unknowns, from_sequences
 from .tools import MOST_GRIDS, Tools
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Index = NDArray[np.intp]
 
 PRIMER_NODES = (16, 32, 64)
 """Nodes of the attitude programme of a polished plan, tried in this order: one with the first of NEWTON_STEPS, two with

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array, Flags
 from orbsoc.orbit.planes import inclination_and_node
 
 from ...model.direct.terminal import LargestTilt
@@ -25,8 +26,6 @@ from ...model.flight.orbits import canonical_radius
 from .domain import Domain
 from .largest_tilt import largest_tilts
 from .table import PointStatus
-
-Array = NDArray[np.float64]
 
 COLUMNS = (
     "azimuth_deg", "perigee_bound_km", "tilt_deg", "tilt_change_deg", "inc_deg", "raan_deg", "status", "inside_box", "nodes",
@@ -87,7 +86,7 @@ def edge_note(domain: Domain) -> str:
     return ""
 
 
-def inside_box(domain: Domain, inc_deg: Array, raan_deg: Array) -> NDArray[np.bool_]:
+def inside_box(domain: Domain, inc_deg: Array, raan_deg: Array) -> Flags:
     """Whether planes lie within the grid's ranges of inclination and node."""
     grid = domain.scenario.grid
     low, high = grid.inclination_deg.first, grid.inclination_deg.values()[-1]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.scp import Rules
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.planes import TiltFrame, cross
 
 from ...model.direct.sequence import Watch
@@ -19,8 +19,6 @@ from .table import PointTable
 from .tools import Tolerances, Tools
 from .turned_perigee import turn_perigees
 from .wavefront import Part, PlaneSet, Wavefront
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,14 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array, Flags, Index
+
 from ...model.direct.arcs import Arcs
 from ...model.direct.guess import resampled, towards_planes
 from ...model.direct.sequence import Ending
 from ...model.direct.terminal import LargestTilt
 from .tools import MOST_GRIDS, Tools
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 START_TILT_RAD = float(np.deg2rad(10.0))
 """Tilt of the plane that the cold start steers to."""
@@ -38,7 +37,7 @@ class BoundaryPoints:
     `fine_points`."""
 
     tilt: Array
-    infeasible: NDArray[np.bool_]
+    infeasible: Flags
     change: Array
     arcs: Arcs
     nodes: NDArray[np.int16]

@@ -9,7 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
+
+from orbsoc.orbit.array import Array, Flags, Index
 
 from ...model.direct.arcs import Arcs
 from ...model.direct.sequence import Ending
@@ -20,9 +21,6 @@ from .attempts import Attempts, attempt, polish
 from .table import Origin, PointStatus, PointTable
 from .tools import MOST_GRIDS
 from .wavefront import Wavefront
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 LONGEST_STEP_KM = 35.0
 """Of a perigee on its way down."""
@@ -63,7 +61,7 @@ def lower_perigees(front: Wavefront) -> PointTable:
 
 def _free_optimum(
     front: Wavefront, rows: Index, target: LargestOrbit, plans: Attempts
-) -> tuple[Unknowns, NDArray[np.bool_]]:
+) -> tuple[Unknowns, Flags]:
     """Extremals of plans whose perigee condition is inactive; their cost is added to rows of the table."""
     tools = front.tools
     collocation = tools.collocation(tools.nodes)
@@ -84,7 +82,7 @@ def _descend(
     bound_km: Array,
     unknowns: Unknowns,
     which: Index,
-    ready: NDArray[np.bool_],
+    ready: Flags,
 ) -> Attempts:
     """Follow the perigees of `which` from their heights to the bound (km); `unknowns` moves along."""
     tools = front.tools

@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array, Flags, Index
+
 from ...model.flight.orbits import RADIUS_M, Flown
 from .attempts import Attempts
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 class PointStatus(enum.StrEnum):
@@ -82,7 +81,7 @@ class PointTable:
     def __getitem__(self, name: str) -> NDArray[Any]:
         return self.columns[name]
 
-    def reached(self) -> NDArray[np.bool_]:
+    def reached(self) -> Flags:
         """Rows whose point is reached."""
         return np.asarray(self["status"] == PointStatus.REACHED.value)
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.files.versions import __version__
+from orbsoc.orbit.array import Array
 from orbsoc.sweep.journal import Journal
 
 from ...model.direct.subproblems import Subproblems
@@ -24,7 +25,6 @@ AZIMUTHS_PER_SHARD = 24
 PACKAGE = "orbsoc.missions.reachable_domain"
 """Whose classes a journal holds."""
 
-Array = NDArray[np.float64]
 Columns = dict[str, NDArray[Any]]
 
 

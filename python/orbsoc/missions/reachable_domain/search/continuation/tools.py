@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.powered_flight import Burn
 from orbsoc.guidance.scp import Rules
+from orbsoc.orbit.array import Array, Flags, Index
 
 from ...model.direct.arcs import Arcs, Collocation
 from ...model.direct.sequence import Sequences, Watch, sequences
@@ -18,10 +18,6 @@ from ...model.flight.attitude import Programmes
 from ...model.flight.orbits import RADIUS_M, Flown
 from ...model.flight.propagation import FIRST_STEPS, Flights, fly
 from ...model.indirect.shooting import Indirect
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Index = NDArray[np.intp]
 
 MOST_GRIDS = 5
 """Grids of a sequence, from 4 to 64 nodes."""

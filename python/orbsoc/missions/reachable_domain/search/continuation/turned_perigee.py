@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array, Index
 from orbsoc.orbit.planes import in_plane_axes
 
 from ...model.direct.guess import towards_planes
@@ -26,9 +27,6 @@ from .attempts import Attempts, polish
 from .table import Origin, PointTable
 from .tools import MOST_GRIDS
 from .wavefront import Wavefront
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 FIRST_SHARE, LEAST_SHARE = 0.05, 1e-3
 """Of the way, in a step; a point whose steps get shorter is given up."""

@@ -13,8 +13,8 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array, Index
 from orbsoc.orbit.planes import TiltFrame, in_plane_axes, normals
 
 from ...model.direct.arcs import Arcs
@@ -26,10 +26,6 @@ from .attempts import SPENT, Attempts, attempt, attempt_on_fine_grid
 from .largest_tilt import RESOLUTION_RAD, BoundaryPoints, largest_tilts
 from .table import Origin, PointStatus, PointTable
 from .tools import Tools
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-
 
 Part = Callable[[Callable[[], Any]], Any]
 """Does a part of the work, or knows its result: `orbsoc.sweep.journal.Journal.part`."""

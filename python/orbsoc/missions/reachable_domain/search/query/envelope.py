@@ -6,15 +6,13 @@ from dataclasses import asdict, dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.planes import inclination_and_node
 
 from ...scenario import Scenario
 from ..continuation.boundary import edge_note
 from .results import ReachableDomain
-
-Array = NDArray[np.float64]
 
 PAPER = {"inclination": (16.31, 39.31), "node": (318.27, 349.27)}
 """Li et al. 2025, table 2, degrees."""

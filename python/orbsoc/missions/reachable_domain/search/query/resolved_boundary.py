@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array
+
 from ...scenario import Boundary
 from ..continuation.boundary import first_azimuths, solve_boundary
 from ..continuation.domain import Domain
 from .tilt_limit import TiltLimit
-
-Array = NDArray[np.float64]
 
 
 def next_azimuths(rules: Boundary, boundary: Mapping[str, NDArray[Any]]) -> Array:

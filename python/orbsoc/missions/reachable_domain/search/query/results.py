@@ -30,7 +30,6 @@ from .resolved_boundary import next_azimuths
 from .shortest_burn import shortest_burn
 from .tilt_limit import TiltLimit
 
-Array = NDArray[np.float64]
 Columns = dict[str, NDArray[Any]]
 
 POINTS, BOUNDARY = "points", "boundary"

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.mission import PlanStatus
@@ -28,12 +27,11 @@ from orbsoc.orbit import (
     propagate_burn,
     state_from_elements,
 )
+from orbsoc.orbit.array import Array
 
 from ...model.flight.propagation import fly
 from ...scenario import Scenario
 from .steering import OrbitConditions, Programme, steered_onto
-
-Array = NDArray[np.float64]
 
 INSERTION = MISSIONS["reachable_insertion"]
 MOST_NODES = 48
