@@ -65,11 +65,16 @@ class Complaint:
         return f"{found}: {self.allowed}"
 
 
+def refused(key: str, value: str, allowed: str) -> PydanticCustomError:
+    """For a model's validator, which raises it: one complaint."""
+    context = {"key": key, "value": value, "allowed": allowed}
+    return PydanticCustomError("physics", "{key} = {value}: {allowed}", context)
+
+
 def refuse(complaints: Iterable[Complaint]) -> None:
     """For a model's validator: raise the first complaint, if there is one. Pydantic reports one error per validator."""
-    for complaint in complaints:
-        context = {"key": complaint.key, "value": complaint.value, "allowed": complaint.allowed}
-        raise PydanticCustomError("physics", "{key} = {value}: {allowed}", context)
+    for each in complaints:
+        raise refused(each.key, each.value, each.allowed)
 
 
 class ScenarioError(ValueError):

@@ -16,7 +16,7 @@ from orbsoc.orbit import EARTH, LaunchFrame, Thruster
 from orbsoc.orbit.array import Array
 
 from .presets import site_with_preset, vehicle_with_preset
-from .scenario_file import Complaint, Table, missing_words, refuse
+from .scenario_file import Complaint, Table, missing_words, refused
 
 STANDARD_GRAVITY_M_S2 = 9.80665
 """Of the definition of the specific impulse (CGPM 1901)."""
@@ -64,14 +64,12 @@ class Vehicle(Table):
         impulse, thrust = given.get("isp_s"), given.get("thrust_n")
         if impulse is None:
             if "mass_flow_kg_s" not in given:
-                words = missing_words(cls, "mass_flow_kg_s")
-                refuse(
-                    [Complaint("vehicle.mass_flow_kg_s", "", f"{words}; or give vehicle.isp_s or a preset")]
-                )
+                allowed = f"{missing_words(cls, 'mass_flow_kg_s')}; or give vehicle.isp_s or a preset"
+                raise refused("vehicle.mass_flow_kg_s", "", allowed)
             return given
         if "mass_flow_kg_s" in given:
             both = f"vehicle.mass_flow_kg_s = {given['mass_flow_kg_s']} says the same; must be one of the two"
-            refuse([Complaint("vehicle.isp_s", f"{impulse}", both)])
+            raise refused("vehicle.isp_s", f"{impulse}", both)
         if not all(isinstance(value, int | float) and value > 0.0 for value in (impulse, thrust)):
             return given | {"mass_flow_kg_s": 1.0}  # the fields refuse what is wrong
         flow = thrust / (STANDARD_GRAVITY_M_S2 * impulse)
@@ -117,8 +115,7 @@ def _filled(
     try:
         return fill(given)
     except KeyError as error:
-        refuse([Complaint(f"{table}.preset", repr(given["preset"]), str(error.args[0]))])
-        raise
+        raise refused(f"{table}.preset", repr(given["preset"]), str(error.args[0])) from error
 
 
 class State(Table):

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from orbsoc.guidance.scenario_file import Complaint, ScenarioError, T, Table, checked, refuse
+from orbsoc.guidance.scenario_file import ScenarioError, T, Table, checked, refuse, refused
 from orbsoc.guidance.vehicle import Vector
 from orbsoc.orbit import EARTH, Elements, elements_from_state
 from orbsoc.orbit.array import Array
@@ -55,8 +55,8 @@ def read_table(name: str, kind: type[T], table: Mapping[str, Any]) -> T:
     try:
         return getattr(checked(holder, {name: dict(table)}, source=name), name)  # type: ignore[no-any-return]
     except ScenarioError as error:
-        refuse(error.complaints)
-        raise
+        first = error.complaints[0]
+        raise refused(first.key, first.value, first.allowed) from error
 
 
 def named_orbit(name: str, table: Mapping[str, Any], own: Sequence[str]) -> Orbit | None:
@@ -66,9 +66,9 @@ def named_orbit(name: str, table: Mapping[str, Any], own: Sequence[str]) -> Orbi
     if not others:
         if "epoch_utc" in given and given.get("frame") != "TEME":
             allowed = "with a date must be 'TEME', or the orbit by state, all elements, tle, omm or oem"
-            refuse([Complaint(f"{name}.frame", repr(given.get("frame")), allowed)])
+            raise refused(f"{name}.frame", repr(given.get("frame")), allowed)
         if "epoch_utc" not in given and "frame" in given:
-            refuse([Complaint(f"{name}.epoch_utc", "nothing", "is missing; frame needs a date")])
+            raise refused(f"{name}.epoch_utc", "nothing", "is missing; frame needs a date")
         return None
     found = read_table(name, Orbit, given)
     refuse(vehicle_complaints(name, found))
@@ -83,7 +83,7 @@ def polar_elements(name: str, orbit: Orbit) -> Elements:
     state = orbit.vector_in("TEME" if orbit.dated else None, orbit.epoch)
     found = elements_from_state(state[:3], state[3:])
     if found.ecc >= 1.0:
-        refuse([Complaint(name, f"e = {found.ecc:g}", "a target on no closed orbit; must be e < 1")])
+        raise refused(name, f"e = {found.ecc:g}", "a target on no closed orbit; must be e < 1")
     if found.ecc >= CIRCULAR:
         return found
     place = float((found.argp_rad + found.true_anomaly_rad) % (2.0 * np.pi))
@@ -98,7 +98,7 @@ def circle_keys(name: str, orbit: Orbit) -> dict[str, Any]:
     at = polar_elements(name, orbit)
     if at.ecc > ROUND:
         allowed = f"the motion is that about a circular orbit; must be at most {ROUND:g}"
-        refuse([Complaint(name, f"e = {at.ecc:.6g}", allowed)])
+        raise refused(name, f"e = {at.ecc:.6g}", allowed)
     return {
         "altitude_km": height_km(at),
         "inc_deg": degrees(at.inc_rad),
@@ -153,7 +153,7 @@ def start_beside(
     if orbit.epoch != date:
         there = "none" if date is None else date.isoformat()
         allowed = f"must be the target's date, {there}; or give position_m with frame = 'RTN' or 'LVLH'"
-        refuse([Complaint(f"{name}.epoch_utc", str(orbit.epoch_utc), allowed)])
+        raise refused(f"{name}.epoch_utc", str(orbit.epoch_utc), allowed)
     return np.asarray(relative_state(target, orbit.vector_in("TEME" if date else None, date)))
 
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import pi, radians
+from typing import Any
 
 import numpy as np
 
 from orbsoc.orbit import EARTH, ConstantsSet, Elements
 from orbsoc.orbit.anomalies import true_from_eccentric, true_from_mean
 
-Keys = Mapping[str, float | None]
-"""Numbers of an orbit table by key, those that are not given as None."""
+Keys = Mapping[str, Any]
+"""An orbit table by key, numbers that are not given as None."""
 
 SHAPE = (
     "sma_km", "ecc", "perigee_height_km", "apogee_height_km", "c3_km2_s2", "v_infinity_m_s", "mean_motion_rad_s",
@@ -21,15 +22,16 @@ SIZES = ("sma_km", "c3_km2_s2", "v_infinity_m_s", "mean_motion_rad_s", "period_s
 """Keys that give the energy: one of them at most."""
 ANGLES = ("inc_deg", "raan_deg", "argp_deg")
 ANOMALIES = ("true_anomaly_deg", "mean_anomaly_deg", "eccentric_anomaly_deg", "latitude_argument_deg")
+ELEMENTS = (*SHAPE, *ANGLES, *ANOMALIES)
 
 
 def semi_major_axis_m(keys: Keys, constants: ConstantsSet = EARTH) -> float | None:
     """From the key that gives the energy, if one does."""
     mu = constants.mu_m3_s2
     if (speed_m_s := keys.get("v_infinity_m_s")) is not None:
-        return -mu / speed_m_s**2
+        return float(-mu / speed_m_s**2)
     if (c3_km2_s2 := keys.get("c3_km2_s2")) is not None:
-        return -mu / (1e6 * c3_km2_s2)
+        return float(-mu / (1e6 * c3_km2_s2))
     if (motion := keys.get("mean_motion_rad_s")) is not None:
         return float(np.cbrt(mu / motion**2))
     if (period_s := keys.get("period_s")) is not None:

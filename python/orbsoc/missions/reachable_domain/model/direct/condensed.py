@@ -16,7 +16,7 @@ from scipy import sparse
 from orbsoc.conic.problem import Cones, Problem
 from orbsoc.orbit.array import Array, Flags, Index
 
-from .arcs import EndMap
+from .arcs import Arcs, Collocation, EndMap
 from .terminal import TerminalRows
 
 
@@ -116,3 +116,20 @@ def condense(linear: EndMap, end: TerminalRows, *, path: tuple[Array, Array] | N
 def _on_controls(linear: EndMap, rows: Array, rhs: Array) -> tuple[Array, Array]:
     """rows · x_f ∘ rhs as rows · (∂x_f/∂u) u ∘ rhs − rows · constant."""
     return rows @ linear.by_control, rhs - (rows @ linear.constant[:, :, None])[:, :, 0]
+
+
+def altitude_rows(
+    collocation: Collocation, linear: EndMap, about: Arcs, lowest: Array
+) -> tuple[Array, Array]:
+    """Rows (B, N, 3N) and right-hand sides (B, N) of −r̂ᵢ·Rᵢ ≤ −ρ for smallest radii (B,), canonical: a bound on the altitude.
+
+    The direction r̂ᵢ is the reference's: a half-space that the sphere of radius ρ lies behind, so what the rows allow is
+    allowed by the sphere too: r̂ᵢ·Rᵢ ≥ ρ implies |Rᵢ| ≥ ρ.
+    """
+    count, n = about.positions.shape[:2]
+    outward = about.positions / np.linalg.norm(about.positions, axis=2, keepdims=True)
+    inverse = collocation.inverse(about.positions).reshape(count, n, 3, 3 * n)
+    rows = -np.einsum("bni,bnij->bnj", outward, inverse)
+    rhs = np.einsum("bni,ni->bn", outward, collocation.straight) - lowest[:, None]
+    rhs -= np.einsum("bnj,bj->bn", rows, linear.offset.reshape(count, -1))
+    return rows * np.repeat(collocation.thrust, 3), rhs

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from orbsoc.orbit.array import Array, Flags, Index
 
-from ..batch import Batch
+from ..batch import Batch, column
 from .condensed import CondensedBatch
 
 INACTIVE, BOUNDARY, VERTEX = 0, 1, 2
@@ -43,19 +43,16 @@ GROWTH = 4.0
 """A residual that grows by more in a step is no sign of a solution nearby."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class DualSolutions:
-    """What Newton arrived at for B points: controls x (B, n), multipliers y (B, p) and z (B, 3) of the cone, its slack s
-    (B, 3), the steps taken, the relative residuals and gaps, and which points are solved (B,)."""
+@dataclass(slots=True, eq=False)
+class DualSolutions(Batch):
+    """What Newton arrived at for B points: controls x (B, n), multipliers y (B, p) and z (B, 3) of the cone, which points are
+    solved (B,), and the steps taken."""
 
-    solved: Flags
     x: Array
     y: Array
-    z: Array
-    s: Array
-    steps: NDArray[np.uint32]
-    primal_residual: Array
-    gap: Array
+    z: Array = column(0.0, 3)
+    solved: Flags = column(False, dtype=bool)
+    steps: NDArray[np.uint32] = column(0, dtype=np.uint32)
 
 
 @dataclass(slots=True, eq=False)
@@ -83,16 +80,7 @@ def solve_dual(batch: CondensedBatch, equal: Array, perigee: Array, tolerance: A
     start = np.where((regime == INACTIVE)[:, None], 0.0, perigee)
     start[regime == BOUNDARY, 0] = radius[regime == BOUNDARY]
     here = _Points(batch.c, slopes, rhs, equal.copy(), start, regime)
-    found = DualSolutions(
-        solved=np.zeros(count, bool),
-        x=np.zeros((count, n)),
-        y=np.zeros((count, p)),
-        z=np.zeros((count, 3)),
-        s=np.zeros((count, 3)),
-        steps=np.zeros(count, np.uint32),
-        primal_residual=np.full(count, np.inf),
-        gap=np.full(count, np.inf),
-    )
+    found = DualSolutions.blank(count, x=np.zeros((count, n)), y=np.zeros((count, p)))
     with np.errstate(all="ignore"):
         for first in range(0, count, BLOCK):
             part = np.arange(first, min(first + BLOCK, count))
@@ -231,5 +219,4 @@ def _take(
     )
     gap = np.abs(objective - dual) / (1.0 + np.minimum(np.abs(objective), np.abs(dual)))
     found.solved[rows] = np.maximum(np.maximum(primal, gap), beyond) <= tolerance[rows]
-    found.x[rows], found.y[rows], found.z[rows], found.s[rows] = x, at.equal, z, s
-    found.primal_residual[rows], found.gap[rows] = primal, gap
+    found.x[rows], found.y[rows], found.z[rows] = x, at.equal, z

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
@@ -11,7 +11,7 @@ from orbsoc.orbit import EARTH
 from orbsoc.orbit.array import Array, Flags
 from orbsoc.orbit.planes import in_plane_axes, orbit_normal, plane_error
 
-from ..batch import Batch
+from ..batch import Batch, column
 from .propagation import Flights
 
 Limit = Array | float
@@ -60,7 +60,7 @@ class Orbits:
         return np.asarray(2.0 * self.ecc * np.abs(np.sin(0.5 * (self.argp - wanted))))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Flown(Batch):
     """What B flown plans reached and by how much they miss: everything (B,), canonical lengths, radians.
 
@@ -70,19 +70,19 @@ class Flown(Batch):
     length between its nodes; the flight normalises it, but a length above 1 betrays a grid that is too coarse.
     """
 
-    sma: Array
-    ecc: Array
-    perigee: Array
-    argp: Array
-    normal: Array
-    lowest: Array
-    sma_error: Array
-    plane_error: Array
-    perigee_short: Array
-    altitude_short: Array
-    direction_error: Array
-    raw_most: Array
-    raw_least: Array
+    sma: Array = column()
+    ecc: Array = column()
+    perigee: Array = column()
+    argp: Array = column()
+    normal: Array = column(np.nan, 3)
+    lowest: Array = column()
+    sma_error: Array = column()
+    plane_error: Array = column()
+    perigee_short: Array = column()
+    altitude_short: Array = column()
+    direction_error: Array = column()
+    raw_most: Array = column()
+    raw_least: Array = column()
 
     @classmethod
     def compare(
@@ -114,12 +114,6 @@ class Flown(Batch):
             raw_most=flights.raw_most,
             raw_least=flights.raw_least,
         )
-
-    @classmethod
-    def unknown(cls, count: int) -> Flown:
-        """Rows of NaN."""
-        shapes = {"normal": (count, 3)}
-        return cls(*(np.full(shapes.get(field.name, (count,)), np.nan) for field in fields(cls)))
 
     def kept(self, *, sma_rel: Limit, plane_rad: Limit, bound: Limit, raw_excess: float) -> Flags:
         """Whether every prediction and bound is kept within tolerances, one for all or (B,); False where a number is missing."""

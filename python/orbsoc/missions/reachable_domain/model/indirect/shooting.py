@@ -202,7 +202,7 @@ def from_sequences(collocation: Collocation, target: Target, found: Sequences, w
     rows = part.rows(arcs.ends)
     p = rows.equal.shape[1]
     costate = -rows.cost - (arcs.multipliers[:, :p, None] * rows.equal).sum(axis=1)
-    perigee = rows.cone if part.has_cone else rows.bound
+    perigee = rows.cone if rows.cone.shape[1] else rows.bound
     costate -= (arcs.multipliers[:, 3 : 3 + perigee.shape[1], None] * perigee).sum(axis=1)
     nodes = (costate[:, None] @ linear.by_control)[:, 0].reshape(arcs.controls.shape)
     nodes = nodes / (0.5 * collocation.duration * collocation.grid.weights * collocation.thrust)[:, None]

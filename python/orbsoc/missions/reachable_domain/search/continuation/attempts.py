@@ -15,14 +15,13 @@ from numpy.typing import NDArray
 
 from orbsoc.orbit.array import Array, Flags, Index
 
-from ...model.batch import Batch, Rows
+from ...model.batch import Batch, Rows, column
 from ...model.direct.arcs import Arcs
 from ...model.direct.guess import resampled
 from ...model.direct.sequence import Ending
 from ...model.direct.terminal import LargestOrbit
-from ...model.flight.attitude import Programmes, primer_programmes
 from ...model.flight.orbits import RADIUS_M, Flown
-from ...model.indirect.primer import Extremals
+from ...model.indirect.primer import Extremals, primer_programmes
 from ...model.indirect.shooting import Unknowns, from_sequences
 from .tools import MOST_GRIDS, Tools
 
@@ -50,50 +49,36 @@ class Attempts(Batch):
     (B, MOST_GRIDS) counts those solved on each of `Tools.grids`.
     """
 
-    ending: NDArray[np.int8]
-    verified: Flags
-    polished: Flags
-    nodes: NDArray[np.int16]
     arcs: Arcs
     flown: Flown
-    programmes: NDArray[np.object_]
-    subproblems: NDArray[np.int32]
-    solver_iterations: NDArray[np.int32]
-    newton_steps: NDArray[np.int32]
+    nodes: NDArray[np.int16]
+    ending: NDArray[np.int8] = column(Ending.RUNNING, dtype=np.int8)
+    verified: Flags = column(False, dtype=bool)
+    polished: Flags = column(False, dtype=bool)
+    programmes: NDArray[np.object_] = column(None, dtype=object)
+    subproblems: NDArray[np.int32] = column(0, MOST_GRIDS, dtype=np.int32)
+    solver_iterations: NDArray[np.int32] = column(0, dtype=np.int32)
+    newton_steps: NDArray[np.int32] = column(0, dtype=np.int32)
 
     @classmethod
     def none(cls, start: Arcs, nodes: int) -> Attempts:
         """Nothing found yet."""
         count = len(start)
-        return cls(
-            ending=np.zeros(count, np.int8),
-            verified=np.zeros(count, bool),
-            polished=np.zeros(count, bool),
-            nodes=np.full(count, nodes, np.int16),
-            arcs=start.copy(),
-            flown=Flown.unknown(count),
-            programmes=np.full(count, None, dtype=object),
-            subproblems=np.zeros((count, MOST_GRIDS), np.int32),
-            solver_iterations=np.zeros(count, np.int32),
-            newton_steps=np.zeros(count, np.int32),
-        )
+        grid = np.full(count, nodes, np.int16)
+        return cls.blank(count, arcs=start.copy(), flown=Flown.blank(count), nodes=grid)
 
     def put(self, which: Rows, other: Self) -> None:
         """Overwrite some points by other attempts at them, adding up the counters."""
-        for name in self.__dataclass_fields__:
-            mine, theirs = getattr(self, name), getattr(other, name)
-            if isinstance(mine, (Arcs, Flown)):
-                mine.put(which, theirs)
-            elif name in SPENT:
-                mine[which] += theirs
-            else:
-                mine[which] = theirs
+        spent = {name: getattr(self, name)[which] + getattr(other, name) for name in SPENT}
+        Batch.put(self, which, other)
+        for name, counts in spent.items():
+            getattr(self, name)[which] = counts
 
-    def accept(self, which: Index, programmes: Programmes, flown: Flown, verified: Flags) -> None:
+    def accept(self, which: Index, programmes: Array, flown: Flown, verified: Flags) -> None:
         """Take flown programmes for the points `which`."""
         self.flown.put(which, flown)
         self.verified[which] = verified
-        for k, vectors in zip(which, programmes.vectors, strict=True):
+        for k, vectors in zip(which, programmes, strict=True):
             self.programmes[k] = vectors
 
 
@@ -147,11 +132,10 @@ def _sequence(
     that the flight is compared with.
     """
     nodes = int(out.nodes[which[0]])
-    collocation = tools.collocation(nodes)
     part = (target if requested is None else requested)[which]
-    found = tools.sequences(collocation, part, out.arcs[which], lowest=lowest)
+    found = tools.sequences(nodes, part, out.arcs[which], lowest=lowest)
     out.ending[which] = found.ending
-    out.subproblems[which, tools.grids.index(nodes)] += found.iterations
+    out.subproblems[which] += tools.subproblems(nodes, found)
     out.solver_iterations[which] += found.inner_iterations
     out.verified[which] = False
     reached = np.flatnonzero(found.ending == Ending.CONVERGED)
@@ -159,7 +143,7 @@ def _sequence(
         return
     here = which[reached]
     out.arcs.put(here, found.arcs[reached])
-    programmes = Programmes(found.arcs.controls[reached])
+    programmes = found.arcs.controls[reached]
     flown = tools.verify(
         programmes, target[here], _sma(found.arcs.ends[reached]), perigee_at_bound=target.perigee_at_bound
     )
@@ -174,7 +158,7 @@ def _sequence(
     )
     bad = np.flatnonzero(~confirmed)
     if bad.size:
-        unknowns = from_sequences(collocation, target[which], found, reached[bad])
+        unknowns = from_sequences(tools.collocation(nodes), target[which], found, reached[bad])
         polish(tools, target, out, here[bad], unknowns)
 
 
@@ -245,9 +229,9 @@ def _fly_primers(
     """Make programmes of the primers of extremals on the fewest nodes that a flight confirms, and take those plans."""
     left = np.arange(len(points))
     for nodes in choice:
-        programmes = primer_programmes(extremals, nodes).vectors[left]
+        programmes = primer_programmes(extremals, nodes)[left]
         flown = tools.verify(
-            Programmes(programmes),
+            programmes,
             target[left],
             predicted_sma[left],
             perigee_at_bound=perigee_at_bound,
@@ -256,7 +240,7 @@ def _fly_primers(
         good = tools.kept(flown)
         done = points[left[good]]
         out.polished[done] = True
-        out.accept(done, Programmes(programmes[good]), flown[good], good[good])
+        out.accept(done, programmes[good], flown[good], good[good])
         left = left[~good]
         if not left.size:
             return

@@ -35,7 +35,6 @@ class Domain:
         scenario: Scenario,
         *,
         solve: Subproblems | None = None,
-        threads: int = 1,
         watch: Watch | None = None,
     ) -> Domain:
         """Make a scenario ready; `solve` solves batches of subproblems, by default with `orbsoc.solve_batch`, and `watch`
@@ -50,7 +49,7 @@ class Domain:
             lowest=-np.inf if lowest_km is None else canonical_radius(lowest_km),
             rules=Rules(max_iterations=method.max_iterations),
             tolerances=Tolerances(limits.sma_rel, limits.plane_rad, limits.bound_m),
-            solve=solve or Subproblems.threaded(threads),
+            solve=solve or Subproblems.in_process(),
             watch=watch,
         )
         momentum = cross(burn.start[:3], burn.start[3:])

@@ -19,7 +19,6 @@ from ...model.flight.orbits import canonical_radius
 from ...model.indirect.shooting import Unknowns, from_sequences
 from .attempts import Attempts, attempt, polish
 from .table import Origin, PointStatus, PointTable
-from .tools import MOST_GRIDS
 from .wavefront import Wavefront
 
 LONGEST_STEP_KM = 35.0
@@ -64,14 +63,10 @@ def _free_optimum(
 ) -> tuple[Unknowns, Flags]:
     """Extremals of plans whose perigee condition is inactive; their cost is added to rows of the table."""
     tools = front.tools
-    collocation = tools.collocation(tools.nodes)
-    found = tools.sequences(collocation, target, plans.arcs)
-    start = from_sequences(collocation, target, found, np.arange(len(target)))
+    found = tools.sequences(tools.nodes, target, plans.arcs)
+    start = from_sequences(tools.collocation(tools.nodes), target, found, np.arange(len(target)))
     extrema = tools.indirect(12).solve(target, start)
-    counts = np.zeros((len(target), MOST_GRIDS), np.int32)
-    counts[:, tools.grids.index(tools.nodes)] = found.iterations
-    front.table.write_subproblems(rows, counts, found.inner_iterations)
-    front.table["newton_steps"][rows] += extrema.steps
+    front.table.add_cost(rows, tools.subproblems(tools.nodes, found), found.inner_iterations, extrema.steps)
     return extrema.unknowns, extrema.converged & (found.ending == Ending.CONVERGED)
 
 

@@ -25,7 +25,6 @@ from ...model.indirect.conditions import DIRECTION
 from ...model.indirect.shooting import Unknowns, from_sequences
 from .attempts import Attempts, polish
 from .table import Origin, PointTable
-from .tools import MOST_GRIDS
 from .wavefront import Wavefront
 
 FIRST_SHARE, LEAST_SHARE = 0.05, 1e-3
@@ -77,10 +76,8 @@ def _natural_plans(front: Wavefront, rows: Index) -> tuple[Index, _Path]:
     to the table."""
     tools, table = front.tools, front.table
     free, collocation = front.target(rows, free=True), tools.collocation(tools.nodes)
-    found = tools.sequences(collocation, free, towards_planes(collocation, free.normal))
-    counts = np.zeros((rows.size, MOST_GRIDS), np.int32)
-    counts[:, tools.grids.index(tools.nodes)] = found.iterations
-    table.write_subproblems(rows, counts, found.inner_iterations)
+    found = tools.sequences(tools.nodes, free, towards_planes(collocation, free.normal))
+    table.add_cost(rows, tools.subproblems(tools.nodes, found), found.inner_iterations)
     good = np.flatnonzero(found.ending == Ending.CONVERGED)
     extrema = tools.indirect(GAUSS_STEPS).solve(free[good], from_sequences(collocation, free, found, good))
     table["newton_steps"][rows[good]] += extrema.steps

@@ -221,7 +221,7 @@ class Wavefront:
         tilt, azimuth = np.deg2rad(table["tilt_deg"][rows]), np.deg2rad(table["azimuth_deg"][rows])
         target = LargestTilt(self.frame, azimuth, self.target(rows, free=True).perigee)
         edge = self.part(partial(largest_tilts, self.tools, target, needed_tilt=tilt))
-        table.write_subproblems(rows, edge.subproblems, edge.solver_iterations)
+        table.add_cost(rows, edge.subproblems, edge.solver_iterations)
         gap = tilt - edge.tilt
         beyond = np.flatnonzero(gap > 0.0)
         words = [self._beyond(rows[k], gap[k], edge.nodes[k]) for k in beyond]
@@ -235,11 +235,9 @@ class Wavefront:
 
     def _restart(self, rows: Index, edge: BoundaryPoints, points: Index) -> None:
         """Start again from the trajectories of the largest tilt, which lies beyond these planes, on the finest grid."""
-        place = {int(point): k for k, point in enumerate(edge.fine_points)}
-        known = np.array([k for k, point in enumerate(points) if int(point) in place], np.intp)
-        if known.size and edge.fine is not None:
-            start = edge.fine[np.array([place[int(points[k])] for k in known])]
-            found = self.part(partial(self._from_edge, rows[known], start))
+        known = np.flatnonzero(np.isfinite(edge.fine.ends[points, 0]))
+        if known.size:
+            found = self.part(partial(self._from_edge, rows[known], edge.fine[points[known]]))
             self._take(rows[known], found, Origin.LARGEST_TILT)
         left = np.flatnonzero(~self.plans.verified[rows])
         tilt, uncertainty = edge.tilt[points], np.fmax(edge.change[points], RESOLUTION_RAD)
