@@ -12,6 +12,7 @@ from orbsoc.orbit.array import Array, Flags
 from orbsoc.orbit.planes import in_plane_axes, orbit_normal, plane_error
 
 from ..batch import Batch, column
+from ..direct.terminal import LargestOrbit
 from .propagation import Flights
 
 Limit = Array | float
@@ -86,19 +87,11 @@ class Flown(Batch):
 
     @classmethod
     def compare(
-        cls,
-        flights: Flights,
-        predicted_sma: Array,
-        normal: Array,
-        perigee: Array,
-        *,
-        direction: Array | None,
-        perigee_at_bound: bool,
-        lowest_allowed: float,
+        cls, flights: Flights, predicted_sma: Array, target: LargestOrbit, lowest_allowed: float
     ) -> Flown:
-        """Compare flights with their predictions and bounds; `direction` (B, 3) is where the perigee is to lie."""
-        orbits = Orbits.of(flights.ends, normal)
-        short = perigee - orbits.perigee
+        """Compare flights with their predictions and bounds."""
+        orbits = Orbits.of(flights.ends, target.normal)
+        short = target.perigee - orbits.perigee
         return cls(
             sma=orbits.sma,
             ecc=orbits.ecc,
@@ -107,10 +100,10 @@ class Flown(Batch):
             normal=orbit_normal(flights.ends),
             lowest=flights.lowest,
             sma_error=np.abs(orbits.sma / predicted_sma - 1.0),
-            plane_error=plane_error(flights.ends, normal),
-            perigee_short=np.abs(short) if perigee_at_bound else np.maximum(short, 0.0),
+            plane_error=plane_error(flights.ends, target.normal),
+            perigee_short=np.abs(short) if target.perigee_at_bound else np.maximum(short, 0.0),
             altitude_short=np.maximum(lowest_allowed - flights.lowest, 0.0),
-            direction_error=orbits.turned_from(direction, normal),
+            direction_error=orbits.turned_from(target.perigee_direction, target.normal),
             raw_most=flights.raw_most,
             raw_least=flights.raw_least,
         )

@@ -144,9 +144,7 @@ def _sequence(
     here = which[reached]
     out.arcs.put(here, found.arcs[reached])
     programmes = found.arcs.controls[reached]
-    flown = tools.verify(
-        programmes, target[here], _sma(found.arcs.ends[reached]), perigee_at_bound=target.perigee_at_bound
-    )
+    flown = tools.verify(programmes, target[here], _sma(found.arcs.ends[reached]))
     if lowest is not None:
         out.accept(here, programmes, flown, tools.kept(flown, sma_rel=tools.sma_rel_along_bound(nodes)))
         return
@@ -162,86 +160,46 @@ def _sequence(
         polish(tools, target, out, here[bad], unknowns)
 
 
-def polish(
-    tools: Tools,
-    target: LargestOrbit,
-    out: Attempts,
-    which: Index,
-    start: Unknowns,
-    *,
-    perigee_at_bound: bool = False,
-) -> Unknowns:
+def polish(tools: Tools, target: LargestOrbit, out: Attempts, which: Index, start: Unknowns) -> Unknowns:
     """Newton from `start` for the points `which`, with finer steps where they are needed; take what converges and
     is confirmed by its flight. Where the solution with coarser steps lies too far off to lead to the next, `start` is tried
     again. Returns the unknowns arrived at."""
-    unknowns = start[np.arange(len(which))]
+    unknowns = start.copy()
     left, moved = np.arange(len(which)), np.zeros(len(which), bool)
     for level, steps in enumerate(NEWTON_STEPS):
         if level == len(NEWTON_STEPS) - 1:
             left = left[moved[left]]
         if not left.size:
             break
-        found = tools.indirect(steps).solve(
-            target[which[left]], unknowns[left], perigee_at_bound=perigee_at_bound
-        )
+        newton = tools.indirect(steps)
+        found = newton.solve(target[which[left]], unknowns[left])
         misled = np.flatnonzero(moved[left] & ~found.converged)
         if misled.size:
-            found.put(
-                misled,
-                tools.indirect(steps).solve(
-                    target[which[left[misled]]], start[left[misled]], perigee_at_bound=perigee_at_bound
-                ),
-            )
+            again = left[misled]
+            found.put(misled, newton.solve(target[which[again]], start[again]))
         out.newton_steps[which[left]] += found.steps
         there = np.flatnonzero(found.converged)
         unknowns.put(left[there], found.unknowns[there])
         moved[left[there]] = True
         if there.size:
-            points = which[left[there]]
-            extremals = found.flown[there]
-            predicted = _sma(extremals.ends[:, :6])
-            nodes = PRIMER_NODES[: level + 1]
             _fly_primers(
-                tools,
-                target[points],
-                out,
-                points,
-                extremals,
-                predicted,
-                nodes,
-                perigee_at_bound=perigee_at_bound,
+                tools, target, out, which[left[there]], found.flown[there], PRIMER_NODES[: level + 1]
             )
         left = left[~out.polished[which[left]]]
     return unknowns
 
 
 def _fly_primers(
-    tools: Tools,
-    target: LargestOrbit,
-    out: Attempts,
-    points: Index,
-    extremals: Extremals,
-    predicted_sma: Array,
-    choice: tuple[int, ...],
-    *,
-    perigee_at_bound: bool,
+    tools: Tools, target: LargestOrbit, out: Attempts, left: Index, flown: Extremals, choice: tuple[int, ...]
 ) -> None:
     """Make programmes of the primers of extremals on the fewest nodes that a flight confirms, and take those plans."""
-    left = np.arange(len(points))
     for nodes in choice:
-        programmes = primer_programmes(extremals, nodes)[left]
-        flown = tools.verify(
-            programmes,
-            target[left],
-            predicted_sma[left],
-            perigee_at_bound=perigee_at_bound,
-            steps=POLISHED_FLIGHT_STEPS,
-        )
-        good = tools.kept(flown)
-        done = points[left[good]]
-        out.polished[done] = True
-        out.accept(done, programmes[good], flown[good], good[good])
-        left = left[~good]
+        programmes, predicted_sma = primer_programmes(flown, nodes), _sma(flown.ends[:, :6])
+        flights = tools.verify(programmes, target[left], predicted_sma, steps=POLISHED_FLIGHT_STEPS)
+        good = tools.kept(flights)
+        out.polished[left[good]] = True
+        out.accept(left[good], programmes[good], flights[good], good[good])
+        left, flown = left[~good], flown[np.flatnonzero(~good)]
         if not left.size:
             return
 

@@ -89,17 +89,15 @@ def _descend(
     for step in range(1, steps + 1):
         at = height[live] + (bound_km[live] - height[live]) * step / steps
         full = front.target(rows[live])
-        target = LargestOrbit(full.normal, canonical_radius(at), full.perigee_direction)
+        target = replace(full, perigee=canonical_radius(at), perigee_at_bound=True)
         if step < steps:
-            found = tools.indirect(12).solve(target, unknowns[which[live]], perigee_at_bound=True)
+            found = tools.indirect(12).solve(target, unknowns[which[live]])
             unknowns.put(which[live], found.unknowns)
             out.newton_steps[live] += found.steps
             live = live[found.converged]
         else:
             part = Attempts.none(out.arcs[live], tools.nodes)
-            reached = polish(
-                tools, target, part, np.arange(live.size), unknowns[which[live]], perigee_at_bound=True
-            )
+            reached = polish(tools, target, part, np.arange(live.size), unknowns[which[live]])
             unknowns.put(which[live], reached)
             out.put(live, part)
     return out

@@ -92,28 +92,13 @@ class Tools:
         return self.tolerances.sma_rel if nodes < self.fine_nodes else ALONG_BOUND_SMA_REL
 
     def verify(
-        self,
-        programmes: Array,
-        target: LargestOrbit,
-        predicted_sma: Array,
-        *,
-        perigee_at_bound: bool,
-        steps: int = FIRST_STEPS,
+        self, programmes: Array, target: LargestOrbit, predicted_sma: Array, *, steps: int = FIRST_STEPS
     ) -> Flown:
         """Fly programmes (B, N, 3), in `steps` steps or more, and compare each flight with its target and predicted semi-major
         axis."""
 
         def compared(which: Index, flights: Flights) -> Flown:
-            part = target[which]
-            return Flown.compare(
-                flights,
-                predicted_sma[which],
-                part.normal,
-                part.perigee,
-                direction=part.perigee_direction,
-                perigee_at_bound=perigee_at_bound,
-                lowest_allowed=self.lowest,
-            )
+            return Flown.compare(flights, predicted_sma[which], target[which], self.lowest)
 
         def clear_miss(which: Index, flights: Flights) -> Flags:
             return ~self.kept(compared(which, flights), slack=CLEAR_MISS * flights.error)

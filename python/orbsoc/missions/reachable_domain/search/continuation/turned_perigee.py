@@ -9,7 +9,7 @@ where no direction is left to hold on to, and the row keeps its status.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +57,7 @@ def turn_perigees(front: Wavefront, *, at_bound: bool) -> PointTable:
         found.newton_steps += path.newton_steps
         if there.size:
             part, every = Attempts.none(found.arcs[there], tools.nodes), np.arange(there.size)
-            polish(tools, target[there], part, every, unknowns, perigee_at_bound=at_bound)
+            polish(tools, replace(target[there], perigee_at_bound=at_bound), part, every, unknowns)
             found.put(there, part)
             lost = there[~part.verified & (energy[there] == -np.inf)]
             words = AT_BOUND if at_bound else RISING
@@ -120,11 +120,8 @@ class _Path:
             if not live.size:
                 break
             at = np.minimum(share[live] + step[live], 1.0)
-            found = indirect.solve(
-                self._between(live, self.argp[live] + at * turn[live], at),
-                unknowns[live],
-                perigee_at_bound=True,
-            )
+            between = self._between(live, self.argp[live] + at * turn[live], at)
+            found = indirect.solve(between, unknowns[live])
             self.newton_steps[live] += found.steps
             good = np.flatnonzero(found.converged)
             unknowns.put(live[good], found.unknowns[good])
@@ -139,4 +136,5 @@ class _Path:
         normal, last = self.target.normal[which], self.target.perigee[which]
         node, ahead = in_plane_axes(normal)
         direction = np.cos(argp)[:, None] * node + np.sin(argp)[:, None] * ahead
-        return LargestOrbit(normal, self.perigee[which] + share * (last - self.perigee[which]), direction)
+        perigee = self.perigee[which] + share * (last - self.perigee[which])
+        return LargestOrbit(normal, perigee, direction, perigee_at_bound=True)
