@@ -7,10 +7,10 @@ from pathlib import Path
 from orbsoc.guidance.mission import PaperRow
 
 from .scenario import load_scenario
+from .search.continuation.boundary import resolved_boundary
 from .search.continuation.domain import Domain
 from .search.continuation.table import PointTable
 from .search.query.envelope import envelope, limits
-from .search.query.resolved_boundary import resolved_boundary
 from .search.query.results import ReachableDomain
 
 

@@ -10,10 +10,9 @@ from orbsoc.sweep import DaskCluster, Executor, Inline, Processes, Report, Shard
 from orbsoc.sweep.store import JOURNAL, Columns
 
 from ..scenario import Scenario
-from ..search.continuation.boundary import first_azimuths
+from ..search.continuation.boundary import first_azimuths, next_azimuths
 from ..search.continuation.domain import Domain
 from ..search.continuation.tasks import boundary_shards, grid_shards, solve_boundary_shard, solve_grid_shard
-from ..search.query.resolved_boundary import next_azimuths
 from ..search.query.results import BOUNDARY, POINTS
 
 Watcher = Callable[[Report, Task, Columns], None]

@@ -1,4 +1,5 @@
-"""The boundary of the reachable domain: the largest tilt at each azimuth about the current plane, a curve per bound.
+"""The boundary of the reachable domain: the largest tilt at each azimuth about the current plane, a curve per bound, halved
+where it bends until its stated error is within the scenario's.
 
 The perigee is free to lie in any direction and above its bound; a bound on the altitude is kept. What a scenario asks of the
 perigee beyond that makes the domain smaller: `edge_note` says so, and its edge is not drawn.
@@ -13,6 +14,7 @@ mass; an oblate Earth would break it.)
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,8 @@ from orbsoc.orbit.planes import inclination_and_node
 
 from ...model.direct.terminal import LargestTilt
 from ...model.flight.orbits import canonical_radius
+from ...scenario import Boundary
+from ..query.tilt_limit import TiltLimit
 from .domain import Domain
 from .largest_tilt import largest_tilts
 from .table import PointStatus
@@ -68,6 +72,27 @@ def solve_boundary(domain: Domain, azimuth_deg: Array) -> dict[str, NDArray[Any]
         "sequence_iterations": np.concatenate([found.subproblems.sum(axis=1), mirrored]),
         "solver_iterations": np.concatenate([found.solver_iterations, mirrored]),
     }
+
+
+def next_azimuths(rules: Boundary, boundary: Mapping[str, NDArray[Any]]) -> Array:
+    """Azimuths within 0…180 to solve next, given the boundary's columns so far; none where it is resolved, or has as many
+    as the scenario allows."""
+    limit = TiltLimit.of(boundary)
+    return limit.unresolved(rules.tolerance_deg, (rules.most_azimuths - len(limit.azimuth_deg)) // 2)
+
+
+def resolved_boundary(domain: Domain) -> dict[str, NDArray[Any]]:
+    """Columns of the boundary, solved in this process."""
+    rules = domain.scenario.boundary
+    azimuths, boundary = first_azimuths(domain), None
+    while azimuths.size:
+        found = solve_boundary(domain, azimuths)
+        if boundary is not None:
+            found = {name: np.concatenate([boundary[name], found[name]]) for name in found}
+        boundary = found
+        azimuths = next_azimuths(rules, boundary)
+    assert boundary is not None
+    return boundary
 
 
 def edge_note(domain: Domain) -> str:

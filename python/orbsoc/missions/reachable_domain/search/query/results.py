@@ -19,14 +19,12 @@ from orbsoc.sweep import ShardStore, StoreError
 from ...model.direct.terminal import LargestTilt
 from ...model.flight.orbits import canonical_radius
 from ...scenario import Scenario
-from ..continuation.boundary import inside_box
+from ..continuation.boundary import inside_box, next_azimuths
 from ..continuation.domain import Domain
 from ..continuation.largest_tilt import RESOLUTION_RAD, largest_tilts
 from ..continuation.table import PointStatus
 from .largest_orbit import LargestOrbits
-from .margin import Margin, Verdict
-from .requested_orbit import check_orbit
-from .resolved_boundary import next_azimuths
+from .margin import Margin, Verdict, check_orbit
 from .shortest_burn import shortest_burn
 from .tilt_limit import TiltLimit
 
