@@ -17,6 +17,12 @@ VIEW_KM = 120_000.0
 """From the Earth's centre, to where orbits are drawn: on the way to 4 million km the Earth would be a dot."""
 
 
+def sphere(around: int, down: int) -> Array:
+    """Unit vectors (down, around, 3) over a sphere, in equal steps of longitude and of the angle from the pole."""
+    u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, around), np.linspace(0.0, np.pi, down))
+    return np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Ellipses:
     """Curves (samples, 3) in km, NaN beyond `VIEW_KM`, and their apogee heights (K,) in km, smallest last so that it is
@@ -30,14 +36,10 @@ class Ellipses:
     @property
     def omitted(self) -> str:
         """What the picture leaves out, in words; empty for nothing."""
-        parts = (
-            [f"{self.escaping} escaping plane{'s' * (self.escaping != 1)} not drawn"] if self.escaping else []
-        )
-        if self.cut:
-            parts.append(
-                f"{self.cut} orbit{'s' * (self.cut != 1)} cut at {VIEW_KM:,.0f} km".replace(",", " ")
-            )
-        return ", ".join(parts)
+        view = f"{VIEW_KM:,.0f} km".replace(",", " ")
+        escaping = f"{self.escaping} escaping plane{'s' * (self.escaping != 1)} not drawn"
+        cut = f"{self.cut} orbit{'s' * (self.cut != 1)} cut at {view}"
+        return ", ".join([escaping] * bool(self.escaping) + [cut] * bool(self.cut))
 
 
 def largest_ellipses(domain: ReachableDomain, samples: int = 241) -> Ellipses:
