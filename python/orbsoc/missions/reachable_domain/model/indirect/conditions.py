@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.orbit.array import Array, Flags
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.planes import cross, in_plane_axes
 
 from ..direct.terminal import LargestOrbit
@@ -33,13 +33,6 @@ class Conditions:
     objective: Vector
     gradients: Vector
     values: Vector
-
-
-def active_rows(target: LargestOrbit) -> Flags:
-    """The active rows of a target, (B, 4); the perigee's is True where it may become active."""
-    flags = np.ones((len(target), ROWS), bool)
-    flags[:, DIRECTION] = target.perigee_direction is not None
-    return flags
 
 
 def conditions(target: LargestOrbit, ends: Vector) -> Conditions:

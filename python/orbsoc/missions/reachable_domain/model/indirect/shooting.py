@@ -21,7 +21,7 @@ from ..batch import Batch
 from ..direct.arcs import Collocation
 from ..direct.sequence import Sequences
 from ..direct.terminal import LargestOrbit
-from .conditions import PERIGEE, ROWS, active_rows, conditions, curvature
+from .conditions import DIRECTION, PERIGEE, ROWS, conditions, curvature
 from .primer import Extremals, extremals, sensitivity
 
 TOLERANCE = 1e-10
@@ -213,7 +213,8 @@ def from_sequences(
     nodes = (costate[:, None] @ linear.by_control)[:, 0].reshape(arcs.controls.shape)
     nodes = nodes / (0.5 * collocation.duration * collocation.grid.weights * collocation.thrust)[:, None]
     here = conditions(part, arcs.ends)
-    active = active_rows(part)
+    active = np.ones(here.values.shape, bool)
+    active[:, DIRECTION] = part.perigee_direction is not None
     active[:, PERIGEE] = here.values[:, PERIGEE] < 1e-6
     weights = np.where(active[:, :, None], here.gradients, 0.0)
     fitted = np.linalg.pinv(weights.swapaxes(1, 2), rcond=1e-12) @ (costate - here.objective)[:, :, None]

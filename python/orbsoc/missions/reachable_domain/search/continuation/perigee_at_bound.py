@@ -45,7 +45,7 @@ def lower_perigees(front: Wavefront) -> PointTable:
     for bound in range(bounds - 1, -1, -1):
         here = np.flatnonzero(grid[planes, bound])
         rows = planes[here] * bounds + bound
-        bound_km = np.full(here.size, front.planes.heights_km[bound])
+        bound_km = float(front.planes.heights_km[bound])
         found = _descend(front, rows, height[here], bound_km, unknowns, here, ready[here])
         ready[here] &= found.verified
         height[here] = np.where(found.verified, bound_km, height[here])
@@ -74,7 +74,7 @@ def _descend(
     front: Wavefront,
     rows: Index,
     height: Array,
-    bound_km: Array,
+    bound_km: float,
     unknowns: Unknowns,
     which: Index,
     ready: Flags,
@@ -85,9 +85,9 @@ def _descend(
     live = np.flatnonzero(ready)
     if not live.size:
         return out
-    steps = int(np.ceil((height[live] - bound_km[live]).max() / LONGEST_STEP_KM)) or 1
+    steps = int(np.ceil((height[live] - bound_km).max() / LONGEST_STEP_KM)) or 1
     for step in range(1, steps + 1):
-        at = height[live] + (bound_km[live] - height[live]) * step / steps
+        at = height[live] + (bound_km - height[live]) * step / steps
         full = front.target(rows[live])
         target = replace(full, perigee=canonical_radius(at), perigee_at_bound=True)
         if step < steps:
@@ -120,14 +120,9 @@ def _keep_altitude(front: Wavefront, rows: Index, found: Attempts, arcs: Arcs, p
 
 
 def _write_failures(table: PointTable, rows: Index) -> None:
-    words = [
-        "Newton did not follow the perigee down to its bound; with the perigee free to be higher it is reached"
-    ]
+    words = "Newton did not follow the perigee down to its bound; with the perigee free to be higher it is reached"
+    unknown = np.full(rows.size, np.nan)
     table.clear_plans(rows)
     table.write_failures(
-        rows,
-        PointStatus.SOLVER_FAILED,
-        Origin.PERIGEE_AT_BOUND,
-        words * rows.size,
-        np.full(rows.size, np.nan),
+        rows, PointStatus.SOLVER_FAILED, Origin.PERIGEE_AT_BOUND, [words] * rows.size, unknown
     )

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from operator import call
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from ...model.direct.guess import towards_planes
 from ...model.direct.sequence import Ending
 from ...model.direct.terminal import LargestOrbit, LargestTilt
 from ...model.flight.orbits import canonical_radius
-from .attempts import SPENT, Attempts, attempt, attempt_on_fine_grid
+from .attempts import Attempts, attempt, attempt_on_fine_grid
 from .largest_tilt import RESOLUTION_RAD, BoundaryPoints, largest_tilts
 from .table import Origin, PointStatus, PointTable
 from .tools import Tools
@@ -33,11 +34,6 @@ ROWS_PER_PART = 256
 """Of attempts: enough for a batch, and a few per cent of a shard."""
 NEAR_RAD = float(np.deg2rad(5.0))
 """Planes nearer than this are neighbours."""
-
-
-def done_now(compute: Callable[[], Any]) -> Any:
-    """The part of a sweep that keeps no journal."""
-    return compute()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,13 +69,8 @@ class PlaneSet:
         bounds = len(self.heights_km)
         table = PointTable.empty(len(self) * bounds, grids)
         tilt, azimuth = frame.tilt_and_azimuth(self.normal)
-        per_plane = {
-            "inc_deg": self.inc_deg,
-            "raan_deg": self.raan_deg,
-            "tilt_deg": np.rad2deg(tilt),
-            "azimuth_deg": np.rad2deg(azimuth),
-        }
-        for name, values in per_plane.items():
+        per_plane = (self.inc_deg, self.raan_deg, np.rad2deg(tilt), np.rad2deg(azimuth))
+        for name, values in zip(("inc_deg", "raan_deg", "tilt_deg", "azimuth_deg"), per_plane, strict=True):
             table[name][:] = np.repeat(values, bounds)
         table["perigee_bound_km"][:] = np.tile(self.heights_km, len(self))
         return table
@@ -107,16 +98,13 @@ class Wavefront:
         plane = np.repeat(np.arange(len(planes)), len(planes.heights_km))
         plans = Attempts.none(cold[plane], tools.nodes)
         table = planes.blank(frame, tools.grids)
-        return cls(tools, frame, planes, continuation, table, plans, part or done_now)
+        return cls(tools, frame, planes, continuation, table, plans, part or call)
 
     def run(self) -> PointTable:
         """The lowest bound of every plane, then all bounds that its plan does not meet, then what is left."""
         bounds = len(self.planes.heights_km)
         first = np.arange(0, len(self.table), bounds)
-        if not self.continuation:
-            self._try(np.arange(len(self.table)), Origin.COLD)
-        else:
-            self._try(first, Origin.COLD)
+        self._try(first if self.continuation else np.arange(len(self.table)), Origin.COLD)
         self._settle()
         if self.continuation:
             self._from_neighbours()
@@ -277,9 +265,8 @@ class Wavefront:
         if self.planes.argp is None:
             return free
         found = attempt(self.tools, self.target(rows), free.arcs)
-        for name in SPENT:
-            getattr(found, name)[:] += getattr(free, name)
-        return found
+        free.put(slice(None), found)
+        return free
 
     def _beyond(self, row: int, gap: float, nodes: int) -> str:
         """Evidence of a plane beyond the edge."""

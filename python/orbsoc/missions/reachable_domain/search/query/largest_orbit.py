@@ -125,9 +125,8 @@ def _bends(table: Array, axis: int) -> Array:
     out = np.full_like(moved, np.nan)
     out[1:-1] = np.abs(moved[2:] - 2.0 * moved[1:-1] + moved[:-2])
     known = np.isfinite(out)
-    padded = np.pad(
-        np.where(known, out, -np.inf), [(1, 1)] + [(0, 0)] * (out.ndim - 1), constant_values=-np.inf
-    )
+    edge = np.full_like(out[:1], -np.inf)
+    padded = np.concatenate([edge, np.where(known, out, -np.inf), edge])
     near = np.maximum(padded[2:], padded[:-2])
     stand_in = np.where(np.isfinite(near), ONE_SIDED * near, np.inf)
     return np.moveaxis(np.where(known, out, stand_in), 0, axis)
