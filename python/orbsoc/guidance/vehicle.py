@@ -132,21 +132,14 @@ def state_complaints(key: str, state: State) -> Iterator[Complaint]:
     """What no state of a vehicle above the Earth can be; `key` is the table's."""
     x = state.vector()
     radius, speed = float(np.linalg.norm(x[:3])), float(np.linalg.norm(x[3:]))
+    position, velocity = str(list(state.position_m)), str(list(state.velocity_m_s))
     if radius < EARTH.earth_radius_m:
-        yield Complaint(
-            f"{key}.position_m",
-            str(list(state.position_m)),
-            f"lies {radius:.6g} m from the Earth's centre, below the ground; must be at least"
-            f" {EARTH.earth_radius_m:.0f} m (metres from the centre, not km, not height)",
-        )
+        least = f"must be at least {EARTH.earth_radius_m:.0f} m (metres from the centre, not km, not height)"
+        allowed = f"lies {radius:.6g} m from the Earth's centre, below the ground; {least}"
+        yield Complaint(f"{key}.position_m", position, allowed)
     low, high = SPEED_RANGE_M_S
     if not low <= speed <= high:
-        yield Complaint(
-            f"{key}.velocity_m_s",
-            str(list(state.velocity_m_s)),
-            f"is a speed of {speed:.6g} m/s; must be within {low:.0f}…{high:.0f} m/s (m/s, not km/s)",
-        )
+        allowed = f"is a speed of {speed:.6g} m/s; must be within {low:.0f}…{high:.0f} m/s (m/s, not km/s)"
+        yield Complaint(f"{key}.velocity_m_s", velocity, allowed)
     elif np.linalg.norm(np.cross(x[:3], x[3:])) <= 1e-6 * radius * speed:
-        yield Complaint(
-            f"{key}.velocity_m_s", str(list(state.velocity_m_s)), "must not be parallel to the position"
-        )
+        yield Complaint(f"{key}.velocity_m_s", velocity, "must not be parallel to the position")
