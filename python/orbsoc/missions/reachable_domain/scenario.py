@@ -13,11 +13,12 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.orbit_input import Orbit, vehicle_complaints
-from orbsoc.guidance.powered_flight import Burn
+from orbsoc.guidance.powered_flight import Burn, commanded
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
 from orbsoc.guidance.vehicle import LaunchSite, Positive, Vehicle
-from orbsoc.orbit import EARTH, CanonicalUnits, eci_from_launch_inertial, rotate_state
+from orbsoc.orbit import EARTH, CanonicalUnits, eci_from_launch_inertial, propagate_burn, rotate_state
 from orbsoc.orbit.array import Array
 
 MOST_POINTS = 10_000_000
@@ -125,6 +126,12 @@ class Scenario(BaseScenario):
         """The vehicle and its state in canonical units."""
         vehicle = self.vehicle
         return Burn.of(self.initial_eci(), vehicle.thruster(), vehicle.longest_burn_s, CanonicalUnits.of())
+
+    def flown(self, programme: Array, times_s: Array) -> Array:
+        """States (K, 6), ECI, SI, at times (K,) to cut-off, of the burn that an attitude programme (N, 3) commands, by SciPy's
+        DOP853. Raises PropagationError."""
+        steering = commanded(legendre_gauss(len(programme)), programme, float(times_s[-1]))
+        return propagate_burn(self.initial_eci(), self.vehicle.thruster(), steering, times_s)
 
     @property
     def duration(self) -> float:

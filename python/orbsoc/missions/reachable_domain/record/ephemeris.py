@@ -8,9 +8,6 @@ import numpy as np
 
 from orbsoc.guidance import ccsds
 from orbsoc.guidance.ccsds import Subject
-from orbsoc.guidance.collocation import legendre_gauss
-from orbsoc.guidance.powered_flight import commanded
-from orbsoc.orbit import propagate_burn
 from orbsoc.orbit.array import Array
 
 from ..search.continuation.boundary import inside_box
@@ -54,9 +51,7 @@ def fly_point(
     vectors = points["commands"][row].reshape(-1, 3)
     scenario, duration_s = domain.scenario, domain.scenario.burn.duration_s
     times_s = np.append(np.arange(0.0, duration_s - 1e-9, step_s), duration_s)
-
-    steering = commanded(legendre_gauss(len(vectors)), vectors, duration_s)
-    states = propagate_burn(scenario.initial_eci(), scenario.vehicle.thruster(), steering, times_s)
+    states = scenario.flown(vectors, times_s)
     name = f"{scenario.name} {inc_deg:g} {raan_deg:g} {perigee_km:g}"
     x_axis = NODES_FROM_GREENWICH if is_paper_case(scenario) else NODES_FROM
     left_kg = scenario.vehicle.mass_kg - scenario.vehicle.mass_flow_kg_s * duration_s
