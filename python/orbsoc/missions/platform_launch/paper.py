@@ -87,15 +87,8 @@ def _row(quantity: str, where: str, printed: str, unit: str, ours: float, reason
     digit = 10.0**-digits
     verdict = "reproduced" if abs(ours - float(printed)) <= digit * (1.0 + 1e-9) else BROKEN
     mine = f"{ours:{'+' * printed.startswith('+')}.{digits + 1}f}"
-    return PaperRow(
-        quantity,
-        where,
-        f"{printed} {unit}".rstrip(),
-        f"{mine} {unit}".rstrip(),
-        verdict,
-        reason,
-        f"±{digit:g}",
-    )
+    theirs, mine = (f"{each} {unit}".rstrip() for each in (printed, mine))
+    return PaperRow(quantity, where, theirs, mine, verdict, reason, f"±{digit:g}")
 
 
 def _printed(plan: LaunchPlan) -> Iterator[PaperRow]:
@@ -119,9 +112,9 @@ def _launch(plan: LaunchPlan) -> Iterator[PaperRow]:
     yield _row("platform, z", "figure 3", "-0.13", "m", found["z_m"])
     yield _row("platform, vx", "figure 4", "+0.03", "m/s", found["vx_m_s"])
     yield _row("platform, vz", "figure 4", "-0.19", "m/s", found["vz_m_s"])
-    reason = f"{rotating[0]:.3f}° with the rotation of the local frame"
-    yield _row("platform, yaw", "figure 5", "+3.91", "°", found["yaw_deg"], reason)
-    reason = f"with the rotation of the local frame; without it {found['yaw_rate_deg_s']:.3f}°/s"
+    turning = "with the rotation of the local frame"
+    yield _row("platform, yaw", "figure 5", "+3.91", "°", found["yaw_deg"], f"{rotating[0]:.3f}° {turning}")
+    reason = f"{turning}; without it {found['yaw_rate_deg_s']:.3f}°/s"
     yield _row("platform, yaw rate", "figure 6", "4.29", "°/s", rotating[1], reason)
     yield _row("speed in the tube", "figure 8", "1.67", "m/s", found["slide_m_s"])
 
@@ -196,17 +189,12 @@ def _apart(value: float, other: float, key: str) -> float:
 
 def reproduce(scenarios: Path) -> tuple[PaperRow, ...]:
     """Every scenario of a folder that has the paper's data; each row's quantity names its plan."""
-    rows: list[PaperRow] = []
-    for path in sorted(scenarios.glob("*.toml")):
-        if read_toml(path).get("mission") != "platform_launch":
-            continue
-        scenario = load_scenario(path)
-        if is_papers(scenario):
-            rows += (
-                replace(row, quantity=f"{scenario.name}: {row.quantity}")
-                for row in compare(made(scenario, None, None))
-            )
-    return tuple(rows)
+    paths = [p for p in sorted(scenarios.glob("*.toml")) if read_toml(p).get("mission") == "platform_launch"]
+    return tuple(
+        replace(row, quantity=f"{scenario.name}: {row.quantity}")
+        for scenario in filter(is_papers, map(load_scenario, paths))
+        for row in compare(made(scenario, None, None))
+    )
 
 
 def samples(scenarios: Path) -> dict[str, Callable[[], tuple[PaperRow, ...]]]:
