@@ -87,10 +87,8 @@ def condense(linear: EndMap, end: TerminalRows, *, path: tuple[Array, Array] | N
     nodes = n // 3
     bound, bound_rhs = _on_controls(linear, end.bound, end.bound_rhs)
     if path is not None:
-        bound, bound_rhs = (
-            np.concatenate([bound, path[0]], axis=1),
-            np.concatenate([bound_rhs, path[1]], axis=1),
-        )
+        bound = np.concatenate([bound, path[0]], axis=1)
+        bound_rhs = np.concatenate([bound_rhs, path[1]], axis=1)
     equal, equal_rhs = _on_controls(linear, end.equal, end.equal_rhs)
     cone, cone_rhs = _on_controls(linear, end.cone, end.cone_rhs)
     l, q = bound.shape[1], cone.shape[1]
