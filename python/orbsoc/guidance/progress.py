@@ -26,10 +26,8 @@ def iteration_cells(row: Iteration, columns: Mapping[str, Column]) -> dict[str, 
     return {
         "#": str(row.number),
         **{
-            f"{column.title} {column.unit}".rstrip(): format(figures[name], column.form)
-            if name in figures
-            else "–"
-            for name, column in columns.items()
+            f"{each.title} {each.unit}".rstrip(): format(figures[name], each.form) if name in figures else "–"
+            for name, each in columns.items()
         },
         "change": scientific(row.change),
         "slack": scientific(row.slack),

@@ -27,14 +27,8 @@ CIRCULAR = 1e-12
 ROUND = 2e-3
 """Eccentricity up to which a target's orbit is taken for the circle of its semi-major axis: 3 e is below a percent too."""
 
-LeftOut = Annotated[
-    float | None,
-    Field(
-        ge=0.0,
-        le=ROUND,
-        description="eccentricity of the target that the circle leaves out; written when it is read",
-    ),
-]
+_LEFT_OUT = "eccentricity of the target that the circle leaves out; written when it is read"
+LeftOut = Annotated[float | None, Field(ge=0.0, le=ROUND, description=_LEFT_OUT)]
 """Of a key `ecc_left_out` of a mission that counts about a circular orbit."""
 
 

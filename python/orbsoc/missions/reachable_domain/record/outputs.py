@@ -18,14 +18,8 @@ from ..search.query.results import ReachableDomain
 from .cost import CYCLES, DomainCost
 from .summary import summary
 
-SUMMARY, POINTS_FILE, BOUNDARY_FILE, CUBE, REPORT, BAND = (
-    "summary.json",
-    "points.parquet",
-    "boundary.parquet",
-    "domain.nc",
-    "report.html",
-    "band.html",
-)
+SUMMARY, POINTS_FILE, BOUNDARY_FILE = "summary.json", "points.parquet", "boundary.parquet"
+CUBE, REPORT, BAND = "domain.nc", "report.html", "band.html"
 SCHEMA = "orbsoc.reach/1"
 TEMPLATE = "reach.html.j2"
 """Beside this file."""

@@ -77,11 +77,8 @@ def sequences(
 
     `lowest` (B,) bounds the radius at the nodes from below, canonical; `watch` sees every batch of subproblems.
     """
-    out, rules, solve = (
-        Sequences.blank(len(start), arcs=start.copy()),
-        rules or Rules(),
-        solve or Subproblems.in_process(),
-    )
+    out = Sequences.blank(len(start), arcs=start.copy())
+    rules, solve = rules or Rules(), solve or Subproblems.in_process()
     for _number in range(rules.max_iterations):
         which = np.flatnonzero(out.ending == Ending.RUNNING)
         if not which.size:

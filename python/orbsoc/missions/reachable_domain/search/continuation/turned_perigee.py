@@ -60,8 +60,7 @@ def turn_perigees(front: Wavefront, *, at_bound: bool) -> PointTable:
             polish(tools, replace(target[there], perigee_at_bound=at_bound), part, every, unknowns)
             found.put(there, part)
             lost = there[~part.verified & (energy[there] == -np.inf)]
-            words = AT_BOUND if at_bound else RISING
-            table["evidence"][rows[lost]] = words
+            table["evidence"][rows[lost]] = AT_BOUND if at_bound else RISING
         table.write_spent(rows, found)
         reached = np.where(found.verified, -1.0 / found.flown.sma, -np.inf)
         better = np.flatnonzero(reached > energy)
@@ -86,13 +85,8 @@ def _natural_plans(front: Wavefront, rows: Index) -> tuple[Index, _Path]:
     unknowns = extrema.unknowns[kept]
     unknowns.active[:, DIRECTION] = True
     natural = Orbits.of(extrema.flown.ends[kept, :6], normal)
-    return rows[good], _Path(
-        target=front.target(rows[good]),
-        unknowns=unknowns,
-        argp=natural.argp,
-        perigee=natural.perigee,
-        newton_steps=np.zeros(good.size, np.int32),
-    )
+    target, steps = front.target(rows[good]), np.zeros(good.size, np.int32)
+    return rows[good], _Path(target, unknowns, natural.argp, natural.perigee, steps)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
