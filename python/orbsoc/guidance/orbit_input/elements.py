@@ -42,25 +42,20 @@ def semi_major_axis_m(keys: Keys, constants: ConstantsSet = EARTH) -> float | No
 
 def shape(keys: Keys, constants: ConstantsSet = EARTH) -> tuple[float, float]:
     """Semi-major axis (m) and eccentricity from the two keys that are given."""
-    ground = constants.earth_radius_m
+
+    def radius(key: str) -> Any:
+        return None if keys.get(key) is None else constants.earth_radius_m + 1e3 * keys[key]
+
     sma, ecc = semi_major_axis_m(keys, constants), keys.get("ecc")
-    perigee, apogee = (
-        None if height is None else ground + 1e3 * height
-        for height in (keys.get("perigee_height_km"), keys.get("apogee_height_km"))
-    )
-    if sma is not None and ecc is not None:
-        return sma, ecc
-    if sma is not None and perigee is not None:
-        return sma, 1.0 - perigee / sma
-    if sma is not None and apogee is not None:
-        return sma, apogee / sma - 1.0
+    perigee, apogee = radius("perigee_height_km"), radius("apogee_height_km")
     if perigee is not None and apogee is not None:
         return 0.5 * (perigee + apogee), (apogee - perigee) / (apogee + perigee)
-    if ecc is not None and perigee is not None:
-        return perigee / (1.0 - ecc), ecc
-    assert ecc is not None
-    assert apogee is not None
-    return apogee / (1.0 + ecc), ecc
+    if ecc is None:
+        assert sma is not None
+        return sma, apogee / sma - 1.0 if perigee is None else 1.0 - perigee / sma
+    if sma is None:
+        sma = apogee / (1.0 + ecc) if perigee is None else perigee / (1.0 - ecc)
+    return sma, ecc
 
 
 def elements_of(keys: Keys, constants: ConstantsSet = EARTH) -> Elements:
