@@ -105,14 +105,6 @@ def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
         raise _unreadable(source, f"not TOML: {error}{other}") from error
 
 
-def read_document(path: str | PathLike[str], settings: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """The document of a scenario file with `settings` in place of its own: values by dotted key, "vehicle.thrust_n".
-
-    Raises ScenarioError as `read_toml` does.
-    """
-    return merged(read_toml(path), nested(settings or {}))
-
-
 FILE_KEYS = ("oem", "omm")
 
 
@@ -149,8 +141,8 @@ def merged(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str,
 
 
 def load(model: type[S], path: str | PathLike[str], settings: Mapping[str, Any] | None = None) -> S:
-    """A mission's scenario file, checked; `settings` as in `read_document`. Raises ScenarioError, also for a setting that
-    would change nothing."""
+    """A mission's scenario file, checked; `settings` are values in place of its own by dotted key, "vehicle.thrust_n". Raises
+    ScenarioError, also for a setting that would change nothing."""
     return configured(model, read_toml(path), settings, source=str(path))
 
 

@@ -39,7 +39,7 @@ class Plan(PointPlan):
             "name": self.scenario.name,
             "status": self.status.value,
             "message": self.message,
-            "details": _details(self),
+            "details": f"{self.message}; this is one point of the domain, and orbsoc reach solves all points of the scenario",
             "point": {name: _plain(value) for name, value in self.point.items()},
             "verification": self.verification,
             "scp_iterations": len(self.subproblems),
@@ -106,12 +106,6 @@ def _optimum(plan: Plan) -> VerdictLine | None:
         return None
     figure = f"{plan.message}; {plan.point['sequence_iterations']} problems"
     return VerdictLine(Question.OPTIMUM, Word.BEST_FOUND, shortened(figure))
-
-
-def _details(plan: Plan) -> str:
-    return (
-        f"{plan.message}; this is one point of the domain, and orbsoc reach solves all points of the scenario"
-    )
 
 
 def _plain(value: Any) -> Any:

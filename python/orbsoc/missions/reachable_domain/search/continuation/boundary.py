@@ -31,11 +31,6 @@ from .domain import Domain
 from .largest_tilt import largest_tilts
 from .table import PointStatus
 
-COLUMNS = (
-    "azimuth_deg", "perigee_bound_km", "tilt_deg", "tilt_change_deg", "inc_deg", "raan_deg", "status", "inside_box", "nodes",
-    "sequence_iterations", "solver_iterations",
-)  # fmt: skip
-
 _STATUS = [PointStatus.NOT_REACHED.value, PointStatus.SOLVER_FAILED.value, PointStatus.OUTSIDE.value]
 
 
@@ -46,7 +41,7 @@ def first_azimuths(domain: Domain) -> Array:
 
 
 def solve_boundary(domain: Domain, azimuth_deg: Array) -> dict[str, NDArray[Any]]:
-    """Columns `COLUMNS` for azimuths and their opposites × the scenario's boundary heights; NaN tilts where no orbit meets
+    """Columns for azimuths and their opposites × the scenario's boundary heights; NaN tilts where no orbit meets
     the bound, or the sequence failed. The iterations stand with the azimuths that were solved."""
     heights = domain.scenario.boundary.perigee_height_km.values()
     azimuth = np.repeat(azimuth_deg, len(heights))
