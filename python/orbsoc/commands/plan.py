@@ -297,11 +297,11 @@ def _watch(
     """The iterations as they happen: one line of progress, or all of them as a table."""
     from rich.console import Console
 
-    from orbsoc.guidance.progress import IterationTable, ProgressLine
+    from orbsoc.guidance.progress import iteration_table, progress_line
 
     if verbose:
-        return IterationTable(Console(stderr=as_json), mission.COLUMNS)
-    return ProgressLine(Console(stderr=True))
+        return iteration_table(Console(stderr=as_json), mission.COLUMNS)
+    return progress_line(Console(stderr=True))
 
 
 def _uninterrupted(found: Plan) -> Plan:

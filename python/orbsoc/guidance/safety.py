@@ -14,13 +14,12 @@ from math import inf, pi
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import LinearMotion
 
 from .impulses import ImpulseProgramme
-
-Array = NDArray[np.float64]
 
 PHASES = 1440
 """Of a revolution, at which distances are looked at before the least is refined."""

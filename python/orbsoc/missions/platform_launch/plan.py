@@ -57,11 +57,10 @@ class Plan(LaunchPlan):
         ours, theirs = self.meeting, other.meeting
         if ours is None or theirs is None:
             return ()
+        limit, bounds = 1e-5 * max(ours.value, 1e-3), abs(ours.lower_bound - theirs.lower_bound)
         found = [
-            Difference("cost", "cost", abs(ours.value - theirs.value), 1e-5 * max(ours.value, 1e-3)),
-            Difference(
-                "bound", "bound", abs(ours.lower_bound - theirs.lower_bound), 1e-5 * max(ours.value, 1e-3)
-            ),
+            Difference("cost", "cost", abs(ours.value - theirs.value), limit),
+            Difference("bound", "bound", bounds, limit),
         ]
         if ours.generated is None:
             apart = float(np.abs(ours.programme.dv_m_s - theirs.programme.dv_m_s).max())

@@ -6,10 +6,13 @@ from functools import cache
 
 import numpy as np
 
-from orbsoc.missions.reachable_domain.search.continuation.boundary import solve_boundary
+from orbsoc.missions.reachable_domain.search.continuation.boundary import (
+    next_azimuths,
+    resolved_boundary,
+    solve_boundary,
+)
 from orbsoc.missions.reachable_domain.search.continuation.domain import Domain
 from orbsoc.missions.reachable_domain.search.query.envelope import limits
-from orbsoc.missions.reachable_domain.search.query.resolved_boundary import next_azimuths, resolved_boundary
 from orbsoc.orbit import Elements
 from orbsoc.orbit.planes import inclination_and_node
 from orbsoc.reach import ReachableDomain, Verdict
