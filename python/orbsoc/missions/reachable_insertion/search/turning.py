@@ -31,6 +31,7 @@ from ..tuning import (
     HIGHEST_PRICE,
     LOOSE,
     MARGIN,
+    MOST_IDLE,
     MOST_TRIED,
     QUICK_RULES,
     QUICK_STEPS,
@@ -92,7 +93,7 @@ def quick_turn(search: Search, result: SearchResult) -> Iterator[Attempt]:
     slow = 2.0 * peak_rate(arc.grid, arc.controls) / arc.duration
     low, high, rate = slow, np.inf, FIRST * slow
     reference = setup.resampled(best.iterate, min(nodes, method.max_nodes))
-    for _ in range(MOST_TRIED):
+    for tried in range(MOST_TRIED):
         made, _price = yield from _at_rate(search, setup, reference, rate, QUICK, claim=Claim.FAST_TURN)
         attempt = made.on_the_way
         if made.is_near:
@@ -104,7 +105,7 @@ def quick_turn(search: Search, result: SearchResult) -> Iterator[Attempt]:
             best, low = attempt, rate
         else:
             high = rate
-        if high < CLOSE * low:
+        if high < CLOSE * low or (tried == MOST_IDLE and best is result.best):
             return
         rate = FASTER * low if high == np.inf else float(np.sqrt(low * high))
 
