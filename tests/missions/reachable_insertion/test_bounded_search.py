@@ -15,7 +15,6 @@ from scipy.optimize import minimize
 from orbsoc.guidance.scenario_file import ScenarioError, checked
 from orbsoc.missions.reachable_insertion import Plan, PlanStatus, Scenario, load_scenario, plan
 from orbsoc.missions.reachable_insertion.plan.verdict import verdict
-from orbsoc.missions.reachable_insertion.record.document import attitude_csv
 from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
 from orbsoc.missions.reachable_insertion.verification import verify
 
@@ -63,7 +62,7 @@ def turning(name: str, bound_deg_s: float | None) -> Plan:
 
 def flown_rates_deg_s(found: Plan) -> np.ndarray:
     """From the lines of attitude.csv alone: angles between neighbours."""
-    text = attitude_csv(found)
+    text = found.tables().get("attitude.csv")
     assert text is not None
     rows = list(csv.DictReader(io.StringIO(text)))
     t = np.array([float(row["t_s"]) for row in rows])

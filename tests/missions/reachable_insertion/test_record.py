@@ -19,10 +19,10 @@ from scipy.interpolate import CubicSpline
 import orbsoc
 from orbsoc.guidance.progress import iteration_cells
 from orbsoc.missions.reachable_insertion import COLUMNS, Plan, Scenario, load_scenario, plan
-from orbsoc.missions.reachable_insertion.figures.panels import draw_figures
 from orbsoc.missions.reachable_insertion.model.problems import Row
 from orbsoc.missions.reachable_insertion.plan.verdict import verdict
-from orbsoc.missions.reachable_insertion.record.document import attitude_csv, violations
+from orbsoc.missions.reachable_insertion.record.document import violations
+from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
 from orbsoc.missions.reachable_insertion.verification import verify
 from orbsoc.orbit import EARTH, angular_momentum, laplace_vector, propagate_burn, thrust_direction
 
@@ -65,9 +65,8 @@ def test_verification_objects_to_another_burn_time() -> None:
 
 def test_verification_objects_to_a_perigee_below_the_one_required() -> None:
     found = planned("rec1", "max_energy", "free")
-    target = found.scenario.target.model_copy(update={"perigee_height_km": 150.1})
-    higher = found.scenario.model_copy(update={"target": target})
-    failures = verify(higher, found.target, found.iterate).failures
+    higher = found.scenario.with_changes(target={"perigee_height_km": 150.1})
+    failures = verify(higher, InsertionSetup.of(higher).target, found.iterate).failures
     assert [failure.split(" is ")[0] for failure in failures] == ["perigee error in m"]
 
 
@@ -75,7 +74,7 @@ def test_verification_objects_to_a_perigee_below_the_one_required() -> None:
 def test_attitude_file_read_back_and_flown_reaches_the_planned_orbit(problem: str, direction: str) -> None:
     """From the CSV alone: pitch and yaw through a spline of the 401 lines, flown by DOP853."""
     found = planned("rec1", problem, direction)
-    text = attitude_csv(found)
+    text = found.tables().get("attitude.csv")
     assert text is not None
     rows = list(csv.DictReader(io.StringIO(text)))
     assert list(rows[0]) == ["t_s", "pitch_deg", "yaw_deg", "ux", "uy", "uz", "rate_deg_s"]
@@ -140,8 +139,8 @@ def test_document_of_nothing_found_promises_no_orbit_and_no_attitude(tmp_path: P
     assert document["orbit"] is None
     assert document["propagated_orbit"] is None
     assert document["violations"][0]["row"] == "orbit plane, lean across the perigee line"
-    assert attitude_csv(found) is None
-    assert draw_figures(found, tmp_path) == ()
+    assert found.tables().get("attitude.csv") is None
+    assert found.figures(tmp_path) == ()
     assert list(tmp_path.iterdir()) == []
 
 
@@ -156,7 +155,7 @@ def test_subproblem_without_a_point_is_null_in_json_and_a_dash_in_the_table() ->
 
 
 def test_figures_are_written_with_captions(tmp_path: Path) -> None:
-    figures = draw_figures(planned("rec1", "max_energy"), tmp_path)
+    figures = planned("rec1", "max_energy").figures(tmp_path)
     assert {figure.name for figure in figures} == {
         "orbit.png", "history.png", "velocity.png", "position.png", "attitude.png",
     }  # fmt: skip

@@ -23,6 +23,7 @@ from orbsoc.missions.reachable_insertion.search.strategies import STRATEGIES
 from orbsoc.missions.reachable_insertion.search.turning import quick_turn
 from orbsoc.missions.reachable_insertion.starts.directions import starts
 from orbsoc.missions.reachable_insertion.starts.steering_law import corrected, ends_of, steps_for
+from orbsoc.missions.reachable_insertion.targets.target_orbit import LargestOrbit
 from orbsoc.orbit import CanonicalUnits, propagate_burn
 from orbsoc.solving.solver import solve
 
@@ -187,8 +188,10 @@ def test_no_bound_proves_a_mission_infeasible_that_is_feasible_by_construction(n
     made = mission(7, number)
     ready = InsertionSetup.of(made.scenario)
     duration = made.burn_s / ready.units.time_s
-    assert proof_of_infeasibility(ready.burn, ready.target, duration, whole_orbit=True) is None
-    assert proof_of_infeasibility(ready.burn, ready.target, duration, whole_orbit=False) is None
+    assert proof_of_infeasibility(ready.burn, ready.target, duration) is None
+    state = CanonicalUnits.of().state_from_si(made.scenario.launch_inertial(made.scenario.target))
+    largest = LargestOrbit.about(state, 0.0, is_direction_free=False)
+    assert proof_of_infeasibility(ready.burn, largest, duration) is None
 
 
 def laws() -> list[tuple[Mission, InsertionSetup]]:

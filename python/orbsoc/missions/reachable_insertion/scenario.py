@@ -27,7 +27,7 @@ from orbsoc.orbit import (
     rotate_state,
 )
 
-from .targets.table import Target, idle_target_keys, target_complaints
+from .targets.table import TargetTable, idle_target_keys, target_complaints
 from .targets.target_orbit import TargetOrbit
 
 Array = NDArray[np.float64]
@@ -117,7 +117,7 @@ class Scenario(BaseScenario):
     vehicle: Vehicle
     launch_site: LaunchSite | None = None
     initial: Orbit
-    target: Target
+    target: TargetTable
     burn: BurnTime
     limits: Limits = Limits()
     method: Method = Method()
@@ -220,60 +220,50 @@ def _frame_complaints(scenario: Scenario) -> Iterator[Complaint]:
 
 def _mass_complaints(scenario: Scenario) -> Iterator[Complaint]:
     vehicle, duration_s = scenario.vehicle, scenario.burn.duration_s
+    dry_kg = f"{vehicle.dry_mass_kg:g}"
     if vehicle.dry_mass_kg >= vehicle.mass_kg:
-        yield Complaint(
-            "vehicle.dry_mass_kg",
-            f"{vehicle.dry_mass_kg:g}",
-            f"must be below vehicle.mass_kg = {vehicle.mass_kg:g}",
-        )
+        yield Complaint("vehicle.dry_mass_kg", dry_kg, f"must be below vehicle.mass_kg = {vehicle.mass_kg:g}")
     elif duration_s is not None and duration_s >= vehicle.longest_burn_s:
-        left = vehicle.mass_kg - vehicle.mass_flow_kg_s * duration_s
-        yield Complaint(
-            "burn.duration_s",
-            f"{duration_s:g}",
-            f"leaves {left:.6g} kg, not more than vehicle.dry_mass_kg = {vehicle.dry_mass_kg:g};"
-            f" must be below {vehicle.longest_burn_s:.6g} s",
-        )
+        left = f"leaves {vehicle.mass_kg - vehicle.mass_flow_kg_s * duration_s:.6g} kg, not more than"
+        allowed = f"{left} vehicle.dry_mass_kg = {dry_kg}; must be below {vehicle.longest_burn_s:.6g} s"
+        yield Complaint("burn.duration_s", f"{duration_s:g}", allowed)
 
 
 def _problem_complaints(scenario: Scenario) -> Iterator[Complaint]:
     method, target, burn = scenario.method, scenario.target, scenario.burn
+    now, largest, problem = (
+        burn.ignition == "now",
+        scenario.problem == "max_energy",
+        f"problem = {scenario.problem!r}",
+    )
+    lowest_km, missing = scenario.limits.lowest_altitude_km, 'is missing, and problem = "max_energy" needs it'
     altitude_km = (float(np.linalg.norm(scenario.initial.vector()[:3])) - EARTH.earth_radius_m) / 1e3
-    if burn.ignition == "free" and altitude_km < scenario.limits.lowest_altitude_km:
-        allowed = f'with burn.ignition = "free" must be at most {altitude_km:.6g}, the altitude of [initial]'
-        yield Complaint("limits.lowest_altitude_km", f"{scenario.limits.lowest_altitude_km:g}", allowed)
-    if burn.latest_ignition_s is not None and burn.ignition == "now":
-        yield Complaint(
-            "burn.latest_ignition_s", f"{burn.latest_ignition_s:g}", 'needs burn.ignition = "free"'
-        )
-    if burn.coast_j2 and not scenario.coasts:
-        needs = 'needs burn.ignition = "free" or burn.count = 2; one burn from now has no coast'
-        yield Complaint("burn.coast_j2", "true", needs)
-    if burn.duration_s is None and scenario.problem == "max_energy":
-        yield Complaint("burn.duration_s", "", 'is missing, and problem = "max_energy" needs it')
-    if burn.longest_coast_s is not None and burn.count == 1:
-        yield Complaint("burn.longest_coast_s", f"{burn.longest_coast_s:g}", "needs burn.count = 2")
-    if burn.count == 2 and scenario.problem != "min_time":
-        yield Complaint("burn.count", "2", f"problem = {scenario.problem!r} has one burn; must be 1")
-    if burn.ignition == "free" and scenario.problem != "min_time":
-        yield Complaint(
-            "burn.ignition", "'free'", f"problem = {scenario.problem!r} ignites now; must be 'now'"
-        )
-    if method.max_nodes < method.nodes:
-        yield Complaint(
-            "method.max_nodes", str(method.max_nodes), f"must be at least method.nodes = {method.nodes}"
-        )
-    if scenario.problem != "max_energy":
-        return
-    if target.perigee_height_km is None:
-        yield Complaint("target.perigee_height_km", "", 'is missing, and problem = "max_energy" needs it')
-    orbit = TargetOrbit.through(CanonicalUnits.of().state_from_si(target.vector()))
-    if target.perigee_direction == "fixed" and orbit.is_circular:
-        yield Complaint(
-            "target.perigee_direction",
-            "'fixed'",
-            "the target orbit is circular and has no perigee direction; must be 'free'",
-        )
+    is_circular = (
+        largest
+        and target.perigee_direction == "fixed"
+        and TargetOrbit.through(CanonicalUnits.of().state_from_si(target.vector())).is_circular
+    )
+    rules: tuple[tuple[bool, str, object, str], ...] = (
+        (not now and altitude_km < lowest_km, "limits.lowest_altitude_km", lowest_km,
+         f'with burn.ignition = "free" must be at most {altitude_km:.6g}, the altitude of [initial]'),
+        (burn.latest_ignition_s is not None and now, "burn.latest_ignition_s", burn.latest_ignition_s,
+         'needs burn.ignition = "free"'),
+        (burn.coast_j2 and not scenario.coasts, "burn.coast_j2", "true",
+         'needs burn.ignition = "free" or burn.count = 2; one burn from now has no coast'),
+        (burn.duration_s is None and largest, "burn.duration_s", "", missing),
+        (burn.longest_coast_s is not None and burn.count == 1, "burn.longest_coast_s", burn.longest_coast_s,
+         "needs burn.count = 2"),
+        (burn.count == 2 and largest, "burn.count", 2, f"{problem} has one burn; must be 1"),
+        (not now and largest, "burn.ignition", "'free'", f"{problem} ignites now; must be 'now'"),
+        (method.max_nodes < method.nodes, "method.max_nodes", method.max_nodes,
+         f"must be at least method.nodes = {method.nodes}"),
+        (target.perigee_height_km is None and largest, "target.perigee_height_km", "", missing),
+        (is_circular, "target.perigee_direction", "'fixed'",
+         "the target orbit is circular and has no perigee direction; must be 'free'"),
+    )  # fmt: skip
+    for is_wrong, key, value, allowed in rules:
+        if is_wrong:
+            yield Complaint(key, f"{value:g}" if isinstance(value, float) else f"{value}", allowed)
 
 
 def guessed_duration_s(vehicle: Vehicle, start: Array, goal: Array | None, *, plane_free: bool) -> float:

@@ -21,7 +21,7 @@ from orbsoc.missions.reachable_insertion.two_burns.flight import sensitivities
 from orbsoc.missions.reachable_insertion.two_burns.motion import Motion
 from orbsoc.missions.reachable_insertion.two_burns.transfer import Transfer, constant
 from orbsoc.missions.reachable_insertion.two_burns.turning import held_shares, slowed, turn_rates
-from orbsoc.missions.reachable_insertion.two_burns.verdicts import verdict, violations
+from orbsoc.missions.reachable_insertion.two_burns.verdict import verdict, violations
 from orbsoc.missions.reachable_insertion.two_burns.verification import verify
 
 Array = NDArray[np.float64]

@@ -24,7 +24,7 @@ from orbsoc.guidance.collocation import (
 )
 from orbsoc.guidance.powered_flight import BurnVariables, Trajectory
 
-from ..tuning import CONES_PER_NODE
+from .. import tuning
 
 Array = NDArray[np.float64]
 
@@ -94,7 +94,7 @@ class RateBound:
 def slope_matrix(nodes: int) -> Array:
     """From nodal values to the derivative of their interpolant at the bounded points (4N + 1, N)."""
     grid = legendre_gauss(nodes)
-    return interpolation_matrix(grid.nodes, _dense(CONES_PER_NODE * nodes)) @ differentiation_matrix(
+    return interpolation_matrix(grid.nodes, _dense(tuning.CONES_PER_NODE * nodes)) @ differentiation_matrix(
         grid.nodes
     )
 

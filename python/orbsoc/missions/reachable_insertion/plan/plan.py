@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from orbsoc.guidance.figure_style import image_element
-from orbsoc.guidance.mission import Difference, FigureFile, PaperRow
+from orbsoc.guidance.mission import Difference, FigureFile, PaperRow, PlanStatus
 from orbsoc.guidance.scenario_file import read_toml
 from orbsoc.guidance.scp import Iteration, Solve
 from orbsoc.guidance.verdict import Verdict
@@ -20,8 +20,9 @@ from ..figures.orbit import orbit_figure
 from ..figures.panels import draw_figures
 from ..paper import compare
 from ..planner import searched
-from ..record.document import attitude_csv, plan_document
-from ..record.messages import FlownBurn, first_coast, messages
+from ..record.attitude import attitude_table
+from ..record.document import plan_document
+from ..record.messages import messages
 from ..scenario import ProblemName, Scenario, load_scenario
 from ..search.ignition import LaterIgnition, later_ignition
 from ..search.result import SearchResult
@@ -29,7 +30,7 @@ from ..search.setup import InsertionSetup
 from ..search.strategies import NULL_BURN
 from ..two_burns.instead import two_burns_instead
 from ..two_burns.planner import TwoBurnPlan, plan_two_burns
-from ..verification import shape_of
+from ..verification import Arcs, shape_of
 from .verdict import verdict, verdict_of
 
 if TYPE_CHECKING:
@@ -58,22 +59,28 @@ class Plan(SearchResult):
     def to_dict(self) -> dict[str, Any]:
         return plan_document(self, verdict(self), self.later, two_burns_instead(self))
 
+    @property
+    def arcs(self) -> Arcs | None:
+        """Coast and burn as flown; None where nothing was."""
+        found = self.verification
+        return None if found is None else Arcs.of_one(self.scenario, self.ignition_s, found.flight)
+
     def tables(self) -> dict[str, str]:
-        table, found = attitude_csv(self), self.verification
-        if table is None or found is None:
+        arcs = self.arcs if self.status is PlanStatus.VERIFIED else None
+        if arcs is None:
             return {}
-        coast = first_coast(self.scenario, self.ignition_s)
-        burns = [FlownBurn(self.ignition_s, found.flight)] if self.time_of_flight_s else []
-        return {"attitude.csv": table} | (messages(self.scenario, [coast], burns) if burns else {})
+        table = {"attitude.csv": attitude_table(self.scenario, arcs)}
+        return table | (messages(self.scenario, arcs) if self.time_of_flight_s else {})
 
     def figures(self, folder: Path) -> tuple[FigureFile, ...]:
-        return draw_figures(self, folder)
+        return draw_figures(self, self.arcs, folder)
 
     def plot(self) -> Figure:
         """The orbit before and after with the burn, a Matplotlib figure. Raises ValueError for a plan that was not flown."""
-        if self.verification is None:
+        if (arcs := self.arcs) is None:
             raise ValueError(f"nothing to plot: the plan is {self.status.value}; {self.message}")
-        return orbit_figure(self, self.verification)
+        start = self.scenario.launch_inertial(self.scenario.initial)
+        return orbit_figure(f"{self.scenario.name}: the orbit before and after", start, arcs)
 
     def differences(self, other: Plan) -> tuple[Difference, ...]:
         """Burn time and semi-major axis, relative, and states at the nodes of the other, canonical; grids may differ."""

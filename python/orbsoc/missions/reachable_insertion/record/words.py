@@ -2,33 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.mission import PlanStatus
-from orbsoc.guidance.scp import ExitReason
+from orbsoc.guidance.scp import ExitReason, Iteration
 from orbsoc.guidance.verdict import WIDTH, Question, VerdictLine, Word
 from orbsoc.orbit import EARTH, CanonicalUnits
 
 from ..model.proof import Proof
 from ..scenario import MOST_NODES, Scenario
-from ..targets.any_target import AnyTarget
-from ..targets.free_target import FreeTarget
 from ..targets.rows import Row
 from ..verification import EndOfFlight
-
-Array = NDArray[np.float64]
 
 ACTIVE = 0.999
 """Share of the bound on the attitude rate, from which on a plan is at it."""
 
 
 class Told(Protocol):
-    """What a plan has to tell, with one burn or with two."""
+    """What a plan has to tell, with one burn or with two; see `SearchResult`."""
 
     @property
     def scenario(self) -> Scenario: ...
@@ -37,9 +32,19 @@ class Told(Protocol):
     @property
     def message(self) -> str: ...
     @property
-    def verification(self) -> EndOfFlight | None: ...
+    def verification(self) -> Any: ...
     @property
     def proof(self) -> Proof | None: ...
+    @property
+    def attempts(self) -> Sequence[Any]: ...
+    @property
+    def subproblems(self) -> Sequence[Iteration]: ...
+    @property
+    def time_of_flight_s(self) -> float: ...
+    @property
+    def propellant_kg(self) -> float: ...
+    @property
+    def ignition_s(self) -> float: ...
 
 
 # violated rows
@@ -68,50 +73,6 @@ def rate_in_words(scenario: Scenario, over: float) -> str:
         f"the attitude rate at {bound + over_deg_s:.4g} °/s, {over_deg_s:.4g} above"
         f" limits.attitude_rate_deg_s = {bound:g}"
     )
-
-
-def row_in_words(
-    target: AnyTarget, row: Row, value: float, end: Array, scales: tuple[float, float] = (1.0, 1.0)
-) -> str:
-    """What a row of a target, of S_H and S_L times its vectors, is violated by at a canonical end state (6,)."""
-    if isinstance(target, FreeTarget):
-        return _missed_in_words(row, value)
-    momentum = scales[0] * target.momentum
-    units = CanonicalUnits.of(EARTH)
-    if row in (Row.LEAN_TO_PERIGEE, Row.LEAN_ACROSS):
-        angle = abs(value) / momentum
-        speed_m_s = angle * float(np.linalg.norm(end[3:])) * units.speed_m_s
-        axis = "line of apsides" if row is Row.LEAN_ACROSS else "in-plane normal of the line of apsides"
-        return (
-            f"the orbit plane tilted by {np.rad2deg(angle):.4f}° about the {axis} (some {speed_m_s:.1f} m/s of"
-            " velocity out of the plane)"
-        )
-    if row is Row.MOMENTUM:
-        radius = float(np.linalg.norm(end[:3]))
-        return (
-            f"the angular momentum too {'small' if value < 0 else 'large'} by {abs(value) / momentum:.2e} of itself"
-            f" (about {abs(value) / radius * units.speed_m_s:.1f} m/s of horizontal velocity)"
-        )
-    if row is Row.ECCENTRICITY:
-        return f"the eccentricity too {'small' if value < 0 else 'large'} by {abs(value):.2e}"
-    eccentricity = max(scales[1] * target.eccentricity, abs(value))
-    return f"the perigee direction off by {np.rad2deg(np.arctan2(abs(value), eccentricity)):.3f}°"
-
-
-def _missed_in_words(row: Row, value: float) -> str:
-    """Of a target with free elements, whose rows are relative."""
-    if row is Row.INCLINATION:
-        return f"the inclination too {'low' if value < 0 else 'high'} by {abs(np.rad2deg(value)):.4f}°"
-    if row in (Row.LEAN_TO_PERIGEE, Row.LEAN_ACROSS):
-        return f"the orbit plane tilted by {abs(np.rad2deg(value)):.4f}°"
-    if row is Row.ENERGY:
-        speed = CanonicalUnits.of(EARTH).speed_m_s
-        return (
-            f"v²/2 − μ/r too {'small' if value < 0 else 'large'} by {abs(value) * speed**2 / 1e6:.4f} km²/s²"
-        )
-    if row is Row.PERIGEE_DIRECTION:
-        return f"the eccentricity vector off the perigee direction by {abs(value):.2e}"
-    return f"the {row.value} off by {abs(value):.2e} of itself"
 
 
 def start_tried(
@@ -151,7 +112,7 @@ def answer_line(plan: Told, verified: str, closest: str) -> VerdictLine:
         advice = f"try method.max_nodes above {most}" if most < MOST_NODES else ""
         return fitted(Question.ANSWER, word, f"do not fly: {found.failures[0]}", advice)
     if status is PlanStatus.INFEASIBLE and plan.proof is not None:
-        needed, available = _speeds_m_s(plan.proof)
+        needed, available = speeds_m_s(plan.proof)
         figure = f"{plan.proof.what} takes {needed:.1f} m/s, there are {available:.1f} m/s"
         return fitted(Question.ANSWER, word, figure, "proved")
     return fitted(
@@ -170,7 +131,7 @@ def _flown_within(scenario: Scenario, found: EndOfFlight) -> str:
     return f"flown to {error:.0e} ≤ {allowed:.0e}".replace("e-0", "e-")
 
 
-def _speeds_m_s(proof: Proof) -> tuple[float, float]:
+def speeds_m_s(proof: Proof) -> tuple[float, float]:
     """What is needed, and what there is."""
     speed = CanonicalUnits.of(EARTH).speed_m_s
     return speed * proof.needed, speed * proof.available
@@ -220,7 +181,7 @@ def sentences(plan: Told, say: Phrases) -> str:
             f" {'; '.join(found.failures)}{say.objection or f'; {advice}'}"
         )
     if status is PlanStatus.INFEASIBLE and plan.proof is not None:
-        needed, available = _speeds_m_s(plan.proof)
+        needed, available = speeds_m_s(plan.proof)
         what = f"{plan.proof.what[0].upper()}{plan.proof.what[1:]}"
         return (
             f"INFEASIBLE: no {say.which}, reaches the target. {what} takes more than {needed:.1f} m/s, and the vehicle has"

@@ -10,11 +10,11 @@ import numpy as np
 from orbsoc.guidance.scp import ExitReason, Outcome
 from orbsoc.orbit import PropagationError
 
+from .. import tuning
 from ..model.problems import Iterate
 from ..model.proof import proof_of_infeasibility
 from ..starts.directions import Start, impulse, starts
-from ..starts.steering_law import Law, corrected, grid_resolves, smoothed, through, unit_on
-from ..tuning import GROWTH, REACHED, REVERSES, SMOOTHED, TOO_LONG, WORTH_A_LAW
+from ..starts.steering_law import Law, corrected, grid_resolves, smoothed, unit_on
 from .result import Attempt, Claim, SearchResult
 from .run import Findings, Search, attempt_of, verified
 from .setup import InsertionSetup
@@ -51,7 +51,7 @@ def proof(_search: Search, result: SearchResult) -> Findings:
     setup = result.setup
     shortest = setup.scenario.problem == "min_time"
     duration = setup.burn.longest if shortest else setup.scenario.burn.guess_s / setup.units.time_s
-    found = proof_of_infeasibility(setup.burn, setup.target, duration, whole_orbit=shortest)
+    found = proof_of_infeasibility(setup.burn, setup.target, duration)
     if found is not None:
         yield found
 
@@ -116,9 +116,9 @@ def _refined(
     """Finer grids, each from the flight of the one before, until the flight confirms the burn or there is none."""
     method = setup.scenario.method
     while attempt.verification is not None and not attempt.verified and attempt.nodes < method.max_nodes:
-        if firm and attempt.verification.thrust_excess > REVERSES and attempt.nodes > method.nodes:
+        if firm and attempt.verification.thrust_excess > tuning.REVERSES and attempt.nodes > method.nodes:
             return
-        nodes = min(method.max_nodes, int(np.ceil(GROWTH * attempt.nodes)))
+        nodes = min(method.max_nodes, int(np.ceil(tuning.GROWTH * attempt.nodes)))
         reference = setup.resampled(attempt.iterate, nodes)
         note = f"refined: {attempt.verification.failures[0]}"
         made = search.sequence(setup, reference, note, soft=soft, firm=firm, start=attempt.start)
@@ -136,10 +136,8 @@ def _corrected(setup: InsertionSetup, attempt: Attempt) -> Attempt | None:
     """The attempt with its thrust directions corrected until the flight ends on the orbit; None where that fails."""
     if not attempt.is_near:
         return None
-    arc = attempt.trajectory
-    drawn = through(arc.grid, arc.controls, arc.duration)
-    law, miss = corrected(setup.burn, setup.target, drawn, iterations=8)
-    if miss > REACHED:
+    law, miss = corrected(setup.burn, setup.target, attempt.law, iterations=8)
+    if miss > tuning.REACHED:
         return None
     message = f"{attempt.outcome.message}; the thrust directions were then corrected in flight"
     outcome = Outcome(ExitReason.CONVERGED, setup.by_interpolant(law, attempt.nodes), (), message)
@@ -164,7 +162,7 @@ def is_not_the_shortest(result: SearchResult) -> bool:
         for each in result.attempts
         if each.outcome.reason is ExitReason.CONVERGED and each.outcome.iterations
     ]
-    longer = bool(ends) and result.trajectory.duration > (1.0 + WORTH_A_LAW) * min(ends)
+    longer = bool(ends) and result.trajectory.duration > (1.0 + tuning.WORTH_A_LAW) * min(ends)
     return longer or not result.verified
 
 
@@ -172,11 +170,12 @@ def smooth_law(_search: Search, result: SearchResult) -> Findings:
     """From the law that was tried last, a smooth one, shortened: a plan where the shortest burn reverses its thrust."""
     setup, known, start = result.setup.unbounded, result.best, laws_tried(result)[-1]
     assert start.law is not None
-    arc = known.trajectory
-    drawn = through(arc.grid, arc.controls, arc.duration)
-    drawn = replace(drawn, coefficients=drawn.coefficients[:SMOOTHED])
+    drawn = replace(known.law, coefficients=known.law.coefficients[: tuning.SMOOTHED])
     nodes = setup.scenario.method.max_nodes
-    for too_long in (TOO_LONG, 0.1 * TOO_LONG):  # the correction on the grid lengthens the interpolant, too
+    for too_long in (
+        tuning.TOO_LONG,
+        0.1 * tuning.TOO_LONG,
+    ):  # the correction on the grid lengthens the interpolant, too
         for first in (drawn, start.law):
             found = smoothed(setup.burn, setup.target, first, nodes, too_long)
             attempt = None if found is None else _smooth_attempt(setup, found, start)
@@ -189,7 +188,7 @@ def smooth_law(_search: Search, result: SearchResult) -> Findings:
 def _smooth_attempt(setup: InsertionSetup, law: Law, start: Start) -> Attempt | None:
     """On the coarsest grid that follows a law: the interpolant of its nodal directions, corrected and made of unit length by turns."""
     nodes = nodes_that_follow(setup, law)
-    unit = unit_on(setup.burn, setup.target, law, nodes, REACHED)
+    unit = unit_on(setup.burn, setup.target, law, nodes, tuning.REACHED)
     if unit is None:
         return None
     message = (
@@ -204,6 +203,6 @@ def nodes_that_follow(setup: InsertionSetup, law: Law) -> int:
     """Of the coarsest grid that follows a law, at most the finest allowed."""
     method = setup.scenario.method
     nodes = method.nodes
-    while nodes < method.max_nodes and not grid_resolves(law, nodes, 0.1 * TOO_LONG):
-        nodes = min(method.max_nodes, int(np.ceil(GROWTH * nodes)))
+    while nodes < method.max_nodes and not grid_resolves(law, nodes, 0.1 * tuning.TOO_LONG):
+        nodes = min(method.max_nodes, int(np.ceil(tuning.GROWTH * nodes)))
     return nodes

@@ -17,20 +17,10 @@ from numpy.typing import NDArray
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.orbit import PropagationError
 
+from .. import tuning
 from ..model.coast import coasted
 from ..starts.directions import Start, burn_time, impulse
 from ..starts.steering_law import Law, corrected, smoothed, turn_of
-from ..tuning import (
-    CLOSE_ENOUGH_S,
-    FEWEST_TIMES,
-    FLOWN_TIMES,
-    GOLDEN,
-    LEAST_SHARE,
-    MOST_TIMES,
-    PER_BURN,
-    REACHED,
-    SAME_SHARE,
-)
 from .result import COLD, Attempt, SearchResult
 from .setup import InsertionSetup
 
@@ -75,7 +65,7 @@ def later_ignition(result: SearchResult) -> LaterIgnition | None:
     limit = result.trajectory.duration if result.verification is not None else np.inf
     if setup.rate_bound is not None and turn_of(law) > setup.rate_bound:
         return None
-    if ignition_s == 0.0 or law.duration > (1.0 - LEAST_SHARE) * limit:
+    if ignition_s == 0.0 or law.duration > (1.0 - tuning.LEAST_SHARE) * limit:
         return None
     return LaterIgnition(ignition_s, law.duration * setup.units.time_s)
 
@@ -102,13 +92,13 @@ def later_burns(result: SearchResult, search_from: SearchFrom) -> Iterator[Attem
             raise KeyboardInterrupt
         return made.trajectory.duration if made.verified else np.inf
 
-    middle, width = flown[0][0], max(0.25 * law.duration * setup.units.time_s, 10.0 * CLOSE_ENOUGH_S)
+    middle, width = flown[0][0], max(0.25 * law.duration * setup.units.time_s, 10.0 * tuning.CLOSE_ENOUGH_S)
     value = yield from burn_at(middle)
     low, high = max(0.0, middle - width), min(setup.latest_ignition_s, middle + width)
-    while high - low > CLOSE_ENOUGH_S:
+    while high - low > tuning.CLOSE_ENOUGH_S:
         wide = high - middle > middle - low
-        tried = middle + GOLDEN * (high - middle) if wide else middle - GOLDEN * (middle - low)
-        if abs(tried - middle) < 0.1 * CLOSE_ENOUGH_S:
+        tried = middle + tuning.GOLDEN * (high - middle) if wide else middle - tuning.GOLDEN * (middle - low)
+        if abs(tried - middle) < 0.1 * tuning.CLOSE_ENOUGH_S:
             return
         new = yield from burn_at(tried)
         if new < value:
@@ -124,12 +114,12 @@ def _flown(setup: InsertionSetup) -> list[tuple[float, Law]]:
     burn_s = (
         burn_time(setup.burn, float(np.linalg.norm(impulse(setup.burn, setup.target)))) * setup.units.time_s
     )
-    count = int(np.clip(PER_BURN * latest / max(burn_s, 1e-3), FEWEST_TIMES, MOST_TIMES))
+    count = int(np.clip(tuning.PER_BURN * latest / max(burn_s, 1e-3), tuning.FEWEST_TIMES, tuning.MOST_TIMES))
     times = np.linspace(0.0, latest, count + 1)
     costs = _costs(setup, setup.units.state_from_si(coasted(setup.scenario, times)))
     padded = np.pad(costs, 1, constant_values=np.inf)
     minima = np.flatnonzero((costs <= padded[:-2]) & (costs <= padded[2:]))
-    chosen = minima[np.argsort(costs[minima], kind="stable")][:FLOWN_TIMES]
+    chosen = minima[np.argsort(costs[minima], kind="stable")][: tuning.FLOWN_TIMES]
     found = [each for each in (_law_at(setup, float(times[k])) for k in (*chosen, 0)) if each is not None]
     found.sort(key=lambda each: each[1].duration)
     if found:
@@ -141,11 +131,11 @@ def _first_of_the_best(
     setup: InsertionSetup, found: list[tuple[float, Law]], step_s: float, latest: float
 ) -> tuple[float, Law]:
     """The earliest ignition of those whose burns are as good as equal: an orbit comes back to each after a revolution."""
-    near = [each for each in found if each[1].duration <= (1.0 + LEAST_SHARE) * found[0][1].duration]
+    near = [each for each in found if each[1].duration <= (1.0 + tuning.LEAST_SHARE) * found[0][1].duration]
     converged = [_best_near(setup, each, step_s, latest) for each in near]
     shortest = min(law.duration for _, law in converged)
     return min(
-        (each for each in converged if each[1].duration <= (1.0 + SAME_SHARE) * shortest),
+        (each for each in converged if each[1].duration <= (1.0 + tuning.SAME_SHARE) * shortest),
         key=lambda each: each[0],
     )
 
@@ -159,7 +149,7 @@ def _law_at(setup: InsertionSetup, ignition_s: float, near: Law | None = None) -
         return None
     guess = near or Law((towards / size)[None], burn_time(burn, size)).of_degree(1)
     law, miss = corrected(burn, setup.target, guess, iterations=20)
-    return (ignition_s, law) if miss <= REACHED else None
+    return (ignition_s, law) if miss <= tuning.REACHED else None
 
 
 def _best_near(
@@ -167,7 +157,7 @@ def _best_near(
 ) -> tuple[float, Law]:
     """The shortest burn by steps that shrink, of laws each corrected from the best."""
     best = at
-    while step_s > CLOSE_ENOUGH_S:
+    while step_s > tuning.CLOSE_ENOUGH_S:
         for tried in (best[0] - step_s, best[0] + step_s):
             found = _law_at(setup, tried, best[1]) if 0.0 <= tried <= latest else None
             if found is not None and found[1].duration < best[1].duration:

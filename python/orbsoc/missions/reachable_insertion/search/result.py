@@ -11,12 +11,13 @@ from orbsoc.guidance.powered_flight import Trajectory
 from orbsoc.guidance.scp import ExitReason, Iteration, Outcome
 from orbsoc.orbit import Elements
 
+from .. import tuning
 from ..model.problems import Iterate
 from ..model.proof import Proof
 from ..scenario import Scenario
 from ..starts.directions import Start
-from ..targets.any_target import AnyTarget
-from ..tuning import SLACK_LEFT
+from ..starts.steering_law import Law, through
+from ..targets.target import Target
 from ..verification import Verification
 from .setup import InsertionSetup
 
@@ -69,6 +70,12 @@ class Attempt:
         return self.outcome.iterate.trajectory
 
     @property
+    def law(self) -> Law:
+        """The interpolant of its thrust."""
+        arc = self.trajectory
+        return through(arc.grid, arc.controls, arc.duration)
+
+    @property
     def nodes(self) -> int:
         return self.trajectory.grid.size
 
@@ -85,7 +92,7 @@ class Attempt:
     def is_near(self) -> bool:
         """Whether its sequence ended near the target orbit."""
         near = (ExitReason.CONVERGED, ExitReason.MAX_ITERATIONS, ExitReason.INFEASIBLE)
-        return self.outcome.reason in near and self.violation <= SLACK_LEFT
+        return self.outcome.reason in near and self.violation <= tuning.SLACK_LEFT
 
     @property
     def on_the_way(self) -> Attempt:
@@ -168,7 +175,7 @@ class SearchResult:
         return self.setup.scenario
 
     @property
-    def target(self) -> AnyTarget:
+    def target(self) -> Target:
         return self.setup.target
 
     @property

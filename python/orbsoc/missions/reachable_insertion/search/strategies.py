@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
+from .. import tuning
 from ..starts.directions import Start
-from ..tuning import MOST_FLOWN
 from .burns import (
     cold_start,
     constant_directions,
@@ -101,7 +101,7 @@ STRATEGIES = (
     ),
     *(
         each
-        for number in range(1, MOST_FLOWN + 1)
+        for number in range(1, tuning.MOST_FLOWN + 1)
         for each in (
             Strategy(
                 "a law flown onto the orbit",

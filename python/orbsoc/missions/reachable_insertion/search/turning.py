@@ -15,31 +15,12 @@ import numpy as np
 
 from orbsoc.guidance.scp import ExitReason, Outcome
 
+from .. import tuning
 from ..model.attitude_rate import RateBound, peak_rate
 from ..model.problems import Iterate
 from ..starts.directions import Start
-from ..starts.steering_law import grid_resolves, through, unit_on
+from ..starts.steering_law import grid_resolves, unit_on
 from ..targets.rows import Row
-from ..tuning import (
-    CLOSE,
-    COARSE,
-    FASTER,
-    FEWEST_NODES,
-    FIRST,
-    FIRST_PRICE,
-    GROWTH,
-    HIGHEST_PRICE,
-    LOOSE,
-    MARGIN,
-    MOST_IDLE,
-    MOST_TRIED,
-    QUICK_RULES,
-    QUICK_STEPS,
-    REACHED,
-    ROUNDS,
-    TOO_FAST,
-    WORTH_A_GRID,
-)
 from .burns import nodes_that_follow
 from .result import Attempt, Claim, SearchResult, Standing
 from .run import Findings, Search, fly_and_verify, verified
@@ -87,27 +68,31 @@ def quick_turn(search: Search, result: SearchResult) -> Iterator[Attempt]:
     best = result.best
     setup, arc = result.setup.unbounded.at(best.ignition_s), best.trajectory
     method = setup.scenario.method
-    most = min(QUICK_RULES.max_iterations, search.rules.max_iterations)
-    search = replace(search, rules=replace(QUICK_RULES, max_iterations=most))
-    nodes = min(int(np.ceil(GROWTH * method.nodes)), max(FEWEST_NODES, int(COARSE * method.max_nodes)))
+    most = min(tuning.QUICK_RULES.max_iterations, search.rules.max_iterations)
+    search = replace(search, rules=replace(tuning.QUICK_RULES, max_iterations=most))
+    nodes = min(
+        int(np.ceil(tuning.GROWTH * method.nodes)),
+        max(tuning.FEWEST_NODES, int(tuning.COARSE * method.max_nodes)),
+    )
     slow = 2.0 * peak_rate(arc.grid, arc.controls) / arc.duration
-    low, high, rate = slow, np.inf, FIRST * slow
+    low, high, rate = slow, np.inf, tuning.FIRST * slow
     reference = setup.resampled(best.iterate, min(nodes, method.max_nodes))
-    for tried in range(MOST_TRIED):
+    for tried in range(tuning.MOST_TRIED):
         made, _price = yield from _at_rate(search, setup, reference, rate, QUICK, claim=Claim.FAST_TURN)
         attempt = made.on_the_way
         if made.is_near:
             reference = made.iterate
-            if _finest_grid_resolves(setup, reference):
-                attempt = yield from _finished(setup, made, steps=QUICK_STEPS)
+            allowed = setup.scenario.verification.thrust_excess
+            if grid_resolves(made.law, method.max_nodes, allowed):  # before it is corrected in flight
+                attempt = yield from _finished(setup, made, steps=tuning.QUICK_STEPS)
         yield attempt
         if result.rank(attempt) < result.rank(best):
             best, low = attempt, rate
         else:
             high = rate
-        if high < CLOSE * low or (tried == MOST_IDLE and best is result.best):
+        if high < tuning.CLOSE * low or (tried == tuning.MOST_IDLE and best is result.best):
             return
-        rate = FASTER * low if high == np.inf else float(np.sqrt(low * high))
+        rate = tuning.FASTER * low if high == np.inf else float(np.sqrt(low * high))
 
 
 def _kept(setup: InsertionSetup, free: Attempt) -> Attempt | None:
@@ -142,11 +127,11 @@ def _on_grids(search: Search, setup: InsertionSetup, reference: Iterate, *, refi
             return
         reference, is_verified = ended
         aim = _aim(setup, reference)
-        converged = is_verified and last is not None and last - aim < WORTH_A_GRID * abs(last)
+        converged = is_verified and last is not None and last - aim < tuning.WORTH_A_GRID * abs(last)
         if converged or not refine or nodes == method.max_nodes:
             return
         last = aim if is_verified else None
-        nodes = min(method.max_nodes, int(np.ceil(GROWTH * nodes)))
+        nodes = min(method.max_nodes, int(np.ceil(tuning.GROWTH * nodes)))
 
 
 def _on_grid(
@@ -155,9 +140,9 @@ def _on_grid(
     """The burn on one grid, and whether its flight confirms it; None where the bound and the target do not go together."""
     bound = setup.rate_bound
     assert bound is not None
-    share, price = 1.0 - MARGIN, 0.0
+    share, price = 1.0 - tuning.MARGIN, 0.0
     ended: tuple[Iterate, bool] | None = None
-    for _ in range(ROUNDS):
+    for _ in range(tuning.ROUNDS):
         made, price = yield from _at_rate(search, setup, reference, share * bound, TURNING, price=price)
         reference = made.iterate
         if not made.is_near:
@@ -172,9 +157,9 @@ def _on_grid(
         ended = reference, found.verified
         if faster <= 1.0:
             return ended
-        if faster > TOO_FAST:
+        if faster > tuning.TOO_FAST:
             return None
-        share *= (1.0 - MARGIN) / faster
+        share *= (1.0 - tuning.MARGIN) / faster
     return ended
 
 
@@ -196,9 +181,9 @@ def _at_rate(
         return search.sequence(within, whole, note, start=start, firm=True, claim=claim)
 
     made = turning(reference, price)
-    while _is_loose(made) and made.is_near and price < HIGHEST_PRICE:
+    while _is_loose(made) and made.is_near and price < tuning.HIGHEST_PRICE:
         yield made.on_the_way
-        price = max(FIRST_PRICE, 4.0 * price)
+        price = max(tuning.FIRST_PRICE, 4.0 * price)
         made = turning(made.iterate, price)
     return made, price
 
@@ -208,10 +193,8 @@ def _finished(setup: InsertionSetup, attempt: Attempt, *, steps: int | None = No
     flown = replace(attempt, verification=fly_and_verify(setup, attempt.iterate))
     if setup.scenario.problem != "min_time" or flown.verified:
         return flown
-    arc = attempt.trajectory
-    law = through(arc.grid, arc.controls, arc.duration)
-    nodes = max(attempt.nodes, nodes_that_follow(setup, law))
-    unit = unit_on(setup.burn, setup.target, law, nodes, REACHED, steps=steps)
+    nodes = max(attempt.nodes, nodes_that_follow(setup, attempt.law))
+    unit = unit_on(setup.burn, setup.target, attempt.law, nodes, tuning.REACHED, steps=steps)
     if unit is None:
         return flown
     yield attempt.on_the_way
@@ -222,14 +205,7 @@ def _finished(setup: InsertionSetup, attempt: Attempt, *, steps: int | None = No
 
 
 def _is_loose(attempt: Attempt) -> bool:
-    return float(np.linalg.norm(attempt.trajectory.controls, axis=1).min()) < 1.0 - LOOSE
-
-
-def _finest_grid_resolves(setup: InsertionSetup, iterate: Iterate) -> bool:
-    """Whether the finest grid follows the directions of a burn, before they are corrected in flight."""
-    arc, scenario = iterate.trajectory, setup.scenario
-    law = through(arc.grid, arc.controls, arc.duration)
-    return grid_resolves(law, scenario.method.max_nodes, scenario.verification.thrust_excess)
+    return float(np.linalg.norm(attempt.trajectory.controls, axis=1).min()) < 1.0 - tuning.LOOSE
 
 
 def _aim(setup: InsertionSetup, iterate: Iterate) -> float:

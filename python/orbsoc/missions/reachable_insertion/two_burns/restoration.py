@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..targets.any_target import AnyTarget
+from ..targets.target import Target
 from .flight import LowestPoint, Sensitivities, ends_of, lowest_point, sensitivities
 from .limits import Limits
 from .motion import Motion, lowest_of
@@ -32,7 +32,7 @@ LONGEST_STEP = 0.5
 """Of a direction, of the logarithm of a duration, and of a coast."""
 
 
-def missed(target: AnyTarget, end: Array) -> float:
+def missed(target: Target, end: Array) -> float:
     """The largest of the conditions at an end state (6,)."""
     return float(np.abs(target.conditions(end[None])).max())
 
@@ -53,7 +53,7 @@ class Restored:
         return self.miss <= REACHED
 
 
-def restored(motion: Motion, target: AnyTarget, limits: Limits, transfer: Transfer) -> Restored:
+def restored(motion: Motion, target: Target, limits: Limits, transfer: Transfer) -> Restored:
     """The transfer moved onto the orbit as far as that goes, and slowed down where it turns too fast."""
     transfer = limits.clipped(transfer.directed)
     if limits.rate is None:
@@ -66,7 +66,7 @@ def restored(motion: Motion, target: AnyTarget, limits: Limits, transfer: Transf
     return replace(found, miss=np.inf)
 
 
-def _corrected(motion: Motion, target: AnyTarget, limits: Limits, transfer: Transfer) -> Restored:
+def _corrected(motion: Motion, target: Target, limits: Limits, transfer: Transfer) -> Restored:
     held = False
     for last in range(ITERATIONS + 1):
         found = sensitivities(motion, transfer)
@@ -97,7 +97,7 @@ def _corrected(motion: Motion, target: AnyTarget, limits: Limits, transfer: Tran
 
 def _best_share(
     motion: Motion,
-    target: AnyTarget,
+    target: Target,
     limits: Limits,
     transfer: Transfer,
     step: Array,

@@ -120,9 +120,7 @@ def proof_for_two_burns(ready: InsertionSetup) -> Proof | None:
     burn, scenario = ready.burn, ready.scenario.burn
     coasts = 2 if scenario.ignition == "free" else 1
     drift = coasts * OBLATE_COAST if scenario.coast_j2 else 0.0
-    return proof_of_infeasibility(
-        burn, ready.target, burn.longest, whole_orbit=True, coasts=True, drift=drift
-    )
+    return proof_of_infeasibility(burn, ready.target, burn.longest, coasts=True, drift=drift)
 
 
 def limits_of(ready: InsertionSetup) -> Limits:

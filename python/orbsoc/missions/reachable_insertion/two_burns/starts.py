@@ -22,8 +22,8 @@ from orbsoc.orbit import (
     state_from_elements,
 )
 
-from ..targets.any_target import AnyTarget
 from ..targets.free_target import FreeTarget
+from ..targets.target import Target
 from ..targets.target_orbit import TargetOrbit
 from .impulses import COARSE, FINE, Impulses, Rules, cheapest
 from .limits import Limits
@@ -43,13 +43,17 @@ PERIGEES = 6
 LEAST_COAST = 1e-3
 
 
-def guesses(motion: Motion, target: AnyTarget, limits: Limits) -> list[Impulses]:
+def guesses(motion: Motion, target: Target, limits: Limits) -> list[Impulses]:
     """The cheapest pairs of impulses, best first, that burns can be made of within the limits.
 
     The first orbit is that of the coast; the transfers are two-body orbits.
     """
     burn = motion.burn
-    whole = [target] if isinstance(target, TargetOrbit) else list(_completed(burn, target))
+    if isinstance(target, FreeTarget):
+        whole = list(_completed(burn, target))
+    else:
+        assert isinstance(target, TargetOrbit)
+        whole = [target]
     latest = limits.ignition + 0.5 * limits.burning
     turns = revolutions(motion, latest)
     fine = len(whole) == 1 and turns <= MANY

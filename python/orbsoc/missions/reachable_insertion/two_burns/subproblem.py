@@ -24,7 +24,7 @@ from orbsoc.conic.problem import Problem
 from orbsoc.guidance.powered_flight import stored
 
 from ..model.attitude_rate import add_turns, slope_matrix
-from ..targets.any_target import AnyTarget
+from ..targets.target import Target
 from .flight import CutOff, LowestPoint, Sensitivities, sensitivities
 from .limits import SHORTEST, Limits
 from .motion import Motion
@@ -70,7 +70,7 @@ class Linearised:
 
 def problem_about(
     at: Linearised,
-    target: AnyTarget,
+    target: Target,
     limits: Limits,
     radius: float,
     bend: Array,
@@ -132,7 +132,7 @@ def _bound_turns(
     builder.nonnegative([(controls, along)], np.full(burns * nodes, 0.5 * radius**2 - 1.0))
 
 
-def _sizes(at: Linearised, target: AnyTarget) -> Array:
+def _sizes(at: Linearised, target: Target) -> Array:
     """The largest entry of each row."""
     block = target.linear_rows(at.found.end)[0]
     by_times = np.abs(block @ at.by_times(at.transfer, at.found.last)).max(axis=1)
@@ -140,12 +140,12 @@ def _sizes(at: Linearised, target: AnyTarget) -> Array:
     return np.asarray(np.maximum(by_times, by_controls))
 
 
-def multipliers(builder: ConicBuilder, solution: HasDuals, at: Linearised, target: AnyTarget) -> Array:
+def multipliers(builder: ConicBuilder, solution: HasDuals, at: Linearised, target: Target) -> Array:
     """Of the target's rows as they are, not as they were scaled."""
     return np.asarray(builder.dual(solution, ROWS) / _sizes(at, target))
 
 
-def bend_of(motion: Motion, target: AnyTarget, at: Linearised, multiplied: Array) -> Array:
+def bend_of(motion: Motion, target: Target, at: Linearised, multiplied: Array) -> Array:
     """The convex part of the second derivatives (2K, 2K) of the rows by the times, each row times its multiplier."""
     burns = len(at.transfer.coasts)
 
