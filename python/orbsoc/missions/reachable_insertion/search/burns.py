@@ -122,12 +122,14 @@ def _refined(
         reference = setup.resampled(attempt.iterate, nodes)
         note = f"refined: {attempt.verification.failures[0]}"
         made = search.sequence(setup, reference, note, soft=soft, firm=firm, start=attempt.start)
-        attempt = verified(setup, made)
+        before, attempt = attempt.verification.failures, verified(setup, made)
         moved = _corrected(setup, attempt) if firm and not attempt.verified else None
         yield attempt if moved is None else attempt.on_the_way
         if moved is not None:
             attempt = moved
             yield moved
+        if attempt.verification is not None and attempt.verification.failures == before:
+            return  # to three digits: it is not the grid that fails
 
 
 def _corrected(setup: InsertionSetup, attempt: Attempt) -> Attempt | None:

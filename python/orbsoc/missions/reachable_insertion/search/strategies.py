@@ -53,7 +53,7 @@ def _only_turns_too_fast(result: SearchResult) -> bool:
 
 
 def _may_wait(result: SearchResult) -> bool:
-    return result.scenario.burn.ignition == "free" and result.time_of_flight_s > 0.0
+    return result.scenario.burn.ignition == "free" and not result.verified
 
 
 def _may_turn_faster(result: SearchResult) -> bool:
@@ -91,6 +91,7 @@ def from_a_law(start: Start) -> tuple[Strategy, ...]:
 
 STRATEGIES = (
     NULL_BURN,
+    Strategy("a later ignition", _may_wait, _later, BEST | SMOOTH),
     Strategy("thrust along the velocity", _is_open, cold_start, BEST),
     Strategy(
         "a proof of infeasibility",
@@ -119,7 +120,6 @@ STRATEGIES = (
     ),
     Strategy("a turn within the bound", _has_a_bound_to_keep, within_bound, BEST | SMOOTH | FAST),
     TOO_QUICK,
-    Strategy("a later ignition", _may_wait, _later, BEST | SMOOTH),
     Strategy("about the fastest turn", _may_turn_faster, quick_turn, FAST),
 )
 """Each applies or not to what the ones before it found."""

@@ -77,7 +77,7 @@ def quick_turn(search: Search, result: SearchResult) -> Iterator[Attempt]:
     slow = 2.0 * peak_rate(arc.grid, arc.controls) / arc.duration
     low, high, rate = slow, np.inf, tuning.FIRST * slow
     reference = setup.resampled(best.iterate, min(nodes, method.max_nodes))
-    for _ in range(tuning.MOST_TRIED):
+    for tried in range(tuning.MOST_TRIED):
         made, _price = yield from _at_rate(search, setup, reference, rate, QUICK, claim=Claim.FAST_TURN)
         attempt = made.on_the_way
         if made.is_near:
@@ -90,7 +90,7 @@ def quick_turn(search: Search, result: SearchResult) -> Iterator[Attempt]:
             best, low = attempt, rate
         else:
             high = rate
-        if high < tuning.CLOSE * low:
+        if high < tuning.CLOSE * low or (tried == tuning.MOST_IDLE and best is result.best):
             return
         rate = tuning.FASTER * low if high == np.inf else float(np.sqrt(low * high))
 
