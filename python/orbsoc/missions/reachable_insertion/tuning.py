@@ -73,7 +73,8 @@ COARSE, FEWEST_NODES = 0.375, 6
 """Nodes of the sequence, in those of the finest grid, which needs the others to follow what is drawn between them; and no fewer."""
 CLOSE = 1.015
 """Ratio of a bound that fails to one that leads to a plan, from which on others save some 0.01 % of the burn at most."""
-MOST_TRIED = 10
+MOST_TRIED, MOST_IDLE = 10, 3
+"""Bounds, and how many more than the first may fail: the last of them is then 12 % above the smooth law's turn."""
 QUICK_RULES = Rules(step_tol=1e-5, tighten_below=1e-3, max_iterations=20)
 """The flight's correction does what is left: 17 iterations at 16 °/s end within 1e-5 of the burn that 30 lead to."""
 QUICK_STEPS = 96

@@ -9,7 +9,7 @@ from benchmarks.two_burn_missions import KINDS, transfer, unreachable_transfer
 from orbsoc.missions.reachable_insertion import PlanStatus, TwoBurnPlan, plan
 from orbsoc.missions.reachable_insertion.model.proof import proof_of_infeasibility
 from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
-from orbsoc.missions.reachable_insertion.two_burns.verdicts import verdict
+from orbsoc.missions.reachable_insertion.two_burns.verdict import verdict
 
 
 @pytest.mark.parametrize("number", range(40))

@@ -19,7 +19,7 @@ from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
 from orbsoc.missions.reachable_insertion.two_burns.flight import sensitivities
 from orbsoc.missions.reachable_insertion.two_burns.motion import Motion
 from orbsoc.missions.reachable_insertion.two_burns.search import proof_for_two_burns
-from orbsoc.missions.reachable_insertion.two_burns.verdicts import verdict
+from orbsoc.missions.reachable_insertion.two_burns.verdict import verdict
 from orbsoc.missions.reachable_insertion.two_burns.verification import verify
 from orbsoc.orbit import EARTH
 

@@ -71,10 +71,11 @@ def _directions(burn: Burn, target: Target) -> Iterator[tuple[str, Array]]:
 
 def _flown(burn: Burn, target: Target, name: str, direction: Array) -> Start:
     size = float(np.linalg.norm(impulse(burn, target)))
-    duration = max(burn_time(burn, size), 1e-3 * burn.longest)
+    shortest, least = burn_time(burn, size), 1e-3 * burn.longest
     best: tuple[float, Law] | None = None
-    tries = [(1, duration, True), (2, duration, True)]
-    tries += [(2, longer * duration, False) for longer in tuning.LONGER]
+    durations = [least] if shortest == 0.0 else [shortest] if shortest >= least else [shortest, least]
+    tries = [(degree, time, True) for time in durations for degree in (1, 2)]
+    tries += [(2, longer * durations[-1], False) for longer in tuning.LONGER]
     tries.append((2, tuning.LEFT * longest_of(burn), False))
     for degree, time, free in tries:
         if time > longest_of(burn):

@@ -10,7 +10,7 @@ import numpy as np
 from ..record.document import shared_document
 from .search import TOLERANCE, TRUST
 from .transfer_plan import TransferPlan
-from .verdicts import starts_tried, verdict, violations
+from .verdict import starts_tried, verdict, violations
 
 
 def plan_document(plan: TransferPlan) -> dict[str, Any]:
