@@ -101,7 +101,6 @@ class Case:
         return False if float((depth + change).max()) < -1e-3 else None
 
 
-
 def main() -> None:
     """Run until as many infeasible cases are judged, and print the counts."""
     parser = argparse.ArgumentParser(description=__doc__)

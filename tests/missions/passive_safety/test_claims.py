@@ -105,7 +105,7 @@ def test_what_a_second_impulse_can_just_do_is_not_proved_impossible(seed: int) -
 
 def test_a_generated_approach_that_no_first_impulse_begins_is_infeasible() -> None:
     """Deeper than its ellipse goes before it is too near: the first drift's rules alone, whatever comes later."""
-    near = narrow(start_m=-150.0).with_changes(impulses={"timing": "generated"})
+    near = narrow(start_m=-150.0).with_changes(impulses={"timing": "generated", "count": None})
     found = plan(near)
     assert found.status is PlanStatus.INFEASIBLE
     (claim,) = [line.claim for line in found.verdict.lines if line.claim is not None]
@@ -163,5 +163,7 @@ def test_no_finer_cut_is_nearer_and_an_unsafe_cut_has_a_share(seed: int) -> None
         states[:, 3:] -= (1.0 - fractions[:, None]) * programme.dv_m_s[cut.number - 1]
         dense = drift_clearance(states, n).distance_m
         assert cut.distance_m <= dense.min() + 1e-3
-        assert (cut.unsafe_share > 0.0) == (cut.distance_m < 40.0 * (1.0 - 1e-9) - 1e-6)
-        assert cut.unsafe_share == pytest.approx(float(np.mean(dense < 40.0)), abs=0.02)
+        assert cut.at_least_m is not None
+        assert cut.at_least_m <= dense.min()
+        assert (cut.unsafe_share > 0.0) == (cut.distance_m < 40.0 - 1e-3)
+        assert cut.unsafe_share == pytest.approx(float(np.mean(dense < 40.0)), abs=0.002)
