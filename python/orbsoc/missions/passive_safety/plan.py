@@ -20,6 +20,7 @@ from .model.problem import CAPTURE
 from .planner import ApproachPlan, judged, made
 from .record import messages, plan_document
 from .scenario import Scenario
+from .search.impossible import APART_S, LARGEST_M_S
 from .verification import LIMIT_M
 
 WORTH_WAITING = 0.95
@@ -88,7 +89,7 @@ def _answer(plan: Plan) -> VerdictLine:
     if found is None or plan.programme is None:
         claim = None
         if plan.status is PlanStatus.INFEASIBLE:
-            claim = Claim(Kind.PROVED, "no programme", _class(plan), "an infeasibility certificate")
+            claim = Claim(Kind.PROVED, "no programme", _class(plan), _proof(plan))
         return VerdictLine(Question.ANSWER, word, shortened(plan.message), claim=claim)
     if plan.status is PlanStatus.VERIFIED:
         spent = plan.programme.words
@@ -158,8 +159,24 @@ def _optimum(plan: Plan) -> VerdictLine | None:
 
 def _class(plan: Plan) -> str:
     """Of which programmes a bound of the plan's problem speaks."""
-    times = "any times" if plan.timed is not None and plan.timed.primer is not None else "these times"
+    timed = plan.timed
+    times = "any times" if timed is not None and timed.primer is not None else "these times"
+    if timed is not None and timed.nowhere is not None:
+        generated = plan.scenario.impulses.timing == "generated"
+        others = "others at any times" if generated else "others equally spaced after it"
+        times = (
+            f"0 s and, the second, any time more than {APART_S:g} s from the first and from the end, {others},"
+            f" no component above {LARGEST_M_S:g} m/s"
+        )
     return f"impulses at {times}, by the linear model with every condition of the scenario"
+
+
+def _proof(plan: Plan) -> str:
+    """Of what is infeasible."""
+    found = None if plan.timed is None else plan.timed.nowhere
+    if found is None:
+        return "an infeasibility certificate"
+    return f"certificates for all of {found.pieces} pieces of the interval, {found.solves} conic problems"
 
 
 def _safety(plan: Plan) -> VerdictLine | None:
