@@ -73,9 +73,9 @@ def details(plan: PhasingPlan) -> str:
 
 def _certificates(plan: PhasingPlan) -> dict[str, Any]:
     """The dual bound of the last linearisation, over all instants, and the largest primer."""
-    if plan.descended is None or not plan.descended.last.rounds:
+    last = plan.bounded
+    if last is None:
         return {}
-    last = plan.descended.last
     bound = last.lower_bound
     return {
         "optimum": {"bound": bound, "gap": last.rounds[-1].cost - bound},

@@ -17,7 +17,7 @@ from orbsoc.conic.builder import ConicBuilder
 from orbsoc.conic.named_rows import HasDuals
 from orbsoc.conic.solution import Status
 from orbsoc.guidance.impulses import Generated, Impulses, generate
-from orbsoc.guidance.scp import ExitReason, Iteration, Outcome, Proposal, Solve, TrustRules, trust_region
+from orbsoc.guidance.scp import Iteration, Outcome, Proposal, Solve, TrustRules, trust_region
 
 from ..model.approach import Approach, Roll
 from ..model.uncertain import Chance
@@ -31,7 +31,7 @@ MISSED_BY_M_S_M = 0.1
 RULES = TrustRules(radius=1e3)
 """Of velocity changes, m/s."""
 PROVED = 1e-6
-"""Gap of the last linearisation beyond which a descent does not count as converged."""
+"""Gap of the last linearisation up to which its bound counts as met; beyond, the impulses are the best found."""
 TOLERANCE, USABLE = 1e-10, 1e-8
 """Asked of every solve, and what a solver that stops short of it may leave."""
 GAP = 1e-9
@@ -120,6 +120,8 @@ class Descended:
     approach: Approach
     outcome: Outcome[Roll]
     last: Generated
+    flights: int
+    """About how many it was linearised."""
 
     @property
     def roll(self) -> Roll:
@@ -174,11 +176,7 @@ def descend(
     outcome = trust_region(
         start, propose, lambda roll: approach.restore(roll.dv_m_s), merit, rules=rules, callback=callback
     )  # fmt: skip
-    gap = generated[-1].gap if generated else float("nan")
-    if outcome.reason is ExitReason.CONVERGED and not gap <= PROVED:
-        message = f"{outcome.message}; but its dual bound is {gap:.1e} of the cost below it: not proved to be the least"
-        outcome = replace(outcome, reason=ExitReason.MAX_ITERATIONS, message=message)
-    return Descended(approach, outcome, generated[-1])
+    return Descended(approach, outcome, generated[-1], len(generated))
 
 
 def spread(onto: Approach, roll: Roll, times_s: Array) -> Roll | None:
