@@ -136,7 +136,7 @@ def _optimum(plan: Plan) -> VerdictLine | None:
         "the dual objective of the last conic problem, divided by its largest primer at the instants",
         last.gap,
     )
-    open_ = "" if claim.kind is Kind.BOUND else f"{last.gap:.0e} of the cost is open"
+    open_ = "" if claim.kind is Kind.BOUND else f"gap {last.gap:.0e}"
     return VerdictLine.of_claim(Question.OPTIMUM, claim, evidence=open_)
 
 

@@ -15,11 +15,13 @@ from orbsoc.guidance.scp import ExitReason, Iteration, Solve
 from orbsoc.orbit import PropagationError
 
 from .dispersion.replanning import Surprised, surprise
-from .model.approach import Approach, Roll, approach_between
+from .model.approach import Approach, Roll, approach_between, departing
 from .model.uncertain import Chance, Meeting, meeting
 from .scenario import Scenario
 from .search.descent import PROVED, Descended, descend, spread
+from .search.drift import DriftSearch, Transfer
 from .search.first_guess import Phasing, plan_phasing, shoot
+from .search.refine import refine
 from .verification.finite import FiniteBurns, finite_burns
 from .verification.flight import Flight, fly
 
@@ -110,7 +112,7 @@ class PhasingPlan:
     status: PlanStatus
     exit_reason: ExitReason
     message: str
-    phasing: Phasing | None = None
+    phasing: Phasing | Transfer | None = None
     scheme: Roll | None = None
     descended: Descended | None = None
     programme: ImpulseProgramme | None = None
@@ -153,6 +155,8 @@ def made(
 
 
 def _planned(scenario: Scenario, solve: Solve, callback: Callable[[Iteration], None] | None) -> PhasingPlan:
+    if scenario.window.revolutions is None:
+        return _looked_for(scenario, solve, callback)
     phasing = plan_phasing(scenario)
     by_paper = scenario.scheme == "paper"
     approach, scheme = shoot(scenario, phasing, trim=not by_paper)
@@ -175,7 +179,29 @@ def _planned(scenario: Scenario, solve: Solve, callback: Callable[[Iteration], N
         return PhasingPlan(
             scenario, PlanStatus.INFEASIBLE, reason, forbidden.claim, phasing, scheme, forbidden=forbidden
         )
-    found = descend(fine, start, solve=solve, callback=callback)
+    return _concluded(scenario, phasing, scheme, descend(fine, start, solve=solve, callback=callback))
+
+
+def _looked_for(
+    scenario: Scenario, solve: Solve, callback: Callable[[Iteration], None] | None
+) -> PhasingPlan:
+    """By a search over revolutions and dates in mean elements, then in the true motion from the best of it."""
+    transfer = DriftSearch(scenario, solve).find()
+    found = None
+    if transfer is not None:
+        departed = departing(scenario, transfer.start_s, transfer.end_s)
+        found = refine(departed, transfer, solve=solve, callback=callback)
+    if found is None:
+        what = "in mean elements" if transfer is None else "near the best in mean elements"
+        message = f"no flight that meets the target was found {what}"
+        return PhasingPlan(scenario, PlanStatus.NOT_FOUND, ExitReason.MAX_ITERATIONS, message, transfer)
+    return _concluded(scenario, transfer, None, found)
+
+
+def _concluded(
+    scenario: Scenario, phasing: Phasing | Transfer | None, scheme: Roll | None, found: Descended
+) -> PhasingPlan:
+    """What a descent comes to."""
     outcome = found.outcome
     planned = PhasingPlan(
         scenario, PlanStatus.NOT_FOUND, outcome.reason, outcome.message, phasing, scheme, found
@@ -187,7 +213,7 @@ def _planned(scenario: Scenario, solve: Solve, callback: Callable[[Iteration], N
         return replace(planned, message=f"flights tried: {found.flights}; {why}")
     if outcome.reason is ExitReason.SUBPROBLEM_FAILED:
         return replace(planned, status=PlanStatus.FAILED)
-    return _flown(planned, fine, found.roll)
+    return _flown(planned, found.approach, found.roll)
 
 
 def _forbidden(approach: Approach) -> Claim | None:
@@ -209,7 +235,7 @@ def _flown(planned: PhasingPlan, approach: Approach, roll: Roll) -> PhasingPlan:
     """With its flight, which makes it verified where the engine can fly it and the chance that was asked for is met; how
     near to the optimum it is does not count."""
     programme = approach.programme(roll)
-    flight, analysis = fly(planned.scenario, programme, approach.end_s), Analysis(approach, roll)
+    flight, analysis = fly(approach.scenario, programme, approach.end_s), Analysis(approach, roll)
     good = not flight.failures and not analysis.too_weak and not analysis.missed
     status = PlanStatus.VERIFIED if good else PlanStatus.NOT_VERIFIED
     return replace(planned, status=status, programme=programme, verification=flight, analysis=analysis)
@@ -218,12 +244,19 @@ def _flown(planned: PhasingPlan, approach: Approach, roll: Roll) -> PhasingPlan:
 def judged(scenario: Scenario, programme: ImpulseProgramme) -> PhasingPlan:
     """A programme made elsewhere, flown to the scenario's meeting; nothing is solved. Its times are those of the scenario, its
     velocity changes in the chaser's (R, T, N). Raises ScenarioError for an impulse outside the scenario's time."""
-    phasing = plan_phasing(scenario)
+    window = scenario.window
+    if window.revolutions is None and window.start_s is not None and window.end_s is not None:
+        departed, end_s, phasing = departing(scenario, window.start_s, window.end_s), window.end_s, None
+    else:
+        phasing = plan_phasing(scenario)
+        departed, end_s = scenario, phasing.end_s
     for t in programme.times_s[[0, -1]]:
-        if not scenario.chaser.epoch_s <= t <= phasing.end_s:
-            allowed = f"must lie within chaser.epoch_s = {scenario.chaser.epoch_s:g} and the meeting at {phasing.end_s:g}"
+        if not departed.chaser.epoch_s <= t <= end_s:
+            allowed = (
+                f"must lie within chaser.epoch_s = {departed.chaser.epoch_s:g} and the meeting at {end_s:g}"
+            )
             raise ScenarioError(scenario.name, [Complaint("impulses, time_s", f"{t:g}", allowed)])
-    flight = fly(scenario, programme, phasing.end_s)
+    flight = fly(departed, programme, end_s)
     status = PlanStatus.NOT_VERIFIED if flight.failures else PlanStatus.VERIFIED
     message = f"{len(programme)} impulses as given; nothing was solved"
     return PhasingPlan(

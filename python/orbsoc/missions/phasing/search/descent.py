@@ -68,9 +68,9 @@ class PhasingImpulses(Impulses):
         self.approach = approach
         self._to_end = roll.to_end
         self.cost("norms")
-        scale = np.abs(roll.to_end[:, :, 3:]).max(axis=(0, 2))
-        self._rows = np.diag(1.0 / scale)
-        self.meet(end_s, self._rows @ -roll.miss, matrix=self._rows, name=MEET)
+        scale = np.abs(roll.rows @ roll.to_end[:, :, 3:]).max(axis=(0, 2))
+        self._rows = roll.rows / scale[:, None]
+        self.meet(end_s, -roll.off / scale, matrix=self._rows, name=MEET)
         at = np.array([motion.index[float(t)] for t in self.times_s])
         if approach.scenario.window.normal_first and at[0] == 0:
             flat = approach.axes(roll, 0)[:2]
@@ -93,8 +93,11 @@ class PhasingImpulses(Impulses):
 
     def primer_vectors(self, solution: HasDuals) -> Array:
         """At every instant of the approach, (K, 3), inertial."""
-        pull = -self._rows.T @ self.builder.dual(solution, MEET)
-        return np.asarray(np.einsum("kij,i->kj", self._to_end[:, :, 3:], pull))
+        return np.asarray(np.einsum("kij,i->kj", self._to_end[:, :, 3:], self.pull(solution)))
+
+    def pull(self, solution: HasDuals) -> Array:
+        """What the end's state costs, (6,), or its coordinates where they are the state: the derivatives of the cost."""
+        return np.asarray(-self._rows.T @ self.builder.dual(solution, MEET))
 
     def primer_size(self, solution: HasDuals, times_s: ArrayLike) -> Array:
         """At instants of the approach, (K,); of the first one out of the plane, if it may not leave that direction."""
@@ -170,7 +173,7 @@ def descend(
         dv = found.impulses.flown(found.solution)
         dv[np.linalg.norm(dv, axis=1) < 1e-7 * found.solution.objective] = 0.0
         distance = float(np.linalg.norm(dv - roll.dv_m_s))
-        moved = Roll(dv, roll.states, roll.to_end, roll.miss)
+        moved = replace(roll, dv_m_s=dv)
         return Proposal(moved, found.solution.objective, distance, solved)
 
     outcome = trust_region(
