@@ -1,8 +1,8 @@
 // Moves words between memory (through the core's coherent port) and the engine's memories, by a list of descriptors in memory:
 //   word 0: bits 0-31 address in memory, 32-63 address at the engine
 //   word 1: bits 0-31 beats of 64 bits, bit 32: 1 from the engine to memory
-// Bursts have at most 16 beats, and are not cut by boundaries of 4 KiB: lists are aligned so (software's duty). A burst is read whole
-// before it is written; the next is read meanwhile. An error on a bus ends the list.
+// Bursts have at most 16 beats and cross no boundary of 128 bytes. A burst is read whole before it is written; the next is read
+// meanwhile. An error on a bus ends the list.
 module soc_dma (
     input logic clock,
     input logic reset,
@@ -32,8 +32,9 @@ module soc_dma (
   logic [63:0] queue[ROOM];
   logic [5:0] held, promised;  // promised: asked for and not yet taken out
   logic [4:0] in_at, out_at;
-  wire [31:0] read_beats = to_read > BURST ? BURST : to_read;
-  wire [31:0] write_beats = to_write > BURST ? BURST : to_write;
+  wire [31:0] read_room = BURST - 32'(source[6:3]), write_room = BURST - 32'(target[6:3]);
+  wire [31:0] read_beats = to_read > read_room ? read_room : to_read;
+  wire [31:0] write_beats = to_write > write_room ? write_room : to_write;
   logic reading, writing, sent;
   logic [4:0] write_left;
   wire moving = state == MOVE;
