@@ -92,6 +92,13 @@ static void load(pattern_t pattern, const orbsoc_numbers *given, const orbsoc_sc
   }
 }
 
+/* The data as they are before equilibration, in the buffers that it writes. */
+void orbsoc_load_given(const orbsoc_solver *solver) {
+  orbsoc_real *const *b = solver->buffer;
+  const orbsoc_scaled out = {b[ORBSOC_P], b[ORBSOC_A], b[ORBSOC_G], b[ORBSOC_Q], NULL, NULL, NULL};
+  load(solver->pattern, &solver->numbers, &out);
+}
+
 /* All rows of a second-order cone have its largest norm. */
 static void join_cones(pattern_t pattern, orbsoc_real *norms) {
   size_t start = (size_t)pattern->n + pattern->p + pattern->l;

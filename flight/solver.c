@@ -152,6 +152,10 @@ orbsoc_error orbsoc_open(orbsoc_solver *solver, const orbsoc_pattern *pattern,
                   (pattern->given_m == 0u ? 32u : 0u);
   solver->ask = NULL;
   solver->context = NULL;
+  solver->partition = NULL;
+  solver->away = 0;
+  solver->loaded = 0;
+  solver->event = 0;
   orbsoc_begin(solver, ATTEMPT_COLD);
   return ORBSOC_OK;
 }
