@@ -1,4 +1,5 @@
-// Runs a program on the whole computer: soc +image=FILE RATIO LATENCY [LIMIT]. The program's console is the output. RATIO is core clocks a clock of the engine, from 1, fractions allowed. Ends at the program's exit code (the run's own),
+// Runs a program on the whole computer: soc +image=FILE RATIO LATENCY [LIMIT]. The program's console is the output;
+// lines "@CLOCKS" say how far the run is. RATIO is core clocks a clock of the engine, from 1, fractions allowed. Ends at the program's exit code (the run's own),
 // or after LIMIT core clocks with 124.
 #include <cstdint>
 #include <cstdio>
@@ -20,8 +21,9 @@ int main(int count, char **arguments) {
   top.latency = uint16_t(std::atoi(arguments[3]));
 
   // Edge k of the engine's clock is at the core's edge ceil(k ratio).
-  uint64_t clocks = 0, edges = 0, pl_busy = 0;
+  uint64_t clocks = 0, edges = 0;
   int code = -1;
+  bool line_open = false;
   top.reset = 1;
   for (; code < 0 && clocks < limit; ++clocks) {
     const bool tick = double(clocks) >= double(edges) * ratio;
@@ -33,17 +35,15 @@ int main(int count, char **arguments) {
     top.eval();
     if (!top.reset) {
       if (top.console_valid) std::putchar(top.console_byte);
-      if (top.console_valid && top.console_byte == '\n') std::fflush(stdout);
+      if (top.console_valid) line_open = top.console_byte != '\n';
+      if (clocks % (1 << 18) == 0 && !line_open) std::printf("@%llu\n", (unsigned long long)clocks), std::fflush(stdout);
       if (top.exit_valid) code = int(top.exit_code & 0xff);
-      pl_busy += tick && top.pl_busy;
     }
     top.clock = 1;
     top.pl_clock = tick;
     top.eval();
   }
   std::fflush(stdout);
-  std::fprintf(stderr, "core clocks %llu, clocks of the engine %llu, busy %llu\n", (unsigned long long)clocks,
-               (unsigned long long)edges, (unsigned long long)pl_busy);
   top.final();
   return code < 0 ? 124 : code;
 }

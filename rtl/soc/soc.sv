@@ -20,8 +20,7 @@ module soc #(
     output logic console_valid,
     output logic [7:0] console_byte,
     output logic exit_valid,
-    output logic [31:0] exit_code,
-    output logic pl_busy
+    output logic [31:0] exit_code
 );
   soc_axi main (), device (), coherent ();
 
@@ -54,6 +53,11 @@ module soc #(
       .below(parts)
   );
 
+  logic [63:0] engine_clocks;
+  always_ff @(posedge clock)
+    if (reset) engine_clocks <= '0;
+    else if (tick && engine.busy) engine_clocks <= engine_clocks + 1'b1;
+
   logic [31:0] descriptor;
   logic [15:0] descriptors;
   logic dma_start, dma_clear, dma_busy, dma_refused;
@@ -70,7 +74,8 @@ module soc #(
       .start(dma_start),
       .clear(dma_clear),
       .busy(dma_busy),
-      .refused(dma_refused)
+      .refused(dma_refused),
+      .engine_clocks(engine_clocks)
   );
   soc_axi moved (), shared (), words (), lite ();
   soc_dma dma (
@@ -177,5 +182,4 @@ module soc #(
       .s_axi_rresp(words.rresp),
       .s_axi_rlast(words.rlast)
   );
-  assign pl_busy = engine.busy;
 endmodule

@@ -2,6 +2,7 @@
 //   0x1000_0000  ROM            0x1100_0000  console, a byte a write      0x1100_0008  exit code: the run ends
 //   0x1100_0010  first descriptor's address      0x1100_0018  descriptors to do; a write starts them
 //   0x1100_0020  STATUS of the DMA: bit 0 busy, bit 1 a bus refused; a write clears bit 1 and the interrupt
+//   0x1100_0028  clocks in which the engine was busy, since reset
 module soc_board (
     input logic clock,
     input logic reset,
@@ -15,7 +16,8 @@ module soc_board (
     output logic start,
     output logic clear,
     input logic busy,
-    input logic refused
+    input logic refused,
+    input logic [63:0] engine_clocks
 );
   // li t0, 1; slli t0, t0, 31; jr t0
   localparam logic [63:0] JUMP = 64'h01f2_9293_0010_0293, TO_MEMORY = 64'h0000_0000_0002_8067;
@@ -36,7 +38,9 @@ module soc_board (
   assign clear = on_board && place == 8'h20;
   always_ff @(posedge clock) if (on_board && place == 8'h10) descriptor <= write_word[31:0];
 
-  assign read_word = read_address[31:24] == 8'h11 ? {62'd0, refused, busy} : read_address[3] ? TO_MEMORY : JUMP;
+  always_comb
+    if (read_address[31:24] == 8'h11) read_word = read_address[3] ? engine_clocks : {62'd0, refused, busy};
+    else read_word = read_address[3] ? TO_MEMORY : JUMP;
   soc_port port (
       .clock(clock),
       .reset(reset),

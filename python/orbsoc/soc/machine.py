@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from orbsoc.rtl.validation import SEQUENCERS, Engine, Format
+from orbsoc.hw.schedules import Engine
+from orbsoc.rtl.validation import SEQUENCERS, Format, RtlError
 
 REGISTERS, MEMORIES = 0x2000_0000, 0x3000_0000
 """Where the core sees the engine's two ports (rtl/soc/soc.sv)."""
@@ -16,7 +17,7 @@ _SMALLEST = {"LANES": 1, "BANKS": 4, "ADDRESS_BITS": 4, "CODE_BITS": 4}
 """An engine for the core alone: it is there and never launched."""
 
 
-class SocError(RuntimeError):
+class SocError(RtlError):
     """A computer that does not build, or a run that does not end as it should."""
 
 
@@ -47,7 +48,13 @@ class Machine:
     def run(self, image: Path, *, ratio: float, latency: int, limit: int | None = None) -> Iterator[str]:
         """The lines of the program's console, as they come. `ratio`: core clocks a clock of the engine, from 1; `latency` of
         memory in core clocks; `limit` on core clocks. Raises SocError when the program fails or the limit is met."""
-        command = [str(self.harness), f"+image={image}", repr(ratio), str(latency), *([str(limit)] if limit else [])]
+        command = [
+            str(self.harness),
+            f"+image={image}",
+            repr(ratio),
+            str(latency),
+            *([str(limit)] if limit else []),
+        ]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         assert process.stdout is not None
         try:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import shutil
 import subprocess
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,8 @@ import numpy as np
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.flight.export import export_c
-from orbsoc.rtl.validation import Engine, Format
+from orbsoc.hw.schedules import Engine
+from orbsoc.rtl.validation import Format
 
 from .machine import MEMORIES, REGISTERS, SocError
 
@@ -52,22 +54,39 @@ def compiled(
     """The flight code for a problem with its self-test, compiled; kept in `cache`. Raises SocError without a compiler,
     and what `export_c` raises."""
     if shutil.which(COMPILER) is None:
-        raise SocError(f"{COMPILER} is not installed: apt-get install gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf")
+        raise SocError(
+            f"{COMPILER} is not installed: apt-get install gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf"
+        )
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) / "program"
-        export_c(problem, folder, settings=settings, fp=engine.fp, **({"partition": partition, "engine": engine, "form": form} if partition else {}))
+        export_c(
+            problem, folder, settings=settings, fp=engine.fp, partition=partition, engine=engine, form=form
+        )
         on_pl = (folder / "pl_program.c").is_file()
         sources = sorted(folder.glob("*.c")) + sorted(folder.glob("*/*.c"))
-        board = [rtl / "soc" / "program" / name for name in ("start.S", "console.c", "counts.c", *(("dma.c", "device_counts.c") if on_pl else ()))]
+        board = [
+            rtl / "soc" / "program" / name
+            for name in ("start.S", "console.c", "counts.c", *(("dma.c", "device_counts.c") if on_pl else ()))
+        ]
         key = _digest([*sources, *sorted(folder.glob("**/*.h")), *board, rtl / "soc" / "program" / "link.ld"])
         image = cache / f"program-{key}.hex"
         if not image.exists():
-            _compile(folder, [*sources, *board], rtl / "soc" / "program" / "link.ld", engine.fp, image, on_pl=on_pl)
-        lines = 0
-        if on_pl:
-            from orbsoc.rtl.c_image import image_lines
-            lines = image_lines((folder / "pl_program.c").read_text(encoding="utf-8"))
-        return Program(image, key, engine if on_pl else None, form, lines)
+            _compile(
+                folder, [*sources, *board], rtl / "soc" / "program" / "link.ld", engine.fp, image, on_pl=on_pl
+            )
+        if not on_pl:
+            return Program(image, key, None, form, 0)
+        address_bits, lines = _sizes((folder / "pl_program.c").read_text(encoding="utf-8"))
+        return Program(image, key, replace(engine, address_bits=address_bits), form, lines)
+
+
+def _sizes(source: str) -> tuple[int, int]:
+    """Address bits of the engine and lines of microcode, as the program states them."""
+    found = re.search(
+        r"orbsoc_pl_image program = \{\s*\du, (\d+)u, \d+u,\s*program_microcode, (\d+)u", source
+    )
+    assert found is not None
+    return int(found[1]), int(found[2])
 
 
 def _digest(files: list[Path]) -> str:
@@ -85,7 +104,20 @@ def _compile(folder: Path, sources: list[Path], script: Path, fp: int, image: Pa
         defines += [f"-DORBSOC_PL_REGISTERS=0x{REGISTERS:x}u", f"-DORBSOC_PL_MEMORIES=0x{MEMORIES:x}u"]
     wraps = ",".join(f"--wrap={name}" for name in WRAPPED if on_pl or name != "orbsoc_attach")
     includes = [f"-I{folder / name}" for name in (".", "flight", "driver")]
-    _run([COMPILER, *FLAGS, *defines, *includes, f"-Wl,{wraps}", "-T", str(script), *map(str, sources), "-o", str(elf)])
+    _run(
+        [
+            COMPILER,
+            *FLAGS,
+            *defines,
+            *includes,
+            f"-Wl,{wraps}",
+            "-T",
+            str(script),
+            *map(str, sources),
+            "-o",
+            str(elf),
+        ]
+    )
     _run([COMPILER.replace("gcc", "objcopy"), "-O", "binary", str(elf), str(binary)])
     data = binary.read_bytes()
     words = np.frombuffer(data + bytes(-len(data) % 8), dtype="<u8")

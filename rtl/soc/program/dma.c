@@ -51,7 +51,7 @@ uint32_t dma_get(orbsoc_pl_device *device, uint32_t buffer, orbsoc_real *words) 
 
 uint32_t dma_load(orbsoc_pl_device *device) {
   const orbsoc_pl_image *whole = device->parts->image;
-  const uint32_t pieces = ORBSOC_PL_PIECES(whole->code_width);
+  const uint32_t pieces = ORBSOC_PIECES(whole->code_width);
   const int contiguous = (pieces & (pieces - 1u)) == 0 && pieces >= 2 && (uintptr_t)whole->microcode % 8u == 0;
   orbsoc_pl_image rest = *whole;
   if (contiguous) rest.lines = 0;
