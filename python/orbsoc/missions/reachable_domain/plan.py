@@ -93,7 +93,8 @@ def _answer(plan: Plan) -> VerdictLine:
     sign = "=" if plan.scenario.perigee.condition == "equal" else "≥"
     where = f"i {found['inc_deg']:.2f}°, Ω {found['raan_deg']:.2f}°, perigee {sign} {found['perigee_bound_km']:g} km"
     if plan.status is PlanStatus.VERIFIED:
-        flown = f"flown to {found['sma_error_rel']:.0e}"
+        limit = f"{plan.scenario.verification.sma_rel:.0e}".replace("e-0", "e-")
+        flown = f"flown to {found['sma_error_rel']:.0e} ≤ {limit}"
         return VerdictLine(Question.ANSWER, word, f"a {found['a_km']:.3f} km at {where}", evidence=flown)
     short = found["tilt_deg"] - found["furthest_tilt_deg"]
     why = f"the plane is {short:.3f}° too far" if short > 0.0 else plan.message
@@ -104,7 +105,7 @@ def _optimum(plan: Plan) -> VerdictLine | None:
     """Where the plan is from; nothing is proved over all programmes."""
     if plan.status is not PlanStatus.VERIFIED:
         return None
-    figure = f"{plan.message}; {plan.point['sequence_iterations']} problems"
+    figure = f"{plan.message}; {plan.point['sequence_iterations']} conic problems"
     return VerdictLine(Question.OPTIMUM, Word.BEST_FOUND, shortened(figure))
 
 

@@ -26,8 +26,8 @@ from orbsoc.missions.reachable_insertion import (
     load_scenario,
     plan,
 )
-from orbsoc.missions.reachable_insertion.plan.verdicts import verdict as verdict_of_one_burn
-from orbsoc.missions.reachable_insertion.two_burns.record import turned
+from orbsoc.missions.reachable_insertion.plan.verdict import verdict as verdict_of_one_burn
+from orbsoc.missions.reachable_insertion.record.attitude import turned
 from orbsoc.missions.reachable_insertion.two_burns.verdicts import verdict
 from orbsoc.orbit import EARTH, elements_from_state
 

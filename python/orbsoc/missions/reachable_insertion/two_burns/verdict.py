@@ -5,7 +5,8 @@ from __future__ import annotations
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word
 
-from ..plan.verdict import fitted, flown_within, infeasible_line, not_verified_line, short_shape
+from ..record.words import answer_line, fitted
+from ..verification import short_shape
 from .transfer_plan import TransferPlan
 from .verdicts import starts_tried, violations
 
@@ -16,26 +17,16 @@ def verdict_of(plan: TransferPlan) -> Verdict:
 
 
 def _answer(plan: TransferPlan) -> VerdictLine:
-    found, status = plan.verification, plan.status
-    if status is PlanStatus.VERIFIED and found is not None:
+    verified = closest = ""
+    if plan.verification is not None:
         first, second = plan.burns
-        figure = (
-            f"burns {first.duration_s:.3f} + {second.duration_s:.3f} s → {short_shape(found.planned_orbit)}"
-        )
-        return fitted(Question.ANSWER, Word.VERIFIED, figure, flown_within(plan.scenario, found))
-    if status is PlanStatus.NOT_VERIFIED and found is not None:
-        return not_verified_line(plan.scenario, found)
-    if status is PlanStatus.INFEASIBLE and plan.proof is not None:
-        return infeasible_line(plan.proof)
-    if status is PlanStatus.NOT_FOUND and plan.best is not None:
+        shape = short_shape(plan.verification.planned_orbit)
+        verified = f"burns {first.duration_s:.3f} + {second.duration_s:.3f} s → {shape}"
+    elif plan.best is not None:
         left = violations(plan)
-        worst = (
-            f"the closest leaves {left[0].words}"
-            if left
-            else f"the shortest take {plan.time_of_flight_s:.1f} s"
-        )
-        return fitted(Question.ANSWER, Word.NOT_FOUND, f"{len(starts_tried(plan))} starts; {worst}")
-    return fitted(Question.ANSWER, Word[status.name], plan.message)
+        worst = f"closest leaves {left[0].words}" if left else f"shortest take {plan.time_of_flight_s:.1f} s"
+        closest = f"{len(starts_tried(plan))} starts; the {worst}"
+    return answer_line(plan, verified, closest)
 
 
 def _found(plan: TransferPlan) -> tuple[VerdictLine, ...]:
@@ -43,5 +34,5 @@ def _found(plan: TransferPlan) -> tuple[VerdictLine, ...]:
     optimum = fitted(Question.OPTIMUM, Word.BEST_FOUND, figure)
     if not plan.one_is_enough:
         return (optimum,)
-    option = "one burn is enough: --set burn.count=1 --set burn.ignition=free"
-    return (fitted(Question.OPTION, Word.POSSIBLE, option), optimum)
+    one = {"burn.count": "1", "burn.ignition": "free"}
+    return (VerdictLine(Question.OPTION, Word.POSSIBLE, "one burn is enough", settings=one), optimum)

@@ -6,13 +6,19 @@ from typing import Any
 
 import numpy as np
 
-from orbsoc.guidance.mission import PlanStatus
 from orbsoc.orbit import EARTH, CanonicalUnits
 
-from ..plan.verdicts import Violation, rate_in_words, row_in_words, shape_of, start_tried, turns_in_words
-from ..scenario import MOST_NODES
+from ..record.words import (
+    Phrases,
+    Violation,
+    rate_in_words,
+    sentences,
+    start_tried,
+    worst_first,
+)
 from ..search.setup import InsertionSetup
 from ..targets.rows import Row
+from ..verification import shape_of
 from .flight import sensitivities
 from .motion import Motion
 from .restoration import REACHED
@@ -23,15 +29,28 @@ from .turning import turn_rates
 
 def verdict(plan: TransferPlan) -> str:
     """One or two sentences."""
-    if plan.status is PlanStatus.VERIFIED:
-        return f"VERIFIED: {_achievement(plan)}. {_evidence(plan)}{_turns(plan)}{_one_is_enough(plan)}"
-    if plan.status is PlanStatus.NOT_VERIFIED:
-        return f"NOT VERIFIED, do not fly: {_achievement(plan)}, but {_objection(plan)}"
-    if plan.status is PlanStatus.INFEASIBLE:
-        return _infeasible(plan)
-    if plan.status is PlanStatus.INTERRUPTED:
-        return f"INTERRUPTED: {plan.message}; there is no plan"
-    return _not_found(plan)
+    oblate = plan.scenario.burn.coast_j2
+    for_which = "two burns and their coasts with J2" if oblate else "any number of burns and coasts"
+    tried = len(starts_tried(plan))
+    pairs = "no pair of impulses within the limits on ignition and coast leads to the target above the ground"
+    return sentences(
+        plan,
+        Phrases(
+            achievement="" if plan.verification is None else _achievement(plan),
+            flown="coasts and burns end",
+            nodes="" if plan.best is None else f"{plan.best.nodes} nodes a burn",
+            oblate="J2 acts on the coasts, and not on the burns",
+            objection="",
+            option=_slew(plan) + _one_is_enough(plan),
+            which="burns, however steered and whenever begun",
+            proved_for=f"{for_which} above the ground",
+            sought=pairs[3:]
+            if plan.best is None
+            else f"two burns that end on the target orbit were found from {tried} start{'s' if tried > 1 else ''}",
+            left=_left(plan),
+            advice=_what_to_try(plan),
+        ),
+    )
 
 
 def violations(plan: TransferPlan) -> tuple[Violation, ...]:
@@ -45,17 +64,24 @@ def violations_of(plan: TransferPlan, attempt: Attempt) -> tuple[Violation, ...]
     if attempt.miss > REACHED:
         end = sensitivities(Motion.of(ready), attempt.transfer).end
         found = [
-            Violation(row, value, row_in_words(plan.target, row, value, end))
+            Violation(row, value, plan.target.words(row, value, end, (1.0, 1.0)))
             for row, value in plan.target.misses(end)
         ]
+    if attempt.miss > REACHED:
+        low_km = (attempt.lowest * ready.units.length_m - EARTH.earth_radius_m) / 1e3
+        short_km, words = plan.scenario.limits.lowest_altitude_km - low_km, "the coast between the burns at "
+        words += f"{low_km:.4g} km, {short_km:.4g} below limits.lowest_altitude_km"
+        found += (
+            [Violation(Row.COAST_ALTITUDE, 1e3 * short_km / ready.units.length_m, words)]
+            if short_km > 0.0
+            else []
+        )
     if ready.rate_bound is not None:
         over = float(turn_rates(attempt.transfer).max()) - ready.rate_bound
         found += (
             [Violation(Row.ATTITUDE_RATE, over, rate_in_words(plan.scenario, over))] if over > 0.0 else []
         )
-    return tuple(
-        sorted((each for each in found if abs(each.value) > REACHED), key=lambda each: -abs(each.value))
-    )
+    return worst_first(found, REACHED)
 
 
 def starts_tried(plan: TransferPlan) -> list[dict[str, Any]]:
@@ -85,26 +111,13 @@ def _achievement(plan: TransferPlan) -> str:
     )
 
 
-def _evidence(plan: TransferPlan) -> str:
-    found, best = plan.verification, plan.best
-    assert found is not None
-    assert best is not None
-    return (
-        "Flown by an independent integrator, coasts and burns end within"
-        f" {found.angular_momentum_rel:.0e} of the promised angular momentum and {found.laplace_rel:.0e} of the"
-        f" promised eccentricity vector, on a grid of {best.nodes} nodes a burn"
-        f"{'; J2 acts on the coasts, and not on the burns' if plan.scenario.burn.coast_j2 else ''}"
-    )
-
-
-def _turns(plan: TransferPlan) -> str:
-    """How fast the thrust turns over the burns, and between them where that is faster than the bound of the burns."""
-    found, limits = plan.verification, plan.scenario.limits
-    told = turns_in_words(plan.scenario, found)
-    if found is None or limits is None or not np.rad2deg(found.slew_rad_s) > limits.attitude_rate_deg_s:
-        return told
+def _slew(plan: TransferPlan) -> str:
+    """How fast the thrust turns between the burns, where that is faster than their bound."""
+    found, bound = plan.verification, plan.scenario.limits.attitude_rate_deg_s
+    if found is None or bound is None or not np.rad2deg(found.slew_rad_s) > bound:
+        return ""
     slew = f"the slew between the burns takes {np.rad2deg(found.slew_rad_s):.4g} °/s"
-    return f"{told}. The bound is for the burns alone; {slew}"
+    return f". The bound is for the burns alone; {slew}"
 
 
 def _one_is_enough(plan: TransferPlan) -> str:
@@ -113,46 +126,15 @@ def _one_is_enough(plan: TransferPlan) -> str:
     return ". One of them came out as nothing, so that one burn is enough: --set burn.count=1 --set burn.ignition=free"
 
 
-def _objection(plan: TransferPlan) -> str:
-    found, most = plan.verification, plan.scenario.method.max_nodes
-    assert found is not None
-    advice = f"raise method.max_nodes above {most}" if most < MOST_NODES else "no grid allowed is finer"
-    return f"the propagation does not confirm it: {'; '.join(found.failures)}; {advice}"
-
-
-def _infeasible(plan: TransferPlan) -> str:
-    proof, speed = plan.proof, CanonicalUnits.of(EARTH).speed_m_s
-    assert proof is not None
-    oblate = plan.scenario.burn.coast_j2
-    for_which = "two burns and their coasts with J2" if oblate else "any number of burns and coasts"
-    return (
-        "INFEASIBLE: no burns, however steered and whenever begun, reach the target."
-        f" {proof.what[0].upper()}{proof.what[1:]} takes more than {speed * proof.needed:.1f} m/s, and the vehicle has"
-        f" {speed * proof.available:.1f} m/s. This is a proof for {for_which} above the ground"
-    )
-
-
-def _not_found(plan: TransferPlan) -> str:
+def _left(plan: TransferPlan) -> str:
     if plan.best is None:
-        return (
-            "NOT FOUND: no pair of impulses within the limits on ignition and coast leads to the target above the ground."
-            f" This is not a proof that there are no burns; {_what_to_try(plan)}"
-        )
-    found = violations(plan)
+        return ""
+    found, longest_s = violations(plan), plan.scenario.vehicle.longest_burn_s
     if found:
-        left = f"The closest ones leave {found[0].words}"
-    elif plan.time_of_flight_s > plan.scenario.vehicle.longest_burn_s:
-        left = (
-            f"The shortest ones found take {plan.time_of_flight_s:.1f} s, and the propellant lasts for"
-            f" {plan.scenario.vehicle.longest_burn_s:.1f} s"
-        )
-    else:
-        left = "The closest ones could not be flown by the independent integrator"
-    tried = len(starts_tried(plan))
-    return (
-        f"NOT FOUND: no two burns that end on the target orbit were found from {tried} start{'s' if tried > 1 else ''}."
-        f" {left}. This is not a proof that there are none; {_what_to_try(plan)}"
-    )
+        return f"The closest ones leave {found[0].words}"
+    if plan.time_of_flight_s > longest_s:
+        return f"The shortest ones found take {plan.time_of_flight_s:.1f} s, and the propellant lasts for {longest_s:.1f} s"
+    return "The closest ones could not be flown by the independent integrator"
 
 
 def _what_to_try(plan: TransferPlan) -> str:
