@@ -37,6 +37,7 @@ class Subject:
     epoch: datetime = DEFAULT_EPOCH
     frame: str = FRAME
     """A name that is registered, or `FRAME`."""
+    center: str = "EARTH"
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +118,7 @@ def _header(version: str, subject: Subject) -> list[str]:
         lines += [] if dated else [f"COMMENT Times count from {subject.zero}; the scenario gives no date."]
         return [*lines, f"CREATION_DATE = {_stamp(subject.epoch, 0.0)}", f"ORIGINATOR = {ORIGINATOR}"]
     lines += [
-        f"COMMENT {FRAME}: the Earth-centred inertial axes of the scenario, z along the pole, x towards",
+        f"COMMENT {FRAME}: the inertial axes of the scenario, centred on the body, z along the pole, x towards",
         f"COMMENT {subject.x_axis}. It is not EME2000 nor any registered frame:",
         "COMMENT the scenario does not say where that x axis points among the stars.",
     ]
@@ -132,7 +133,7 @@ def _object(subject: Subject) -> list[str]:
     return [
         f"OBJECT_NAME = {subject.name}",
         "OBJECT_ID = UNKNOWN",
-        "CENTER_NAME = EARTH",
+        f"CENTER_NAME = {subject.center}",
         f"REF_FRAME = {subject.frame}",
         "TIME_SYSTEM = UTC",
     ]

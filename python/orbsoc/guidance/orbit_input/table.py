@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, Strict, model_validator
+from pydantic import Field, PrivateAttr, Strict, model_validator
 
 from orbsoc.guidance.scenario_file import Complaint, Table, refuse
 from orbsoc.guidance.vehicle import Vector
@@ -65,6 +65,9 @@ class Orbit(Table):
     def _read(cls, given: Any) -> Any:
         return as_state(given) if isinstance(given, dict) else given
 
+    _about: ConstantsSet = PrivateAttr(default=EARTH)
+    """The body that is orbited, told by whoever reads the table."""
+
     @property
     def by_elements(self) -> bool:
         """Whether the table gives elements, which are in ECI."""
@@ -100,19 +103,19 @@ class Orbit(Table):
 
     def elements(self) -> Elements:
         """Osculating elements, of a table that gives them."""
-        return elements_of(self.numbers())
+        return elements_of(self.numbers(), self._about)
 
     def numbers(self) -> Keys:
         """The keys of elements, those that are not given as None."""
         return {key: getattr(self, key) for key in (*SHAPE, *ANGLES, *ANOMALIES)}
 
-    def semi_major_axis_m(self, constants: ConstantsSet = EARTH) -> float | None:
+    def semi_major_axis_m(self) -> float | None:
         """From the key that gives the energy, if one does."""
-        return semi_major_axis_m(self.numbers(), constants)
+        return semi_major_axis_m(self.numbers(), self._about)
 
     def shape(self) -> tuple[float, float]:
         """Semi-major axis (m) and eccentricity from the two keys that are given."""
-        return shape(self.numbers())
+        return shape(self.numbers(), self._about)
 
 
 def as_state(given: Mapping[str, Any]) -> dict[str, Any]:

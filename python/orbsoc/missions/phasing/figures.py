@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from orbsoc.guidance.figure_style import BLUE, GREEN, GREY, STYLE, VERMILION, panels, write_png
 from orbsoc.guidance.mission import FigureFile
-from orbsoc.orbit import EARTH
 from orbsoc.orbit.perturbations import fast_coast
 
 from .model.approach import state_at
@@ -57,7 +56,7 @@ def _approach(plan: PhasingPlan, flight: Flight, folder: Path) -> FigureFile:
         (target, after, VERMILION, "target"),
         (flight.chaser, slice(None), BLUE, "chaser"),
     ):
-        height = (np.linalg.norm(states[:, :3], axis=1) - EARTH.earth_radius_m) / 1e3
+        height = (np.linalg.norm(states[:, :3], axis=1) - scenario.constants.earth_radius_m) / 1e3
         axes[0].plot(hours[where], height, color=colour, linewidth=1.2, label=name)
     axes[0].set_ylabel("height (km)")
     axes[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)

@@ -53,6 +53,7 @@ def messages(scenario: Scenario, coasts: Sequence[FlownArc], burns: Sequence[Flo
         "the scenario's state",
         **({} if initial.epoch is None else {"epoch": initial.epoch}),
         frame=initial.axes_name or FRAME,
+        center=scenario.constants.center,
     )
     to_eci = scenario.eci_rotation
     arcs = [
