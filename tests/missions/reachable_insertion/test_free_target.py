@@ -11,7 +11,7 @@ from benchmarks.made_missions import Mission
 from benchmarks.missions import ANGLES, freed, mission
 from orbsoc.guidance.scenario_file import ScenarioError
 from orbsoc.missions.reachable_insertion import PlanStatus, Scenario, load_scenario, plan
-from orbsoc.missions.reachable_insertion.plan.verdicts import verdict
+from orbsoc.missions.reachable_insertion.plan.verdict import verdict
 from orbsoc.missions.reachable_insertion.search.setup import target_of
 from orbsoc.missions.reachable_insertion.targets.free_target import FreeTarget
 from orbsoc.missions.reachable_insertion.targets.rows import Row

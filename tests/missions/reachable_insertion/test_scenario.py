@@ -15,7 +15,7 @@ import orbsoc
 import orbsoc.missions
 from orbsoc.guidance.scenario_file import checked, read_toml
 from orbsoc.missions.reachable_insertion import PlanStatus, Scenario, ScenarioError, load_scenario, plan
-from orbsoc.missions.reachable_insertion.plan.verdicts import verdict
+from orbsoc.missions.reachable_insertion.plan.verdict import verdict
 from orbsoc.orbit import eci_from_launch_inertial, rotate_state
 
 SCENARIOS = Path(__file__).resolve().parents[3] / "scenarios"

@@ -9,7 +9,7 @@ import pytest
 
 from orbsoc.guidance.scenario_file import ScenarioError, checked
 from orbsoc.missions.reachable_insertion import PlanStatus, Scenario, plan
-from orbsoc.missions.reachable_insertion.plan.verdicts import verdict
+from orbsoc.missions.reachable_insertion.plan.verdict import verdict
 from orbsoc.orbit import EARTH, Elements, elements_from_state, state_from_elements
 
 START = Elements(EARTH.earth_radius_m + 250e3, 0.001, 0.9, 1.0, 0.3, 0.2)

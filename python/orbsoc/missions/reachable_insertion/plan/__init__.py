@@ -1,1 +1,1 @@
-"""What was planned, as data, and what may be said of it."""
+"""A plan with its verdict and files."""

@@ -1,106 +1,57 @@
-"""The verdict of a plan as lines: *Answer*, *Option* and *Optimum*."""
+"""What is said of a plan with one burn: the lines *Answer*, *Option* and *Optimum*, and the same in sentences."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from orbsoc.guidance.mission import PlanStatus
-from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word, shortened
-from orbsoc.orbit import EARTH, CanonicalUnits, Elements
+from orbsoc.guidance.scp import ExitReason
+from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word
 
-from ..model.proof import Proof
-from ..scenario import MOST_NODES, Scenario
+from ..record.document import starts_tried, violations
+from ..record.words import Phrases, answer_line, fitted, sentences, wait_in_words
 from ..search.ignition import later_ignition
+from ..search.result import Claim, SearchResult
+from ..targets.rows import Row
 from ..two_burns.instead import two_burns_instead
-from ..verification import EndOfFlight
-from .burn_plan import BurnPlan
-from .claims import Claim
-from .verdicts import in_words, starts_tried, violations
+from ..verification import Verification, shape_of, short_shape
 
 
-def verdict_of(plan: BurnPlan) -> Verdict:
-    """The lines of a plan with one burn."""
+def verdict_of(plan: SearchResult) -> Verdict:
+    """The lines of a plan."""
     optimum = _optimum(plan) if plan.status is PlanStatus.VERIFIED else None
-    return Verdict.of([_answer(plan), _later(plan) or _two_burns(plan), optimum])
+    return Verdict.of([_answer(plan), _later_line(plan) or _two_burns_line(plan), optimum])
 
 
-def fitted(question: Question, word: Word, figure: str, evidence: str = "") -> VerdictLine:
-    """A line whose figure, made elsewhere, ends with a clause; the sentences of the plan have the rest."""
-    return VerdictLine(question, word, shortened(figure), evidence=evidence)
-
-
-def flown_within(scenario: Scenario, found: EndOfFlight) -> str:
-    """The larger of the two errors of a flight, in parts of what is allowed."""
-    rules = scenario.verification
-    error, allowed = max(
-        (found.angular_momentum_rel, rules.angular_momentum_rel),
-        (found.laplace_rel, rules.laplace_rel),
-        key=lambda each: each[0] / each[1],
+def _answer(plan: SearchResult) -> VerdictLine:
+    found = plan.verification
+    if plan.status is PlanStatus.VERIFIED and plan.time_of_flight_s == 0.0:
+        return fitted(Question.ANSWER, Word.VERIFIED, "burn 0 s: the vehicle is on its target orbit")
+    coast = f"coast {plan.ignition_s:.0f} s, " if plan.ignition_s > 0.0 else ""
+    orbit = "" if found is None else short_shape(found.planned_orbit)
+    left, tried = violations(plan), len(starts_tried(plan))
+    worst = left[0].words if left else "a flight through the ground"
+    return answer_line(
+        plan,
+        f"{coast}burn {plan.time_of_flight_s:.3f} s → {orbit}",
+        f"{tried} start{'s' if tried > 1 else ''}; the closest leaves {worst}",
     )
-    return f"flown to {error:.0e} ≤ {allowed:.0e}".replace("e-0", "e-")
 
 
-def short_shape(orbit: Elements) -> str:
-    """Perigee and apogee heights; of a hyperbola C3."""
-    if orbit.ecc < 1.0:
-        return f"{orbit.perigee_height_m() / 1e3:.2f} × {orbit.apogee_height_m() / 1e3:.2f} km"
-    return f"C3 {-EARTH.mu_m3_s2 / orbit.sma_m / 1e6:.4f} km²/s²"
-
-
-def infeasible_line(proof: Proof) -> VerdictLine:
-    """What the target needs more of than the vehicle has."""
-    speed = CanonicalUnits.of(EARTH).speed_m_s
-    has, needs = speed * proof.available, speed * proof.needed
-    figure = f"{proof.what} takes {needs:.1f} m/s, there are {has:.1f} m/s"
-    return fitted(Question.ANSWER, Word.INFEASIBLE, figure, "proved")
-
-
-def not_verified_line(scenario: Scenario, found: EndOfFlight) -> VerdictLine:
-    """The first tolerance that a flight does not meet, and what to try."""
-    most = scenario.method.max_nodes
-    advice = f"try method.max_nodes above {most}" if most < MOST_NODES else ""
-    return fitted(Question.ANSWER, Word.NOT_VERIFIED, f"do not fly: {found.failures[0]}", advice)
-
-
-def _answer(plan: BurnPlan) -> VerdictLine:
-    found, status = plan.verification, plan.status
-    if status is PlanStatus.VERIFIED and found is not None:
-        if plan.time_of_flight_s == 0.0:
-            return fitted(Question.ANSWER, Word.VERIFIED, "burn 0 s: the vehicle is on its target orbit")
-        coast = f"coast {plan.ignition_s:.0f} s, " if plan.ignition_s > 0.0 else ""
-        figure = f"{coast}burn {plan.time_of_flight_s:.3f} s → {short_shape(found.planned_orbit)}"
-        return fitted(Question.ANSWER, Word.VERIFIED, figure, flown_within(plan.scenario, found))
-    if status is PlanStatus.NOT_VERIFIED and found is not None:
-        return not_verified_line(plan.scenario, found)
-    if plan.proof is not None and status is PlanStatus.INFEASIBLE:
-        return infeasible_line(plan.proof)
-    if status is PlanStatus.NOT_FOUND:
-        left = violations(plan)
-        tried = len(starts_tried(plan))
-        worst = left[0].words if left else "a flight through the ground"
-        figure = f"{tried} start{'s' if tried > 1 else ''}; the closest leaves {worst}"
-        return fitted(Question.ANSWER, Word.NOT_FOUND, figure)
-    return fitted(Question.ANSWER, Word[status.name], plan.message)
-
-
-def _later(plan: BurnPlan) -> VerdictLine | None:
+def _later_line(plan: SearchResult) -> VerdictLine | None:
     later = later_ignition(plan)
     if later is None:
         return None
-    saved = 1.0 - later.burn_s / plan.time_of_flight_s
-    word, figure = (
-        Word.CHEAPER,
-        f"with ignition free the burn takes {later.burn_s:.1f} s (−{100.0 * saved:.0f} %)",
-    )
+    free = {"burn.ignition": "free"}
     if plan.status is not PlanStatus.VERIFIED:
-        word, figure = (
-            Word.POSSIBLE,
-            f"{in_words(later.ignition_s)} later a burn of {later.burn_s:.1f} s reaches it",
-        )
-    return VerdictLine(Question.OPTION, word, figure, settings={"burn.ignition": "free"})
+        figure = f"{wait_in_words(later.ignition_s)} later a burn of {later.burn_s:.1f} s reaches it"
+        return VerdictLine(Question.OPTION, Word.POSSIBLE, figure, settings=free)
+    saved = 100.0 * (1.0 - later.burn_s / plan.time_of_flight_s)
+    figure = f"with ignition free the burn takes {later.burn_s:.1f} s (−{saved:.0f} %)"
+    return VerdictLine(Question.OPTION, Word.CHEAPER, figure, settings=free)
 
 
-def _two_burns(plan: BurnPlan) -> VerdictLine | None:
+def _two_burns_line(plan: SearchResult) -> VerdictLine | None:
     found = two_burns_instead(plan)
     if found is None:
         return None
@@ -108,19 +59,120 @@ def _two_burns(plan: BurnPlan) -> VerdictLine | None:
     return VerdictLine(Question.OPTION, Word.POSSIBLE, figure, settings={"burn.count": "2"})
 
 
-def _optimum(plan: BurnPlan) -> VerdictLine:
+def _optimum(plan: SearchResult) -> VerdictLine:
     found, nodes = plan.verification, plan.trajectory.grid.size
+    bound = plan.scenario.limits.attitude_rate_deg_s
     assert found is not None
     peak = f"{np.rad2deg(found.peak_rate_rad_s):.4g} °/s"
-    claim = plan.claim
-    if claim is Claim.NOTHING_TO_BURN:
+    figure = f"a local optimum of {len(plan.subproblems)} conic problems on {nodes} nodes"
+    if plan.claim is Claim.NOTHING_TO_BURN:
         return fitted(Question.OPTIMUM, Word.PROVED, "no burn is shorter than 0 s")
-    if claim is Claim.FAST_TURN:
+    if plan.claim is Claim.FAST_TURN:
         figure = f"turns at up to {peak}, as {nodes} nodes follow; the shortest burn turns faster"
-    elif claim is Claim.SMOOTH_TURN:
+    elif plan.claim is Claim.SMOOTH_TURN:
         figure = f"turns smoothly; the shortest burn turns faster than {nodes} nodes follow"
-    elif plan.scenario.limits is not None:
-        figure = f"a local optimum; turns at up to {peak}, allowed {plan.scenario.limits.attitude_rate_deg_s:g} °/s"
-    else:
-        figure = f"a local optimum of {len(plan.subproblems)} conic problems on {nodes} nodes"
+    elif bound is not None:
+        figure = f"a local optimum; turns at up to {peak}, allowed {bound:g} °/s"
     return fitted(Question.OPTIMUM, Word.BEST_FOUND, figure)
+
+
+def verdict(plan: SearchResult) -> str:
+    """One or two sentences: what was found, what the propagation says, and what to try when it is no plan."""
+    found, scenario = plan.verification, plan.scenario
+    if plan.status is PlanStatus.VERIFIED and plan.time_of_flight_s == 0.0:
+        return "VERIFIED: the vehicle is on its target orbit already; a burn of 0 s, and nothing to steer"
+    largest = scenario.problem == "max_energy"
+    burn = f"burn of {plan.time_of_flight_s:.3f} s" if largest else "burn"
+    sought = burn
+    longest_s = scenario.vehicle.longest_burn_s
+    if not largest and plan.time_of_flight_s > 0.97 * longest_s:
+        sought += f", even one of all the propellant ({longest_s:.3f} s),"
+    tried = len(starts_tried(plan))
+    turning = "" if scenario.limits.attitude_rate_deg_s is None else " within the attitude rate"
+    option = _later(plan) or _two_burns(plan)
+    last = plan.attempts[-1]
+    objection = f"; {_later(plan)}" if _later(plan) else ""
+    if last.outcome.reason is not ExitReason.CONVERGED:
+        objection = f". On {last.nodes} nodes the sequence ended thus: {last.outcome.message}"
+    return sentences(
+        plan,
+        Phrases(
+            achievement="" if found is None else _achievement(plan, found),
+            flown="the attitude programme ends",
+            nodes=f"{plan.trajectory.grid.size} nodes",
+            oblate="J2 acts on the coast, and not on the burn",
+            objection=objection,
+            option=f". {option[0].upper()}{option[1:]}" if option else "",
+            which=f"{burn}, however steered",
+            proved_for=f"a burn that starts {'now' if plan.ignition_s == 0.0 else 'then'} and stays above the ground",
+            sought=f"{sought} that meets all terminal conditions{turning} was found from {tried} start{'s' if tried > 1 else ''}",
+            left=f"The closest one leaves {_left(plan, found)}",
+            advice=option or _what_to_try(plan),
+        ),
+    )
+
+
+def _achievement(plan: SearchResult, found: Verification) -> str:
+    shape, time = shape_of(found.planned_orbit), f"{plan.time_of_flight_s:.3f} s"
+    burn, target = plan.scenario.burn, plan.scenario.target
+    if plan.scenario.problem != "min_time":
+        return (
+            f"the largest orbit found for a burn of {time} is {shape}, in the target plane"
+            f" with the perigee direction {target.perigee_direction}"
+        )
+    oblate = " with J2" if burn.coast_j2 else ""
+    coast = f" after a coast of {plan.ignition_s:.1f} s{oblate}" if burn.ignition == "free" else ""
+    grid = f"a grid of {plan.trajectory.grid.size} nodes follows"
+    if plan.claim is Claim.FAST_TURN:
+        turn = f"turns at up to {np.rad2deg(found.peak_rate_rad_s):.4g} °/s, about as fast as {grid}"
+        return f"a burn of {time} onto the target orbit, {shape}, that {turn}; the shortest one turns faster{coast}"
+    if plan.claim is Claim.SMOOTH_TURN:
+        turn = f"turns smoothly; the shortest one turns faster than {grid}"
+        return f"a burn of {time} onto the target orbit, {shape}, that {turn}{coast}"
+    return f"the shortest burn found onto the target orbit, {shape}, takes {time}{coast}"
+
+
+def _left(plan: SearchResult, found: Verification | None) -> str:
+    if found is not None and found.below_ground:
+        return f"the burn {-found.flight.lowest_altitude_m / 1e3:.1f} km below the ground on its way"
+    left = violations(plan)
+    if not left:
+        return "no row that stands out"
+    total = sum(abs(each.value) for each in left)
+    return f"{left[0].words}, a total violation of {total:.1e} (canonical units)"
+
+
+def _later(plan: SearchResult) -> str:
+    """What a later ignition would save; empty where none is known."""
+    later = later_ignition(plan)
+    if later is None:
+        return ""
+    text = f"with ignition {wait_in_words(later.ignition_s)} later a burn of {later.burn_s:.1f} s reaches the target"
+    if plan.status is PlanStatus.VERIFIED:
+        saved_s = plan.time_of_flight_s - later.burn_s
+        saved_kg, share = (
+            plan.scenario.vehicle.mass_flow_kg_s * saved_s,
+            100.0 * saved_s / plan.time_of_flight_s,
+        )
+        text += f" and saves {saved_kg:.1f} kg of propellant ({share:.0f} %)"
+    return f"{text}: --set burn.ignition=free"
+
+
+def _two_burns(plan: SearchResult) -> str:
+    """Two burns that reach the target; empty where none are known."""
+    found = two_burns_instead(plan)
+    if found is None:
+        return ""
+    wait = f" after a coast of {found.ignition_s:.0f} s" if found.ignition_s > 0.0 else ""
+    return (
+        f"two burns of {found.first_s:.1f} s{wait} and, {found.coast_s:.0f} s later, {found.second_s:.1f} s reach the target"
+        " as flown: --set burn.count=2"
+    )
+
+
+def _what_to_try(plan: SearchResult) -> str:
+    if any(row is Row.ATTITUDE_RATE for row, _ in plan.iterate.slack):
+        return "allow a faster turn, leave elements of the target free, or let the ignition wait: --set burn.ignition=free"
+    if plan.scenario.problem == "max_energy":
+        return "try a longer burn.duration_s, another target plane or perigee height, or more method.nodes"
+    return "try another burn.duration_s as first guess, a nearer target, or more method.nodes"
