@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 ASYMPTOTE = 0.9
 """Of the anomaly of a hyperbola's asymptote, to which it is drawn at most."""
-FAR = 1.15
+FAR = 3.0
 """Of the farthest drawn arc, to which an open orbit is drawn."""
 HIDDEN = 0.35
 """Opacity of what the body hides."""
@@ -71,7 +71,7 @@ def space_figure(title: str, body: ConstantsSet, orbits: Sequence[Whole], curves
     for each in orbits:
         points = _points(each.orbit, FAR * farthest_m) / 1e3
         _line(panel, view, points, radius_km, color=each.colour, linestyle=each.style, label=each.label)
-    _nodes(panel, view, orbits[-1].orbit, radius_km)
+    _nodes(panel, view, orbits[-1].orbit, radius_km, FAR * farthest_m / 1e3)
     for curve in curves:
         if len(curve.positions_m) == 1 or curve.style == "":
             seen = curve.positions_m @ view.T / 1e3
@@ -199,16 +199,17 @@ def _globe(panel: Axes, view: Array, radius_km: float) -> None:
         panel.plot(ends[:, 0], ends[:, 1], color="#7f97ad", linewidth=1.1, zorder=1 if shown else -1)
 
 
-def _nodes(panel: Axes, view: Array, orbit: Elements, radius_km: float) -> None:
+def _nodes(panel: Axes, view: Array, orbit: Elements, radius_km: float, reach_km: float) -> None:
     """The line of nodes out to the orbit, its ascending end named; none of an equatorial orbit."""
     if abs(np.sin(orbit.inc_rad)) < 1e-6:
         return
     along = np.array([np.cos(orbit.raan_rad), np.sin(orbit.raan_rad), 0.0])
     ends = []
     for anomaly, sign in ((-orbit.argp_rad, 1.0), (np.pi - orbit.argp_rad, -1.0)):
-        open_ = 1.0 + orbit.ecc * np.cos(anomaly) > 0.1
-        reach = orbit.semilatus_rectum_m / (1.0 + orbit.ecc * np.cos(anomaly)) if open_ else 2e3 * radius_km
-        ends.append(sign * reach / 1e3 * along)
+        there = 1.0 + orbit.ecc * np.cos(anomaly)
+        met_km = orbit.semilatus_rectum_m / there / 1e3 if there > 0.0 else np.inf
+        outer = met_km if orbit.ecc < 1.0 else min(met_km, reach_km)
+        ends.append(sign * outer * along)
     points = np.linspace(ends[0], ends[1], 201)
     _line(panel, view, points, radius_km, color=GREY, linewidth=0.9, linestyle="--", label="line of nodes")
     tip = ends[0] @ view[:2].T
