@@ -61,8 +61,9 @@ WRONG = [
             "body.name = 'moon'",
             "about the Earth alone; must be 'earth'",
         )
-        for name in ("rec1", "paper000_1", "paper001_equal", "paper002", "paper004_reach")
+        for name in ("paper000_1", "paper001_equal", "paper002", "paper004_reach")
     ),
+    ("plan rec1.toml --set body.name=moon", "launch_site: is the Earth's; leave it out"),
     ("plan paper003_socp.toml --set body.name=moon", "'drag' is of the Earth's air"),
     ("plan rec1.toml --set body.name=sun", "'earth', 'moon', 'mars' or 'own'"),
     ("plan rec1.toml --set axes=ecii", "'launch_inertial', 'eci' or 'velocity'"),

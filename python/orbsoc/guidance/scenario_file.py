@@ -44,6 +44,10 @@ class BaseScenario(Table):
     def _body(self) -> Self:
         if self.ABOUT_THE_EARTH and self.body.name != "earth":
             refuse([Complaint("body.name", repr(self.body.name), f"{self.ABOUT_THE_EARTH}; must be 'earth'")])
+        for key in type(self).model_fields:
+            table = getattr(self, key)
+            if isinstance(table, BaseModel) and "_about" in table.__private_attributes__:
+                table._about = self.constants  # type: ignore[attr-defined]
         return self
 
     @property

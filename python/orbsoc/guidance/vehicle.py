@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, Strict, model_validator
 
-from orbsoc.orbit import EARTH, LaunchFrame, Thruster
+from orbsoc.orbit import EARTH, ConstantsSet, LaunchFrame, Thruster
 
 from .presets import site_with_preset, vehicle_with_preset
 from .scenario_file import Complaint, Table, missing_words, refuse
@@ -132,16 +132,16 @@ class State(Table):
         return np.array([*self.position_m, *self.velocity_m_s])
 
 
-def state_complaints(key: str, state: State) -> Iterator[Complaint]:
-    """What no state of a vehicle above the Earth can be; `key` is the table's."""
+def state_complaints(key: str, state: State, about: ConstantsSet = EARTH) -> Iterator[Complaint]:
+    """What no state of a vehicle above the ground can be; `key` is the table's."""
     x = state.vector()
     radius, speed = float(np.linalg.norm(x[:3])), float(np.linalg.norm(x[3:]))
-    if radius < EARTH.earth_radius_m:
+    if radius < about.earth_radius_m:
         yield Complaint(
             f"{key}.position_m",
             str(list(state.position_m)),
-            f"lies {radius:.6g} m from the Earth's centre, below the ground; must be at least"
-            f" {EARTH.earth_radius_m:.0f} m (metres from the centre, not km, not height)",
+            f"lies {radius:.6g} m from the centre, below the ground; must be at least"
+            f" {about.earth_radius_m:.0f} m (metres from the centre, not km, not height)",
         )
     low, high = SPEED_RANGE_M_S
     if not low <= speed <= high:

@@ -159,7 +159,6 @@ class Scenario(BaseScenario):
 
     @model_validator(mode="after")
     def _physics(self) -> Self:
-        self.chaser._about = self.target._about = self.constants
         refuse(self._complaints())
         return self
 

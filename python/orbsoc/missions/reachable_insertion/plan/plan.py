@@ -117,7 +117,7 @@ class Plan(SearchResult):
 
 def _sma_m(plan: SearchResult) -> float:
     end = plan.setup.units.state_to_si(plan.trajectory.end)
-    return elements_from_state(end[:3], end[3:]).sma_m
+    return elements_from_state(end[:3], end[3:], plan.scenario.constants).sma_m
 
 
 def plan(

@@ -11,7 +11,7 @@ import numpy as np
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import ExitReason, Iteration
 from orbsoc.guidance.verdict import Question, VerdictLine, Word, shortened
-from orbsoc.orbit import EARTH, CanonicalUnits
+from orbsoc.orbit import CanonicalUnits
 
 from ..model.proof import Proof
 from ..scenario import MOST_NODES, Scenario
@@ -68,7 +68,7 @@ def rate_in_words(scenario: Scenario, over: float) -> str:
     """An attitude rate that is above the scenario's bound by so much, rad per canonical time."""
     bound = scenario.limits.attitude_rate_deg_s
     assert bound is not None
-    over_deg_s = np.rad2deg(over) / CanonicalUnits.of(EARTH).time_s
+    over_deg_s = np.rad2deg(over) / CanonicalUnits.of(scenario.constants).time_s
     return (
         f"the attitude rate at {bound + over_deg_s:.4g} °/s, {over_deg_s:.4g} above"
         f" limits.attitude_rate_deg_s = {bound:g}"
@@ -113,7 +113,7 @@ def answer_line(plan: Told, verified: str, closest: str) -> VerdictLine:
         advice = f"try method.max_nodes above {most}" if most < MOST_NODES else ""
         return fitted(Question.ANSWER, word, f"do not fly: {found.failures[0]}", advice)
     if status is PlanStatus.INFEASIBLE and plan.proof is not None:
-        needed, available = speeds_m_s(plan.proof)
+        needed, available = speeds_m_s(plan.proof, plan.scenario)
         figure = f"{plan.proof.what} takes {needed:.1f} m/s, there are {available:.1f} m/s"
         return fitted(Question.ANSWER, word, figure, "proved")
     return fitted(
@@ -132,9 +132,9 @@ def _flown_within(scenario: Scenario, found: EndOfFlight) -> str:
     return f"flown to {error:.0e} ≤ {allowed:.0e}".replace("e-0", "e-")
 
 
-def speeds_m_s(proof: Proof) -> tuple[float, float]:
+def speeds_m_s(proof: Proof, scenario: Scenario) -> tuple[float, float]:
     """What is needed, and what there is."""
-    speed = CanonicalUnits.of(EARTH).speed_m_s
+    speed = CanonicalUnits.of(scenario.constants).speed_m_s
     return speed * proof.needed, speed * proof.available
 
 
@@ -182,7 +182,7 @@ def sentences(plan: Told, say: Phrases) -> str:
             f" {'; '.join(found.failures)}{say.objection or f'; {advice}'}"
         )
     if status is PlanStatus.INFEASIBLE and plan.proof is not None:
-        needed, available = speeds_m_s(plan.proof)
+        needed, available = speeds_m_s(plan.proof, plan.scenario)
         what = f"{plan.proof.what[0].upper()}{plan.proof.what[1:]}"
         return (
             f"INFEASIBLE: no {say.which}, reaches the target. {what} takes more than {needed:.1f} m/s, and the vehicle has"

@@ -8,7 +8,7 @@ import numpy as np
 
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word
-from orbsoc.orbit import EARTH, CanonicalUnits
+from orbsoc.orbit import CanonicalUnits
 
 from ..record.words import (
     Phrases,
@@ -97,7 +97,7 @@ def violations_of(plan: TransferPlan, attempt: Attempt) -> tuple[Violation, ...]
         end = sensitivities(Motion.of(ready), attempt.transfer).end
         for row, value in plan.target.misses(end):
             found.append(Violation(row, value, plan.target.words(row, value, end, (1.0, 1.0))))
-        low_km = (attempt.lowest * ready.units.length_m - EARTH.earth_radius_m) / 1e3
+        low_km = (attempt.lowest * ready.units.length_m - plan.scenario.constants.earth_radius_m) / 1e3
         short_km = plan.scenario.limits.lowest_altitude_km - low_km
         if short_km > 0.0:
             words = f"the coast between the burns at {low_km:.4g} km, {short_km:.4g} below limits.lowest_altitude_km"
@@ -112,7 +112,7 @@ def violations_of(plan: TransferPlan, attempt: Attempt) -> tuple[Violation, ...]
 def starts_tried(plan: TransferPlan) -> list[dict[str, Any]]:
     """Every start of the search, in its order: how its last attempt ended, and the worst row that it left."""
     last = {attempt.start: attempt for attempt in plan.attempts}
-    time_s = CanonicalUnits.of(EARTH).time_s
+    time_s = CanonicalUnits.of(plan.scenario.constants).time_s
     return [
         start_tried(
             start,
