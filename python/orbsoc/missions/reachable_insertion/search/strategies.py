@@ -175,10 +175,8 @@ def smooth_law(_search: Search, result: SearchResult) -> Findings:
     assert start.law is not None
     drawn = replace(known.law, coefficients=known.law.coefficients[: tuning.SMOOTHED])
     nodes = setup.scenario.method.max_nodes
-    for too_long in (
-        tuning.TOO_LONG,
-        0.1 * tuning.TOO_LONG,
-    ):  # the correction on the grid lengthens the interpolant, too
+    # the correction on the grid lengthens the interpolant, too
+    for too_long in (tuning.TOO_LONG, 0.1 * tuning.TOO_LONG):
         for first in (drawn, start.law):
             found = smoothed(setup.burn, setup.target, first, nodes, too_long)
             attempt = None if found is None else _smooth_attempt(setup, found, start)
