@@ -192,9 +192,7 @@ def _smooth_attempt(setup: InsertionSetup, law: Law, start: Start) -> Attempt | 
     unit = unit_on(setup.burn, setup.target, law, nodes, tuning.REACHED)
     if unit is None:
         return None
-    message = (
-        "a smooth turn of the thrust reaches the orbit; the shortest burn turns faster than the grid follows"
-    )
+    message = "a smooth turn of the thrust reaches the orbit"
     outcome = Outcome(ExitReason.CONVERGED, setup.by_interpolant(unit, nodes), (), message)
     note = "a law that turns smoothly, shortened"
     return verified(setup, attempt_of(setup, note, outcome, start, Claim.SMOOTH_TURN))
