@@ -19,7 +19,7 @@ from orbsoc.interfaces import clarabel
 from orbsoc.missions.reachable_insertion import Plan, PlanStatus, load_scenario, plan
 from orbsoc.missions.reachable_insertion.model.problems import Row
 from orbsoc.missions.reachable_insertion.paper import compare
-from orbsoc.missions.reachable_insertion.plan.verdict import verdict
+from orbsoc.missions.reachable_insertion.plan import details
 from orbsoc.missions.reachable_insertion.record.document import violations
 from orbsoc.missions.reachable_insertion.targets.target_orbit import LargestOrbit
 
@@ -141,7 +141,7 @@ def test_a_coarse_grid_that_over_promises_is_refined_until_the_propagation_confi
     assert on_twelve.status is PlanStatus.NOT_VERIFIED
     assert on_twelve.verification is not None
     assert on_twelve.verification.thrust_excess > 0.01
-    assert "do not fly" in verdict(on_twelve)
+    assert "do not fly" in details(on_twelve)
 
 
 def test_data_as_printed_need_93_379_seconds(solver: str) -> None:
@@ -158,7 +158,7 @@ def test_data_as_printed_are_not_found_at_63_seconds_in_words_with_the_worst_row
     worst = violations(found)[0]
     assert worst.row is Row.LEAN_ACROSS
     assert abs(worst.value) == pytest.approx(5.4e-4, abs=0.05e-4)
-    words = verdict(found)
+    words = details(found)
     assert words.startswith("NOT FOUND: no burn of 63.000 s")
     assert "from 3 starts" in words
     assert "orbit plane tilted by 0.0304° about the line of apsides" in words
@@ -173,7 +173,7 @@ def test_free_perigee_restarts_once_with_slack_and_says_so(solver: str) -> None:
         ExitReason.INFEASIBLE,
     ]
     assert found.attempts[1].note == "restart with slack: a subproblem was infeasible"
-    assert "orbit plane" in verdict(found)
+    assert "orbit plane" in details(found)
 
 
 @pytest.mark.parametrize("name", [REC1, REC2, ZF196, PRINTED])

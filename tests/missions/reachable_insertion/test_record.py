@@ -20,7 +20,7 @@ import orbsoc
 from orbsoc.guidance.progress import iteration_cells
 from orbsoc.missions.reachable_insertion import COLUMNS, Plan, Scenario, load_scenario, plan
 from orbsoc.missions.reachable_insertion.model.problems import Row
-from orbsoc.missions.reachable_insertion.plan.verdict import verdict
+from orbsoc.missions.reachable_insertion.plan import details
 from orbsoc.missions.reachable_insertion.record.document import violations
 from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
 from orbsoc.missions.reachable_insertion.verification import verify
@@ -196,7 +196,7 @@ def test_every_violated_row_has_words_in_units_a_person_can_picture(
 
 
 def test_verdict_of_a_verified_plan_names_orbit_time_and_evidence() -> None:
-    words = verdict(planned())
+    words = details(planned())
     assert words.startswith(
         "VERIFIED: the shortest burn found onto the target orbit, 152.76 × 201.84 km, takes 56.570 s"
     )

@@ -12,8 +12,14 @@ import pytest
 from orbsoc.guidance.scp import ExitReason, Outcome, Rules
 from orbsoc.missions.reachable_insertion import Attempt, load_scenario
 from orbsoc.missions.reachable_insertion.model.proof import Proof
-from orbsoc.missions.reachable_insertion.search.result import Claim, SearchResult, Standing
-from orbsoc.missions.reachable_insertion.search.run import Search, Strategy, verified
+from orbsoc.missions.reachable_insertion.search.run import (
+    Claim,
+    Search,
+    SearchResult,
+    Standing,
+    Strategy,
+    verified,
+)
 from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
 from orbsoc.missions.reachable_insertion.search.strategies import STRATEGIES
 from orbsoc.missions.reachable_insertion.targets.rows import Row

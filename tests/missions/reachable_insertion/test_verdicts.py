@@ -15,9 +15,8 @@ from orbsoc.guidance.mission import Agreement
 from orbsoc.guidance.scp import Rules
 from orbsoc.missions.reachable_insertion import Plan, PlanStatus, Scenario, load_scenario, plan
 from orbsoc.missions.reachable_insertion.model.proof import proof_of_infeasibility
-from orbsoc.missions.reachable_insertion.plan.verdict import verdict
-from orbsoc.missions.reachable_insertion.search.result import Claim
-from orbsoc.missions.reachable_insertion.search.run import Search, Strategy
+from orbsoc.missions.reachable_insertion.plan import details
+from orbsoc.missions.reachable_insertion.search.run import Claim, Search, Strategy
 from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
 from orbsoc.missions.reachable_insertion.search.strategies import STRATEGIES
 from orbsoc.missions.reachable_insertion.search.turning import quick_turn
@@ -83,7 +82,7 @@ def test_orbits_are_lowered_in_the_known_time(case: str, burn_s: float) -> None:
     assert found.status is PlanStatus.VERIFIED
     assert found.time_of_flight_s == pytest.approx(burn_s, abs=0.002)
     assert found.later is not None
-    assert "--set burn.ignition=free" in verdict(found)
+    assert "--set burn.ignition=free" in details(found)
 
 
 def test_a_vehicle_on_its_target_orbit_gets_a_plan_of_no_burn() -> None:
@@ -102,12 +101,12 @@ def test_a_plane_change_whose_shortest_burn_reverses_turns_as_fast_as_the_grid_f
     assert 76.43 < found.time_of_flight_s < 76.6  # 16 °/s of limits.attitude_rate_deg_s take 76.618 s
     assert found.verification is not None
     peak = f"{np.rad2deg(found.verification.peak_rate_rad_s):.4g} °/s"
-    assert f"turns at up to {peak}, about as fast as a grid of 48 nodes follows; the shortest one" in verdict(
+    assert f"turns at up to {peak}, about as fast as a grid of 48 nodes follows; the shortest one" in details(
         found
     )
     assert found.later is not None
     assert found.later.burn_s < 67.6
-    assert "max_nodes" not in verdict(found)
+    assert "max_nodes" not in details(found)
 
 
 def test_the_faster_turn_is_added_to_what_was_found_and_an_interruption_keeps_that() -> None:
@@ -136,7 +135,7 @@ def test_the_faster_turn_is_added_to_what_was_found_and_an_interruption_keeps_th
 def test_a_target_that_no_present_burn_reaches_is_not_found_and_names_the_coast_that_does() -> None:
     found = plan(scenario("out of reach unless it waits"))
     assert found.status is PlanStatus.NOT_FOUND
-    words = verdict(found)
+    words = details(found)
     assert words.startswith("NOT FOUND: ")
     assert "from 6 starts" in words
     assert "--set burn.ignition=free" in words
@@ -171,7 +170,7 @@ def test_missions_that_are_feasible_by_construction_are_verified_with_a_burn_no_
     made = mission(2026, number)
     assert made.kind == KINDS[number % 10]
     found = plan(made.scenario)
-    assert found.status is PlanStatus.VERIFIED, verdict(found)
+    assert found.status is PlanStatus.VERIFIED, details(found)
     assert found.time_of_flight_s <= 1.001 * made.burn_s
 
 

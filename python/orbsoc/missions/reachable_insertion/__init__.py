@@ -9,10 +9,10 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError
 
 from .dispersion import DISPERSION, disperse
-from .plan.plan import Plan, plan, reproduce
+from .plan import Plan, plan, reproduce
 from .planner import COLUMNS
 from .scenario import Scenario, load_scenario
-from .search.result import Attempt
+from .search.run import Attempt
 from .two_burns.planner import TwoBurnPlan
 
 PAPER = "004"

@@ -17,7 +17,7 @@ from orbsoc.guidance.mission import PaperRow, PlanStatus
 from orbsoc.orbit import pitch_yaw
 
 from .scenario import PaperCase
-from .search.result import SearchResult
+from .search.run import SearchResult
 
 Verdict = Literal["reproduced", "misprint", "not reproduced", "met by construction", "other data"]
 

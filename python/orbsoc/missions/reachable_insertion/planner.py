@@ -8,8 +8,7 @@ from orbsoc.guidance.mission import Column
 from orbsoc.guidance.scp import Iteration, Rules, Solve
 
 from .scenario import Scenario
-from .search.result import SearchResult
-from .search.run import Search, Strategy
+from .search.run import Search, SearchResult, Strategy
 from .search.setup import InsertionSetup
 from .search.strategies import STRATEGIES
 

@@ -36,6 +36,7 @@ from .targets.target import Target
 
 Array = NDArray[np.float64]
 
+THRUST_EXCESS = "max‖u‖ − 1 between nodes"
 SAMPLES = 401
 """Points at which the plan is sampled for checking, figures and the attitude file (at least 200)."""
 COAST_STEP_S = 60.0
@@ -215,7 +216,7 @@ def judged(
         ("|ΔH|/|H|", found["angular_momentum_rel"], rules.angular_momentum_rel),
         ("|ΔL|/μ", found["laplace_rel"], rules.laplace_rel),
         ("plane error in rad", found["plane_rad"], rules.plane_rad),
-        ("max‖u‖ − 1 between nodes", found["thrust_excess"], rules.thrust_excess),
+        (THRUST_EXCESS, found["thrust_excess"], rules.thrust_excess),
         ("depth below the ground in m", max(0.0, -lowest_m), 0.0),
         *((name, value, getattr(rules, limit)) for name, value, limit in target.errors(orbit)),
     ]

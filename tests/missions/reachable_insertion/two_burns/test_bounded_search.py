@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from benchmarks.two_burn_missions import transfer
 from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.missions.reachable_insertion import Plan, PlanStatus, Scenario, TwoBurnPlan, load_scenario, plan
-from orbsoc.missions.reachable_insertion.plan.verdict import verdict as verdict_of_one_burn
+from orbsoc.missions.reachable_insertion.plan import details as verdict_of_one_burn
 from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
 from orbsoc.missions.reachable_insertion.two_burns.flight import sensitivities
 from orbsoc.missions.reachable_insertion.two_burns.motion import Motion

@@ -26,7 +26,7 @@ from orbsoc.missions.reachable_insertion import (
     load_scenario,
     plan,
 )
-from orbsoc.missions.reachable_insertion.plan.verdict import verdict as verdict_of_one_burn
+from orbsoc.missions.reachable_insertion.plan import details as verdict_of_one_burn
 from orbsoc.missions.reachable_insertion.record.attitude import turned
 from orbsoc.missions.reachable_insertion.two_burns.verdict import verdict
 from orbsoc.orbit import EARTH, elements_from_state

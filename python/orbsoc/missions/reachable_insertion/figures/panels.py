@@ -19,7 +19,7 @@ from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import pitch_yaw
 
 from ..scenario import Scenario
-from ..search.result import SearchResult
+from ..search.run import SearchResult
 from ..verification import Arcs, Verification
 from .history import history_figure
 from .orbit import orbit_figure

@@ -13,7 +13,7 @@ from orbsoc.orbit import Elements
 
 from ..model.problems import Iterate
 from ..paper import compare
-from ..search.result import SearchResult
+from ..search.run import SearchResult
 from ..targets.rows import Row
 from ..targets.target_orbit import LargestOrbit
 from .attitude import attitude_axes

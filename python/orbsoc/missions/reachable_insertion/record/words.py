@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from orbsoc.guidance.claims import Claim, Kind
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import ExitReason, Iteration
 from orbsoc.guidance.verdict import Question, VerdictLine, Word, shortened
@@ -92,9 +93,11 @@ def start_tried(
 # lines of the verdict
 
 
-def fitted(question: Question, word: Word, figure: str, evidence: str = "") -> VerdictLine:
+def fitted(
+    question: Question, word: Word, figure: str, evidence: str = "", claim: Claim | None = None
+) -> VerdictLine:
     """A line whose figure, made elsewhere, ends with a clause; the sentences of the plan have the rest."""
-    return VerdictLine(question, word, shortened(figure), evidence=evidence)
+    return VerdictLine(question, word, shortened(figure), evidence=evidence, claim=claim)
 
 
 def wait_in_words(wait_s: float) -> str:
@@ -102,8 +105,15 @@ def wait_in_words(wait_s: float) -> str:
     return f"about {wait_s:.0f} s" if wait_s < 120.0 else f"about {wait_s / 60.0:.0f} min"
 
 
-def answer_line(plan: Told, verified: str, closest: str) -> VerdictLine:
-    """*Answer*: the figure of a plan to fly is `verified`, of one that is not found what the `closest` start leaves."""
+def optimum_line(kind: Kind, figure: str, class_: str, evidence: str) -> VerdictLine:
+    """*Optimum*: what is claimed of the burns, for which class of them, by what evidence."""
+    claim = Claim(kind, figure, class_, evidence)
+    return fitted(Question.OPTIMUM, Word[kind.name], figure, claim=claim)
+
+
+def answer_line(plan: Told, verified: str, closest: str, proved_for: str) -> VerdictLine:
+    """*Answer*: the figure of a plan to fly is `verified`, of one that is not found what the `closest` start leaves, and a proof
+    of infeasibility is one `proved_for` a class of burns."""
     found, status, word = plan.verification, plan.status, Word[plan.status.name]
     if status is PlanStatus.VERIFIED and found is not None:
         evidence = _flown_within(plan.scenario, found)
@@ -115,7 +125,8 @@ def answer_line(plan: Told, verified: str, closest: str) -> VerdictLine:
     if status is PlanStatus.INFEASIBLE and plan.proof is not None:
         needed, available = speeds_m_s(plan.proof, plan.scenario)
         figure = f"{plan.proof.what} takes {needed:.1f} m/s, there are {available:.1f} m/s"
-        return fitted(Question.ANSWER, word, figure, "proved")
+        claim = Claim(Kind.PROVED, figure, proved_for, "a bound on what a velocity of this size changes")
+        return fitted(Question.ANSWER, word, figure, "proved", claim)
     return fitted(
         Question.ANSWER, word, closest if status is PlanStatus.NOT_FOUND and closest else plan.message
     )

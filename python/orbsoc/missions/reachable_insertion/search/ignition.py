@@ -8,7 +8,7 @@ the burn of the sequence decides.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -21,7 +21,7 @@ from .. import tuning
 from ..model.coast import coasted
 from ..starts.directions import Start, burn_time, impulse
 from ..starts.steering_law import Law, corrected, smoothed, turn_of
-from .result import COLD, Attempt, SearchResult
+from .run import COLD, Attempt, SearchResult
 from .setup import InsertionSetup
 
 Array = NDArray[np.float64]
@@ -86,8 +86,9 @@ def later_burns(result: SearchResult, search_from: SearchFrom) -> Iterator[Attem
         if not start.reaches:
             return np.inf
         made = search_from(ignited, start)
-        for each in made.attempts:
-            yield each if made.verified and each is made.best else each.on_the_way
+        for each in made.attempts:  # their law is of no use at another ignition
+            told = replace(each, start=Start(each.start.name))
+            yield told if made.verified and each is made.best else told.on_the_way
         if made.interrupted:
             raise KeyboardInterrupt
         return made.trajectory.duration if made.verified else np.inf

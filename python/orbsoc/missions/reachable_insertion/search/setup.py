@@ -21,7 +21,7 @@ from ..model.coast import at_ignition, coasted
 from ..model.problems import Iterate, MaxEnergyFixedPerigee, MaxEnergyFreePerigee, MinTime
 from ..scenario import Scenario
 from ..starts.directions import along_velocity, propagated, towards_plane
-from ..starts.steering_law import Law
+from ..starts.steering_law import Law, grid_resolves
 from ..targets.free_target import FreeTarget
 from ..targets.target import Target
 from ..targets.target_orbit import LargestOrbit, TargetOrbit
@@ -146,6 +146,14 @@ class InsertionSetup:
         trajectory = self.by_law(law, nodes).trajectory
         raw = law.vectors(trajectory.grid.nodes)
         return Iterate(Trajectory(trajectory.grid, trajectory.states, raw, trajectory.end, law.duration))
+
+    def nodes_that_follow(self, law: Law) -> int:
+        """Of the coarsest grid that follows a law, at most the finest allowed."""
+        method = self.scenario.method
+        nodes = method.nodes
+        while nodes < method.max_nodes and not grid_resolves(law, nodes, 0.1 * tuning.TOO_LONG):
+            nodes = min(method.max_nodes, int(np.ceil(tuning.GROWTH * nodes)))
+        return nodes
 
     def _missing(self, trajectory: Trajectory) -> Iterate:
         return Iterate(trajectory, slack=self.target.misses(trajectory.end))

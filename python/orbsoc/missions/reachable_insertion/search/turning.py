@@ -21,9 +21,7 @@ from ..model.problems import Iterate
 from ..starts.directions import Start
 from ..starts.steering_law import grid_resolves, unit_on
 from ..targets.rows import Row
-from .burns import nodes_that_follow
-from .result import Attempt, Claim, SearchResult, Standing
-from .run import Findings, Search, fly_and_verify, verified
+from .run import Attempt, Claim, Findings, Search, SearchResult, Standing, fly_and_verify, verified
 from .setup import InsertionSetup
 
 R = TypeVar("R")
@@ -193,7 +191,7 @@ def _finished(setup: InsertionSetup, attempt: Attempt, *, steps: int | None = No
     flown = replace(attempt, verification=fly_and_verify(setup, attempt.iterate))
     if setup.scenario.problem != "min_time" or flown.verified:
         return flown
-    nodes = max(attempt.nodes, nodes_that_follow(setup, attempt.law))
+    nodes = max(attempt.nodes, setup.nodes_that_follow(attempt.law))
     unit = unit_on(setup.burn, setup.target, attempt.law, nodes, tuning.REACHED, steps=steps)
     if unit is None:
         return flown

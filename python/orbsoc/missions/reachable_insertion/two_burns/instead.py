@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from orbsoc.guidance.mission import PlanStatus
 
-from ..search.result import SearchResult
+from ..search.run import SearchResult
 from ..search.setup import InsertionSetup
 from .search import FLOWN, flown_starts, fly_and_verify, limits_of, proof_for_two_burns
 

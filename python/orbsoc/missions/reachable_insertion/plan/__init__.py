@@ -1,1 +1,0 @@
-"""A plan with its verdict and files."""
