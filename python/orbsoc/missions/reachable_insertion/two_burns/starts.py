@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from orbsoc.guidance.powered_flight import Burn
 from orbsoc.orbit import (
-    EARTH,
     CanonicalUnits,
     Elements,
     elements_from_state,
@@ -104,9 +103,9 @@ def _burn_time(burn: Burn, delta_v: Array | float, elapsed: float) -> Array:
 
 def _completed(burn: Burn, target: FreeTarget) -> Iterator[TargetOrbit]:
     """Orbits that have what is given of the target, and of what is free values near the first orbit's."""
-    units = CanonicalUnits.of(EARTH)
+    units = CanonicalUnits.of(target.constants)
     start = rotate_state(target.to_eci, units.state_to_si(burn.start))
-    now = elements_from_state(start[:3], start[3:])
+    now = elements_from_state(start[:3], start[3:], target.constants)
     shapes = list(_shapes(target, now, units.length_m))
     inc = now.inc_rad if target.inc is None else target.inc
     nodes = now.raan_rad + NEW_NODES if target.raan is None else np.array([target.raan])
@@ -116,9 +115,9 @@ def _completed(burn: Burn, target: FreeTarget) -> Iterator[TargetOrbit]:
     for (sma_m, ecc), raan, argp in product(shapes, nodes, argps):
         if ecc < 1e-6 and argp != argps[0]:
             continue
-        orbit = Elements(sma_m, ecc, float(inc), float(raan), float(argp), 0.0)
+        orbit = Elements(sma_m, ecc, float(inc), float(raan), float(argp), 0.0, constants=target.constants)
         state = rotate_state(target.to_eci.T, np.concatenate(state_from_elements(orbit)))
-        yield TargetOrbit.through(units.state_from_si(state))
+        yield TargetOrbit.through(units.state_from_si(state), target.constants)
 
 
 def _shapes(target: FreeTarget, now: Elements, length_m: float) -> Iterator[tuple[float, float]]:
