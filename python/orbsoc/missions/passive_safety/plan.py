@@ -133,10 +133,11 @@ def _optimum(plan: Plan) -> VerdictLine | None:
             Question.OPTIMUM, Claim(Kind.BOUND, words, _class(plan), checked, gap), evidence=f"gap {gap:.0e}"
         )
     if timed.densest is not None:
-        least = timed.densest.solution.dual_objective
-        words = f"{tried} problems; with impulses at all candidate times at least {least:.6f} m/s"
+        later = "all candidate times" if timed.later is None else "any times after impulse 2"
+        least = timed.later or timed.densest.solution.dual_objective
+        words = f"{tried} problems; with impulses at {later} at least {least:.6f} m/s"
         gap = (timed.best.cost - least) / max(least, 1e-12)
-        class_ = "impulses at the candidate times after impulse 2, as the scan left it"
+        class_ = f"impulses at {later}; impulse 2 where the scan left it"
         return VerdictLine.of_claim(
             Question.OPTIMUM, Claim(Kind.BEST_FOUND, words, class_, "dual bound", gap)
         )
