@@ -14,14 +14,13 @@ from math import inf, pi
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import LinearMotion
 
 from .impulses import ImpulseProgramme
 from .safety_bound import STILL_M, DriftFamily, Least, least_bound, unsafe_shares
-
-Array = NDArray[np.float64]
 
 PHASES = 1440
 """Of a revolution, at which distances are looked at before the least is refined."""
