@@ -6,17 +6,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import ClohessyWiltshire
 
 from ..scp import Iteration, Solve, within_residual
 from .programme import ImpulseProgramme
 from .unknowns import KICK, Impulses
-
-Array = NDArray[np.float64]
 
 GRID = 240
 """Intervals of the window on which the primer is looked at before its maxima are refined."""

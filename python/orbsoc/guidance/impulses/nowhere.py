@@ -14,16 +14,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.conic.problem import Cones, Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Status
 from orbsoc.conic.verify import project_dual
+from orbsoc.orbit.array import Array
 
 from ..scp import Solve
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-9
 ROUNDED = 1e-10

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from orbsoc.conic.builder import ConicBuilder, HasPoint, Term, Variable
 from orbsoc.conic.named_rows import HasDuals
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import LinearMotion
 
 from .programme import ImpulseProgramme
 
-Array = NDArray[np.float64]
 Cost = Literal["norms", "absolutes", "largest"]
 
 KICK = np.vstack([np.zeros((3, 3)), np.eye(3)])

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Column, PlanStatus
@@ -19,8 +18,6 @@ from .scenario import Scenario
 from .search.pulses import Search, Searcher, search
 from .search.tube import Tube
 from .verification import Checked, TrueFlight, check, fly_truth
-
-Array = NDArray[np.float64]
 
 COLUMNS = {
     "pulses": Column("pulses", ".0f"),

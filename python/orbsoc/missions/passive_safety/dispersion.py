@@ -13,21 +13,19 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.conic.settings import Settings
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.monte_carlo import Dispersion, Spread
 from orbsoc.guidance.safety import drift_clearance
 from orbsoc.guidance.scp import Solve
+from orbsoc.orbit.array import Array
 
 from .model.approach import Approach
 from .model.margins import Margins
 from .model.problem import GIVEN_UP, assemble
 from .scenario import Scenario
 from .search.timing import usable
-
-Array = NDArray[np.float64]
 
 GIVEN_UP_M = 0.01
 """Depth from which on a re-plan counts as one that could not keep its margins."""

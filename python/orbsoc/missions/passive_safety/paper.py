@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.mission import BROKEN, PaperRow
 from orbsoc.guidance.safety import drift_clearance, states_after
 from orbsoc.guidance.samples import sampled_row, share_row
 from orbsoc.guidance.scenario_file import read_toml
 from orbsoc.guidance.scp import uninterrupted
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import DriftEllipse
 
 from .dispersion import fly_many
@@ -259,7 +259,7 @@ def _depth(plan: ApproachPlan) -> float:
     return min(-each.highest_r_m if below else each.lowest_r_m for each in ellipses)
 
 
-def _after(plan: ApproachPlan) -> NDArray[np.float64]:
+def _after(plan: ApproachPlan) -> Array:
     """States after the impulses, (N, 6)."""
     assert plan.programme is not None
     return states_after(plan.programme, plan.approach.start, plan.approach.motion)

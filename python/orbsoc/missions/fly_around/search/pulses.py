@@ -6,9 +6,9 @@ from bisect import bisect_left
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.scp import Solve
+from orbsoc.orbit.array import Array
 
 from ..model.flight import Flight
 from ..model.margin import margin_m
@@ -18,8 +18,6 @@ from .coasting import coasting_bound
 from .fewest import COAST_SAMPLES, Bound, coast_end, even_bound, first_shares, partition
 from .times import least_error
 from .tube import Note, NoTube, Tube, cheapest
-
-Array = NDArray[np.float64]
 
 HEADROOM = 0.02
 """Of the tolerance: the search for times ends where the least error is so far below it."""

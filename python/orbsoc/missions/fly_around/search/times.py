@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from orbsoc.conic.settings import Settings
 from orbsoc.guidance.scp import Iteration, Solve
+from orbsoc.orbit.array import Array
 
 from ..model.flight import Flight
 from .tube import TOLERANCE, USABLE, Note, NoTube, Tube, solve_tube, tube_impulses
-
-Array = NDArray[np.float64]
 
 MAX_ROUNDS = 15
 FIRST_RADIUS = 0.05

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from orbsoc.conic.builder import ConicBuilder, Term
 from orbsoc.conic.problem import Problem
@@ -19,10 +19,10 @@ from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Status
 from orbsoc.guidance.impulses import KICK, ImpulseProgramme, Impulses
 from orbsoc.guidance.scp import Iteration, Solve
+from orbsoc.orbit.array import Array
 
 from ..model.flight import Flight, Flown, fly
 
-Array = NDArray[np.float64]
 Goal = Literal["error", "dv"]
 Note = Callable[[Iteration], None]
 

@@ -14,7 +14,6 @@ from dataclasses import dataclass, field, replace
 from math import ceil, inf, pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Status
@@ -27,6 +26,7 @@ from orbsoc.guidance.impulses import (
     primer_ceiling,
 )
 from orbsoc.guidance.scp import Iteration, Solve
+from orbsoc.orbit.array import Array
 
 from ..model.approach import Approach
 from ..model.margins import Margins
@@ -34,8 +34,6 @@ from ..model.problem import GIVEN_UP, MISS, assemble
 from ..scenario import DEFAULT_COUNT
 from .anywhere import generated_anywhere
 from .impossible import proved_impossible
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-9
 ACCEPTED = 1e-6
