@@ -54,25 +54,12 @@ class Plan(FlyAround):
         found: list[Difference] = []
         if self.verification is not None and other.verification is not None:
             ours, theirs = self.verification, other.verification
-            found = [
-                Difference(
-                    "pulses", "number of pulses", abs(len(ours.programme) - len(theirs.programme)), 0.0
-                ),
-                Difference(
-                    "delta_v_m_s",
-                    "velocity change",
-                    abs(ours.programme.total_m_s - theirs.programme.total_m_s),
-                    1e-4,
-                    "m/s",
-                ),
-                Difference(
-                    "largest_error_m",
-                    "largest error",
-                    abs(ours.flown.largest_error_m - theirs.flown.largest_error_m),
-                    1e-4,
-                    "m",
-                ),
-            ]
+            for name, words, one, another, tolerance, unit in (
+                ("pulses", "number of pulses", len(ours.programme), len(theirs.programme), 0.0, ""),
+                ("delta_v_m_s", "velocity change", ours.programme.total_m_s, theirs.programme.total_m_s, 1e-4, "m/s"),
+                ("largest_error_m", "largest error", ours.flown.largest_error_m, theirs.flown.largest_error_m, 1e-4, "m"),
+            ):  # fmt: skip
+                found.append(Difference(name, words, abs(one - another), tolerance, unit))
         if self.search is not None and other.search is not None and self.search.bounds:
             apart = [
                 abs(arc.bound_m - again.bound_m)
