@@ -13,6 +13,7 @@ import numpy as np
 from orbsoc.guidance.claims import Claim, Kind
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Difference, FigureFile, PlanStatus
+from orbsoc.guidance.safety import nearest_claim
 from orbsoc.guidance.scp import Iteration, Solve
 from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word, shortened
 
@@ -123,7 +124,8 @@ def _safety(found: Checked) -> VerdictLine:
     out, cut = found.nearest_out, found.nearest_cut
     figure = f"engine out: nearest {out.distance_m:.1f} m in {ORBITS:g} orbits (pulse {out.number})"
     within = f"{cut.distance_m:.1f} m within pulse {cut.number}"
-    return VerdictLine(Question.SAFETY, Word.NOT_ASKED, figure, evidence=within)
+    claim = nearest_claim(found.cut_burns, f"for {ORBITS:g} orbits")
+    return VerdictLine(Question.SAFETY, Word.NOT_ASKED, figure, evidence=within, claim=claim)
 
 
 def _flights(plan: Plan, found: Checked) -> VerdictLine | None:

@@ -12,6 +12,7 @@ from orbsoc.conic.solution import Status
 from orbsoc.guidance.claims import Claim, Kind
 from orbsoc.guidance.impulses import INSTANTS, ImpulseProgramme
 from orbsoc.guidance.mission import Difference, FigureFile, PlanStatus
+from orbsoc.guidance.safety import nearest_claim
 from orbsoc.guidance.scp import Iteration, Solve
 from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word, shortened
 
@@ -209,7 +210,8 @@ def _safety(plan: Plan) -> VerdictLine | None:
     if plan.nearest_with_j2_m < plan.scenario.keep_out_m - LIMIT_M:
         stronger.append(f"with J2 {plan.nearest_with_j2_m:.1f} m")
     word = Word.NOT_SAFE if not plan.safety_kept else Word.PARTLY if stronger or not plan.safe else Word.SAFE
-    return VerdictLine(Question.SAFETY, word, figure, limit, ", ".join(stronger))
+    claim = nearest_claim(found.cuts, "for all time" if plan.approach.circular else "for an orbit")
+    return VerdictLine(Question.SAFETY, word, figure, limit, ", ".join(stronger), claim)
 
 
 def _flights(plan: Plan) -> VerdictLine | None:
