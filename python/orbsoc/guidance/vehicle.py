@@ -6,7 +6,7 @@ elements and its frame need, nor the dry mass of its eq. 5; both are keys here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 import numpy as np
@@ -60,7 +60,7 @@ class Vehicle(Table):
         if not isinstance(given, dict):
             return given
         if given.get("preset") is not None:
-            given = _filled("vehicle", given, vehicle_with_preset)
+            given = vehicle_with_preset(given)
         impulse, thrust = given.get("isp_s"), given.get("thrust_n")
         if impulse is None:
             if "mass_flow_kg_s" not in given:
@@ -101,21 +101,11 @@ class LaunchSite(Table):
         """The place of a site by name; the scenario then holds the numbers alone."""
         if not isinstance(given, dict) or given.get("preset") is None:
             return given
-        return _filled("launch_site", given, site_with_preset)
+        return site_with_preset(given)
 
     def frame(self) -> LaunchFrame:
         angles = (self.geocentric_latitude_deg, self.azimuth_deg, self.inertial_longitude_deg)
         return LaunchFrame(*(float(np.deg2rad(angle)) for angle in angles))
-
-
-def _filled(
-    table: str, given: dict[str, Any], fill: Callable[[Mapping[str, Any]], dict[str, Any]]
-) -> dict[str, Any]:
-    """The table with its preset filled in; refuses a name that is not known."""
-    try:
-        return fill(given)
-    except KeyError as error:
-        raise refused(f"{table}.preset", repr(given["preset"]), str(error.args[0])) from error
 
 
 class State(Table):
