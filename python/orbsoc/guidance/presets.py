@@ -11,6 +11,8 @@ from typing import Any
 
 from orbsoc.files.nearest import did_you_mean
 
+from .scenario_file import refused
+
 FLATTENING = 1.0 / 298.257223563
 """Of the Earth: WGS 84."""
 FLOWS = ("isp_s", "mass_flow_kg_s")
@@ -26,27 +28,28 @@ def presets(kind: str) -> Mapping[str, Mapping[str, Any]]:
 
 
 def vehicle_with_preset(given: Mapping[str, Any]) -> dict[str, Any]:
-    """A vehicle's table with what its preset says; own keys win. Raises KeyError with what is allowed."""
+    """A vehicle's table with what its preset says; own keys win. For a validator: refuses an unknown name."""
     own = dict(given)
-    base = dict(_preset("vehicle", own.pop("preset")))
+    base = dict(_preset("vehicle", "vehicle", own.pop("preset")))
     for key in ("what", "source", *(FLOWS if set(FLOWS) & set(own) else ())):
         base.pop(key, None)
     return base | own
 
 
 def site_with_preset(given: Mapping[str, Any]) -> dict[str, Any]:
-    """A launch site's table with what its preset says; own keys win. Raises KeyError with what is allowed.
+    """A launch site's table with what its preset says; own keys win. For a validator: refuses an unknown name.
 
     The geocentric latitude is that of the ellipsoid; the longitude is counted from Greenwich at the launch.
     """
     own = dict(given)
-    site = _preset("site", own.pop("preset"))
+    site = _preset("site", "launch_site", own.pop("preset"))
     latitude = degrees(atan((1.0 - FLATTENING) ** 2 * tan(radians(site["latitude_deg"]))))
     return {"geocentric_latitude_deg": latitude, "inertial_longitude_deg": site["longitude_deg"]} | own
 
 
-def _preset(kind: str, name: object) -> Mapping[str, Any]:
+def _preset(kind: str, table: str, name: object) -> Mapping[str, Any]:
     known = presets(kind)
     if not isinstance(name, str) or name not in known:
-        raise KeyError(f"no such {kind}; allowed: {', '.join(known)}.{did_you_mean(name, known)}")
+        allowed = f"no such {kind}; allowed: {', '.join(known)}.{did_you_mean(name, known)}"
+        raise refused(f"{table}.preset", repr(name), allowed)
     return known[name]

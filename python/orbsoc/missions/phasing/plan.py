@@ -95,9 +95,7 @@ def _answer(plan: Plan) -> VerdictLine:
         return VerdictLine(Question.ANSWER, word, figure, f"{LIMIT_M:g} m")
     if flight.failures:
         more = f"{len(flight.failures) - 1} more" if len(flight.failures) > 1 else ""
-        return VerdictLine(
-            Question.ANSWER, word, shortened(f"it breaks {flight.failures[0]}", 66), evidence=more
-        )
+        return VerdictLine(Question.ANSWER, word, shortened(f"it breaks {flight.failures[0]}"), evidence=more)
     analysis = plan.analysis
     if analysis is not None and analysis.too_weak:
         figure = f"{spent} fly as impulses ({flight.miss_m:.2f} m off), not as burns"
@@ -119,8 +117,9 @@ def _option(plan: Plan) -> VerdictLine | None:
     if best is None or best.least_m_s is None or not best.least_m_s < WORTH_WAITING * programme.total_m_s:
         return None
     less = f"{best.least_m_s:.1f} m/s (−{100.0 * (1.0 - best.least_m_s / programme.total_m_s):.0f} %)"
-    figure = f"{less} in {best.duration_h:.1f} h: --set window.revolutions={best.revolutions}"
-    return VerdictLine(Question.OPTION, Word.CHEAPER, figure)
+    figure = f"{less} in {best.duration_h:.1f} h"
+    other = {"window.revolutions": str(best.revolutions)}
+    return VerdictLine(Question.OPTION, Word.CHEAPER, figure, settings=other)
 
 
 def _optimum(plan: Plan) -> VerdictLine | None:
