@@ -26,6 +26,7 @@ from orbsoc.missions.phasing import Plan, Scenario, plan
 Array = NDArray[np.float64]
 
 DATA = Path(__file__).parent / "data"
+ROWS = Path(__file__).parents[1] / "docs/measurements/gtoc9.csv"
 MU, RADIUS, J2 = 398600.4418e9, 6378137.0, 1.08262668e-3
 """Of the rules, SI."""
 DAY_S, FREE_D = 86400.0, 0.15
@@ -128,7 +129,7 @@ def table(rows: list[dict[str, str]]) -> str:
     longest = max(float(row["processor_s"]) for row in rows)
     ours, theirs = (sum(float(row[key]) for row in done) for key in ("ours_m_s", "jpl_m_s"))
     lines = [
-        f"- {len(done)} of {len(rows)} legs planned, {sum(row['status'] == 'VERIFIED' for row in rows)} verified; "
+        f"- {len(rows)} of {len(legs())} legs run, {len(done)} planned, {sum(row['status'] == 'VERIFIED' for row in rows)} verified; "
         f"{met} re-flown to {MET_M:g} m or less, at most {max(float(row['reflown_m']) for row in done):.3f} m.",
         f"- {cheap} ({100 * cheap / len(rows):.0f} %) at JPL's Δv + {MORE_M_S:g} m/s or less; {SHARE:.0%} are asked for. "
         f"Together {ours:.1f} m/s, JPL's {theirs:.1f} m/s.",
@@ -142,7 +143,7 @@ def table(rows: list[dict[str, str]]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--out", type=Path, default=Path("target/gtoc9.csv"), help="rows, one a leg")
+    parser.add_argument("--out", type=Path, default=ROWS, help="rows, one a leg")
     parser.add_argument("--legs", type=int, nargs="*", help="numbers from 1; all by default")
     parser.add_argument("--part", default="1/1", help="2/3: every third leg from the second")
     parser.add_argument("--table", action="store_true", help="plan nothing; print the table")

@@ -78,7 +78,10 @@ class Approach:
         """Fly all impulses (K, 3), the last at the meeting. Raises PropagationError."""
         forces = self.scenario.forces_on(self.scenario.chaser.ballistic_m2_kg)
         states, matrices = fast_coast_with_transitions([self.start], self.times_s, forces, dv_m_s[:, None])
-        to_end = matrices[-1, 0] @ np.linalg.inv(matrices[:, 0])
+        try:
+            to_end = matrices[-1, 0] @ np.linalg.inv(matrices[:, 0])
+        except np.linalg.LinAlgError as error:  # of a trial that leaves the Earth or falls on it
+            raise PropagationError(f"transition matrices: {error}") from None
         miss = states[-1, 0] - self.goal
         miss[3:] += dv_m_s[-1]
         return Roll(dv_m_s, states[:, 0], to_end, miss, *self._coordinates(miss))

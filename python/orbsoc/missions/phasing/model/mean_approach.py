@@ -83,6 +83,7 @@ class MeanApproach(Approach):
         after = self._drift(dv_m_s)[1]
         return np.asarray(after[np.flatnonzero(np.any(dv_m_s, axis=1))[:-1]])
 
+    @np.errstate(invalid="ignore")
     def _drift(self, dv_m_s: Array, start: Array | None = None) -> tuple[Array, Array, list[int]]:
         """Elements (K, 6) before and after each instant, and the instants at which arcs end."""
         at, count = self.longitudes, self.longitudes.size
@@ -128,8 +129,7 @@ def _kicked(elements: Array, dv_m_s: Array, longitude: Array) -> Array:
     axes = (outward, np.cross(normal, outward), normal)
     dv = np.asarray(dv_m_s)
     kick = sum(dv[..., k, None] * axis for k, axis in enumerate(axes))
-    with np.errstate(invalid="ignore"):
-        found = equinoctial(np.concatenate(np.broadcast_arrays(r + 0.0 * kick, v + kick), axis=-1))
+    found = equinoctial(np.concatenate(np.broadcast_arrays(r + 0.0 * kick, v + kick), axis=-1))
     ahead = wrapped(found[..., 5] - longitude)
     found[..., 5] = elements[..., 5]
     return onward(found, -ahead)

@@ -31,7 +31,7 @@ def wrapped(angle: ArrayLike) -> Array:
 
 
 def equinoctial(states: Array) -> Array:
-    """Elements (..., 6) of states [r_m, v_m_s] (..., 6), ℓ in [−π, π)."""
+    """Elements (..., 6) of states [r_m, v_m_s] (..., 6), ℓ in [−π, π); NaN of a hyperbola."""
     r, v = states[..., :3], states[..., 3:]
     radius = np.linalg.norm(r, axis=-1)
     sma = 1.0 / (2.0 / radius - np.einsum("...i,...i->...", v, v) / MU)
@@ -41,7 +41,8 @@ def equinoctial(states: Array) -> Array:
     one, two = _axes(h, k)
     ecc = _cross(v, momentum) / MU - r / radius[..., None]
     f, g, x, y = (np.einsum("...i,...i->...", a, b) for a, b in ((ecc, one), (ecc, two), (r, one), (r, two)))
-    root = np.sqrt(1.0 - f**2 - g**2)
+    with np.errstate(invalid="ignore"):
+        root = np.sqrt(1.0 - f**2 - g**2)
     beta = 1.0 / (1.0 + root)
     cosine = f + ((1.0 - f**2 * beta) * x - f * g * beta * y) / (sma * root)
     sine = g + ((1.0 - g**2 * beta) * y - f * g * beta * x) / (sma * root)

@@ -21,7 +21,7 @@ BESIDE_S = ((40.0, 80.0, 160.0), (10.0, 20.0))
 """Before and after each impulse: instants of a round where it may be given instead."""
 SMALL = 1e-5
 """Of the cost: smaller impulses are left out."""
-RULES = TrustRules(radius=1e2, least_gain=1e-6, max_iterations=12)
+RULES = TrustRules(radius=1e2, least_gain=1e-5, max_iterations=6)
 
 
 def refine(
