@@ -248,6 +248,6 @@ BAD = {
 @pytest.mark.parametrize("name", BAD)
 def test_what_is_wrong_with_the_key_is_said(name: str) -> None:
     limits, words = BAD[name]
+    burn = {**FREE["burn"], "ignition": "free"}
     with pytest.raises(ScenarioError, match=words):
-        burn = {**FREE["burn"], "ignition": "free"}
         checked(Scenario, {**FREE, "limits": limits, "burn": burn}, source="test")
