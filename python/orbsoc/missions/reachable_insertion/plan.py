@@ -225,7 +225,7 @@ def _optimum(plan: SearchResult) -> VerdictLine:
         figure = "no burn is shorter than 0 s"
         return optimum_line(Kind.PROVED, figure, "all burns", "the vehicle is on its target orbit")
     if plan.claim is Claim.FAST_TURN:
-        figure = f"turns at up to {peak}, as {nodes} nodes follow; {_shorter(plan)}"
+        figure = f"turns at up to {peak}; {_shorter(plan)}"
     elif plan.claim is Claim.SMOOTH_TURN:
         figure = f"turns smoothly; {_shorter(plan)}"
     elif bound is not None:
@@ -236,21 +236,19 @@ def _optimum(plan: SearchResult) -> VerdictLine:
 
 
 def _shorter(plan: SearchResult) -> str:
-    """What is known of shorter burns: the shortest that was flown onto the orbit, and of which the grid alone is too coarse."""
-    longest = plan.trajectory.duration
-    flown = [
+    """What is known of shorter burns: one that a sequence led to, and that turned too fast for its grid, the finest one."""
+    tried = [
         each
         for each in plan.attempts
         if each.verification is not None
-        and each.trajectory.duration < longest
-        and each.verification.failures
-        and all(words.startswith(THRUST_EXCESS) for words in each.verification.failures)
+        and each.trajectory.duration < plan.trajectory.duration
+        and any(words.startswith(THRUST_EXCESS) for words in each.verification.failures)
     ]
-    if not flown:
-        return f"no shorter one was found that {plan.scenario.method.max_nodes} nodes follow"
-    best = min(flown, key=lambda each: each.trajectory.duration)
+    if not tried:
+        return "no shorter one was found"
+    best = min(tried, key=lambda each: (-each.nodes, each.trajectory.duration))
     duration_s = best.trajectory.duration * plan.setup.units.time_s
-    return f"one of {duration_s:.3f} s turns faster than {best.nodes} nodes follow"
+    return f"one of {duration_s:.3f} s turned faster than {best.nodes} nodes follow"
 
 
 def details(plan: SearchResult) -> str:
