@@ -194,13 +194,13 @@ def dual_infeasibility_radius(problem: Problem, x: Array) -> float:
 
 
 def _own_primal_radius(problem: Problem, y: Array, z: Array) -> float:
-    """The same, with x_j counted in (|b|ᵀ|y| + |h|ᵀ|z|) / (|A|ᵀ|y| + |G|ᵀ|z|)_j: where its terms are those of the right-hand side."""
+    """The same with x_j counted in (|b|ᵀ|y| + |h|ᵀ|z|) / (|A|ᵀ|y| + |G|ᵀ|z|)_j: as large as the right-hand side's terms."""
     with np.errstate(all="ignore"):
         z = project_dual(problem, z)
         finite_h, _ = _constraining(problem)
         gain = -(problem.b @ y + finite_h @ z)
         terms = np.abs(problem.b) @ np.abs(y) + np.abs(finite_h) @ np.abs(z)
-        sizes = abs(problem.A).T @ np.abs(y) + abs(problem.G).T @ np.abs(z)
+        sizes = _sizes(problem.A.T, y) + _sizes(problem.G.T, z)
         return _radius(gain / terms, _shares(problem.A.T @ y + problem.G.T @ z, sizes))
 
 
@@ -209,13 +209,21 @@ def _own_dual_radius(problem: Problem, x: Array) -> float:
     with np.errstate(all="ignore"):
         _, constrains = _constraining(problem)
         direction = np.where(constrains, -(problem.G @ x), 0.0)
-        rows = np.where(constrains, abs(problem.G) @ np.abs(x), 0.0)
+        rows = np.where(constrains, _sizes(problem.G, x), 0.0)
         for cone in problem.cones.second_order():
             rows[cone] = rows[cone].sum()
         obstacles = np.concatenate([problem.P @ x, problem.A @ x, _outside(direction, problem.cones)])
-        sizes = np.concatenate([abs(problem.P) @ np.abs(x), abs(problem.A) @ np.abs(x), rows])
+        sizes = np.concatenate([_sizes(problem.P, x), _sizes(problem.A, x), rows])
         terms = np.abs(problem.c) @ np.abs(x)
         return _radius(-(problem.c @ x) / terms, _shares(obstacles, sizes))
+
+
+def _sizes(matrix: csc.Matrix, v: Array) -> Array:
+    """|M| |v|."""
+    values, rows, columns = csc.entries(matrix)
+    out = np.zeros(matrix.shape[0])
+    np.add.at(out, rows, np.abs(values * v[columns]))
+    return out
 
 
 def _shares(errors: Array, sizes: Array) -> Array:
