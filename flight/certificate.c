@@ -42,7 +42,7 @@ static double probabilistic_bound(double terms) {
 /* ---- sums and norms ---- */
 
 /* a'b: eight sums side by side. */
-static double dot_of(size_t count, const double *a, const double *b) {
+ORBSOC_SHARED double dot_of(size_t count, const double *a, const double *b) {
   double way[SUMS] = {0.0}, sum = 0.0;
   size_t k = 0;
   for (; k + SUMS <= count; k += SUMS) {
@@ -60,7 +60,7 @@ static double dot_of(size_t count, const double *a, const double *b) {
 }
 
 /* Sum of |a_k|; with b, of |a_k b_k|. */
-static double size_of(size_t count, const double *a, const double *b) {
+ORBSOC_SHARED double size_of(size_t count, const double *a, const double *b) {
   double way[SUMS] = {0.0}, sum = 0.0, rest = 0.0;
   size_t k = 0;
   for (; k + SUMS <= count; k += SUMS) {
@@ -78,7 +78,7 @@ static double size_of(size_t count, const double *a, const double *b) {
 }
 
 /* The sum of magnitudes, one after the other. */
-static double one_norm(size_t count, const double *a) {
+ORBSOC_SHARED double one_norm(size_t count, const double *a) {
   double sum = 0.0;
   for (size_t k = 0; k < count; k++) {
     sum += fabs(a[k]);
@@ -87,7 +87,7 @@ static double one_norm(size_t count, const double *a) {
 }
 
 /* The largest magnitude; infinite when an entry is not finite, zero when there is none. */
-static double norm_of(size_t count, const double *a) {
+ORBSOC_SHARED double norm_of(size_t count, const double *a) {
   double top = 0.0, zero = 0.0;
   for (size_t k = 0; k < count; k++) {
     top = (top < fabs(a[k])) ? fabs(a[k]) : top;
@@ -97,7 +97,7 @@ static double norm_of(size_t count, const double *a) {
 }
 
 /* The largest magnitude, NaN left out. */
-static double peak_of(size_t count, const double *a, double top) {
+ORBSOC_SHARED double peak_of(size_t count, const double *a, double top) {
   for (size_t k = 0; k < count; k++) {
     top = most(top, fabs(a[k]));
   }
@@ -105,7 +105,7 @@ static double peak_of(size_t count, const double *a, double top) {
 }
 
 /* v of rows that are present, zero elsewhere. */
-static void present(pattern_t pattern, const double *v, double *out) {
+ORBSOC_SHARED void present(pattern_t pattern, const double *v, double *out) {
   for (size_t i = 0; i < pattern->given_m; i++) {
     out[i] = (pattern->absent[i] == 0u) ? v[i] : 0.0;
   }
@@ -130,8 +130,8 @@ static double column_dot(size_t count, const double *values, const orbsoc_index 
 }
 
 /* M'y. */
-static void transposed_product(const orbsoc_matrix *matrix, size_t columns, const double *values,
-                               const double *y, double *out) {
+ORBSOC_SHARED void transposed_product(const orbsoc_matrix *matrix, size_t columns,
+                                      const double *values, const double *y, double *out) {
   for (size_t j = 0; j < columns; j++) {
     const size_t begin = matrix->begins[j];
     out[j] = column_dot(matrix->begins[j + 1] - begin, &values[begin], &matrix->rows[begin], y);
@@ -139,8 +139,8 @@ static void transposed_product(const orbsoc_matrix *matrix, size_t columns, cons
 }
 
 /* M x. */
-static void product(const orbsoc_matrix *matrix, size_t rows, size_t columns, const double *values,
-                    const double *x, double *out) {
+ORBSOC_SHARED void product(const orbsoc_matrix *matrix, size_t rows, size_t columns,
+                           const double *values, const double *x, double *out) {
   for (size_t i = 0; i < rows; i++) {
     out[i] = 0.0;
   }
@@ -152,7 +152,7 @@ static void product(const orbsoc_matrix *matrix, size_t rows, size_t columns, co
 }
 
 /* P x, from P's upper triangle. */
-static void symmetric_product(pattern_t pattern, const double *values, const double *x,
+ORBSOC_SHARED void symmetric_product(pattern_t pattern, const double *values, const double *x,
                               double *out) {
   for (size_t j = 0; j < pattern->n; j++) {
     out[j] = 0.0;
@@ -172,7 +172,7 @@ static void symmetric_product(pattern_t pattern, const double *values, const dou
 
 /* What the projection onto a cone makes of the head, and by what it multiplies the tail; 0 where
  * the point is inside. */
-static int onto_cone(size_t dim, const double *v, double *head, double *factor) {
+ORBSOC_SHARED int onto_cone(size_t dim, const double *v, double *head, double *factor) {
   double square = 0.0;
   for (size_t i = 1; i < dim; i++) {
     square += v[i] * v[i];
@@ -212,7 +212,7 @@ static void project(pattern_t pattern, double *v) {
 }
 
 /* The largest entry of what the projection of v onto K would move. */
-static double outside(pattern_t pattern, const double *v) {
+ORBSOC_SHARED double outside(pattern_t pattern, const double *v) {
   double moved = 0.0;
   size_t at = pattern->given_l;
   for (size_t i = 0; i < pattern->given_l; i++) {
@@ -254,7 +254,7 @@ static void first_terms(size_t count, const double *first, double *sums, double 
   }
 }
 
-static double worst_bound(size_t count, const double *sums, const double *terms,
+ORBSOC_SHARED double worst_bound(size_t count, const double *sums, const double *terms,
                           const uint8_t *absent) {
   double worst = 0.0;
   for (size_t i = 0; i < count; i++) {
@@ -268,7 +268,7 @@ static double worst_bound(size_t count, const double *sums, const double *terms,
 }
 
 /* The terms of one matrix: in its rows' sums, and in those of columns. */
-static void add_terms(const orbsoc_matrix *matrix, size_t columns, const double *values,
+ORBSOC_SHARED void add_terms(const orbsoc_matrix *matrix, size_t columns, const double *values,
                       const double *x, const double *dual, double *rows, double *row_terms,
                       double *sums, double *terms) {
   for (size_t j = 0; j < columns; j++) {
@@ -519,7 +519,8 @@ static double lost_by_columns(const orbsoc_matrix *matrix, size_t columns, const
 
 /* That no x is feasible: z is projected onto K, and the certificate scaled to size one. What sums
  * may have lost in rounding counts against it. */
-static proof_t primal_proof(pattern_t pattern, const orbsoc_numbers *given, double *y, double *z) {
+ORBSOC_SHARED proof_t primal_proof(pattern_t pattern, const orbsoc_numbers *given, double *y,
+                                   double *z) {
   const size_t n = pattern->n, p = pattern->p, m = pattern->given_m;
   double *aty = given->work, *gtz = &aty[n], *h = &gtz[n];
   double terms = 0.0, scale, share = 0.0;
@@ -574,7 +575,7 @@ static double lost_along(pattern_t pattern, const orbsoc_numbers *given, const d
 }
 
 /* That no dual point is feasible; x is scaled to size one. */
-static proof_t dual_proof(pattern_t pattern, const orbsoc_numbers *given, double *x) {
+ORBSOC_SHARED proof_t dual_proof(pattern_t pattern, const orbsoc_numbers *given, double *x) {
   const size_t n = pattern->n, p = pattern->p, m = pattern->given_m;
   double *px = given->work, *ax = &px[n], *recession = &ax[p], *inside = &recession[m];
   double *sizes = &inside[m], terms = 0.0, share = 0.0;
@@ -624,7 +625,7 @@ static int norm_exceeds(pattern_t pattern, orbsoc_status status, double radius_,
 }
 
 /* (x, y, z) of words in the iteration's rows, into the user's rows; absent ones zero. */
-static void read_point(pattern_t pattern, const orbsoc_real *words, double *x, double *y,
+ORBSOC_SHARED void read_point(pattern_t pattern, const orbsoc_real *words, double *x, double *y,
                        double *z) {
   const size_t n = pattern->n, p = pattern->p;
   for (size_t j = 0; j < n; j++) {
@@ -641,7 +642,7 @@ static void read_point(pattern_t pattern, const orbsoc_real *words, double *x, d
   }
 }
 
-static void fill(size_t count, double value, double *out) {
+ORBSOC_SHARED void fill(size_t count, double value, double *out) {
   for (size_t k = 0; k < count; k++) {
     out[k] = value;
   }
@@ -802,9 +803,12 @@ void orbsoc_conclude(orbsoc_solver *solver) {
   later.y = at.y;
   later.z = at.z;
   later.s = at.s;
+  later.place = ORBSOC_ON_CORE;
+  later.event[0] = 0;
+  later.event[1] = 0;
   later.warm_start = solver->warm_start;
-  later.iterations = solver->spent + (uint32_t)words[WORD_ITERATION];
-  later.refinements = solver->refined_before + (uint32_t)words[WORD_REFINEMENTS];
+  later.iterations = solver->spent + orbsoc_count(words[WORD_ITERATION]);
+  later.refinements = solver->refined_before + orbsoc_count(words[WORD_REFINEMENTS]);
   later.attempts = solver->restarts + 1u;
   verify(solver, &at, &later);
   const orbsoc_solution *earlier = &solver->earlier;

@@ -24,6 +24,11 @@ static inline int adjacent(size_t count, const orbsoc_index *rows) {
   return count >= 16u && (size_t)rows[count - 1] - rows[0] + 1u == count;
 }
 
+/* A word that counts, as a number; 0 for what counts nothing, as a device may have left it. */
+static inline uint32_t orbsoc_count(orbsoc_real word) {
+  return (0 <= word && word < 4294967040) ? (uint32_t)word : 0u;
+}
+
 /* matrix_scaling: Ruiz equilibration and its undoing */
 typedef struct {
   orbsoc_real *p, *a, *g, *q;
@@ -31,6 +36,8 @@ typedef struct {
 } orbsoc_scaled;
 void orbsoc_equilibrate(pattern_t pattern, const orbsoc_numbers *given, uint32_t passes,
                         const orbsoc_scaled *out, orbsoc_real *norms);
+void orbsoc_rescale(pattern_t pattern, const orbsoc_numbers *given, const orbsoc_scaled *out);
+void orbsoc_load_given(const orbsoc_solver *solver);
 void orbsoc_norms(pattern_t pattern, const orbsoc_numbers *given, orbsoc_real *norms);
 void orbsoc_load_start(pattern_t pattern, const orbsoc_real *start, const orbsoc_scaled *scales,
                        orbsoc_real *point, orbsoc_real *slack, orbsoc_real *homogenizer);

@@ -70,8 +70,8 @@ static orbsoc_real cost_factor(size_t n, const orbsoc_real *c, size_t nnz, const
   return larger(1 / most, real(LEAST_COST) / larger(least, 1));
 }
 
-static void load(pattern_t pattern, const orbsoc_numbers *given, const orbsoc_scaled *out) {
-  const size_t n = pattern->n, p = pattern->p, m = pattern->m;
+static void load_matrices(pattern_t pattern, const orbsoc_numbers *given,
+                          const orbsoc_scaled *out) {
   for (size_t k = 0; k < pattern->nnz_p; k++) {
     out->p[k] = loaded(given->p[k]);
   }
@@ -81,15 +81,27 @@ static void load(pattern_t pattern, const orbsoc_numbers *given, const orbsoc_sc
   for (size_t k = 0; k < pattern->nnz_g; k++) {
     out->g[k] = loaded(given->g[pattern->g_origin[k]]);
   }
+}
+
+static void load_vectors(pattern_t pattern, const orbsoc_numbers *given, orbsoc_real *q) {
+  const size_t n = pattern->n, p = pattern->p, m = pattern->m;
   for (size_t k = 0; k < n; k++) {
-    out->q[k] = loaded(given->c[k]);
+    q[k] = loaded(given->c[k]);
   }
   for (size_t k = 0; k < p; k++) {
-    out->q[n + k] = loaded(given->b[k]);
+    q[n + k] = loaded(given->b[k]);
   }
   for (size_t k = 0; k < m; k++) {
-    out->q[n + p + k] = loaded(given->h[pattern->row_origin[k]]);
+    q[n + p + k] = loaded(given->h[pattern->row_origin[k]]);
   }
+}
+
+/* The data as they are before equilibration, in the buffers that it writes. */
+void orbsoc_load_given(const orbsoc_solver *solver) {
+  orbsoc_real *const *b = solver->buffer;
+  const orbsoc_scaled out = {b[ORBSOC_P], b[ORBSOC_A], b[ORBSOC_G], b[ORBSOC_Q], NULL, NULL, NULL};
+  load_matrices(solver->pattern, &solver->numbers, &out);
+  load_vectors(solver->pattern, &solver->numbers, out.q);
 }
 
 /* All rows of a second-order cone have its largest norm. */
@@ -108,7 +120,7 @@ static void join_cones(pattern_t pattern, orbsoc_real *norms) {
 void orbsoc_equilibrate(pattern_t pattern, const orbsoc_numbers *given, uint32_t passes,
                         const orbsoc_scaled *out, orbsoc_real *norms) {
   const size_t n = pattern->n, rows = n + pattern->p, all = unknowns_of(pattern);
-  load(pattern, given, out);
+  load_matrices(pattern, given, out);
   for (size_t i = 0; i < all; i++) {
     out->scale[i] = 1;
   }
@@ -129,6 +141,16 @@ void orbsoc_equilibrate(pattern_t pattern, const orbsoc_numbers *given, uint32_t
     multiply(&pattern->conic, n, norms, rows, out->g);
   }
   for (size_t i = 0; i < all; i++) {
+    out->scale_inverse[i] = 1 / out->scale[i];
+  }
+  orbsoc_rescale(pattern, given, out);
+}
+
+/* (c, b, h) beside matrices that are equilibrated, and P by the cost's factor. */
+void orbsoc_rescale(pattern_t pattern, const orbsoc_numbers *given, const orbsoc_scaled *out) {
+  const size_t n = pattern->n, all = unknowns_of(pattern);
+  load_vectors(pattern, given, out->q);
+  for (size_t i = 0; i < all; i++) {
     out->q[i] = out->q[i] * out->scale[i];
   }
   const orbsoc_real gamma = cost_factor(n, out->q, pattern->nnz_p, out->p);
@@ -137,9 +159,6 @@ void orbsoc_equilibrate(pattern_t pattern, const orbsoc_numbers *given, uint32_t
   }
   for (size_t i = 0; i < n; i++) {
     out->q[i] = out->q[i] * gamma;
-  }
-  for (size_t i = 0; i < all; i++) {
-    out->scale_inverse[i] = 1 / out->scale[i];
   }
   out->cost_scale[0] = gamma;
   out->cost_scale[1] = 1 / gamma;

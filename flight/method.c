@@ -146,8 +146,8 @@ int orbsoc_begin_again(orbsoc_solver *solver) {
     solver->has_earlier = 1;
   }
   solver->attempt = found->attempt;
-  solver->spent += (uint32_t)words[WORD_ITERATION];
-  solver->refined_before += (uint32_t)words[WORD_REFINEMENTS];
+  solver->spent += orbsoc_count(words[WORD_ITERATION]);
+  solver->refined_before += orbsoc_count(words[WORD_REFINEMENTS]);
   solver->restarts += 1u;
   solver->stop = STOP_NONE;
   if (solver->warm_start != ORBSOC_NO_START) {
@@ -195,19 +195,76 @@ static int follow(orbsoc_solver *solver, const orbsoc_list *list) {
   return 0;
 }
 
+/* One attempt: a start-up list, iterations, the closing list; on the device, where it can. */
+static void make_attempt(orbsoc_solver *solver, const orbsoc_list *list) {
+  if (solver->away != 0u) {
+    orbsoc_begin_attempt_there(solver);
+    if (orbsoc_attempt_there(solver, list == &orbsoc_warm_startup) != 0) {
+      orbsoc_fetch_answer(solver);
+      return;
+    }
+  }
+  int ended = follow(solver, list);
+  while (ended == 0) {
+    ended = follow(solver, &orbsoc_iteration);
+  }
+  if (solver->event == 0u) {
+    (void)follow(solver, &orbsoc_closing);
+  }
+  if (solver->away != 0u) {
+    orbsoc_fetch_answer(solver);
+  }
+}
+
 /* Attempt from a start-up list, then restart for as long as a restart follows. */
 static void solve_with_restarts(orbsoc_solver *solver, const orbsoc_list *list) {
   int again = 1;
   while (again != 0) {
-    int ended = follow(solver, list);
-    while (ended == 0) {
-      ended = follow(solver, &orbsoc_iteration);
+    make_attempt(solver, list);
+    if (solver->event != 0u) {
+      return;
     }
-    (void)follow(solver, &orbsoc_closing);
     orbsoc_conclude(solver);
     again = orbsoc_begin_again(solver);
     list = &orbsoc_startup;
   }
+}
+
+#define TRIES 2u
+
+/* Two tries on the device, where there is one, and then one on the core. */
+static void solve_somewhere(orbsoc_solver *solver, orbsoc_attempt attempt, orbsoc_warm_start warm) {
+  const orbsoc_list *list = (attempt == ATTEMPT_WARM) ? &orbsoc_warm_startup : &orbsoc_startup;
+  uint32_t events[TRIES] = {0, 0}, place = (solver->partition == NULL) ? ORBSOC_ON_CORE : 1u;
+  int believed = 0;
+  for (; place >= 1u && place <= TRIES && believed == 0; place++) {
+    orbsoc_begin(solver, attempt);
+    solver->warm_start = warm;
+    solver->away = 1;
+    solver->kept = 0;
+    orbsoc_begin_there(solver);
+    if (solver->event == 0u) {
+      solve_with_restarts(solver, list);
+    }
+    solver->away = 0;
+    believed = solver->event == 0u && orbsoc_is_believed(solver) != 0;
+    events[place - 1u] = (solver->event != 0u) ? solver->event : (uint32_t)ORBSOC_ANSWER_REFUSED;
+    solver->loaded = believed ? 1u : 0u;
+    solver->event = 0;
+  }
+  if (believed == 0) {
+    orbsoc_begin(solver, attempt);
+    solver->warm_start = warm;
+    solve_with_restarts(solver, list);
+  } else {
+    place -= 1u;
+    events[place - 1u] = 0;
+  }
+  /* What a solve without a certificate leaves is not built upon. */
+  solver->kept = (orbsoc_is_believed(solver) != 0) ? solver->kept : 0u;
+  solver->solution.place = (orbsoc_place)place;
+  solver->solution.event[0] = events[0];
+  solver->solution.event[1] = events[1];
 }
 
 #define ALL_GIVEN 0x3fu
@@ -219,8 +276,7 @@ orbsoc_error orbsoc_solve(orbsoc_solver *solver) {
   if (solver->given != ALL_GIVEN) {
     return ORBSOC_NO_DATA;
   }
-  orbsoc_begin(solver, ATTEMPT_COLD);
-  solve_with_restarts(solver, &orbsoc_startup);
+  solve_somewhere(solver, ATTEMPT_COLD, ORBSOC_NO_START);
   return ORBSOC_OK;
 }
 
@@ -234,12 +290,9 @@ orbsoc_error orbsoc_solve_from(orbsoc_solver *solver, const double *x, const dou
     return ORBSOC_NO_DATA;
   }
   if (orbsoc_load_point(solver, x, y, z, s) != 0) {
-    orbsoc_begin(solver, ATTEMPT_WARM);
-    solve_with_restarts(solver, &orbsoc_warm_startup);
+    solve_somewhere(solver, ATTEMPT_WARM, ORBSOC_START_USED);
   } else {
-    orbsoc_begin(solver, ATTEMPT_COLD);
-    solver->warm_start = ORBSOC_START_FELL_BACK;
-    solve_with_restarts(solver, &orbsoc_startup);
+    solve_somewhere(solver, ATTEMPT_COLD, ORBSOC_START_FELL_BACK);
   }
   return ORBSOC_OK;
 }

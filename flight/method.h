@@ -60,4 +60,20 @@ int orbsoc_load_point(orbsoc_solver *solver, const double *x, const double *y, c
 /* Get ready for the restart that is to follow the outcome so far, where there is one: 1. */
 int orbsoc_begin_again(orbsoc_solver *solver);
 
+/* The reason to end, with one from outside in its place. */
+uint32_t orbsoc_or_from_outside(const orbsoc_solver *solver, uint32_t reason);
+
+/* device.c: a try on the device, as long as solver->event is 0. */
+void orbsoc_begin_there(orbsoc_solver *solver);
+void orbsoc_begin_attempt_there(orbsoc_solver *solver);
+int orbsoc_attempt_there(orbsoc_solver *solver, int warm); /* 0: stage by stage */
+int orbsoc_runs_there(const orbsoc_solver *solver, uint32_t module);
+void orbsoc_stage_there(orbsoc_solver *solver, orbsoc_stage stage);
+void orbsoc_before_stage_here(orbsoc_solver *solver, orbsoc_stage stage);
+void orbsoc_after_stage_here(orbsoc_solver *solver, orbsoc_stage stage);
+void orbsoc_move_here(orbsoc_solver *solver, uint64_t buffers);
+void orbsoc_fetch_answer(orbsoc_solver *solver);
+int orbsoc_try_is_over(orbsoc_solver *solver);
+int orbsoc_is_believed(const orbsoc_solver *solver);
+
 #endif

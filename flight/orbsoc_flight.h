@@ -193,9 +193,27 @@ typedef enum {
   ORBSOC_DUAL_CERTIFICATE, ORBSOC_UNSCALED_ITERATE, ORBSOC_UNSCALED_CERTIFICATES, ORBSOC_BUFFERS
 } orbsoc_buffer;
 
+/* Where a solve ran, and what became of it there; see orbsoc_attach. */
+typedef enum {
+  ORBSOC_ON_CORE = 0,      /* no device is attached */
+  ORBSOC_ON_DEVICE = 1,    /* as the partition says */
+  ORBSOC_SECOND_TRY = 2,   /* the same, after a first try that event[0] ended */
+  ORBSOC_FELL_BACK = 3     /* on the core alone, after event[0] and event[1] */
+} orbsoc_place;
+
+/* Why a try on the device is not believed: below 256 the device's own code, or one of these. */
+typedef enum {
+  ORBSOC_NO_EVENT = 0,
+  ORBSOC_ANSWER_REFUSED = 256, /* no certificate on the original data supports its answer */
+  ORBSOC_DEVICE_LATE = 257,    /* a launch did not end within the device's patience */
+  ORBSOC_DEVICE_ENDLESS = 258  /* more stages than an attempt can have */
+} orbsoc_event;
+
 /* A primal-dual point with the residuals that its own data support. */
 typedef struct {
   orbsoc_status status;
+  orbsoc_place place;
+  uint32_t event[2]; /* of the first and the second try on a device; an orbsoc_event or its code */
   orbsoc_warm_start warm_start;
   uint32_t iterations;
   uint32_t refinements;
@@ -224,6 +242,48 @@ typedef struct {
   double *work;         /* 5 n + 3 p + 6 given_m */
 } orbsoc_numbers;
 
+/* ---- modules that run elsewhere ---- */
+
+/* Segments of a partition: the problem's data, the stages in the order of the method's dataflow
+ * table from 1 on, and whole attempts from cold and from a given point. */
+enum { ORBSOC_DATA_SEGMENT = 0, ORBSOC_COLD_SEGMENT = 34, ORBSOC_WARM_SEGMENT = 35,
+       ORBSOC_SEGMENT_ROWS = 36 };
+
+/* Buffers that a segment reads from outside and writes: bit k is the orbsoc_buffer k. */
+typedef struct {
+  uint64_t reads, writes;
+} orbsoc_dataflow;
+
+/* Which modules run on the device; generated. */
+typedef struct {
+  uint32_t modules;  /* bit k: 1 matrix update, 2 matrix scaling, 3 factorization, 4 linear solve,
+                        5 cone operations, 6 line search, 7 statistics */
+  uint32_t resident; /* 1: it runs whole attempts by itself */
+  const orbsoc_dataflow *segment; /* ORBSOC_SEGMENT_ROWS of them */
+} orbsoc_partition;
+
+#define ORBSOC_DEVICE_RUNS 0xffffffffu
+
+/* What a driver fills in for its device. Each function returns 0, or a code from 1 to 255 after
+ * which the try is given up. Words are the buffer's, from its first on; the device takes and gives
+ * those that it has a place for. */
+typedef struct {
+  void *context;
+  uint32_t patience; /* calls of `wait` that a launch may take */
+  /* Into a known state: no data, nothing running; with `reload`, the program loaded afresh. */
+  uint32_t (*restart)(void *context, uint32_t reload);
+  uint32_t (*put)(void *context, uint32_t buffer, const orbsoc_real *words);
+  uint32_t (*get)(void *context, uint32_t buffer, orbsoc_real *words);
+  /* The core has run this segment; the device need only know. */
+  uint32_t (*publish)(void *context, uint32_t segment);
+  /* Begin a segment whose inputs are there. */
+  uint32_t (*launch)(void *context, uint32_t segment);
+  /* Look, for a while, whether it has ended: 0, or ORBSOC_DEVICE_RUNS. */
+  uint32_t (*wait)(void *context);
+  /* Ask an attempt to end with its best iterate; may be a null pointer. */
+  uint32_t (*stop)(void *context);
+} orbsoc_device;
+
 typedef struct {
   const orbsoc_pattern *pattern;
   orbsoc_settings settings;
@@ -231,6 +291,7 @@ typedef struct {
   orbsoc_real *scratch;
   orbsoc_numbers numbers;
   uint32_t given; /* one bit for each of the six data that were set */
+  uint32_t kept;  /* the matrices are equilibrated (1), and in the KKT matrix (2) */
   orbsoc_ask ask; /* may be a null pointer */
   void *context;
   uint32_t attempt;
@@ -242,6 +303,14 @@ typedef struct {
   orbsoc_solution solution;
   orbsoc_solution earlier; /* of an attempt that stalled */
   uint32_t has_earlier;
+  const orbsoc_partition *partition; /* null: all on the core */
+  orbsoc_device device;
+  uint32_t away;       /* this try uses the device */
+  uint32_t loaded;     /* its program is there, and the last try was believed */
+  uint32_t event;      /* why this try is not believed */
+  uint32_t segments;   /* run in this attempt */
+  uint64_t held_here;  /* buffers whose last words the core has, */
+  uint64_t held_there; /* and the device */
 } orbsoc_solver;
 
 /* Lay a solver's memory out: `work` has pattern->work_words words, `numbers` pattern->number_words.
@@ -266,6 +335,13 @@ orbsoc_error orbsoc_solve(orbsoc_solver *solver);
  * as long as settings.max_restarts is not 0. */
 orbsoc_error orbsoc_solve_from(orbsoc_solver *solver, const double *x, const double *y,
                                const double *z, const double *s);
+
+/* Have a device run the partition's modules from the next solve on; with null pointers, none. A try
+ * that ends by an error, late, or with an answer that the certificate refuses is made once more,
+ * with the program loaded afresh; then the solve is made on the core alone. solution.place and
+ * solution.event say what happened; the answer is certified on the original data each time. */
+orbsoc_error orbsoc_attach(orbsoc_solver *solver, const orbsoc_partition *partition,
+                           const orbsoc_device *device);
 
 /* The checksums of a pattern's sizes and tables as they are in memory. */
 uint32_t orbsoc_size_checksum(const orbsoc_pattern *pattern);

@@ -31,6 +31,13 @@
 #define ORBSOC_INLINE static inline
 #endif
 
+/* A function that is not: it is called often and its time does not count. */
+#if defined(__GNUC__)
+#define ORBSOC_SHARED static __attribute__((noinline))
+#else
+#define ORBSOC_SHARED static
+#endif
+
 /* A literal or an input, rounded once. */
 static inline orbsoc_real real(double value) { return (orbsoc_real)value; }
 

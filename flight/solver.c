@@ -152,9 +152,16 @@ orbsoc_error orbsoc_open(orbsoc_solver *solver, const orbsoc_pattern *pattern,
                   (pattern->given_m == 0u ? 32u : 0u);
   solver->ask = NULL;
   solver->context = NULL;
+  solver->kept = 0;
+  solver->partition = NULL;
+  solver->away = 0;
+  solver->loaded = 0;
+  solver->event = 0;
   orbsoc_begin(solver, ATTEMPT_COLD);
   return ORBSOC_OK;
 }
+
+#define MATRICES 7u
 
 /* Take numbers that are all finite. */
 static orbsoc_error take(orbsoc_solver *solver, uint32_t bit, size_t count, const double *values,
@@ -168,6 +175,7 @@ static orbsoc_error take(orbsoc_solver *solver, uint32_t bit, size_t count, cons
     to[k] = values[k];
   }
   solver->given |= bit;
+  solver->kept = ((bit & MATRICES) != 0u) ? 0u : solver->kept;
   return ORBSOC_OK;
 }
 

@@ -22,12 +22,14 @@ static orbsoc_scaled scaled_of(buffers_t b) {
   return out;
 }
 
-static void matrix_scaling(const orbsoc_solver *solver, orbsoc_stage stage) {
+static void matrix_scaling(const orbsoc_solver *solver, orbsoc_stage stage, int anew) {
   pattern_t pattern = solver->pattern;
   buffers_t b = solver->buffer;
   const size_t all = unknowns_of(pattern);
   const orbsoc_scaled scaled = scaled_of(b);
-  if (stage == STAGE_EQUILIBRATE) {
+  if (stage == STAGE_EQUILIBRATE && anew == 0) {
+    orbsoc_rescale(pattern, &solver->numbers, &scaled);
+  } else if (stage == STAGE_EQUILIBRATE) {
     orbsoc_equilibrate(pattern, &solver->numbers, solver->settings.ruiz_passes, &scaled,
                        solver->scratch);
   } else if (stage == STAGE_LOAD_START) {
@@ -44,11 +46,13 @@ static void matrix_scaling(const orbsoc_solver *solver, orbsoc_stage stage) {
   }
 }
 
-static void matrix_update(const orbsoc_solver *solver, orbsoc_stage stage) {
+static void matrix_update(const orbsoc_solver *solver, orbsoc_stage stage, int anew) {
   buffers_t b = solver->buffer;
   if (stage == STAGE_LOAD_KKT) {
-    orbsoc_load_kkt(solver->pattern, b[ORBSOC_P], b[ORBSOC_A], b[ORBSOC_G],
-                    b[ORBSOC_KKT_VALUES]);
+    if (anew != 0) {
+      orbsoc_load_kkt(solver->pattern, b[ORBSOC_P], b[ORBSOC_A], b[ORBSOC_G],
+                      b[ORBSOC_KKT_VALUES]);
+    }
   } else if (stage == STAGE_IDENTITY_BLOCKS) {
     orbsoc_identity_blocks(solver->pattern, b[ORBSOC_PARAMETERS], b[ORBSOC_KKT_VALUES],
                            b[ORBSOC_REGULARIZATION]);
@@ -344,8 +348,8 @@ static void statistics(const orbsoc_solver *solver, orbsoc_stage stage) {
 }
 
 /* The module of each stage, in the order of their numbers. */
-enum { STATISTICS, MATRIX_UPDATE, MATRIX_SCALING, FACTORIZATION, LINEAR_SOLVE, CONE_OPS,
-       LINE_SEARCH };
+enum { MATRIX_UPDATE = 1, MATRIX_SCALING, FACTORIZATION, LINEAR_SOLVE, CONE_OPS, LINE_SEARCH,
+       STATISTICS };
 static const uint8_t module_of[ORBSOC_STAGES] = {
     MATRIX_SCALING, MATRIX_UPDATE, MATRIX_UPDATE, MATRIX_UPDATE, FACTORIZATION, LINEAR_SOLVE,
     LINEAR_SOLVE, CONE_OPS, MATRIX_SCALING, CONE_OPS, LINEAR_SOLVE, CONE_OPS, STATISTICS, CONE_OPS,
@@ -353,14 +357,18 @@ static const uint8_t module_of[ORBSOC_STAGES] = {
     STATISTICS, STATISTICS, LINEAR_SOLVE, STATISTICS, CONE_OPS, LINE_SEARCH, STATISTICS, STATISTICS,
     CONE_OPS, CONE_OPS, STATISTICS, MATRIX_SCALING};
 
-static void execute(const orbsoc_solver *solver, orbsoc_stage stage, int measured) {
+/* `whole`: with nothing left out that a decision does not need, or that is there already. */
+static void execute(orbsoc_solver *solver, orbsoc_stage stage, int whole) {
   buffers_t b = solver->buffer;
+  const uint32_t needed = (stage == STAGE_EQUILIBRATE) ? 1u : 2u;
+  const int anew = whole != 0 || solver->kept < needed;
+  const int measured = whole != 0 || b[ORBSOC_CONTROL][WORD_NEEDS_RESIDUAL] != 0;
   switch (module_of[stage]) {
     case MATRIX_SCALING:
-      matrix_scaling(solver, stage);
+      matrix_scaling(solver, stage, anew);
       break;
     case MATRIX_UPDATE:
-      matrix_update(solver, stage);
+      matrix_update(solver, stage, anew);
       break;
     case FACTORIZATION:
       orbsoc_factorize(solver->pattern, b[ORBSOC_KKT_VALUES], b[ORBSOC_REGULARIZATION],
@@ -379,10 +387,13 @@ static void execute(const orbsoc_solver *solver, orbsoc_stage stage, int measure
       statistics(solver, stage);
       break;
   }
+  /* A cost's factor is in P: what has P is made anew each time. */
+  if ((stage == STAGE_EQUILIBRATE || stage == STAGE_LOAD_KKT) && solver->kept < needed) {
+    solver->kept = (solver->pattern->nnz_p == 0u && solver->away == 0u) ? needed : 0u;
+  }
 }
 
-/* The reason to end, with one from outside in its place. */
-static uint32_t or_from_outside(const orbsoc_solver *solver, uint32_t reason) {
+uint32_t orbsoc_or_from_outside(const orbsoc_solver *solver, uint32_t reason) {
   uint32_t answer = 0;
   if (solver->ask != NULL) {
     answer = (uint32_t)solver->ask(solver->context);
@@ -390,17 +401,41 @@ static uint32_t or_from_outside(const orbsoc_solver *solver, uint32_t reason) {
   return (answer != 0u && (reason == 0u || reason > answer)) ? answer : reason;
 }
 
+/* Run a stage where the partition has it; the core needs the flag that a decision leaves. */
+static void execute_partitioned(orbsoc_solver *solver, orbsoc_stage stage, uint64_t flag) {
+  if (orbsoc_runs_there(solver, module_of[stage]) != 0) {
+    orbsoc_stage_there(solver, stage);
+    orbsoc_move_here(solver, flag);
+  } else {
+    orbsoc_before_stage_here(solver, stage);
+    execute(solver, stage, 1);
+    orbsoc_after_stage_here(solver, stage);
+  }
+}
+
 orbsoc_outcome orbsoc_run(orbsoc_solver *solver, orbsoc_stage stage, int whole) {
   buffers_t b = solver->buffer;
-  execute(solver, stage, whole != 0 || b[ORBSOC_CONTROL][WORD_NEEDS_RESIDUAL] != 0);
+  const int repeats = stage == STAGE_CHECK_PAIR || stage == STAGE_CHECK_SOLVE;
+  const int judges = stage == STAGE_CENTER_START || stage == STAGE_NEWTON_START;
   uint32_t reason = 0;
-  if (stage == STAGE_CHECK_PAIR || stage == STAGE_CHECK_SOLVE) {
+  if (solver->away == 0u) {
+    execute(solver, stage, whole);
+  } else {
+    const uint32_t flag = repeats ? ORBSOC_REFINEMENT_ACTIVE
+                                  : (judges ? ORBSOC_VERDICT : ORBSOC_CONTROL);
+    const int decides = repeats || judges || stage == STAGE_STATISTICS;
+    execute_partitioned(solver, stage, decides ? (uint64_t)1 << flag : 0u);
+    if (orbsoc_try_is_over(solver) != 0) {
+      return ORBSOC_DONE;
+    }
+  }
+  if (repeats) {
     return (b[ORBSOC_REFINEMENT_ACTIVE][0] != 0) ? ORBSOC_REPEAT : ORBSOC_NEXT;
   }
   if (stage == STAGE_STATISTICS) {
-    reason = or_from_outside(solver, (uint32_t)b[ORBSOC_CONTROL][WORD_STOP]);
-  } else if (stage == STAGE_CENTER_START || stage == STAGE_NEWTON_START) {
-    reason = (uint32_t)b[ORBSOC_VERDICT][0];
+    reason = orbsoc_or_from_outside(solver, orbsoc_count(b[ORBSOC_CONTROL][WORD_STOP]));
+  } else if (judges) {
+    reason = orbsoc_count(b[ORBSOC_VERDICT][0]);
   }
   if (reason == 0u) {
     return ORBSOC_NEXT;

@@ -7,7 +7,7 @@ the map once more, in SystemRDL: a second copy where this needs forty lines.
 from __future__ import annotations
 
 import enum
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from orbsoc.ps import registers as map_
@@ -37,7 +37,7 @@ def sizes(*names: str) -> Iterator[str]:
 
 def header() -> str:
     """The whole file."""
-    parts: list[tuple[str, Iterator[str]]] = [
+    parts: list[tuple[str, Iterable[str]]] = [
         ("Registers: byte addresses behind AXI4-Lite.", values("REG", map_.Register, "x")),
         ("Registers of the AXI wrapper.", values("REG", map_.Wrapper, "x")),
         ("Values of MODULE.", values("MODULE", map_.Module)),
@@ -47,7 +47,7 @@ def header() -> str:
         ("Fields of ENGINE.", fields("ENGINE", map_.ENGINE_FIELDS)),
         ("Fields of SIZES.", fields("SIZES", map_.SIZES_FIELDS)),
         ("Table of segments: address, bytes an entry, entries, flags of a mask; offsets in an entry.",
-         sizes("TABLE", "TABLE_ENTRY", "SEGMENTS", "BUFFERS")),
+         [*sizes("TABLE", "TABLE_ENTRY", "SEGMENTS"), f"#define ORBSOC_PL_BUFFERS {map_.BUFFERS}u"]),
         ("", values("ENTRY", map_.Entry)),
         ("Control program: address, bytes an entry, offset of the flag's address, instructions.",
          sizes("PROGRAM", "PROGRAM_ENTRY", "PROGRAM_FLAG", "INSTRUCTIONS")),

@@ -5,17 +5,20 @@
 static uint32_t low(uint64_t word) { return (uint32_t)word; }
 static uint32_t high(uint64_t word) { return (uint32_t)(word >> 32); }
 
-static uint32_t read_register(const orbsoc_pl *pl, uint32_t address) { return orbsoc_read(pl->registers + address); }
-static void write_register(const orbsoc_pl *pl, uint32_t address, uint32_t value) { orbsoc_write(pl->registers + address, value); }
+static uint32_t read_register(const orbsoc_pl *pl, uint32_t address) { return orbsoc_pl_read(pl->registers + address); }
+static void write_register(const orbsoc_pl *pl, uint32_t address, uint32_t value) { orbsoc_pl_write(pl->registers + address, value); }
+
+/* What the accesses so far have met. */
+static orbsoc_pl_error bus(const orbsoc_pl *pl) { return pl->bus_errors ? ORBSOC_PL_BUS_ERROR : ORBSOC_PL_OK; }
 
 /* STATUS, and the fault in it. */
-static orbsoc_error read_status(const orbsoc_pl *pl, uint32_t *status) {
+static orbsoc_pl_error read_status(const orbsoc_pl *pl, uint32_t *status) {
   *status = read_register(pl, ORBSOC_REG_STATUS);
-  return (orbsoc_error)FIELD(*status, ORBSOC_STATUS_FAULT);
+  return pl->bus_errors ? ORBSOC_PL_BUS_ERROR : (orbsoc_pl_error)FIELD(*status, ORBSOC_STATUS_FAULT);
 }
 
 /* Buffers that a stage would read and must not: neither valid, nor updated from an older content. */
-static uint64_t unreadable(const orbsoc_pl *pl, const orbsoc_segment *segment) {
+static uint64_t unreadable(const orbsoc_pl *pl, const orbsoc_pl_segment *segment) {
   return segment->reads & ~(pl->valid | (segment->writes & pl->written));
 }
 
@@ -28,19 +31,19 @@ static void write_frame(orbsoc_pl *pl, uint32_t module, uint32_t segment, uint32
 }
 
 /* The PL has carried out this command and no other; take over its data-valid flags. */
-static orbsoc_error confirm(orbsoc_pl *pl) {
+static orbsoc_pl_error confirm(orbsoc_pl *pl) {
   uint32_t status;
-  orbsoc_error fault = read_status(pl, &status);
-  if (fault != ORBSOC_OK) return fault;
-  if (FIELD(status, ORBSOC_STATUS_BUSY) || FIELD(status, ORBSOC_STATUS_ARMED)) return ORBSOC_LOST_WRITE;
-  if (FIELD(status, ORBSOC_STATUS_SEQUENCE) != (pl->sequence & 0xffu)) return ORBSOC_LOST_WRITE;
-  if (FIELD(status, ORBSOC_STATUS_SEGMENT) != pl->number) return ORBSOC_WRONG_SEGMENT;
+  orbsoc_pl_error fault = read_status(pl, &status);
+  if (fault != ORBSOC_PL_OK) return fault;
+  if (FIELD(status, ORBSOC_STATUS_BUSY) || FIELD(status, ORBSOC_STATUS_ARMED)) return ORBSOC_PL_LOST_WRITE;
+  if (FIELD(status, ORBSOC_STATUS_SEQUENCE) != (pl->sequence & 0xffu)) return ORBSOC_PL_LOST_WRITE;
+  if (FIELD(status, ORBSOC_STATUS_SEGMENT) != pl->number) return ORBSOC_PL_WRONG_SEGMENT;
   pl->valid = 0;
   for (uint32_t word = 0; word < pl->flag_words; ++word)
     pl->valid |= (uint64_t)read_register(pl, ORBSOC_REG_DATA_VALID + 4u * word) << (32u * word);
-  if (pl->writes & ~pl->stales & ~pl->valid) return ORBSOC_READ_BEFORE_VALID;
+  if (pl->writes & ~pl->stales & ~pl->valid) return ORBSOC_PL_READ_BEFORE_VALID;
   pl->written |= pl->may_write;
-  return ORBSOC_OK;
+  return ORBSOC_PL_OK;
 }
 
 static void announce(orbsoc_pl *pl, uint32_t number, uint64_t writes, uint64_t stales, uint64_t may_write) {
@@ -52,66 +55,69 @@ static void announce(orbsoc_pl *pl, uint32_t number, uint64_t writes, uint64_t s
 
 /* A launch. What was written to the memories is there first: a word read back through their port comes behind it. */
 static void start(orbsoc_pl *pl, uint32_t module, uint32_t segment, uint32_t command) {
-  orbsoc_barrier();
-  (void)orbsoc_read(pl->memories + ORBSOC_REGION_STORAGE);
-  orbsoc_barrier();
+  orbsoc_pl_barrier();
+  (void)orbsoc_pl_read(pl->memories + ORBSOC_REGION_STORAGE);
+  orbsoc_pl_barrier();
   pl->taken = 0;
-  pl->result = ORBSOC_OK;
+  pl->result = ORBSOC_PL_OK;
   pl->out = 1;
   write_frame(pl, module, segment, command);
 }
 
 /* The end of a launch: confirmed, and acknowledged. After an error the PL may still be busy: the launch stays out. */
-static orbsoc_error complete(orbsoc_pl *pl) {
-  const orbsoc_error found = confirm(pl);
-  if (found != ORBSOC_OK) return found;
+static orbsoc_pl_error complete(orbsoc_pl *pl) {
+  const orbsoc_pl_error found = confirm(pl);
+  if (found != ORBSOC_PL_OK) return found;
   write_register(pl, ORBSOC_REG_IRQ_ACK, pl->sequence);
-  orbsoc_barrier();
+  orbsoc_pl_barrier();
   pl->out = 0;
-  return ORBSOC_OK;
+  return ORBSOC_PL_OK;
 }
 
-orbsoc_error orbsoc_open(orbsoc_pl *pl, uintptr_t registers, uintptr_t memories, uint32_t buffers) {
-  if (buffers == 0 || buffers > ORBSOC_BUFFERS) return ORBSOC_OUT_OF_RANGE;
+orbsoc_pl_error orbsoc_pl_open(orbsoc_pl *pl, uintptr_t registers, uintptr_t memories, uint32_t buffers) {
+  if (buffers == 0 || buffers > ORBSOC_PL_BUFFERS) return ORBSOC_PL_OUT_OF_RANGE;
   pl->registers = registers;
   pl->memories = memories;
   pl->flag_words = ORBSOC_PIECES(buffers);
+  pl->bus_errors = 0;
   pl->engine = read_register(pl, ORBSOC_REG_ENGINE);
   pl->binary64 = FIELD(pl->engine, ORBSOC_ENGINE_BINARY64);
   const uint32_t sizes = read_register(pl, ORBSOC_REG_SIZES);
   pl->address_bits = FIELD(sizes, ORBSOC_SIZES_ADDRESS_BITS);
   pl->code_bits = FIELD(sizes, ORBSOC_SIZES_CODE_BITS);
   pl->code_width = FIELD(sizes, ORBSOC_SIZES_CODE_WIDTH);
-  return orbsoc_reset(pl);
+  if (pl->bus_errors) return ORBSOC_PL_BUS_ERROR;
+  return orbsoc_pl_reset(pl);
 }
 
-orbsoc_error orbsoc_reset(orbsoc_pl *pl) {
+orbsoc_pl_error orbsoc_pl_reset(orbsoc_pl *pl) {
+  pl->bus_errors = 0;
   write_register(pl, ORBSOC_REG_RESET, 1u);
   pl->sequence = 0;
   pl->valid = 0;
   pl->written = 0;
   pl->out = 0;
   pl->taken = 0;
-  pl->result = ORBSOC_OK;
-  return orbsoc_require_rest(pl);
+  pl->result = ORBSOC_PL_OK;
+  return orbsoc_pl_require_rest(pl);
 }
 
-orbsoc_error orbsoc_load_line(orbsoc_pl *pl, uint32_t line, const uint32_t *pieces) {
+orbsoc_pl_error orbsoc_pl_load_line(orbsoc_pl *pl, uint32_t line, const uint32_t *pieces) {
   const uint32_t count = ORBSOC_PIECES(pl->code_width);
   uint32_t bytes = 4;
-  if (pl->out) return ORBSOC_NOT_AT_REST;
-  if (line >> pl->code_bits) return ORBSOC_OUT_OF_RANGE;
+  if (pl->out) return ORBSOC_PL_NOT_AT_REST;
+  if (line >> pl->code_bits) return ORBSOC_PL_OUT_OF_RANGE;
   while (bytes < 4u * count) bytes *= 2u;
   for (uint32_t piece = 0; piece < count; ++piece)
-    orbsoc_write(pl->memories + ORBSOC_REGION_MICROCODE + (uintptr_t)bytes * line + 4u * piece, pieces[piece]);
-  return ORBSOC_OK;
+    orbsoc_pl_write(pl->memories + ORBSOC_REGION_MICROCODE + (uintptr_t)bytes * line + 4u * piece, pieces[piece]);
+  return ORBSOC_PL_OK;
 }
 
-orbsoc_error orbsoc_load_template(orbsoc_pl *pl, uint32_t number, uint32_t word) {
-  if (pl->out) return ORBSOC_NOT_AT_REST;
-  if (number >= ORBSOC_TEMPLATES) return ORBSOC_OUT_OF_RANGE;
-  orbsoc_write(pl->memories + ORBSOC_REGION_TEMPLATES + 4u * number, word);
-  return ORBSOC_OK;
+orbsoc_pl_error orbsoc_pl_load_template(orbsoc_pl *pl, uint32_t number, uint32_t word) {
+  if (pl->out) return ORBSOC_PL_NOT_AT_REST;
+  if (number >= ORBSOC_TEMPLATES) return ORBSOC_PL_OUT_OF_RANGE;
+  orbsoc_pl_write(pl->memories + ORBSOC_REGION_TEMPLATES + 4u * number, word);
+  return ORBSOC_PL_OK;
 }
 
 static void write_mask(const orbsoc_pl *pl, uint32_t address, uint64_t mask) {
@@ -119,143 +125,150 @@ static void write_mask(const orbsoc_pl *pl, uint32_t address, uint64_t mask) {
   write_register(pl, address + 4u, high(mask));
 }
 
-orbsoc_error orbsoc_load_segment(orbsoc_pl *pl, uint32_t number, const orbsoc_segment *segment) {
+orbsoc_pl_error orbsoc_pl_load_segment(orbsoc_pl *pl, uint32_t number, const orbsoc_pl_segment *segment) {
   const uint32_t entry = ORBSOC_TABLE + ORBSOC_TABLE_ENTRY * number;
-  if (pl->out) return ORBSOC_NOT_AT_REST;
-  if (number >= ORBSOC_SEGMENTS) return ORBSOC_OUT_OF_RANGE;
+  if (pl->out) return ORBSOC_PL_NOT_AT_REST;
+  if (number >= ORBSOC_SEGMENTS) return ORBSOC_PL_OUT_OF_RANGE;
   write_register(pl, entry + ORBSOC_ENTRY_START, segment->start);
   write_mask(pl, entry + ORBSOC_ENTRY_READS, segment->reads);
   write_mask(pl, entry + ORBSOC_ENTRY_WRITES, segment->writes);
   write_mask(pl, entry + ORBSOC_ENTRY_STALES, segment->stales);
   write_register(pl, entry + ORBSOC_ENTRY_MODULE, segment->module); /* makes it exist */
-  return ORBSOC_OK;
+  return ORBSOC_PL_OK;
 }
 
-orbsoc_error orbsoc_load_instruction(orbsoc_pl *pl, uint32_t place, const orbsoc_instruction *instruction) {
+orbsoc_pl_error orbsoc_pl_load_instruction(orbsoc_pl *pl, uint32_t place, const orbsoc_pl_instruction *instruction) {
   const uint32_t entry = ORBSOC_PROGRAM + ORBSOC_PROGRAM_ENTRY * place;
-  if (pl->out) return ORBSOC_NOT_AT_REST;
-  if (place >= ORBSOC_INSTRUCTIONS || !FIELD(pl->engine, ORBSOC_ENGINE_RESIDENT)) return ORBSOC_OUT_OF_RANGE;
+  if (pl->out) return ORBSOC_PL_NOT_AT_REST;
+  if (place >= ORBSOC_INSTRUCTIONS || !FIELD(pl->engine, ORBSOC_ENGINE_RESIDENT)) return ORBSOC_PL_OUT_OF_RANGE;
   write_register(pl, entry + ORBSOC_PROGRAM_FLAG, instruction->flag);
   write_register(pl, entry, instruction->word);
-  return ORBSOC_OK;
+  return ORBSOC_PL_OK;
 }
 
-orbsoc_error orbsoc_load(orbsoc_pl *pl, const orbsoc_image *image) {
-  orbsoc_error found = ORBSOC_OK;
-  uint32_t status;
+orbsoc_pl_error orbsoc_pl_load(orbsoc_pl *pl, const orbsoc_pl_image *image) {
+  orbsoc_pl_error found = ORBSOC_PL_OK;
   if (image->binary64 != pl->binary64 || image->address_bits != pl->address_bits || image->code_width != pl->code_width)
-    return ORBSOC_WRONG_ENGINE;
-  for (uint32_t i = 0; i < image->template_count && found == ORBSOC_OK; ++i)
-    found = orbsoc_load_template(pl, i, image->templates[i]);
-  for (uint32_t i = 0; i < image->lines && found == ORBSOC_OK; ++i)
-    found = orbsoc_load_line(pl, i, image->microcode + (size_t)ORBSOC_PIECES(pl->code_width) * i);
-  if (found == ORBSOC_OK) found = orbsoc_set_words(pl, image->literal_addresses, image->literals, image->literal_count);
-  for (uint32_t i = 0; i < image->segment_count && found == ORBSOC_OK; ++i)
-    found = orbsoc_load_segment(pl, i, image->segments + i);
-  for (uint32_t i = 0; i < image->instruction_count && found == ORBSOC_OK; ++i)
-    found = orbsoc_load_instruction(pl, i, image->instructions + i);
-  return found == ORBSOC_OK ? read_status(pl, &status) : found;
+    return ORBSOC_PL_WRONG_ENGINE;
+  for (uint32_t i = 0; i < image->template_count && found == ORBSOC_PL_OK; ++i)
+    found = orbsoc_pl_load_template(pl, i, image->templates[i]);
+  for (uint32_t i = 0; i < image->lines && found == ORBSOC_PL_OK; ++i)
+    found = orbsoc_pl_load_line(pl, i, image->microcode + (size_t)ORBSOC_PIECES(pl->code_width) * i);
+  if (found == ORBSOC_PL_OK) found = orbsoc_pl_set_words(pl, image->literal_addresses, image->literals, image->literal_count);
+  return found == ORBSOC_PL_OK ? orbsoc_pl_load_tables(pl, image) : found;
 }
 
-orbsoc_error orbsoc_set_words(orbsoc_pl *pl, const uint32_t *addresses, const uint64_t *words, size_t count) {
+orbsoc_pl_error orbsoc_pl_load_tables(orbsoc_pl *pl, const orbsoc_pl_image *image) {
+  orbsoc_pl_error found = ORBSOC_PL_OK;
+  uint32_t status;
+  for (uint32_t i = 0; i < image->segment_count && found == ORBSOC_PL_OK; ++i)
+    found = orbsoc_pl_load_segment(pl, i, image->segments + i);
+  for (uint32_t i = 0; i < image->instruction_count && found == ORBSOC_PL_OK; ++i)
+    found = orbsoc_pl_load_instruction(pl, i, image->instructions + i);
+  return found == ORBSOC_PL_OK ? read_status(pl, &status) : found;
+}
+
+orbsoc_pl_error orbsoc_pl_set_words(orbsoc_pl *pl, const uint32_t *addresses, const uint64_t *words, size_t count) {
   const uintptr_t storage = pl->memories + ORBSOC_REGION_STORAGE;
-  if (pl->out) return ORBSOC_NOT_AT_REST;
+  if (pl->out) return ORBSOC_PL_NOT_AT_REST;
   for (size_t i = 0; i < count; ++i) {
-    if (addresses[i] >> pl->address_bits) return ORBSOC_OUT_OF_RANGE;
+    if (addresses[i] >> pl->address_bits) return ORBSOC_PL_OUT_OF_RANGE;
     if (pl->binary64) {
-      orbsoc_write(storage + (uintptr_t)8u * addresses[i], low(words[i]));
-      orbsoc_write(storage + (uintptr_t)8u * addresses[i] + 4u, high(words[i])); /* writes the word */
+      orbsoc_pl_write(storage + (uintptr_t)8u * addresses[i], low(words[i]));
+      orbsoc_pl_write(storage + (uintptr_t)8u * addresses[i] + 4u, high(words[i])); /* writes the word */
     } else {
-      orbsoc_write(storage + (uintptr_t)4u * addresses[i], low(words[i]));
+      orbsoc_pl_write(storage + (uintptr_t)4u * addresses[i], low(words[i]));
     }
   }
-  return ORBSOC_OK;
+  return bus(pl);
 }
 
-orbsoc_error orbsoc_get_words(orbsoc_pl *pl, const uint32_t *addresses, uint64_t *words, size_t count) {
+orbsoc_pl_error orbsoc_pl_get_words(orbsoc_pl *pl, const uint32_t *addresses, uint64_t *words, size_t count) {
   const uintptr_t storage = pl->memories + ORBSOC_REGION_STORAGE;
-  if (pl->out) return ORBSOC_NOT_AT_REST;
+  if (pl->out) return ORBSOC_PL_NOT_AT_REST;
   for (size_t i = 0; i < count; ++i) {
-    if (addresses[i] >> pl->address_bits) return ORBSOC_OUT_OF_RANGE;
+    if (addresses[i] >> pl->address_bits) return ORBSOC_PL_OUT_OF_RANGE;
     if (pl->binary64) {
-      words[i] = orbsoc_read(storage + (uintptr_t)8u * addresses[i]);
-      words[i] |= (uint64_t)orbsoc_read(storage + (uintptr_t)8u * addresses[i] + 4u) << 32;
+      words[i] = orbsoc_pl_read(storage + (uintptr_t)8u * addresses[i]);
+      words[i] |= (uint64_t)orbsoc_pl_read(storage + (uintptr_t)8u * addresses[i] + 4u) << 32;
     } else {
-      words[i] = orbsoc_read(storage + (uintptr_t)4u * addresses[i]);
+      words[i] = orbsoc_pl_read(storage + (uintptr_t)4u * addresses[i]);
     }
   }
-  return ORBSOC_OK;
+  return bus(pl);
 }
 
-orbsoc_error orbsoc_readable(const orbsoc_pl *pl, const orbsoc_segment *segment) {
-  return unreadable(pl, segment) ? ORBSOC_READ_BEFORE_VALID : ORBSOC_OK;
+orbsoc_pl_error orbsoc_pl_readable(const orbsoc_pl *pl, const orbsoc_pl_segment *segment) {
+  return unreadable(pl, segment) ? ORBSOC_PL_READ_BEFORE_VALID : ORBSOC_PL_OK;
 }
 
-orbsoc_error orbsoc_publish(orbsoc_pl *pl, uint32_t number, const orbsoc_segment *segment) {
-  if (pl->out) return ORBSOC_NOT_AT_REST;
+orbsoc_pl_error orbsoc_pl_publish(orbsoc_pl *pl, uint32_t number, const orbsoc_pl_segment *segment) {
+  if (pl->out) return ORBSOC_PL_NOT_AT_REST;
   announce(pl, number, segment->writes, segment->stales, segment->writes);
   write_frame(pl, ORBSOC_MODULE_PS, number, ORBSOC_CONTROL_PUBLISH);
   return confirm(pl);
 }
 
-orbsoc_error orbsoc_launch(orbsoc_pl *pl, uint32_t number, const orbsoc_segment *segment) {
-  if (pl->out) return ORBSOC_NOT_AT_REST;
+orbsoc_pl_error orbsoc_pl_launch(orbsoc_pl *pl, uint32_t number, const orbsoc_pl_segment *segment) {
+  if (pl->out) return ORBSOC_PL_NOT_AT_REST;
   announce(pl, number, segment->writes, segment->stales, segment->writes);
   start(pl, segment->module, number, ORBSOC_CONTROL_START);
-  return ORBSOC_OK;
+  return ORBSOC_PL_OK;
 }
 
-orbsoc_error orbsoc_launch_attempt(orbsoc_pl *pl, const orbsoc_attempt *attempt) {
-  if (pl->out) return ORBSOC_NOT_AT_REST;
-  if (!FIELD(pl->engine, ORBSOC_ENGINE_RESIDENT)) return ORBSOC_OUT_OF_RANGE;
+orbsoc_pl_error orbsoc_pl_launch_attempt(orbsoc_pl *pl, const orbsoc_pl_attempt *attempt) {
+  if (pl->out) return ORBSOC_PL_NOT_AT_REST;
+  if (!FIELD(pl->engine, ORBSOC_ENGINE_RESIDENT)) return ORBSOC_PL_OUT_OF_RANGE;
   announce(pl, 0, attempt->closing, 0, attempt->written);
   start(pl, ORBSOC_MODULE_PS, attempt->entry, ORBSOC_CONTROL_ATTEMPT);
-  return ORBSOC_OK;
+  return ORBSOC_PL_OK;
 }
 
-orbsoc_error orbsoc_stop(orbsoc_pl *pl) {
-  if (!pl->out) return ORBSOC_NOT_AT_REST;
-  if (!FIELD(pl->engine, ORBSOC_ENGINE_RESIDENT)) return ORBSOC_OUT_OF_RANGE;
+orbsoc_pl_error orbsoc_pl_stop(orbsoc_pl *pl) {
+  if (!pl->out) return ORBSOC_PL_NOT_AT_REST;
+  if (!FIELD(pl->engine, ORBSOC_ENGINE_RESIDENT)) return ORBSOC_PL_OUT_OF_RANGE;
   write_register(pl, ORBSOC_REG_STOP, 1u);
-  return ORBSOC_OK;
+  return ORBSOC_PL_OK;
 }
 
-orbsoc_error orbsoc_poll(orbsoc_pl *pl, uint32_t budget) {
-  if (!pl->out) return ORBSOC_NOT_AT_REST;
+orbsoc_pl_error orbsoc_pl_poll(orbsoc_pl *pl, uint32_t budget) {
+  if (!pl->out) return ORBSOC_PL_NOT_AT_REST;
   for (; budget > 0; --budget) {
     uint32_t status;
-    const orbsoc_error fault = read_status(pl, &status);
-    if (fault != ORBSOC_OK) return fault;
+    const orbsoc_pl_error fault = read_status(pl, &status);
+    if (fault != ORBSOC_PL_OK) return fault;
     if (FIELD(status, ORBSOC_STATUS_DONE)) return complete(pl);
   }
-  return ORBSOC_LAUNCH_TIMEOUT;
+  return ORBSOC_PL_LAUNCH_TIMEOUT;
 }
 
-orbsoc_error orbsoc_on_interrupt(orbsoc_pl *pl) {
-  if (!pl->out) return ORBSOC_NOT_AT_REST;
+orbsoc_pl_error orbsoc_pl_on_interrupt(orbsoc_pl *pl) {
+  if (!pl->out) return ORBSOC_PL_NOT_AT_REST;
   pl->result = complete(pl);
   pl->taken = 1;
   return pl->result;
 }
 
-orbsoc_error orbsoc_await(orbsoc_pl *pl, uint32_t budget) {
-  if (!pl->out && !pl->taken) return ORBSOC_NOT_AT_REST;
+void orbsoc_pl_on_bus_error(orbsoc_pl *pl) { pl->bus_errors += 1u; }
+
+orbsoc_pl_error orbsoc_pl_await(orbsoc_pl *pl, uint32_t budget) {
+  if (!pl->out && !pl->taken) return ORBSOC_PL_NOT_AT_REST;
   for (; budget > 0; --budget)
     if (pl->taken) return pl->result;
   uint32_t status;
-  const orbsoc_error fault = read_status(pl, &status);
+  const orbsoc_pl_error fault = read_status(pl, &status);
   if (pl->taken) return pl->result; /* it came between */
-  if (fault != ORBSOC_OK) return fault;
-  return FIELD(status, ORBSOC_STATUS_DONE) ? ORBSOC_LOST_INTERRUPT : ORBSOC_LAUNCH_TIMEOUT;
+  if (fault != ORBSOC_PL_OK) return fault;
+  return FIELD(status, ORBSOC_STATUS_DONE) ? ORBSOC_PL_LOST_INTERRUPT : ORBSOC_PL_LAUNCH_TIMEOUT;
 }
 
-orbsoc_error orbsoc_require_rest(orbsoc_pl *pl) {
+orbsoc_pl_error orbsoc_pl_require_rest(orbsoc_pl *pl) {
   uint32_t status;
-  const orbsoc_error fault = read_status(pl, &status);
-  if (fault != ORBSOC_OK) return fault;
-  if (FIELD(status, ORBSOC_STATUS_DONE)) return ORBSOC_UNACKNOWLEDGED_INTERRUPT;
-  if (FIELD(status, ORBSOC_STATUS_BUSY) || FIELD(status, ORBSOC_STATUS_ARMED)) return ORBSOC_LOST_WRITE;
-  return ORBSOC_OK;
+  const orbsoc_pl_error fault = read_status(pl, &status);
+  if (fault != ORBSOC_PL_OK) return fault;
+  if (FIELD(status, ORBSOC_STATUS_DONE)) return ORBSOC_PL_UNACKNOWLEDGED_INTERRUPT;
+  if (FIELD(status, ORBSOC_STATUS_BUSY) || FIELD(status, ORBSOC_STATUS_ARMED)) return ORBSOC_PL_LOST_WRITE;
+  return ORBSOC_PL_OK;
 }
 
-uint32_t orbsoc_cycles(const orbsoc_pl *pl) { return read_register(pl, ORBSOC_REG_CYCLES); }
+uint32_t orbsoc_pl_cycles(const orbsoc_pl *pl) { return read_register(pl, ORBSOC_REG_CYCLES); }

@@ -3,14 +3,14 @@
  * It is the PS of docs/ps-pl-protocol.md without its scheduler: names and rules are those of python/orbsoc/ps/driver.py.
  * Which stage comes next, and which buffers must move, is the caller's; under resident control the PL decides.
  *
- *   orbsoc_open, orbsoc_load              once
- *   orbsoc_publish(segment 0)             the problem data are there
- *   orbsoc_set_words                      buffers to the PL
- *   orbsoc_launch_attempt, orbsoc_poll    or orbsoc_on_interrupt in the handler, and orbsoc_await
- *   orbsoc_get_words                      buffers back
+ *   orbsoc_pl_open, orbsoc_pl_load              once
+ *   orbsoc_pl_publish(segment 0)             the problem data are there
+ *   orbsoc_pl_set_words                      buffers to the PL
+ *   orbsoc_pl_launch_attempt, orbsoc_pl_poll    or orbsoc_pl_on_interrupt in the handler, and orbsoc_pl_await
+ *   orbsoc_pl_get_words                      buffers back
  *
  * Map both ports as device memory. A burst that the PL refuses is an error on the bus, which a processor takes as an abort:
- * functions check addresses before, and do not access memories while a launch is out.
+ * functions check addresses before, and do not access memories while a launch is out. orbsoc_pl_on_bus_error is for the rest.
  */
 #ifndef ORBSOC_H
 #define ORBSOC_H
@@ -22,15 +22,15 @@
 
 /* The only accesses to the PL: 32 bits, at a byte address. A test defines ORBSOC_EXTERNAL_ACCESS and links its own. */
 #ifdef ORBSOC_EXTERNAL_ACCESS
-uint32_t orbsoc_read(uintptr_t address);
-void orbsoc_write(uintptr_t address, uint32_t value);
+uint32_t orbsoc_pl_read(uintptr_t address);
+void orbsoc_pl_write(uintptr_t address, uint32_t value);
 #else
-static inline uint32_t orbsoc_read(uintptr_t address) { return *(const volatile uint32_t *)address; }
-static inline void orbsoc_write(uintptr_t address, uint32_t value) { *(volatile uint32_t *)address = value; }
+static inline uint32_t orbsoc_pl_read(uintptr_t address) { return *(const volatile uint32_t *)address; }
+static inline void orbsoc_pl_write(uintptr_t address, uint32_t value) { *(volatile uint32_t *)address = value; }
 #endif
 
 /* Accesses before it are done, those after it have not begun. */
-static inline void orbsoc_barrier(void) {
+static inline void orbsoc_pl_barrier(void) {
 #if defined(__aarch64__) || (defined(__arm__) && __ARM_ARCH >= 7)
   __asm__ volatile("dsb sy" ::: "memory");
 #else
@@ -39,42 +39,43 @@ static inline void orbsoc_barrier(void) {
 }
 
 typedef enum {
-  ORBSOC_OK = 0,
-  /* Faults of the PL, by their codes in STATUS: it stops until orbsoc_reset, its interrupt line up. */
-  ORBSOC_LAUNCH_WHILE_BUSY = ORBSOC_FAULT_LAUNCH_WHILE_BUSY,
-  ORBSOC_UNACKNOWLEDGED_INTERRUPT = ORBSOC_FAULT_UNACKNOWLEDGED_INTERRUPT,
-  ORBSOC_SPURIOUS_ACKNOWLEDGE = ORBSOC_FAULT_SPURIOUS_ACKNOWLEDGE,
-  ORBSOC_WRITE_OUT_OF_ORDER = ORBSOC_FAULT_WRITE_OUT_OF_ORDER,
-  ORBSOC_WRONG_SEGMENT = ORBSOC_FAULT_WRONG_SEGMENT,
-  ORBSOC_WRONG_SEQUENCE = ORBSOC_FAULT_WRONG_SEQUENCE,
-  ORBSOC_READ_BEFORE_VALID = ORBSOC_FAULT_READ_BEFORE_VALID,
-  ORBSOC_INVALID_ACCESS = ORBSOC_FAULT_INVALID_ACCESS,
+  ORBSOC_PL_OK = 0,
+  /* Faults of the PL, by their codes in STATUS: it stops until orbsoc_pl_reset, its interrupt line up. */
+  ORBSOC_PL_LAUNCH_WHILE_BUSY = ORBSOC_FAULT_LAUNCH_WHILE_BUSY,
+  ORBSOC_PL_UNACKNOWLEDGED_INTERRUPT = ORBSOC_FAULT_UNACKNOWLEDGED_INTERRUPT,
+  ORBSOC_PL_SPURIOUS_ACKNOWLEDGE = ORBSOC_FAULT_SPURIOUS_ACKNOWLEDGE,
+  ORBSOC_PL_WRITE_OUT_OF_ORDER = ORBSOC_FAULT_WRITE_OUT_OF_ORDER,
+  ORBSOC_PL_WRONG_SEGMENT = ORBSOC_FAULT_WRONG_SEGMENT,
+  ORBSOC_PL_WRONG_SEQUENCE = ORBSOC_FAULT_WRONG_SEQUENCE,
+  ORBSOC_PL_READ_BEFORE_VALID = ORBSOC_FAULT_READ_BEFORE_VALID,
+  ORBSOC_PL_INVALID_ACCESS = ORBSOC_FAULT_INVALID_ACCESS,
   /* What the driver finds. */
-  ORBSOC_LOST_INTERRUPT = 16, /* the segment finished, but its interrupt did not arrive within the budget */
-  ORBSOC_LAUNCH_TIMEOUT = 17, /* neither an interrupt nor the end within the budget */
-  ORBSOC_LOST_WRITE = 18,     /* a command was written, but STATUS does not show it carried out */
-  ORBSOC_WRONG_ENGINE = 19,   /* the image was made for another engine */
-  ORBSOC_OUT_OF_RANGE = 20,   /* an address, a number or a control program beyond what the engine has */
-  ORBSOC_NOT_AT_REST = 21     /* a launch is out, or there is none to wait for */
-} orbsoc_error;
+  ORBSOC_PL_LOST_INTERRUPT = 16, /* the segment finished, but its interrupt did not arrive within the budget */
+  ORBSOC_PL_LAUNCH_TIMEOUT = 17, /* neither an interrupt nor the end within the budget */
+  ORBSOC_PL_LOST_WRITE = 18,     /* a command was written, but STATUS does not show it carried out */
+  ORBSOC_PL_WRONG_ENGINE = 19,   /* the image was made for another engine */
+  ORBSOC_PL_OUT_OF_RANGE = 20,   /* an address, a number or a control program beyond what the engine has */
+  ORBSOC_PL_NOT_AT_REST = 21,    /* a launch is out, or there is none to wait for */
+  ORBSOC_PL_BUS_ERROR = 22       /* orbsoc_pl_on_bus_error was called */
+} orbsoc_pl_error;
 
 /* A stage as the registers know it; masks have a bit for each buffer. */
 typedef struct {
   uint32_t module;
   uint32_t start; /* first line of its microcode */
   uint64_t reads, writes, stales;
-} orbsoc_segment;
+} orbsoc_pl_segment;
 
 /* Where an attempt begins, what its closing stages write, and what it may write at all. */
 typedef struct {
   uint32_t entry;
   uint64_t closing, written;
-} orbsoc_attempt;
+} orbsoc_pl_attempt;
 
 typedef struct {
   uint32_t word; /* ORBSOC_INSTRUCTION_… */
   uint32_t flag; /* storage address of the flag */
-} orbsoc_instruction;
+} orbsoc_pl_instruction;
 
 /* A program for one engine. A line of microcode is ORBSOC_PIECES(code_width) words of 32 bits, low bits first. */
 typedef struct {
@@ -86,17 +87,17 @@ typedef struct {
   const uint32_t *literal_addresses;
   const uint64_t *literals;
   size_t literal_count;
-  const orbsoc_segment *segments; /* by their numbers */
+  const orbsoc_pl_segment *segments; /* by their numbers */
   uint32_t segment_count;
-  const orbsoc_instruction *instructions; /* of the control program; none without resident control */
+  const orbsoc_pl_instruction *instructions; /* of the control program; none without resident control */
   uint32_t instruction_count;
-} orbsoc_image;
+} orbsoc_pl_image;
 
 /* Where the words of a buffer lie: its word `indices[i]` at storage address `addresses[i]`. Others have no place on the PL. */
 typedef struct {
   size_t count;
   const uint32_t *indices, *addresses;
-} orbsoc_buffer;
+} orbsoc_pl_buffer;
 
 #define ORBSOC_PIECES(width) (((width) + 31u) / 32u)
 
@@ -110,54 +111,62 @@ typedef struct {
   /* The launch that is out. */
   uint32_t number;
   uint64_t writes, stales, may_write;
-  volatile uint32_t out, taken; /* a launch is out; its end was taken by orbsoc_on_interrupt */
-  volatile orbsoc_error result;
+  volatile uint32_t out, taken; /* a launch is out; its end was taken by orbsoc_pl_on_interrupt */
+  volatile orbsoc_pl_error result;
+  volatile uint32_t bus_errors; /* since the last reset */
 } orbsoc_pl;
 
-/* Find out what engine is there, and reset it. `buffers`: of the method, at most ORBSOC_BUFFERS. */
-orbsoc_error orbsoc_open(orbsoc_pl *pl, uintptr_t registers, uintptr_t memories, uint32_t buffers);
+/* Find out what engine is there, and reset it. `buffers`: of the method, at most ORBSOC_PL_BUFFERS. */
+orbsoc_pl_error orbsoc_pl_open(orbsoc_pl *pl, uintptr_t registers, uintptr_t memories, uint32_t buffers);
 
 /* Registers, flags, table and entries of the control program afresh; memories stay. The only way on after an error of a
  * launch: until then it counts as out, since the PL may still be busy. */
-orbsoc_error orbsoc_reset(orbsoc_pl *pl);
+orbsoc_pl_error orbsoc_pl_reset(orbsoc_pl *pl);
 
 /* Microcode, templates, literals, table of segments and control program: all of an image, or one of them. */
-orbsoc_error orbsoc_load(orbsoc_pl *pl, const orbsoc_image *image);
-orbsoc_error orbsoc_load_line(orbsoc_pl *pl, uint32_t line, const uint32_t *pieces);
-orbsoc_error orbsoc_load_template(orbsoc_pl *pl, uint32_t number, uint32_t word);
-orbsoc_error orbsoc_load_segment(orbsoc_pl *pl, uint32_t number, const orbsoc_segment *segment);
-orbsoc_error orbsoc_load_instruction(orbsoc_pl *pl, uint32_t place, const orbsoc_instruction *instruction);
+orbsoc_pl_error orbsoc_pl_load(orbsoc_pl *pl, const orbsoc_pl_image *image);
+orbsoc_pl_error orbsoc_pl_load_line(orbsoc_pl *pl, uint32_t line, const uint32_t *pieces);
+orbsoc_pl_error orbsoc_pl_load_template(orbsoc_pl *pl, uint32_t number, uint32_t word);
+orbsoc_pl_error orbsoc_pl_load_segment(orbsoc_pl *pl, uint32_t number, const orbsoc_pl_segment *segment);
+orbsoc_pl_error orbsoc_pl_load_instruction(orbsoc_pl *pl, uint32_t place, const orbsoc_pl_instruction *instruction);
+
+/* The table of segments and the control program of an image alone: what a reset forgets. */
+orbsoc_pl_error orbsoc_pl_load_tables(orbsoc_pl *pl, const orbsoc_pl_image *image);
 
 /* Words of storage by their addresses, while no launch is out; bits of binary64, or of binary32 in the low half. */
-orbsoc_error orbsoc_set_words(orbsoc_pl *pl, const uint32_t *addresses, const uint64_t *words, size_t count);
-orbsoc_error orbsoc_get_words(orbsoc_pl *pl, const uint32_t *addresses, uint64_t *words, size_t count);
+orbsoc_pl_error orbsoc_pl_set_words(orbsoc_pl *pl, const uint32_t *addresses, const uint64_t *words, size_t count);
+orbsoc_pl_error orbsoc_pl_get_words(orbsoc_pl *pl, const uint32_t *addresses, uint64_t *words, size_t count);
 
 /* Whether the PS may run a stage itself: no buffer that it reads has its flag down. */
-orbsoc_error orbsoc_readable(const orbsoc_pl *pl, const orbsoc_segment *segment);
+orbsoc_pl_error orbsoc_pl_readable(const orbsoc_pl *pl, const orbsoc_pl_segment *segment);
 
 /* Tell the PL which buffers a stage of the PS, or the problem data (segment 0), wrote and made stale. */
-orbsoc_error orbsoc_publish(orbsoc_pl *pl, uint32_t number, const orbsoc_segment *segment);
+orbsoc_pl_error orbsoc_pl_publish(orbsoc_pl *pl, uint32_t number, const orbsoc_pl_segment *segment);
 
 /* Start a segment, or an attempt under resident control; neither waits. */
-orbsoc_error orbsoc_launch(orbsoc_pl *pl, uint32_t number, const orbsoc_segment *segment);
-orbsoc_error orbsoc_launch_attempt(orbsoc_pl *pl, const orbsoc_attempt *attempt);
+orbsoc_pl_error orbsoc_pl_launch(orbsoc_pl *pl, uint32_t number, const orbsoc_pl_segment *segment);
+orbsoc_pl_error orbsoc_pl_launch_attempt(orbsoc_pl *pl, const orbsoc_pl_attempt *attempt);
 
 /* Ask a running attempt to end at its next decision. */
-orbsoc_error orbsoc_stop(orbsoc_pl *pl);
+orbsoc_pl_error orbsoc_pl_stop(orbsoc_pl *pl);
 
 /* Without interrupts: read STATUS, at most `budget` times, until the launch has ended, and take its end. */
-orbsoc_error orbsoc_poll(orbsoc_pl *pl, uint32_t budget);
+orbsoc_pl_error orbsoc_pl_poll(orbsoc_pl *pl, uint32_t budget);
 
 /* In the interrupt handler: take the end of the launch, which lets the line fall. After a fault it stays up: mask it. */
-orbsoc_error orbsoc_on_interrupt(orbsoc_pl *pl);
+orbsoc_pl_error orbsoc_pl_on_interrupt(orbsoc_pl *pl);
+
+/* In the handler of an abort that an access to the PL has raised, which then goes on behind that access: the function that
+ * made it, or the next one that looks at STATUS, returns ORBSOC_PL_BUS_ERROR. */
+void orbsoc_pl_on_bus_error(orbsoc_pl *pl);
 
 /* Beside the handler: look, at most `budget` times, whether it has taken the end of the launch; what it found. */
-orbsoc_error orbsoc_await(orbsoc_pl *pl, uint32_t budget);
+orbsoc_pl_error orbsoc_pl_await(orbsoc_pl *pl, uint32_t budget);
 
 /* At the end of a run nothing may be running, half announced or unacknowledged. */
-orbsoc_error orbsoc_require_rest(orbsoc_pl *pl);
+orbsoc_pl_error orbsoc_pl_require_rest(orbsoc_pl *pl);
 
 /* Busy cycles of the last segment, by the engine's counter. */
-uint32_t orbsoc_cycles(const orbsoc_pl *pl);
+uint32_t orbsoc_pl_cycles(const orbsoc_pl *pl);
 
 #endif

@@ -32,33 +32,33 @@ class AxiComputer {
     dut.aresetn = 0;
     for (int i = 0; i < 3; ++i) clock();
     dut.aresetn = 1;
-    require(orbsoc_open(&pl, REGISTERS, MEMORIES, ORBSOC_BUFFERS));
+    require(orbsoc_pl_open(&pl, REGISTERS, MEMORIES, ORBSOC_PL_BUFFERS));
   }
 
   // ---- what a session asks of a computer (session.hpp) ----
 
   void reset() {
-    require(orbsoc_reset(&pl));
+    require(orbsoc_pl_reset(&pl));
     violations.fill(0);
   }
   void load_line(uint64_t address, const std::string &word) {
-    require(orbsoc_load_line(&pl, uint32_t(address), pieces(word, Built::CODE_WIDTH).data()));
+    require(orbsoc_pl_load_line(&pl, uint32_t(address), pieces(word, Built::CODE_WIDTH).data()));
   }
   void load_template(uint64_t number, const std::string &word) {
-    require(orbsoc_load_template(&pl, uint32_t(number), uint32_t(std::stoul(word, nullptr, 16))));
+    require(orbsoc_pl_load_template(&pl, uint32_t(number), uint32_t(std::stoul(word, nullptr, 16))));
   }
   void write_word(uint64_t address, uint64_t word) {
     const uint32_t at = uint32_t(address);
-    require(orbsoc_set_words(&pl, &at, &word, 1));
+    require(orbsoc_pl_set_words(&pl, &at, &word, 1));
   }
   uint64_t read_word(uint64_t address) {
     const uint32_t at = uint32_t(address);
     uint64_t word = 0;
-    require(orbsoc_get_words(&pl, &at, &word, 1));
+    require(orbsoc_pl_get_words(&pl, &at, &word, 1));
     return word;
   }
-  void write_register(uint16_t address, uint32_t value) { orbsoc_write(REGISTERS + address, value); }
-  uint32_t read_register(uint16_t address) { return orbsoc_read(REGISTERS + address); }
+  void write_register(uint16_t address, uint32_t value) { orbsoc_pl_write(REGISTERS + address, value); }
+  uint32_t read_register(uint16_t address) { return orbsoc_pl_read(REGISTERS + address); }
   bool interrupt() const { return dut.irq; }
   uint32_t counted() const { return dut.axi_engine->cycles; }
   void set_gaps(uint32_t, uint32_t) { throw std::runtime_error("no fetch gaps behind AXI"); }
@@ -157,8 +157,8 @@ class AxiComputer {
     return words;
   }
 
-  static void require(orbsoc_error found) {
-    if (found != ORBSOC_OK) throw std::runtime_error("the driver reports error " + std::to_string(found));
+  static void require(orbsoc_pl_error found) {
+    if (found != ORBSOC_PL_OK) throw std::runtime_error("the driver reports error " + std::to_string(found));
   }
   [[noreturn]] void die(const std::string &what) {
     std::fprintf(stderr, "axi_engine: %s, clock %llu\n", what.c_str(), static_cast<unsigned long long>(clocks));

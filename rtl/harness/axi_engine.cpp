@@ -16,14 +16,14 @@
 #include "session.hpp"
 
 extern "C" {
-uint32_t orbsoc_read(uintptr_t address) {
+uint32_t orbsoc_pl_read(uintptr_t address) {
   AxiComputer &computer = *AxiComputer::current;
   if (address < AxiComputer::MEMORIES) return computer.lite_read(uint16_t(address - AxiComputer::REGISTERS));
   std::vector<uint64_t> beats;
   if (computer.read_burst(address - AxiComputer::MEMORIES, 2, 1, beats)) computer.die("a read of the memories was refused");
   return uint32_t(beats[0] >> 32 * (address / 4 % 2));
 }
-void orbsoc_write(uintptr_t address, uint32_t value) {
+void orbsoc_pl_write(uintptr_t address, uint32_t value) {
   AxiComputer &computer = *AxiComputer::current;
   if (address < AxiComputer::MEMORIES) computer.lite_write(uint16_t(address - AxiComputer::REGISTERS), value);
   else if (computer.write_burst(address - AxiComputer::MEMORIES, 2, {uint64_t(value) << 32 | value}))
@@ -40,20 +40,20 @@ class DriverSession : public Session<AxiComputer> {
     if (command == "load") return error(load());
     if (command == "publish" || command == "launch") return with_segment(command, words);
     if (command == "attempt") {
-      orbsoc_attempt attempt{};
-      return (words >> std::hex >> attempt.entry >> attempt.closing >> attempt.written) && error(orbsoc_launch_attempt(&computer.pl, &attempt));
+      orbsoc_pl_attempt attempt{};
+      return (words >> std::hex >> attempt.entry >> attempt.closing >> attempt.written) && error(orbsoc_pl_launch_attempt(&computer.pl, &attempt));
     }
-    if (command == "stop") return error(orbsoc_stop(&computer.pl));
-    if (command == "rest") return error(orbsoc_require_rest(&computer.pl));
+    if (command == "stop") return error(orbsoc_pl_stop(&computer.pl));
+    if (command == "rest") return error(orbsoc_pl_require_rest(&computer.pl));
     uint64_t first = 0;
-    if (command == "poll") return (words >> first) && error(orbsoc_poll(&computer.pl, uint32_t(first)));
+    if (command == "poll") return (words >> first) && error(orbsoc_pl_poll(&computer.pl, uint32_t(first)));
     if (command == "interrupt") return (words >> first) && interrupt(first);
     if (command == "bursts") return (words >> first) && bursts(uint32_t(first), words);
     if (command == "poke" || command == "peek") return (words >> std::hex >> first) && raw(command, first, words);
     return false;
   }
 
-  static bool error(orbsoc_error found) {
+  static bool error(orbsoc_pl_error found) {
     std::printf("%d\n", int(found));
     return true;
   }
@@ -69,11 +69,11 @@ class DriverSession : public Session<AxiComputer> {
       literal_addresses.push_back(uint32_t(address));
       literals.push_back(value);
     } else if (part == "segment") {
-      orbsoc_segment one{};
+      orbsoc_pl_segment one{};
       if (!(words >> one.module >> one.start >> one.reads >> one.writes >> one.stales)) return false;
       segments.push_back(one);
     } else if (part == "instruction") {
-      orbsoc_instruction one{};
+      orbsoc_pl_instruction one{};
       if (!(words >> one.word >> one.flag)) return false;
       instructions.push_back(one);
     } else {
@@ -82,24 +82,24 @@ class DriverSession : public Session<AxiComputer> {
     std::printf("ok\n");
     return true;
   }
-  orbsoc_error load() {
+  orbsoc_pl_error load() {
     const uint32_t pieces = ORBSOC_PIECES(Built::CODE_WIDTH);
-    const orbsoc_image image = {Built::FP == 64, Built::ADDRESS_BITS, Built::CODE_WIDTH, microcode.data(),
+    const orbsoc_pl_image image = {Built::FP == 64, Built::ADDRESS_BITS, Built::CODE_WIDTH, microcode.data(),
                                 uint32_t(microcode.size() / pieces), templates.data(), uint32_t(templates.size()),
                                 literal_addresses.data(), literals.data(), literals.size(), segments.data(),
                                 uint32_t(segments.size()), instructions.data(), uint32_t(instructions.size())};
-    return orbsoc_load(&computer.pl, &image);
+    return orbsoc_pl_load(&computer.pl, &image);
   }
   bool with_segment(const std::string &command, std::istringstream &words) {
     std::size_t number = 0;
     if (!(words >> std::hex >> number) || number >= segments.size()) return false;
-    const auto act = command == "publish" ? orbsoc_publish : orbsoc_launch;
+    const auto act = command == "publish" ? orbsoc_pl_publish : orbsoc_pl_launch;
     return error(act(&computer.pl, uint32_t(number), &segments[number]));
   }
   bool interrupt(uint64_t clocks) {
     for (; clocks > 0 && !computer.interrupt(); --clocks) computer.clock();
-    if (computer.interrupt()) orbsoc_on_interrupt(&computer.pl);
-    return error(orbsoc_await(&computer.pl, 1));
+    if (computer.interrupt()) orbsoc_pl_on_interrupt(&computer.pl);
+    return error(orbsoc_pl_await(&computer.pl, 1));
   }
 
   bool bursts(uint32_t seed, std::istringstream &words) {
@@ -142,8 +142,8 @@ class DriverSession : public Session<AxiComputer> {
 
   std::vector<uint32_t> microcode, templates, literal_addresses;
   std::vector<uint64_t> literals;
-  std::vector<orbsoc_segment> segments;
-  std::vector<orbsoc_instruction> instructions;
+  std::vector<orbsoc_pl_segment> segments;
+  std::vector<orbsoc_pl_instruction> instructions;
 };
 
 }  // namespace

@@ -126,6 +126,31 @@ def test_the_library_in_the_wheel_is_that_of_the_sources() -> None:
     assert _core.flight_sources() == written
 
 
+def test_the_driver_in_the_wheel_is_that_of_the_sources() -> None:
+    folder = ROOT / "rtl" / "driver"
+    assert _core.driver_sources() == {path.name: path.read_text() for path in folder.iterdir()}
+
+
+def test_the_command_exports_a_partition_and_names_what_it_refuses(tmp_path: Path) -> None:
+    SMALL.save(tmp_path / "small.json")
+    begin = ["export", "c", str(tmp_path / "small.json"), "--out", str(tmp_path / "c"), "--partition"]
+    for more, words in (
+        (["other"], "other"), (["paper", "--engine", "lanes"], "'lanes'"), (["paper", "--engine", "lines=2"], "'lines=2'"),
+        (["paper", "--microcode", "dense"], "'dense'"), (["paper", "--engine", "banks=3"], "banks"),
+    ):  # fmt: skip
+        done = CliRunner().invoke(app, [*begin, *more])
+        assert done.exit_code == 2, more
+        assert words in done.output
+        assert not (tmp_path / "c").exists()
+    done = CliRunner().invoke(
+        app, [*begin, "resident", "--engine", "lanes=1,banks=4", "--microcode", "compressed"]
+    )
+    assert done.exit_code == 0, done.output
+    assert run_selftest(tmp_path / "c", ("gcc",), (), "-O2").count("the recorded bits") == 2
+    assert (tmp_path / "c" / "driver" / "orbsoc_device.c").exists()
+    assert "orbsoc_pl_attach" in (tmp_path / "c" / "README.md").read_text()
+
+
 def test_the_library_has_neither_heap_nor_global_state() -> None:
     text = "\n".join(path.read_text() for path in sources())
     assert not re.search(r"\b(malloc|calloc|realloc|free|alloca)\(", text)

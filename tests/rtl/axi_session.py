@@ -35,7 +35,7 @@ def built_behind_axi(
 
 
 class AxiSession(RtlSession):
-    """A session whose program is loaded by `orbsoc_load`, and whose words move through the driver."""
+    """A session whose program is loaded by `orbsoc_pl_load`, and whose words move through the driver."""
 
     def load(self, image: _core.ProgramImage, method: Method, program: ControlProgram | None = None) -> None:
         """The image piece by piece to the harness, and from there by the driver to the PL."""

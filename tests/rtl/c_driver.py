@@ -51,8 +51,8 @@ HOOKS = """
 #include "orbsoc.h"
 uint32_t (*read_hook)(uintptr_t);
 void (*write_hook)(uintptr_t, uint32_t);
-uint32_t orbsoc_read(uintptr_t address) { return read_hook(address); }
-void orbsoc_write(uintptr_t address, uint32_t value) { write_hook(address, value); }
+uint32_t orbsoc_pl_read(uintptr_t address) { return read_hook(address); }
+void orbsoc_pl_write(uintptr_t address, uint32_t value) { write_hook(address, value); }
 size_t pl_size(void) { return sizeof(orbsoc_pl); }
 """
 _READ = ctypes.CFUNCTYPE(ctypes.c_uint32, ctypes.c_size_t)
@@ -60,7 +60,7 @@ _WRITE = ctypes.CFUNCTYPE(None, ctypes.c_size_t, ctypes.c_uint32)
 
 
 class CSegment(ctypes.Structure):
-    """orbsoc_segment."""
+    """orbsoc_pl_segment."""
 
     _fields_ = [
         ("module", ctypes.c_uint32), ("start", ctypes.c_uint32),
@@ -69,13 +69,13 @@ class CSegment(ctypes.Structure):
 
 
 class CAttempt(ctypes.Structure):
-    """orbsoc_attempt."""
+    """orbsoc_pl_attempt."""
 
     _fields_ = [("entry", ctypes.c_uint32), ("closing", ctypes.c_uint64), ("written", ctypes.c_uint64)]
 
 
 class CInstruction(ctypes.Structure):
-    """orbsoc_instruction."""
+    """orbsoc_pl_instruction."""
 
     _fields_ = [("word", ctypes.c_uint32), ("flag", ctypes.c_uint32)]
 
@@ -136,7 +136,7 @@ class Board:
 
     def call(self, name: str, *arguments: Any) -> int:
         """A function of the driver on this PL; its error."""
-        return int(getattr(self.library, f"orbsoc_{name}")(self.pl, *arguments))
+        return int(getattr(self.library, f"orbsoc_pl_{name}")(self.pl, *arguments))
 
     def open(self, buffers: int = BUFFERS) -> int:
         return self.call("open", ctypes.c_size_t(REGISTERS), ctypes.c_size_t(MEMORIES), buffers)

@@ -45,7 +45,7 @@ class Recorder(RtlSession):
 
 
 class CBuffer(ctypes.Structure):
-    """orbsoc_buffer."""
+    """orbsoc_pl_buffer."""
 
     _fields_ = [
         ("count", ctypes.c_size_t), ("indices", ctypes.POINTER(ctypes.c_uint32)), ("addresses", ctypes.POINTER(ctypes.c_uint32)),

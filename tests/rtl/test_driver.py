@@ -251,7 +251,7 @@ class Recorder(RtlSession):
 
 
 class CImage(ctypes.Structure):
-    """orbsoc_image."""
+    """orbsoc_pl_image."""
 
     _fields_ = [
         ("binary64", ctypes.c_uint32), ("address_bits", ctypes.c_uint32), ("code_width", ctypes.c_uint32),
@@ -371,11 +371,11 @@ MUTATIONS = {
         "  write_register(pl, ORBSOC_REG_SEQUENCE, pl->sequence);\n  write_register(pl, ORBSOC_REG_SEGMENT, segment);\n",
     ),
     "no acknowledgement": ("  write_register(pl, ORBSOC_REG_IRQ_ACK, pl->sequence);\n", ""),
-    "sequence not checked": ("!= (pl->sequence & 0xffu)) return ORBSOC_LOST_WRITE", "!= (pl->sequence & 0xffu)) return ORBSOC_OK"),
-    "fault overlooked": ("return (orbsoc_error)FIELD(*status, ORBSOC_STATUS_FAULT)", "return (orbsoc_error)(FIELD(*status, ORBSOC_STATUS_FAULT) & 7u)"),
+    "sequence not checked": ("!= (pl->sequence & 0xffu)) return ORBSOC_PL_LOST_WRITE", "!= (pl->sequence & 0xffu)) return ORBSOC_PL_OK"),
+    "fault overlooked": (": (orbsoc_pl_error)FIELD(*status, ORBSOC_STATUS_FAULT)", ": (orbsoc_pl_error)(FIELD(*status, ORBSOC_STATUS_FAULT) & 7u)"),
     "one flag register too few": ("word < pl->flag_words", "word + 1u < pl->flag_words"),
     "segments launched as the PS's": ("start(pl, segment->module,", "start(pl, ORBSOC_MODULE_PS,"),
-    "high half first": ("addresses[i], low(words[i]));\n      orbsoc_write(storage + (uintptr_t)8u * addresses[i] + 4u, high(words[i]));", "addresses[i] + 4u, high(words[i]));\n      orbsoc_write(storage + (uintptr_t)8u * addresses[i], low(words[i]));"),
+    "high half first": ("addresses[i], low(words[i]));\n      orbsoc_pl_write(storage + (uintptr_t)8u * addresses[i] + 4u, high(words[i]));", "addresses[i] + 4u, high(words[i]));\n      orbsoc_pl_write(storage + (uintptr_t)8u * addresses[i], low(words[i]));"),
     "lines side by side": ("while (bytes < 4u * count) bytes *= 2u;", "bytes = 4u * count - 4u;"),
     "a segment exists before it is whole": ("  write_register(pl, entry + ORBSOC_ENTRY_START, segment->start);\n", "  write_register(pl, entry + ORBSOC_ENTRY_MODULE, segment->module);\n  write_register(pl, entry + ORBSOC_ENTRY_START, segment->start);\n"),
     "masks swapped": ("ORBSOC_ENTRY_READS, segment->reads", "ORBSOC_ENTRY_READS, segment->writes"),

@@ -92,4 +92,4 @@ def test_the_driver_compiles_without_a_warning_and_needs_no_library(
         [compiler.replace("gcc", "nm") if "-" in compiler else "nm", "-u", made],
         capture_output=True, text=True, check=True,
     ).stdout.split()  # fmt: skip
-    assert set(undefined) <= ({"U", "orbsoc_read", "orbsoc_write"} if external else set())
+    assert set(undefined) <= ({"U", "orbsoc_pl_read", "orbsoc_pl_write"} if external else set())

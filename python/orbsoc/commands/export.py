@@ -35,8 +35,22 @@ def c(
     ],
     out: Annotated[Path, typer.Option(help="folder to write, which must not exist", metavar="DIR")],
     fp: Annotated[int, typer.Option(help="arithmetic of the iteration: 64 or 32")] = 64,
+    partition: Annotated[
+        str | None,
+        typer.Option(
+            help="modules that run on the PL, by its driver: name, TOML file, modules joined by +",
+            show_default="none",
+        ),
+    ] = None,
+    engine: Annotated[
+        str,
+        typer.Option(
+            help="the PL's engine: lanes, dividers, banks, clusters and address_bits", metavar="KEY=N,..."
+        ),
+    ] = "lanes=4,dividers=1,banks=16",
+    microcode: Annotated[str, typer.Option(help="flat or compressed")] = "flat",
 ) -> None:
-    """Write C99 for one pattern: tables, library, self-test, bounds."""
+    """Write C99 for one pattern: tables, library, self-test, bounds; with a partition the PL's program and driver."""
     from orbsoc.flight import FlightError, export_c
     from orbsoc.flight.export import check_place
 
@@ -44,10 +58,39 @@ def c(
         try:
             check_place(out)
             problem = _subproblem(source) if source.suffix == ".toml" else _stated(source)
-            written = export_c(problem, out, fp=fp)
+            on_pl = {"partition": partition, "engine": _engine(engine), "form": _form(microcode)}
+            written = export_c(problem, out, fp=fp, **on_pl)
         except FlightError as error:
             exit_with(BAD_INPUT, str(error), False)
     typer.echo(f"{len(written)} files written to {out}; README.md has the line that builds the self-test")
+
+
+def _engine(text: str) -> Any:
+    """An engine from `key=n` pairs."""
+    from dataclasses import fields
+
+    from orbsoc.flight import FlightError
+    from orbsoc.hw.schedules import Engine, EngineError
+
+    allowed = sorted({field.name for field in fields(Engine)} - {"fp", "microcode_words"})
+    chosen: dict[str, int] = {}
+    for pair in text.split(","):
+        key, _, value = pair.partition("=")
+        if key.strip() not in allowed or not value.strip().isdigit():
+            raise FlightError(f"--engine: {pair!r}: allowed is KEY=N with KEY one of {', '.join(allowed)}")
+        chosen[key.strip()] = int(value)
+    try:
+        return Engine(**chosen)  # type: ignore[arg-type]
+    except EngineError as error:
+        raise FlightError(f"--engine: {error}") from error
+
+
+def _form(text: str) -> Any:
+    from orbsoc.flight import FlightError
+
+    if text not in ("flat", "compressed"):
+        raise FlightError(f"--microcode = {text!r}: allowed is flat or compressed")
+    return text
 
 
 def _stated(path: Path) -> Problem:

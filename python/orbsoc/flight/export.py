@@ -6,6 +6,7 @@ import shutil
 import tempfile
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from orbsoc import _core
 from orbsoc.conic.problem import Problem
@@ -13,24 +14,36 @@ from orbsoc.conic.settings import Settings
 
 from .bounds import bounds_page
 from .c_source import pattern_header, pattern_source
+from .partitioned import FlightError, partition_texts
 from .selftest import Recorded, record, selftest_source
 from .tables import Tables, tables_of
+
+if TYPE_CHECKING:
+    from hw_model.platform.partition import Partition
+    from orbsoc.hw.schedules import Engine
+    from orbsoc.rtl.validation import Format
 
 PRECISIONS = (64, 32)
 
 
-class FlightError(ValueError):
-    """What cannot be exported, or where."""
-
-
 def export_c(
-    problem: Problem, folder: str | Path, *, settings: Settings | None = None, fp: int = 64
+    problem: Problem,
+    folder: str | Path,
+    *,
+    settings: Settings | None = None,
+    fp: int = 64,
+    partition: Partition | str | None = None,
+    engine: Engine | None = None,
+    form: Format = "flat",
 ) -> tuple[Path, ...]:
     """Write the program for a problem's pattern into `folder`, which must not exist; the files written.
 
     `fp` is the arithmetic of the iteration, 64 or 32; without `settings` they are the defaults of that precision. The
-    self-test holds this problem's own data and the bits of `Engine::exact`'s solutions, cold and warm.
-    Raises FlightError on a folder that exists, a precision that is none, or a pattern beyond 32-bit indices.
+    self-test holds this problem's own data and the bits of `Engine::exact`'s solutions, cold and warm. With a `partition`
+    (one of hw_model's, or its name) the folder has the program of its modules for an `engine` on the PL, whose
+    precision is `fp`, in microcode of a `form`, and the driver that launches them.
+    Raises FlightError on a folder that exists, a precision that is none, a pattern beyond 32-bit indices, a partition
+    that has no program in C, or an engine that cannot hold the pattern.
     """
     place = Path(folder)
     check_place(place)
@@ -43,8 +56,31 @@ def export_c(
         tables = tables_of(problem, used)
     except _core.CoreError as error:
         raise FlightError(f"the pattern cannot be exported: {error}") from error
-    texts = _texts(problem, used, fp, tables, record(problem, used, fp))
-    return _write(place, texts)
+    beside = _on_pl(problem, used, fp, partition, engine, form)
+    texts = _texts(problem, used, fp, tables, record(problem, used, fp), with_pl=bool(beside))
+    return _write(place, texts | beside)
+
+
+def _on_pl(
+    problem: Problem,
+    settings: Settings,
+    fp: int,
+    partition: Partition | str | None,
+    engine: Engine | None,
+    form: Format,
+) -> dict[str, str]:
+    """The files of a partition with modules on the PL; none without."""
+    from hw_model import HwModelError, load_partition
+    from orbsoc.hw.schedules import Engine
+
+    try:
+        split = load_partition(partition) if isinstance(partition, str) else partition
+        if split is None or not split.uses_pl:
+            return {}
+        chosen = replace(engine or Engine(), fp=64 if fp == 64 else 32)
+        return partition_texts(problem, settings, split, chosen, form)
+    except HwModelError as error:
+        raise FlightError(str(error)) from error
 
 
 def default_settings(fp: int) -> Settings:
@@ -68,14 +104,20 @@ def check_place(folder: Path) -> None:
 
 
 def _texts(
-    problem: Problem, settings: Settings, fp: int, tables: Tables, recorded: list[Recorded]
+    problem: Problem,
+    settings: Settings,
+    fp: int,
+    tables: Tables,
+    recorded: list[Recorded],
+    *,
+    with_pl: bool,
 ) -> dict[str, str]:
     own = {
         "pattern.h": pattern_header(tables, fp),
         "pattern.c": pattern_source(tables, settings),
         "selftest.c": selftest_source(problem, recorded),
         "CMakeLists.txt": _cmake(tables, fp),
-        "README.md": _readme(tables, fp),
+        "README.md": _readme(tables, fp, with_pl=with_pl),
         "BOUNDS.md": bounds_page(problem, settings, tables, fp),
     }
     return own | {f"flight/{name}": text for name, text in _core.flight_sources().items()}
@@ -87,8 +129,8 @@ def _write(place: Path, texts: dict[str, str]) -> tuple[Path, ...]:
     place.parent.mkdir(parents=True, exist_ok=True)
     temporary = Path(tempfile.mkdtemp(prefix=f".{place.name}.", dir=place.parent))
     try:
-        (temporary / "flight").mkdir()
         for name, text in texts.items():
+            (temporary / name).parent.mkdir(exist_ok=True)
             (temporary / name).write_text(text, encoding="utf-8")
         temporary.chmod(0o755)
         temporary.rename(place)
@@ -121,7 +163,7 @@ target_link_libraries(selftest PRIVATE orbsoc_flight)
 """
 
 
-def _readme(tables: Tables, fp: int) -> str:
+def _readme(tables: Tables, fp: int, *, with_pl: bool) -> str:
     return f"""# A solver in C99 for one pattern
 
 Build and run the self-test, which compares the bits of recorded solves:
@@ -143,4 +185,21 @@ Use it:
     orbsoc_solve(&solver);     /* the outcome is solver.solution */
 
 Every call returns ORBSOC_OK or what it refused. Memory and operations are in BOUNDS.md.
+""" + (_WITH_PL.format(flags=_flags(tables, fp)) if with_pl else "")
+
+
+_WITH_PL = """
+Some modules run on the PL, by `driver/` and `pl_program.c`. With the addresses of its two ports the self-test uses it, too:
+
+    cc {flags} -Iflight -Idriver -I. -DORBSOC_PL_REGISTERS=0xA0000000u -DORBSOC_PL_MEMORIES=0xB0000000u \\
+      flight/*.c driver/*.c pattern.c pl_program.c selftest.c -lm -o selftest
+
+In a program, once after orbsoc_open:
+
+    static orbsoc_pl_device device;
+    orbsoc_pl_attach(&solver, &device, &orbsoc_pl_program, 0xA0000000u, 0xB0000000u);
+
+Every solve then launches them there. After an error, a timeout or an answer that the certificate refuses it tries once more
+with the program loaded afresh, and then solves on the core alone; solver.solution.place and .event say which.
+Call orbsoc_pl_on_bus_error(&device.pl) in the handler of an abort that an access to the PL raised, and go on behind it.
 """

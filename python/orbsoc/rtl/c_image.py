@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import replace
 
 from hw_model.area.engine import Shape, line_bits
 from orbsoc import _core
@@ -11,7 +12,7 @@ from orbsoc.conic.settings import Settings
 from orbsoc.hw.emulation import resident_program
 from orbsoc.hw.schedules import Engine, pl_program
 from orbsoc.ps.program import ControlProgram
-from orbsoc.ps.registers import WORD_BITS, WORD_MASK
+from orbsoc.ps.registers import WORD_BITS, WORD_MASK, Module
 from orbsoc.ps.segments import Method, Segment
 
 from .session import control_words
@@ -29,16 +30,19 @@ def c_source(
     form: Format = "flat",
     resident: bool = True,
     name: str = "image",
+    modules: Collection[str] | None = None,
 ) -> str:
-    """Microcode, templates, literals, segments and control program of a problem's pattern as an `orbsoc_image`.
+    """Microcode, templates, literals, segments and control program of a problem's pattern as an `orbsoc_pl_image`.
 
-    Beside `name` there are `name_buffers`, an `orbsoc_buffer` for each buffer in the order of its flag, with an enumerator each,
-    and under resident control `name_cold` and `name_warm`. Raises EngineError as `pl_program` does.
+    Beside `name` there are `name_buffers`, an `orbsoc_pl_buffer` for each buffer in the order of its flag, with an enumerator each,
+    and under resident control `name_cold` and `name_warm`. `modules`: those on the PL, where it has not all; the program is
+    of their stages alone, and under the PS's control. Raises EngineError as `pl_program` does.
     """
-    control = resident_program() if resident else None
-    program = pl_program(problem, settings, engine, None, control.streams if control else ())
+    control = resident_program() if resident and modules is None else None
+    streams = control.streams if control else _alone(modules)
+    program = pl_program(problem, settings, engine, None, streams)
     image = _core.program_image(program.core, form)
-    method = Method.from_core(_core, resident=resident)
+    method = placed(modules, resident=resident)
     width = _code_width(program.engine, form)
     pieces = [piece for line in image.microcode for piece in _pieces(int(line, 16), width)]
     addresses, literals = image.literals
@@ -50,9 +54,9 @@ def c_source(
         _array("uint32_t", f"{name}_templates", (int(word, 16) for word in image.templates)),
         _array("uint32_t", f"{name}_literal_addresses", addresses.tolist()),
         _array("uint64_t", f"{name}_literals", literals.tolist()),
-        _rows("orbsoc_segment", f"{name}_segments", (_segment(each, image) for each in numbered)),
-        _rows("orbsoc_instruction", f"{name}_instructions", instructions),
-        f"const orbsoc_image {name} = {{\n"
+        _rows("orbsoc_pl_segment", f"{name}_segments", (_segment(each, image) for each in numbered)),
+        _rows("orbsoc_pl_instruction", f"{name}_instructions", instructions),
+        f"const orbsoc_pl_image {name} = {{\n"
         f"  {int(program.engine.fp == 64)}u, {program.engine.address_bits}u, {width}u,\n"
         f"  {name}_microcode, {len(image.microcode)}u, {name}_templates, {len(image.templates)}u,\n"
         f"  {name}_literal_addresses, {name}_literals, {len(literals)}u,\n"
@@ -61,6 +65,23 @@ def c_source(
         *_buffers(name, method, image),
     ]
     return "\n".join(parts)
+
+
+def placed(modules: Collection[str] | None, *, resident: bool) -> Method:
+    """The method's segments with those of modules that are not on the PL under the PS's number."""
+    if modules is None:
+        return Method.from_core(_core, resident=resident)
+    method = Method.from_core(_core, resident=True)
+    here = {name: Module.PS for name, info in _core.stages().items() if info.module not in modules}
+    segments = (replace(each, module=here.get(each.stage, each.module)) for each in method.segments)
+    return replace(method, segments=tuple(segments))
+
+
+def _alone(modules: Collection[str] | None) -> tuple[tuple[str, ...], ...]:
+    """Each stage of some modules a segment; (): of the six, without a list."""
+    if modules is None:
+        return ()
+    return tuple((name,) for name, info in _core.stages().items() if info.module in modules)
 
 
 def _code_width(engine: Engine, form: Format) -> int:
@@ -93,7 +114,7 @@ def _attempts(name: str, method: Method, control: ControlProgram) -> Iterator[st
         closing |= by_stage[step[0]].writes
     for kind, entry in (("cold", control.cold), ("warm", control.warm)):
         _, written = method.attempt(warm=kind == "warm")
-        yield f"const orbsoc_attempt {name}_{kind} = {{{entry}u, {_number(closing)}, {_number(written)}}};\n"
+        yield f"const orbsoc_pl_attempt {name}_{kind} = {{{entry}u, {_number(closing)}, {_number(written)}}};\n"
 
 
 def _buffers(name: str, method: Method, image: _core.ProgramImage) -> Iterator[str]:
@@ -108,7 +129,7 @@ def _buffers(name: str, method: Method, image: _core.ProgramImage) -> Iterator[s
         yield _array("uint32_t", f"{name}_{buffer}_indices", indices.tolist())
         yield _array("uint32_t", f"{name}_{buffer}_addresses", addresses.tolist())
         rows.append(f"{{{len(indices)}, {name}_{buffer}_indices, {name}_{buffer}_addresses}}")
-    yield f"const orbsoc_buffer {name}_buffers[] = {{\n  {f',{chr(10)}  '.join(rows)},\n}};\n"
+    yield f"const orbsoc_pl_buffer {name}_buffers[] = {{\n  {f',{chr(10)}  '.join(rows)},\n}};\n"
 
 
 def _number(value: int) -> str:

@@ -28,15 +28,17 @@ pub fn pattern_tables<'py>(
 }
 
 macro_rules! sources {
-    ($($name:literal),* $(,)?) => { &[$(($name, include_str!(concat!("../../../flight/", $name)))),*] };
+    ($folder:literal: $($name:literal),* $(,)?) => { &[$(($name, include_str!(concat!("../../../", $folder, $name)))),*] };
 }
 
 /// The fixed library in C, file by file.
 const SOURCES: &[(&str, &str)] = sources![
+    "flight/":
     "certificate.c",
     "checksum.c",
     "cone_ops.c",
     "decisions.c",
+    "device.c",
     "factorization.c",
     "kernels.h",
     "layout.h",
@@ -54,11 +56,31 @@ const SOURCES: &[(&str, &str)] = sources![
     "statistics.c",
 ];
 
+/// The driver of the PL in C, file by file.
+const DRIVER: &[(&str, &str)] = sources![
+    "rtl/driver/":
+    "orbsoc.c",
+    "orbsoc.h",
+    "orbsoc_device.c",
+    "orbsoc_device.h",
+    "orbsoc_registers.h",
+];
+
 /// The text of each file of the library in C, by name.
 #[pyfunction]
 pub fn flight_sources(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    by_name(py, SOURCES)
+}
+
+/// The text of each file of the driver in C, by name.
+#[pyfunction]
+pub fn driver_sources(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    by_name(py, DRIVER)
+}
+
+fn by_name<'py>(py: Python<'py>, texts: &[(&str, &str)]) -> PyResult<Bound<'py, PyDict>> {
     let sources = PyDict::new(py);
-    for (name, text) in SOURCES {
+    for (name, text) in texts {
         sources.set_item(name, text)?;
     }
     Ok(sources)
