@@ -3,8 +3,8 @@
  * given. */
 #include "kernels.h"
 
-/* A certificate with at least this radius over the data's scale is accepted at the end of a solve.
- * */
+/* A certificate with at least this radius, over the data's scale or over its own, is accepted at
+ * the end of a solve. */
 #define RADIUS_CLAIMED 50.0
 /* How many times `tol` the common formula's ratio of a solution may be: its denominators leave out
  * products. */
@@ -18,7 +18,7 @@ typedef struct {
 /* A certificate of infeasibility on the user's data. */
 typedef struct {
   orbsoc_status status;
-  double radius, relative; /* the second over the data's scale */
+  double radius, relative, own; /* the others over the data's scale, and over its own */
 } proof_t;
 
 /* (x, y, z, s) in the user's units and rows. */
@@ -425,13 +425,74 @@ static residuals_t residuals_of(pattern_t pattern, const orbsoc_numbers *given, 
 
 /* ---- certificates of infeasibility ---- */
 
-static proof_t radius(orbsoc_status status, double value, double size, double scale) {
-  proof_t out = {status, 0.0, 0.0};
+/* Of a certificate of this value, of which the size of what it misses, the data's scale, the
+ * magnitude of the value's terms, and the sum of all shares. */
+static proof_t radius(orbsoc_status status, double value, double size, double scale, double terms,
+                      double share) {
+  proof_t out = {status, 0.0, 0.0, 0.0};
   if (value < 0.0 && is_finite(value) && is_finite(size)) {
     out.radius = (size > 0.0) ? -value / size : (double)INFINITY;
     out.relative = out.radius / scale;
+    out.own = (share > 0.0) ? -value / terms / share : (double)INFINITY;
   }
   return out;
+}
+
+/* An error over the magnitude of the terms that it is left of; zero where there are none. */
+static double share_of(double error, double terms) {
+  return (terms > 0.0) ? error / terms : 0.0;
+}
+
+/* Sum of |value v[row]| in one column. */
+static double column_size(const orbsoc_matrix *matrix, size_t column, const double *values,
+                          const double *v) {
+  double sum = 0.0;
+  for (size_t k = matrix->begins[column]; k < matrix->begins[column + 1]; k++) {
+    sum += fabs(values[k] * v[matrix->rows[k]]);
+  }
+  return sum;
+}
+
+/* Sum of |value x[column]| in each row, of an upper triangle those of the whole matrix. */
+static void row_sizes(const orbsoc_matrix *matrix, size_t rows, size_t columns,
+                      const double *values, const double *x, int symmetric, double *out) {
+  for (size_t i = 0; i < rows; i++) {
+    out[i] = 0.0;
+  }
+  for (size_t j = 0; j < columns; j++) {
+    for (size_t k = matrix->begins[j]; k < matrix->begins[j + 1]; k++) {
+      const size_t i = matrix->rows[k];
+      out[i] += fabs(values[k] * x[j]);
+      if (symmetric != 0 && i != j) {
+        out[j] += fabs(values[k] * x[i]);
+      }
+    }
+  }
+}
+
+/* Absent rows have no size, and rows of a cone that of all. */
+static void by_cone(pattern_t pattern, double *sizes) {
+  size_t at = pattern->given_l;
+  present(pattern, sizes, sizes);
+  for (size_t k = 0; k < pattern->given_cones; k++) {
+    const size_t end = at + pattern->given_cone_dims[k];
+    double all = 0.0;
+    for (size_t i = at; i < end; i++) {
+      all += sizes[i];
+    }
+    for (; at < end; at++) {
+      sizes[at] = all;
+    }
+  }
+}
+
+/* `sum` and the shares of errors to which rounding adds so much of their terms. */
+static double add_shares(size_t count, const double *errors, const double *sizes, double rounding,
+                         double sum) {
+  for (size_t i = 0; i < count; i++) {
+    sum += share_of(fabs(errors[i]) + rounding * sizes[i], sizes[i]);
+  }
+  return sum;
 }
 
 /* Sum over a matrix's entries of |value v[row]|, and of |value v[column]|. */
@@ -462,7 +523,7 @@ ORBSOC_SHARED proof_t primal_proof(pattern_t pattern, const orbsoc_numbers *give
                                    double *z) {
   const size_t n = pattern->n, p = pattern->p, m = pattern->given_m;
   double *aty = given->work, *gtz = &aty[n], *h = &gtz[n];
-  double terms = 0.0, scale;
+  double terms = 0.0, scale, share = 0.0;
   present(pattern, z, z);
   project(pattern, z);
   const double size = most(norm_of(p, y), norm_of(m, z));
@@ -488,9 +549,15 @@ ORBSOC_SHARED proof_t primal_proof(pattern_t pattern, const orbsoc_numbers *give
   for (size_t i = 0; i < m; i++) {
     terms += fabs(h[i] * z[i]);
   }
+  for (size_t j = 0; j < n; j++) {
+    const double in_a = column_size(&pattern->equality, j, given->a, y);
+    const double in_g = column_size(&pattern->given_conic, j, given->g, z);
+    const double rounding = deterministic_bound(p) * in_a + deterministic_bound(m) * in_g;
+    share += share_of(fabs(aty[j]) + rounding, in_a + in_g);
+  }
   scale = peak_of(m, h, peak_of(p, given->b, 1.0));
   return radius(ORBSOC_PRIMAL_INFEASIBLE, support + deterministic_bound(p + m) * terms,
-                one_norm(n, aty) + lost, scale);
+                one_norm(n, aty) + lost, scale, terms, share);
 }
 
 /* Rounding in the products of a direction with P, A and G. */
@@ -511,7 +578,7 @@ static double lost_along(pattern_t pattern, const orbsoc_numbers *given, const d
 ORBSOC_SHARED proof_t dual_proof(pattern_t pattern, const orbsoc_numbers *given, double *x) {
   const size_t n = pattern->n, p = pattern->p, m = pattern->given_m;
   double *px = given->work, *ax = &px[n], *recession = &ax[p], *inside = &recession[m];
-  double terms = 0.0;
+  double *sizes = &inside[m], terms = 0.0, share = 0.0;
   const double size = norm_of(n, x);
   for (size_t j = 0; j < n; j++) {
     x[j] = x[j] / size;
@@ -533,8 +600,16 @@ ORBSOC_SHARED proof_t dual_proof(pattern_t pattern, const orbsoc_numbers *given,
   for (size_t j = 0; j < n; j++) {
     terms += fabs(given->c[j] * x[j]);
   }
+  const double rounding = deterministic_bound(n);
+  row_sizes(&pattern->cost, n, n, given->p, x, 1, sizes);
+  share = add_shares(n, px, sizes, 2.0 * rounding, share);
+  row_sizes(&pattern->equality, p, n, given->a, x, 0, sizes);
+  share = add_shares(p, ax, sizes, rounding, share);
+  row_sizes(&pattern->given_conic, m, n, given->g, x, 0, sizes);
+  by_cone(pattern, sizes);
+  share = add_shares(m, recession, sizes, rounding, share);
   return radius(ORBSOC_DUAL_INFEASIBLE, cost + deterministic_bound(n) * terms,
-                distance + lost_along(pattern, given, x), peak_of(n, given->c, 1.0));
+                distance + lost_along(pattern, given, x), peak_of(n, given->c, 1.0), terms, share);
 }
 
 /* ---- the outcome ---- */
@@ -581,7 +656,7 @@ static proof_t infeasible(const orbsoc_solver *solver, const point_t *apparent, 
   const size_t n = pattern->n, p = pattern->p, m = pattern->given_m;
   const orbsoc_real *words = solver->buffer[ORBSOC_UNSCALED_CERTIFICATES];
   double *x = given->certificate, *y = &x[n], *z = &y[p];
-  proof_t found = {ORBSOC_SOLVED, 0.0, 0.0};
+  proof_t found = {ORBSOC_SOLVED, 0.0, 0.0, 0.0};
   for (uint32_t side = 0; side < 2u; side++) {
     const size_t word = (side == 0u) ? WORD_PRIMAL_RADIUS : WORD_DUAL_RADIUS;
     if (!(solver->buffer[ORBSOC_CONTROL][word] > 0)) {
@@ -591,10 +666,11 @@ static proof_t infeasible(const orbsoc_solver *solver, const point_t *apparent, 
     const proof_t proof =
         (side == 0u) ? primal_proof(pattern, given, y, z) : dual_proof(pattern, given, x);
     const int stands =
-        proof.relative >= RADIUS_CLAIMED &&
+        most(proof.relative, proof.own) >= RADIUS_CLAIMED &&
         (apparent == NULL || norm_exceeds(pattern, proof.status, proof.radius, apparent->x,
                                           apparent->y, apparent->z) == 0);
-    if (stands && proof.relative >= found.relative) {
+    if (stands && (proof.own > found.own ||
+                   (proof.own == found.own && proof.relative >= found.relative))) {
       found = proof;
     }
   }
