@@ -4,18 +4,30 @@ from __future__ import annotations
 
 import re
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 import orbsoc
+from benchmarks.guidance import rendezvous
 from benchmarks.recorded import first_insertions
 from orbsoc import _core
 from orbsoc.commands.app import app
 from orbsoc.conic.problem import Cones, Problem
+from orbsoc.conic.settings import Settings
 from orbsoc.flight import FlightError
 from orbsoc.flight.bounds import STACK_BYTES, TEXT_BYTES
+from orbsoc.flight.instructions import (
+    COMPILER,
+    EMULATOR,
+    WORST_ITERATIONS,
+    counted,
+    solve_instructions,
+    used_instructions,
+    varied,
+)
 from tests.flight.c_library import FLIGHT, ROOT, STRICT, need, sources
 
 SMALL = Problem(c=[1.0, 1.0], G=[[0.0, 0.0], [-1.0, 0.0], [0.0, -1.0]], h=[1.0, 0.0, 0.0], cones=Cones(q=[3]))
@@ -226,3 +238,30 @@ def test_the_command_exports_a_problem_file_and_refuses_missions_without_c(tmp_p
     )
     assert done.exit_code == 2
     assert not (tmp_path / "none").exists()
+
+
+def test_bounds_in_instructions_are_met_and_hold_for_other_data(tmp_path: Path) -> None:
+    """Bounds of a pattern against data sets that they were not taken from, and against an attempt made in full."""
+    need(COMPILER, EMULATOR, "gcc")
+    problem, settings = rendezvous(6, 0), Settings()
+    orbsoc.export_c(problem, tmp_path / "c", instructions=True)
+    page = (tmp_path / "c" / "BOUNDS.md").read_text()
+    stated = {
+        name: int(count) for name, count in re.findall(r"^\| (\w+) \| \d+ \| (\d+) \|$", page, re.MULTILINE)
+    }
+    around = re.search(r"\(begin (\d+), load_point (\d+), conclude (\d+), restart (\d+)\)", page)
+    assert around
+    stated |= dict(
+        zip(("begin", "load_point", "conclude", "restart"), map(int, around.groups()), strict=True)
+    )
+    seen = counted(tmp_path, varied(problem, 5, seed=1), settings, 64, "stages")
+    assert set(seen.runs) == set(stated)
+    for stage, runs in seen.runs.items():
+        assert 0.98 * stated[stage] - 2 <= max(runs) <= stated[stage], stage
+    full = counted(tmp_path, [problem], settings, 64, "worst").runs["worst"][0]
+    short = replace(settings, max_iterations=WORST_ITERATIONS)
+    assert 0.98 <= full / solve_instructions(stated, short, 1, warm=False) <= 1.0
+    solved = counted(tmp_path, varied(problem, 10, seed=2), settings, 64, "solves")
+    for k, outcome in enumerate(solved.outcomes):
+        taken = solved.runs["solve_from" if k % 2 else "solve"][k // 2]
+        assert taken <= used_instructions(stated, outcome, warm=k % 2 == 1)
