@@ -696,13 +696,13 @@ static int replaces(const orbsoc_solver *solver, const orbsoc_solution *later,
   if (later->status == earlier->status && is_infeasible(later->status)) {
     return later->radius > earlier->radius;
   }
-  if (is_infeasible(earlier->status)) {
+  if (is_infeasible(earlier->status) != 0) {
     return !is_infeasible(later->status) && stands_against(solver, later, earlier);
   }
   if (later->status == ORBSOC_SOLVED) {
     return 1;
   }
-  if (is_infeasible(later->status)) {
+  if (is_infeasible(later->status) != 0) {
     return !(usable || stands_against(solver, earlier, later));
   }
   if ((later->status == ORBSOC_SOLVED_INACCURATE) != usable) {

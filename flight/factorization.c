@@ -30,7 +30,7 @@ typedef struct {
   size_t gather;     /* of gather_from[] */
   size_t update;     /* of update[] */
   size_t relative;   /* of relative_row[] */
-} place_t;
+} panel_place_t;
 
 /* The pivot with static and dynamic regularisation, by its known sign. Selections by data, no other
  * work. */
@@ -126,7 +126,7 @@ static void divide(size_t count, orbsoc_real inverse, orbsoc_real *restrict colu
 }
 
 /* The node's own columns, one diagonal block after the other. */
-static void factor_columns(const factor_t *f, const orbsoc_node *node, const place_t *at) {
+static void factor_columns(const factor_t *f, const orbsoc_node *node, const panel_place_t *at) {
   const size_t leading = node->leading, size = node->diagonal;
   orbsoc_real *panel = &f->l[at->panel];
   for (size_t j = 0; j < node->width; j++) {
@@ -144,7 +144,8 @@ static void factor_columns(const factor_t *f, const orbsoc_node *node, const pla
 
 /* Subtract a small node's contribution at its scatter indices, counted from the end of its panel.
  * */
-static void contribute_scattered(const factor_t *f, const orbsoc_node *node, const place_t *at) {
+static void contribute_scattered(const factor_t *f, const orbsoc_node *node,
+                                 const panel_place_t *at) {
   const size_t leading = node->leading, rows = leading - node->diagonal, width = node->width;
   const orbsoc_index *scatter = &f->pattern->scatter_to[at->scatter];
   const orbsoc_real *l = &f->l[at->panel + node->diagonal], *y = &f->y[node->diagonal];
@@ -183,7 +184,7 @@ static size_t first_column_of(pattern_t pattern, size_t target, size_t *panel, s
 
 /* Subtract a finished node's contribution from the panels of later ones, each column through `row`.
  * */
-static void contribute_blocks(const factor_t *f, size_t k, const place_t *at) {
+static void contribute_blocks(const factor_t *f, size_t k, const panel_place_t *at) {
   const orbsoc_node *node = &f->pattern->node[k];
   const size_t leading = node->leading, diagonal = node->diagonal, width = node->width;
   const orbsoc_index *rows = &f->pattern->row[at->row];
@@ -227,13 +228,13 @@ static void contribute_blocks(const factor_t *f, size_t k, const place_t *at) {
         column[to[i]] = work[i];
       }
     }
-    relative += leading - update->lo;
+    relative = &relative[leading - update->lo];
   }
 }
 
 /* The Schur complement of condensed columns, whose entries of L D are the matrix's own: each
  * product of two rows, divided by the pivots, at its scatter index. */
-static void factor_condensed(const factor_t *f, const orbsoc_node *node, const place_t *at) {
+static void factor_condensed(const factor_t *f, const orbsoc_node *node, const panel_place_t *at) {
   const size_t width = node->width, rows = (size_t)node->leading - node->diagonal;
   const orbsoc_index *from = &f->pattern->gather_from[at->gather];
   const orbsoc_index *scatter = &f->pattern->scatter_to[at->scatter];
@@ -267,7 +268,7 @@ static void load(pattern_t pattern, const orbsoc_real *values, orbsoc_real *l) {
     for (size_t k = 0; k < pattern->run_length[r]; k++) {
       l[to[k]] = from[k];
     }
-    to += pattern->run_length[r];
+    to = &to[pattern->run_length[r]];
   }
 }
 
@@ -275,7 +276,7 @@ void orbsoc_factorize(pattern_t pattern, const orbsoc_real *values,
                       const orbsoc_real *regularization, orbsoc_real *l,
                       orbsoc_real *pivot_inverse, orbsoc_real *y) {
   const factor_t f = {pattern, values, regularization, l, y, pivot_inverse};
-  place_t at = {0, 0, 0, 0, 0, 0, 0};
+  panel_place_t at = {0, 0, 0, 0, 0, 0, 0};
   load(pattern, values, l);
   for (size_t k = 0; k < pattern->nodes; k++) {
     const orbsoc_node *node = &pattern->node[k];

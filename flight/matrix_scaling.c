@@ -25,7 +25,7 @@ static void raise_norms(const orbsoc_matrix *matrix, size_t columns, const orbso
   for (size_t j = 0; j < columns; j++) {
     const size_t begin = matrix->begins[j], count = matrix->begins[j + 1] - begin;
     orbsoc_real top = 0;
-    if (adjacent(count, &matrix->rows[begin])) {
+    if (adjacent(count, &matrix->rows[begin]) != 0) {
       orbsoc_real *norm = &norms[row0 + matrix->rows[begin]];
       for (size_t k = 0; k < count; k++) {
         norm[k] = larger(norm[k], magnitude(values[begin + k]));
@@ -50,7 +50,7 @@ static void multiply(const orbsoc_matrix *matrix, size_t columns,
   for (size_t j = 0; j < columns; j++) {
     const orbsoc_real factor = factors[j];
     const size_t begin = matrix->begins[j], count = matrix->begins[j + 1] - begin;
-    if (adjacent(count, &matrix->rows[begin])) {
+    if (adjacent(count, &matrix->rows[begin]) != 0) {
       const orbsoc_real *row = &factors[row0 + matrix->rows[begin]];
       for (size_t k = 0; k < count; k++) {
         values[begin + k] = values[begin + k] * (row[k] * factor);

@@ -50,7 +50,7 @@ void orbsoc_identity_blocks(pattern_t pattern, const orbsoc_real *parameters, or
       values[block[2 * dim - 1]] = -1;
       values[block[3 * dim]] = 1;
     }
-    block += block_entries(dim);
+    block = &block[block_entries(dim)];
   }
 }
 
@@ -110,6 +110,6 @@ void orbsoc_scaling_blocks(pattern_t pattern, const orbsoc_real *w, const orbsoc
       expanded_block(dim, eta_sq, w, block, values);
     }
     w += dim;
-    block += block_entries(dim);
+    block = &block[block_entries(dim)];
   }
 }

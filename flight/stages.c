@@ -421,20 +421,20 @@ orbsoc_outcome orbsoc_run(orbsoc_solver *solver, orbsoc_stage stage, int whole) 
   if (solver->away == 0u) {
     execute(solver, stage, whole);
   } else {
-    const uint32_t flag = repeats ? ORBSOC_REFINEMENT_ACTIVE
-                                  : (judges ? ORBSOC_VERDICT : ORBSOC_CONTROL);
+    const uint32_t flag = (repeats != 0) ? ORBSOC_REFINEMENT_ACTIVE
+                                  : ((judges != 0) ? ORBSOC_VERDICT : ORBSOC_CONTROL);
     const int decides = repeats || judges || stage == STAGE_STATISTICS;
-    execute_partitioned(solver, stage, decides ? (uint64_t)1 << flag : 0u);
+    execute_partitioned(solver, stage, (decides != 0) ? (uint64_t)1 << flag : 0u);
     if (orbsoc_try_is_over(solver) != 0) {
       return ORBSOC_DONE;
     }
   }
-  if (repeats) {
+  if (repeats != 0) {
     return (b[ORBSOC_REFINEMENT_ACTIVE][0] != 0) ? ORBSOC_REPEAT : ORBSOC_NEXT;
   }
   if (stage == STAGE_STATISTICS) {
     reason = orbsoc_or_from_outside(solver, orbsoc_count(b[ORBSOC_CONTROL][WORD_STOP]));
-  } else if (judges) {
+  } else if (judges != 0) {
     reason = orbsoc_count(b[ORBSOC_VERDICT][0]);
   }
   if (reason == 0u) {

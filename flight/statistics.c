@@ -32,7 +32,7 @@ static void products_of(const orbsoc_matrix *matrix, size_t rows, size_t columns
   for (size_t j = 0; j < columns; j++) {
     const size_t begin = matrix->begins[j], count = matrix->begins[j + 1] - begin;
     const orbsoc_index *at = &matrix->rows[begin];
-    if (adjacent(count, at)) {
+    if (adjacent(count, at) != 0) {
       const size_t first = at[0];
       by_columns[j] = dot(count, &values[begin], &y[first]);
       for (size_t k = 0; k < count; k++) {
