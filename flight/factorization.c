@@ -51,24 +51,16 @@ static void subtract(size_t count, size_t columns, const orbsoc_real *restrict l
   size_t i = 0;
   for (; i + ROWS <= count; i += ROWS) {
     orbsoc_real sum[ROWS];
-    for (size_t v = 0; v < ROWS; v++) {
-      sum[v] = out[i + v];
-    }
+    for (size_t v = 0; v < ROWS; v++) { sum[v] = out[i + v]; }
     for (size_t k = 0; k < columns; k++) {
       const orbsoc_real *a = &l[k * stride + i], by = y[k * stride];
-      for (size_t v = 0; v < ROWS; v++) {
-        sum[v] = sum[v] - a[v] * by;
-      }
+      for (size_t v = 0; v < ROWS; v++) { sum[v] = sum[v] - a[v] * by; }
     }
-    for (size_t v = 0; v < ROWS; v++) {
-      out[i + v] = sum[v];
-    }
+    for (size_t v = 0; v < ROWS; v++) { out[i + v] = sum[v]; }
   }
   for (; i < count; i++) {
     orbsoc_real sum = out[i];
-    for (size_t k = 0; k < columns; k++) {
-      sum = sum - l[k * stride + i] * y[k * stride];
-    }
+    for (size_t k = 0; k < columns; k++) { sum = sum - l[k * stride + i] * y[k * stride]; }
     out[i] = sum;
   }
 }
@@ -82,22 +74,16 @@ static size_t subtract_tiles(size_t count, size_t columns, const orbsoc_real *re
   for (; i + ROWS <= count; i += ROWS) {
     orbsoc_real sum[COLUMNS][ROWS];
     for (size_t c = 0; c < COLUMNS; c++) {
-      for (size_t v = 0; v < ROWS; v++) {
-        sum[c][v] = target[c][to[i + v]];
-      }
+      for (size_t v = 0; v < ROWS; v++) { sum[c][v] = target[c][to[i + v]]; }
     }
     for (size_t k = 0; k < columns; k++) {
       const orbsoc_real *a = &l[k * stride + i], *by = &y[k * stride];
       for (size_t c = 0; c < COLUMNS; c++) {
-        for (size_t v = 0; v < ROWS; v++) {
-          sum[c][v] = sum[c][v] - a[v] * by[c];
-        }
+        for (size_t v = 0; v < ROWS; v++) { sum[c][v] = sum[c][v] - a[v] * by[c]; }
       }
     }
     for (size_t c = 0; c < COLUMNS; c++) {
-      for (size_t v = 0; v < ROWS; v++) {
-        target[c][to[i + v]] = sum[c][v];
-      }
+      for (size_t v = 0; v < ROWS; v++) { target[c][to[i + v]] = sum[c][v]; }
     }
   }
   return i;
@@ -109,9 +95,7 @@ static void subtract_rows(size_t count, size_t columns, const orbsoc_real *restr
                           orbsoc_real *const *target) {
   for (size_t c = 0; c < count; c++) {
     orbsoc_real sum = target[c][to];
-    for (size_t k = 0; k < columns; k++) {
-      sum = sum - l[k * stride] * y[k * stride + c];
-    }
+    for (size_t k = 0; k < columns; k++) { sum = sum - l[k * stride] * y[k * stride + c]; }
     target[c][to] = sum;
   }
 }
@@ -220,13 +204,9 @@ static void contribute_blocks(const factor_t *f, size_t k, const panel_place_t *
       const orbsoc_index *to = &relative[c - update->lo];
       orbsoc_real *column = &target[(next + rows[c - diagonal] - first) * stride];
       const size_t count = leading - c;
-      for (size_t i = 0; i < count; i++) {
-        work[i] = column[to[i]];
-      }
+      for (size_t i = 0; i < count; i++) { work[i] = column[to[i]]; }
       subtract(count, width, &l[c], &f->y[c], leading, work);
-      for (size_t i = 0; i < count; i++) {
-        column[to[i]] = work[i];
-      }
+      for (size_t i = 0; i < count; i++) { column[to[i]] = work[i]; }
     }
     relative = &relative[leading - update->lo];
   }
@@ -246,9 +226,7 @@ static void factor_condensed(const factor_t *f, const orbsoc_node *node, const p
   }
   for (size_t j = 0; j < rows; j++) {
     const orbsoc_real *column = &f->values[from[1 + j]];
-    for (size_t k = 0; k < width; k++) {
-      f->y[k] = column[k] * inverse[k];
-    }
+    for (size_t k = 0; k < width; k++) { f->y[k] = column[k] * inverse[k]; }
     for (size_t i = j; i < rows; i++) {
       orbsoc_real *entry = &target[scatter[i - j]];
       *entry = *entry - dot(width, &f->values[from[1 + i]], f->y);
@@ -260,14 +238,10 @@ static void factor_condensed(const factor_t *f, const orbsoc_node *node, const p
 /* The matrix's entries in their places of the factor, the rest zero. */
 static void load(pattern_t pattern, const orbsoc_real *values, orbsoc_real *l) {
   const orbsoc_index *to = pattern->entry_target;
-  for (size_t k = 0; k < pattern->panel_entries; k++) {
-    l[k] = 0;
-  }
+  for (size_t k = 0; k < pattern->panel_entries; k++) { l[k] = 0; }
   for (size_t r = 0; r < pattern->runs; r++) {
     const orbsoc_real *from = &values[pattern->run_value[r]];
-    for (size_t k = 0; k < pattern->run_length[r]; k++) {
-      l[to[k]] = from[k];
-    }
+    for (size_t k = 0; k < pattern->run_length[r]; k++) { l[to[k]] = from[k]; }
     to = &to[pattern->run_length[r]];
   }
 }

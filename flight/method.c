@@ -87,24 +87,14 @@ static void prepare(const orbsoc_solver *solver, orbsoc_attempt attempt) {
   const double margin = (attempt == ATTEMPT_WARM) ? WARM_TOLERANCE_MARGIN : TOLERANCE_MARGIN;
   set_parameters(solver, attempt);
   solver->buffer[ORBSOC_VERDICT][0] = 0;
-  for (size_t i = 0; i < all + m + 1; i++) {
-    solver->buffer[ORBSOC_BEST][i] = 0;
-  }
-  for (size_t i = 0; i < all; i++) {
-    solver->buffer[ORBSOC_PRIMAL_CERTIFICATE][i] = 0;
-  }
-  for (size_t i = 0; i < all + m; i++) {
-    solver->buffer[ORBSOC_DUAL_CERTIFICATE][i] = 0;
-  }
-  for (size_t k = 0; k < CONTROL_WORDS; k++) {
-    words[k] = 0;
-  }
+  for (size_t i = 0; i < all + m + 1; i++) { solver->buffer[ORBSOC_BEST][i] = 0; }
+  for (size_t i = 0; i < all; i++) { solver->buffer[ORBSOC_PRIMAL_CERTIFICATE][i] = 0; }
+  for (size_t i = 0; i < all + m; i++) { solver->buffer[ORBSOC_DUAL_CERTIFICATE][i] = 0; }
+  for (size_t k = 0; k < CONTROL_WORDS; k++) { words[k] = 0; }
   /* Before there is a tolerance, every residual is checked. */
   words[WORD_NEEDS_RESIDUAL] = 1;
   words[WORD_BEST] = real((double)INFINITY);
-  for (size_t k = 0; k < 3u; k++) {
-    words[WORD_LEAST + k] = real((double)INFINITY);
-  }
+  for (size_t k = 0; k < 3u; k++) { words[WORD_LEAST + k] = real((double)INFINITY); }
   words[WORD_TOLERANCE_AIM] = real(margin * settings->tol);
   words[WORD_TOLERANCE_MET] = real(settings->tol);
   words[WORD_MAX_ITERATIONS] = real((double)settings->max_iterations);

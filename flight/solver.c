@@ -89,9 +89,7 @@ static int rounds_products(void) {
 
 /* What the certificate would not notice, whatever the checksum says: rows that no cone has. */
 static size_t rows_of_cones(size_t rows, size_t cones, const orbsoc_index *dims) {
-  for (size_t k = 0; k < cones; k++) {
-    rows += dims[k];
-  }
+  for (size_t k = 0; k < cones; k++) { rows += dims[k]; }
   return rows;
 }
 
@@ -151,12 +149,8 @@ orbsoc_error orbsoc_open(orbsoc_solver *solver, const orbsoc_pattern *pattern,
     return ORBSOC_SMALL_MEMORY;
   }
   solver->scratch = &work[at];
-  for (size_t k = 0; k < at + pattern->scratch; k++) {
-    work[k] = 0;
-  }
-  for (size_t k = 0; k < number_words(pattern); k++) {
-    numbers[k] = 0.0;
-  }
+  for (size_t k = 0; k < at + pattern->scratch; k++) { work[k] = 0; }
+  for (size_t k = 0; k < number_words(pattern); k++) { numbers[k] = 0.0; }
   lay_out_numbers(pattern, numbers, &solver->numbers);
   solver->pattern = pattern;
   solver->settings = *settings;
@@ -184,9 +178,7 @@ static orbsoc_error take(orbsoc_solver *solver, uint32_t bit, size_t count, cons
       return ORBSOC_BAD_VALUE;
     }
   }
-  for (size_t k = 0; k < count; k++) {
-    to[k] = values[k];
-  }
+  for (size_t k = 0; k < count; k++) { to[k] = values[k]; }
   solver->given |= bit;
   solver->kept = ((bit & MATRICES) != 0u) ? 0u : solver->kept;
   return ORBSOC_OK;

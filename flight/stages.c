@@ -174,9 +174,7 @@ static void newton_start(const orbsoc_solver *solver) {
     delta[i] = slack[i];
   }
   orbsoc_central_pair(pattern, mu, slack, z);
-  for (size_t i = 0; i < m; i++) {
-    delta[i] = delta[i] - slack[i];
-  }
+  for (size_t i = 0; i < m; i++) { delta[i] = delta[i] - slack[i]; }
   const orbsoc_real distance = max_abs(m, delta);
   mu = larger(mu, real(0.5) * (distance * distance));
   orbsoc_central_pair(pattern, mu, slack, z);
@@ -225,9 +223,7 @@ static void cone_ops(const orbsoc_solver *solver, orbsoc_stage stage) {
       orbsoc_nt_scaling(pattern, b[ORBSOC_SLACK], &b[ORBSOC_POINT][rows], &at);
       break;
     case STAGE_PREDICTOR_RHS:
-      for (size_t i = 0; i < pattern->m; i++) {
-        b[ORBSOC_CONE_DIVISION][i] = b[ORBSOC_LAMBDA][i];
-      }
+      for (size_t i = 0; i < pattern->m; i++) { b[ORBSOC_CONE_DIVISION][i] = b[ORBSOC_LAMBDA][i]; }
       orbsoc_predictor_rhs(pattern, b[ORBSOC_Q], b[ORBSOC_RESIDUAL], b[ORBSOC_SLACK],
                            b[ORBSOC_MULTI_RHS]);
       break;
@@ -263,9 +259,7 @@ static void line_search(const orbsoc_solver *solver) {
 /* Keep a vector in place of the one kept so far where the flag is raised: a branch on data around a
  * copy. */
 static void keep(orbsoc_real flag, size_t count, const orbsoc_real *from, orbsoc_real *to) {
-  for (size_t i = 0; i < count && 0 < flag; i++) {
-    to[i] = from[i];
-  }
+  for (size_t i = 0; i < count && 0 < flag; i++) { to[i] = from[i]; }
 }
 
 /* Residuals and ratios, whether the attempt ends, and what of the iterate is better than what was
