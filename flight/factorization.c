@@ -44,25 +44,32 @@ static orbsoc_real regularized(orbsoc_real pivot, uint8_t positive, const orbsoc
   return (-by[FLOOR] < shifted) ? smaller(enlarged, -by[REPLACEMENT]) : shifted;
 }
 
+/* `rows` rows of subtract, which stay in registers while the columns go by. */
+ORBSOC_INLINE void subtract_tile(size_t rows, size_t columns, const orbsoc_real *restrict l,
+                                 const orbsoc_real *restrict y, size_t stride,
+                                 orbsoc_real *restrict out) {
+  orbsoc_real sum[ROWS];
+  for (size_t v = 0; v < rows; v++) { sum[v] = out[v]; }
+  for (size_t k = 0; k < columns; k++) {
+    const orbsoc_real by = y[k * stride];
+    for (size_t v = 0; v < rows; v++) { sum[v] = sum[v] - l[k * stride + v] * by; }
+  }
+  for (size_t v = 0; v < rows; v++) { out[v] = sum[v]; }
+}
+
 /* out_i <- out_i - sum_k l_k[i] y_k, the k in order; columns of l and entries of y are `stride`
  * apart. */
 static void subtract(size_t count, size_t columns, const orbsoc_real *restrict l,
                      const orbsoc_real *restrict y, size_t stride, orbsoc_real *restrict out) {
   size_t i = 0;
   for (; i + ROWS <= count; i += ROWS) {
-    orbsoc_real sum[ROWS];
-    for (size_t v = 0; v < ROWS; v++) { sum[v] = out[i + v]; }
-    for (size_t k = 0; k < columns; k++) {
-      const orbsoc_real *a = &l[k * stride + i], by = y[k * stride];
-      for (size_t v = 0; v < ROWS; v++) { sum[v] = sum[v] - a[v] * by; }
-    }
-    for (size_t v = 0; v < ROWS; v++) { out[i + v] = sum[v]; }
+    subtract_tile(ROWS, columns, &l[i], y, stride, &out[i]);
   }
-  for (; i < count; i++) {
-    orbsoc_real sum = out[i];
-    for (size_t k = 0; k < columns; k++) { sum = sum - l[k * stride + i] * y[k * stride]; }
-    out[i] = sum;
+  if (i + ROWS / 2u <= count) {
+    subtract_tile(ROWS / 2u, columns, &l[i], y, stride, &out[i]);
+    i += ROWS / 2u;
   }
+  for (; i < count; i++) { subtract_tile(1, columns, &l[i], y, stride, &out[i]); }
 }
 
 /* Rows lo.. of a panel, whose entries are at `to` in each of COLUMNS columns that begin at
@@ -116,11 +123,9 @@ static void factor_columns(const factor_t *f, const orbsoc_node *node, const pan
   for (size_t j = 0; j < node->width; j++) {
     const size_t own = j % size, block = (j - own) * leading, rest = leading - own - 1;
     orbsoc_real *column = &panel[j * leading + own], *y = &f->y[j * leading + own];
-    orbsoc_real pivot = column[0];
-    subtract(1, own, &panel[block + own], &f->y[block + own], leading, &pivot);
-    subtract(rest, own, &panel[block + own + 1], &f->y[block + own], leading, &column[1]);
+    subtract(rest + 1, own, &panel[block + own], &f->y[block + own], leading, column);
     const orbsoc_real inverse =
-        1 / regularized(pivot, f->pattern->positive[at->first + j], f->regularization);
+        1 / regularized(column[0], f->pattern->positive[at->first + j], f->regularization);
     f->pivot_inverse[at->first + j] = inverse;
     divide(rest, inverse, &column[1], &y[1]);
   }

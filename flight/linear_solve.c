@@ -88,15 +88,16 @@ static inline void forward_condensed(const orbsoc_system *system, const orbsoc_n
                                      orbsoc_real *work, orbsoc_real *below) {
   const orbsoc_index *from = &system->pattern->gather_from[at->gather + 1];
   const orbsoc_index *rows = &system->pattern->row[at->row];
-  for (size_t k = 0; k < node->width; k++) {
+  const size_t width = node->width;
+  for (size_t k = 0; k < width; k++) {
     for (size_t r = 0; r < sides; r++) {
-      work[k * sides + r] = own[k * sides + r] * system->pivot_inverse[at->first + k];
+      work[r * width + k] = own[k * sides + r] * system->pivot_inverse[at->first + k];
     }
   }
   for (size_t i = 0; i < rows_of(node); i++) {
     orbsoc_real *entry = &below[(size_t)rows[i] * sides];
     for (size_t r = 0; r < sides; r++) {
-      entry[r] = entry[r] - dot_strided(node->width, &system->values[from[i]], &work[r], sides);
+      entry[r] = entry[r] - dot(width, &system->values[from[i]], &work[r * width]);
     }
   }
 }
@@ -176,19 +177,19 @@ static inline void backward_condensed(const orbsoc_system *system, const orbsoc_
                                       orbsoc_real *work, orbsoc_real *own) {
   const orbsoc_index *from = &system->pattern->gather_from[at->gather + 1];
   const orbsoc_index *rows = &system->pattern->row[at->row];
-  for (size_t k = 0; k < node->width * sides; k++) { work[k] = 0; }
+  const size_t width = node->width;
+  for (size_t k = 0; k < width * sides; k++) { work[k] = 0; }
   for (size_t i = 0; i < rows_of(node); i++) {
-    const orbsoc_real *row = &system->values[from[i]];
-    const orbsoc_real *by = &below[(size_t)rows[i] * sides];
-    for (size_t k = 0; k < node->width; k++) {
-      for (size_t r = 0; r < sides; r++) {
-        work[k * sides + r] = work[k * sides + r] - row[k] * by[r];
-      }
+    const orbsoc_real *restrict row = &system->values[from[i]];
+    for (size_t r = 0; r < sides; r++) {
+      const orbsoc_real by = below[(size_t)rows[i] * sides + r];
+      orbsoc_real *restrict to = &work[r * width];
+      for (size_t k = 0; k < width; k++) { to[k] = to[k] - row[k] * by; }
     }
   }
-  for (size_t k = 0; k < node->width; k++) {
+  for (size_t k = 0; k < width; k++) {
     for (size_t r = 0; r < sides; r++) {
-      own[k * sides + r] += system->pivot_inverse[at->first + k] * work[k * sides + r];
+      own[k * sides + r] += system->pivot_inverse[at->first + k] * work[r * width + k];
     }
   }
 }
